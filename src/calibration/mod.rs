@@ -1,0 +1,1 @@
+//! Parameters, residuals and the search for them.

@@ -1,0 +1,1 @@
+//! Numbers worth comparing, the same functions for lab trace and simulated trace.

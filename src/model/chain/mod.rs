@@ -1,0 +1,1 @@
+//! The discrete chain: one unknown a bead.

@@ -1,0 +1,58 @@
+//! What a run produced: traces tagged by place, the energy ledger, the solver's work.
+
+use serde::{Deserialize, Serialize};
+
+use crate::signal::Series;
+
+/// Everything a run produced, unfiltered, positive from piston to support, all series on one time grid.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Response {
+    /// Piston displacement, m.
+    pub piston_displacement: Series,
+    /// Displacement of each bead, m.
+    pub bead_displacement: Vec<Series>,
+    /// Velocity of each bead, m/s.
+    pub bead_velocity: Vec<Series>,
+    /// Velocity of the last bead's far pole, where the laser looks, m/s.
+    pub pole_velocity: Series,
+    /// Force of each of the N + 1 contacts, N, ≥ 0 pressing.
+    pub contact_force: Vec<Series>,
+    /// Where the work of the piston went.
+    pub energy: EnergyLedger,
+    /// What the run cost, in counts that do not depend on the machine.
+    pub work: SolverWork,
+}
+
+/// Energies at the end of the run and the works done on the way, J.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct EnergyLedger {
+    /// Energy stored in the contacts at the start (precompression), J.
+    pub initial_j: f64,
+    /// Work done by the piston on the chain, J.
+    pub piston_work_j: f64,
+    /// Kinetic energy at the end, J.
+    pub kinetic_j: f64,
+    /// Elastic energy in the contacts at the end, J.
+    pub stored_j: f64,
+    /// Energy lost in the dashpots, J, ≥ 0.
+    pub dissipated_j: f64,
+    /// initial + piston work − kinetic − stored − dissipated, J: the integrator's error.
+    pub residual_j: f64,
+    /// Largest total energy seen, J: what the residual is to be held against.
+    pub largest_j: f64,
+}
+
+/// Counts of what a run did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct SolverWork {
+    /// Unknowns of the state.
+    pub unknowns: u64,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Rejected steps.
+    pub rejected_steps: u64,
+    /// Evaluations of the right-hand side.
+    pub evaluations: u64,
+    /// Contact openings and closings located.
+    pub events: u64,
+}

@@ -1,0 +1,31 @@
+//! The beads, from piston to support.
+
+use super::Material;
+
+/// One sphere.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bead {
+    /// Radius a, m.
+    pub radius: f64,
+    /// What it is made of.
+    pub material: Material,
+}
+
+impl Bead {
+    /// Mass (4/3) π a³ ρ, kg.
+    #[must_use]
+    pub fn mass(&self) -> f64 {
+        4.0 / 3.0 * std::f64::consts::PI * self.radius.powi(3) * self.material.density
+    }
+}
+
+/// N beads and the N + 1 contacts around them, numbered from the piston.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chain {
+    /// The beads, the first touching the piston.
+    pub beads: Vec<Bead>,
+    /// Initial gap of each of the N + 1 contacts, m, ≥ 0; the first lies between piston and bead 1.
+    pub gaps: Vec<f64>,
+    /// Static force F₀ along the chain before the drive starts, N, ≥ 0; needs all gaps closed.
+    pub precompression: f64,
+}

@@ -1,0 +1,38 @@
+//! Dashpots at the contacts.
+
+/// Which law the dashpots follow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DampingKind {
+    /// No dashpots.
+    None,
+    /// F = c δ̇ while pressed.
+    Linear,
+    /// F = γ √δ δ̇.
+    KuwabaraKono,
+    /// The sum of both.
+    LinearAndKuwabaraKono,
+}
+
+/// Which contacts have a dashpot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DampingPlacement {
+    /// Bead–bead contacts only.
+    Beads,
+    /// Piston–bead and bead–support too.
+    All,
+}
+
+/// Dashpots at the contacts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Damping {
+    /// The law.
+    pub kind: DampingKind,
+    /// c, N·s/m; 0 where the law has no such term.
+    pub linear: f64,
+    /// γ, N·s·m^(-3/2); 0 where the law has no such term.
+    pub kuwabara_kono: f64,
+    /// Which contacts.
+    pub placement: DampingPlacement,
+    /// Whether the total contact force may pull while a contact parts.
+    pub tension: bool,
+}

@@ -1,0 +1,58 @@
+//! The prescribed motion of the piston.
+
+use crate::signal::Series;
+
+/// How the piston moves, before `amplitude_scale`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drive {
+    /// The waveform.
+    pub kind: DriveKind,
+    /// Peak displacement, m; 1 for a record, which carries its own.
+    pub amplitude: f64,
+    /// Drive frequency f0, Hz.
+    pub frequency: f64,
+}
+
+/// Shape of the drive.
+#[derive(Debug, Clone, PartialEq)]
+pub enum DriveKind {
+    /// sin 2πf0 t for a number of cycles from t = 0, then zero.
+    SineCycles {
+        /// Number of cycles.
+        cycles: f64,
+    },
+    /// sin 2πf0 t under (1 − exp(−t/τ))/(1 − exp(−T/τ)) up to T = cycles/f0, then decaying with exp(−(t − T)/τ).
+    ToneBurst {
+        /// Number of cycles up to the end of the burst.
+        cycles: f64,
+        /// τ, s; 0 is a rectangular burst.
+        ring_up: f64,
+    },
+    /// sin 2πf0 (t − T/2) under exp(−½(2.5 x)²), x = (t − T/2)/(T/2), T = cycles/f0; zero outside 0…T.
+    GaussianBurst {
+        /// Number of cycles under the envelope.
+        cycles: f64,
+    },
+    /// A horn-tip record: displacement in m, positive towards the chain, already band-limited.
+    Record {
+        /// Displacement, m.
+        displacement: Series,
+    },
+}
+
+/// A piston motion that can be evaluated at any instant: displacement (m), velocity (m/s).
+pub trait PistonMotion: Send + Sync {
+    /// Displacement (m) and velocity (m/s) at time `t` (s).
+    fn at(&self, t: f64) -> (f64, f64);
+    /// Instants (s) where the motion is not smooth, ascending: an integrator must not step across them.
+    fn breaks(&self) -> &[f64];
+}
+
+impl Drive {
+    /// The motion α·drive, ready to be evaluated.
+    #[must_use]
+    pub fn motion(&self, amplitude_scale: f64) -> Box<dyn PistonMotion> {
+        let _ = amplitude_scale;
+        todo!()
+    }
+}

@@ -1,0 +1,42 @@
+//! What stands on the bench: beads, piston, support, dampers, drive, and how the run is to be computed.
+
+mod chain;
+mod damping;
+mod drive;
+mod material;
+mod settings;
+mod support;
+
+pub use chain::{Bead, Chain};
+pub use damping::{Damping, DampingKind, DampingPlacement};
+pub use drive::{Drive, DriveKind, PistonMotion};
+pub use material::Material;
+pub use settings::{Integrator, ModelKind, ModelSettings};
+pub use support::{FlatContact, Support};
+
+/// One experiment, whole: everything a model needs to run it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Name, as in `--scene NAME`.
+    pub name: String,
+    /// One sentence on what it is.
+    pub description: String,
+    /// The beads and how they stand.
+    pub chain: Chain,
+    /// What the piston's face is made of.
+    pub piston: FlatContact,
+    /// The prescribed motion of the piston.
+    pub drive: Drive,
+    /// α, the factor on the drive, 1.
+    pub amplitude_scale: f64,
+    /// What holds the far end.
+    pub support: Support,
+    /// Dashpots at the contacts.
+    pub damping: Damping,
+    /// Simulated time, s.
+    pub duration: f64,
+    /// Interval of the output samples, s.
+    pub output_step: f64,
+    /// How the run is computed.
+    pub model: ModelSettings,
+}
