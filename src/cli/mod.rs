@@ -1,16 +1,150 @@
 //! The command line: arguments → checked plan → pipeline. No formulas here.
+//!
+//! Exit codes: 0 done; 1 input or run failed; 2 usage; 3 finished unconverged; 130 stopped by Ctrl-C.
+//! Results go to standard output, everything else (progress, notes, errors) to standard error; with `--json` standard
+//! output holds the summary and nothing else. A closed pipe (`granchain … | head`) ends the run quietly.
 
-use std::process::ExitCode;
+pub mod arguments;
+pub mod calibrate;
+pub mod inspect;
+pub mod interrupt;
+pub mod output;
+pub mod progress;
+pub mod replay;
+pub mod scene;
+pub mod spectrum;
+pub mod sweep;
+pub mod twins;
+
+use std::{ffi::OsString, io::Write, process::ExitCode};
+
+use clap::{Parser, Subcommand};
+
+use self::arguments::Session;
+
+/// How a command ended that did not fail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Everything asked for was done: exit code 0.
+    Done,
+    /// A search finished without converging; its results are written: exit code 3.
+    Unconverged,
+}
+
+#[derive(Debug, Parser)]
+#[command(name = "granchain", version, about, max_term_width = 110, after_help = EXIT_CODES)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 input or run failed; 2 usage; 3 finished unconverged; 130 stopped by \
+Ctrl-C.\nQuantities carry their unit: 73kHz, 0.5um, \"0.3 N s/m\".";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Fit the amplitude scale and the damping of a scene to a measured record
+    Calibrate(calibrate::Arguments),
+    /// Run one scene and write its response
+    Replay(replay::Arguments),
+    /// Run a scene over a grid of values and compare what comes out
+    Sweep(sweep::Arguments),
+    /// Print the spectral lines, peaks and bandwidth of a record
+    Spectrum(spectrum::Arguments),
+    /// Print what is understood and assumed of a record
+    Inspect(inspect::Arguments),
+    /// List, show, check or start scene files
+    Scene(scene::Arguments),
+    /// Calibrate against made-up records of known truth: the tool's own proof
+    Twins(twins::Arguments),
+}
+
+impl Command {
+    fn session(&self) -> &Session {
+        match self {
+            Self::Calibrate(arguments) => &arguments.session,
+            Self::Replay(arguments) => &arguments.session,
+            Self::Sweep(arguments) => &arguments.session,
+            Self::Spectrum(arguments) => &arguments.session,
+            Self::Inspect(arguments) => &arguments.session,
+            Self::Scene(arguments) => &arguments.session,
+            Self::Twins(arguments) => &arguments.session,
+        }
+    }
+
+    fn execute(self) -> anyhow::Result<Outcome> {
+        match self {
+            Self::Calibrate(arguments) => calibrate::execute(arguments),
+            Self::Replay(arguments) => replay::execute(arguments),
+            Self::Sweep(arguments) => sweep::execute(arguments),
+            Self::Spectrum(arguments) => spectrum::execute(arguments),
+            Self::Inspect(arguments) => inspect::execute(arguments),
+            Self::Scene(arguments) => scene::execute(arguments),
+            Self::Twins(arguments) => twins::execute(arguments),
+        }
+    }
+}
 
 /// Run `granchain` with the process's own arguments.
 #[must_use]
 pub fn run() -> ExitCode {
-    ExitCode::SUCCESS
+    run_with(std::env::args_os())
 }
 
 /// Run `granchain SUBCOMMAND …` with the process's own arguments behind it.
 #[must_use]
 pub fn run_as_subcommand(subcommand: &str) -> ExitCode {
-    let _ = subcommand;
-    ExitCode::SUCCESS
+    let mut given = std::env::args_os();
+    let program = given.next().unwrap_or_else(|| OsString::from("granchain"));
+    run_with([program, OsString::from(subcommand)].into_iter().chain(given))
+}
+
+fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let command = match CommandLine::try_parse_from(arguments) {
+        Ok(line) => line.command,
+        Err(usage) => {
+            // The only thing that can fail here is the terminal itself.
+            let _ = usage.print();
+            return ExitCode::from(u8::try_from(usage.exit_code()).unwrap_or(2));
+        }
+    };
+    let outcome = interrupt::watch()
+        .map_err(anyhow::Error::from)
+        .and_then(|()| command.session().start())
+        .and_then(|()| command.execute());
+    match outcome {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Unconverged) => ExitCode::from(3),
+        Err(error) if output::is_closed_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            report_failure(&error);
+            if interrupt::requested() { ExitCode::from(interrupt::EXIT_CODE) } else { ExitCode::from(1) }
+        }
+    }
+}
+
+/// `error: …`, then one `  because …` line for each cause that says something new.
+fn report_failure(error: &anyhow::Error) {
+    let mut message = format!("error: {error}");
+    let mut said = error.to_string();
+    for cause in error.chain().skip(1) {
+        let cause = cause.to_string();
+        if !said.contains(&cause) {
+            message.push_str("\n  because ");
+            message.push_str(&cause);
+        }
+        said = cause;
+    }
+    // Without a standard error there is nobody left to tell.
+    let _ = writeln!(std::io::stderr().lock(), "{message}");
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_argument_tree_is_consistent() {
+        super::CommandLine::command().debug_assert();
+    }
 }

@@ -1,0 +1,168 @@
+//! Flags that several subcommands share.
+
+use std::{num::NonZeroUsize, path::PathBuf};
+
+use anyhow::Context;
+use clap::{Args, ValueEnum};
+
+use crate::scene::ModelKind;
+
+use super::output::print;
+
+/// Flags of every subcommand: how much is said, on how many threads, from which seed.
+#[derive(Debug, Clone, Default, Args)]
+pub struct Session {
+    /// Print the summary as JSON on standard output, and nothing else there
+    #[arg(long, help_heading = "Session")]
+    pub json: bool,
+    /// Say nothing but results and errors
+    #[arg(long, help_heading = "Session")]
+    pub quiet: bool,
+    /// Worker threads; results do not depend on it [default: one a core]
+    #[arg(long, value_name = "N", help_heading = "Session")]
+    pub threads: Option<NonZeroUsize>,
+    /// Seed of everything drawn at random
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Session")]
+    pub seed: u64,
+}
+
+impl Session {
+    /// Set up the worker threads; called once by the frame before the subcommand runs.
+    ///
+    /// # Errors
+    /// When the threads cannot be started.
+    pub fn start(&self) -> anyhow::Result<()> {
+        let Some(threads) = self.threads else { return Ok(()) };
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.get())
+            .build_global()
+            .with_context(|| format!("--threads {threads}: the worker threads could not be started"))
+    }
+
+    /// A remark for the person at the terminal, on standard error; nothing with `--quiet`.
+    pub fn note(&self, text: impl std::fmt::Display) {
+        if !self.quiet {
+            eprintln_quietly(&text);
+        }
+    }
+
+    /// The result of a command: `text` for people, or `value` as JSON with `--json`.
+    ///
+    /// # Errors
+    /// When standard output cannot be written.
+    pub fn result(&self, text: impl std::fmt::Display, value: &impl serde::Serialize) -> anyhow::Result<()> {
+        if self.json {
+            let json = serde_json::to_string_pretty(value).context("the summary cannot be written as JSON")?;
+            print(format_args!("{json}\n"))
+        } else {
+            print(text)
+        }
+    }
+}
+
+fn eprintln_quietly(text: &dyn std::fmt::Display) {
+    use std::io::Write;
+    // A closed standard error is no reason to stop a run.
+    let _ = writeln!(std::io::stderr().lock(), "{text}");
+}
+
+/// `--scene`, `--model`, `--drive`, `--drive-frequency`, `--alpha`, `--set`: which experiment is simulated, and how.
+#[derive(Debug, Clone, Default, Args)]
+pub struct SceneArguments {
+    /// Built-in scene (see `granchain scene list`) or scene file
+    #[arg(long, value_name = "NAME|FILE", help_heading = "Scene")]
+    pub scene: Option<String>,
+    /// Rung of the fidelity ladder
+    #[arg(long, value_enum, help_heading = "Scene")]
+    pub model: Option<ModelChoice>,
+    /// Horn-tip record that drives the piston in place of the scene's own drive
+    #[arg(long, value_name = "FILE", help_heading = "Scene")]
+    pub drive: Option<PathBuf>,
+    /// Amplitude scale α: the factor on the drive
+    #[arg(long, value_name = "X", value_parser = positive_number, help_heading = "Scene")]
+    pub alpha: Option<f64>,
+    /// Override one key of the scene: a plain number is SI, else with its unit; repeatable
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = assignment, help_heading = "Scene")]
+    pub set: Vec<String>,
+}
+
+/// `--out`, `--force`: where results go.
+#[derive(Debug, Clone, Default, Args)]
+pub struct OutputArguments {
+    /// Folder for the results; it appears whole at the end, or not at all
+    #[arg(long, value_name = "DIR", help_heading = "Output")]
+    pub out: Option<PathBuf>,
+    /// Write into a folder that holds files granchain did not write; those are kept
+    #[arg(long, help_heading = "Output")]
+    pub force: bool,
+}
+
+/// The models that can be named on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ModelChoice {
+    /// One unknown a bead
+    Chain,
+    /// Modes and quasi-static contact nodes
+    Reduced,
+    /// All nodes of the finite-element mesh
+    Fea,
+}
+
+impl From<ModelChoice> for ModelKind {
+    fn from(choice: ModelChoice) -> Self {
+        match choice {
+            ModelChoice::Chain => Self::Chain,
+            ModelChoice::Reduced => Self::Reduced,
+            ModelChoice::Fea => Self::Fea,
+        }
+    }
+}
+
+/// Why a flag's value is refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ValueError {
+    /// The text is no quantity.
+    #[error(transparent)]
+    Quantity(#[from] crate::signal::QuantityError),
+    /// A number without unit where one is needed, or a unit of another dimension.
+    #[error("expected {expected} with its unit, such as `{example}`, found `{found}`")]
+    Dimension {
+        /// What is wanted.
+        expected: &'static str,
+        /// A value that would do.
+        example: &'static str,
+        /// The text as given.
+        found: String,
+    },
+    /// Zero, negative or not finite.
+    #[error("expected a positive number, found `{found}`")]
+    NotPositive {
+        /// The text as given.
+        found: String,
+    },
+    /// Not `KEY=VALUE`.
+    #[error("expected KEY=VALUE such as `damping.coefficient=0.4`, found `{found}`")]
+    NoAssignment {
+        /// The text as given.
+        found: String,
+    },
+}
+
+/// Value parser of a positive, finite pure number.
+///
+/// # Errors
+/// [`ValueError`] when it is none.
+pub fn positive_number(text: &str) -> Result<f64, ValueError> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err(ValueError::NotPositive { found: text.into() }),
+    }
+}
+
+fn assignment(text: &str) -> Result<String, ValueError> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() && !value.trim().is_empty() => Ok(text.into()),
+        _ => Err(ValueError::NoAssignment { found: text.into() }),
+    }
+}

@@ -1,0 +1,36 @@
+//! Progress bars with the time left, on a terminal only.
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::arguments::Session;
+
+/// A bar over `length` pieces of work, on standard error; invisible with `--quiet` or when nobody is watching.
+#[must_use]
+pub fn bar(session: &Session, length: u64, what: &'static str) -> ProgressBar {
+    styled(session, length, what, "{msg} [{bar:40}] {pos}/{len}, {eta} left")
+}
+
+/// A bar over simulated time; advance it with [`advance_to`].
+#[must_use]
+pub fn simulated_time(session: &Session, what: &'static str) -> ProgressBar {
+    styled(session, PER_MILLE, what, "{msg} [{bar:40}] {percent} %, {eta} left")
+}
+
+/// Move a bar of [`simulated_time`] to the fraction `time`/`duration`.
+pub fn advance_to(bar: &ProgressBar, time: f64, duration: f64) {
+    bar.set_position((time / duration * PER_MILLE as f64).clamp(0.0, PER_MILLE as f64) as u64);
+}
+
+const PER_MILLE: u64 = 1000;
+
+fn styled(session: &Session, length: u64, what: &'static str, template: &str) -> ProgressBar {
+    if session.quiet {
+        return ProgressBar::hidden();
+    }
+    // The stderr target hides itself when standard error is no terminal.
+    let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr()).with_message(what);
+    match ProgressStyle::with_template(template) {
+        Ok(style) => bar.with_style(style.progress_chars("=> ")),
+        Err(_) => bar,
+    }
+}
