@@ -32,6 +32,67 @@ pub enum ModelError {
         /// What it cannot do, and what to do instead.
         reason: String,
     },
+    /// A number of the scene is physically void.
+    #[error("`{quantity}`: expected {expected}, found {found:e}; correct the scene")]
+    Unphysical {
+        /// Which number, as a scene key.
+        quantity: String,
+        /// What it should be, with unit.
+        expected: &'static str,
+        /// What it is, SI.
+        found: f64,
+    },
+    /// A list of the scene or of the caller has the wrong length.
+    #[error("`{quantity}`: expected {expected} values, found {found}")]
+    Count {
+        /// Which list.
+        quantity: &'static str,
+        /// How many it needs.
+        expected: usize,
+        /// How many it has.
+        found: usize,
+    },
+    /// Precompression asked for while a gap is open.
+    #[error(
+        "`chain.precompression` {force:e} N needs every gap closed, but gap {contact} (1 = piston) is {gap:e} m; \
+         set that gap or the precompression to zero"
+    )]
+    OpenGapUnderPrecompression {
+        /// F₀, N.
+        force: f64,
+        /// Contact, counted from 1 at the piston.
+        contact: usize,
+        /// Its gap, m.
+        gap: f64,
+    },
+    /// The state is no longer finite.
+    #[error(
+        "the state of bead {bead} is not finite at {time:.9e} s (step {step:.3e} s); the drive, the stiffnesses or a \
+         fixed step are out of range"
+    )]
+    NonFinite {
+        /// Simulated time, s.
+        time: f64,
+        /// Step attempted, s.
+        step: f64,
+        /// Bead, counted from 1 at the piston.
+        bead: usize,
+    },
+    /// The adaptive step fell below what the clock can resolve.
+    #[error(
+        "the step shrank to {step:.3e} s at {time:.9e} s, last at contact {contact} (1 = piston), without meeting \
+         tolerance {tolerance:e}; loosen `model.tolerance` or look for a stiffness or damping out of range"
+    )]
+    StepUnderflow {
+        /// Simulated time, s.
+        time: f64,
+        /// Step attempted, s.
+        step: f64,
+        /// Contact beside the largest error, counted from 1 at the piston.
+        contact: usize,
+        /// Relative tolerance asked for, 1.
+        tolerance: f64,
+    },
     /// The run was stopped by its caller.
     #[error("stopped at {time:.6e} s")]
     Stopped {

@@ -1,5 +1,9 @@
 //! What a run produced: traces tagged by place, the energy ledger, the solver's work.
 
+mod table;
+
+pub use table::write_csv;
+
 use serde::{Deserialize, Serialize};
 
 use crate::signal::Series;
@@ -26,7 +30,7 @@ pub struct Response {
 /// Energies at the end of the run and the works done on the way, J.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct EnergyLedger {
-    /// Energy stored in the contacts at the start (precompression), J.
+    /// Energy at the start: stored in the contacts (precompression) and kinetic, J.
     pub initial_j: f64,
     /// Work done by the piston on the chain, J.
     pub piston_work_j: f64,

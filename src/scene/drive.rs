@@ -46,6 +46,12 @@ pub trait PistonMotion: Send + Sync {
     fn at(&self, t: f64) -> (f64, f64);
     /// Instants (s) where the motion is not smooth, ascending: an integrator must not step across them.
     fn breaks(&self) -> &[f64];
+    /// Displacements (m) and velocities (m/s) at all of `times` (s): one dispatch for all stages of a step.
+    fn sample(&self, times: &[f64], displacements: &mut [f64], velocities: &mut [f64]) {
+        for ((time, displacement), velocity) in times.iter().zip(displacements).zip(velocities) {
+            (*displacement, *velocity) = self.at(*time);
+        }
+    }
 }
 
 impl Drive {

@@ -1,0 +1,89 @@
+//! `response.csv`.
+
+use std::io::{self, Write};
+
+use super::Response;
+
+/// Write the response as CSV, one line an instant, LF, shortest floats that read back exactly:
+/// `time_s,piston_displacement_m,bead1_velocity_m_per_s…beadN_velocity_m_per_s,pole_velocity_m_per_s,contact1_force_n…contact{N+1}_force_n`.
+///
+/// # Errors
+/// Whatever the writer says.
+pub fn write_csv(response: &Response, mut writer: impl Write) -> io::Result<()> {
+    let mut line = String::with_capacity(32 * (2 * response.bead_velocity.len() + 4));
+    line.push_str("time_s,piston_displacement_m");
+    for bead in 1..=response.bead_velocity.len() {
+        line.push_str(&format!(",bead{bead}_velocity_m_per_s"));
+    }
+    line.push_str(",pole_velocity_m_per_s");
+    for contact in 1..=response.contact_force.len() {
+        line.push_str(&format!(",contact{contact}_force_n"));
+    }
+    line.push('\n');
+    writer.write_all(line.as_bytes())?;
+    let piston = &response.piston_displacement;
+    for sample in 0..piston.len() {
+        line.clear();
+        push_number(&mut line, piston.time(sample));
+        let columns = std::iter::once(piston)
+            .chain(&response.bead_velocity)
+            .chain(std::iter::once(&response.pole_velocity))
+            .chain(&response.contact_force);
+        for column in columns {
+            line.push(',');
+            push_number(&mut line, column.values[sample]);
+        }
+        line.push('\n');
+        writer.write_all(line.as_bytes())?;
+    }
+    writer.flush()
+}
+
+/// Shortest decimal form that reads back to the same number.
+fn push_number(line: &mut String, value: f64) {
+    line.push_str(ryu::Buffer::new().format(value));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{response::EnergyLedger, signal::Series};
+
+    fn response() -> Response {
+        let series = |values: [f64; 2]| Series::new(0.0, 1e-7, values.to_vec());
+        Response {
+            piston_displacement: series([0.0, 4.5e-8]),
+            bead_displacement: vec![series([0.0, 0.0])],
+            bead_velocity: vec![series([0.0, -0.1])],
+            pole_velocity: series([0.0, -0.1]),
+            contact_force: vec![series([0.0, 1.0 / 3.0]), series([0.0, 0.0])],
+            energy: EnergyLedger::default(),
+            work: crate::response::SolverWork::default(),
+        }
+    }
+
+    #[test]
+    fn the_header_is_the_contract_and_the_lines_end_in_lf() {
+        let mut bytes = Vec::new();
+        write_csv(&response(), &mut bytes).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
+        let mut lines = text.split('\n');
+        assert_eq!(
+            lines.next().unwrap(),
+            "time_s,piston_displacement_m,bead1_velocity_m_per_s,pole_velocity_m_per_s,contact1_force_n,contact2_force_n"
+        );
+        assert_eq!(lines.next().unwrap(), "0.0,0.0,0.0,0.0,0.0,0.0");
+        assert_eq!(lines.next().unwrap(), "1e-7,4.5e-8,-0.1,-0.1,0.3333333333333333,0.0");
+        assert_eq!(lines.next().unwrap(), "");
+        assert!(!text.contains('\r'));
+    }
+
+    #[test]
+    fn every_number_reads_back_to_the_same_bits() {
+        for value in [1.0 / 3.0, -0.0, 5e-324, 1.797_693_134_862_315_7e308, 6.6e-7, 123_456_789.123_456_78] {
+            let mut line = String::new();
+            push_number(&mut line, value);
+            assert_eq!(line.parse::<f64>().unwrap().to_bits(), value.to_bits());
+        }
+    }
+}
