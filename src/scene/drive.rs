@@ -2,6 +2,8 @@
 
 use crate::signal::Series;
 
+use super::motion::Motion;
+
 /// How the piston moves, before `amplitude_scale`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
@@ -41,9 +43,20 @@ pub enum DriveKind {
 }
 
 /// A piston motion that can be evaluated at any instant: displacement (m), velocity (m/s).
+///
+/// The motion is smooth between its [breaks](PistonMotion::breaks). Piece 0 lies before the first break, piece i between break
+/// i − 1 and break i. An integrator that stays within one piece at a time and asks [`PistonMotion::on_piece`] sees a smooth
+/// function up to and including both ends, whatever jumps there.
 pub trait PistonMotion: Send + Sync {
-    /// Displacement (m) and velocity (m/s) at time `t` (s).
-    fn at(&self, t: f64) -> (f64, f64);
+    /// Displacement (m) and velocity (m/s) at time `t` (s); at a break the values just after it.
+    fn at(&self, t: f64) -> (f64, f64) {
+        let piece = self.breaks().partition_point(|instant| *instant <= t);
+        self.on_piece(piece, t)
+    }
+
+    /// The formula of one piece at time `t` (s), also at its ends.
+    fn on_piece(&self, piece: usize, t: f64) -> (f64, f64);
+
     /// Instants (s) where the motion is not smooth, ascending: an integrator must not step across them.
     fn breaks(&self) -> &[f64];
     /// Displacements (m) and velocities (m/s) at all of `times` (s): one dispatch for all stages of a step.
@@ -58,7 +71,12 @@ impl Drive {
     /// The motion α·drive, ready to be evaluated.
     #[must_use]
     pub fn motion(&self, amplitude_scale: f64) -> Box<dyn PistonMotion> {
-        let _ = amplitude_scale;
-        todo!()
+        Box::new(self.concrete_motion(amplitude_scale))
+    }
+
+    /// The motion α·drive as a concrete type, for loops that should not call through a pointer.
+    #[must_use]
+    pub fn concrete_motion(&self, amplitude_scale: f64) -> Motion {
+        Motion::new(self, amplitude_scale)
     }
 }

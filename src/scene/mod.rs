@@ -4,6 +4,7 @@ mod chain;
 mod damping;
 mod drive;
 mod material;
+mod motion;
 mod settings;
 mod support;
 
@@ -11,6 +12,7 @@ pub use chain::{Bead, Chain};
 pub use damping::{Damping, DampingKind, DampingPlacement};
 pub use drive::{Drive, DriveKind, PistonMotion};
 pub use material::Material;
+pub use motion::Motion;
 pub use settings::{Integrator, ModelKind, ModelSettings};
 pub use support::{FlatContact, Support};
 

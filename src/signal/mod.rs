@@ -4,6 +4,9 @@
 
 mod quantity;
 mod series;
+pub mod spline;
+mod unit;
 
 pub use quantity::{Dimension, Quantity, QuantityError};
 pub use series::Series;
+pub use unit::Unit;
