@@ -112,3 +112,111 @@ impl PistonMotion for Motion {
         &self.breaks
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::Series;
+
+    fn drive(kind: DriveKind) -> Drive {
+        Drive { kind, amplitude: 1e-6, frequency: 73e3 }
+    }
+
+    fn all() -> Vec<Drive> {
+        let record = Series::new(
+            0.0,
+            0.4e-6,
+            (0..600)
+                .map(|i| {
+                    1e-6 * (PI * f64::from(i) / 599.0).sin().powi(2) * (2.0 * PI * 73e3 * 0.4e-6 * f64::from(i)).sin()
+                })
+                .collect(),
+        );
+        vec![
+            drive(DriveKind::SineCycles { cycles: 5.0 }),
+            drive(DriveKind::ToneBurst { cycles: 7.0, ring_up: 30e-6 }),
+            drive(DriveKind::ToneBurst { cycles: 7.0, ring_up: 0.0 }),
+            drive(DriveKind::GaussianBurst { cycles: 30.0 }),
+            Drive { amplitude: 1.0, ..drive(DriveKind::Record { displacement: record }) },
+        ]
+    }
+
+    #[test]
+    fn velocity_is_the_derivative_of_displacement_for_every_drive() {
+        for drive in all() {
+            let motion = drive.concrete_motion(0.7);
+            let h = 1e-9;
+            for index in 1..4000 {
+                let t = f64::from(index) * 0.1003e-6;
+                if motion.breaks().iter().any(|instant| (instant - t).abs() < 3.0 * h) {
+                    continue;
+                }
+                let slope = (8.0 * (motion.at(t + h).0 - motion.at(t - h).0)
+                    - (motion.at(t + 2.0 * h).0 - motion.at(t - 2.0 * h).0))
+                    / (12.0 * h);
+                // Rounding of the difference quotient: 1e-6 m × 2e-16 / 1e-9 s, some tens of it.
+                assert!((slope - motion.at(t).1).abs() < 1e-8, "{drive:?} at {t}: {slope} {}", motion.at(t).1);
+            }
+        }
+    }
+
+    #[test]
+    fn displacement_never_jumps_and_rests_at_zero_before_the_start() {
+        for drive in all() {
+            let motion = drive.motion(1.0);
+            assert_eq!(motion.at(-1e-9), (0.0, 0.0));
+            for (piece, instant) in motion.breaks().iter().enumerate() {
+                let (left, right) = (motion.on_piece(piece, *instant).0, motion.on_piece(piece + 1, *instant).0);
+                // sin 2πn in double precision.
+                assert!((left - right).abs() < 1e-19, "{drive:?} at {instant}: {left} {right}");
+            }
+        }
+    }
+
+    #[test]
+    fn sine_starts_with_a_velocity_jump_of_amplitude_times_angular_frequency() {
+        let motion = drive(DriveKind::SineCycles { cycles: 5.0 }).motion(2.0);
+        assert_eq!(motion.breaks(), [0.0, 5.0 / 73e3]);
+        assert!((motion.at(0.0).1 - 2e-6 * 2.0 * PI * 73e3).abs() < 1e-15);
+        assert_eq!(motion.at(5.0 / 73e3), (0.0, 0.0));
+        // The formula up to its own end: the integrator's left limit.
+        assert!((motion.on_piece(1, 5.0 / 73e3).1 - 2e-6 * 2.0 * PI * 73e3).abs() < 1e-14);
+    }
+
+    #[test]
+    fn tone_burst_envelope_reaches_one_at_its_end_and_then_decays_with_its_time_constant() {
+        let (tau, cycles) = (100e-6, 40.25);
+        let motion = drive(DriveKind::ToneBurst { cycles, ring_up: tau }).motion(1.0);
+        // Crests: sin = 1 at a quarter period beyond a whole number.
+        let crest = |n: f64| (n + 0.25) / 73e3;
+        assert!((motion.at(crest(40.0)).0 - 1e-6).abs() < 1e-18);
+        let expected = (-(crest(52.0) - crest(40.0)) / tau).exp();
+        assert!((motion.at(crest(52.0)).0 / 1e-6 - expected).abs() < 1e-9);
+        let early = (1.0 - (-crest(3.0) / tau).exp()) / (1.0 - (-cycles / 73e3 / tau).exp());
+        assert!((motion.at(crest(3.0)).0 / 1e-6 - early).abs() < 1e-9);
+    }
+
+    #[test]
+    fn gaussian_burst_is_odd_about_its_middle_and_almost_as_high_as_its_amplitude() {
+        let motion = drive(DriveKind::GaussianBurst { cycles: 30.0 }).motion(1.0);
+        let middle = 15.0 / 73e3;
+        assert!(motion.at(middle).0.abs() < 1e-20);
+        let quarter = 0.25 / 73e3;
+        // exp(−½(2.5/60)²): the crest next to the middle.
+        let crest = 1e-6 * (-0.5f64 * (2.5f64 / 60.0).powi(2)).exp();
+        assert!((motion.at(middle + quarter).0 - crest).abs() < 1e-18);
+        assert!((motion.at(middle - quarter).0 + crest).abs() < 1e-18);
+        // The envelope at the ends: exp(−3.125).
+        assert!((motion.at(0.0).1.abs() - 1e-6 * 2.0 * PI * 73e3 * (-3.125f64).exp()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn record_is_replayed_through_its_samples_in_its_own_time() {
+        let series = Series::new(3e-6, 0.5e-6, (0..80).map(|i| 1e-6 * (0.3 * f64::from(i)).sin()).collect());
+        let motion = Drive { amplitude: 1.0, ..drive(DriveKind::Record { displacement: series.clone() }) }.motion(1.5);
+        for index in 0..80 {
+            assert!((motion.at(series.time(index)).0 - 1.5 * series.values[index]).abs() < 1e-19);
+        }
+        assert_eq!(motion.at(200e-6), (0.0, 0.0));
+    }
+}

@@ -1,7 +1,14 @@
 //! Interpolation of uniform samples by the quintic spline.
 //!
 //! Between samples the value is a polynomial of degree 5; the whole is four times continuously differentiable and passes
-//! through every sample. For a sine of p samples a period the error falls as p⁻⁶ (derivative: p⁻⁵).
+//! through every sample. For a sine of p samples a period the error falls as p⁻⁶, that of the derivative as p⁻⁵; relative to
+//! the peak they are at most
+//!
+//! | samples a period | value | derivative |
+//! |---|---|---|
+//! | 4 | 2.9e-3 | 5.3e-3 |
+//! | 8 | 2.1e-5 | 7.8e-5 |
+//! | 20 | 6.6e-8 | 6.5e-7 |
 //!
 //! The coefficients come from the exact inverse of the B-spline's sampling filter (1, 26, 66, 26, 1)/120, two first-order
 //! recursions forwards and two backwards. M. Unser, A. Aldroubi, M. Eden, *B-spline signal processing*, IEEE Trans. Signal
@@ -159,4 +166,97 @@ fn polynomial(c: &[f64]) -> [f64; 6] {
         [0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
     ];
     std::array::from_fn(|power| BASIS.iter().zip(c).map(|(basis, c)| basis[power] * c).sum::<f64>() / 120.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sine(period: f64, phase: f64, count: usize) -> Series {
+        Series::new(-3.0, 1.0, (0..count).map(|i| (i as f64 * std::f64::consts::TAU / period + phase).sin()).collect())
+    }
+
+    /// Largest error of value and derivative (relative to the sine's own) far from the ends.
+    fn error(period: f64) -> (f64, f64) {
+        let omega = std::f64::consts::TAU / period;
+        let spline = Spline::new(&sine(period, 0.3, 400), Ends::Zero);
+        let mut worst = (0.0f64, 0.0f64);
+        for i in 0..4000 {
+            let local = 100.0 + 0.0501 * f64::from(i);
+            let (value, slope) = spline.at(local - 3.0);
+            worst.0 = worst.0.max((value - (omega * local + 0.3).sin()).abs());
+            worst.1 = worst.1.max((slope / omega - (omega * local + 0.3).cos()).abs());
+        }
+        worst
+    }
+
+    #[test]
+    fn error_falls_with_the_sixth_power_of_samples_per_period_and_its_derivative_with_the_fifth() {
+        let (coarse, fine) = (error(16.0), error(32.0));
+        // Tolerance 0.1: what is left of the next order at 16 samples a period.
+        assert!(((coarse.0 / fine.0).log2() - 6.0).abs() < 0.1, "{}", (coarse.0 / fine.0).log2());
+        assert!(((coarse.1 / fine.1).log2() - 5.0).abs() < 0.1, "{}", (coarse.1 / fine.1).log2());
+        // The figures quoted in the module's documentation: worst over all phases, of which a sampled sine meets most.
+        for (period, value, slope) in DOCUMENTED {
+            let (found_value, found_slope) = error(period);
+            assert!((0.8..1.0).contains(&(found_value / value)), "{period}: {found_value:.3e}");
+            assert!((0.8..1.0).contains(&(found_slope / slope)), "{period}: {found_slope:.3e}");
+        }
+    }
+
+    const DOCUMENTED: [(f64, f64, f64); 3] = [(4.0, 2.9e-3, 5.3e-3), (8.0, 2.1e-5, 7.8e-5), (20.0, 6.7e-8, 6.6e-7)];
+
+    #[test]
+    fn spline_passes_through_every_sample_whatever_its_ends_and_length() {
+        for count in [1, 2, 3, 5, 30] {
+            let series = sine(5.3, 1.1, count);
+            for ends in [Ends::Zero, Ends::Natural] {
+                let spline = Spline::new(&series, ends);
+                for (index, value) in series.values.iter().enumerate() {
+                    // Rounding of the recursions.
+                    assert!((spline.at(series.time(index)).0 - value).abs() < 1e-13, "{count} {ends:?} {index}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn spline_reproduces_a_straight_line_with_natural_ends_exactly() {
+        let spline = Spline::new(
+            &Series::new(2.0, 0.5, (0..7).map(|i| 1.0 - 3.0 * 0.5 * f64::from(i)).collect()),
+            Ends::Natural,
+        );
+        for t in [2.0, 2.01, 3.3, 4.99, 5.0] {
+            let (value, slope) = spline.at(t);
+            assert!((value - (1.0 - 3.0 * (t - 2.0))).abs() < 1e-13 && (slope + 3.0).abs() < 1e-12, "{t}");
+        }
+        assert_eq!(spline.at(9.0), (1.0 - 9.0, 0.0));
+        assert_eq!(spline.at(0.0), (1.0, 0.0));
+    }
+
+    #[test]
+    fn value_and_four_derivatives_are_continuous_at_the_samples() {
+        let spline = Spline::new(&sine(6.0, 0.2, 20), Ends::Zero);
+        for pair in spline.pieces.windows(2) {
+            let mut factor = [1.0; 6];
+            for order in 0..5 {
+                let left: f64 = (order..6).map(|power| factor[power] * pair[0][power]).sum();
+                let right = factor[order] * pair[1][order];
+                assert!((left - right).abs() < 1e-11, "order {order}: {left} {right}");
+                for (power, factor) in factor.iter_mut().enumerate() {
+                    *factor *= power as f64 - order as f64;
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn zero_ends_die_out_beyond_the_samples() {
+        let spline = Spline::new(&Series::new(0.0, 1.0, vec![1.0; 50]), Ends::Zero);
+        let (from, to) = spline.support();
+        assert!(spline.at(from).0.abs() < 1e-15 && spline.at(to).0.abs() < 1e-15);
+        // 0.4306 a step: below 1e-3 after 8 steps.
+        assert!(spline.at(-8.5).0.abs() < 1e-3 && spline.at(-0.5).0.abs() > 0.1);
+        assert_eq!(spline.at(-100.0), (0.0, 0.0));
+    }
 }
