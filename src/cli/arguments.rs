@@ -5,7 +5,10 @@ use std::{num::NonZeroUsize, path::PathBuf};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 
-use crate::scene::ModelKind;
+use crate::{
+    scene::ModelKind,
+    signal::{Dimension, Quantity},
+};
 
 use super::output::print;
 
@@ -78,6 +81,9 @@ pub struct SceneArguments {
     /// Horn-tip record that drives the piston in place of the scene's own drive
     #[arg(long, value_name = "FILE", help_heading = "Scene")]
     pub drive: Option<PathBuf>,
+    /// Drive frequency with its unit, such as 73kHz
+    #[arg(long, value_name = "QUANTITY", value_parser = frequency, help_heading = "Scene")]
+    pub drive_frequency: Option<f64>,
     /// Amplitude scale α: the factor on the drive
     #[arg(long, value_name = "X", value_parser = positive_number, help_heading = "Scene")]
     pub alpha: Option<f64>,
@@ -125,16 +131,6 @@ pub enum ValueError {
     /// The text is no quantity.
     #[error(transparent)]
     Quantity(#[from] crate::signal::QuantityError),
-    /// A number without unit where one is needed, or a unit of another dimension.
-    #[error("expected {expected} with its unit, such as `{example}`, found `{found}`")]
-    Dimension {
-        /// What is wanted.
-        expected: &'static str,
-        /// A value that would do.
-        example: &'static str,
-        /// The text as given.
-        found: String,
-    },
     /// Zero, negative or not finite.
     #[error("expected a positive number, found `{found}`")]
     NotPositive {
@@ -147,6 +143,39 @@ pub enum ValueError {
         /// The text as given.
         found: String,
     },
+}
+
+/// Value parser of a positive frequency with its unit, Hz.
+///
+/// # Errors
+/// [`ValueError`] when it is none; a number without unit is refused.
+pub fn frequency(text: &str) -> Result<f64, ValueError> {
+    positive_quantity(text, Dimension::FREQUENCY)
+}
+
+/// Value parser of a positive time with its unit, s.
+///
+/// # Errors
+/// [`ValueError`] when it is none; a number without unit is refused.
+pub fn positive_time(text: &str) -> Result<f64, ValueError> {
+    positive_quantity(text, Dimension::TIME)
+}
+
+/// Value parser of a time with its unit, s; of either sign.
+///
+/// # Errors
+/// [`ValueError`] when it is none; a number without unit is refused.
+pub fn time(text: &str) -> Result<f64, ValueError> {
+    Ok(Quantity::parse_as(text, Dimension::TIME)?)
+}
+
+/// A positive quantity of one dimension, SI.
+///
+/// # Errors
+/// [`ValueError`] when it is none.
+pub fn positive_quantity(text: &str, dimension: Dimension) -> Result<f64, ValueError> {
+    let value = Quantity::parse_as(text, dimension)?;
+    if value > 0.0 { Ok(value) } else { Err(ValueError::NotPositive { found: text.into() }) }
 }
 
 /// Value parser of a positive, finite pure number.
