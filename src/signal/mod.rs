@@ -2,11 +2,20 @@
 //!
 //! Everything in memory is coherent SI in `f64`. A number meets its unit exactly once, here.
 
+mod calculus;
+mod conditioning;
+mod filter;
+mod kernel;
 mod quantity;
+mod resample;
 mod series;
 pub mod spline;
 mod unit;
 
+pub use calculus::{derivative, integral};
+pub use conditioning::{Conditioner, Conditioning};
+pub use filter::{LowPass, low_pass};
 pub use quantity::{Dimension, Quantity, QuantityError};
+pub use resample::{Resampler, resample};
 pub use series::Series;
 pub use unit::Unit;
