@@ -1,0 +1,69 @@
+//! Why a feature cannot be measured.
+
+use thiserror::Error;
+
+/// Why a feature cannot be measured.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum FeatureError {
+    /// The series holds no, or too few, samples.
+    #[error("expected at least {needed} samples to measure, found {found}; record longer or widen the window")]
+    TooFewSamples {
+        /// Samples needed.
+        needed: usize,
+        /// Samples there.
+        found: usize,
+    },
+    /// A sample is NaN or infinite.
+    #[error("sample {index}: expected a finite number, found {value}")]
+    NotFinite {
+        /// Index of the sample, from 0.
+        index: usize,
+        /// What was found.
+        value: f64,
+    },
+    /// The series is zero (or constant) throughout.
+    #[error("the series is constant in {from_s:.6e}…{to_s:.6e} s: nothing to measure")]
+    Constant {
+        /// Start of the span looked at, s.
+        from_s: f64,
+        /// End of the span looked at, s.
+        to_s: f64,
+    },
+    /// The window is empty, reversed or outside the series.
+    #[error(
+        "analysis window {from_s:.6e}…{to_s:.6e} s: expected a span inside the series' {start_s:.6e}…{end_s:.6e} s; \
+         set --from and --to inside it"
+    )]
+    WindowOutside {
+        /// Start of the window, s.
+        from_s: f64,
+        /// End of the window, s.
+        to_s: f64,
+        /// Start of the series, s.
+        start_s: f64,
+        /// End of the series, s.
+        end_s: f64,
+    },
+    /// The drive frequency is not positive or not below the usable band.
+    #[error(
+        "drive frequency {frequency_hz} Hz: expected a value above 0 and below {limit_hz} Hz (0.8 of the Nyquist \
+         frequency); check the sample interval's unit"
+    )]
+    DriveFrequency {
+        /// What was given, Hz.
+        frequency_hz: f64,
+        /// Upper limit, Hz.
+        limit_hz: f64,
+    },
+    /// No spectral maximum near the guess.
+    #[error(
+        "no spectral line within {span_hz:.0} Hz of {guess_hz:.0} Hz: state the drive frequency with --drive-frequency"
+    )]
+    NoLineNearGuess {
+        /// Where it was looked for, Hz.
+        guess_hz: f64,
+        /// Half-width of the search, Hz.
+        span_hz: f64,
+    },
+}
