@@ -6,7 +6,10 @@ pub mod contact_law;
 
 use thiserror::Error;
 
-use crate::{response::Response, scene::Scene};
+use crate::{
+    response::Response,
+    scene::{ModelKind, Scene},
+};
 
 /// Called by a model now and then with the simulated time (s); returning `false` stops the run.
 pub type Progress<'a> = &'a mut dyn FnMut(f64) -> bool;
@@ -20,6 +23,18 @@ pub trait Model {
     fn run(&self, scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError>;
 }
 
+/// Run a scene on the model it asks for.
+///
+/// # Errors
+/// [`ModelError::NotYetAvailable`] for a rung of the ladder that does not exist yet, else as [`Model::run`].
+pub fn run(scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError> {
+    match scene.model.kind {
+        ModelKind::Chain => chain::ChainModel.run(scene, progress),
+        ModelKind::Reduced => Err(ModelError::NotYetAvailable { model: "reduced" }),
+        ModelKind::Fea => Err(ModelError::NotYetAvailable { model: "fea" }),
+    }
+}
+
 /// Why a run failed.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -31,6 +46,12 @@ pub enum ModelError {
         model: &'static str,
         /// What it cannot do, and what to do instead.
         reason: String,
+    },
+    /// A rung of the ladder that does not exist yet.
+    #[error("model `{model}` is not yet available; use `chain`")]
+    NotYetAvailable {
+        /// Which model.
+        model: &'static str,
     },
     /// A number of the scene is physically void.
     #[error("`{quantity}`: expected {expected}, found {found:e}; correct the scene")]

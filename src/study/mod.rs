@@ -1,1 +1,14 @@
-//! Many runs of one scene.
+//! Many runs of one scene: grids of values, ensembles of small perturbations.
+//!
+//! A study runs and measures; it prints nothing and draws nothing.
+
+pub mod ensemble;
+pub mod grid;
+pub mod observation;
+pub mod published;
+pub mod run_log;
+pub mod sweep;
+
+pub use ensemble::{EnsembleOutcome, EnsemblePlan, Spread};
+pub use grid::{Axis, Grid, Value};
+pub use observation::Observation;

@@ -1,0 +1,199 @@
+//! What a number means when the chain is chaotic: its mean and scatter over perturbations that no laboratory controls,
+//! and its smooth change with the drive.
+//!
+//! - **scatter**: standard deviation over runs whose gaps are jittered by N(0, 0.3 nm) and whose drive by a factor
+//!   1 + U(−1e-4, 1e-4). A fit or a comparison tighter than it is noise.
+//! - **sensitivity**: half the difference of the means at drive × 1.01 and × 0.99, i.e. the change for +1 % drive (which
+//!   is +1 % α). It carries the error of two means; where that error is as large, nothing smooth is seen.
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::observation::{self, Observation};
+use crate::{
+    feature::FeatureError,
+    model::{
+        ModelError,
+        chain::ensemble::{Ensemble, Variation},
+    },
+    scene::Scene,
+};
+
+/// Which perturbations, and how many.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct EnsemblePlan {
+    /// Runs at each of the three drive levels, ≥ 2.
+    pub members: usize,
+    /// Seed of the perturbations.
+    pub seed: u64,
+    /// Standard deviation of each gap, m.
+    pub gap_jitter_m: f64,
+    /// Half-width of the uniform relative jitter of the drive, 1.
+    pub drive_jitter: f64,
+    /// Relative change of the drive for the sensitivity, 1.
+    pub drive_change: f64,
+}
+
+impl EnsemblePlan {
+    /// Gaps jittered by 0.3 nm, the drive by 1e-4, sensitivity to ±1 % of the drive.
+    #[must_use]
+    pub fn new(members: usize, seed: u64) -> Self {
+        Self { members, seed, gap_jitter_m: 3e-10, drive_jitter: 1e-4, drive_change: 0.01 }
+    }
+}
+
+/// One watched number over the ensemble.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Spread {
+    /// Mean at the scene's own drive.
+    pub mean: f64,
+    /// Standard deviation at the scene's own drive.
+    pub scatter: f64,
+    /// Change for +1 % drive: half the difference of the means at ±1 %.
+    pub sensitivity: f64,
+    /// Standard error of `sensitivity`.
+    pub sensitivity_error: f64,
+}
+
+/// All watched numbers over the ensemble.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EnsembleOutcome {
+    /// What was done.
+    pub plan: EnsemblePlan,
+    /// In the order of [`observation::watched`]; `None` where fewer than two runs could tell.
+    pub spreads: Vec<Option<Spread>>,
+    /// Runs made.
+    pub runs: usize,
+    /// Why runs failed, one a failed run.
+    pub failures: Vec<String>,
+}
+
+/// Why there is no ensemble at all.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum EnsembleError {
+    /// Too few to speak of scatter.
+    #[error("an ensemble needs at least 2 members, found {found}; pass --ensemble 32")]
+    TooFew {
+        /// Members asked for.
+        found: usize,
+    },
+    /// The scene cannot be run.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// Its drive has no analysis window.
+    #[error("the drive cannot be measured: {0}")]
+    Feature(#[from] FeatureError),
+    /// Fewer than two runs at the scene's own drive could be measured.
+    #[error("{failed} of {runs} runs of the ensemble failed, the first because: {first}")]
+    Failed {
+        /// Runs made.
+        runs: usize,
+        /// Runs failed.
+        failed: usize,
+        /// Reason of the first.
+        first: String,
+    },
+}
+
+/// Run the scene 3 × `members` times with the fixed-step ensemble and summarise each watched number.
+///
+/// The same perturbations are used at the three drive levels, so that in regular regimes they drop out of the
+/// sensitivity. Deterministic in the seed.
+///
+/// # Errors
+/// [`EnsembleError`]; single failed runs are counted in the outcome instead.
+pub fn run(scene: &Scene, plan: &EnsemblePlan) -> Result<EnsembleOutcome, EnsembleError> {
+    if plan.members < 2 {
+        return Err(EnsembleError::TooFew { found: plan.members });
+    }
+    let settings = observation::settings(scene)?;
+    let ensemble = Ensemble::new(scene, Ensemble::STEPS_PER_PERIOD)?;
+    let perturbed = perturbations(scene, plan);
+    let levels = [1.0, 1.0 + plan.drive_change, 1.0 - plan.drive_change];
+    let variations: Vec<Variation> = levels
+        .iter()
+        .flat_map(|level| {
+            perturbed.iter().map(move |variation| Variation {
+                amplitude_scale: variation.amplitude_scale * level,
+                ..variation.clone()
+            })
+        })
+        .collect();
+    let mut failures = Vec::new();
+    let observations: Vec<Option<Observation>> = ensemble
+        .run(&variations)
+        .into_iter()
+        .map(|velocity| {
+            velocity
+                .map_err(|error| failures.push(error.to_string()))
+                .and_then(|velocity| {
+                    Observation::measure(&velocity, &settings).map_err(|error| failures.push(error.to_string()))
+                })
+                .ok()
+        })
+        .collect();
+    let [at_scene, above, below] = [0, 1, 2].map(|level| {
+        observations[level * plan.members..(level + 1) * plan.members].iter().flatten().collect::<Vec<_>>()
+    });
+    if at_scene.len() < 2 {
+        let first = failures.first().cloned().unwrap_or_default();
+        return Err(EnsembleError::Failed { runs: variations.len(), failed: failures.len(), first });
+    }
+    let spreads = (0..observation::watched().len())
+        .map(|index| {
+            let [own, above, below] = [&at_scene, &above, &below].map(|level| Moments::of(level, index));
+            let (own, above, below) = (own?, above?, below?);
+            Some(Spread {
+                mean: own.mean,
+                scatter: own.deviation,
+                sensitivity: 0.5 * (above.mean - below.mean),
+                sensitivity_error: 0.5 * above.error().hypot(below.error()),
+            })
+        })
+        .collect();
+    Ok(EnsembleOutcome { plan: *plan, spreads, runs: variations.len(), failures })
+}
+
+fn perturbations(scene: &Scene, plan: &EnsemblePlan) -> Vec<Variation> {
+    let base = Variation::of(scene);
+    let mut random = ChaCha8Rng::seed_from_u64(plan.seed);
+    (0..plan.members)
+        .map(|_| {
+            let mut variation = base.clone();
+            for gap in &mut variation.gap_offsets {
+                let jitter: f64 = StandardNormal.sample(&mut random);
+                *gap += plan.gap_jitter_m * jitter;
+            }
+            variation.amplitude_scale *= 1.0 + plan.drive_jitter * random.random_range(-1.0..=1.0);
+            variation
+        })
+        .collect()
+}
+
+struct Moments {
+    mean: f64,
+    deviation: f64,
+    count: f64,
+}
+
+impl Moments {
+    /// `None` when any run has no such number, or there are fewer than two runs.
+    fn of(observations: &[&Observation], index: usize) -> Option<Self> {
+        let values: Vec<f64> = observations.iter().map(|observation| observation.0[index]).collect::<Option<_>>()?;
+        if values.len() < 2 {
+            return None;
+        }
+        let count = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        Some(Self { mean, deviation: variance.sqrt(), count })
+    }
+
+    fn error(&self) -> f64 {
+        self.deviation / self.count.sqrt()
+    }
+}

@@ -1,0 +1,96 @@
+//! The numbers watched when a scene is run many times: both peaks, the lines, the distortion of the pole's velocity.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    feature::{FeatureError, FeatureSettings, Features, Ratio, Window, measure},
+    scene::Scene,
+    signal::Series,
+};
+
+/// The lines watched, over the drive frequency.
+pub const WATCHED_LINES: [Ratio; 11] = [
+    Ratio::new(1, 4),
+    Ratio::new(1, 3),
+    Ratio::new(1, 2),
+    Ratio::new(2, 3),
+    Ratio::new(3, 4),
+    Ratio::new(1, 1),
+    Ratio::new(4, 3),
+    Ratio::new(3, 2),
+    Ratio::new(5, 3),
+    Ratio::new(2, 1),
+    Ratio::new(3, 1),
+];
+
+/// Subharmonics of which the ratio to the drive line is watched too.
+pub const WATCHED_RATIOS: [Ratio; 3] = [Ratio::new(1, 3), Ratio::new(1, 2), Ratio::new(2, 3)];
+
+/// A number watched: its key, as in tables and JSON, and its unit.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Watched {
+    /// Key without unit, such as `line_1/3`.
+    pub key: String,
+    /// Unit for people; empty for pure numbers.
+    pub unit: &'static str,
+    /// Suffix of the key where it stands alone, such as `_m_per_s`; empty for pure numbers.
+    pub suffix: &'static str,
+}
+
+/// One run's watched numbers, in the order of [`watched`]; `None` where the window cannot tell.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Observation(pub Vec<Option<f64>>);
+
+/// What is watched, in order.
+#[must_use]
+pub fn watched() -> Vec<Watched> {
+    let velocity = |key: String| Watched { key, unit: "m/s", suffix: "_m_per_s" };
+    let pure = |key: String| Watched { key, unit: "", suffix: "" };
+    let mut all = vec![velocity("positive_peak".into()), velocity("negative_peak".into())];
+    all.extend(WATCHED_LINES.map(|ratio| velocity(format!("line_{ratio}"))));
+    all.extend(WATCHED_RATIOS.map(|ratio| pure(format!("ratio_{ratio}"))));
+    all.push(pure("thd".into()));
+    all
+}
+
+impl Observation {
+    /// The watched numbers of measured features.
+    #[must_use]
+    pub fn of(features: &Features) -> Self {
+        let mut values = vec![Some(features.peaks.positive), Some(features.peaks.negative)];
+        values.extend(WATCHED_LINES.map(|ratio| features.line(ratio).map(|line| line.amplitude)));
+        values.extend(WATCHED_RATIOS.map(|ratio| features.line(ratio).map(|line| line.relative)));
+        values.push(Some(features.thd));
+        Self(values.into_iter().map(|value| value.filter(|value| value.is_finite())).collect())
+    }
+
+    /// The watched numbers of a velocity (m/s).
+    ///
+    /// # Errors
+    /// [`FeatureError`] when the velocity cannot be measured.
+    pub fn measure(velocity: &Series, settings: &FeatureSettings) -> Result<Self, FeatureError> {
+        Ok(Self::of(&measure(velocity, settings)?))
+    }
+
+    /// The number with this key of [`watched`].
+    #[must_use]
+    pub fn get(&self, key: &str) -> Option<f64> {
+        let index = watched().iter().position(|watched| watched.key == key)?;
+        self.0.get(index).copied().flatten()
+    }
+}
+
+/// Settings under which a scene's own response is measured: no noise, and the window where the envelope of its drive
+/// exceeds half its peak.
+///
+/// # Errors
+/// [`FeatureError`] when the drive has no such window.
+pub fn settings(scene: &Scene) -> Result<FeatureSettings, FeatureError> {
+    let motion = scene.drive.motion(1.0);
+    let samples = (scene.duration / scene.output_step).round() as usize + 1;
+    let displacement = (0..samples).map(|index| motion.at(index as f64 * scene.output_step).0).collect();
+    let drive = Series::new(0.0, scene.output_step, displacement);
+    let window = Window::of_drive(&drive, scene.drive.frequency)?;
+    Ok(FeatureSettings::velocity(scene.drive.frequency, window))
+}
