@@ -1,1 +1,8 @@
 //! Figures, tables, pages.
+//!
+//! [`figure`] draws a declarative figure to SVG or PNG; the other modules say which figures and tables a calibration, a
+//! replay, a sweep or a set of twins deserves. Nothing here computes physics and nothing here touches the file system: a
+//! report is a list of relative paths and bytes.
+
+pub mod figure;
+pub mod number;

@@ -1,0 +1,399 @@
+//! Drawing a laid-out sheet: the one place where layers become strokes and fills.
+
+use plotters_backend::DrawingBackend;
+
+use super::{
+    Colour, ErrorPoint, Layer, Map, Marker,
+    canvas::{Anchor, Canvas, DrawResult},
+    contour, decimate,
+    layout::{self, COLOUR_BAR, COLOUR_BAR_GAP, Frame, LINE, Placed, SAMPLE, Sheet, TEXT, TICK},
+    palette::shade,
+};
+
+const INK: (u8, u8, u8) = (30, 30, 30);
+const MARK_INK: (u8, u8, u8) = (130, 130, 130);
+const WHITE: (u8, u8, u8) = (255, 255, 255);
+const FRAME_WIDTH: f64 = 0.6;
+/// Width of the columns to which a curve is thinned, pt: a quarter of the thinnest stroke's blur in print.
+const COLUMN: f64 = 0.4;
+/// Steps of a heat map's shade.
+const SHADES: f64 = 24.0;
+const TINT: f64 = 0.28;
+
+/// Draw the whole sheet on a white ground.
+pub(super) fn sheet<B: DrawingBackend>(sheet: &Sheet<'_>, canvas: &mut Canvas<'_, B>) -> DrawResult<B> {
+    canvas.rectangle((0.0, 0.0), (sheet.width, sheet.height), WHITE)?;
+    for placed in &sheet.panels {
+        let layers = &placed.panel.layers;
+        let is_ground = |layer: &Layer| matches!(layer, Layer::HeatMap { .. } | Layer::Band { .. });
+        let is_mark = |layer: &Layer| matches!(layer, Layer::MarkX { .. });
+        for layer in layers.iter().filter(|layer| is_ground(layer)) {
+            draw_layer(placed, layer, canvas)?;
+        }
+        for layer in layers.iter().filter(|layer| is_mark(layer)) {
+            draw_layer(placed, layer, canvas)?;
+        }
+        for layer in layers.iter().filter(|layer| !is_ground(layer) && !is_mark(layer)) {
+            draw_layer(placed, layer, canvas)?;
+        }
+        surroundings(placed, canvas)?;
+    }
+    Ok(())
+}
+
+fn draw_layer<B: DrawingBackend>(placed: &Placed<'_>, layer: &Layer, canvas: &mut Canvas<'_, B>) -> DrawResult<B> {
+    let place = |x: f64, y: f64| (placed.x.place(x), placed.y.place(y));
+    let frame = &placed.frame;
+    match layer {
+        Layer::Line { points, stroke, .. } => {
+            let points: Vec<_> = points.iter().map(|(x, y)| place(*x, *y)).collect();
+            let thinned = decimate::thin(&points, COLUMN / frame.width);
+            clipped_curve(frame, &thinned, stroke.colour.rgb(), stroke.width, stroke.dash.pattern(), canvas)
+        }
+        Layer::Points { points, colour, marker, .. } => {
+            for point in points {
+                error_bars(placed, point, *colour, canvas)?;
+            }
+            for point in points {
+                let at = place(point.x, point.y);
+                if inside(at) {
+                    draw_marker(frame.at(at), *marker, *colour, canvas)?;
+                }
+            }
+            Ok(())
+        }
+        Layer::Band { points, colour, .. } => {
+            let tint = colour.tint(TINT);
+            for pair in points.windows(2) {
+                let (left, right) = (placed.x.place(pair[0].0), placed.x.place(pair[1].0));
+                if right < 0.0 || left > 1.0 || right <= left {
+                    continue;
+                }
+                let edge = |pick: fn(&(f64, f64, f64)) -> f64, x: f64| {
+                    let (from, to) = (placed.y.place(pick(&pair[0])), placed.y.place(pick(&pair[1])));
+                    (from + (x - left) / (right - left) * (to - from)).clamp(0.0, 1.0)
+                };
+                let (from, to) = (left.max(0.0), right.min(1.0));
+                let corners = [
+                    (from, edge(|point| point.1, from)),
+                    (from, edge(|point| point.2, from)),
+                    (to, edge(|point| point.2, to)),
+                    (to, edge(|point| point.1, to)),
+                ];
+                canvas.polygon(&corners.map(|corner| frame.at(corner)), tint)?;
+            }
+            Ok(())
+        }
+        Layer::Bars { bars, colour, .. } => {
+            let floor = placed.y.place(0.0);
+            let floor = if floor.is_finite() { floor.clamp(0.0, 1.0) } else { 0.0 };
+            for bar in bars {
+                let (left, right) = (placed.x.place(bar.from), placed.x.place(bar.to));
+                let top = placed.y.place(bar.height);
+                if !top.is_finite() || right < 0.0 || left > 1.0 {
+                    continue;
+                }
+                let lower = frame.at((left.max(0.0), floor));
+                let upper = frame.at((right.min(1.0), top.clamp(0.0, 1.0)));
+                canvas.rectangle((lower.0 + 0.4, lower.1), (upper.0 - 0.4, upper.1), colour.tint(0.75))?;
+            }
+            Ok(())
+        }
+        Layer::MarkX { at, .. } => {
+            let x = placed.x.place(*at);
+            if (0.0..=1.0).contains(&x) {
+                canvas.curve(&[frame.at((x, 0.0)), frame.at((x, 1.0))], MARK_INK, 0.5, &[2.0, 2.0])?;
+            }
+            Ok(())
+        }
+        Layer::MarkY { at, stroke, .. } => {
+            let y = placed.y.place(*at);
+            if (0.0..=1.0).contains(&y) {
+                let ends = [frame.at((0.0, y)), frame.at((1.0, y))];
+                canvas.curve(&ends, stroke.colour.rgb(), stroke.width, stroke.dash.pattern())?;
+            }
+            Ok(())
+        }
+        Layer::HeatMap { map, range, .. } => heat_map(placed, map, *range, canvas),
+        Layer::Contour { map, level, stroke, .. } => {
+            let placed_map = Map {
+                x: map.x.iter().map(|x| placed.x.place(*x)).collect(),
+                y: map.y.iter().map(|y| placed.y.place(*y)).collect(),
+                values: map.values.clone(),
+            };
+            for curve in contour::join(contour::segments(&placed_map, *level), 1e-9) {
+                clipped_curve(frame, &curve, stroke.colour.rgb(), stroke.width, stroke.dash.pattern(), canvas)?;
+            }
+            Ok(())
+        }
+    }
+}
+
+fn inside((x, y): (f64, f64)) -> bool {
+    const SLACK: f64 = 1e-9;
+    (-SLACK..=1.0 + SLACK).contains(&x) && (-SLACK..=1.0 + SLACK).contains(&y)
+}
+
+/// Draw what of a curve (in fractions of the frame) lies inside the frame.
+fn clipped_curve<B: DrawingBackend>(
+    frame: &Frame,
+    points: &[(f64, f64)],
+    colour: (u8, u8, u8),
+    width: f64,
+    dashes: &[f64],
+    canvas: &mut Canvas<'_, B>,
+) -> DrawResult<B> {
+    let mut piece: Vec<(f64, f64)> = Vec::new();
+    for pair in points.windows(2) {
+        match clip(pair[0], pair[1]) {
+            Some((from, to)) => {
+                if piece.last() != Some(&from) {
+                    canvas.curve(&on_sheet(frame, &piece), colour, width, dashes)?;
+                    piece = vec![from];
+                }
+                piece.push(to);
+            }
+            None => {
+                canvas.curve(&on_sheet(frame, &piece), colour, width, dashes)?;
+                piece.clear();
+            }
+        }
+    }
+    canvas.curve(&on_sheet(frame, &piece), colour, width, dashes)
+}
+
+fn on_sheet(frame: &Frame, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    points.iter().map(|point| frame.at(*point)).collect()
+}
+
+/// The part of a segment inside the unit square (Liang and Barsky 1984).
+fn clip(from: (f64, f64), to: (f64, f64)) -> Option<((f64, f64), (f64, f64))> {
+    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+    let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+    for (direction, room) in [(-dx, from.0), (dx, 1.0 - from.0), (-dy, from.1), (dy, 1.0 - from.1)] {
+        if direction == 0.0 {
+            if room < 0.0 {
+                return None;
+            }
+        } else if direction < 0.0 {
+            enter = enter.max(room / direction);
+        } else {
+            leave = leave.min(room / direction);
+        }
+    }
+    if enter > leave {
+        return None;
+    }
+    let at = |share: f64| (from.0 + share * dx, from.1 + share * dy);
+    Some((if enter > 0.0 { at(enter) } else { from }, if leave < 1.0 { at(leave) } else { to }))
+}
+
+fn error_bars<B: DrawingBackend>(
+    placed: &Placed<'_>,
+    point: &ErrorPoint,
+    colour: Colour,
+    canvas: &mut Canvas<'_, B>,
+) -> DrawResult<B> {
+    let (x, y) = (placed.x.place(point.x), placed.y.place(point.y));
+    let bars = [
+        point.y_interval.map(|(low, high)| ((x, placed.y.place(low)), (x, placed.y.place(high)), (1.8, 0.0))),
+        point.x_interval.map(|(low, high)| ((placed.x.place(low), y), (placed.x.place(high), y), (0.0, 1.8))),
+    ];
+    for (low, high, cap) in bars.into_iter().flatten() {
+        let Some((from, to)) = clip(low, high) else { continue };
+        canvas.curve(&[placed.frame.at(from), placed.frame.at(to)], colour.rgb(), 0.7, &[])?;
+        for (end, wanted) in [(from, low), (to, high)] {
+            if end == wanted {
+                let (x, y) = placed.frame.at(end);
+                canvas.curve(&[(x - cap.0, y - cap.1), (x + cap.0, y + cap.1)], colour.rgb(), 0.7, &[])?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn draw_marker<B: DrawingBackend>(
+    (x, y): (f64, f64),
+    marker: Marker,
+    colour: Colour,
+    canvas: &mut Canvas<'_, B>,
+) -> DrawResult<B> {
+    let ink = colour.rgb();
+    match marker {
+        Marker::Disc => canvas.disc((x, y), 2.1, ink),
+        Marker::Dot => canvas.disc((x, y), 0.9, ink),
+        Marker::Ring => {
+            canvas.disc((x, y), 2.4, ink)?;
+            canvas.disc((x, y), 1.5, WHITE)
+        }
+        Marker::Square => canvas.rectangle((x - 1.9, y - 1.9), (x + 1.9, y + 1.9), ink),
+        Marker::Diamond => canvas.polygon(&[(x - 2.8, y), (x, y - 2.8), (x + 2.8, y), (x, y + 2.8)], ink),
+        Marker::Cross => {
+            let arm = 2.4;
+            canvas.curve(&[(x - arm, y - arm), (x + arm, y + arm)], ink, 1.1, &[])?;
+            canvas.curve(&[(x - arm, y + arm), (x + arm, y - arm)], ink, 1.1, &[])
+        }
+    }
+}
+
+fn heat_map<B: DrawingBackend>(
+    placed: &Placed<'_>,
+    map: &Map,
+    range: Option<(f64, f64)>,
+    canvas: &mut Canvas<'_, B>,
+) -> DrawResult<B> {
+    let (low, high) = range.unwrap_or_else(|| layout::map_ends(map));
+    let step = |value: f64| (((value - low) / (high - low)).clamp(0.0, 1.0) * SHADES).round();
+    let x = cell_edges(&map.x.iter().map(|x| placed.x.place(*x)).collect::<Vec<_>>());
+    let y = cell_edges(&map.y.iter().map(|y| placed.y.place(*y)).collect::<Vec<_>>());
+    let columns = map.x.len();
+    for j in 0..map.y.len() {
+        let row = &map.values[j * columns..(j + 1) * columns];
+        let mut first = 0;
+        for i in 1..=columns {
+            if i < columns && step(row[i]) == step(row[first]) {
+                continue;
+            }
+            let colour = shade(step(row[first]) / SHADES);
+            let lower = placed.frame.at((x[first], y[j]));
+            let upper = placed.frame.at((x[i], y[j + 1]));
+            canvas.rectangle(lower, upper, colour)?;
+            first = i;
+        }
+    }
+    Ok(())
+}
+
+/// Edges half-way between ascending positions, kept inside the frame.
+fn cell_edges(positions: &[f64]) -> Vec<f64> {
+    let last = positions.len() - 1;
+    let first_edge = positions[0] - 0.5 * (positions[1] - positions[0]);
+    let last_edge = positions[last] + 0.5 * (positions[last] - positions[last - 1]);
+    let between = positions.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+    std::iter::once(first_edge).chain(between).chain([last_edge]).map(|edge| edge.clamp(0.0, 1.0)).collect()
+}
+
+/// Frame, ticks, titles, legend, names of marks, colour bar.
+fn surroundings<B: DrawingBackend>(placed: &Placed<'_>, canvas: &mut Canvas<'_, B>) -> DrawResult<B> {
+    let frame = &placed.frame;
+    outline(frame, canvas)?;
+    for tick in &placed.x.ticks {
+        let (x, y) = frame.at((tick.place, 0.0));
+        let length = if tick.name.is_some() { TICK } else { 0.6 * TICK };
+        canvas.curve(&[(x, y), (x, y + length)], INK, FRAME_WIDTH, &[])?;
+    }
+    for tick in &placed.y.ticks {
+        let (x, y) = frame.at((0.0, tick.place));
+        let length = if tick.name.is_some() { TICK } else { 0.6 * TICK };
+        canvas.curve(&[(x, y), (x - length, y)], INK, FRAME_WIDTH, &[])?;
+    }
+    let under = frame.top + frame.height + TICK + 2.0;
+    for tick in &placed.x.ticks {
+        if let Some(name) = &tick.name {
+            canvas.text(
+                &clean(name),
+                (frame.at((tick.place, 0.0)).0, under + 0.4 * LINE),
+                TEXT,
+                Anchor::Middle,
+                INK,
+            )?;
+        }
+    }
+    for tick in &placed.y.ticks {
+        if let Some(name) = &tick.name {
+            let (x, y) = frame.at((0.0, tick.place));
+            canvas.text(&clean(name), (x - TICK - 1.5, y), TEXT, Anchor::Right, INK)?;
+        }
+    }
+    let (middle_x, middle_y) = frame.at((0.5, 0.5));
+    canvas.text(&clean(&placed.x.title), (middle_x, under + 1.45 * LINE), TEXT, Anchor::Middle, INK)?;
+    canvas.text_upwards(&clean(&placed.y.title), (frame.left - placed.y_title_offset, middle_y), TEXT, INK)?;
+    if let Some(title) = &placed.panel.title {
+        canvas.text(&clean(title), placed.title_at, TEXT, Anchor::Left, INK)?;
+    }
+    for (row, entries) in placed.legend.iter().enumerate() {
+        let y = placed.legend_top + row as f64 * LINE;
+        for (x, index) in entries {
+            legend_entry(&placed.panel.layers[*index], (*x, y), canvas)?;
+        }
+    }
+    for (x, row, index) in &placed.marks {
+        if let Layer::MarkX { label, .. } = &placed.panel.layers[*index] {
+            let y = frame.top - 5.5 - *row as f64 * (LINE - 1.5);
+            canvas.text(&clean(label), (*x, y), TEXT, Anchor::Middle, INK)?;
+        }
+    }
+    colour_bar(placed, canvas)
+}
+
+fn outline<B: DrawingBackend>(frame: &Frame, canvas: &mut Canvas<'_, B>) -> DrawResult<B> {
+    let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)].map(|corner| frame.at(corner));
+    canvas.curve(&corners, INK, FRAME_WIDTH, &[])
+}
+
+fn legend_entry<B: DrawingBackend>(layer: &Layer, (x, y): (f64, f64), canvas: &mut Canvas<'_, B>) -> DrawResult<B> {
+    let Some(label) = layout::legend_label(layer) else { return Ok(()) };
+    let middle = (x + 0.5 * SAMPLE, y);
+    match layer {
+        Layer::Line { stroke, .. } | Layer::MarkY { stroke, .. } | Layer::Contour { stroke, .. } => {
+            canvas.curve(&[(x, y), (x + SAMPLE, y)], stroke.colour.rgb(), stroke.width, stroke.dash.pattern())?;
+        }
+        Layer::Points { colour, marker, points, .. } => {
+            if points.iter().any(|point| point.y_interval.is_some()) {
+                canvas.curve(&[(middle.0, y - 4.0), (middle.0, y + 4.0)], colour.rgb(), 0.7, &[])?;
+            }
+            draw_marker(middle, *marker, *colour, canvas)?;
+        }
+        Layer::Band { colour, .. } => {
+            canvas.rectangle((x + 2.0, y - 3.2), (x + SAMPLE - 2.0, y + 3.2), colour.tint(TINT))?;
+        }
+        Layer::Bars { colour, .. } => {
+            canvas.rectangle((x + 2.0, y - 3.2), (x + SAMPLE - 2.0, y + 3.2), colour.tint(0.75))?;
+        }
+        Layer::MarkX { .. } | Layer::HeatMap { .. } => {}
+    }
+    canvas.text(&clean(label), (x + SAMPLE + 4.0, y), TEXT, Anchor::Left, INK)
+}
+
+fn colour_bar<B: DrawingBackend>(placed: &Placed<'_>, canvas: &mut Canvas<'_, B>) -> DrawResult<B> {
+    let Some(colours) = &placed.colours else { return Ok(()) };
+    let frame = &placed.frame;
+    let bar = Frame { left: frame.left + frame.width + COLOUR_BAR_GAP, width: COLOUR_BAR, ..*frame };
+    let count = SHADES as usize;
+    for index in 0..=count {
+        // The shade of step i is shown around i / SHADES, as the map rounds it.
+        let low = ((index as f64 - 0.5) / SHADES).max(0.0);
+        let high = ((index as f64 + 0.5) / SHADES).min(1.0);
+        canvas.rectangle(bar.at((0.0, low)), bar.at((1.0, high)), shade(index as f64 / SHADES))?;
+    }
+    outline(&bar, canvas)?;
+    let mut widest = 0.0;
+    for tick in &colours.ticks {
+        let (x, y) = bar.at((1.0, tick.place));
+        canvas.curve(&[(x, y), (x + 0.7 * TICK, y)], INK, FRAME_WIDTH, &[])?;
+        if let Some(name) = &tick.name {
+            canvas.text(name, (x + TICK + 0.5, y), TEXT, Anchor::Left, INK)?;
+            widest = f64::max(widest, super::font::text_width(name, TEXT));
+        }
+    }
+    let title_x = bar.left + bar.width + TICK + 2.0 + widest + 0.5 * LINE;
+    canvas.text_upwards(&clean(&colours.title), (title_x, bar.at((0.0, 0.5)).1), TEXT, INK)
+}
+
+/// A label on one line without control characters, which XML does not carry.
+fn clean(label: &str) -> String {
+    label.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clipping_cuts_a_segment_at_the_frame_and_drops_what_lies_outside() {
+        assert_eq!(clip((-1.0, 0.5), (2.0, 0.5)), Some(((0.0, 0.5), (1.0, 0.5))));
+        assert_eq!(clip((0.2, 0.2), (0.8, 0.9)), Some(((0.2, 0.2), (0.8, 0.9))));
+        assert_eq!(clip((-1.0, 0.5), (0.5, 2.0)), None);
+        assert_eq!(clip((0.5, 1.5), (0.9, 1.5)), None);
+    }
+}

@@ -1,0 +1,204 @@
+//! What can be drawn between two axes.
+
+use super::Colour;
+
+/// Dash pattern of a stroke.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dash {
+    /// Unbroken.
+    Solid,
+    /// Long dashes.
+    Dashed,
+    /// Dots.
+    Dotted,
+    /// Dash, dot.
+    DashDotted,
+}
+
+impl Dash {
+    /// Lengths of strokes and gaps in turn, pt; empty when unbroken.
+    pub(super) fn pattern(self) -> &'static [f64] {
+        match self {
+            Self::Solid => &[],
+            Self::Dashed => &[4.0, 2.2],
+            Self::Dotted => &[1.1, 1.7],
+            Self::DashDotted => &[4.0, 1.7, 1.1, 1.7],
+        }
+    }
+}
+
+/// How a curve is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stroke {
+    /// Colour.
+    pub colour: Colour,
+    /// Dash pattern.
+    pub dash: Dash,
+    /// Width, pt.
+    pub width: f64,
+}
+
+impl Stroke {
+    /// An unbroken stroke of 1 pt.
+    #[must_use]
+    pub const fn new(colour: Colour) -> Self {
+        Self { colour, dash: Dash::Solid, width: 1.0 }
+    }
+
+    /// The same stroke with this dash pattern.
+    #[must_use]
+    pub const fn dash(self, dash: Dash) -> Self {
+        Self { dash, ..self }
+    }
+
+    /// The same stroke with this width, pt.
+    #[must_use]
+    pub const fn width(self, width: f64) -> Self {
+        Self { width, ..self }
+    }
+}
+
+/// Shape of a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Marker {
+    /// Filled disc.
+    Disc,
+    /// Small filled dot, for clouds of runs.
+    Dot,
+    /// Circle with a white face.
+    Ring,
+    /// Filled square.
+    Square,
+    /// Filled diamond.
+    Diamond,
+    /// Diagonal cross.
+    Cross,
+}
+
+/// A point with optional error bars; `low` and `high` are positions, not distances.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ErrorPoint {
+    /// Abscissa.
+    pub x: f64,
+    /// Ordinate.
+    pub y: f64,
+    /// Ends of the vertical bar, lower first.
+    pub y_interval: Option<(f64, f64)>,
+    /// Ends of the horizontal bar, lower first.
+    pub x_interval: Option<(f64, f64)>,
+}
+
+impl ErrorPoint {
+    /// A point without bars.
+    #[must_use]
+    pub const fn exact(x: f64, y: f64) -> Self {
+        Self { x, y, y_interval: None, x_interval: None }
+    }
+
+    /// A point with a vertical bar from `low` to `high`.
+    #[must_use]
+    pub const fn vertical(x: f64, y: f64, low: f64, high: f64) -> Self {
+        Self { x, y, y_interval: Some((low, high)), x_interval: None }
+    }
+}
+
+/// One bar of a histogram.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bar {
+    /// Left edge.
+    pub from: f64,
+    /// Right edge.
+    pub to: f64,
+    /// Height.
+    pub height: f64,
+}
+
+/// Values on a rectangular grid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Map {
+    /// Grid positions along x, ascending, at least two.
+    pub x: Vec<f64>,
+    /// Grid positions along y, ascending, at least two.
+    pub y: Vec<f64>,
+    /// Values, row by row from the lowest y: `values[j * x.len() + i]` belongs to (`x[i]`, `y[j]`).
+    pub values: Vec<f64>,
+}
+
+/// One layer of a panel.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Layer {
+    /// A curve.
+    Line {
+        /// Name in the legend; empty keeps it out.
+        label: String,
+        /// (x, y).
+        points: Vec<(f64, f64)>,
+        /// How it is drawn.
+        stroke: Stroke,
+    },
+    /// Single points, with or without error bars.
+    Points {
+        /// Name in the legend; empty keeps it out.
+        label: String,
+        /// The points.
+        points: Vec<ErrorPoint>,
+        /// Colour.
+        colour: Colour,
+        /// Shape.
+        marker: Marker,
+    },
+    /// A filled band, drawn in a light tint of its colour.
+    Band {
+        /// Name in the legend; empty keeps it out.
+        label: String,
+        /// (x, low, high), x ascending.
+        points: Vec<(f64, f64, f64)>,
+        /// Colour whose tint fills it.
+        colour: Colour,
+    },
+    /// A histogram.
+    Bars {
+        /// Name in the legend; empty keeps it out.
+        label: String,
+        /// The bars.
+        bars: Vec<Bar>,
+        /// Colour.
+        colour: Colour,
+    },
+    /// A thin vertical line over the whole height, named above the frame.
+    MarkX {
+        /// Abscissa.
+        at: f64,
+        /// Name above the frame.
+        label: String,
+    },
+    /// A horizontal line over the whole width.
+    MarkY {
+        /// Ordinate.
+        at: f64,
+        /// Name in the legend; empty keeps it out.
+        label: String,
+        /// How it is drawn.
+        stroke: Stroke,
+    },
+    /// A map in shades of one hue, dark where the value is large, with a colour bar.
+    HeatMap {
+        /// What the colour means, with its unit, along the colour bar.
+        label: String,
+        /// The values.
+        map: Map,
+        /// Values at the light and at the dark end; beyond them the shade stays. `None`: smallest and largest value.
+        range: Option<(f64, f64)>,
+    },
+    /// The lines where a map takes the value `level`.
+    Contour {
+        /// Name in the legend; empty keeps it out.
+        label: String,
+        /// The values.
+        map: Map,
+        /// The level.
+        level: f64,
+        /// How it is drawn.
+        stroke: Stroke,
+    },
+}

@@ -1,0 +1,74 @@
+//! Colours that most kinds of colour vision tell apart, and whose greys differ.
+//!
+//! Okabe and Ito (2008), *Color Universal Design*: eight colours told apart with normal vision, protanopia and deuteranopia.
+
+/// A colour of Okabe and Ito's set, plus a grey for what stands in the background.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Colour {
+    /// Black.
+    Black,
+    /// Mid grey, not of the set.
+    Grey,
+    /// Orange.
+    Orange,
+    /// Sky blue.
+    SkyBlue,
+    /// Bluish green.
+    Green,
+    /// Yellow: for filled shapes only, too light for a curve.
+    Yellow,
+    /// Blue.
+    Blue,
+    /// Vermillion.
+    Vermillion,
+    /// Reddish purple.
+    Purple,
+}
+
+impl Colour {
+    /// In the order in which curves take them; neighbours differ in grey value too.
+    pub const CYCLE: [Self; 7] =
+        [Self::Black, Self::Vermillion, Self::Blue, Self::Orange, Self::Green, Self::Purple, Self::SkyBlue];
+
+    /// Red, green, blue, 0…255.
+    #[must_use]
+    pub const fn rgb(self) -> (u8, u8, u8) {
+        match self {
+            Self::Black => (0, 0, 0),
+            Self::Grey => (120, 120, 120),
+            Self::Orange => (230, 159, 0),
+            Self::SkyBlue => (86, 180, 233),
+            Self::Green => (0, 158, 115),
+            Self::Yellow => (240, 228, 66),
+            Self::Blue => (0, 114, 178),
+            Self::Vermillion => (213, 94, 0),
+            Self::Purple => (204, 121, 167),
+        }
+    }
+
+    /// A light tint of the colour for filled areas: `share` of the colour on white.
+    #[must_use]
+    pub fn tint(self, share: f64) -> (u8, u8, u8) {
+        let (red, green, blue) = self.rgb();
+        let mix = |channel: u8| (255.0 + share * (f64::from(channel) - 255.0)).round() as u8;
+        (mix(red), mix(green), mix(blue))
+    }
+}
+
+/// Shade of a map at `share` (0 light … 1 dark): one hue, lightness falling evenly, so that greyscale keeps the order.
+pub(super) fn shade(share: f64) -> (u8, u8, u8) {
+    const STOPS: [(f64, f64, f64); 6] = [
+        (250.0, 252.0, 255.0),
+        (214.0, 229.0, 243.0),
+        (160.0, 200.0, 228.0),
+        (92.0, 157.0, 204.0),
+        (34.0, 105.0, 166.0),
+        (8.0, 48.0, 107.0),
+    ];
+    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
+    let index = (place.floor() as usize).min(STOPS.len() - 2);
+    let rest = place - index as f64;
+    let (from, to) = (STOPS[index], STOPS[index + 1]);
+    let mix = |a: f64, b: f64| (a + rest * (b - a)).round() as u8;
+    (mix(from.0, to.0), mix(from.1, to.1), mix(from.2, to.2))
+}
