@@ -1,5 +1,7 @@
 //! The prescribed motion of the piston.
 
+use std::path::PathBuf;
+
 use crate::signal::Series;
 
 use super::motion::Motion;
@@ -39,6 +41,13 @@ pub enum DriveKind {
     Record {
         /// Displacement, m.
         displacement: Series,
+        /// Where it was read from.
+        file: Option<PathBuf>,
+    },
+    /// A record that has not been read yet; no model runs it. The caller reads it and uses `Scene::with_drive_record`.
+    UnreadRecord {
+        /// Where it is.
+        file: PathBuf,
     },
 }
 

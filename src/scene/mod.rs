@@ -1,16 +1,29 @@
 //! What stands on the bench: beads, piston, support, dampers, drive, and how the run is to be computed.
 
+mod builtin;
 mod chain;
 mod damping;
+mod document;
 mod drive;
+mod error;
+mod file;
+mod key;
 mod material;
 mod motion;
+mod reader;
 mod settings;
 mod support;
 
+pub use builtin::{BUILT_IN, BuiltIn, WATER};
 pub use chain::{Bead, Chain};
 pub use damping::{Damping, DampingKind, DampingPlacement};
 pub use drive::{Drive, DriveKind, PistonMotion};
+pub use error::{Place, SceneError};
+pub use file::{
+    DEFAULT_KUWABARA_KONO_DAMPING, DEFAULT_LINEAR_DAMPING, DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, Loaded, MOST_BEADS,
+    load, load_text, load_with_notes,
+};
+pub use key::{KEYS, Key, ValueKind};
 pub use material::Material;
 pub use motion::Motion;
 pub use settings::{Integrator, ModelKind, ModelSettings};

@@ -13,6 +13,7 @@ use crate::signal::spline::{Ends, Spline};
 ///   jumps by that fraction of its peak; the displacement does not if `cycles` is whole.
 /// - record: the quintic spline through the samples (C⁴), in the record's own time. Beyond the samples it returns to 0 within a few
 ///   sampling steps; that is smooth and small if the record begins and ends near 0, which the reader of the record sees to.
+/// - a record not read yet: at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
     shape: Shape,
@@ -39,6 +40,7 @@ enum Shape {
         middle: f64,
     },
     Record(Box<Spline>),
+    Rest,
 }
 
 impl Motion {
@@ -61,13 +63,14 @@ impl Motion {
                 let end = cycles / drive.frequency;
                 (Shape::Gaussian { angular, middle: end / 2.0 }, vec![0.0, end])
             }
-            DriveKind::Record { displacement } => {
+            DriveKind::Record { displacement, .. } => {
                 let spline = Spline::new(displacement, Ends::Zero);
                 // The tails before the first sample are part of the smooth motion; what lies before t = 0 is cut.
                 let first = spline.support().0.max(0.0);
                 let last = spline.support().1.max(first);
                 (Shape::Record(Box::new(spline)), vec![first, last])
             }
+            DriveKind::UnreadRecord { .. } => (Shape::Rest, Vec::new()),
         };
         Self { shape, scale, breaks }
     }
@@ -137,7 +140,7 @@ mod tests {
             drive(DriveKind::ToneBurst { cycles: 7.0, ring_up: 30e-6 }),
             drive(DriveKind::ToneBurst { cycles: 7.0, ring_up: 0.0 }),
             drive(DriveKind::GaussianBurst { cycles: 30.0 }),
-            Drive { amplitude: 1.0, ..drive(DriveKind::Record { displacement: record }) },
+            Drive { amplitude: 1.0, ..drive(DriveKind::Record { displacement: record, file: None }) },
         ]
     }
 
@@ -213,7 +216,8 @@ mod tests {
     #[test]
     fn record_is_replayed_through_its_samples_in_its_own_time() {
         let series = Series::new(3e-6, 0.5e-6, (0..80).map(|i| 1e-6 * (0.3 * f64::from(i)).sin()).collect());
-        let motion = Drive { amplitude: 1.0, ..drive(DriveKind::Record { displacement: series.clone() }) }.motion(1.5);
+        let motion = Drive { amplitude: 1.0, ..drive(DriveKind::Record { displacement: series.clone(), file: None }) }
+            .motion(1.5);
         for index in 0..80 {
             assert!((motion.at(series.time(index)).0 - 1.5 * series.values[index]).abs() < 1e-19);
         }

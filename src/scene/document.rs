@@ -1,0 +1,248 @@
+//! A scene as written: values by full key, each with its place; layers laid over one another.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use toml::{
+    Spanned,
+    de::{DeTable, DeValue},
+};
+
+use super::{
+    error::{Place, SceneError},
+    key::{GOVERNORS, Key},
+};
+
+/// A value with its place.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Entry {
+    pub(super) value: Value,
+    pub(super) place: Place,
+}
+
+/// A value as written.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Value {
+    Number(f64),
+    Text(String),
+    Flag(bool),
+    List(Vec<Entry>),
+    Table(Vec<(String, Entry)>),
+    Date(String),
+}
+
+impl Value {
+    /// What it is, for a message.
+    pub(super) fn describe(&self) -> String {
+        match self {
+            Self::Number(number) => format!("the number {number:?}").replace(".0", ""),
+            Self::Text(text) => format!("the text `{text}`"),
+            Self::Flag(flag) => format!("`{flag}`"),
+            Self::List(list) => format!("a list of {}", list.len()),
+            Self::Table(_) => "a table".to_owned(),
+            Self::Date(date) => format!("the date {date}"),
+        }
+    }
+}
+
+/// Full key → value. One file, one built-in scene, or all overrides.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Document {
+    pub(super) entries: BTreeMap<String, Entry>,
+}
+
+/// Who wrote a text, to make places from.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Author<'a> {
+    File(&'a Path),
+    BuiltIn(&'static str),
+    Override(&'a str),
+}
+
+impl Author<'_> {
+    fn place(self, text: &str, offset: usize) -> Place {
+        let before = &text[..text.floor_char_boundary(offset)];
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
+        match self {
+            Self::File(path) => Place::File { path: path.to_owned(), line, column },
+            Self::BuiltIn(name) => Place::BuiltIn { name: name.to_owned(), line },
+            Self::Override(text) => Place::Override { text: text.to_owned() },
+        }
+    }
+}
+
+impl Document {
+    /// Read TOML text; refuses keys nobody knows.
+    pub(super) fn parse(text: &str, author: Author<'_>) -> Result<Self, SceneError> {
+        let table = DeTable::parse(text).map_err(|error| SceneError::Syntax {
+            place: author.place(text, error.span().map_or(0, |span| span.start)),
+            message: error.message().trim().replace('\n', ", "),
+        })?;
+        let mut document = Self::default();
+        let mut unknown = Vec::new();
+        flatten(table.get_ref(), "", text, author, &mut document, &mut unknown);
+        unknown.sort_by_key(|(offset, _)| *offset);
+        match unknown.into_iter().next() {
+            Some((offset, key)) => Err(unknown_key(key, author.place(text, offset))),
+            None => Ok(document),
+        }
+    }
+
+    /// Read overrides `KEY=VALUE`; of two with the same key the later counts.
+    pub(super) fn from_overrides(overrides: &[String]) -> Result<Self, SceneError> {
+        let mut document = Self::default();
+        for text in overrides {
+            let refuse = || SceneError::Override { text: text.clone() };
+            let (key, value) = text.split_once('=').ok_or_else(refuse)?;
+            let (key, value) = (key.trim(), value.trim());
+            if key.is_empty() || value.is_empty() {
+                return Err(refuse());
+            }
+            let author = Author::Override(text);
+            let value = override_value(value, author);
+            if let Value::Table(entries) = value {
+                // A table stands for its keys.
+                for (name, entry) in entries {
+                    document.insert_known(format!("{key}.{name}"), entry)?;
+                }
+            } else {
+                document.insert_known(key.to_owned(), Entry { value, place: author.place("", 0) })?;
+            }
+        }
+        Ok(document)
+    }
+
+    fn insert_known(&mut self, key: String, entry: Entry) -> Result<(), SceneError> {
+        if Key::find(&key).is_none() {
+            return Err(unknown_key(key, entry.place));
+        }
+        if key == "chain.gaps" {
+            self.entries.retain(|other, _| !other.starts_with("chain.gaps."));
+        }
+        self.entries.insert(key, entry);
+        Ok(())
+    }
+
+    /// Lay `upper` over this document. Where it changes a kind, what the new kind does not use, or reads otherwise, falls away.
+    pub(super) fn overlay(&mut self, upper: Self) {
+        for governor in GOVERNORS {
+            let (Some(new), old) = (upper.text(governor.key), self.text(governor.key)) else { continue };
+            if old == Some(new) {
+                continue;
+            }
+            let Some(used) = governor.used_by(new) else { continue };
+            self.entries.retain(|key, _| {
+                let key = key.as_str();
+                !governor.governed.contains(&key) || used.contains(&key) && !governor.reinterpreted.contains(&key)
+            });
+        }
+        if upper.entries.contains_key("chain.gaps") {
+            self.entries.retain(|key, _| !key.starts_with("chain.gaps."));
+        }
+        self.entries.extend(upper.entries);
+    }
+
+    pub(super) fn text(&self, key: &str) -> Option<&str> {
+        match &self.entries.get(key)?.value {
+            Value::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+}
+
+fn unknown_key(key: String, place: Place) -> SceneError {
+    SceneError::UnknownKey { nearest: Key::nearest(&key), key, place }
+}
+
+fn flatten(
+    table: &DeTable<'_>,
+    prefix: &str,
+    text: &str,
+    author: Author<'_>,
+    document: &mut Document,
+    unknown: &mut Vec<(usize, String)>,
+) {
+    for (key, value) in table.iter() {
+        let full = if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
+        match value.get_ref() {
+            DeValue::Table(inner) if Key::is_table(&full) => flatten(inner, &full, text, author, document, unknown),
+            DeValue::Table(inner) if Key::find(&full).is_none() => {
+                // Name the key inside: `[dampng] coefficient` is a misspelt `damping.coefficient`.
+                let leaf = inner.keys().next().map(|leaf| format!("{full}.{}", leaf.get_ref()));
+                unknown.push((key.span().start, leaf.unwrap_or(full)));
+            }
+            _ if Key::find(&full).is_none() => unknown.push((key.span().start, full)),
+            _ => {
+                document.entries.insert(full, read(value, text, author));
+            }
+        }
+    }
+}
+
+fn read(value: &Spanned<DeValue<'_>>, text: &str, author: Author<'_>) -> Entry {
+    let place = author.place(text, value.span().start);
+    let value = match value.get_ref() {
+        DeValue::String(string) => Value::Text(string.to_string()),
+        DeValue::Boolean(flag) => Value::Flag(*flag),
+        // Digits of a valid TOML integer; beyond i64 it is taken as a float.
+        DeValue::Integer(integer) => Value::Number(
+            i64::from_str_radix(integer.as_str(), integer.radix())
+                .map_or_else(|_| integer.as_str().parse().unwrap_or(f64::NAN), |whole| whole as f64),
+        ),
+        DeValue::Float(float) => Value::Number(float.as_str().parse().unwrap_or(f64::NAN)),
+        DeValue::Datetime(date) => Value::Date(date.to_string()),
+        DeValue::Array(list) => Value::List(list.iter().map(|item| read(item, text, author)).collect()),
+        DeValue::Table(table) => Value::Table(
+            table
+                .iter()
+                .map(|(key, value)| {
+                    let entry = read(value, text, author);
+                    (key.get_ref().to_string(), Entry { place: author.place(text, key.span().start), ..entry })
+                })
+                .collect(),
+        ),
+    };
+    Entry { value, place }
+}
+
+/// A value on the command line: TOML if it is (numbers, `true`, quoted text, lists), else a word or quantity as it stands; in a list
+/// the items may stand as they are too.
+fn override_value(value: &str, author: Author<'_>) -> Value {
+    if let Ok(parsed) = DeValue::parse(value) {
+        let parsed = read(&parsed, value, author).value;
+        if !matches!(parsed, Value::Date(_)) {
+            return parsed;
+        }
+    }
+    if let Some(items) = value.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'))
+        && !items.contains(['[', '{'])
+    {
+        let items = items.split(',').map(str::trim).filter(|item| !item.is_empty());
+        let place = author.place("", 0);
+        return Value::List(
+            items.map(|item| Entry { value: override_value(item, author), place: place.clone() }).collect(),
+        );
+    }
+    Value::Text(value.to_owned())
+}
+
+/// A scene file's text.
+pub(super) fn read_text(path: &Path) -> Result<String, SceneError> {
+    if path.is_dir() {
+        return Err(SceneError::Folder { path: path.to_owned() });
+    }
+    let bytes = std::fs::read(path).map_err(|source| SceneError::Unreadable { path: path.to_owned(), source })?;
+    String::from_utf8(bytes)
+        .map_err(|error| SceneError::NotText { path: path.to_owned(), offset: error.utf8_error().valid_up_to() })
+}
+
+/// `file` as written in a scene file at `place`: relative to that scene file's folder.
+pub(super) fn resolved(file: &str, place: &Place) -> PathBuf {
+    match place {
+        Place::File { path, .. } => path.parent().map_or_else(|| PathBuf::from(file), |folder| folder.join(file)),
+        _ => PathBuf::from(file),
+    }
+}

@@ -1,0 +1,362 @@
+//! Scene files: layers of keys (built-in scene, file, overrides) → a checked [`Scene`].
+
+use std::path::{Path, PathBuf};
+
+use super::{
+    Bead, Chain, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator, Material,
+    ModelKind, ModelSettings, Scene, Support, builtin,
+    document::{Author, Document, read_text, resolved},
+    error::SceneError,
+    key::{DAMPING_KINDS, DRIVE_KINDS, FLAT_KINDS, INTEGRATORS, MODEL_KINDS, PLACEMENTS, SUPPORT_KINDS},
+    reader::{Bound, Reader},
+};
+use crate::signal::{Dimension, Quantity};
+
+/// Default interval of the output samples, s.
+pub const DEFAULT_OUTPUT_STEP: f64 = 1e-7;
+/// Default of c, N·s/m: the paper's linear dashpots.
+pub const DEFAULT_LINEAR_DAMPING: f64 = 0.3;
+/// Default of γ, N·s·m^(-3/2): the paper's Kuwabara–Kono dashpots.
+pub const DEFAULT_KUWABARA_KONO_DAMPING: f64 = 3660.0;
+/// Default relative tolerance of the adaptive integrator, 1.
+pub const DEFAULT_TOLERANCE: f64 = 1e-10;
+/// Most beads of a chain.
+pub const MOST_BEADS: usize = 1000;
+/// Most output samples of a run.
+const MOST_SAMPLES: f64 = 2e7;
+
+/// A scene as loaded, with what its reader should say to a person.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Loaded {
+    /// The scene.
+    pub scene: Scene,
+    /// Values that were chosen rather than read, one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Load a built-in scene by name or a scene file by path, changed by overrides `KEY=VALUE`.
+///
+/// A name that is both is the built-in scene; write `./rigid` for a file called so. A drive of kind `record` is not
+/// read here: see [`Scene::pending_record`].
+///
+/// ```
+/// let scene = granchain::scene::load("annulus", &["damping.coefficient=0.4".into(), "chain.beads=8".into()])?;
+/// assert_eq!((scene.damping.linear, scene.chain.beads.len()), (0.4, 8));
+/// # Ok::<(), granchain::scene::SceneError>(())
+/// ```
+///
+/// # Errors
+/// A [`SceneError`] naming place, key, what was expected and what was found.
+pub fn load(name_or_path: &str, overrides: &[String]) -> Result<Scene, SceneError> {
+    load_with_notes(name_or_path, overrides).map(|loaded| loaded.scene)
+}
+
+/// As [`load`], with the remarks a person should see.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_with_notes(name_or_path: &str, overrides: &[String]) -> Result<Loaded, SceneError> {
+    let path = Path::new(name_or_path);
+    let looks_like_path = name_or_path.contains(['/', '\\', '.']) || path.exists();
+    let built_in = match builtin::find(name_or_path, None) {
+        Err(SceneError::UnknownScene { .. }) if looks_like_path => None,
+        found => Some(found?),
+    };
+    match built_in {
+        Some(scene) => {
+            let document = Document::parse(scene.toml, Author::BuiltIn(scene.name))?;
+            assemble(document, overrides, &format!("built-in scene `{}`", scene.name), scene.name)
+        }
+        None => load_text(&read_text(path)?, path, overrides),
+    }
+}
+
+/// Read a scene from TOML text; `path` names it in messages, and what it points to is relative to the folder of `path`.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_text(text: &str, path: &Path, overrides: &[String]) -> Result<Loaded, SceneError> {
+    let own = Document::parse(text, Author::File(path))?;
+    let document = match own.entries.get("extends") {
+        None => own,
+        Some(entry) => {
+            let name = own.text("extends").ok_or_else(|| SceneError::WrongType {
+                place: entry.place.clone(),
+                key: "extends".into(),
+                expected: "the name of a built-in scene, in quotes".into(),
+                found: entry.value.describe(),
+            })?;
+            let base = builtin::find(name, Some(entry.place.clone()))?;
+            let mut document = Document::parse(base.toml, Author::BuiltIn(base.name))?;
+            document.entries.remove("name");
+            document.entries.remove("description");
+            document.overlay(own);
+            document
+        }
+    };
+    let stem = path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy());
+    assemble(document, overrides, &path.display().to_string(), &stem)
+}
+
+fn assemble(mut document: Document, overrides: &[String], origin: &str, name: &str) -> Result<Loaded, SceneError> {
+    document.entries.remove("extends");
+    let overrides = Document::from_overrides(overrides)?;
+    if let Some(entry) = overrides.entries.get("extends") {
+        return Err(SceneError::OutOfRange {
+            place: entry.place.clone(),
+            key: "extends".into(),
+            expected: "this key in scene files only".into(),
+            found: "an override; use --scene NAME".into(),
+        });
+    }
+    document.overlay(overrides);
+    let mut notes = Vec::new();
+    let reader = Reader::new(&document, origin);
+    reader.refuse_unused()?;
+    let scene = scene(&reader, name, &mut notes)?;
+    reader.check_materials()?;
+    Ok(Loaded { scene, notes })
+}
+
+fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Scene, SceneError> {
+    let chain = chain(reader)?;
+    let drive = drive(reader)?;
+    let amplitude_scale = reader.quantity("alpha", Dimension::NONE, Bound::NotNegative)?.unwrap_or(1.0);
+    if !matches!(drive.kind, DriveKind::UnreadRecord { .. }) {
+        let motion = amplitude_scale * drive.amplitude;
+        let radius = chain.beads[0].radius;
+        if motion >= radius {
+            let expected = format!("α × amplitude below the bead radius {}", length(radius));
+            return Err(reader.out_of_range("drive.amplitude", expected, length(motion)));
+        }
+    }
+    let duration = reader.required("duration", Dimension::TIME, Bound::Positive, None, "duration = \"120 us\"")?;
+    let output_step = reader.quantity("output_step", Dimension::TIME, Bound::Positive)?.unwrap_or(DEFAULT_OUTPUT_STEP);
+    let time = |value| Quantity::new(value, Dimension::TIME).to_string();
+    if output_step > duration {
+        let expected = format!("at most the duration {}", time(duration));
+        let key = if reader.has("output_step") { "output_step" } else { "duration" };
+        return Err(reader.out_of_range(key, expected, time(output_step)));
+    }
+    if duration / output_step > MOST_SAMPLES {
+        let expected = format!("at most {MOST_SAMPLES} samples in {}", time(duration));
+        return Err(reader.out_of_range("output_step", expected, time(output_step)));
+    }
+    Ok(Scene {
+        name: reader.text("name")?.unwrap_or(name).to_owned(),
+        description: reader.text("description")?.unwrap_or("").to_owned(),
+        piston: flat(reader.choice("piston.contact", FLAT_KINDS)?),
+        support: support(reader, &chain)?,
+        damping: damping(reader, notes)?,
+        model: model(reader, drive.frequency)?,
+        chain,
+        drive,
+        amplitude_scale,
+        duration,
+        output_step,
+    })
+}
+
+fn length(value: f64) -> String {
+    Quantity::new(value, Dimension::LENGTH).to_string()
+}
+
+fn flat(word: Option<&str>) -> FlatContact {
+    if word == Some("steel") { FlatContact::Steel } else { FlatContact::Rigid }
+}
+
+fn chain(reader: &Reader<'_>) -> Result<Chain, SceneError> {
+    let count = reader.beads()?;
+    let radius =
+        reader.required("chain.radius", Dimension::LENGTH, Bound::Positive, None, "chain.radius = \"0.5 mm\"")?;
+    let material = reader.material("chain.material")?;
+    let mut beads = vec![Bead { radius, material }; count];
+    reader.override_beads(&mut beads)?;
+    let gaps = reader.gaps(count)?;
+    let precompression = reader.quantity("chain.precompression", Dimension::FORCE, Bound::NotNegative)?.unwrap_or(0.0);
+    if precompression > 0.0
+        && let Some(open) = gaps.iter().position(|gap| *gap > 0.0)
+    {
+        return Err(SceneError::PrecompressedGap {
+            place: reader.place("chain.precompression"),
+            force: Quantity::new(precompression, Dimension::FORCE).to_string(),
+            contact: open + 1,
+            gap: length(gaps[open]),
+        });
+    }
+    Ok(Chain { beads, gaps, precompression })
+}
+
+fn drive(reader: &Reader<'_>) -> Result<Drive, SceneError> {
+    let kind = reader.required_choice("drive.kind", DRIVE_KINDS, "drive.kind = \"tone-burst\"")?;
+    let frequency = reader.required(
+        "drive.frequency",
+        Dimension::FREQUENCY,
+        Bound::Positive,
+        None,
+        "drive.frequency = \"73 kHz\"",
+    )?;
+    if kind == "record" {
+        let reason = Some("a drive of kind `record` is read from a file");
+        let file = reader.required_text("drive.file", reason, "drive.file = \"horn_tip.csv\"")?;
+        let file = resolved(file, &reader.place("drive.file"));
+        return Ok(Drive { kind: DriveKind::UnreadRecord { file }, amplitude: 1.0, frequency });
+    }
+    let amplitude = reader.required(
+        "drive.amplitude",
+        Dimension::LENGTH,
+        Bound::NotNegative,
+        None,
+        "drive.amplitude = \"1 um\"",
+    )?;
+    let cycles = reader.required("drive.cycles", Dimension::NONE, Bound::Positive, None, "drive.cycles = 40")?;
+    // Elsewhere the burst would begin or end away from zero, and the piston would have to jump.
+    let must_close = |parts: f64, expected: &str| {
+        if (cycles * parts).fract() == 0.0 {
+            return Ok(());
+        }
+        let expected = format!("{expected}, where the sine passes zero; else the piston would jump");
+        Err(reader.out_of_range("drive.cycles", expected, cycles.to_string()))
+    };
+    let kind = match kind {
+        "sine" => {
+            must_close(2.0, "a whole or half number of cycles")?;
+            DriveKind::SineCycles { cycles }
+        }
+        "gaussian-burst" => {
+            must_close(1.0, "a whole number of cycles")?;
+            DriveKind::GaussianBurst { cycles }
+        }
+        _ => {
+            let example = "drive.ring_up = \"100 us\"";
+            let ring_up = reader.required("drive.ring_up", Dimension::TIME, Bound::NotNegative, None, example)?;
+            if ring_up == 0.0 {
+                must_close(2.0, "a whole or half number of cycles (with ring_up = 0)")?;
+            }
+            DriveKind::ToneBurst { cycles, ring_up }
+        }
+    };
+    Ok(Drive { kind, amplitude, frequency })
+}
+
+/// Radius of the bead the annulus' law was derived for, m, and how far another may be from it, 1.
+const ANNULUS_BEAD: (f64, f64) = (0.5e-3, 0.02);
+
+fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
+    let kind = reader.required_choice("support.kind", SUPPORT_KINDS, "support.kind = \"rigid\"")?;
+    Ok(match kind {
+        "annulus" => {
+            let radius = chain.beads.last().map_or(0.0, |bead| bead.radius);
+            if (radius / ANNULUS_BEAD.0 - 1.0).abs() > ANNULUS_BEAD.1 {
+                return Err(SceneError::AnnulusBead { place: reader.place("support.kind"), radius: length(radius) });
+            }
+            let factor = reader.quantity("support.stiffness_factor", Dimension::NONE, Bound::Positive)?;
+            Support::Annulus { stiffness_factor: factor.unwrap_or(1.0) }
+        }
+        "spring" => {
+            let example = "support.stiffness = \"0.7e6 N/m\"";
+            let reason = Some("a support of kind `spring` needs it");
+            let stiffness =
+                reader.required("support.stiffness", Dimension::STIFFNESS, Bound::Positive, reason, example)?;
+            Support::Spring { stiffness }
+        }
+        flat_kind => Support::Flat(flat(Some(flat_kind))),
+    })
+}
+
+fn damping(reader: &Reader<'_>, notes: &mut Vec<String>) -> Result<Damping, SceneError> {
+    let kind = reader.required_choice("damping.kind", DAMPING_KINDS, "damping.kind = \"none\"")?;
+    let mut coefficient = |key: &str, dimension, default| {
+        let given = reader.quantity(key, dimension, Bound::NotNegative)?;
+        Ok(given.unwrap_or_else(|| {
+            let value = Quantity::new(default, dimension);
+            notes.push(format!("`{key}` is not given for `damping.kind = \"{kind}\"`; taken as the paper's {value}"));
+            default
+        }))
+    };
+    let (linear, kuwabara_kono) = (Dimension::LINEAR_DAMPING, Dimension::KUWABARA_KONO_DAMPING);
+    let (kind, linear, kuwabara_kono) = match kind {
+        "none" => (DampingKind::None, 0.0, 0.0),
+        "linear" => (DampingKind::Linear, coefficient("damping.coefficient", linear, DEFAULT_LINEAR_DAMPING)?, 0.0),
+        "kuwabara-kono" => {
+            let gamma = coefficient("damping.coefficient", kuwabara_kono, DEFAULT_KUWABARA_KONO_DAMPING)?;
+            (DampingKind::KuwabaraKono, 0.0, gamma)
+        }
+        _ => (
+            DampingKind::LinearAndKuwabaraKono,
+            coefficient("damping.linear_coefficient", linear, DEFAULT_LINEAR_DAMPING)?,
+            coefficient("damping.kuwabara_kono_coefficient", kuwabara_kono, DEFAULT_KUWABARA_KONO_DAMPING)?,
+        ),
+    };
+    let placement = match reader.choice("damping.at", PLACEMENTS)? {
+        Some("beads") => DampingPlacement::Beads,
+        _ => DampingPlacement::All,
+    };
+    Ok(Damping { kind, linear, kuwabara_kono, placement, tension: reader.flag("damping.tension")?.unwrap_or(false) })
+}
+
+fn model(reader: &Reader<'_>, frequency: f64) -> Result<ModelSettings, SceneError> {
+    let kind = match reader.choice("model.kind", MODEL_KINDS)? {
+        Some("reduced") => ModelKind::Reduced,
+        Some("fea") => ModelKind::Fea,
+        _ => ModelKind::Chain,
+    };
+    let integrator = if reader.choice("model.integrator", INTEGRATORS)? == Some("symplectic") {
+        let reason = Some("the fixed-step integrator needs it");
+        let step = reader.required("model.step", Dimension::TIME, Bound::Positive, reason, "model.step = \"50 ns\"")?;
+        // Five steps through the shortest half period of motion that the drive's own period leaves are no integration.
+        let longest = 1.0 / (20.0 * frequency);
+        if step > longest {
+            let time = |value| Quantity::new(value, Dimension::TIME).to_string();
+            let longest = time((longest * 1e9).floor() / 1e9);
+            let expected = format!("at most {longest}, a twentieth of a drive period");
+            return Err(reader.out_of_range("model.step", expected, time(step)));
+        }
+        Integrator::Symplectic { step }
+    } else {
+        let tolerance = reader.quantity("model.tolerance", Dimension::NONE, Bound::Between(1e-14, 1e-2))?;
+        Integrator::DormandPrince853 { tolerance: tolerance.unwrap_or(DEFAULT_TOLERANCE) }
+    };
+    Ok(ModelSettings { kind, integrator })
+}
+
+impl Scene {
+    /// The horn-tip record this scene wants and does not hold yet: read it and hand it to [`Scene::with_drive_record`].
+    #[must_use]
+    pub fn pending_record(&self) -> Option<&Path> {
+        match &self.drive.kind {
+            DriveKind::UnreadRecord { file } => Some(file),
+            _ => None,
+        }
+    }
+
+    /// The same scene driven by a record.
+    ///
+    /// - `displacement`: m, positive towards the chain, band-limited, starting and ending near 0, at t ≥ 0
+    /// - `frequency`: its drive frequency f0, Hz
+    /// - `file`: where it came from, for provenance; a pending file's name stays if `None`
+    #[must_use]
+    pub fn with_drive_record(
+        mut self,
+        displacement: crate::signal::Series,
+        frequency: f64,
+        file: Option<PathBuf>,
+    ) -> Self {
+        let file = file.or_else(|| match &self.drive.kind {
+            DriveKind::UnreadRecord { file } => Some(file.clone()),
+            DriveKind::Record { file, .. } => file.clone(),
+            _ => None,
+        });
+        self.drive = Drive { kind: DriveKind::Record { displacement, file }, amplitude: 1.0, frequency };
+        self
+    }
+}
+
+impl Material {
+    /// The material of that name that comes with the program.
+    #[must_use]
+    pub fn built_in(name: &str) -> Option<Self> {
+        Some(Self::chrome_steel()).filter(|steel| steel.name == name)
+    }
+}

@@ -1,0 +1,230 @@
+//! The keys of a scene file: name, kind of value, meaning; which choices use which keys.
+
+use crate::signal::Dimension;
+
+/// What kind of value a key takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ValueKind {
+    /// A quantity of one dimension; a plain number is SI.
+    Quantity(Dimension),
+    /// A damping coefficient, whose dimension follows `damping.kind`.
+    DampingCoefficient,
+    /// A whole number.
+    Count,
+    /// `true` or `false`.
+    Flag,
+    /// One of some words.
+    Choice(&'static [&'static str]),
+    /// Any text.
+    Text,
+    /// The path of a file.
+    Path,
+    /// Gaps: one length, a list of N + 1, or a table `all`, `contact1` … `contact{N+1}`.
+    Gaps,
+    /// A list of tables with `bead` and what differs for it.
+    BeadOverrides,
+}
+
+/// One key of a scene file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Key {
+    /// Its name with its tables; `*` stands for the name of a material.
+    pub name: &'static str,
+    /// What it takes.
+    pub kind: ValueKind,
+    /// What it means.
+    pub meaning: &'static str,
+}
+
+const fn key(name: &'static str, kind: ValueKind, meaning: &'static str) -> Key {
+    Key { name, kind, meaning }
+}
+
+const fn quantity(name: &'static str, dimension: Dimension, meaning: &'static str) -> Key {
+    key(name, ValueKind::Quantity(dimension), meaning)
+}
+
+pub(super) const FLAT_KINDS: &[&str] = &["rigid", "steel"];
+pub(super) const DRIVE_KINDS: &[&str] = &["record", "tone-burst", "gaussian-burst", "sine"];
+pub(super) const SUPPORT_KINDS: &[&str] = &["rigid", "steel", "annulus", "spring"];
+pub(super) const DAMPING_KINDS: &[&str] = &["none", "linear", "kuwabara-kono", "linear+kuwabara-kono"];
+pub(super) const PLACEMENTS: &[&str] = &["beads", "all"];
+pub(super) const MODEL_KINDS: &[&str] = &["chain", "reduced", "fea"];
+pub(super) const INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic"];
+
+/// All keys, in the order in which they are written.
+pub const KEYS: &[Key] = &[
+    key("name", ValueKind::Text, "name of the scene"),
+    key("description", ValueKind::Text, "one sentence on what it is"),
+    key("extends", ValueKind::Text, "built-in scene this file changes"),
+    quantity("alpha", Dimension::NONE, "α, factor on the drive"),
+    quantity("duration", Dimension::TIME, "simulated time"),
+    quantity("output_step", Dimension::TIME, "interval of the output samples"),
+    key("chain.beads", ValueKind::Count, "number of beads N, 1 to 1000"),
+    quantity("chain.radius", Dimension::LENGTH, "radius of a bead"),
+    key("chain.material", ValueKind::Text, "material of the beads"),
+    key("chain.gaps", ValueKind::Gaps, "initial gap of every contact, or of each of the N + 1 from the piston"),
+    quantity("chain.precompression", Dimension::FORCE, "static force along the chain before the drive starts"),
+    key("chain.override", ValueKind::BeadOverrides, "beads that differ: number from the piston, radius, material"),
+    quantity("materials.*.youngs_modulus", Dimension::PRESSURE, "Young's modulus E"),
+    quantity("materials.*.poissons_ratio", Dimension::NONE, "Poisson's ratio ν"),
+    quantity("materials.*.density", Dimension::DENSITY, "density ρ"),
+    key(
+        "piston.contact",
+        ValueKind::Choice(FLAT_KINDS),
+        "face of the piston: rigid flat, or half-space of the bead's material",
+    ),
+    key("drive.kind", ValueKind::Choice(DRIVE_KINDS), "waveform of the piston's displacement"),
+    key("drive.file", ValueKind::Path, "horn-tip record, relative to the scene file"),
+    quantity("drive.amplitude", Dimension::LENGTH, "peak displacement at α = 1"),
+    quantity("drive.frequency", Dimension::FREQUENCY, "drive frequency f0"),
+    quantity("drive.cycles", Dimension::NONE, "length of the burst in periods of f0"),
+    quantity("drive.ring_up", Dimension::TIME, "time constant τ of ring-up and decay; 0 is rectangular"),
+    key("support.kind", ValueKind::Choice(SUPPORT_KINDS), "what holds the far end"),
+    quantity("support.stiffness_factor", Dimension::NONE, "factor on the force law of the annulus"),
+    quantity("support.stiffness", Dimension::STIFFNESS, "stiffness of the one-sided spring"),
+    key("damping.kind", ValueKind::Choice(DAMPING_KINDS), "law of the dashpots"),
+    key("damping.coefficient", ValueKind::DampingCoefficient, "c of the linear, γ of the Kuwabara–Kono dashpots"),
+    quantity("damping.linear_coefficient", Dimension::LINEAR_DAMPING, "c, where both laws act"),
+    quantity("damping.kuwabara_kono_coefficient", Dimension::KUWABARA_KONO_DAMPING, "γ, where both laws act"),
+    key("damping.at", ValueKind::Choice(PLACEMENTS), "dashpots at bead–bead contacts only, or at the ends too"),
+    key("damping.tension", ValueKind::Flag, "whether a contact force may pull while the contact parts"),
+    key("model.kind", ValueKind::Choice(MODEL_KINDS), "rung of the fidelity ladder"),
+    key(
+        "model.integrator",
+        ValueKind::Choice(INTEGRATORS),
+        "adaptive with contact events, or fixed steps for searches",
+    ),
+    quantity("model.tolerance", Dimension::NONE, "relative error allowed a step"),
+    quantity("model.step", Dimension::TIME, "fixed step"),
+];
+
+/// The key that decides which of a table's keys have an effect, and the keys each of its values uses.
+pub(super) struct Governor {
+    /// The deciding key.
+    pub(super) key: &'static str,
+    /// The keys that depend on it.
+    pub(super) governed: &'static [&'static str],
+    /// Value → keys it uses.
+    pub(super) uses: &'static [(&'static str, &'static [&'static str])],
+    /// Keys whose meaning changes with the value.
+    pub(super) reinterpreted: &'static [&'static str],
+}
+
+pub(super) const GOVERNORS: &[Governor] = &[
+    Governor {
+        key: "drive.kind",
+        governed: &["drive.file", "drive.amplitude", "drive.frequency", "drive.cycles", "drive.ring_up"],
+        uses: &[
+            ("record", &["drive.file", "drive.frequency"]),
+            ("tone-burst", &["drive.amplitude", "drive.frequency", "drive.cycles", "drive.ring_up"]),
+            ("gaussian-burst", &["drive.amplitude", "drive.frequency", "drive.cycles"]),
+            ("sine", &["drive.amplitude", "drive.frequency", "drive.cycles"]),
+        ],
+        reinterpreted: &[],
+    },
+    Governor {
+        key: "support.kind",
+        governed: &["support.stiffness_factor", "support.stiffness"],
+        uses: &[
+            ("rigid", &[]),
+            ("steel", &[]),
+            ("annulus", &["support.stiffness_factor"]),
+            ("spring", &["support.stiffness"]),
+        ],
+        reinterpreted: &[],
+    },
+    Governor {
+        key: "damping.kind",
+        governed: &[
+            "damping.coefficient",
+            "damping.linear_coefficient",
+            "damping.kuwabara_kono_coefficient",
+            "damping.at",
+            "damping.tension",
+        ],
+        uses: &[
+            ("none", &[]),
+            ("linear", &["damping.coefficient", "damping.at", "damping.tension"]),
+            ("kuwabara-kono", &["damping.coefficient", "damping.at", "damping.tension"]),
+            (
+                "linear+kuwabara-kono",
+                &["damping.linear_coefficient", "damping.kuwabara_kono_coefficient", "damping.at", "damping.tension"],
+            ),
+        ],
+        reinterpreted: &["damping.coefficient"],
+    },
+    Governor {
+        key: "model.integrator",
+        governed: &["model.tolerance", "model.step"],
+        uses: &[("dormand-prince-853", &["model.tolerance"]), ("symplectic", &["model.step"])],
+        reinterpreted: &[],
+    },
+];
+
+impl Governor {
+    /// The keys a value uses; `None` for a value that does not exist.
+    pub(super) fn used_by(&self, value: &str) -> Option<&'static [&'static str]> {
+        self.uses.iter().find(|(choice, _)| *choice == value).map(|(_, keys)| *keys)
+    }
+}
+
+impl Key {
+    /// The key of a full name such as `materials.brass.density` or `chain.gaps.contact2`.
+    #[must_use]
+    pub fn find(name: &str) -> Option<&'static Self> {
+        KEYS.iter().find(|key| key.matches(name))
+    }
+
+    fn matches(&self, name: &str) -> bool {
+        if let Some((before, after)) = self.name.split_once('*') {
+            return name
+                .strip_prefix(before)
+                .and_then(|rest| rest.strip_suffix(after))
+                .is_some_and(|middle| !middle.is_empty() && !middle.contains('.'));
+        }
+        self.name == name
+            || self.kind == ValueKind::Gaps
+                && name.strip_prefix(self.name).is_some_and(|rest| rest == ".all" || rest.starts_with(".contact"))
+    }
+
+    /// Whether `table` is a table of some key.
+    pub(super) fn is_table(table: &str) -> bool {
+        let inside = |name: &str| name.strip_prefix(table).is_some_and(|rest| rest.starts_with('.'));
+        KEYS.iter().any(|key| inside(key.name)) || table == "chain.gaps" || table.starts_with("materials.")
+    }
+
+    /// The valid key most like `name`: the spelling as a whole, or the same last word in another table.
+    #[must_use]
+    pub fn nearest(name: &str) -> Option<String> {
+        let last = name.rsplit('.').next().unwrap_or(name);
+        // In `materials.NAME.…` the name is the user's, only the last word can be misspelt.
+        if let Some((material, word)) = name.strip_prefix("materials.").and_then(|rest| rest.split_once('.')) {
+            let words = ["youngs_modulus", "poissons_ratio", "density"];
+            return closest(word, words.iter().copied()).map(|word| format!("materials.{material}.{word}"));
+        }
+        if let Some(inside) = KEYS.iter().find(|key| key.name.strip_prefix(name).is_some_and(|r| r.starts_with('.'))) {
+            return Some(inside.name.to_owned());
+        }
+        let plain = || KEYS.iter().map(|key| key.name).filter(|key| !key.contains('*'));
+        plain()
+            .find(|key| key.rsplit('.').next() == Some(last) && strsim::jaro_winkler(key, name) > 0.7)
+            .or_else(|| closest(name, plain()))
+            .or_else(|| plain().find(|key| key.rsplit('.').next() == Some(last)))
+            .or_else(|| {
+                let words = plain().filter_map(|key| key.rsplit('.').next());
+                let word = closest(last, words)?;
+                plain().find(|key| key.rsplit('.').next() == Some(word))
+            })
+            .map(str::to_owned)
+    }
+}
+
+/// The candidate that `text` is most likely a misspelling of; `None` when none is near.
+pub(super) fn closest<'a>(text: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    candidates
+        .map(|candidate| (strsim::damerau_levenshtein(text, candidate), candidate))
+        .filter(|(distance, candidate)| 3 * distance <= candidate.len().max(3))
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, candidate)| candidate)
+}
