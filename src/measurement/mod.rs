@@ -1,1 +1,28 @@
-//! What the lab recorded.
+//! What the lab recorded: the one CSV reader, horn-tip and vibrometer records, published features.
+//!
+//! ```text
+//! file ─ text ─ columns ─ even grid ─ sign, baseline ─ [integration] ─ t = 0 at the trigger, less the decoder's delay ─ Record
+//! ```
+//!
+//! Everything that was assumed on the way is written down in [`Record::assumptions`]; everything that looks wrong but can be
+//! read in [`Record::warnings`]. What cannot be read is refused with the line and the column
+//! ([`MeasurementError`]).
+
+mod baseline;
+mod column;
+mod error;
+mod header;
+mod line;
+mod options;
+mod published;
+mod read;
+mod record;
+mod sampling;
+mod table;
+
+pub use error::{MeasurementError, Place};
+pub use options::{Baseline, Missing, ReadOptions, RecordKind};
+pub use published::{PublishedCase, PublishedError, PublishedFeature, PublishedFeatures, Statement};
+pub use read::{inspect_record, read_record, read_record_bytes};
+pub use record::{Record, RecordedQuantity};
+pub use sampling::SAMPLING_TOLERANCE;

@@ -1,0 +1,195 @@
+//! The offset of a record: which samples are quiet, and the mean over the plateau of a burst.
+
+use std::f64::consts::PI;
+
+use crate::signal::Series;
+
+/// Fewest quiet samples whose mean is a baseline.
+pub(super) const FEWEST_QUIET: usize = 8;
+/// Fewest drive periods of a plateau.
+pub(super) const FEWEST_PERIODS: usize = 4;
+
+/// Largest rms of quiet samples, as a fraction of the record's peak.
+const QUIET_RMS: f64 = 0.05;
+/// The later half of quiet samples may have this many times the rms of the earlier half.
+const QUIET_GROWTH: f64 = 2.0;
+
+/// Mean and rms about it.
+pub(super) fn mean_and_rms(values: &[f64]) -> (f64, f64) {
+    if values.is_empty() {
+        return (0.0, 0.0);
+    }
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (mean, (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt())
+}
+
+/// Number of quiet samples at the start of a record.
+///
+/// With samples before the trigger those are the candidates, else the samples before the first departure by a tenth of the
+/// peak (and, to stay clear of a slow ring-up, ever shorter parts of them). Candidates are quiet if there are at
+/// least 8, their rms about their mean is below 5 % of the record's peak, and the later half has at most twice the rms
+/// of the earlier half.
+pub(super) fn quiet_lead(values: &[f64], before_trigger: usize) -> usize {
+    let median = {
+        let mut sorted = values.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+    };
+    let peak = values.iter().fold(0.0, |peak, x| f64::max(peak, (x - median).abs()));
+    let smallest_step = values
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).abs())
+        .filter(|step| *step > 0.0)
+        .fold(f64::INFINITY, f64::min)
+        .min(peak);
+    let is_quiet = |count: usize| {
+        if count < FEWEST_QUIET {
+            return false;
+        }
+        let (mean, rms) = mean_and_rms(&values[..count]);
+        let about = |part: &[f64]| (part.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / part.len() as f64).sqrt();
+        let (early, late) = values[..count].split_at(count / 2);
+        rms <= QUIET_RMS * peak && about(late) <= QUIET_GROWTH * about(early) + smallest_step
+    };
+    if before_trigger > 0 {
+        return if is_quiet(before_trigger) { before_trigger } else { 0 };
+    }
+    let level = values.iter().take(FEWEST_QUIET).sum::<f64>() / FEWEST_QUIET.min(values.len()).max(1) as f64;
+    let onset = values.iter().position(|x| (x - level).abs() > 0.1 * peak).unwrap_or(0);
+    [0.8, 0.6, 0.45, 0.3].iter().map(|part| (onset as f64 * part) as usize).find(|&count| is_quiet(count)).unwrap_or(0)
+}
+
+/// Hann-weighted mean of `series` over the largest whole number of drive periods in its plateau, or how many periods there
+/// were. The plateau is the longest run of periods whose swing (maximum − minimum) exceeds 0.8 of the largest; over m ≥ 2
+/// whole periods the weights 1 − cos(2πt/(m T)) have no response at f0 and its harmonics, so the motion itself leaves
+/// nothing in the mean.
+pub(super) fn plateau_mean(series: &Series, drive_frequency: f64) -> Result<(f64, usize), usize> {
+    let period = 1.0 / drive_frequency;
+    let periods = ((series.end() - series.start) / period).floor() as usize;
+    let swing = |k: usize| {
+        let from = (k as f64 * period / series.step).ceil() as usize;
+        let past = ((((k + 1) as f64) * period / series.step).floor() as usize + 1).min(series.len());
+        let (low, high) = series.values[from.min(past)..past]
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)));
+        if high >= low { high - low } else { 0.0 }
+    };
+    let swings: Vec<f64> = (0..periods).map(swing).collect();
+    let level = 0.8 * swings.iter().copied().fold(0.0, f64::max);
+    let (mut best, mut run) = ((0, 0), 0);
+    for (k, &swing) in swings.iter().enumerate() {
+        run = if swing > level { run + 1 } else { 0 };
+        if run > best.1 {
+            best = (k + 1 - run, run);
+        }
+    }
+    let (first, count) = best;
+    if count < FEWEST_PERIODS {
+        return Err(count);
+    }
+    let (from, span) = (series.start + first as f64 * period, count as f64 * period);
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for (i, value) in series.values.iter().enumerate() {
+        let u = (series.time(i) - from) / span;
+        if (0.0..=1.0).contains(&u) {
+            let weight = 1.0 - libm::cos(2.0 * PI * u);
+            sum += weight * value;
+            weights += weight;
+        }
+    }
+    Ok((sum / weights, count))
+}
+
+/// `series` less its slow drift: the running Hann-weighted mean over eight drive periods, which passes nothing at f0 and its
+/// harmonics. Near the ends the series is continued by reflection through its end points.
+pub(super) fn without_drift(series: &Series, drive_frequency: f64) -> Series {
+    let half = (4.0 / (drive_frequency * series.step)).round().max(1.0) as usize;
+    let n = series.len();
+    let half = half.min(n.saturating_sub(1));
+    if half == 0 {
+        return series.clone();
+    }
+    let span = 4.0 / (drive_frequency * series.step);
+    let weights: Vec<f64> = (0..=half).map(|i| (1.0 + libm::cos(PI * i as f64 / span)).max(0.0)).collect();
+    let total = weights[0] + 2.0 * weights[1..].iter().sum::<f64>();
+    let x = &series.values;
+    let at = |i: isize| -> f64 {
+        let last = n as isize - 1;
+        if i < 0 {
+            2.0 * x[0] - x[i.unsigned_abs()]
+        } else if i > last {
+            2.0 * x[n - 1] - x[(2 * last - i) as usize]
+        } else {
+            x[i as usize]
+        }
+    };
+    let values = (0..n as isize)
+        .map(|i| {
+            let mut sum = weights[0] * x[i as usize];
+            for (k, weight) in weights.iter().enumerate().skip(1) {
+                let k = k as isize;
+                sum += weight * (at(i - k) + at(i + k));
+            }
+            x[i as usize] - sum / total
+        })
+        .collect();
+    Series::new(series.start, series.step, values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn burst(offset: f64) -> Series {
+        let (step, f0, tau) = (2e-7, 73e3, 100e-6);
+        let values = (0..4000)
+            .map(|i| {
+                let t = f64::from(i) * step - 50e-6;
+                let envelope = if t < 0.0 {
+                    0.0
+                } else if t < 548e-6 {
+                    1.0 - (-t / tau).exp()
+                } else {
+                    (-(t - 548e-6) / tau).exp()
+                };
+                offset + 1e-6 * envelope * (2.0 * PI * f0 * t).sin()
+            })
+            .collect();
+        Series::new(-50e-6, step, values)
+    }
+
+    #[test]
+    fn plateau_mean_finds_an_offset_under_a_growing_burst() {
+        let (mean, periods) = plateau_mean(&burst(3e-9), 73e3).unwrap();
+        assert!(periods >= 20, "{periods}");
+        // The sampled window and the growth of the burst leave less than 1e-4 of the amplitude.
+        assert!((mean - 3e-9).abs() < 1e-10, "{mean:e}");
+    }
+
+    #[test]
+    fn drift_goes_and_the_burst_stays() {
+        let burst = burst(0.0);
+        let mut drifting = burst.clone();
+        for i in 0..drifting.len() {
+            let t = drifting.time(i);
+            drifting.values[i] += 2e-8 + 5e-5 * t + 0.08 * t * t;
+        }
+        let out = without_drift(&drifting, 73e3);
+        let worst =
+            out.values.iter().zip(&burst.values).skip(60).take(3800).fold(0.0, |w, (a, b)| f64::max(w, (a - b).abs()));
+        // Onset and end of the burst are no whole periods: a few 1e-3 of the amplitude remain there.
+        assert!(worst < 8e-9, "{worst:e}");
+    }
+
+    #[test]
+    fn a_ring_up_is_not_quiet_and_a_pretrigger_is() {
+        let values = burst(0.0).values;
+        assert_eq!(quiet_lead(&values, 250), 250);
+        assert_eq!(quiet_lead(&values, 900), 0);
+        let detected = quiet_lead(&values, 0);
+        assert!((60..=300).contains(&detected), "{detected}");
+        let tone: Vec<f64> = (0..1000).map(|i| (0.1 * f64::from(i)).sin()).collect();
+        assert_eq!(quiet_lead(&tone, 0), 0);
+    }
+}

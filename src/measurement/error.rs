@@ -1,0 +1,404 @@
+//! Why a record cannot be used: where, what was expected, what was found, what to do.
+
+use std::{
+    fmt,
+    path::{Path, PathBuf},
+};
+
+use thiserror::Error;
+
+use crate::signal::{Dimension, QuantityError};
+
+use super::RecordKind;
+
+/// A file, and the line and column in it where they are known.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// The file.
+    pub path: PathBuf,
+    /// Line, from 1.
+    pub line: Option<u64>,
+    /// Header of the column, as written.
+    pub column: Option<String>,
+}
+
+impl Place {
+    /// Somewhere in a file.
+    #[must_use]
+    pub fn file(path: &Path) -> Self {
+        Self { path: path.into(), line: None, column: None }
+    }
+
+    /// A line of a file.
+    #[must_use]
+    pub fn line(path: &Path, line: u64) -> Self {
+        Self { path: path.into(), line: Some(line), column: None }
+    }
+
+    /// A column in a line of a file.
+    #[must_use]
+    pub fn cell(path: &Path, line: u64, column: &str) -> Self {
+        Self { path: path.into(), line: Some(line), column: Some(column.into()) }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.path.display())?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+        }
+        match &self.column {
+            Some(column) => write!(f, ": column `{column}`"),
+            None => Ok(()),
+        }
+    }
+}
+
+fn listed(names: &[String]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+fn wanted(kind: RecordKind) -> &'static str {
+    match kind {
+        RecordKind::HornTip => "a displacement such as `displacement_um` or a velocity such as `velocity_mm_per_s`",
+        RecordKind::Vibrometer => "a velocity such as `velocity_mm_per_s`",
+    }
+}
+
+/// Why a record cannot be used.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum MeasurementError {
+    /// There is no such file.
+    #[error("{}: expected a record, found no such file{}", path.display(), nearest.as_ref().map(|near| format!("; did you mean `{near}`?")).unwrap_or_else(|| "; check the path".into()))]
+    NotFound {
+        /// The path as given.
+        path: PathBuf,
+        /// A file in the same folder whose name looks like it.
+        nearest: Option<String>,
+    },
+    /// The path is a folder.
+    #[error("{}: expected a file, found a folder; name {}", path.display(), if files.is_empty() { "a CSV file".into() } else { format!("a file in it, such as {}", listed(files)) })]
+    Folder {
+        /// The path as given.
+        path: PathBuf,
+        /// CSV files in it.
+        files: Vec<String>,
+    },
+    /// The system refused to read.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Io {
+        /// The path as given.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Nothing in the file.
+    #[error("{}: expected a header line and rows of numbers, found an empty file; export it again", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Not a text file.
+    #[error("{}: expected comma-separated text, found {found}; export the record as CSV text in UTF-8", path.display())]
+    Binary {
+        /// The file.
+        path: PathBuf,
+        /// What it seems to be, or the offending byte.
+        found: String,
+    },
+    /// Text in another encoding.
+    #[error("{place}: expected UTF-8 text, found byte 0x{byte:02x}; save the file as UTF-8")]
+    NotUtf8 {
+        /// Where.
+        place: Place,
+        /// The byte.
+        byte: u8,
+    },
+    /// Another delimiter.
+    #[error("{place}: expected values separated by commas, found {delimiter}; export with commas and decimal points")]
+    Delimiter {
+        /// Where.
+        place: Place,
+        /// What separates the values.
+        delimiter: &'static str,
+    },
+    /// The first row is no header.
+    #[error(
+        "{place}: expected a header that names the columns with their units, found `{found}`; add one such as \
+         `time_s,velocity_mm_per_s`, or pass both --time-unit and --unit"
+    )]
+    NoHeader {
+        /// Where.
+        place: Place,
+        /// The row.
+        found: String,
+    },
+    /// A header and nothing below.
+    #[error("{place}: expected rows of numbers below the header, found none; export the record again")]
+    NoRows {
+        /// Where the file ends.
+        place: Place,
+    },
+    /// Not enough rows.
+    #[error("{}: expected at least {needed} samples, found {found}; export the whole record", path.display())]
+    TooFewSamples {
+        /// The file.
+        path: PathBuf,
+        /// Rows needed.
+        needed: usize,
+        /// Rows found.
+        found: usize,
+    },
+    /// No column holds time.
+    #[error(
+        "{place}: expected a column of time such as `time_s`, found the columns {}; rename one, or pass --time-column \
+         and --time-unit",
+        listed(columns)
+    )]
+    NoTime {
+        /// Where the header is.
+        place: Place,
+        /// All headers.
+        columns: Vec<String>,
+    },
+    /// No column holds what a record of this kind needs.
+    #[error(
+        "{place}: a {} record needs {}; found the columns {}; rename one, or pass --column and --unit",
+        kind.name(), wanted(*kind), listed(columns)
+    )]
+    NoQuantity {
+        /// Where the header is.
+        place: Place,
+        /// Kind of record.
+        kind: RecordKind,
+        /// All headers.
+        columns: Vec<String>,
+    },
+    /// The named column is not there.
+    #[error("{place}: {flag} names `{wanted}`, which is no column here; the columns are {}", listed(columns))]
+    NoSuchColumn {
+        /// Where the header is.
+        place: Place,
+        /// Which flag.
+        flag: &'static str,
+        /// Its value.
+        wanted: String,
+        /// All headers.
+        columns: Vec<String>,
+    },
+    /// More than one column would do.
+    #[error("{place}: expected one column to read, found {}: {}; choose one with {flag}", candidates.len(), listed(candidates))]
+    Ambiguous {
+        /// Where the header is.
+        place: Place,
+        /// The flag that chooses.
+        flag: &'static str,
+        /// The columns that would do.
+        candidates: Vec<String>,
+    },
+    /// A column without a unit.
+    #[error("{place}: expected a unit, found none; write it in the header as in `{example}`, or pass {flag}")]
+    NoUnit {
+        /// Which column.
+        place: Place,
+        /// A header with a unit.
+        example: &'static str,
+        /// The flag that gives it.
+        flag: &'static str,
+    },
+    /// A unit nobody knows.
+    #[error("{place}: {source}; correct the header, or pass {flag}")]
+    UnknownUnit {
+        /// Which column.
+        place: Place,
+        /// The flag that gives it.
+        flag: &'static str,
+        /// What the unit's reader said.
+        source: QuantityError,
+    },
+    /// A unit of something else.
+    #[error("{place}: expected {expected}, found the unit `{unit}`{}; name another column with {flag}, or correct the unit", actual.name().map(|name| format!(" of {name}")).unwrap_or_default())]
+    WrongQuantity {
+        /// Which column.
+        place: Place,
+        /// What is needed.
+        expected: &'static str,
+        /// The unit as written.
+        unit: String,
+        /// Its dimension.
+        actual: Dimension,
+        /// The flag that chooses the column.
+        flag: &'static str,
+    },
+    /// A voltage says nothing about the motion.
+    #[error(
+        "{place}: expected a velocity or a displacement, found volts (`{unit}`), which need the decoder's sensitivity; \
+         multiply by it (such as 125 mm/s per volt) and name the unit in the header or with --unit"
+    )]
+    Volts {
+        /// Which column.
+        place: Place,
+        /// The unit as written.
+        unit: String,
+    },
+    /// A row with fewer or more cells than the header.
+    #[error(
+        "{place}: expected {expected} cells as in the header, found {found}{}",
+        if *cut { "; the file ends in the middle of this line, so the transfer was cut short: copy it again, or delete the line" }
+        else { "; complete the row or delete it" }
+    )]
+    Ragged {
+        /// Which line.
+        place: Place,
+        /// Cells in the header.
+        expected: usize,
+        /// Cells in the row.
+        found: usize,
+        /// Whether it is the last line and lacks its end.
+        cut: bool,
+    },
+    /// Text where a number belongs.
+    #[error(
+        "{place}: expected a number, found `{found}`{}",
+        if *cut { "; the file ends in the middle of this line, so the transfer was cut short: copy it again, or delete the line" }
+        else if found.contains(',') { "; write decimal points, not commas" }
+        else { "; correct the cell or delete the row" }
+    )]
+    NotANumber {
+        /// Which cell.
+        place: Place,
+        /// The cell.
+        found: String,
+        /// Whether it is the last line and lacks its end.
+        cut: bool,
+    },
+    /// `n/a`, an empty cell, NaN.
+    #[error("{place}: expected a finite number, found `{found}`; drop the row or pass --missing interpolate")]
+    MissingValue {
+        /// Which cell.
+        place: Place,
+        /// The cell.
+        found: String,
+    },
+    /// A gap that no straight line can bridge.
+    #[error(
+        "{place}: expected at most {limit} missing cells in a row with a number before and after, found {found}; cut \
+         the record there"
+    )]
+    GapTooLong {
+        /// The last cell of the gap.
+        place: Place,
+        /// Its length, cells.
+        found: usize,
+        /// The longest that is bridged.
+        limit: usize,
+    },
+    /// An infinite value.
+    #[error(
+        "{place}: expected a finite number, found `{found}`; the input was overloaded or the export is wrong: record it again"
+    )]
+    Infinite {
+        /// Which cell.
+        place: Place,
+        /// The cell.
+        found: String,
+    },
+    /// Time stands still or runs backwards.
+    #[error(
+        "{place}: expected a time later than {previous:e} s, found {found:e} s; {}",
+        if previous == found { "the time column needs more digits, or the row is there twice" }
+        else { "sort the rows by time, or keep one sweep only" }
+    )]
+    TimeNotIncreasing {
+        /// Which cell.
+        place: Place,
+        /// Time of the row before, s.
+        previous: f64,
+        /// Time of this row, s.
+        found: f64,
+    },
+    /// The samples are not evenly spaced.
+    #[error(
+        "{place}: expected evenly spaced samples, one every {expected:.6e} s within {:.0} % of that, found a step of \
+         {found:.6e} s; resample the record evenly, or restore the rows that were lost", 100.0 * tolerance
+    )]
+    Uneven {
+        /// Where the step departs most.
+        place: Place,
+        /// Mean step, s.
+        expected: f64,
+        /// The step found, s.
+        found: f64,
+        /// Tolerance as a fraction of the step, 1.
+        tolerance: f64,
+    },
+    /// `--baseline pretrigger` without a pre-trigger.
+    #[error(
+        "{}: --baseline pretrigger needs at least {needed} quiet samples before the trigger, found {found}; pass \
+         --trigger with the instant of the trigger, or another --baseline", path.display()
+    )]
+    NoPretrigger {
+        /// The file.
+        path: PathBuf,
+        /// Samples needed.
+        needed: usize,
+        /// Quiet samples found.
+        found: usize,
+    },
+    /// `--baseline plateau` without a plateau.
+    #[error(
+        "{}: --baseline plateau needs a burst with at least {needed} drive periods above 0.8 of its peak, found \
+         {found}; pass --drive-frequency, or another --baseline", path.display()
+    )]
+    NoPlateau {
+        /// The file.
+        path: PathBuf,
+        /// Periods needed.
+        needed: usize,
+        /// Periods found.
+        found: usize,
+    },
+    /// The drive frequency can be had from nowhere.
+    #[error("{}: expected a periodic drive, found no spectral line; pass --drive-frequency", path.display())]
+    NoDriveFrequency {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The drive is too short to be one.
+    #[error(
+        "{}: expected a drive of at least two cycles, found {cycles:.2} at {:.4} kHz; record a longer burst, or \
+         correct --drive-frequency", path.display(), frequency / 1e3
+    )]
+    DriveTooShort {
+        /// The file.
+        path: PathBuf,
+        /// Cycles found.
+        cycles: f64,
+        /// Drive frequency, Hz.
+        frequency: f64,
+    },
+    /// Too few samples a cycle.
+    #[error(
+        "{}: expected at least 4 samples a drive cycle ({:.1} kHz for a drive of {:.4} kHz), found a sample rate of \
+         {:.1} kHz; record it faster, or correct the unit of time", path.display(), 4e-3 * frequency, frequency / 1e3,
+        sample_rate / 1e3
+    )]
+    SampledTooLow {
+        /// The file.
+        path: PathBuf,
+        /// Sample rate, Hz.
+        sample_rate: f64,
+        /// Drive frequency, Hz.
+        frequency: f64,
+    },
+    /// A record that is no drive.
+    #[error("{}: expected a horn-tip record to drive the piston, found a {} record; name the horn's record", path.display(), kind.name())]
+    NotADrive {
+        /// The file.
+        path: PathBuf,
+        /// Its kind.
+        kind: RecordKind,
+    },
+}

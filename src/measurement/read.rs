@@ -1,0 +1,341 @@
+//! From a file to a [`Record`].
+
+use std::{
+    fmt::Write as _,
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use sha2::{Digest, Sha256};
+
+use crate::signal::{Dimension, Series, integral};
+
+use super::{
+    Baseline, MeasurementError, ReadOptions, Record, RecordKind, RecordedQuantity,
+    baseline::{FEWEST_PERIODS, FEWEST_QUIET, mean_and_rms, plateau_mean, quiet_lead, without_drift},
+    header, line, sampling,
+    table::{self, Table},
+};
+
+/// Lines shown by `inspect`.
+const FIRST_LINES: usize = 6;
+
+/// Read a record of a known kind.
+///
+/// # Errors
+/// [`MeasurementError`] with file, line and column.
+pub fn read_record(path: &Path, kind: RecordKind, options: &ReadOptions) -> Result<Record, MeasurementError> {
+    read_record_bytes(path, &read_file(path)?, Some(kind), options)
+}
+
+/// Read a record whose kind is told from its name and its units: `horn`, `tip` or `drive` in the file name, or a displacement
+/// and no velocity, make a horn-tip record.
+///
+/// # Errors
+/// [`MeasurementError`] with file, line and column.
+pub fn inspect_record(path: &Path, options: &ReadOptions) -> Result<Record, MeasurementError> {
+    read_record_bytes(path, &read_file(path)?, None, options)
+}
+
+/// The bytes of a file, or why they cannot be had.
+pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, MeasurementError> {
+    if path.is_dir() {
+        return Err(MeasurementError::Folder { path: path.into(), files: csv_files(path) });
+    }
+    fs::read(path).map_err(|source| match source.kind() {
+        io::ErrorKind::NotFound => MeasurementError::NotFound { path: path.into(), nearest: nearest(path) },
+        _ => MeasurementError::Io { path: path.into(), source },
+    })
+}
+
+fn folder_of(path: &Path) -> PathBuf {
+    path.parent().filter(|parent| !parent.as_os_str().is_empty()).map_or_else(|| PathBuf::from("."), Path::to_path_buf)
+}
+
+fn names_in(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<_> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+fn csv_files(folder: &Path) -> Vec<String> {
+    names_in(folder).into_iter().filter(|name| name.to_lowercase().ends_with(".csv")).take(5).collect()
+}
+
+fn nearest(path: &Path) -> Option<String> {
+    let wanted = path.file_name()?.to_string_lossy().to_lowercase();
+    names_in(&folder_of(path))
+        .into_iter()
+        .map(|name| (strsim::jaro_winkler(&name.to_lowercase(), &wanted), name))
+        .filter(|(likeness, _)| *likeness > 0.8)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
+}
+
+/// SHA-256 of `bytes`, hexadecimal.
+pub(super) fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().fold(String::with_capacity(64), |mut text, byte| {
+        // Writing to a String cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+/// Read a record from bytes already in memory; `path` names them in messages. Without a kind it is told from name and units.
+///
+/// # Errors
+/// [`MeasurementError`] with file, line and column.
+pub fn read_record_bytes(
+    path: &Path,
+    bytes: &[u8],
+    kind: Option<RecordKind>,
+    options: &ReadOptions,
+) -> Result<Record, MeasurementError> {
+    let (table, kind) = table::read(path, bytes, kind, options)?;
+    let (start, step) = sampling::even_grid(path, &table)?;
+    let said = header::stated(&table.comments);
+    let mut notes = Notes::default();
+    for comment in &said.puzzling {
+        notes.warn(format!(
+            "the comment `{comment}` was not understood and is ignored; write it as `# bandwidth: 1.5 MHz`"
+        ));
+    }
+    notes.about_table(&table);
+    let recorded = match table.chosen.value_unit.dimension {
+        Dimension::LENGTH => RecordedQuantity::Displacement,
+        _ => RecordedQuantity::Velocity,
+    };
+
+    // The trigger.
+    let trigger = match (options.trigger, said.trigger, said.pretrigger) {
+        (Some(flag), ..) => notes.take("t = 0 is the trigger at", flag, "--trigger"),
+        (None, Some(header), _) => notes.take("t = 0 is the trigger at", header, "the header"),
+        // An axis that has negative times already counts from the trigger.
+        (None, None, Some(before)) if start >= 0.0 => {
+            notes.take("t = 0 is the trigger at", start + before, "the header's pre-trigger")
+        }
+        _ => {
+            notes.assume("t = 0 of the file's own time axis is the trigger".into());
+            0.0
+        }
+    };
+    let delay = match (options.delay, said.delay) {
+        (Some(flag), _) => notes.take("decoder delay removed:", flag, "--delay"),
+        (None, Some(header)) => notes.take("decoder delay removed:", header, "the header"),
+        (None, None) => {
+            notes.assume("decoder delay: none stated, taken as 0".into());
+            0.0
+        }
+    };
+    let bandwidth = options.bandwidth.or(said.bandwidth);
+    match (options.bandwidth, said.bandwidth) {
+        (Some(flag), _) => notes.assume(format!("decoder bandwidth {} (--bandwidth)", hertz(flag))),
+        (None, Some(header)) => notes.assume(format!("decoder bandwidth {} (the header)", hertz(header))),
+        (None, None) => notes.assume("decoder bandwidth: none stated, taken as beyond half the sample rate".into()),
+    }
+
+    let mut raw = Series::new(start, step, table.values);
+    // Rounded to nothing where the axis is meant to hold the trigger.
+    let before_trigger = raw.values.len().min((((trigger - start) / step) - 1e-6).ceil().max(0.0) as usize);
+    let pretrigger = quiet_lead(&raw.values, before_trigger);
+    if before_trigger >= FEWEST_QUIET && pretrigger == 0 {
+        notes.warn(format!(
+            "the {before_trigger} samples before the trigger are not quiet, so they give neither baseline nor noise; check \
+             the instant of the trigger (--trigger)"
+        ));
+    } else if before_trigger == 0 && pretrigger > 0 {
+        notes.assume(format!("no samples before the trigger; the first {pretrigger} are quiet and are taken as such"));
+    }
+
+    let stated_drive_frequency = options.drive_frequency.or(said.drive_frequency);
+    let frequency = || {
+        stated_drive_frequency
+            .or_else(|| line::strongest_line(&raw))
+            .ok_or_else(|| MeasurementError::NoDriveFrequency { path: path.into() })
+    };
+    let quiet_mean = mean_and_rms(&raw.values[..pretrigger]).0;
+    let baseline = match options.baseline {
+        Baseline::Auto if pretrigger >= FEWEST_QUIET => {
+            notes.assume(format!("baseline: mean of {pretrigger} quiet samples at the start"));
+            quiet_mean
+        }
+        Baseline::Auto => {
+            notes.assume("baseline: none removed (fewer than 8 quiet samples at the start)".into());
+            0.0
+        }
+        Baseline::Pretrigger if pretrigger >= FEWEST_QUIET => {
+            notes.assume(format!("baseline: mean of {pretrigger} quiet samples at the start (--baseline pretrigger)"));
+            quiet_mean
+        }
+        Baseline::Pretrigger => {
+            return Err(MeasurementError::NoPretrigger { path: path.into(), needed: FEWEST_QUIET, found: pretrigger });
+        }
+        Baseline::Mean => {
+            notes.assume("baseline: mean of the whole record (--baseline mean)".into());
+            mean_and_rms(&raw.values).0
+        }
+        Baseline::Plateau => match plateau_mean(&raw, frequency()?) {
+            Ok((mean, periods)) => {
+                notes.assume(format!("baseline: Hann-weighted mean over {periods} drive periods of the plateau"));
+                mean
+            }
+            Err(found) => {
+                return Err(MeasurementError::NoPlateau { path: path.into(), needed: FEWEST_PERIODS, found });
+            }
+        },
+        Baseline::None => {
+            notes.assume("baseline: none removed (--baseline none)".into());
+            0.0
+        }
+    };
+    let sign = if options.invert { -1.0 } else { 1.0 };
+    notes.assume(if options.invert {
+        "sign turned (--invert): the file's negative is positive, from piston to support".into()
+    } else {
+        "sign as in the file: positive from piston to support".into()
+    });
+
+    let mut series = raw.map(|x| sign * (x - baseline));
+    if kind == RecordKind::HornTip && recorded == RecordedQuantity::Velocity {
+        let frequency = frequency()?;
+        series = without_drift(&integral(&series), frequency);
+        notes.assume(format!(
+            "displacement: velocity integrated (sixth order), drift removed as the Hann-weighted running mean over eight \
+             periods of {:.4} kHz",
+            frequency / 1e3
+        ));
+    }
+    series.start = start - trigger - delay;
+    let noise_rms = mean_and_rms(&series.values[..pretrigger]).1;
+    notes.about_clipping(&raw);
+    raw.start = start;
+
+    let name_and_unit = |i: usize| {
+        let column = &table.columns[i];
+        (column.header.clone(), column.unit_text.clone().unwrap_or_default())
+    };
+    let record = Record {
+        path: path.into(),
+        sha256: sha256(bytes),
+        kind,
+        recorded,
+        series,
+        raw,
+        noise_rms,
+        pretrigger,
+        baseline,
+        bandwidth,
+        delay,
+        trigger,
+        stated_drive_frequency,
+        columns: table.columns.iter().map(|column| column.header.clone()).collect(),
+        time_column: name_and_unit(table.chosen.time),
+        value_column: name_and_unit(table.chosen.value),
+        comments: table.comments,
+        first_lines: first_lines(bytes),
+        interpolated: table.bridged,
+        assumptions: notes.assumptions,
+        warnings: notes.warnings,
+        options: options.clone(),
+    };
+    if let Some(frequency) = record.drive_frequency() {
+        record.check_sampling(frequency)?;
+        if kind == RecordKind::HornTip {
+            record.check_cycles(frequency)?;
+        }
+    }
+    Ok(record)
+}
+
+fn first_lines(bytes: &[u8]) -> Vec<String> {
+    let text = String::from_utf8_lossy(bytes);
+    text.trim_start_matches('\u{feff}')
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .take(FIRST_LINES)
+        .map(str::to_owned)
+        .collect()
+}
+
+fn hertz(frequency: f64) -> String {
+    crate::signal::Quantity::new(frequency, Dimension::FREQUENCY).to_string()
+}
+
+/// What was assumed and what looks wrong.
+#[derive(Debug, Default)]
+struct Notes {
+    assumptions: Vec<String>,
+    warnings: Vec<String>,
+}
+
+impl Notes {
+    fn assume(&mut self, text: String) {
+        self.assumptions.push(text);
+    }
+
+    fn warn(&mut self, text: String) {
+        self.warnings.push(text);
+    }
+
+    /// Note a time and where it comes from; the time itself.
+    fn take(&mut self, what: &str, time: f64, from: &str) -> f64 {
+        self.assume(format!("{what} {:.6} µs ({from})", time * 1e6));
+        time
+    }
+
+    fn about_table(&mut self, table: &Table) {
+        if table.header_line.is_none() {
+            self.assume("no header: columns known by number, units by --time-unit and --unit".into());
+        }
+        if let Some(line) = table.units_line {
+            self.assume(format!("line {line} is a row of units"));
+        }
+        if table.bridged > 0 {
+            self.assume(format!("{} missing cells bridged by straight lines (--missing interpolate)", table.bridged));
+        }
+        if table.open_end {
+            self.warn(
+                "the last line has no line end: its last number may be cut short; compare it with the original, or delete \
+                 the line"
+                    .into(),
+            );
+        }
+    }
+
+    /// Runs of one extreme value that are entered by a jump.
+    fn about_clipping(&mut self, raw: &Series) {
+        let values = &raw.values;
+        let (low, high) =
+            values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)));
+        if !(high > low) {
+            self.warn(
+                "every sample has the same value: the input may be disconnected, or the wrong column was read".into(),
+            );
+            return;
+        }
+        let finest = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+        for (extreme, which) in [(high, "largest"), (low, "smallest")] {
+            let (mut runs, mut longest, mut i) = (0, 0, 0);
+            while i < values.len() {
+                if values[i] != extreme {
+                    i += 1;
+                    continue;
+                }
+                let past = values[i..].iter().position(|x| *x != extreme).map_or(values.len(), |n| i + n);
+                let entry = if i > 0 { (values[i - 1] - extreme).abs() } else { 0.0 };
+                if past - i >= 3 && entry > 3.0 * finest {
+                    runs += 1;
+                    longest = longest.max(past - i);
+                }
+                i = past;
+            }
+            if runs >= 2 || longest >= 5 {
+                self.warn(format!(
+                    "the {which} value occurs in {runs} flat run(s) of up to {longest} samples: the input was probably \
+                     clipped, so peaks are too small; record with a larger range"
+                ));
+            }
+        }
+    }
+}
