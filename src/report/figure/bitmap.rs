@@ -94,8 +94,17 @@ impl DrawingBackend for RoundStrokes<'_> {
         style: &S,
         fill: bool,
     ) -> Result<(), DrawingErrorKind<Self::ErrorType>> {
-        // The backend includes the lower right pixels; neighbouring rectangles must not overlap.
-        self.0.draw_rect(upper_left, (lower_right.0 - 1, lower_right.1 - 1), style, fill)
+        if !fill {
+            return self.0.draw_rect(upper_left, lower_right, style, fill);
+        }
+        // Upper left pixels included, lower right ones not: neighbouring rectangles meet without seam or overlap.
+        let (width, height) = self.get_size();
+        for y in upper_left.1.max(0)..lower_right.1.min(height as i32) {
+            for x in upper_left.0.max(0)..lower_right.0.min(width as i32) {
+                self.0.draw_pixel((x, y), style.color())?;
+            }
+        }
+        Ok(())
     }
 
     fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(

@@ -105,10 +105,9 @@ pub(super) fn plan(figure: &Figure) -> Result<Sheet<'_>, FigureError> {
             .as_ref()
             .map_or(9.0, |colours| COLOUR_BAR_GAP + COLOUR_BAR + TICK + 2.0 + tick_width(colours) + LINE)
     };
-    let widest = |column: usize, side: &dyn Fn(&Measured<'_>) -> f64| {
-        measured.iter().skip(column).step_by(columns).map(side).fold(0.0, f64::max)
-    };
-    let margins: Vec<(f64, f64)> = (0..columns).map(|column| (widest(column, &left), widest(column, &right))).collect();
+    // Frames of a column share their left edge; the right one only gives way to a panel's own colour bar.
+    let widest_left = |column: usize| measured.iter().skip(column).step_by(columns).map(left).fold(0.0, f64::max);
+    let left_margins: Vec<f64> = (0..columns).map(widest_left).collect();
 
     let mut panels: Vec<Placed<'_>> = Vec::new();
     let mut top = 0.0;
@@ -122,8 +121,9 @@ pub(super) fn plan(figure: &Figure) -> Result<Sheet<'_>, FigureError> {
             .into_iter()
             .enumerate()
             .map(|(column, panel)| {
-                let (left, right) = margins[column];
-                place(panel, column as f64 * cell, left, (cell - left - right).max(30.0), cell)
+                let left = left_margins[column];
+                let width = (cell - left - right(&panel)).max(30.0);
+                place(panel, column as f64 * cell, left, width, cell)
             })
             .collect();
         // Frames of a row share their upper edge: the tallest head decides.
@@ -262,9 +262,8 @@ fn spread_x(panel: &Panel) -> Option<(f64, f64, f64)> {
             }
         }
     }
-    // A map or a curve that spans the frame needs no room beside it.
-    if panel.layers.iter().any(|layer| matches!(layer, Layer::HeatMap { .. } | Layer::Line { .. } | Layer::Band { .. }))
-    {
+    // A map spans the frame, whatever points lie on it.
+    if panel.layers.iter().any(|layer| matches!(layer, Layer::HeatMap { .. })) {
         seen.pad = 0.0;
     }
     seen.spread()
