@@ -4,5 +4,7 @@
 //! replay, a sweep or a set of twins deserves. Nothing here computes physics and nothing here touches the file system: a
 //! report is a list of relative paths and bytes.
 
+pub mod calibration;
 pub mod figure;
 pub mod number;
+pub mod sweep;

@@ -104,7 +104,10 @@ fn shape_of(line: &str) -> Option<(String, String)> {
     }
     if line.starts_with("<rect ") {
         let (x, y, width, height) = (number("x")?, number("y")?, number("width")?, number("height")?);
-        return Some((format!("{} shape-rendering=\"crispEdges\"", filled()?), format!("M{x},{y}h{width}v{height}h-{width}z")));
+        return Some((
+            format!("{} shape-rendering=\"crispEdges\"", filled()?),
+            format!("M{x},{y}h{width}v{height}h-{width}z"),
+        ));
     }
     if line.starts_with("<circle ") {
         let (x, y, r) = (number("cx")?, number("cy")?, number("r")?);

@@ -1,0 +1,213 @@
+//! What the report of a calibration is made from.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{feature::Window, report::sweep::SweepReport, response::EnergyLedger, signal::Series};
+
+/// Everything the report says, plain and in SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CalibrationReport {
+    /// What was calibrated, such as `measurements/annulus-73khz/vib.csv`.
+    pub title: String,
+    /// What the record is to be called in legends and tables: `recorded`, or `reconstruction` where it is no measurement.
+    pub record_label: String,
+    /// What a reader must know of the record's origin; shown before any result. Empty for a plain measurement.
+    pub record_notes: Vec<String>,
+    /// Name of the scene.
+    pub scene: String,
+    /// One sentence on the scene.
+    pub scene_description: String,
+    /// Which model was run, such as `chain`.
+    pub model: String,
+    /// f0, Hz.
+    pub drive_frequency: f64,
+    /// Every law fitted, the one the report leads with first; at least one.
+    pub laws: Vec<LawReport>,
+    /// Which law the record prefers, in one sentence, where several were fitted.
+    pub preference: Option<String>,
+    /// What the data cannot separate, and which further record would: one statement each.
+    pub separation: Vec<String>,
+    /// Displacement of the drive at α = 1, m.
+    pub drive: Series,
+    /// Where the drive comes from, in a few words.
+    pub drive_origin: String,
+    /// The record after the reader's conditioning, m/s; absent where only published numbers exist.
+    pub recorded: Option<Series>,
+    /// The calibrated response through the same conditioning, already aligned with the record, m/s.
+    pub simulated: Option<Series>,
+    /// How the simulated trace was aligned, such as `onset at 14.2 µs in both; shifted by one drive period`.
+    pub alignment: String,
+    /// Where features were measured.
+    pub window: Option<Window>,
+    /// The feature table.
+    pub features: Vec<FeatureRow>,
+    /// Features against α around the fit.
+    pub alpha_sweep: Option<AlphaSweep>,
+    /// Where the piston's work went in the calibrated run.
+    pub energy: Option<EnergyLedger>,
+    /// What was understood and assumed on reading, one statement each.
+    pub assumptions: Vec<String>,
+    /// Where everything comes from.
+    pub provenance: Provenance,
+}
+
+/// The sweep of α at the fitted damping.
+pub type AlphaSweep = SweepReport;
+
+/// What the fit says of the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Verdict {
+    /// The model explains the record as well as its own scatter allows.
+    #[serde(rename = "within scatter")]
+    WithinScatter,
+    /// It does not: no interval is quoted.
+    #[serde(rename = "outside scatter")]
+    OutsideScatter,
+    /// The search ended before it could tell.
+    #[serde(rename = "not converged")]
+    NotConverged,
+}
+
+impl Verdict {
+    /// The verdict in words, as in `calibration.json`.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::WithinScatter => "within scatter",
+            Self::OutsideScatter => "outside scatter",
+            Self::NotConverged => "not converged",
+        }
+    }
+}
+
+/// One damping law and its fit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LawReport {
+    /// Name for people, such as `linear` or `Kuwabara–Kono`.
+    pub damping_kind: String,
+    /// What the fit says of the model.
+    pub verdict: Verdict,
+    /// FIT: misfit per feature in units of the local scatter, 1.
+    pub misfit: f64,
+    /// Free parameters; the first two span the map.
+    pub parameters: Vec<Estimate>,
+    /// Correlation of the first two parameters (in ln), 1.
+    pub correlation: Option<f64>,
+    /// Connected parts of the 90 % region.
+    pub lobes: Vec<Lobe>,
+    /// ln evidence, where it can be compared with other laws.
+    pub log_evidence: Option<f64>,
+    /// Density over the first two parameters.
+    pub map: Option<DensityMap>,
+    /// Every run, in the order made.
+    pub runs: Vec<RunPoint>,
+    /// Search history: (runs made, misfit of the best so far).
+    pub history: Vec<(u64, f64)>,
+    /// Runs made.
+    pub evaluations: u64,
+    /// Runs that failed.
+    pub failed_runs: u64,
+    /// Why runs failed, each reason once.
+    pub failures: Vec<String>,
+}
+
+/// One fitted parameter, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Name for people, such as `amplitude scale`.
+    pub name: String,
+    /// Symbol, such as `α`.
+    pub symbol: String,
+    /// Unit; `1` for a pure number.
+    pub unit: String,
+    /// Point estimate.
+    pub value: f64,
+    /// 5 % quantile; `None` where no interval may be quoted.
+    pub low: Option<f64>,
+    /// 95 % quantile; `None` where no interval may be quoted.
+    pub high: Option<f64>,
+    /// Lower and upper end of the search.
+    pub bounds: (f64, f64),
+    /// Whether the fit leans on an end.
+    pub at_bound: bool,
+}
+
+/// A connected part of the 90 % region.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Lobe {
+    /// Its share of the probability, 1.
+    pub mass: f64,
+    /// Ends of the region along each parameter, SI: (low, high).
+    pub extent: Vec<(f64, f64)>,
+}
+
+/// Density over two parameters, relative to its largest value.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DensityMap {
+    /// Positions along the first parameter, SI, ascending.
+    pub x: Vec<f64>,
+    /// Positions along the second parameter, SI, ascending.
+    pub y: Vec<f64>,
+    /// Density over its largest value, row by row from the lowest y.
+    pub density: Vec<f64>,
+    /// The accepted set (90 % region) is where the density is at least this.
+    pub accepted_level: f64,
+}
+
+/// One run of the search, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RunPoint {
+    /// Parameters, in the order of the law's.
+    pub parameters: Vec<f64>,
+    /// Misfit; `None` for a failed run.
+    pub misfit: Option<f64>,
+}
+
+/// One row of the feature table, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FeatureRow {
+    /// Name for people, such as `positive peak` or `line 1/3`.
+    pub name: String,
+    /// Unit in SI: `m/s`, or `1` for a pure number.
+    pub unit: String,
+    /// Of the record.
+    pub recorded: Option<f64>,
+    /// Of the calibrated model (mean over the ensemble, where there is one).
+    pub simulated: Option<f64>,
+    /// Standard deviation under perturbations far below what the laboratory controls: the chaos floor.
+    pub scatter: Option<f64>,
+    /// Change for +1 % drive.
+    pub sensitivity: Option<f64>,
+    /// As published.
+    pub published: Option<f64>,
+    /// Uncertainty of the published number.
+    pub published_uncertainty: Option<f64>,
+    /// Whether the fit used it.
+    pub fitted: bool,
+}
+
+/// Where everything comes from.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Provenance {
+    /// Version of the program.
+    pub version: String,
+    /// Command line as typed.
+    pub command_line: String,
+    /// Seed.
+    pub seed: u64,
+    /// Files read.
+    pub inputs: Vec<InputFile>,
+    /// Settings worth knowing: name and value with unit.
+    pub settings: Vec<(String, String)>,
+}
+
+/// One file read.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct InputFile {
+    /// What it is, such as `vibrometer record`.
+    pub role: String,
+    /// Its path as given.
+    pub path: String,
+    /// Digest of its bytes, hexadecimal.
+    pub sha256: String,
+}

@@ -1,0 +1,123 @@
+//! The figure of a sweep: watched numbers against the swept key.
+
+use serde::{Deserialize, Serialize};
+
+use super::figure::{Axis, Colour, Dash, ErrorPoint, Figure, Layer, Marker, PAGE_WIDTH_MM, Panel, Stroke};
+
+/// Watched numbers against one swept key, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SweepReport {
+    /// What was swept, for people, such as `Amplitude scale α`.
+    pub name: String,
+    /// Its unit; `1` for a pure number.
+    pub unit: String,
+    /// The curves; those of one group share a panel.
+    pub curves: Vec<SweepCurve>,
+    /// A value of the swept key worth a mark, such as the fitted one, and its name.
+    pub marked: Option<(f64, String)>,
+}
+
+/// One watched number along the sweep, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SweepCurve {
+    /// Which panel, and the name of its axis, such as `Peak velocity`.
+    pub group: String,
+    /// Name in the legend, such as `positive`.
+    pub name: String,
+    /// Unit in SI; `1` for a pure number.
+    pub unit: String,
+    /// The points, in the order of the sweep; a failed or unmeasured one is left out.
+    pub points: Vec<SweepPoint>,
+    /// The recorded or published value, drawn as a horizontal line.
+    pub reference: Option<f64>,
+}
+
+/// One point of a curve, SI.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SweepPoint {
+    /// Value of the swept key.
+    pub at: f64,
+    /// The watched number.
+    pub value: f64,
+    /// Its scatter (one standard deviation), where known.
+    pub scatter: Option<f64>,
+}
+
+/// Factor and unit in which people read a quantity whose SI unit is `unit`: m/s as mm/s, Hz as kHz, m as µm, s as µs, J as nJ.
+#[must_use]
+pub fn shown_unit(unit: &str) -> (f64, &str) {
+    match unit {
+        "m/s" => (1e3, "mm/s"),
+        "Hz" => (1e-3, "kHz"),
+        "m" => (1e6, "µm"),
+        "s" => (1e6, "µs"),
+        "J" => (1e9, "nJ"),
+        "" => (1.0, "1"),
+        other => (1.0, other),
+    }
+}
+
+/// One panel a group of curves: points with their scatter joined by a line, references dashed in the curve's colour.
+#[must_use]
+pub fn sweep_figure(report: &SweepReport) -> Figure {
+    let mut groups: Vec<&str> = Vec::new();
+    for curve in report.curves.iter().filter(|curve| !curve.points.is_empty()) {
+        if !groups.contains(&curve.group.as_str()) {
+            groups.push(&curve.group);
+        }
+    }
+    let title = format!("Watched numbers against {}", report.name);
+    let figure = Figure::new(title).sized(PAGE_WIDTH_MM, 2.min(groups.len().max(1)));
+    groups.iter().enumerate().fold(figure, |figure, (index, group)| {
+        let mut panel = panel(report, group);
+        if groups.len() > 1 {
+            panel = panel.titled(format!("({}) {group}", letter(index)));
+        }
+        figure.panel(panel)
+    })
+}
+
+/// a, b, c … for the panels of a figure.
+pub(super) fn letter(index: usize) -> char {
+    char::from(b'a' + (index % 26) as u8)
+}
+
+fn panel(report: &SweepReport, group: &str) -> Panel {
+    const MARKERS: [Marker; 4] = [Marker::Disc, Marker::Square, Marker::Diamond, Marker::Ring];
+    const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDotted, Dash::Dotted];
+    let curves: Vec<_> =
+        report.curves.iter().filter(|curve| curve.group == group && !curve.points.is_empty()).collect();
+    let (factor, unit) = shown_unit(curves.first().map_or("1", |curve| curve.unit.as_str()));
+    let (swept_factor, swept_unit) = shown_unit(&report.unit);
+    let x = Axis::new(report.name.clone(), swept_unit).times(swept_factor);
+    let mut panel = Panel::new(x, Axis::new(group, unit).times(factor));
+    if let Some((at, name)) = &report.marked {
+        panel = panel.mark_x(*at, name.clone());
+    }
+    for (index, curve) in curves.iter().enumerate() {
+        let colour = Colour::CYCLE[(index + 1) % Colour::CYCLE.len()];
+        if let Some(reference) = curve.reference {
+            let label = if index == 0 { "reference" } else { "" };
+            panel = panel.mark_y(reference, label, Stroke::new(colour).dash(Dash::Dotted));
+        }
+        let line = curve.points.iter().map(|point| (point.at, point.value)).collect();
+        let dash = DASHES[index % DASHES.len()];
+        panel = panel.layer(Layer::Line {
+            label: String::new(),
+            points: line,
+            stroke: Stroke::new(colour).dash(dash).width(0.7),
+        });
+        let points = curve
+            .points
+            .iter()
+            .map(|point| match point.scatter {
+                Some(scatter) => {
+                    ErrorPoint::vertical(point.at, point.value, point.value - scatter, point.value + scatter)
+                }
+                None => ErrorPoint::exact(point.at, point.value),
+            })
+            .collect();
+        panel = panel.error_points(curve.name.clone(), points, colour, MARKERS[index % MARKERS.len()]);
+    }
+    panel
+}
