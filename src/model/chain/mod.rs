@@ -1,9 +1,41 @@
 //! The discrete chain: one unknown a bead.
+//!
+//! m_i ü_i = F_{i−1} − F_i, i = 1…N, with the contact forces
+//!
+//! F_i = F_el,i(δ_i) + (c_i + γ_i √δ_i) δ̇_i for δ_i > 0, else 0, and never negative unless `damping.tension` says so,
+//!
+//! and the overlaps δ_i = δ⁰_i − g_i + u_i − u_{i+1}. u₀ is the prescribed motion of the piston times α, u_{N+1} = 0 the support; g_i
+//! are the initial gaps, and δ⁰_i the overlaps that carry the precompression F₀, so a precompressed chain starts in exact
+//! equilibrium with the flats moved in by as much. The beads start at rest unless an [`InitialState`] says otherwise.
+//!
+//! Left out: bead elasticity outside the contact law (the lowest bead mode lies at 36 times the drive), rotation, friction,
+//! gravity, plasticity.
 
+mod dormand_prince;
 pub mod ensemble;
+mod equation;
+mod event;
+mod integrate;
+mod record;
+mod symplectic;
+mod system;
+mod tableau;
+mod trajectory;
 
-use super::{Model, ModelError, Progress};
-use crate::{response::Response, scene::Scene};
+pub use trajectory::Trajectory;
+
+use integrate::{Control, Sink};
+use record::Grid;
+use system::System;
+
+use super::{
+    Model, ModelError, Progress,
+    contact_law::{ElasticLaw, Law},
+};
+use crate::{
+    response::{EnergyLedger, Response, SolverWork},
+    scene::{Integrator, PistonMotion, Scene},
+};
 
 /// The chain model; the integrator and its tolerance come from the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -33,8 +65,8 @@ impl Model for ChainModel {
 }
 
 impl ChainModel {
-    /// Run the scene from a given state of the beads. A gap of `f64::INFINITY` takes a contact away, such as piston or support
-    /// of a free chain.
+    /// Run the scene from a given state of the beads. A gap of `f64::INFINITY` takes a contact away, such as piston or support of a
+    /// free chain.
     ///
     /// # Errors
     /// A typed [`ModelError`] when the scene cannot be run or the run failed.
@@ -44,7 +76,139 @@ impl ChainModel {
         initial: &InitialState,
         progress: Progress<'_>,
     ) -> Result<Response, ModelError> {
-        let _ = (scene, initial, progress);
-        Err(ModelError::Unsupported { model: "chain", reason: "the integrator is not linked in yet".into() })
+        let motion = scene.drive.motion(scene.amplitude_scale);
+        self.run_with(scene, motion.as_ref(), initial, progress)
+    }
+
+    /// As [`ChainModel::run_from`], with the piston moving as `motion` instead of the scene's drive.
+    ///
+    /// # Errors
+    /// A typed [`ModelError`] when the scene cannot be run or the run failed.
+    pub fn run_with(
+        &self,
+        scene: &Scene,
+        motion: &dyn PistonMotion,
+        initial: &InitialState,
+        progress: Progress<'_>,
+    ) -> Result<Response, ModelError> {
+        let mut system = System::new(scene)?;
+        let mut grid = Grid::new(scene, &system, motion);
+        let velocity_scale = scale(&mut system, initial, grid.piston_speed());
+        let (energy, work) = match scene.model.integrator {
+            Integrator::DormandPrince853 { tolerance } => {
+                let control = control(scene, tolerance, velocity_scale, grid.end())?;
+                adaptive(&system, motion, initial, &control, &mut grid, progress)?
+            }
+            Integrator::Symplectic { step } => fixed(&system, motion, initial, step, &mut grid, progress)?,
+        };
+        Ok(grid.response(energy, work))
+    }
+
+    /// Run the scene with the adaptive integrator and keep the whole motion, for extremes between samples. Memory grows with the number
+    /// of steps: 128 bytes a bead and step.
+    ///
+    /// # Errors
+    /// A typed [`ModelError`] when the scene cannot be run, the run failed, or the scene asks for the fixed-step integrator.
+    pub fn trajectory(
+        &self,
+        scene: &Scene,
+        motion: &dyn PistonMotion,
+        initial: &InitialState,
+        progress: Progress<'_>,
+    ) -> Result<Trajectory, ModelError> {
+        let Integrator::DormandPrince853 { tolerance } = scene.model.integrator else {
+            let reason = "a trajectory needs the adaptive integrator; set `model.integrator`".into();
+            return Err(ModelError::Unsupported { model: "chain", reason });
+        };
+        let mut system = System::new(scene)?;
+        let grid = Grid::new(scene, &system, motion);
+        let velocity_scale = scale(&mut system, initial, grid.piston_speed());
+        let control = control(scene, tolerance, velocity_scale, grid.end())?;
+        let mut trajectory = Trajectory::new(system.beads, system.padded);
+        (trajectory.energy, trajectory.work) =
+            adaptive(&system, motion, initial, &control, &mut trajectory, progress)?;
+        Ok(trajectory)
     }
 }
+
+/// Velocity scale of the run (m/s): the piston's and the beads' own; sets the system's natural time.
+fn scale(system: &mut System, initial: &InitialState, piston_speed: f64) -> f64 {
+    let largest = |values: &[f64]| values.iter().fold(0.0, |largest, value| f64::max(largest, value.abs()));
+    let velocity = f64::max(piston_speed, largest(&initial.velocities));
+    // A chain that nothing moves still needs a scale for its rounding errors.
+    system.set_natural_time(if velocity > 0.0 { velocity } else { 1e-6 });
+    let displaced = largest(&initial.displacements) / system.natural_time;
+    let velocity = f64::max(velocity, displaced);
+    let velocity = if velocity > 0.0 { velocity } else { 1e-6 };
+    system.set_natural_time(velocity);
+    velocity
+}
+
+fn control(scene: &Scene, tolerance: f64, velocity_scale: f64, last_sample: f64) -> Result<Control, ModelError> {
+    if !(1e-14..=0.1).contains(&tolerance) {
+        let (quantity, expected) = ("model.tolerance".into(), "a relative tolerance between 1e-14 and 0.1");
+        return Err(ModelError::Unphysical { quantity, expected, found: tolerance });
+    }
+    Ok(Control { tolerance, velocity_scale, end: scene.duration.max(last_sample) })
+}
+
+/// Pick the loop specialised for the dampers and the support of this system, once a run.
+macro_rules! specialised {
+    ($system:expr, $run:ident ( $($argument:expr),* )) => {{
+        let system: &System = $system;
+        let linear = system.dashpots.iter().any(|dashpot| dashpot.linear > 0.0);
+        let kuwabara_kono = system.dashpots.iter().any(|dashpot| dashpot.kuwabara_kono > 0.0);
+        macro_rules! with_support {
+            ($law:expr) => {
+                match (linear, kuwabara_kono) {
+                    (false, false) => $run::<false, false, _>(system, $law, $($argument),*),
+                    (true, false) => $run::<true, false, _>(system, $law, $($argument),*),
+                    (false, true) => $run::<false, true, _>(system, $law, $($argument),*),
+                    (true, true) => $run::<true, true, _>(system, $law, $($argument),*),
+                }
+            };
+        }
+        match system.laws[system.beads] {
+            Law::Hertz(law) => with_support!(law),
+            Law::Annulus(law) => with_support!(law),
+            Law::Spring(law) => with_support!(law),
+        }
+    }};
+}
+
+type Books = (EnergyLedger, SolverWork);
+
+fn adaptive<S: Sink>(
+    system: &System,
+    motion: &dyn PistonMotion,
+    initial: &InitialState,
+    control: &Control,
+    sink: &mut S,
+    progress: Progress<'_>,
+) -> Result<Books, ModelError> {
+    fn run<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
+        system: &System,
+        support: L,
+        motion: &dyn PistonMotion,
+        initial: &InitialState,
+        control: &Control,
+        sink: &mut impl Sink,
+        progress: Progress<'_>,
+    ) -> Result<Books, ModelError> {
+        integrate::integrate::<LINEAR, KUWABARA_KONO, L, _>(system, support, motion, initial, control, sink, progress)
+    }
+    specialised!(system, run(motion, initial, control, sink, progress))
+}
+
+fn fixed(
+    system: &System,
+    motion: &dyn PistonMotion,
+    initial: &InitialState,
+    step: f64,
+    grid: &mut Grid,
+    progress: Progress<'_>,
+) -> Result<Books, ModelError> {
+    use symplectic::integrate as run;
+    specialised!(system, run(motion, initial, step, grid, progress))
+}
+

@@ -1,0 +1,338 @@
+//! One explicit Runge–Kutta step of order 8(5,3) with its continuous extension, in fixed buffers.
+//!
+//! The step runs in σ ∈ [0, 1] with a time map t(σ) = t₀ + a σ + b σ² ([`Clock`]). b = 0 is the plain step. Just after a contact has
+//! closed at t*, the force grows like (t − t*)^(3/2), or (t − t*)^(1/2) with a Kuwabara–Kono dashpot, and no polynomial in t follows
+//! that; in √(t − t*) both are analytic, and t = t* + (s₀ + S σ)² is of this form. So the order survives the singularity.
+
+use super::tableau::{A, C, D, E3, E5};
+use crate::scene::PistonMotion;
+
+/// Time within a step, t = start + linear σ + quadratic σ², s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Clock {
+    pub start: f64,
+    pub linear: f64,
+    pub quadratic: f64,
+}
+
+impl Clock {
+    /// t(σ), s.
+    pub fn at(&self, sigma: f64) -> f64 {
+        self.start + (self.linear + self.quadratic * sigma) * sigma
+    }
+
+    /// dt/dσ, s.
+    pub fn rate(&self, sigma: f64) -> f64 {
+        self.linear + 2.0 * self.quadratic * sigma
+    }
+
+    /// Length of the step, s.
+    pub fn length(&self) -> f64 {
+        self.linear + self.quadratic
+    }
+
+    /// σ at which the clock shows `time` (s), within the step.
+    pub fn sigma(&self, time: f64) -> f64 {
+        let elapsed = (time - self.start).max(0.0);
+        if elapsed == 0.0 {
+            return 0.0;
+        }
+        let root = (self.linear * self.linear + 4.0 * self.quadratic * elapsed).max(0.0).sqrt();
+        (2.0 * elapsed / (self.linear + root)).min(1.0)
+    }
+}
+
+/// A right-hand side that a step can be taken with.
+pub(super) trait Flow {
+    /// `weight` × the time derivative of `state`, into `derivative`, with the piston at (m, m/s).
+    fn evaluate(&mut self, weight: f64, piston: (f64, f64), state: &mut [f64], derivative: &mut [f64]);
+}
+
+/// Interval (s) in which the piston's motion is smooth: it is never asked for outside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct SmoothInterval {
+    pub from: f64,
+    pub to: f64,
+}
+
+type Row = Vec<[f64; 4]>;
+
+/// State, stages and continuous extension of a step.
+#[derive(Debug, Clone)]
+pub(super) struct Stepper {
+    /// State at the start of the step.
+    pub state: Row,
+    /// Its time derivative.
+    derivative: Row,
+    /// State at the end of the step attempted last.
+    pub end_state: Row,
+    end_derivative: Row,
+    stages: [Row; 16],
+    stage: Row,
+    dense: [Row; 7],
+    /// 1/(absolute tolerance) of each entry; 0 for those not controlled.
+    pub inverse_scale: Row,
+    times: [f64; 16],
+    piston_displacement: [f64; 16],
+    piston_velocity: [f64; 16],
+    /// Evaluations of the right-hand side so far.
+    pub evaluations: u64,
+}
+
+/// out = y + Σ c_j k_j.
+#[inline(always)]
+fn combine<const M: usize>(out: &mut [[f64; 4]], y: &[[f64; 4]], c: [f64; M], k: [&[[f64; 4]]; M]) {
+    let length = out.len();
+    let y = &y[..length];
+    let k = k.map(|row| &row[..length]);
+    for r in 0..length {
+        let mut sum = y[r];
+        for j in 0..M {
+            for lane in 0..4 {
+                sum[lane] += c[j] * k[j][r][lane];
+            }
+        }
+        out[r] = sum;
+    }
+}
+
+/// One stage of the tableau: state from the rows listed, then its derivative.
+macro_rules! stage {
+    ($self:ident, $flow:ident, $clock:ident, $i:literal: $($j:literal)+) => {
+        combine(&mut $self.stage, &$self.state, [$(A[$i][$j]),+], [$(&$self.stages[$j]),+]);
+        $flow.evaluate(
+            $clock.rate(C[$i]),
+            ($self.piston_displacement[$i], $self.piston_velocity[$i]),
+            $self.stage.as_flattened_mut(),
+            $self.stages[$i].as_flattened_mut(),
+        );
+    };
+}
+
+impl Stepper {
+    /// Buffers for a state of `length` numbers (a multiple of four).
+    pub fn new(length: usize) -> Self {
+        let row = || vec![[0.0; 4]; length / 4];
+        Self {
+            state: row(),
+            derivative: row(),
+            end_state: row(),
+            end_derivative: row(),
+            stages: std::array::from_fn(|_| row()),
+            stage: row(),
+            dense: std::array::from_fn(|_| row()),
+            inverse_scale: row(),
+            times: [0.0; 16],
+            piston_displacement: [0.0; 16],
+            piston_velocity: [0.0; 16],
+            evaluations: 0,
+        }
+    }
+
+    /// Evaluate the derivative at the start: after any change of the state or of the equation.
+    pub fn restart(&mut self, flow: &mut impl Flow, piston: (f64, f64)) {
+        flow.evaluate(1.0, piston, self.state.as_flattened_mut(), self.derivative.as_flattened_mut());
+        self.evaluations += 1;
+    }
+
+    /// Positions of the piston at stages `from..to`.
+    fn sample_piston(
+        &mut self,
+        motion: &dyn PistonMotion,
+        clock: &Clock,
+        smooth: &SmoothInterval,
+        from: usize,
+        to: usize,
+    ) {
+        for (time, c) in self.times[from..to].iter_mut().zip(&C[from..to]) {
+            *time = clock.at(*c).clamp(smooth.from, smooth.to);
+        }
+        motion.sample(
+            &self.times[from..to],
+            &mut self.piston_displacement[from..to],
+            &mut self.piston_velocity[from..to],
+        );
+    }
+
+    /// Attempt a step; returns the error over the tolerance (accept at ≤ 1; NaN when the state is not finite).
+    pub fn attempt(
+        &mut self,
+        flow: &mut impl Flow,
+        motion: &dyn PistonMotion,
+        clock: &Clock,
+        smooth: &SmoothInterval,
+    ) -> f64 {
+        self.sample_piston(motion, clock, smooth, 1, 12);
+        for (stage, derivative) in self.stages[0].as_flattened_mut().iter_mut().zip(self.derivative.as_flattened()) {
+            *stage = clock.linear * derivative;
+        }
+        stage!(self, flow, clock, 1: 0);
+        stage!(self, flow, clock, 2: 0 1);
+        stage!(self, flow, clock, 3: 0 2);
+        stage!(self, flow, clock, 4: 0 2 3);
+        stage!(self, flow, clock, 5: 0 3 4);
+        stage!(self, flow, clock, 6: 0 3 4 5);
+        stage!(self, flow, clock, 7: 0 3 4 5 6);
+        stage!(self, flow, clock, 8: 0 3 4 5 6 7);
+        stage!(self, flow, clock, 9: 0 3 4 5 6 7 8);
+        stage!(self, flow, clock, 10: 0 3 4 5 6 7 8 9);
+        stage!(self, flow, clock, 11: 0 3 4 5 6 7 8 9 10);
+        self.evaluations += 11;
+        let k = &self.stages;
+        let rows: [&[[f64; 4]]; 8] = [&k[0], &k[5], &k[6], &k[7], &k[8], &k[9], &k[10], &k[11]];
+        let b = &A[12];
+        combine(&mut self.end_state, &self.state, [b[0], b[5], b[6], b[7], b[8], b[9], b[10], b[11]], rows);
+        error_norm(rows, &self.inverse_scale)
+    }
+
+    /// Take up the end of the accepted step: its derivative is evaluated.
+    pub fn finish(&mut self, flow: &mut impl Flow, clock: &Clock) {
+        let piston = (self.piston_displacement[11], self.piston_velocity[11]);
+        flow.evaluate(1.0, piston, self.end_state.as_flattened_mut(), self.end_derivative.as_flattened_mut());
+        self.evaluations += 1;
+        let rate = clock.rate(1.0);
+        for (stage, derivative) in
+            self.stages[12].as_flattened_mut().iter_mut().zip(self.end_derivative.as_flattened())
+        {
+            *stage = rate * derivative;
+        }
+    }
+
+    /// Build the continuous extension of the finished step (three more evaluations).
+    pub fn extend(
+        &mut self,
+        flow: &mut impl Flow,
+        motion: &dyn PistonMotion,
+        clock: &Clock,
+        smooth: &SmoothInterval,
+    ) {
+        self.sample_piston(motion, clock, smooth, 13, 16);
+        stage!(self, flow, clock, 13: 0 6 7 8 9 10 11 12);
+        stage!(self, flow, clock, 14: 0 5 6 7 10 11 12 13);
+        stage!(self, flow, clock, 15: 0 5 6 7 8 12 13 14);
+        self.evaluations += 3;
+        let k = &self.stages;
+        let length = self.state.len();
+        let [d0, d1, d2, d3, d4, d5, d6] = &mut self.dense;
+        for r in 0..length {
+            for lane in 0..4 {
+                let difference = self.end_state[r][lane] - self.state[r][lane];
+                d0[r][lane] = difference;
+                d1[r][lane] = k[0][r][lane] - difference;
+                d2[r][lane] = 2.0 * difference - (k[12][r][lane] + k[0][r][lane]);
+            }
+        }
+        for (row, d) in [d3, d4, d5, d6].into_iter().zip(&D) {
+            let weights = [d[0], d[5], d[6], d[7], d[8], d[9], d[10], d[11], d[12], d[13], d[14], d[15]];
+            let stages: [&[[f64; 4]]; 12] = [
+                &k[0], &k[5], &k[6], &k[7], &k[8], &k[9], &k[10], &k[11], &k[12], &k[13], &k[14], &k[15],
+            ];
+            row.fill([0.0; 4]);
+            accumulate(row, weights, stages);
+        }
+    }
+
+    /// Entry `index` of the state at σ, by the continuous extension.
+    pub fn value(&self, index: usize, sigma: f64) -> f64 {
+        let (r, lane) = (index / 4, index % 4);
+        let rest = 1.0 - sigma;
+        let d = |i: usize| self.dense[i][r][lane];
+        let inner = d(3) + sigma * (d(4) + rest * (d(5) + sigma * d(6)));
+        self.state[r][lane] + sigma * (d(0) + rest * (d(1) + sigma * (d(2) + rest * inner)))
+    }
+
+    /// The first `out.len()` rows of the state at σ, by the continuous extension.
+    #[inline(always)]
+    pub fn values(&self, sigma: f64, out: &mut [[f64; 4]]) {
+        let rest = 1.0 - sigma;
+        let length = out.len();
+        let y = &self.state[..length];
+        let [d0, d1, d2, d3, d4, d5, d6] = &self.dense;
+        let (d0, d1, d2, d3) = (&d0[..length], &d1[..length], &d2[..length], &d3[..length]);
+        let (d4, d5, d6) = (&d4[..length], &d5[..length], &d6[..length]);
+        for r in 0..length {
+            for lane in 0..4 {
+                let inner = d3[r][lane] + sigma * (d4[r][lane] + rest * (d5[r][lane] + sigma * d6[r][lane]));
+                let outer = d1[r][lane] + sigma * (d2[r][lane] + rest * inner);
+                out[r][lane] = y[r][lane] + sigma * (d0[r][lane] + rest * outer);
+            }
+        }
+    }
+
+    /// Coefficients of the continuous extension and the state at the start, row by row: what [`Stepper::values`] needs.
+    pub fn coefficients(&self) -> impl Iterator<Item = &[[f64; 4]]> {
+        std::iter::once(self.state.as_slice()).chain(self.dense.iter().map(Vec::as_slice))
+    }
+
+    /// Go on from the end of the finished step.
+    pub fn advance(&mut self) {
+        std::mem::swap(&mut self.state, &mut self.end_state);
+        std::mem::swap(&mut self.derivative, &mut self.end_derivative);
+    }
+
+    /// Go on from within the step, at σ; needs [`Stepper::restart`] before the next attempt.
+    pub fn truncate(&mut self, sigma: f64) {
+        let mut end = std::mem::take(&mut self.end_state);
+        self.values(sigma, &mut end);
+        self.end_state = end;
+        std::mem::swap(&mut self.state, &mut self.end_state);
+    }
+
+    /// Entry with the largest error of the step attempted last.
+    pub fn worst_entry(&self) -> usize {
+        let error = |index: usize| {
+            let (r, lane) = (index / 4, index % 4);
+            let sum: f64 = (0..12).map(|j| E5[j] * self.stages[j][r][lane]).sum();
+            (sum * self.inverse_scale[r][lane]).abs()
+        };
+        (0..4 * self.state.len()).max_by(|a, b| error(*a).total_cmp(&error(*b))).unwrap_or(0)
+    }
+}
+
+/// row += Σ c_j k_j, without a base.
+#[inline(always)]
+fn accumulate<const M: usize>(row: &mut [[f64; 4]], c: [f64; M], k: [&[[f64; 4]]; M]) {
+    let length = row.len();
+    let k = k.map(|row| &row[..length]);
+    for r in 0..length {
+        let mut sum = [0.0; 4];
+        for j in 0..M {
+            for lane in 0..4 {
+                sum[lane] += c[j] * k[j][r][lane];
+            }
+        }
+        row[r] = sum;
+    }
+}
+
+/// Largest-entry norm of the combined error estimate, e₅²/√(e₅² + 0.01 e₃²); NaN when any entry is.
+#[inline(always)]
+fn error_norm(k: [&[[f64; 4]]; 8], inverse_scale: &[[f64; 4]]) -> f64 {
+    let e5 = [E5[0], E5[5], E5[6], E5[7], E5[8], E5[9], E5[10], E5[11]];
+    let e3 = [E3[0], E3[5], E3[6], E3[7], E3[8], E3[9], E3[10], E3[11]];
+    let length = inverse_scale.len();
+    let k = k.map(|row| &row[..length]);
+    let mut largest5 = [0.0f64; 4];
+    let mut largest3 = [0.0f64; 4];
+    let mut sum = [0.0f64; 4];
+    for r in 0..length {
+        for lane in 0..4 {
+            let (mut fifth, mut third) = (0.0, 0.0);
+            for j in 0..8 {
+                fifth += e5[j] * k[j][r][lane];
+                third += e3[j] * k[j][r][lane];
+            }
+            fifth = (fifth * inverse_scale[r][lane]).abs();
+            third = (third * inverse_scale[r][lane]).abs();
+            sum[lane] += fifth + third;
+            largest5[lane] = if fifth > largest5[lane] { fifth } else { largest5[lane] };
+            largest3[lane] = if third > largest3[lane] { third } else { largest3[lane] };
+        }
+    }
+    if !sum.iter().sum::<f64>().is_finite() {
+        return f64::NAN;
+    }
+    let fifth = largest5.into_iter().fold(0.0, f64::max);
+    let third = largest3.into_iter().fold(0.0, f64::max);
+    if fifth == 0.0 { 0.0 } else { fifth * fifth / (fifth * fifth + 0.01 * third * third).sqrt() }
+}

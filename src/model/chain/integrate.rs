@@ -1,0 +1,415 @@
+//! The adaptive run: steps under error control, restarted where a contact changes its mode or the drive is not smooth.
+
+use super::{
+    InitialState,
+    dormand_prince::{Clock, Flow, SmoothInterval, Stepper},
+    equation::{Equation, Mode},
+    event::{Resolution, overlap_and_rate},
+    system::System,
+};
+use crate::{
+    model::{ModelError, Progress, contact_law::ElasticLaw},
+    response::{EnergyLedger, SolverWork},
+    scene::PistonMotion,
+};
+
+impl<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Flow for Equation<'_, LINEAR, KUWABARA_KONO, L> {
+    #[inline(always)]
+    fn evaluate(&mut self, weight: f64, piston: (f64, f64), state: &mut [f64], derivative: &mut [f64]) {
+        Equation::evaluate(self, weight, piston, state, derivative);
+    }
+}
+
+/// Where the pieces of a run go.
+pub(super) trait Sink {
+    /// Whether this sink needs the continuous extension of a step from `from` to `to` (s).
+    fn wants(&self, from: f64, to: f64) -> bool;
+    /// Take the part of an extended step from its start up to `to` (s).
+    fn take<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
+        &mut self,
+        equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
+        stepper: &Stepper,
+        clock: &Clock,
+        to: f64,
+    );
+    /// Take the state at time zero.
+    fn begin<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
+        &mut self,
+        equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
+        state: &[f64],
+    );
+}
+
+/// How a run is done.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Control {
+    /// Relative tolerance of a step, 1.
+    pub tolerance: f64,
+    /// Velocity (m/s) the tolerance refers to.
+    pub velocity_scale: f64,
+    /// End of the run, s.
+    pub end: f64,
+}
+
+/// Steps between two calls of the progress function.
+const STEPS_A_REPORT: u64 = 256;
+/// Changes of mode at one instant after which the run is given up.
+const CHANGES_AT_ONCE: usize = 64;
+
+/// Size of the next step: plain, s, or in √(t − t*), √s, since a contact closed at t*.
+#[derive(Debug, Clone, Copy)]
+enum Pace {
+    Plain { step: f64 },
+    SinceClosing { closing: f64, root: f64, step: f64 },
+}
+
+impl Pace {
+    /// The clock of the next step from `time`, at most up to `stop`; whether it reaches it.
+    fn clock(&self, time: f64, stop: f64) -> (Clock, bool) {
+        match *self {
+            Self::Plain { step } => {
+                let last = time + 1.01 * step >= stop;
+                let step = if last { stop - time } else { step };
+                (Clock { start: time, linear: step, quadratic: 0.0 }, last)
+            }
+            Self::SinceClosing { closing, root, step } => {
+                let longest = (stop - closing).sqrt() - root;
+                let last = 1.01 * step >= longest;
+                let step = if last { longest } else { step };
+                (Clock { start: time, linear: 2.0 * root * step, quadratic: step * step }, last)
+            }
+        }
+    }
+
+    fn scaled(self, factor: f64) -> Self {
+        match self {
+            Self::Plain { step } => Self::Plain { step: factor * step },
+            Self::SinceClosing { closing, root, step } => Self::SinceClosing { closing, root, step: factor * step },
+        }
+    }
+
+    /// After the step of this clock, to be followed by one `factor` times as long.
+    fn after(self, clock: &Clock, factor: f64) -> Self {
+        match self {
+            Self::Plain { .. } => Self::Plain { step: factor * clock.linear },
+            Self::SinceClosing { closing, root, .. } => {
+                let step = clock.quadratic.sqrt();
+                Self::SinceClosing { closing, root: root + step, step: factor * step }
+            }
+        }
+    }
+}
+
+/// Run the chain; the ledger and the work done.
+pub(super) fn integrate<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw, S: Sink>(
+    system: &System,
+    support: L,
+    motion: &dyn PistonMotion,
+    initial: &InitialState,
+    control: &Control,
+    sink: &mut S,
+    progress: Progress<'_>,
+) -> Result<(EnergyLedger, SolverWork), ModelError> {
+    Run::<LINEAR, KUWABARA_KONO, L>::new(system, support, motion, initial, control)?.to_end(sink, progress)
+}
+
+struct Run<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L> {
+    system: &'a System,
+    equation: Equation<'a, LINEAR, KUWABARA_KONO, L>,
+    stepper: Stepper,
+    motion: &'a dyn PistonMotion,
+    control: Control,
+    resolution: Resolution,
+    time: f64,
+    smooth: SmoothInterval,
+    /// Energy of contacts lost when they were clipped (their dashpots take up what they still store), J.
+    clipped: f64,
+    initial_energy: f64,
+    largest_energy: f64,
+    work: SolverWork,
+}
+
+impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, LINEAR, KUWABARA_KONO, L> {
+    fn new(
+        system: &'a System,
+        support: L,
+        motion: &'a dyn PistonMotion,
+        initial: &InitialState,
+        control: &Control,
+    ) -> Result<Self, ModelError> {
+        let equation = Equation::new(system, support);
+        let mut stepper = Stepper::new(equation.state_length());
+        let (padded, beads) = (system.padded, system.beads);
+        let (displacement, velocity) = system.initial_blocks(initial)?;
+        stepper.state.as_flattened_mut()[..padded].copy_from_slice(&displacement);
+        stepper.state.as_flattened_mut()[padded..2 * padded].copy_from_slice(&velocity);
+
+        let velocity_scale = control.velocity_scale;
+        let displacement_scale = velocity_scale * system.natural_time;
+        // A tolerance cannot ask for more than rounding of forces and displacements gives.
+        let lightest = system.mass[1..=beads].iter().copied().fold(f64::INFINITY, f64::min);
+        let force_scale = lightest * velocity_scale / system.natural_time;
+        let static_overlap = system.laws.iter().map(|law| law.overlap(system.precompression)).fold(0.0, f64::max);
+        let rounding = 8.0 * f64::EPSILON;
+        let velocity_floor = rounding * system.precompression * system.natural_time / lightest;
+        let displacement_floor = rounding * static_overlap;
+        let scales = stepper.inverse_scale.as_flattened_mut();
+        scales[1..=beads].fill(1.0 / (control.tolerance * displacement_scale).max(displacement_floor));
+        scales[padded + 1..=padded + beads].fill(1.0 / (control.tolerance * velocity_scale).max(velocity_floor));
+
+        let pull = 1e-12 * force_scale;
+        let pull = if LINEAR { pull } else { pull / displacement_scale.sqrt() };
+        let resolution = Resolution { overlap: 1e-12 * displacement_scale, pull };
+        let initial_energy = system.stored_energy(&displacement) + system.kinetic_energy(&velocity);
+        Ok(Self {
+            system,
+            equation,
+            stepper,
+            motion,
+            control: *control,
+            resolution,
+            time: 0.0,
+            smooth: SmoothInterval { from: 0.0, to: control.end },
+            clipped: 0.0,
+            initial_energy,
+            largest_energy: initial_energy,
+            work: SolverWork { unknowns: 2 * beads as u64, ..SolverWork::default() },
+        })
+    }
+
+    /// The piston now, on the side of a break that lies ahead.
+    fn piston(&self) -> (f64, f64) {
+        self.motion.at(self.time.clamp(self.smooth.from, self.smooth.to))
+    }
+
+    fn overlap_and_rate(&self, contact: usize) -> (f64, f64) {
+        overlap_and_rate(self.system, contact, self.stepper.state.as_flattened())
+    }
+
+    /// Put a contact into a mode and keep the ledger of clipped contacts.
+    fn switch(&mut self, contact: usize, mode: Mode) {
+        let before = self.equation.modes[contact];
+        let energy = || self.system.laws[contact].energy(self.overlap_and_rate(contact).0);
+        if mode == Mode::Clipped && before != Mode::Clipped {
+            self.clipped += energy();
+        } else if before == Mode::Clipped && mode == Mode::Pressed {
+            self.clipped -= energy();
+        }
+        self.equation.set_mode(contact, mode);
+    }
+
+    /// Evaluate the derivative here, after putting every contact in the mode it belongs in.
+    fn restart(&mut self) {
+        let piston = self.piston();
+        let padded = self.system.padded;
+        let state = self.stepper.state.as_flattened_mut();
+        (state[0], state[padded]) = piston;
+        for contact in 0..=self.system.beads {
+            let mode = self.equation.settled_mode(contact, self.overlap_and_rate(contact), &self.resolution);
+            if mode != self.equation.modes[contact] {
+                self.switch(contact, mode);
+            }
+        }
+        self.stepper.restart(&mut self.equation, piston);
+    }
+
+    fn to_end<S: Sink>(
+        mut self,
+        sink: &mut S,
+        progress: Progress<'_>,
+    ) -> Result<(EnergyLedger, SolverWork), ModelError> {
+        let end = self.control.end;
+        let motion = self.motion;
+        let breaks = motion.breaks().iter().copied().filter(|t| *t > 0.0 && *t < end);
+        let mut first = true;
+        let mut pace = Pace::Plain { step: 0.02 * self.system.natural_time };
+        for stop in breaks.chain(std::iter::once(end)) {
+            if stop <= self.time {
+                continue;
+            }
+            // Never ask a motion for the instant of its break, where it may have either value.
+            let inside = 1e-15 * stop;
+            self.smooth = SmoothInterval { from: (self.time + inside).max(f64::MIN_POSITIVE), to: stop - inside };
+            self.restart();
+            if first {
+                sink.begin(&mut self.equation, self.stepper.state.as_flattened());
+                first = false;
+                if self.system.precompression == 0.0 {
+                    let step = (0.02 * self.system.natural_time).sqrt();
+                    pace = Pace::SinceClosing { closing: self.time, root: 0.0, step };
+                }
+            }
+            pace = self.to_stop(stop, pace, sink, progress)?;
+        }
+        Ok(self.settle())
+    }
+
+    /// Run up to `stop`, the drive being smooth until then; the pace to go on with.
+    fn to_stop<S: Sink>(
+        &mut self,
+        stop: f64,
+        mut pace: Pace,
+        sink: &mut S,
+        progress: Progress<'_>,
+    ) -> Result<Pace, ModelError> {
+        let mut rejected = false;
+        let mut changes_here = 0;
+        loop {
+            let (clock, last) = pace.clock(self.time, stop);
+            let length = clock.length();
+            if !(length > 2.0 * f64::EPSILON * self.time && length > f64::MIN_POSITIVE) || changes_here > CHANGES_AT_ONCE {
+                if last && changes_here <= CHANGES_AT_ONCE {
+                    self.time = stop;
+                    return Ok(Pace::Plain { step: 0.02 * self.system.natural_time });
+                }
+                return Err(self.failure(length));
+            }
+            let error = self.stepper.attempt(&mut self.equation, self.motion, &clock, &self.smooth);
+            if error.is_nan() || error > 1.0 {
+                let factor = if error.is_nan() { 0.1 } else { (0.9 * error.powf(-0.125)).max(0.2) };
+                // Shorten what was tried, which may be less than was proposed.
+                pace = match pace {
+                    Pace::Plain { .. } => Pace::Plain { step: clock.linear },
+                    Pace::SinceClosing { closing, root, .. } => {
+                        Pace::SinceClosing { closing, root, step: clock.quadratic.sqrt() }
+                    }
+                };
+                pace = pace.scaled(factor);
+                rejected = true;
+                self.work.rejected_steps += 1;
+                continue;
+            }
+            self.stepper.finish(&mut self.equation, &clock);
+            let step_end = if last { stop } else { clock.at(1.0) };
+            let suspicious = self.equation.may_switch(&self.stepper, &clock, &self.resolution);
+            let mut event = None;
+            if suspicious || sink.wants(self.time, step_end) {
+                self.stepper.extend(&mut self.equation, self.motion, &clock, &self.smooth);
+                if suspicious {
+                    event = self.equation.first_event(&self.stepper, &clock, self.motion, &self.resolution);
+                }
+            }
+            let growth = if error == 0.0 { 6.0 } else { (0.9 * error.powf(-0.125)).clamp(0.333, 6.0) };
+            let growth = if rejected { growth.min(1.0) } else { growth };
+            self.work.steps += 1;
+            rejected = false;
+            if let Some(event) = event {
+                self.work.events += 1;
+                let now = if event.sigma >= 1.0 { step_end } else { clock.at(event.sigma) };
+                changes_here = if now > self.time { 0 } else { changes_here + 1 };
+                sink.take(&mut self.equation, &self.stepper, &clock, now);
+                self.stepper.truncate(event.sigma);
+                self.time = now;
+                pace = self.change(event.contact, &clock, growth);
+                if now >= stop {
+                    return Ok(pace);
+                }
+            } else {
+                changes_here = 0;
+                sink.take(&mut self.equation, &self.stepper, &clock, step_end);
+                self.stepper.advance();
+                self.time = step_end;
+                pace = pace.after(&clock, growth);
+                self.relabel();
+                if last {
+                    return Ok(Pace::Plain { step: growth * length });
+                }
+            }
+            self.note_energy();
+            if self.work.steps % STEPS_A_REPORT == 0 && !progress(self.time) {
+                return Err(ModelError::Stopped { time: self.time });
+            }
+        }
+    }
+
+    /// Change the mode of a contact at a located event; the pace to go on with.
+    fn change(&mut self, contact: usize, clock: &Clock, growth: f64) -> Pace {
+        let length = growth.min(1.0) * clock.length();
+        let (_, rate) = self.overlap_and_rate(contact);
+        let closing = self.equation.modes[contact] == Mode::Open;
+        let mode = match self.equation.modes[contact] {
+            Mode::Open | Mode::Clipped => Mode::Pressed,
+            Mode::Pressed if self.equation.may_clip(contact) => Mode::Clipped,
+            Mode::Pressed => Mode::Open,
+        };
+        self.switch(contact, mode);
+        self.restart();
+        let _ = rate;
+        if closing {
+            Pace::SinceClosing { closing: self.time, root: 0.0, step: length.sqrt() }
+        } else {
+            Pace::Plain { step: length }
+        }
+    }
+
+    /// Clipped contacts that have separated meanwhile are open: same force, other next event.
+    fn relabel(&mut self) {
+        if !(LINEAR || KUWABARA_KONO) {
+            return;
+        }
+        for contact in 0..=self.system.beads {
+            if self.equation.modes[contact] == Mode::Clipped && self.overlap_and_rate(contact).0 <= 0.0 {
+                self.switch(contact, Mode::Open);
+            }
+        }
+    }
+
+    fn piston_work(&self) -> f64 {
+        self.stepper.state.as_flattened()[2 * self.system.padded]
+    }
+
+    fn dissipated(&self) -> f64 {
+        self.stepper.state.as_flattened()[2 * self.system.padded + 1] + self.clipped
+    }
+
+    fn note_energy(&mut self) {
+        let energy = self.initial_energy + self.piston_work() - self.dissipated();
+        self.largest_energy = self.largest_energy.max(energy);
+    }
+
+    /// Close the books.
+    fn settle(mut self) -> (EnergyLedger, SolverWork) {
+        self.note_energy();
+        self.work.evaluations = self.stepper.evaluations;
+        let (padded, beads) = (self.system.padded, self.system.beads);
+        let still_stored: f64 = (0..=beads)
+            .filter(|contact| self.equation.modes[*contact] == Mode::Clipped)
+            .map(|contact| self.system.laws[contact].energy(self.overlap_and_rate(contact).0))
+            .sum();
+        let piston_work_j = self.piston_work();
+        let dissipated_j = self.dissipated() - still_stored;
+        let piston = self.motion.at(self.smooth.to);
+        let state = self.stepper.state.as_flattened_mut();
+        (state[0], state[padded]) = piston;
+        let state = self.stepper.state.as_flattened();
+        let kinetic_j = self.system.kinetic_energy(&state[padded..2 * padded]);
+        let stored_j = self.system.stored_energy(&state[..padded]);
+        let residual_j = self.initial_energy + piston_work_j - kinetic_j - stored_j - dissipated_j;
+        let ledger = EnergyLedger {
+            initial_j: self.initial_energy,
+            piston_work_j,
+            kinetic_j,
+            stored_j,
+            dissipated_j,
+            residual_j,
+            largest_j: self.largest_energy,
+        };
+        (ledger, self.work)
+    }
+
+    /// Why no step from here is possible.
+    fn failure(&self, step: f64) -> ModelError {
+        let padded = self.system.padded;
+        let entry = self.stepper.worst_entry();
+        let broken = self.stepper.end_state.as_flattened()[..2 * padded].iter().position(|value| !value.is_finite());
+        match broken {
+            Some(entry) => ModelError::NonFinite { time: self.time, step, bead: (entry % padded).max(1) },
+            None => ModelError::StepUnderflow {
+                time: self.time,
+                step,
+                contact: (entry % padded).clamp(1, self.system.beads + 1),
+                tolerance: self.control.tolerance,
+            },
+        }
+    }
+}

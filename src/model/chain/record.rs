@@ -1,0 +1,143 @@
+//! The run on the scene's output grid.
+
+use super::{
+    dormand_prince::{Clock, Stepper},
+    equation::Equation,
+    integrate::Sink,
+    system::System,
+};
+use crate::{
+    model::contact_law::ElasticLaw,
+    response::{EnergyLedger, Response, SolverWork},
+    scene::{PistonMotion, Scene},
+    signal::Series,
+};
+
+/// Collects every series of a response; its buffers are allocated once.
+#[derive(Debug)]
+pub(super) struct Grid {
+    step: f64,
+    padded: usize,
+    piston_displacement: Vec<f64>,
+    piston_velocity: Vec<f64>,
+    displacement: Vec<Vec<f64>>,
+    velocity: Vec<Vec<f64>>,
+    force: Vec<Vec<f64>>,
+    /// Samples taken.
+    taken: usize,
+    buffer: Vec<[f64; 4]>,
+}
+
+impl Grid {
+    /// Instants 0, step, 2 step … up to the scene's duration, with the piston sampled at all of them.
+    pub fn new(scene: &Scene, system: &System, motion: &dyn PistonMotion) -> Self {
+        let samples = (scene.duration / scene.output_step + 1e-6).floor() as usize + 1;
+        let times: Vec<f64> = (0..samples).map(|i| i as f64 * scene.output_step).collect();
+        let mut piston_displacement = vec![0.0; samples];
+        let mut piston_velocity = vec![0.0; samples];
+        motion.sample(&times, &mut piston_displacement, &mut piston_velocity);
+        let columns = |count: usize| vec![vec![0.0; samples]; count];
+        Self {
+            step: scene.output_step,
+            padded: system.padded,
+            piston_displacement,
+            piston_velocity,
+            displacement: columns(system.beads),
+            velocity: columns(system.beads),
+            force: columns(system.beads + 1),
+            taken: 0,
+            buffer: vec![[0.0; 4]; system.padded / 2],
+        }
+    }
+
+    /// Instant of the last sample, s.
+    pub fn end(&self) -> f64 {
+        (self.piston_displacement.len() - 1) as f64 * self.step
+    }
+
+    /// Largest speed of the piston at the samples, m/s.
+    pub fn piston_speed(&self) -> f64 {
+        self.piston_velocity.iter().fold(0.0, |speed, v| f64::max(speed, v.abs()))
+    }
+
+    /// Store the state in the buffer as the next sample.
+    pub fn store<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
+        &mut self,
+        equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
+    ) {
+        let sample = self.taken;
+        let (u, v) = self.buffer.as_flattened_mut().split_at_mut(self.padded);
+        u[0] = self.piston_displacement[sample];
+        v[0] = self.piston_velocity[sample];
+        let force = equation.contact_forces(u, v);
+        for (column, value) in self.displacement.iter_mut().zip(&u[1..]) {
+            column[sample] = *value;
+        }
+        for (column, value) in self.velocity.iter_mut().zip(&v[1..]) {
+            column[sample] = *value;
+        }
+        for (column, value) in self.force.iter_mut().zip(force) {
+            column[sample] = *value;
+        }
+        self.taken += 1;
+    }
+
+    /// Whether all samples are taken.
+    pub fn is_full(&self) -> bool {
+        self.taken == self.piston_displacement.len()
+    }
+
+    /// Instant of the next sample, s.
+    pub fn next_time(&self) -> f64 {
+        self.taken as f64 * self.step
+    }
+
+    /// Where the next sample's displacements and velocities are to be put before [`Grid::store`].
+    pub fn buffer(&mut self) -> &mut [f64] {
+        self.buffer.as_flattened_mut()
+    }
+
+    /// The response, with its books.
+    pub fn response(self, energy: EnergyLedger, work: SolverWork) -> Response {
+        let series = |values: Vec<f64>| Series::new(0.0, self.step, values);
+        let bead_velocity: Vec<Series> = self.velocity.into_iter().map(series).collect();
+        Response {
+            piston_displacement: series(self.piston_displacement),
+            bead_displacement: self.displacement.into_iter().map(series).collect(),
+            pole_velocity: bead_velocity[bead_velocity.len() - 1].clone(),
+            bead_velocity,
+            contact_force: self.force.into_iter().map(series).collect(),
+            energy,
+            work,
+        }
+    }
+}
+
+impl Sink for Grid {
+    fn wants(&self, _from: f64, to: f64) -> bool {
+        !self.is_full() && self.next_time() <= to
+    }
+
+    fn take<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
+        &mut self,
+        equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
+        stepper: &Stepper,
+        clock: &Clock,
+        to: f64,
+    ) {
+        while !self.is_full() && self.next_time() <= to {
+            stepper.values(clock.sigma(self.next_time()), &mut self.buffer);
+            self.store(equation);
+        }
+    }
+
+    fn begin<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
+        &mut self,
+        equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
+        state: &[f64],
+    ) {
+        let length = self.buffer.as_flattened().len();
+        self.buffer.as_flattened_mut().copy_from_slice(&state[..length]);
+        self.store(equation);
+    }
+}

@@ -1,0 +1,197 @@
+//! What a contact answers when pressed: elastic law F(δ) and dashpot, shared by all models.
+//!
+//! With the overlap δ (m, positive when pressed) and its rate δ̇ (m/s) the force of a contact is
+//!
+//! F = F_el(δ) + (c + γ √δ) δ̇ for δ > 0, and 0 once separated,
+//!
+//! never negative unless the dashpot may pull ([`Contact::tension`]). Friction, adhesion, plasticity and the retardation of
+//! waves inside the bodies are left out.
+
+mod annulus;
+mod dashpot;
+mod hertz;
+
+pub use annulus::Annulus;
+pub use dashpot::Dashpot;
+pub use hertz::{
+    Hertz, bead_flat_stiffness, bead_pair_stiffness, effective_modulus, hertz_energy, hertz_force, hertz_stiffness,
+};
+
+/// An elastic contact law: force and stored energy as functions of the overlap.
+pub trait ElasticLaw: Copy {
+    /// Whether the law is F = k δ₊^(3/2), so that a chain may treat it like every other contact.
+    const IS_HERTZ: bool;
+    /// Force, N, ≥ 0; zero for `overlap` ≤ 0 (m).
+    fn force(&self, overlap: f64) -> f64;
+    /// dF/dδ, N/m; zero for `overlap` ≤ 0 (m).
+    fn tangent_stiffness(&self, overlap: f64) -> f64;
+    /// ∫F dδ from 0 to `overlap` (m), J.
+    fn energy(&self, overlap: f64) -> f64;
+    /// The overlap (m) that carries `force` (N); zero for `force` ≤ 0.
+    fn overlap(&self, force: f64) -> f64;
+}
+
+/// A massless one-sided linear spring, F = K δ₊.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spring {
+    /// K, N/m.
+    pub stiffness: f64,
+}
+
+impl ElasticLaw for Spring {
+    const IS_HERTZ: bool = false;
+
+    fn force(&self, overlap: f64) -> f64 {
+        self.stiffness * overlap.max(0.0)
+    }
+
+    fn tangent_stiffness(&self, overlap: f64) -> f64 {
+        if overlap > 0.0 { self.stiffness } else { 0.0 }
+    }
+
+    fn energy(&self, overlap: f64) -> f64 {
+        0.5 * self.stiffness * overlap.max(0.0).powi(2)
+    }
+
+    fn overlap(&self, force: f64) -> f64 {
+        force.max(0.0) / self.stiffness
+    }
+}
+
+/// Any of the laws, where which one is only known at run time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Law {
+    /// Two curved solids, or a sphere and a flat.
+    Hertz(Hertz),
+    /// The resin annulus under the last bead.
+    Annulus(Annulus),
+    /// A one-sided linear spring.
+    Spring(Spring),
+}
+
+impl ElasticLaw for Law {
+    const IS_HERTZ: bool = false;
+
+    fn force(&self, overlap: f64) -> f64 {
+        match self {
+            Self::Hertz(law) => law.force(overlap),
+            Self::Annulus(law) => law.force(overlap),
+            Self::Spring(law) => law.force(overlap),
+        }
+    }
+
+    fn tangent_stiffness(&self, overlap: f64) -> f64 {
+        match self {
+            Self::Hertz(law) => law.tangent_stiffness(overlap),
+            Self::Annulus(law) => law.tangent_stiffness(overlap),
+            Self::Spring(law) => law.tangent_stiffness(overlap),
+        }
+    }
+
+    fn energy(&self, overlap: f64) -> f64 {
+        match self {
+            Self::Hertz(law) => law.energy(overlap),
+            Self::Annulus(law) => law.energy(overlap),
+            Self::Spring(law) => law.energy(overlap),
+        }
+    }
+
+    fn overlap(&self, force: f64) -> f64 {
+        match self {
+            Self::Hertz(law) => law.overlap(force),
+            Self::Annulus(law) => law.overlap(force),
+            Self::Spring(law) => law.overlap(force),
+        }
+    }
+}
+
+/// One contact, whole: elastic law, dashpot, and whether the dashpot may pull.
+///
+/// ```
+/// # use granchain::model::contact_law::{Contact, Dashpot, Hertz, Law};
+/// let law = Law::Hertz(Hertz { stiffness: 2.328e9 });
+/// let contact = Contact { law, dashpot: Dashpot { linear: 0.3, kuwabara_kono: 0.0 }, tension: false };
+/// assert!(contact.force(1e-6, 0.0) > 2.3); // about 2.3 N at 1 µm
+/// assert_eq!(contact.force(1e-9, -1.0), 0.0); // parting: the dashpot would pull
+/// assert_eq!(contact.force(-1e-9, 1.0), 0.0); // open
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    /// F_el(δ).
+    pub law: Law,
+    /// (c + γ √δ) δ̇.
+    pub dashpot: Dashpot,
+    /// Whether the total force may be negative while a contact parts.
+    pub tension: bool,
+}
+
+impl Contact {
+    /// Total force (N) at the overlap δ (m) and its rate δ̇ (m/s).
+    #[must_use]
+    pub fn force(&self, overlap: f64, rate: f64) -> f64 {
+        if overlap <= 0.0 {
+            return 0.0;
+        }
+        let total = self.law.force(overlap) + self.dashpot.force(overlap, rate);
+        if self.tension { total } else { total.max(0.0) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// ∫F dδ by Simpson's rule in √δ, in which all laws are smooth enough.
+    fn integral(law: &impl ElasticLaw, overlap: f64) -> f64 {
+        let panels = 2000;
+        let width = overlap.sqrt() / f64::from(panels);
+        (0..=panels)
+            .map(|i| {
+                let root = f64::from(i) * width;
+                let weight = if i == 0 || i == panels { 1.0 } else { 2.0 + 2.0 * f64::from(i % 2) };
+                weight * law.force(root * root) * 2.0 * root
+            })
+            .sum::<f64>()
+            * width
+            / 3.0
+    }
+
+    #[test]
+    fn stored_energy_is_the_integral_of_the_force_and_the_tangent_its_slope() {
+        let laws = [
+            Law::Hertz(Hertz { stiffness: 2.3e9 }),
+            Law::Annulus(Annulus::new(1.0)),
+            Law::Annulus(Annulus::new(0.7)),
+            Law::Spring(Spring { stiffness: 1e6 }),
+        ];
+        for law in laws {
+            for overlap in [1e-8, 1e-6, 5e-6, 3e-5] {
+                // Simpson with 2000 panels: the annulus' logarithm at 0 is what is left, below 1e-7.
+                let energy = law.energy(overlap);
+                assert!((integral(&law, overlap) / energy - 1.0).abs() < 1e-6, "{law:?} {overlap}");
+                let h = 1e-4 * overlap;
+                let slope = (law.force(overlap + h) - law.force(overlap - h)) / (2.0 * h);
+                // Central difference: error of order (h/δ)² = 1e-8.
+                assert!((law.tangent_stiffness(overlap) / slope - 1.0).abs() < 1e-6, "{law:?} {overlap}");
+                // Inverse of the force, to rounding.
+                assert!((law.overlap(law.force(overlap)) / overlap - 1.0).abs() < 1e-13, "{law:?} {overlap}");
+            }
+            assert_eq!(law.force(-1e-9), 0.0);
+            assert_eq!(law.energy(-1e-9), 0.0);
+            assert_eq!(law.tangent_stiffness(-1e-9), 0.0);
+            assert_eq!(law.overlap(0.0), 0.0);
+        }
+    }
+
+    #[test]
+    fn a_contact_never_pulls_unless_told_so() {
+        let law = Law::Hertz(Hertz { stiffness: 2.3e9 });
+        let dashpot = Dashpot { linear: 0.3, kuwabara_kono: 3660.0 };
+        let clipped = Contact { law, dashpot, tension: false };
+        let pulling = Contact { law, dashpot, tension: true };
+        assert_eq!(clipped.force(1e-8, -1.0), 0.0);
+        assert!(pulling.force(1e-8, -1.0) < -0.3);
+        assert_eq!(pulling.force(0.0, -1.0), 0.0);
+        assert_eq!(clipped.force(1e-8, 0.5), pulling.force(1e-8, 0.5));
+    }
+}
