@@ -1,22 +1,365 @@
-//! `granchain inspect`.
+//! `granchain inspect FILE`: what is understood and assumed of a record, before anything is done with it.
 
-use clap::Args;
+use std::{
+    fmt::{self, Write as _},
+    path::{Path, PathBuf},
+};
 
-use super::{Outcome, arguments::Session};
+use anyhow::Context;
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+
+use crate::{
+    measurement::{
+        PublishedFeatures, ReadOptions, Record, RecordKind, RecordedQuantity, Statement, inspect_record, read_record,
+    },
+    signal::Dimension,
+};
+
+use super::{
+    Outcome,
+    arguments::{Session, frequency},
+    reading::{ReadArguments, shown},
+};
 
 /// Arguments of `granchain inspect`.
 #[derive(Debug, Args)]
+#[command(after_long_help = FORM)]
 pub struct Arguments {
+    /// A record (comma-separated text), or a TOML file of published features
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// What was in front of the laser [default: told from the file's name and units]
+    #[arg(long, value_enum)]
+    pub kind: Option<KindChoice>,
+    /// Drive frequency with its unit, such as 73kHz [default: as the file states, else a horn tip's strongest line]
+    #[arg(long, value_name = "QUANTITY", value_parser = frequency)]
+    pub drive_frequency: Option<f64>,
+    /// How the file is to be read.
+    #[command(flatten)]
+    pub reading: ReadArguments,
     /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
 
+const FORM: &str = r#"Form of a record:
+  # bandwidth: 1.5 MHz            comments; bandwidth, delay, trigger, pretrigger, drive frequency are understood
+  time_us,velocity_mm_per_s       header with units; or `Time (us),Velocity [mm/s]`; or a second row of units
+  0.0,0.12
+
+Form of a file of published features:
+  drive_frequency = "73 kHz"
+  [[feature]]
+  name = "positive_peak"          positive_peak, negative_peak, thd, amplitude_P/Q, ratio_P/Q
+  value = "289 mm/s"
+  uncertainty = "3 mm/s"
+  [[feature]]
+  name = "line_1/3"
+  present = true
+  [[feature]]
+  name = "thirds"
+  ordering = "1/3 > 1/2""#;
+
+/// The kinds of record that can be named.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum KindChoice {
+    /// The horn's tip: displacement, or velocity that is integrated
+    HornTip,
+    /// The far pole of the last bead: velocity
+    Vibrometer,
+}
+
+impl From<KindChoice> for RecordKind {
+    fn from(choice: KindChoice) -> Self {
+        match choice {
+            KindChoice::HornTip => Self::HornTip,
+            KindChoice::Vibrometer => Self::Vibrometer,
+        }
+    }
+}
+
 /// Run it.
 ///
 /// # Errors
-/// Not built yet.
+/// When the file cannot be read or is refused.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let _ = arguments;
-    anyhow::bail!("`granchain inspect` is not built yet")
+    let file = &arguments.file;
+    if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
+        let published = PublishedFeatures::read(file)?;
+        let summary = published_summary(&published);
+        arguments.session.result(PublishedText(&published), &summary)?;
+        return Ok(Outcome::Done);
+    }
+    let options = arguments.reading.options(arguments.drive_frequency);
+    let record = match arguments.kind {
+        Some(kind) => read_record(file, kind.into(), &options)?,
+        None => inspect_record(file, &options)?,
+    };
+    let summary = Summary::of(&record, horn_frequency(&record));
+    arguments.session.result(Text { record: &record, summary: &summary }, &summary)?;
+    Ok(Outcome::Done)
+}
+
+/// The drive frequency of the horn-tip record beside a vibrometer record.
+fn horn_frequency(record: &Record) -> Option<f64> {
+    if record.kind != RecordKind::Vibrometer || record.stated_drive_frequency.is_some() {
+        return None;
+    }
+    let horn = record.path.parent().unwrap_or(Path::new("")).join("horn_tip.csv");
+    // Its own troubles are told when it is inspected itself.
+    read_record(&horn, RecordKind::HornTip, &ReadOptions::default()).ok()?.drive_frequency()
+}
+
+/// The JSON form; SI with the unit in the key.
+#[derive(Debug, Serialize)]
+struct Summary {
+    file: String,
+    sha256: String,
+    kind: RecordKind,
+    recorded: RecordedQuantity,
+    /// Unit of the numbers below.
+    unit: &'static str,
+    columns: Vec<String>,
+    time_column: String,
+    time_unit: String,
+    value_column: String,
+    value_unit: String,
+    first_lines: Vec<String>,
+    comments: Vec<String>,
+    samples: usize,
+    sample_rate_hz: f64,
+    start_s: f64,
+    duration_s: f64,
+    positive_peak: f64,
+    negative_peak: f64,
+    rms: f64,
+    baseline_removed: f64,
+    pretrigger_samples: usize,
+    noise_rms: Option<f64>,
+    noise_db_re_peak: Option<f64>,
+    bandwidth_hz: Option<f64>,
+    delay_s: f64,
+    trigger_s: f64,
+    drive_frequency_hz: Option<f64>,
+    drive_frequency_from: &'static str,
+    strongest_line_hz: Option<f64>,
+    interpolated_cells: usize,
+    assumptions: Vec<String>,
+    warnings: Vec<String>,
+}
+
+impl Summary {
+    fn of(record: &Record, beside: Option<f64>) -> Self {
+        let values = &record.series.values;
+        let peak = record.series.peak();
+        let noise = (record.pretrigger > 0).then_some(record.noise_rms);
+        let (drive_frequency_hz, drive_frequency_from) = match (record.stated_drive_frequency, record.kind, beside) {
+            (Some(stated), ..) if record.options.drive_frequency.is_some() => (Some(stated), "--drive-frequency"),
+            (Some(stated), ..) => (Some(stated), "the file's header"),
+            (None, RecordKind::HornTip, _) => (record.drive_frequency(), "the record's strongest line"),
+            (None, _, Some(beside)) => (Some(beside), "horn_tip.csv beside it"),
+            (None, _, None) => (None, "unknown"),
+        };
+        let mut warnings = record.warnings.clone();
+        if let Some(frequency) = drive_frequency_hz {
+            let samples = record.series.sample_rate() / frequency;
+            if samples < 20.0 {
+                warnings.push(format!(
+                    "{samples:.1} samples a drive cycle: lines above {:.1} f0 and the true height of short impulses are lost; \
+                     20 or more are wanted",
+                    0.4 * samples
+                ));
+            }
+        }
+        Self {
+            file: record.path.display().to_string(),
+            sha256: record.sha256.clone(),
+            kind: record.kind,
+            recorded: record.recorded,
+            unit: if record.kind == RecordKind::HornTip { "m" } else { "m/s" },
+            columns: record.columns.clone(),
+            time_column: record.time_column.0.clone(),
+            time_unit: record.time_column.1.clone(),
+            value_column: record.value_column.0.clone(),
+            value_unit: record.value_column.1.clone(),
+            first_lines: record.first_lines.clone(),
+            comments: record.comments.clone(),
+            samples: values.len(),
+            sample_rate_hz: record.series.sample_rate(),
+            start_s: record.series.start,
+            duration_s: record.series.end() - record.series.start,
+            positive_peak: values.iter().copied().fold(0.0, f64::max),
+            negative_peak: values.iter().copied().fold(0.0, f64::min),
+            rms: (values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64).sqrt(),
+            baseline_removed: record.baseline,
+            pretrigger_samples: record.pretrigger,
+            noise_rms: noise,
+            noise_db_re_peak: noise.filter(|noise| *noise > 0.0 && peak > 0.0).map(|n| 20.0 * (n / peak).log10()),
+            bandwidth_hz: record.bandwidth,
+            delay_s: record.delay,
+            trigger_s: record.trigger,
+            drive_frequency_hz,
+            drive_frequency_from,
+            strongest_line_hz: record.strongest_line(),
+            interpolated_cells: record.interpolated,
+            assumptions: record.assumptions.clone(),
+            warnings,
+        }
+    }
+}
+
+/// The form for people.
+struct Text<'a> {
+    record: &'a Record,
+    summary: &'a Summary,
+}
+
+impl fmt::Display for Text<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (record, summary) = (self.record, self.summary);
+        let motion = if record.kind == RecordKind::HornTip { Dimension::LENGTH } else { Dimension::VELOCITY };
+        let recorded = match record.recorded {
+            RecordedQuantity::Displacement => Dimension::LENGTH,
+            RecordedQuantity::Velocity => Dimension::VELOCITY,
+        };
+        let hertz = |value| shown(value, Dimension::FREQUENCY);
+        let row = |f: &mut fmt::Formatter<'_>, name: &str, text: String| writeln!(f, "  {name:<18}{text}");
+        writeln!(f, "{}: a {} record", record.path.display(), record.kind.name())?;
+        row(f, "sha-256", summary.sha256.clone())?;
+        row(f, "columns", summary.columns.join(", "))?;
+        row(f, "time", format!("`{}` in {}", summary.time_column, summary.time_unit))?;
+        let integrated = if motion == recorded { "" } else { ", integrated to a displacement" };
+        row(f, "quantity", format!("`{}` in {}{integrated}", summary.value_column, summary.value_unit))?;
+        let time = |value| shown(value, Dimension::TIME);
+        let span = format!("{} from {} after the trigger", time(summary.duration_s), time(summary.start_s));
+        row(f, "samples", format!("{} at {}: {span}", summary.samples, hertz(summary.sample_rate_hz)))?;
+        let peaks = format!("{} and {}", shown(summary.positive_peak, motion), shown(summary.negative_peak, motion));
+        row(f, "peaks", peaks)?;
+        row(f, "rms", shown(summary.rms, motion))?;
+        row(f, "baseline removed", shown(summary.baseline_removed, recorded))?;
+        row(f, "pre-trigger", format!("{} quiet samples", summary.pretrigger_samples))?;
+        let mut noise =
+            summary.noise_rms.map_or_else(|| "unknown".into(), |noise| format!("{} rms", shown(noise, motion)));
+        if let Some(db) = summary.noise_db_re_peak {
+            write!(noise, ", {db:.1} dB re peak")?;
+        }
+        row(f, "noise floor", noise)?;
+        let unknown = || "unknown; pass --drive-frequency".to_owned();
+        let digits = |value: f64| format!("{:.4} kHz", value / 1e3);
+        let drive = summary
+            .drive_frequency_hz
+            .map_or_else(unknown, |value| format!("{} ({})", digits(value), summary.drive_frequency_from));
+        row(f, "drive frequency", drive)?;
+        row(f, "strongest line", summary.strongest_line_hz.map_or_else(|| "none".into(), digits))?;
+        writeln!(f, "first lines")?;
+        for line in &summary.first_lines {
+            writeln!(f, "  | {line}")?;
+        }
+        for (title, lines) in
+            [("comments", &summary.comments), ("assumed", &summary.assumptions), ("warnings", &summary.warnings)]
+        {
+            if !lines.is_empty() {
+                writeln!(f, "{title}")?;
+            }
+            for line in lines {
+                writeln!(f, "  {} {line}", if title == "comments" { '#' } else { '-' })?;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[derive(Debug, Serialize)]
+struct PublishedSummary {
+    file: String,
+    sha256: String,
+    title: String,
+    source: String,
+    drive_frequency_hz: f64,
+    features: Vec<PublishedRow>,
+}
+
+#[derive(Debug, Serialize)]
+struct PublishedRow {
+    name: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    value: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    uncertainty: Option<f64>,
+    unit: String,
+    says: String,
+}
+
+fn published_summary(published: &PublishedFeatures) -> PublishedSummary {
+    let rows = published.features.iter().map(|feature| {
+        let (value, uncertainty, unit) = match &feature.statement {
+            Statement::Value { value, uncertainty, dimension } => (Some(*value), *uncertainty, dimension.si_unit()),
+            _ => (None, None, String::new()),
+        };
+        PublishedRow { name: feature.name.clone(), value, uncertainty, unit, says: say(&feature.statement) }
+    });
+    PublishedSummary {
+        file: published.path.display().to_string(),
+        sha256: published.sha256.clone(),
+        title: published.title.clone(),
+        source: published.source.clone(),
+        drive_frequency_hz: published.drive_frequency,
+        features: rows.collect(),
+    }
+}
+
+/// A statement in words.
+fn say(statement: &Statement) -> String {
+    match statement {
+        Statement::Value { value, uncertainty, dimension } => {
+            let uncertainty = uncertainty.map(|u| format!(" ± {}", shown(u, *dimension)));
+            format!("{}{}", shown(*value, *dimension), uncertainty.unwrap_or_default())
+        }
+        Statement::Line { ratio, present } => {
+            format!("line at {ratio} f0 {}", if *present { "present" } else { "absent" })
+        }
+        Statement::Ordering { stronger, weaker, holds } => {
+            format!("line at {stronger} f0 {} than at {weaker} f0", if *holds { "stronger" } else { "not stronger" })
+        }
+    }
+}
+
+struct PublishedText<'a>(&'a PublishedFeatures);
+
+impl fmt::Display for PublishedText<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let published = self.0;
+        writeln!(f, "{}: published features of {}", published.path.display(), published.title)?;
+        writeln!(f, "  {:<18}{}", "sha-256", published.sha256)?;
+        writeln!(f, "  {:<18}{}", "source", published.source)?;
+        writeln!(f, "  {:<18}{}", "drive frequency", shown(published.drive_frequency, Dimension::FREQUENCY))?;
+        for feature in &published.features {
+            writeln!(f, "  {:<18}{}", feature.name, say(&feature.statement))?;
+            for case in &published.cases {
+                if let Some(statement) = feature.cases.get(&case.name) {
+                    writeln!(f, "  {:<18}  {}: {}", "", case.title, say(statement))?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Read a record for a subcommand, with its warnings on standard error.
+///
+/// # Errors
+/// When the file cannot be read or is refused.
+pub fn read_with_warnings(
+    path: &Path,
+    kind: RecordKind,
+    options: &ReadOptions,
+    session: &Session,
+) -> anyhow::Result<Record> {
+    let record =
+        read_record(path, kind, options).with_context(|| format!("the {} record cannot be used", kind.name()))?;
+    for warning in &record.warnings {
+        session.note(format_args!("warning: {}: {warning}", path.display()));
+    }
+    Ok(record)
 }

@@ -10,6 +10,7 @@ pub mod inspect;
 pub mod interrupt;
 pub mod output;
 pub mod progress;
+pub mod reading;
 pub mod replay;
 pub mod scene;
 pub mod spectrum;

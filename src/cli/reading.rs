@@ -1,0 +1,107 @@
+//! Flags that say how a record is to be read, shared by every subcommand that reads one.
+
+use clap::Args;
+
+use crate::{
+    measurement::{Baseline, Missing, ReadOptions},
+    signal::{Dimension, Quantity, QuantityError, Unit},
+};
+
+use super::arguments::{frequency, time};
+
+/// `--column`, `--unit`, `--baseline`, …: what the file does not say about itself.
+#[derive(Debug, Clone, Default, Args)]
+pub struct ReadArguments {
+    /// Column of the recorded quantity: its header, or its number from 1
+    #[arg(long, value_name = "NAME", help_heading = "Reading")]
+    pub column: Option<String>,
+    /// Column of time: its header, or its number from 1
+    #[arg(long, value_name = "NAME", help_heading = "Reading")]
+    pub time_column: Option<String>,
+    /// Unit of the recorded quantity, such as mm/s; overrides the file
+    #[arg(long, value_name = "UNIT", value_parser = motion_unit, help_heading = "Reading")]
+    pub unit: Option<String>,
+    /// Unit of time, such as us; overrides the file
+    #[arg(long, value_name = "UNIT", value_parser = time_unit, help_heading = "Reading")]
+    pub time_unit: Option<String>,
+    /// Which offset is removed
+    #[arg(long, value_enum, default_value = "auto", help_heading = "Reading")]
+    pub baseline: Baseline,
+    /// Turn the sign: positive must be from piston to support
+    #[arg(long, help_heading = "Reading")]
+    pub invert: bool,
+    /// −6 dB bandwidth of the decoder, such as 1.5MHz
+    #[arg(long, value_name = "QUANTITY", value_parser = frequency, help_heading = "Reading")]
+    pub bandwidth: Option<f64>,
+    /// Delay of the decoder, such as 4.2us: the record shows the motion that much later
+    #[arg(long, value_name = "QUANTITY", value_parser = time, allow_hyphen_values = true, help_heading = "Reading")]
+    pub delay: Option<f64>,
+    /// Instant of the trigger on the file's time axis, such as 50us; it becomes t = 0
+    #[arg(long, value_name = "QUANTITY", value_parser = time, allow_hyphen_values = true, help_heading = "Reading")]
+    pub trigger: Option<f64>,
+    /// What is done about cells such as n/a
+    #[arg(long, value_enum, default_value = "refuse", help_heading = "Reading")]
+    pub missing: Missing,
+}
+
+impl ReadArguments {
+    /// The options for the reader; `drive_frequency` (Hz) where it is known.
+    #[must_use]
+    pub fn options(&self, drive_frequency: Option<f64>) -> ReadOptions {
+        ReadOptions {
+            time_column: self.time_column.clone(),
+            column: self.column.clone(),
+            time_unit: self.time_unit.clone(),
+            unit: self.unit.clone(),
+            baseline: self.baseline,
+            invert: self.invert,
+            bandwidth: self.bandwidth,
+            delay: self.delay,
+            trigger: self.trigger,
+            drive_frequency,
+            missing: self.missing,
+        }
+    }
+}
+
+/// Why a unit flag is refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum UnitError {
+    /// No unit.
+    #[error(transparent)]
+    Unknown(#[from] QuantityError),
+    /// A unit of something else.
+    #[error("expected the unit of {expected}, found that of {}", found.describe())]
+    Dimension {
+        /// What is needed.
+        expected: &'static str,
+        /// What was given.
+        found: Dimension,
+    },
+    /// Volts.
+    #[error("volts need the decoder's sensitivity; convert the column to mm/s or um first")]
+    Volts,
+}
+
+fn time_unit(text: &str) -> Result<String, UnitError> {
+    match Unit::parse(text)?.dimension {
+        Dimension::TIME => Ok(text.into()),
+        found => Err(UnitError::Dimension { expected: "a time such as `us`", found }),
+    }
+}
+
+fn motion_unit(text: &str) -> Result<String, UnitError> {
+    match Unit::parse(text)?.dimension {
+        Dimension::VELOCITY | Dimension::LENGTH => Ok(text.into()),
+        Dimension::VOLTAGE => Err(UnitError::Volts),
+        found => Err(UnitError::Dimension { expected: "a velocity such as `mm/s` or a length such as `um`", found }),
+    }
+}
+
+/// A quantity for people, in four digits.
+#[must_use]
+pub fn shown(value: f64, dimension: Dimension) -> String {
+    let rounded = format!("{value:.3e}").parse().unwrap_or(value);
+    Quantity::new(rounded, dimension).to_string()
+}
