@@ -25,7 +25,6 @@ const OWNED_CRATES: &[(&str, &str)] = &[
     ("plotters", "report"),
     ("maud", "report"),
     ("argmin", "calibration"),
-    ("clap", "cli"),
     ("anyhow", "cli"),
     ("indicatif", "cli"),
     ("ctrlc", "cli"),

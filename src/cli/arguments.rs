@@ -5,10 +5,7 @@ use std::{num::NonZeroUsize, path::PathBuf};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 
-use crate::{
-    scene::ModelKind,
-    signal::{Dimension, Quantity},
-};
+use crate::signal::{Dimension, Quantity};
 
 use super::output::print;
 
@@ -114,12 +111,14 @@ pub enum ModelChoice {
     Fea,
 }
 
-impl From<ModelChoice> for ModelKind {
-    fn from(choice: ModelChoice) -> Self {
-        match choice {
-            ModelChoice::Chain => Self::Chain,
-            ModelChoice::Reduced => Self::Reduced,
-            ModelChoice::Fea => Self::Fea,
+impl ModelChoice {
+    /// The word of the scene key `model.kind`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Chain => "chain",
+            Self::Reduced => "reduced",
+            Self::Fea => "fea",
         }
     }
 }
@@ -194,4 +193,18 @@ fn assignment(text: &str) -> Result<String, ValueError> {
         Some((key, value)) if !key.trim().is_empty() && !value.trim().is_empty() => Ok(text.into()),
         _ => Err(ValueError::NoAssignment { found: text.into() }),
     }
+}
+
+/// A usage error that clap cannot see: exit code 2.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{message}\n\nFor more information, try '--help'.")]
+pub struct UsageError {
+    /// What is wrong and what to do.
+    pub message: String,
+}
+
+/// A [`UsageError`] with this message.
+#[must_use]
+pub fn usage(message: impl Into<String>) -> anyhow::Error {
+    UsageError { message: message.into() }.into()
 }

@@ -6,6 +6,8 @@
 
 pub mod arguments;
 pub mod calibrate;
+mod calibrated;
+mod experiment;
 pub mod inspect;
 pub mod interrupt;
 pub mod output;
@@ -14,7 +16,9 @@ pub mod reading;
 pub mod replay;
 pub mod scene;
 pub mod spectrum;
+mod summary;
 pub mod sweep;
+mod timing;
 pub mod twins;
 
 use std::{ffi::OsString, io::Write, process::ExitCode};
@@ -117,6 +121,10 @@ fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Unconverged) => ExitCode::from(3),
         Err(error) if output::is_closed_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) if error.is::<arguments::UsageError>() => {
+            report_failure(&error);
+            ExitCode::from(2)
+        }
         Err(error) => {
             report_failure(&error);
             if interrupt::requested() { ExitCode::from(interrupt::EXIT_CODE) } else { ExitCode::from(1) }

@@ -1,22 +1,157 @@
-//! `granchain replay`.
+//! `granchain replay`: run one scene and write what came out.
 
+use std::path::PathBuf;
+
+use anyhow::Context;
 use clap::Args;
+use serde::Serialize;
 
-use super::{Outcome, arguments::Session};
+use super::{
+    Outcome,
+    arguments::{OutputArguments, SceneArguments, Session},
+    calibrated::Calibrated,
+    experiment::Experiment,
+    interrupt,
+    output::OutputFolder,
+    progress, summary,
+    timing::{self, Timing},
+};
+use crate::{
+    feature::{Features, measure},
+    model::{self, ModelError},
+    report::replay as page,
+    response::{EnergyLedger, Response, SolverWork, write_csv},
+    scene::Scene,
+    study::{
+        EnsemblePlan, ensemble, observation,
+        published::{Published, published},
+    },
+};
 
 /// Arguments of `granchain replay`.
 #[derive(Debug, Args)]
 pub struct Arguments {
+    /// What is simulated.
+    #[command(flatten)]
+    pub scene: SceneArguments,
+    /// Take amplitude scale, damping and scene from an earlier calibration
+    #[arg(long, value_name = "DIR", help_heading = "Scene")]
+    pub calibration: Option<PathBuf>,
+    /// Also run N perturbed copies at each of three drive levels and report mean, scatter and sensitivity
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..), help_heading = "Study")]
+    pub ensemble: Option<u32>,
+    /// Where results go.
+    #[command(flatten)]
+    pub output: OutputArguments,
     /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
 
+/// `summary.json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Summary {
+    /// Program and version.
+    pub program: String,
+    /// Scene as named on the command line.
+    pub scene: String,
+    /// What was measured on the pole's velocity.
+    pub features: Features,
+    /// Where the work of the piston went.
+    pub energy: EnergyLedger,
+    /// What the run cost, in counts.
+    pub work: SolverWork,
+    /// What was run.
+    pub settings: summary::Settings,
+    /// Mean, scatter and sensitivity, where asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ensemble: Option<summary::EnsembleTable>,
+    /// What the source paper prints of this scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub published: Option<Published>,
+    /// What was assumed on the way.
+    pub assumptions: Vec<String>,
+    /// Files that went in.
+    pub inputs: summary::Inputs,
+}
+
 /// Run it.
 ///
 /// # Errors
-/// Not built yet.
+/// Whatever is wrong with scene, calibration, record or run; a folder that cannot be written.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let _ = arguments;
-    anyhow::bail!("`granchain replay` is not built yet")
+    let Arguments { scene: flags, calibration, ensemble: members, output, session } = arguments;
+    let mut timing = Timing::start();
+    let calibrated = calibration.as_deref().map(Calibrated::read).transpose()?;
+    let experiment = Experiment::new(&flags, calibrated.as_ref())?;
+    let scene = experiment.scene_with(&[])?;
+    for assumption in &experiment.assumptions {
+        session.note(format_args!("assumed: {assumption}"));
+    }
+    let settings = observation::settings(&scene)?;
+    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
+    timing.stage("read");
+
+    let response = run(&scene, &session)?;
+    timing.stage("run");
+    let features = measure(&response.pole_velocity, &settings)?;
+    timing.stage("features");
+    let plan = members.map(|members| EnsemblePlan::new(members as usize, session.seed));
+    let spread = plan.map(|plan| ensemble::run(&scene, &plan)).transpose()?;
+    interrupt::check()?;
+    timing.stage("ensemble");
+
+    let summary = Summary {
+        program: summary::program(),
+        scene: experiment.source().into(),
+        energy: response.energy,
+        work: response.work,
+        settings: summary::Settings::new(&scene, &experiment, session.seed),
+        ensemble: spread.as_ref().map(summary::EnsembleTable::new),
+        published: published(&scene),
+        assumptions: experiment.assumptions.clone(),
+        inputs: summary::Inputs::new(&experiment, calibrated.as_ref())?,
+        features,
+    };
+    let mut text = summary::text(&scene, &summary, spread.as_ref());
+    match folder {
+        Some(folder) => {
+            write(&folder, &response, &summary, &mut timing)?;
+            let place = folder.finish()?;
+            session.note(format_args!("written to {}", place.display()));
+        }
+        None => text.push_str("\nNothing was written; pass --out DIR for response.csv, summary.json and figures.\n"),
+    }
+    session.result(text, &summary)?;
+    Ok(Outcome::Done)
+}
+
+fn run(scene: &Scene, session: &Session) -> anyhow::Result<Response> {
+    let bar = progress::simulated_time(session, "simulated time");
+    let outcome = model::run(scene, &mut |time| {
+        progress::advance_to(&bar, time, scene.duration);
+        !interrupt::requested()
+    });
+    bar.finish_and_clear();
+    match outcome {
+        Err(ModelError::Stopped { .. }) if interrupt::requested() => Err(interrupt::Interrupted.into()),
+        outcome => Ok(outcome?),
+    }
+}
+
+fn write(folder: &OutputFolder, response: &Response, summary: &Summary, timing: &mut Timing) -> anyhow::Result<()> {
+    let mut table = Vec::new();
+    write_csv(response, &mut table).context("response.csv cannot be made")?;
+    folder.write("response.csv", table)?;
+    folder.write("summary.json", summary::json(summary)?)?;
+    interrupt::check()?;
+    timing.stage("write");
+    for (name, figure) in page::figures(response, &summary.features)? {
+        folder.write(format!("{name}.svg"), figure.to_svg()?)?;
+        folder.write(format!("{name}.png"), figure.to_png()?)?;
+        interrupt::check()?;
+    }
+    timing.stage("figures");
+    folder.write(timing::FILE, timing.to_json())?;
+    Ok(())
 }

@@ -7,4 +7,5 @@
 pub mod calibration;
 pub mod figure;
 pub mod number;
+pub mod replay;
 pub mod sweep;

@@ -191,21 +191,14 @@ impl Stepper {
         flow.evaluate(1.0, piston, self.end_state.as_flattened_mut(), self.end_derivative.as_flattened_mut());
         self.evaluations += 1;
         let rate = clock.rate(1.0);
-        for (stage, derivative) in
-            self.stages[12].as_flattened_mut().iter_mut().zip(self.end_derivative.as_flattened())
+        for (stage, derivative) in self.stages[12].as_flattened_mut().iter_mut().zip(self.end_derivative.as_flattened())
         {
             *stage = rate * derivative;
         }
     }
 
     /// Build the continuous extension of the finished step (three more evaluations).
-    pub fn extend(
-        &mut self,
-        flow: &mut impl Flow,
-        motion: &dyn PistonMotion,
-        clock: &Clock,
-        smooth: &SmoothInterval,
-    ) {
+    pub fn extend(&mut self, flow: &mut impl Flow, motion: &dyn PistonMotion, clock: &Clock, smooth: &SmoothInterval) {
         self.sample_piston(motion, clock, smooth, 13, 16);
         stage!(self, flow, clock, 13: 0 6 7 8 9 10 11 12);
         stage!(self, flow, clock, 14: 0 5 6 7 10 11 12 13);
@@ -224,9 +217,8 @@ impl Stepper {
         }
         for (row, d) in [d3, d4, d5, d6].into_iter().zip(&D) {
             let weights = [d[0], d[5], d[6], d[7], d[8], d[9], d[10], d[11], d[12], d[13], d[14], d[15]];
-            let stages: [&[[f64; 4]]; 12] = [
-                &k[0], &k[5], &k[6], &k[7], &k[8], &k[9], &k[10], &k[11], &k[12], &k[13], &k[14], &k[15],
-            ];
+            let stages: [&[[f64; 4]]; 12] =
+                [&k[0], &k[5], &k[6], &k[7], &k[8], &k[9], &k[10], &k[11], &k[12], &k[13], &k[14], &k[15]];
             row.fill([0.0; 4]);
             accumulate(row, weights, stages);
         }

@@ -66,7 +66,11 @@ impl<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<'_, 
     ) -> Crossing {
         match self.modes[contact] {
             Mode::Pressed if self.may_clip(contact) => {
-                if self.pull_indicator(contact, end.0, end.1) < -resolution.pull { Crossing::Sure } else { Crossing::None }
+                if self.pull_indicator(contact, end.0, end.1) < -resolution.pull {
+                    Crossing::Sure
+                } else {
+                    Crossing::None
+                }
             }
             Mode::Pressed => {
                 if end.0 < -resolution.overlap {

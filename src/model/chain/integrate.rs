@@ -257,7 +257,9 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         loop {
             let (clock, last) = pace.clock(self.time, stop);
             let length = clock.length();
-            if !(length > 2.0 * f64::EPSILON * self.time && length > f64::MIN_POSITIVE) || changes_here > CHANGES_AT_ONCE {
+            if !(length > 2.0 * f64::EPSILON * self.time && length > f64::MIN_POSITIVE)
+                || changes_here > CHANGES_AT_ONCE
+            {
                 if last && changes_here <= CHANGES_AT_ONCE {
                     self.time = stop;
                     return Ok(Pace::Plain { step: 0.02 * self.system.natural_time });

@@ -125,8 +125,7 @@ impl ChainModel {
         let velocity_scale = scale(&mut system, initial, grid.piston_speed());
         let control = control(scene, tolerance, velocity_scale, grid.end())?;
         let mut trajectory = Trajectory::new(system.beads, system.padded);
-        (trajectory.energy, trajectory.work) =
-            adaptive(&system, motion, initial, &control, &mut trajectory, progress)?;
+        (trajectory.energy, trajectory.work) = adaptive(&system, motion, initial, &control, &mut trajectory, progress)?;
         Ok(trajectory)
     }
 }
@@ -211,4 +210,3 @@ fn fixed(
     use symplectic::integrate as run;
     specialised!(system, run(motion, initial, step, grid, progress))
 }
-

@@ -156,9 +156,7 @@ fn interpolate(
     let rest = 1.0 - sigma;
     let hermite = |y0: f64, d0: f64, y1: f64, d1: f64| {
         let chord = y1 - y0;
-        rest * y0
-            + sigma * y1
-            + sigma * rest * (rest * (step * d0 - chord) - sigma * (step * d1 - chord))
+        rest * y0 + sigma * y1 + sigma * rest * (rest * (step * d0 - chord) - sigma * (step * d1 - chord))
     };
     for i in 1..padded - 1 {
         out[i] = hermite(u0[i], v0[i], u1[i], v1[i]);

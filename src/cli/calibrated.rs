@@ -1,0 +1,101 @@
+//! Taking up an earlier calibration: `--calibration DIR`.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, bail};
+use serde::Deserialize;
+
+/// What a calibration says about a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibrated {
+    /// Where it was read.
+    pub path: PathBuf,
+    /// The scene it was made for, as on its command line.
+    pub scene: Option<String>,
+    /// Its parameters as overrides, `KEY=VALUE` in SI.
+    pub overrides: Vec<String>,
+    /// How it ended: `within scatter`, `outside scatter`, `not converged`.
+    pub verdict: String,
+}
+
+#[derive(Deserialize)]
+struct Outcome {
+    parameters: BTreeMap<String, Parameter>,
+    damping_kind: String,
+    verdict: String,
+    #[serde(default)]
+    scene: Option<String>,
+}
+
+#[derive(Deserialize)]
+struct Parameter {
+    value: f64,
+}
+
+/// Parameter of a calibration → scene key.
+const KEYS: [(&str, &str); 2] = [("alpha", "alpha"), ("damping", "damping.coefficient")];
+
+impl Calibrated {
+    /// Read `calibration.json` in `folder` (or the file itself).
+    ///
+    /// # Errors
+    /// When there is none, or it is not what `granchain calibrate` writes.
+    pub fn read(folder: &Path) -> anyhow::Result<Self> {
+        let path = if folder.is_dir() { folder.join("calibration.json") } else { folder.to_path_buf() };
+        let text = fs::read_to_string(&path).with_context(|| {
+            format!(
+                "{}: expected the outcome of a calibration; make one with `granchain calibrate --out DIR`",
+                path.display()
+            )
+        })?;
+        let outcome: Outcome = serde_json::from_str(&text)
+            .with_context(|| format!("{}: expected what `granchain calibrate` writes", path.display()))?;
+        let mut overrides = vec![format!("damping.kind={}", outcome.damping_kind)];
+        for (name, parameter) in &outcome.parameters {
+            let Some((_, key)) = KEYS.iter().find(|(known, _)| known == name) else {
+                bail!("{}: parameter `{name}` has no scene key; calibrate again with this version", path.display());
+            };
+            if !parameter.value.is_finite() {
+                bail!("{}: parameter `{name}`: expected a finite value, found {}", path.display(), parameter.value);
+            }
+            overrides.push(format!("{key}={}", parameter.value));
+        }
+        Ok(Self { path, scene: outcome.scene, overrides, verdict: outcome.verdict })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> anyhow::Result<Calibrated> {
+        let place = tempfile::tempdir().unwrap();
+        fs::write(place.path().join("calibration.json"), text).unwrap();
+        Calibrated::read(place.path())
+    }
+
+    #[test]
+    fn parameters_become_overrides_behind_the_damping_law() {
+        let calibrated = read(
+            r#"{"parameters": {"alpha": {"value": 0.5, "low": 0.4, "high": 0.6, "unit": "1", "at_bound": false},
+                "damping": {"value": 0.31, "unit": "N s/m"}}, "damping_kind": "linear", "verdict": "within scatter",
+                "scene": "annulus"}"#,
+        )
+        .unwrap();
+        assert_eq!(calibrated.overrides, ["damping.kind=linear", "alpha=0.5", "damping.coefficient=0.31"]);
+        assert_eq!(calibrated.scene.as_deref(), Some("annulus"));
+    }
+
+    #[test]
+    fn what_is_no_calibration_is_refused_with_its_path() {
+        for text in ["", "{}", r#"{"parameters": {"colour": {"value": 1}}, "damping_kind": "linear", "verdict": ""}"#] {
+            let error = read(text).unwrap_err();
+            assert!(format!("{error:#}").contains("calibration.json"), "{error:#}");
+        }
+        assert!(Calibrated::read(Path::new("/nowhere")).is_err());
+    }
+}

@@ -1,0 +1,175 @@
+//! From the scene flags to a scene: built-in or file, an earlier calibration's parameters, the flags, a recorded drive.
+//!
+//! Later wins: scene, then `--calibration`, then `--drive-frequency`, `--alpha`, `--model`, then `--set`, then the values
+//! of a sweep.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+use super::{
+    arguments::{SceneArguments, usage},
+    calibrated::Calibrated,
+};
+use crate::{
+    measurement::{MeasurementError, ReadOptions, RecordKind, read_record},
+    scene::{self, Scene, SceneError},
+    signal::Series,
+};
+
+/// A file that went into a run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Input {
+    /// As given.
+    pub path: PathBuf,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+}
+
+impl Input {
+    /// The file as it is now.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn digest(path: PathBuf) -> anyhow::Result<Self> {
+        let bytes = std::fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+        let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Self { path, sha256 })
+    }
+}
+
+/// What is to be simulated.
+#[derive(Debug, Clone)]
+pub struct Experiment {
+    source: String,
+    overrides: Vec<String>,
+    recorded: Option<RecordedDrive>,
+    keep_duration: bool,
+    /// What was assumed on the way, for people.
+    pub assumptions: Vec<String>,
+}
+
+/// A horn-tip record, ready to drive.
+#[derive(Debug, Clone)]
+struct RecordedDrive {
+    input: Input,
+    displacement: Series,
+    frequency: f64,
+}
+
+impl RecordedDrive {
+    fn read(path: &Path, frequency: Option<f64>, assumptions: &mut Vec<String>) -> Result<Self, MeasurementError> {
+        let options = ReadOptions { drive_frequency: frequency, ..ReadOptions::default() };
+        let record = read_record(path, RecordKind::HornTip, &options)?;
+        let displacement = record.to_drive()?;
+        let frequency =
+            record.drive_frequency().ok_or_else(|| MeasurementError::NoDriveFrequency { path: record.path.clone() })?;
+        let mut said = record.assumptions;
+        said.extend(record.warnings);
+        said.push(format!("drive frequency {:.4} kHz", frequency * 1e-3));
+        assumptions.extend(said.into_iter().map(|text| format!("{}: {text}", path.display())));
+        Ok(Self { input: Input { path: record.path, sha256: record.sha256 }, displacement, frequency })
+    }
+}
+
+impl Experiment {
+    /// Read what the flags name; fails before anything is run.
+    ///
+    /// # Errors
+    /// A usage error without a scene; whatever is wrong with the scene or the record.
+    pub fn new(arguments: &SceneArguments, calibration: Option<&Calibrated>) -> anyhow::Result<Self> {
+        let mut assumptions = Vec::new();
+        let source = match (&arguments.scene, calibration.and_then(|calibration| calibration.scene.as_ref())) {
+            (Some(scene), _) => scene.clone(),
+            (None, Some(scene)) => {
+                assumptions.push(format!("scene `{scene}`, for which the calibration was made"));
+                scene.clone()
+            }
+            (None, None) => {
+                return Err(usage("--scene NAME|FILE is needed; `granchain scene list` names the built-in ones"));
+            }
+        };
+        let mut overrides = Vec::new();
+        if let Some(calibration) = calibration {
+            assumptions.push(format!("{} from {}", calibration.overrides.join(", "), calibration.path.display()));
+            if calibration.verdict != "within scatter" {
+                assumptions.push(format!("that calibration ended `{}`: do not lean on it", calibration.verdict));
+            }
+            overrides.extend(calibration.overrides.iter().cloned());
+        }
+        if arguments.drive.is_none() {
+            overrides.extend(arguments.drive_frequency.map(|frequency| format!("drive.frequency={frequency}")));
+        }
+        overrides.extend(arguments.alpha.map(|alpha| format!("alpha={alpha}")));
+        overrides.extend(arguments.model.map(|model| format!("model.kind={}", model.name())));
+        overrides.extend(arguments.set.iter().cloned());
+        let keep_duration = arguments.set.iter().any(|set| sets(set, "duration"));
+        let mut experiment = Self { source, overrides, recorded: None, keep_duration, assumptions };
+
+        let loaded = scene::load_with_notes(&experiment.source, &experiment.overrides)?;
+        experiment.assumptions.extend(loaded.notes);
+        let record = arguments.drive.clone().or_else(|| loaded.scene.pending_record().map(Path::to_path_buf));
+        if let Some(path) = record {
+            let frequency = arguments.drive_frequency;
+            experiment.recorded = Some(RecordedDrive::read(&path, frequency, &mut experiment.assumptions)?);
+            if arguments.drive.is_some() {
+                experiment.refuse_drive_keys(arguments.set.iter().map(String::as_str))?;
+            }
+        }
+        Ok(experiment)
+    }
+
+    /// The scene, with `more` overrides on top.
+    ///
+    /// # Errors
+    /// [`SceneError`].
+    pub fn scene_with(&self, more: &[String]) -> Result<Scene, SceneError> {
+        let overrides: Vec<String> = self.overrides.iter().chain(more).cloned().collect();
+        let mut scene = scene::load(&self.source, &overrides)?;
+        if let Some(recorded) = &self.recorded {
+            if !(self.keep_duration || more.iter().any(|set| sets(set, "duration"))) {
+                scene.duration = (recorded.displacement.end() / scene.output_step).floor() * scene.output_step;
+            }
+            let file = Some(recorded.input.path.clone());
+            scene = scene.with_drive_record(recorded.displacement.clone(), recorded.frequency, file);
+        }
+        Ok(scene)
+    }
+
+    /// A recorded drive takes the place of the scene's own, so its keys would silently do nothing.
+    ///
+    /// # Errors
+    /// A usage error for the first of `keys` (or `KEY=VALUE`) that belongs to the drive.
+    pub fn refuse_drive_keys<'a>(&self, mut keys: impl Iterator<Item = &'a str>) -> anyhow::Result<()> {
+        match keys.find(|key| self.recorded.is_some() && key.trim().starts_with("drive.")) {
+            Some(key) => Err(usage(format!(
+                "`{key}` would do nothing: a record takes the place of the scene's drive; scale it with alpha"
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    /// The scene as named on the command line.
+    #[must_use]
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+
+    /// The overrides in force, in order.
+    #[must_use]
+    pub fn overrides(&self) -> &[String] {
+        &self.overrides
+    }
+
+    /// The drive record, where there is one.
+    #[must_use]
+    pub fn drive_input(&self) -> Option<&Input> {
+        self.recorded.as_ref().map(|recorded| &recorded.input)
+    }
+}
+
+fn sets(assignment: &str, key: &str) -> bool {
+    assignment.split('=').next().is_some_and(|name| name.trim() == key)
+}

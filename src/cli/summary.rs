@@ -1,0 +1,309 @@
+//! What `summary.json` says of a run besides its features, and the same for people.
+
+use std::{fmt::Write, path::PathBuf};
+
+use anyhow::Context;
+use serde::Serialize;
+
+use super::{
+    calibrated::Calibrated,
+    experiment::{Experiment, Input},
+    replay::Summary,
+};
+use crate::{
+    feature::Ratio,
+    report::number::{engineering, fixed, significant},
+    scene::{DampingKind, DampingPlacement, Integrator, ModelKind, Scene},
+    study::{
+        EnsembleOutcome, EnsemblePlan, Spread,
+        observation::{Watched, watched},
+        published::Published,
+    },
+};
+
+/// Name and version of this program.
+#[must_use]
+pub fn program() -> String {
+    format!("granchain {}", env!("CARGO_PKG_VERSION"))
+}
+
+/// Pretty JSON with a newline at its end.
+///
+/// # Errors
+/// When a value cannot be written as JSON.
+pub fn json(value: &impl Serialize) -> anyhow::Result<Vec<u8>> {
+    let mut bytes = serde_json::to_vec_pretty(value).context("the summary cannot be written as JSON")?;
+    bytes.push(b'\n');
+    Ok(bytes)
+}
+
+/// What was run.
+#[derive(Debug, Clone, Serialize)]
+pub struct Settings {
+    model: &'static str,
+    integrator: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tolerance: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    step_s: Option<f64>,
+    duration_s: f64,
+    output_step_s: f64,
+    beads: usize,
+    alpha: f64,
+    drive_frequency_hz: f64,
+    precompression_n: f64,
+    damping_kind: &'static str,
+    linear_damping_n_s_per_m: f64,
+    kuwabara_kono_damping_n_s_per_m1_5: f64,
+    damping_at: &'static str,
+    damping_tension: bool,
+    overrides: Vec<String>,
+    seed: u64,
+}
+
+impl Settings {
+    /// Of a scene as it was run.
+    #[must_use]
+    pub fn new(scene: &Scene, experiment: &Experiment, seed: u64) -> Self {
+        let (integrator, tolerance, step_s) = match scene.model.integrator {
+            Integrator::DormandPrince853 { tolerance } => ("dormand-prince-853", Some(tolerance), None),
+            Integrator::Symplectic { step } => ("symplectic", None, Some(step)),
+        };
+        Self {
+            model: match scene.model.kind {
+                ModelKind::Chain => "chain",
+                ModelKind::Reduced => "reduced",
+                ModelKind::Fea => "fea",
+            },
+            integrator,
+            tolerance,
+            step_s,
+            duration_s: scene.duration,
+            output_step_s: scene.output_step,
+            beads: scene.chain.beads.len(),
+            alpha: scene.amplitude_scale,
+            drive_frequency_hz: scene.drive.frequency,
+            precompression_n: scene.chain.precompression,
+            damping_kind: damping_kind(scene.damping.kind),
+            linear_damping_n_s_per_m: scene.damping.linear,
+            kuwabara_kono_damping_n_s_per_m1_5: scene.damping.kuwabara_kono,
+            damping_at: match scene.damping.placement {
+                DampingPlacement::Beads => "beads",
+                DampingPlacement::All => "all",
+            },
+            damping_tension: scene.damping.tension,
+            overrides: experiment.overrides().to_vec(),
+            seed,
+        }
+    }
+}
+
+fn damping_kind(kind: DampingKind) -> &'static str {
+    match kind {
+        DampingKind::None => "none",
+        DampingKind::Linear => "linear",
+        DampingKind::KuwabaraKono => "kuwabara-kono",
+        DampingKind::LinearAndKuwabaraKono => "linear+kuwabara-kono",
+    }
+}
+
+/// The files a run was made from.
+#[derive(Debug, Clone, Serialize)]
+pub struct Inputs {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drive: Option<Input>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scene: Option<Input>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    calibration: Option<Input>,
+}
+
+impl Inputs {
+    /// With the digests of the files as they are now.
+    ///
+    /// # Errors
+    /// When one of them can no longer be read.
+    pub fn new(experiment: &Experiment, calibrated: Option<&Calibrated>) -> anyhow::Result<Self> {
+        let scene = PathBuf::from(experiment.source());
+        Ok(Self {
+            drive: experiment.drive_input().cloned(),
+            scene: scene.is_file().then(|| Input::digest(scene)).transpose()?,
+            calibration: calibrated.map(|calibrated| Input::digest(calibrated.path.clone())).transpose()?,
+        })
+    }
+}
+
+/// Mean, scatter and sensitivity of every watched number, by name.
+#[derive(Debug, Clone, Serialize)]
+pub struct EnsembleTable {
+    plan: EnsemblePlan,
+    runs: usize,
+    failed_runs: usize,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    failures: Vec<String>,
+    features: serde_json::Map<String, serde_json::Value>,
+}
+
+impl EnsembleTable {
+    /// The outcome with names and units.
+    #[must_use]
+    pub fn new(outcome: &EnsembleOutcome) -> Self {
+        let row = |watched: Watched, spread: &Spread| {
+            let unit = if watched.unit.is_empty() { "1" } else { watched.unit };
+            let value = serde_json::json!({
+                "unit": unit, "mean": spread.mean, "scatter": spread.scatter,
+                "sensitivity": spread.sensitivity, "sensitivity_error": spread.sensitivity_error,
+            });
+            (watched.key, value)
+        };
+        Self {
+            plan: outcome.plan,
+            runs: outcome.runs,
+            failed_runs: outcome.failures.len(),
+            failures: outcome.failures.clone(),
+            features: watched()
+                .into_iter()
+                .zip(&outcome.spreads)
+                .filter_map(|(watched, spread)| spread.as_ref().map(|spread| row(watched, spread)))
+                .collect(),
+        }
+    }
+}
+
+/// A run's short report.
+#[must_use]
+pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) -> String {
+    let mut text = format!("{}: {}\n", scene.name, scene.description);
+    let mut row = |name: &str, value: String| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "  {name:<11}{value}");
+    };
+    let features = &summary.features;
+    row(
+        "drive",
+        format!(
+            "{}, alpha {}, {} simulated",
+            engineering(scene.drive.frequency, "Hz", 4),
+            significant(scene.amplitude_scale, 4),
+            engineering(scene.duration, "s", 4)
+        ),
+    );
+    row("damping", damping(scene));
+    row("peaks", peaks(features.peaks.positive, features.peaks.negative, summary.published.as_ref()));
+    row("lines", lines(summary));
+    row("distortion", format!("{} (rms of the drive's harmonics over total rms)", fixed(features.thd, 3)));
+    row(
+        "energy",
+        format!(
+            "{} put in by the piston, {} dissipated, residual {} of the largest",
+            engineering(summary.energy.piston_work_j, "J", 3),
+            engineering(summary.energy.dissipated_j, "J", 3),
+            significant(summary.energy.residual_j / summary.energy.largest_j, 2)
+        ),
+    );
+    row(
+        "work",
+        format!(
+            "{} unknowns, {} steps, {} rejected, {} evaluations, {} contact events",
+            summary.work.unknowns,
+            summary.work.steps,
+            summary.work.rejected_steps,
+            summary.work.evaluations,
+            summary.work.events
+        ),
+    );
+    if let Some(spread) = spread {
+        text.push_str(&ensemble(summary, spread));
+    }
+    text
+}
+
+fn damping(scene: &Scene) -> String {
+    let law = &scene.damping;
+    let place = match law.placement {
+        DampingPlacement::Beads => "between beads only",
+        DampingPlacement::All => "at every contact",
+    };
+    let linear = format!("{} N s/m", significant(law.linear, 4));
+    let kuwabara_kono = format!("{} N s/m^1.5", significant(law.kuwabara_kono, 4));
+    match law.kind {
+        DampingKind::None => "none".into(),
+        DampingKind::Linear => format!("linear, {linear}, {place}"),
+        DampingKind::KuwabaraKono => format!("Kuwabara–Kono, {kuwabara_kono}, {place}"),
+        DampingKind::LinearAndKuwabaraKono => format!("linear {linear} + Kuwabara–Kono {kuwabara_kono}, {place}"),
+    }
+}
+
+fn peaks(positive: f64, negative: f64, published: Option<&Published>) -> String {
+    let pair = |positive: f64, negative: f64| format!("+{}/{}", fixed(1e3 * positive, 0), fixed(1e3 * negative, 0));
+    let mut text = format!("{} mm/s at the pole of the last bead", pair(positive, negative));
+    if let Some(published) = published {
+        let measured = published.measured;
+        let _ = write!(text, "; printed: measured {}", pair(measured.positive_m_per_s, measured.negative_m_per_s));
+        if let Some(simulated) = published.simulated {
+            let _ = write!(text, ", simulated {}", pair(simulated.positive_m_per_s, simulated.negative_m_per_s));
+        }
+    }
+    text
+}
+
+fn lines(summary: &Summary) -> String {
+    let shown = [(1, 3), (1, 2), (2, 3), (1, 1), (2, 1), (3, 1)].map(|(num, den)| Ratio::new(num, den));
+    let line = |ratio: Ratio| {
+        let amplitude = summary.features.line(ratio).map_or("–".into(), |line| fixed(1e3 * line.amplitude, 1));
+        format!("{ratio}: {amplitude}")
+    };
+    format!("{} mm/s (of the drive frequency)", shown.map(line).join("  "))
+}
+
+fn ensemble(summary: &Summary, outcome: &EnsembleOutcome) -> String {
+    let plan = &outcome.plan;
+    let mut text = format!(
+        "\nEnsemble of {} (gaps ± {} nm, drive ± {} %; fixed-step runs at 0, +1 and −1 % drive, {} failed)\n",
+        plan.members,
+        significant(1e9 * plan.gap_jitter_m, 2),
+        significant(100.0 * plan.drive_jitter, 2),
+        outcome.failures.len()
+    );
+    let published = summary.published.as_ref();
+    let mut header = format!("  {:<21}{:>10}{:>10}{:>18}", "", "mean", "scatter", "per +1 % drive");
+    if published.is_some() {
+        header.push_str(&format!("{:>10}{:>11}", "measured", "simulated"));
+    }
+    text.push_str(&header);
+    text.push('\n');
+    for (watched, spread) in watched().into_iter().zip(&outcome.spreads) {
+        let Some(spread) = spread else { continue };
+        let (factor, unit, digits) = if watched.unit == "m/s" { (1e3, "mm/s", 1) } else { (1.0, "", 3) };
+        let name = format!("{} {unit}", watched.key.replace('_', " "));
+        let change = format!(
+            "{} ± {}",
+            fixed(factor * spread.sensitivity, digits),
+            fixed(factor * spread.sensitivity_error, digits)
+        );
+        let _ = write!(
+            text,
+            "  {name:<21}{:>10}{:>10}{change:>18}",
+            fixed(factor * spread.mean, digits),
+            fixed(factor * spread.scatter, digits)
+        );
+        if let Some(published) = published {
+            let pick = |peaks: crate::study::published::Peaks| match watched.key.as_str() {
+                "positive_peak" => Some(fixed(1e3 * peaks.positive_m_per_s, 0)),
+                "negative_peak" => Some(fixed(1e3 * peaks.negative_m_per_s, 0)),
+                _ => None,
+            };
+            let measured = pick(published.measured).unwrap_or_default();
+            let simulated = published.simulated.and_then(pick).unwrap_or_default();
+            let _ = write!(text, "{measured:>10}{simulated:>11}");
+        }
+        while text.ends_with(' ') {
+            text.pop();
+        }
+        text.push('\n');
+    }
+    if published.is_some() {
+        text.push_str("  measured, simulated: as printed in the source paper; it prints no line amplitudes\n");
+    }
+    text
+}

@@ -1,0 +1,52 @@
+//! `timing.json`: the only file that holds times and memory, so that all others are the same bytes on every machine.
+
+use std::time::Instant;
+
+use serde_json::{Map, Value, json};
+
+/// Name of the file.
+pub const FILE: &str = "timing.json";
+
+/// A clock that notes how long each stage took.
+#[derive(Debug)]
+pub struct Timing {
+    started: Instant,
+    last: Instant,
+    stages: Map<String, Value>,
+}
+
+impl Timing {
+    /// Start now.
+    #[must_use]
+    pub fn start() -> Self {
+        let now = Instant::now();
+        Self { started: now, last: now, stages: Map::new() }
+    }
+
+    /// The stage that ends now; its key gets the unit, `NAME_s`.
+    pub fn stage(&mut self, name: &str) {
+        let now = Instant::now();
+        self.stages.insert(format!("{name}_s"), json!((now - self.last).as_secs_f64()));
+        self.last = now;
+    }
+
+    /// What goes into the file.
+    #[must_use]
+    pub fn to_json(&self) -> Vec<u8> {
+        let timing = json!({
+            "stages": self.stages,
+            "total_s": self.started.elapsed().as_secs_f64(),
+            "threads": rayon::current_num_threads(),
+            "peak_memory_bytes": peak_memory(),
+        });
+        format!("{timing:#}\n").into_bytes()
+    }
+}
+
+/// Largest resident memory of this process so far, bytes; only Linux tells without further libraries.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024 * kibibytes)
+}
