@@ -1,0 +1,278 @@
+//! The fingerprint of a driven-chain record: absolute amplitudes that survive chaos, in logarithms.
+//!
+//! A trace of 40 samples a drive period (conditioned alike for lab and model) is reduced to
+//!
+//! - its two peaks, m/s;
+//! - the mean over the late window of the per-period maximum and −minimum, m/s;
+//! - rms in narrow bands around f0·{1/3, 1/2, 2/3, 1, 2, 3} and in four broad bands of the late window, m/s;
+//! - the maximum and −minimum in cycles 0–3, 3–6, 6–9, 9–12 after the onset, m/s: the ring-up is a free sweep of
+//!   drive level before chaos forgets.
+//!
+//! Each amplitude f enters as z = ½ ln(f² + (0.003 P)²), P the peak of the *record*, so that a vanishing line has a
+//! floor and nothing is divided by the line at the drive. The onset is the first crossing of one fixed absolute
+//! threshold, so the trigger of the record drops out.
+
+use std::sync::Arc;
+
+use realfft::{RealFftPlanner, RealToComplex};
+use thiserror::Error;
+
+use crate::signal::Series;
+
+/// Samples a drive period of a conditioned trace.
+pub const SAMPLES_PER_CYCLE: usize = 40;
+
+/// Floor of every amplitude, relative to the peak of the record.
+const FLOOR: f64 = 0.003;
+
+/// Narrow bands: centre and half-width in units of f0, and name.
+const NARROW_BANDS: [(f64, f64, &str); 6] = [
+    (1.0 / 3.0, 0.05, "band_1/3"),
+    (0.5, 0.05, "band_1/2"),
+    (2.0 / 3.0, 0.05, "band_2/3"),
+    (1.0, 0.05, "band_1"),
+    (2.0, 0.1, "band_2"),
+    (3.0, 0.15, "band_3"),
+];
+
+/// Broad bands: lower and upper edge in units of f0, and name.
+const BROAD_BANDS: [(f64, f64, &str); 4] = [
+    (0.12, 0.95, "band_0.12-0.95"),
+    (1.05, 1.95, "band_1.05-1.95"),
+    (2.05, 4.0, "band_2.05-4"),
+    (4.0, 8.0, "band_4-8"),
+];
+
+/// Early windows after the onset, in cycles, with the names of the maximum and the minimum.
+const EARLY_WINDOWS: [(f64, f64, &str, &str); 4] = [
+    (0.0, 3.0, "early_positive_0-3", "early_negative_0-3"),
+    (3.0, 6.0, "early_positive_3-6", "early_negative_3-6"),
+    (6.0, 9.0, "early_positive_6-9", "early_negative_6-9"),
+    (9.0, 12.0, "early_positive_9-12", "early_negative_9-12"),
+];
+
+/// Which amplitudes are compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FeatureSet {
+    /// All of them.
+    Full,
+    /// The two peaks and the ratios of the 1/3 and 2/3 lines to the line at the drive, as in the source paper.
+    Paper,
+}
+
+/// Why a trace has no fingerprint.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum FingerprintError {
+    /// The trace never crosses the onset threshold.
+    #[error("the velocity stays below the onset threshold of {threshold_m_per_s:.4e} m/s (its peak is {peak_m_per_s:.4e} m/s)")]
+    NoOnset {
+        /// The threshold, m/s.
+        threshold_m_per_s: f64,
+        /// Largest velocity of the trace, m/s.
+        peak_m_per_s: f64,
+    },
+    /// The trace ends too early after its onset.
+    #[error("the trace has {available_cycles:.1} drive periods after its onset, expected at least {needed_cycles:.1}")]
+    TooShort {
+        /// Periods after the onset.
+        available_cycles: f64,
+        /// Periods needed.
+        needed_cycles: f64,
+    },
+}
+
+/// How traces are reduced: the same instance serves the record and every run compared with it.
+#[derive(Clone)]
+pub struct Fingerprint {
+    set: FeatureSet,
+    threshold: f64,
+    scale: f64,
+    late_start: usize,
+    late_cycles: usize,
+    window: Vec<f64>,
+    transform: Arc<dyn RealToComplex<f64>>,
+}
+
+impl std::fmt::Debug for Fingerprint {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Fingerprint")
+            .field("set", &self.set)
+            .field("threshold", &self.threshold)
+            .field("scale", &self.scale)
+            .field("late_start", &self.late_start)
+            .field("late_cycles", &self.late_cycles)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Fingerprint {
+    /// A fingerprint for traces compared with one record.
+    ///
+    /// - `threshold`: onset threshold, m/s, see [`onset_threshold`]
+    /// - `scale`: P, the peak of the record, m/s
+    /// - `late_start`, `late_cycles`: where the late window begins after the onset and how long it is, drive periods
+    #[must_use]
+    pub fn new(set: FeatureSet, threshold: f64, scale: f64, late_start: usize, late_cycles: usize) -> Self {
+        let count = late_cycles * SAMPLES_PER_CYCLE;
+        let window =
+            (0..count).map(|i| (std::f64::consts::PI * (i as f64 + 0.5) / count as f64).sin().powi(2)).collect();
+        let transform = RealFftPlanner::new().plan_fft_forward(count);
+        Self { set, threshold, scale, late_start, late_cycles, window, transform }
+    }
+
+    /// Names of the features, in the order of [`Fingerprint::measure`].
+    #[must_use]
+    pub fn names(&self) -> Vec<&'static str> {
+        match self.set {
+            FeatureSet::Paper => vec!["positive_peak", "negative_peak", "ratio_1/3", "ratio_2/3"],
+            FeatureSet::Full => {
+                let mut names = vec!["positive_peak", "negative_peak", "mean_maximum", "mean_minimum"];
+                names.extend(NARROW_BANDS.iter().map(|band| band.2));
+                names.extend(BROAD_BANDS.iter().map(|band| band.2));
+                for window in &EARLY_WINDOWS {
+                    names.extend([window.2, window.3]);
+                }
+                names
+            }
+        }
+    }
+
+    /// Whether each feature is an early one (measured in the ring-up).
+    #[must_use]
+    pub fn early(&self) -> Vec<bool> {
+        self.names().iter().map(|name| name.starts_with("early_")).collect()
+    }
+
+    /// The amplitude behind a value z: the inverse of ½ ln(f² + floor²), clipped at 0.
+    #[must_use]
+    pub fn amplitude(&self, index: usize, z: f64) -> f64 {
+        ((2.0 * z).exp() - self.floor(index).powi(2)).max(0.0).sqrt()
+    }
+
+    /// Drive periods a trace must have after its onset.
+    #[must_use]
+    pub fn cycles_needed(&self) -> usize {
+        self.late_start + self.late_cycles
+    }
+
+    fn floor(&self, index: usize) -> f64 {
+        if self.set == FeatureSet::Paper && index >= 2 { FLOOR } else { FLOOR * self.scale }
+    }
+
+    /// Reduce a conditioned trace (m/s, [`SAMPLES_PER_CYCLE`] samples a drive period) to its features z.
+    ///
+    /// # Errors
+    /// No onset, or too few periods after it.
+    pub fn measure(&self, trace: &Series) -> Result<Vec<f64>, FingerprintError> {
+        let values = &trace.values;
+        let onset = values.iter().position(|v| v.abs() >= self.threshold).ok_or(FingerprintError::NoOnset {
+            threshold_m_per_s: self.threshold,
+            peak_m_per_s: trace.peak(),
+        })?;
+        let after = &values[onset..];
+        let needed = self.cycles_needed() * SAMPLES_PER_CYCLE;
+        if after.len() < needed {
+            return Err(FingerprintError::TooShort {
+                available_cycles: after.len() as f64 / SAMPLES_PER_CYCLE as f64,
+                needed_cycles: self.cycles_needed() as f64,
+            });
+        }
+        let run = &after[..needed];
+        let late = &run[self.late_start * SAMPLES_PER_CYCLE..];
+        let power = self.power(late);
+        let (highest, lowest) = extremes(run);
+        let mut amplitudes = vec![highest, -lowest];
+        match self.set {
+            FeatureSet::Paper => {
+                // Amplitude of a line ∝ root of the power at its own bin: the late window holds whole periods of f0/3.
+                let line = |ratio: f64| power[(ratio * self.late_cycles as f64).round() as usize].sqrt();
+                let drive = line(1.0).max(f64::MIN_POSITIVE);
+                amplitudes.extend([line(1.0 / 3.0) / drive, line(2.0 / 3.0) / drive]);
+            }
+            FeatureSet::Full => {
+                let (mut maximum, mut minimum) = (0.0, 0.0);
+                for cycle in late.chunks_exact(SAMPLES_PER_CYCLE) {
+                    let (high, low) = extremes(cycle);
+                    maximum += high / self.late_cycles as f64;
+                    minimum += low / self.late_cycles as f64;
+                }
+                amplitudes.extend([f64::max(maximum, 0.0), f64::max(-minimum, 0.0)]);
+                for (centre, half_width, _) in NARROW_BANDS {
+                    amplitudes.push(self.band_rms(&power, centre - half_width, centre + half_width));
+                }
+                for (lower, upper, _) in BROAD_BANDS {
+                    amplitudes.push(self.band_rms(&power, lower, upper));
+                }
+                for (from, to, _, _) in EARLY_WINDOWS {
+                    let cycles = SAMPLES_PER_CYCLE as f64;
+                    let (high, low) = extremes(&after[(from * cycles) as usize..(to * cycles) as usize]);
+                    amplitudes.extend([high.max(0.0), (-low).max(0.0)]);
+                }
+            }
+        }
+        Ok(amplitudes
+            .iter()
+            .enumerate()
+            .map(|(index, amplitude)| 0.5 * (amplitude.powi(2) + self.floor(index).powi(2)).ln())
+            .collect())
+    }
+
+    /// One-sided power (m²/s²) of the Hann-windowed late window in each bin of width f0 / `late_cycles`, its sum the
+    /// mean square of the trace.
+    fn power(&self, late: &[f64]) -> Vec<f64> {
+        let mut input: Vec<f64> = late.iter().zip(&self.window).map(|(value, weight)| value * weight).collect();
+        let mut output = self.transform.make_output_vec();
+        // Lengths agree by construction: both come from the plan.
+        if self.transform.process(&mut input, &mut output).is_err() {
+            return vec![0.0; output.len()];
+        }
+        // Mean square of the Hann window sin² is 3/8.
+        let scale = 2.0 / (0.375 * (late.len() as f64).powi(2));
+        output.iter().map(|value| value.norm_sqr() * scale).collect()
+    }
+
+    fn band_rms(&self, power: &[f64], lower: f64, upper: f64) -> f64 {
+        let cycles = self.late_cycles as f64;
+        let slack = 1e-6;
+        let first = (lower * cycles - slack).ceil().max(0.0) as usize;
+        let last = ((upper * cycles + slack).floor() as usize).min(power.len() - 1);
+        power[first.min(last)..=last].iter().sum::<f64>().sqrt()
+    }
+}
+
+fn extremes(values: &[f64]) -> (f64, f64) {
+    values.iter().fold((f64::NEG_INFINITY, f64::INFINITY), |(high, low), &v| (high.max(v), low.min(v)))
+}
+
+/// The onset threshold of a record, m/s: between max(4 % P, 6 σ) and 25 % P, as far as possible (in ratio) from every
+/// early extremum, so that neither noise nor a small change of the drive makes the onset slip by a cycle.
+///
+/// - `record`: conditioned velocity, m/s
+/// - `noise_rms`: σ of the conditioned record, m/s
+///
+/// `None` when 6 σ exceeds 25 % of the peak: the onset cannot be told from noise.
+#[must_use]
+pub fn onset_threshold(record: &Series, noise_rms: f64) -> Option<f64> {
+    const CANDIDATES: usize = 64;
+    let peak = record.peak();
+    let lowest = f64::max(0.04 * peak, 6.0 * noise_rms);
+    let highest = 0.25 * peak;
+    if !(lowest <= highest && peak > 0.0) {
+        return None;
+    }
+    let magnitude: Vec<f64> = record.values.iter().map(|v| v.abs()).collect();
+    let beyond = magnitude.iter().position(|&v| v >= highest)?;
+    let noise = 4.0 * noise_rms;
+    let extrema: Vec<f64> = (1..magnitude.len().saturating_sub(1))
+        .take_while(|&i| i <= beyond + 2 * SAMPLES_PER_CYCLE)
+        .filter(|&i| magnitude[i] >= magnitude[i - 1] && magnitude[i] > magnitude[i + 1] && magnitude[i] > noise)
+        .map(|i| magnitude[i])
+        .collect();
+    let clearance = |threshold: f64| {
+        extrema.iter().map(|extremum| (extremum / threshold).ln().abs()).fold(f64::INFINITY, f64::min)
+    };
+    let candidates = (0..=CANDIDATES).map(|i| lowest * (highest / lowest).powf(i as f64 / CANDIDATES as f64));
+    candidates.map(|threshold| (clearance(threshold), threshold)).max_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
+}
