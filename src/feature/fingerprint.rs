@@ -91,6 +91,7 @@ pub struct Fingerprint {
     scale: f64,
     late_start: usize,
     late_cycles: usize,
+    early_windows: usize,
     window: Vec<f64>,
     transform: Arc<dyn RealToComplex<f64>>,
 }
@@ -112,15 +113,30 @@ impl Fingerprint {
     ///
     /// - `threshold`: onset threshold, m/s, see [`onset_threshold`]
     /// - `scale`: P, the peak of the record, m/s
-    /// - `late_start`, `late_cycles`: where the late window begins after the onset and how long it is, drive periods
+    /// - `cycles`: drive periods that may be used after the onset
+    ///
+    /// The late window begins 10 periods after the onset and lasts up to 30; a shorter record shortens both, the late
+    /// window to a multiple of 6 periods where that leaves one (whole periods of f0/3 and of f0/2). Early windows that
+    /// do not fit are left out. `None` below [`Fingerprint::FEWEST_CYCLES`].
     #[must_use]
-    pub fn new(set: FeatureSet, threshold: f64, scale: f64, late_start: usize, late_cycles: usize) -> Self {
+    pub fn new(set: FeatureSet, threshold: f64, scale: f64, cycles: usize) -> Option<Self> {
+        if cycles < Self::FEWEST_CYCLES {
+            return None;
+        }
+        let late_start = usize::min(10, cycles / 3);
+        let left = usize::min(30, cycles - late_start);
+        let late_cycles = if left >= 6 { left / 6 * 6 } else { 3 };
+        let early_windows =
+            EARLY_WINDOWS.iter().take_while(|window| window.1 <= (late_start + late_cycles) as f64).count();
         let count = late_cycles * SAMPLES_PER_CYCLE;
         let window =
             (0..count).map(|i| (std::f64::consts::PI * (i as f64 + 0.5) / count as f64).sin().powi(2)).collect();
         let transform = RealFftPlanner::new().plan_fft_forward(count);
-        Self { set, threshold, scale, late_start, late_cycles, window, transform }
+        Some(Self { set, threshold, scale, late_start, late_cycles, early_windows, window, transform })
     }
+
+    /// Fewest drive periods after the onset that make a fingerprint.
+    pub const FEWEST_CYCLES: usize = 5;
 
     /// Names of the features, in the order of [`Fingerprint::measure`].
     #[must_use]
@@ -131,7 +147,7 @@ impl Fingerprint {
                 let mut names = vec!["positive_peak", "negative_peak", "mean_maximum", "mean_minimum"];
                 names.extend(NARROW_BANDS.iter().map(|band| band.2));
                 names.extend(BROAD_BANDS.iter().map(|band| band.2));
-                for window in &EARLY_WINDOWS {
+                for window in &EARLY_WINDOWS[..self.early_windows] {
                     names.extend([window.2, window.3]);
                 }
                 names
@@ -205,7 +221,7 @@ impl Fingerprint {
                 for (lower, upper, _) in BROAD_BANDS {
                     amplitudes.push(self.band_rms(&power, lower, upper));
                 }
-                for (from, to, _, _) in EARLY_WINDOWS {
+                for (from, to, _, _) in &EARLY_WINDOWS[..self.early_windows] {
                     let cycles = SAMPLES_PER_CYCLE as f64;
                     let (high, low) = extremes(&after[(from * cycles) as usize..(to * cycles) as usize]);
                     amplitudes.extend([high.max(0.0), (-low).max(0.0)]);

@@ -1,0 +1,212 @@
+//! From a point of the parameter box to a fingerprint: one simulated run with every nuisance drawn anew.
+
+use std::sync::Arc;
+
+use argmin::core::{CostFunction, Error};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::{
+    observation::Observation,
+    parameter::{Parameter, Target},
+};
+use crate::{
+    feature::fingerprint::SAMPLES_PER_CYCLE,
+    model::{
+        ModelError,
+        chain::ensemble::{Ensemble, Variation},
+    },
+    scene::{DampingKind, Scene},
+    signal::{LowPass, Series},
+};
+
+/// Runs integrated side by side.
+const LANES: usize = 8;
+
+/// Steps a drive period: accurate to about 4e-3 of the peak in regular regimes.
+const STEPS_PER_CYCLE: usize = 160;
+
+/// How imperfectly known the bench is: every run draws from these.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Uncertainty {
+    /// Standard deviation of each contact's initial gap, m.
+    pub gap: f64,
+    /// Standard deviation of the first gap over and above that, m: the uncertainty of the horn's baseline.
+    pub baseline: f64,
+    /// Half-width of a uniform factor on the drive, 1.
+    pub drive: f64,
+}
+
+impl Default for Uncertainty {
+    /// 0.3 nm a gap, an exact baseline, ±0.5 % of drive.
+    fn default() -> Self {
+        Self { gap: 3e-10, baseline: 0.0, drive: 0.005 }
+    }
+}
+
+/// One simulated run: where in the box, and what came of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    /// Unit coordinates.
+    pub position: Vec<f64>,
+    /// Fingerprint z, or why there is none.
+    pub outcome: Result<Vec<f64>, String>,
+}
+
+impl Run {
+    /// The fingerprint of a finished run.
+    #[must_use]
+    pub fn features(&self) -> Option<&[f64]> {
+        self.outcome.as_deref().ok()
+    }
+}
+
+/// Called with the number of runs finished; returning `false` stops the search after the current batch.
+pub type Watch = dyn Fn(u64) -> bool + Send + Sync;
+
+/// The scene, ready to be run at any point of the box and compared with one record.
+#[derive(Clone)]
+pub struct Forward {
+    /// The fitted parameters.
+    pub parameters: Vec<Parameter>,
+    /// What the runs are compared with.
+    pub observation: Observation,
+    base: Variation,
+    kind: DampingKind,
+    uncertainty: Uncertainty,
+    seed: u64,
+    ensemble: Ensemble,
+    low_pass: LowPass,
+    noise_rms: f64,
+    watch: Arc<Watch>,
+}
+
+impl Forward {
+    /// Prepare `scene` for runs long enough for the record's fingerprint.
+    ///
+    /// # Errors
+    /// When the scene cannot be run at a fixed step.
+    pub fn new(
+        scene: &Scene,
+        parameters: Vec<Parameter>,
+        observation: Observation,
+        uncertainty: Uncertainty,
+        seed: u64,
+        watch: Arc<Watch>,
+    ) -> Result<Self, ModelError> {
+        let period = 1.0 / scene.drive.frequency;
+        let mut scene = scene.clone();
+        // The pulse needs a few periods through the chain, a weak drive a few more before it crosses the threshold.
+        scene.duration =
+            scene.drive.onset() + (observation.fingerprint.cycles_needed() as f64 + ONSET_ALLOWANCE) * period;
+        let ensemble = Ensemble::new(&scene, STEPS_PER_CYCLE as u32)?;
+        let step = period / STEPS_PER_CYCLE as f64;
+        let len = ensemble.samples();
+        let low_pass = LowPass::new(step, len, observation.cutoff);
+        let noise_rms = (observation.noise_density * 0.5 / step).sqrt();
+        let base = Variation::of(&scene);
+        let kind = scene.damping.kind;
+        Ok(Self { parameters, observation, base, kind, uncertainty, seed, ensemble, low_pass, noise_rms, watch })
+    }
+
+    /// Run the points, the first of which is run number `first` of the search.
+    ///
+    /// The draws of a run depend on the seed and its number alone, so neither threads nor batches change a result.
+    #[must_use]
+    pub fn run(&self, first: u64, positions: &[Vec<f64>]) -> Vec<Run> {
+        let chunks: Vec<Vec<Run>> = positions
+            .par_chunks(LANES)
+            .enumerate()
+            .map(|(chunk, positions)| {
+                let number = first + (chunk * LANES) as u64;
+                let mut generators: Vec<ChaCha8Rng> =
+                    (0..positions.len()).map(|lane| self.generator(number + lane as u64)).collect();
+                let variations: Vec<Variation> =
+                    positions.iter().zip(&mut generators).map(|(at, random)| self.variation(at, random)).collect();
+                let traces = self.ensemble.run(&variations);
+                positions
+                    .iter()
+                    .zip(traces)
+                    .zip(&mut generators)
+                    .map(|((position, trace), random)| Run {
+                        position: position.clone(),
+                        outcome: trace
+                            .map_err(|error| error.to_string())
+                            .and_then(|trace| self.reduce(trace, random)),
+                    })
+                    .collect()
+            })
+            .collect();
+        chunks.into_iter().flatten().collect()
+    }
+
+    /// Tell whoever watches how many runs are done; whether to go on.
+    #[must_use]
+    pub fn report(&self, runs: u64) -> bool {
+        (self.watch)(runs)
+    }
+
+    fn generator(&self, number: u64) -> ChaCha8Rng {
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        random.set_stream(number + 1);
+        random
+    }
+
+    fn variation(&self, at: &[f64], random: &mut ChaCha8Rng) -> Variation {
+        let mut variation = self.base.clone();
+        for (parameter, &u) in self.parameters.iter().zip(at) {
+            let value = parameter.value(u);
+            match (parameter.target, self.kind) {
+                (Target::Alpha, _) => variation.amplitude_scale = value,
+                (Target::Damping, DampingKind::KuwabaraKono) => variation.kuwabara_kono_damping = value,
+                (Target::Damping, _) => variation.linear_damping = value,
+            }
+        }
+        variation.amplitude_scale *= 1.0 + self.uncertainty.drive * random.random_range(-1.0..1.0);
+        for gap in &mut variation.gap_offsets {
+            let draw: f64 = StandardNormal.sample(random);
+            *gap += self.uncertainty.gap * draw;
+        }
+        let draw: f64 = StandardNormal.sample(random);
+        variation.gap_offsets[0] += self.uncertainty.baseline * draw;
+        variation
+    }
+
+    /// The record's own noise, the record's own low-pass, 40 samples a period, fingerprint.
+    fn reduce(&self, mut trace: Series, random: &mut ChaCha8Rng) -> Result<Vec<f64>, String> {
+        if self.noise_rms > 0.0 {
+            for value in &mut trace.values {
+                let draw: f64 = StandardNormal.sample(random);
+                *value += self.noise_rms * draw;
+            }
+        }
+        let filtered = self.low_pass.apply(&trace.values);
+        let stride = STEPS_PER_CYCLE / SAMPLES_PER_CYCLE;
+        let values = filtered.into_iter().step_by(stride).collect();
+        let conditioned = Series::new(trace.start, trace.step * stride as f64, values);
+        self.observation.fingerprint.measure(&conditioned).map_err(|error| error.to_string())
+    }
+}
+
+/// Drive periods allowed between the piston's first motion and the onset at the last bead.
+const ONSET_ALLOWANCE: f64 = 8.0;
+
+/// The plain misfit of a single run, for argmin's own solvers: mean over features of min(|z − z₀|/0.2, 5)². A failed run
+/// costs a finite 1000, because argmin's Nelder–Mead breaks on NaN and its particle swarm on infinity.
+impl CostFunction for Forward {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, position: &Vec<f64>) -> Result<f64, Error> {
+        let run = self.run(0, std::slice::from_ref(position));
+        let observed = &self.observation.features;
+        Ok(run[0].features().map_or(1000.0, |features| {
+            let sum: f64 =
+                features.iter().zip(observed).map(|(z, z0)| ((z - z0).abs() / 0.2).min(5.0).powi(2)).sum();
+            sum / observed.len() as f64
+        }))
+    }
+}

@@ -1,0 +1,224 @@
+//! Regression synthetic likelihood: what all runs together say about one point of the box.
+//!
+//! Near a point x the features z of the k nearest runs are regressed, locally linearly, on the parameters. The
+//! regression's value at x is the expected fingerprint there, its residuals are the scatter a single run has (chaos,
+//! noise and nuisances, which every run draws anew). The record's z₀ is then judged by a multivariate Student t:
+//!
+//! SL(x) = ln t_ν(z₀; z̄(x), Σ(x)),  Σ = C · n/(n − 3) · (1 + (G⁻¹)₀₀/n),  ν = n − 3,
+//!
+//! with n = (Σw)²/Σw² the effective number of runs under tricube weights w, C the weighted residual covariance with its
+//! off-diagonals shrunk by 0.4 and a nugget² on its diagonal, G the weighted Gram matrix of the regressors (1, x − x₀).
+//!
+//! After S. N. Wood, *Nature* 466 (2010) 1102; the regression in place of replicates, k, the shrinkage and the power β
+//! of [`super::posterior`] were tuned on twins, see `docs/calibration.md`.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// Neighbours k of a local regression.
+pub const NEIGHBOURS: usize = 40;
+
+/// Factor on the off-diagonals of the residual covariance.
+const SHRINKAGE: f64 = 0.4;
+
+/// Ridge on the slopes of the regression, relative to the unit-scaled Gram matrix.
+const RIDGE: f64 = 1e-4;
+
+/// Finished runs, as the regression sees them.
+#[derive(Debug, Clone)]
+pub struct Cloud {
+    positions: Vec<Vec<f64>>,
+    deviations: Vec<Vec<f64>>,
+    nuggets: Vec<f64>,
+    neighbours: usize,
+}
+
+/// A local regression at one point.
+#[derive(Debug, Clone)]
+pub struct Local {
+    /// Expected z − z₀ of each feature.
+    pub deviation: Vec<f64>,
+    /// Residual standard deviation of each feature, nugget included.
+    pub scatter: Vec<f64>,
+    /// Effective number of runs.
+    pub effective: f64,
+    covariance: DMatrix<f64>,
+}
+
+impl Cloud {
+    /// Runs at `positions` (unit coordinates) with fingerprints `features`, to be judged against `observed`.
+    #[must_use]
+    pub fn new<'a>(
+        runs: impl Iterator<Item = (&'a [f64], &'a [f64])>,
+        observed: &[f64],
+        nuggets: &[f64],
+        neighbours: usize,
+    ) -> Self {
+        let mut cloud = Self { positions: vec![], deviations: vec![], nuggets: nuggets.to_vec(), neighbours };
+        for (position, features) in runs {
+            cloud.positions.push(position.to_vec());
+            cloud.deviations.push(features.iter().zip(observed).map(|(z, z0)| z - z0).collect());
+        }
+        cloud
+    }
+
+    /// Number of runs.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Whether there are no runs.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.positions.is_empty()
+    }
+
+    /// Regress at the point `at`; `None` with too few runs or a degenerate neighbourhood.
+    #[must_use]
+    pub fn regress(&self, at: &[f64]) -> Option<Local> {
+        let dimension = at.len();
+        if self.len() < self.neighbours + 1 {
+            return None;
+        }
+        let mut order: Vec<(f64, usize)> = self
+            .positions
+            .iter()
+            .enumerate()
+            .map(|(i, position)| (position.iter().zip(at).map(|(a, b)| (a - b).powi(2)).sum::<f64>(), i))
+            .collect();
+        order.select_nth_unstable_by(self.neighbours, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let radius = order[self.neighbours].0.sqrt();
+        if radius <= 0.0 {
+            return None;
+        }
+        order.truncate(self.neighbours);
+        order.sort_unstable_by_key(|entry| entry.1);
+        let weights: Vec<f64> =
+            order.iter().map(|(squared, _)| (1.0 - (squared.sqrt() / radius).powi(3)).powi(3)).collect();
+        let total: f64 = weights.iter().sum();
+        let effective = total.powi(2) / weights.iter().map(|w| w * w).sum::<f64>();
+        if effective <= 4.0 {
+            return None;
+        }
+        let columns = dimension + 1;
+        let features = self.nuggets.len();
+        let regressor =
+            |i: usize, j: usize| if j == 0 { 1.0 } else { (self.positions[order[i].1][j - 1] - at[j - 1]) / radius };
+        let mut gram = DMatrix::zeros(columns, columns);
+        let mut moments = DMatrix::zeros(columns, features);
+        for (i, (_, run)) in order.iter().enumerate() {
+            let weight = weights[i] / total;
+            for a in 0..columns {
+                let weighted = weight * regressor(i, a);
+                for b in 0..columns {
+                    gram[(a, b)] += weighted * regressor(i, b);
+                }
+                for (f, deviation) in self.deviations[*run].iter().enumerate() {
+                    moments[(a, f)] += weighted * deviation;
+                }
+            }
+        }
+        for a in 1..columns {
+            gram[(a, a)] += RIDGE;
+        }
+        let inverse = Cholesky::new(gram)?.inverse();
+        let coefficients = &inverse * moments;
+        let mut covariance = DMatrix::zeros(features, features);
+        let mut residual = vec![0.0; features];
+        for (i, (_, run)) in order.iter().enumerate() {
+            for (f, value) in residual.iter_mut().enumerate() {
+                let fitted: f64 = (0..columns).map(|a| regressor(i, a) * coefficients[(a, f)]).sum();
+                *value = self.deviations[*run][f] - fitted;
+            }
+            let weight = weights[i] / total;
+            for f in 0..features {
+                let weighted = weight * residual[f];
+                for g in 0..=f {
+                    covariance[(f, g)] += weighted * residual[g];
+                }
+            }
+        }
+        let small_sample = effective / (effective - 3.0);
+        let extrapolation = 1.0 + inverse[(0, 0)] / effective;
+        for f in 0..features {
+            for g in 0..f {
+                let shrunk = covariance[(f, g)] * SHRINKAGE * small_sample * extrapolation;
+                covariance[(f, g)] = shrunk;
+                covariance[(g, f)] = shrunk;
+            }
+            covariance[(f, f)] = (covariance[(f, f)] * small_sample + self.nuggets[f].powi(2)) * extrapolation;
+        }
+        let scatter = (0..features).map(|f| (covariance[(f, f)] / extrapolation).sqrt()).collect();
+        let deviation = (0..features).map(|f| coefficients[(0, f)]).collect();
+        Some(Local { deviation, scatter, effective, covariance })
+    }
+
+    /// SL at a point; −∞ where the regression is impossible.
+    #[must_use]
+    pub fn log_likelihood(&self, at: &[f64]) -> f64 {
+        self.regress(at).map_or(f64::NEG_INFINITY, Local::log_likelihood)
+    }
+
+    /// Misfit of each run: mean over features of min(|z − z₀|/s, 5)², s the scatter.
+    #[must_use]
+    pub fn misfits(&self, scatter: &[f64]) -> Vec<f64> {
+        self.deviations
+            .iter()
+            .map(|deviation| {
+                let sum: f64 = deviation.iter().zip(scatter).map(|(d, s)| (d.abs() / s).min(5.0).powi(2)).sum();
+                sum / deviation.len() as f64
+            })
+            .collect()
+    }
+
+    /// Standard deviation of each feature over all runs, nugget included: the scatter before any regression.
+    #[must_use]
+    pub fn spread(&self) -> Vec<f64> {
+        let count = self.len().max(1) as f64;
+        (0..self.nuggets.len())
+            .map(|f| {
+                let mean = self.deviations.iter().map(|d| d[f]).sum::<f64>() / count;
+                let variance = self.deviations.iter().map(|d| (d[f] - mean).powi(2)).sum::<f64>() / count;
+                (variance + self.nuggets[f].powi(2)).sqrt()
+            })
+            .collect()
+    }
+
+    /// Distance from a run to its `rank`-th nearest other run, in unit coordinates.
+    #[must_use]
+    pub fn spacing(&self, run: usize, rank: usize) -> f64 {
+        let mut distances: Vec<f64> = (0..self.len())
+            .filter(|&other| other != run)
+            .map(|other| {
+                let squared: f64 =
+                    self.positions[other].iter().zip(&self.positions[run]).map(|(a, b)| (a - b).powi(2)).sum();
+                squared.sqrt()
+            })
+            .collect();
+        distances.sort_unstable_by(f64::total_cmp);
+        distances.get(rank.saturating_sub(1)).copied().unwrap_or(0.5)
+    }
+
+    /// Position of a run.
+    #[must_use]
+    pub fn position(&self, run: usize) -> &[f64] {
+        &self.positions[run]
+    }
+}
+
+impl Local {
+    /// Student-t log-density of the record, ν = n − 3.
+    fn log_likelihood(self) -> f64 {
+        let features = self.deviation.len() as f64;
+        let freedom = self.effective - 3.0;
+        let Some(factor) = Cholesky::new(self.covariance) else { return f64::NEG_INFINITY };
+        let deviation = DVector::from_vec(self.deviation);
+        let mahalanobis = deviation.dot(&factor.solve(&deviation));
+        let half_log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum();
+        libm::lgamma(0.5 * (freedom + features))
+            - libm::lgamma(0.5 * freedom)
+            - 0.5 * features * (freedom * std::f64::consts::PI).ln()
+            - half_log_determinant
+            - 0.5 * (freedom + features) * (mahalanobis / freedom).ln_1p()
+    }
+}

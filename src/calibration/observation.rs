@@ -1,0 +1,119 @@
+//! What a fit is held against: the record, conditioned, with its fingerprint.
+
+use thiserror::Error;
+
+use crate::{
+    feature::fingerprint::{FeatureSet, Fingerprint, FingerprintError, SAMPLES_PER_CYCLE, onset_threshold},
+    signal::{LowPass, Resampler, Series},
+};
+
+/// Nugget of an early feature, in ln.
+const EARLY_NUGGET: f64 = 0.02;
+
+/// Nugget of a late feature, in ln.
+const LATE_NUGGET: f64 = 0.01;
+
+/// Highest cutoff, Hz: above it a laser vibrometer of this class records little but noise.
+const HIGHEST_CUTOFF: f64 = 1.25e6;
+
+/// A recorded velocity and what is known of how it was recorded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// Velocity, m/s, baseline removed, sign as in the model.
+    pub velocity: Series,
+    /// σ of its noise, m/s; 0 when unknown.
+    pub noise_rms: f64,
+    /// Bandwidth of the instrument, Hz, if stated.
+    pub bandwidth: Option<f64>,
+}
+
+/// Why a record cannot be fitted to.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ObservationError {
+    /// Noise hides the onset.
+    #[error(
+        "the noise of the record ({noise_m_per_s:.3e} m/s rms) hides its onset: 6 σ exceeds a quarter of its peak \
+         ({peak_m_per_s:.3e} m/s); average more shots or lower --bandwidth"
+    )]
+    NoisyOnset {
+        /// σ, m/s.
+        noise_m_per_s: f64,
+        /// Peak, m/s.
+        peak_m_per_s: f64,
+    },
+    /// Too few drive periods after the onset.
+    #[error(
+        "the record has {available_cycles:.1} drive periods after its onset, expected at least {needed_cycles}; record \
+         longer, or check --drive-frequency"
+    )]
+    TooShort {
+        /// Periods after the onset.
+        available_cycles: f64,
+        /// Periods needed.
+        needed_cycles: usize,
+    },
+    /// The record has no fingerprint.
+    #[error("the record has no fingerprint")]
+    Fingerprint(#[from] FingerprintError),
+}
+
+/// The record as the fit sees it.
+#[derive(Debug, Clone)]
+pub struct Observation {
+    /// The record at [`SAMPLES_PER_CYCLE`] a drive period, low-passed, m/s.
+    pub trace: Series,
+    /// Cutoff applied to record and runs alike, Hz.
+    pub cutoff: f64,
+    /// Spectral density of the record's noise, one-sided, (m/s)²/Hz.
+    pub noise_density: f64,
+    /// How traces are reduced.
+    pub fingerprint: Fingerprint,
+    /// Features z₀ of the record.
+    pub features: Vec<f64>,
+    /// Smallest scatter allowed to each feature, in ln.
+    pub nuggets: Vec<f64>,
+}
+
+impl Observation {
+    /// Condition and reduce a record.
+    ///
+    /// - `drive_frequency`: f0, Hz
+    /// - `drive_cycles`: drive periods from the first motion of the piston to the end of its burst; the record is used
+    ///   no longer than this after its onset
+    ///
+    /// # Errors
+    /// When the onset cannot be told from noise or too little follows it.
+    pub fn new(
+        recording: &Recording,
+        drive_frequency: f64,
+        drive_cycles: f64,
+        set: FeatureSet,
+    ) -> Result<Self, ObservationError> {
+        let velocity = &recording.velocity;
+        let rate = velocity.sample_rate();
+        let stated = recording.bandwidth.unwrap_or(f64::INFINITY);
+        let cutoff = f64::min(0.42 * rate, HIGHEST_CUTOFF).min(0.42 * SAMPLES_PER_CYCLE as f64 * drive_frequency);
+        let noise_density = recording.noise_rms.powi(2) / f64::min(0.5 * rate, stated);
+        let filtered = LowPass::new(velocity.step, velocity.len(), cutoff).apply(&velocity.values);
+        let step = 1.0 / (drive_frequency * SAMPLES_PER_CYCLE as f64);
+        let count = ((velocity.end() - velocity.start) / step).floor() as usize + 1;
+        let resampler = Resampler::new(velocity.start, velocity.step, velocity.len(), velocity.start, step, count);
+        let trace = resampler.series(&filtered);
+        let noise = (noise_density * cutoff).sqrt();
+        let peak = trace.peak();
+        let threshold = onset_threshold(&trace, noise)
+            .ok_or(ObservationError::NoisyOnset { noise_m_per_s: noise, peak_m_per_s: peak })?;
+        let onset = trace.values.iter().position(|v| v.abs() >= threshold).unwrap_or(0);
+        let available = (trace.len() - onset) as f64 / SAMPLES_PER_CYCLE as f64;
+        let fingerprint = Fingerprint::new(set, threshold, peak, f64::min(available, drive_cycles).floor() as usize)
+            .ok_or(ObservationError::TooShort {
+                available_cycles: available,
+                needed_cycles: Fingerprint::FEWEST_CYCLES,
+            })?;
+        let features = fingerprint.measure(&trace)?;
+        let nuggets =
+            fingerprint.early().iter().map(|&early| if early { EARLY_NUGGET } else { LATE_NUGGET }).collect();
+        Ok(Self { trace, cutoff, noise_density, fingerprint, features, nuggets })
+    }
+}

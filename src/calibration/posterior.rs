@@ -1,0 +1,220 @@
+//! From the likelihood surface to medians, intervals, lobes and evidence, on a grid that zooms in.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::likelihood::Cloud;
+
+/// β, the power on the synthetic likelihood: a single run's scatter understates how wrong a regression over 40
+/// neighbours can be. Tuned, with k, so that 90 % intervals cover 90 % of twins.
+pub const POWER: f64 = 0.4;
+
+/// exp(β SL) on the cells of a regular grid over a sub-box, normalised.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Posterior {
+    /// Lower corner of the sub-box, unit coordinates.
+    pub low: Vec<f64>,
+    /// Upper corner of the sub-box, unit coordinates.
+    pub high: Vec<f64>,
+    /// Cells a side.
+    pub cells: usize,
+    /// Probability of each cell, the last coordinate fastest.
+    pub mass: Vec<f64>,
+    /// ln ∫ exp(β SL) du over the unit box.
+    pub log_evidence: f64,
+    /// Largest SL on the grid.
+    pub best: f64,
+}
+
+/// A connected part of the 90 % region.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Lobe {
+    /// Its share of the posterior.
+    pub mass: f64,
+    /// Its mean, unit coordinates.
+    pub centre: Vec<f64>,
+    /// Its bounding box, unit coordinates.
+    pub low: Vec<f64>,
+    /// Its bounding box, unit coordinates.
+    pub high: Vec<f64>,
+}
+
+impl Posterior {
+    /// Evaluate on a grid that first covers the whole box, then up to three times the part that carries weight.
+    /// `None` when no point of the box allows a regression.
+    #[must_use]
+    pub fn of(cloud: &Cloud, dimension: usize) -> Option<Self> {
+        let cells = match dimension {
+            1 => 200,
+            2 => 56,
+            _ => 24,
+        };
+        let mut posterior = Self::evaluate(cloud, vec![0.0; dimension], vec![1.0; dimension], cells)?;
+        for _ in 0..3 {
+            let (low, high) = posterior.support();
+            let shrinks = (0..dimension).any(|d| high[d] - low[d] < 0.6 * (posterior.high[d] - posterior.low[d]));
+            if !shrinks {
+                break;
+            }
+            posterior = Self::evaluate(cloud, low, high, cells)?;
+        }
+        Some(posterior)
+    }
+
+    fn evaluate(cloud: &Cloud, low: Vec<f64>, high: Vec<f64>, cells: usize) -> Option<Self> {
+        let dimension = low.len();
+        let mut grid = Self { low, high, cells, mass: vec![], log_evidence: 0.0, best: 0.0 };
+        let count = cells.pow(dimension as u32);
+        let values: Vec<f64> =
+            (0..count).into_par_iter().map(|index| cloud.log_likelihood(&grid.centre(index))).collect();
+        let best = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        if !best.is_finite() {
+            return None;
+        }
+        let weights: Vec<f64> = values.iter().map(|value| (POWER * (value - best)).exp()).collect();
+        let total: f64 = weights.iter().sum();
+        let volume: f64 = grid.low.iter().zip(&grid.high).map(|(a, b)| b - a).product();
+        grid.log_evidence = POWER * best + (total / count as f64 * volume).ln();
+        grid.best = best;
+        grid.mass = weights.into_iter().map(|weight| weight / total).collect();
+        Some(grid)
+    }
+
+    /// Number of coordinates.
+    #[must_use]
+    pub fn dimension(&self) -> usize {
+        self.low.len()
+    }
+
+    fn indices(&self, mut index: usize) -> Vec<usize> {
+        let mut indices = vec![0; self.dimension()];
+        for slot in indices.iter_mut().rev() {
+            *slot = index % self.cells;
+            index /= self.cells;
+        }
+        indices
+    }
+
+    /// Centre of a cell, unit coordinates.
+    #[must_use]
+    pub fn centre(&self, index: usize) -> Vec<f64> {
+        let cells = self.cells as f64;
+        self.indices(index)
+            .iter()
+            .enumerate()
+            .map(|(d, &i)| self.low[d] + (self.high[d] - self.low[d]) * (i as f64 + 0.5) / cells)
+            .collect()
+    }
+
+    /// Bounding box of the cells above e⁻¹⁰ of the densest, with one cell of margin, inside the unit box.
+    fn support(&self) -> (Vec<f64>, Vec<f64>) {
+        let largest = self.mass.iter().copied().fold(0.0, f64::max);
+        let mut first = vec![usize::MAX; self.dimension()];
+        let mut last = vec![0; self.dimension()];
+        for (index, _) in self.mass.iter().enumerate().filter(|(_, mass)| **mass > largest * (-10.0_f64).exp()) {
+            for (d, &i) in self.indices(index).iter().enumerate() {
+                first[d] = first[d].min(i);
+                last[d] = last[d].max(i);
+            }
+        }
+        let edge = |d: usize, i: f64| self.low[d] + (self.high[d] - self.low[d]) * i / self.cells as f64;
+        let low = (0..self.dimension()).map(|d| edge(d, first[d] as f64 - 1.0).max(0.0)).collect();
+        let high = (0..self.dimension()).map(|d| edge(d, last[d] as f64 + 2.0).min(1.0)).collect();
+        (low, high)
+    }
+
+    /// Marginal quantile of coordinate `d`, linear inside a cell.
+    #[must_use]
+    pub fn quantile(&self, d: usize, probability: f64) -> f64 {
+        let mut marginal = vec![0.0; self.cells];
+        for (index, mass) in self.mass.iter().enumerate() {
+            marginal[self.indices(index)[d]] += mass;
+        }
+        let width = (self.high[d] - self.low[d]) / self.cells as f64;
+        let mut below = 0.0;
+        for (i, mass) in marginal.iter().enumerate() {
+            if below + mass >= probability {
+                return self.low[d] + width * (i as f64 + (probability - below) / mass);
+            }
+            below += mass;
+        }
+        self.high[d]
+    }
+
+    /// Correlation of the first two coordinates; 0 in one dimension.
+    #[must_use]
+    pub fn correlation(&self) -> f64 {
+        if self.dimension() < 2 {
+            return 0.0;
+        }
+        let centres: Vec<Vec<f64>> = (0..self.mass.len()).map(|index| self.centre(index)).collect();
+        let mean = |d: usize| centres.iter().zip(&self.mass).map(|(c, m)| c[d] * m).sum::<f64>();
+        let means = [mean(0), mean(1)];
+        let moment = |a: usize, b: usize| {
+            centres.iter().zip(&self.mass).map(|(c, m)| (c[a] - means[a]) * (c[b] - means[b]) * m).sum::<f64>()
+        };
+        moment(0, 1) / (moment(0, 0) * moment(1, 1)).sqrt().max(f64::MIN_POSITIVE)
+    }
+
+    /// Smallest cell mass inside the 90 % highest-density region.
+    #[must_use]
+    pub fn level(&self) -> f64 {
+        let mut sorted = self.mass.clone();
+        sorted.sort_unstable_by(|a, b| b.total_cmp(a));
+        let mut sum = 0.0;
+        for mass in sorted {
+            sum += mass;
+            if sum >= 0.9 {
+                return mass;
+            }
+        }
+        0.0
+    }
+
+    /// Connected parts of the 90 % region that hold at least 1 % each, heaviest first.
+    #[must_use]
+    pub fn lobes(&self) -> Vec<Lobe> {
+        let level = self.level();
+        let mut seen = vec![false; self.mass.len()];
+        let mut lobes = vec![];
+        for start in 0..self.mass.len() {
+            if seen[start] || self.mass[start] < level {
+                continue;
+            }
+            seen[start] = true;
+            let mut front = vec![start];
+            let dimension = self.dimension();
+            let mut lobe = Lobe { mass: 0.0, centre: vec![0.0; dimension], low: vec![1.0; dimension], high: vec![0.0; dimension] };
+            while let Some(cell) = front.pop() {
+                let mass = self.mass[cell];
+                lobe.mass += mass;
+                for (d, u) in self.centre(cell).into_iter().enumerate() {
+                    lobe.centre[d] += mass * u;
+                    lobe.low[d] = lobe.low[d].min(u);
+                    lobe.high[d] = lobe.high[d].max(u);
+                }
+                for neighbour in self.neighbours(cell) {
+                    if !seen[neighbour] && self.mass[neighbour] >= level {
+                        seen[neighbour] = true;
+                        front.push(neighbour);
+                    }
+                }
+            }
+            lobe.centre.iter_mut().for_each(|u| *u /= lobe.mass);
+            lobes.push(lobe);
+        }
+        lobes.retain(|lobe| lobe.mass >= 0.01);
+        lobes.sort_by(|a, b| b.mass.total_cmp(&a.mass));
+        lobes
+    }
+
+    /// Cells that share a face or a corner with `cell`.
+    fn neighbours(&self, cell: usize) -> Vec<usize> {
+        let mut found = vec![0];
+        for i in self.indices(cell) {
+            let reach = i.saturating_sub(1)..=(i + 1).min(self.cells - 1);
+            found = found.iter().flat_map(|base| reach.clone().map(move |j| base * self.cells + j)).collect();
+        }
+        found
+    }
+}

@@ -1,0 +1,197 @@
+//! The search: where to run next, as an argmin solver.
+//!
+//! 1. 160 Sobol points over the box.
+//! 2. Five batches around an elite: the m best runs (m = 24, 20, 16, 12, 10), each new point a normal step of 0.7 times
+//!    the distance to the elite's fifth neighbour, reflected at the box.
+//! 3. Two batches drawn from the likelihood surface itself, flattened to exp(½ SL).
+//!
+//! In chaotic regimes the misfit is a noisy draw, so its minimum is the luckiest run, not the truest: the answer is read
+//! from a regression over all runs ([`super::likelihood`]), and every run made helps it.
+
+use argmin::core::{Error, IterState, KV, Problem, Solver, State, TerminationReason, TerminationStatus};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    forward::{Forward, Run},
+    likelihood::{Cloud, NEIGHBOURS},
+    parameter::reflect,
+    posterior::{POWER, Posterior},
+};
+
+/// State that argmin's executor carries: the best position and its misfit.
+pub type SearchState = IterState<Vec<f64>, (), (), (), (), f64>;
+
+/// Sizes of the elites, one a batch of stage 2.
+const ELITES: [usize; 5] = [24, 20, 16, 12, 10];
+
+/// Step around an elite, in distances to its fifth neighbour.
+const ELITE_STEP: f64 = 0.7;
+
+/// Power on the likelihood from which stage 3 draws.
+const DRAW_POWER: f64 = 0.5;
+
+/// The search with everything it has found: all that a checkpoint needs.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Search {
+    /// Every run so far, in order.
+    pub runs: Vec<Run>,
+    /// Number of runs in each batch.
+    pub batches: Vec<usize>,
+    batch: usize,
+    seed: u64,
+    dimension: usize,
+    observed: Vec<f64>,
+    nuggets: Vec<f64>,
+}
+
+impl Search {
+    /// A search of `budget` runs (600 is the tested number) for the record behind `forward`.
+    #[must_use]
+    pub fn new(forward: &Forward, budget: usize, seed: u64) -> Self {
+        let share = |fraction: f64| ((budget as f64 * fraction).round() as usize).max(1);
+        let (elite, drawn) = (share(58.0 / 600.0), share(75.0 / 600.0));
+        let first = budget.saturating_sub(ELITES.len() * elite + 2 * drawn).max(1);
+        let mut batches = vec![first];
+        batches.extend([elite; ELITES.len()]);
+        batches.extend([drawn; 2]);
+        Self {
+            runs: vec![],
+            batches,
+            batch: 0,
+            seed,
+            dimension: forward.parameters.len(),
+            observed: forward.observation.features.clone(),
+            nuggets: forward.observation.nuggets.clone(),
+        }
+    }
+
+    /// Number of batches made.
+    #[must_use]
+    pub fn batches_made(&self) -> usize {
+        self.batch
+    }
+
+    /// The finished runs as the regression sees them; of the first `count` runs only.
+    #[must_use]
+    pub fn cloud(&self, count: usize) -> Cloud {
+        let finished =
+            self.runs.iter().take(count).filter_map(|run| Some((run.position.as_slice(), run.features()?)));
+        Cloud::new(finished, &self.observed, &self.nuggets, NEIGHBOURS)
+    }
+
+    fn propose(&self) -> Vec<Vec<f64>> {
+        let count = self.batches[self.batch];
+        let cloud = self.cloud(self.runs.len());
+        if self.batch == 0 || cloud.len() <= NEIGHBOURS {
+            return self.scattered(count);
+        }
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ 0x5EA2_C4);
+        random.set_stream(self.batch as u64);
+        match ELITES.get(self.batch - 1) {
+            Some(&size) => self.around_elite(&cloud, size, count, &mut random),
+            None => self.drawn(&cloud, count, &mut random).unwrap_or_else(|| self.scattered(count)),
+        }
+    }
+
+    /// The next `count` points of a scrambled Sobol sequence.
+    fn scattered(&self, count: usize) -> Vec<Vec<f64>> {
+        let first = self.runs.len();
+        (first..first + count)
+            .map(|index| {
+                (0..self.dimension)
+                    .map(|d| f64::from(sobol_burley::sample(index as u32, d as u32, self.seed as u32)))
+                    .collect()
+            })
+            .collect()
+    }
+
+    fn around_elite(&self, cloud: &Cloud, size: usize, count: usize, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
+        let elite: Vec<usize> = ranking(cloud).into_iter().take(size).map(|(_, run)| run).collect();
+        let spacings: Vec<f64> = elite.iter().map(|&run| cloud.spacing(run, 5)).collect();
+        (0..count)
+            .map(|_| {
+                let chosen = random.random_range(0..elite.len());
+                cloud
+                    .position(elite[chosen])
+                    .iter()
+                    .map(|u| {
+                        let draw: f64 = StandardNormal.sample(random);
+                        reflect(u + ELITE_STEP * spacings[chosen] * draw)
+                    })
+                    .collect()
+            })
+            .collect()
+    }
+
+    fn drawn(&self, cloud: &Cloud, count: usize, random: &mut ChaCha8Rng) -> Option<Vec<Vec<f64>>> {
+        let posterior = Posterior::of(cloud, self.dimension)?;
+        let weights: Vec<f64> = posterior.mass.iter().map(|mass| mass.powf(DRAW_POWER / POWER)).collect();
+        let total: f64 = weights.iter().sum();
+        let points = (0..count).map(|_| {
+            let mut left = random.random::<f64>() * total;
+            let cell = weights.iter().position(|weight| {
+                left -= weight;
+                left < 0.0
+            });
+            let centre = posterior.centre(cell.unwrap_or(weights.len() - 1));
+            let side = |d: usize| (posterior.high[d] - posterior.low[d]) / posterior.cells as f64;
+            centre.iter().enumerate().map(|(d, u)| reflect(u + side(d) * (random.random::<f64>() - 0.5))).collect()
+        });
+        Some(points.collect())
+    }
+}
+
+/// Runs of a cloud by misfit, best first, with the local scatter around the best as the yardstick.
+#[must_use]
+pub fn ranking(cloud: &Cloud) -> Vec<(f64, usize)> {
+    let sorted = |scatter: &[f64]| {
+        let mut misfits: Vec<(f64, usize)> =
+            cloud.misfits(scatter).into_iter().enumerate().map(|(run, misfit)| (misfit, run)).collect();
+        misfits.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        misfits
+    };
+    let rough = sorted(&cloud.spread());
+    let Some(&(_, best)) = rough.first() else { return rough };
+    match cloud.regress(cloud.position(best)) {
+        Some(local) => sorted(&local.scatter),
+        None => rough,
+    }
+}
+
+impl Solver<Forward, SearchState> for Search {
+    fn name(&self) -> &'static str {
+        "regression synthetic likelihood"
+    }
+
+    fn next_iter(
+        &mut self,
+        problem: &mut Problem<Forward>,
+        state: SearchState,
+    ) -> Result<(SearchState, Option<KV>), Error> {
+        let positions = self.propose();
+        let first = self.runs.len() as u64;
+        let runs = problem.bulk_problem("cost_count", positions.len(), |forward| Ok(forward.run(first, &positions)))?;
+        self.runs.extend(runs);
+        self.batch += 1;
+        let done = self.runs.len() as u64;
+        let go_on = problem.problem("report_count", |forward| Ok(forward.report(done)))?;
+        let cloud = self.cloud(self.runs.len());
+        let state = match ranking(&cloud).first() {
+            Some(&(misfit, run)) => state.param(cloud.position(run).to_vec()).cost(misfit),
+            None => state,
+        };
+        let state = if go_on { state } else { state.terminate_with(TerminationReason::Interrupt) };
+        Ok((state, None))
+    }
+
+    fn terminate(&mut self, _state: &SearchState) -> TerminationStatus {
+        if self.batch >= self.batches.len() {
+            TerminationStatus::Terminated(TerminationReason::SolverConverged)
+        } else {
+            TerminationStatus::NotTerminated
+        }
+    }
+}
