@@ -101,10 +101,10 @@ impl Forward {
         let mut scene = scene.clone();
         // The pulse needs a few periods through the chain, a weak drive a few more before it crosses the threshold.
         scene.duration =
-            scene.drive.onset() + (observation.fingerprint.cycles_needed() as f64 + ONSET_ALLOWANCE) * period;
+            scene.drive.burst().0 + (observation.fingerprint.cycles_needed() as f64 + ONSET_ALLOWANCE) * period;
         let ensemble = Ensemble::new(&scene, STEPS_PER_CYCLE as u32)?;
         let step = period / STEPS_PER_CYCLE as f64;
-        let len = ensemble.samples();
+        let len = (scene.duration / step).round() as usize + 1;
         let low_pass = LowPass::new(step, len, observation.cutoff);
         let noise_rms = (observation.noise_density * 0.5 / step).sqrt();
         let base = Variation::of(&scene);
@@ -192,7 +192,7 @@ impl Forward {
 }
 
 /// Drive periods allowed between the piston's first motion and the onset at the last bead.
-const ONSET_ALLOWANCE: f64 = 8.0;
+const ONSET_ALLOWANCE: f64 = 25.0;
 
 /// The plain misfit of a single run, for argmin's own solvers: mean over features of min(|z − z₀|/0.2, 5)². A failed run
 /// costs a finite 1000, because argmin's Nelder–Mead breaks on NaN and its particle swarm on infinity.

@@ -104,8 +104,8 @@ impl Cloud {
         let features = self.nuggets.len();
         let regressor =
             |i: usize, j: usize| if j == 0 { 1.0 } else { (self.positions[order[i].1][j - 1] - at[j - 1]) / radius };
-        let mut gram = DMatrix::zeros(columns, columns);
-        let mut moments = DMatrix::zeros(columns, features);
+        let mut gram: DMatrix<f64> = DMatrix::zeros(columns, columns);
+        let mut moments: DMatrix<f64> = DMatrix::zeros(columns, features);
         for (i, (_, run)) in order.iter().enumerate() {
             let weight = weights[i] / total;
             for a in 0..columns {
@@ -122,8 +122,8 @@ impl Cloud {
             gram[(a, a)] += RIDGE;
         }
         let inverse = Cholesky::new(gram)?.inverse();
-        let coefficients = &inverse * moments;
-        let mut covariance = DMatrix::zeros(features, features);
+        let coefficients: DMatrix<f64> = &inverse * moments;
+        let mut covariance: DMatrix<f64> = DMatrix::zeros(features, features);
         let mut residual = vec![0.0; features];
         for (i, (_, run)) in order.iter().enumerate() {
             for (f, value) in residual.iter_mut().enumerate() {

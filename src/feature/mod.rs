@@ -17,6 +17,7 @@
 //!
 //! [`measure`] collects them in one [`Features`].
 
+pub mod fingerprint;
 mod distortion;
 mod error;
 mod interpolation;

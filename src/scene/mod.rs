@@ -1,6 +1,7 @@
 //! What stands on the bench: beads, piston, support, dampers, drive, and how the run is to be computed.
 
 mod builtin;
+mod burst;
 mod chain;
 mod damping;
 mod document;

@@ -1,0 +1,108 @@
+//! The state of a search on disk, so that a killed fit goes on where it was.
+
+use std::{
+    fs,
+    io::Write,
+    path::{Path, PathBuf},
+};
+
+use argmin::core::{
+    Error,
+    checkpointing::{Checkpoint, CheckpointingFrequency},
+};
+use serde::{Deserialize, Serialize};
+use thiserror::Error as ThisError;
+
+use super::search::{Search, SearchState};
+
+/// Why a saved state cannot be used.
+#[derive(Debug, ThisError)]
+#[non_exhaustive]
+pub enum CheckpointError {
+    /// It cannot be read.
+    #[error("{path}: the saved search cannot be read; remove it to begin anew", path = path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// It is damaged.
+    #[error("{path}: the saved search is damaged; remove it to begin anew", path = path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where.
+        source: serde_json::Error,
+    },
+    /// It belongs to another fit.
+    #[error(
+        "{path}: the saved search belongs to another fit (other record, drive, scene, bounds, seed or version); give \
+         another --out, or leave out --resume to begin anew", path = path.display()
+    )]
+    OtherFit {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+/// A file that always holds the last whole batch: written beside, then renamed.
+#[derive(Debug, Clone)]
+pub struct SearchCheckpoint {
+    path: PathBuf,
+    key: String,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    key: String,
+    search: Search,
+}
+
+impl SearchCheckpoint {
+    /// A checkpoint at `path` for the fit whose inputs and settings digest to `key`.
+    #[must_use]
+    pub fn new(path: &Path, key: &str) -> Self {
+        Self { path: path.to_owned(), key: key.to_owned() }
+    }
+
+    /// The saved search, if there is one.
+    ///
+    /// # Errors
+    /// When it is unreadable, damaged or of another fit.
+    pub fn restore(&self) -> Result<Option<Search>, CheckpointError> {
+        let path = self.path.clone();
+        let bytes = match fs::read(&path) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(source) => return Err(CheckpointError::Unreadable { path, source }),
+        };
+        let saved: Saved = match serde_json::from_slice(&bytes) {
+            Ok(saved) => saved,
+            Err(source) => return Err(CheckpointError::Damaged { path, source }),
+        };
+        if saved.key == self.key { Ok(Some(saved.search)) } else { Err(CheckpointError::OtherFit { path }) }
+    }
+}
+
+impl Checkpoint<Search, SearchState> for SearchCheckpoint {
+    fn save(&self, solver: &Search, _state: &SearchState) -> Result<(), Error> {
+        let folder = self.path.parent().unwrap_or(Path::new("."));
+        fs::create_dir_all(folder)?;
+        let mut file = tempfile::NamedTempFile::new_in(folder)?;
+        serde_json::to_writer(&mut file, &Saved { key: self.key.clone(), search: solver.clone() })?;
+        file.flush()?;
+        file.as_file().sync_all()?;
+        file.persist(&self.path)?;
+        Ok(())
+    }
+
+    /// Restoring is done before the executor is made, where it can fail with a message of its own.
+    fn load(&self) -> Result<Option<(Search, SearchState)>, Error> {
+        Ok(None)
+    }
+
+    fn frequency(&self) -> CheckpointingFrequency {
+        CheckpointingFrequency::Always
+    }
+}

@@ -1,0 +1,283 @@
+//! One fit: search, regression, point estimate, interval, verdict.
+
+use argmin::{
+    core::{CostFunction, Error, Executor, State, TerminationReason, TerminationStatus},
+    solver::neldermead::NelderMead,
+};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::{
+    checkpoint::SearchCheckpoint,
+    forward::{Forward, Run},
+    likelihood::Cloud,
+    parameter::Parameter,
+    posterior::{Lobe, Posterior},
+    search::{Search, ranking},
+};
+
+/// FIT above which the model does not explain the record.
+pub const OUTSIDE: f64 = 1.5;
+
+/// FIT above which the agreement is doubtful.
+pub const DOUBTFUL: f64 = 1.0;
+
+/// What a fit amounts to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Verdict {
+    /// The model explains the record within the scatter of a single run.
+    #[serde(rename = "within scatter")]
+    WithinScatter,
+    /// The model does not explain the record: no interval means anything.
+    #[serde(rename = "outside scatter")]
+    OutsideScatter,
+    /// The answer was still moving, or too few runs finished.
+    #[serde(rename = "not converged")]
+    NotConverged,
+}
+
+impl std::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::WithinScatter => "within scatter",
+            Self::OutsideScatter => "outside scatter",
+            Self::NotConverged => "not converged",
+        })
+    }
+}
+
+/// One parameter as fitted, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// The jointly most likely value.
+    pub value: f64,
+    /// The marginal median.
+    pub median: f64,
+    /// 5 % quantile.
+    pub low: f64,
+    /// 95 % quantile.
+    pub high: f64,
+    /// Whether the interval or the value touches a bound of the box.
+    pub at_bound: bool,
+}
+
+/// Everything a fit found.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Fit {
+    /// What was fitted, with its bounds.
+    pub parameters: Vec<Parameter>,
+    /// What came out, in the same order.
+    pub estimates: Vec<Estimate>,
+    /// The jointly most likely point, unit coordinates.
+    pub most_likely: Vec<f64>,
+    /// The posterior on its grid.
+    pub posterior: Posterior,
+    /// Connected parts of its 90 % region.
+    pub lobes: Vec<Lobe>,
+    /// Correlation of the logarithms of the first two parameters.
+    pub correlation: f64,
+    /// FIT: median over the ten best runs of the misfit per feature, in units of the local scatter.
+    pub misfit: f64,
+    /// Deviation z − z₀ expected at the most likely point, in units of the scatter, of each feature.
+    pub deviations: Vec<f64>,
+    /// How far the medians moved over the last batch, in half-widths of the interval (largest parameter).
+    pub drift: f64,
+    /// ln of the evidence of this damping law.
+    pub log_evidence: f64,
+    /// What it amounts to.
+    pub verdict: Verdict,
+    /// Every run.
+    pub runs: Vec<Run>,
+    /// Number of runs and smallest misfit after each batch.
+    pub history: Vec<(u64, f64)>,
+}
+
+impl Fit {
+    /// Runs that failed.
+    #[must_use]
+    pub fn failed(&self) -> usize {
+        self.runs.iter().filter(|run| run.outcome.is_err()).count()
+    }
+
+    /// The fitted values, SI, in the order of `parameters`.
+    #[must_use]
+    pub fn values(&self) -> Vec<f64> {
+        self.estimates.iter().map(|estimate| estimate.value).collect()
+    }
+}
+
+/// Why there is no fit.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum FitError {
+    /// Too few runs finished anywhere near the record.
+    #[error(
+        "{failed} of {made} runs failed, too few are left for a regression (the last said: {reason}); widen the bounds, \
+         or check drive and record with --dry-run"
+    )]
+    TooFewRuns {
+        /// Runs made.
+        made: usize,
+        /// Runs failed.
+        failed: usize,
+        /// What the last failure said.
+        reason: String,
+    },
+    /// Stopped from outside; what was done is saved where a checkpoint was asked for.
+    #[error("stopped after {runs} runs")]
+    Stopped {
+        /// Runs made.
+        runs: usize,
+    },
+    /// The executor failed.
+    #[error("the search failed")]
+    Search(#[source] Error),
+}
+
+/// Run a search to its end (from where it stands) and read the answer from all its runs.
+///
+/// # Errors
+/// When it is stopped, or when too few runs finished.
+pub fn fit(forward: &Forward, search: Search, checkpoint: Option<SearchCheckpoint>) -> Result<Fit, FitError> {
+    let mut executor = Executor::new(forward.clone(), search).ctrlc(false).timer(false);
+    if let Some(checkpoint) = checkpoint {
+        executor = executor.checkpointing(checkpoint);
+    }
+    let result = executor.run().map_err(FitError::Search)?;
+    let stopped = matches!(
+        result.state.get_termination_status(),
+        TerminationStatus::Terminated(TerminationReason::Interrupt)
+    );
+    let search = result.solver;
+    if stopped && search.batches_made() < search.batches.len() {
+        return Err(FitError::Stopped { runs: search.runs.len() });
+    }
+    read(forward, search)
+}
+
+fn read(forward: &Forward, search: Search) -> Result<Fit, FitError> {
+    let dimension = forward.parameters.len();
+    let made = search.runs.len();
+    let cloud = search.cloud(made);
+    let Some(posterior) = Posterior::of(&cloud, dimension) else {
+        let failures: Vec<&String> = search.runs.iter().filter_map(|run| run.outcome.as_ref().err()).collect();
+        return Err(FitError::TooFewRuns {
+            made,
+            failed: failures.len(),
+            reason: failures.last().map_or_else(|| "nothing".into(), |reason| (*reason).clone()),
+        });
+    };
+    let most_likely = polish(&cloud, &posterior);
+    let estimates: Vec<Estimate> =
+        (0..dimension).map(|d| estimate(&forward.parameters[d], &posterior, most_likely[d], d)).collect();
+    let last_batch = search.batches.last().copied().unwrap_or(0);
+    let drift = Posterior::of(&search.cloud(made - last_batch.min(made)), dimension)
+        .map_or(f64::INFINITY, |before| drift(&before, &posterior));
+    let ranked = ranking(&cloud);
+    let best: Vec<f64> = ranked.iter().take(10).map(|entry| entry.0).collect();
+    let misfit = best.get(best.len() / 2).copied().unwrap_or(f64::INFINITY);
+    let deviations = cloud.regress(&most_likely).map_or_else(Vec::new, |local| {
+        local.deviation.iter().zip(&local.scatter).map(|(deviation, scatter)| deviation / scatter).collect()
+    });
+    let verdict = if drift > 1.0 {
+        Verdict::NotConverged
+    } else if misfit > OUTSIDE {
+        Verdict::OutsideScatter
+    } else {
+        Verdict::WithinScatter
+    };
+    Ok(Fit {
+        parameters: forward.parameters.clone(),
+        estimates,
+        most_likely,
+        lobes: posterior.lobes(),
+        correlation: posterior.correlation(),
+        misfit,
+        deviations,
+        drift,
+        log_evidence: posterior.log_evidence,
+        verdict,
+        history: history(&search),
+        posterior,
+        runs: search.runs,
+    })
+}
+
+fn estimate(parameter: &Parameter, posterior: &Posterior, most_likely: f64, d: usize) -> Estimate {
+    let [low, median, high] = [0.05, 0.5, 0.95].map(|probability| posterior.quantile(d, probability));
+    let edge = 0.01;
+    Estimate {
+        name: parameter.name.clone(),
+        unit: parameter.unit.clone(),
+        value: parameter.value(most_likely),
+        median: parameter.value(median),
+        low: parameter.value(low),
+        high: parameter.value(high),
+        at_bound: low < edge || high > 1.0 - edge || most_likely < edge || most_likely > 1.0 - edge,
+    }
+}
+
+/// Largest move of a median in half-widths of its interval.
+fn drift(before: &Posterior, after: &Posterior) -> f64 {
+    (0..after.dimension())
+        .map(|d| {
+            let half_width = 0.5 * (after.quantile(d, 0.95) - after.quantile(d, 0.05));
+            (before.quantile(d, 0.5) - after.quantile(d, 0.5)).abs() / half_width
+        })
+        .fold(0.0, f64::max)
+}
+
+fn history(search: &Search) -> Vec<(u64, f64)> {
+    let mut made = 0;
+    search
+        .batches
+        .iter()
+        .take(search.batches_made())
+        .filter_map(|size| {
+            made += size;
+            Some((made as u64, ranking(&search.cloud(made)).first()?.0))
+        })
+        .collect()
+}
+
+/// −SL with a wall around the unit box, smooth inside: what Nelder–Mead polishes.
+struct Surface<'a>(&'a Cloud);
+
+impl CostFunction for Surface<'_> {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, position: &Vec<f64>) -> Result<f64, Error> {
+        let inside = position.iter().all(|u| (0.0..=1.0).contains(u));
+        let value = if inside { -self.0.log_likelihood(position) } else { f64::INFINITY };
+        Ok(if value.is_finite() { value } else { 1e9 })
+    }
+}
+
+/// The most likely point: argmin's Nelder–Mead on the likelihood surface, from the densest cell.
+fn polish(cloud: &Cloud, posterior: &Posterior) -> Vec<f64> {
+    let densest = (0..posterior.mass.len()).max_by(|&a, &b| posterior.mass[a].total_cmp(&posterior.mass[b]));
+    let start = posterior.centre(densest.unwrap_or(0));
+    let mut simplex = vec![start.clone()];
+    for d in 0..start.len() {
+        let mut corner = start.clone();
+        let step = (posterior.high[d] - posterior.low[d]) / posterior.cells as f64;
+        corner[d] += if corner[d] + step > 1.0 { -step } else { step };
+        simplex.push(corner);
+    }
+    let Ok(solver) = NelderMead::new(simplex).with_sd_tolerance(1e-6) else { return start };
+    let polished = Executor::new(Surface(cloud), solver)
+        .configure(|state| state.max_iters(200))
+        .ctrlc(false)
+        .run()
+        .ok()
+        .and_then(|result| result.state.get_best_param().cloned());
+    match polished {
+        Some(point) if cloud.log_likelihood(&point) >= cloud.log_likelihood(&start) => point,
+        _ => start,
+    }
+}

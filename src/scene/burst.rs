@@ -1,0 +1,31 @@
+//! When the piston is at work.
+
+use super::{Drive, DriveKind};
+
+/// Level, relative to the peak, at which a recorded burst counts as begun.
+const BEGUN: f64 = 0.05;
+
+/// Level, relative to the peak, below which a recorded burst counts as over.
+const OVER: f64 = 0.5;
+
+impl Drive {
+    /// First motion and end of the burst, s.
+    ///
+    /// Analytic drives say so themselves; a record begins where it first exceeds 5 % and ends where it last exceeds half
+    /// of its peak.
+    #[must_use]
+    pub fn burst(&self) -> (f64, f64) {
+        match &self.kind {
+            DriveKind::SineCycles { cycles }
+            | DriveKind::ToneBurst { cycles, .. }
+            | DriveKind::GaussianBurst { cycles } => (0.0, cycles / self.frequency),
+            DriveKind::Record { displacement } => {
+                let peak = displacement.peak();
+                let beyond = |level: f64| move |value: &f64| value.abs() > level * peak;
+                let first = displacement.values.iter().position(beyond(BEGUN)).unwrap_or(0);
+                let last = displacement.values.iter().rposition(beyond(OVER)).unwrap_or(0);
+                (displacement.time(first), displacement.time(last))
+            }
+        }
+    }
+}
