@@ -148,10 +148,8 @@ pub fn fit(forward: &Forward, search: Search, checkpoint: Option<SearchCheckpoin
         executor = executor.checkpointing(checkpoint);
     }
     let result = executor.run().map_err(FitError::Search)?;
-    let stopped = matches!(
-        result.state.get_termination_status(),
-        TerminationStatus::Terminated(TerminationReason::Interrupt)
-    );
+    let stopped =
+        matches!(result.state.get_termination_status(), TerminationStatus::Terminated(TerminationReason::Interrupt));
     let search = result.solver;
     if stopped && search.batches_made() < search.batches.len() {
         return Err(FitError::Stopped { runs: search.runs.len() });

@@ -133,9 +133,7 @@ impl Forward {
                     .zip(&mut generators)
                     .map(|((position, trace), random)| Run {
                         position: position.clone(),
-                        outcome: trace
-                            .map_err(|error| error.to_string())
-                            .and_then(|trace| self.reduce(trace, random)),
+                        outcome: trace.map_err(|error| error.to_string()).and_then(|trace| self.reduce(trace, random)),
                     })
                     .collect()
             })
@@ -204,8 +202,7 @@ impl CostFunction for Forward {
         let run = self.run(0, std::slice::from_ref(position));
         let observed = &self.observation.features;
         Ok(run[0].features().map_or(1000.0, |features| {
-            let sum: f64 =
-                features.iter().zip(observed).map(|(z, z0)| ((z - z0).abs() / 0.2).min(5.0).powi(2)).sum();
+            let sum: f64 = features.iter().zip(observed).map(|(z, z0)| ((z - z0).abs() / 0.2).min(5.0).powi(2)).sum();
             sum / observed.len() as f64
         }))
     }

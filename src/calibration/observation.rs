@@ -106,14 +106,12 @@ impl Observation {
             .ok_or(ObservationError::NoisyOnset { noise_m_per_s: noise, peak_m_per_s: peak })?;
         let onset = trace.values.iter().position(|v| v.abs() >= threshold).unwrap_or(0);
         let available = (trace.len() - onset) as f64 / SAMPLES_PER_CYCLE as f64;
-        let fingerprint = Fingerprint::new(set, threshold, peak, f64::min(available, drive_cycles).floor() as usize)
-            .ok_or(ObservationError::TooShort {
-                available_cycles: available,
-                needed_cycles: Fingerprint::FEWEST_CYCLES,
-            })?;
+        let fingerprint =
+            Fingerprint::new(set, threshold, peak, f64::min(available, drive_cycles).floor() as usize).ok_or(
+                ObservationError::TooShort { available_cycles: available, needed_cycles: Fingerprint::FEWEST_CYCLES },
+            )?;
         let features = fingerprint.measure(&trace)?;
-        let nuggets =
-            fingerprint.early().iter().map(|&early| if early { EARLY_NUGGET } else { LATE_NUGGET }).collect();
+        let nuggets = fingerprint.early().iter().map(|&early| if early { EARLY_NUGGET } else { LATE_NUGGET }).collect();
         Ok(Self { trace, cutoff, noise_density, fingerprint, features, nuggets })
     }
 }

@@ -184,7 +184,8 @@ impl Posterior {
             seen[start] = true;
             let mut front = vec![start];
             let dimension = self.dimension();
-            let mut lobe = Lobe { mass: 0.0, centre: vec![0.0; dimension], low: vec![1.0; dimension], high: vec![0.0; dimension] };
+            let mut lobe =
+                Lobe { mass: 0.0, centre: vec![0.0; dimension], low: vec![1.0; dimension], high: vec![0.0; dimension] };
             while let Some(cell) = front.pop() {
                 let mass = self.mass[cell];
                 lobe.mass += mass;

@@ -77,8 +77,7 @@ impl Search {
     /// The finished runs as the regression sees them; of the first `count` runs only.
     #[must_use]
     pub fn cloud(&self, count: usize) -> Cloud {
-        let finished =
-            self.runs.iter().take(count).filter_map(|run| Some((run.position.as_slice(), run.features()?)));
+        let finished = self.runs.iter().take(count).filter_map(|run| Some((run.position.as_slice(), run.features()?)));
         Cloud::new(finished, &self.observed, &self.nuggets, NEIGHBOURS)
     }
 

@@ -66,7 +66,9 @@ pub enum FeatureSet {
 #[non_exhaustive]
 pub enum FingerprintError {
     /// The trace never crosses the onset threshold.
-    #[error("the velocity stays below the onset threshold of {threshold_m_per_s:.4e} m/s (its peak is {peak_m_per_s:.4e} m/s)")]
+    #[error(
+        "the velocity stays below the onset threshold of {threshold_m_per_s:.4e} m/s (its peak is {peak_m_per_s:.4e} m/s)"
+    )]
     NoOnset {
         /// The threshold, m/s.
         threshold_m_per_s: f64,
@@ -183,10 +185,10 @@ impl Fingerprint {
     /// No onset, or too few periods after it.
     pub fn measure(&self, trace: &Series) -> Result<Vec<f64>, FingerprintError> {
         let values = &trace.values;
-        let onset = values.iter().position(|v| v.abs() >= self.threshold).ok_or(FingerprintError::NoOnset {
-            threshold_m_per_s: self.threshold,
-            peak_m_per_s: trace.peak(),
-        })?;
+        let onset = values
+            .iter()
+            .position(|v| v.abs() >= self.threshold)
+            .ok_or(FingerprintError::NoOnset { threshold_m_per_s: self.threshold, peak_m_per_s: trace.peak() })?;
         let after = &values[onset..];
         let needed = self.cycles_needed() * SAMPLES_PER_CYCLE;
         if after.len() < needed {
@@ -286,9 +288,8 @@ pub fn onset_threshold(record: &Series, noise_rms: f64) -> Option<f64> {
         .filter(|&i| magnitude[i] >= magnitude[i - 1] && magnitude[i] > magnitude[i + 1] && magnitude[i] > noise)
         .map(|i| magnitude[i])
         .collect();
-    let clearance = |threshold: f64| {
-        extrema.iter().map(|extremum| (extremum / threshold).ln().abs()).fold(f64::INFINITY, f64::min)
-    };
+    let clearance =
+        |threshold: f64| extrema.iter().map(|extremum| (extremum / threshold).ln().abs()).fold(f64::INFINITY, f64::min);
     let candidates = (0..=CANDIDATES).map(|i| lowest * (highest / lowest).powf(i as f64 / CANDIDATES as f64));
     candidates.map(|threshold| (clearance(threshold), threshold)).max_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
 }

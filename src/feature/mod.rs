@@ -17,9 +17,9 @@
 //!
 //! [`measure`] collects them in one [`Features`].
 
-pub mod fingerprint;
 mod distortion;
 mod error;
+pub mod fingerprint;
 mod interpolation;
 mod line;
 mod measure;

@@ -19,7 +19,7 @@ impl Drive {
             DriveKind::SineCycles { cycles }
             | DriveKind::ToneBurst { cycles, .. }
             | DriveKind::GaussianBurst { cycles } => (0.0, cycles / self.frequency),
-            DriveKind::Record { displacement } => {
+            DriveKind::Record { displacement, .. } => {
                 let peak = displacement.peak();
                 let beyond = |level: f64| move |value: &f64| value.abs() > level * peak;
                 let first = displacement.values.iter().position(beyond(BEGUN)).unwrap_or(0);
