@@ -19,6 +19,7 @@ impl Drive {
             DriveKind::SineCycles { cycles }
             | DriveKind::ToneBurst { cycles, .. }
             | DriveKind::GaussianBurst { cycles } => (0.0, cycles / self.frequency),
+            DriveKind::UnreadRecord { .. } => (0.0, 0.0),
             DriveKind::Record { displacement, .. } => {
                 let peak = displacement.peak();
                 let beyond = |level: f64| move |value: &f64| value.abs() > level * peak;
