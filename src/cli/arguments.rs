@@ -13,16 +13,16 @@ use super::output::print;
 #[derive(Debug, Clone, Default, Args)]
 pub struct Session {
     /// Print the summary as JSON on standard output, and nothing else there
-    #[arg(long, help_heading = "Session")]
+    #[arg(long, global = true, help_heading = "Session")]
     pub json: bool,
     /// Say nothing but results and errors
-    #[arg(long, help_heading = "Session")]
+    #[arg(long, global = true, help_heading = "Session")]
     pub quiet: bool,
     /// Worker threads; results do not depend on it [default: one a core]
-    #[arg(long, value_name = "N", help_heading = "Session")]
+    #[arg(long, global = true, value_name = "N", help_heading = "Session")]
     pub threads: Option<NonZeroUsize>,
     /// Seed of everything drawn at random
-    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Session")]
+    #[arg(long, global = true, value_name = "N", default_value_t = 1, help_heading = "Session")]
     pub seed: u64,
 }
 

@@ -1,8 +1,19 @@
-//! `granchain scene`.
+//! `granchain scene`: list, show, check and start scenes.
 
-use clap::Args;
+use std::{
+    fmt::Write,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, bail};
+use clap::{Args, Subcommand};
+use serde_json::{Value, json};
 
 use super::{Outcome, arguments::Session};
+use crate::{
+    scene::{self, BUILT_IN, DriveKind, Effect, Scene, SettingValue, WATER},
+    signal::{Dimension, Quantity},
+};
 
 /// Arguments of `granchain scene`.
 #[derive(Debug, Args)]
@@ -10,13 +21,236 @@ pub struct Arguments {
     /// Session flags.
     #[command(flatten)]
     pub session: Session,
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// List the built-in scenes
+    List,
+    /// Print every key of a scene with its value, unit and meaning
+    Show {
+        /// Built-in scene or scene file
+        #[arg(value_name = "NAME|FILE")]
+        scene: String,
+        /// Print the scene as a TOML file with every key
+        #[arg(long)]
+        toml: bool,
+        /// Override one key: a plain number is SI, else with its unit; repeatable
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        set: Vec<String>,
+    },
+    /// Check a scene and print what follows from it
+    Check {
+        /// Scene file or built-in scene
+        #[arg(value_name = "FILE|NAME")]
+        scene: String,
+        /// Override one key: a plain number is SI, else with its unit; repeatable
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        set: Vec<String>,
+    },
+    /// Write a commented scene file to start from; never replaces a file
+    Init {
+        /// The file to write
+        #[arg(value_name = "FILE")]
+        file: PathBuf,
+        /// Built-in scene it begins as
+        #[arg(long, value_name = "NAME", default_value = "annulus")]
+        from: String,
+    },
 }
 
 /// Run it.
 ///
 /// # Errors
-/// Not built yet.
+/// When the scene is refused or a file cannot be written.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let _ = arguments;
-    anyhow::bail!("`granchain scene` is not built yet")
+    let session = &arguments.session;
+    match arguments.action {
+        Action::List => list(session)?,
+        Action::Show { scene, toml, set } => show(session, &load(session, &scene, &set)?, toml)?,
+        Action::Check { scene, set } => check(session, &scene, &load(session, &scene, &set)?)?,
+        Action::Init { file, from } => init(session, &file, &from)?,
+    }
+    Ok(Outcome::Done)
+}
+
+fn load(session: &Session, name: &str, overrides: &[String]) -> anyhow::Result<Scene> {
+    let loaded = scene::load_with_notes(name, overrides)?;
+    for note in &loaded.notes {
+        session.note(format_args!("note: {note}"));
+    }
+    Ok(loaded.scene)
+}
+
+fn list(session: &Session) -> anyhow::Result<()> {
+    let mut text = String::new();
+    let mut rows = Vec::new();
+    for built_in in BUILT_IN {
+        let description = scene::load(built_in.name, &[])?.description;
+        writeln!(text, "{:<8} {description}", built_in.name)?;
+        rows.push(json!({ "name": built_in.name, "description": description, "available": true }));
+    }
+    let refusal = scene::load(WATER, &[]).err().map(|error| error.to_string()).unwrap_or_default();
+    writeln!(text, "{WATER:<8} not yet available")?;
+    rows.push(json!({ "name": WATER, "description": refusal, "available": false }));
+    session.result(text, &rows)
+}
+
+fn show(session: &Session, scene: &Scene, toml: bool) -> anyhow::Result<()> {
+    if toml {
+        return session.result(scene.to_toml(), &json!({ "toml": scene.to_toml() }));
+    }
+    let settings = scene.settings();
+    let width = |of: &dyn Fn(&scene::Setting) -> usize| settings.iter().map(of).max().unwrap_or(0);
+    let keys = width(&|setting| setting.key.chars().count());
+    // A long text or list must not push the meanings of all others aside.
+    let values = width(&|setting| Some(setting.value.display().chars().count()).filter(|n| *n <= 24).unwrap_or(0));
+    let units = width(&|setting| setting.value.unit().chars().count()).max(4);
+    let mut text = format!("{:keys$}  {:values$}  {:units$}  meaning\n", "key", "value", "SI unit");
+    for setting in &settings {
+        let (value, unit) = (setting.value.display(), setting.value.unit());
+        if value.chars().count() > 24 {
+            writeln!(text, "{:keys$}  {value}", setting.key)?;
+        } else {
+            writeln!(text, "{:keys$}  {value:values$}  {unit:units$}  {}", setting.key, setting.meaning)?;
+        }
+    }
+    let rows: Vec<Value> = settings
+        .iter()
+        .map(|setting| {
+            json!({
+                "key": setting.key,
+                "value": json_value(&setting.value),
+                "unit": setting.value.unit(),
+                "text": setting.value.display(),
+                "meaning": setting.meaning,
+            })
+        })
+        .collect();
+    session.result(text, &rows)
+}
+
+/// The value in SI.
+fn json_value(value: &SettingValue) -> Value {
+    match value {
+        SettingValue::Quantity(quantity) => json!(quantity.value),
+        SettingValue::Lengths(lengths) => json!(lengths),
+        SettingValue::Count(count) => json!(count),
+        SettingValue::Text(text) => json!(text),
+        SettingValue::Flag(flag) => json!(flag),
+        SettingValue::Beads(beads) => beads
+            .iter()
+            .map(|(bead, radius, material)| json!({ "bead": bead, "radius_m": radius, "material": material }))
+            .collect(),
+    }
+}
+
+fn check(session: &Session, name: &str, scene: &Scene) -> anyhow::Result<()> {
+    let mut text = format!("{name}: scene `{}` is valid\n\n", scene.name);
+    let derived = derived(scene);
+    let width = derived.iter().map(|(label, _)| label.chars().count()).max().unwrap_or(0);
+    for (label, value) in &derived {
+        writeln!(text, "  {label:width$}  {value}")?;
+    }
+    let effects = scene::effects(scene);
+    let width = effects.iter().map(|effect| effect.name.chars().count()).max().unwrap_or(0);
+    let section = |text: &mut String, title: &str, on: bool| -> std::fmt::Result {
+        writeln!(text, "\n{title}")?;
+        let chosen: Vec<&Effect> = effects.iter().filter(|effect| effect.on == on).collect();
+        if chosen.is_empty() {
+            writeln!(text, "  none")?;
+        }
+        for effect in chosen {
+            writeln!(text, "  {:width$}  {}", effect.name, effect.why)?;
+        }
+        Ok(())
+    };
+    section(&mut text, "Effects in this scene", true)?;
+    section(&mut text, "Effects switched off", false)?;
+    if let Some(file) = scene.pending_record() {
+        let found = if file.is_file() { "found, read when the scene runs" } else { "not found" };
+        writeln!(text, "\nThe drive is the record {}: {found}.", file.display())?;
+        if !file.is_file() {
+            bail!("`drive.file`: there is no file {}; the path is relative to the scene file's folder", file.display());
+        }
+    }
+    let rows: Vec<Value> = derived.iter().map(|(label, value)| json!({ "name": label, "value": value })).collect();
+    session.result(text, &json!({ "scene": scene.name, "valid": true, "derived": rows, "effects": effects }))
+}
+
+/// What follows from a scene without running it.
+fn derived(scene: &Scene) -> Vec<(&'static str, String)> {
+    let show = |value: f64, dimension| Quantity::new(rounded(value), dimension).to_string();
+    let beads = &scene.chain.beads;
+    let (lightest, heaviest) =
+        beads.iter().fold((f64::INFINITY, 0.0f64), |(low, high), bead| (low.min(bead.mass()), high.max(bead.mass())));
+    let mass = if lightest == heaviest {
+        show(lightest, Dimension::MASS)
+    } else {
+        format!("{} to {}", show(lightest, Dimension::MASS), show(heaviest, Dimension::MASS))
+    };
+    let drive = &scene.drive;
+    let period = 1.0 / drive.frequency;
+    let mut rows = vec![
+        ("mass of a bead", mass),
+        ("mass of the chain", show(beads.iter().map(scene::Bead::mass).sum(), Dimension::MASS)),
+        ("length of the chain", show(beads.iter().map(|bead| 2.0 * bead.radius).sum(), Dimension::LENGTH)),
+        ("contacts", scene.chain.gaps.len().to_string()),
+        ("drive period", show(period, Dimension::TIME)),
+    ];
+    if !matches!(drive.kind, DriveKind::Record { .. } | DriveKind::UnreadRecord { .. }) {
+        let amplitude = scene.amplitude_scale * drive.amplitude;
+        rows.push(("piston displacement, peak", show(amplitude, Dimension::LENGTH)));
+        let velocity = std::f64::consts::TAU * drive.frequency * amplitude;
+        rows.push(("piston velocity, peak", show(velocity, Dimension::VELOCITY)));
+        if let Some(end) = drive.motion(scene.amplitude_scale).breaks().last() {
+            rows.push(("end of the drive", show(*end, Dimension::TIME)));
+        }
+    }
+    rows.push(("simulated periods", format!("{:.1}", scene.duration / period)));
+    rows.push(("output samples", ((scene.duration / scene.output_step).round() as u64 + 1).to_string()));
+    rows.push(("samples a period", format!("{:.1}", period / scene.output_step)));
+    rows
+}
+
+/// To six digits, for print.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}
+
+fn init(session: &Session, file: &Path, from: &str) -> anyhow::Result<()> {
+    // Refuses unknown names, and the scenes that are not available, in the words of the loader.
+    let built_in = match BUILT_IN.iter().find(|built_in| built_in.name == from) {
+        Some(built_in) => built_in,
+        None => {
+            scene::load(from, &[])?;
+            bail!("--from {from}: expected a built-in scene; copy the file itself to start from a scene file");
+        }
+    };
+    let name = file.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy());
+    let name = SettingValue::Text(name.into_owned()).to_toml();
+    let own = format!("name = \"{}\"\n", built_in.name);
+    let header = format!(
+        "# A scene for granchain, begun as the built-in scene `{from}`. A plain number is SI, a text carries its unit.\n\
+         # Check it with `granchain scene check FILE`, list what every key means with `granchain scene show FILE`.\n#\n"
+    );
+    let text = header + &built_in.toml.replacen(&own, &format!("name = {name}\n"), 1);
+    let mut options = std::fs::OpenOptions::new();
+    let written = options
+        .write(true)
+        .create_new(true)
+        .open(file)
+        .and_then(|mut open| std::io::Write::write_all(&mut open, text.as_bytes()));
+    match written {
+        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {
+            bail!("{}: the file exists; name another, or delete it first", file.display())
+        }
+        written => written.with_context(|| format!("{}: the scene file cannot be written", file.display()))?,
+    }
+    session.result(
+        format_args!("wrote {}; run it with `granchain replay --scene {}`\n", file.display(), file.display()),
+        &json!({ "file": file, "from": from }),
+    )
 }

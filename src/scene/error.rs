@@ -116,7 +116,8 @@ pub enum SceneError {
         text: String,
     },
     /// A key nobody knows.
-    #[error("{place}: unknown key `{key}`{}; `granchain scene show annulus` lists all keys", did_you_mean(nearest.as_deref()))]
+    #[error("{place}: unknown key `{key}`; {}", nearest.as_ref().map_or_else(
+        || "`granchain scene show annulus` lists the keys".to_owned(), |nearest| format!("did you mean `{nearest}`?")))]
     UnknownKey {
         /// Where.
         place: Place,
@@ -174,8 +175,9 @@ pub enum SceneError {
         found: String,
     },
     /// A key that must be there.
-    #[error("{scene}: `{key}` is missing{}; add `{example}`, or begin the file with `extends = \"annulus\"`",
-        reason.map(|reason| format!(" ({reason})")).unwrap_or_default())]
+    #[error("{scene}: `{key}` is missing{}", reason.map_or_else(
+        || format!("; add `{example}`, or begin the file with `extends = \"annulus\"`"),
+        |reason| format!(" ({reason}); add `{example}`, or pass it with --set")))]
     Missing {
         /// The scene or its file.
         scene: String,

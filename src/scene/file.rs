@@ -173,8 +173,17 @@ fn chain(reader: &Reader<'_>) -> Result<Chain, SceneError> {
     let material = reader.material("chain.material")?;
     let mut beads = vec![Bead { radius, material }; count];
     reader.override_beads(&mut beads)?;
-    let gaps = reader.gaps(count)?;
+    let gaps = reader.gaps(count, radius)?;
     let precompression = reader.quantity("chain.precompression", Dimension::FORCE, Bound::NotNegative)?.unwrap_or(0.0);
+    // Overlaps of 7 % of the radius: far beyond Hertz' small contacts, and beyond the yield of any steel.
+    let softest =
+        beads.iter().map(|bead| bead.material.youngs_modulus * bead.radius.powi(2)).fold(f64::INFINITY, f64::min);
+    if precompression > 0.01 * softest {
+        let force = |value| Quantity::new(value, Dimension::FORCE).to_string();
+        let limit = format!("{:.2e}", 0.01 * softest).parse().unwrap_or(softest);
+        let expected = format!("at most {} (E a²/100), where contacts are still small", force(limit));
+        return Err(reader.out_of_range("chain.precompression", expected, force(precompression)));
+    }
     if precompression > 0.0
         && let Some(open) = gaps.iter().position(|gap| *gap > 0.0)
     {

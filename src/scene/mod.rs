@@ -6,9 +6,11 @@ mod chain;
 mod damping;
 mod document;
 mod drive;
+mod effects;
 mod error;
 mod file;
 mod key;
+mod listing;
 mod material;
 mod motion;
 mod reader;
@@ -19,12 +21,14 @@ pub use builtin::{BUILT_IN, BuiltIn, WATER};
 pub use chain::{Bead, Chain};
 pub use damping::{Damping, DampingKind, DampingPlacement};
 pub use drive::{Drive, DriveKind, PistonMotion};
+pub use effects::{Effect, effects};
 pub use error::{Place, SceneError};
 pub use file::{
     DEFAULT_KUWABARA_KONO_DAMPING, DEFAULT_LINEAR_DAMPING, DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, Loaded, MOST_BEADS,
     load, load_text, load_with_notes,
 };
 pub use key::{KEYS, Key, ValueKind};
+pub use listing::{Setting, SettingValue};
 pub use material::Material;
 pub use motion::Motion;
 pub use settings::{Integrator, ModelKind, ModelSettings};

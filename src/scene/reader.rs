@@ -35,8 +35,8 @@ impl Bound {
     fn describe(self) -> String {
         match self {
             Self::Finite => "a finite value".to_owned(),
-            Self::Positive => "a positive value".to_owned(),
-            Self::NotNegative => "a value of 0 or more".to_owned(),
+            Self::Positive => "a positive, finite value".to_owned(),
+            Self::NotNegative => "a finite value of 0 or more".to_owned(),
             Self::Between(low, high) => format!("a value between {low:e} and {high:e}"),
             Self::PoissonsRatio => "Poisson's ratio above −1 and at most 0.5".to_owned(),
         }
@@ -298,12 +298,20 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Initial gap of each of the contacts of `beads` beads.
-    pub(super) fn gaps(&self, beads: usize) -> Result<Vec<f64>, SceneError> {
+    /// Initial gap of each of the contacts of `beads` beads of `radius` (m).
+    pub(super) fn gaps(&self, beads: usize, radius: f64) -> Result<Vec<f64>, SceneError> {
         let key = "chain.gaps";
         let mut gaps = vec![0.0; beads + 1];
         let checked = |entry: &Entry, key: &str, contact: Option<usize>| {
             let gap = quantity(entry, key, Dimension::LENGTH, Bound::Finite)?;
+            if gap >= radius {
+                return Err(SceneError::OutOfRange {
+                    place: entry.place.clone(),
+                    key: key.to_owned(),
+                    expected: format!("gaps below the bead radius {}", Quantity::new(radius, Dimension::LENGTH)),
+                    found: Quantity::new(gap, Dimension::LENGTH).to_string(),
+                });
+            }
             if gap >= 0.0 {
                 return Ok(gap);
             }

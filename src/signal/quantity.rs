@@ -318,20 +318,21 @@ impl Quantity {
             .clone()
             .filter(|power| power % 3 == 0)
             .map(|power| (shifted(self.value, offset - power), power))
-            .min_by_key(|(number, power)| readability(number, *power))
+            .min_by_key(|(number, power)| readability(number, *power, self.dimension))
             .unwrap_or_else(|| (shifted(self.value, offset), 0));
         format!("{number} {}{unit}", prefix(power, people))
     }
 }
 
 /// Sorts ways to write a number: first those between 0.1 and 1000, then the shortest, then the one with fewer trailing zeros,
-/// then the one with the smaller prefix.
-fn readability(number: &str, power: i32) -> (bool, usize, usize, i32) {
+/// then the one with the smaller prefix. Times here are microseconds unless another prefix is shorter.
+fn readability(number: &str, power: i32, dimension: Dimension) -> (bool, usize, usize, i32) {
     let magnitude = number.parse::<f64>().map_or(0.0, f64::abs);
     if magnitude == 0.0 {
         return (false, 0, 0, power.abs());
     }
     let zeros = if number.contains('.') { 0 } else { number.len() - number.trim_end_matches('0').len() };
+    let zeros = if dimension == Dimension::TIME { usize::from(power != -6) } else { zeros };
     (!(0.1..1000.0).contains(&magnitude), number.len(), zeros, power.abs())
 }
 

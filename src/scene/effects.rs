@@ -1,0 +1,106 @@
+//! Which physical effects a scene switches on.
+
+use serde::Serialize;
+
+use super::{DampingPlacement, DriveKind, FlatContact, Scene, Support};
+use crate::signal::{Dimension, Quantity};
+
+/// An effect beyond equal elastic beads between rigid flats, driven by a formula.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Effect {
+    /// Its name.
+    pub name: &'static str,
+    /// Whether this scene has it.
+    pub on: bool,
+    /// The values that decide it.
+    pub why: String,
+}
+
+/// Every effect that can be switched, on or off in this scene and why.
+#[must_use]
+pub fn effects(scene: &Scene) -> Vec<Effect> {
+    let show = |value, dimension| Quantity::new(value, dimension).to_string();
+    let chain = &scene.chain;
+    let damping = &scene.damping;
+    let damped = damping.linear > 0.0 || damping.kuwabara_kono > 0.0;
+    let unequal = chain.beads.iter().filter(|bead| Some(*bead) != chain.beads.first()).count();
+    let largest_gap = chain.gaps.iter().copied().fold(0.0, f64::max);
+    let open = chain.gaps.iter().filter(|gap| **gap > 0.0).count();
+    let effect = |name, on, why| Effect { name, on, why };
+    let annulus = match scene.support {
+        Support::Annulus { stiffness_factor } => (true, format!("support.stiffness_factor = {stiffness_factor}")),
+        _ => (false, "support.kind is not annulus".to_owned()),
+    };
+    let spring = match scene.support {
+        Support::Spring { stiffness } => {
+            (true, format!("support.stiffness = {}", show(stiffness, Dimension::STIFFNESS)))
+        }
+        _ => (false, "support.kind is not spring".to_owned()),
+    };
+    let half_space = match (scene.piston, scene.support) {
+        (FlatContact::Steel, Support::Flat(FlatContact::Steel)) => (true, "piston and support are steel".to_owned()),
+        (FlatContact::Steel, _) => (true, "piston.contact = steel".to_owned()),
+        (_, Support::Flat(FlatContact::Steel)) => (true, "support.kind = steel".to_owned()),
+        _ => (false, "no flat is steel".to_owned()),
+    };
+    let ring_up = match scene.drive.kind {
+        DriveKind::ToneBurst { ring_up, .. } => {
+            (ring_up > 0.0, format!("drive.ring_up = {}", show(ring_up, Dimension::TIME)))
+        }
+        _ => (false, "drive.kind is not tone-burst".to_owned()),
+    };
+    let record = match &scene.drive.kind {
+        DriveKind::Record { displacement, .. } => (true, format!("a record of {} samples", displacement.len())),
+        DriveKind::UnreadRecord { file } => (true, format!("drive.file = {}", file.display())),
+        _ => (false, "the drive is a formula".to_owned()),
+    };
+    let ends = damped && damping.placement == DampingPlacement::All;
+    let tension = damped && damping.tension;
+    let placement = match damping.placement {
+        DampingPlacement::All => "damping.at = all",
+        DampingPlacement::Beads => "damping.at = beads",
+    };
+    let undamped = || "there are no dampers".to_owned();
+    vec![
+        effect(
+            "linear dampers",
+            damping.linear > 0.0,
+            format!("c = {}", show(damping.linear, Dimension::LINEAR_DAMPING)),
+        ),
+        effect(
+            "Kuwabara–Kono dampers",
+            damping.kuwabara_kono > 0.0,
+            format!("γ = {}", show(damping.kuwabara_kono, Dimension::KUWABARA_KONO_DAMPING)),
+        ),
+        effect("dampers at piston and support", ends, if damped { placement.to_owned() } else { undamped() }),
+        effect(
+            "pulling dampers",
+            tension,
+            if damped { format!("damping.tension = {}", damping.tension) } else { undamped() },
+        ),
+        effect(
+            "precompression",
+            chain.precompression > 0.0,
+            format!("chain.precompression = {}", show(chain.precompression, Dimension::FORCE)),
+        ),
+        effect(
+            "initial gaps",
+            open > 0,
+            if open > 0 {
+                format!(
+                    "{open} of {} contacts open, at most {}",
+                    chain.gaps.len(),
+                    show(largest_gap, Dimension::LENGTH)
+                )
+            } else {
+                "all contacts are closed".to_owned()
+            },
+        ),
+        effect("unequal beads", unequal > 0, format!("{unequal} of {} beads differ from the first", chain.beads.len())),
+        effect("resin annulus", annulus.0, annulus.1),
+        effect("spring support", spring.0, spring.1),
+        effect("elastic flats", half_space.0, half_space.1),
+        effect("ring-up of the drive", ring_up.0, ring_up.1),
+        effect("recorded drive", record.0, record.1),
+    ]
+}
