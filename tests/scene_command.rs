@@ -27,7 +27,7 @@ fn show_prints_every_key_with_value_unit_and_meaning() {
     assert_eq!(code, 0);
     let row = |key: &str| out.lines().find(|line| line.starts_with(key)).unwrap_or_else(|| panic!("{key}: {out}"));
     let words = |key: &str| row(key).split("  ").map(str::trim).filter(|word| !word.is_empty()).collect::<Vec<_>>();
-    assert_eq!(words("chain.radius"), ["chain.radius", "0.495 mm", "m", "radius of a bead"]);
+    assert_eq!(words("chain.radius"), ["chain.radius", "495 µm", "m", "radius of a bead"]);
     assert_eq!(words("damping.coefficient")[..3], ["damping.coefficient", "0.3 N·s/m", "N·s/m"]);
     // As JSON the values are SI.
     let (_, out, _) = granchain(folder.path(), &["scene", "show", "annulus", "--json"]);

@@ -63,7 +63,8 @@ pub(super) enum Author<'a> {
 
 impl Author<'_> {
     fn place(self, text: &str, offset: usize) -> Place {
-        let before = &text[..text.floor_char_boundary(offset)];
+        // TOML spans begin at characters; a stray one would be placed at the end.
+        let before = text.get(..offset).unwrap_or(text);
         let line = before.matches('\n').count() + 1;
         let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
         match self {
