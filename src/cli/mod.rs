@@ -18,6 +18,7 @@ pub mod scene;
 pub mod spectrum;
 mod summary;
 pub mod sweep;
+mod sweep_table;
 mod timing;
 pub mod twins;
 

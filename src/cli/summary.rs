@@ -184,7 +184,7 @@ pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) 
         format!(
             "{}, alpha {}, {} simulated",
             engineering(scene.drive.frequency, "Hz", 4),
-            significant(scene.amplitude_scale, 4),
+            short(scene.amplitude_scale),
             engineering(scene.duration, "s", 4)
         ),
     );
@@ -218,14 +218,19 @@ pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) 
     text
 }
 
+/// Four significant digits without trailing zeros.
+fn short(value: f64) -> String {
+    format!("{value:.3e}").parse::<f64>().unwrap_or(value).to_string()
+}
+
 fn damping(scene: &Scene) -> String {
     let law = &scene.damping;
     let place = match law.placement {
         DampingPlacement::Beads => "between beads only",
         DampingPlacement::All => "at every contact",
     };
-    let linear = format!("{} N s/m", significant(law.linear, 4));
-    let kuwabara_kono = format!("{} N s/m^1.5", significant(law.kuwabara_kono, 4));
+    let linear = format!("{} N s/m", short(law.linear));
+    let kuwabara_kono = format!("{} N s/m^1.5", short(law.kuwabara_kono));
     match law.kind {
         DampingKind::None => "none".into(),
         DampingKind::Linear => format!("linear, {linear}, {place}"),

@@ -1,22 +1,201 @@
-//! `granchain sweep`.
+//! `granchain sweep`: run a scene over a grid of values.
 
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
 use clap::Args;
+use indicatif::ProgressBar;
+use sha2::{Digest, Sha256};
 
-use super::{Outcome, arguments::Session};
+use super::{
+    Outcome,
+    arguments::{OutputArguments, SceneArguments, Session},
+    calibrated::Calibrated,
+    experiment::Experiment,
+    interrupt::{self, Interrupted},
+    output::OutputFolder,
+    progress, summary, sweep_table,
+    timing::{self, Timing},
+};
+use crate::{
+    report::sweep::sweep_figure,
+    scene::Scene,
+    study::{
+        Axis, EnsemblePlan, Grid,
+        grid::GridError,
+        published::published,
+        sweep::{Run, SweepError, Watch, sweep},
+    },
+};
 
 /// Arguments of `granchain sweep`.
 #[derive(Debug, Args)]
 pub struct Arguments {
+    /// What is simulated.
+    #[command(flatten)]
+    pub scene: SceneArguments,
+    /// Take amplitude scale, damping and scene from an earlier calibration
+    #[arg(long, value_name = "DIR", help_heading = "Scene")]
+    pub calibration: Option<PathBuf>,
+    /// Values of a scene key: KEY=START:STOP:STEP (ends included) or KEY=A,B,C; several make a full grid
+    #[arg(long, value_name = "KEY=VALUES", required = true, value_parser = axis, help_heading = "Study")]
+    pub vary: Vec<Axis>,
+    /// At each point also run N perturbed copies at each of three drive levels: mean, scatter and sensitivity
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..), help_heading = "Study")]
+    pub ensemble: Option<u32>,
+    /// Continue a sweep that was stopped; needs the same flags
+    #[arg(long, requires = "out", help_heading = "Output")]
+    pub resume: bool,
+    /// Where results go.
+    #[command(flatten)]
+    pub output: OutputArguments,
     /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
 
+fn axis(text: &str) -> Result<Axis, GridError> {
+    Axis::parse(text)
+}
+
+/// Name of the plan among the state files.
+const PLAN: &str = "plan.json";
+/// Name of the log of finished runs.
+const RUNS: &str = "runs.jsonl";
+
 /// Run it.
 ///
 /// # Errors
-/// Not built yet.
+/// Whatever is wrong with scene, grid, calibration or record; a folder that cannot be written; Ctrl-C.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let _ = arguments;
-    anyhow::bail!("`granchain sweep` is not built yet")
+    let Arguments { scene: flags, calibration, vary, ensemble, resume, output, session } = arguments;
+    let mut timing = Timing::start();
+    let grid = Grid::new(vary)?;
+    let calibrated = calibration.as_deref().map(Calibrated::read).transpose()?;
+    let experiment = Experiment::new(&flags, calibrated.as_ref())?;
+    experiment.refuse_drive_keys(grid.axes.iter().map(|axis| axis.key.as_str()))?;
+    let base = experiment.scene_with(&[])?;
+    for assumption in &experiment.assumptions {
+        session.note(format_args!("assumed: {assumption}"));
+    }
+    let ensemble = ensemble.map(|members| EnsemblePlan::new(members as usize, session.seed));
+    let plan = plan_of(&base, &grid, ensemble.as_ref())?;
+    timing.stage("read");
+
+    let (folder, scratch) = match &output.out {
+        Some(out) => (Some(OutputFolder::resumable(out, resume, output.force)?), None),
+        None => (None, Some(tempfile::tempdir()?)),
+    };
+    let state = match (&folder, &scratch) {
+        (Some(folder), _) => folder.state_path(),
+        (None, Some(scratch)) => scratch.path().to_path_buf(),
+        (None, None) => bail!("no place for the finished runs"),
+    };
+    if resume {
+        same_plan(&state.join(PLAN), &plan)?;
+    } else {
+        super::output::write_atomically(&state.join(PLAN), &plan)?;
+    }
+    let watch = Bar(progress::bar(&session, grid.len() as u64, "runs"));
+    let build = |overrides: &[String]| experiment.scene_with(overrides);
+    let outcome = sweep(&grid, &build, ensemble.as_ref(), &state.join(RUNS), &watch);
+    watch.0.finish_and_clear();
+    let runs = match outcome {
+        Ok(runs) => runs,
+        Err(error) => return Err(stopped(error, folder)),
+    };
+    timing.stage("run");
+
+    let table = sweep_table::SweepTable {
+        scene: &base,
+        grid: &grid,
+        runs: &runs,
+        published: published(&base),
+        ensemble: ensemble.is_some(),
+    };
+    let summary = table.json(&experiment, calibrated.as_ref(), session.seed)?;
+    if let Some(folder) = folder {
+        write(&folder, &table, &summary, &mut timing)?;
+        let place = folder.finish()?;
+        session.note(format_args!("written to {}", place.display()));
+    }
+    let failed = runs.iter().filter(|run| matches!(run, Run::Failed { .. })).count();
+    if failed > 0 {
+        session.note(format_args!("warning: {failed} of {} runs failed; their reasons stand in the table", runs.len()));
+    }
+    session.result(table.text(output.out.is_some()), &summary)?;
+    Ok(Outcome::Done)
+}
+
+fn write(
+    folder: &OutputFolder,
+    table: &sweep_table::SweepTable<'_>,
+    summary: &serde_json::Value,
+    timing: &mut Timing,
+) -> anyhow::Result<()> {
+    folder.write("sweep.csv", table.csv())?;
+    folder.write("sweep.json", summary::json(summary)?)?;
+    timing.stage("write");
+    let figures: Vec<_> = table.figures().iter().map(|(name, report)| (name.clone(), sweep_figure(report))).collect();
+    for (name, figure) in figures {
+        folder.write(format!("{name}.svg"), figure.to_svg()?)?;
+        folder.write(format!("{name}.png"), figure.to_png()?)?;
+    }
+    timing.stage("figures");
+    folder.write(timing::FILE, timing.to_json())?;
+    Ok(())
+}
+
+/// Everything that decides what the runs are.
+fn plan_of(base: &Scene, grid: &Grid, ensemble: Option<&EnsemblePlan>) -> anyhow::Result<Vec<u8>> {
+    // The debug form holds every number of the scene, recorded drive included, to the last bit.
+    let digest = Sha256::digest(format!("{base:?}"));
+    let scene: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+    summary::json(&serde_json::json!({
+        "program": summary::program(), "scene_sha256": scene, "grid": grid, "ensemble": ensemble,
+    }))
+}
+
+fn same_plan(path: &Path, plan: &[u8]) -> anyhow::Result<()> {
+    let kept = std::fs::read(path).unwrap_or_default();
+    if kept == plan {
+        return Ok(());
+    }
+    bail!(
+        "{}: the sweep to resume has another scene, grid, ensemble, seed or program version; give the same flags, or \
+         start anew with --force",
+        path.display()
+    )
+}
+
+/// What a stopped sweep leaves, and what to say.
+fn stopped(error: SweepError, folder: Option<OutputFolder>) -> anyhow::Error {
+    match (error, folder) {
+        (SweepError::Stopped { finished, points }, Some(folder)) if finished > 0 => {
+            let place = folder.path().display().to_string();
+            anyhow::Error::from(Interrupted)
+                .context(format!("{finished} of {points} runs are kept in {place}; continue with --resume"))
+        }
+        (SweepError::Stopped { .. }, folder) => {
+            folder.map(OutputFolder::discard);
+            Interrupted.into()
+        }
+        (error @ SweepError::NoValidPoint { .. }, folder) => {
+            folder.map(OutputFolder::discard);
+            error.into()
+        }
+        (error, _) => error.into(),
+    }
+}
+
+struct Bar(ProgressBar);
+
+impl Watch for Bar {
+    fn finished(&self, points: usize) {
+        self.0.set_position(points as u64);
+    }
+
+    fn stop(&self) -> bool {
+        interrupt::requested()
+    }
 }

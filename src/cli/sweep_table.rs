@@ -1,0 +1,269 @@
+//! The results of a sweep: CSV, JSON, figures and a table for people, all in the order of the grid.
+
+use std::fmt::Write;
+
+use serde_json::{Map, Value as Json, json};
+
+use super::{
+    calibrated::Calibrated,
+    experiment::Experiment,
+    summary::{self, EnsembleTable},
+};
+use crate::{
+    report::{
+        number::fixed,
+        sweep::{SweepCurve, SweepPoint, SweepReport},
+    },
+    scene::{Key, Scene, ValueKind},
+    study::{Axis, Grid, Value, observation::watched, published::Published, sweep::Run},
+};
+
+/// Most rows printed on a terminal.
+const MOST_ROWS: usize = 60;
+/// Most figures of a grid with several axes.
+const MOST_FIGURES: usize = 16;
+
+/// A finished sweep.
+#[derive(Debug)]
+pub struct SweepTable<'a> {
+    /// The scene without the swept values.
+    pub scene: &'a Scene,
+    /// What was swept.
+    pub grid: &'a Grid,
+    /// What came of it, in the order of the grid.
+    pub runs: &'a [Run],
+    /// What the source paper prints of this scene.
+    pub published: Option<Published>,
+    /// Whether each point has an ensemble.
+    pub ensemble: bool,
+}
+
+impl SweepTable<'_> {
+    /// `sweep.csv`: the swept keys with their units, `status`, the watched numbers, with an ensemble also their mean,
+    /// scatter and sensitivity, and the reason of a failure.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let mut header: Vec<String> = self.grid.axes.iter().map(column).collect();
+        header.push("status".into());
+        for watched in watched() {
+            header.push(format!("{}{}", watched.key, watched.suffix));
+            if self.ensemble {
+                for part in ["mean", "scatter", "sensitivity", "sensitivity_error"] {
+                    header.push(format!("{}_{part}{}", watched.key, watched.suffix));
+                }
+            }
+        }
+        header.push("reason".into());
+        let mut text = header.join(",") + "\n";
+        for (index, run) in self.runs.iter().enumerate() {
+            let mut cells: Vec<String> = self.grid.values(index).into_iter().map(|value| value.to_string()).collect();
+            match run {
+                Run::Finished { observation, ensemble, .. } => {
+                    cells.push("done".into());
+                    for (at, value) in observation.0.iter().enumerate() {
+                        cells.push(number(*value));
+                        if self.ensemble {
+                            let spread = ensemble.as_ref().and_then(|ensemble| ensemble.spreads[at]);
+                            cells.push(number(spread.map(|spread| spread.mean)));
+                            cells.push(number(spread.map(|spread| spread.scatter)));
+                            cells.push(number(spread.map(|spread| spread.sensitivity)));
+                            cells.push(number(spread.map(|spread| spread.sensitivity_error)));
+                        }
+                    }
+                    cells.push(String::new());
+                }
+                Run::Failed { reason } => {
+                    cells.push("failed".into());
+                    cells.resize(header.len() - 1, String::new());
+                    cells.push(format!("\"{}\"", reason.replace('"', "\"\"")));
+                }
+            }
+            text.push_str(&cells.join(","));
+            text.push('\n');
+        }
+        text
+    }
+
+    /// `sweep.json`.
+    ///
+    /// # Errors
+    /// When an input file can no longer be read for its digest.
+    pub fn json(&self, experiment: &Experiment, calibrated: Option<&Calibrated>, seed: u64) -> anyhow::Result<Json> {
+        let points: Vec<Json> = self.runs.iter().enumerate().map(|(index, run)| self.point(index, run)).collect();
+        let axes: Vec<Json> = self
+            .grid
+            .axes
+            .iter()
+            .map(|axis| json!({"key": axis.key, "unit": unit(axis).unwrap_or_default(), "values": axis.values}))
+            .collect();
+        let failed = self.runs.iter().filter(|run| matches!(run, Run::Failed { .. })).count();
+        Ok(json!({
+            "program": summary::program(),
+            "scene": experiment.source(),
+            "axes": axes,
+            "runs": self.runs.len(),
+            "failed_runs": failed,
+            "points": points,
+            "settings": summary::Settings::new(self.scene, experiment, seed),
+            "published": self.published,
+            "assumptions": experiment.assumptions,
+            "inputs": summary::Inputs::new(experiment, calibrated)?,
+        }))
+    }
+
+    fn point(&self, index: usize, run: &Run) -> Json {
+        let values: Map<String, Json> = self
+            .grid
+            .axes
+            .iter()
+            .zip(self.grid.values(index))
+            .map(|(axis, value)| (axis.key.clone(), json!(value)))
+            .collect();
+        match run {
+            Run::Finished { observation, energy_residual, ensemble } => {
+                let features: Map<String, Json> = watched()
+                    .into_iter()
+                    .zip(&observation.0)
+                    .map(|(watched, value)| (format!("{}{}", watched.key, watched.suffix), json!(value)))
+                    .collect();
+                json!({
+                    "values": values, "status": "done", "features": features, "energy_residual": energy_residual,
+                    "ensemble": ensemble.as_ref().map(EnsembleTable::new),
+                })
+            }
+            Run::Failed { reason } => json!({"values": values, "status": "failed", "reason": reason}),
+        }
+    }
+
+    /// One figure for each combination of the other axes, against the first axis that has numbers.
+    #[must_use]
+    pub fn figures(&self) -> Vec<(String, SweepReport)> {
+        let is_number = |axis: &Axis| axis.values.iter().all(|value| matches!(value, Value::Number(_)));
+        let Some(swept) = self.grid.axes.iter().position(is_number) else { return Vec::new() };
+        let others = |index: usize| -> Vec<(usize, String)> {
+            let values = self.grid.values(index);
+            (0..values.len()).filter(|axis| *axis != swept).map(|axis| (axis, values[axis].to_string())).collect()
+        };
+        let mut groups: Vec<(Vec<(usize, String)>, Vec<usize>)> = Vec::new();
+        for index in 0..self.runs.len() {
+            let key = others(index);
+            match groups.iter().position(|(known, _)| *known == key) {
+                Some(group) => groups[group].1.push(index),
+                None if groups.len() == MOST_FIGURES => {}
+                None => groups.push((key, vec![index])),
+            }
+        }
+        let single = groups.len() == 1;
+        groups
+            .iter()
+            .enumerate()
+            .map(|(number, (key, members))| {
+                let fixed: Vec<String> =
+                    key.iter().map(|(axis, value)| format!("{} = {value}", self.grid.axes[*axis].key)).collect();
+                let name = if single { "sweep".into() } else { format!("sweep-{}", number + 1) };
+                (name, self.report(swept, members, &fixed))
+            })
+            .collect()
+    }
+
+    fn report(&self, swept: usize, members: &[usize], fixed: &[String]) -> SweepReport {
+        let axis = &self.grid.axes[swept];
+        let name = match axis.key.as_str() {
+            "alpha" => "amplitude scale α".into(),
+            key => key.to_owned(),
+        };
+        let name = if fixed.is_empty() { name } else { format!("{name} at {}", fixed.join(", ")) };
+        let curve = |group: &str, name: &str, key: &str, reference: Option<f64>| {
+            let at = watched().iter().position(|watched| watched.key == key);
+            let unit = at.map_or("1", |at| if watched()[at].unit.is_empty() { "1" } else { "m/s" });
+            let points = members.iter().filter_map(|index| self.curve_point(*index, swept, at?)).collect();
+            SweepCurve { group: group.into(), name: name.into(), unit: unit.into(), points, reference }
+        };
+        let measured = self.published.map(|published| published.measured);
+        let mut curves = vec![
+            curve("Peak velocity", "positive", "positive_peak", measured.map(|peaks| peaks.positive_m_per_s)),
+            curve("Peak velocity", "negative", "negative_peak", measured.map(|peaks| peaks.negative_m_per_s)),
+        ];
+        curves.extend(
+            ["1/3", "1/2", "2/3", "1"].map(|ratio| curve("Line amplitude", ratio, &format!("line_{ratio}"), None)),
+        );
+        curves.extend(
+            ["1/3", "1/2", "2/3"]
+                .map(|ratio| curve("Amplitude ratio to the drive line", ratio, &format!("ratio_{ratio}"), None)),
+        );
+        SweepReport {
+            name,
+            unit: unit(axis).filter(|unit| !unit.is_empty()).unwrap_or("1".into()),
+            curves,
+            marked: None,
+        }
+    }
+
+    fn curve_point(&self, index: usize, swept: usize, at: usize) -> Option<SweepPoint> {
+        let Value::Number(position) = self.grid.values(index)[swept] else { return None };
+        let Run::Finished { observation, ensemble, .. } = &self.runs[index] else { return None };
+        let spread = ensemble.as_ref().and_then(|ensemble| ensemble.spreads[at]);
+        let value = spread.map(|spread| spread.mean).or(observation.0[at])?;
+        Some(SweepPoint { at: *position, value, scatter: spread.map(|spread| spread.scatter) })
+    }
+
+    /// A table for people: peaks in mm/s and the ratios of the subharmonics.
+    #[must_use]
+    pub fn text(&self, written: bool) -> String {
+        let mut text = String::new();
+        for axis in &self.grid.axes {
+            let _ = write!(text, "{:>16}", axis.key);
+        }
+        let _ = writeln!(text, "{:>10}{:>10}{:>10}{:>10}{:>10}", "+ mm/s", "- mm/s", "1/3", "1/2", "2/3");
+        for (index, run) in self.runs.iter().enumerate().take(MOST_ROWS) {
+            for value in self.grid.values(index) {
+                let _ = write!(text, "{:>16}", value.to_string());
+            }
+            let _ = match run {
+                Run::Finished { observation, .. } => {
+                    let cell = |key: &str, factor: f64, digits: usize| {
+                        observation.get(key).map_or("–".into(), |value| fixed(factor * value, digits))
+                    };
+                    writeln!(
+                        text,
+                        "{:>10}{:>10}{:>10}{:>10}{:>10}",
+                        cell("positive_peak", 1e3, 1),
+                        cell("negative_peak", 1e3, 1),
+                        cell("ratio_1/3", 1.0, 3),
+                        cell("ratio_1/2", 1.0, 3),
+                        cell("ratio_2/3", 1.0, 3)
+                    )
+                }
+                Run::Failed { reason } => writeln!(text, "  failed: {reason}"),
+            };
+        }
+        if self.runs.len() > MOST_ROWS {
+            let _ = writeln!(text, "… {} rows more", self.runs.len() - MOST_ROWS);
+        }
+        text.push_str("Peaks at the pole of the last bead; ratios are amplitudes over the drive line's.\n");
+        if !written {
+            text.push_str("Nothing was written; pass --out DIR for sweep.csv, sweep.json and the figure.\n");
+        }
+        text
+    }
+}
+
+/// SI unit of an axis: as the scene knows the key, else as written; `None` for words.
+fn unit(axis: &Axis) -> Option<String> {
+    match Key::find(&axis.key).map(|key| key.kind) {
+        Some(ValueKind::Quantity(dimension)) => Some(dimension.si_unit()),
+        _ if axis.values.iter().all(|value| matches!(value, Value::Number(_))) => Some(axis.unit.clone()),
+        _ => None,
+    }
+}
+
+/// Header of an axis: its key with its unit, such as `drive.amplitude_m`.
+fn column(axis: &Axis) -> String {
+    let unit = unit(axis).unwrap_or_default();
+    let suffix = unit.to_lowercase().replace('/', "_per_").replace(['^', '(', ')'], "").replace([' ', '·', '.'], "_");
+    if suffix.is_empty() || suffix == "1" { axis.key.clone() } else { format!("{}_{suffix}", axis.key) }
+}
+
+fn number(value: Option<f64>) -> String {
+    value.map_or(String::new(), |value| Value::Number(value).to_string())
+}
