@@ -5,7 +5,6 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::Context;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
@@ -356,8 +355,7 @@ pub fn read_with_warnings(
     options: &ReadOptions,
     session: &Session,
 ) -> anyhow::Result<Record> {
-    let record =
-        read_record(path, kind, options).with_context(|| format!("the {} record cannot be used", kind.name()))?;
+    let record = read_record(path, kind, options)?;
     for warning in &record.warnings {
         session.note(format_args!("warning: {}: {warning}", path.display()));
     }
