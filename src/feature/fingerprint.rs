@@ -169,6 +169,12 @@ impl Fingerprint {
         ((2.0 * z).exp() - self.floor(index).powi(2)).max(0.0).sqrt()
     }
 
+    /// The onset threshold, m/s.
+    #[must_use]
+    pub fn threshold(&self) -> f64 {
+        self.threshold
+    }
+
     /// Drive periods a trace must have after its onset.
     #[must_use]
     pub fn cycles_needed(&self) -> usize {

@@ -9,6 +9,7 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -20,7 +21,11 @@ use crate::{
         chain::ensemble::{Ensemble, Variation},
     },
     scene::Scene,
+    signal::Series,
 };
+
+/// Runs integrated side by side.
+const LANES: usize = 8;
 
 /// Which perturbations, and how many.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -111,7 +116,24 @@ pub fn run(scene: &Scene, plan: &EnsemblePlan) -> Result<EnsembleOutcome, Ensemb
         return Err(EnsembleError::TooFew { found: plan.members });
     }
     let settings = observation::settings(scene)?;
-    let ensemble = Ensemble::new(scene, Ensemble::STEPS_PER_PERIOD)?;
+    run_as_seen(scene, plan, Ensemble::STEPS_PER_PERIOD, |velocity| Observation::measure(velocity, &settings))
+}
+
+/// As [`run`], with a step of T0/`steps_per_period` and every pole velocity (m/s) watched by `watch`: a laboratory with
+/// its own bandwidth, instants and window.
+///
+/// # Errors
+/// [`EnsembleError`]; single failed runs are counted in the outcome instead.
+pub fn run_as_seen(
+    scene: &Scene,
+    plan: &EnsemblePlan,
+    steps_per_period: u32,
+    watch: impl Fn(&Series) -> Result<Observation, FeatureError> + Sync,
+) -> Result<EnsembleOutcome, EnsembleError> {
+    if plan.members < 2 {
+        return Err(EnsembleError::TooFew { found: plan.members });
+    }
+    let ensemble = Ensemble::new(scene, steps_per_period)?;
     let perturbed = perturbations(scene, plan);
     let levels = [1.0, 1.0 + plan.drive_change, 1.0 - plan.drive_change];
     let variations: Vec<Variation> = levels
@@ -123,19 +145,13 @@ pub fn run(scene: &Scene, plan: &EnsemblePlan) -> Result<EnsembleOutcome, Ensemb
             })
         })
         .collect();
-    let mut failures = Vec::new();
-    let observations: Vec<Option<Observation>> = ensemble
-        .run(&variations)
-        .into_iter()
-        .map(|velocity| {
-            velocity
-                .map_err(|error| failures.push(error.to_string()))
-                .and_then(|velocity| {
-                    Observation::measure(&velocity, &settings).map_err(|error| failures.push(error.to_string()))
-                })
-                .ok()
-        })
+    let watched: Vec<Result<Observation, String>> = variations
+        .par_chunks(LANES)
+        .flat_map_iter(|chunk| ensemble.run(chunk))
+        .map(|velocity| watch(&velocity.map_err(|error| error.to_string())?).map_err(|error| error.to_string()))
         .collect();
+    let failures: Vec<String> = watched.iter().filter_map(|outcome| outcome.as_ref().err().cloned()).collect();
+    let observations: Vec<Option<Observation>> = watched.into_iter().map(Result::ok).collect();
     let [at_scene, above, below] = [0, 1, 2].map(|level| {
         observations[level * plan.members..(level + 1) * plan.members].iter().flatten().collect::<Vec<_>>()
     });

@@ -2,6 +2,7 @@
 //!
 //! A study runs and measures; it prints nothing and draws nothing.
 
+pub mod confirmation;
 pub mod ensemble;
 pub mod grid;
 pub mod observation;

@@ -1,0 +1,183 @@
+//! The calibrated scene held against the record: the accurate integrator once, its chaos floor, its sensitivity.
+//!
+//! The simulated velocity passes through the lab's own chain (bandwidth, the lab's instants, its trigger) and is then
+//! measured by the same functions, in the same window, as the record. The trigger drops out by the onset: both traces
+//! cross one absolute threshold.
+
+use thiserror::Error;
+
+use super::{
+    ensemble::{self, EnsembleError, EnsemblePlan, Spread},
+    observation::{self, Observation as Watched},
+};
+use crate::{
+    calibration::observation::{Observation, Recording},
+    feature::{FeatureError, FeatureSettings, Features, Similarity, Window, measure, similarity},
+    model::{self, ModelError},
+    response::Response,
+    scene::Scene,
+    signal::{Conditioning, LowPass, Series},
+};
+
+/// Steps a drive period of the perturbed runs: four times those of the search, 4e-3/4⁴ of the peak in regular regimes.
+const STEPS_PER_PERIOD: u32 = 640;
+
+/// Why a calibrated scene could not be confirmed.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ConfirmationError {
+    /// The accurate run failed.
+    #[error("the accurate run at the fitted parameters failed")]
+    Model(#[from] ModelError),
+    /// The perturbed runs failed.
+    #[error("the perturbed runs at the fitted parameters failed")]
+    Ensemble(#[from] EnsembleError),
+    /// A trace could not be measured.
+    #[error("the fitted response cannot be measured")]
+    Feature(#[from] FeatureError),
+    /// The accurate run stays below the onset threshold of the record.
+    #[error(
+        "the accurate run at the fitted parameters never reaches the record's onset threshold of \
+         {threshold_m_per_s:.3e} m/s (its peak is {peak_m_per_s:.3e} m/s)"
+    )]
+    NoOnset {
+        /// The threshold, m/s.
+        threshold_m_per_s: f64,
+        /// Peak of the run, m/s.
+        peak_m_per_s: f64,
+    },
+}
+
+/// One watched number: of the record, and of the calibrated model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ConfirmedFeature {
+    /// Key, such as `line_1/3`.
+    pub key: String,
+    /// SI unit, `1` for a pure number.
+    pub unit: String,
+    /// Of the record.
+    pub measured: Option<f64>,
+    /// Of the model: mean, scatter, sensitivity.
+    pub simulated: Option<Spread>,
+}
+
+/// The calibrated scene held against the record.
+#[derive(Debug, Clone)]
+pub struct Confirmation {
+    /// The accurate run.
+    pub response: Response,
+    /// Its pole velocity as the lab would have recorded it, on the record's instants, m/s.
+    pub simulated: Series,
+    /// Record time minus model time, s.
+    pub offset: f64,
+    /// Where features were measured, record time.
+    pub window: Window,
+    /// Features of the record.
+    pub recorded_features: Features,
+    /// Features of the accurate run.
+    pub simulated_features: Features,
+    /// Watched numbers side by side.
+    pub features: Vec<ConfirmedFeature>,
+    /// How alike the waveforms are.
+    pub similarity: Similarity,
+    /// Perturbed runs made.
+    pub runs: usize,
+    /// Perturbed runs that failed.
+    pub failed: usize,
+}
+
+/// The lab as it saw this record: what every simulated trace passes through.
+struct Laboratory<'a> {
+    recording: &'a Recording,
+    settings: FeatureSettings,
+    offset: f64,
+}
+
+impl Laboratory<'_> {
+    fn sees(&self, velocity: &Series) -> Series {
+        let record = &self.recording.velocity;
+        Conditioning {
+            bandwidth: self.recording.bandwidth.filter(|bandwidth| *bandwidth < 0.5 / velocity.step),
+            delay: self.offset,
+            invert: false,
+            start: record.start,
+            step: record.step,
+            count: record.len(),
+        }
+        .apply(velocity)
+    }
+}
+
+/// Run `scene` (with the fitted values in it) accurately and perturbed, and hold both against the record.
+///
+/// # Errors
+/// When the accurate run fails or cannot be compared.
+pub fn confirm(
+    scene: &Scene,
+    recording: &Recording,
+    observation: &Observation,
+    plan: &EnsemblePlan,
+) -> Result<Confirmation, ConfirmationError> {
+    let response = model::run(scene, &mut |_| true)?;
+    let velocity = &response.pole_velocity;
+    let threshold = observation.fingerprint.threshold();
+    let filtered = Series::new(
+        velocity.start,
+        velocity.step,
+        LowPass::new(velocity.step, velocity.len(), observation.cutoff).apply(&velocity.values),
+    );
+    let no_onset = || ConfirmationError::NoOnset { threshold_m_per_s: threshold, peak_m_per_s: filtered.peak() };
+    let offset = onset(&observation.trace, threshold).ok_or_else(no_onset)?
+        - onset(&filtered, threshold).ok_or_else(no_onset)?;
+
+    let driven = observation::settings(scene)?;
+    let window = driven.window.unwrap_or_else(|| Window::whole(velocity));
+    let record = &recording.velocity;
+    let window = Window { from: window.from + offset, to: window.to + offset }.on(record)?;
+    let settings = FeatureSettings { window: Some(window), band: Some(observation.cutoff), ..driven };
+    let noisy =
+        FeatureSettings { noise_rms: recording.noise_rms, noise_bandwidth: recording.bandwidth, ..settings.clone() };
+    let recorded_features = measure(record, &noisy)?;
+    let laboratory = Laboratory { recording, settings, offset };
+    let simulated = laboratory.sees(velocity);
+    let simulated_features = measure(&simulated, &laboratory.settings)?;
+    let similarity = similarity(record, &simulated, window, scene.drive.frequency)?;
+
+    let ensemble = ensemble::run_as_seen(scene, plan, STEPS_PER_PERIOD, |velocity| {
+        Watched::measure(&laboratory.sees(velocity), &laboratory.settings)
+    })?;
+    let measured = Watched::of(&recorded_features);
+    let features = observation::watched()
+        .into_iter()
+        .enumerate()
+        .map(|(index, watched)| ConfirmedFeature {
+            key: watched.key,
+            unit: if watched.unit.is_empty() { "1".into() } else { watched.unit.into() },
+            measured: measured.0[index],
+            simulated: ensemble.spreads[index],
+        })
+        .collect();
+    Ok(Confirmation {
+        runs: ensemble.runs,
+        failed: ensemble.failures.len(),
+        response,
+        simulated,
+        offset,
+        window,
+        recorded_features,
+        simulated_features,
+        features,
+        similarity,
+    })
+}
+
+/// First crossing of ±`threshold`, s, interpolated linearly.
+fn onset(trace: &Series, threshold: f64) -> Option<f64> {
+    let index = trace.values.iter().position(|value| value.abs() >= threshold)?;
+    let above = trace.values[index].abs();
+    let fraction = match index.checked_sub(1).map(|before| trace.values[before].abs()) {
+        Some(below) => (above - threshold) / (above - below),
+        None => 0.0,
+    };
+    Some(trace.time(index) - fraction * trace.step)
+}
