@@ -195,6 +195,7 @@ impl SweepTable<'_> {
             name,
             unit: unit(axis).filter(|unit| !unit.is_empty()).unwrap_or("1".into()),
             curves,
+            reference_name: "measured, as published".into(),
             marked: None,
         }
     }

@@ -7,5 +7,6 @@
 pub mod calibration;
 pub mod figure;
 pub mod number;
+pub mod page;
 pub mod replay;
 pub mod sweep;

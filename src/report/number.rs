@@ -39,6 +39,21 @@ pub fn significant(value: f64, figures: usize) -> String {
     format!("{lead}×{}", power_of_ten(exponent))
 }
 
+/// `value` to three significant figures at most, without trailing zeros: for bounds and settings.
+///
+/// ```
+/// use granchain::report::number::short;
+/// assert_eq!(short(0.02), "0.02");
+/// assert_eq!(short(3660.0), "3660");
+/// ```
+#[must_use]
+pub fn short(value: f64) -> String {
+    let text = significant(value, 3);
+    let (number, power) = text.split_once('×').map_or((text.as_str(), None), |(number, power)| (number, Some(power)));
+    let number = if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number };
+    power.map_or(number.to_owned(), |power| format!("{number}×{power}"))
+}
+
 /// `value` with `uncertainty` deciding the last digit: two significant figures of the uncertainty.
 ///
 /// ```
@@ -85,6 +100,43 @@ pub fn power_of_ten(exponent: i32) -> String {
         digit => char::from_u32('⁰' as u32 + digit as u32 - '0' as u32).unwrap_or(digit),
     }));
     text
+}
+
+/// A unit as people write it: raised dots and exponents instead of spaces, stars and carets; `1` stays.
+///
+/// ```
+/// use granchain::report::number::unit;
+/// assert_eq!(unit("N s/m"), "N·s/m");
+/// assert_eq!(unit("N*s*m^(-3/2)"), "N·s·m⁻³ᐟ²");
+/// ```
+#[must_use]
+pub fn unit(plain: &str) -> String {
+    let mut pretty = plain.trim().replace([' ', '*'], "·");
+    for (written, meant) in [
+        ("^(-3/2)", "⁻³ᐟ²"),
+        ("^-3/2", "⁻³ᐟ²"),
+        ("^-1.5", "⁻³ᐟ²"),
+        ("^-1", "⁻¹"),
+        ("^2", "²"),
+        ("^3", "³"),
+        ("um", "µm"),
+    ] {
+        pretty = pretty.replace(written, meant);
+    }
+    if pretty.is_empty() { "1".to_owned() } else { pretty }
+}
+
+/// Value and interval with the interval deciding the digits, `0.503 (0.488 to 0.519)`, or the value alone.
+#[must_use]
+pub fn with_interval(value: f64, interval: Option<(f64, f64)>) -> String {
+    match interval {
+        Some((low, high)) => {
+            let half = 0.5 * (high - low);
+            let like = |end: f64| to_uncertainty(end, half);
+            format!("{} ({} to {})", like(value), like(low), like(high))
+        }
+        None => significant(value, 3),
+    }
 }
 
 /// Exponent of the leading digit after rounding to `figures` significant figures.

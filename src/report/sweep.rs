@@ -7,12 +7,14 @@ use super::figure::{Axis, Colour, Dash, ErrorPoint, Figure, Layer, Marker, PAGE_
 /// Watched numbers against one swept key, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SweepReport {
-    /// What was swept, for people, such as `Amplitude scale α`.
+    /// What was swept, for people, such as `amplitude scale α`.
     pub name: String,
     /// Its unit; `1` for a pure number.
     pub unit: String,
     /// The curves; those of one group share a panel.
     pub curves: Vec<SweepCurve>,
+    /// What the references are, such as `recorded` or `published`.
+    pub reference_name: String,
     /// A value of the swept key worth a mark, such as the fitted one, and its name.
     pub marked: Option<(f64, String)>,
 }
@@ -77,6 +79,12 @@ pub fn sweep_figure(report: &SweepReport) -> Figure {
     })
 }
 
+/// The text with its first letter in upper case, as on an axis.
+pub(super) fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
+}
+
 /// a, b, c … for the panels of a figure.
 pub(super) fn letter(index: usize) -> char {
     char::from(b'a' + (index % 26) as u8)
@@ -89,15 +97,17 @@ fn panel(report: &SweepReport, group: &str) -> Panel {
         report.curves.iter().filter(|curve| curve.group == group && !curve.points.is_empty()).collect();
     let (factor, unit) = shown_unit(curves.first().map_or("1", |curve| curve.unit.as_str()));
     let (swept_factor, swept_unit) = shown_unit(&report.unit);
-    let x = Axis::new(report.name.clone(), swept_unit).times(swept_factor);
+    let x = Axis::new(capitalised(&report.name), swept_unit).times(swept_factor);
     let mut panel = Panel::new(x, Axis::new(group, unit).times(factor));
     if let Some((at, name)) = &report.marked {
         panel = panel.mark_x(*at, name.clone());
     }
+    let mut referenced = false;
     for (index, curve) in curves.iter().enumerate() {
         let colour = Colour::CYCLE[(index + 1) % Colour::CYCLE.len()];
         if let Some(reference) = curve.reference {
-            let label = if index == 0 { "reference" } else { "" };
+            let label = if referenced { "" } else { report.reference_name.as_str() };
+            referenced = true;
             panel = panel.mark_y(reference, label, Stroke::new(colour).dash(Dash::Dotted));
         }
         let line = curve.points.iter().map(|point| (point.at, point.value)).collect();

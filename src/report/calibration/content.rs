@@ -1,0 +1,179 @@
+//! What the report says, in the order a reader wants it.
+
+use super::{CalibrationReport, LawReport, Verdict, figures, table};
+use crate::report::{
+    number::{engineering, significant, unit, with_interval},
+    page::{Block, Page, Plate, Tone},
+    sweep::{capitalised, sweep_figure},
+};
+
+pub(super) fn page(report: &CalibrationReport) -> Page {
+    let mut blocks = Vec::new();
+    if let Some(law) = report.laws.first() {
+        blocks.push(headline(report, law));
+    }
+    if !report.record_notes.is_empty() {
+        blocks.push(Block::Notice(report.record_notes.clone()));
+    }
+    blocks.extend(report.preference.clone().map(Block::Paragraph));
+    blocks.push(Block::Table(table::laws(report)));
+    blocks.push(Block::Facts(facts(report)));
+    if !report.separation.is_empty() {
+        blocks.push(Block::Heading("What the data cannot separate".into()));
+        blocks.push(Block::List(report.separation.clone()));
+    }
+    blocks.extend(report.laws.iter().filter_map(table::lobes).map(Block::Table));
+
+    section(&mut blocks, "Drive", Some(format!("The piston follows {}.", report.drive_origin)), figures::drive(report));
+    let alignment = (!report.alignment.is_empty()).then(|| format!("Alignment: {}.", report.alignment));
+    section(&mut blocks, "Velocity of the last bead", alignment, figures::velocities(report));
+    section(&mut blocks, "Spectra", None, figures::spectra(report));
+    if !report.features.is_empty() {
+        blocks.push(Block::Heading("Features".into()));
+        blocks.push(Block::Table(table::features(report)));
+    }
+    blocks.push(Block::Heading("Search".into()));
+    for law in &report.laws {
+        blocks.push(Block::Paragraph(search_words(law)));
+        blocks.push(Block::Plates(figures::objective(law)));
+    }
+    if let Some(sweep) = report.alpha_sweep.as_ref().filter(|sweep| sweep.curves.iter().any(|c| !c.points.is_empty())) {
+        let mut plate = Plate::new("sweep", sweep_figure(sweep));
+        plate.caption = format!(
+            "Peaks and lines against {}; bars are one standard deviation of the scatter, dotted lines: {}.",
+            sweep.name, sweep.reference_name
+        );
+        section(&mut blocks, "Sweep of the drive level", None, vec![plate]);
+    }
+    if let Some(energy) = table::energy(report) {
+        blocks.push(Block::Heading("Energy".into()));
+        blocks.push(Block::Table(energy));
+    }
+    if !report.assumptions.is_empty() {
+        blocks.push(Block::Heading("Assumed on reading".into()));
+        blocks.push(Block::List(report.assumptions.clone()));
+    }
+    provenance(report, &mut blocks);
+    Page {
+        title: format!("Calibration against {}", report.title),
+        subtitle: format!("Scene {}: {}", report.scene, report.scene_description),
+        blocks,
+    }
+}
+
+fn section(blocks: &mut Vec<Block>, heading: &str, words: Option<String>, plates: Vec<Plate>) {
+    if plates.is_empty() {
+        return;
+    }
+    blocks.push(Block::Heading(heading.to_owned()));
+    blocks.extend(words.map(Block::Paragraph));
+    blocks.push(Block::Plates(plates));
+}
+
+/// `α = 0.503 (0.488 to 0.519) and c = 0.304 N·s/m (0.27 to 0.34)`.
+fn values(law: &LawReport, intervals: bool) -> String {
+    let values: Vec<String> = law
+        .parameters
+        .iter()
+        .map(|parameter| {
+            let interval = parameter.low.zip(parameter.high).filter(|_| intervals);
+            let number = with_interval(parameter.value, interval);
+            let unit = unit(&parameter.unit);
+            match (unit.as_str(), number.split_once(' ')) {
+                ("1", _) => format!("{} = {number}", parameter.symbol),
+                (_, Some((value, interval))) => format!("{} = {value} {unit} {interval}", parameter.symbol),
+                (_, None) => format!("{} = {number} {unit}", parameter.symbol),
+            }
+        })
+        .collect();
+    values.join(" and ")
+}
+
+fn headline(report: &CalibrationReport, law: &LawReport) -> Block {
+    let leaning: Vec<&str> = law
+        .parameters
+        .iter()
+        .filter(|parameter| parameter.at_bound)
+        .map(|parameter| parameter.symbol.as_str())
+        .collect();
+    let bound = if leaning.is_empty() {
+        String::new()
+    } else {
+        format!(" {} leans on an end of its search range: widen it before believing the interval.", leaning.join(", "))
+    };
+    let (damping, model) = (&law.damping_kind, &report.model);
+    let record = match report.record_label.as_str() {
+        "recorded" => "the recorded velocity".to_owned(),
+        label => format!("the velocity record ({label})"),
+    };
+    let misfit = significant(law.misfit, 2);
+    let (tone, text) = match law.verdict {
+        Verdict::WithinScatter => (
+            if law.misfit > 1.0 || !leaning.is_empty() { Tone::Careful } else { Tone::Good },
+            format!(
+                "With {damping} damping the {model} model explains {record} within its own scatter at {}. Intervals are 90 %; the misfit is {misfit} of the scatter a feature.{bound}",
+                values(law, true)
+            ),
+        ),
+        Verdict::OutsideScatter => (
+            Tone::Bad,
+            format!(
+                "With {damping} damping the {model} model does not explain {record}: its best runs, near {}, miss by {misfit} times the scatter a feature. No interval is quoted, because none would mean anything.{bound}",
+                values(law, false)
+            ),
+        ),
+        Verdict::NotConverged => (
+            Tone::Bad,
+            format!(
+                "The search stopped before it could tell. Best so far, {damping} damping: {} (misfit {misfit} of the scatter a feature).{bound}",
+                values(law, false)
+            ),
+        ),
+    };
+    Block::Headline { tone, verdict: law.verdict.as_str().to_owned(), text }
+}
+
+fn facts(report: &CalibrationReport) -> Vec<(String, String)> {
+    let mut facts = vec![
+        ("model".to_owned(), report.model.clone()),
+        ("drive frequency".to_owned(), engineering(report.drive_frequency, "Hz", 5)),
+        ("drive".to_owned(), report.drive_origin.clone()),
+    ];
+    if let Some(window) = report.window {
+        let microseconds = |time: f64| significant(time * 1e6, 4);
+        facts.push((
+            "analysis window".to_owned(),
+            format!("{} to {} µs", microseconds(window.from), microseconds(window.to)),
+        ));
+    }
+    for law in &report.laws {
+        if let Some(correlation) = law.correlation {
+            let name = format!("correlation ({})", law.damping_kind);
+            facts.push((name, significant(correlation, 2)));
+        }
+    }
+    facts
+}
+
+fn search_words(law: &LawReport) -> String {
+    let failed = match law.failed_runs {
+        0 => "none of which failed".to_owned(),
+        failed => format!(
+            "{failed} of which failed and rank{} behind every finished run ({})",
+            if failed == 1 { "s" } else { "" },
+            law.failures.join("; ")
+        ),
+    };
+    format!("{} damping: {} runs, {failed}.", capitalised(&law.damping_kind), law.evaluations)
+}
+
+fn provenance(report: &CalibrationReport, blocks: &mut Vec<Block>) {
+    let provenance = &report.provenance;
+    blocks.push(Block::Heading("Provenance".into()));
+    blocks.push(Block::Table(table::inputs(report)));
+    let mut facts =
+        vec![("version".to_owned(), provenance.version.clone()), ("seed".to_owned(), provenance.seed.to_string())];
+    facts.extend(provenance.settings.iter().cloned());
+    blocks.push(Block::Facts(facts));
+    blocks.push(Block::Code(provenance.command_line.clone()));
+}

@@ -1,0 +1,234 @@
+//! The figures of a calibration.
+
+use super::{
+    CalibrationReport, Estimate, LawReport,
+    spectrum::{RECORDED, SIMULATED, SpectrumCurve, amplitude_panel, level_panel},
+};
+use crate::{
+    feature::{Window, amplitude_spectrum},
+    report::{
+        figure::{Axis, Colour, Dash, Figure, Layer, Map, Marker, PAGE_WIDTH_MM, Panel, Stroke, trace},
+        number,
+        page::Plate,
+        sweep::capitalised,
+    },
+    signal::Series,
+};
+
+fn time() -> Axis {
+    Axis::new("Time", "µs").times(1e6)
+}
+
+fn velocity() -> Axis {
+    Axis::new("Velocity", "mm/s").times(1e3)
+}
+
+/// Drive and its spectrum, side by side.
+pub(super) fn drive(report: &CalibrationReport) -> Vec<Plate> {
+    let stroke = RECORDED.width(0.7);
+    let displacement =
+        Panel::new(time(), Axis::new("Piston displacement", "µm").times(1e6)).line("", trace(&report.drive), stroke);
+    let mut plates = vec![Plate::new("drive", Figure::new("Displacement of the piston at α = 1.").panel(displacement))];
+    if let Ok(spectrum) = amplitude_spectrum(&report.drive, Window::whole(&report.drive)) {
+        let highest = (4.3 * report.drive_frequency).min(0.5 * report.drive.sample_rate());
+        let reference = spectrum.amplitudes.iter().copied().fold(0.0, f64::max);
+        let curves = [SpectrumCurve { label: String::new(), spectrum: &spectrum, stroke }];
+        let panel = level_panel(&curves, (reference, "largest"), report.drive_frequency, highest);
+        let title = "Its normalised amplitude spectrum; names are multiples of the drive frequency.";
+        plates.push(Plate::new("drive-spectrum", Figure::new(title).panel(panel)));
+    }
+    plates
+}
+
+/// Recorded and simulated velocity: whole, ring-up, a few periods of the plateau.
+pub(super) fn velocities(report: &CalibrationReport) -> Vec<Plate> {
+    let Some(main) = report.recorded.as_ref().or(report.simulated.as_ref()) else { return Vec::new() };
+    let period = 1.0 / report.drive_frequency;
+    let overlay = |x: Axis, recorded: Stroke, simulated: Stroke| {
+        let mut panel = Panel::new(x, velocity());
+        if let Some(series) = &report.recorded {
+            panel = panel.line(report.record_label.clone(), trace(series), recorded);
+        }
+        if let Some(series) = &report.simulated {
+            panel = panel.line("simulated", trace(series), simulated);
+        }
+        panel
+    };
+    let both = match (&report.recorded, &report.simulated) {
+        (Some(_), Some(_)) => format!("Velocity of the last bead’s pole, {} and simulated", report.record_label),
+        (Some(_), None) => format!("Velocity of the last bead’s pole, {}", report.record_label),
+        _ => "Simulated velocity of the last bead’s pole".to_owned(),
+    };
+    let start = main.start;
+    let end = report.simulated.as_ref().map_or(main.end(), |series| series.end().min(main.end())).max(start + period);
+    let whole = overlay(time().range(start, end), RECORDED.width(0.8), SIMULATED.width(0.5)).height(48.0);
+    let whole = Figure::new(format!("{both}: the whole record.")).sized(PAGE_WIDTH_MM, 1).panel(whole);
+
+    let onset = onset(main);
+    let ring_up = (onset - period).max(start);
+    let plateau = report.window.unwrap_or(Window::whole(main));
+    let middle = 0.5 * (plateau.from + plateau.to);
+    let zoom = |from: f64, periods: f64| {
+        overlay(time().range(from, from + periods * period), RECORDED, SIMULATED.dash(Dash::Dashed)).height(44.0)
+    };
+    vec![
+        Plate::new("velocity", whole),
+        Plate::new(
+            "velocity-onset",
+            Figure::new("The first twelve drive periods after the onset.").panel(zoom(ring_up, 13.0)),
+        ),
+        Plate::new(
+            "velocity-zoom",
+            Figure::new("Six drive periods in the middle of the analysis window.")
+                .panel(zoom((middle - 3.0 * period).max(start), 6.0)),
+        ),
+    ]
+}
+
+/// First crossing of a quarter of the peak, s.
+fn onset(series: &Series) -> f64 {
+    let level = 0.25 * series.peak();
+    series.values.iter().position(|value| value.abs() >= level).map_or(series.start, |index| series.time(index))
+}
+
+/// Spectra of both velocities over the analysis window: absolute around the drive, in dB up to the usable band.
+pub(super) fn spectra(report: &CalibrationReport) -> Vec<Plate> {
+    let spectrum = |series: &Option<Series>| {
+        let series = series.as_ref()?;
+        let window = report.window.unwrap_or(Window::whole(series));
+        amplitude_spectrum(series, window).ok().map(|spectrum| (spectrum, series.sample_rate()))
+    };
+    let (recorded, simulated) = (spectrum(&report.recorded), spectrum(&report.simulated));
+    let curves = || {
+        let recorded = recorded.iter().map(|(spectrum, _)| SpectrumCurve {
+            label: report.record_label.clone(),
+            spectrum,
+            stroke: RECORDED,
+        });
+        let simulated = simulated.iter().map(|(spectrum, _)| SpectrumCurve {
+            label: "simulated".into(),
+            spectrum,
+            stroke: SIMULATED,
+        });
+        recorded.chain(simulated).collect::<Vec<_>>()
+    };
+    let Some((main, rate)) = recorded.as_ref().or(simulated.as_ref()) else { return Vec::new() };
+    let drive = report.drive_frequency;
+    let near = (4.3 * drive).min(0.5 * rate);
+    let far = (0.4 * rate).min(1.25e6).max(near);
+    let index = (drive / main.step_hz).round() as usize;
+    let reference = main.amplitudes.get(index).copied().filter(|amplitude| *amplitude > 0.0);
+    let near = Figure::new(
+        "Amplitude spectra over the analysis window; names above the frame are fractions and multiples of the drive frequency.",
+    )
+    .panel(amplitude_panel(&curves(), "Velocity amplitude", "m/s", drive, near).height(48.0));
+    let mut plates = vec![Plate::new("spectrum", near)];
+    if let Some(reference) = reference {
+        let title =
+            format!("The same spectra over the usable band, re the drive line of the {} trace.", report.record_label);
+        let mut curves = curves();
+        for curve in &mut curves {
+            curve.stroke = curve.stroke.width(0.6);
+        }
+        let far = Figure::new(title).panel(level_panel(&curves, (reference, "drive line"), drive, far).height(48.0));
+        plates.push(Plate::new("spectrum-wide", far));
+    }
+    plates
+}
+
+fn axis(estimate: &Estimate) -> Axis {
+    let name = capitalised(&estimate.name);
+    let name = if name.ends_with(&estimate.symbol) { name } else { format!("{name} {}", estimate.symbol) };
+    Axis::new(name, number::unit(&estimate.unit)).logarithmic()
+}
+
+/// Where the runs went, and the density with its accepted set.
+pub(super) fn objective(law: &LawReport) -> Vec<Plate> {
+    let [first, second, ..] = law.parameters.as_slice() else { return Vec::new() };
+    let key = law.damping_kind.to_lowercase().replace(|letter: char| !letter.is_ascii_alphanumeric(), "-");
+    let fit = vec![(first.value, second.value)];
+    let map = law.map.as_ref().map(|map| {
+        let level = map.accepted_level;
+        (Map { x: map.x.clone(), y: map.y.clone(), values: map.density.clone() }, level)
+    });
+    let mut finished: Vec<(f64, (f64, f64))> = law
+        .runs
+        .iter()
+        .filter_map(|run| Some((run.misfit?, (*run.parameters.first()?, *run.parameters.get(1)?))))
+        .collect();
+    finished.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let best: Vec<_> = finished.iter().take(10).map(|(_, at)| *at).collect();
+    let others: Vec<_> = finished.iter().skip(10).map(|(_, at)| *at).collect();
+    let failed: Vec<_> = law
+        .runs
+        .iter()
+        .filter(|run| run.misfit.is_none())
+        .filter_map(|run| Some((*run.parameters.first()?, *run.parameters.get(1)?)))
+        .collect();
+    let region = |panel: Panel, colour: Colour| match &map {
+        Some((map, level)) => panel.layer(Layer::Contour {
+            label: "90 % region".into(),
+            map: map.clone(),
+            level: *level,
+            stroke: Stroke::new(colour).width(1.1),
+        }),
+        None => panel,
+    };
+    let mut plates = Vec::new();
+    if !finished.is_empty() {
+        let mut panel = Panel::new(
+            axis(first).range(first.bounds.0, first.bounds.1),
+            axis(second).range(second.bounds.0, second.bounds.1),
+        )
+        .height(55.0)
+        .points("runs", others, Colour::Grey, Marker::Dot)
+        .points("ten best", best.clone(), Colour::Blue, Marker::Diamond);
+        if !failed.is_empty() {
+            panel = panel.points("failed", failed, Colour::Orange, Marker::Cross);
+        }
+        let title = format!("The whole search box, {} damping: every run, and the accepted set.", law.damping_kind);
+        plates.push(Plate::new(format!("runs-{key}"), Figure::new(title).panel(region(panel, Colour::Vermillion))));
+    }
+    if let Some((map, _)) = &map {
+        let panel = Panel::new(axis(first), axis(second)).height(55.0).layer(Layer::HeatMap {
+            label: "Density over its largest (–)".into(),
+            map: map.clone(),
+            range: Some((0.0, 1.0)),
+        });
+        let panel = region(panel, Colour::Black).points("fit", fit, Colour::Vermillion, Marker::Ring);
+        let title = format!("Density over both parameters near the fit, {} damping.", law.damping_kind);
+        plates.push(Plate::new(format!("density-{key}"), Figure::new(title).panel(panel)));
+    }
+    if let Some(plate) = history(law, &key) {
+        plates.push(plate);
+    }
+    plates
+}
+
+/// Misfit of every run in the order made, and of the best so far.
+fn history(law: &LawReport, key: &str) -> Option<Plate> {
+    let runs: Vec<(f64, f64)> = law
+        .runs
+        .iter()
+        .enumerate()
+        .filter_map(|(index, run)| Some((index as f64 + 1.0, run.misfit.filter(|misfit| *misfit > 0.0)?)))
+        .collect();
+    // A staircase: the best stays until a better one is found.
+    let mut best: Vec<(f64, f64)> = Vec::new();
+    for (runs, misfit) in law.history.iter().filter(|(_, misfit)| *misfit > 0.0) {
+        if let Some((_, last)) = best.last().copied() {
+            best.push((*runs as f64, last));
+        }
+        best.push((*runs as f64, *misfit));
+    }
+    if runs.is_empty() && best.is_empty() {
+        return None;
+    }
+    let axis = Axis::new("Misfit a feature", "1").logarithmic();
+    let panel = Panel::new(Axis::new("Run", "count"), axis)
+        .height(36.0)
+        .points("run", runs, Colour::Grey, Marker::Dot)
+        .line("best so far", best, Stroke::new(Colour::Blue).width(1.2));
+    let title = format!("Search history, {} damping: misfit in units of the local scatter.", law.damping_kind);
+    Some(Plate::new(format!("history-{key}"), Figure::new(title).sized(PAGE_WIDTH_MM, 1).panel(panel)))
+}

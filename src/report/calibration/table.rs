@@ -1,0 +1,219 @@
+//! The tables of a calibration, for people and as CSV.
+
+use std::fmt::Write as _;
+
+use super::{CalibrationReport, LawReport};
+use crate::report::{
+    number::{short, significant, to_uncertainty, unit, with_interval},
+    page::{Column, Files, Table},
+    sweep::shown_unit,
+};
+
+const NOTHING: &str = "–";
+
+/// Recorded, simulated, scatter, sensitivity, published.
+pub(super) fn features(report: &CalibrationReport) -> Table {
+    let rows = report
+        .features
+        .iter()
+        .map(|row| {
+            let (factor, shown) = shown_unit(&row.unit);
+            let scatter = row.scatter.filter(|scatter| *scatter > 0.0).map(|scatter| scatter * factor);
+            // Digits down to the scatter, but never more than four figures.
+            let value = |value: Option<f64>| match (value.map(|value| value * factor), scatter) {
+                (Some(value), Some(scatter)) => to_uncertainty(value, scatter.max(1e-4 * value.abs())),
+                (Some(value), None) => significant(value, 3),
+                (None, _) => NOTHING.to_owned(),
+            };
+            let small = |value: Option<f64>| value.map_or(NOTHING.to_owned(), |value| significant(value * factor, 2));
+            let published = match (row.published, row.published_uncertainty) {
+                (Some(value), Some(error)) => {
+                    let (value, error) = (value * factor, error * factor);
+                    format!("{} ± {}", to_uncertainty(value, error), significant(error, 2))
+                }
+                (Some(value), None) => significant(value * factor, 3),
+                (None, _) => NOTHING.to_owned(),
+            };
+            vec![
+                if row.fitted { format!("{} *", row.name) } else { row.name.clone() },
+                value(row.recorded),
+                value(row.simulated),
+                small(row.scatter),
+                small(row.sensitivity),
+                published,
+                if shown == "1" { NOTHING.to_owned() } else { shown.to_owned() },
+            ]
+        })
+        .collect();
+    Table {
+        caption: "Features over the analysis window (* used by the fit). Scatter: one standard deviation under perturbations the laboratory cannot control; agreement closer than that means nothing. Sensitivity: change for +1 % drive.".into(),
+        columns: vec![
+            Column::words("Feature"),
+            Column::numbers(report.record_label.clone()),
+            Column::numbers("simulated"),
+            Column::numbers("scatter"),
+            Column::numbers("sensitivity"),
+            Column::numbers("published"),
+            Column::words("unit"),
+        ],
+        rows,
+    }
+}
+
+/// Every law with its parameters.
+pub(super) fn laws(report: &CalibrationReport) -> Table {
+    let best = report.laws.iter().filter_map(|law| law.log_evidence).fold(f64::NEG_INFINITY, f64::max);
+    let rows = report
+        .laws
+        .iter()
+        .flat_map(|law| {
+            law.parameters.iter().enumerate().map(move |(index, parameter)| {
+                let once = |text: String| if index == 0 { text } else { String::new() };
+                let unit = unit(&parameter.unit);
+                let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+                let interval = parameter.low.zip(parameter.high);
+                let note = if parameter.at_bound { ", at a bound" } else { "" };
+                vec![
+                    once(law.damping_kind.clone()),
+                    format!("{} {}", parameter.name, parameter.symbol),
+                    format!("{}{unit}{note}", with_interval(parameter.value, interval)),
+                    format!("{} to {}{unit}", short(parameter.bounds.0), short(parameter.bounds.1)),
+                    once(significant(law.misfit, 2)),
+                    once(law.verdict.as_str().to_owned()),
+                    once(law.log_evidence.map_or(NOTHING.to_owned(), |evidence| significant(evidence - best, 2))),
+                    once(format!("{} ({} failed)", law.evaluations, law.failed_runs)),
+                ]
+            })
+        })
+        .collect();
+    Table {
+        caption: "Fitted parameters with 90 % intervals, where they may be quoted. Misfit: a feature, in units of the local scatter (≤ 1 no alarm, 1 to 1.5 doubtful, above: not explained).".into(),
+        columns: vec![
+            Column::words("Damping"),
+            Column::words("Parameter"),
+            Column::words("Value (90 % interval)"),
+            Column::words("Searched"),
+            Column::numbers("Misfit").unit("1"),
+            Column::words("Verdict"),
+            Column::numbers("Δ ln evidence"),
+            Column::words("Runs"),
+        ],
+        rows,
+    }
+}
+
+/// Connected parts of the 90 % region.
+pub(super) fn lobes(law: &LawReport) -> Option<Table> {
+    if law.lobes.len() < 2 {
+        return None;
+    }
+    let mut columns = vec![Column::numbers("Lobe"), Column::numbers("Probability").unit("%")];
+    columns.extend(law.parameters.iter().map(|parameter| {
+        let column = Column::words(format!("{} {}", parameter.name, parameter.symbol));
+        if unit(&parameter.unit) == "1" { column } else { column.unit(unit(&parameter.unit)) }
+    }));
+    let rows = law
+        .lobes
+        .iter()
+        .enumerate()
+        .map(|(index, lobe)| {
+            let mut row = vec![(index + 1).to_string(), significant(100.0 * lobe.mass, 2)];
+            row.extend(lobe.extent.iter().map(|(low, high)| {
+                let half = 0.5 * (high - low);
+                format!("{} to {}", to_uncertainty(*low, half), to_uncertainty(*high, half))
+            }));
+            row
+        })
+        .collect();
+    let caption = format!(
+        "The 90 % region falls into {} parts, {} damping: the record does not tell which holds the truth.",
+        law.lobes.len(),
+        law.damping_kind
+    );
+    Some(Table { caption, columns, rows })
+}
+
+/// Where the piston's work went.
+pub(super) fn energy(report: &CalibrationReport) -> Option<Table> {
+    let ledger = report.energy.as_ref()?;
+    let supplied = (ledger.initial_j + ledger.piston_work_j).abs();
+    let rows = [
+        ("stored at the start (precompression)", ledger.initial_j),
+        ("work of the piston", ledger.piston_work_j),
+        ("kinetic energy at the end", ledger.kinetic_j),
+        ("stored in the contacts at the end", ledger.stored_j),
+        ("lost in the dashpots", ledger.dissipated_j),
+        ("residual (error of the integrator)", ledger.residual_j),
+        ("largest energy in the chain", ledger.largest_j),
+    ]
+    .into_iter()
+    .map(|(name, value)| {
+        let share = if supplied > 0.0 { significant(100.0 * value / supplied, 2) } else { NOTHING.to_owned() };
+        vec![name.to_owned(), significant(value * 1e9, 3), share]
+    })
+    .collect();
+    Some(Table {
+        caption: "Energy ledger of the calibrated run.".into(),
+        columns: vec![
+            Column::words("Energy"),
+            Column::numbers("value").unit("nJ"),
+            Column::numbers("share of what was supplied").unit("%"),
+        ],
+        rows,
+    })
+}
+
+/// Files read, with their digests.
+pub(super) fn inputs(report: &CalibrationReport) -> Table {
+    Table {
+        caption: "Files read.".into(),
+        columns: vec![Column::words("What"), Column::words("File"), Column::words("SHA-256")],
+        rows: report
+            .provenance
+            .inputs
+            .iter()
+            .map(|input| vec![input.role.clone(), input.path.clone(), input.sha256.clone()])
+            .collect(),
+    }
+}
+
+/// `features.csv`, `runs.csv` and the velocities as CSV, SI, the unit in the head or beside the value.
+pub(super) fn csv_files(report: &CalibrationReport) -> Files {
+    let mut files: Files = Vec::new();
+    let mut features = String::from(
+        "feature,unit,recorded,simulated,scatter,sensitivity_per_percent_drive,published,published_uncertainty,fitted\n",
+    );
+    let cell = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
+    for row in &report.features {
+        let numbers =
+            [row.recorded, row.simulated, row.scatter, row.sensitivity, row.published, row.published_uncertainty]
+                .map(cell)
+                .join(",");
+        let _ = writeln!(features, "{},{},{numbers},{}", quoted(&row.name), quoted(&row.unit), row.fitted);
+    }
+    files.push(("features.csv".into(), features.into_bytes()));
+    for law in &report.laws {
+        let key = law.damping_kind.to_lowercase().replace(|letter: char| !letter.is_ascii_alphanumeric(), "-");
+        let heads = law.parameters.iter().map(|parameter| quoted(&format!("{} [{}]", parameter.name, parameter.unit)));
+        let mut runs = format!("run,{},misfit\n", heads.collect::<Vec<_>>().join(","));
+        for (index, run) in law.runs.iter().enumerate() {
+            let parameters: Vec<String> = run.parameters.iter().map(f64::to_string).collect();
+            let _ = writeln!(runs, "{},{},{}", index + 1, parameters.join(","), cell(run.misfit));
+        }
+        files.push((format!("runs-{key}.csv").into(), runs.into_bytes()));
+    }
+    for (name, series) in [("recorded", &report.recorded), ("simulated", &report.simulated)] {
+        let Some(series) = series else { continue };
+        let mut text = String::from("time_s,velocity_m_per_s\n");
+        for (index, value) in series.values.iter().enumerate() {
+            let _ = writeln!(text, "{:.9e},{value}", series.time(index));
+        }
+        files.push((format!("{name}_velocity.csv").into(), text.into_bytes()));
+    }
+    files
+}
+
+/// A cell as CSV wants it (RFC 4180).
+fn quoted(cell: &str) -> String {
+    if cell.contains([',', '"', '\n', '\r']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.to_owned() }
+}
