@@ -1,22 +1,359 @@
-//! `granchain spectrum`.
+//! `granchain spectrum FILE`: lines, peaks and bandwidth of one trace, recorded or simulated.
 
+use std::{
+    fmt,
+    fs::File,
+    io::{BufRead, BufReader},
+    path::{Path, PathBuf},
+};
+
+use anyhow::Context;
 use clap::Args;
+use serde::Serialize;
 
-use super::{Outcome, arguments::Session};
+use super::{
+    Outcome,
+    arguments::{OutputArguments, Session, frequency, time, usage},
+    inspect::read_with_warnings,
+    output::OutputFolder,
+    reading::ReadArguments,
+};
+use crate::{
+    feature::{
+        FeatureSettings, Features, Ratio, Window, amplitude_spectrum, measure, refine_frequency, strongest_frequency,
+    },
+    measurement::{Baseline, ReadOptions, Record, RecordKind, inspect_record, read_record},
+    report::{
+        number::{engineering, fixed, significant},
+        spectrum as page,
+    },
+    signal::Series,
+};
 
 /// Arguments of `granchain spectrum`.
 #[derive(Debug, Args)]
 pub struct Arguments {
+    /// A vibrometer or horn-tip record, or a response.csv of ours (its pole velocity)
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// Drive frequency with its unit, such as 73kHz [default: refined from the drive record, else the file's header, else
+    /// the strongest line]
+    #[arg(long, value_name = "QUANTITY", value_parser = frequency)]
+    pub drive_frequency: Option<f64>,
+    /// Horn-tip record of the drive [default: a response's own piston, else horn_tip.csv beside FILE]
+    #[arg(long, value_name = "FILE")]
+    pub drive: Option<PathBuf>,
+    /// Start of the analysis window after the trigger, such as 50us [default: where the drive's envelope exceeds half its peak]
+    #[arg(long, value_name = "QUANTITY", value_parser = time, allow_hyphen_values = true)]
+    pub from: Option<f64>,
+    /// End of the analysis window after the trigger, such as 550us
+    #[arg(long, value_name = "QUANTITY", value_parser = time, allow_hyphen_values = true)]
+    pub to: Option<f64>,
+    /// How the file is to be read.
+    #[command(flatten)]
+    pub reading: ReadArguments,
+    /// Where results go.
+    #[command(flatten)]
+    pub output: OutputArguments,
     /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
 
+/// Columns of a `response.csv` of ours.
+const POLE: &str = "pole_velocity_m_per_s";
+const PISTON: &str = "piston_displacement_m";
+
+/// The JSON form: the features, and where frequency and window came from.
+#[derive(Debug, Serialize)]
+struct Summary {
+    file: String,
+    sha256: String,
+    quantity: &'static str,
+    drive_frequency_from: String,
+    window_from: String,
+    #[serde(flatten)]
+    features: Features,
+    assumptions: Vec<String>,
+}
+
 /// Run it.
 ///
 /// # Errors
-/// Not built yet.
+/// When a file cannot be read or is refused, or nothing can be measured on it.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let _ = arguments;
-    anyhow::bail!("`granchain spectrum` is not built yet")
+    let Arguments { file, drive_frequency, drive, from, to, reading, output, session } = arguments;
+    if let (Some(from), Some(to)) = (from, to)
+        && from >= to
+    {
+        return Err(usage(format!("--from {from:e} s must come before --to {to:e} s")));
+    }
+    let options = reading.options(drive_frequency);
+    let ours = is_response(&file);
+    let record = if ours {
+        // A simulation has neither an offset nor noise, and its free flights are no clipping.
+        let column = options.column.clone().or_else(|| Some(POLE.to_owned()));
+        let options = ReadOptions { column, baseline: Baseline::None, ..options };
+        read_record(&file, RecordKind::Vibrometer, &options).context("the response cannot be used")?
+    } else {
+        let record = inspect_record(&file, &options).context("the record cannot be used")?;
+        for warning in &record.warnings {
+            session.note(format_args!("warning: {}: {warning}", file.display()));
+        }
+        record
+    };
+    let drive = Drive::find(&file, &record, ours, drive, drive_frequency, &session)?;
+    let (frequency, frequency_from) = drive_line(&record, drive.as_ref(), drive_frequency, &session)?;
+    record.check_sampling(frequency)?;
+    let (window, window_from) = window(&record, drive.as_ref(), frequency, (from, to))?;
+
+    let unit = if record.kind == RecordKind::HornTip { "m" } else { "m/s" };
+    let settings = FeatureSettings {
+        drive_frequency: frequency,
+        window: Some(window),
+        noise_rms: if ours { 0.0 } else { record.noise_rms },
+        noise_bandwidth: record.bandwidth,
+        band: None,
+        unit: unit.to_owned(),
+    };
+    let features =
+        measure(&record.series, &settings).with_context(|| format!("{}: nothing to measure", file.display()))?;
+    let summary = Summary {
+        file: file.display().to_string(),
+        sha256: record.sha256.clone(),
+        quantity: if record.kind == RecordKind::HornTip { "displacement" } else { "velocity" },
+        drive_frequency_from: frequency_from,
+        window_from,
+        features,
+        assumptions: record.assumptions.clone(),
+    };
+    if let Some(out) = &output.out {
+        let place = write(out, output.force, &record.series, &summary)?;
+        session.note(format_args!("written to {}", place.display()));
+    }
+    session.result(Text(&summary), &summary)?;
+    Ok(Outcome::Done)
+}
+
+/// Whether the first line that is no comment names the columns of our `response.csv`.
+fn is_response(path: &Path) -> bool {
+    // A file that cannot be opened is told of by the reader.
+    let Ok(file) = File::open(path) else { return false };
+    let mut lines = BufReader::new(file).lines().map_while(Result::ok);
+    let header = lines.find(|line| !line.trim_start().starts_with('#') && !line.trim().is_empty());
+    header.is_some_and(|header| {
+        let mut columns = header.split(',').map(str::trim);
+        columns.clone().any(|column| column == POLE) && columns.any(|column| column == PISTON)
+    })
+}
+
+/// The drive's displacement and where it came from.
+struct Drive {
+    displacement: Series,
+    frequency: Option<f64>,
+    named: String,
+}
+
+impl Drive {
+    fn find(
+        file: &Path,
+        record: &Record,
+        ours: bool,
+        given: Option<PathBuf>,
+        frequency: Option<f64>,
+        session: &Session,
+    ) -> anyhow::Result<Option<Self>> {
+        let options = ReadOptions { drive_frequency: frequency, ..ReadOptions::default() };
+        let read = |path: &Path, options: &ReadOptions, named: String| -> anyhow::Result<Option<Self>> {
+            let horn = read_with_warnings(path, RecordKind::HornTip, options, session)?;
+            let frequency = horn.drive_frequency();
+            Ok(Some(Self { displacement: horn.series, frequency, named }))
+        };
+        if let Some(path) = given {
+            return read(&path, &options, path.display().to_string());
+        }
+        if ours {
+            let options = ReadOptions { column: Some(PISTON.to_owned()), baseline: Baseline::None, ..options };
+            let piston = read_record(file, RecordKind::HornTip, &options)?;
+            let frequency = piston.drive_frequency();
+            let named = "the response's own piston".to_owned();
+            return Ok(Some(Self { displacement: piston.series, frequency, named }));
+        }
+        if record.kind == RecordKind::HornTip {
+            let displacement = record.series.clone();
+            return Ok(Some(Self {
+                displacement,
+                frequency: record.drive_frequency(),
+                named: "the record".to_owned(),
+            }));
+        }
+        let beside = file.parent().unwrap_or(Path::new("")).join("horn_tip.csv");
+        if beside.is_file() {
+            return read(&beside, &options, "horn_tip.csv beside it".to_owned());
+        }
+        Ok(None)
+    }
+}
+
+/// f0 in Hz and where it was taken from.
+fn drive_line(
+    record: &Record,
+    drive: Option<&Drive>,
+    stated: Option<f64>,
+    session: &Session,
+) -> anyhow::Result<(f64, String)> {
+    let refined = drive.and_then(|drive| {
+        let guess = stated.or(drive.frequency)?;
+        Some((refine_frequency(&drive.displacement, guess).ok()?, drive))
+    });
+    match (stated, refined, record.stated_drive_frequency) {
+        (Some(stated), refined, _) => {
+            // 5e-4 of f0 is 0.16 bins at the eighth harmonic of a 40-period window: read 2 % low.
+            if let Some((refined, drive)) = refined.filter(|(refined, _)| (refined / stated - 1.0).abs() > 5e-4) {
+                session.note(format_args!(
+                    "warning: {} shows its line at {:.4} kHz, not at the {:.4} kHz of --drive-frequency; harmonics are read \
+                     beside their tops; leave the flag out to use the record's",
+                    drive.named,
+                    1e-3 * refined,
+                    1e-3 * stated
+                ));
+            }
+            Ok((stated, "--drive-frequency".to_owned()))
+        }
+        (None, Some((refined, drive)), _) => Ok((refined, format!("refined from {}", drive.named))),
+        (None, None, Some(stated)) => Ok((stated, "the file's header".to_owned())),
+        (None, None, None) => {
+            let strongest = strongest_frequency(&record.series, Window::whole(&record.series))
+                .with_context(|| format!("{}: no drive frequency", record.path.display()))?;
+            session.note(format_args!(
+                "warning: no drive record and no --drive-frequency: the strongest line, {:.4} kHz, is taken for the drive's; a \
+                 subharmonic may be stronger than it",
+                1e-3 * strongest
+            ));
+            Ok((strongest, "assumed: the record's strongest line".to_owned()))
+        }
+    }
+}
+
+/// The analysis window and where it was taken from.
+fn window(
+    record: &Record,
+    drive: Option<&Drive>,
+    frequency: f64,
+    (from, to): (Option<f64>, Option<f64>),
+) -> anyhow::Result<(Window, String)> {
+    let (window, mut said) = match (from, to, drive) {
+        (Some(from), Some(to), _) => return Ok((Window::new(from, to), "--from, --to".to_owned())),
+        (_, _, Some(drive)) => {
+            let window = Window::of_drive(&drive.displacement, frequency)
+                .with_context(|| format!("{}: no analysis window", drive.named))?;
+            (window, format!("half the peak envelope of {}", drive.named))
+        }
+        (_, _, None) => {
+            let window = Window::of_trace(&record.series, frequency)
+                .with_context(|| format!("{}: no analysis window", record.path.display()))?;
+            (window, "assumed: where the record's own rms exceeds 0.7 of its largest".to_owned())
+        }
+    };
+    for (flag, given) in [("--from", from), ("--to", to)] {
+        if given.is_some() {
+            said.push_str(", ");
+            said.push_str(flag);
+        }
+    }
+    Ok((window.overridden(from, to), said))
+}
+
+fn write(out: &Path, force: bool, series: &Series, summary: &Summary) -> anyhow::Result<PathBuf> {
+    let folder = OutputFolder::stage(out, force)?;
+    let spectrum = amplitude_spectrum(series, summary.features.window)?;
+    let figure = page::figure(&spectrum, &summary.features);
+    folder.write("spectrum.csv", page::csv(&spectrum, &summary.features))?;
+    folder.write("spectrum.svg", figure.to_svg()?)?;
+    folder.write("spectrum.png", figure.to_png()?)?;
+    folder.write("summary.json", serde_json::to_string_pretty(summary)? + "\n")?;
+    Ok(folder.finish()?)
+}
+
+/// The form for people.
+struct Text<'a>(&'a Summary);
+
+impl fmt::Display for Text<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Summary { file, quantity, drive_frequency_from, window_from, features, .. } = self.0;
+        let (factor, unit) = if features.unit == "m" { (1e6, "µm") } else { (1e3, "mm/s") };
+        let amplitude = |value: f64| significant(factor * value, 4);
+        let row = |f: &mut fmt::Formatter<'_>, name: &str, text: String| writeln!(f, "  {name:<18}{text}");
+        let frequency = features.drive_frequency_hz;
+        writeln!(f, "{file}: spectrum of the {quantity}")?;
+        row(f, "drive frequency", format!("{} kHz ({drive_frequency_from})", fixed(1e-3 * frequency, 4)))?;
+        let window = features.window;
+        let span = format!("{} to {} µs", fixed(1e6 * window.from, 2), fixed(1e6 * window.to, 2));
+        let periods = fixed(window.duration() * frequency, 1);
+        row(f, "window", format!("{span}, {periods} drive periods ({window_from})"))?;
+        let peaks = &features.peaks;
+        let raw = if features.noise_rms > 0.0 {
+            format!(
+                ", noise bias removed (raw {} and {})",
+                amplitude(peaks.raw_positive),
+                amplitude(peaks.raw_negative)
+            )
+        } else {
+            String::new()
+        };
+        row(f, "peaks", format!("{} and {} {unit}{raw}", amplitude(peaks.positive), amplitude(peaks.negative)))?;
+        row(f, "rms", format!("{} {unit}", amplitude(features.rms)))?;
+        row(f, "distortion", format!("{} (rms of the drive's harmonics over total rms)", fixed(features.thd, 4)))?;
+        let edge = |edge: Option<f64>| edge.map_or_else(|| "none".to_owned(), |hertz| engineering(hertz, "Hz", 4));
+        let (six, twenty) = (edge(features.bandwidth_hz), edge(features.bandwidth_20db_hz));
+        row(f, "bandwidth", format!("{six} at −6 dB, {twenty} at −20 dB re the drive line"))?;
+        let train = features.repetition.map_or_else(
+            || "fewer than two impulses above half the positive peak".to_owned(),
+            |train| {
+                let (interval, spread) = (fixed(train.mean_interval_periods, 2), fixed(100.0 * train.irregularity, 1));
+                format!("{} impulses every {interval} drive periods ± {spread} %", train.impulses)
+            },
+        );
+        row(f, "repetition", train)?;
+        let floor = features.noise_floor.map_or_else(
+            || "window too short to tell it from the lines".to_owned(),
+            |floor| format!("{} {unit} (median of the spectrum)", amplitude(floor)),
+        );
+        row(f, "noise floor", floor)?;
+
+        let header = format!("amplitude {unit}");
+        writeln!(f, "\n  {:>5}{:>15}{header:>17}{:>11}{:>9}  remark", "ratio", "frequency kHz", "relative", "dB")?;
+        let mut rows: Vec<(Ratio, String)> = Vec::new();
+        for line in &features.lines {
+            let remark = match line.ratio {
+                _ if line.below_noise_floor => "  not above the floor around it",
+                Ratio::ONE => "  drive",
+                _ => "",
+            };
+            let ratio = line.ratio;
+            rows.push((
+                ratio,
+                format!(
+                    "  {ratio:>5}{:>15}{:>17}{:>11}{:>9}{remark}",
+                    fixed(1e-3 * line.frequency_hz, 3),
+                    amplitude(line.amplitude),
+                    significant(line.relative, 3),
+                    fixed(line.db, 1)
+                ),
+            ));
+        }
+        for absent in &features.absent {
+            let (ratio, dash) = (absent.ratio, "–");
+            let place = fixed(1e-3 * absent.frequency_hz, 3);
+            rows.push((
+                ratio,
+                format!("  {ratio:>5}{place:>15}{dash:>17}{dash:>11}{dash:>9}  absent: {}", absent.reason),
+            ));
+        }
+        rows.sort_by_key(|(ratio, _)| *ratio);
+        for (_, line) in rows {
+            writeln!(f, "{line}")?;
+        }
+        Ok(())
+    }
 }

@@ -10,7 +10,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{FRACTIONAL_LINES, FeatureError, Ratio, Window};
+use super::{AmplitudeSpectrum, FRACTIONAL_LINES, FeatureError, Ratio, Window};
 use crate::signal::Series;
 
 /// Highest share of the Nyquist frequency at which an amplitude is believed: anti-alias filters roll off beyond.
@@ -19,8 +19,8 @@ pub const USABLE_NYQUIST_FRACTION: f64 = 0.8;
 /// Fewest periods of a line that the window must hold: below, Hann's main lobe (±2/T) reaches half way to 0 Hz.
 pub const MINIMUM_LINE_PERIODS: f64 = 4.0;
 
-/// A line counts as below the noise floor under this multiple of it. The floor is the median; an amplitude of noise
-/// alone is Rayleigh-distributed and exceeds three medians with probability 2⁻⁹ = 0.2 %.
+/// A line counts as below the noise floor under this multiple of the median amplitude of noise around it: an amplitude of
+/// noise alone is Rayleigh-distributed and exceeds three medians with probability 2⁻⁹ = 0.2 %.
 pub(super) const FLOOR_FACTOR: f64 = 3.0;
 
 /// Amplitude and phase of a line.
@@ -64,16 +64,16 @@ pub fn line_phasor(series: &Series, window: Window, frequency: f64) -> Phasor {
 }
 
 /// Σ w, and Σ w x τ^k e^(−iωτ) for k < K with the weighted mean of x removed; τ = t − origin, in s.
-struct Moments<const K: usize> {
+pub(super) struct Moments<const K: usize> {
     origin: f64,
     weight: f64,
-    line: [(f64, f64); K],
+    pub(super) line: [(f64, f64); K],
 }
 
 /// Samples handled side by side: independent rotations let the processor pipeline and vectorise the sum.
 const LANES: usize = 4;
 
-fn moments<const K: usize>(series: &Series, window: Window, frequency: f64) -> Option<Moments<K>> {
+pub(super) fn moments<const K: usize>(series: &Series, window: Window, frequency: f64) -> Option<Moments<K>> {
     let window = window.on(series).ok()?;
     let range = window.indices(series);
     let samples = &series.values[range.clone()];
@@ -138,94 +138,6 @@ fn moments<const K: usize>(series: &Series, window: Window, frequency: f64) -> O
     Some(Moments { origin: series.time(range.start + middle), weight, line })
 }
 
-/// Frequency of the line nearest `guess`, Hz: where A(f) over the drive's window is largest.
-///
-/// - `series`: the drive record (preferred: its only strong line is f0), any unit
-/// - `guess`: Hz, within 5 %
-///
-/// The maximum is found by Newton's method on |Σ w x e^(−iωt)|²; a real envelope of any shape keeps its spectrum
-/// symmetric about f0, so the ring-up does not bias it. Free of noise the error is about 1e-7 (the image's side
-/// lobes); white noise of rms σ adds 1.19 σ/(A T √n) Hz rms (n samples in the window of length T): 0.9 Hz at 3 %,
-/// 550 µs, 10 MHz, which moves no line amplitude by more than 1e-6 of it.
-///
-/// # Errors
-/// A series that is empty or not finite, a guess outside the usable band, no line within 5 % of the guess.
-pub fn refine_frequency(series: &Series, guess: f64) -> Result<f64, FeatureError> {
-    let window = Window::of_drive(series, guess)?;
-    refine_in(series, window, guess)
-}
-
-/// [`refine_frequency`] over a window of the caller's.
-pub(super) fn refine_in(series: &Series, window: Window, guess: f64) -> Result<f64, FeatureError> {
-    let window = window.on(series)?;
-    let resolution = 1.0 / window.duration();
-    let span = (0.05 * guess).max(resolution);
-    let missing = FeatureError::NoLineNearGuess { guess_hz: guess, span_hz: span };
-    // A window of less than two periods is no burst of that frequency, and could not tell it from another.
-    if resolution > 0.5 * guess {
-        return Err(missing);
-    }
-    // A quarter of a bin apart the largest sample lies well inside Newton's basin (the lobe's inflexion is at 0.8 bins).
-    let steps = (4.0 * span / resolution).ceil();
-    let candidates = (0..=2 * steps as usize).map(|index| guess + span * (index as f64 / steps - 1.0));
-    let (mut frequency, mut best) = (guess, 0.0);
-    for candidate in candidates {
-        let amplitude = line_amplitude(series, window, candidate);
-        if amplitude > best {
-            (frequency, best) = (candidate, amplitude);
-        }
-    }
-    if best <= 0.0 {
-        return Err(missing);
-    }
-    for _ in 0..20 {
-        let Some(Moments { line: [s0, s1, s2], .. }) = moments::<3>(series, window, frequency) else {
-            return Err(missing);
-        };
-        // d|S|²/dω = 2 Im(S̄₀ S₁), d²|S|²/dω² = 2 (|S₁|² − Re(S̄₀ S₂)).
-        let slope = 2.0 * (s0.0 * s1.1 - s0.1 * s1.0);
-        let curvature = 2.0 * (s1.0 * s1.0 + s1.1 * s1.1 - s0.0 * s2.0 - s0.1 * s2.1);
-        if curvature >= 0.0 {
-            return Err(missing);
-        }
-        let change = (-slope / curvature / std::f64::consts::TAU).clamp(-0.25 * resolution, 0.25 * resolution);
-        frequency += change;
-        if change.abs() < 1e-12 * frequency {
-            break;
-        }
-    }
-    // A maximum on the rim is a line elsewhere.
-    if (frequency - guess).abs() > span + 0.5 * resolution {
-        return Err(missing);
-    }
-    Ok(frequency)
-}
-
-/// Frequency of the strongest line of a record, Hz, where no drive is known: a guess to be said aloud.
-///
-/// Searched from four periods in the window to 0.8 of the Nyquist frequency.
-///
-/// # Errors
-/// An empty, constant or non-finite series.
-pub fn strongest_frequency(series: &Series, window: Window) -> Result<f64, FeatureError> {
-    let window = window.on(series)?;
-    let spectrum = super::amplitude_spectrum(series, window)?;
-    let lowest = MINIMUM_LINE_PERIODS / window.duration();
-    let highest = 0.5 * USABLE_NYQUIST_FRACTION * series.sample_rate();
-    let (mut frequency, mut best) = (0.0, 0.0);
-    for (index, &amplitude) in spectrum.amplitudes.iter().enumerate() {
-        let candidate = spectrum.frequency(index);
-        if (lowest..=highest).contains(&candidate) && amplitude > best {
-            (frequency, best) = (candidate, amplitude);
-        }
-    }
-    if best <= 0.0 {
-        return Err(FeatureError::Constant { from_s: window.from, to_s: window.to });
-    }
-    // Half a bin of parabola is enough for a guess that is refined anyway.
-    Ok(refine_in(series, window, frequency).unwrap_or(frequency))
-}
-
 /// A line that could be measured.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Line {
@@ -239,7 +151,8 @@ pub struct Line {
     pub relative: f64,
     /// 20 lg of `relative`, dB; floored at −400.
     pub db: f64,
-    /// Below three times the noise floor: an upper bound rather than a value.
+    /// Below three times the noise floor around it (or the broadband part of a chaotic response): an upper bound rather
+    /// than a value.
     pub below_noise_floor: bool,
 }
 
@@ -274,8 +187,8 @@ impl LineTable {
 /// Amplitudes of all [`FRACTIONAL_LINES`] of a drive.
 ///
 /// - `drive_frequency`: f0, Hz
-/// - `noise_floor`: amplitude of the noise in one bin, unit of the series, where known
-///   (see [`AmplitudeSpectrum::noise_floor`](super::AmplitudeSpectrum::noise_floor))
+/// - `spectrum`: of the same window; with it each line is held against the floor around it
+///   ([`AmplitudeSpectrum::local_floor`])
 ///
 /// Absent with a reason: lines above 0.8 of the Nyquist frequency, and lines of which the window holds less than
 /// [`MINIMUM_LINE_PERIODS`] periods.
@@ -286,7 +199,7 @@ pub fn lines(
     series: &Series,
     window: Window,
     drive_frequency: f64,
-    noise_floor: Option<f64>,
+    spectrum: Option<&AmplitudeSpectrum>,
 ) -> Result<LineTable, FeatureError> {
     check(series, drive_frequency)?;
     let window = window.on(series)?;
@@ -311,7 +224,9 @@ pub fn lines(
                 amplitude,
                 relative,
                 db: 20.0 * relative.max(1e-20).log10(),
-                below_noise_floor: noise_floor.is_some_and(|floor| amplitude < FLOOR_FACTOR * floor),
+                below_noise_floor: spectrum
+                    .and_then(|spectrum| spectrum.local_floor(frequency_hz, drive_frequency))
+                    .is_some_and(|floor| amplitude < FLOOR_FACTOR * floor),
             });
         }
     }

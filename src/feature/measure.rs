@@ -97,7 +97,7 @@ pub fn measure(series: &Series, settings: &FeatureSettings) -> Result<Features, 
     let peaks = peaks(series, window, &noise)?;
     let spectrum = amplitude_spectrum(series, window)?;
     let noise_floor = spectrum.noise_floor(frequency);
-    let LineTable { lines, absent } = lines(series, window, frequency, noise_floor)?;
+    let LineTable { lines, absent } = lines(series, window, frequency, Some(&spectrum))?;
     let drive = super::line_amplitude(series, window, frequency);
     Ok(Features {
         unit: settings.unit.clone(),

@@ -20,6 +20,7 @@
 mod distortion;
 mod error;
 pub mod fingerprint;
+mod frequency;
 mod interpolation;
 mod line;
 mod measure;
@@ -34,9 +35,10 @@ mod window;
 
 pub use distortion::{bandwidth, total_harmonic_distortion};
 pub use error::FeatureError;
+pub use frequency::{refine_frequency, strongest_frequency};
 pub use line::{
     AbsentLine, Line, LineTable, MINIMUM_LINE_PERIODS, Phasor, USABLE_NYQUIST_FRACTION, line_amplitude, line_phasor,
-    lines, refine_frequency, strongest_frequency,
+    lines,
 };
 pub use measure::{FeatureSettings, Features, measure};
 pub use peak::{PeakSettings, Peaks, peaks};

@@ -94,4 +94,28 @@ impl AmplitudeSpectrum {
         let middle = band.len() / 2;
         Some(*band.select_nth_unstable_by(middle, f64::total_cmp).1)
     }
+
+    /// Amplitude of what is no line around `frequency` (Hz): the median that noise would have there, from the lower
+    /// quartile of the points within half a drive frequency (f0/8 to 0.8 of the Nyquist frequency), × √(ln 2/ln 4⁄3).
+    ///
+    /// The quartile leaves room for lines in three quarters of the band; a steeply falling broadband part is followed.
+    /// `None` as for [`noise_floor`](Self::noise_floor).
+    #[must_use]
+    pub fn local_floor(&self, frequency: f64, drive_frequency: f64) -> Option<f64> {
+        if drive_frequency < 16.0 * self.resolution_hz {
+            return None;
+        }
+        let nyquist = self.frequency(self.amplitudes.len() - 1);
+        let lowest = (frequency - 0.5 * drive_frequency).max(drive_frequency / 8.0);
+        let highest = (frequency + 0.5 * drive_frequency).min(super::USABLE_NYQUIST_FRACTION * nyquist);
+        let first = (lowest / self.step_hz).ceil() as usize;
+        let past = ((highest / self.step_hz) as usize + 1).min(self.amplitudes.len());
+        let mut band = self.amplitudes.get(first..past)?.to_vec();
+        if band.len() < 16 {
+            return None;
+        }
+        let quarter = band.len() / 4;
+        let quartile = *band.select_nth_unstable_by(quarter, f64::total_cmp).1;
+        Some(quartile * (2.0_f64.ln() / (4.0_f64 / 3.0).ln()).sqrt())
+    }
 }

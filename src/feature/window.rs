@@ -70,6 +70,34 @@ impl Window {
         Ok(Self { from, to })
     }
 
+    /// Where a trace itself is on, for want of a drive: from the first to the last instant at which its rms over six
+    /// drive periods exceeds 1/√2 of the largest.
+    ///
+    /// Six periods average over the beat of period-2, -3 and -6 states; a trace that starts or stops at once begins and
+    /// ends there. The span is within a period or so of the truth: a drive record is to be preferred.
+    ///
+    /// # Errors
+    /// An empty, constant or non-finite series, a drive frequency outside the usable band.
+    pub fn of_trace(trace: &Series, drive_frequency: f64) -> Result<Self, FeatureError> {
+        super::line::check(trace, drive_frequency)?;
+        let mean = trace.values.iter().sum::<f64>() / trace.len() as f64;
+        let mut sums = Vec::with_capacity(trace.len() + 1);
+        let mut sum = 0.0;
+        sums.push(sum);
+        for value in &trace.values {
+            sum += (value - mean).powi(2);
+            sums.push(sum);
+        }
+        let reach = (3.0 / (drive_frequency * trace.step)).round() as usize;
+        let power = |index: usize| sums[(index + reach + 1).min(trace.len())] - sums[index.saturating_sub(reach)];
+        let largest = (0..trace.len()).map(power).fold(0.0, f64::max);
+        let on = |index: &usize| power(*index) > 0.5 * largest;
+        match ((0..trace.len()).find(on), (0..trace.len()).rfind(on)) {
+            (Some(first), Some(last)) if last > first => Ok(Self { from: trace.time(first), to: trace.time(last) }),
+            _ => Err(FeatureError::Constant { from_s: trace.start, to_s: trace.end() }),
+        }
+    }
+
     /// This window with its ends replaced where given: `--from`, `--to`.
     #[must_use]
     pub fn overridden(self, from: Option<f64>, to: Option<f64>) -> Self {
@@ -188,6 +216,14 @@ mod tests {
             assert!((window.from - on).abs() < 0.1 / F0, "{} {on}", window.from);
             assert!((window.to - off).abs() < 0.1 / F0, "{} {off}", window.to);
         }
+    }
+
+    #[test]
+    fn a_trace_without_a_drive_is_on_where_its_rms_is() {
+        let (on, off) = (131e-6, 131e-6 + 40.0 / F0);
+        let window = Window::of_trace(&burst(1e-7, on, off, 900e-6), F0).unwrap();
+        // The mean square of whole periods: within a tenth of a period.
+        assert!((window.from - on).abs() < 0.1 / F0 && (window.to - off).abs() < 0.1 / F0, "{window:?}");
     }
 
     #[test]

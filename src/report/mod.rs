@@ -9,4 +9,5 @@ pub mod figure;
 pub mod number;
 pub mod page;
 pub mod replay;
+pub mod spectrum;
 pub mod sweep;
