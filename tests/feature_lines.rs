@@ -162,7 +162,7 @@ fn the_frequency_of_a_ring_up_burst_is_refined_to_1e_minus_6() {
 #[test]
 fn the_frequency_of_a_short_burst_is_not_pulled_by_its_image() {
     // Without the fit five cycles are off by 1.5e-4 to 1e-3.
-    for (cycles, allowed) in [(2.0, 1e-3), (5.0, 1e-4), (8.5, 1e-4)] {
+    for (cycles, allowed) in [(3.0, 1e-3), (5.0, 1e-4), (8.5, 1e-4)] {
         for phase in [0.0, 0.9, 2.2] {
             let burst = tones(0.0, 1e-7, cycles / F0, &[(F0, 1e-6, phase)]);
             let drive = Series::new(0.0, 1e-7, [burst.values, vec![0.0; 500]].concat());
