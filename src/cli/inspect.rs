@@ -231,8 +231,12 @@ impl fmt::Display for Text<'_> {
         let integrated = if motion == recorded { "" } else { ", integrated to a displacement" };
         row(f, "quantity", format!("`{}` in {}{integrated}", summary.value_column, summary.value_unit))?;
         let time = |value| shown(value, Dimension::TIME);
-        let span = format!("{} from {} after the trigger", time(summary.duration_s), time(summary.start_s));
-        row(f, "samples", format!("{} at {}: {span}", summary.samples, hertz(summary.sample_rate_hz)))?;
+        let span = format!("{} to {}", time(summary.start_s), time(summary.start_s + summary.duration_s));
+        row(
+            f,
+            "samples",
+            format!("{} at {}, from {span}; the trigger is at 0", summary.samples, hertz(summary.sample_rate_hz)),
+        )?;
         let peaks = format!("{} and {}", shown(summary.positive_peak, motion), shown(summary.negative_peak, motion));
         row(f, "peaks", peaks)?;
         row(f, "rms", shown(summary.rms, motion))?;

@@ -54,7 +54,7 @@ impl Series {
     #[must_use]
     pub fn window(&self, from: f64, to: f64) -> Self {
         let first = ((from - self.start) / self.step - 0.5).ceil().max(0.0) as usize;
-        let past = ((to - self.start) / self.step + 0.5).floor().max(-1.0) as isize + 1;
+        let past = (((to - self.start) / self.step + 0.5).floor().max(-1.0) as isize).saturating_add(1);
         let past = past.max(0).min(self.len() as isize) as usize;
         let first = first.min(past);
         Self { start: self.time(first), step: self.step, values: self.values[first..past].to_vec() }
@@ -70,5 +70,18 @@ impl Series {
     #[must_use]
     pub fn peak(&self) -> f64 {
         self.values.iter().fold(0.0, |peak, value| f64::max(peak, value.abs()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_may_reach_beyond_both_ends_or_to_infinity() {
+        let series = Series::new(-1.0, 0.5, vec![0.0, 1.0, 2.0, 3.0]);
+        assert_eq!(series.window(f64::NEG_INFINITY, f64::INFINITY), series);
+        assert_eq!(series.window(-0.5, 0.0), Series::new(-0.5, 0.5, vec![1.0, 2.0]));
+        assert!(series.window(3.0, 4.0).is_empty() && series.window(-9.0, -8.0).is_empty());
     }
 }
