@@ -38,7 +38,7 @@ pub enum Outcome {
 }
 
 #[derive(Debug, Parser)]
-#[command(name = "granchain", version, about, max_term_width = 110, after_help = EXIT_CODES)]
+#[command(name = "granchain", bin_name = "granchain", version, about, max_term_width = 110, after_help = EXIT_CODES)]
 struct CommandLine {
     #[command(subcommand)]
     command: Command,

@@ -169,7 +169,7 @@ impl SweepTable<'_> {
     fn report(&self, swept: usize, members: &[usize], fixed: &[String]) -> SweepReport {
         let axis = &self.grid.axes[swept];
         let name = match axis.key.as_str() {
-            "alpha" => "amplitude scale α".into(),
+            "alpha" => "Amplitude scale α".into(),
             key => key.to_owned(),
         };
         let name = if fixed.is_empty() { name } else { format!("{name} at {}", fixed.join(", ")) };
@@ -188,8 +188,7 @@ impl SweepTable<'_> {
             ["1/3", "1/2", "2/3", "1"].map(|ratio| curve("Line amplitude", ratio, &format!("line_{ratio}"), None)),
         );
         curves.extend(
-            ["1/3", "1/2", "2/3"]
-                .map(|ratio| curve("Amplitude ratio to the drive line", ratio, &format!("ratio_{ratio}"), None)),
+            ["1/3", "1/2", "2/3"].map(|ratio| curve("Ratio to the drive line", ratio, &format!("ratio_{ratio}"), None)),
         );
         SweepReport {
             name,
