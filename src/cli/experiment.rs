@@ -12,6 +12,7 @@ use sha2::{Digest, Sha256};
 use super::{
     arguments::{SceneArguments, usage},
     calibrated::Calibrated,
+    reading::ReadArguments,
 };
 use crate::{
     measurement::{MeasurementError, ReadOptions, RecordKind, read_record},
@@ -60,15 +61,15 @@ struct RecordedDrive {
 }
 
 impl RecordedDrive {
-    fn read(path: &Path, frequency: Option<f64>, assumptions: &mut Vec<String>) -> Result<Self, MeasurementError> {
-        let options = ReadOptions { drive_frequency: frequency, ..ReadOptions::default() };
-        let record = read_record(path, RecordKind::HornTip, &options)?;
+    fn read(path: &Path, options: &ReadOptions, assumptions: &mut Vec<String>) -> Result<Self, MeasurementError> {
+        let record = read_record(path, RecordKind::HornTip, options)?;
         let displacement = record.to_drive()?;
         let frequency =
             record.drive_frequency().ok_or_else(|| MeasurementError::NoDriveFrequency { path: record.path.clone() })?;
+        let statement = record.drive_statement(frequency);
         let mut said = record.assumptions;
         said.extend(record.warnings);
-        said.push(format!("drive frequency {:.4} kHz", frequency * 1e-3));
+        said.push(format!("drive frequency {:.4} kHz; {statement}", frequency * 1e-3));
         assumptions.extend(said.into_iter().map(|text| format!("{}: {text}", path.display())));
         Ok(Self { input: Input { path: record.path, sha256: record.sha256 }, displacement, frequency })
     }
@@ -79,7 +80,11 @@ impl Experiment {
     ///
     /// # Errors
     /// A usage error without a scene; whatever is wrong with the scene or the record.
-    pub fn new(arguments: &SceneArguments, calibration: Option<&Calibrated>) -> anyhow::Result<Self> {
+    pub fn new(
+        arguments: &SceneArguments,
+        reading: &ReadArguments,
+        calibration: Option<&Calibrated>,
+    ) -> anyhow::Result<Self> {
         let mut assumptions = Vec::new();
         let source = match (&arguments.scene, calibration.and_then(|calibration| calibration.scene.as_ref())) {
             (Some(scene), _) => scene.clone(),
@@ -112,8 +117,8 @@ impl Experiment {
         experiment.assumptions.extend(loaded.notes);
         let record = arguments.drive.clone().or_else(|| loaded.scene.pending_record().map(Path::to_path_buf));
         if let Some(path) = record {
-            let frequency = arguments.drive_frequency;
-            experiment.recorded = Some(RecordedDrive::read(&path, frequency, &mut experiment.assumptions)?);
+            let options = reading.options(arguments.drive_frequency);
+            experiment.recorded = Some(RecordedDrive::read(&path, &options, &mut experiment.assumptions)?);
             if arguments.drive.is_some() {
                 experiment.refuse_drive_keys(arguments.set.iter().map(String::as_str))?;
             }

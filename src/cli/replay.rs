@@ -13,7 +13,9 @@ use super::{
     experiment::Experiment,
     interrupt,
     output::OutputFolder,
-    progress, summary,
+    progress,
+    reading::ReadArguments,
+    summary,
     timing::{self, Timing},
 };
 use crate::{
@@ -21,7 +23,7 @@ use crate::{
     model::{self, ModelError},
     report::replay as page,
     response::{EnergyLedger, Response, SolverWork, write_csv},
-    scene::Scene,
+    scene::{Effect, Scene, effects},
     study::{
         EnsemblePlan, ensemble, observation,
         published::{Published, published},
@@ -40,6 +42,9 @@ pub struct Arguments {
     /// Also run N perturbed copies at each of three drive levels and report mean, scatter and sensitivity
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..), help_heading = "Study")]
     pub ensemble: Option<u32>,
+    /// How the drive record is to be read.
+    #[command(flatten)]
+    pub reading: ReadArguments,
     /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
@@ -69,6 +74,8 @@ pub struct Summary {
     /// What the source paper prints of this scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub published: Option<Published>,
+    /// Which effects were on, and why.
+    pub effects: Vec<Effect>,
     /// What was assumed on the way.
     pub assumptions: Vec<String>,
     /// Files that went in.
@@ -80,10 +87,10 @@ pub struct Summary {
 /// # Errors
 /// Whatever is wrong with scene, calibration, record or run; a folder that cannot be written.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { scene: flags, calibration, ensemble: members, output, session } = arguments;
+    let Arguments { scene: flags, calibration, ensemble: members, reading, output, session } = arguments;
     let mut timing = Timing::start();
     let calibrated = calibration.as_deref().map(Calibrated::read).transpose()?;
-    let experiment = Experiment::new(&flags, calibrated.as_ref())?;
+    let experiment = Experiment::new(&flags, &reading, calibrated.as_ref())?;
     let scene = experiment.scene_with(&[])?;
     for assumption in &experiment.assumptions {
         session.note(format_args!("assumed: {assumption}"));
@@ -109,6 +116,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         settings: summary::Settings::new(&scene, &experiment, session.seed),
         ensemble: spread.as_ref().map(summary::EnsembleTable::new),
         published: published(&scene),
+        effects: effects(&scene),
         assumptions: experiment.assumptions.clone(),
         inputs: summary::Inputs::new(&experiment, calibrated.as_ref())?,
         features,
@@ -116,7 +124,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let mut text = summary::text(&scene, &summary, spread.as_ref());
     match folder {
         Some(folder) => {
-            write(&folder, &response, &summary, &mut timing)?;
+            write(&folder, &scene, &response, &summary, &mut timing)?;
             let place = folder.finish()?;
             session.note(format_args!("written to {}", place.display()));
         }
@@ -139,10 +147,17 @@ fn run(scene: &Scene, session: &Session) -> anyhow::Result<Response> {
     }
 }
 
-fn write(folder: &OutputFolder, response: &Response, summary: &Summary, timing: &mut Timing) -> anyhow::Result<()> {
+fn write(
+    folder: &OutputFolder,
+    scene: &Scene,
+    response: &Response,
+    summary: &Summary,
+    timing: &mut Timing,
+) -> anyhow::Result<()> {
     let mut table = Vec::new();
     write_csv(response, &mut table).context("response.csv cannot be made")?;
     folder.write("response.csv", table)?;
+    folder.write("scene.toml", scene.to_toml())?;
     folder.write("summary.json", summary::json(summary)?)?;
     interrupt::check()?;
     timing.stage("write");

@@ -14,7 +14,9 @@ use super::{
     experiment::Experiment,
     interrupt::{self, Interrupted},
     output::OutputFolder,
-    progress, summary, sweep_table,
+    progress,
+    reading::ReadArguments,
+    summary, sweep_table,
     timing::{self, Timing},
 };
 use crate::{
@@ -46,6 +48,9 @@ pub struct Arguments {
     /// Continue a sweep that was stopped; needs the same flags
     #[arg(long, requires = "out", help_heading = "Output")]
     pub resume: bool,
+    /// How the drive record is to be read.
+    #[command(flatten)]
+    pub reading: ReadArguments,
     /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
@@ -68,11 +73,11 @@ const RUNS: &str = "runs.jsonl";
 /// # Errors
 /// Whatever is wrong with scene, grid, calibration or record; a folder that cannot be written; Ctrl-C.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { scene: flags, calibration, vary, ensemble, resume, output, session } = arguments;
+    let Arguments { scene: flags, calibration, vary, ensemble, resume, reading, output, session } = arguments;
     let mut timing = Timing::start();
     let grid = Grid::new(vary)?;
     let calibrated = calibration.as_deref().map(Calibrated::read).transpose()?;
-    let experiment = Experiment::new(&flags, calibrated.as_ref())?;
+    let experiment = Experiment::new(&flags, &reading, calibrated.as_ref())?;
     experiment.refuse_drive_keys(grid.axes.iter().map(|axis| axis.key.as_str()))?;
     let base = experiment.scene_with(&[])?;
     for assumption in &experiment.assumptions {
@@ -177,11 +182,15 @@ fn stopped(error: SweepError, folder: Option<OutputFolder>) -> anyhow::Error {
                 .context(format!("{finished} of {points} runs are kept in {place}; continue with --resume"))
         }
         (SweepError::Stopped { .. }, folder) => {
-            folder.map(OutputFolder::discard);
+            if let Some(folder) = folder {
+                folder.discard();
+            }
             Interrupted.into()
         }
         (error @ SweepError::NoValidPoint { .. }, folder) => {
-            folder.map(OutputFolder::discard);
+            if let Some(folder) = folder {
+                folder.discard();
+            }
             error.into()
         }
         (error, _) => error.into(),

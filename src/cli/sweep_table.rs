@@ -38,6 +38,12 @@ pub struct SweepTable<'a> {
     pub ensemble: bool,
 }
 
+/// The points of a grid that differ in the swept axis only.
+struct Slice {
+    fixed: Vec<String>,
+    members: Vec<usize>,
+}
+
 impl SweepTable<'_> {
     /// `sweep.csv`: the swept keys with their units, `status`, the watched numbers, with an ensemble also their mean,
     /// scatter and sensitivity, and the reason of a failure.
@@ -140,28 +146,29 @@ impl SweepTable<'_> {
     pub fn figures(&self) -> Vec<(String, SweepReport)> {
         let is_number = |axis: &Axis| axis.values.iter().all(|value| matches!(value, Value::Number(_)));
         let Some(swept) = self.grid.axes.iter().position(is_number) else { return Vec::new() };
-        let others = |index: usize| -> Vec<(usize, String)> {
-            let values = self.grid.values(index);
-            (0..values.len()).filter(|axis| *axis != swept).map(|axis| (axis, values[axis].to_string())).collect()
+        let others = |index: usize| -> Vec<String> {
+            let values = self.grid.axes.iter().zip(self.grid.values(index)).enumerate();
+            values
+                .filter(|(axis, _)| *axis != swept)
+                .map(|(_, (axis, value))| format!("{} = {value}", axis.key))
+                .collect()
         };
-        let mut groups: Vec<(Vec<(usize, String)>, Vec<usize>)> = Vec::new();
+        let mut groups: Vec<Slice> = Vec::new();
         for index in 0..self.runs.len() {
-            let key = others(index);
-            match groups.iter().position(|(known, _)| *known == key) {
-                Some(group) => groups[group].1.push(index),
+            let fixed = others(index);
+            match groups.iter().position(|group| group.fixed == fixed) {
+                Some(group) => groups[group].members.push(index),
                 None if groups.len() == MOST_FIGURES => {}
-                None => groups.push((key, vec![index])),
+                None => groups.push(Slice { fixed, members: vec![index] }),
             }
         }
         let single = groups.len() == 1;
         groups
             .iter()
             .enumerate()
-            .map(|(number, (key, members))| {
-                let fixed: Vec<String> =
-                    key.iter().map(|(axis, value)| format!("{} = {value}", self.grid.axes[*axis].key)).collect();
+            .map(|(number, group)| {
                 let name = if single { "sweep".into() } else { format!("sweep-{}", number + 1) };
-                (name, self.report(swept, members, &fixed))
+                (name, self.report(swept, &group.members, &group.fixed))
             })
             .collect()
     }
