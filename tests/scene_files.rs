@@ -181,6 +181,15 @@ fn a_record_is_named_relative_to_its_scene_file_and_filled_in_by_the_caller() {
 }
 
 #[test]
+fn no_model_runs_a_record_that_has_not_been_read() {
+    let scene = file("extends = \"annulus\"\ndrive.kind = \"record\"\ndrive.file = \"horn_tip.csv\"");
+    assert_eq!(
+        granchain::model::run(&scene, &mut |_| true).unwrap_err().to_string(),
+        "model `chain`: the drive record bench/horn_tip.csv has not been read; hand it over with `with_drive_record`"
+    );
+}
+
+#[test]
 fn unknown_scenes_are_refused_with_the_nearest_name() {
     assert_eq!(
         overridden("anulus", &[]).unwrap_err().to_string(),
@@ -592,6 +601,8 @@ fn scenes() -> impl Strategy<Value = Scene> {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
     #[test]
     fn a_scene_written_as_toml_reads_back_as_the_same_scene(scene in scenes()) {
         let text = scene.to_toml();

@@ -150,6 +150,8 @@ fn dimensions() -> impl Strategy<Value = Dimension> {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
     #[test]
     fn writing_and_reading_back_gives_the_same_double(
         mantissa in -1.0f64..1.0, exponent in -30i32..30, dimension in dimensions()
