@@ -1,6 +1,7 @@
 //! Parameters, residuals and the search for them: the only user of argmin.
 
 pub mod checkpoint;
+mod descent;
 pub mod fit;
 pub mod forward;
 pub mod likelihood;
