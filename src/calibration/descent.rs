@@ -65,13 +65,7 @@ impl CostFunction for Misfit<'_> {
 ///
 /// # Errors
 /// When argmin refuses the set-up.
-pub fn runs(
-    forward: &Forward,
-    strategy: Strategy,
-    first: u64,
-    count: usize,
-    seed: u64,
-) -> Result<Vec<Run>, Error> {
+pub fn runs(forward: &Forward, strategy: Strategy, first: u64, count: usize, seed: u64) -> Result<Vec<Run>, Error> {
     let dimension = forward.parameters.len();
     let made = Mutex::new(Vec::with_capacity(count));
     let mut start = 0;

@@ -178,7 +178,9 @@ pub fn lobes(fit: &Fit) -> Vec<OutcomeLobe> {
         fit.parameters
             .iter()
             .enumerate()
-            .map(|(d, parameter)| (parameter.name.clone(), [parameter.value(lobe.low[d]), parameter.value(lobe.high[d])]))
+            .map(|(d, parameter)| {
+                (parameter.name.clone(), [parameter.value(lobe.low[d]), parameter.value(lobe.high[d])])
+            })
             .collect()
     };
     fit.lobes.iter().map(|lobe| OutcomeLobe { mass: lobe.mass, extent: extent(lobe) }).collect()

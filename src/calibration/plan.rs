@@ -111,8 +111,7 @@ impl Plan {
     /// # Errors
     /// [`PlanError`] with file and line.
     pub fn read(path: &Path) -> Result<Self, PlanError> {
-        let text =
-            fs::read_to_string(path).map_err(|source| PlanError::Unreadable { path: path.into(), source })?;
+        let text = fs::read_to_string(path).map_err(|source| PlanError::Unreadable { path: path.into(), source })?;
         let mut plan: Self = toml::from_str(&text).map_err(|error| PlanError::Form {
             path: path.into(),
             line: error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1),

@@ -196,9 +196,8 @@ impl Solver<Forward, SearchState> for Search {
             strategy => {
                 let count = self.batches[self.batch];
                 let seed = self.seed.wrapping_add(self.batch as u64);
-                problem.bulk_problem("cost_count", count, |forward| {
-                    descent::runs(forward, strategy, first, count, seed)
-                })?
+                problem
+                    .bulk_problem("cost_count", count, |forward| descent::runs(forward, strategy, first, count, seed))?
             }
         };
         self.runs.extend(runs);

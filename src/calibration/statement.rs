@@ -93,9 +93,7 @@ fn percent(low: f64, high: f64) -> String {
 pub fn preferred(laws: &[(String, &Fit)]) -> Option<String> {
     let explains = |fit: &Fit| fit.verdict != Verdict::OutsideScatter;
     let mut ranked: Vec<&(String, &Fit)> = laws.iter().collect();
-    ranked.sort_by(|a, b| {
-        explains(b.1).cmp(&explains(a.1)).then(b.1.log_evidence.total_cmp(&a.1.log_evidence))
-    });
+    ranked.sort_by(|a, b| explains(b.1).cmp(&explains(a.1)).then(b.1.log_evidence.total_cmp(&a.1.log_evidence)));
     let (best, second) = (ranked.first()?, ranked.get(1)?);
     let decided = best.1.log_evidence - second.1.log_evidence >= DECISIVE;
     decided.then(|| best.0.clone())

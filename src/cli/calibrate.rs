@@ -33,8 +33,7 @@ use crate::{
         fit::{Fit, FitError, Verdict, fit},
         forward::{Forward, Uncertainty},
         observation::{Observation, Recording},
-        outcome::{
-            self, CalibrationOutcome, FittedFeature, InputDigest, LawOutcome, OutcomeFeature},
+        outcome::{self, CalibrationOutcome, FittedFeature, InputDigest, LawOutcome, OutcomeFeature},
         parameter::Parameter,
         search::{Search, Strategy},
         statement,
@@ -171,8 +170,9 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     };
     timing.stage("fit");
     let best = best_law(&laws);
+    let calibrated = fitted_scene(&laws[best]);
     let plan = EnsemblePlan::new(CONFIRMATION_MEMBERS, session.seed);
-    let confirmation = confirm(&fitted_scene(best), &job.recording, &job.observation, &plan);
+    let confirmation = confirm(&calibrated, &job.recording, &job.observation, &plan);
     let (confirmation, unconfirmed) = match confirmation {
         Ok(confirmation) => (Some(confirmation), None),
         Err(error) => (None, Some(format!("{:#}", anyhow!(error)))),
@@ -247,8 +247,7 @@ fn fit_laws(job: &Job, folder: &OutputFolder, session: &Session) -> anyhow::Resu
             SearchChoice::NelderMead => Strategy::NelderMead,
             SearchChoice::ParticleSwarm => Strategy::ParticleSwarm,
         };
-        let search =
-            checkpoint.restore()?.unwrap_or_else(|| Search::new(&forward, budget, session.seed, strategy));
+        let search = checkpoint.restore()?.unwrap_or_else(|| Search::new(&forward, budget, session.seed, strategy));
         let fit = match fit(&forward, search, Some(checkpoint)) {
             Ok(fit) => fit,
             Err(FitError::Stopped { .. }) => return Err(interrupt::Interrupted.into()),
@@ -371,8 +370,7 @@ fn outcome_of(
                 parameters: outcome::fitted_parameters(&law.fit),
             })
             .collect(),
-        preferred_law: (laws.len() > 1)
-            .then(|| statement::preferred(&fits).unwrap_or_else(|| "undecided".into())),
+        preferred_law: (laws.len() > 1).then(|| statement::preferred(&fits).unwrap_or_else(|| "undecided".into())),
         assumptions: job.assumptions.clone(),
     }
 }

@@ -63,7 +63,9 @@ impl Definition {
         let plan = arguments.plan.as_deref().map(Plan::read).transpose()?.unwrap_or_default();
         let mut assumptions = Vec::new();
         let Some(measured) = arguments.measured.or(plan.measured) else {
-            return Err(usage("--measured FILE is needed: a vibrometer record, such as measurements/annulus-73khz/vib.csv"));
+            return Err(usage(
+                "--measured FILE is needed: a vibrometer record, such as measurements/annulus-73khz/vib.csv",
+            ));
         };
         let mut scene = arguments.scene;
         if scene.scene.is_none() {

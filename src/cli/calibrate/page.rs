@@ -37,7 +37,6 @@ const SWEEP_POINTS: usize = 21;
 /// Perturbed runs a point of the α sweep.
 const SWEEP_MEMBERS: usize = 4;
 
-
 /// What the α sweep shows: key, panel, curve.
 const SWEPT: [(&str, &str, &str); 6] = [
     ("positive_peak", "Peak velocity", "positive"),
@@ -85,8 +84,7 @@ pub fn report(
 
 /// What a report says whatever came of the fit.
 fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
-    let reconstruction =
-        job.record.comments.iter().any(|comment| comment.to_lowercase().contains("not a measurement"));
+    let reconstruction = job.record.comments.iter().any(|comment| comment.to_lowercase().contains("not a measurement"));
     let mut inputs = vec![InputFile {
         role: "vibrometer record".into(),
         path: job.record.path.display().to_string(),
@@ -131,10 +129,7 @@ fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
             settings: vec![
                 ("runs a damping law".into(), job.definition.evaluations.to_string()),
                 ("cutoff of record and runs".into(), format!("{:.0} kHz", job.observation.cutoff * 1e-3)),
-                (
-                    "onset threshold".into(),
-                    format!("{:.1} mm/s", job.observation.fingerprint.threshold() * 1e3),
-                ),
+                ("onset threshold".into(), format!("{:.1} mm/s", job.observation.fingerprint.threshold() * 1e3)),
             ],
         },
     }
@@ -339,6 +334,7 @@ fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome) -> Option<SweepRepor
         name: "Amplitude scale α".into(),
         unit: "1".into(),
         curves: curves.collect(),
+        reference_name: "of the record".into(),
         marked: Some((centre, "fitted".into())),
     })
 }
@@ -357,7 +353,8 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
         window: Some(confirmation.window),
         ..frame(job, scene, session.seed)
     };
-    let name = target.file_name().map_or_else(|| "dry-run".into(), |name| format!("{}-dry-run", name.to_string_lossy()));
+    let name =
+        target.file_name().map_or_else(|| "dry-run".into(), |name| format!("{}-dry-run", name.to_string_lossy()));
     let folder = OutputFolder::stage(&target.with_file_name(name), force)?;
     for (name, bytes) in report.preview()? {
         folder.write(name, bytes)?;
