@@ -103,7 +103,7 @@ impl Forward {
             scene.drive.burst().0 + (observation.fingerprint.cycles_needed() as f64 + ONSET_ALLOWANCE) * period;
         let ensemble = Ensemble::new(&scene, STEPS_PER_CYCLE as u32)?;
         let step = period / STEPS_PER_CYCLE as f64;
-        let len = (scene.duration / step).round() as usize + 1;
+        let len = ensemble.samples();
         let low_pass = LowPass::new(step, len, observation.cutoff);
         let noise_rms = (observation.noise_density * 0.5 / step).sqrt();
         let base = Variation::of(&scene);

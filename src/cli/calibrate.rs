@@ -197,7 +197,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
 fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
     let definition = Definition::new(arguments)?;
     let mut assumptions = definition.assumptions.clone();
-    let experiment = Experiment::new(&definition.scene, None)?;
+    let experiment = Experiment::new(&definition.scene, &ReadArguments::default(), None)?;
     assumptions.extend(experiment.assumptions.iter().cloned());
     let scene = experiment.scene_with(&[])?;
     let options = definition.reading.options(Some(scene.drive.frequency));

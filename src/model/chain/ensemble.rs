@@ -133,6 +133,12 @@ impl Ensemble {
         self.step
     }
 
+    /// Number of samples of the result.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.steps + 1
+    }
+
     /// Run every variation; the velocity of the last bead's pole (m/s) at every step from time zero, or why that run failed.
     #[must_use]
     pub fn run(&self, variations: &[Variation]) -> Vec<Result<Series, ModelError>> {
