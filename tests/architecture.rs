@@ -22,7 +22,11 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
 
 /// Crate → the only folder that may use it.
 const OWNED_CRATES: &[(&str, &str)] = &[
-    ("plotters", "report"),
+    ("plotters_backend", "report"),
+    ("plotters_bitmap", "report"),
+    ("plotters_svg", "report"),
+    ("ab_glyph", "report"),
+    ("png", "report"),
     ("maud", "report"),
     ("argmin", "calibration"),
     ("anyhow", "cli"),

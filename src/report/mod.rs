@@ -11,3 +11,4 @@ pub mod page;
 pub mod replay;
 pub mod spectrum;
 pub mod sweep;
+pub mod twins;

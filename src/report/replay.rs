@@ -1,9 +1,13 @@
-//! The figures of one run: what the piston did, what the pole did, and its spectrum.
+//! The figures of one run: what the piston and the pole did, how the pulses ran through the chain, and the spectrum.
 
-use super::figure::{Axis, Colour, Figure, PAGE_WIDTH_MM, Panel, Stroke, trace};
+use super::{
+    figure::{Axis, Colour, Figure, Layer, Map, PAGE_WIDTH_MM, Panel, Stroke, trace},
+    number::engineering,
+};
 use crate::{
     feature::{FeatureError, Features, Ratio, amplitude_spectrum},
     response::Response,
+    signal::Series,
 };
 
 /// Highest frequency drawn, in drive frequencies.
@@ -16,7 +20,10 @@ const LOWEST_LEVEL: f64 = 1e-4;
 /// # Errors
 /// When the spectrum of the pole's velocity cannot be taken.
 pub fn figures(response: &Response, features: &Features) -> Result<Vec<(&'static str, Figure)>, FeatureError> {
-    Ok(vec![("response", response_figure(response)), ("spectrum", spectrum_figure(response, features)?)])
+    let mut figures = vec![("response", response_figure(response))];
+    figures.extend(chain_figure(response, features.drive_frequency_hz).map(|figure| ("chain", figure)));
+    figures.push(("spectrum", spectrum_figure(response, features)?));
+    Ok(figures)
 }
 
 fn response_figure(response: &Response) -> Figure {
@@ -34,6 +41,91 @@ fn response_figure(response: &Response) -> Figure {
         .sized(PAGE_WIDTH_MM, 1)
         .panel(piston)
         .panel(pole)
+}
+
+/// Drive periods shown of the pulses in the chain, from the first motion of the last bead on.
+const PERIODS_SHOWN: f64 = 12.0;
+/// Most beads drawn one above the other; of longer chains every second, third … is drawn.
+const ROWS: usize = 24;
+/// Columns of the map of contact forces.
+const MAP_COLUMNS: usize = 400;
+
+/// The velocities of the beads one above the other and the contact forces as a map, over the first periods.
+fn chain_figure(response: &Response, drive_frequency: f64) -> Option<Figure> {
+    let start = response.pole_velocity.start;
+    let moving = 0.02 * response.pole_velocity.peak();
+    let first = response.pole_velocity.values.iter().position(|velocity| velocity.abs() > moving)?;
+    let onset = response.pole_velocity.time(first);
+    let end = (onset + PERIODS_SHOWN / drive_frequency).min(response.pole_velocity.end());
+    let time = || Axis::new("Time", "µs").times(1e6).range(start, end);
+
+    let beads: Vec<(usize, Series)> = response
+        .bead_velocity
+        .iter()
+        .enumerate()
+        .step_by(response.bead_velocity.len().div_ceil(ROWS).max(1))
+        .map(|(bead, velocity)| (bead, velocity.window(start, end)))
+        .collect();
+    let largest = beads.iter().map(|(_, velocity)| velocity.peak()).fold(0.0, f64::max);
+    if largest <= 0.0 || !(end > start) {
+        return None;
+    }
+    // Half of the largest velocity is one row.
+    let row = 0.5 * largest;
+    let names = (0..beads.len()).map(|index| (index as f64, (beads[index].0 + 1).to_string())).collect();
+    let axis = Axis::new("Bead, counted from the piston", "1").named_ticks(names);
+    let velocities = beads.iter().enumerate().fold(
+        Panel::new(time(), axis).height(22.0 + 7.0 * beads.len() as f64),
+        |panel, (index, (_, velocity))| {
+            let shifted = velocity.map(|value| value / row + index as f64);
+            let colour = if index % 2 == 0 { Colour::Blue } else { Colour::Vermillion };
+            panel.line("", trace(&shifted), Stroke::new(colour).width(0.8))
+        },
+    );
+    let velocities = velocities.titled(format!("(a) velocity of the beads, one row is {}", engineering(row, "m/s", 3)));
+    let mut figure = Figure::new(format!(
+        "Pulses in the chain: velocities of the beads and contact forces until {PERIODS_SHOWN:.0} drive periods after the last bead first moved"
+    ))
+    .sized(PAGE_WIDTH_MM, 1)
+    .panel(velocities);
+    if let Some(map) = force_map(response, start, end) {
+        let contacts = response.contact_force.len();
+        let names = (0..contacts).step_by(contacts.div_ceil(ROWS).max(1));
+        let axis = Axis::new("Contact, counted from the piston", "1")
+            .range(-0.5, contacts as f64 - 0.5)
+            .named_ticks(names.map(|index| (index as f64, (index + 1).to_string())).collect());
+        let panel = Panel::new(time(), axis)
+            .titled("(b) contact forces; white: open")
+            .height(20.0 + 4.0 * contacts.min(ROWS) as f64)
+            .layer(Layer::HeatMap { label: "Force (N)".into(), map, range: None });
+        figure = figure.panel(panel);
+    }
+    Some(figure)
+}
+
+/// Largest force of each contact within each of the map's columns, N.
+fn force_map(response: &Response, start: f64, end: f64) -> Option<Map> {
+    let forces: Vec<Series> = response.contact_force.iter().map(|force| force.window(start, end)).collect();
+    let samples = forces.first()?.len();
+    let columns = samples.min(MAP_COLUMNS);
+    if columns < 2 || forces.len() < 2 {
+        return None;
+    }
+    let bounds = |column: usize| (column * samples / columns, (column + 1) * samples / columns);
+    let values = forces
+        .iter()
+        .flat_map(|force| {
+            (0..columns).map(move |column| {
+                let (from, to) = bounds(column);
+                force.values[from..to].iter().copied().fold(0.0, f64::max)
+            })
+        })
+        .collect();
+    let middle = |column: usize| {
+        let (from, to) = bounds(column);
+        forces[0].start + 0.5 * (from + to - 1) as f64 * forces[0].step
+    };
+    Some(Map { x: (0..columns).map(middle).collect(), y: (0..forces.len()).map(|j| j as f64).collect(), values })
 }
 
 fn spectrum_figure(response: &Response, features: &Features) -> Result<Figure, FeatureError> {

@@ -16,7 +16,6 @@ pub mod ensemble;
 mod equation;
 mod event;
 mod integrate;
-mod lane;
 mod record;
 mod symplectic;
 mod system;

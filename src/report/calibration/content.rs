@@ -61,29 +61,6 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     }
 }
 
-/// Drive, record and uncalibrated response, before any fit.
-pub(super) fn preview(report: &CalibrationReport) -> Page {
-    let mut blocks =
-        vec![Block::Notice(vec!["Nothing has been fitted: the response shown is the scene as given.".into()])];
-    if !report.record_notes.is_empty() {
-        blocks.push(Block::Notice(report.record_notes.clone()));
-    }
-    section(&mut blocks, "Drive", Some(format!("The piston follows {}.", report.drive_origin)), figures::drive(report));
-    let alignment = (!report.alignment.is_empty()).then(|| format!("Alignment: {}.", report.alignment));
-    section(&mut blocks, "Velocity of the last bead", alignment, figures::velocities(report));
-    section(&mut blocks, "Spectra", None, figures::spectra(report));
-    if !report.assumptions.is_empty() {
-        blocks.push(Block::Heading("Assumed on reading".into()));
-        blocks.push(Block::List(report.assumptions.clone()));
-    }
-    provenance(report, &mut blocks);
-    Page {
-        title: format!("Before the calibration against {}", report.title),
-        subtitle: format!("Scene {}: {}", report.scene, report.scene_description),
-        blocks,
-    }
-}
-
 fn section(blocks: &mut Vec<Block>, heading: &str, words: Option<String>, plates: Vec<Plate>) {
     if plates.is_empty() {
         return;
@@ -134,21 +111,21 @@ fn headline(report: &CalibrationReport, law: &LawReport) -> Block {
         Verdict::WithinScatter => (
             if law.misfit > 1.0 || !leaning.is_empty() { Tone::Careful } else { Tone::Good },
             format!(
-                "With {damping} damping the {model} model explains {record} within its own scatter at {}. Intervals are 90 %; the misfit is {misfit} of the scatter a feature.{bound}",
+                "With {damping} damping the {model} model explains {record} within its own scatter at {}. Intervals are 90 %; the misfit per feature is {misfit} of the scatter.{bound}",
                 values(law, true)
             ),
         ),
         Verdict::OutsideScatter => (
             Tone::Bad,
             format!(
-                "With {damping} damping the {model} model does not explain {record}: its best runs, near {}, miss by {misfit} times the scatter a feature. No interval is quoted, because none would mean anything.{bound}",
+                "With {damping} damping the {model} model does not explain {record}: its best runs, near {}, miss by {misfit} times the scatter per feature. No interval is quoted, because none would mean anything.{bound}",
                 values(law, false)
             ),
         ),
         Verdict::NotConverged => (
             Tone::Bad,
             format!(
-                "The search stopped before it could tell. Best so far, {damping} damping: {} (misfit {misfit} of the scatter a feature).{bound}",
+                "The search stopped before it could tell. Best so far, {damping} damping: {} (misfit per feature: {misfit} of the scatter).{bound}",
                 values(law, false)
             ),
         ),

@@ -224,7 +224,7 @@ fn history(law: &LawReport, key: &str) -> Option<Plate> {
     if runs.is_empty() && best.is_empty() {
         return None;
     }
-    let axis = Axis::new("Misfit a feature", "1").logarithmic();
+    let axis = Axis::new("Misfit per feature", "1").logarithmic();
     let panel = Panel::new(Axis::new("Run", "count"), axis)
         .height(36.0)
         .points("run", runs, Colour::Grey, Marker::Dot)

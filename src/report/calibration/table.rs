@@ -87,7 +87,7 @@ pub(super) fn laws(report: &CalibrationReport) -> Table {
         })
         .collect();
     Table {
-        caption: "Fitted parameters with 90 % intervals, where they may be quoted. Misfit: a feature, in units of the local scatter (≤ 1 no alarm, 1 to 1.5 doubtful, above: not explained).".into(),
+        caption: "Fitted parameters with 90 % intervals, where they may be quoted. Misfit: per feature, in units of the local scatter (≤ 1 no alarm, 1 to 1.5 doubtful, above: not explained).".into(),
         columns: vec![
             Column::words("Damping"),
             Column::words("Parameter"),

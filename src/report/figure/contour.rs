@@ -48,8 +48,7 @@ pub(super) fn join(mut segments: Vec<[(f64, f64); 2]>, tolerance: f64) -> Vec<Ve
     let mut curves = Vec::new();
     while let Some([start, end]) = segments.pop() {
         let mut curve = std::collections::VecDeque::from([start, end]);
-        loop {
-            let (Some(&head), Some(&tail)) = (curve.front(), curve.back()) else { break };
+        while let (Some(&head), Some(&tail)) = (curve.front(), curve.back()) {
             let joins =
                 |segment: &[(f64, f64); 2]| segment.iter().any(|point| near(*point, head) || near(*point, tail));
             let Some(index) = segments.iter().position(joins) else { break };

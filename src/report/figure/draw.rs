@@ -196,8 +196,8 @@ fn error_bars<B: DrawingBackend>(
 ) -> DrawResult<B> {
     let (x, y) = (placed.x.place(point.x), placed.y.place(point.y));
     let bars = [
-        point.y_interval.map(|(low, high)| ((x, placed.y.place(low)), (x, placed.y.place(high)), (1.8, 0.0))),
-        point.x_interval.map(|(low, high)| ((placed.x.place(low), y), (placed.x.place(high), y), (0.0, 1.8))),
+        point.y_interval.map(|(low, high)| ((x, placed.y.place(low)), (x, placed.y.place(high)), (1.3, 0.0))),
+        point.x_interval.map(|(low, high)| ((placed.x.place(low), y), (placed.x.place(high), y), (0.0, 1.3))),
     ];
     for (low, high, cap) in bars.into_iter().flatten() {
         let Some((from, to)) = clip(low, high) else { continue };
@@ -306,6 +306,9 @@ fn surroundings<B: DrawingBackend>(placed: &Placed<'_>, canvas: &mut Canvas<'_, 
         }
     }
     let (middle_x, middle_y) = frame.at((0.5, 0.5));
+    // A title longer than its frame leans to where there is room.
+    let half = 0.5 * super::font::text_width(&placed.x.title, TEXT) + 1.0;
+    let middle_x = middle_x.min(placed.cell.1 - half).max(placed.cell.0 + half);
     canvas.text(&clean(&placed.x.title), (middle_x, under + 1.45 * LINE), TEXT, Anchor::Middle, INK)?;
     canvas.text_upwards(&clean(&placed.y.title), (frame.left - placed.y_title_offset, middle_y), TEXT, INK)?;
     if let Some(title) = &placed.panel.title {

@@ -32,6 +32,8 @@ pub(super) struct Placed<'a> {
     pub frame: Frame,
     pub x: Resolved,
     pub y: Resolved,
+    /// Left and right end of the panel's share of the sheet.
+    pub cell: (f64, f64),
     /// Distance between the y axis's title (its middle) and the frame.
     pub y_title_offset: f64,
     /// Rows of the legend, top first: x of the sample and index of the layer.
@@ -105,9 +107,15 @@ pub(super) fn plan(figure: &Figure) -> Result<Sheet<'_>, FigureError> {
             .as_ref()
             .map_or(9.0, |colours| COLOUR_BAR_GAP + COLOUR_BAR + TICK + 2.0 + tick_width(colours) + LINE)
     };
-    // Frames of a column share their left edge; the right one only gives way to a panel's own colour bar.
+    // Frames of a column share their left edge, and their right one where they share the horizontal axis; else only a panel
+    // with a colour bar gives way to it.
     let widest_left = |column: usize| measured.iter().skip(column).step_by(columns).map(left).fold(0.0, f64::max);
     let left_margins: Vec<f64> = (0..columns).map(widest_left).collect();
+    let widest_right = |index: usize| {
+        let same_axis = |panel: &&Measured<'_>| panel.panel.x == measured[index].panel.x;
+        measured.iter().skip(index % columns).step_by(columns).filter(same_axis).map(right).fold(0.0, f64::max)
+    };
+    let mut right_margins = (0..measured.len()).map(widest_right).collect::<Vec<f64>>().into_iter();
 
     let mut panels: Vec<Placed<'_>> = Vec::new();
     let mut top = 0.0;
@@ -122,7 +130,7 @@ pub(super) fn plan(figure: &Figure) -> Result<Sheet<'_>, FigureError> {
             .enumerate()
             .map(|(column, panel)| {
                 let left = left_margins[column];
-                let width = (cell - left - right(&panel)).max(30.0);
+                let width = (cell - left - right_margins.next().unwrap_or(0.0)).max(30.0);
                 place(panel, column as f64 * cell, left, width, cell)
             })
             .collect();
@@ -228,6 +236,7 @@ fn place<'a>(measured: Measured<'a>, cell_left: f64, left: f64, width: f64, cell
         frame: Frame { left: frame_left, top: frame_top, width, height },
         x,
         y,
+        cell: (cell_left, cell_left + cell),
         y_title_offset: TICK + 1.0 + tick_width + GAP + 0.5 * LINE,
         legend,
         legend_top: 3.0 + title_height + 0.5 * LINE,

@@ -41,14 +41,14 @@ fn render_block<'a>(block: &Block, plates: &mut impl Iterator<Item = &'a Drawn<'
                 Tone::Careful => "careful",
                 Tone::Bad => "bad",
             };
-            html! { p class={ "headline " (tone) } { strong { (verdict) } (text) } }
+            html! { p class={ "headline " (tone) } { strong { (verdict) } (kept(text)) } }
         }
         Block::Notice(statements) => html! {
-            div.notice { @for statement in statements { p { (statement) } } }
+            div.notice { @for statement in statements { p { (kept(statement)) } } }
         },
         Block::Heading(text) => html! { h2 { (text) } },
-        Block::Paragraph(text) => html! { p { (text) } },
-        Block::List(items) => html! { ul { @for item in items { li { (item) } } } },
+        Block::Paragraph(text) => html! { p { (kept(text)) } },
+        Block::List(items) => html! { ul { @for item in items { li { (kept(item)) } } } },
         Block::Facts(facts) => html! {
             dl.facts { @for (name, value) in facts { dt { (name) } dd { (value) } } }
         },
@@ -58,7 +58,7 @@ fn render_block<'a>(block: &Block, plates: &mut impl Iterator<Item = &'a Drawn<'
                 @for plate in plates.take(list.len()) {
                     figure.wide[plate.plate.figure.width_mm > 1.2 * COLUMN_WIDTH_MM] {
                         (PreEscaped(&plate.svg))
-                        figcaption { b { "Figure " (plate.number) ". " } (plate.plate.caption) }
+                        figcaption { b { "Figure " (plate.number) ". " } (kept(&plate.plate.caption)) }
                     }
                 }
             }
@@ -71,7 +71,7 @@ fn render_table(table: &Table) -> Markup {
     html! {
         div.scroll {
             table {
-                caption { (table.caption) }
+                caption { (kept(&table.caption)) }
                 thead {
                     tr {
                         @for column in &table.columns {
@@ -91,6 +91,11 @@ fn render_table(table: &Table) -> Markup {
             }
         }
     }
+}
+
+/// A number and its percent sign stay on one line.
+fn kept(text: &str) -> String {
+    text.replace(" %", "\u{a0}%")
 }
 
 /// 64 hexadecimal digits would stretch any table.
