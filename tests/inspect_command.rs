@@ -1,13 +1,14 @@
 //! `granchain inspect` says what was understood and assumed, for people and as JSON.
 
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
 use std::{fs, path::Path};
 
 use assert_cmd::Command;
 use serde_json::Value;
 
 fn inspect(arguments: &[&str]) -> (String, String, i32) {
-    let output = Command::cargo_bin("granchain")
-        .unwrap()
+    let output = Command::new(env!("CARGO_BIN_EXE_granchain"))
         .arg("inspect")
         .args(arguments)
         .current_dir(env!("CARGO_MANIFEST_DIR"))

@@ -1,5 +1,7 @@
 //! Every broken input is refused with file, line, column, what was expected, what was found, and what to do.
 
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
 use std::{fs, path::PathBuf};
 
 use granchain::measurement::{Baseline, Missing, ReadOptions, RecordKind, read_record};

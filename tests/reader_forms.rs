@@ -1,5 +1,7 @@
 //! The same record in every form that is understood gives the same numbers.
 
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
 use std::path::Path;
 
 use granchain::measurement::{Baseline, MeasurementError, Missing, ReadOptions, Record, RecordKind, read_record_bytes};

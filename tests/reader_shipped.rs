@@ -1,5 +1,7 @@
 //! The records in `measurements/` are what their example makes, and say what their provenance says.
 
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
 use std::{path::Path, process::Command};
 
 use granchain::measurement::{PublishedFeatures, ReadOptions, Record, RecordKind, Statement, read_record};

@@ -29,7 +29,8 @@ pub(super) fn mean_and_rms(values: &[f64]) -> (f64, f64) {
 /// With samples before the trigger those are the candidates, else the samples before the first departure by a tenth of the
 /// peak (and, to stay clear of a slow ring-up, ever shorter parts of them). Candidates are quiet if there are at
 /// least 8, their rms about their mean is below 5 % of the record's peak, and the later half has at most twice the rms
-/// of the earlier half.
+/// of the earlier half. Samples of a record without a trigger must moreover cross their mean at least four times, or differ
+/// by the resolution only: the beginning of a finely sampled cycle does neither.
 pub(super) fn quiet_lead(values: &[f64], before_trigger: usize) -> usize {
     let median = {
         let mut sorted = values.to_vec();
@@ -57,7 +58,16 @@ pub(super) fn quiet_lead(values: &[f64], before_trigger: usize) -> usize {
     }
     let level = values.iter().take(FEWEST_QUIET).sum::<f64>() / FEWEST_QUIET.min(values.len()).max(1) as f64;
     let onset = values.iter().position(|x| (x - level).abs() > 0.1 * peak).unwrap_or(0);
-    [0.8, 0.6, 0.45, 0.3].iter().map(|part| (onset as f64 * part) as usize).find(|&count| is_quiet(count)).unwrap_or(0)
+    let wavers = |count: usize| {
+        let (mean, rms) = mean_and_rms(&values[..count]);
+        let crossings = values[..count].windows(2).filter(|pair| (pair[0] > mean) != (pair[1] > mean)).count();
+        rms <= smallest_step || crossings >= 4
+    };
+    [0.8, 0.6, 0.45, 0.3]
+        .iter()
+        .map(|part| (onset as f64 * part) as usize)
+        .find(|&count| is_quiet(count) && wavers(count))
+        .unwrap_or(0)
 }
 
 /// Hann-weighted mean of `series` over the largest whole number of drive periods in its plateau, or how many periods there
@@ -193,5 +203,7 @@ mod tests {
         assert!((60..=300).contains(&detected), "{detected}");
         let tone: Vec<f64> = (0..1000).map(|i| (0.1 * f64::from(i)).sin()).collect();
         assert_eq!(quiet_lead(&tone, 0), 0);
+        let fine: Vec<f64> = (0..10_000).map(|i| (1e-3 * f64::from(i)).sin()).collect();
+        assert_eq!(quiet_lead(&fine, 0), 0);
     }
 }

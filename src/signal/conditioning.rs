@@ -29,9 +29,12 @@ impl Conditioning {
     /// Plan for traces of `len` samples at `start` + i `step` (s).
     #[must_use]
     pub fn plan(&self, start: f64, step: f64, len: usize) -> Conditioner {
+        // A low-pass whose stop band begins below half the output rate has left nothing to alias.
+        let clean = self.bandwidth.is_some_and(|bandwidth| 1.15 * bandwidth * self.step.max(step) <= 0.5);
+        let resampler = if clean { Resampler::interpolating } else { Resampler::new };
         Conditioner {
             low_pass: self.bandwidth.map(|bandwidth| LowPass::new(step, len, bandwidth)),
-            resampler: Resampler::new(start, step, len, self.start - self.delay, self.step, self.count),
+            resampler: resampler(start, step, len, self.start - self.delay, self.step, self.count),
             conditioning: *self,
         }
     }

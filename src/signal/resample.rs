@@ -67,7 +67,32 @@ impl Resampler {
     /// Plan from `input_len` samples at `input_start` + i `input_step` to `count` instants `start` + k `step` (all s).
     #[must_use]
     pub fn new(input_start: f64, input_step: f64, input_len: usize, start: f64, step: f64, count: usize) -> Self {
-        let ratio = input_step / step;
+        Self::with_ratio(input_start, input_step, input_len, start, step, count, input_step / step)
+    }
+
+    /// As [`Resampler::new`], for an input that holds nothing above half the output rate (low-passed to 0.43 of it): pure
+    /// interpolation, which neither filters again nor pays for it when the rate is lowered.
+    #[must_use]
+    pub fn interpolating(
+        input_start: f64,
+        input_step: f64,
+        input_len: usize,
+        start: f64,
+        step: f64,
+        count: usize,
+    ) -> Self {
+        Self::with_ratio(input_start, input_step, input_len, start, step, count, 1.0)
+    }
+
+    fn with_ratio(
+        input_start: f64,
+        input_step: f64,
+        input_len: usize,
+        start: f64,
+        step: f64,
+        count: usize,
+        ratio: f64,
+    ) -> Self {
         // Rates equal to a millionth are the same rate: rounding of a step must not switch the anti-alias filter on.
         let (scale, cutoff) = if ratio > 1.0 - 1e-6 { (1.0, 0.5) } else { (ratio, 0.45 * ratio) };
         let half = half_length(TRANSITION * scale);
@@ -226,6 +251,17 @@ mod tests {
         plan.kernel.table = None;
         let exact = plan.apply(&input.values);
         assert!(kept.iter().zip(&exact).all(|(a, b)| (a - b).abs() < 1e-9)); // 1e-11 of the kernel, 90 taps
+    }
+
+    #[test]
+    fn interpolating_keeps_what_the_alias_filter_would_take() {
+        let (step, fraction) = (3.7, 0.45);
+        let input = tone(fraction / step, 0.0, 1.0, 3000);
+        let kept = Resampler::interpolating(0.0, 1.0, 3000, 500.0, step, 500).series(&input.values);
+        let expected = tone(fraction / step, 500.0, step, 500);
+        assert!(worst(&kept, &expected) < 2e-5); // ripple and image
+        let filtered = resample(&input, 500.0, step, 500);
+        assert!(worst(&filtered, &expected) > 0.4); // −6 dB at 0.45
     }
 
     #[test]
