@@ -203,6 +203,9 @@ mod tests {
         assert!((60..=300).contains(&detected), "{detected}");
         let tone: Vec<f64> = (0..1000).map(|i| (0.1 * f64::from(i)).sin()).collect();
         assert_eq!(quiet_lead(&tone, 0), 0);
+        // A hum of a fifth of the peak before the trigger gives no baseline.
+        let hum: Vec<f64> = (0..2000).map(|i| (0.3 * f64::from(i)).sin() * if i < 300 { 0.2 } else { 1.0 }).collect();
+        assert_eq!(quiet_lead(&hum, 300), 0);
         let fine: Vec<f64> = (0..10_000).map(|i| (1e-3 * f64::from(i)).sin()).collect();
         assert_eq!(quiet_lead(&fine, 0), 0);
     }
