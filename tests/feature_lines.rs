@@ -1,5 +1,7 @@
 //! Lines, spectrum, distortion and bandwidth against closed forms.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should say where")]
+
 use std::f64::consts::TAU;
 
 use granchain::{

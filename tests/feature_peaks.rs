@@ -1,5 +1,7 @@
 //! Peaks of noisy records: bias against the known signal, over noise, sample rates and kinds of pulse train.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should say where")]
+
 use granchain::{
     feature::{PeakSettings, Window, peaks},
     signal::Series,

@@ -1,5 +1,7 @@
 //! Repetition of impulse trains and similarity of traces.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should say where")]
+
 use granchain::{
     feature::{Window, repetition, similarity},
     signal::Series,

@@ -1,5 +1,7 @@
 //! `granchain spectrum` run as a command: table, JSON contract, files, refusals.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should say where")]
+
 use std::{fmt::Write as _, fs, path::Path};
 
 use assert_cmd::Command;

@@ -84,6 +84,8 @@ pub struct Fit {
     pub misfit: f64,
     /// Deviation z − z₀ expected at the most likely point, in units of the scatter, of each feature.
     pub deviations: Vec<f64>,
+    /// Scatter of a single run of each feature, in ln, at the best run.
+    pub scatter: Vec<f64>,
     /// How far the medians moved over the last batch, in half-widths of the interval (largest parameter).
     pub drift: f64,
     /// ln of the evidence of this damping law.
@@ -181,6 +183,10 @@ fn read(forward: &Forward, search: Search) -> Result<Fit, FitError> {
     let deviations = cloud.regress(&most_likely).map_or_else(Vec::new, |local| {
         local.deviation.iter().zip(&local.scatter).map(|(deviation, scatter)| deviation / scatter).collect()
     });
+    let scatter = ranked
+        .first()
+        .and_then(|best| cloud.regress(cloud.position(best.1)))
+        .map_or_else(Vec::new, |local| local.scatter);
     let verdict = if drift > 1.0 {
         Verdict::NotConverged
     } else if misfit > OUTSIDE {
@@ -196,6 +202,7 @@ fn read(forward: &Forward, search: Search) -> Result<Fit, FitError> {
         correlation: posterior.correlation(),
         misfit,
         deviations,
+        scatter,
         drift,
         log_evidence: posterior.log_evidence,
         verdict,

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use argmin::core::{CostFunction, Error};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -104,7 +103,7 @@ impl Forward {
             scene.drive.burst().0 + (observation.fingerprint.cycles_needed() as f64 + ONSET_ALLOWANCE) * period;
         let ensemble = Ensemble::new(&scene, STEPS_PER_CYCLE as u32)?;
         let step = period / STEPS_PER_CYCLE as f64;
-        let len = (scene.duration / step).round() as usize + 1;
+        let len = ensemble.samples();
         let low_pass = LowPass::new(step, len, observation.cutoff);
         let noise_rms = (observation.noise_density * 0.5 / step).sqrt();
         let base = Variation::of(&scene);
@@ -191,19 +190,3 @@ impl Forward {
 
 /// Drive periods allowed between the piston's first motion and the onset at the last bead.
 const ONSET_ALLOWANCE: f64 = 25.0;
-
-/// The plain misfit of a single run, for argmin's own solvers: mean over features of min(|z − z₀|/0.2, 5)². A failed run
-/// costs a finite 1000, because argmin's Nelder–Mead breaks on NaN and its particle swarm on infinity.
-impl CostFunction for Forward {
-    type Param = Vec<f64>;
-    type Output = f64;
-
-    fn cost(&self, position: &Vec<f64>) -> Result<f64, Error> {
-        let run = self.run(0, std::slice::from_ref(position));
-        let observed = &self.observation.features;
-        Ok(run[0].features().map_or(1000.0, |features| {
-            let sum: f64 = features.iter().zip(observed).map(|(z, z0)| ((z - z0).abs() / 0.2).min(5.0).powi(2)).sum();
-            sum / observed.len() as f64
-        }))
-    }
-}

@@ -20,6 +20,9 @@ pub const NEIGHBOURS: usize = 40;
 /// Factor on the off-diagonals of the residual covariance.
 const SHRINKAGE: f64 = 0.4;
 
+/// Stands for a weight of zero.
+const SMALLEST_WEIGHT: f64 = 1e-12;
+
 /// Ridge on the slopes of the regression, relative to the unit-scaled Gram matrix.
 const RIDGE: f64 = 1e-4;
 
@@ -29,6 +32,7 @@ pub struct Cloud {
     positions: Vec<Vec<f64>>,
     deviations: Vec<Vec<f64>>,
     nuggets: Vec<f64>,
+    weights: Vec<f64>,
     neighbours: usize,
 }
 
@@ -41,19 +45,28 @@ pub struct Local {
     pub scatter: Vec<f64>,
     /// Effective number of runs.
     pub effective: f64,
+    counted: usize,
     covariance: DMatrix<f64>,
 }
 
 impl Cloud {
-    /// Runs at `positions` (unit coordinates) with fingerprints `features`, to be judged against `observed`.
+    /// Runs (unit coordinates, fingerprint) to be judged against `observed`; `weights` w divide the covariance of features
+    /// f and g by √(w_f w_g).
     #[must_use]
     pub fn new<'a>(
         runs: impl Iterator<Item = (&'a [f64], &'a [f64])>,
         observed: &[f64],
         nuggets: &[f64],
+        weights: &[f64],
         neighbours: usize,
     ) -> Self {
-        let mut cloud = Self { positions: vec![], deviations: vec![], nuggets: nuggets.to_vec(), neighbours };
+        let mut cloud = Self {
+            positions: vec![],
+            deviations: vec![],
+            nuggets: nuggets.to_vec(),
+            weights: weights.iter().map(|weight| weight.max(SMALLEST_WEIGHT)).collect(),
+            neighbours,
+        };
         for (position, features) in runs {
             cloud.positions.push(position.to_vec());
             cloud.deviations.push(features.iter().zip(observed).map(|(z, z0)| z - z0).collect());
@@ -148,9 +161,15 @@ impl Cloud {
             }
             covariance[(f, f)] = (covariance[(f, f)] * small_sample + self.nuggets[f].powi(2)) * extrapolation;
         }
-        let scatter = (0..features).map(|f| (covariance[(f, f)] / extrapolation).sqrt()).collect();
+        for f in 0..features {
+            for g in 0..features {
+                covariance[(f, g)] /= (self.weights[f] * self.weights[g]).sqrt();
+            }
+        }
+        let scatter = (0..features).map(|f| (covariance[(f, f)] * self.weights[f] / extrapolation).sqrt()).collect();
         let deviation = (0..features).map(|f| coefficients[(0, f)]).collect();
-        Some(Local { deviation, scatter, effective, covariance })
+        let counted = self.weights.iter().filter(|weight| **weight > SMALLEST_WEIGHT).count();
+        Some(Local { deviation, scatter, effective, counted, covariance })
     }
 
     /// SL at a point; −∞ where the regression is impossible.
@@ -162,11 +181,13 @@ impl Cloud {
     /// Misfit of each run: mean over features of min(|z − z₀|/s, 5)², s the scatter.
     #[must_use]
     pub fn misfits(&self, scatter: &[f64]) -> Vec<f64> {
+        let total: f64 = self.weights.iter().sum();
         self.deviations
             .iter()
             .map(|deviation| {
-                let sum: f64 = deviation.iter().zip(scatter).map(|(d, s)| (d.abs() / s).min(5.0).powi(2)).sum();
-                sum / deviation.len() as f64
+                let each = deviation.iter().zip(scatter).map(|(d, s)| (d.abs() / s).min(5.0).powi(2));
+                let sum: f64 = each.zip(&self.weights).map(|(misfit, weight)| misfit * weight).sum();
+                sum / total
             })
             .collect()
     }
@@ -209,7 +230,7 @@ impl Cloud {
 impl Local {
     /// Student-t log-density of the record, ν = n − 3.
     fn log_likelihood(self) -> f64 {
-        let features = self.deviation.len() as f64;
+        let features = self.counted as f64;
         let freedom = self.effective - 3.0;
         let Some(factor) = Cholesky::new(self.covariance) else { return f64::NEG_INFINITY };
         let deviation = DVector::from_vec(self.deviation);

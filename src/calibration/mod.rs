@@ -1,11 +1,15 @@
 //! Parameters, residuals and the search for them: the only user of argmin.
 
 pub mod checkpoint;
+mod descent;
 pub mod fit;
 pub mod forward;
 pub mod likelihood;
 pub mod observation;
+pub mod outcome;
 pub mod parameter;
+pub mod plan;
 pub mod posterior;
 pub mod search;
+pub mod statement;
 pub mod twin;

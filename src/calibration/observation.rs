@@ -1,5 +1,7 @@
 //! What a fit is held against: the record, conditioned, with its fingerprint.
 
+use std::collections::BTreeMap;
+
 use thiserror::Error;
 
 use crate::{
@@ -53,6 +55,22 @@ pub enum ObservationError {
         /// Periods needed.
         needed_cycles: usize,
     },
+    /// A weight for a feature that is not there.
+    #[error("weight of `{name}`: expected one of {known}")]
+    UnknownFeature {
+        /// The name.
+        name: String,
+        /// The features there are.
+        known: String,
+    },
+    /// A weight that is none.
+    #[error("weight of `{name}`: expected a finite number ≥ 0, found {weight}")]
+    Weight {
+        /// The feature.
+        name: String,
+        /// The weight.
+        weight: f64,
+    },
     /// The record has no fingerprint.
     #[error("the record has no fingerprint")]
     Fingerprint(#[from] FingerprintError),
@@ -73,6 +91,8 @@ pub struct Observation {
     pub features: Vec<f64>,
     /// Smallest scatter allowed to each feature, in ln.
     pub nuggets: Vec<f64>,
+    /// Weight of each feature on the log-likelihood's quadratic form; 1 unless asked for, 0 leaves it out.
+    pub weights: Vec<f64>,
 }
 
 impl Observation {
@@ -112,6 +132,24 @@ impl Observation {
             )?;
         let features = fingerprint.measure(&trace)?;
         let nuggets = fingerprint.early().iter().map(|&early| if early { EARLY_NUGGET } else { LATE_NUGGET }).collect();
-        Ok(Self { trace, cutoff, noise_density, fingerprint, features, nuggets })
+        Ok(Self { trace, cutoff, noise_density, fingerprint, weights: vec![1.0; features.len()], features, nuggets })
+    }
+
+    /// The same with other weights for the features named.
+    ///
+    /// # Errors
+    /// An unknown name, or a weight that is negative or not finite.
+    pub fn weighted(mut self, weights: &BTreeMap<String, f64>) -> Result<Self, ObservationError> {
+        let names = self.fingerprint.names();
+        for (name, &weight) in weights {
+            let Some(index) = names.iter().position(|known| known == name) else {
+                return Err(ObservationError::UnknownFeature { name: name.clone(), known: names.join(", ") });
+            };
+            if !(weight.is_finite() && weight >= 0.0) {
+                return Err(ObservationError::Weight { name: name.clone(), weight });
+            }
+            self.weights[index] = weight;
+        }
+        Ok(self)
     }
 }

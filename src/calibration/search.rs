@@ -15,6 +15,7 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
 use super::{
+    descent,
     forward::{Forward, Run},
     likelihood::{Cloud, NEIGHBOURS},
     parameter::reflect,
@@ -33,6 +34,18 @@ const ELITE_STEP: f64 = 0.7;
 /// Power on the likelihood from which stage 3 draws.
 const DRAW_POWER: f64 = 0.5;
 
+/// How the box is searched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Strategy {
+    /// The search of this module.
+    Likelihood,
+    /// Scattered starts of argmin's Nelder–Mead on the plain misfit.
+    NelderMead,
+    /// argmin's particle swarm on the plain misfit.
+    ParticleSwarm,
+}
+
 /// The search with everything it has found: all that a checkpoint needs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Search {
@@ -42,15 +55,17 @@ pub struct Search {
     pub batches: Vec<usize>,
     batch: usize,
     seed: u64,
+    strategy: Strategy,
     dimension: usize,
     observed: Vec<f64>,
     nuggets: Vec<f64>,
+    weights: Vec<f64>,
 }
 
 impl Search {
     /// A search of `budget` runs (600 is the tested number) for the record behind `forward`.
     #[must_use]
-    pub fn new(forward: &Forward, budget: usize, seed: u64) -> Self {
+    pub fn new(forward: &Forward, budget: usize, seed: u64, strategy: Strategy) -> Self {
         let share = |fraction: f64| ((budget as f64 * fraction).round() as usize).max(1);
         let (elite, drawn) = (share(58.0 / 600.0), share(75.0 / 600.0));
         let first = budget.saturating_sub(ELITES.len() * elite + 2 * drawn).max(1);
@@ -62,9 +77,11 @@ impl Search {
             batches,
             batch: 0,
             seed,
+            strategy,
             dimension: forward.parameters.len(),
             observed: forward.observation.features.clone(),
             nuggets: forward.observation.nuggets.clone(),
+            weights: forward.observation.weights.clone(),
         }
     }
 
@@ -78,7 +95,7 @@ impl Search {
     #[must_use]
     pub fn cloud(&self, count: usize) -> Cloud {
         let finished = self.runs.iter().take(count).filter_map(|run| Some((run.position.as_slice(), run.features()?)));
-        Cloud::new(finished, &self.observed, &self.nuggets, NEIGHBOURS)
+        Cloud::new(finished, &self.observed, &self.nuggets, &self.weights, NEIGHBOURS)
     }
 
     fn propose(&self) -> Vec<Vec<f64>> {
@@ -170,9 +187,19 @@ impl Solver<Forward, SearchState> for Search {
         problem: &mut Problem<Forward>,
         state: SearchState,
     ) -> Result<(SearchState, Option<KV>), Error> {
-        let positions = self.propose();
         let first = self.runs.len() as u64;
-        let runs = problem.bulk_problem("cost_count", positions.len(), |forward| Ok(forward.run(first, &positions)))?;
+        let runs = match self.strategy {
+            Strategy::Likelihood => {
+                let positions = self.propose();
+                problem.bulk_problem("cost_count", positions.len(), |forward| Ok(forward.run(first, &positions)))?
+            }
+            strategy => {
+                let count = self.batches[self.batch];
+                let seed = self.seed.wrapping_add(self.batch as u64);
+                problem
+                    .bulk_problem("cost_count", count, |forward| descent::runs(forward, strategy, first, count, seed))?
+            }
+        };
         self.runs.extend(runs);
         self.batch += 1;
         let done = self.runs.len() as u64;

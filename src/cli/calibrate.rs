@@ -1,22 +1,391 @@
-//! `granchain calibrate`.
+//! `granchain calibrate`: fit a scene to a record and leave a report.
+//!
+//! plan and flags → record and drive → one fit a damping law → the accurate run at the fit → report.
 
-use clap::Args;
+mod definition;
+mod page;
 
-use super::{Outcome, arguments::Session};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use anyhow::{Context, anyhow};
+use clap::{Args, ValueEnum};
+use sha2::{Digest, Sha256};
+
+use self::definition::Definition;
+use super::{
+    Outcome,
+    arguments::{OutputArguments, SceneArguments, Session},
+    experiment::Experiment,
+    interrupt,
+    output::OutputFolder,
+    progress,
+    reading::ReadArguments,
+    summary,
+    timing::{self, Timing},
+};
+use crate::{
+    calibration::{
+        checkpoint::SearchCheckpoint,
+        fit::{Fit, FitError, Verdict, fit},
+        forward::{Forward, Uncertainty},
+        observation::{Observation, Recording},
+        outcome::{self, CalibrationOutcome, FittedFeature, InputDigest, LawOutcome, OutcomeFeature},
+        parameter::Parameter,
+        search::{Search, Strategy},
+        statement,
+    },
+    measurement::{Record, RecordKind, read_record},
+    scene::Scene,
+    study::{
+        EnsemblePlan,
+        confirmation::{Confirmation, confirm},
+    },
+};
+
+/// Perturbed runs at each of three drive levels behind the feature table.
+const CONFIRMATION_MEMBERS: usize = 24;
 
 /// Arguments of `granchain calibrate`.
 #[derive(Debug, Args)]
 pub struct Arguments {
+    /// Vibrometer record (CSV), or TOML of published features
+    #[arg(long, value_name = "FILE", help_heading = "Fit")]
+    pub measured: Option<PathBuf>,
+    /// Fit definition (TOML); flags win over it
+    #[arg(long, value_name = "FILE", help_heading = "Fit")]
+    pub plan: Option<PathBuf>,
+    /// Damping laws to fit, such as linear,kuwabara-kono [default: the scene's own]
+    #[arg(long, value_name = "LAW,…", value_delimiter = ',', help_heading = "Fit")]
+    pub damping: Vec<String>,
+    /// Parameters to fit, of alpha and damping; the others keep the scene's value [default: both]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', help_heading = "Fit")]
+    pub fit: Vec<String>,
+    /// Bounds of a parameter, such as alpha=0.3:1.5 or "damping=0.1 N s/m:1 N s/m"; repeatable
+    #[arg(long, value_name = "NAME=LOW:HIGH", help_heading = "Fit")]
+    pub bounds: Vec<String>,
+    /// Which features are compared: all, or the two peaks and the 1/3 and 2/3 ratios as in the source paper
+    #[arg(long, value_enum, help_heading = "Fit")]
+    pub features: Option<FeatureChoice>,
+    /// How the box is searched; the answer is read from a regression over all runs in any case
+    #[arg(long, value_enum, default_value = "likelihood", help_heading = "Fit")]
+    pub search: SearchChoice,
+    /// Runs a damping law [default: 600, the number whose intervals were tested]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(200..=100_000), help_heading = "Fit")]
+    pub evaluations: Option<u32>,
+    /// Drive with the scene's own drive even where a horn_tip.csv lies beside the record
+    #[arg(long, conflicts_with = "drive", help_heading = "Fit")]
+    pub scene_drive: bool,
+    /// Continue the fit that Ctrl-C or a crash left behind
+    #[arg(long, help_heading = "Fit")]
+    pub resume: bool,
+    /// Draw drive, record and the uncalibrated response, then stop
+    #[arg(long, help_heading = "Fit")]
+    pub dry_run: bool,
+    /// What is simulated.
+    #[command(flatten)]
+    pub scene: SceneArguments,
+    /// How the record is read.
+    #[command(flatten)]
+    pub reading: ReadArguments,
+    /// Where results go.
+    #[command(flatten)]
+    pub output: OutputArguments,
     /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
 
+/// `--features`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FeatureChoice {
+    /// All: peaks, early peaks, bands
+    Full,
+    /// The two peaks and the 1/3 and 2/3 ratios
+    Paper,
+}
+
+/// `--search`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SearchChoice {
+    /// Regression synthetic likelihood
+    Likelihood,
+    /// Scattered Nelder–Mead on the plain misfit, for comparison
+    NelderMead,
+    /// Particle swarm on the plain misfit, for comparison
+    ParticleSwarm,
+}
+
+/// Everything read and checked before anything is run.
+struct Job {
+    definition: Definition,
+    experiment: Experiment,
+    record: Record,
+    recording: Recording,
+    observation: Observation,
+    laws: Vec<(String, Scene, Vec<Parameter>)>,
+    assumptions: Vec<String>,
+}
+
+/// A fitted damping law.
+struct FittedLaw {
+    kind: String,
+    scene: Scene,
+    fit: Fit,
+}
+
 /// Run it.
 ///
 /// # Errors
-/// Not built yet.
+/// Whatever is wrong with plan, scene, records or runs; a folder that cannot be written.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let _ = arguments;
-    anyhow::bail!("`granchain calibrate` is not built yet")
+    let mut timing = Timing::start();
+    let session = arguments.session.clone();
+    let output = arguments.output.clone();
+    let (resume, dry_run) = (arguments.resume, arguments.dry_run);
+    let job = prepare(arguments)?;
+    for assumption in &job.assumptions {
+        session.note(format_args!("assumed: {assumption}"));
+    }
+    timing.stage("read");
+    let target = output.out.clone().unwrap_or_else(|| default_target(&job.definition.measured));
+    if dry_run {
+        return page::dry_run(&job, &target, output.force, &session);
+    }
+
+    let folder = OutputFolder::resumable(&target, resume, output.force)?;
+    let laws = match fit_laws(&job, &folder, &session) {
+        Ok(laws) => laws,
+        Err(error) if error.is::<interrupt::Interrupted>() => {
+            session.note("the runs made so far are kept; continue with the same command and --resume");
+            return Err(error);
+        }
+        Err(error) => {
+            folder.discard();
+            return Err(error);
+        }
+    };
+    timing.stage("fit");
+    let best = best_law(&laws);
+    let calibrated = fitted_scene(&laws[best]);
+    let plan = EnsemblePlan::new(CONFIRMATION_MEMBERS, session.seed);
+    let confirmation = confirm(&calibrated, &job.recording, &job.observation, &plan);
+    let (confirmation, unconfirmed) = match confirmation {
+        Ok(confirmation) => (Some(confirmation), None),
+        Err(error) => (None, Some(format!("{:#}", anyhow!(error)))),
+    };
+    interrupt::check()?;
+    timing.stage("confirm");
+    let outcome = outcome_of(&job, &laws, best, confirmation.as_ref(), unconfirmed, session.seed);
+    let report = page::report(&job, &laws, best, confirmation.as_ref(), &outcome)?;
+    timing.stage("report");
+    folder.write("calibration.json", summary::json(&outcome)?)?;
+    for (name, bytes) in report.files()? {
+        folder.write(name, bytes)?;
+    }
+    timing.stage("write");
+    folder.write(timing::FILE, timing.to_json())?;
+    let place = folder.finish()?;
+    let text = page::text(&outcome, &place);
+    session.result(text, &outcome)?;
+    Ok(if outcome.verdict == Verdict::NotConverged { Outcome::Unconverged } else { Outcome::Done })
+}
+
+fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
+    let definition = Definition::new(arguments)?;
+    let mut assumptions = definition.assumptions.clone();
+    let experiment = Experiment::new(&definition.scene, &ReadArguments::default(), None)?;
+    assumptions.extend(experiment.assumptions.iter().cloned());
+    let scene = experiment.scene_with(&[])?;
+    let options = definition.reading.options(Some(scene.drive.frequency));
+    let record = read_record(&definition.measured, RecordKind::Vibrometer, &options)?;
+    record.check_sampling(scene.drive.frequency)?;
+    let place = definition.measured.display();
+    assumptions.extend(record.assumptions.iter().chain(&record.warnings).map(|text| format!("{place}: {text}")));
+    let recording =
+        Recording { velocity: record.series.clone(), noise_rms: record.noise_rms, bandwidth: record.bandwidth };
+    let (begins, ends) = scene.drive.burst();
+    let cycles = (ends - begins) * scene.drive.frequency;
+    let observation = Observation::new(&recording, scene.drive.frequency, cycles, definition.features)
+        .with_context(|| format!("{place}"))?
+        .weighted(&definition.weights)?;
+    let laws = definition
+        .laws(&scene)
+        .into_iter()
+        .map(|kind| {
+            let scene = experiment.scene_with(&[format!("damping.kind={kind}")])?;
+            let parameters = definition.parameters(&scene)?;
+            Ok((kind, scene, parameters))
+        })
+        .collect::<anyhow::Result<_>>()?;
+    Ok(Job { definition, experiment, record, recording, observation, laws, assumptions })
+}
+
+fn fit_laws(job: &Job, folder: &OutputFolder, session: &Session) -> anyhow::Result<Vec<FittedLaw>> {
+    let budget = job.definition.evaluations;
+    let bar = progress::bar(session, (budget * job.laws.len()) as u64, "runs");
+    let mut fitted = Vec::new();
+    for (number, (kind, scene, parameters)) in job.laws.iter().enumerate() {
+        let done = (number * budget) as u64;
+        let watched = bar.clone();
+        let watch = Arc::new(move |runs: u64| {
+            watched.set_position(done + runs);
+            !interrupt::requested()
+        });
+        let uncertainty = Uncertainty::default();
+        let forward =
+            Forward::new(scene, parameters.clone(), job.observation.clone(), uncertainty, session.seed, watch)?;
+        let checkpoint = SearchCheckpoint::new(
+            &folder.state_path().join(format!("{kind}.json")),
+            &key(job, scene, parameters, session.seed),
+        );
+        let strategy = match job.definition.search {
+            SearchChoice::Likelihood => Strategy::Likelihood,
+            SearchChoice::NelderMead => Strategy::NelderMead,
+            SearchChoice::ParticleSwarm => Strategy::ParticleSwarm,
+        };
+        let search = checkpoint.restore()?.unwrap_or_else(|| Search::new(&forward, budget, session.seed, strategy));
+        let fit = match fit(&forward, search, Some(checkpoint)) {
+            Ok(fit) => fit,
+            Err(FitError::Stopped { .. }) => return Err(interrupt::Interrupted.into()),
+            Err(error) => return Err(anyhow!(error).context(format!("damping law `{kind}`"))),
+        };
+        fitted.push(FittedLaw { kind: kind.clone(), scene: scene.clone(), fit });
+    }
+    bar.finish_and_clear();
+    Ok(fitted)
+}
+
+/// What a saved search must have been made from to be continued: everything that could change a run.
+fn key(job: &Job, scene: &Scene, parameters: &[Parameter], seed: u64) -> String {
+    let drive = job.experiment.drive_input().map(|input| input.sha256.clone());
+    let told = format!(
+        "{} {seed} {} {:?} {} {drive:?} {:?} {parameters:?}\n{}\n{:?}",
+        summary::program(),
+        job.definition.evaluations,
+        job.definition.search,
+        job.record.sha256,
+        job.observation.features,
+        scene.to_toml(),
+        job.definition.weights,
+    );
+    Sha256::digest(told.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The law a report leads with: one that explains the record before one that does not, then by evidence.
+fn best_law(laws: &[FittedLaw]) -> usize {
+    let rank = |law: &FittedLaw| (law.fit.verdict != Verdict::OutsideScatter, law.fit.log_evidence);
+    (0..laws.len())
+        .max_by(|&a, &b| {
+            let (a, b) = (rank(&laws[a]), rank(&laws[b]));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        })
+        .unwrap_or(0)
+}
+
+/// The scene with the fitted values in it.
+fn fitted_scene(law: &FittedLaw) -> Scene {
+    let mut scene = law.scene.clone();
+    for (parameter, value) in law.fit.parameters.iter().zip(law.fit.values()) {
+        parameter.set(&mut scene, value);
+    }
+    scene
+}
+
+/// `calibrations/NAME`: the record's folder where the record is its `vib.csv`, else the record's own name.
+fn default_target(measured: &Path) -> PathBuf {
+    let stem = measured.file_stem().map_or_else(|| "record".into(), |stem| stem.to_string_lossy().into_owned());
+    let folder = measured.parent().and_then(Path::file_name).map(|folder| folder.to_string_lossy().into_owned());
+    let name = match folder {
+        Some(folder) if stem == "vib" => folder,
+        Some(folder) => format!("{folder}-{stem}"),
+        None => stem,
+    };
+    Path::new("calibrations").join(name)
+}
+
+fn outcome_of(
+    job: &Job,
+    laws: &[FittedLaw],
+    best: usize,
+    confirmation: Option<&Confirmation>,
+    unconfirmed: Option<String>,
+    seed: u64,
+) -> CalibrationOutcome {
+    let law = &laws[best];
+    let fit = &law.fit;
+    let mut statements = statement::statements(fit);
+    statements.extend(unconfirmed);
+    let names = job.observation.fingerprint.names();
+    let fitted_features = names.iter().enumerate().filter(|(index, _)| job.observation.weights[*index] > 0.0);
+    let mut inputs = BTreeMap::from([(
+        "measured".to_owned(),
+        InputDigest { path: job.record.path.display().to_string(), sha256: job.record.sha256.clone() },
+    )]);
+    if let Some(drive) = job.experiment.drive_input() {
+        let digest = InputDigest { path: drive.path.display().to_string(), sha256: drive.sha256.clone() };
+        inputs.insert("drive".into(), digest);
+    }
+    let fits: Vec<(String, &Fit)> = laws.iter().map(|law| (law.kind.clone(), &law.fit)).collect();
+    let mut ranked: Vec<&FittedLaw> = laws.iter().collect();
+    ranked.sort_by_key(|other| !std::ptr::eq(*other, law));
+    CalibrationOutcome {
+        program: summary::program(),
+        scene: job.experiment.source().into(),
+        overrides: job.experiment.overrides().to_vec(),
+        model: "chain".into(),
+        damping_kind: law.kind.clone(),
+        verdict: fit.verdict,
+        parameters: outcome::fitted_parameters(fit),
+        correlation: fit.correlation,
+        misfit: fit.misfit,
+        features: confirmation.map_or_else(BTreeMap::new, outcome_features),
+        fitted_features: fitted_features
+            .map(|(index, name)| {
+                let feature = FittedFeature {
+                    measured: job.observation.fingerprint.amplitude(index, job.observation.features[index]),
+                    deviation: fit.deviations.get(index).copied(),
+                    unit: if name.starts_with("ratio") { "1".into() } else { "m/s".into() },
+                };
+                ((*name).to_owned(), feature)
+            })
+            .collect(),
+        lobes: outcome::lobes(fit),
+        evaluations: fit.runs.len() as u64,
+        failed_runs: fit.failed() as u64,
+        failures: outcome::failures(fit),
+        seed,
+        inputs,
+        statements,
+        laws: ranked
+            .into_iter()
+            .map(|law| LawOutcome {
+                damping_kind: law.kind.clone(),
+                verdict: law.fit.verdict,
+                misfit: law.fit.misfit,
+                log_evidence: law.fit.log_evidence,
+                parameters: outcome::fitted_parameters(&law.fit),
+            })
+            .collect(),
+        preferred_law: (laws.len() > 1).then(|| statement::preferred(&fits).unwrap_or_else(|| "undecided".into())),
+        assumptions: job.assumptions.clone(),
+    }
+}
+
+fn outcome_features(confirmation: &Confirmation) -> BTreeMap<String, OutcomeFeature> {
+    let entry = |feature: &crate::study::confirmation::ConfirmedFeature| {
+        let simulated = feature.simulated.as_ref();
+        let row = OutcomeFeature {
+            measured: feature.measured,
+            simulated: simulated.map(|spread| spread.mean),
+            scatter: simulated.map(|spread| spread.scatter),
+            sensitivity: simulated.map(|spread| spread.sensitivity),
+            unit: feature.unit.clone(),
+        };
+        (feature.key.clone(), row)
+    };
+    confirmation.features.iter().map(entry).collect()
 }

@@ -84,7 +84,7 @@ impl Settings {
             alpha: scene.amplitude_scale,
             drive_frequency_hz: scene.drive.frequency,
             precompression_n: scene.chain.precompression,
-            damping_kind: damping_kind(scene.damping.kind),
+            damping_kind: scene.damping.kind.name(),
             linear_damping_n_s_per_m: scene.damping.linear,
             kuwabara_kono_damping_n_s_per_m1_5: scene.damping.kuwabara_kono,
             damping_at: match scene.damping.placement {
@@ -95,15 +95,6 @@ impl Settings {
             overrides: experiment.overrides().to_vec(),
             seed,
         }
-    }
-}
-
-fn damping_kind(kind: DampingKind) -> &'static str {
-    match kind {
-        DampingKind::None => "none",
-        DampingKind::Linear => "linear",
-        DampingKind::KuwabaraKono => "kuwabara-kono",
-        DampingKind::LinearAndKuwabaraKono => "linear+kuwabara-kono",
     }
 }
 

@@ -1,9 +1,19 @@
 //! The band-limited signal between its samples.
 
+use std::sync::LazyLock;
+
 /// Samples used on either side.
 const REACH: isize = 32;
 /// Width of the Gaussian that tapers the sinc, samples.
 const GAUSSIAN: f64 = 8.0;
+
+/// (−1)^k exp(−k²/(2·8²)) for k = 0 … 32.
+static TAPER: LazyLock<[f64; REACH as usize + 1]> = LazyLock::new(|| {
+    std::array::from_fn(|k| {
+        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+        sign * (-0.5 * (k as f64 / GAUSSIAN).powi(2)).exp()
+    })
+});
 
 /// x(position) = Σ_j x_j sinc(position − j) exp(−(position − j)²/(2·8²)), `position` in samples from the first.
 ///
@@ -18,14 +28,19 @@ pub(super) fn interpolate(values: &[f64], position: f64) -> f64 {
     if offset.abs() < 1e-12 {
         return at(nearest);
     }
-    // sin(π (offset − k)) = (−1)^k sin(π offset); the weights are normalised, so sin(π offset)/π drops out.
-    let (mut sum, mut weight) = (0.0, 0.0);
-    for k in -REACH..=REACH {
-        let distance = offset - k as f64;
-        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
-        let w = sign * (-0.5 * (distance / GAUSSIAN).powi(2)).exp() / distance;
-        sum += w * at(nearest + k);
-        weight += w;
+    // sin(π (offset − k)) = (−1)^k sin(π offset), and exp(−(offset − k)²/2s²) = exp(−offset²/2s²) exp(−k²/2s²) q^k with
+    // q = exp(offset/s²): what does not depend on k drops out, the weights being normalised.
+    let taper: &[f64] = &*TAPER;
+    let q = (offset / (GAUSSIAN * GAUSSIAN)).exp();
+    let (mut sum, mut weight) = (taper[0] / offset * at(nearest), taper[0] / offset);
+    let (inverse, mut ahead, mut behind) = (q.recip(), 1.0, 1.0);
+    for (k, taper) in (1..=REACH).zip(&taper[1..]) {
+        ahead *= q;
+        behind *= inverse;
+        let after = taper * ahead / (offset - k as f64);
+        let before = taper * behind / (offset + k as f64);
+        sum += after * at(nearest + k) + before * at(nearest - k);
+        weight += after + before;
     }
     sum / weight
 }

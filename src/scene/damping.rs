@@ -13,6 +13,19 @@ pub enum DampingKind {
     LinearAndKuwabaraKono,
 }
 
+impl DampingKind {
+    /// Its name in scene files, flags and outcomes.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Linear => "linear",
+            Self::KuwabaraKono => "kuwabara-kono",
+            Self::LinearAndKuwabaraKono => "linear+kuwabara-kono",
+        }
+    }
+}
+
 /// Which contacts have a dashpot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DampingPlacement {

@@ -109,12 +109,15 @@ impl OutputFolder {
         self.staged.join("state")
     }
 
-    /// Write one file, whole; returns where it is now.
+    /// Write one file, whole, in a subfolder if its name has one; returns where it is now.
     ///
     /// # Errors
     /// [`OutputError::Io`].
     pub fn write(&self, name: impl AsRef<Path>, bytes: impl AsRef<[u8]>) -> Result<PathBuf, OutputError> {
         let path = self.staged.join(name);
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent).map_err(OutputError::io("create the folder", parent))?;
+        }
         write_atomically(&path, bytes.as_ref())?;
         Ok(path)
     }

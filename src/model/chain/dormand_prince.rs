@@ -270,6 +270,16 @@ impl Stepper {
         std::mem::swap(&mut self.state, &mut self.end_state);
     }
 
+    /// Time derivative of the state at the start of the step.
+    pub fn derivative(&self) -> &[f64] {
+        self.derivative.as_flattened()
+    }
+
+    /// The piston (m, m/s) at the end of the step attempted last.
+    pub fn end_piston(&self) -> (f64, f64) {
+        (self.piston_displacement[11], self.piston_velocity[11])
+    }
+
     /// Entry with the largest error of the step attempted last.
     pub fn worst_entry(&self) -> usize {
         let error = |index: usize| {

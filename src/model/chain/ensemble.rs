@@ -1,6 +1,25 @@
-//! Many runs of one scene at a fixed step, eight side by side.
+//! Many runs of one scene at a fixed step, eight side by side: the engine of searches.
+//!
+//! The classical Runge–Kutta method of order 4 for a system of second order, with the step T0/160 by default. Contacts are not
+//! located: a step across an opening or closing is of lower order. The drive is sampled once at all steps and half steps and shared;
+//! each run scales it. The runs of a group lie in arrays of eight, and every operation is element by element, so the result
+//! of a run has the same bits whatever its neighbours, its place, and the number of threads that callers spread chunks over.
+//!
+//! Measured against the adaptive integrator (largest error of the pole's velocity over its peak): see `tests/chain_ensemble.rs`,
+//! which holds it below 4e-3 where the motion is regular. Where it is chaotic, two runs of any two integrators part anyway.
 
-use crate::{model::ModelError, scene::Scene, signal::Series};
+use super::{
+    lane::{Lane, WIDTH, annulus_force},
+    system::{System, dashpots, laws},
+};
+use crate::{
+    model::{
+        ModelError,
+        contact_law::{Annulus, ElasticLaw, Hertz, Law, Spring},
+    },
+    scene::{DampingPlacement, PistonMotion, Scene},
+    signal::Series,
+};
 
 /// What one run of an ensemble changes in the scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,7 +30,7 @@ pub struct Variation {
     pub linear_damping: f64,
     /// γ in place of the scene's own, N·s·m^(-3/2); 0 for none.
     pub kuwabara_kono_damping: f64,
-    /// Added to the scene's N + 1 gaps, m; may be negative.
+    /// Added to the scene's N + 1 gaps, m; may be negative. Under precompression the chain then starts that far from its equilibrium.
     pub gap_offsets: Vec<f64>,
     /// F₀ in place of the scene's own, N.
     pub precompression: f64,
@@ -23,23 +42,67 @@ impl Variation {
     /// The scene as it is.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
+        let contacts = scene.chain.beads.len() + 1;
+        // Contact 1 lies between two beads, unless there is only one.
+        let dashpots = dashpots(&scene.damping, contacts);
+        let dashpot = dashpots[1.min(contacts - 1)];
         Self {
             amplitude_scale: scene.amplitude_scale,
-            linear_damping: scene.damping.linear,
-            kuwabara_kono_damping: scene.damping.kuwabara_kono,
-            gap_offsets: vec![0.0; scene.chain.beads.len() + 1],
+            linear_damping: dashpot.linear,
+            kuwabara_kono_damping: dashpot.kuwabara_kono,
+            gap_offsets: vec![0.0; contacts],
             precompression: scene.chain.precompression,
             support_stiffness_factor: 1.0,
         }
+    }
+
+    /// Refuse what cannot be run.
+    fn check(&self, scene: &Scene) -> Result<(), ModelError> {
+        let contacts = scene.chain.beads.len() + 1;
+        if self.gap_offsets.len() != contacts {
+            let found = self.gap_offsets.len();
+            return Err(ModelError::Count { quantity: "gap_offsets", expected: contacts, found });
+        }
+        let need = |holds: bool, quantity: &str, expected: &'static str, found: f64| {
+            if holds { Ok(()) } else { Err(ModelError::Unphysical { quantity: quantity.into(), expected, found }) }
+        };
+        let not_negative = |value: f64| value >= 0.0 && value.is_finite();
+        need(self.amplitude_scale.is_finite(), "alpha", "a finite factor", self.amplitude_scale)?;
+        let (c, gamma) = (self.linear_damping, self.kuwabara_kono_damping);
+        need(not_negative(c), "damping.linear", "a coefficient ≥ 0, N·s/m", c)?;
+        need(not_negative(gamma), "damping.kuwabara_kono", "a coefficient ≥ 0, N·s·m^(-3/2)", gamma)?;
+        let force = self.precompression;
+        need(not_negative(force), "chain.precompression", "a force ≥ 0, N", force)?;
+        let factor = self.support_stiffness_factor;
+        need(factor > 0.0 && factor.is_finite(), "support.stiffness_factor", "a positive factor", factor)?;
+        for (contact, offset) in self.gap_offsets.iter().enumerate() {
+            need(offset.is_finite(), &format!("gap_offsets[{contact}]"), "a finite length, m", *offset)?;
+        }
+        let open = scene.chain.gaps.iter().position(|gap| *gap > 0.0).filter(|_| force > 0.0);
+        if let Some(contact) = open {
+            let gap = scene.chain.gaps[contact];
+            return Err(ModelError::OpenGapUnderPrecompression { force, contact: contact + 1, gap });
+        }
+        Ok(())
     }
 }
 
 /// A scene prepared for many runs.
 #[derive(Debug, Clone)]
 pub struct Ensemble {
+    scene: Scene,
+    laws: Vec<Law>,
+    inverse_mass: Vec<f64>,
+    /// Displacement (m) and velocity (m/s) of the piston at α = 1, every half step.
+    drive: Vec<(f64, f64)>,
     steps: usize,
     step: f64,
 }
+
+/// Which effects a group of runs has; part of the loop's type.
+const HERTZ: u8 = 0;
+const ANNULUS: u8 = 1;
+const SPRING: u8 = 2;
 
 impl Ensemble {
     /// Steps a drive period when nothing else is asked for.
@@ -50,15 +113,271 @@ impl Ensemble {
     /// # Errors
     /// When the scene cannot be run on the chain.
     pub fn new(scene: &Scene, steps_per_period: u32) -> Result<Self, ModelError> {
+        let system = System::new(scene)?;
         let step = 1.0 / (scene.drive.frequency * f64::from(steps_per_period));
-        Ok(Self { steps: (scene.duration / step).round() as usize, step })
+        if !(step > 0.0 && step.is_finite()) {
+            let (quantity, expected) =
+                ("drive.frequency".into(), "a positive frequency, Hz, and at least one step a period");
+            return Err(ModelError::Unphysical { quantity, expected, found: scene.drive.frequency });
+        }
+        let steps = (scene.duration / step * (1.0 + 1e-12)).floor() as usize;
+        let motion = scene.drive.concrete_motion(1.0);
+        let drive = (0..=2 * steps).map(|half| motion.at(0.5 * half as f64 * step)).collect();
+        let inverse_mass = system.inverse_mass[1..=system.beads].to_vec();
+        Ok(Self { scene: scene.clone(), laws: laws(scene), inverse_mass, drive, steps, step })
     }
 
-    /// Run every variation; the velocity of the last bead's pole (m/s) at every step, or why that run failed.
+    /// Interval between two samples of the result, s.
+    #[must_use]
+    pub fn step(&self) -> f64 {
+        self.step
+    }
+
+    /// Number of samples of the result.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.steps + 1
+    }
+
+    /// Run every variation; the velocity of the last bead's pole (m/s) at every step from time zero, or why that run failed.
     #[must_use]
     pub fn run(&self, variations: &[Variation]) -> Vec<Result<Series, ModelError>> {
-        let _ = (self.steps, self.step);
-        let missing = ModelError::Unsupported { model: "chain", reason: "the ensemble is not linked in yet".into() };
-        variations.iter().map(|_| Err(missing.clone())).collect()
+        let mut results: Vec<Result<Series, ModelError>> = Vec::with_capacity(variations.len());
+        let mut groups: [Vec<usize>; 4] = Default::default();
+        for (index, variation) in variations.iter().enumerate() {
+            results.push(variation.check(&self.scene).map(|()| Series::new(0.0, self.step, Vec::new())));
+            if results[index].is_ok() {
+                // Runs with the same effects go together, so that none pays for another's or is computed otherwise for it.
+                let effects = usize::from(variation.linear_damping > 0.0)
+                    + 2 * usize::from(variation.kuwabara_kono_damping > 0.0);
+                groups[effects].push(index);
+            }
+        }
+        let mut work = Work::new(self);
+        for (effects, group) in groups.iter().enumerate() {
+            for chunk in group.chunks(WIDTH) {
+                work.load(self, variations, chunk);
+                match effects {
+                    0 => work.advance::<false, false>(self),
+                    1 => work.advance::<true, false>(self),
+                    2 => work.advance::<false, true>(self),
+                    _ => work.advance::<true, true>(self),
+                }
+                for (place, index) in chunk.iter().enumerate() {
+                    results[*index] = work.unload(self, place);
+                }
+            }
+        }
+        results
+    }
+}
+
+/// State and coefficients of eight runs.
+struct Work {
+    beads: usize,
+    amplitude_scale: Lane,
+    /// N + 1 contacts each.
+    offset: Vec<Lane>,
+    /// k of a Hertz contact, K of a spring, the factor of the annulus.
+    stiffness: Vec<Lane>,
+    linear: Vec<Lane>,
+    kuwabara_kono: Vec<Lane>,
+    /// Tangent of the annulus' law where it is continued, N/m.
+    annulus_end_tangent: f64,
+    /// Least force a pressed contact may have, N: 0, or −∞ where dashpots may pull.
+    least_force: f64,
+    inverse_mass: Vec<f64>,
+    /// N beads each.
+    displacement: Vec<Lane>,
+    velocity: Vec<Lane>,
+    stage_displacement: Vec<Lane>,
+    stage_velocity: Vec<Lane>,
+    acceleration: [Vec<Lane>; 4],
+    pole: Vec<Lane>,
+}
+
+impl Work {
+    fn new(ensemble: &Ensemble) -> Self {
+        let beads = ensemble.inverse_mass.len();
+        let contacts = || vec![Lane::ZERO; beads + 1];
+        let of_beads = || vec![Lane::ZERO; beads];
+        Self {
+            beads,
+            amplitude_scale: Lane::ZERO,
+            offset: contacts(),
+            stiffness: contacts(),
+            linear: contacts(),
+            kuwabara_kono: contacts(),
+            annulus_end_tangent: Annulus::new(1.0).tangent_stiffness(2.0 * Annulus::LARGEST),
+            least_force: if ensemble.scene.damping.tension { f64::NEG_INFINITY } else { 0.0 },
+            inverse_mass: ensemble.inverse_mass.clone(),
+            displacement: of_beads(),
+            velocity: of_beads(),
+            stage_displacement: of_beads(),
+            stage_velocity: of_beads(),
+            acceleration: std::array::from_fn(|_| of_beads()),
+            pole: vec![Lane::ZERO; ensemble.steps + 1],
+        }
+    }
+
+    /// Put runs into the lanes; places left over repeat the first.
+    fn load(&mut self, ensemble: &Ensemble, variations: &[Variation], chunk: &[usize]) {
+        let last = self.beads;
+        for place in 0..WIDTH {
+            let variation = &variations[*chunk.get(place).unwrap_or(&chunk[0])];
+            self.amplitude_scale.0[place] = variation.amplitude_scale;
+            for contact in 0..=last {
+                let mut law = ensemble.laws[contact];
+                if contact == last {
+                    let factor = variation.support_stiffness_factor;
+                    law = match law {
+                        Law::Hertz(hertz) => Law::Hertz(Hertz { stiffness: factor * hertz.stiffness }),
+                        Law::Annulus(annulus) => Law::Annulus(Annulus::new(factor * annulus.stiffness_factor())),
+                        Law::Spring(spring) => Law::Spring(Spring { stiffness: factor * spring.stiffness }),
+                    };
+                }
+                let gap = ensemble.scene.chain.gaps[contact] + variation.gap_offsets[contact];
+                self.offset[contact].0[place] = law.overlap(variation.precompression) - gap;
+                self.stiffness[contact].0[place] = match law {
+                    Law::Hertz(hertz) => hertz.stiffness,
+                    Law::Spring(spring) => spring.stiffness,
+                    Law::Annulus(annulus) => annulus.stiffness_factor(),
+                };
+                let end = contact == 0 || contact == last;
+                let damped = !end || ensemble.scene.damping.placement == DampingPlacement::All;
+                self.linear[contact].0[place] = if damped { variation.linear_damping } else { 0.0 };
+                self.kuwabara_kono[contact].0[place] = if damped { variation.kuwabara_kono_damping } else { 0.0 };
+            }
+        }
+        self.displacement.fill(Lane::ZERO);
+        self.velocity.fill(Lane::ZERO);
+    }
+
+    /// The run in one place, or where it went astray.
+    fn unload(&self, ensemble: &Ensemble, place: usize) -> Result<Series, ModelError> {
+        let broken = |bead: &usize| {
+            !(self.displacement[*bead].0[place].is_finite() && self.velocity[*bead].0[place].is_finite())
+        };
+        if let Some(bead) = (0..self.beads).find(broken) {
+            let index = self.pole.iter().position(|pole| !pole.0[place].is_finite()).unwrap_or(ensemble.steps);
+            let time = index as f64 * ensemble.step;
+            return Err(ModelError::NonFinite { time, step: ensemble.step, bead: bead + 1 });
+        }
+        Ok(Series::new(0.0, ensemble.step, self.pole.iter().map(|pole| pole.0[place]).collect()))
+    }
+
+    /// All steps of the loaded runs, by the support's kind.
+    fn advance<const LINEAR: bool, const KUWABARA_KONO: bool>(&mut self, ensemble: &Ensemble) {
+        match ensemble.laws[self.beads] {
+            Law::Hertz(_) => self.all_steps::<LINEAR, KUWABARA_KONO, HERTZ>(ensemble),
+            Law::Annulus(_) => self.all_steps::<LINEAR, KUWABARA_KONO, ANNULUS>(ensemble),
+            Law::Spring(_) => self.all_steps::<LINEAR, KUWABARA_KONO, SPRING>(ensemble),
+        }
+    }
+
+    fn all_steps<const LINEAR: bool, const KUWABARA_KONO: bool, const SUPPORT: u8>(&mut self, ensemble: &Ensemble) {
+        pulp::Arch::new().dispatch(AllSteps::<LINEAR, KUWABARA_KONO, SUPPORT> { work: self, ensemble });
+    }
+
+    #[inline(always)]
+    fn step_through<const LINEAR: bool, const KUWABARA_KONO: bool, const SUPPORT: u8>(&mut self, ensemble: &Ensemble) {
+        let h = ensemble.step;
+        let beads = self.beads;
+        self.pole[0] = self.velocity[beads - 1];
+        for step in 0..ensemble.steps {
+            let drive = &ensemble.drive[2 * step..2 * step + 3];
+            self.forces::<LINEAR, KUWABARA_KONO, SUPPORT, 0>(drive[0], true);
+            self.stage::<0>(0.5 * h, 0.0);
+            self.forces::<LINEAR, KUWABARA_KONO, SUPPORT, 1>(drive[1], false);
+            self.stage::<1>(0.5 * h, 0.25 * h * h);
+            self.forces::<LINEAR, KUWABARA_KONO, SUPPORT, 2>(drive[1], false);
+            self.stage::<2>(h, 0.5 * h * h);
+            self.forces::<LINEAR, KUWABARA_KONO, SUPPORT, 3>(drive[2], false);
+            let [a1, a2, a3, a4] = &self.acceleration;
+            for i in 0..beads {
+                let middle = a2[i] + a3[i];
+                self.displacement[i] = self.displacement[i] + self.velocity[i] * h + (a1[i] + middle) * (h * h / 6.0);
+                self.velocity[i] = self.velocity[i] + (a1[i] + middle * 2.0 + a4[i]) * (h / 6.0);
+            }
+            self.pole[step + 1] = self.velocity[beads - 1];
+        }
+    }
+
+    /// Stage state after stage `STAGE`: u + c v + d a_{STAGE−1}, v + c a_STAGE.
+    #[inline(always)]
+    fn stage<const STAGE: usize>(&mut self, c: f64, d: f64) {
+        for i in 0..self.beads {
+            let mut displacement = self.displacement[i] + self.velocity[i] * c;
+            if STAGE > 0 {
+                displacement = displacement + self.acceleration[STAGE.max(1) - 1][i] * d;
+            }
+            self.stage_displacement[i] = displacement;
+            self.stage_velocity[i] = self.velocity[i] + self.acceleration[STAGE][i] * c;
+        }
+    }
+
+    /// Accelerations of stage `STAGE` at the stage state, or at the step's own.
+    #[inline(always)]
+    fn forces<const LINEAR: bool, const KUWABARA_KONO: bool, const SUPPORT: u8, const STAGE: usize>(
+        &mut self,
+        (displacement, velocity): (f64, f64),
+        at_start: bool,
+    ) {
+        let beads = self.beads;
+        let (u, v) = if at_start {
+            (&self.displacement[..beads], &self.velocity[..beads])
+        } else {
+            (&self.stage_displacement[..beads], &self.stage_velocity[..beads])
+        };
+        let (offset, stiffness) = (&self.offset[..=beads], &self.stiffness[..=beads]);
+        let (linear, kuwabara_kono) = (&self.linear[..=beads], &self.kuwabara_kono[..=beads]);
+        let acceleration = &mut self.acceleration[STAGE][..beads];
+        let inverse_mass = &self.inverse_mass[..beads];
+        let mut before = (self.amplitude_scale * displacement, self.amplitude_scale * velocity);
+        let mut before_force = Lane::ZERO;
+        for i in 0..=beads {
+            let after = if i < beads { (u[i], v[i]) } else { (Lane::ZERO, Lane::ZERO) };
+            let overlap = offset[i] + before.0 - after.0;
+            let pressed = overlap.at_least(0.0);
+            let mut force = if SUPPORT == ANNULUS && i == beads {
+                stiffness[i] * annulus_force(pressed, self.annulus_end_tangent)
+            } else if SUPPORT == SPRING && i == beads {
+                stiffness[i] * pressed
+            } else {
+                stiffness[i] * pressed * pressed.sqrt()
+            };
+            if LINEAR || KUWABARA_KONO {
+                let rate = before.1 - after.1;
+                if LINEAR {
+                    force = force + linear[i] * rate;
+                }
+                if KUWABARA_KONO {
+                    force = force + kuwabara_kono[i] * pressed.sqrt() * rate;
+                }
+                force = force.at_least(self.least_force).where_positive(overlap);
+            }
+            if i > 0 {
+                acceleration[i - 1] = (before_force - force) * inverse_mass[i - 1];
+            }
+            before_force = force;
+            before = after;
+        }
+    }
+}
+
+/// The loop over all steps, compiled for the widest vectors this machine has.
+struct AllSteps<'a, const LINEAR: bool, const KUWABARA_KONO: bool, const SUPPORT: u8> {
+    work: &'a mut Work,
+    ensemble: &'a Ensemble,
+}
+
+impl<const LINEAR: bool, const KUWABARA_KONO: bool, const SUPPORT: u8> pulp::NullaryFnOnce
+    for AllSteps<'_, LINEAR, KUWABARA_KONO, SUPPORT>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.work.step_through::<LINEAR, KUWABARA_KONO, SUPPORT>(self.ensemble);
     }
 }

@@ -55,12 +55,18 @@ pub(super) struct Control {
 const STEPS_A_REPORT: u64 = 256;
 /// Changes of mode at one instant after which the run is given up.
 const CHANGES_AT_ONCE: usize = 64;
+/// Longest second step after a closing, over the first, both in √(t − t*).
+const SECOND_AFTER_CLOSING: f64 = 0.72;
 
-/// Size of the next step: plain, s, or in √(t − t*), √s, since a contact closed at t*.
+/// Size and kind of the next step.
 #[derive(Debug, Clone, Copy)]
 enum Pace {
+    /// Even in time, s.
     Plain { step: f64 },
+    /// Even in √(t − t*), √s, since a contact closed at t*; `root` = √(t − t*) now.
     SinceClosing { closing: f64, root: f64, step: f64 },
+    /// Even in √(t* − t) up to t* = now + `step` (s), when a contact without dashpot is expected to open.
+    ToOpening { contact: usize, step: f64, refinements: u32 },
 }
 
 impl Pace {
@@ -78,24 +84,19 @@ impl Pace {
                 let step = if last { longest } else { step };
                 (Clock { start: time, linear: 2.0 * root * step, quadratic: step * step }, last)
             }
+            Self::ToOpening { step, .. } => (Clock { start: time, linear: 2.0 * step, quadratic: -step }, false),
         }
     }
 
-    fn scaled(self, factor: f64) -> Self {
-        match self {
-            Self::Plain { step } => Self::Plain { step: factor * step },
-            Self::SinceClosing { closing, root, step } => Self::SinceClosing { closing, root, step: factor * step },
-        }
-    }
-
-    /// After the step of this clock, to be followed by one `factor` times as long.
-    fn after(self, clock: &Clock, factor: f64) -> Self {
+    /// After the rejected step of this clock: `factor` times as long, in the pace's own variable.
+    fn shortened(self, clock: &Clock, factor: f64) -> Self {
         match self {
             Self::Plain { .. } => Self::Plain { step: factor * clock.linear },
             Self::SinceClosing { closing, root, .. } => {
-                let step = clock.quadratic.sqrt();
-                Self::SinceClosing { closing, root: root + step, step: factor * step }
+                Self::SinceClosing { closing, root, step: factor * clock.quadratic.sqrt() }
             }
+            // Leave for the approach what it can do in one step.
+            Self::ToOpening { step, .. } => Self::Plain { step: (1.0 - factor * factor).max(0.3) * step },
         }
     }
 }
@@ -127,6 +128,12 @@ struct Run<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L> {
     initial_energy: f64,
     largest_energy: f64,
     work: SolverWork,
+    /// Length of steps away from events, s.
+    cruise: f64,
+    /// Length of the first step after a closing, s.
+    after_closing: f64,
+    /// Length of the last step before an opening without dashpot, s.
+    before_opening: f64,
 }
 
 impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, LINEAR, KUWABARA_KONO, L> {
@@ -174,6 +181,9 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
             initial_energy,
             largest_energy: initial_energy,
             work: SolverWork { unknowns: 2 * beads as u64, ..SolverWork::default() },
+            cruise: 0.02 * system.natural_time,
+            after_closing: 0.02 * system.natural_time,
+            before_opening: 0.1 * system.natural_time,
         })
     }
 
@@ -222,7 +232,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         let motion = self.motion;
         let breaks = motion.breaks().iter().copied().filter(|t| *t > 0.0 && *t < end);
         let mut first = true;
-        let mut pace = Pace::Plain { step: 0.02 * self.system.natural_time };
+        let mut pace = Pace::Plain { step: self.cruise };
         for stop in breaks.chain(std::iter::once(end)) {
             if stop <= self.time {
                 continue;
@@ -235,8 +245,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
                 sink.begin(&mut self.equation, self.stepper.state.as_flattened());
                 first = false;
                 if self.system.precompression == 0.0 {
-                    let step = (0.02 * self.system.natural_time).sqrt();
-                    pace = Pace::SinceClosing { closing: self.time, root: 0.0, step };
+                    pace = Pace::SinceClosing { closing: self.time, root: 0.0, step: self.after_closing.sqrt() };
                 }
             }
             pace = self.to_stop(stop, pace, sink, progress)?;
@@ -255,6 +264,9 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         let mut rejected = false;
         let mut changes_here = 0;
         loop {
+            if !rejected {
+                pace = self.look_ahead(pace, stop);
+            }
             let (clock, last) = pace.clock(self.time, stop);
             let length = clock.length();
             if !(length > 2.0 * f64::EPSILON * self.time && length > f64::MIN_POSITIVE)
@@ -262,21 +274,23 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
             {
                 if last && changes_here <= CHANGES_AT_ONCE {
                     self.time = stop;
-                    return Ok(Pace::Plain { step: 0.02 * self.system.natural_time });
+                    return Ok(Pace::Plain { step: self.cruise });
                 }
                 return Err(self.failure(length));
             }
             let error = self.stepper.attempt(&mut self.equation, self.motion, &clock, &self.smooth);
+            if let Some(refined) = self.refine(pace, error) {
+                pace = refined;
+                rejected = true;
+                self.work.rejected_steps += 1;
+                continue;
+            }
             if error.is_nan() || error > 1.0 {
                 let factor = if error.is_nan() { 0.1 } else { (0.9 * error.powf(-0.125)).max(0.2) };
-                // Shorten what was tried, which may be less than was proposed.
-                pace = match pace {
-                    Pace::Plain { .. } => Pace::Plain { step: clock.linear },
-                    Pace::SinceClosing { closing, root, .. } => {
-                        Pace::SinceClosing { closing, root, step: clock.quadratic.sqrt() }
-                    }
-                };
-                pace = pace.scaled(factor);
+                if let Pace::ToOpening { step, .. } = pace {
+                    self.before_opening = factor * factor * step;
+                }
+                pace = self.opening_within(pace, stop).unwrap_or(pace.shortened(&clock, factor));
                 rejected = true;
                 self.work.rejected_steps += 1;
                 continue;
@@ -292,17 +306,18 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
                 }
             }
             let growth = if error == 0.0 { 6.0 } else { (0.9 * error.powf(-0.125)).clamp(0.333, 6.0) };
-            let growth = if rejected { growth.min(1.0) } else { growth };
+            let growth = if rejected && !matches!(pace, Pace::ToOpening { .. }) { growth.min(1.0) } else { growth };
             self.work.steps += 1;
             rejected = false;
             if let Some(event) = event {
                 self.work.events += 1;
                 let now = if event.sigma >= 1.0 { step_end } else { clock.at(event.sigma) };
                 changes_here = if now > self.time { 0 } else { changes_here + 1 };
+                self.remember(pace, &clock, growth);
                 sink.take(&mut self.equation, &self.stepper, &clock, now);
                 self.stepper.truncate(event.sigma);
                 self.time = now;
-                pace = self.change(event.contact, &clock, growth);
+                pace = self.change(event.contact);
                 if now >= stop {
                     return Ok(pace);
                 }
@@ -311,10 +326,13 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
                 sink.take(&mut self.equation, &self.stepper, &clock, step_end);
                 self.stepper.advance();
                 self.time = step_end;
-                pace = pace.after(&clock, growth);
+                if !last {
+                    self.remember(pace, &clock, growth);
+                }
+                pace = self.following(pace, &clock, growth);
                 self.relabel();
                 if last {
-                    return Ok(Pace::Plain { step: growth * length });
+                    return Ok(Pace::Plain { step: self.cruise });
                 }
             }
             self.note_energy();
@@ -324,10 +342,129 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         }
     }
 
+    /// Keep the lengths that the error control found right, to take them up again after an event.
+    fn remember(&mut self, pace: Pace, clock: &Clock, growth: f64) {
+        match pace {
+            Pace::Plain { .. } => self.cruise = growth.min(2.0) * clock.length(),
+            Pace::SinceClosing { root: 0.0, .. } => self.after_closing = (growth * growth).min(2.0) * clock.length(),
+            Pace::SinceClosing { .. } => {}
+            Pace::ToOpening { .. } => self.before_opening = (growth * growth).min(2.0) * clock.length(),
+        }
+    }
+
+    /// The pace after an accepted step without event.
+    fn following(&self, pace: Pace, clock: &Clock, growth: f64) -> Pace {
+        match pace {
+            Pace::Plain { .. } => Pace::Plain { step: growth * clock.linear },
+            Pace::SinceClosing { closing, root: 0.0, .. } => {
+                let step = clock.quadratic.sqrt();
+                Pace::SinceClosing { closing, root: step, step: growth.min(SECOND_AFTER_CLOSING) * step }
+            }
+            Pace::SinceClosing { .. } => Pace::Plain { step: growth.clamp(0.5, 1.6) * clock.length() },
+            Pace::ToOpening { step, .. } => Pace::Plain { step },
+        }
+    }
+
+    /// Whether the end of the contact's overlap is the end of its force, in a singular way.
+    fn opens_singularly(&self, contact: usize) -> bool {
+        self.equation.modes[contact] == Mode::Pressed && !self.equation.may_clip(contact)
+    }
+
+    /// Aim the step at the first opening of a contact without dashpot, if one is expected within it.
+    fn look_ahead(&self, pace: Pace, stop: f64) -> Pace {
+        let (clock, _) = pace.clock(self.time, stop);
+        let length = match pace {
+            Pace::SinceClosing { root: 0.0, .. } => return pace,
+            Pace::Plain { .. } | Pace::SinceClosing { .. } => clock.length(),
+            Pace::ToOpening { .. } => return pace,
+        };
+        let (state, rate_of_state) = (self.stepper.state.as_flattened(), self.stepper.derivative());
+        let padded = self.system.padded;
+        let mut soonest = (length + self.before_opening).min(stop - self.time);
+        let mut pace = pace;
+        for contact in 0..=self.system.beads {
+            if !self.opens_singularly(contact) {
+                continue;
+            }
+            let (overlap, rate) = overlap_and_rate(self.system, contact, state);
+            if overlap <= self.resolution.overlap || overlap + 1.5 * rate * soonest > 0.0 {
+                continue;
+            }
+            let acceleration = rate_of_state[padded + contact] - rate_of_state[padded + contact + 1];
+            // Its own force pushes it apart and fades as (1 − t/τ)^(3/2): 2/3.5 of the force at the start counts as constant.
+            let own = self.system.laws[contact].force(overlap)
+                * (self.system.inverse_mass[contact] + self.system.inverse_mass[contact + 1]);
+            let acceleration = acceleration + own * (1.0 - 2.0 / 3.5);
+            let discriminant = rate * rate - 2.0 * acceleration * overlap;
+            if discriminant < 0.0 || rate >= 0.0 {
+                continue;
+            }
+            let remaining = 2.0 * overlap / (discriminant.sqrt() - rate);
+            if remaining > 0.0 && remaining < soonest {
+                soonest = remaining;
+                pace = Pace::ToOpening { contact, step: remaining, refinements: 0 };
+            }
+        }
+        if matches!(pace, Pace::ToOpening { .. }) && soonest > 1.1 * self.before_opening {
+            // Too long for one step: a plain one first.
+            return Pace::Plain { step: (soonest - 0.95 * self.before_opening).min(length) };
+        }
+        pace
+    }
+
+    /// A better aim at an opening that the step attempted last missed by more than its error admits.
+    fn refine(&mut self, pace: Pace, error: f64) -> Option<Pace> {
+        let Pace::ToOpening { contact, step, refinements } = pace else { return None };
+        let (overlap, rate) = self.end_overlap_and_rate(contact);
+        if (error <= 1.0 && overlap <= 0.0) || refinements >= 4 || !(error < 20.0) {
+            return None;
+        }
+        let correction = -overlap / rate;
+        // A little too far, so that the opening lies within the step; so little that the error does not mind.
+        let overshoot = (0.6 * self.control.tolerance.powf(0.4)).clamp(1e-8, 3e-3);
+        let missed = correction > 0.0 || correction.abs() > 3.0 * overshoot * step;
+        (missed && correction.abs() < 0.4 * step).then_some(Pace::ToOpening {
+            contact,
+            step: (step + correction) * (1.0 + overshoot),
+            refinements: refinements + 1,
+        })
+    }
+
+    /// Aim at the first opening that the rejected step of another pace ran across.
+    fn opening_within(&mut self, pace: Pace, stop: f64) -> Option<Pace> {
+        if matches!(pace, Pace::ToOpening { .. } | Pace::SinceClosing { root: 0.0, .. }) {
+            return None;
+        }
+        let length = pace.clock(self.time, stop).0.length();
+        let mut first: Option<(usize, f64)> = None;
+        for contact in 0..=self.system.beads {
+            if !self.opens_singularly(contact) {
+                continue;
+            }
+            let (overlap, _) = self.overlap_and_rate(contact);
+            let (end_overlap, end_rate) = self.end_overlap_and_rate(contact);
+            if overlap > self.resolution.overlap && end_overlap < 0.0 && end_rate < 0.0 {
+                // Free flight near the opening.
+                let step = length - end_overlap / end_rate;
+                if step > 0.02 * length && first.is_none_or(|(_, soonest)| step < soonest) {
+                    first = Some((contact, step));
+                }
+            }
+        }
+        first.map(|(contact, step)| Pace::ToOpening { contact, step, refinements: 0 })
+    }
+
+    /// δ (m) and δ̇ (m/s) at the end of the step attempted last.
+    fn end_overlap_and_rate(&mut self, contact: usize) -> (f64, f64) {
+        let padded = self.system.padded;
+        let piston = self.stepper.end_piston();
+        let state = self.stepper.end_state.as_flattened_mut();
+        (state[0], state[padded]) = piston;
+        overlap_and_rate(self.system, contact, state)
+    }
+
     /// Change the mode of a contact at a located event; the pace to go on with.
-    fn change(&mut self, contact: usize, clock: &Clock, growth: f64) -> Pace {
-        let length = growth.min(1.0) * clock.length();
-        let (_, rate) = self.overlap_and_rate(contact);
+    fn change(&mut self, contact: usize) -> Pace {
         let closing = self.equation.modes[contact] == Mode::Open;
         let mode = match self.equation.modes[contact] {
             Mode::Open | Mode::Clipped => Mode::Pressed,
@@ -336,11 +473,10 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         };
         self.switch(contact, mode);
         self.restart();
-        let _ = rate;
         if closing {
-            Pace::SinceClosing { closing: self.time, root: 0.0, step: length.sqrt() }
+            Pace::SinceClosing { closing: self.time, root: 0.0, step: self.after_closing.sqrt() }
         } else {
-            Pace::Plain { step: length }
+            Pace::Plain { step: self.cruise }
         }
     }
 

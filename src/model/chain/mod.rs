@@ -16,6 +16,7 @@ pub mod ensemble;
 mod equation;
 mod event;
 mod integrate;
+mod lane;
 mod record;
 mod symplectic;
 mod system;

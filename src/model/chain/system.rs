@@ -151,6 +151,11 @@ pub(super) fn dashpots(damping: &Damping, contacts: usize) -> Vec<Dashpot> {
 
 /// Refuse what the chain cannot run.
 fn check(scene: &Scene) -> Result<(), ModelError> {
+    if let Some(file) = scene.pending_record() {
+        let reason =
+            format!("the drive record {} has not been read; hand it over with `with_drive_record`", file.display());
+        return Err(ModelError::Unsupported { model: "chain", reason });
+    }
     let chain = &scene.chain;
     let need = |holds: bool, quantity: &str, expected: &'static str, found: f64| {
         if holds { Ok(()) } else { Err(ModelError::Unphysical { quantity: quantity.into(), expected, found }) }

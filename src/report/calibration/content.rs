@@ -61,6 +61,29 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     }
 }
 
+/// Drive, record and uncalibrated response, before any fit.
+pub(super) fn preview(report: &CalibrationReport) -> Page {
+    let mut blocks =
+        vec![Block::Notice(vec!["Nothing has been fitted: the response shown is the scene as given.".into()])];
+    if !report.record_notes.is_empty() {
+        blocks.push(Block::Notice(report.record_notes.clone()));
+    }
+    section(&mut blocks, "Drive", Some(format!("The piston follows {}.", report.drive_origin)), figures::drive(report));
+    let alignment = (!report.alignment.is_empty()).then(|| format!("Alignment: {}.", report.alignment));
+    section(&mut blocks, "Velocity of the last bead", alignment, figures::velocities(report));
+    section(&mut blocks, "Spectra", None, figures::spectra(report));
+    if !report.assumptions.is_empty() {
+        blocks.push(Block::Heading("Assumed on reading".into()));
+        blocks.push(Block::List(report.assumptions.clone()));
+    }
+    provenance(report, &mut blocks);
+    Page {
+        title: format!("Before the calibration against {}", report.title),
+        subtitle: format!("Scene {}: {}", report.scene, report.scene_description),
+        blocks,
+    }
+}
+
 fn section(blocks: &mut Vec<Block>, heading: &str, words: Option<String>, plates: Vec<Plate>) {
     if plates.is_empty() {
         return;

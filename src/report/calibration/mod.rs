@@ -31,6 +31,14 @@ impl CalibrationReport {
         Ok(files)
     }
 
+    /// The page of a dry run: drive, record and the response of the scene as given, no fit. Needs no law.
+    ///
+    /// # Errors
+    /// [`ReportError`] when a figure cannot be drawn.
+    pub fn preview(&self) -> Result<Files, ReportError> {
+        content::preview(self).files()
+    }
+
     /// JSON has no NaN and a reader no use for one: refuse before anything is written.
     fn check(&self) -> Result<(), ReportError> {
         if self.laws.is_empty() {

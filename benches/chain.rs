@@ -1,0 +1,127 @@
+//! Cost of the chain: one run of the rigid scene, one step at several lengths, one run of an ensemble.
+//!
+//! `cargo bench --bench chain [-- WORD]` prints the least and the median of repeated timings, one thread; WORD picks lines.
+
+use std::{hint::black_box, time::Instant};
+
+use granchain::{
+    model::{
+        Model,
+        chain::{
+            ChainModel,
+            ensemble::{Ensemble, Variation},
+        },
+    },
+    scene::{
+        Bead, Chain, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator, Material,
+        ModelKind, ModelSettings, Scene, Support,
+    },
+};
+
+fn rigid(beads: usize, integrator: Integrator) -> Scene {
+    let bead = Bead { radius: 0.5e-3, material: Material::chrome_steel() };
+    Scene {
+        name: "rigid".into(),
+        description: "six beads between rigid flats, five cycles of 73 kHz, 1 µm".into(),
+        chain: Chain { beads: vec![bead; beads], gaps: vec![0.0; beads + 1], precompression: 0.0 },
+        piston: FlatContact::Rigid,
+        drive: Drive { kind: DriveKind::SineCycles { cycles: 5.0 }, amplitude: 1e-6, frequency: 73e3 },
+        amplitude_scale: 1.0,
+        support: Support::Flat(FlatContact::Rigid),
+        damping: Damping {
+            kind: DampingKind::None,
+            linear: 0.0,
+            kuwabara_kono: 0.0,
+            placement: DampingPlacement::All,
+            tension: false,
+        },
+        duration: 120e-6,
+        output_step: 1e-7,
+        model: ModelSettings { kind: ModelKind::Chain, integrator },
+    }
+}
+
+/// The annulus scene's chain with linear dampers, under a tone burst of 700 µs.
+fn annulus(duration: f64) -> Scene {
+    let mut scene = rigid(6, Integrator::DormandPrince853 { tolerance: 1e-9 });
+    scene.support = Support::Annulus { stiffness_factor: 1.0 };
+    scene.damping.kind = DampingKind::Linear;
+    scene.damping.linear = 0.3;
+    scene.drive.kind = DriveKind::ToneBurst { cycles: 40.0, ring_up: 100e-6 };
+    scene.amplitude_scale = 0.5;
+    scene.duration = duration;
+    scene
+}
+
+/// Least and median time of `repeats` calls, s.
+fn timed(repeats: usize, mut call: impl FnMut()) -> (f64, f64) {
+    call();
+    let mut times: Vec<f64> = (0..repeats)
+        .map(|_| {
+            let begin = Instant::now();
+            call();
+            begin.elapsed().as_secs_f64()
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    (times[0], times[repeats / 2])
+}
+
+fn line(name: &str, (least, median): (f64, f64), per: f64, unit: &str) {
+    println!("{name:<58} {:>10.3} {:>10.3} {unit}", least / per * 1e6, median / per * 1e6);
+}
+
+fn main() {
+    let word = std::env::args().skip(1).find(|argument| !argument.starts_with("--")).unwrap_or_default();
+    let wanted = |name: &str| name.contains(&word);
+    println!("{:<58} {:>10} {:>10}", "", "least", "median");
+    for tolerance in [1e-6, 1e-7, 1e-8, 1e-10, 1e-12] {
+        let name = format!("S1, 120 µs, adaptive, tolerance {tolerance:e}");
+        if wanted(&name) {
+            let scene = rigid(6, Integrator::DormandPrince853 { tolerance });
+            let run = || ChainModel.run(&scene, &mut |_| true).expect("the scene runs");
+            let work = run().work;
+            line(&name, timed(200, || drop(black_box(run()))), 1.0, "µs a run");
+            println!("    {work:?}");
+        }
+    }
+    let name = "annulus, linear 0.3, 700 µs, adaptive, tolerance 1e-9";
+    if wanted(name) {
+        let scene = annulus(700e-6);
+        let run = || ChainModel.run(&scene, &mut |_| true).expect("the scene runs");
+        line(name, timed(20, || drop(black_box(run()))), 1.0, "µs a run");
+    }
+    for beads in [6, 10, 1000] {
+        let name = format!("one adaptive step, tolerance 1e-8, per bead, N = {beads}");
+        if wanted(&name) {
+            let mut scene = rigid(beads, Integrator::DormandPrince853 { tolerance: 1e-8 });
+            scene.chain.precompression = 1.0;
+            scene.drive.amplitude = 1e-8;
+            let run = || ChainModel.run(&scene, &mut |_| true).expect("the scene runs");
+            let steps = run().work.steps as f64;
+            line(&name, timed(20, || drop(black_box(run()))), steps * beads as f64, "µs a bead and step");
+        }
+    }
+    for step in [1e-8, 5e-8] {
+        let name = format!("S1, 120 µs, velocity Verlet, step {step:e} s");
+        if wanted(&name) {
+            let scene = rigid(6, Integrator::Symplectic { step });
+            let run = || ChainModel.run(&scene, &mut |_| true).expect("the scene runs");
+            line(&name, timed(100, || drop(black_box(run()))), 1.0, "µs a run");
+        }
+    }
+    for (name, scene) in [
+        ("one of 64 runs of an ensemble, annulus, 700 µs", annulus(700e-6)),
+        ("one of 64 runs of an ensemble, rigid, no dampers, 700 µs", {
+            let mut scene = rigid(6, Integrator::Symplectic { step: 1e-8 });
+            scene.duration = 700e-6;
+            scene
+        }),
+    ] {
+        if wanted(name) {
+            let ensemble = Ensemble::new(&scene, Ensemble::STEPS_PER_PERIOD).expect("the scene runs");
+            let variations = vec![Variation::of(&scene); 64];
+            line(name, timed(10, || drop(black_box(ensemble.run(&variations)))), 64.0, "µs a run");
+        }
+    }
+}

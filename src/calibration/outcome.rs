@@ -1,0 +1,187 @@
+//! What a calibration leaves behind: `calibration.json`.
+//!
+//! Scripts depend on its keys. It holds no times, no command line and nothing that depends on the number of threads.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::fit::{Estimate, Fit, Verdict};
+
+/// `calibration.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CalibrationOutcome {
+    /// Program and version.
+    pub program: String,
+    /// Scene as named on the command line or in the plan.
+    pub scene: String,
+    /// Overrides of the scene.
+    pub overrides: Vec<String>,
+    /// Which model was run.
+    pub model: String,
+    /// The damping law the values are for.
+    pub damping_kind: String,
+    /// `within scatter`, `outside scatter`, `not converged`.
+    pub verdict: Verdict,
+    /// The fitted parameters by name.
+    pub parameters: BTreeMap<String, FittedParameter>,
+    /// Correlation of the logarithms of the first two parameters.
+    pub correlation: f64,
+    /// Median misfit per feature of the ten best runs, in units of the local scatter.
+    pub misfit: f64,
+    /// Watched features of record and model.
+    pub features: BTreeMap<String, OutcomeFeature>,
+    /// Features the fit itself compared.
+    pub fitted_features: BTreeMap<String, FittedFeature>,
+    /// Connected parts of the 90 % region, heaviest first.
+    pub lobes: Vec<OutcomeLobe>,
+    /// Runs made.
+    pub evaluations: u64,
+    /// Runs that failed.
+    pub failed_runs: u64,
+    /// Why runs failed, with how many did so.
+    pub failures: BTreeMap<String, u64>,
+    /// Seed.
+    pub seed: u64,
+    /// Files that went in, by role.
+    pub inputs: BTreeMap<String, InputDigest>,
+    /// What the data cannot separate, and which further record would.
+    pub statements: Vec<String>,
+    /// Every law fitted, best first.
+    pub laws: Vec<LawOutcome>,
+    /// Which law the record prefers, or `undecided`; absent when only one was fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preferred_law: Option<String>,
+    /// What was understood and assumed on reading.
+    pub assumptions: Vec<String>,
+}
+
+/// One fitted parameter, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FittedParameter {
+    /// The jointly most likely value.
+    pub value: f64,
+    /// Lower end of the 90 % interval; absent where no interval means anything.
+    pub low: Option<f64>,
+    /// Upper end of the 90 % interval; absent where no interval means anything.
+    pub high: Option<f64>,
+    /// Marginal median.
+    pub median: f64,
+    /// SI unit, `1` for a pure number.
+    pub unit: String,
+    /// Whether the value or the interval touches a bound of the search.
+    pub at_bound: bool,
+    /// Bounds of the search.
+    pub bounds: [f64; 2],
+}
+
+/// One watched feature of record and calibrated model, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OutcomeFeature {
+    /// Of the record.
+    pub measured: Option<f64>,
+    /// Of the model, mean over perturbed runs.
+    pub simulated: Option<f64>,
+    /// Standard deviation over perturbed runs: the chaos floor.
+    pub scatter: Option<f64>,
+    /// Change for +1 % drive.
+    pub sensitivity: Option<f64>,
+    /// SI unit, `1` for a pure number.
+    pub unit: String,
+}
+
+/// One feature of the fit, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FittedFeature {
+    /// Of the record.
+    pub measured: f64,
+    /// Expected at the most likely point, less the record, in units of the scatter of a single run.
+    pub deviation: Option<f64>,
+    /// SI unit, `1` for a pure number.
+    pub unit: String,
+}
+
+/// A connected part of the 90 % region, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OutcomeLobe {
+    /// Its share of the posterior.
+    pub mass: f64,
+    /// Lower and upper end of each parameter.
+    pub extent: BTreeMap<String, [f64; 2]>,
+}
+
+/// One of several damping laws.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LawOutcome {
+    /// The law.
+    pub damping_kind: String,
+    /// How its fit ended.
+    pub verdict: Verdict,
+    /// Its misfit.
+    pub misfit: f64,
+    /// ln of its evidence.
+    pub log_evidence: f64,
+    /// Its parameters.
+    pub parameters: BTreeMap<String, FittedParameter>,
+}
+
+/// A file that went in.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct InputDigest {
+    /// As given.
+    pub path: String,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+}
+
+/// The fitted parameters by name; intervals only where the verdict allows one.
+#[must_use]
+pub fn fitted_parameters(fit: &Fit) -> BTreeMap<String, FittedParameter> {
+    let quoted = |bound: f64| (fit.verdict != Verdict::OutsideScatter).then_some(bound);
+    let entry = |(estimate, parameter): (&Estimate, &super::parameter::Parameter)| {
+        let fitted = FittedParameter {
+            value: estimate.value,
+            low: quoted(estimate.low),
+            high: quoted(estimate.high),
+            median: estimate.median,
+            unit: estimate.unit.clone(),
+            at_bound: estimate.at_bound,
+            bounds: [parameter.low, parameter.high],
+        };
+        (estimate.name.clone(), fitted)
+    };
+    fit.estimates.iter().zip(&fit.parameters).map(entry).collect()
+}
+
+/// Failure messages with how often each occurred, numbers in them left out so that alike ones meet.
+#[must_use]
+pub fn failures(fit: &Fit) -> BTreeMap<String, u64> {
+    let mut counted = BTreeMap::new();
+    for reason in fit.runs.iter().filter_map(|run| run.outcome.as_ref().err()) {
+        *counted.entry(without_numbers(reason)).or_insert(0) += 1;
+    }
+    counted
+}
+
+fn without_numbers(reason: &str) -> String {
+    reason
+        .split(' ')
+        .map(|word| if word.starts_with(|c: char| c.is_ascii_digit()) { "…" } else { word })
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// The lobes in SI.
+#[must_use]
+pub fn lobes(fit: &Fit) -> Vec<OutcomeLobe> {
+    let extent = |lobe: &super::posterior::Lobe| {
+        fit.parameters
+            .iter()
+            .enumerate()
+            .map(|(d, parameter)| {
+                (parameter.name.clone(), [parameter.value(lobe.low[d]), parameter.value(lobe.high[d])])
+            })
+            .collect()
+    };
+    fit.lobes.iter().map(|lobe| OutcomeLobe { mass: lobe.mass, extent: extent(lobe) }).collect()
+}

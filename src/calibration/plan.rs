@@ -1,0 +1,153 @@
+//! Fit definitions: TOML files that say what is fitted to what.
+//!
+//! ```toml
+//! measured = "../measurements/annulus-73khz/vib.csv" # relative to this file
+//! drive = "../measurements/annulus-73khz/horn_tip.csv"
+//! scene = "annulus"
+//! set = ["damping.at=all"]
+//! damping = ["linear", "kuwabara-kono"]
+//! features = "full"
+//! evaluations = 600
+//! seed = 1
+//!
+//! [parameters.alpha]
+//! low = 0.2
+//! high = 2.0
+//!
+//! [weights]
+//! band_3 = 0.5 # half the weight; 0 leaves a feature out
+//! ```
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use serde::Deserialize;
+use thiserror::Error;
+
+use crate::feature::fingerprint::FeatureSet;
+
+/// A fit definition. Every key may be left out and given on the command line instead, which wins.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plan {
+    /// The record.
+    pub measured: Option<PathBuf>,
+    /// The horn-tip record.
+    pub drive: Option<PathBuf>,
+    /// Built-in scene or scene file.
+    pub scene: Option<String>,
+    /// Overrides of the scene, `KEY=VALUE`.
+    #[serde(default)]
+    pub set: Vec<String>,
+    /// Damping laws to fit.
+    pub damping: Option<Vec<String>>,
+    /// Which features.
+    pub features: Option<FeatureSet>,
+    /// Number of runs a law.
+    pub evaluations: Option<usize>,
+    /// Seed.
+    pub seed: Option<u64>,
+    /// Bounds, or a fixed value, of the parameters by name.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, Bounds>,
+    /// Weight of single features by name.
+    #[serde(default)]
+    pub weights: BTreeMap<String, f64>,
+}
+
+/// Search bounds of one parameter: a plain number is SI, a text carries its unit.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bounds {
+    /// Lower bound.
+    pub low: Number,
+    /// Upper bound.
+    pub high: Number,
+}
+
+/// A number in SI, or a text with its unit.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub enum Number {
+    /// SI.
+    Plain(f64),
+    /// With its unit.
+    Text(String),
+}
+
+/// Why a plan cannot be used.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// The file cannot be read.
+    #[error("{}: the plan cannot be read", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Not TOML, an unknown key, or a value of the wrong type.
+    #[error(
+        "{}:{line}: {message}; a plan has the keys measured, drive, scene, set, damping, features, evaluations, seed, \
+         [parameters.NAME] low and high, [weights]", path.display()
+    )]
+    Form {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong there.
+        message: String,
+    },
+}
+
+impl Plan {
+    /// Read a plan; paths in it are relative to the file.
+    ///
+    /// # Errors
+    /// [`PlanError`] with file and line.
+    pub fn read(path: &Path) -> Result<Self, PlanError> {
+        let text = fs::read_to_string(path).map_err(|source| PlanError::Unreadable { path: path.into(), source })?;
+        let mut plan: Self = toml::from_str(&text).map_err(|error| PlanError::Form {
+            path: path.into(),
+            line: error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1),
+            message: error.message().to_owned(),
+        })?;
+        let folder = path.parent().unwrap_or(Path::new("."));
+        for file in [&mut plan.measured, &mut plan.drive].into_iter().flatten() {
+            *file = folder.join(&*file);
+        }
+        if let Some(scene) = plan.scene.as_mut().filter(|scene| folder.join(scene).is_file()) {
+            *scene = folder.join(&*scene).display().to_string();
+        }
+        Ok(plan)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_relative_to_the_plan() {
+        let place = tempfile::tempdir().unwrap();
+        let file = place.path().join("fit.toml");
+        fs::write(&file, "measured = \"vib.csv\"\n[parameters.alpha]\nlow = 0.3\nhigh = \"1.5\"\n").unwrap();
+        let plan = Plan::read(&file).unwrap();
+        assert_eq!(plan.measured.unwrap(), place.path().join("vib.csv"));
+        assert_eq!(plan.parameters["alpha"].high, Number::Text("1.5".into()));
+    }
+
+    #[test]
+    fn an_unknown_key_is_refused_with_its_line() {
+        let place = tempfile::tempdir().unwrap();
+        let file = place.path().join("fit.toml");
+        fs::write(&file, "seed = 1\nmesured = \"vib.csv\"\n").unwrap();
+        let error = Plan::read(&file).unwrap_err().to_string();
+        assert!(error.contains("fit.toml:2") && error.contains("mesured"), "{error}");
+    }
+}

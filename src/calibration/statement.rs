@@ -1,0 +1,100 @@
+//! A fit in words: what the record cannot separate, and which further record would.
+
+use super::fit::{DOUBTFUL, Fit, Verdict};
+
+/// |correlation| from which two parameters lie on a ridge.
+const RIDGE: f64 = 0.7;
+
+/// Width in ln from which a parameter is called poorly determined.
+const WIDE: f64 = 0.5;
+
+/// Difference of ln evidence from which a damping law is named.
+pub const DECISIVE: f64 = 3.0;
+
+/// What a reader must know before using the values.
+#[must_use]
+pub fn statements(fit: &Fit) -> Vec<String> {
+    let mut said = Vec::new();
+    match fit.verdict {
+        Verdict::OutsideScatter => said.push(format!(
+            "The model does not explain the record: its best runs miss it by {:.1} scatters a feature (1.5 is the limit){}. The \
+             values are those of the nearest response, no interval is quoted. Check the support, the first gap, the \
+             precompression and the damping law before anything else.",
+            fit.misfit,
+            if fit.misfit > super::fit::OUTSIDE { "" } else { ", or its expected response is off as a whole" },
+        )),
+        Verdict::NotConverged => said.push(format!(
+            "The answer was still moving: the last batch of runs shifted a median by {:.1} half-widths of its interval. Raise \
+             --evaluations.",
+            fit.drift
+        )),
+        Verdict::WithinScatter if fit.misfit > DOUBTFUL => said.push(format!(
+            "The agreement is doubtful: the best runs miss the record by {:.1} scatters a feature (1 raises no alarm, 1.5 is \
+             the limit).",
+            fit.misfit
+        )),
+        Verdict::WithinScatter => {}
+    }
+    if fit.verdict == Verdict::OutsideScatter {
+        return said;
+    }
+    let names: Vec<&str> = fit.parameters.iter().map(|parameter| parameter.name.as_str()).collect();
+    if fit.lobes.len() > 1 {
+        let shares: Vec<String> = fit.lobes.iter().map(|lobe| format!("{:.0} %", 100.0 * lobe.mass)).collect();
+        said.push(format!(
+            "{} separate regions explain the record (holding {} of the probability): the heaviest need not hold the truth. A \
+             record at another drive level decides between them.",
+            fit.lobes.len(),
+            shares.join(", ")
+        ));
+    }
+    let on_ridge = names.len() > 1 && fit.correlation.abs() >= RIDGE;
+    if on_ridge {
+        let widths: Vec<String> = fit.estimates.iter().map(|e| percent(e.low, e.high)).collect();
+        said.push(format!(
+            "{} and {} trade off along a ridge (correlation {:+.2}): this record holds their combination better than either of \
+             them ({} and {} wide). Several drive levels fitted together, or a second chain length, would separate them.",
+            names[0], names[1], fit.correlation, widths[0], widths[1]
+        ));
+    }
+    for estimate in &fit.estimates {
+        if estimate.at_bound {
+            said.push(format!(
+                "{} touches a bound of its search: its interval is cut off there. Widen it with --bounds {}=LOW:HIGH.",
+                estimate.name, estimate.name
+            ));
+        } else if !on_ridge && (estimate.high / estimate.low).ln() > WIDE {
+            said.push(format!(
+                "{} is poorly determined ({} wide): in a chaotic regime a single record says little. A record at a lower drive \
+                 level, where the response is regular, would narrow it.",
+                estimate.name,
+                percent(estimate.low, estimate.high)
+            ));
+        }
+    }
+    if said.is_empty() && names.len() > 1 {
+        said.push(format!(
+            "{} and {} are separated by this record (correlation {:+.2}).",
+            names[0], names[1], fit.correlation
+        ));
+    }
+    said
+}
+
+fn percent(low: f64, high: f64) -> String {
+    format!("{:.1} %", 100.0 * ((high / low).sqrt() - (low / high).sqrt()))
+}
+
+/// Which of several laws the record prefers: the name of the best, or `None` when undecided.
+///
+/// The difference of ln evidence must reach 3; a law whose fit lies outside its own scatter while another's lies within
+/// loses whatever its evidence.
+#[must_use]
+pub fn preferred(laws: &[(String, &Fit)]) -> Option<String> {
+    let explains = |fit: &Fit| fit.verdict != Verdict::OutsideScatter;
+    let mut ranked: Vec<&(String, &Fit)> = laws.iter().collect();
+    ranked.sort_by(|a, b| explains(b.1).cmp(&explains(a.1)).then(b.1.log_evidence.total_cmp(&a.1.log_evidence)));
+    let (best, second) = (ranked.first()?, ranked.get(1)?);
+    let decided = best.1.log_evidence - second.1.log_evidence >= DECISIVE;
+    decided.then(|| best.0.clone())
+}

@@ -1,0 +1,188 @@
+//! Plan file and flags merged into one checked definition of a fit; flags win.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, bail};
+
+use super::{Arguments, FeatureChoice, SearchChoice};
+use crate::{
+    calibration::{
+        parameter::Parameter,
+        plan::{Number, Plan},
+    },
+    cli::{
+        arguments::{SceneArguments, usage},
+        reading::ReadArguments,
+    },
+    feature::fingerprint::FeatureSet,
+    scene::{DampingKind, Scene},
+    signal::{Quantity, Unit},
+};
+
+/// The parameters that can be fitted.
+const FITTABLE: [&str; 2] = ["alpha", "damping"];
+
+/// The file name that a drive record beside a vibrometer record is looked for under.
+const DRIVE_BESIDE: &str = "horn_tip.csv";
+
+/// Tested number of runs.
+const EVALUATIONS: usize = 600;
+
+/// What is fitted to what.
+pub struct Definition {
+    /// The record.
+    pub measured: PathBuf,
+    /// Scene flags with the plan's merged in.
+    pub scene: SceneArguments,
+    /// How the record is read.
+    pub reading: ReadArguments,
+    /// Which features.
+    pub features: FeatureSet,
+    /// How the box is searched.
+    pub search: SearchChoice,
+    /// Runs a law.
+    pub evaluations: usize,
+    /// Weights of features by name.
+    pub weights: BTreeMap<String, f64>,
+    /// What was assumed.
+    pub assumptions: Vec<String>,
+    damping: Vec<String>,
+    fitted: Vec<String>,
+    bounds: BTreeMap<String, (Number, Number)>,
+}
+
+impl Definition {
+    /// Merge plan and flags.
+    ///
+    /// # Errors
+    /// A usage error without a record or with an unknown parameter; whatever is wrong with the plan.
+    pub fn new(arguments: Arguments) -> anyhow::Result<Self> {
+        let plan = arguments.plan.as_deref().map(Plan::read).transpose()?.unwrap_or_default();
+        let mut assumptions = Vec::new();
+        let Some(measured) = arguments.measured.or(plan.measured) else {
+            return Err(usage(
+                "--measured FILE is needed: a vibrometer record, such as measurements/annulus-73khz/vib.csv",
+            ));
+        };
+        let mut scene = arguments.scene;
+        if scene.scene.is_none() {
+            scene.scene = Some(plan.scene.unwrap_or_else(|| {
+                assumptions.push("scene `annulus`; name another with --scene".into());
+                "annulus".into()
+            }));
+        }
+        scene.set = plan.set.into_iter().chain(scene.set).collect();
+        if scene.drive.is_none() && !arguments.scene_drive {
+            scene.drive = plan.drive.or_else(|| drive_beside(&measured));
+            match &scene.drive {
+                Some(drive) => assumptions.push(format!("drive {}, beside the record", drive.display())),
+                None => assumptions.push("the scene's own drive: no horn_tip.csv lies beside the record".into()),
+            }
+        }
+        let mut fitted =
+            if arguments.fit.is_empty() { FITTABLE.map(String::from).to_vec() } else { arguments.fit.clone() };
+        if let Some(unknown) = fitted.iter().find(|name| !FITTABLE.contains(&name.as_str())) {
+            return Err(usage(format!("--fit {unknown}: expected {}", FITTABLE.join(" or "))));
+        }
+        if let Some(alpha) = scene.alpha
+            && fitted.iter().any(|name| name == "alpha")
+        {
+            assumptions.push(format!("alpha fixed at {alpha} by --alpha; only damping is fitted"));
+            fitted.retain(|name| name != "alpha");
+        }
+        if fitted.is_empty() {
+            return Err(usage("nothing is left to fit; drop --alpha or name a parameter with --fit"));
+        }
+        let mut bounds: BTreeMap<String, (Number, Number)> =
+            plan.parameters.into_iter().map(|(name, bounds)| (name, (bounds.low, bounds.high))).collect();
+        for text in &arguments.bounds {
+            let parts = text.split_once('=').and_then(|(name, range)| Some((name, range.split_once(':')?)));
+            let Some((name, (low, high))) = parts else {
+                return Err(usage(format!("--bounds {text}: expected NAME=LOW:HIGH such as alpha=0.3:1.5")));
+            };
+            bounds.insert(name.trim().into(), (Number::Text(low.trim().into()), Number::Text(high.trim().into())));
+        }
+        if let Some(unknown) = bounds.keys().find(|name| !FITTABLE.contains(&name.as_str())) {
+            bail!("bounds of `{unknown}`: expected {}", FITTABLE.join(" or "));
+        }
+        let features = match arguments.features {
+            Some(FeatureChoice::Full) => FeatureSet::Full,
+            Some(FeatureChoice::Paper) => FeatureSet::Paper,
+            None => plan.features.unwrap_or(FeatureSet::Full),
+        };
+        Ok(Self {
+            measured,
+            scene,
+            reading: arguments.reading,
+            features,
+            search: arguments.search,
+            evaluations: arguments.evaluations.map(|n| n as usize).or(plan.evaluations).unwrap_or(EVALUATIONS),
+            weights: plan.weights,
+            assumptions,
+            damping: if arguments.damping.is_empty() { plan.damping.unwrap_or_default() } else { arguments.damping },
+            fitted,
+            bounds,
+        })
+    }
+
+    /// The damping laws to fit: those asked for, else the scene's own.
+    #[must_use]
+    pub fn laws(&self, scene: &Scene) -> Vec<String> {
+        if self.damping.is_empty() { vec![scene.damping.kind.name().into()] } else { self.damping.clone() }
+    }
+
+    /// The parameters of one law with their bounds.
+    ///
+    /// # Errors
+    /// When the law has no single coefficient, or bounds are no positive, ascending pair of the right unit.
+    pub fn parameters(&self, scene: &Scene) -> anyhow::Result<Vec<Parameter>> {
+        let mut parameters = Vec::new();
+        for name in &self.fitted {
+            let mut parameter = match (name.as_str(), Parameter::damping(scene.damping.kind)) {
+                ("alpha", _) => Parameter::alpha(),
+                (_, Some(damping)) => damping,
+                (_, None) if scene.damping.kind == DampingKind::None => {
+                    bail!("the scene has no damping to fit; name a law with --damping linear, or fit --fit alpha only")
+                }
+                (_, None) => bail!(
+                    "damping law `{}` has two coefficients and `damping` is one; fit --fit alpha only, or one law",
+                    scene.damping.kind.name()
+                ),
+            };
+            if let Some((low, high)) = self.bounds.get(name) {
+                parameter.low = bound(low, &parameter).with_context(|| format!("lower bound of {name}"))?;
+                parameter.high = bound(high, &parameter).with_context(|| format!("upper bound of {name}"))?;
+                if !(parameter.low > 0.0 && parameter.low < parameter.high && parameter.high.is_finite()) {
+                    bail!(
+                        "bounds of {name}: expected 0 < low < high (it is searched in its logarithm), found {} and {}",
+                        parameter.low,
+                        parameter.high
+                    );
+                }
+            }
+            parameters.push(parameter);
+        }
+        Ok(parameters)
+    }
+}
+
+/// A bound in SI; a pure number stands for SI.
+fn bound(number: &Number, parameter: &Parameter) -> anyhow::Result<f64> {
+    let text = match number {
+        Number::Plain(value) => return Ok(*value),
+        Number::Text(text) => text,
+    };
+    if let Ok(value) = text.parse::<f64>() {
+        return Ok(value);
+    }
+    Ok(Quantity::parse_as(text, Unit::parse(&parameter.unit)?.dimension)?)
+}
+
+/// The horn-tip record in the folder of a vibrometer record.
+fn drive_beside(measured: &Path) -> Option<PathBuf> {
+    let beside = measured.with_file_name(DRIVE_BESIDE);
+    (beside.is_file() && beside != measured).then_some(beside)
+}

@@ -1,0 +1,426 @@
+//! From a finished fit to the report, the dry run's figure and the text on the terminal.
+
+use std::{fmt::Write, path::Path};
+
+use super::{FittedLaw, Job, fitted_scene};
+use crate::{
+    calibration::{
+        fit::{Fit, Verdict},
+        outcome::CalibrationOutcome,
+        posterior::Posterior,
+    },
+    cli::{Outcome, arguments::Session, interrupt, output::OutputFolder},
+    feature::Window,
+    measurement::{PublishedFeatures, Statement},
+    report::{
+        calibration::{
+            CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, Provenance, RunPoint,
+            Verdict as ReportVerdict,
+        },
+        number::significant,
+        sweep::{SweepCurve, SweepPoint, SweepReport},
+    },
+    scene::{DampingKind, Scene},
+    signal::Series,
+    study::{
+        EnsemblePlan,
+        confirmation::{Confirmation, confirm},
+        ensemble,
+        observation::watched,
+        published::published,
+    },
+};
+
+/// Points of the α sweep in the report.
+const SWEEP_POINTS: usize = 21;
+
+/// Perturbed runs a point of the α sweep.
+const SWEEP_MEMBERS: usize = 4;
+
+/// What the α sweep shows: key, panel, curve.
+const SWEPT: [(&str, &str, &str); 6] = [
+    ("positive_peak", "Peak velocity", "positive"),
+    ("negative_peak", "Peak velocity", "negative"),
+    ("ratio_1/3", "Line ratio to the drive line", "1/3"),
+    ("ratio_1/2", "Line ratio to the drive line", "1/2"),
+    ("ratio_2/3", "Line ratio to the drive line", "2/3"),
+    ("line_1", "Line amplitude", "1"),
+];
+
+/// The report of a calibration, plain and in SI.
+///
+/// # Errors
+/// When Ctrl-C was pressed on the way.
+pub fn report(
+    job: &Job,
+    laws: &[FittedLaw],
+    best: usize,
+    confirmation: Option<&Confirmation>,
+    outcome: &CalibrationOutcome,
+) -> anyhow::Result<CalibrationReport> {
+    let law = &laws[best];
+    let scene = fitted_scene(law);
+    let alpha_sweep = alpha_sweep(&scene, outcome);
+    interrupt::check()?;
+    let order = std::iter::once(law).chain(laws.iter().filter(|other| !std::ptr::eq(*other, law)));
+    let laws = order.map(|law| law_report(law, job)).collect();
+    let preference = outcome.preferred_law.as_ref().map(|preferred| match preferred.as_str() {
+        "undecided" => "The record does not decide between the damping laws.".to_owned(),
+        law => format!("The record prefers {}.", law_name(law)),
+    });
+    Ok(CalibrationReport {
+        laws,
+        preference,
+        separation: outcome.statements.clone(),
+        simulated: confirmation.map(|confirmation| confirmation.simulated.clone()),
+        alignment: confirmation.map_or_else(String::new, alignment),
+        window: confirmation.map(|confirmation| confirmation.window),
+        features: confirmation.map_or_else(Vec::new, |confirmation| feature_rows(job, &scene, confirmation)),
+        alpha_sweep,
+        energy: confirmation.map(|confirmation| confirmation.response.energy),
+        ..frame(job, &scene, outcome.seed)
+    })
+}
+
+/// What a report says whatever came of the fit.
+fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
+    let reconstruction = job.record.comments.iter().any(|comment| comment.to_lowercase().contains("not a measurement"));
+    let mut inputs = vec![InputFile {
+        role: "vibrometer record".into(),
+        path: job.record.path.display().to_string(),
+        sha256: job.record.sha256.clone(),
+    }];
+    if let Some(drive) = job.experiment.drive_input() {
+        inputs.push(InputFile {
+            role: "horn-tip record".into(),
+            path: drive.path.display().to_string(),
+            sha256: drive.sha256.clone(),
+        });
+    }
+    CalibrationReport {
+        title: job.record.path.display().to_string(),
+        record_label: if reconstruction { "reconstruction".into() } else { "recorded".into() },
+        record_notes: if reconstruction { job.record.comments.clone() } else { Vec::new() },
+        scene: scene.name.clone(),
+        scene_description: scene.description.clone(),
+        model: "chain".into(),
+        drive_frequency: scene.drive.frequency,
+        laws: Vec::new(),
+        preference: None,
+        separation: Vec::new(),
+        drive: drive_displacement(scene),
+        drive_origin: job
+            .experiment
+            .drive_input()
+            .map_or_else(|| "the scene's own drive".into(), |drive| drive.path.display().to_string()),
+        recorded: Some(job.record.series.clone()),
+        simulated: None,
+        alignment: String::new(),
+        window: None,
+        features: Vec::new(),
+        alpha_sweep: None,
+        energy: None,
+        assumptions: job.assumptions.clone(),
+        provenance: Provenance {
+            version: env!("CARGO_PKG_VERSION").into(),
+            command_line: command_line(std::env::args()),
+            seed,
+            inputs,
+            settings: vec![
+                ("runs a damping law".into(), job.definition.evaluations.to_string()),
+                ("cutoff of record and runs".into(), format!("{:.0} kHz", job.observation.cutoff * 1e-3)),
+                ("onset threshold".into(), format!("{:.1} mm/s", job.observation.fingerprint.threshold() * 1e3)),
+            ],
+        },
+    }
+}
+
+/// The command line without what cannot change a result: threads, verbosity, resuming, where results go.
+fn command_line(arguments: impl Iterator<Item = String>) -> String {
+    let mut told = vec!["granchain calibrate".to_owned()];
+    let mut skip = false;
+    for argument in arguments.skip(1).filter(|argument| argument != "calibrate") {
+        if std::mem::take(&mut skip) {
+            continue;
+        }
+        let name = argument.split('=').next().unwrap_or_default();
+        match name {
+            "--resume" | "--quiet" | "--json" | "--force" => {}
+            "--threads" | "--out" => skip = !argument.contains('='),
+            _ if argument.contains(' ') => told.push(format!("'{argument}'")),
+            _ => told.push(argument),
+        }
+    }
+    told.join(" ")
+}
+
+fn drive_displacement(scene: &Scene) -> Series {
+    let motion = scene.drive.motion(1.0);
+    let count = (scene.duration / scene.output_step).round() as usize + 1;
+    let values = (0..count).map(|index| motion.at(index as f64 * scene.output_step).0).collect();
+    Series::new(0.0, scene.output_step, values)
+}
+
+fn alignment(confirmation: &Confirmation) -> String {
+    let similarity = &confirmation.similarity;
+    format!(
+        "aligned by the first crossing of the onset threshold (record time = model time {:+.2} µs); normalised \
+         cross-correlation {:.2}, {:.2} at the best of the equally valid drive-period shifts ({:+})",
+        confirmation.offset * 1e6,
+        similarity.unshifted_correlation,
+        similarity.correlation,
+        similarity.shift_periods
+    )
+}
+
+/// Name of a damping law for people.
+fn law_name(kind: &str) -> &str {
+    match kind {
+        "linear" => "linear dampers",
+        "kuwabara-kono" => "Kuwabara–Kono dampers",
+        other => other,
+    }
+}
+
+fn law_report(law: &FittedLaw, job: &Job) -> LawReport {
+    let fit = &law.fit;
+    let quoted = |bound: f64| (fit.verdict != Verdict::OutsideScatter).then_some(bound);
+    let parameters = fit.estimates.iter().zip(&fit.parameters).map(|(estimate, parameter)| Estimate {
+        name: if estimate.name == "alpha" { "amplitude scale".into() } else { "damping coefficient".into() },
+        symbol: match (estimate.name.as_str(), law.scene.damping.kind) {
+            ("alpha", _) => "α".into(),
+            (_, DampingKind::KuwabaraKono) => "γ".into(),
+            _ => "c".into(),
+        },
+        unit: match estimate.unit.as_str() {
+            "N s/m" => "N·s/m".into(),
+            "N s m^-3/2" => "N·s·m^(-3/2)".into(),
+            other => other.into(),
+        },
+        value: estimate.value,
+        low: quoted(estimate.low),
+        high: quoted(estimate.high),
+        bounds: (parameter.low, parameter.high),
+        at_bound: estimate.at_bound,
+    });
+    let extent = |lobe: &crate::calibration::posterior::Lobe| {
+        let ends = fit.parameters.iter().enumerate();
+        ends.map(|(d, parameter)| (parameter.value(lobe.low[d]), parameter.value(lobe.high[d]))).collect()
+    };
+    let misfits = misfits(fit, job);
+    let failures = crate::calibration::outcome::failures(fit);
+    LawReport {
+        damping_kind: law_name(&law.kind).into(),
+        verdict: match fit.verdict {
+            Verdict::WithinScatter => ReportVerdict::WithinScatter,
+            Verdict::OutsideScatter => ReportVerdict::OutsideScatter,
+            Verdict::NotConverged => ReportVerdict::NotConverged,
+        },
+        misfit: fit.misfit,
+        parameters: parameters.collect(),
+        correlation: (fit.parameters.len() > 1).then_some(fit.correlation),
+        lobes: fit.lobes.iter().map(|lobe| Lobe { mass: lobe.mass, extent: extent(lobe) }).collect(),
+        log_evidence: Some(fit.log_evidence),
+        map: density_map(fit, &fit.posterior),
+        runs: fit
+            .runs
+            .iter()
+            .zip(misfits)
+            .map(|(run, misfit)| RunPoint {
+                parameters: run.position.iter().zip(&fit.parameters).map(|(u, p)| p.value(*u)).collect(),
+                misfit,
+            })
+            .collect(),
+        history: fit.history.clone(),
+        evaluations: fit.runs.len() as u64,
+        failed_runs: fit.failed() as u64,
+        failures: failures.into_iter().map(|(reason, count)| format!("{count} × {reason}")).collect(),
+    }
+}
+
+/// Misfit of each run in units of the scatter at the best; `None` for failed runs.
+fn misfits(fit: &Fit, job: &Job) -> Vec<Option<f64>> {
+    let scatter = &fit.scatter;
+    let observation = &job.observation;
+    let total: f64 = observation.weights.iter().sum();
+    let misfit = |features: &[f64]| {
+        let each = features.iter().zip(&observation.features).zip(scatter).zip(&observation.weights);
+        each.map(|(((z, z0), s), weight)| weight * ((z - z0).abs() / s).min(5.0).powi(2)).sum::<f64>() / total
+    };
+    fit.runs.iter().map(|run| run.features().filter(|_| !scatter.is_empty()).map(misfit)).collect()
+}
+
+/// The posterior over the first two parameters, relative to its largest value.
+fn density_map(fit: &Fit, posterior: &Posterior) -> Option<DensityMap> {
+    if posterior.dimension() != 2 {
+        return None;
+    }
+    let cells = posterior.cells;
+    let along = |d: usize| {
+        (0..cells)
+            .map(|i| {
+                let u = posterior.low[d] + (posterior.high[d] - posterior.low[d]) * (i as f64 + 0.5) / cells as f64;
+                fit.parameters[d].value(u)
+            })
+            .collect()
+    };
+    let largest = posterior.mass.iter().copied().fold(0.0, f64::max);
+    let density =
+        (0..cells * cells).map(|index| posterior.mass[(index % cells) * cells + index / cells] / largest).collect();
+    Some(DensityMap { x: along(0), y: along(1), density, accepted_level: posterior.level() / largest })
+}
+
+fn feature_rows(job: &Job, scene: &Scene, confirmation: &Confirmation) -> Vec<FeatureRow> {
+    let beside = job.record.path.with_file_name("features.toml");
+    let printed = PublishedFeatures::read(&beside).ok();
+    let in_code = published(scene);
+    let rows = confirmation.features.iter().map(|feature| {
+        let simulated = feature.simulated.as_ref();
+        let statement = printed.as_ref().and_then(|printed| printed.feature(&feature.key));
+        let (value, uncertainty) = match statement.map(|feature| &feature.statement) {
+            Some(Statement::Value { value, uncertainty, .. }) => (Some(*value), *uncertainty),
+            _ => (
+                in_code.and_then(|published| match feature.key.as_str() {
+                    "positive_peak" => Some(published.measured.positive_m_per_s),
+                    "negative_peak" => Some(published.measured.negative_m_per_s),
+                    _ => None,
+                }),
+                None,
+            ),
+        };
+        let fitted = job.observation.fingerprint.names().contains(&feature.key.as_str());
+        FeatureRow {
+            name: feature.key.replace('_', " "),
+            unit: feature.unit.clone(),
+            recorded: feature.measured,
+            simulated: simulated.map(|spread| spread.mean),
+            scatter: simulated.map(|spread| spread.scatter),
+            sensitivity: simulated.map(|spread| spread.sensitivity),
+            published: value,
+            published_uncertainty: uncertainty,
+            fitted,
+        }
+    });
+    rows.filter(|row| row.recorded.is_some() || row.simulated.is_some()).collect()
+}
+
+/// Watched numbers against α from half to one and a half times the fitted value, mean and scatter.
+fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome) -> Option<SweepReport> {
+    let centre = scene.amplitude_scale;
+    let plan = EnsemblePlan::new(SWEEP_MEMBERS, outcome.seed);
+    let keys = watched();
+    let points: Vec<(f64, Option<crate::study::EnsembleOutcome>)> = (0..SWEEP_POINTS)
+        .map(|index| {
+            let mut scene = scene.clone();
+            scene.amplitude_scale = centre * (0.5 + index as f64 / (SWEEP_POINTS - 1) as f64);
+            (scene.amplitude_scale, ensemble::run(&scene, &plan).ok())
+        })
+        .collect();
+    let curves = SWEPT.iter().filter_map(|(key, group, name)| {
+        let index = keys.iter().position(|watched| watched.key == *key)?;
+        let at = |(alpha, outcome): &(f64, Option<crate::study::EnsembleOutcome>)| {
+            let spread = outcome.as_ref()?.spreads[index].as_ref()?;
+            Some(SweepPoint { at: *alpha, value: spread.mean, scatter: Some(spread.scatter) })
+        };
+        Some(SweepCurve {
+            group: (*group).into(),
+            name: (*name).into(),
+            unit: if keys[index].unit.is_empty() { "1".into() } else { keys[index].unit.into() },
+            points: points.iter().filter_map(at).collect(),
+            reference: outcome.features.get(*key).and_then(|feature| feature.measured),
+        })
+    });
+    Some(SweepReport {
+        name: "Amplitude scale α".into(),
+        unit: "1".into(),
+        curves: curves.collect(),
+        reference_name: "of the record".into(),
+        marked: Some((centre, "fitted".into())),
+    })
+}
+
+/// Draw drive, record and the uncalibrated response, before any fit.
+///
+/// # Errors
+/// When the run fails or the folder cannot be written.
+pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyhow::Result<Outcome> {
+    let (_, scene, _) = &job.laws[0];
+    let plan = EnsemblePlan::new(2, session.seed);
+    let confirmation = confirm(scene, &job.recording, &job.observation, &plan)?;
+    let report = CalibrationReport {
+        simulated: Some(confirmation.simulated.clone()),
+        alignment: alignment(&confirmation),
+        window: Some(confirmation.window),
+        ..frame(job, scene, session.seed)
+    };
+    let name =
+        target.file_name().map_or_else(|| "dry-run".into(), |name| format!("{}-dry-run", name.to_string_lossy()));
+    let folder = OutputFolder::stage(&target.with_file_name(name), force)?;
+    for (name, bytes) in report.preview()? {
+        folder.write(name, bytes)?;
+    }
+    let place = folder.finish()?;
+    let window: Window = confirmation.window;
+    let text = format!(
+        "Nothing was fitted. Uncalibrated response at α = {}: peaks {:+.0} and {:+.0} mm/s, record {:+.0} and {:+.0} mm/s, \
+         correlation {:.2}\nin the window {:.0} … {:.0} µs. Figures: {}\n",
+        significant(scene.amplitude_scale, 3),
+        confirmation.simulated_features.peaks.positive * 1e3,
+        confirmation.simulated_features.peaks.negative * 1e3,
+        confirmation.recorded_features.peaks.positive * 1e3,
+        confirmation.recorded_features.peaks.negative * 1e3,
+        confirmation.similarity.correlation,
+        window.from * 1e6,
+        window.to * 1e6,
+        place.display()
+    );
+    session.result(text, &confirmation.simulated_features)?;
+    Ok(Outcome::Done)
+}
+
+/// What is said on the terminal at the end.
+pub fn text(outcome: &CalibrationOutcome, place: &Path) -> String {
+    let mut text = String::new();
+    let _ = writeln!(text, "{}: {} with {}", outcome.verdict, outcome.scene, law_name(&outcome.damping_kind));
+    for (name, parameter) in &outcome.parameters {
+        let interval = match (parameter.low, parameter.high) {
+            (Some(low), Some(high)) => {
+                format!("   90 % interval {} … {}", significant(low, 4), significant(high, 4))
+            }
+            _ => "   no interval is quoted".into(),
+        };
+        let unit = if parameter.unit == "1" { "" } else { &parameter.unit };
+        let bound = if parameter.at_bound { "   at a bound of the search" } else { "" };
+        let _ = writeln!(text, "  {name:<8} {} {unit}{interval}{bound}", significant(parameter.value, 4));
+    }
+    for key in ["positive_peak", "negative_peak", "ratio_1/3", "ratio_2/3"] {
+        if let Some(feature) = outcome.features.get(key) {
+            let _ = writeln!(text, "  {key:<14} {}", feature_text(feature));
+        }
+    }
+    if let Some(preferred) = &outcome.preferred_law {
+        let _ = writeln!(text, "  preferred law: {preferred}");
+    }
+    for statement in &outcome.statements {
+        let _ = writeln!(text, "{statement}");
+    }
+    let _ = writeln!(
+        text,
+        "{} runs, {} failed. Report: {}",
+        outcome.evaluations,
+        outcome.failed_runs,
+        place.join("report.html").display()
+    );
+    text
+}
+
+fn feature_text(feature: &crate::calibration::outcome::OutcomeFeature) -> String {
+    let (factor, unit) = if feature.unit == "m/s" { (1e3, " mm/s") } else { (1.0, "") };
+    let shown = |value: Option<f64>| value.map_or_else(|| "–".into(), |value| significant(value * factor, 3));
+    format!(
+        "record {}{unit}, model {} ± {}{unit}",
+        shown(feature.measured),
+        shown(feature.simulated),
+        shown(feature.scatter)
+    )
+}
