@@ -87,7 +87,7 @@ pub fn twin(
         .collect();
     for gap in &mut truth_scene.chain.gaps {
         let draw: f64 = StandardNormal.sample(&mut random);
-        *gap += uncertainty.gap * draw;
+        *gap += uncertainty.gap * draw.abs();
     }
     let response = simulate(&truth_scene, &mut |_| true)?;
     let noise = random.random_range(0.0..0.03);
