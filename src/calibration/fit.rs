@@ -22,6 +22,10 @@ pub const OUTSIDE: f64 = 1.5;
 /// FIT above which the agreement is doubtful.
 pub const DOUBTFUL: f64 = 1.0;
 
+/// Root mean square over features of the expected deviation at the most likely point, in scatters, above which the model
+/// does not explain the record either: single runs may come close by luck where their mean does not.
+pub const BIASED: f64 = 1.2;
+
 /// What a fit amounts to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Verdict {
@@ -175,8 +179,9 @@ fn read(forward: &Forward, search: Search) -> Result<Fit, FitError> {
     let estimates: Vec<Estimate> =
         (0..dimension).map(|d| estimate(&forward.parameters[d], &posterior, most_likely[d], d)).collect();
     let last_batch = search.batches.last().copied().unwrap_or(0);
+    let spans: Vec<f64> = forward.parameters.iter().map(Parameter::span).collect();
     let drift = Posterior::of(&search.cloud(made - last_batch.min(made)), dimension)
-        .map_or(f64::INFINITY, |before| drift(&before, &posterior));
+        .map_or(f64::INFINITY, |before| drift(&before, &posterior, &spans));
     let ranked = ranking(&cloud);
     let best: Vec<f64> = ranked.iter().take(10).map(|entry| entry.0).collect();
     let misfit = best.get(best.len() / 2).copied().unwrap_or(f64::INFINITY);
@@ -189,7 +194,7 @@ fn read(forward: &Forward, search: Search) -> Result<Fit, FitError> {
         .map_or_else(Vec::new, |local| local.scatter);
     let verdict = if drift > 1.0 {
         Verdict::NotConverged
-    } else if misfit > OUTSIDE {
+    } else if misfit > OUTSIDE || root_mean_square(&deviations) > BIASED {
         Verdict::OutsideScatter
     } else {
         Verdict::WithinScatter
@@ -212,6 +217,10 @@ fn read(forward: &Forward, search: Search) -> Result<Fit, FitError> {
     })
 }
 
+fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
 fn estimate(parameter: &Parameter, posterior: &Posterior, most_likely: f64, d: usize) -> Estimate {
     let [low, median, high] = [0.05, 0.5, 0.95].map(|probability| posterior.quantile(d, probability));
     let edge = 0.01;
@@ -226,12 +235,16 @@ fn estimate(parameter: &Parameter, posterior: &Posterior, most_likely: f64, d: u
     }
 }
 
-/// Largest move of a median in half-widths of its interval.
-fn drift(before: &Posterior, after: &Posterior) -> f64 {
+/// Half-width in ln below which a moving median is no news: the drive itself is known to half a per cent.
+const NARROW: f64 = 0.01;
+
+/// Largest move of a median in half-widths of its interval; `spans` turn unit coordinates into logarithms.
+fn drift(before: &Posterior, after: &Posterior, spans: &[f64]) -> f64 {
     (0..after.dimension())
         .map(|d| {
-            let half_width = 0.5 * (after.quantile(d, 0.95) - after.quantile(d, 0.05));
-            (before.quantile(d, 0.5) - after.quantile(d, 0.5)).abs() / half_width
+            let half_width = 0.5 * (after.quantile(d, 0.95) - after.quantile(d, 0.05)) * spans[d];
+            let moved = (before.quantile(d, 0.5) - after.quantile(d, 0.5)).abs() * spans[d];
+            moved / half_width.max(NARROW)
         })
         .fold(0.0, f64::max)
 }

@@ -104,7 +104,7 @@ impl Search {
         if self.batch == 0 || cloud.len() <= NEIGHBOURS {
             return self.scattered(count);
         }
-        let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ 0x5EA2_C4);
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ 0x005E_A2C4);
         random.set_stream(self.batch as u64);
         match ELITES.get(self.batch - 1) {
             Some(&size) => self.around_elite(&cloud, size, count, &mut random),

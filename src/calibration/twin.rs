@@ -50,9 +50,12 @@ const PRE_TRIGGER: f64 = 30e-6;
 #[must_use]
 pub fn scene_of(base: &Scene, index: u64) -> Scene {
     let mut scene = base.clone();
-    scene.support =
-        if index % 2 == 0 { Support::Annulus { stiffness_factor: 1.0 } } else { Support::Flat(FlatContact::Rigid) };
-    scene.damping.kind = if index / 2 % 2 == 0 { DampingKind::Linear } else { DampingKind::KuwabaraKono };
+    scene.support = if index.is_multiple_of(2) {
+        Support::Annulus { stiffness_factor: 1.0 }
+    } else {
+        Support::Flat(FlatContact::Rigid)
+    };
+    scene.damping.kind = if (index / 2).is_multiple_of(2) { DampingKind::Linear } else { DampingKind::KuwabaraKono };
     scene.damping.linear = 0.0;
     scene.damping.kuwabara_kono = 0.0;
     scene

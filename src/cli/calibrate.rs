@@ -38,7 +38,7 @@ use crate::{
         search::{Search, Strategy},
         statement,
     },
-    measurement::{Record, RecordKind, read_record},
+    measurement::{Baseline, Record, RecordKind, read_record},
     scene::Scene,
     study::{
         EnsemblePlan,
@@ -197,7 +197,9 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
 fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
     let definition = Definition::new(arguments)?;
     let mut assumptions = definition.assumptions.clone();
-    let experiment = Experiment::new(&definition.scene, &ReadArguments::default(), None)?;
+    // An error in the horn's baseline is a gap to the chain: the plateau's mean is far better known than the first samples'.
+    let horn = ReadArguments { baseline: Baseline::Plateau, ..ReadArguments::default() };
+    let experiment = Experiment::new(&definition.scene, &horn, None)?;
     assumptions.extend(experiment.assumptions.iter().cloned());
     let scene = experiment.scene_with(&[])?;
     let options = definition.reading.options(Some(scene.drive.frequency));

@@ -66,13 +66,13 @@ pub fn report(
     let laws = order.map(|law| law_report(law, job)).collect();
     let preference = outcome.preferred_law.as_ref().map(|preferred| match preferred.as_str() {
         "undecided" => "The record does not decide between the damping laws.".to_owned(),
-        law => format!("The record prefers {}.", law_name(law)),
+        law => format!("The record prefers {} damping.", law_name(law)),
     });
     Ok(CalibrationReport {
         laws,
         preference,
         separation: outcome.statements.clone(),
-        simulated: confirmation.map(|confirmation| confirmation.simulated.clone()),
+        simulated: confirmation.map(simulated_span),
         alignment: confirmation.map_or_else(String::new, alignment),
         window: confirmation.map(|confirmation| confirmation.window),
         features: confirmation.map_or_else(Vec::new, |confirmation| feature_rows(job, &scene, confirmation)),
@@ -161,6 +161,12 @@ fn drive_displacement(scene: &Scene) -> Series {
     Series::new(0.0, scene.output_step, values)
 }
 
+/// The simulated trace where it was simulated: beyond the end of the run there is nothing to draw.
+fn simulated_span(confirmation: &Confirmation) -> Series {
+    let simulated = &confirmation.simulated;
+    simulated.window(simulated.start, confirmation.response.pole_velocity.end() + confirmation.offset)
+}
+
 fn alignment(confirmation: &Confirmation) -> String {
     let similarity = &confirmation.similarity;
     format!(
@@ -176,8 +182,7 @@ fn alignment(confirmation: &Confirmation) -> String {
 /// Name of a damping law for people.
 fn law_name(kind: &str) -> &str {
     match kind {
-        "linear" => "linear dampers",
-        "kuwabara-kono" => "Kuwabara–Kono dampers",
+        "kuwabara-kono" => "Kuwabara–Kono",
         other => other,
     }
 }
@@ -348,7 +353,7 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     let plan = EnsemblePlan::new(2, session.seed);
     let confirmation = confirm(scene, &job.recording, &job.observation, &plan)?;
     let report = CalibrationReport {
-        simulated: Some(confirmation.simulated.clone()),
+        simulated: Some(simulated_span(&confirmation)),
         alignment: alignment(&confirmation),
         window: Some(confirmation.window),
         ..frame(job, scene, session.seed)
@@ -381,7 +386,7 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
 /// What is said on the terminal at the end.
 pub fn text(outcome: &CalibrationOutcome, place: &Path) -> String {
     let mut text = String::new();
-    let _ = writeln!(text, "{}: {} with {}", outcome.verdict, outcome.scene, law_name(&outcome.damping_kind));
+    let _ = writeln!(text, "{}: {} with {} damping", outcome.verdict, outcome.scene, law_name(&outcome.damping_kind));
     for (name, parameter) in &outcome.parameters {
         let interval = match (parameter.low, parameter.high) {
             (Some(low), Some(high)) => {
