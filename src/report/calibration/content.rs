@@ -124,7 +124,7 @@ fn headline(report: &CalibrationReport, law: &LawReport) -> Block {
     } else {
         format!(" {} leans on an end of its search range: widen it before believing the interval.", leaning.join(", "))
     };
-    let (damping, model) = (&law.damping_kind, &report.model);
+    let (damping, model) = (law.name(), &report.model);
     let record = match report.record_label.as_str() {
         "recorded" => "the recorded velocity".to_owned(),
         label => format!("the velocity record ({label})"),
@@ -134,21 +134,21 @@ fn headline(report: &CalibrationReport, law: &LawReport) -> Block {
         Verdict::WithinScatter => (
             if law.misfit > 1.0 || !leaning.is_empty() { Tone::Careful } else { Tone::Good },
             format!(
-                "With {damping} damping the {model} model explains {record} within its own scatter at {}. Intervals are 90 %; the misfit per feature is {misfit} of the scatter.{bound}",
+                "With {damping} the {model} model explains {record} within its own scatter at {}. Intervals are 90 %; the misfit per feature is {misfit} of the scatter.{bound}",
                 values(law, true)
             ),
         ),
         Verdict::OutsideScatter => (
             Tone::Bad,
             format!(
-                "With {damping} damping the {model} model does not explain {record}: its best runs, near {}, miss by {misfit} times the scatter per feature. No interval is quoted, because none would mean anything.{bound}",
+                "With {damping} the {model} model does not explain {record}: its best runs, near {}, miss by {misfit} times the scatter per feature. No interval is quoted, because none would mean anything.{bound}",
                 values(law, false)
             ),
         ),
         Verdict::NotConverged => (
             Tone::Bad,
             format!(
-                "The search stopped before it could tell. Best so far, {damping} damping: {} (misfit per feature: {misfit} of the scatter).{bound}",
+                "The search stopped before it could tell. Best so far, {damping}: {} (misfit per feature: {misfit} of the scatter).{bound}",
                 values(law, false)
             ),
         ),
@@ -187,7 +187,7 @@ fn search_words(law: &LawReport) -> String {
             law.failures.join("; ")
         ),
     };
-    format!("{} damping: {} runs, {failed}.", capitalised(&law.damping_kind), law.evaluations)
+    format!("{}: {} runs, {failed}.", capitalised(&law.name()), law.evaluations)
 }
 
 fn provenance(report: &CalibrationReport, blocks: &mut Vec<Block>) {

@@ -186,7 +186,7 @@ pub(super) fn objective(law: &LawReport) -> Vec<Plate> {
         if !failed.is_empty() {
             panel = panel.points("failed", failed, Colour::Orange, Marker::Cross);
         }
-        let title = format!("The whole search box, {} damping: every run, and the accepted set.", law.damping_kind);
+        let title = format!("The whole search box, {}: every run, and the accepted set.", law.name());
         plates.push(Plate::new(format!("runs-{key}"), Figure::new(title).panel(region(panel, Colour::Vermillion))));
     }
     if let Some((map, _)) = &map {
@@ -196,7 +196,7 @@ pub(super) fn objective(law: &LawReport) -> Vec<Plate> {
             range: Some((0.0, 1.0)),
         });
         let panel = region(panel, Colour::Black).points("fit", fit, Colour::Vermillion, Marker::Ring);
-        let title = format!("Density over both parameters near the fit, {} damping.", law.damping_kind);
+        let title = format!("Density over both parameters near the fit, {}.", law.name());
         plates.push(Plate::new(format!("density-{key}"), Figure::new(title).panel(panel)));
     }
     if let Some(plate) = history(law, &key) {
@@ -205,7 +205,7 @@ pub(super) fn objective(law: &LawReport) -> Vec<Plate> {
     plates
 }
 
-/// Misfit of every run in the order made, and of the best so far.
+/// Misfit of every run in the order made, and of the fit as judged from batch to batch.
 fn history(law: &LawReport, key: &str) -> Option<Plate> {
     let runs: Vec<(f64, f64)> = law
         .runs
@@ -213,7 +213,7 @@ fn history(law: &LawReport, key: &str) -> Option<Plate> {
         .enumerate()
         .filter_map(|(index, run)| Some((index as f64 + 1.0, run.misfit.filter(|misfit| *misfit > 0.0)?)))
         .collect();
-    // A staircase: the best stays until a better one is found.
+    // A staircase: a judgement stands until the next.
     let mut best: Vec<(f64, f64)> = Vec::new();
     for (runs, misfit) in law.history.iter().filter(|(_, misfit)| *misfit > 0.0) {
         if let Some((_, last)) = best.last().copied() {
@@ -228,7 +228,10 @@ fn history(law: &LawReport, key: &str) -> Option<Plate> {
     let panel = Panel::new(Axis::new("Run", "count"), axis)
         .height(36.0)
         .points("run", runs, Colour::Grey, Marker::Dot)
-        .line("best so far", best, Stroke::new(Colour::Blue).width(1.2));
-    let title = format!("Search history, {} damping: misfit in units of the local scatter.", law.damping_kind);
+        .line("fit, as judged then", best, Stroke::new(Colour::Blue).width(1.2));
+    let title = format!(
+        "Search history, {}: misfit of each run in units of the local scatter, and of the fit as judged after each batch.",
+        law.name()
+    );
     Some(Plate::new(format!("history-{key}"), Figure::new(title).sized(PAGE_WIDTH_MM, 1).panel(panel)))
 }

@@ -83,7 +83,7 @@ impl Verdict {
 /// One damping law and its fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LawReport {
-    /// Name for people, such as `linear` or `Kuwabara–Kono`.
+    /// Name for people, such as `linear`, `Kuwabara–Kono` or `linear dampers`.
     pub damping_kind: String,
     /// What the fit says of the model.
     pub verdict: Verdict,
@@ -101,7 +101,7 @@ pub struct LawReport {
     pub map: Option<DensityMap>,
     /// Every run, in the order made.
     pub runs: Vec<RunPoint>,
-    /// Search history: (runs made, misfit of the best so far).
+    /// Search history: (runs made, misfit of the fit judged with the scatter known by then); it may rise as scatter is learnt.
     pub history: Vec<(u64, f64)>,
     /// Runs made.
     pub evaluations: u64,
@@ -109,6 +109,17 @@ pub struct LawReport {
     pub failed_runs: u64,
     /// Why runs failed, each reason once.
     pub failures: Vec<String>,
+}
+
+impl LawReport {
+    /// The law as it reads in a sentence: `linear damping`, `linear dampers`.
+    pub(super) fn name(&self) -> String {
+        if self.damping_kind.contains("damp") {
+            self.damping_kind.clone()
+        } else {
+            format!("{} damping", self.damping_kind)
+        }
+    }
 }
 
 /// One fitted parameter, SI.

@@ -126,9 +126,9 @@ pub(super) fn lobes(law: &LawReport) -> Option<Table> {
         })
         .collect();
     let caption = format!(
-        "The 90 % region falls into {} parts, {} damping: the record does not tell which holds the truth.",
+        "The 90 % region falls into {} parts, {}: the record does not tell which holds the truth.",
         law.lobes.len(),
-        law.damping_kind
+        law.name()
     );
     Some(Table { caption, columns, rows })
 }

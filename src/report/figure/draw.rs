@@ -20,9 +20,8 @@ const COLUMN: f64 = 0.4;
 const SHADES: f64 = 24.0;
 const TINT: f64 = 0.28;
 
-/// Draw the whole sheet on a white ground.
+/// Draw the whole sheet on a ground that is white already.
 pub(super) fn sheet<B: DrawingBackend>(sheet: &Sheet<'_>, canvas: &mut Canvas<'_, B>) -> DrawResult<B> {
-    canvas.rectangle((0.0, 0.0), (sheet.width, sheet.height), WHITE)?;
     for placed in &sheet.panels {
         let layers = &placed.panel.layers;
         let is_ground = |layer: &Layer| matches!(layer, Layer::HeatMap { .. } | Layer::Band { .. });

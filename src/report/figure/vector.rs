@@ -18,7 +18,10 @@ pub(super) fn render(figure: &Figure) -> Result<String, FigureError> {
     let size = ((sheet.width * UNITS_PER_POINT).ceil() as u32, (sheet.height * UNITS_PER_POINT).ceil() as u32);
     let mut raw = String::new();
     let mut backend = SVGBackend::with_string(&mut raw, size);
-    draw::sheet(&sheet, &mut Canvas::new(&mut backend, UNITS_PER_POINT))
+    let mut canvas = Canvas::new(&mut backend, UNITS_PER_POINT);
+    canvas
+        .rectangle((0.0, 0.0), (sheet.width, sheet.height), (255, 255, 255))
+        .and_then(|()| draw::sheet(&sheet, &mut canvas))
         .and_then(|()| backend.present())
         .map_err(|error| FigureError::Drawing { figure: figure.title.clone(), reason: error.to_string() })?;
     drop(backend);

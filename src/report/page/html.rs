@@ -44,7 +44,12 @@ fn render_block<'a>(block: &Block, plates: &mut impl Iterator<Item = &'a Drawn<'
             html! { p class={ "headline " (tone) } { strong { (verdict) } (kept(text)) } }
         }
         Block::Notice(statements) => html! {
-            div.notice { @for statement in statements { p { (kept(statement)) } } }
+            @if let [first, rest @ ..] = statements.as_slice() {
+                div.notice {
+                    p { (kept(first)) }
+                    @if !rest.is_empty() { ul { @for statement in rest { li { (kept(statement)) } } } }
+                }
+            }
         },
         Block::Heading(text) => html! { h2 { (text) } },
         Block::Paragraph(text) => html! { p { (kept(text)) } },
