@@ -4,7 +4,7 @@
 //! closed at t*, the force grows like (t − t*)^(3/2), or (t − t*)^(1/2) with a Kuwabara–Kono dashpot, and no polynomial in t follows
 //! that; in √(t − t*) both are analytic, and t = t* + (s₀ + S σ)² is of this form. So the order survives the singularity.
 
-use super::tableau::{A, C, D, E3, E5};
+use super::tableau::{A, C, D, E, Term};
 use crate::scene::PistonMotion;
 
 /// Time within a step, t = start + linear σ + quadratic σ², s.
@@ -67,7 +67,8 @@ pub(super) struct Stepper {
     /// State at the end of the step attempted last.
     pub end_state: Row,
     end_derivative: Row,
-    stages: [Row; 16],
+    /// Derivatives of the sixteen stages times dt/dσ, one behind the other.
+    stages: Row,
     stage: Row,
     dense: [Row; 7],
     /// 1/(absolute tolerance) of each entry; 0 for those not controlled.
@@ -79,34 +80,20 @@ pub(super) struct Stepper {
     pub evaluations: u64,
 }
 
-/// out = y + Σ c_j k_j.
+/// out = base + Σ c_j k_j, the stages k lying one behind the other in `stages`.
 #[inline(always)]
-fn combine<const M: usize>(out: &mut [[f64; 4]], y: &[[f64; 4]], c: [f64; M], k: [&[[f64; 4]]; M]) {
-    let length = out.len();
-    let y = &y[..length];
-    let k = k.map(|row| &row[..length]);
-    for r in 0..length {
-        let mut sum = y[r];
-        for j in 0..M {
+fn combine(out: &mut [[f64; 4]], base: impl Fn(usize) -> [f64; 4], terms: &[Term], stages: &[[f64; 4]]) {
+    let rows = out.len();
+    for (r, out) in out.iter_mut().enumerate() {
+        let mut sum = base(r);
+        for (stage, weight) in terms {
+            let k = &stages[stage * rows + r];
             for lane in 0..4 {
-                sum[lane] += c[j] * k[j][r][lane];
+                sum[lane] += weight * k[lane];
             }
         }
-        out[r] = sum;
+        *out = sum;
     }
-}
-
-/// One stage of the tableau: state from the rows listed, then its derivative.
-macro_rules! stage {
-    ($self:ident, $flow:ident, $clock:ident, $i:literal: $($j:literal)+) => {
-        combine(&mut $self.stage, &$self.state, [$(A[$i][$j]),+], [$(&$self.stages[$j]),+]);
-        $flow.evaluate(
-            $clock.rate(C[$i]),
-            ($self.piston_displacement[$i], $self.piston_velocity[$i]),
-            $self.stage.as_flattened_mut(),
-            $self.stages[$i].as_flattened_mut(),
-        );
-    };
 }
 
 impl Stepper {
@@ -118,7 +105,7 @@ impl Stepper {
             derivative: row(),
             end_state: row(),
             end_derivative: row(),
-            stages: std::array::from_fn(|_| row()),
+            stages: vec![[0.0; 4]; 4 * length],
             stage: row(),
             dense: std::array::from_fn(|_| row()),
             inverse_scale: row(),
@@ -136,6 +123,7 @@ impl Stepper {
     }
 
     /// Positions of the piston at stages `from..to`.
+    #[inline(always)]
     fn sample_piston(
         &mut self,
         motion: &dyn PistonMotion,
@@ -155,6 +143,7 @@ impl Stepper {
     }
 
     /// Attempt a step; returns the error over the tolerance (accept at ≤ 1; NaN when the state is not finite).
+    #[inline(always)]
     pub fn attempt(
         &mut self,
         flow: &mut impl Flow,
@@ -163,64 +152,69 @@ impl Stepper {
         smooth: &SmoothInterval,
     ) -> f64 {
         self.sample_piston(motion, clock, smooth, 1, 12);
-        for (stage, derivative) in self.stages[0].as_flattened_mut().iter_mut().zip(self.derivative.as_flattened()) {
+        let rows = self.state.len();
+        for (stage, derivative) in self.stages[..rows].as_flattened_mut().iter_mut().zip(self.derivative.as_flattened())
+        {
             *stage = clock.linear * derivative;
         }
-        stage!(self, flow, clock, 1: 0);
-        stage!(self, flow, clock, 2: 0 1);
-        stage!(self, flow, clock, 3: 0 2);
-        stage!(self, flow, clock, 4: 0 2 3);
-        stage!(self, flow, clock, 5: 0 3 4);
-        stage!(self, flow, clock, 6: 0 3 4 5);
-        stage!(self, flow, clock, 7: 0 3 4 5 6);
-        stage!(self, flow, clock, 8: 0 3 4 5 6 7);
-        stage!(self, flow, clock, 9: 0 3 4 5 6 7 8);
-        stage!(self, flow, clock, 10: 0 3 4 5 6 7 8 9);
-        stage!(self, flow, clock, 11: 0 3 4 5 6 7 8 9 10);
-        self.evaluations += 11;
-        let k = &self.stages;
-        let rows: [&[[f64; 4]]; 8] = [&k[0], &k[5], &k[6], &k[7], &k[8], &k[9], &k[10], &k[11]];
-        let b = &A[12];
-        combine(&mut self.end_state, &self.state, [b[0], b[5], b[6], b[7], b[8], b[9], b[10], b[11]], rows);
-        error_norm(rows, &self.inverse_scale)
+        for stage in 1..12 {
+            self.stage(flow, clock, stage);
+        }
+        let state = &self.state;
+        combine(&mut self.end_state, |r| state[r], A[12], &self.stages);
+        error_norm(&self.stages, &self.inverse_scale)
+    }
+
+    /// State, then derivative, of one stage.
+    #[inline(always)]
+    fn stage(&mut self, flow: &mut impl Flow, clock: &Clock, stage: usize) {
+        let rows = self.state.len();
+        let state = &self.state;
+        combine(&mut self.stage, |r| state[r], A[stage], &self.stages);
+        flow.evaluate(
+            clock.rate(C[stage]),
+            (self.piston_displacement[stage], self.piston_velocity[stage]),
+            self.stage.as_flattened_mut(),
+            self.stages[stage * rows..(stage + 1) * rows].as_flattened_mut(),
+        );
+        self.evaluations += 1;
     }
 
     /// Take up the end of the accepted step: its derivative is evaluated.
+    #[inline(always)]
     pub fn finish(&mut self, flow: &mut impl Flow, clock: &Clock) {
         let piston = (self.piston_displacement[11], self.piston_velocity[11]);
         flow.evaluate(1.0, piston, self.end_state.as_flattened_mut(), self.end_derivative.as_flattened_mut());
         self.evaluations += 1;
         let rate = clock.rate(1.0);
-        for (stage, derivative) in self.stages[12].as_flattened_mut().iter_mut().zip(self.end_derivative.as_flattened())
+        let rows = self.state.len();
+        for (stage, derivative) in
+            self.stages[12 * rows..13 * rows].as_flattened_mut().iter_mut().zip(self.end_derivative.as_flattened())
         {
             *stage = rate * derivative;
         }
     }
 
     /// Build the continuous extension of the finished step (three more evaluations).
+    #[inline(always)]
     pub fn extend(&mut self, flow: &mut impl Flow, motion: &dyn PistonMotion, clock: &Clock, smooth: &SmoothInterval) {
         self.sample_piston(motion, clock, smooth, 13, 16);
-        stage!(self, flow, clock, 13: 0 6 7 8 9 10 11 12);
-        stage!(self, flow, clock, 14: 0 5 6 7 10 11 12 13);
-        stage!(self, flow, clock, 15: 0 5 6 7 8 12 13 14);
-        self.evaluations += 3;
-        let k = &self.stages;
-        let length = self.state.len();
+        for stage in 13..16 {
+            self.stage(flow, clock, stage);
+        }
+        let rows = self.state.len();
+        let (first, last) = (&self.stages[..rows], &self.stages[12 * rows..13 * rows]);
         let [d0, d1, d2, d3, d4, d5, d6] = &mut self.dense;
-        for r in 0..length {
+        for r in 0..rows {
             for lane in 0..4 {
                 let difference = self.end_state[r][lane] - self.state[r][lane];
                 d0[r][lane] = difference;
-                d1[r][lane] = k[0][r][lane] - difference;
-                d2[r][lane] = 2.0 * difference - (k[12][r][lane] + k[0][r][lane]);
+                d1[r][lane] = first[r][lane] - difference;
+                d2[r][lane] = 2.0 * difference - (last[r][lane] + first[r][lane]);
             }
         }
-        for (row, d) in [d3, d4, d5, d6].into_iter().zip(&D) {
-            let weights = [d[0], d[5], d[6], d[7], d[8], d[9], d[10], d[11], d[12], d[13], d[14], d[15]];
-            let stages: [&[[f64; 4]]; 12] =
-                [&k[0], &k[5], &k[6], &k[7], &k[8], &k[9], &k[10], &k[11], &k[12], &k[13], &k[14], &k[15]];
-            row.fill([0.0; 4]);
-            accumulate(row, weights, stages);
+        for (row, terms) in [d3, d4, d5, d6].into_iter().zip(D) {
+            combine(row, |_| [0.0; 4], terms, &self.stages);
         }
     }
 
@@ -282,50 +276,35 @@ impl Stepper {
 
     /// Entry with the largest error of the step attempted last.
     pub fn worst_entry(&self) -> usize {
+        let rows = self.state.len();
         let error = |index: usize| {
             let (r, lane) = (index / 4, index % 4);
-            let sum: f64 = (0..12).map(|j| E5[j] * self.stages[j][r][lane]).sum();
+            let sum: f64 = E.iter().map(|(stage, fifth, _)| fifth * self.stages[stage * rows + r][lane]).sum();
             (sum * self.inverse_scale[r][lane]).abs()
         };
         (0..4 * self.state.len()).max_by(|a, b| error(*a).total_cmp(&error(*b))).unwrap_or(0)
     }
 }
 
-/// row += Σ c_j k_j, without a base.
-#[inline(always)]
-fn accumulate<const M: usize>(row: &mut [[f64; 4]], c: [f64; M], k: [&[[f64; 4]]; M]) {
-    let length = row.len();
-    let k = k.map(|row| &row[..length]);
-    for r in 0..length {
-        let mut sum = [0.0; 4];
-        for j in 0..M {
-            for lane in 0..4 {
-                sum[lane] += c[j] * k[j][r][lane];
-            }
-        }
-        row[r] = sum;
-    }
-}
-
 /// Largest-entry norm of the combined error estimate, e₅²/√(e₅² + 0.01 e₃²); NaN when any entry is.
 #[inline(always)]
-fn error_norm(k: [&[[f64; 4]]; 8], inverse_scale: &[[f64; 4]]) -> f64 {
-    let e5 = [E5[0], E5[5], E5[6], E5[7], E5[8], E5[9], E5[10], E5[11]];
-    let e3 = [E3[0], E3[5], E3[6], E3[7], E3[8], E3[9], E3[10], E3[11]];
-    let length = inverse_scale.len();
-    let k = k.map(|row| &row[..length]);
+fn error_norm(stages: &[[f64; 4]], inverse_scale: &[[f64; 4]]) -> f64 {
+    let rows = inverse_scale.len();
     let mut largest5 = [0.0f64; 4];
     let mut largest3 = [0.0f64; 4];
     let mut sum = [0.0f64; 4];
-    for r in 0..length {
-        for lane in 0..4 {
-            let (mut fifth, mut third) = (0.0, 0.0);
-            for j in 0..8 {
-                fifth += e5[j] * k[j][r][lane];
-                third += e3[j] * k[j][r][lane];
+    for (r, inverse_scale) in inverse_scale.iter().enumerate() {
+        let (mut fifth, mut third) = ([0.0; 4], [0.0; 4]);
+        for (stage, weight5, weight3) in &E {
+            let k = &stages[stage * rows + r];
+            for lane in 0..4 {
+                fifth[lane] += weight5 * k[lane];
+                third[lane] += weight3 * k[lane];
             }
-            fifth = (fifth * inverse_scale[r][lane]).abs();
-            third = (third * inverse_scale[r][lane]).abs();
+        }
+        for lane in 0..4 {
+            let fifth = (fifth[lane] * inverse_scale[lane]).abs();
+            let third = (third[lane] * inverse_scale[lane]).abs();
             sum[lane] += fifth + third;
             largest5[lane] = if fifth > largest5[lane] { fifth } else { largest5[lane] };
             largest3[lane] = if third > largest3[lane] { third } else { largest3[lane] };

@@ -134,6 +134,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<
     }
 
     /// Total force of each contact at a state, N: what the response reports.
+    #[inline(always)]
     pub fn contact_forces(&mut self, u: &[f64], v: &[f64]) -> &[f64] {
         self.evaluate_forces(u, v);
         let force = &mut self.force[..=self.system.beads];

@@ -23,6 +23,7 @@ pub(super) struct Event {
 }
 
 /// δ (m) and δ̇ (m/s) of a contact at a state.
+#[inline(always)]
 pub(super) fn overlap_and_rate(system: &System, contact: usize, state: &[f64]) -> (f64, f64) {
     let rate = state[system.padded + contact] - state[system.padded + contact + 1];
     (system.overlap(contact, state), rate)
@@ -98,6 +99,7 @@ impl<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<'_, 
     }
 
     /// Whether any contact may have to change its mode within the finished step.
+    #[inline(always)]
     pub fn may_switch(&self, stepper: &Stepper, clock: &Clock, resolution: &Resolution) -> bool {
         let (start, end) = (stepper.state.as_flattened(), stepper.end_state.as_flattened());
         (0..self.modes.len()).any(|contact| {

@@ -5,6 +5,7 @@ use super::{
     dormand_prince::{Clock, Flow, SmoothInterval, Stepper},
     equation::{Equation, Mode},
     event::{Resolution, overlap_and_rate},
+    record::Recording,
     system::System,
 };
 use crate::{
@@ -18,26 +19,6 @@ impl<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Flow for Equa
     fn evaluate(&mut self, weight: f64, piston: (f64, f64), state: &mut [f64], derivative: &mut [f64]) {
         Equation::evaluate(self, weight, piston, state, derivative);
     }
-}
-
-/// Where the pieces of a run go.
-pub(super) trait Sink {
-    /// Whether this sink needs the continuous extension of a step from `from` to `to` (s).
-    fn wants(&self, from: f64, to: f64) -> bool;
-    /// Take the part of an extended step from its start up to `to` (s).
-    fn take<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
-        &mut self,
-        equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
-        stepper: &Stepper,
-        clock: &Clock,
-        to: f64,
-    );
-    /// Take the state at time zero.
-    fn begin<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
-        &mut self,
-        equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
-        state: &[f64],
-    );
 }
 
 /// How a run is done.
@@ -102,16 +83,16 @@ impl Pace {
 }
 
 /// Run the chain; the ledger and the work done.
-pub(super) fn integrate<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw, S: Sink>(
+pub(super) fn integrate<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
     system: &System,
     support: L,
     motion: &dyn PistonMotion,
     initial: &InitialState,
     control: &Control,
-    sink: &mut S,
+    recording: &mut Recording,
     progress: Progress<'_>,
 ) -> Result<(EnergyLedger, SolverWork), ModelError> {
-    Run::<LINEAR, KUWABARA_KONO, L>::new(system, support, motion, initial, control)?.to_end(sink, progress)
+    Run::<LINEAR, KUWABARA_KONO, L>::new(system, support, motion, initial, control)?.to_end(recording, progress)
 }
 
 struct Run<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L> {
@@ -223,9 +204,9 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         self.stepper.restart(&mut self.equation, piston);
     }
 
-    fn to_end<S: Sink>(
+    fn to_end(
         mut self,
-        sink: &mut S,
+        recording: &mut Recording,
         progress: Progress<'_>,
     ) -> Result<(EnergyLedger, SolverWork), ModelError> {
         let end = self.control.end;
@@ -242,23 +223,24 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
             self.smooth = SmoothInterval { from: (self.time + inside).max(f64::MIN_POSITIVE), to: stop - inside };
             self.restart();
             if first {
-                sink.begin(&mut self.equation, self.stepper.state.as_flattened());
+                recording.begin(&mut self.equation, self.stepper.state.as_flattened());
                 first = false;
                 if self.system.precompression == 0.0 {
                     pace = Pace::SinceClosing { closing: self.time, root: 0.0, step: self.after_closing.sqrt() };
                 }
             }
-            pace = self.to_stop(stop, pace, sink, progress)?;
+            pace = pulp::Arch::new().dispatch(ToStop { run: &mut self, stop, pace, recording, progress })?;
         }
         Ok(self.settle())
     }
 
     /// Run up to `stop`, the drive being smooth until then; the pace to go on with.
-    fn to_stop<S: Sink>(
+    #[inline(always)]
+    fn to_stop(
         &mut self,
         stop: f64,
         mut pace: Pace,
-        sink: &mut S,
+        recording: &mut Recording,
         progress: Progress<'_>,
     ) -> Result<Pace, ModelError> {
         let mut rejected = false;
@@ -299,7 +281,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
             let step_end = if last { stop } else { clock.at(1.0) };
             let suspicious = self.equation.may_switch(&self.stepper, &clock, &self.resolution);
             let mut event = None;
-            if suspicious || sink.wants(self.time, step_end) {
+            if suspicious || recording.wants(step_end) {
                 self.stepper.extend(&mut self.equation, self.motion, &clock, &self.smooth);
                 if suspicious {
                     event = self.equation.first_event(&self.stepper, &clock, self.motion, &self.resolution);
@@ -314,7 +296,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
                 let now = if event.sigma >= 1.0 { step_end } else { clock.at(event.sigma) };
                 changes_here = if now > self.time { 0 } else { changes_here + 1 };
                 self.remember(pace, &clock, growth);
-                sink.take(&mut self.equation, &self.stepper, &clock, now);
+                recording.take(&mut self.equation, &self.stepper, &clock, now);
                 self.stepper.truncate(event.sigma);
                 self.time = now;
                 pace = self.change(event.contact);
@@ -323,7 +305,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
                 }
             } else {
                 changes_here = 0;
-                sink.take(&mut self.equation, &self.stepper, &clock, step_end);
+                recording.take(&mut self.equation, &self.stepper, &clock, step_end);
                 self.stepper.advance();
                 self.time = step_end;
                 if !last {
@@ -549,5 +531,25 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
                 tolerance: self.control.tolerance,
             },
         }
+    }
+}
+
+/// [`Run::to_stop`], compiled for the widest vectors this machine has. No operation is fused, so the result does not depend on them.
+struct ToStop<'r, 'a, const LINEAR: bool, const KUWABARA_KONO: bool, L> {
+    run: &'r mut Run<'a, LINEAR, KUWABARA_KONO, L>,
+    stop: f64,
+    pace: Pace,
+    recording: &'r mut Recording,
+    progress: &'r mut dyn FnMut(f64) -> bool,
+}
+
+impl<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> pulp::NullaryFnOnce
+    for ToStop<'_, '_, LINEAR, KUWABARA_KONO, L>
+{
+    type Output = Result<Pace, ModelError>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        self.run.to_stop(self.stop, self.pace, self.recording, self.progress)
     }
 }

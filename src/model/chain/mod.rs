@@ -25,8 +25,8 @@ mod trajectory;
 
 pub use trajectory::Trajectory;
 
-use integrate::{Control, Sink};
-use record::Grid;
+use integrate::Control;
+use record::{Grid, Recording};
 use system::System;
 
 use super::{
@@ -98,7 +98,11 @@ impl ChainModel {
         let (energy, work) = match scene.model.integrator {
             Integrator::DormandPrince853 { tolerance } => {
                 let control = control(scene, tolerance, velocity_scale, grid.end())?;
-                adaptive(&system, motion, initial, &control, &mut grid, progress)?
+                let mut recording = Recording::Grid(grid);
+                let books = adaptive(&system, motion, initial, &control, &mut recording, progress)?;
+                let Recording::Grid(back) = recording else { unreachable!("a recording keeps its kind") };
+                grid = back;
+                books
             }
             Integrator::Symplectic { step } => fixed(&system, motion, initial, step, &mut grid, progress)?,
         };
@@ -125,8 +129,10 @@ impl ChainModel {
         let grid = Grid::new(scene, &system, motion);
         let velocity_scale = scale(&mut system, initial, grid.piston_speed());
         let control = control(scene, tolerance, velocity_scale, grid.end())?;
-        let mut trajectory = Trajectory::new(system.beads, system.padded);
-        (trajectory.energy, trajectory.work) = adaptive(&system, motion, initial, &control, &mut trajectory, progress)?;
+        let mut recording = Recording::Trajectory(Trajectory::new(system.beads, system.padded));
+        let (energy, work) = adaptive(&system, motion, initial, &control, &mut recording, progress)?;
+        let Recording::Trajectory(mut trajectory) = recording else { unreachable!("a recording keeps its kind") };
+        (trajectory.energy, trajectory.work) = (energy, work);
         Ok(trajectory)
     }
 }
@@ -170,20 +176,20 @@ macro_rules! specialised {
         }
         match system.laws[system.beads] {
             Law::Hertz(law) => with_support!(law),
-            Law::Annulus(law) => with_support!(law),
-            Law::Spring(law) => with_support!(law),
+            // Any other law of the one contact at the support is picked within the loop: it is worth no copy of the code.
+            law => with_support!(law),
         }
     }};
 }
 
 type Books = (EnergyLedger, SolverWork);
 
-fn adaptive<S: Sink>(
+fn adaptive(
     system: &System,
     motion: &dyn PistonMotion,
     initial: &InitialState,
     control: &Control,
-    sink: &mut S,
+    recording: &mut Recording,
     progress: Progress<'_>,
 ) -> Result<Books, ModelError> {
     fn run<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
@@ -192,12 +198,12 @@ fn adaptive<S: Sink>(
         motion: &dyn PistonMotion,
         initial: &InitialState,
         control: &Control,
-        sink: &mut impl Sink,
+        recording: &mut Recording,
         progress: Progress<'_>,
     ) -> Result<Books, ModelError> {
-        integrate::integrate::<LINEAR, KUWABARA_KONO, L, _>(system, support, motion, initial, control, sink, progress)
+        integrate::integrate::<LINEAR, KUWABARA_KONO, L>(system, support, motion, initial, control, recording, progress)
     }
-    specialised!(system, run(motion, initial, control, sink, progress))
+    specialised!(system, run(motion, initial, control, recording, progress))
 }
 
 fn fixed(

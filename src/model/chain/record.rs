@@ -3,8 +3,8 @@
 use super::{
     dormand_prince::{Clock, Stepper},
     equation::Equation,
-    integrate::Sink,
     system::System,
+    trajectory::Trajectory,
 };
 use crate::{
     model::contact_law::ElasticLaw,
@@ -61,6 +61,7 @@ impl Grid {
     }
 
     /// Store the state in the buffer as the next sample.
+    #[inline(always)]
     pub fn store<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
         &mut self,
         equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
@@ -113,31 +114,53 @@ impl Grid {
     }
 }
 
-impl Sink for Grid {
-    fn wants(&self, _from: f64, to: f64) -> bool {
-        !self.is_full() && self.next_time() <= to
+/// Where the pieces of an adaptive run go: onto the grid, or into a trajectory.
+#[derive(Debug)]
+pub(super) enum Recording {
+    Grid(Grid),
+    Trajectory(Trajectory),
+}
+
+impl Recording {
+    /// Whether the continuous extension of a step up to `to` (s) is needed.
+    #[inline(always)]
+    pub fn wants(&self, to: f64) -> bool {
+        match self {
+            Self::Grid(grid) => !grid.is_full() && grid.next_time() <= to,
+            Self::Trajectory(_) => true,
+        }
     }
 
-    fn take<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
+    /// Take the part of an extended step from its start up to `to` (s).
+    #[inline(always)]
+    pub fn take<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
         &mut self,
         equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
         stepper: &Stepper,
         clock: &Clock,
         to: f64,
     ) {
-        while !self.is_full() && self.next_time() <= to {
-            stepper.values(clock.sigma(self.next_time()), &mut self.buffer);
-            self.store(equation);
+        match self {
+            Self::Grid(grid) => {
+                while !grid.is_full() && grid.next_time() <= to {
+                    stepper.values(clock.sigma(grid.next_time()), &mut grid.buffer);
+                    grid.store(equation);
+                }
+            }
+            Self::Trajectory(trajectory) => trajectory.take(stepper, clock, to),
         }
     }
 
-    fn begin<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
+    /// Take the state at time zero.
+    pub fn begin<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
         &mut self,
         equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
         state: &[f64],
     ) {
-        let length = self.buffer.as_flattened().len();
-        self.buffer.as_flattened_mut().copy_from_slice(&state[..length]);
-        self.store(equation);
+        if let Self::Grid(grid) = self {
+            let length = grid.buffer().len();
+            grid.buffer().copy_from_slice(&state[..length]);
+            grid.store(equation);
+        }
     }
 }

@@ -1,14 +1,7 @@
 //! The run as a function of time, between the samples too.
 
-use super::{
-    dormand_prince::{Clock, Stepper},
-    equation::Equation,
-    integrate::Sink,
-};
-use crate::{
-    model::contact_law::ElasticLaw,
-    response::{EnergyLedger, SolverWork},
-};
+use super::dormand_prince::{Clock, Stepper};
+use crate::response::{EnergyLedger, SolverWork};
 
 /// Displacement and velocity of every bead at any instant of a run, by the integrator's continuous extension of order 7.
 ///
@@ -127,18 +120,9 @@ impl Trajectory {
     }
 }
 
-impl Sink for Trajectory {
-    fn wants(&self, _from: f64, _to: f64) -> bool {
-        true
-    }
-
-    fn take<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
-        &mut self,
-        _equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
-        stepper: &Stepper,
-        clock: &Clock,
-        to: f64,
-    ) {
+impl Trajectory {
+    /// Take the part of an extended step from its start up to `to` (s).
+    pub(super) fn take(&mut self, stepper: &Stepper, clock: &Clock, to: f64) {
         let mut coefficients = vec![[0.0; 8]; 2 * self.padded];
         for (index, row) in stepper.coefficients().enumerate() {
             for (entry, value) in coefficients.iter_mut().zip(row.as_flattened()) {
@@ -146,12 +130,5 @@ impl Sink for Trajectory {
             }
         }
         self.pieces.push(Piece { clock: *clock, to, coefficients });
-    }
-
-    fn begin<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
-        &mut self,
-        _equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
-        _state: &[f64],
-    ) {
     }
 }
