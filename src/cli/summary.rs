@@ -13,7 +13,7 @@ use super::{
 use crate::{
     feature::Ratio,
     report::number::{engineering, fixed, significant},
-    scene::{DampingKind, DampingPlacement, Integrator, ModelKind, Scene},
+    scene::{DampingKind, DampingPlacement, DriveKind, Integrator, ModelKind, Scene},
     study::{
         EnsembleOutcome, EnsemblePlan, Spread,
         observation::{Watched, watched},
@@ -173,7 +173,8 @@ pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) 
     row(
         "drive",
         format!(
-            "{}, alpha {}, {} simulated",
+            "{} at {}, alpha {}, {} simulated",
+            drive(scene),
             engineering(scene.drive.frequency, "Hz", 4),
             short(scene.amplitude_scale),
             engineering(scene.duration, "s", 4)
@@ -207,6 +208,22 @@ pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) 
         text.push_str(&ensemble(summary, spread));
     }
     text
+}
+
+fn drive(scene: &Scene) -> String {
+    let peak = engineering(scene.drive.amplitude, "m", 3);
+    match &scene.drive.kind {
+        DriveKind::SineCycles { cycles } => format!("{} cycles of {peak}", short(*cycles)),
+        DriveKind::ToneBurst { cycles, ring_up } => {
+            format!("tone burst of {} cycles and {peak}, ring-up {}", short(*cycles), engineering(*ring_up, "s", 3))
+        }
+        DriveKind::GaussianBurst { cycles } => format!("Gaussian burst of {} cycles and {peak}", short(*cycles)),
+        DriveKind::Record { displacement, file } => {
+            let name = file.as_ref().map_or("in memory".into(), |file| file.display().to_string());
+            format!("record {name} of {}", engineering(displacement.peak(), "m", 3))
+        }
+        DriveKind::UnreadRecord { file } => format!("record {}", file.display()),
+    }
 }
 
 /// Four significant digits without trailing zeros.

@@ -51,3 +51,24 @@ pub fn published(scene: &Scene) -> Option<Published> {
     };
     Some(Published { measured: MEASURED, simulated })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene;
+
+    fn of(name: &str, overrides: &[&str]) -> Option<Published> {
+        let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+        published(&scene::load(name, &overrides).unwrap())
+    }
+
+    #[test]
+    fn printed_peaks_stand_only_beside_the_scene_they_were_printed_for() {
+        assert_eq!(of("annulus", &[]).unwrap().simulated, Some(LINEAR));
+        let other_law = ["damping.kind=kuwabara-kono", "damping.coefficient=3660", "alpha=1.5"];
+        assert_eq!(of("annulus", &other_law).unwrap().simulated, Some(KUWABARA_KONO));
+        assert_eq!(of("annulus", &["alpha=0.6"]).unwrap(), Published { measured: MEASURED, simulated: None });
+        assert_eq!(of("annulus", &["chain.beads=5"]), None);
+        assert_eq!(of("rigid", &[]), None);
+    }
+}
