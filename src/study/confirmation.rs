@@ -7,7 +7,7 @@
 use thiserror::Error;
 
 use super::{
-    ensemble::{self, EnsembleError, EnsemblePlan, Spread},
+    ensemble::{self, EnsembleError, EnsemblePlan, STEPS_PER_PERIOD, Spread},
     observation::{self, Observation as Watched},
 };
 use crate::{
@@ -18,9 +18,6 @@ use crate::{
     scene::Scene,
     signal::{Conditioning, LowPass, Series},
 };
-
-/// Steps a drive period of the perturbed runs: four times those of the search, 4e-3/4⁴ of the peak in regular regimes.
-const STEPS_PER_PERIOD: u32 = 640;
 
 /// Why a calibrated scene could not be confirmed.
 #[derive(Debug, Clone, PartialEq, Error)]
