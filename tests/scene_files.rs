@@ -4,12 +4,11 @@ use std::path::{Path, PathBuf};
 
 use granchain::{
     scene::{
-        self, BUILT_IN, Bead, Chain, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator,
-        Material, ModelKind, ModelSettings, Scene, SceneError, Support, load, load_text, load_with_notes,
+        self, BUILT_IN, Bead, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator,
+        Material, Scene, SceneError, Support, load, load_text, load_with_notes,
     },
     signal::Series,
 };
-use proptest::prelude::*;
 
 fn overridden(scene: &str, overrides: &[&str]) -> Result<Scene, SceneError> {
     load(scene, &overrides.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>())
@@ -491,134 +490,4 @@ fn effects_name_what_a_scene_switches_on() {
         ]
     );
     assert_eq!(on(&overridden("rigid", &["chain.gaps=1nm"]).unwrap()), ["initial gaps"]);
-}
-
-fn materials() -> impl Strategy<Value = Material> {
-    (0..3usize, 1e9..400e9f64, -0.9..0.5f64, 100.0..2e4f64).prop_map(
-        |(index, youngs_modulus, poissons_ratio, density)| {
-            // One name, one material: their names differ with every property.
-            let name = ["chrome-steel", "brass", "own_3"][index];
-            if index == 0 {
-                Material::chrome_steel()
-            } else {
-                Material {
-                    name: format!("{name}{density:.9}").replace('.', "-"),
-                    youngs_modulus,
-                    poissons_ratio,
-                    density,
-                }
-            }
-        },
-    )
-}
-
-fn drives() -> impl Strategy<Value = Drive> {
-    let frequency = 1e3..1e6f64;
-    let amplitude = 0.0..1e-5f64;
-    let kind = prop_oneof![
-        (1..99u32).prop_map(|n| DriveKind::SineCycles { cycles: f64::from(n) / 2.0 }),
-        (0.1..99.0f64, 1e-6..1e-3f64).prop_map(|(cycles, ring_up)| DriveKind::ToneBurst { cycles, ring_up }),
-        (1..99u32).prop_map(|n| DriveKind::GaussianBurst { cycles: f64::from(n) }),
-        "[a-zA-Z0-9 \"\\\\µ.-]{1,12}".prop_map(|name| DriveKind::UnreadRecord { file: Path::new("/lab").join(name) }),
-    ];
-    (kind, amplitude, frequency).prop_map(|(kind, amplitude, frequency)| {
-        let amplitude = if matches!(kind, DriveKind::UnreadRecord { .. }) { 1.0 } else { amplitude };
-        Drive { kind, amplitude, frequency }
-    })
-}
-
-fn dampings() -> impl Strategy<Value = Damping> {
-    (0..4, 0.0..10.0f64, 0.0..1e5f64, any::<bool>(), any::<bool>()).prop_map(|(kind, c, gamma, beads, tension)| {
-        let (kind, linear, kuwabara_kono) = match kind {
-            0 => (DampingKind::None, 0.0, 0.0),
-            1 => (DampingKind::Linear, c, 0.0),
-            2 => (DampingKind::KuwabaraKono, 0.0, gamma),
-            _ => (DampingKind::LinearAndKuwabaraKono, c, gamma),
-        };
-        // Without dampers the other two have no effect and keep their defaults.
-        let damped = kind != DampingKind::None;
-        let placement = if damped && beads { DampingPlacement::Beads } else { DampingPlacement::All };
-        Damping { kind, linear, kuwabara_kono, placement, tension: damped && tension }
-    })
-}
-
-fn supports() -> impl Strategy<Value = Support> {
-    prop_oneof![
-        Just(Support::Flat(FlatContact::Rigid)),
-        Just(Support::Flat(FlatContact::Steel)),
-        (1.0..1e9f64).prop_map(|stiffness| Support::Spring { stiffness }),
-        (0.1..3.0f64).prop_map(|stiffness_factor| Support::Annulus { stiffness_factor }),
-    ]
-}
-
-fn chains() -> impl Strategy<Value = Chain> {
-    let bead = (0.4e-3..0.6e-3f64, materials()).prop_map(|(radius, material)| Bead { radius, material });
-    (prop::collection::vec(bead, 1..9), 0..3, 0.0..1.0f64, 1e-9..1e-6f64).prop_map(|(mut beads, kind, force, gap)| {
-        // The annulus' law is that of this last bead.
-        if let Some(last) = beads.last_mut() {
-            last.radius = 0.5e-3;
-        }
-        let contacts = beads.len() + 1;
-        let gaps = match kind {
-            0 => vec![0.0; contacts],
-            1 => vec![gap; contacts],
-            _ => (0..contacts).map(|index| gap * index as f64 / contacts as f64).collect(),
-        };
-        Chain { beads, gaps, precompression: if kind == 0 { force } else { 0.0 } }
-    })
-}
-
-fn scenes() -> impl Strategy<Value = Scene> {
-    let model = (0..3, any::<bool>(), -14.0..-2.0f64, 1e-10..4e-8f64).prop_map(|(kind, adaptive, exponent, step)| {
-        let kind = [ModelKind::Chain, ModelKind::Reduced, ModelKind::Fea][kind as usize];
-        let tolerance = 10f64.powf(exponent).clamp(1e-14, 1e-2);
-        let integrator =
-            if adaptive { Integrator::DormandPrince853 { tolerance } } else { Integrator::Symplectic { step } };
-        ModelSettings { kind, integrator }
-    });
-    (
-        ("[a-z0-9 _-]{1,9}", "\\PC{0,20}", chains(), drives(), supports()),
-        (dampings(), any::<bool>(), 0.0..3.0f64, 1e-5..1e-2f64, 1e-8..1e-6f64, model),
-    )
-        .prop_map(|(first, second)| {
-            let (name, description, chain, drive, support) = first;
-            let (damping, steel, amplitude_scale, duration, output_step, model) = second;
-            let piston = if steel { FlatContact::Steel } else { FlatContact::Rigid };
-            Scene {
-                name,
-                description,
-                chain,
-                piston,
-                drive,
-                amplitude_scale,
-                support,
-                damping,
-                duration,
-                output_step,
-                model,
-            }
-        })
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
-
-    #[test]
-    fn a_scene_written_as_toml_reads_back_as_the_same_scene(scene in scenes()) {
-        let text = scene.to_toml();
-        let loaded = load_text(&text, Path::new("/elsewhere/own.toml"), &[]);
-        let loaded = loaded.unwrap_or_else(|error| panic!("{error}\n{text}"));
-        prop_assert_eq!(&loaded.scene, &scene);
-        prop_assert!(loaded.notes.is_empty());
-        // Canonical: written again it is the same text.
-        prop_assert_eq!(loaded.scene.to_toml(), text);
-    }
-
-    #[test]
-    fn no_file_and_no_override_makes_the_reader_panic(text in "[a-z.=\\[\\]{}\"\n 0-9-]{0,60}", value in "\\PC{0,12}") {
-        let _ = load_text(&text, Path::new("own.toml"), &[]);
-        for key in scene::KEYS {
-            let _ = overridden("annulus", &[&format!("{}={value}", key.name.replace('*', "chrome-steel"))]);
-        }
-    }
 }
