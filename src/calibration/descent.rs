@@ -51,7 +51,7 @@ impl CostFunction for Misfit<'_> {
         }
         let mut made = self.forward.run(self.first + runs.len() as u64, &[inside]);
         let cost = made.first().and_then(Run::features).map_or(FAILED, |features| {
-            let observed = &self.forward.observation.features;
+            let observed = &self.forward.comparison.features;
             let sum: f64 =
                 features.iter().zip(observed).map(|(z, z0)| ((z - z0).abs() / YARDSTICK).min(5.0).powi(2)).sum();
             sum / observed.len() as f64

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    observation::Observation,
+    comparison::Comparison,
     parameter::{Parameter, Target},
 };
 use crate::{
@@ -72,7 +72,7 @@ pub struct Forward {
     /// The fitted parameters.
     pub parameters: Vec<Parameter>,
     /// What the runs are compared with.
-    pub observation: Observation,
+    pub comparison: Comparison,
     base: Variation,
     kind: DampingKind,
     uncertainty: Uncertainty,
@@ -84,31 +84,31 @@ pub struct Forward {
 }
 
 impl Forward {
-    /// Prepare `scene` for runs long enough for the record's fingerprint.
+    /// Prepare `scene` for runs long enough to be compared: with a record (an
+    /// [`Observation`](super::observation::Observation)) or with whatever else a [`Comparison`] holds.
     ///
     /// # Errors
     /// When the scene cannot be run at a fixed step.
     pub fn new(
         scene: &Scene,
         parameters: Vec<Parameter>,
-        observation: Observation,
+        comparison: impl Into<Comparison>,
         uncertainty: Uncertainty,
         seed: u64,
         watch: Arc<Watch>,
     ) -> Result<Self, ModelError> {
         let period = 1.0 / scene.drive.frequency;
         let mut scene = scene.clone();
-        // The pulse needs a few periods through the chain, a weak drive a few more before it crosses the threshold.
-        scene.duration =
-            scene.drive.burst().0 + (observation.fingerprint.cycles_needed() as f64 + ONSET_ALLOWANCE) * period;
+        let comparison = comparison.into();
+        scene.duration = comparison.duration(&scene.drive);
         let ensemble = Ensemble::new(&scene, STEPS_PER_CYCLE as u32)?;
         let step = period / STEPS_PER_CYCLE as f64;
         let len = ensemble.samples();
-        let low_pass = LowPass::new(step, len, observation.cutoff);
-        let noise_rms = (observation.noise_density * 0.5 / step).sqrt();
+        let low_pass = LowPass::new(step, len, comparison.cutoff);
+        let noise_rms = (comparison.noise_density * 0.5 / step).sqrt();
         let base = Variation::of(&scene);
         let kind = scene.damping.kind;
-        Ok(Self { parameters, observation, base, kind, uncertainty, seed, ensemble, low_pass, noise_rms, watch })
+        Ok(Self { parameters, comparison, base, kind, uncertainty, seed, ensemble, low_pass, noise_rms, watch })
     }
 
     /// Run the points, the first of which is run number `first` of the search.
@@ -172,7 +172,7 @@ impl Forward {
         variation
     }
 
-    /// The record's own noise, the record's own low-pass, 40 samples a period, fingerprint.
+    /// The record's own noise, the record's own low-pass, 40 samples a period, features.
     fn reduce(&self, mut trace: Series, random: &mut ChaCha8Rng) -> Result<Vec<f64>, String> {
         if self.noise_rms > 0.0 {
             for value in &mut trace.values {
@@ -184,9 +184,6 @@ impl Forward {
         let stride = STEPS_PER_CYCLE / SAMPLES_PER_CYCLE;
         let values = filtered.into_iter().step_by(stride).collect();
         let conditioned = Series::new(trace.start, trace.step * stride as f64, values);
-        self.observation.fingerprint.measure(&conditioned).map_err(|error| error.to_string())
+        self.comparison.reduce(&conditioned)
     }
 }
-
-/// Drive periods allowed between the piston's first motion and the onset at the last bead.
-const ONSET_ALLOWANCE: f64 = 25.0;

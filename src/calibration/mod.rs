@@ -1,6 +1,7 @@
 //! Parameters, residuals and the search for them: the only user of argmin.
 
 pub mod checkpoint;
+pub mod comparison;
 mod descent;
 pub mod fit;
 pub mod forward;
@@ -10,6 +11,7 @@ pub mod outcome;
 pub mod parameter;
 pub mod plan;
 pub mod posterior;
+pub mod printed;
 pub mod search;
 pub mod statement;
 pub mod twin;

@@ -1,7 +1,5 @@
 //! What a fit is held against: the record, conditioned, with its fingerprint.
 
-use std::collections::BTreeMap;
-
 use thiserror::Error;
 
 use crate::{
@@ -13,10 +11,16 @@ use crate::{
 const EARLY_NUGGET: f64 = 0.02;
 
 /// Nugget of a late feature, in ln.
-const LATE_NUGGET: f64 = 0.01;
+pub(super) const LATE_NUGGET: f64 = 0.01;
 
 /// Highest cutoff, Hz: above it a laser vibrometer of this class records little but noise.
 const HIGHEST_CUTOFF: f64 = 1.25e6;
+
+/// The cutoff of traces whose own sampling sets no lower one: 1.25 MHz, or what 40 samples a drive period carry, Hz.
+#[must_use]
+pub fn highest_cutoff(drive_frequency: f64) -> f64 {
+    f64::min(HIGHEST_CUTOFF, 0.42 * SAMPLES_PER_CYCLE as f64 * drive_frequency)
+}
 
 /// A recorded velocity and what is known of how it was recorded.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,22 +59,6 @@ pub enum ObservationError {
         /// Periods needed.
         needed_cycles: usize,
     },
-    /// A weight for a feature that is not there.
-    #[error("weight of `{name}`: expected one of {known}")]
-    UnknownFeature {
-        /// The name.
-        name: String,
-        /// The features there are.
-        known: String,
-    },
-    /// A weight that is none.
-    #[error("weight of `{name}`: expected a finite number ≥ 0, found {weight}")]
-    Weight {
-        /// The feature.
-        name: String,
-        /// The weight.
-        weight: f64,
-    },
     /// The record has no fingerprint.
     #[error("the record has no fingerprint")]
     Fingerprint(#[from] FingerprintError),
@@ -91,8 +79,6 @@ pub struct Observation {
     pub features: Vec<f64>,
     /// Smallest scatter allowed to each feature, in ln.
     pub nuggets: Vec<f64>,
-    /// Weight of each feature on the log-likelihood's quadratic form; 1 unless asked for, 0 leaves it out.
-    pub weights: Vec<f64>,
 }
 
 impl Observation {
@@ -113,7 +99,7 @@ impl Observation {
         let velocity = &recording.velocity;
         let rate = velocity.sample_rate();
         let stated = recording.bandwidth.unwrap_or(f64::INFINITY);
-        let cutoff = f64::min(0.42 * rate, HIGHEST_CUTOFF).min(0.42 * SAMPLES_PER_CYCLE as f64 * drive_frequency);
+        let cutoff = f64::min(0.42 * rate, highest_cutoff(drive_frequency));
         let noise_density = recording.noise_rms.powi(2) / f64::min(0.5 * rate, stated);
         let filtered = LowPass::new(velocity.step, velocity.len(), cutoff).apply(&velocity.values);
         let step = 1.0 / (drive_frequency * SAMPLES_PER_CYCLE as f64);
@@ -132,24 +118,6 @@ impl Observation {
             )?;
         let features = fingerprint.measure(&trace)?;
         let nuggets = fingerprint.early().iter().map(|&early| if early { EARLY_NUGGET } else { LATE_NUGGET }).collect();
-        Ok(Self { trace, cutoff, noise_density, fingerprint, weights: vec![1.0; features.len()], features, nuggets })
-    }
-
-    /// The same with other weights for the features named.
-    ///
-    /// # Errors
-    /// An unknown name, or a weight that is negative or not finite.
-    pub fn weighted(mut self, weights: &BTreeMap<String, f64>) -> Result<Self, ObservationError> {
-        let names = self.fingerprint.names();
-        for (name, &weight) in weights {
-            let Some(index) = names.iter().position(|known| known == name) else {
-                return Err(ObservationError::UnknownFeature { name: name.clone(), known: names.join(", ") });
-            };
-            if !(weight.is_finite() && weight >= 0.0) {
-                return Err(ObservationError::Weight { name: name.clone(), weight });
-            }
-            self.weights[index] = weight;
-        }
-        Ok(self)
+        Ok(Self { trace, cutoff, noise_density, fingerprint, features, nuggets })
     }
 }

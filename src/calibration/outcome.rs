@@ -93,8 +93,8 @@ pub struct OutcomeFeature {
 /// One feature of the fit, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FittedFeature {
-    /// Of the record.
-    pub measured: f64,
+    /// Of the record, or as published; absent for a published statement that is no number.
+    pub measured: Option<f64>,
     /// Expected at the most likely point, less the record, in units of the scatter of a single run.
     pub deviation: Option<f64>,
     /// SI unit, `1` for a pure number.

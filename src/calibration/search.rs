@@ -79,9 +79,9 @@ impl Search {
             seed,
             strategy,
             dimension: forward.parameters.len(),
-            observed: forward.observation.features.clone(),
-            nuggets: forward.observation.nuggets.clone(),
-            weights: forward.observation.weights.clone(),
+            observed: forward.comparison.features.clone(),
+            nuggets: forward.comparison.nuggets.clone(),
+            weights: forward.comparison.weights.clone(),
         }
     }
 

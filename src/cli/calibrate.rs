@@ -30,6 +30,7 @@ use super::{
 use crate::{
     calibration::{
         checkpoint::SearchCheckpoint,
+        comparison::Comparison,
         fit::{Fit, FitError, Verdict, fit},
         forward::{Forward, Uncertainty},
         observation::{Observation, Recording},
@@ -126,6 +127,7 @@ struct Job {
     record: Record,
     recording: Recording,
     observation: Observation,
+    comparison: Comparison,
     laws: Vec<(String, Scene, Vec<Parameter>)>,
     assumptions: Vec<String>,
 }
@@ -212,8 +214,8 @@ fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
     let (begins, ends) = scene.drive.burst();
     let cycles = (ends - begins) * scene.drive.frequency;
     let observation = Observation::new(&recording, scene.drive.frequency, cycles, definition.features)
-        .with_context(|| format!("{place}"))?
-        .weighted(&definition.weights)?;
+        .with_context(|| format!("{place}"))?;
+    let comparison = Comparison::from(observation.clone()).weighted(&definition.weights)?;
     let laws = definition
         .laws(&scene)
         .into_iter()
@@ -223,7 +225,7 @@ fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
             Ok((kind, scene, parameters))
         })
         .collect::<anyhow::Result<_>>()?;
-    Ok(Job { definition, experiment, record, recording, observation, laws, assumptions })
+    Ok(Job { definition, experiment, record, recording, observation, comparison, laws, assumptions })
 }
 
 fn fit_laws(job: &Job, folder: &OutputFolder, session: &Session) -> anyhow::Result<Vec<FittedLaw>> {
@@ -239,7 +241,7 @@ fn fit_laws(job: &Job, folder: &OutputFolder, session: &Session) -> anyhow::Resu
         });
         let uncertainty = Uncertainty::default();
         let forward =
-            Forward::new(scene, parameters.clone(), job.observation.clone(), uncertainty, session.seed, watch)?;
+            Forward::new(scene, parameters.clone(), job.comparison.clone(), uncertainty, session.seed, watch)?;
         let checkpoint = SearchCheckpoint::new(
             &folder.state_path().join(format!("{kind}.json")),
             &key(job, scene, parameters, session.seed),
@@ -270,7 +272,7 @@ fn key(job: &Job, scene: &Scene, parameters: &[Parameter], seed: u64) -> String 
         job.definition.evaluations,
         job.definition.search,
         job.record.sha256,
-        job.observation.features,
+        job.comparison.features,
         scene.to_toml(),
         job.definition.weights,
     );
@@ -321,8 +323,8 @@ fn outcome_of(
     let fit = &law.fit;
     let mut statements = statement::statements(fit);
     statements.extend(unconfirmed);
-    let names = job.observation.fingerprint.names();
-    let fitted_features = names.iter().enumerate().filter(|(index, _)| job.observation.weights[*index] > 0.0);
+    let names = job.comparison.names();
+    let fitted_features = names.iter().enumerate().filter(|(index, _)| job.comparison.weights[*index] > 0.0);
     let mut inputs = BTreeMap::from([(
         "measured".to_owned(),
         InputDigest { path: job.record.path.display().to_string(), sha256: job.record.sha256.clone() },
@@ -348,11 +350,11 @@ fn outcome_of(
         fitted_features: fitted_features
             .map(|(index, name)| {
                 let feature = FittedFeature {
-                    measured: job.observation.fingerprint.amplitude(index, job.observation.features[index]),
+                    measured: job.comparison.measured(index),
                     deviation: fit.deviations.get(index).copied(),
-                    unit: if name.starts_with("ratio") { "1".into() } else { "m/s".into() },
+                    unit: job.comparison.unit(index).into(),
                 };
-                ((*name).to_owned(), feature)
+                (name.to_string(), feature)
             })
             .collect(),
         lobes: outcome::lobes(fit),

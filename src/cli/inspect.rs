@@ -297,7 +297,7 @@ struct PublishedRow {
 fn published_summary(published: &PublishedFeatures) -> PublishedSummary {
     let rows = published.features.iter().map(|feature| {
         let (value, uncertainty, unit) = match &feature.statement {
-            Statement::Value { value, uncertainty, dimension } => (Some(*value), *uncertainty, dimension.si_unit()),
+            Statement::Value { value, uncertainty, dimension, .. } => (Some(*value), *uncertainty, dimension.si_unit()),
             _ => (None, None, String::new()),
         };
         PublishedRow { name: feature.name.clone(), value, uncertainty, unit, says: say(&feature.statement) }
@@ -315,7 +315,7 @@ fn published_summary(published: &PublishedFeatures) -> PublishedSummary {
 /// A statement in words.
 fn say(statement: &Statement) -> String {
     match statement {
-        Statement::Value { value, uncertainty, dimension } => {
+        Statement::Value { value, uncertainty, dimension, .. } => {
             let uncertainty = uncertainty.map(|u| format!(" ± {}", shown(u, *dimension)));
             format!("{}{}", shown(*value, *dimension), uncertainty.unwrap_or_default())
         }

@@ -92,6 +92,8 @@ pub enum Statement {
         value: f64,
         /// Its standard uncertainty, SI, where printed.
         uncertainty: Option<f64>,
+        /// Half a unit in its last printed digit, SI: what is known of it where no uncertainty is printed.
+        rounding: f64,
         /// Its dimension.
         dimension: Dimension,
     },
@@ -367,6 +369,34 @@ impl Reader<'_> {
         })
     }
 
+    /// Half a unit in the last digit of a value as it stands in the file, SI: 0.5 mm/s for `289 mm/s`, 0.05 for `0.3`.
+    fn rounding(
+        &self,
+        name: &str,
+        cell: &Spanned<Cell>,
+        unit: Option<&str>,
+        dimension: Dimension,
+    ) -> Result<f64, PublishedError> {
+        let written = self.text.get(cell.span()).unwrap_or_default().trim_matches(['"', '\'']).trim();
+        let end = written
+            .char_indices()
+            .take_while(|(at, letter)| {
+                let exponent = matches!(letter, 'e' | 'E')
+                    && written[at + 1..].starts_with(|next: char| next.is_ascii_digit() || "+-".contains(next));
+                letter.is_ascii_digit() || ".+-_−".contains(*letter) || exponent
+            })
+            .last()
+            .map_or(0, |(at, letter)| at + letter.len_utf8());
+        let (number, rest) = written.split_at(end);
+        let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
+        let decimals = mantissa.split_once('.').map_or(0, |(_, decimals)| decimals.len() as i32);
+        let exponent: i32 = exponent.parse().unwrap_or(0);
+        let half = 0.5 * 10f64.powi(exponent - decimals);
+        let unit = unit.filter(|_| matches!(cell.as_ref(), Cell::Number(_))).unwrap_or(rest);
+        let text = Spanned::new(cell.span(), Cell::Text(format!("{half:e} {unit}")));
+        self.quantity(name, &text, None, dimension)
+    }
+
     fn statement(&self, line: usize, name: &str, expected: &'static str, found: String) -> PublishedError {
         PublishedError::Statement { path: self.path.into(), line, name: name.into(), expected, found }
     }
@@ -387,7 +417,17 @@ impl Reader<'_> {
                 if let Some(bad) = uncertainty.filter(|u| *u <= 0.0) {
                     return Err(self.statement(line, name, "a positive uncertainty", format!("{bad}")));
                 }
-                Statement::Value { value: self.quantity(name, value, unit, dimension)?, uncertainty, dimension }
+                let rounding = self.rounding(name, value, unit, dimension)?;
+                let at = self.position(value.span()).0;
+                let value = self.quantity(name, value, unit, dimension)?;
+                if name == "negative_peak" && value >= 0.0 {
+                    let expected = "a value below 0 (positive is from piston to support)";
+                    return Err(self.statement(at, name, expected, format!("{value}")));
+                }
+                if name != "negative_peak" && value <= 0.0 {
+                    return Err(self.statement(at, name, "a value above 0", format!("{value}")));
+                }
+                Statement::Value { value, uncertainty, rounding, dimension }
             }
             (None, Some(present), None) => match name.strip_prefix("line_").filter(|ratio| is_ratio(ratio)) {
                 Some(ratio) => Statement::Line { ratio: ratio.into(), present },
@@ -433,6 +473,7 @@ impl Reader<'_> {
                 (Statement::Value { dimension, .. }, _) => Statement::Value {
                     value: self.quantity(name, cell, feature.unit.as_deref(), *dimension)?,
                     uncertainty: None,
+                    rounding: self.rounding(name, cell, feature.unit.as_deref(), *dimension)?,
                     dimension: *dimension,
                 },
                 (Statement::Line { ratio, .. }, Cell::Holds(present)) => {
@@ -523,6 +564,22 @@ case.linear = false
     }
 
     #[test]
+    fn half_a_unit_of_the_last_printed_digit_is_kept_for_values_without_uncertainty() {
+        let head = "drive_frequency = \"73 kHz\"\n[[feature]]\nname = \"positive_peak\"\n";
+        for (written, half) in [
+            ("value = \"289 mm/s\"", 0.5e-3),
+            ("value = \"0.30 m/s\"", 5e-3),
+            ("value = 2.9e2\nunit = \"mm/s\"", 5e-3),
+            ("value = \"289mm/s\"", 0.5e-3),
+            ("value = 289\nunit = \"mm/s\"", 0.5e-3),
+        ] {
+            let published = read(&format!("{head}{written}")).unwrap();
+            let Statement::Value { rounding, .. } = published.features[0].statement else { panic!("{written}") };
+            assert!((rounding / half - 1.0).abs() < 1e-12, "{written}: {rounding}");
+        }
+    }
+
+    #[test]
     fn mistakes_are_told_with_their_line() {
         let head = "drive_frequency = \"73 kHz\"\n[[feature]]\n";
         for (text, expected) in [
@@ -538,6 +595,11 @@ case.linear = false
             (
                 format!("{head}name = \"positive_peak\"\nvalue = \"1 um\""),
                 "features.toml:4: feature `positive_peak`: expected a velocity such as `289 mm/s`, found `1 um`, which is a length",
+            ),
+            (
+                format!("{head}name = \"negative_peak\"\nvalue = \"247 mm/s\""),
+                "features.toml:4: feature `negative_peak`: expected a value below 0 (positive is from piston to support), \
+                 found 0.247",
             ),
             (
                 format!("{head}name = \"thirds\"\nordering = \"1/3 over 1/2\""),

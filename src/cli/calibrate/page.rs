@@ -246,10 +246,10 @@ fn law_report(law: &FittedLaw, job: &Job) -> LawReport {
 /// Misfit of each run in units of the scatter at the best; `None` for failed runs.
 fn misfits(fit: &Fit, job: &Job) -> Vec<Option<f64>> {
     let scatter = &fit.scatter;
-    let observation = &job.observation;
-    let total: f64 = observation.weights.iter().sum();
+    let comparison = &job.comparison;
+    let total: f64 = comparison.weights.iter().sum();
     let misfit = |features: &[f64]| {
-        let each = features.iter().zip(&observation.features).zip(scatter).zip(&observation.weights);
+        let each = features.iter().zip(&comparison.features).zip(scatter).zip(&comparison.weights);
         each.map(|(((z, z0), s), weight)| weight * ((z - z0).abs() / s).min(5.0).powi(2)).sum::<f64>() / total
     };
     fit.runs.iter().map(|run| run.features().filter(|_| !scatter.is_empty()).map(misfit)).collect()
@@ -293,7 +293,7 @@ fn feature_rows(job: &Job, scene: &Scene, confirmation: &Confirmation) -> Vec<Fe
                 None,
             ),
         };
-        let fitted = job.observation.fingerprint.names().contains(&feature.key.as_str());
+        let fitted = job.comparison.names().iter().any(|name| *name == feature.key);
         FeatureRow {
             name: feature.key.replace('_', " "),
             unit: feature.unit.clone(),

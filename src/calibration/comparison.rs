@@ -1,0 +1,171 @@
+//! What every run is compared with, and how a run is reduced for it: a record's fingerprint, or published features.
+
+use std::{borrow::Cow, collections::BTreeMap};
+
+use thiserror::Error;
+
+use super::{
+    observation::Observation,
+    printed::{Meaning, Printed},
+};
+use crate::{feature::fingerprint::Fingerprint, scene::Drive, signal::Series};
+
+/// Drive periods allowed between the piston's first motion and the onset at the last bead: the pulse needs a few through
+/// the chain, a weak drive a few more before it crosses the threshold.
+const ONSET_ALLOWANCE: f64 = 25.0;
+
+/// Drive periods run beyond the end of an analysis window, so that the filter's edge lies outside it.
+const AFTER_WINDOW: f64 = 2.0;
+
+/// How a conditioned trace becomes features z.
+#[derive(Debug, Clone)]
+pub enum Reduction {
+    /// Of a record: onset, early peaks, bands.
+    Fingerprint(Fingerprint),
+    /// Of a publication: one z a statement.
+    Printed(Printed),
+}
+
+/// The yardstick of a fit.
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// Cutoff applied to every run, Hz.
+    pub cutoff: f64,
+    /// Spectral density of the noise every run is given, one-sided, (m/s)²/Hz.
+    pub noise_density: f64,
+    /// How runs are reduced.
+    pub reduction: Reduction,
+    /// Features z₀ to be met.
+    pub features: Vec<f64>,
+    /// Smallest scatter allowed to each feature, in ln.
+    pub nuggets: Vec<f64>,
+    /// Weight of each feature on the log-likelihood's quadratic form; 1 unless asked for, 0 leaves it out.
+    pub weights: Vec<f64>,
+}
+
+/// Weights that cannot be used.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum WeightError {
+    /// A weight for a feature that is not there.
+    #[error("weight of `{name}`: expected one of {known}")]
+    UnknownFeature {
+        /// The name.
+        name: String,
+        /// The features there are.
+        known: String,
+    },
+    /// A weight that is none.
+    #[error("weight of `{name}`: expected a finite number ≥ 0, found {weight}")]
+    Weight {
+        /// The feature.
+        name: String,
+        /// The weight.
+        weight: f64,
+    },
+}
+
+impl From<Observation> for Comparison {
+    fn from(observation: Observation) -> Self {
+        Self {
+            cutoff: observation.cutoff,
+            noise_density: observation.noise_density,
+            weights: vec![1.0; observation.features.len()],
+            reduction: Reduction::Fingerprint(observation.fingerprint),
+            features: observation.features,
+            nuggets: observation.nuggets,
+        }
+    }
+}
+
+impl From<Printed> for Comparison {
+    fn from(printed: Printed) -> Self {
+        Self {
+            cutoff: printed.cutoff(),
+            noise_density: 0.0,
+            features: printed.targets(),
+            nuggets: printed.nuggets(),
+            weights: vec![1.0; printed.statements().len()],
+            reduction: Reduction::Printed(printed),
+        }
+    }
+}
+
+impl Comparison {
+    /// Names of the features, in order.
+    #[must_use]
+    pub fn names(&self) -> Vec<Cow<'static, str>> {
+        match &self.reduction {
+            Reduction::Fingerprint(fingerprint) => fingerprint.names().into_iter().map(Cow::Borrowed).collect(),
+            Reduction::Printed(printed) => {
+                printed.statements().iter().map(|statement| Cow::Owned(statement.name.clone())).collect()
+            }
+        }
+    }
+
+    /// The number that feature `index` is to meet, SI; `None` for a one-sided statement.
+    #[must_use]
+    pub fn measured(&self, index: usize) -> Option<f64> {
+        match &self.reduction {
+            Reduction::Fingerprint(fingerprint) => Some(fingerprint.amplitude(index, *self.features.get(index)?)),
+            Reduction::Printed(printed) => match printed.statements().get(index)?.meaning {
+                Meaning::Value { value, .. } => Some(value),
+                _ => None,
+            },
+        }
+    }
+
+    /// SI unit of feature `index`, `1` for a pure number.
+    #[must_use]
+    pub fn unit(&self, index: usize) -> &'static str {
+        let pure = match &self.reduction {
+            Reduction::Fingerprint(fingerprint) => {
+                fingerprint.names().get(index).is_some_and(|name| name.starts_with("ratio"))
+            }
+            Reduction::Printed(printed) => {
+                printed.statements().get(index).is_some_and(|statement| !statement.meaning.is_velocity())
+            }
+        };
+        if pure { "1" } else { "m/s" }
+    }
+
+    /// How long a run must be under `drive`, s.
+    #[must_use]
+    pub fn duration(&self, drive: &Drive) -> f64 {
+        match &self.reduction {
+            Reduction::Fingerprint(fingerprint) => {
+                drive.burst().0 + (fingerprint.cycles_needed() as f64 + ONSET_ALLOWANCE) / drive.frequency
+            }
+            Reduction::Printed(printed) => printed.window().to + AFTER_WINDOW / drive.frequency,
+        }
+    }
+
+    /// Features z of a conditioned trace (m/s), or why there are none.
+    ///
+    /// # Errors
+    /// What the fingerprint or the printed features say.
+    pub fn reduce(&self, trace: &Series) -> Result<Vec<f64>, String> {
+        match &self.reduction {
+            Reduction::Fingerprint(fingerprint) => fingerprint.measure(trace).map_err(|error| error.to_string()),
+            Reduction::Printed(printed) => printed.measure(trace).map_err(|error| error.to_string()),
+        }
+    }
+
+    /// The same with other weights for the features named.
+    ///
+    /// # Errors
+    /// An unknown name, or a weight that is negative or not finite.
+    pub fn weighted(mut self, weights: &BTreeMap<String, f64>) -> Result<Self, WeightError> {
+        let names = self.names();
+        for (name, &weight) in weights {
+            let Some(index) = names.iter().position(|known| known == name) else {
+                return Err(WeightError::UnknownFeature { name: name.clone(), known: names.join(", ") });
+            };
+            if !(weight.is_finite() && weight >= 0.0) {
+                return Err(WeightError::Weight { name: name.clone(), weight });
+            }
+            self.weights[index] = weight;
+        }
+        Ok(self)
+    }
+}
