@@ -104,7 +104,8 @@ impl Observation {
         let filtered = LowPass::new(velocity.step, velocity.len(), cutoff).apply(&velocity.values);
         let step = 1.0 / (drive_frequency * SAMPLES_PER_CYCLE as f64);
         let count = ((velocity.end() - velocity.start) / step).floor() as usize + 1;
-        let resampler = Resampler::new(velocity.start, velocity.step, velocity.len(), velocity.start, step, count);
+        let resampler =
+            Resampler::interpolating(velocity.start, velocity.step, velocity.len(), velocity.start, step, count);
         let trace = resampler.series(&filtered);
         let noise = (noise_density * cutoff).sqrt();
         let peak = trace.peak();

@@ -3,15 +3,18 @@
 //! Each twin is simulated by the accurate integrator at its truth, with its own draw of gaps, and passes through a lab
 //! of its own: sample rate, trigger offset, baseline, white noise. It is then fitted as any record.
 
+use std::fmt::Write;
+
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 use super::{forward::Uncertainty, observation::Recording, parameter::Parameter};
 use crate::{
-    model::{ModelError, Progress},
-    response::Response,
+    measurement::{MeasurementError, ReadOptions, RecordKind, read_record_bytes},
+    model::{self, ModelError},
     scene::{DampingKind, FlatContact, Scene, Support},
     signal::{Conditioning, Series},
 };
@@ -27,14 +30,37 @@ pub struct Truth {
     pub damping_kind: String,
     /// Values of the parameters, SI.
     pub values: Vec<f64>,
-    /// σ of the noise relative to the peak.
+    /// σ of the noise relative to the peak, 1.
     pub noise: f64,
     /// Sample rate, Hz.
     pub sample_rate_hz: f64,
-    /// Time from the drive's start to the record's time zero, s.
+    /// How much later than the drive's start the record's time zero is, s.
     pub trigger_offset_s: f64,
     /// Offset of the record, m/s.
     pub baseline_m_per_s: f64,
+}
+
+/// Why there is no twin.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum TwinError {
+    /// The truth cannot be simulated.
+    #[error("the truth cannot be simulated")]
+    Model(#[from] ModelError),
+    /// The lab's reader refuses the record.
+    #[error("the twin's record cannot be read")]
+    Record(#[from] MeasurementError),
+}
+
+/// A record with known truth, as the lab would hand it over.
+#[derive(Debug, Clone)]
+pub struct Twin {
+    /// What it was made with.
+    pub truth: Truth,
+    /// The record as a CSV file.
+    pub csv: Vec<u8>,
+    /// The record as the reader understands the file.
+    pub recording: Recording,
 }
 
 /// Share of the box, in each coordinate, from which truths are drawn: intervals at its edge are cut off.
@@ -43,8 +69,34 @@ const INNER: (f64, f64) = (0.12, 0.88);
 /// Sample rates of the lab, Hz.
 const SAMPLE_RATES: [f64; 5] = [1.25e6, 2.5e6, 4e6, 5e6, 10e6];
 
+/// Largest noise relative to the peak.
+const NOISE: f64 = 0.03;
+
+/// Largest trigger offset, s.
+const TRIGGER: f64 = 10e-6;
+
+/// Largest offset relative to the peak.
+const BASELINE: f64 = 0.05;
+
 /// Recorded time before the drive starts, s.
 const PRE_TRIGGER: f64 = 30e-6;
+
+/// How the truth differs from the model that is fitted to it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Flaw {
+    /// Not at all.
+    None,
+    /// The annulus is 30 % softer.
+    SofterSupport,
+    /// The other of the two damping laws, its coefficient [`EQUIVALENT`].
+    OtherLaw,
+    /// One bead fewer.
+    MissingBead,
+}
+
+/// γ/c of two dampers of comparable loss: the paper's 3660 N·s·m^(-3/2) against 0.3 N·s/m.
+pub const EQUIVALENT: f64 = 12_200.0;
 
 /// The scene of twin `index` (without its truth): the supports alternate, the laws alternate half as fast.
 #[must_use]
@@ -55,27 +107,57 @@ pub fn scene_of(base: &Scene, index: u64) -> Scene {
     } else {
         Support::Flat(FlatContact::Rigid)
     };
-    scene.damping.kind = if (index / 2).is_multiple_of(2) { DampingKind::Linear } else { DampingKind::KuwabaraKono };
-    scene.damping.linear = 0.0;
-    scene.damping.kuwabara_kono = 0.0;
+    set_law(&mut scene, if (index / 2).is_multiple_of(2) { DampingKind::Linear } else { DampingKind::KuwabaraKono });
     scene
 }
 
-/// Draw the truth of twin `index` and simulate what the lab would have recorded.
-///
-/// `simulate` runs a scene accurately.
+/// The same scene with the other of the two damping laws, no coefficient set.
+#[must_use]
+pub fn with_other_law(scene: &Scene) -> Scene {
+    let mut other = scene.clone();
+    let linear = scene.damping.kind == DampingKind::Linear;
+    set_law(&mut other, if linear { DampingKind::KuwabaraKono } else { DampingKind::Linear });
+    other
+}
+
+fn set_law(scene: &mut Scene, kind: DampingKind) {
+    scene.damping.kind = kind;
+    scene.damping.linear = 0.0;
+    scene.damping.kuwabara_kono = 0.0;
+}
+
+/// The scene with a flaw that the fitted model will not know of.
+fn flawed(scene: &Scene, flaw: Flaw) -> Scene {
+    let mut flawed = scene.clone();
+    match flaw {
+        Flaw::None => {}
+        Flaw::SofterSupport => flawed.support = Support::Annulus { stiffness_factor: 0.7 },
+        Flaw::OtherLaw => {
+            flawed = with_other_law(scene);
+            flawed.damping.linear = scene.damping.kuwabara_kono / EQUIVALENT;
+            flawed.damping.kuwabara_kono = scene.damping.linear * EQUIVALENT;
+        }
+        Flaw::MissingBead => {
+            flawed.chain.beads.pop();
+            flawed.chain.gaps.pop();
+        }
+    }
+    flawed
+}
+
+/// Draw truth and lab of twin `index`, simulate, write the record and read it back.
 ///
 /// # Errors
-/// When the simulation fails.
+/// When the simulation fails or the reader refuses the record.
 pub fn twin(
     scene: &Scene,
     parameters: &[Parameter],
     uncertainty: &Uncertainty,
+    flaw: Flaw,
     index: u64,
     seed: u64,
-    simulate: &dyn Fn(&Scene, Progress<'_>) -> Result<Response, ModelError>,
-) -> Result<(Truth, Recording), ModelError> {
-    let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x7714);
+) -> Result<Twin, TwinError> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(index + 1);
     let mut truth_scene = scene.clone();
     let values: Vec<f64> = parameters
@@ -90,14 +172,15 @@ pub fn twin(
         .collect();
     for gap in &mut truth_scene.chain.gaps {
         let draw: f64 = StandardNormal.sample(&mut random);
+        // A bead cannot overlap its neighbour before anything moves.
         *gap += uncertainty.gap * draw.abs();
     }
-    let response = simulate(&truth_scene, &mut |_| true)?;
-    let noise = random.random_range(0.0..0.03);
+    let response = model::run(&flawed(&truth_scene, flaw), &mut |_| true)?;
+    let noise = random.random_range(0.0..NOISE);
     let sample_rate = SAMPLE_RATES[random.random_range(0..SAMPLE_RATES.len())];
-    let trigger_offset: f64 = random.random_range(-10e-6..10e-6);
+    let trigger_offset: f64 = random.random_range(-TRIGGER..TRIGGER);
     let peak = response.pole_velocity.peak();
-    let baseline = peak * random.random_range(-0.05..0.05);
+    let baseline = peak * random.random_range(-BASELINE..BASELINE);
     let span = PRE_TRIGGER + response.pole_velocity.end() - trigger_offset.abs();
     let conditioning = Conditioning {
         bandwidth: Some(0.45 * sample_rate),
@@ -115,20 +198,31 @@ pub fn twin(
     let truth = Truth {
         index,
         support: if matches!(scene.support, Support::Annulus { .. }) { "annulus".into() } else { "rigid".into() },
-        damping_kind: format!("{:?}", scene.damping.kind),
+        damping_kind: scene.damping.kind.name().into(),
         values,
         noise,
         sample_rate_hz: sample_rate,
         trigger_offset_s: trigger_offset,
         baseline_m_per_s: baseline,
     };
-    Ok((truth, without_baseline(velocity)))
+    let csv = vibrometer_csv(&velocity, &[]);
+    let name = std::path::PathBuf::from(format!("twin-{index}.csv"));
+    let options = ReadOptions { drive_frequency: Some(scene.drive.frequency), ..ReadOptions::default() };
+    let record = read_record_bytes(&name, &csv, Some(RecordKind::Vibrometer), &options)?;
+    let recording = Recording { velocity: record.series, noise_rms: record.noise_rms, bandwidth: record.bandwidth };
+    Ok(Twin { truth, csv, recording })
 }
 
-fn without_baseline(velocity: Series) -> Recording {
-    let quiet = ((PRE_TRIGGER - 12e-6) / velocity.step) as usize;
-    let before = &velocity.values[..quiet];
-    let mean = before.iter().sum::<f64>() / quiet as f64;
-    let variance = before.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (quiet as f64 - 1.0);
-    Recording { velocity: velocity.map(|v| v - mean), noise_rms: variance.sqrt(), bandwidth: None }
+/// A vibrometer record as a lab would store it: µs and mm/s, resolution 1 µm/s, `comments` on top.
+#[must_use]
+pub fn vibrometer_csv(velocity: &Series, comments: &[String]) -> Vec<u8> {
+    let mut text = String::new();
+    for comment in comments {
+        let _ = writeln!(text, "# {comment}");
+    }
+    text.push_str("time_us,velocity_mm_per_s\n");
+    for (index, value) in velocity.values.iter().enumerate() {
+        let _ = writeln!(text, "{:.4},{:.3}", velocity.time(index) * 1e6, value * 1e3);
+    }
+    text.into_bytes()
 }

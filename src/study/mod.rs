@@ -9,6 +9,7 @@ pub mod observation;
 pub mod published;
 pub mod run_log;
 pub mod sweep;
+pub mod twins;
 
 pub use ensemble::{EnsembleOutcome, EnsemblePlan, Spread};
 pub use grid::{Axis, Grid, Value};

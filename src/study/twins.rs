@@ -1,0 +1,273 @@
+//! The proof of the intervals: records made with known truth, fitted as any record.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use std::sync::Arc;
+
+use crate::{
+    calibration::{
+        fit::{Estimate, Fit, Verdict, fit},
+        forward::{Forward, Uncertainty},
+        observation::{Observation, Recording},
+        parameter::Parameter,
+        search::{Search, Strategy},
+        statement::preferred,
+        twin::{Flaw, Truth, scene_of, twin, with_other_law},
+    },
+    feature::fingerprint::FeatureSet,
+    scene::Scene,
+};
+
+/// One twin in this many is fitted with both damping laws.
+const BOTH_LAWS_EVERY: u64 = 4;
+
+/// What is to be made and fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TwinPlan {
+    /// Twins whose model is right.
+    pub count: u64,
+    /// Twins of each kind of wrong model.
+    pub wrong: u64,
+    /// Runs a fit.
+    pub evaluations: usize,
+    /// Seed.
+    pub seed: u64,
+}
+
+/// What became of one twin.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TwinOutcome {
+    /// How the truth differs from the fitted model.
+    pub flaw: Flaw,
+    /// What it was made with; absent when it could not even be made.
+    pub truth: Option<Truth>,
+    /// The fit, or why there is none.
+    pub fit: Result<TwinFit, String>,
+    /// Which law was named when both were fitted: `Some(None)` is undecided.
+    pub named_law: Option<Option<String>>,
+}
+
+/// The fit of one twin.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TwinFit {
+    /// Estimates of the parameters.
+    pub estimates: Vec<Estimate>,
+    /// How the fit ended.
+    pub verdict: Verdict,
+    /// FIT.
+    pub misfit: f64,
+    /// Connected parts of the 90 % region.
+    pub lobes: usize,
+    /// Correlation of the parameters.
+    pub correlation: f64,
+    /// Runs that failed.
+    pub failed_runs: usize,
+}
+
+impl From<&Fit> for TwinFit {
+    fn from(fit: &Fit) -> Self {
+        Self {
+            estimates: fit.estimates.clone(),
+            verdict: fit.verdict,
+            misfit: fit.misfit,
+            lobes: fit.lobes.len(),
+            correlation: fit.correlation,
+            failed_runs: fit.failed(),
+        }
+    }
+}
+
+impl TwinPlan {
+    /// Number of twins in all.
+    #[must_use]
+    pub fn total(&self) -> u64 {
+        self.count + 3 * self.wrong
+    }
+}
+
+/// Make and fit all twins of `base` (six beads, a burst), right models first, then the wrong ones.
+///
+/// `finished` is told after each twin; once `stop` says so no further twin is begun, and the result is `None`.
+#[must_use]
+pub fn twins(
+    base: &Scene,
+    plan: &TwinPlan,
+    finished: &(dyn Fn() + Sync),
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Option<Vec<TwinOutcome>> {
+    (0..plan.total())
+        .into_par_iter()
+        .map(|number| {
+            if stop() {
+                return None;
+            }
+            let outcome = outcome(base, plan, number);
+            finished();
+            Some(outcome)
+        })
+        .collect()
+}
+
+fn outcome(base: &Scene, plan: &TwinPlan, number: u64) -> TwinOutcome {
+    let (flaw, scene) = if number < plan.count {
+        (Flaw::None, scene_of(base, number))
+    } else {
+        let flaw =
+            [Flaw::SofterSupport, Flaw::OtherLaw, Flaw::MissingBead][((number - plan.count) / plan.wrong) as usize];
+        (flaw, scene_of(base, 4 * (number - plan.count)))
+    };
+    let seed = plan.seed.wrapping_add(1000 * (number + 1));
+    let Some(parameters) = parameters(&scene) else {
+        return TwinOutcome { flaw, truth: None, fit: Err("the scene has no damping to fit".into()), named_law: None };
+    };
+    let made = match twin(&scene, &parameters, &Uncertainty::default(), flaw, number, plan.seed) {
+        Ok(made) => made,
+        Err(error) => {
+            let reason = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
+            return TwinOutcome { flaw, truth: None, fit: Err(reason), named_law: None };
+        }
+    };
+    let fitted = fit_one(&scene, parameters, &made.recording, plan.evaluations, seed);
+    let mut named_law = None;
+    // Every fourth twin of each of the four kinds of scene.
+    if flaw == Flaw::None
+        && (number / 4).is_multiple_of(BOTH_LAWS_EVERY)
+        && let Ok(own) = &fitted
+    {
+        let other_scene = with_other_law(&scene);
+        let other = self::parameters(&other_scene)
+            .and_then(|parameters| fit_one(&other_scene, parameters, &made.recording, plan.evaluations, seed).ok());
+        named_law = Some(match &other {
+            Some(other) => preferred(&[
+                (scene.damping.kind.name().to_owned(), own),
+                (other_scene.damping.kind.name().to_owned(), other),
+            ]),
+            None => Some(scene.damping.kind.name().to_owned()),
+        });
+    }
+    TwinOutcome {
+        flaw,
+        truth: Some(made.truth),
+        fit: fitted.as_ref().map(TwinFit::from).map_err(Clone::clone),
+        named_law,
+    }
+}
+
+fn parameters(scene: &Scene) -> Option<Vec<Parameter>> {
+    Some(vec![Parameter::alpha(), Parameter::damping(scene.damping.kind)?])
+}
+
+fn fit_one(
+    scene: &Scene,
+    parameters: Vec<Parameter>,
+    recording: &Recording,
+    evaluations: usize,
+    seed: u64,
+) -> Result<Fit, String> {
+    let frequency = scene.drive.frequency;
+    let (begins, ends) = scene.drive.burst();
+    let observation = Observation::new(recording, frequency, (ends - begins) * frequency, FeatureSet::Full)
+        .map_err(|error| error.to_string())?;
+    let forward = Forward::new(scene, parameters, observation, Uncertainty::default(), seed, Arc::new(|_| true))
+        .map_err(|error| error.to_string())?;
+    let search = Search::new(&forward, evaluations, seed, Strategy::Likelihood);
+    fit(&forward, search, None).map_err(|error| error.to_string())
+}
+
+/// What all twins together say of one parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ParameterProof {
+    /// Its name.
+    pub name: String,
+    /// Intervals that hold the truth.
+    pub covered: usize,
+    /// Intervals in all.
+    pub count: usize,
+    /// Binomial standard error of the covered share, √(p(1 − p)/n) at p = 0.9.
+    pub binomial_error: f64,
+    /// Median width of the interval in ln.
+    pub median_width: f64,
+    /// Median |ln(median/truth)|.
+    pub median_error: f64,
+}
+
+/// What all twins together say.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TwinProof {
+    /// Each parameter. Intervals count whatever the verdict: one may not hide a miss behind `outside scatter`.
+    pub parameters: Vec<ParameterProof>,
+    /// Right models that ended outside their scatter: false alarms.
+    pub false_alarms: usize,
+    /// Right models that ended unconverged.
+    pub unconverged: usize,
+    /// Twins without a fit.
+    pub without_fit: usize,
+    /// Twins fitted with both laws.
+    pub law_tests: usize,
+    /// Of them: the right law named.
+    pub right_law: usize,
+    /// Of them: undecided.
+    pub undecided_law: usize,
+    /// Wrong models: those that did not end `within scatter`, of how many, by flaw.
+    pub unmasked: Vec<(Flaw, usize, usize)>,
+}
+
+/// Summarise.
+#[must_use]
+pub fn proof(outcomes: &[TwinOutcome]) -> TwinProof {
+    let right: Vec<&TwinOutcome> = outcomes.iter().filter(|outcome| outcome.flaw == Flaw::None).collect();
+    let fitted: Vec<(&Truth, &TwinFit)> =
+        right.iter().filter_map(|o| Some((o.truth.as_ref()?, o.fit.as_ref().ok()?))).collect();
+    let parameters = ["alpha", "damping"]
+        .iter()
+        .enumerate()
+        .map(|(d, name)| {
+            let covered = |(truth, fit): &&(&Truth, &TwinFit)| {
+                (fit.estimates[d].low..=fit.estimates[d].high).contains(&truth.values[d])
+            };
+            let count = fitted.len();
+            ParameterProof {
+                name: (*name).into(),
+                covered: fitted.iter().filter(covered).count(),
+                count,
+                binomial_error: (0.9 * 0.1 / count.max(1) as f64).sqrt(),
+                median_width: median(fitted.iter().map(|(_, fit)| (fit.estimates[d].high / fit.estimates[d].low).ln())),
+                median_error: median(
+                    fitted.iter().map(|(truth, fit)| (fit.estimates[d].median / truth.values[d]).ln().abs()),
+                ),
+            }
+        })
+        .collect();
+    let ended = |verdict| fitted.iter().filter(|(_, fit)| fit.verdict == verdict).count();
+    let tested: Vec<(&String, &Option<String>)> =
+        right.iter().filter_map(|o| Some((&o.truth.as_ref()?.damping_kind, o.named_law.as_ref()?))).collect();
+    let unmasked = [Flaw::SofterSupport, Flaw::OtherLaw, Flaw::MissingBead]
+        .into_iter()
+        .map(|flaw| {
+            let of_kind: Vec<_> = outcomes.iter().filter(|outcome| outcome.flaw == flaw).collect();
+            let within = |o: &&&TwinOutcome| o.fit.as_ref().is_ok_and(|fit| fit.verdict == Verdict::WithinScatter);
+            (flaw, of_kind.len() - of_kind.iter().filter(within).count(), of_kind.len())
+        })
+        .filter(|(_, _, count)| *count > 0)
+        .collect();
+    TwinProof {
+        parameters,
+        false_alarms: ended(Verdict::OutsideScatter),
+        unconverged: ended(Verdict::NotConverged),
+        without_fit: right.len() - fitted.len(),
+        law_tests: tested.len(),
+        right_law: tested.iter().filter(|(law, named)| named.as_ref() == Some(law)).count(),
+        undecided_law: tested.iter().filter(|(_, named)| named.is_none()).count(),
+        unmasked,
+    }
+}
+
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_by(f64::total_cmp);
+    match sorted.len() {
+        0 => f64::NAN,
+        n => 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]),
+    }
+}
