@@ -192,10 +192,10 @@ fn read(forward: &Forward, search: Search) -> Result<Fit, FitError> {
         .first()
         .and_then(|best| cloud.regress(cloud.position(best.1)))
         .map_or_else(Vec::new, |local| local.scatter);
-    let verdict = if drift > 1.0 {
-        Verdict::NotConverged
-    } else if misfit > OUTSIDE || root_mean_square(&deviations) > BIASED {
+    let verdict = if misfit > OUTSIDE || root_mean_square(&deviations) > BIASED {
         Verdict::OutsideScatter
+    } else if drift > 1.0 {
+        Verdict::NotConverged
     } else {
         Verdict::WithinScatter
     };
