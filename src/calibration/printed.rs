@@ -112,6 +112,19 @@ pub struct PrintedStatement {
     pub meaning: Meaning,
 }
 
+impl PrintedStatement {
+    /// Key of the watched number that a printed value is a value of; `None` for a one-sided statement.
+    #[must_use]
+    pub fn key(&self) -> Option<String> {
+        match self.meaning {
+            Meaning::Value { quantity: Quantity::Amplitude(ratio), .. } => Some(format!("line_{ratio}")),
+            Meaning::Value { quantity: Quantity::Ratio(ratio), .. } => Some(format!("ratio_{ratio}")),
+            Meaning::Value { .. } => Some(self.name.clone()),
+            _ => None,
+        }
+    }
+}
+
 /// Why published features cannot be compared with a scene.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -240,6 +253,18 @@ impl Printed {
     #[must_use]
     pub fn cutoff(&self) -> f64 {
         self.cutoff
+    }
+
+    /// The printed value of a watched number, by its key (`positive_peak`, `line_1/3` for the amplitude of a line,
+    /// `ratio_1/3`, `thd`), SI; `None` where no number is printed.
+    #[must_use]
+    pub fn value(&self, key: &str) -> Option<f64> {
+        self.statements.iter().find(|statement| statement.key().as_deref() == Some(key)).and_then(|statement| {
+            match statement.meaning {
+                Meaning::Value { value, .. } => Some(value),
+                _ => None,
+            }
+        })
     }
 
     /// z₀ of each statement.

@@ -3,6 +3,9 @@
 //! The simulated velocity passes through the lab's own chain (bandwidth, the lab's instants, its trigger) and is then
 //! measured by the same functions, in the same window, as the record. The trigger drops out by the onset: both traces
 //! cross one absolute threshold.
+//!
+//! Where only published numbers exist there is no lab to pass through: the velocity is low-passed as in the fit and
+//! measured in the model's own time, and the printed values stand where the record's would.
 
 use thiserror::Error;
 
@@ -11,12 +14,15 @@ use super::{
     observation::{self, Observation as Watched},
 };
 use crate::{
-    calibration::observation::{Observation, Recording},
+    calibration::{
+        observation::{Observation, Recording},
+        printed::Printed,
+    },
     feature::{FeatureError, FeatureSettings, Features, Similarity, Window, measure, similarity},
     model::{self, ModelError},
     response::Response,
     scene::Scene,
-    signal::{Conditioning, LowPass, Series},
+    signal::{Conditioning, LowPass, Series, low_pass},
 };
 
 /// Why a calibrated scene could not be confirmed.
@@ -52,7 +58,7 @@ pub struct ConfirmedFeature {
     pub key: String,
     /// SI unit, `1` for a pure number.
     pub unit: String,
-    /// Of the record.
+    /// Of the record, or as printed.
     pub measured: Option<f64>,
     /// Of the model: mean, scatter, sensitivity.
     pub simulated: Option<Spread>,
@@ -63,24 +69,32 @@ pub struct ConfirmedFeature {
 pub struct Confirmation {
     /// The accurate run.
     pub response: Response,
-    /// Its pole velocity as the lab would have recorded it, on the record's instants, m/s.
+    /// Its pole velocity as the lab would have recorded it, on the record's instants, m/s; low-passed only where there is
+    /// no record.
     pub simulated: Series,
-    /// Record time minus model time, s.
+    /// Record time minus model time, s; 0 where there is no record.
     pub offset: f64,
     /// Where features were measured, record time.
     pub window: Window,
-    /// Features of the record.
-    pub recorded_features: Features,
+    /// What only a waveform can be compared by.
+    pub recorded: Option<RecordedSide>,
     /// Features of the accurate run.
     pub simulated_features: Features,
     /// Watched numbers side by side.
     pub features: Vec<ConfirmedFeature>,
-    /// How alike the waveforms are.
-    pub similarity: Similarity,
     /// Perturbed runs made.
     pub runs: usize,
     /// Perturbed runs that failed.
     pub failed: usize,
+}
+
+/// The record's side of a confirmation.
+#[derive(Debug, Clone)]
+pub struct RecordedSide {
+    /// Features of the record.
+    pub features: Features,
+    /// How alike the waveforms are.
+    pub similarity: Similarity,
 }
 
 /// The lab as it saw this record: what every simulated trace passes through.
@@ -144,28 +158,63 @@ pub fn confirm(
         Watched::measure(&laboratory.sees(velocity), &laboratory.settings)
     })?;
     let measured = Watched::of(&recorded_features);
-    let features = observation::watched()
-        .into_iter()
-        .enumerate()
-        .map(|(index, watched)| ConfirmedFeature {
-            key: watched.key,
-            unit: if watched.unit.is_empty() { "1".into() } else { watched.unit.into() },
-            measured: measured.0[index],
-            simulated: ensemble.spreads[index],
-        })
-        .collect();
     Ok(Confirmation {
-        runs: ensemble.runs,
-        failed: ensemble.failures.len(),
         response,
         simulated,
         offset,
         window,
-        recorded_features,
+        recorded: Some(RecordedSide { features: recorded_features, similarity }),
         simulated_features,
-        features,
-        similarity,
+        features: side_by_side(&measured.0, &ensemble),
+        runs: ensemble.runs,
+        failed: ensemble.failures.len(),
     })
+}
+
+/// Run `scene` (with the fitted values in it) accurately and perturbed, and hold both against published numbers.
+///
+/// # Errors
+/// When the accurate run fails or cannot be measured.
+pub fn confirm_printed(
+    scene: &Scene,
+    printed: &Printed,
+    plan: &EnsemblePlan,
+) -> Result<Confirmation, ConfirmationError> {
+    let response = model::run(scene, &mut |_| true)?;
+    let window = printed.window();
+    let settings =
+        FeatureSettings { band: Some(printed.cutoff()), ..FeatureSettings::velocity(scene.drive.frequency, window) };
+    let simulated = low_pass(&response.pole_velocity, printed.cutoff());
+    let simulated_features = measure(&simulated, &settings)?;
+    let ensemble = ensemble::run_as_seen(scene, plan, STEPS_PER_PERIOD, |velocity| {
+        Watched::measure(&low_pass(velocity, printed.cutoff()), &settings)
+    })?;
+    let measured: Vec<Option<f64>> = observation::watched().iter().map(|watched| printed.value(&watched.key)).collect();
+    Ok(Confirmation {
+        response,
+        simulated,
+        offset: 0.0,
+        window,
+        recorded: None,
+        simulated_features,
+        features: side_by_side(&measured, &ensemble),
+        runs: ensemble.runs,
+        failed: ensemble.failures.len(),
+    })
+}
+
+fn side_by_side(measured: &[Option<f64>], ensemble: &EnsembleOutcome) -> Vec<ConfirmedFeature> {
+    observation::watched()
+        .into_iter()
+        .zip(measured)
+        .zip(&ensemble.spreads)
+        .map(|((watched, measured), simulated)| ConfirmedFeature {
+            key: watched.key,
+            unit: if watched.unit.is_empty() { "1".into() } else { watched.unit.into() },
+            measured: *measured,
+            simulated: *simulated,
+        })
+        .collect()
 }
 
 /// First crossing of ±`threshold`, s, interpolated linearly.
