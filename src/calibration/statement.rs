@@ -1,6 +1,9 @@
 //! A fit in words: what the record cannot separate, and which further record would.
 
-use super::fit::{DOUBTFUL, Fit, Verdict};
+use super::{
+    fit::{DOUBTFUL, Fit, Verdict},
+    printed::Printed,
+};
 
 /// |correlation| from which two parameters lie on a ridge.
 const RIDGE: f64 = 0.7;
@@ -77,6 +80,39 @@ pub fn statements(fit: &Fit) -> Vec<String> {
             "{} and {} are separated by this record (correlation {:+.2}).",
             names[0], names[1], fit.correlation
         ));
+    }
+    said
+}
+
+/// Expected deviation, in scatters, from which a one-sided statement counts as missed.
+const MISSED: f64 = 1.0;
+
+/// What published features say beyond [`statements`]: whether they test the model at all, which one-sided ones hold.
+#[must_use]
+pub fn printed(fit: &Fit, printed: &Printed) -> Vec<String> {
+    let mut said = Vec::new();
+    let (one_sided, values): (Vec<_>, Vec<_>) =
+        printed.statements().iter().enumerate().partition(|(_, statement)| statement.meaning.is_one_sided());
+    let (numbers, free) = (values.len(), fit.parameters.len());
+    if numbers <= free {
+        said.push(format!(
+            "{numbers} printed number{} for {free} fitted parameter{}: meeting them is no test of the model. A waveform would be.",
+            if numbers == 1 { "" } else { "s" },
+            if free == 1 { "" } else { "s" },
+        ));
+    }
+    let deviation = |index: usize| fit.deviations.get(index).copied().unwrap_or(0.0).abs();
+    let (missed, held): (Vec<_>, Vec<_>) = one_sided.into_iter().partition(|(index, _)| deviation(*index) > MISSED);
+    if !missed.is_empty() {
+        let each: Vec<String> = missed
+            .iter()
+            .map(|(index, statement)| format!("{} (by {:.1} scatters)", statement.name, deviation(*index)))
+            .collect();
+        said.push(format!("The fitted response does not show what is printed of {}.", each.join(", ")));
+    }
+    if !held.is_empty() {
+        let names: Vec<&str> = held.iter().map(|(_, statement)| statement.name.as_str()).collect();
+        said.push(format!("The fitted response agrees with what is printed of {}.", names.join(", ")));
     }
     said
 }

@@ -3,6 +3,7 @@
 //! plan and flags → record and drive → one fit a damping law → the accurate run at the fit → report.
 
 mod definition;
+mod measured;
 mod page;
 
 use std::{
@@ -11,11 +12,11 @@ use std::{
     sync::Arc,
 };
 
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use clap::{Args, ValueEnum};
 use sha2::{Digest, Sha256};
 
-use self::definition::Definition;
+use self::{definition::Definition, measured::Measured};
 use super::{
     Outcome,
     arguments::{OutputArguments, SceneArguments, Session},
@@ -33,18 +34,14 @@ use crate::{
         comparison::Comparison,
         fit::{Fit, FitError, Verdict, fit},
         forward::{Forward, Uncertainty},
-        observation::{Observation, Recording},
         outcome::{self, CalibrationOutcome, FittedFeature, InputDigest, LawOutcome, OutcomeFeature},
         parameter::Parameter,
         search::{Search, Strategy},
         statement,
     },
-    measurement::{Baseline, Record, RecordKind, read_record},
+    measurement::Baseline,
     scene::Scene,
-    study::{
-        EnsemblePlan,
-        confirmation::{Confirmation, confirm},
-    },
+    study::{EnsemblePlan, confirmation::Confirmation},
 };
 
 /// Perturbed runs at each of three drive levels behind the feature table.
@@ -124,9 +121,7 @@ pub enum SearchChoice {
 struct Job {
     definition: Definition,
     experiment: Experiment,
-    record: Record,
-    recording: Recording,
-    observation: Observation,
+    measured: Measured,
     comparison: Comparison,
     laws: Vec<(String, Scene, Vec<Parameter>)>,
     assumptions: Vec<String>,
@@ -174,7 +169,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let best = best_law(&laws);
     let calibrated = fitted_scene(&laws[best]);
     let plan = EnsemblePlan::new(CONFIRMATION_MEMBERS, session.seed);
-    let confirmation = confirm(&calibrated, &job.recording, &job.observation, &plan);
+    let confirmation = job.measured.confirm(&calibrated, &plan);
     let (confirmation, unconfirmed) = match confirmation {
         Ok(confirmation) => (Some(confirmation), None),
         Err(error) => (None, Some(format!("{:#}", anyhow!(error)))),
@@ -191,7 +186,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     timing.stage("write");
     folder.write(timing::FILE, timing.to_json())?;
     let place = folder.finish()?;
-    let text = page::text(&outcome, &place);
+    let text = page::text(&outcome, job.measured.noun(), &place);
     session.result(text, &outcome)?;
     Ok(if outcome.verdict == Verdict::NotConverged { Outcome::Unconverged } else { Outcome::Done })
 }
@@ -204,18 +199,8 @@ fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
     let experiment = Experiment::new(&definition.scene, &horn, None)?;
     assumptions.extend(experiment.assumptions.iter().cloned());
     let scene = experiment.scene_with(&[])?;
-    let options = definition.reading.options(Some(scene.drive.frequency));
-    let record = read_record(&definition.measured, RecordKind::Vibrometer, &options)?;
-    record.check_sampling(scene.drive.frequency)?;
-    let place = definition.measured.display();
-    assumptions.extend(record.assumptions.iter().chain(&record.warnings).map(|text| format!("{place}: {text}")));
-    let recording =
-        Recording { velocity: record.series.clone(), noise_rms: record.noise_rms, bandwidth: record.bandwidth };
-    let (begins, ends) = scene.drive.burst();
-    let cycles = (ends - begins) * scene.drive.frequency;
-    let observation = Observation::new(&recording, scene.drive.frequency, cycles, definition.features)
-        .with_context(|| format!("{place}"))?;
-    let comparison = Comparison::from(observation.clone()).weighted(&definition.weights)?;
+    let measured = Measured::read(&definition, &scene, &mut assumptions)?;
+    let comparison = measured.comparison().weighted(&definition.weights)?;
     let laws = definition
         .laws(&scene)
         .into_iter()
@@ -225,7 +210,7 @@ fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
             Ok((kind, scene, parameters))
         })
         .collect::<anyhow::Result<_>>()?;
-    Ok(Job { definition, experiment, record, recording, observation, comparison, laws, assumptions })
+    Ok(Job { definition, experiment, measured, comparison, laws, assumptions })
 }
 
 fn fit_laws(job: &Job, folder: &OutputFolder, session: &Session) -> anyhow::Result<Vec<FittedLaw>> {
@@ -271,7 +256,7 @@ fn key(job: &Job, scene: &Scene, parameters: &[Parameter], seed: u64) -> String 
         summary::program(),
         job.definition.evaluations,
         job.definition.search,
-        job.record.sha256,
+        job.measured.sha256(),
         job.comparison.features,
         scene.to_toml(),
         job.definition.weights,
@@ -322,12 +307,14 @@ fn outcome_of(
     let law = &laws[best];
     let fit = &law.fit;
     let mut statements = statement::statements(fit);
+    statements
+        .extend(job.measured.features().into_iter().flat_map(|features| statement::printed(fit, &features.printed)));
     statements.extend(unconfirmed);
     let names = job.comparison.names();
     let fitted_features = names.iter().enumerate().filter(|(index, _)| job.comparison.weights[*index] > 0.0);
     let mut inputs = BTreeMap::from([(
         "measured".to_owned(),
-        InputDigest { path: job.record.path.display().to_string(), sha256: job.record.sha256.clone() },
+        InputDigest { path: job.measured.path().display().to_string(), sha256: job.measured.sha256().into() },
     )]);
     if let Some(drive) = job.experiment.drive_input() {
         let digest = InputDigest { path: drive.path.display().to_string(), sha256: drive.sha256.clone() };

@@ -10,7 +10,7 @@ use crate::{
 use super::arguments::{frequency, time};
 
 /// `--column`, `--unit`, `--baseline`, …: what the file does not say about itself.
-#[derive(Debug, Clone, Default, Args)]
+#[derive(Debug, Clone, PartialEq, Default, Args)]
 pub struct ReadArguments {
     /// Column of the recorded quantity: its header, or its number from 1
     #[arg(long, value_name = "NAME", help_heading = "Reading")]

@@ -10,7 +10,7 @@
 use thiserror::Error;
 
 use super::{
-    ensemble::{self, EnsembleError, EnsemblePlan, STEPS_PER_PERIOD, Spread},
+    ensemble::{self, EnsembleError, EnsembleOutcome, EnsemblePlan, STEPS_PER_PERIOD, Spread},
     observation::{self, Observation as Watched},
 };
 use crate::{

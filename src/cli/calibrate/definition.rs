@@ -7,7 +7,7 @@ use std::{
 
 use anyhow::{Context, bail};
 
-use super::{Arguments, FeatureChoice, SearchChoice};
+use super::{Arguments, FeatureChoice, SearchChoice, measured::is_published};
 use crate::{
     calibration::{
         parameter::Parameter,
@@ -33,7 +33,7 @@ const EVALUATIONS: usize = 600;
 
 /// What is fitted to what.
 pub struct Definition {
-    /// The record.
+    /// The record, or the published features.
     pub measured: PathBuf,
     /// Scene flags with the plan's merged in.
     pub scene: SceneArguments,
@@ -67,6 +67,16 @@ impl Definition {
                 "--measured FILE is needed: a vibrometer record, such as measurements/annulus-73khz/vib.csv",
             ));
         };
+        if is_published(&measured) {
+            if arguments.features.is_some() || plan.features.is_some() {
+                return Err(usage(
+                    "`features` would do nothing: a file of published features says itself what is compared",
+                ));
+            }
+            if arguments.reading != ReadArguments::default() {
+                return Err(usage("flags on how a record is read would do nothing: published features are no record"));
+            }
+        }
         let mut scene = arguments.scene;
         if scene.scene.is_none() {
             scene.scene = Some(plan.scene.unwrap_or_else(|| {
@@ -78,8 +88,8 @@ impl Definition {
         if scene.drive.is_none() && !arguments.scene_drive {
             scene.drive = plan.drive.or_else(|| drive_beside(&measured));
             match &scene.drive {
-                Some(drive) => assumptions.push(format!("drive {}, beside the record", drive.display())),
-                None => assumptions.push("the scene's own drive: no horn_tip.csv lies beside the record".into()),
+                Some(drive) => assumptions.push(format!("drive {}, beside the measurement", drive.display())),
+                None => assumptions.push("the scene's own drive: no horn_tip.csv lies beside the measurement".into()),
             }
         }
         let mut fitted =

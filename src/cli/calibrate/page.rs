@@ -2,16 +2,17 @@
 
 use std::{fmt::Write, path::Path};
 
-use super::{FittedLaw, Job, fitted_scene};
+use super::{FittedLaw, Job, fitted_scene, measured::Measured};
 use crate::{
     calibration::{
+        comparison::Reduction,
         fit::{Fit, Verdict},
         outcome::CalibrationOutcome,
         posterior::Posterior,
     },
     cli::{Outcome, arguments::Session, interrupt, output::OutputFolder},
-    feature::Window,
-    measurement::{PublishedFeatures, Statement},
+    feature::{Features, Window},
+    measurement::{PublishedFeature, PublishedFeatures, Statement},
     report::{
         calibration::{
             CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, Provenance, RunPoint,
@@ -22,13 +23,7 @@ use crate::{
     },
     scene::{DampingKind, Scene},
     signal::Series,
-    study::{
-        EnsemblePlan,
-        confirmation::{Confirmation, confirm},
-        ensemble,
-        observation::watched,
-        published::published,
-    },
+    study::{EnsemblePlan, confirmation::Confirmation, ensemble, observation::watched, published::published},
 };
 
 /// Points of the α sweep in the report.
@@ -60,13 +55,18 @@ pub fn report(
 ) -> anyhow::Result<CalibrationReport> {
     let law = &laws[best];
     let scene = fitted_scene(law);
-    let alpha_sweep = alpha_sweep(&scene, outcome);
+    let alpha_sweep =
+        alpha_sweep(&scene, outcome, if job.measured.record().is_some() { "of the record" } else { "as published" });
     interrupt::check()?;
     let order = std::iter::once(law).chain(laws.iter().filter(|other| !std::ptr::eq(*other, law)));
     let laws = order.map(|law| law_report(law, job)).collect();
+    let (subject, undecided, decided) = match &job.measured {
+        Measured::Record(_) => ("The record", "does", "prefers"),
+        Measured::Published(_) => ("The published features", "do", "prefer"),
+    };
     let preference = outcome.preferred_law.as_ref().map(|preferred| match preferred.as_str() {
-        "undecided" => "The record does not decide between the damping laws.".to_owned(),
-        law => format!("The record prefers {} damping.", law_name(law)),
+        "undecided" => format!("{subject} {undecided} not decide between the damping laws."),
+        law => format!("{subject} {decided} {} damping.", law_name(law)),
     });
     Ok(CalibrationReport {
         laws,
@@ -84,11 +84,25 @@ pub fn report(
 
 /// What a report says whatever came of the fit.
 fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
-    let reconstruction = job.record.comments.iter().any(|comment| comment.to_lowercase().contains("not a measurement"));
+    let record = job.measured.record();
+    let reconstruction =
+        record.filter(|record| record.comments.iter().any(|text| text.to_lowercase().contains("not a measurement")));
+    let record_notes = match (&job.measured, reconstruction) {
+        (Measured::Published(measured), _) => published_notes(&measured.published),
+        (_, Some(record)) => record.comments.clone(),
+        (_, None) => Vec::new(),
+    };
+    let mut settings = vec![
+        ("runs a damping law".into(), job.definition.evaluations.to_string()),
+        ("cutoff of measurement and runs".into(), format!("{:.0} kHz", job.comparison.cutoff * 1e-3)),
+    ];
+    if let Reduction::Fingerprint(fingerprint) = &job.comparison.reduction {
+        settings.push(("onset threshold".into(), format!("{:.1} mm/s", fingerprint.threshold() * 1e3)));
+    }
     let mut inputs = vec![InputFile {
-        role: "vibrometer record".into(),
-        path: job.record.path.display().to_string(),
-        sha256: job.record.sha256.clone(),
+        role: if record.is_some() { "vibrometer record".into() } else { "published features".into() },
+        path: job.measured.path().display().to_string(),
+        sha256: job.measured.sha256().into(),
     }];
     if let Some(drive) = job.experiment.drive_input() {
         inputs.push(InputFile {
@@ -98,9 +112,9 @@ fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
         });
     }
     CalibrationReport {
-        title: job.record.path.display().to_string(),
-        record_label: if reconstruction { "reconstruction".into() } else { "recorded".into() },
-        record_notes: if reconstruction { job.record.comments.clone() } else { Vec::new() },
+        title: job.measured.path().display().to_string(),
+        record_label: if reconstruction.is_some() { "reconstruction".into() } else { "recorded".into() },
+        record_notes,
         scene: scene.name.clone(),
         scene_description: scene.description.clone(),
         model: "chain".into(),
@@ -113,7 +127,7 @@ fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
             .experiment
             .drive_input()
             .map_or_else(|| "the scene's own drive".into(), |drive| drive.path.display().to_string()),
-        recorded: Some(job.record.series.clone()),
+        recorded: record.map(|record| record.series.clone()),
         simulated: None,
         alignment: String::new(),
         window: None,
@@ -126,13 +140,17 @@ fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
             command_line: command_line(std::env::args()),
             seed,
             inputs,
-            settings: vec![
-                ("runs a damping law".into(), job.definition.evaluations.to_string()),
-                ("cutoff of record and runs".into(), format!("{:.0} kHz", job.observation.cutoff * 1e-3)),
-                ("onset threshold".into(), format!("{:.1} mm/s", job.observation.fingerprint.threshold() * 1e3)),
-            ],
+            settings,
         },
     }
+}
+
+/// Where published numbers come from, for the head of a report.
+fn published_notes(published: &PublishedFeatures) -> Vec<String> {
+    let mut notes = vec!["Published numbers only: there is no waveform to compare with.".to_owned()];
+    let told = [&published.title, &published.source].map(|text| text.trim().to_owned());
+    notes.extend(told.into_iter().filter(|text| !text.is_empty()));
+    notes
 }
 
 /// The command line without what cannot change a result: threads, verbosity, resuming, where results go.
@@ -168,7 +186,9 @@ fn simulated_span(confirmation: &Confirmation) -> Series {
 }
 
 fn alignment(confirmation: &Confirmation) -> String {
-    let similarity = &confirmation.similarity;
+    let Some(similarity) = confirmation.recorded.as_ref().map(|recorded| &recorded.similarity) else {
+        return "none; times are the model's own".into();
+    };
     format!(
         "aligned by the first crossing of the onset threshold (record time = model time {:+.2} µs); normalised \
          cross-correlation {:.2}, {:.2} at the best of the equally valid drive-period shifts ({:+})",
@@ -276,12 +296,16 @@ fn density_map(fit: &Fit, posterior: &Posterior) -> Option<DensityMap> {
 }
 
 fn feature_rows(job: &Job, scene: &Scene, confirmation: &Confirmation) -> Vec<FeatureRow> {
-    let beside = job.record.path.with_file_name("features.toml");
-    let printed = PublishedFeatures::read(&beside).ok();
-    let in_code = published(scene);
+    let printed = match &job.measured {
+        Measured::Record(measured) => {
+            PublishedFeatures::read(&measured.record.path.with_file_name("features.toml")).ok()
+        }
+        Measured::Published(measured) => Some(measured.published.clone()),
+    };
+    let in_code = published(scene).filter(|_| job.measured.record().is_some());
     let rows = confirmation.features.iter().map(|feature| {
         let simulated = feature.simulated.as_ref();
-        let statement = printed.as_ref().and_then(|printed| printed.feature(&feature.key));
+        let statement = printed.as_ref().and_then(|printed| statement_on(printed, &feature.key));
         let (value, uncertainty) = match statement.map(|feature| &feature.statement) {
             Some(Statement::Value { value, uncertainty, .. }) => (Some(*value), *uncertainty),
             _ => (
@@ -293,11 +317,14 @@ fn feature_rows(job: &Job, scene: &Scene, confirmation: &Confirmation) -> Vec<Fe
                 None,
             ),
         };
-        let fitted = job.comparison.names().iter().any(|name| *name == feature.key);
+        let fitted = match &job.measured {
+            Measured::Record(_) => job.comparison.names().iter().any(|name| *name == feature.key),
+            Measured::Published(measured) => measured.printed.value(&feature.key).is_some(),
+        };
         FeatureRow {
             name: feature.key.replace('_', " "),
             unit: feature.unit.clone(),
-            recorded: feature.measured,
+            recorded: feature.measured.filter(|_| job.measured.record().is_some()),
             simulated: simulated.map(|spread| spread.mean),
             scatter: simulated.map(|spread| spread.scatter),
             sensitivity: simulated.map(|spread| spread.sensitivity),
@@ -309,8 +336,16 @@ fn feature_rows(job: &Job, scene: &Scene, confirmation: &Confirmation) -> Vec<Fe
     rows.filter(|row| row.recorded.is_some() || row.simulated.is_some()).collect()
 }
 
+/// The printed statement on a watched number: the amplitude of a line is `line_P/Q` there and `amplitude_P/Q` in print.
+fn statement_on<'a>(printed: &'a PublishedFeatures, key: &str) -> Option<&'a PublishedFeature> {
+    match key.strip_prefix("line_") {
+        Some(ratio) => printed.feature(&format!("amplitude_{ratio}")),
+        None => printed.feature(key),
+    }
+}
+
 /// Watched numbers against α from half to one and a half times the fitted value, mean and scatter.
-fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome) -> Option<SweepReport> {
+fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome, reference: &str) -> Option<SweepReport> {
     let centre = scene.amplitude_scale;
     let plan = EnsemblePlan::new(SWEEP_MEMBERS, outcome.seed);
     let keys = watched();
@@ -339,7 +374,7 @@ fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome) -> Option<SweepRepor
         name: "Amplitude scale α".into(),
         unit: "1".into(),
         curves: curves.collect(),
-        reference_name: "of the record".into(),
+        reference_name: reference.into(),
         marked: Some((centre, "fitted".into())),
     })
 }
@@ -351,7 +386,7 @@ fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome) -> Option<SweepRepor
 pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyhow::Result<Outcome> {
     let (_, scene, _) = &job.laws[0];
     let plan = EnsemblePlan::new(2, session.seed);
-    let confirmation = confirm(scene, &job.recording, &job.observation, &plan)?;
+    let confirmation = job.measured.confirm(scene, &plan)?;
     let report = CalibrationReport {
         simulated: Some(simulated_span(&confirmation)),
         alignment: alignment(&confirmation),
@@ -366,15 +401,19 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     }
     let place = folder.finish()?;
     let window: Window = confirmation.window;
+    let peaks = |features: &Features| {
+        format!("{:+.0} and {:+.0} mm/s", features.peaks.positive * 1e3, features.peaks.negative * 1e3)
+    };
+    let compared = confirmation.recorded.as_ref().map_or_else(
+        || " (published features are compared only after a fit)".to_owned(),
+        |recorded| {
+            format!(", record {}, correlation {:.2}", peaks(&recorded.features), recorded.similarity.correlation)
+        },
+    );
     let text = format!(
-        "Nothing was fitted. Uncalibrated response at α = {}: peaks {:+.0} and {:+.0} mm/s, record {:+.0} and {:+.0} mm/s, \
-         correlation {:.2}\nin the window {:.0} … {:.0} µs. Figures: {}\n",
+        "Nothing was fitted. Uncalibrated response at α = {}: peaks {}{compared}\nin the window {:.0} … {:.0} µs. Figures: {}\n",
         significant(scene.amplitude_scale, 3),
-        confirmation.simulated_features.peaks.positive * 1e3,
-        confirmation.simulated_features.peaks.negative * 1e3,
-        confirmation.recorded_features.peaks.positive * 1e3,
-        confirmation.recorded_features.peaks.negative * 1e3,
-        confirmation.similarity.correlation,
+        peaks(&confirmation.simulated_features),
         window.from * 1e6,
         window.to * 1e6,
         place.display()
@@ -384,7 +423,7 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
 }
 
 /// What is said on the terminal at the end.
-pub fn text(outcome: &CalibrationOutcome, place: &Path) -> String {
+pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> String {
     let mut text = String::new();
     let _ = writeln!(text, "{}: {} with {} damping", outcome.verdict, outcome.scene, law_name(&outcome.damping_kind));
     for (name, parameter) in &outcome.parameters {
@@ -400,7 +439,7 @@ pub fn text(outcome: &CalibrationOutcome, place: &Path) -> String {
     }
     for key in ["positive_peak", "negative_peak", "ratio_1/3", "ratio_2/3"] {
         if let Some(feature) = outcome.features.get(key) {
-            let _ = writeln!(text, "  {key:<14} {}", feature_text(feature));
+            let _ = writeln!(text, "  {key:<14} {}", feature_text(feature, measured));
         }
     }
     if let Some(preferred) = &outcome.preferred_law {
@@ -419,11 +458,11 @@ pub fn text(outcome: &CalibrationOutcome, place: &Path) -> String {
     text
 }
 
-fn feature_text(feature: &crate::calibration::outcome::OutcomeFeature) -> String {
+fn feature_text(feature: &crate::calibration::outcome::OutcomeFeature, measured: &str) -> String {
     let (factor, unit) = if feature.unit == "m/s" { (1e3, " mm/s") } else { (1.0, "") };
     let shown = |value: Option<f64>| value.map_or_else(|| "–".into(), |value| significant(value * factor, 3));
     format!(
-        "record {}{unit}, model {} ± {}{unit}",
+        "{measured} {}{unit}, model {} ± {}{unit}",
         shown(feature.measured),
         shown(feature.simulated),
         shown(feature.scatter)

@@ -126,6 +126,7 @@ fn headline(report: &CalibrationReport, law: &LawReport) -> Block {
     };
     let (damping, model) = (law.name(), &report.model);
     let record = match report.record_label.as_str() {
+        _ if report.recorded.is_none() => "the published features".to_owned(),
         "recorded" => "the recorded velocity".to_owned(),
         label => format!("the velocity record ({label})"),
     };

@@ -124,8 +124,8 @@ pub(super) fn spectra(report: &CalibrationReport) -> Vec<Plate> {
     .panel(amplitude_panel(&curves(), "Velocity amplitude", "m/s", drive, near).height(48.0));
     let mut plates = vec![Plate::new("spectrum", near)];
     if let Some(reference) = reference {
-        let title =
-            format!("The same spectra over the usable band, re the drive line of the {} trace.", report.record_label);
+        let reference_trace = if recorded.is_some() { report.record_label.as_str() } else { "simulated" };
+        let title = format!("The same spectra over the usable band, re the drive line of the {reference_trace} trace.");
         let mut curves = curves();
         for curve in &mut curves {
             curve.stroke = curve.stroke.width(0.6);

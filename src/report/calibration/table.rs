@@ -34,28 +34,26 @@ pub(super) fn features(report: &CalibrationReport) -> Table {
                 (Some(value), None) => significant(value * factor, 3),
                 (None, _) => NOTHING.to_owned(),
             };
-            vec![
-                if row.fitted { format!("{} *", row.name) } else { row.name.clone() },
-                value(row.recorded),
+            let mut cells = vec![if row.fitted { format!("{} *", row.name) } else { row.name.clone() }];
+            cells.extend(report.recorded.is_some().then(|| value(row.recorded)));
+            cells.extend([
                 value(row.simulated),
                 small(row.scatter),
                 small(row.sensitivity),
                 published,
                 if shown == "1" { NOTHING.to_owned() } else { shown.to_owned() },
-            ]
+            ]);
+            cells
         })
         .collect();
+    let mut columns = vec![Column::words("Feature")];
+    // Without a waveform the column would be empty.
+    columns.extend(report.recorded.is_some().then(|| Column::numbers(report.record_label.clone())));
+    columns.extend(["simulated", "scatter", "sensitivity", "published"].map(Column::numbers));
+    columns.push(Column::words("unit"));
     Table {
         caption: "Features over the analysis window (* used by the fit). Scatter: one standard deviation under perturbations the laboratory cannot control; agreement closer than that means nothing. Sensitivity: change for +1 % drive.".into(),
-        columns: vec![
-            Column::words("Feature"),
-            Column::numbers(report.record_label.clone()),
-            Column::numbers("simulated"),
-            Column::numbers("scatter"),
-            Column::numbers("sensitivity"),
-            Column::numbers("published"),
-            Column::words("unit"),
-        ],
+        columns,
         rows,
     }
 }
