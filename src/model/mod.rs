@@ -114,6 +114,19 @@ pub enum ModelError {
         /// Relative tolerance asked for, 1.
         tolerance: f64,
     },
+    /// A fixed step was too long: the run is finite but not a solution.
+    #[error(
+        "a fixed step of {step:.3e} s is too long: {residual_j:.3e} J of at most {largest_j:.3e} J are unaccounted for; \
+         shorten `model.step` or use the adaptive integrator"
+    )]
+    EnergyNotConserved {
+        /// The fixed step, s.
+        step: f64,
+        /// Energy unaccounted for at the end, J.
+        residual_j: f64,
+        /// Largest energy seen, J.
+        largest_j: f64,
+    },
     /// The run was stopped by its caller.
     #[error("stopped at {time:.6e} s")]
     Stopped {

@@ -19,7 +19,8 @@ pub enum Integrator {
         /// Relative tolerance of a step, 1.
         tolerance: f64,
     },
-    /// Fixed-step symplectic stepper, for searches.
+    /// Fixed-step symplectic stepper (velocity Verlet), for searches. Error of the last bead's velocity over its peak, undamped, first 70 µs of
+    /// the rigid scene: 6e-3 at 0.05 µs, 2e-4 at 0.01 µs; with linear dashpots 1.5e-2 and 6e-3.
     Symplectic {
         /// Step, s.
         step: f64,
