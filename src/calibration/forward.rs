@@ -31,7 +31,7 @@ const STEPS_PER_CYCLE: usize = 160;
 /// How imperfectly known the bench is: every run draws from these.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Uncertainty {
-    /// Standard deviation of each contact's initial gap, m.
+    /// Scale of each contact's initial gap, m: half-normal, for no bead overlaps its neighbour before anything moves.
     pub gap: f64,
     /// Standard deviation of the first gap over and above that, m: the uncertainty of the horn's baseline.
     pub baseline: f64,
@@ -40,7 +40,7 @@ pub struct Uncertainty {
 }
 
 impl Default for Uncertainty {
-    /// 0.3 nm a gap, an exact baseline, ±0.5 % of drive.
+    /// Half-normal gaps of scale 0.3 nm, an exact baseline, ±0.5 % of drive.
     fn default() -> Self {
         Self { gap: 3e-10, baseline: 0.0, drive: 0.005 }
     }
@@ -165,7 +165,7 @@ impl Forward {
         variation.amplitude_scale *= 1.0 + self.uncertainty.drive * random.random_range(-1.0..1.0);
         for gap in &mut variation.gap_offsets {
             let draw: f64 = StandardNormal.sample(random);
-            *gap += self.uncertainty.gap * draw;
+            *gap += self.uncertainty.gap * draw.abs();
         }
         let draw: f64 = StandardNormal.sample(random);
         variation.gap_offsets[0] += self.uncertainty.baseline * draw;

@@ -243,3 +243,71 @@ impl Local {
             - 0.5 * (freedom + features) * (mahalanobis / freedom).ln_1p()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+
+    /// Runs whose features are linear in the position with normal scatter: the regression must find both.
+    fn linear_cloud(scatter: f64) -> (Cloud, [f64; 2]) {
+        let mut random = ChaCha8Rng::seed_from_u64(7);
+        let truth = [0.4, 0.6];
+        let features = |at: &[f64]| [2.0 * at[0] - at[1], at[0] + 3.0 * at[1]];
+        let runs: Vec<(Vec<f64>, Vec<f64>)> = (0..600)
+            .map(|_| {
+                let at = vec![random.random::<f64>(), random.random::<f64>()];
+                let z = features(&at)
+                    .map(|value| {
+                        let draw: f64 = StandardNormal.sample(&mut random);
+                        value + scatter * draw
+                    })
+                    .to_vec();
+                (at, z)
+            })
+            .collect();
+        let pairs = runs.iter().map(|(at, z)| (at.as_slice(), z.as_slice()));
+        (Cloud::new(pairs, &features(&truth), &[1e-3; 2], &[1.0; 2], NEIGHBOURS), truth)
+    }
+
+    #[test]
+    fn the_regression_is_exact_for_features_linear_in_the_parameters() {
+        let (cloud, truth) = linear_cloud(0.0);
+        let local = cloud.regress(&truth).unwrap();
+        // The ridge of 1e-4 is all that is between the fit and the truth.
+        assert!(local.deviation.iter().all(|deviation| deviation.abs() < 1e-4), "{:?}", local.deviation);
+        assert!(local.scatter.iter().all(|scatter| (scatter - 1e-3).abs() < 1e-4), "{:?}", local.scatter);
+    }
+
+    #[test]
+    fn the_scatter_of_a_single_run_is_recovered() {
+        let (cloud, truth) = linear_cloud(0.05);
+        let local = cloud.regress(&truth).unwrap();
+        // A standard deviation from about 26 effective runs is good to 1/√52 = 14 %; three of that.
+        assert!(local.scatter.iter().all(|scatter| (scatter / 0.05 - 1.0).abs() < 0.42), "{:?}", local.scatter);
+    }
+
+    #[test]
+    fn the_likelihood_is_largest_near_the_truth_and_falls_away_from_it() {
+        let (cloud, truth) = linear_cloud(0.05);
+        let at = |x: f64, y: f64| cloud.log_likelihood(&[x, y]);
+        let best = at(truth[0], truth[1]);
+        for (x, y) in [(0.6, 0.6), (0.2, 0.6), (0.4, 0.8), (0.4, 0.4)] {
+            assert!(best > at(x, y) + 3.0, "({x}, {y})");
+        }
+    }
+
+    #[test]
+    fn a_feature_of_weight_zero_says_nothing() {
+        let (cloud, truth) = linear_cloud(0.05);
+        let mut blind = cloud.clone();
+        blind.weights = vec![1.0, SMALLEST_WEIGHT];
+        // Along 2x − y = const the first feature does not change.
+        let along = [truth[0] + 0.1, truth[1] + 0.2];
+        let change = |cloud: &Cloud| (cloud.log_likelihood(&along) - cloud.log_likelihood(&truth)).abs();
+        assert!(change(&cloud) > 5.0 && change(&blind) < 1.5, "{} {}", change(&cloud), change(&blind));
+    }
+}

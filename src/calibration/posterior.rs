@@ -219,3 +219,49 @@ impl Posterior {
         found
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gaussian(correlation: f64) -> Posterior {
+        let cells = 80;
+        let mut posterior =
+            Posterior { low: vec![0.0; 2], high: vec![1.0; 2], cells, mass: vec![], log_evidence: 0.0, best: 0.0 };
+        let density = |at: &[f64]| {
+            let (x, y) = ((at[0] - 0.5) / 0.1, (at[1] - 0.4) / 0.05);
+            (-0.5 * (x * x - 2.0 * correlation * x * y + y * y) / (1.0 - correlation * correlation)).exp()
+        };
+        let weights: Vec<f64> = (0..cells * cells).map(|index| density(&posterior.centre(index))).collect();
+        let total: f64 = weights.iter().sum();
+        posterior.mass = weights.into_iter().map(|weight| weight / total).collect();
+        posterior
+    }
+
+    #[test]
+    fn quantiles_and_correlation_of_a_normal_density_are_its_own() {
+        let posterior = gaussian(0.8);
+        // Half a cell is 0.00625; a normal's 95 % quantile lies 1.6449 σ above its mean.
+        assert!((posterior.quantile(0, 0.95) - (0.5 + 0.16449)).abs() < 2e-3);
+        assert!((posterior.quantile(1, 0.5) - 0.4).abs() < 1e-3);
+        assert!((posterior.correlation() - 0.8).abs() < 1e-2);
+    }
+
+    #[test]
+    fn one_hill_is_one_lobe_and_two_are_two() {
+        let mut posterior = gaussian(0.0);
+        let lobes = posterior.lobes();
+        assert_eq!(lobes.len(), 1);
+        assert!((lobes[0].mass - 0.9).abs() < 0.02 && (lobes[0].centre[0] - 0.5).abs() < 0.01);
+        let cells = posterior.cells;
+        for index in 0..posterior.mass.len() {
+            // A valley along x = 0.5 parts the hill.
+            if (index / cells).abs_diff(cells / 2) < 4 {
+                posterior.mass[index] = 0.0;
+            }
+        }
+        let total: f64 = posterior.mass.iter().sum();
+        posterior.mass.iter_mut().for_each(|mass| *mass /= total);
+        assert_eq!(posterior.lobes().len(), 2);
+    }
+}

@@ -299,3 +299,64 @@ pub fn onset_threshold(record: &Series, noise_rms: f64) -> Option<f64> {
     let candidates = (0..=CANDIDATES).map(|i| lowest * (highest / lowest).powf(i as f64 / CANDIDATES as f64));
     candidates.map(|threshold| (clearance(threshold), threshold)).max_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    /// A burst that starts `delay` periods late: line amplitudes 0.1 at f0/3 and 0.2 at f0, m/s.
+    fn burst(delay: f64) -> Series {
+        let step = 1.0 / SAMPLES_PER_CYCLE as f64;
+        let value = |i: usize| {
+            let cycles = i as f64 * step - delay;
+            if cycles < 0.0 { 0.0 } else { 0.2 * (TAU * cycles).sin() + 0.1 * (TAU * cycles / 3.0).sin() }
+        };
+        Series::new(0.0, step, (0..60 * SAMPLES_PER_CYCLE).map(value).collect())
+    }
+
+    #[test]
+    fn band_amplitudes_are_the_lines_rms() {
+        let fingerprint = Fingerprint::new(FeatureSet::Full, 0.05, 0.3, 40).unwrap();
+        let z = fingerprint.measure(&burst(2.0)).unwrap();
+        let amplitude = |name: &str| {
+            let index = fingerprint.names().iter().position(|known| *known == name).unwrap();
+            fingerprint.amplitude(index, z[index])
+        };
+        // Whole periods of both lines in the window: a Hann-windowed line lies in three bins, exactly.
+        assert!((amplitude("band_1/3") - 0.1 / 2.0_f64.sqrt()).abs() < 1e-4);
+        assert!((amplitude("band_1") - 0.2 / 2.0_f64.sqrt()).abs() < 1e-4);
+        assert!(amplitude("band_1/2") < 1e-4 && amplitude("band_4-8") < 1e-4);
+    }
+
+    #[test]
+    fn the_trigger_drops_out() {
+        let fingerprint = Fingerprint::new(FeatureSet::Full, 0.05, 0.3, 40).unwrap();
+        let (early, late) =
+            (fingerprint.measure(&burst(2.0)).unwrap(), fingerprint.measure(&burst(7.0 + 0.4 / 40.0)).unwrap());
+        // 0.4 of a sample of the 40 a period moves an extreme by at most (2π·0.4/40)²/2 = 2e-3.
+        assert!(early.iter().zip(&late).all(|(a, b)| (a - b).abs() < 1e-2), "{early:?} {late:?}");
+    }
+
+    #[test]
+    fn silence_has_no_onset_and_a_short_record_too_few_periods() {
+        let fingerprint = Fingerprint::new(FeatureSet::Full, 0.05, 0.3, 40).unwrap();
+        let silent = burst(2.0).map(|value| 0.1 * value);
+        assert!(matches!(fingerprint.measure(&silent), Err(FingerprintError::NoOnset { .. })));
+        assert!(matches!(fingerprint.measure(&burst(30.0)), Err(FingerprintError::TooShort { .. })));
+        assert!(Fingerprint::new(FeatureSet::Full, 0.05, 0.3, 4).is_none());
+    }
+
+    #[test]
+    fn the_onset_threshold_keeps_clear_of_early_extrema() {
+        let step = 1.0 / SAMPLES_PER_CYCLE as f64;
+        // Lobes of 0.05, 0.1, 0.5, 1: the widest clear span between 4 % and 25 % of the peak is 0.1 … 0.25.
+        let heights = [0.05, 0.1, 0.5, 1.0];
+        let value = |i: usize| heights[(i / 20).min(3)] * (TAU * i as f64 * step).sin();
+        let record = Series::new(0.0, step, (0..400).map(value).collect());
+        let threshold = onset_threshold(&record, 1e-4).unwrap();
+        assert!((0.2..=0.25).contains(&threshold), "{threshold}");
+        assert!(onset_threshold(&record, 0.1).is_none());
+    }
+}
