@@ -20,7 +20,7 @@ use super::search::{Search, SearchState};
 #[non_exhaustive]
 pub enum CheckpointError {
     /// It cannot be read.
-    #[error("{path}: the saved search cannot be read; remove it to begin anew", path = path.display())]
+    #[error("{path}: the saved search cannot be read; pass --force without --resume to begin anew", path = path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -28,7 +28,7 @@ pub enum CheckpointError {
         source: std::io::Error,
     },
     /// It is damaged.
-    #[error("{path}: the saved search is damaged; remove it to begin anew", path = path.display())]
+    #[error("{path}: the saved search is damaged; pass --force without --resume to begin anew", path = path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -37,8 +37,8 @@ pub enum CheckpointError {
     },
     /// It belongs to another fit.
     #[error(
-        "{path}: the saved search belongs to another fit (other record, drive, scene, bounds, seed or version); give \
-         another --out, or leave out --resume to begin anew", path = path.display()
+        "{path}: the saved search belongs to another fit (other record, drive, scene, bounds, seed or version); repeat \
+         the command that began it, give another --out, or pass --force without --resume to begin anew", path = path.display()
     )]
     OtherFit {
         /// The file.

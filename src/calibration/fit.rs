@@ -123,7 +123,7 @@ pub enum FitError {
     /// Too few runs finished anywhere near the record.
     #[error(
         "{failed} of {made} runs failed, too few are left for a regression (the last said: {reason}); widen the bounds, \
-         or check drive and record with --dry-run"
+         or check the record's unit and the drive with --dry-run"
     )]
     TooFewRuns {
         /// Runs made.

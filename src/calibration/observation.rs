@@ -37,6 +37,15 @@ pub struct Recording {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ObservationError {
+    /// Every sample is the same.
+    #[error(
+        "expected a signal, found {value_m_per_s:e} m/s in every sample; check that the input was connected and that this \
+         is the right column (--column)"
+    )]
+    Constant {
+        /// That value, after the baseline is removed, m/s.
+        value_m_per_s: f64,
+    },
     /// Noise hides the onset.
     #[error(
         "the noise of the record ({noise_m_per_s:.3e} m/s rms) hides its onset: 6 σ exceeds a quarter of its peak \
@@ -97,6 +106,11 @@ impl Observation {
         set: FeatureSet,
     ) -> Result<Self, ObservationError> {
         let velocity = &recording.velocity;
+        if let Some(&first) = velocity.values.first()
+            && velocity.values.iter().all(|&value| value == first)
+        {
+            return Err(ObservationError::Constant { value_m_per_s: first });
+        }
         let rate = velocity.sample_rate();
         let stated = recording.bandwidth.unwrap_or(f64::INFINITY);
         let cutoff = f64::min(0.42 * rate, highest_cutoff(drive_frequency));

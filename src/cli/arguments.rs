@@ -21,12 +21,21 @@ pub struct Session {
     /// Worker threads; results do not depend on it [default: one a core]
     #[arg(long, global = true, value_name = "N", help_heading = "Session")]
     pub threads: Option<NonZeroUsize>,
-    /// Seed of everything drawn at random
-    #[arg(long, global = true, value_name = "N", default_value_t = 1, help_heading = "Session")]
-    pub seed: u64,
+    /// Seed of everything drawn at random [default: 1]
+    #[arg(long, global = true, value_name = "N", help_heading = "Session")]
+    pub seed: Option<u64>,
 }
 
+/// Seed where none is given.
+pub const DEFAULT_SEED: u64 = 1;
+
 impl Session {
+    /// The seed given, else [`DEFAULT_SEED`].
+    #[must_use]
+    pub fn seed(&self) -> u64 {
+        self.seed.unwrap_or(DEFAULT_SEED)
+    }
+
     /// Set up the worker threads; called once by the frame before the subcommand runs.
     ///
     /// # Errors

@@ -30,7 +30,7 @@ use super::{
 };
 use crate::{
     calibration::{
-        checkpoint::SearchCheckpoint,
+        checkpoint::{CheckpointError, SearchCheckpoint},
         comparison::Comparison,
         fit::{Fit, FitError, Verdict, fit},
         forward::{Forward, Uncertainty},
@@ -140,10 +140,11 @@ struct FittedLaw {
 /// Whatever is wrong with plan, scene, records or runs; a folder that cannot be written.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let mut timing = Timing::start();
-    let session = arguments.session.clone();
+    let mut session = arguments.session.clone();
     let output = arguments.output.clone();
     let (resume, dry_run) = (arguments.resume, arguments.dry_run);
     let job = prepare(arguments)?;
+    session.seed = session.seed.or(job.definition.seed);
     for assumption in &job.assumptions {
         session.note(format_args!("assumed: {assumption}"));
     }
@@ -154,12 +155,20 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     }
 
     let folder = OutputFolder::resumable(&target, resume, output.force)?;
-    let laws = match fit_laws(&job, &folder, &session) {
+    let outcome = fit_and_report(&job, folder, &session, timing);
+    if outcome.as_ref().is_err_and(|error| error.is::<interrupt::Interrupted>()) {
+        session.note("the runs made so far are kept; continue with the same command and --resume");
+    }
+    outcome
+}
+
+/// Fit, confirm, report, write. Stopped on the way, the folder keeps its state.
+fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing: Timing) -> anyhow::Result<Outcome> {
+    // A state that cannot be continued is refused before anything is run, and left as it is: it may be hours of work.
+    let saved = saved_searches(job, &folder, session.seed())?;
+    let laws = match fit_laws(job, saved, session) {
         Ok(laws) => laws,
-        Err(error) if error.is::<interrupt::Interrupted>() => {
-            session.note("the runs made so far are kept; continue with the same command and --resume");
-            return Err(error);
-        }
+        Err(error) if error.is::<interrupt::Interrupted>() => return Err(error),
         Err(error) => {
             folder.discard();
             return Err(error);
@@ -168,7 +177,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     timing.stage("fit");
     let best = best_law(&laws);
     let calibrated = fitted_scene(&laws[best]);
-    let plan = EnsemblePlan::new(CONFIRMATION_MEMBERS, session.seed);
+    let plan = EnsemblePlan::new(CONFIRMATION_MEMBERS, session.seed());
     let confirmation = job.measured.confirm(&calibrated, &plan);
     let (confirmation, unconfirmed) = match confirmation {
         Ok(confirmation) => (Some(confirmation), None),
@@ -176,8 +185,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     };
     interrupt::check()?;
     timing.stage("confirm");
-    let outcome = outcome_of(&job, &laws, best, confirmation.as_ref(), unconfirmed, session.seed);
-    let report = page::report(&job, &laws, best, confirmation.as_ref(), &outcome)?;
+    let outcome = outcome_of(job, &laws, best, confirmation.as_ref(), unconfirmed, session.seed());
+    let report = page::report(job, &laws, best, confirmation.as_ref(), &outcome)?;
     timing.stage("report");
     folder.write("calibration.json", summary::json(&outcome)?)?;
     for (name, bytes) in report.files()? {
@@ -213,11 +222,24 @@ fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
     Ok(Job { definition, experiment, measured, comparison, laws, assumptions })
 }
 
-fn fit_laws(job: &Job, folder: &OutputFolder, session: &Session) -> anyhow::Result<Vec<FittedLaw>> {
+/// A search on disk, and what an earlier run left of it.
+type SavedSearch = (SearchCheckpoint, Option<Search>);
+
+fn saved_searches(job: &Job, folder: &OutputFolder, seed: u64) -> Result<Vec<SavedSearch>, CheckpointError> {
+    let saved = job.laws.iter().map(|(kind, scene, parameters)| {
+        let file = folder.state_path().join(format!("{kind}.json"));
+        let checkpoint = SearchCheckpoint::new(&file, &key(job, scene, parameters, seed));
+        let search = checkpoint.restore()?;
+        Ok((checkpoint, search))
+    });
+    saved.collect()
+}
+
+fn fit_laws(job: &Job, saved: Vec<SavedSearch>, session: &Session) -> anyhow::Result<Vec<FittedLaw>> {
     let budget = job.definition.evaluations;
     let bar = progress::bar(session, (budget * job.laws.len()) as u64, "runs");
     let mut fitted = Vec::new();
-    for (number, (kind, scene, parameters)) in job.laws.iter().enumerate() {
+    for (number, ((kind, scene, parameters), (checkpoint, search))) in job.laws.iter().zip(saved).enumerate() {
         let done = (number * budget) as u64;
         let watched = bar.clone();
         let watch = Arc::new(move |runs: u64| {
@@ -226,21 +248,20 @@ fn fit_laws(job: &Job, folder: &OutputFolder, session: &Session) -> anyhow::Resu
         });
         let uncertainty = Uncertainty::default();
         let forward =
-            Forward::new(scene, parameters.clone(), job.comparison.clone(), uncertainty, session.seed, watch)?;
-        let checkpoint = SearchCheckpoint::new(
-            &folder.state_path().join(format!("{kind}.json")),
-            &key(job, scene, parameters, session.seed),
-        );
+            Forward::new(scene, parameters.clone(), job.comparison.clone(), uncertainty, session.seed(), watch)?;
         let strategy = match job.definition.search {
             SearchChoice::Likelihood => Strategy::Likelihood,
             SearchChoice::NelderMead => Strategy::NelderMead,
             SearchChoice::ParticleSwarm => Strategy::ParticleSwarm,
         };
-        let search = checkpoint.restore()?.unwrap_or_else(|| Search::new(&forward, budget, session.seed, strategy));
+        let search = search.unwrap_or_else(|| Search::new(&forward, budget, session.seed(), strategy));
         let fit = match fit(&forward, search, Some(checkpoint)) {
             Ok(fit) => fit,
             Err(FitError::Stopped { .. }) => return Err(interrupt::Interrupted.into()),
-            Err(error) => return Err(anyhow!(error).context(format!("damping law `{kind}`"))),
+            Err(error) => {
+                let measured = job.measured.path().display();
+                return Err(anyhow!(error).context(format!("{measured}: damping law `{kind}` cannot be fitted")));
+            }
         };
         fitted.push(FittedLaw { kind: kind.clone(), scene: scene.clone(), fit });
     }

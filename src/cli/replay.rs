@@ -103,7 +103,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     timing.stage("run");
     let features = measure(&response.pole_velocity, &settings)?;
     timing.stage("features");
-    let plan = members.map(|members| EnsemblePlan::new(members as usize, session.seed));
+    let plan = members.map(|members| EnsemblePlan::new(members as usize, session.seed()));
     let spread = plan.map(|plan| ensemble::run(&scene, &plan)).transpose()?;
     interrupt::check()?;
     timing.stage("ensemble");
@@ -113,7 +113,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         scene: experiment.source().into(),
         energy: response.energy,
         work: response.work,
-        settings: summary::Settings::new(&scene, &experiment, session.seed),
+        settings: summary::Settings::new(&scene, &experiment, session.seed()),
         ensemble: spread.as_ref().map(summary::EnsembleTable::new),
         published: published(&scene),
         effects: effects(&scene),

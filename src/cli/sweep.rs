@@ -83,7 +83,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     for assumption in &experiment.assumptions {
         session.note(format_args!("assumed: {assumption}"));
     }
-    let ensemble = ensemble.map(|members| EnsemblePlan::new(members as usize, session.seed));
+    let ensemble = ensemble.map(|members| EnsemblePlan::new(members as usize, session.seed()));
     let plan = plan_of(&base, &grid, ensemble.as_ref())?;
     timing.stage("read");
 
@@ -118,7 +118,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         published: published(&base),
         ensemble: ensemble.is_some(),
     };
-    let summary = table.json(&experiment, calibrated.as_ref(), session.seed)?;
+    let summary = table.json(&experiment, calibrated.as_ref(), session.seed())?;
     if let Some(folder) = folder {
         write(&folder, &table, &summary, &mut timing)?;
         let place = folder.finish()?;

@@ -64,7 +64,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let Arguments { count, wrong, evaluations, output, session } = arguments;
     let mut timing = Timing::start();
     let base = scene::load("annulus", &OVERRIDES.map(String::from))?;
-    let plan = TwinPlan { count, wrong, evaluations: evaluations as usize, seed: session.seed };
+    let plan = TwinPlan { count, wrong, evaluations: evaluations as usize, seed: session.seed() };
     let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
     let bar = progress::bar(&session, plan.total(), "twins");
     let outcomes = twins(&base, &plan, &|| bar.inc(1), &interrupt::requested);

@@ -31,6 +31,9 @@ const DRIVE_BESIDE: &str = "horn_tip.csv";
 /// Tested number of runs.
 const EVALUATIONS: usize = 600;
 
+/// Numbers of runs that can be asked for: fewer give no regression.
+const EVALUATION_RANGE: std::ops::RangeInclusive<usize> = 200..=100_000;
+
 /// What is fitted to what.
 pub struct Definition {
     /// The record, or the published features.
@@ -45,6 +48,8 @@ pub struct Definition {
     pub search: SearchChoice,
     /// Runs a law.
     pub evaluations: usize,
+    /// Seed of the plan; the flag wins.
+    pub seed: Option<u64>,
     /// Weights of features by name.
     pub weights: BTreeMap<String, f64>,
     /// What was assumed.
@@ -86,8 +91,10 @@ impl Definition {
         }
         scene.set = plan.set.into_iter().chain(scene.set).collect();
         if scene.drive.is_none() && !arguments.scene_drive {
+            let planned = plan.drive.is_some();
             scene.drive = plan.drive.or_else(|| drive_beside(&measured));
             match &scene.drive {
+                Some(drive) if planned => assumptions.push(format!("drive {}, named in the plan", drive.display())),
                 Some(drive) => assumptions.push(format!("drive {}, beside the measurement", drive.display())),
                 None => assumptions.push("the scene's own drive: no horn_tip.csv lies beside the measurement".into()),
             }
@@ -118,6 +125,15 @@ impl Definition {
         if let Some(unknown) = bounds.keys().find(|name| !FITTABLE.contains(&name.as_str())) {
             bail!("bounds of `{unknown}`: expected {}", FITTABLE.join(" or "));
         }
+        let evaluations = arguments.evaluations.map(|n| n as usize).or(plan.evaluations).unwrap_or(EVALUATIONS);
+        if !EVALUATION_RANGE.contains(&evaluations) {
+            let (low, high) = (EVALUATION_RANGE.start(), EVALUATION_RANGE.end());
+            bail!("`evaluations` of the plan: expected {low} to {high}, found {evaluations}");
+        }
+        let mut damping =
+            if arguments.damping.is_empty() { plan.damping.unwrap_or_default() } else { arguments.damping };
+        let mut seen = std::collections::BTreeSet::new();
+        damping.retain(|law| seen.insert(law.clone()));
         let features = match arguments.features {
             Some(FeatureChoice::Full) => FeatureSet::Full,
             Some(FeatureChoice::Paper) => FeatureSet::Paper,
@@ -129,10 +145,11 @@ impl Definition {
             reading: arguments.reading,
             features,
             search: arguments.search,
-            evaluations: arguments.evaluations.map(|n| n as usize).or(plan.evaluations).unwrap_or(EVALUATIONS),
+            evaluations,
+            seed: plan.seed,
             weights: plan.weights,
             assumptions,
-            damping: if arguments.damping.is_empty() { plan.damping.unwrap_or_default() } else { arguments.damping },
+            damping,
             fitted,
             bounds,
         })

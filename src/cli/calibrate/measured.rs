@@ -77,7 +77,7 @@ impl Measured {
         let (begins, ends) = scene.drive.burst();
         let cycles = (ends - begins) * scene.drive.frequency;
         let observation = Observation::new(&recording, scene.drive.frequency, cycles, definition.features)
-            .with_context(|| format!("{place}"))?;
+            .with_context(|| format!("{place}: nothing can be fitted to it"))?;
         Ok(Self::Record(Box::new(MeasuredRecord { record, recording, observation })))
     }
 

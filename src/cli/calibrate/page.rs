@@ -385,13 +385,13 @@ fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome, reference: &str) -> 
 /// When the run fails or the folder cannot be written.
 pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyhow::Result<Outcome> {
     let (_, scene, _) = &job.laws[0];
-    let plan = EnsemblePlan::new(2, session.seed);
+    let plan = EnsemblePlan::new(2, session.seed());
     let confirmation = job.measured.confirm(scene, &plan)?;
     let report = CalibrationReport {
         simulated: Some(simulated_span(&confirmation)),
         alignment: alignment(&confirmation),
         window: Some(confirmation.window),
-        ..frame(job, scene, session.seed)
+        ..frame(job, scene, session.seed())
     };
     let name =
         target.file_name().map_or_else(|| "dry-run".into(), |name| format!("{}-dry-run", name.to_string_lossy()));

@@ -85,8 +85,9 @@ impl OutputFolder {
         let state = folder.state_path();
         fs::create_dir_all(&state).map_err(OutputError::io("create the folder", &state))?;
         folder.lock = Some(lock(&state.join("lock"), &folder.staged)?);
+        folder.clear_results()?;
         if !resume {
-            folder.clear()?;
+            folder.clear_state()?;
         }
         Ok(folder)
     }
@@ -183,12 +184,18 @@ impl OutputFolder {
         fs::remove_dir_all(&self.staged).map_err(OutputError::io("remove", &self.staged))
     }
 
-    /// Empty a resumable folder but for its lock.
-    fn clear(&self) -> Result<(), OutputError> {
+    /// Drop the results a run was writing when it was stopped: the next may write others.
+    fn clear_results(&self) -> Result<(), OutputError> {
         let state = self.state_path();
         for entry in entries(&self.staged)?.into_iter().filter(|path| *path != state) {
             remove(&entry)?;
         }
+        Ok(())
+    }
+
+    /// Drop what an earlier run saved, but for the lock.
+    fn clear_state(&self) -> Result<(), OutputError> {
+        let state = self.state_path();
         for entry in entries(&state)?.into_iter().filter(|path| *path != state.join("lock")) {
             remove(&entry)?;
         }
