@@ -119,13 +119,22 @@ impl Plan {
         })?;
         let folder = path.parent().unwrap_or(Path::new("."));
         for file in [&mut plan.measured, &mut plan.drive].into_iter().flatten() {
-            *file = folder.join(&*file);
+            *file = from_here(folder.join(&*file));
         }
         if let Some(scene) = plan.scene.as_mut().filter(|scene| folder.join(scene).is_file()) {
-            *scene = folder.join(&*scene).display().to_string();
+            *scene = from_here(folder.join(&*scene)).display().to_string();
         }
         Ok(plan)
     }
+}
+
+/// `path` without detours where it lies below the current folder, as a user would type it: reports show it.
+fn from_here(path: PathBuf) -> PathBuf {
+    let below = || {
+        let here = std::env::current_dir().ok()?.canonicalize().ok()?;
+        Some(path.canonicalize().ok()?.strip_prefix(here).ok()?.to_path_buf())
+    };
+    below().unwrap_or(path)
 }
 
 #[cfg(test)]
@@ -140,6 +149,13 @@ mod tests {
         let plan = Plan::read(&file).unwrap();
         assert_eq!(plan.measured.unwrap(), place.path().join("vib.csv"));
         assert_eq!(plan.parameters["alpha"].high, Number::Text("1.5".into()));
+    }
+
+    #[test]
+    fn the_shipped_plan_names_its_files_as_a_user_would_type_them() {
+        let plan = Plan::read(Path::new("calibrations/annulus-73khz.toml")).unwrap();
+        assert_eq!(plan.measured.unwrap(), Path::new("measurements/annulus-73khz/vib.csv"));
+        assert_eq!(plan.drive.unwrap(), Path::new("measurements/annulus-73khz/horn_tip.csv"));
     }
 
     #[test]
