@@ -80,20 +80,47 @@ pub(super) struct Stepper {
     pub evaluations: u64,
 }
 
-/// out = base + Σ c_j k_j, the stages k lying one behind the other in `stages`.
+/// Rows taken together: the five of a chain of four to six beads, so that their sums stay in registers.
+const BLOCK: usize = 5;
+
+/// out = base + Σ c_j k_j, the stages k lying one behind the other in `stages`; base 0 if there is none.
 #[inline(always)]
-fn combine(out: &mut [[f64; 4]], base: impl Fn(usize) -> [f64; 4], terms: &[Term], stages: &[[f64; 4]]) {
+fn combine(out: &mut [[f64; 4]], base: Option<&[[f64; 4]]>, terms: &[Term], stages: &[[f64; 4]]) {
     let rows = out.len();
-    for (r, out) in out.iter_mut().enumerate() {
-        let mut sum = base(r);
-        for (stage, weight) in terms {
-            let k = &stages[stage * rows + r];
+    let mut first = 0;
+    while first + BLOCK <= rows {
+        combine_block::<BLOCK>(out, base, terms, stages, first);
+        first += BLOCK;
+    }
+    while first < rows {
+        combine_block::<1>(out, base, terms, stages, first);
+        first += 1;
+    }
+}
+
+#[inline(always)]
+fn combine_block<const B: usize>(
+    out: &mut [[f64; 4]],
+    base: Option<&[[f64; 4]]>,
+    terms: &[Term],
+    stages: &[[f64; 4]],
+    first: usize,
+) {
+    let rows = out.len();
+    let mut sum = [[0.0; 4]; B];
+    if let Some(base) = base {
+        sum.copy_from_slice(&base[first..first + B]);
+    }
+    for (stage, weight) in terms {
+        let from = stage * rows + first;
+        let k = &stages[from..from + B];
+        for (sum, k) in sum.iter_mut().zip(k) {
             for lane in 0..4 {
                 sum[lane] += weight * k[lane];
             }
         }
-        *out = sum;
     }
+    out[first..first + B].copy_from_slice(&sum);
 }
 
 impl Stepper {
@@ -160,8 +187,7 @@ impl Stepper {
         for stage in 1..12 {
             self.stage(flow, clock, stage);
         }
-        let state = &self.state;
-        combine(&mut self.end_state, |r| state[r], A[12], &self.stages);
+        combine(&mut self.end_state, Some(&self.state), A[12], &self.stages);
         error_norm(&self.stages, &self.inverse_scale)
     }
 
@@ -169,8 +195,7 @@ impl Stepper {
     #[inline(always)]
     fn stage(&mut self, flow: &mut impl Flow, clock: &Clock, stage: usize) {
         let rows = self.state.len();
-        let state = &self.state;
-        combine(&mut self.stage, |r| state[r], A[stage], &self.stages);
+        combine(&mut self.stage, Some(&self.state), A[stage], &self.stages);
         flow.evaluate(
             clock.rate(C[stage]),
             (self.piston_displacement[stage], self.piston_velocity[stage]),
@@ -214,7 +239,7 @@ impl Stepper {
             }
         }
         for (row, terms) in [d3, d4, d5, d6].into_iter().zip(D) {
-            combine(row, |_| [0.0; 4], terms, &self.stages);
+            combine(row, None, terms, &self.stages);
         }
     }
 

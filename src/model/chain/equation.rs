@@ -68,43 +68,66 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<
         }
     }
 
-    /// Contact forces with the present modes and the power lost in the dashpots (W), into `self.force`.
+    /// Contact forces with the present modes into `self.force`, and the power lost in the dashpots (W).
+    ///
+    /// Four contacts at a time; neighbours are moved between registers, since reading back what was just stored at another
+    /// alignment would wait for the store.
     #[inline(always)]
     fn evaluate_forces(&mut self, u: &[f64], v: &[f64]) -> f64 {
-        let contacts = self.system.padded - 1;
-        let (lower, upper) = (&u[..contacts], &u[1..=contacts]);
-        let (lower_rate, upper_rate) = (&v[..contacts], &v[1..=contacts]);
-        let offset = &self.system.offset[..contacts];
-        let hertz = &self.hertz[..contacts];
-        let linear = &self.linear[..contacts];
-        let kuwabara_kono = &self.kuwabara_kono[..contacts];
-        let force = &mut self.force[..contacts];
-        let mut lost = 0.0;
-        for i in 0..contacts {
-            let overlap = offset[i] + lower[i] - upper[i];
-            let pressed = if overlap > 0.0 { overlap } else { 0.0 };
-            let root = pressed.sqrt();
-            let mut total = hertz[i] * pressed * root;
-            if LINEAR || KUWABARA_KONO {
-                let rate = lower_rate[i] - upper_rate[i];
-                let mut coefficient = 0.0;
-                if LINEAR {
-                    coefficient += linear[i];
-                }
-                if KUWABARA_KONO {
-                    coefficient += kuwabara_kono[i] * root;
-                }
-                let viscous = coefficient * rate;
-                total += viscous;
-                lost += viscous * rate;
+        let (u, _) = u.as_chunks::<4>();
+        let (v, _) = v.as_chunks::<4>();
+        let blocks = u.len();
+        let v = &v[..blocks];
+        let offset = &self.system.offset.as_chunks::<4>().0[..blocks];
+        let hertz = &self.hertz.as_chunks::<4>().0[..blocks];
+        let linear = &self.linear.as_chunks::<4>().0[..blocks];
+        let kuwabara_kono = &self.kuwabara_kono.as_chunks::<4>().0[..blocks];
+        let force = &mut self.force.as_chunks_mut::<4>().0[..blocks];
+        let mut lost = [0.0; 4];
+        for block in 0..blocks {
+            let shifted = |x: &[[f64; 4]]| {
+                let here = x[block];
+                let next = if block + 1 < blocks { x[block + 1][0] } else { 0.0 };
+                (here, [here[1], here[2], here[3], next])
+            };
+            let (lower, upper) = shifted(u);
+            let mut pressed = [0.0; 4];
+            let mut root = [0.0; 4];
+            let mut total = [0.0; 4];
+            for i in 0..4 {
+                let overlap = offset[block][i] + lower[i] - upper[i];
+                pressed[i] = if overlap > 0.0 { overlap } else { 0.0 };
             }
-            force[i] = total;
+            for i in 0..4 {
+                root[i] = pressed[i].sqrt();
+            }
+            for i in 0..4 {
+                total[i] = hertz[block][i] * pressed[i] * root[i];
+            }
+            if LINEAR || KUWABARA_KONO {
+                let (lower_rate, upper_rate) = shifted(v);
+                for i in 0..4 {
+                    let rate = lower_rate[i] - upper_rate[i];
+                    let mut coefficient = 0.0;
+                    if LINEAR {
+                        coefficient += linear[block][i];
+                    }
+                    if KUWABARA_KONO {
+                        coefficient += kuwabara_kono[block][i] * root[i];
+                    }
+                    let viscous = coefficient * rate;
+                    total[i] += viscous;
+                    lost[i] += viscous * rate;
+                }
+            }
+            force[block] = total;
         }
         if !L::IS_HERTZ {
             let last = self.system.beads;
-            force[last] += self.support_pressed * self.support.force(offset[last] + u[last] - u[last + 1]);
+            let (u, offset) = (u.as_flattened(), self.system.offset[last]);
+            self.force[last] += self.support_pressed * self.support.force(offset + u[last] - u[last + 1]);
         }
-        lost
+        lost.iter().sum()
     }
 
     /// `weight` × the time derivative of `state`, into `derivative`; the piston's displacement (m) and velocity (m/s) are written into
@@ -119,15 +142,22 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<
         let lost = self.evaluate_forces(u, v);
         let (du, rest) = derivative.split_at_mut(padded);
         let (dv, work) = rest.split_at_mut(padded);
-        for (du, v) in du.iter_mut().zip(&*v) {
-            *du = weight * v;
-        }
-        let inverse_mass = &self.system.inverse_mass[1..padded];
-        let (before, after) = (&self.force[..padded - 1], &self.force[1..padded]);
-        dv[0] = 0.0;
-        let dv = &mut dv[1..padded];
-        for i in 0..padded - 1 {
-            dv[i] = weight * (before[i] - after[i]) * inverse_mass[i];
+        let blocks = padded / 4;
+        let (du, dv) = (&mut du.as_chunks_mut::<4>().0[..blocks], &mut dv.as_chunks_mut::<4>().0[..blocks]);
+        let v = &v.as_chunks::<4>().0[..blocks];
+        let inverse_mass = &self.system.inverse_mass.as_chunks::<4>().0[..blocks];
+        let force = &self.force.as_chunks::<4>().0[..blocks];
+        let mut before = 0.0;
+        for block in 0..blocks {
+            let after = force[block];
+            let left = [before, after[0], after[1], after[2]];
+            before = after[3];
+            for i in 0..4 {
+                du[block][i] = weight * v[block][i];
+            }
+            for i in 0..4 {
+                dv[block][i] = weight * (left[i] - after[i]) * inverse_mass[block][i];
+            }
         }
         work[0] = weight * self.force[0] * piston.1;
         work[1] = weight * lost;

@@ -115,36 +115,17 @@ impl Lane {
 /// force is under 3 µN, the law is continued as a line through the origin.
 #[inline(always)]
 pub(super) fn annulus_force(overlap: Lane, end_tangent: f64) -> Lane {
-    const SMALLEST: f64 = 1e-11;
     let inside = overlap.at_most(Annulus::LARGEST);
-    let argument = inside.at_least(SMALLEST);
+    let argument = inside.at_least(Annulus::SMALLEST_FITTED);
     // g − ln g = a, with w = F D g; g is smooth in √a.
     let a = Lane([Annulus::C / Annulus::D; WIDTH]) - (argument * (1.0 / Annulus::D)).logarithm();
-    let t = (a.sqrt() - MIDDLE) * (1.0 / HALF_WIDTH);
-    let mut g = Lane([POLYNOMIAL[10]; WIDTH]);
-    for coefficient in POLYNOMIAL[..10].iter().rev() {
+    let t = (a.sqrt() - Annulus::MIDDLE) * (1.0 / Annulus::HALF_WIDTH);
+    let mut g = Lane([Annulus::POLYNOMIAL[10]; WIDTH]);
+    for coefficient in Annulus::POLYNOMIAL[..10].iter().rev() {
         g = g * t + *coefficient;
     }
     inside / (g * Annulus::D) + (overlap - inside) * end_tangent
 }
-
-/// Middle and half width of √a over the law's range, and g in powers of t = (√a − middle)/half width, fitted at Chebyshev points with
-/// the relative error as weight: 4e-8.
-const MIDDLE: f64 = 2.999_946_192_941_544;
-const HALF_WIDTH: f64 = 1.209_076_497_160_271_7;
-const POLYNOMIAL: [f64; 11] = [
-    11.436_486_175_733_176,
-    7.949_423_753_999_912,
-    1.337_200_136_426_945,
-    0.033_572_612_334_601_56,
-    -0.011_648_575_483_805_091,
-    0.005_121_192_920_463_171,
-    -0.002_680_226_872_446_657_4,
-    0.000_644_761_819_264_571_1,
-    3.798_436_599_489_766e-5,
-    0.000_684_447_439_066_563_5,
-    -0.000_504_536_487_982_777_5,
-];
 
 #[cfg(test)]
 mod tests {
