@@ -92,7 +92,7 @@ pub(super) fn integrate<const LINEAR: bool, const KUWABARA_KONO: bool, L: Elasti
     recording: &mut Recording,
     progress: Progress<'_>,
 ) -> Result<(EnergyLedger, SolverWork), ModelError> {
-    Run::<LINEAR, KUWABARA_KONO, L>::new(system, support, motion, initial, control)?.to_end(recording, progress)
+    Run::<LINEAR, KUWABARA_KONO, L>::new(system, support, motion, initial, control)?.run_to_end(recording, progress)
 }
 
 struct Run<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L> {
@@ -204,7 +204,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         self.stepper.restart(&mut self.equation, piston);
     }
 
-    fn to_end(
+    fn run_to_end(
         mut self,
         recording: &mut Recording,
         progress: Progress<'_>,
@@ -236,7 +236,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
 
     /// Run up to `stop`, the drive being smooth until then; the pace to go on with.
     #[inline(always)]
-    fn to_stop(
+    fn run_to_stop(
         &mut self,
         stop: f64,
         mut pace: Pace,
@@ -318,7 +318,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
                 }
             }
             self.note_energy();
-            if self.work.steps % STEPS_A_REPORT == 0 && !progress(self.time) {
+            if self.work.steps.is_multiple_of(STEPS_A_REPORT) && !progress(self.time) {
                 return Err(ModelError::Stopped { time: self.time });
             }
         }
@@ -534,7 +534,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
     }
 }
 
-/// [`Run::to_stop`], compiled for the widest vectors this machine has. No operation is fused, so the result does not depend on them.
+/// [`Run::run_to_stop`], compiled for the widest vectors this machine has. No operation is fused, so the result does not depend on them.
 struct ToStop<'r, 'a, const LINEAR: bool, const KUWABARA_KONO: bool, L> {
     run: &'r mut Run<'a, LINEAR, KUWABARA_KONO, L>,
     stop: f64,
@@ -550,6 +550,6 @@ impl<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> pulp::Nullary
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        self.run.to_stop(self.stop, self.pace, self.recording, self.progress)
+        self.run.run_to_stop(self.stop, self.pace, self.recording, self.progress)
     }
 }

@@ -4,6 +4,8 @@
 //! does not depend on its place or on its neighbours. No operation is fused, so it does not depend on the width of the
 //! machine's vectors either.
 
+#![allow(clippy::needless_range_loop, reason = "one index for several arrays is what the compiler turns into vectors")]
+
 use std::ops::{Add, Div, Mul, Sub};
 
 use crate::model::contact_law::Annulus;
