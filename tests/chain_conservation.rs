@@ -1,4 +1,5 @@
 //! What every run of the chain keeps: energy, momentum, the sign of forces, symmetry, equilibrium.
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use granchain::{
     model::{

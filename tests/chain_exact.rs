@@ -1,4 +1,5 @@
 //! Exact numbers of the discrete chain: steel beads of 1 mm against closed forms and independently computed tables.
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,5 @@
 //! The cheap steppers against the accurate one.
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use granchain::{
     model::{
