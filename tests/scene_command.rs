@@ -51,7 +51,8 @@ fn check_prints_what_follows_from_a_scene_and_notes_what_was_chosen() {
     let (code, out, err) =
         granchain(folder.path(), &["scene", "check", "annulus", "--set", "damping.kind=kuwabara-kono"]);
     assert_eq!(code, 0);
-    assert!(out.contains("mass of a bead             4.10135 mg"), "{out}");
+    assert!(out.contains("mass of a bead                  4.10135 mg"), "{out}");
+    assert!(out.contains("Hertz stiffness, beads 1 and 2  2.32827e9 N·m^(-3/2)"), "{out}");
     assert!(out.contains("Kuwabara–Kono dampers          γ = 3660 N·s·m^(-3/2)"), "{out}");
     assert!(err.starts_with("note: `damping.coefficient` is not given"), "{err}");
     let (_, _, err) =

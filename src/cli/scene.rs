@@ -11,7 +11,8 @@ use serde_json::{Value, json};
 
 use super::{Outcome, arguments::Session};
 use crate::{
-    scene::{self, BUILT_IN, DriveKind, Effect, Scene, SettingValue, WATER},
+    model::contact_law::{ElasticLaw, Hertz, bead_flat_stiffness, bead_pair_stiffness},
+    scene::{self, BUILT_IN, DriveKind, Effect, Scene, SettingValue, Support, WATER},
     signal::{Dimension, Quantity},
 };
 
@@ -198,8 +199,9 @@ fn derived(scene: &Scene) -> Vec<(&'static str, String)> {
         ("mass of the chain", show(beads.iter().map(scene::Bead::mass).sum(), Dimension::MASS)),
         ("length of the chain", show(beads.iter().map(|bead| 2.0 * bead.radius).sum(), Dimension::LENGTH)),
         ("contacts", scene.chain.gaps.len().to_string()),
-        ("drive period", show(period, Dimension::TIME)),
     ];
+    rows.extend(contacts(scene));
+    rows.extend([("drive period", show(period, Dimension::TIME))]);
     if !matches!(drive.kind, DriveKind::Record { .. } | DriveKind::UnreadRecord { .. }) {
         let amplitude = scene.amplitude_scale * drive.amplitude;
         rows.push(("piston displacement, peak", show(amplitude, Dimension::LENGTH)));
@@ -212,6 +214,28 @@ fn derived(scene: &Scene) -> Vec<(&'static str, String)> {
     rows.push(("simulated periods", format!("{:.1}", scene.duration / period)));
     rows.push(("output samples", ((scene.duration / scene.output_step).round() as u64 + 1).to_string()));
     rows.push(("samples a period", format!("{:.1}", period / scene.output_step)));
+    rows
+}
+
+/// What follows for the contacts: stiffnesses of the ends and of the first pair, static overlap under precompression.
+fn contacts(scene: &Scene) -> Vec<(&'static str, String)> {
+    let stiffness = |value| Quantity::new(rounded(value), Dimension::HERTZ_STIFFNESS).to_string();
+    let beads = &scene.chain.beads;
+    let mut rows = vec![("Hertz stiffness, piston", stiffness(bead_flat_stiffness(&beads[0], scene.piston)))];
+    if let [first, second, ..] = &beads[..] {
+        let pair = bead_pair_stiffness(first, second);
+        rows.push(("Hertz stiffness, beads 1 and 2", stiffness(pair)));
+        if scene.chain.precompression > 0.0 {
+            let overlap = Hertz { stiffness: pair }.overlap(scene.chain.precompression);
+            rows.push((
+                "static overlap, beads 1 and 2",
+                Quantity::new(rounded(overlap), Dimension::LENGTH).to_string(),
+            ));
+        }
+    }
+    if let (Support::Flat(flat), Some(last)) = (scene.support, beads.last()) {
+        rows.push(("Hertz stiffness, support", stiffness(bead_flat_stiffness(last, flat))));
+    }
     rows
 }
 
