@@ -1,4 +1,27 @@
 //! What stands on the bench: beads, piston, support, dampers, drive, and how the run is to be computed.
+//!
+//! Scenes come from TOML files ([`load`]), laid one over another: a built-in scene, the file that `extends` it, overrides
+//! `KEY=VALUE`. A plain number is SI, a text carries its unit. [`KEYS`] lists every key.
+//!
+//! ```toml
+//! extends = "annulus"             # begin as a built-in scene: rigid, annulus, chain
+//! alpha = 0.6
+//!
+//! [chain]
+//! beads = 8
+//! gaps = { contact1 = "2 nm" }    # or one length, or a list of N + 1 from the piston
+//!
+//! [[chain.override]]
+//! bead = 3
+//! radius = "0.501 mm"
+//!
+//! [damping]
+//! kind = "kuwabara-kono"
+//! coefficient = "3660 N s/m^1.5"
+//! ```
+//!
+//! Where a layer changes a `kind`, keys of lower layers that the new kind does not use fall away, and a damping
+//! coefficient returns to the default of its new law; keys given beside a kind that does not use them are refused.
 
 mod builtin;
 mod burst;
