@@ -6,7 +6,8 @@ use thiserror::Error;
 
 use super::{
     observation::Observation,
-    printed::{Meaning, Printed},
+    posterior::POWER,
+    printed::{self, Meaning, Printed},
 };
 use crate::{feature::fingerprint::Fingerprint, scene::Drive, signal::Series};
 
@@ -41,6 +42,8 @@ pub struct Comparison {
     pub nuggets: Vec<f64>,
     /// Weight of each feature on the log-likelihood's quadratic form; 1 unless asked for, 0 leaves it out.
     pub weights: Vec<f64>,
+    /// β, the power on the likelihood for which 90 % intervals were found to cover 90 % of twins.
+    pub power: f64,
 }
 
 /// Weights that cannot be used.
@@ -74,6 +77,7 @@ impl From<Observation> for Comparison {
             reduction: Reduction::Fingerprint(observation.fingerprint),
             features: observation.features,
             nuggets: observation.nuggets,
+            power: POWER,
         }
     }
 }
@@ -87,6 +91,7 @@ impl From<Printed> for Comparison {
             nuggets: printed.nuggets(),
             weights: vec![1.0; printed.statements().len()],
             reduction: Reduction::Printed(printed),
+            power: printed::POWER,
         }
     }
 }

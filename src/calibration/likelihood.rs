@@ -34,6 +34,7 @@ pub struct Cloud {
     nuggets: Vec<f64>,
     weights: Vec<f64>,
     neighbours: usize,
+    power: f64,
 }
 
 /// A local regression at one point.
@@ -66,12 +67,26 @@ impl Cloud {
             nuggets: nuggets.to_vec(),
             weights: weights.iter().map(|weight| weight.max(SMALLEST_WEIGHT)).collect(),
             neighbours,
+            power: super::posterior::POWER,
         };
         for (position, features) in runs {
             cloud.positions.push(position.to_vec());
             cloud.deviations.push(features.iter().zip(observed).map(|(z, z0)| z - z0).collect());
         }
         cloud
+    }
+
+    /// The same with another power β on its likelihood.
+    #[must_use]
+    pub fn tempered(mut self, power: f64) -> Self {
+        self.power = power;
+        self
+    }
+
+    /// β, the power on the likelihood that makes a posterior.
+    #[must_use]
+    pub fn power(&self) -> f64 {
+        self.power
     }
 
     /// Number of runs.

@@ -19,7 +19,7 @@ use super::{
     forward::{Forward, Run},
     likelihood::{Cloud, NEIGHBOURS},
     parameter::reflect,
-    posterior::{POWER, Posterior},
+    posterior::Posterior,
 };
 
 /// State that argmin's executor carries: the best position and its misfit.
@@ -60,6 +60,7 @@ pub struct Search {
     observed: Vec<f64>,
     nuggets: Vec<f64>,
     weights: Vec<f64>,
+    power: f64,
 }
 
 impl Search {
@@ -82,6 +83,7 @@ impl Search {
             observed: forward.comparison.features.clone(),
             nuggets: forward.comparison.nuggets.clone(),
             weights: forward.comparison.weights.clone(),
+            power: forward.comparison.power,
         }
     }
 
@@ -95,7 +97,7 @@ impl Search {
     #[must_use]
     pub fn cloud(&self, count: usize) -> Cloud {
         let finished = self.runs.iter().take(count).filter_map(|run| Some((run.position.as_slice(), run.features()?)));
-        Cloud::new(finished, &self.observed, &self.nuggets, &self.weights, NEIGHBOURS)
+        Cloud::new(finished, &self.observed, &self.nuggets, &self.weights, NEIGHBOURS).tempered(self.power)
     }
 
     fn propose(&self) -> Vec<Vec<f64>> {
@@ -144,7 +146,7 @@ impl Search {
 
     fn drawn(&self, cloud: &Cloud, count: usize, random: &mut ChaCha8Rng) -> Option<Vec<Vec<f64>>> {
         let posterior = Posterior::of(cloud, self.dimension)?;
-        let weights: Vec<f64> = posterior.mass.iter().map(|mass| mass.powf(DRAW_POWER / POWER)).collect();
+        let weights: Vec<f64> = posterior.mass.iter().map(|mass| mass.powf(DRAW_POWER / cloud.power())).collect();
         let total: f64 = weights.iter().sum();
         let points = (0..count).map(|_| {
             let mut left = random.random::<f64>() * total;
