@@ -47,6 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Peak velocity (m/s) and speed (m/s) of the pulse behind a striker, and the closed form as a function of κ.
+#[allow(clippy::type_complexity)] // one example: naming the tuple would hide what it holds
 fn pulse(striker: f64) -> Result<(f64, f64, impl Fn(f64) -> f64), Box<dyn Error>> {
     let mut scene = scene::load("chain", &[format!("chain.beads={BEADS}")])?;
     let bead = scene.chain.beads[0].clone();

@@ -1,5 +1,7 @@
 //! The tree of folders is a promise about what may know what; these tests read the sources against it.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use std::{
     collections::BTreeSet,
     fs,

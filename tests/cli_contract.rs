@@ -1,5 +1,7 @@
 //! What scripts depend on: exit codes, what goes to which stream, names of files, columns and keys, equal bytes.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use std::{
     collections::BTreeMap,
     fs,

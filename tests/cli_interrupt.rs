@@ -1,4 +1,6 @@
 //! Stopping in the middle: kill −9, Ctrl-C, a closed pipe.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 #![cfg(unix)]
 
 use std::{

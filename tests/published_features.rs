@@ -1,5 +1,7 @@
 //! Calibrating against published features: no waveform, only numbers and one-sided statements.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use std::{fs, path::Path, process::Command, sync::Arc};
 
 use granchain::{

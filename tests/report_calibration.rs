@@ -1,5 +1,7 @@
 //! The page of a calibration: complete, self-contained, escaped, the same bytes twice, honest about what it shows.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use std::{collections::BTreeMap, f64::consts::TAU, path::PathBuf};
 
 use granchain::{

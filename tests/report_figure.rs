@@ -1,5 +1,7 @@
 //! What every figure must be: well-formed, self-contained, labelled, the same bytes twice; what cannot be drawn is refused.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use granchain::report::figure::{
     Axis, Bar, Colour, Dash, ErrorPoint, Figure, FigureError, Layer, Map, Marker, Panel, Stroke, trace,
 };

@@ -1,5 +1,7 @@
 //! Figures and pages of replays, sweeps and twins, from real runs where a run is cheap.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use std::{collections::BTreeMap, path::PathBuf};
 
 use granchain::{

@@ -1,5 +1,7 @@
 //! `granchain scene …` as a person runs it.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use std::path::Path;
 
 use assert_cmd::Command;

@@ -1,5 +1,7 @@
 //! Scene files, built-in scenes and overrides: what they become and how they are refused.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use std::path::{Path, PathBuf};
 
 use granchain::{

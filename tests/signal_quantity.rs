@@ -1,5 +1,7 @@
 //! Numbers with units, read and written.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use granchain::signal::{Dimension, Quantity, QuantityError, Unit};
 use proptest::prelude::*;
 

@@ -1,5 +1,7 @@
 //! Scatter and sensitivity of an ensemble, held against what they claim to be.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use granchain::{
     model,
     scene::{self, Scene},

@@ -2,6 +2,8 @@
 //!
 //! The long form is `granchain twins --count 80`; its figures stand in `docs/calibration.md`.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 use assert_cmd::Command;
 use granchain::{
     calibration::fit::Verdict,

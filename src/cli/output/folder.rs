@@ -128,7 +128,7 @@ impl OutputFolder {
         self.kept = false;
     }
 
-    /// Move the results to their place and return it.
+    /// Move the results to their place and return it, relative to the current folder where it lies below.
     ///
     /// # Errors
     /// [`OutputError::Io`]; the earlier results are then still there.
@@ -152,7 +152,7 @@ impl OutputFolder {
         if let Some(parent) = self.target.parent() {
             sync_folder(parent);
         }
-        Ok(self.target.clone())
+        Ok(relative(&self.target))
     }
 
     /// Replace an earlier output of ours as a whole.
@@ -225,6 +225,13 @@ fn lock(path: &Path, folder: &Path) -> Result<fs::File, OutputError> {
         Err(fs::TryLockError::WouldBlock) => Err(OutputError::InUse { path: folder.into() }),
         Err(fs::TryLockError::Error(source)) => Err(OutputError::Io { action: "lock", path: path.into(), source }),
     }
+}
+
+/// A path as a person would give it: relative where it lies below the current folder.
+fn relative(path: &Path) -> PathBuf {
+    let here = std::env::current_dir().ok();
+    let below = here.and_then(|here| path.strip_prefix(here).ok().map(Path::to_path_buf));
+    below.filter(|path| !path.as_os_str().is_empty()).unwrap_or_else(|| path.to_path_buf())
 }
 
 /// `target` from the root, without `.` or `..` at its end.
