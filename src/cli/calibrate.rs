@@ -39,7 +39,6 @@ use crate::{
         search::{Search, Strategy},
         statement,
     },
-    measurement::Baseline,
     scene::Scene,
     study::{EnsemblePlan, confirmation::Confirmation},
 };
@@ -203,9 +202,7 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
 fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
     let definition = Definition::new(arguments)?;
     let mut assumptions = definition.assumptions.clone();
-    // An error in the horn's baseline is a gap to the chain: the plateau's mean is far better known than the first samples'.
-    let horn = ReadArguments { baseline: Baseline::Plateau, ..ReadArguments::default() };
-    let experiment = Experiment::new(&definition.scene, &horn, None)?;
+    let experiment = Experiment::for_fit(&definition.scene)?;
     assumptions.extend(experiment.assumptions.iter().cloned());
     let scene = experiment.scene_with(&[])?;
     let measured = Measured::read(&definition, &scene, &mut assumptions)?;

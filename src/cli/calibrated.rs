@@ -16,8 +16,12 @@ pub struct Calibrated {
     pub path: PathBuf,
     /// The scene it was made for, as on its command line.
     pub scene: Option<String>,
+    /// What it was told of the scene on its command line or in its plan, `KEY=VALUE`.
+    pub told: Vec<String>,
     /// Its parameters as overrides, `KEY=VALUE` in SI.
     pub overrides: Vec<String>,
+    /// The horn-tip record that drove it.
+    pub drive: Option<PathBuf>,
     /// How it ended: `within scatter`, `outside scatter`, `not converged`.
     pub verdict: String,
 }
@@ -29,6 +33,15 @@ struct Outcome {
     verdict: String,
     #[serde(default)]
     scene: Option<String>,
+    #[serde(default)]
+    overrides: Vec<String>,
+    #[serde(default)]
+    inputs: BTreeMap<String, Input>,
+}
+
+#[derive(Deserialize)]
+struct Input {
+    path: PathBuf,
 }
 
 #[derive(Deserialize)]
@@ -64,7 +77,8 @@ impl Calibrated {
             }
             overrides.push(format!("{key}={}", parameter.value));
         }
-        Ok(Self { path, scene: outcome.scene, overrides, verdict: outcome.verdict })
+        let Outcome { scene, verdict, overrides: told, mut inputs, .. } = outcome;
+        Ok(Self { path, scene, told, overrides, drive: inputs.remove("drive").map(|drive| drive.path), verdict })
     }
 }
 

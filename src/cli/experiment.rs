@@ -15,7 +15,7 @@ use super::{
     reading::ReadArguments,
 };
 use crate::{
-    measurement::{MeasurementError, ReadOptions, RecordKind, read_record},
+    measurement::{Baseline, MeasurementError, ReadOptions, RecordKind, read_record},
     scene::{self, Scene, SceneError},
     signal::Series,
 };
@@ -61,6 +61,19 @@ struct RecordedDrive {
 }
 
 impl RecordedDrive {
+    /// With the baseline of the plateau, or of the first samples where the burst is too short to have one.
+    fn read_at_plateau(
+        path: &Path,
+        options: &ReadOptions,
+        assumptions: &mut Vec<String>,
+    ) -> Result<Self, MeasurementError> {
+        let at_plateau = ReadOptions { baseline: Baseline::Plateau, ..options.clone() };
+        match Self::read(path, &at_plateau, assumptions) {
+            Err(MeasurementError::NoPlateau { .. }) => Self::read(path, options, assumptions),
+            read => read,
+        }
+    }
+
     fn read(path: &Path, options: &ReadOptions, assumptions: &mut Vec<String>) -> Result<Self, MeasurementError> {
         let record = read_record(path, RecordKind::HornTip, options)?;
         let displacement = record.to_drive()?;
@@ -85,6 +98,24 @@ impl Experiment {
         reading: &ReadArguments,
         calibration: Option<&Calibrated>,
     ) -> anyhow::Result<Self> {
+        Self::assemble(arguments, reading, calibration, false)
+    }
+
+    /// The same for a fit. An error in the horn's baseline is a gap to the chain, and the plateau's mean is far better known
+    /// than the first samples': it is taken where the burst has one.
+    ///
+    /// # Errors
+    /// As [`Experiment::new`].
+    pub fn for_fit(arguments: &SceneArguments) -> anyhow::Result<Self> {
+        Self::assemble(arguments, &ReadArguments::default(), None, true)
+    }
+
+    fn assemble(
+        arguments: &SceneArguments,
+        reading: &ReadArguments,
+        calibration: Option<&Calibrated>,
+        fitted: bool,
+    ) -> anyhow::Result<Self> {
         let mut assumptions = Vec::new();
         let source = match (&arguments.scene, calibration.and_then(|calibration| calibration.scene.as_ref())) {
             (Some(scene), _) => scene.clone(),
@@ -97,29 +128,45 @@ impl Experiment {
             }
         };
         let mut overrides = Vec::new();
+        let mut calibrated_drive = None;
         if let Some(calibration) = calibration {
+            // Another scene takes over what was fitted, not what was said of the first one's bench.
+            if arguments.scene.is_none() {
+                overrides.extend(calibration.told.iter().cloned());
+                calibrated_drive = calibration.drive.clone().filter(|_| arguments.drive.is_none());
+            } else {
+                let fitted = |told: &&String| sets(told, "alpha") || told.starts_with("damping.");
+                overrides.extend(calibration.told.iter().filter(fitted).cloned());
+            }
+            if let Some(drive) = &calibrated_drive {
+                assumptions.push(format!("drive {}, for which the calibration was made", drive.display()));
+            }
             assumptions.push(format!("{} from {}", calibration.overrides.join(", "), calibration.path.display()));
             if calibration.verdict != "within scatter" {
                 assumptions.push(format!("that calibration ended `{}`: do not lean on it", calibration.verdict));
             }
             overrides.extend(calibration.overrides.iter().cloned());
         }
-        if arguments.drive.is_none() {
+        if arguments.drive.is_none() && calibrated_drive.is_none() {
             overrides.extend(arguments.drive_frequency.map(|frequency| format!("drive.frequency={frequency}")));
         }
         overrides.extend(arguments.alpha.map(|alpha| format!("alpha={alpha}")));
         overrides.extend(arguments.model.map(|model| format!("model.kind={}", model.name())));
         overrides.extend(arguments.set.iter().cloned());
-        let keep_duration = arguments.set.iter().any(|set| sets(set, "duration"));
+        let keep_duration = overrides.iter().any(|set| sets(set, "duration"));
         let mut experiment = Self { source, overrides, recorded: None, keep_duration, assumptions };
 
         let loaded = scene::load_with_notes(&experiment.source, &experiment.overrides)?;
         experiment.assumptions.extend(loaded.notes);
-        let record = arguments.drive.clone().or_else(|| loaded.scene.pending_record().map(Path::to_path_buf));
-        if let Some(path) = record {
-            let options = reading.options(arguments.drive_frequency);
-            experiment.recorded = Some(RecordedDrive::read(&path, &options, &mut experiment.assumptions)?);
-            if arguments.drive.is_some() {
+        let replaced = arguments.drive.is_some() || calibrated_drive.is_some();
+        let options = reading.options(arguments.drive_frequency);
+        // The drive of a calibration is read as it was for the fit: another baseline is another first gap.
+        let plateau = (fitted || calibrated_drive.is_some()) && options.baseline == Baseline::Auto;
+        let record = arguments.drive.clone().or(calibrated_drive);
+        if let Some(path) = record.or_else(|| loaded.scene.pending_record().map(Path::to_path_buf)) {
+            let read = if plateau { RecordedDrive::read_at_plateau } else { RecordedDrive::read };
+            experiment.recorded = Some(read(&path, &options, &mut experiment.assumptions)?);
+            if replaced {
                 experiment.refuse_drive_keys(arguments.set.iter().map(String::as_str))?;
             }
         }
