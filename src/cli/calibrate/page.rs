@@ -12,7 +12,7 @@ use crate::{
     },
     cli::{Outcome, arguments::Session, interrupt, output::OutputFolder},
     feature::{Features, Window},
-    measurement::{PublishedFeature, PublishedFeatures, Statement},
+    measurement::{PublishedFeature, PublishedFeatures, Record, Statement},
     report::{
         calibration::{
             CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, Provenance, RunPoint,
@@ -85,12 +85,11 @@ pub fn report(
 /// What a report says whatever came of the fit.
 fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
     let record = job.measured.record();
-    let reconstruction =
-        record.filter(|record| record.comments.iter().any(|text| text.to_lowercase().contains("not a measurement")));
-    let record_notes = match (&job.measured, reconstruction) {
-        (Measured::Published(measured), _) => published_notes(&measured.published),
-        (_, Some(record)) => record.comments.clone(),
-        (_, None) => Vec::new(),
+    let label = record.map_or("recorded", record_label);
+    let record_notes = match &job.measured {
+        Measured::Published(measured) => published_notes(&measured.published),
+        Measured::Record(_) if label == "recorded" => Vec::new(),
+        Measured::Record(_) => record.map_or_else(Vec::new, |record| record.comments.clone()),
     };
     let mut settings = vec![
         ("runs a damping law".into(), job.definition.evaluations.to_string()),
@@ -113,7 +112,7 @@ fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
     }
     CalibrationReport {
         title: job.measured.path().display().to_string(),
-        record_label: if reconstruction.is_some() { "reconstruction".into() } else { "recorded".into() },
+        record_label: label.into(),
         record_notes,
         scene: scene.name.clone(),
         scene_description: scene.description.clone(),
@@ -142,6 +141,16 @@ fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
             inputs,
             settings,
         },
+    }
+}
+
+/// What a record is called: `recorded`, unless its comments own up to be something else.
+fn record_label(record: &Record) -> &'static str {
+    let says = |words: &str| record.comments.iter().any(|comment| comment.to_lowercase().contains(words));
+    match says("not a measurement") {
+        false => "recorded",
+        true if says("granchain twin") => "twin",
+        true => "reconstruction",
     }
 }
 
@@ -453,7 +462,10 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
         "{} runs, {} failed. Report: {}",
         outcome.evaluations,
         outcome.failed_runs,
-        place.join("report.html").display()
+        std::env::current_dir()
+            .map_or(place, |here| place.strip_prefix(here).unwrap_or(place))
+            .join("report.html")
+            .display()
     );
     text
 }

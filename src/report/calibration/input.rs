@@ -9,7 +9,8 @@ use crate::{feature::Window, report::sweep::SweepReport, response::EnergyLedger,
 pub struct CalibrationReport {
     /// What was calibrated, such as `measurements/annulus-73khz/vib.csv`.
     pub title: String,
-    /// What the record is to be called in legends and tables: `recorded`, or `reconstruction` where it is no measurement.
+    /// What the record is to be called in legends and tables: `recorded`, or `reconstruction` or `twin` where it is
+    /// no measurement.
     pub record_label: String,
     /// What a reader must know of the record's origin; shown before any result. Empty for a plain measurement.
     pub record_notes: Vec<String>,
