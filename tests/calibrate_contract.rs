@@ -1,4 +1,5 @@
 //! What scripts depend on in `calibrate`: names of keys and files, streams, exit codes, defaults, equal bytes.
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod calibrate_bench;
 

@@ -1,6 +1,7 @@
 //! A fit that is killed or stopped and resumed ends in the same bytes as one that was left alone; a state that belongs to
 //! another fit, or is damaged, is refused and kept.
 #![cfg(unix)]
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod calibrate_bench;
 

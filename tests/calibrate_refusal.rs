@@ -1,5 +1,6 @@
 //! Broken input through `calibrate`: exit code 1, a message that says where, what was expected and what to do, and no
 //! trace of an outcome.
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod calibrate_bench;
 
