@@ -20,7 +20,7 @@ pub fn statements(fit: &Fit) -> Vec<String> {
     let mut said = Vec::new();
     match fit.verdict {
         Verdict::OutsideScatter => said.push(format!(
-            "The model does not explain the measurement: its best runs miss it by {:.1} scatters a feature (1.5 is the limit){}. The \
+            "The model does not explain the data: its best runs miss it by {:.1} scatters a feature (1.5 is the limit){}. The \
              values are those of the nearest response, no interval is quoted. Check the support, the first gap, the \
              precompression and the damping law before anything else.",
             fit.misfit,
@@ -32,7 +32,7 @@ pub fn statements(fit: &Fit) -> Vec<String> {
             fit.drift
         )),
         Verdict::WithinScatter if fit.misfit > DOUBTFUL => said.push(format!(
-            "The agreement is doubtful: the best runs miss the measurement by {:.1} scatters a feature (1 raises no alarm, 1.5 is \
+            "The agreement is doubtful: the best runs miss the data by {:.1} scatters a feature (1 raises no alarm, 1.5 is \
              the limit).",
             fit.misfit
         )),
@@ -45,7 +45,7 @@ pub fn statements(fit: &Fit) -> Vec<String> {
     if fit.lobes.len() > 1 {
         let shares: Vec<String> = fit.lobes.iter().map(|lobe| format!("{:.0} %", 100.0 * lobe.mass)).collect();
         said.push(format!(
-            "{} separate regions explain the measurement (holding {} of the probability): the heaviest need not hold the truth. A \
+            "{} separate regions explain the data (holding {} of the probability): the heaviest need not hold the truth. A \
              record at another drive level decides between them.",
             fit.lobes.len(),
             shares.join(", ")
@@ -55,7 +55,7 @@ pub fn statements(fit: &Fit) -> Vec<String> {
     if on_ridge {
         let widths: Vec<String> = fit.estimates.iter().map(|e| percent(e.low, e.high)).collect();
         said.push(format!(
-            "{} and {} trade off along a ridge (correlation {:+.2}): this measurement holds their combination better than either of \
+            "{} and {} trade off along a ridge (correlation {:+.2}): these data hold their combination better than either of \
              them ({} and {} wide). Several drive levels fitted together, or a second chain length, would separate them.",
             names[0], names[1], fit.correlation, widths[0], widths[1]
         ));
@@ -77,7 +77,7 @@ pub fn statements(fit: &Fit) -> Vec<String> {
     }
     if said.is_empty() && names.len() > 1 {
         said.push(format!(
-            "{} and {} are separated by this measurement (correlation {:+.2}).",
+            "{} and {} are separated by these data (correlation {:+.2}).",
             names[0], names[1], fit.correlation
         ));
     }

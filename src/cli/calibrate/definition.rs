@@ -95,8 +95,8 @@ impl Definition {
             scene.drive = plan.drive.or_else(|| drive_beside(&measured));
             match &scene.drive {
                 Some(drive) if planned => assumptions.push(format!("drive {}, named in the plan", drive.display())),
-                Some(drive) => assumptions.push(format!("drive {}, beside the measurement", drive.display())),
-                None => assumptions.push("the scene's own drive: no horn_tip.csv lies beside the measurement".into()),
+                Some(drive) => assumptions.push(format!("drive {}, beside the record", drive.display())),
+                None => assumptions.push("the scene's own drive: no horn_tip.csv lies beside the record".into()),
             }
         }
         let mut fitted =

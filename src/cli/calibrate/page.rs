@@ -93,7 +93,7 @@ fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
     };
     let mut settings = vec![
         ("runs a damping law".into(), job.definition.evaluations.to_string()),
-        ("cutoff of measurement and runs".into(), format!("{:.0} kHz", job.comparison.cutoff * 1e-3)),
+        ("cutoff of data and runs".into(), format!("{:.0} kHz", job.comparison.cutoff * 1e-3)),
     ];
     if let Reduction::Fingerprint(fingerprint) = &job.comparison.reduction {
         settings.push(("onset threshold".into(), format!("{:.1} mm/s", fingerprint.threshold() * 1e3)));
