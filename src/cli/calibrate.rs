@@ -196,7 +196,7 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
     let place = folder.finish()?;
     let text = page::text(&outcome, job.measured.noun(), &place);
     session.result(text, &outcome)?;
-    Ok(if outcome.verdict == Verdict::NotConverged { Outcome::Unconverged } else { Outcome::Done })
+    Ok(Outcome::of(outcome.verdict))
 }
 
 fn prepare(arguments: Arguments) -> anyhow::Result<Job> {

@@ -27,6 +27,7 @@ use std::{ffi::OsString, io::Write, process::ExitCode};
 use clap::{Parser, Subcommand};
 
 use self::arguments::Session;
+use crate::calibration::fit::Verdict;
 
 /// How a command ended that did not fail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,6 +36,20 @@ pub enum Outcome {
     Done,
     /// A search finished without converging; its results are written: exit code 3.
     Unconverged,
+}
+
+impl Outcome {
+    /// How a fit with this verdict ended: one that does not explain the record is an answer, one still moving is none.
+    fn of(verdict: Verdict) -> Self {
+        if verdict == Verdict::NotConverged { Self::Unconverged } else { Self::Done }
+    }
+
+    fn exit_code(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::Unconverged => 3,
+        }
+    }
 }
 
 #[derive(Debug, Parser)]
@@ -119,8 +134,7 @@ fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         .and_then(|()| command.session().start())
         .and_then(|()| command.execute());
     match outcome {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Unconverged) => ExitCode::from(3),
+        Ok(outcome) => ExitCode::from(outcome.exit_code()),
         Err(error) if output::is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) if error.is::<arguments::UsageError>() => {
             report_failure(&error);
@@ -152,6 +166,15 @@ fn report_failure(error: &anyhow::Error) {
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory;
+
+    use super::{Outcome, Verdict};
+
+    #[test]
+    fn only_a_fit_that_was_still_moving_ends_with_3() {
+        let code = |verdict| Outcome::of(verdict).exit_code();
+        let codes = [Verdict::WithinScatter, Verdict::OutsideScatter, Verdict::NotConverged].map(code);
+        assert_eq!(codes, [0, 0, 3]);
+    }
 
     #[test]
     fn the_argument_tree_is_consistent() {
