@@ -110,12 +110,13 @@ pub fn twins(
 }
 
 fn outcome(base: &Scene, plan: &TwinPlan, number: u64) -> TwinOutcome {
-    let (flaw, scene) = if number < plan.count {
-        (Flaw::None, scene_of(base, number))
+    // Wrong models are numbered by themselves, so that they are the same whatever the count of right ones.
+    let (flaw, scene, number) = if number < plan.count {
+        (Flaw::None, scene_of(base, number), number)
     } else {
-        let flaw =
-            [Flaw::SofterSupport, Flaw::OtherLaw, Flaw::MissingBead][((number - plan.count) / plan.wrong) as usize];
-        (flaw, scene_of(base, 4 * (number - plan.count)))
+        let wrong = number - plan.count;
+        let flaws = [Flaw::SofterSupport, Flaw::OtherLaw, Flaw::MissingBead];
+        (flaws[(wrong / plan.wrong) as usize], scene_of(base, 4 * wrong), wrong)
     };
     let seed = plan.seed.wrapping_add(1000 * (number + 1));
     let Some(parameters) = parameters(&scene) else {
