@@ -3,6 +3,7 @@
 pub mod analytical;
 pub mod chain;
 pub mod contact_law;
+pub mod fea;
 
 use thiserror::Error;
 

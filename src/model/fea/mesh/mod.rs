@@ -1,0 +1,68 @@
+//! Meshes of the meridian half-plane (r, z): quadratic quadrilaterals and triangles.
+
+/// Kind of an element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Shape {
+    /// 8-node serendipity quadrilateral: four corners counter-clockwise in (r, z), then the middles of sides 1–2, 2–3, 3–4, 4–1.
+    Quadrilateral8,
+    /// 6-node triangle: three corners counter-clockwise in (r, z), then the middles of sides 1–2, 2–3, 3–1.
+    Triangle6,
+}
+
+impl Shape {
+    /// Number of its nodes.
+    #[must_use]
+    pub const fn nodes(self) -> usize {
+        match self {
+            Self::Quadrilateral8 => 8,
+            Self::Triangle6 => 6,
+        }
+    }
+}
+
+/// One element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Element {
+    /// Its kind.
+    pub shape: Shape,
+    /// Its nodes in the order of [`Shape`]; only the first [`Shape::nodes`] count.
+    pub nodes: [u32; 8],
+    /// Index of its material in the body's list of materials.
+    pub material: u16,
+}
+
+impl Element {
+    /// Its nodes.
+    #[must_use]
+    pub fn nodes(&self) -> &[u32] {
+        &self.nodes[..self.shape.nodes()]
+    }
+}
+
+/// A named part of the surface: a run of quadratic edges.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Boundary {
+    /// Its name, such as `front`, `back`, `clamped`.
+    pub name: String,
+    /// Nodes along it: vertex, middle, vertex, middle, …, vertex (odd count). From the pole outwards where it is a pole's patch.
+    pub nodes: Vec<u32>,
+}
+
+/// A mesh of the meridian half-plane in the body's own coordinates (r ≥ 0, z positive from piston to support), m.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    /// Node coordinates (r, z), m; nodes on the axis have r = 0 exactly.
+    pub nodes: Vec<[f64; 2]>,
+    /// The elements.
+    pub elements: Vec<Element>,
+    /// The named parts of the surface.
+    pub boundaries: Vec<Boundary>,
+}
+
+impl Mesh {
+    /// The boundary of that name.
+    #[must_use]
+    pub fn boundary(&self, name: &str) -> Option<&Boundary> {
+        self.boundaries.iter().find(|boundary| boundary.name == name)
+    }
+}

@@ -1,0 +1,15 @@
+//! The contact finite element analysis: axisymmetric bodies in quadratic elements, frictionless contact by Lagrange multipliers.
+//!
+//! Every body b (beads, annulus) is linear elastic and axisymmetric about the chain's axis, u = (u_r, u_z)(r, z, t):
+//!
+//! ```text
+//! M_b ü_b + K_b u_b = f_b + Σ_c B_{bc}ᵀ λ_c        in each body, f the dashpots on its rigid motion
+//! λ_c ≥ 0,  g_c(u) ≥ 0,  λ_c g_c = 0               at every surface node of contact c: it presses or it is open
+//! ```
+//!
+//! The gap g is the analytic distance of the undeformed profiles plus the normal displacements; it never comes from meshed coordinates.
+//! Everything but the contact is linear: one factor a kind of body and step size serves all beads and all steps.
+//!
+//! Data flows mesh → element → assembly → body → contact → statics and transient.
+
+pub mod mesh;
