@@ -12,4 +12,7 @@
 //!
 //! Data flows mesh → element → assembly → body → contact → statics and transient.
 
+pub mod assembly;
+pub mod body;
+pub mod element;
 pub mod mesh;

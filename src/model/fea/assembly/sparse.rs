@@ -1,0 +1,168 @@
+//! Symmetric sparse matrices and their product with several columns.
+
+use super::{fused, multiply_add};
+
+/// A symmetric matrix by the columns of its lower triangle; 32-bit indices, rows ascending in a column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SymmetricSparse {
+    starts: Vec<u32>,
+    rows: Vec<u32>,
+    values: Vec<f64>,
+}
+
+impl SymmetricSparse {
+    /// A zero matrix of that pattern.
+    ///
+    /// `starts[j]..starts[j + 1]` are the places of column j in `rows`, which ascend from j on.
+    pub(in crate::model::fea) fn zeros(starts: Vec<u32>, rows: Vec<u32>) -> Self {
+        let values = vec![0.0; rows.len()];
+        Self { starts, rows, values }
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// Entries stored: those of the lower triangle.
+    #[must_use]
+    pub fn stored(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Rows and values of column `column` of the lower triangle.
+    #[must_use]
+    pub fn column(&self, column: usize) -> (&[u32], &[f64]) {
+        let range = self.starts[column] as usize..self.starts[column + 1] as usize;
+        (&self.rows[range.clone()], &self.values[range])
+    }
+
+    /// One entry; zero outside the pattern.
+    #[must_use]
+    pub fn get(&self, row: u32, column: u32) -> f64 {
+        let (row, column) = (row.max(column), row.min(column));
+        let (rows, values) = self.column(column as usize);
+        rows.binary_search(&row).map_or(0.0, |place| values[place])
+    }
+
+    /// Add to one entry of the pattern; what lies outside it is not stored.
+    pub(in crate::model::fea) fn add(&mut self, row: u32, column: u32, value: f64) {
+        let start = self.starts[column as usize] as usize;
+        let end = self.starts[column as usize + 1] as usize;
+        if let Ok(place) = self.rows[start..end].binary_search(&row) {
+            self.values[start + place] += value;
+        }
+    }
+
+    /// The same matrix without the rows and columns for which `keep` is false (they become empty).
+    pub(in crate::model::fea) fn without(&self, keep: impl Fn(u32) -> bool) -> Self {
+        let mut out = Self { starts: vec![0], rows: Vec::new(), values: Vec::new() };
+        for column in 0..self.order() {
+            let (rows, values) = self.column(column);
+            if keep(column as u32) {
+                for (&row, &value) in rows.iter().zip(values).filter(|&(&row, _)| keep(row)) {
+                    out.rows.push(row);
+                    out.values.push(value);
+                }
+            }
+            out.starts.push(out.rows.len() as u32);
+        }
+        out
+    }
+
+    /// y = A x for rows of `width` numbers (1, 2, 4, 8, 16 or a multiple of 16 or 8); nothing is allocated.
+    pub fn multiply(&self, x: &[f64], y: &mut [f64], width: usize) {
+        debug_assert_eq!(x.len(), self.order() * width);
+        debug_assert_eq!(y.len(), x.len());
+        pulp::Arch::new().dispatch(Product { matrix: self, x, y, width });
+    }
+
+    #[inline(always)]
+    fn product<const W: usize, const FUSED: bool>(&self, x: &[f64], y: &mut [f64], step: usize) {
+        let (x, _) = x.as_chunks::<W>();
+        let (y, _) = y.as_chunks_mut::<W>();
+        for block in 0..step {
+            for row in y[block..].iter_mut().step_by(step) {
+                *row = [0.0; W];
+            }
+            for (column, ends) in self.starts.windows(2).enumerate() {
+                let range = ends[0] as usize..ends[1] as usize;
+                let own = &x[column * step + block];
+                let mut sum = [0.0; W];
+                let (rows, values) = (&self.rows[range.clone()], &self.values[range]);
+                let mut entries = rows.iter().zip(values);
+                if rows.first() == Some(&(column as u32)) {
+                    if let Some((_, &diagonal)) = entries.next() {
+                        multiply_add::<W, FUSED>(&mut sum, diagonal, own);
+                    }
+                }
+                for (&row, &value) in entries {
+                    let place = row as usize * step + block;
+                    multiply_add::<W, FUSED>(&mut sum, value, &x[place]);
+                    multiply_add::<W, FUSED>(&mut y[place], value, own);
+                }
+                multiply_add::<W, FUSED>(&mut y[column * step + block], 1.0, &sum);
+            }
+        }
+    }
+}
+
+struct Product<'a> {
+    matrix: &'a SymmetricSparse,
+    x: &'a [f64],
+    y: &'a mut [f64],
+    width: usize,
+}
+
+impl Product<'_> {
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let Self { matrix, x, y, width } = self;
+        match width {
+            1 => matrix.product::<1, FUSED>(x, y, 1),
+            2 => matrix.product::<2, FUSED>(x, y, 1),
+            4 => matrix.product::<4, FUSED>(x, y, 1),
+            8 => matrix.product::<8, FUSED>(x, y, 1),
+            _ if width.is_multiple_of(16) => matrix.product::<16, FUSED>(x, y, width / 16),
+            _ if width.is_multiple_of(8) => matrix.product::<8, FUSED>(x, y, width / 8),
+            _ => matrix.product::<1, FUSED>(x, y, width),
+        }
+    }
+}
+
+impl pulp::NullaryFnOnce for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        if fused() { self.run::<true>() } else { self.run::<false>() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_product_with_columns_is_the_dense_one() {
+        // Lower triangle of a 4 × 4 matrix with an empty last row.
+        let mut matrix = SymmetricSparse::zeros(vec![0, 2, 4, 5, 5], vec![0, 2, 1, 2, 2]);
+        for (row, column, value) in [(0, 0, 2.0), (2, 0, -1.0), (1, 1, 3.0), (2, 1, 0.5), (2, 2, 4.0)] {
+            matrix.add(row, column, value);
+        }
+        let dense = [[2.0, 0.0, -1.0, 0.0], [0.0, 3.0, 0.5, 0.0], [-1.0, 0.5, 4.0, 0.0], [0.0; 4]];
+        for width in [1, 2, 3, 4, 8, 16, 24, 32] {
+            let x: Vec<f64> = (0..4 * width).map(|k| (k as f64 * 0.7).sin()).collect();
+            let mut y = vec![f64::NAN; x.len()];
+            matrix.multiply(&x, &mut y, width);
+            for row in 0..4 {
+                for column in 0..width {
+                    let exact: f64 = (0..4).map(|k| dense[row][k] * x[k * width + column]).sum();
+                    // Rounding of four terms.
+                    assert!((y[row * width + column] - exact).abs() < 1e-15 * 4.0, "width {width}");
+                }
+            }
+        }
+    }
+}

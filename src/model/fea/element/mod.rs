@@ -1,0 +1,28 @@
+//! Elements of axisymmetric linear elasticity: 8-node quadrilaterals and 6-node triangles.
+//!
+//! Strain and stress have four components in the order (rr, zz, θθ, rz), the shear strain being γ_rz = 2 ε_rz:
+//!
+//! ```text
+//! ε = (∂u_r/∂r, ∂u_z/∂z, u_r/r, ∂u_r/∂z + ∂u_z/∂r),   σ = D ε,   dV = 2π r |J| dξ dη
+//! K_e = ∫ Bᵀ D B dV,   M_e = ∫ ρ N Nᵀ dV  (one scalar matrix for both directions)
+//! ```
+//!
+//! Integration: 3 × 3 Gauss points on the quadrilateral, 7 points of degree 5 on the triangle. Both integrate the volume and the
+//! nodal forces of a constant stress exactly, curved sides included, so the patch test holds to rounding and the mass
+//! is that of the meshed volume.
+//!
+//! Nearly incompressible material: nothing is integrated selectively. Up to ν = 0.45 that costs nothing; as ν → 0.5 the quadrilateral's
+//! constant in front of h³ grows like that of any displacement element and its stress (above all the mean stress) oscillates from
+//! node to node. At ν = 0.4999 displacements are still usable on a fine mesh, the recovered stress is not.
+//!
+//! Hughes (2000), *The Finite Element Method*, ch. 2 and 3; Zienkiewicz & Taylor (2000), *The Finite Element Method*, vol. 1, ch. 5 and 8.
+
+mod matrix;
+mod quadrature;
+mod shape;
+mod stress;
+
+pub use matrix::{ElementError, ElementMatrices, elasticity};
+pub use quadrature::{GaussPoint, rule};
+pub use shape::{Interpolation, edge, interpolate};
+pub use stress::{node_stress, von_mises};
