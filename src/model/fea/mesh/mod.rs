@@ -1,4 +1,20 @@
 //! Meshes of the meridian half-plane (r, z): quadratic quadrilaterals and triangles.
+//!
+//! [`bead`] and [`annulus`] make the bodies of the bench from one density; [`quality`] says what a mesh is worth.
+
+mod annulus;
+mod bead;
+mod butterfly;
+mod error;
+mod quality;
+mod shape;
+mod weave;
+
+pub use annulus::{AnnulusMesh, HalfTorus, annulus};
+pub use bead::{BeadMesh, PatchElements, bead};
+pub use error::MeshError;
+pub use quality::{CLAMPED_BOUNDARY, CONTACT_BOUNDARIES, Quality, quality};
+pub use shape::ShapeFunctions;
 
 /// Kind of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
