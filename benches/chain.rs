@@ -14,12 +14,12 @@ use granchain::{
     },
     scene::{
         Bead, Chain, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator, Material,
-        ModelKind, ModelSettings, Scene, Support,
+        ModelSettings, Scene, Support,
     },
 };
 
 fn rigid(beads: usize, integrator: Integrator) -> Scene {
-    let bead = Bead { radius: 0.5e-3, material: Material::chrome_steel() };
+    let bead = Bead::sphere(0.5e-3, Material::chrome_steel());
     Scene {
         name: "rigid".into(),
         description: "six beads between rigid flats, five cycles of 73 kHz, 1 µm".into(),
@@ -28,6 +28,7 @@ fn rigid(beads: usize, integrator: Integrator) -> Scene {
         drive: Drive { kind: DriveKind::SineCycles { cycles: 5.0 }, amplitude: 1e-6, frequency: 73e3 },
         amplitude_scale: 1.0,
         support: Support::Flat(FlatContact::Rigid),
+        materials: Vec::new(),
         damping: Damping {
             kind: DampingKind::None,
             linear: 0.0,
@@ -37,14 +38,14 @@ fn rigid(beads: usize, integrator: Integrator) -> Scene {
         },
         duration: 120e-6,
         output_step: 1e-7,
-        model: ModelSettings { kind: ModelKind::Chain, integrator },
+        model: ModelSettings::chain(integrator),
     }
 }
 
 /// The annulus scene's chain with linear dampers, under a tone burst of 700 µs.
 fn annulus(duration: f64) -> Scene {
     let mut scene = rigid(6, Integrator::DormandPrince853 { tolerance: 1e-9 });
-    scene.support = Support::Annulus { stiffness_factor: 1.0 };
+    scene.support = Support::resin_annulus(1.0);
     scene.damping.kind = DampingKind::Linear;
     scene.damping.linear = 0.3;
     scene.drive.kind = DriveKind::ToneBurst { cycles: 40.0, ring_up: 100e-6 };

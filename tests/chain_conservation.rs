@@ -9,12 +9,12 @@ use granchain::{
     response::Response,
     scene::{
         Bead, Chain, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator, Material,
-        ModelKind, ModelSettings, Scene, Support,
+        ModelSettings, Scene, Support,
     },
 };
 
 fn scene(support: Support, kind: DampingKind) -> Scene {
-    let bead = Bead { radius: 0.5e-3, material: Material::chrome_steel() };
+    let bead = Bead::sphere(0.5e-3, Material::chrome_steel());
     Scene {
         name: "test".into(),
         description: String::new(),
@@ -23,10 +23,11 @@ fn scene(support: Support, kind: DampingKind) -> Scene {
         drive: Drive { kind: DriveKind::ToneBurst { cycles: 10.0, ring_up: 30e-6 }, amplitude: 1e-6, frequency: 73e3 },
         amplitude_scale: 1.0,
         support,
+        materials: Vec::new(),
         damping: Damping { kind, linear: 0.3, kuwabara_kono: 3660.0, placement: DampingPlacement::All, tension: false },
         duration: 200e-6,
         output_step: 1e-7,
-        model: ModelSettings { kind: ModelKind::Chain, integrator: Integrator::DormandPrince853 { tolerance: 1e-9 } },
+        model: ModelSettings::chain(Integrator::DormandPrince853 { tolerance: 1e-9 }),
     }
 }
 
@@ -34,21 +35,25 @@ fn run(scene: &Scene) -> Response {
     ChainModel.run(scene, &mut |_| true).unwrap()
 }
 
-const SUPPORTS: [Support; 4] = [
-    Support::Flat(FlatContact::Rigid),
-    Support::Flat(FlatContact::Steel),
-    Support::Annulus { stiffness_factor: 1.0 },
-    Support::Spring { stiffness: 8e5 },
-];
+const RIGID: Support = Support::Flat(FlatContact::Rigid);
+
+fn annulus() -> Support {
+    Support::resin_annulus(1.0)
+}
+
+fn supports() -> [Support; 4] {
+    [RIGID, Support::Flat(FlatContact::Steel), annulus(), Support::Spring { stiffness: 8e5 }]
+}
+
 const KINDS: [DampingKind; 4] =
     [DampingKind::None, DampingKind::Linear, DampingKind::KuwabaraKono, DampingKind::LinearAndKuwabaraKono];
 
 #[test]
 fn work_in_is_stored_kinetic_or_dissipated_whatever_the_support_and_dampers() {
-    for support in SUPPORTS {
+    for support in supports() {
         for kind in KINDS {
             for tension in [false, true] {
-                let mut scene = scene(support, kind);
+                let mut scene = scene(support.clone(), kind);
                 scene.damping.tension = tension;
                 let energy = run(&scene).energy;
                 // Tolerance 1e-9 a step in the velocity, some thousand steps; the work adds up linearly.
@@ -64,7 +69,7 @@ fn work_in_is_stored_kinetic_or_dissipated_whatever_the_support_and_dampers() {
 
 #[test]
 fn momentum_is_the_impulse_of_the_ends() {
-    let scene = scene(SUPPORTS[0], DampingKind::Linear);
+    let scene = scene(RIGID, DampingKind::Linear);
     let response = run(&scene);
     let mass = scene.chain.beads[0].mass();
     let last = response.pole_velocity.len() - 1;
@@ -80,7 +85,7 @@ fn momentum_is_the_impulse_of_the_ends() {
 #[test]
 fn no_contact_ever_pulls_and_only_with_leave_does_a_dashpot() {
     for kind in KINDS {
-        let mut scene = scene(SUPPORTS[0], kind);
+        let mut scene = scene(RIGID, kind);
         for force in run(&scene).contact_force {
             assert!(force.values.iter().all(|value| *value >= 0.0));
         }
@@ -92,7 +97,7 @@ fn no_contact_ever_pulls_and_only_with_leave_does_a_dashpot() {
 
 #[test]
 fn a_mirrored_collision_is_the_mirror_image() {
-    let mut scene = scene(SUPPORTS[0], DampingKind::LinearAndKuwabaraKono);
+    let mut scene = scene(RIGID, DampingKind::LinearAndKuwabaraKono);
     scene.chain.gaps[0] = f64::INFINITY;
     scene.chain.gaps[6] = f64::INFINITY;
     scene.amplitude_scale = 0.0;
@@ -116,9 +121,9 @@ fn a_mirrored_collision_is_the_mirror_image() {
 
 #[test]
 fn a_precompressed_chain_at_rest_stays_at_rest() {
-    for support in SUPPORTS {
+    for support in supports() {
         for integrator in [Integrator::DormandPrince853 { tolerance: 1e-9 }, Integrator::Symplectic { step: 2e-8 }] {
-            let mut scene = scene(support, DampingKind::Linear);
+            let mut scene = scene(support.clone(), DampingKind::Linear);
             scene.chain.precompression = 1.0;
             scene.amplitude_scale = 0.0;
             scene.model.integrator = integrator;
@@ -135,13 +140,13 @@ fn a_precompressed_chain_at_rest_stays_at_rest() {
 
 #[test]
 fn the_same_scene_gives_the_same_bits() {
-    let scene = scene(SUPPORTS[2], DampingKind::KuwabaraKono);
+    let scene = scene(annulus(), DampingKind::KuwabaraKono);
     assert!(run(&scene) == run(&scene));
 }
 
 #[test]
 fn what_cannot_be_run_is_refused_with_its_place() {
-    let good = scene(SUPPORTS[0], DampingKind::Linear);
+    let good = scene(RIGID, DampingKind::Linear);
     let refuse = |change: fn(&mut Scene)| {
         let mut scene = good.clone();
         change(&mut scene);
@@ -174,7 +179,7 @@ fn a_drive_that_is_not_finite_ends_in_a_typed_failure() {
             &[]
         }
     }
-    let scene = scene(SUPPORTS[0], DampingKind::Linear);
+    let scene = scene(RIGID, DampingKind::Linear);
     let failure = ChainModel.run_with(&scene, &Broken, &InitialState::at_rest(6), &mut |_| true).err().unwrap();
     assert!(
         matches!(failure, ModelError::NonFinite { time, .. } | ModelError::StepUnderflow { time, .. } if (time - 10e-6).abs() < 1e-7),
@@ -185,7 +190,7 @@ fn a_drive_that_is_not_finite_ends_in_a_typed_failure() {
 #[test]
 fn one_bead_and_a_thousand_beads_run() {
     for beads in [1, 2, 1000] {
-        let mut scene = scene(SUPPORTS[2], DampingKind::Linear);
+        let mut scene = scene(annulus(), DampingKind::Linear);
         scene.chain.beads = vec![scene.chain.beads[0].clone(); beads];
         scene.chain.gaps = vec![0.0; beads + 1];
         scene.duration = 20e-6;

@@ -11,12 +11,12 @@ use granchain::{
     },
     scene::{
         Bead, Chain, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator, Material,
-        ModelKind, ModelSettings, Scene, Support,
+        ModelSettings, Scene, Support,
     },
 };
 
 fn bead() -> Bead {
-    Bead { radius: 0.5e-3, material: Material::chrome_steel() }
+    Bead::sphere(0.5e-3, Material::chrome_steel())
 }
 
 fn undamped() -> Damping {
@@ -39,10 +39,11 @@ fn rigid(tolerance: f64) -> Scene {
         drive: Drive { kind: DriveKind::SineCycles { cycles: 5.0 }, amplitude: 1e-6, frequency: 73e3 },
         amplitude_scale: 1.0,
         support: Support::Flat(FlatContact::Rigid),
+        materials: Vec::new(),
         damping: undamped(),
         duration: 120e-6,
         output_step: 1e-7,
-        model: ModelSettings { kind: ModelKind::Chain, integrator: Integrator::DormandPrince853 { tolerance } },
+        model: ModelSettings::chain(Integrator::DormandPrince853 { tolerance }),
     }
 }
 

@@ -48,7 +48,7 @@ fn rigid_is_the_validation_case_of_the_paper() {
 fn annulus_is_the_linear_case_of_the_paper_and_its_other_law_is_two_overrides_away() {
     let scene = overridden("annulus", &[]).unwrap();
     assert_eq!(scene.drive.kind, DriveKind::ToneBurst { cycles: 40.0, ring_up: 1e-4 });
-    assert_eq!(scene.support, Support::Annulus { stiffness_factor: 1.0 });
+    assert_eq!(scene.support, Support::resin_annulus(1.0));
     assert_eq!((scene.amplitude_scale, scene.duration), (0.5, 700e-6));
     let linear = Damping {
         kind: DampingKind::Linear,
@@ -163,7 +163,7 @@ fn a_file_extends_a_built_in_scene_and_may_change_single_beads() {
     );
     assert_eq!((scene.name.as_str(), scene.description.as_str()), ("own", ""));
     let brass = Material { name: "brass".into(), youngs_modulus: 100e9, poissons_ratio: 0.34, density: 8500.0 };
-    assert_eq!(scene.chain.beads[1], Bead { radius: 0.51e-3, material: brass });
+    assert_eq!(scene.chain.beads[1], Bead::sphere(0.51e-3, brass));
     assert_eq!(scene.chain.beads[2].material, Material { youngs_modulus: 200e9, ..Material::chrome_steel() });
     assert_eq!(scene.chain.gaps, [0.0, 1e-9, 0.0, 0.0]);
     assert_eq!(scene.damping.linear, 0.3);
@@ -339,7 +339,7 @@ fn unphysical_values_are_refused() {
         ("chain.gaps=1mm", "`chain.gaps`: expected gaps below the bead radius 0.5 mm, found 1 mm"),
         (
             "materials.chrome-steel.poissons_ratio=0.6",
-            "`materials.chrome-steel.poissons_ratio`: expected Poisson's ratio above −1 and at most 0.5, found 0.6",
+            "`materials.chrome-steel.poissons_ratio`: expected Poisson's ratio above −1 and below 0.5, found 0.6",
         ),
         (
             "materials.chrome-steel.density=-1",
@@ -402,7 +402,7 @@ fn lists_and_overrides_that_do_not_fit_the_chain_are_refused() {
     );
     assert_eq!(
         overridden("annulus", &["chain.radius=0.6mm"]).unwrap_err().to_string(),
-        "built-in scene `annulus`, line 43: `support.kind = \"annulus\"` is the force law of a bead of radius 0.5 mm on \
+        "built-in scene `annulus`, line 49: `support.kind = \"annulus\"` is the force law of a bead of radius 0.5 mm on \
          the resin annulus, the last bead has 0.6 mm; use `support.kind = \"spring\"` with its `support.stiffness`"
     );
 }
@@ -411,7 +411,7 @@ fn lists_and_overrides_that_do_not_fit_the_chain_are_refused() {
 fn materials_must_be_known_and_whole() {
     assert_eq!(
         refusal(&["chain.material=chrome_steel"]),
-        "--set chain.material=chrome_steel: `chain.material`: unknown material `chrome_steel` (known: chrome-steel); \
+        "--set chain.material=chrome_steel: `chain.material`: unknown material `chrome_steel` (known: chrome-steel, resin); \
          did you mean `chrome-steel`?; define it under `[materials.chrome_steel]`"
     );
     assert_eq!(

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use granchain::scene::{
-    self, Bead, Chain, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator, Material,
-    ModelKind, ModelSettings, Scene, Support, load, load_text,
+    self, Bead, Chain, ContactMass, ContactNormal, DEFAULT_TOLERANCE, Damping, DampingKind, DampingPlacement, Drive,
+    DriveKind, Elements, FeaSettings, FlatContact, Integrator, Material, MeshFile, ModelKind, ModelSettings, Scene,
+    Scheme, Support, load, load_text,
 };
 use proptest::prelude::*;
 
@@ -62,12 +63,12 @@ fn supports() -> impl Strategy<Value = Support> {
         Just(Support::Flat(FlatContact::Rigid)),
         Just(Support::Flat(FlatContact::Steel)),
         (1.0..1e9f64).prop_map(|stiffness| Support::Spring { stiffness }),
-        (0.1..3.0f64).prop_map(|stiffness_factor| Support::Annulus { stiffness_factor }),
+        (0.1..3.0f64).prop_map(Support::resin_annulus),
     ]
 }
 
 fn chains() -> impl Strategy<Value = Chain> {
-    let bead = (0.4e-3..0.6e-3f64, materials()).prop_map(|(radius, material)| Bead { radius, material });
+    let bead = (0.4e-3..0.6e-3f64, materials()).prop_map(|(radius, material)| Bead::sphere(radius, material));
     (prop::collection::vec(bead, 1..9), 0..3, 0.0..1.0f64, 1e-9..1e-6f64).prop_map(|(mut beads, kind, force, gap)| {
         // The annulus' law is that of this last bead.
         if let Some(last) = beads.last_mut() {
@@ -83,23 +84,101 @@ fn chains() -> impl Strategy<Value = Chain> {
     })
 }
 
+/// What only the finite element analysis uses.
+#[derive(Debug, Clone)]
+struct Analysis {
+    fea: FeaSettings,
+    /// Steps an output sample.
+    steps: u32,
+    normal: ContactNormal,
+    /// Bit b: bead b + 1 has its own mesh; bit 9: the support has.
+    meshed: u32,
+    same_mesh: bool,
+    resin: Material,
+}
+
+fn analyses() -> impl Strategy<Value = Analysis> {
+    let scheme = prop_oneof![
+        Just(Scheme::Trapezoid),
+        (0.0..0.333f64).prop_map(|dissipation| Scheme::HilberHughesTaylor { dissipation }),
+        (0.0..0.5f64).prop_map(|dissipation| Scheme::Newmark { dissipation }),
+    ];
+    let flags = (any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>());
+    (2..99u32, scheme, flags, 1..9u32, 0..1024u32, materials()).prop_map(
+        |(density, scheme, (mixed, consistent, moving, same_mesh), steps, meshed, resin)| Analysis {
+            fea: FeaSettings {
+                density,
+                scheme,
+                elements: if mixed { Elements::Mixed } else { Elements::Quadrilaterals },
+                contact_mass: if consistent { ContactMass::Consistent } else { ContactMass::Massless },
+                ..FeaSettings::default()
+            },
+            steps,
+            normal: if moving { ContactNormal::Moving } else { ContactNormal::Fixed },
+            meshed,
+            same_mesh,
+            resin,
+        },
+    )
+}
+
+fn analyse(scene: &mut Scene, analysis: Analysis) {
+    // A step that the drive allows, and that divides the output step.
+    scene.drive.frequency = scene.drive.frequency.min(49e3);
+    scene.model.fea = FeaSettings { step: scene.output_step / f64::from(analysis.steps), ..analysis.fea };
+    let file = |number: usize| MeshFile {
+        path: format!("/lab/mesh {number}.msh").into(),
+        unit: [1e-3, 1.0, 0.0254][number % 3],
+    };
+    for (index, bead) in scene.chain.beads.iter_mut().enumerate() {
+        if analysis.same_mesh || analysis.meshed >> index & 1 == 1 {
+            bead.mesh = Some(file(if analysis.same_mesh { 0 } else { index }));
+        }
+    }
+    let own_support = analysis.meshed >> 9 & 1 == 1;
+    if own_support {
+        scene.support = Support::Body { mesh: file(99), material: analysis.resin, normal: analysis.normal };
+    } else if let Support::Annulus { material, normal, .. } = &mut scene.support {
+        *material = analysis.resin;
+        *normal = analysis.normal;
+    }
+    if own_support || scene.chain.beads.iter().any(|bead| bead.mesh.is_some()) {
+        // What mesh files may name: all there are.
+        let of_support = match &scene.support {
+            Support::Annulus { material, .. } | Support::Body { material, .. } => Some(material),
+            _ => None,
+        };
+        let all = scene.chain.beads.iter().map(|bead| &bead.material).chain(of_support).cloned();
+        scene.materials = all.chain(Material::all_built_in()).collect();
+        scene.materials.sort_by(|one, other| one.name.cmp(&other.name));
+        scene.materials.dedup_by(|one, other| one.name == other.name);
+    }
+}
+
 fn scenes() -> impl Strategy<Value = Scene> {
     let model = (0..3, any::<bool>(), -14.0..-2.0f64, 1e-10..4e-8f64).prop_map(|(kind, adaptive, exponent, step)| {
         let kind = [ModelKind::Chain, ModelKind::Reduced, ModelKind::Fea][kind as usize];
         let tolerance = 10f64.powf(exponent).clamp(1e-14, 1e-2);
         let integrator =
             if adaptive { Integrator::DormandPrince853 { tolerance } } else { Integrator::Symplectic { step } };
-        ModelSettings { kind, integrator }
+        // What the kind does not use keeps its defaults.
+        let unused = Integrator::DormandPrince853 { tolerance: DEFAULT_TOLERANCE };
+        ModelSettings {
+            kind,
+            integrator: if kind == ModelKind::Fea { unused } else { integrator },
+            fea: FeaSettings::default(),
+        }
     });
     (
         ("[a-z0-9 _-]{1,9}", "\\PC{0,20}", chains(), drives(), supports()),
         (dampings(), any::<bool>(), 0.0..3.0f64, 1e-5..1e-2f64, 1e-8..1e-6f64, model),
+        analyses(),
     )
-        .prop_map(|(first, second)| {
+        .prop_map(|(first, second, analysis)| {
             let (name, description, chain, drive, support) = first;
             let (damping, steel, amplitude_scale, duration, output_step, model) = second;
             let piston = if steel { FlatContact::Steel } else { FlatContact::Rigid };
-            Scene {
+            let mut scene = Scene {
                 name,
                 description,
                 chain,
@@ -107,11 +186,16 @@ fn scenes() -> impl Strategy<Value = Scene> {
                 drive,
                 amplitude_scale,
                 support,
+                materials: Vec::new(),
                 damping,
                 duration,
                 output_step,
                 model,
+            };
+            if model.kind == ModelKind::Fea {
+                analyse(&mut scene, analysis);
             }
+            scene
         })
 }
 

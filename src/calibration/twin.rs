@@ -102,11 +102,8 @@ pub const EQUIVALENT: f64 = 12_200.0;
 #[must_use]
 pub fn scene_of(base: &Scene, index: u64) -> Scene {
     let mut scene = base.clone();
-    scene.support = if index.is_multiple_of(2) {
-        Support::Annulus { stiffness_factor: 1.0 }
-    } else {
-        Support::Flat(FlatContact::Rigid)
-    };
+    scene.support =
+        if index.is_multiple_of(2) { Support::resin_annulus(1.0) } else { Support::Flat(FlatContact::Rigid) };
     set_law(&mut scene, if (index / 2).is_multiple_of(2) { DampingKind::Linear } else { DampingKind::KuwabaraKono });
     scene
 }
@@ -131,7 +128,7 @@ fn flawed(scene: &Scene, flaw: Flaw) -> Scene {
     let mut flawed = scene.clone();
     match flaw {
         Flaw::None => {}
-        Flaw::SofterSupport => flawed.support = Support::Annulus { stiffness_factor: 0.7 },
+        Flaw::SofterSupport => flawed.support = Support::resin_annulus(0.7),
         Flaw::OtherLaw => {
             flawed = with_other_law(scene);
             flawed.damping.linear = scene.damping.kuwabara_kono / EQUIVALENT;

@@ -233,8 +233,8 @@ fn contacts(scene: &Scene) -> Vec<(&'static str, String)> {
             ));
         }
     }
-    if let (Support::Flat(flat), Some(last)) = (scene.support, beads.last()) {
-        rows.push(("Hertz stiffness, support", stiffness(bead_flat_stiffness(last, flat))));
+    if let (Support::Flat(flat), Some(last)) = (&scene.support, beads.last()) {
+        rows.push(("Hertz stiffness, support", stiffness(bead_flat_stiffness(last, *flat))));
     }
     rows
 }

@@ -46,6 +46,14 @@ pub struct Settings {
     tolerance: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     step_s: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    numerical_dissipation: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mesh_density: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    elements: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    contact_mass: Option<&'static str>,
     duration_s: f64,
     output_step_s: f64,
     beads: usize,
@@ -65,19 +73,21 @@ impl Settings {
     /// Of a scene as it was run.
     #[must_use]
     pub fn new(scene: &Scene, experiment: &Experiment, seed: u64) -> Self {
-        let (integrator, tolerance, step_s) = match scene.model.integrator {
-            Integrator::DormandPrince853 { tolerance } => ("dormand-prince-853", Some(tolerance), None),
-            Integrator::Symplectic { step } => ("symplectic", None, Some(step)),
+        let fea = Some(scene.model.fea).filter(|_| scene.model.kind == ModelKind::Fea);
+        let (integrator, tolerance, step_s) = match (fea, scene.model.integrator) {
+            (Some(fea), _) => (fea.scheme.name(), None, Some(fea.step)),
+            (None, Integrator::DormandPrince853 { tolerance }) => ("dormand-prince-853", Some(tolerance), None),
+            (None, Integrator::Symplectic { step }) => ("symplectic", None, Some(step)),
         };
         Self {
-            model: match scene.model.kind {
-                ModelKind::Chain => "chain",
-                ModelKind::Reduced => "reduced",
-                ModelKind::Fea => "fea",
-            },
+            model: scene.model.kind.name(),
             integrator,
             tolerance,
             step_s,
+            numerical_dissipation: fea.map(|fea| fea.scheme.dissipation()),
+            mesh_density: fea.map(|fea| fea.density),
+            elements: fea.map(|fea| fea.elements.name()),
+            contact_mass: fea.map(|fea| fea.contact_mass.name()),
             duration_s: scene.duration,
             output_step_s: scene.output_step,
             beads: scene.chain.beads.len(),

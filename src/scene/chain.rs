@@ -1,6 +1,6 @@
 //! The beads, from piston to support.
 
-use super::Material;
+use super::{Material, MeshFile};
 
 /// One sphere.
 #[derive(Debug, Clone, PartialEq)]
@@ -9,9 +9,17 @@ pub struct Bead {
     pub radius: f64,
     /// What it is made of.
     pub material: Material,
+    /// Its mesh for the finite element analysis, if not the program's own of a sphere.
+    pub mesh: Option<MeshFile>,
 }
 
 impl Bead {
+    /// A sphere of that radius (m) and material.
+    #[must_use]
+    pub fn sphere(radius: f64, material: Material) -> Self {
+        Self { radius, material, mesh: None }
+    }
+
     /// Mass (4/3) π a³ ρ, kg.
     #[must_use]
     pub fn mass(&self) -> f64 {

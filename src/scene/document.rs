@@ -12,7 +12,8 @@ use toml::{
 
 use super::{
     error::{Place, SceneError},
-    key::{GOVERNORS, Key},
+    key::{GOVERNORS, Governor, Key},
+    mesh_file,
 };
 
 /// A value with its place.
@@ -129,8 +130,14 @@ impl Document {
 
     /// Lay `upper` over this document. Where it changes a kind, what the new kind does not use, or reads otherwise, falls away.
     pub(super) fn overlay(&mut self, upper: Self) {
+        if let Some(kind) = upper.text("model.kind")
+            && kind != "fea"
+            && let Some(entry) = self.entries.get_mut("chain.override")
+        {
+            mesh_file::strip_overrides(&mut entry.value);
+        }
         for governor in GOVERNORS {
-            let (Some(new), old) = (upper.text(governor.key), self.text(governor.key)) else { continue };
+            let (Some(new), old) = (upper.text(governor.key), self.chosen(governor)) else { continue };
             if old == Some(new) {
                 continue;
             }
@@ -144,6 +151,17 @@ impl Document {
             self.entries.retain(|key, _| !key.starts_with("chain.gaps."));
         }
         self.entries.extend(upper.entries);
+    }
+
+    /// The value of a governor's key, or what stands for it where it is not given.
+    pub(super) fn chosen(&self, governor: &Governor) -> Option<&str> {
+        let default = match governor.key {
+            "model.kind" => Some("chain"),
+            "model.integrator" if self.text("model.kind") == Some("fea") => Some("trapezoid"),
+            "model.integrator" => Some("dormand-prince-853"),
+            _ => None,
+        };
+        if self.entries.contains_key(governor.key) { self.text(governor.key) } else { default }
     }
 
     pub(super) fn text(&self, key: &str) -> Option<&str> {

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{DampingPlacement, DriveKind, FlatContact, Scene, Support};
+use super::{ContactMass, ContactNormal, DampingPlacement, DriveKind, FlatContact, ModelKind, Scene, Scheme, Support};
 use crate::signal::{Dimension, Quantity};
 
 /// An effect beyond equal elastic beads between rigid flats, driven by a formula.
@@ -27,8 +27,8 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
     let largest_gap = chain.gaps.iter().copied().fold(0.0, f64::max);
     let open = chain.gaps.iter().filter(|gap| **gap > 0.0).count();
     let effect = |name, on, why| Effect { name, on, why };
-    let annulus = match scene.support {
-        Support::Annulus { stiffness_factor } => (true, format!("support.stiffness_factor = {stiffness_factor}")),
+    let annulus = match &scene.support {
+        Support::Annulus { stiffness_factor, .. } => (true, format!("support.stiffness_factor = {stiffness_factor}")),
         _ => (false, "support.kind is not annulus".to_owned()),
     };
     let spring = match scene.support {
@@ -37,7 +37,7 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
         }
         _ => (false, "support.kind is not spring".to_owned()),
     };
-    let half_space = match (scene.piston, scene.support) {
+    let half_space = match (scene.piston, &scene.support) {
         (FlatContact::Steel, Support::Flat(FlatContact::Steel)) => (true, "piston and support are steel".to_owned()),
         (FlatContact::Steel, _) => (true, "piston.contact = steel".to_owned()),
         (_, Support::Flat(FlatContact::Steel)) => (true, "support.kind = steel".to_owned()),
@@ -102,5 +102,49 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
         effect("elastic flats", half_space.0, half_space.1),
         effect("ring-up of the drive", ring_up.0, ring_up.1),
         effect("recorded drive", record.0, record.1),
+    ]
+    .into_iter()
+    .chain(fea_effects(scene))
+    .collect()
+}
+
+/// The effects of the finite element analysis: all off in the other models.
+fn fea_effects(scene: &Scene) -> Vec<Effect> {
+    let kind = scene.model.kind;
+    let fea = &scene.model.fea;
+    let effect = |name, on, why: String| {
+        let on = on && kind == ModelKind::Fea;
+        Effect { name, on, why: if kind == ModelKind::Fea { why } else { format!("model.kind = {}", kind.name()) } }
+    };
+    let off_axis = match &scene.support {
+        Support::Annulus { normal, .. } | Support::Body { normal, .. } => {
+            let moving = *normal == ContactNormal::Moving;
+            (moving, format!("support.normal = {}", if moving { "moving" } else { "fixed" }))
+        }
+        Support::Flat(_) | Support::Spring { .. } => (false, "no contact lies off the axis".to_owned()),
+    };
+    let meshed = scene.chain.beads.iter().filter(|bead| bead.mesh.is_some()).count();
+    let own_support = matches!(scene.support, Support::Body { .. });
+    let dissipation = match fea.scheme {
+        Scheme::Trapezoid => (false, "model.integrator = trapezoid".to_owned()),
+        scheme => {
+            let value = scheme.dissipation();
+            (value > 0.0, format!("model.integrator = {}, model.numerical_dissipation = {value}", scheme.name()))
+        }
+    };
+    vec![
+        effect("elastic bodies", true, format!("model.kind = fea, model.mesh_density = {}", fea.density)),
+        effect(
+            "mass at the contact nodes",
+            fea.contact_mass == ContactMass::Consistent,
+            format!("model.contact_mass = {}", fea.contact_mass.name()),
+        ),
+        effect("numerical dissipation", dissipation.0, dissipation.1),
+        effect("moving contact normal", off_axis.0, off_axis.1),
+        effect(
+            "bodies from mesh files",
+            meshed > 0 || own_support,
+            format!("{meshed} beads and {} from mesh files", if own_support { "the support" } else { "no support" }),
+        ),
     ]
 }

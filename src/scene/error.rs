@@ -324,6 +324,34 @@ pub enum SceneError {
         /// Radius of the last bead.
         radius: String,
     },
+    /// A support whose law was derived for another material.
+    #[error(
+        "{place}: `support.material`: `{material}` is not the resin ({youngs_modulus}, ν {poissons_ratio}) of which the force law of \
+        the annulus is; use `support.stiffness_factor`, or `model.kind = \"fea\"`, which meshes the annulus"
+    )]
+    AnnulusMaterial {
+        /// Where the material is chosen.
+        place: Place,
+        /// The material.
+        material: String,
+        /// E of the law.
+        youngs_modulus: String,
+        /// ν of the law.
+        poissons_ratio: f64,
+    },
+    /// A last bead that the annulus does not hold.
+    #[error(
+        "{place}: the last bead has radius {radius} and falls through the annulus, whose opening has {opening}; \
+        use a larger bead or another `support.kind`"
+    )]
+    ThroughAnnulus {
+        /// Where the support is chosen.
+        place: Place,
+        /// Radius of the last bead.
+        radius: String,
+        /// Radius of the opening.
+        opening: String,
+    },
 }
 
 fn did_you_mean(nearest: Option<&str>) -> String {

@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    Bead, Chain, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator, Material,
-    ModelKind, ModelSettings, Scene, Support, builtin,
+    Bead, Chain, ContactNormal, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Material,
+    ModelKind, Scene, Support, builtin,
     document::{Author, Document, read_text, resolved},
     error::SceneError,
-    key::{DAMPING_KINDS, DRIVE_KINDS, FLAT_KINDS, INTEGRATORS, MODEL_KINDS, PLACEMENTS, SUPPORT_KINDS},
+    key::{DAMPING_KINDS, DRIVE_KINDS, FLAT_KINDS, NORMALS, PLACEMENTS, SUPPORT_KINDS},
+    mesh_file,
     reader::{Bound, Reader},
+    settings,
 };
 use crate::signal::{Dimension, Quantity};
 
@@ -133,7 +135,6 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
     }
     let duration = reader.required("duration", Dimension::TIME, Bound::Positive, None, "duration = \"120 us\"")?;
     let output_step = reader.quantity("output_step", Dimension::TIME, Bound::Positive)?.unwrap_or(DEFAULT_OUTPUT_STEP);
-    let time = |value| Quantity::new(value, Dimension::TIME).to_string();
     if output_step > duration {
         let expected = format!("at most the duration {}", time(duration));
         let key = if reader.has("output_step") { "output_step" } else { "duration" };
@@ -143,13 +144,15 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
         let expected = format!("at most {MOST_SAMPLES} samples in {}", time(duration));
         return Err(reader.out_of_range("output_step", expected, time(output_step)));
     }
+    let support = support(reader, &chain)?;
     Ok(Scene {
         name: reader.text("name")?.unwrap_or(name).to_owned(),
         description: reader.text("description")?.unwrap_or("").to_owned(),
         piston: flat(reader.choice("piston.contact", FLAT_KINDS)?),
-        support: support(reader, &chain)?,
+        materials: mesh_file::materials(reader, &chain, &support)?,
+        support,
         damping: damping(reader, notes)?,
-        model: model(reader, drive.frequency)?,
+        model: settings::read(reader, drive.frequency, output_step, notes)?,
         chain,
         drive,
         amplitude_scale,
@@ -162,6 +165,10 @@ fn length(value: f64) -> String {
     Quantity::new(value, Dimension::LENGTH).to_string()
 }
 
+pub(super) fn time(value: f64) -> String {
+    Quantity::new(value, Dimension::TIME).to_string()
+}
+
 fn flat(word: Option<&str>) -> FlatContact {
     if word == Some("steel") { FlatContact::Steel } else { FlatContact::Rigid }
 }
@@ -171,7 +178,8 @@ fn chain(reader: &Reader<'_>) -> Result<Chain, SceneError> {
     let radius =
         reader.required("chain.radius", Dimension::LENGTH, Bound::Positive, None, "chain.radius = \"0.5 mm\"")?;
     let material = reader.material("chain.material")?;
-    let mut beads = vec![Bead { radius, material }; count];
+    let mesh = mesh_file::read(reader, "chain.mesh", "chain.mesh_unit")?;
+    let mut beads = vec![Bead { radius, material, mesh }; count];
     reader.override_beads(&mut beads)?;
     let gaps = reader.gaps(count, radius)?;
     let precompression = reader.quantity("chain.precompression", Dimension::FORCE, Bound::NotNegative)?.unwrap_or(0.0);
@@ -194,7 +202,9 @@ fn chain(reader: &Reader<'_>) -> Result<Chain, SceneError> {
             gap: length(gaps[open]),
         });
     }
-    Ok(Chain { beads, gaps, precompression })
+    let chain = Chain { beads, gaps, precompression };
+    mesh_file::refuse_idle_unit(reader, &chain)?;
+    Ok(chain)
 }
 
 fn drive(reader: &Reader<'_>) -> Result<Drive, SceneError> {
@@ -251,17 +261,52 @@ fn drive(reader: &Reader<'_>) -> Result<Drive, SceneError> {
 
 /// Radius of the bead the annulus' law was derived for, m, and how far another may be from it, 1.
 const ANNULUS_BEAD: (f64, f64) = (0.5e-3, 0.02);
+/// Radius of the opening of the annulus, m.
+const ANNULUS_OPENING: f64 = 0.3e-3;
 
 fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
     let kind = reader.required_choice("support.kind", SUPPORT_KINDS, "support.kind = \"rigid\"")?;
     Ok(match kind {
         "annulus" => {
             let radius = chain.beads.last().map_or(0.0, |bead| bead.radius);
-            if (radius / ANNULUS_BEAD.0 - 1.0).abs() > ANNULUS_BEAD.1 {
-                return Err(SceneError::AnnulusBead { place: reader.place("support.kind"), radius: length(radius) });
+            let material = support_material(reader)?;
+            if settings::kind(reader)? == ModelKind::Fea {
+                if radius <= ANNULUS_OPENING {
+                    let place = reader.place("support.kind");
+                    let (radius, opening) = (length(radius), length(ANNULUS_OPENING));
+                    return Err(SceneError::ThroughAnnulus { place, radius, opening });
+                }
+            } else {
+                if (radius / ANNULUS_BEAD.0 - 1.0).abs() > ANNULUS_BEAD.1 {
+                    return Err(SceneError::AnnulusBead {
+                        place: reader.place("support.kind"),
+                        radius: length(radius),
+                    });
+                }
+                let resin = Material::resin();
+                let elastic = |material: &Material| (material.youngs_modulus, material.poissons_ratio);
+                if elastic(&material) != elastic(&resin) {
+                    return Err(SceneError::AnnulusMaterial {
+                        place: reader.place("support.material"),
+                        material: material.name,
+                        youngs_modulus: Quantity::new(resin.youngs_modulus, Dimension::PRESSURE).to_string(),
+                        poissons_ratio: resin.poissons_ratio,
+                    });
+                }
             }
             let factor = reader.quantity("support.stiffness_factor", Dimension::NONE, Bound::Positive)?;
-            Support::Annulus { stiffness_factor: factor.unwrap_or(1.0) }
+            Support::Annulus { stiffness_factor: factor.unwrap_or(1.0), material, normal: normal(reader)? }
+        }
+        "body" => {
+            if settings::kind(reader)? != ModelKind::Fea {
+                let expected = "a support with a force law where `model.kind` is not \"fea\"".to_owned();
+                return Err(reader.out_of_range("support.kind", expected, "`body`, which is meshed".to_owned()));
+            }
+            let reason = Some("a support of kind `body` is read from a mesh file");
+            let Some(mesh) = mesh_file::read(reader, "support.mesh", "support.mesh_unit")? else {
+                return Err(reader.missing("support.mesh", reason, "support.mesh = \"ring.msh\""));
+            };
+            Support::Body { mesh, material: support_material(reader)?, normal: normal(reader)? }
         }
         "spring" => {
             let example = "support.stiffness = \"0.7e6 N/m\"";
@@ -272,6 +317,18 @@ fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
         }
         flat_kind => Support::Flat(flat(Some(flat_kind))),
     })
+}
+
+/// The material of the support, resin where none is named.
+fn support_material(reader: &Reader<'_>) -> Result<Material, SceneError> {
+    let key = "support.material";
+    let name = reader.text(key)?.map_or_else(|| Material::resin().name, str::to_owned);
+    reader.material_named(&name, key, || reader.place(key))
+}
+
+fn normal(reader: &Reader<'_>) -> Result<ContactNormal, SceneError> {
+    let moving = reader.choice("support.normal", NORMALS)? == Some("moving");
+    Ok(if moving { ContactNormal::Moving } else { ContactNormal::Fixed })
 }
 
 fn damping(reader: &Reader<'_>, notes: &mut Vec<String>) -> Result<Damping, SceneError> {
@@ -305,31 +362,6 @@ fn damping(reader: &Reader<'_>, notes: &mut Vec<String>) -> Result<Damping, Scen
     Ok(Damping { kind, linear, kuwabara_kono, placement, tension: reader.flag("damping.tension")?.unwrap_or(false) })
 }
 
-fn model(reader: &Reader<'_>, frequency: f64) -> Result<ModelSettings, SceneError> {
-    let kind = match reader.choice("model.kind", MODEL_KINDS)? {
-        Some("reduced") => ModelKind::Reduced,
-        Some("fea") => ModelKind::Fea,
-        _ => ModelKind::Chain,
-    };
-    let integrator = if reader.choice("model.integrator", INTEGRATORS)? == Some("symplectic") {
-        let reason = Some("the fixed-step integrator needs it");
-        let step = reader.required("model.step", Dimension::TIME, Bound::Positive, reason, "model.step = \"50 ns\"")?;
-        // Five steps through the shortest half period of motion that the drive's own period leaves are no integration.
-        let longest = 1.0 / (20.0 * frequency);
-        if step > longest {
-            let time = |value| Quantity::new(value, Dimension::TIME).to_string();
-            let longest = time((longest * 1e9).floor() / 1e9);
-            let expected = format!("at most {longest}, a twentieth of a drive period");
-            return Err(reader.out_of_range("model.step", expected, time(step)));
-        }
-        Integrator::Symplectic { step }
-    } else {
-        let tolerance = reader.quantity("model.tolerance", Dimension::NONE, Bound::Between(1e-14, 1e-2))?;
-        Integrator::DormandPrince853 { tolerance: tolerance.unwrap_or(DEFAULT_TOLERANCE) }
-    };
-    Ok(ModelSettings { kind, integrator })
-}
-
 impl Scene {
     /// The horn-tip record this scene wants and does not hold yet: read it and hand it to [`Scene::with_drive_record`].
     #[must_use]
@@ -359,13 +391,5 @@ impl Scene {
         });
         self.drive = Drive { kind: DriveKind::Record { displacement, file }, amplitude: 1.0, frequency };
         self
-    }
-}
-
-impl Material {
-    /// The material of that name that comes with the program.
-    #[must_use]
-    pub fn built_in(name: &str) -> Option<Self> {
-        Some(Self::chrome_steel()).filter(|steel| steel.name == name)
     }
 }

@@ -46,11 +46,16 @@ const fn quantity(name: &'static str, dimension: Dimension, meaning: &'static st
 
 pub(super) const FLAT_KINDS: &[&str] = &["rigid", "steel"];
 pub(super) const DRIVE_KINDS: &[&str] = &["record", "tone-burst", "gaussian-burst", "sine"];
-pub(super) const SUPPORT_KINDS: &[&str] = &["rigid", "steel", "annulus", "spring"];
+pub(super) const SUPPORT_KINDS: &[&str] = &["rigid", "steel", "annulus", "spring", "body"];
+pub(super) const NORMALS: &[&str] = &["fixed", "moving"];
 pub(super) const DAMPING_KINDS: &[&str] = &["none", "linear", "kuwabara-kono", "linear+kuwabara-kono"];
 pub(super) const PLACEMENTS: &[&str] = &["beads", "all"];
 pub(super) const MODEL_KINDS: &[&str] = &["chain", "reduced", "fea"];
-pub(super) const INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic"];
+const INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic", "trapezoid", "hht", "newmark"];
+pub(super) const CHAIN_INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic"];
+pub(super) const FEA_INTEGRATORS: &[&str] = &["trapezoid", "hht", "newmark"];
+pub(super) const ELEMENTS: &[&str] = &["quadrilaterals", "mixed"];
+pub(super) const CONTACT_MASSES: &[&str] = &["massless", "consistent"];
 
 /// All keys, in the order in which they are written.
 pub const KEYS: &[Key] = &[
@@ -65,7 +70,13 @@ pub const KEYS: &[Key] = &[
     key("chain.material", ValueKind::Text, "material of the beads"),
     key("chain.gaps", ValueKind::Gaps, "initial gap of every contact, or of each of the N + 1 from the piston"),
     quantity("chain.precompression", Dimension::FORCE, "static force along the chain before the drive starts"),
-    key("chain.override", ValueKind::BeadOverrides, "beads that differ: number from the piston, radius, material"),
+    key("chain.mesh", ValueKind::Path, "Gmsh file with the mesh of the beads, relative to the scene file"),
+    quantity("chain.mesh_unit", Dimension::LENGTH, "length of its unit; default 1 m"),
+    key(
+        "chain.override",
+        ValueKind::BeadOverrides,
+        "beads that differ: number from the piston, radius, material, mesh",
+    ),
     quantity("materials.*.youngs_modulus", Dimension::PRESSURE, "Young's modulus E"),
     quantity("materials.*.poissons_ratio", Dimension::NONE, "Poisson's ratio ν"),
     quantity("materials.*.density", Dimension::DENSITY, "density ρ"),
@@ -81,7 +92,15 @@ pub const KEYS: &[Key] = &[
     quantity("drive.cycles", Dimension::NONE, "length of the burst in periods of f0"),
     quantity("drive.ring_up", Dimension::TIME, "time constant τ of ring-up and decay; 0 is rectangular"),
     key("support.kind", ValueKind::Choice(SUPPORT_KINDS), "what holds the far end"),
-    quantity("support.stiffness_factor", Dimension::NONE, "factor on the force law of the annulus"),
+    quantity("support.stiffness_factor", Dimension::NONE, "factor on the stiffness of the annulus"),
+    key("support.material", ValueKind::Text, "material of the annulus or body"),
+    key(
+        "support.normal",
+        ValueKind::Choice(NORMALS),
+        "contact normal: of the undeformed surface, or to the moved bead",
+    ),
+    key("support.mesh", ValueKind::Path, "Gmsh file with the mesh of the body, relative to the scene file"),
+    quantity("support.mesh_unit", Dimension::LENGTH, "length of its unit; default 1 m"),
     quantity("support.stiffness", Dimension::STIFFNESS, "stiffness of the one-sided spring"),
     key("damping.kind", ValueKind::Choice(DAMPING_KINDS), "law of the dashpots"),
     key("damping.coefficient", ValueKind::DampingCoefficient, "c of the linear, γ of the Kuwabara–Kono dashpots"),
@@ -90,11 +109,15 @@ pub const KEYS: &[Key] = &[
     key("damping.at", ValueKind::Choice(PLACEMENTS), "dashpots at bead–bead contacts only, or at the ends too"),
     key("damping.tension", ValueKind::Flag, "whether a contact force may pull while the contact parts"),
     key("model.kind", ValueKind::Choice(MODEL_KINDS), "rung of the fidelity ladder"),
+    key("model.mesh_density", ValueKind::Count, "elements along a block at a contact; their size goes as its inverse"),
     key(
-        "model.integrator",
-        ValueKind::Choice(INTEGRATORS),
-        "adaptive with contact events, or fixed steps for searches",
+        "model.elements",
+        ValueKind::Choice(ELEMENTS),
+        "8-node quadrilaterals, or with 6-node triangles at the contacts",
     ),
+    key("model.contact_mass", ValueKind::Choice(CONTACT_MASSES), "whether the nodes that may touch carry mass"),
+    key("model.integrator", ValueKind::Choice(INTEGRATORS), "time integration: two of the chain, three of the fea"),
+    quantity("model.numerical_dissipation", Dimension::NONE, "α of hht, g of newmark"),
     quantity("model.tolerance", Dimension::NONE, "relative error allowed a step"),
     quantity("model.step", Dimension::TIME, "fixed step"),
 ];
@@ -111,7 +134,48 @@ pub(super) struct Governor {
     pub(super) reinterpreted: &'static [&'static str],
 }
 
+const CHAIN_USES: &[&str] = &["model.integrator", "model.tolerance", "model.step"];
+
 pub(super) const GOVERNORS: &[Governor] = &[
+    // First: it decides which integrators there are.
+    Governor {
+        key: "model.kind",
+        governed: &[
+            "chain.mesh",
+            "chain.mesh_unit",
+            "support.normal",
+            "support.mesh",
+            "support.mesh_unit",
+            "model.mesh_density",
+            "model.elements",
+            "model.contact_mass",
+            "model.integrator",
+            "model.numerical_dissipation",
+            "model.tolerance",
+            "model.step",
+        ],
+        uses: &[
+            ("chain", CHAIN_USES),
+            ("reduced", CHAIN_USES),
+            (
+                "fea",
+                &[
+                    "model.mesh_density",
+                    "model.elements",
+                    "model.contact_mass",
+                    "model.integrator",
+                    "model.numerical_dissipation",
+                    "model.step",
+                    "chain.mesh",
+                    "chain.mesh_unit",
+                    "support.normal",
+                    "support.mesh",
+                    "support.mesh_unit",
+                ],
+            ),
+        ],
+        reinterpreted: &["model.integrator", "model.numerical_dissipation", "model.tolerance", "model.step"],
+    },
     Governor {
         key: "drive.kind",
         governed: &["drive.file", "drive.amplitude", "drive.frequency", "drive.cycles", "drive.ring_up"],
@@ -125,12 +189,20 @@ pub(super) const GOVERNORS: &[Governor] = &[
     },
     Governor {
         key: "support.kind",
-        governed: &["support.stiffness_factor", "support.stiffness"],
+        governed: &[
+            "support.stiffness_factor",
+            "support.material",
+            "support.normal",
+            "support.stiffness",
+            "support.mesh",
+            "support.mesh_unit",
+        ],
         uses: &[
             ("rigid", &[]),
             ("steel", &[]),
-            ("annulus", &["support.stiffness_factor"]),
+            ("annulus", &["support.stiffness_factor", "support.material", "support.normal"]),
             ("spring", &["support.stiffness"]),
+            ("body", &["support.mesh", "support.mesh_unit", "support.material", "support.normal"]),
         ],
         reinterpreted: &[],
     },
@@ -156,8 +228,14 @@ pub(super) const GOVERNORS: &[Governor] = &[
     },
     Governor {
         key: "model.integrator",
-        governed: &["model.tolerance", "model.step"],
-        uses: &[("dormand-prince-853", &["model.tolerance"]), ("symplectic", &["model.step"])],
+        governed: &["model.tolerance", "model.step", "model.numerical_dissipation"],
+        uses: &[
+            ("dormand-prince-853", &["model.tolerance"]),
+            ("symplectic", &["model.step"]),
+            ("trapezoid", &["model.step"]),
+            ("hht", &["model.step", "model.numerical_dissipation"]),
+            ("newmark", &["model.step", "model.numerical_dissipation"]),
+        ],
         reinterpreted: &[],
     },
 ];

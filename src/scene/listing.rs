@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::{
-    Damping, DampingKind, DampingPlacement, DriveKind, FlatContact, Integrator, Key, Material, ModelKind, Scene,
-    Support,
+    Bead, ContactNormal, Damping, DampingKind, DampingPlacement, DriveKind, FlatContact, Integrator, Key, Material,
+    MeshFile, ModelKind, Scene, Scheme, Support,
 };
 use crate::signal::{Dimension, Quantity};
 
@@ -32,8 +32,8 @@ pub enum SettingValue {
     Text(String),
     /// Yes or no.
     Flag(bool),
-    /// Beads that differ from the first: number, radius (m), name of the material.
-    Beads(Vec<(usize, f64, String)>),
+    /// Beads that differ from the first, each with its number.
+    Beads(Vec<(usize, Bead)>),
 }
 
 impl SettingValue {
@@ -46,8 +46,13 @@ impl SettingValue {
             Self::Count(count) => count.to_string(),
             Self::Text(text) => quoted(text),
             Self::Flag(flag) => flag.to_string(),
-            Self::Beads(beads) => list(beads.iter().map(|(bead, radius, material)| {
-                format!("{{ bead = {bead}, radius = {}, material = {} }}", length_toml(*radius), quoted(material))
+            Self::Beads(beads) => list(beads.iter().map(|(number, bead)| {
+                let (radius, material) = (length_toml(bead.radius), quoted(&bead.material.name));
+                let mesh = bead
+                    .mesh
+                    .as_ref()
+                    .map(|mesh| format!(", mesh = {}, mesh_unit = {}", quoted(&written(mesh)), length_toml(mesh.unit)));
+                format!("{{ bead = {number}, radius = {radius}, material = {material}{} }}", mesh.unwrap_or_default())
             })),
         }
     }
@@ -84,6 +89,10 @@ fn quantity_toml(quantity: &Quantity) -> String {
 
 fn length_toml(value: f64) -> String {
     quantity_toml(&Quantity::new(value, Dimension::LENGTH))
+}
+
+fn written(mesh: &MeshFile) -> String {
+    mesh.path.display().to_string()
 }
 
 fn list(items: impl Iterator<Item = String>) -> String {
@@ -139,24 +148,51 @@ impl Scene {
         self.chain_settings(&mut settings);
         settings.text("piston.contact", flat_word(self.piston));
         self.drive_settings(&mut settings);
-        match self.support {
-            Support::Flat(flat) => settings.text("support.kind", flat_word(flat)),
-            Support::Annulus { stiffness_factor } => {
+        self.support_settings(&mut settings);
+        damping_settings(&self.damping, &mut settings);
+        self.model_settings(&mut settings);
+        settings.0
+    }
+
+    fn support_settings(&self, settings: &mut Settings) {
+        let normal_word = |normal| if normal == ContactNormal::Moving { "moving" } else { "fixed" };
+        match &self.support {
+            Support::Flat(flat) => settings.text("support.kind", flat_word(*flat)),
+            Support::Annulus { stiffness_factor, material, normal } => {
                 settings.text("support.kind", "annulus");
-                settings.quantity("support.stiffness_factor", stiffness_factor, Dimension::NONE);
+                settings.quantity("support.stiffness_factor", *stiffness_factor, Dimension::NONE);
+                settings.text("support.material", &material.name);
+                if self.model.kind == ModelKind::Fea {
+                    settings.text("support.normal", normal_word(*normal));
+                }
             }
             Support::Spring { stiffness } => {
                 settings.text("support.kind", "spring");
-                settings.quantity("support.stiffness", stiffness, Dimension::STIFFNESS);
+                settings.quantity("support.stiffness", *stiffness, Dimension::STIFFNESS);
+            }
+            Support::Body { mesh, material, normal } => {
+                settings.text("support.kind", "body");
+                settings.text("support.material", &material.name);
+                settings.text("support.normal", normal_word(*normal));
+                settings.text("support.mesh", written(mesh));
+                settings.quantity("support.mesh_unit", mesh.unit, Dimension::LENGTH);
             }
         }
-        damping_settings(&self.damping, &mut settings);
-        let model = match self.model.kind {
-            ModelKind::Chain => "chain",
-            ModelKind::Reduced => "reduced",
-            ModelKind::Fea => "fea",
-        };
-        settings.text("model.kind", model);
+    }
+
+    fn model_settings(&self, settings: &mut Settings) {
+        settings.text("model.kind", self.model.kind.name());
+        if self.model.kind == ModelKind::Fea {
+            let fea = &self.model.fea;
+            settings.add("model.mesh_density", SettingValue::Count(fea.density as usize));
+            settings.text("model.elements", fea.elements.name());
+            settings.text("model.contact_mass", fea.contact_mass.name());
+            settings.text("model.integrator", fea.scheme.name());
+            if fea.scheme != Scheme::Trapezoid {
+                settings.quantity("model.numerical_dissipation", fea.scheme.dissipation(), Dimension::NONE);
+            }
+            return settings.quantity("model.step", fea.step, Dimension::TIME);
+        }
         match self.model.integrator {
             Integrator::DormandPrince853 { tolerance } => {
                 settings.text("model.integrator", "dormand-prince-853");
@@ -167,7 +203,6 @@ impl Scene {
                 settings.quantity("model.step", step, Dimension::TIME);
             }
         }
-        settings.0
     }
 
     /// The scene as a TOML file with every key, which [`super::load_text`] reads back as the same scene.
@@ -207,19 +242,25 @@ impl Scene {
             settings.add("chain.gaps", SettingValue::Lengths(chain.gaps.clone()));
         }
         settings.quantity("chain.precompression", chain.precompression, Dimension::FORCE);
-        let differing: Vec<_> = chain
-            .beads
-            .iter()
-            .enumerate()
-            .filter(|(_, bead)| Some(*bead) != chain.beads.first())
-            .map(|(index, bead)| (index + 1, bead.radius, bead.material.name.clone()))
-            .collect();
+        // Not every bead the same mesh: then each that has one says so itself.
+        let shared = chain.beads.first().filter(|first| chain.beads.iter().all(|bead| bead.mesh == first.mesh));
+        if let Some(mesh) = shared.and_then(|first| first.mesh.as_ref()) {
+            settings.text("chain.mesh", written(mesh));
+            settings.quantity("chain.mesh_unit", mesh.unit, Dimension::LENGTH);
+        }
+        let differs = |bead: &Bead| Some(bead) != chain.beads.first() || shared.is_none() && bead.mesh.is_some();
+        let numbered = chain.beads.iter().enumerate().filter(|(_, bead)| differs(bead));
+        let differing: Vec<_> = numbered.map(|(index, bead)| (index + 1, bead.clone())).collect();
         if !differing.is_empty() {
             settings.add("chain.override", SettingValue::Beads(differing));
         }
-        for bead in &chain.beads {
-            if !materials.iter().any(|known| known.name == bead.material.name) {
-                materials.push(&bead.material);
+        let of_support = match &self.support {
+            Support::Annulus { material, .. } | Support::Body { material, .. } => Some(material),
+            Support::Flat(_) | Support::Spring { .. } => None,
+        };
+        for material in chain.beads.iter().map(|bead| &bead.material).chain(of_support).chain(&self.materials) {
+            if !materials.iter().any(|known| known.name == material.name) {
+                materials.push(material);
             }
         }
         for material in materials {

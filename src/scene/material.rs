@@ -7,7 +7,7 @@ pub struct Material {
     pub name: String,
     /// Young's modulus E, Pa.
     pub youngs_modulus: f64,
-    /// Poisson's ratio ν, 1.
+    /// Poisson's ratio ν, 1, above −1 and below ½.
     pub poissons_ratio: f64,
     /// Density ρ, kg/m³.
     pub density: f64,
@@ -18,5 +18,23 @@ impl Material {
     #[must_use]
     pub fn chrome_steel() -> Self {
         Self { name: "chrome-steel".into(), youngs_modulus: 201e9, poissons_ratio: 0.3, density: 7833.0 }
+    }
+
+    /// Resin of the annulus: E 1.4 GPa, ν 0.35, ρ 1235 kg/m³.
+    #[must_use]
+    pub fn resin() -> Self {
+        Self { name: "resin".into(), youngs_modulus: 1.4e9, poissons_ratio: 0.35, density: 1235.0 }
+    }
+
+    /// The materials that come with the program.
+    #[must_use]
+    pub fn all_built_in() -> [Self; 2] {
+        [Self::chrome_steel(), Self::resin()]
+    }
+
+    /// The material of that name that comes with the program.
+    #[must_use]
+    pub fn built_in(name: &str) -> Option<Self> {
+        Self::all_built_in().into_iter().find(|material| material.name == name)
     }
 }

@@ -31,10 +31,12 @@ mod document;
 mod drive;
 mod effects;
 mod error;
+mod fea;
 mod file;
 mod key;
 mod listing;
 mod material;
+mod mesh_file;
 mod motion;
 mod reader;
 mod settings;
@@ -46,6 +48,7 @@ pub use damping::{Damping, DampingKind, DampingPlacement};
 pub use drive::{Drive, DriveKind, PistonMotion};
 pub use effects::{Effect, effects};
 pub use error::{Place, SceneError};
+pub use fea::{ContactMass, DEFAULT_FEA_STEP, DEFAULT_MESH_DENSITY, Elements, FeaSettings, Scheme};
 pub use file::{
     DEFAULT_KUWABARA_KONO_DAMPING, DEFAULT_LINEAR_DAMPING, DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, Loaded, MOST_BEADS,
     load, load_text, load_with_notes,
@@ -53,9 +56,10 @@ pub use file::{
 pub use key::{KEYS, Key, ValueKind};
 pub use listing::{Setting, SettingValue};
 pub use material::Material;
+pub use mesh_file::MeshFile;
 pub use motion::Motion;
 pub use settings::{Integrator, ModelKind, ModelSettings};
-pub use support::{FlatContact, Support};
+pub use support::{ContactNormal, FlatContact, Support};
 
 /// One experiment, whole: everything a model needs to run it.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,11 +78,14 @@ pub struct Scene {
     pub amplitude_scale: f64,
     /// What holds the far end.
     pub support: Support,
+    /// Materials that mesh files may name, by name; empty where no body is a mesh file.
+    pub materials: Vec<Material>,
     /// Dashpots at the contacts.
     pub damping: Damping,
     /// Simulated time, s.
     pub duration: f64,
-    /// Interval of the output samples, s.
+    /// Interval of the output samples, s. Where the finite element analysis runs, it is a whole multiple of its step: on loading, a
+    /// step that does not divide it is shortened to the next that does, and a note says so.
     pub output_step: f64,
     /// How the run is computed.
     pub model: ModelSettings,

@@ -1,8 +1,8 @@
 //! Typed, checked access to the keys of a document.
 
 use super::{
-    Bead, Material, SceneError,
-    document::{Document, Entry, Value},
+    Bead, Material, MeshFile, SceneError,
+    document::{Document, Entry, Value, resolved},
     error::Place,
     file::MOST_BEADS,
     key::{GOVERNORS, closest},
@@ -16,7 +16,11 @@ pub(super) enum Bound {
     Positive,
     NotNegative,
     Between(f64, f64),
-    /// −1 < ν ≤ 0.5, where a solid is stable.
+    /// 0 to 1/3.
+    UpToAThird,
+    /// 0 to 1/2.
+    UpToAHalf,
+    /// −1 < ν < 0.5, where a solid is stable and not incompressible.
     PoissonsRatio,
 }
 
@@ -28,7 +32,9 @@ impl Bound {
                 Self::Positive => value > 0.0,
                 Self::NotNegative => value >= 0.0,
                 Self::Between(low, high) => (low..=high).contains(&value),
-                Self::PoissonsRatio => value > -1.0 && value <= 0.5,
+                Self::UpToAThird => (0.0..=1.0 / 3.0).contains(&value),
+                Self::UpToAHalf => (0.0..=0.5).contains(&value),
+                Self::PoissonsRatio => value > -1.0 && value < 0.5,
             }
     }
 
@@ -38,10 +44,15 @@ impl Bound {
             Self::Positive => "a positive, finite value".to_owned(),
             Self::NotNegative => "a finite value of 0 or more".to_owned(),
             Self::Between(low, high) => format!("a value between {low:e} and {high:e}"),
-            Self::PoissonsRatio => "Poisson's ratio above −1 and at most 0.5".to_owned(),
+            Self::UpToAThird => "a value from 0 to 1/3".to_owned(),
+            Self::UpToAHalf => "a value from 0 to 0.5".to_owned(),
+            Self::PoissonsRatio => "Poisson's ratio above −1 and below 0.5".to_owned(),
         }
     }
 }
+
+/// What a table of `chain.override` may hold.
+const OVERRIDE_WORDS: [&str; 5] = ["bead", "radius", "material", "mesh", "mesh_unit"];
 
 /// A document with the name of its scene for messages.
 pub(super) struct Reader<'a> {
@@ -71,14 +82,14 @@ impl<'a> Reader<'a> {
         SceneError::OutOfRange { place: self.place(key), key: key.to_owned(), expected, found }
     }
 
-    fn missing(&self, key: &'static str, reason: Option<&'static str>, example: &'static str) -> SceneError {
+    pub(super) fn missing(&self, key: &'static str, reason: Option<&'static str>, example: &'static str) -> SceneError {
         SceneError::Missing { scene: self.origin.to_owned(), key, reason, example }
     }
 
     /// Refuse keys that the chosen kinds do not use.
     pub(super) fn refuse_unused(&self) -> Result<(), SceneError> {
         for governor in GOVERNORS {
-            let Some(choice) = self.document.text(governor.key) else { continue };
+            let Some(choice) = self.document.chosen(governor) else { continue };
             let Some(used) = governor.used_by(choice) else { continue };
             for key in governor.governed {
                 if let (Some(entry), false) = (self.entry(key), used.contains(key)) {
@@ -166,17 +177,26 @@ impl<'a> Reader<'a> {
     /// Number of beads.
     pub(super) fn beads(&self) -> Result<usize, SceneError> {
         let key = "chain.beads";
-        let entry = self.entry(key).ok_or_else(|| self.missing(key, None, "chain.beads = 6"))?;
+        let count = self.whole(key, "a whole number of beads", (1, MOST_BEADS as u32))?;
+        count.map(|count| count as usize).ok_or_else(|| self.missing(key, None, "chain.beads = 6"))
+    }
+
+    /// A whole number within `(least, most)`.
+    pub(super) fn count(&self, key: &str, range: (u32, u32)) -> Result<Option<u32>, SceneError> {
+        self.whole(key, "a whole number", range)
+    }
+
+    fn whole(&self, key: &str, what: &str, (least, most): (u32, u32)) -> Result<Option<u32>, SceneError> {
+        let Some(entry) = self.entry(key) else { return Ok(None) };
         match entry.value {
-            Value::Number(number) if number.fract() == 0.0 && number >= 1.0 && number <= MOST_BEADS as f64 => {
-                Ok(number as usize)
+            Value::Number(number)
+                if number.fract() == 0.0 && number >= f64::from(least) && number <= f64::from(most) =>
+            {
+                Ok(Some(number as u32))
             }
-            Value::Number(number) => Err(SceneError::OutOfRange {
-                place: entry.place.clone(),
-                key: key.to_owned(),
-                expected: format!("a whole number of beads from 1 to {MOST_BEADS}"),
-                found: number.to_string(),
-            }),
+            Value::Number(number) => {
+                Err(self.out_of_range(key, format!("{what} from {least} to {most}"), number.to_string()))
+            }
             _ => Err(wrong_type(entry, key, "a whole number")),
         }
     }
@@ -187,7 +207,13 @@ impl<'a> Reader<'a> {
         self.material_named(name, key, || self.place(key))
     }
 
-    fn material_named(&self, name: &str, key: &str, place: impl Fn() -> Place) -> Result<Material, SceneError> {
+    /// The material `name`, as `key` at `place` asks for it.
+    pub(super) fn material_named(
+        &self,
+        name: &str,
+        key: &str,
+        place: impl Fn() -> Place,
+    ) -> Result<Material, SceneError> {
         let prefix = format!("materials.{name}.");
         let defined = self.document.entries.keys().any(|key| key.starts_with(&prefix));
         let built_in = Material::built_in(name);
@@ -197,7 +223,7 @@ impl<'a> Reader<'a> {
                 .entries
                 .keys()
                 .filter_map(|key| Some(key.strip_prefix("materials.")?.split_once('.')?.0.to_owned()))
-                .chain([Material::chrome_steel().name])
+                .chain(Material::all_built_in().map(|material| material.name))
                 .collect();
             known.sort();
             known.dedup();
@@ -247,6 +273,17 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// All materials that are defined or come with the program, by name.
+    pub(super) fn all_materials(&self) -> Result<Vec<Material>, SceneError> {
+        let defined =
+            self.document.entries.keys().filter_map(|key| Some(key.strip_prefix("materials.")?.split_once('.')?.0));
+        let mut names: Vec<String> = defined.map(str::to_owned).collect();
+        names.extend(Material::all_built_in().map(|material| material.name));
+        names.sort();
+        names.dedup();
+        names.iter().map(|name| self.material_named(name, "materials", || self.place("materials"))).collect()
+    }
+
     /// Apply `chain.override`.
     pub(super) fn override_beads(&self, beads: &mut [Bead]) -> Result<(), SceneError> {
         let list_key = "chain.override";
@@ -257,8 +294,8 @@ impl<'a> Reader<'a> {
         for item in list {
             let Value::Table(table) = &item.value else { return Err(wrong_type(item, list_key, expected)) };
             for (word, value) in table {
-                if !["bead", "radius", "material"].contains(&word.as_str()) {
-                    let nearest = closest(word, ["bead", "radius", "material"].into_iter());
+                if !OVERRIDE_WORDS.contains(&word.as_str()) {
+                    let nearest = closest(word, OVERRIDE_WORDS.into_iter());
                     return Err(SceneError::UnknownKey {
                         place: value.place.clone(),
                         key: format!("{list_key}.{word}"),
@@ -294,8 +331,35 @@ impl<'a> Reader<'a> {
                 };
                 beads[index].material = self.material_named(name, key, || material.place.clone())?;
             }
+            if let Some(mesh) = self.override_mesh(find("mesh"), find("mesh_unit"))? {
+                beads[index].mesh = Some(mesh);
+            }
         }
         Ok(())
+    }
+
+    fn override_mesh(&self, mesh: Option<&Entry>, unit: Option<&Entry>) -> Result<Option<MeshFile>, SceneError> {
+        let Some(first) = mesh.or(unit) else { return Ok(None) };
+        let (key, unit_key) = ("chain.override.mesh", "chain.override.mesh_unit");
+        let kind = self.document.text("model.kind").unwrap_or("chain");
+        if kind != "fea" {
+            return Err(SceneError::NotUsed {
+                place: first.place.clone(),
+                key: key.to_owned(),
+                governor: "model.kind".to_owned(),
+                choice: kind.to_owned(),
+                used: ["bead", "radius", "material"].map(|word| format!("chain.override.{word}")).to_vec(),
+                users_of_key: vec!["fea".to_owned()],
+            });
+        }
+        let Some(Entry { value: Value::Text(file), place }) = mesh else {
+            return Err(wrong_type(first, key, "the name of a mesh file in quotes"));
+        };
+        let unit = match unit {
+            Some(unit) => quantity(unit, unit_key, Dimension::LENGTH, Bound::Positive)?,
+            None => self.quantity("chain.mesh_unit", Dimension::LENGTH, Bound::Positive)?.unwrap_or(1.0),
+        };
+        Ok(Some(MeshFile { path: resolved(file, place), unit }))
     }
 
     /// Initial gap of each of the contacts of `beads` beads of `radius` (m).

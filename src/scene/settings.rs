@@ -1,5 +1,15 @@
 //! How a run is computed.
 
+use super::{
+    FeaSettings,
+    error::SceneError,
+    fea,
+    file::{DEFAULT_TOLERANCE, time},
+    key::{CHAIN_INTEGRATORS, MODEL_KINDS},
+    reader::{Bound, Reader},
+};
+use crate::signal::Dimension;
+
 /// Rung of the fidelity ladder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelKind {
@@ -32,6 +42,74 @@ pub enum Integrator {
 pub struct ModelSettings {
     /// Which model.
     pub kind: ModelKind,
-    /// Which integrator.
+    /// Which integrator of the chain.
     pub integrator: Integrator,
+    /// Settings of the finite element analysis.
+    pub fea: FeaSettings,
+}
+
+impl ModelSettings {
+    /// The chain with that integrator.
+    #[must_use]
+    pub fn chain(integrator: Integrator) -> Self {
+        Self { kind: ModelKind::Chain, integrator, fea: FeaSettings::default() }
+    }
+}
+
+impl ModelKind {
+    /// Its name in scene files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Chain => "chain",
+            Self::Reduced => "reduced",
+            Self::Fea => "fea",
+        }
+    }
+}
+
+/// Which model a scene asks for.
+pub(super) fn kind(reader: &Reader<'_>) -> Result<ModelKind, SceneError> {
+    Ok(match reader.choice("model.kind", MODEL_KINDS)? {
+        Some("reduced") => ModelKind::Reduced,
+        Some("fea") => ModelKind::Fea,
+        _ => ModelKind::Chain,
+    })
+}
+
+/// Read the settings; those of the models not asked for keep their defaults.
+pub(super) fn read(
+    reader: &Reader<'_>,
+    frequency: f64,
+    output_step: f64,
+    notes: &mut Vec<String>,
+) -> Result<ModelSettings, SceneError> {
+    let kind = kind(reader)?;
+    let mut settings = ModelSettings {
+        kind,
+        integrator: Integrator::DormandPrince853 { tolerance: DEFAULT_TOLERANCE },
+        fea: FeaSettings::default(),
+    };
+    if kind == ModelKind::Fea {
+        settings.fea = fea::read(reader, frequency, output_step, notes)?;
+    } else if reader.choice("model.integrator", CHAIN_INTEGRATORS)? == Some("symplectic") {
+        let reason = Some("the fixed-step integrator needs it");
+        let step = reader.required("model.step", Dimension::TIME, Bound::Positive, reason, "model.step = \"50 ns\"")?;
+        check_step(reader, step, frequency)?;
+        settings.integrator = Integrator::Symplectic { step };
+    } else if let Some(tolerance) = reader.quantity("model.tolerance", Dimension::NONE, Bound::Between(1e-14, 1e-2))? {
+        settings.integrator = Integrator::DormandPrince853 { tolerance };
+    }
+    Ok(settings)
+}
+
+/// Refuse a fixed step that is too large for the drive.
+pub(super) fn check_step(reader: &Reader<'_>, step: f64, frequency: f64) -> Result<(), SceneError> {
+    // Five steps through the shortest half period of motion that the drive's own period leaves are no integration.
+    let longest = 1.0 / (20.0 * frequency);
+    if step <= longest {
+        return Ok(());
+    }
+    let longest = time((longest * 1e9).floor() / 1e9);
+    Err(reader.out_of_range("model.step", format!("at most {longest}, a twentieth of a drive period"), time(step)))
 }

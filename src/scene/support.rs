@@ -1,5 +1,7 @@
 //! What the first and the last bead touch.
 
+use super::{Material, MeshFile};
+
 /// Material of a flat that a bead touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FlatContact {
@@ -9,19 +11,50 @@ pub enum FlatContact {
     Steel,
 }
 
+/// Along which normal a bead presses on a body off the axis, in the finite element analysis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ContactNormal {
+    /// The normal of the undeformed surface: linear. Overestimates the force by 0.19 % per µm of travel on the annulus.
+    Fixed,
+    /// The line to the moved centre of the bead: the exact distance from a sphere, by iteration.
+    Moving,
+}
+
 /// The far end of the chain.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Support {
     /// A flat.
     Flat(FlatContact),
-    /// The resin annulus by its static force law.
+    /// The resin annulus: a half disc of radius 0.25 mm centred at r = 0.55 mm, its flat side clamped. In the chain by its static force
+    /// law, in the finite element analysis meshed.
     Annulus {
-        /// Factor on the force of the law, 1.
+        /// Factor on the force of the law, and on Young's modulus of the meshed body, 1.
         stiffness_factor: f64,
+        /// What it is made of; the law is that of [`Material::resin`].
+        material: Material,
+        /// Along which normal the bead presses on the meshed body.
+        normal: ContactNormal,
     },
     /// A massless one-sided linear spring.
     Spring {
         /// Stiffness, N/m.
         stiffness: f64,
     },
+    /// A body of the user's own, in the finite element analysis only.
+    Body {
+        /// Its mesh.
+        mesh: MeshFile,
+        /// What it is made of, where its physical groups name no material.
+        material: Material,
+        /// Along which normal the bead presses on it.
+        normal: ContactNormal,
+    },
+}
+
+impl Support {
+    /// The paper's annulus, its stiffness multiplied by `stiffness_factor` (1).
+    #[must_use]
+    pub fn resin_annulus(stiffness_factor: f64) -> Self {
+        Self::Annulus { stiffness_factor, material: Material::resin(), normal: ContactNormal::Fixed }
+    }
 }

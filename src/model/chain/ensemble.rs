@@ -124,7 +124,7 @@ impl Ensemble {
         let motion = scene.drive.concrete_motion(1.0);
         let drive = (0..=2 * steps).map(|half| motion.at(0.5 * half as f64 * step)).collect();
         let inverse_mass = system.inverse_mass[1..=system.beads].to_vec();
-        Ok(Self { scene: scene.clone(), laws: laws(scene), inverse_mass, drive, steps, step })
+        Ok(Self { scene: scene.clone(), laws: laws(scene)?, inverse_mass, drive, steps, step })
     }
 
     /// Interval between two samples of the result, s.

@@ -6,7 +6,7 @@ use crate::{
         ModelError,
         contact_law::{Annulus, Dashpot, ElasticLaw, Hertz, Law, Spring, bead_flat_stiffness, bead_pair_stiffness},
     },
-    scene::{Damping, DampingKind, DampingPlacement, Scene, Support},
+    scene::{Damping, DampingKind, DampingPlacement, MeshFile, Scene, Support},
 };
 
 /// The assembled chain.
@@ -49,7 +49,7 @@ impl System {
             *slot = bead.mass();
         }
         let inverse_mass = mass.iter().map(|&m| if m > 0.0 { 1.0 / m } else { 0.0 }).collect();
-        let laws = laws(scene);
+        let laws = laws(scene)?;
         let force = chain.precompression;
         let mut offset: Vec<f64> = laws.iter().zip(&chain.gaps).map(|(law, gap)| law.overlap(force) - gap).collect();
         offset.resize(padded, f64::NEG_INFINITY);
@@ -117,17 +117,29 @@ impl System {
 }
 
 /// Elastic law of each of the N + 1 contacts.
-pub(super) fn laws(scene: &Scene) -> Vec<Law> {
+///
+/// # Errors
+/// For a support that has no force law.
+pub(super) fn laws(scene: &Scene) -> Result<Vec<Law>, ModelError> {
     let beads = &scene.chain.beads;
     let hertz = |stiffness| Law::Hertz(Hertz { stiffness });
     let mut laws = vec![hertz(bead_flat_stiffness(&beads[0], scene.piston))];
     laws.extend(beads.windows(2).map(|pair| hertz(bead_pair_stiffness(&pair[0], &pair[1]))));
-    laws.push(match scene.support {
-        Support::Flat(flat) => hertz(bead_flat_stiffness(&beads[beads.len() - 1], flat)),
-        Support::Annulus { stiffness_factor } => Law::Annulus(Annulus::new(stiffness_factor)),
-        Support::Spring { stiffness } => Law::Spring(Spring { stiffness }),
+    laws.push(match &scene.support {
+        Support::Flat(flat) => hertz(bead_flat_stiffness(&beads[beads.len() - 1], *flat)),
+        Support::Annulus { stiffness_factor, .. } => Law::Annulus(Annulus::new(*stiffness_factor)),
+        Support::Spring { stiffness } => Law::Spring(Spring { stiffness: *stiffness }),
+        Support::Body { mesh, .. } => return Err(meshed(mesh)),
     });
-    laws
+    Ok(laws)
+}
+
+fn meshed(mesh: &MeshFile) -> ModelError {
+    let reason = format!(
+        "a support from the mesh {} has no force law; use `model.kind = \"fea\"`, or another `support.kind`",
+        mesh.path.display()
+    );
+    ModelError::Unsupported { model: "chain", reason }
 }
 
 /// Dashpot of each contact: the terms of the kind, at the contacts of the placement.
@@ -191,13 +203,15 @@ fn check(scene: &Scene) -> Result<(), ModelError> {
         }
     }
     need(not_negative(chain.precompression), "chain.precompression", "a force ≥ 0, N", chain.precompression)?;
-    match scene.support {
+    match &scene.support {
         Support::Flat(_) => {}
-        Support::Annulus { stiffness_factor } => {
+        Support::Body { mesh, .. } => return Err(meshed(mesh)),
+        Support::Annulus { stiffness_factor, .. } => {
+            let stiffness_factor = *stiffness_factor;
             need(positive(stiffness_factor), "support.stiffness_factor", "a positive factor", stiffness_factor)?;
         }
         Support::Spring { stiffness } => {
-            need(positive(stiffness), "support.stiffness", "a positive stiffness, N/m", stiffness)?;
+            need(positive(*stiffness), "support.stiffness", "a positive stiffness, N/m", *stiffness)?;
         }
     }
     let damping = &scene.damping;

@@ -99,7 +99,7 @@ mod tests {
     use super::*;
 
     fn bead() -> Bead {
-        Bead { radius: 0.5e-3, material: Material::chrome_steel() }
+        Bead::sphere(0.5e-3, Material::chrome_steel())
     }
 
     fn assert_close(found: f64, expected: f64) {
@@ -122,10 +122,10 @@ mod tests {
     #[test]
     fn stiffness_is_symmetric_in_the_two_beads_and_tends_to_the_flat() {
         let resin = Material { name: "resin".into(), youngs_modulus: 1.4e9, poissons_ratio: 0.35, density: 1235.0 };
-        let other = Bead { radius: 0.8e-3, material: resin };
+        let other = Bead::sphere(0.8e-3, resin);
         let forth = bead_pair_stiffness(&bead(), &other);
         assert!((bead_pair_stiffness(&other, &bead()) / forth - 1.0).abs() < 1e-15);
-        let huge = Bead { radius: 1e6, material: Material::chrome_steel() };
+        let huge = Bead::sphere(1e6, Material::chrome_steel());
         assert_close(bead_pair_stiffness(&bead(), &huge), bead_flat_stiffness(&bead(), FlatContact::Steel));
     }
 }
