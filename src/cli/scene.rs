@@ -143,7 +143,14 @@ fn json_value(value: &SettingValue) -> Value {
         SettingValue::Flag(flag) => json!(flag),
         SettingValue::Beads(beads) => beads
             .iter()
-            .map(|(bead, radius, material)| json!({ "bead": bead, "radius_m": radius, "material": material }))
+            .map(|(number, bead)| {
+                let mut row = json!({ "bead": number, "radius_m": bead.radius, "material": bead.material.name });
+                if let Some(mesh) = &bead.mesh {
+                    row["mesh"] = json!(mesh.path);
+                    row["mesh_unit_m"] = json!(mesh.unit);
+                }
+                row
+            })
             .collect(),
     }
 }
