@@ -21,6 +21,10 @@ pub struct Response {
     pub pole_velocity: Series,
     /// Force of each of the N + 1 contacts, N, ≥ 0 pressing.
     pub contact_force: Vec<Series>,
+    /// Radius of each of the N + 1 contacts, m, ≥ 0, 0 where open: half the width of the pressed zone along the surface. Only where the
+    /// model resolves it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_radius: Option<Vec<Series>>,
     /// Where the work of the piston went.
     pub energy: EnergyLedger,
     /// What the run cost, in counts that do not depend on the machine.

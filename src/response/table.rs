@@ -5,7 +5,8 @@ use std::io::{self, Write};
 use super::Response;
 
 /// Write the response as CSV, one line an instant, LF, shortest floats that read back exactly:
-/// `time_s,piston_displacement_m,bead1_velocity_m_per_s…beadN_velocity_m_per_s,pole_velocity_m_per_s,contact1_force_n…contact{N+1}_force_n`.
+/// `time_s,piston_displacement_m,bead1_velocity_m_per_s…beadN_velocity_m_per_s,pole_velocity_m_per_s,contact1_force_n…contact{N+1}_force_n`,
+/// and behind them `contact1_radius_m…contact{N+1}_radius_m` where the model gives the radii.
 ///
 /// # Errors
 /// Whatever the writer says.
@@ -19,6 +20,10 @@ pub fn write_csv(response: &Response, mut writer: impl Write) -> io::Result<()> 
     for contact in 1..=response.contact_force.len() {
         line.push_str(&format!(",contact{contact}_force_n"));
     }
+    let radii = response.contact_radius.as_deref().unwrap_or_default();
+    for contact in 1..=radii.len() {
+        line.push_str(&format!(",contact{contact}_radius_m"));
+    }
     line.push('\n');
     writer.write_all(line.as_bytes())?;
     let piston = &response.piston_displacement;
@@ -28,7 +33,8 @@ pub fn write_csv(response: &Response, mut writer: impl Write) -> io::Result<()> 
         let columns = std::iter::once(piston)
             .chain(&response.bead_velocity)
             .chain(std::iter::once(&response.pole_velocity))
-            .chain(&response.contact_force);
+            .chain(&response.contact_force)
+            .chain(radii);
         for column in columns {
             line.push(',');
             push_number(&mut line, column.values[sample]);
@@ -57,6 +63,7 @@ mod tests {
             bead_velocity: vec![series([0.0, -0.1])],
             pole_velocity: series([0.0, -0.1]),
             contact_force: vec![series([0.0, 1.0 / 3.0]), series([0.0, 0.0])],
+            contact_radius: None,
             energy: EnergyLedger::default(),
             work: crate::response::SolverWork::default(),
         }
@@ -76,6 +83,22 @@ mod tests {
         assert_eq!(lines.next().unwrap(), "1e-7,4.5e-8,-0.1,-0.1,0.3333333333333333,0.0");
         assert_eq!(lines.next().unwrap(), "");
         assert!(!text.contains('\r'));
+    }
+
+    #[test]
+    fn radii_stand_behind_the_columns_that_every_model_has() {
+        let plain = response();
+        let series = |values: [f64; 2]| Series::new(0.0, 1e-7, values.to_vec());
+        let radii = Response { contact_radius: Some(vec![series([0.0, 0.25]), series([0.0, 0.0])]), ..plain.clone() };
+        let written = |response: &Response| {
+            let mut bytes = Vec::new();
+            write_csv(response, &mut bytes).unwrap();
+            String::from_utf8(bytes).unwrap()
+        };
+        let ends = [",contact1_radius_m,contact2_radius_m", ",0.0,0.0", ",0.25,0.0"];
+        for ((line, longer), end) in written(&plain).lines().zip(written(&radii).lines()).zip(ends) {
+            assert_eq!(format!("{line}{end}"), longer);
+        }
     }
 
     #[test]

@@ -16,7 +16,6 @@ use crate::{
     report::{
         calibration::{
             CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, Provenance, RunPoint,
-            Verdict as ReportVerdict,
         },
         number::significant,
         sweep::{SweepCurve, SweepPoint, SweepReport},
@@ -245,11 +244,7 @@ fn law_report(law: &FittedLaw, job: &Job) -> LawReport {
     let failures = crate::calibration::outcome::failures(fit);
     LawReport {
         damping_kind: law_name(&law.kind).into(),
-        verdict: match fit.verdict {
-            Verdict::WithinScatter => ReportVerdict::WithinScatter,
-            Verdict::OutsideScatter => ReportVerdict::OutsideScatter,
-            Verdict::NotConverged => ReportVerdict::NotConverged,
-        },
+        verdict: fit.verdict,
         misfit: fit.misfit,
         parameters: parameters.collect(),
         correlation: (fit.parameters.len() > 1).then_some(fit.correlation),

@@ -108,6 +108,7 @@ impl Grid {
             pole_velocity: bead_velocity[bead_velocity.len() - 1].clone(),
             bead_velocity,
             contact_force: self.force.into_iter().map(series).collect(),
+            contact_radius: None,
             energy,
             work,
         }

@@ -154,7 +154,7 @@ fn headline(report: &CalibrationReport, law: &LawReport) -> Block {
             ),
         ),
     };
-    Block::Headline { tone, verdict: law.verdict.as_str().to_owned(), text }
+    Block::Headline { tone, verdict: law.verdict.to_string(), text }
 }
 
 fn facts(report: &CalibrationReport) -> Vec<(String, String)> {

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{feature::Window, report::sweep::SweepReport, response::EnergyLedger, signal::Series};
+use crate::{
+    calibration::fit::Verdict, feature::Window, report::sweep::SweepReport, response::EnergyLedger, signal::Series,
+};
 
 /// Everything the report says, plain and in SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -54,32 +56,6 @@ pub struct CalibrationReport {
 
 /// The sweep of α at the fitted damping.
 pub type AlphaSweep = SweepReport;
-
-/// What the fit says of the model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Verdict {
-    /// The model explains the record as well as its own scatter allows.
-    #[serde(rename = "within scatter")]
-    WithinScatter,
-    /// It does not: no interval is quoted.
-    #[serde(rename = "outside scatter")]
-    OutsideScatter,
-    /// The search ended before it could tell.
-    #[serde(rename = "not converged")]
-    NotConverged,
-}
-
-impl Verdict {
-    /// The verdict in words, as in `calibration.json`.
-    #[must_use]
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::WithinScatter => "within scatter",
-            Self::OutsideScatter => "outside scatter",
-            Self::NotConverged => "not converged",
-        }
-    }
-}
 
 /// One damping law and its fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

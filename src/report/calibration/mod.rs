@@ -11,9 +11,9 @@ mod table;
 
 use super::page::{Files, ReportError};
 
+pub use crate::calibration::fit::Verdict;
 pub use input::{
     AlphaSweep, CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, Provenance, RunPoint,
-    Verdict,
 };
 
 impl CalibrationReport {

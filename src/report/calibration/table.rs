@@ -77,7 +77,7 @@ pub(super) fn laws(report: &CalibrationReport) -> Table {
                     format!("{}{unit}{note}", with_interval(parameter.value, interval)),
                     format!("{} to {}{unit}", short(parameter.bounds.0), short(parameter.bounds.1)),
                     once(significant(law.misfit, 2)),
-                    once(law.verdict.as_str().to_owned()),
+                    once(law.verdict.to_string()),
                     once(law.log_evidence.map_or(NOTHING.to_owned(), |evidence| significant(evidence - best, 2))),
                     once(format!("{} ({} failed)", law.evaluations, law.failed_runs)),
                 ]
