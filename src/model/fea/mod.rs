@@ -15,4 +15,5 @@
 pub mod assembly;
 pub mod body;
 pub mod element;
+pub mod factor;
 pub mod mesh;

@@ -13,5 +13,5 @@ mod sparse;
 
 pub use columns::Columns;
 pub use dof::{Direction, DofMap};
-pub(in crate::model::fea) use lanes::{fused, multiply_add};
+pub(in crate::model::fea) use lanes::{Arithmetic, Kernel, run};
 pub use sparse::SymmetricSparse;

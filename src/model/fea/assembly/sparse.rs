@@ -1,6 +1,6 @@
 //! Symmetric sparse matrices and their product with several columns.
 
-use super::{fused, multiply_add};
+use super::{Arithmetic, Kernel, run};
 
 /// A symmetric matrix by the columns of its lower triangle; 32-bit indices, rows ascending in a column.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,36 +75,7 @@ impl SymmetricSparse {
     pub fn multiply(&self, x: &[f64], y: &mut [f64], width: usize) {
         debug_assert_eq!(x.len(), self.order() * width);
         debug_assert_eq!(y.len(), x.len());
-        pulp::Arch::new().dispatch(Product { matrix: self, x, y, width });
-    }
-
-    #[inline(always)]
-    fn product<const W: usize, const FUSED: bool>(&self, x: &[f64], y: &mut [f64], step: usize) {
-        let (x, _) = x.as_chunks::<W>();
-        let (y, _) = y.as_chunks_mut::<W>();
-        for block in 0..step {
-            for row in y[block..].iter_mut().step_by(step) {
-                *row = [0.0; W];
-            }
-            for (column, ends) in self.starts.windows(2).enumerate() {
-                let range = ends[0] as usize..ends[1] as usize;
-                let own = &x[column * step + block];
-                let mut sum = [0.0; W];
-                let (rows, values) = (&self.rows[range.clone()], &self.values[range]);
-                let mut entries = rows.iter().zip(values);
-                if rows.first() == Some(&(column as u32)) {
-                    if let Some((_, &diagonal)) = entries.next() {
-                        multiply_add::<W, FUSED>(&mut sum, diagonal, own);
-                    }
-                }
-                for (&row, &value) in entries {
-                    let place = row as usize * step + block;
-                    multiply_add::<W, FUSED>(&mut sum, value, &x[place]);
-                    multiply_add::<W, FUSED>(&mut y[place], value, own);
-                }
-                multiply_add::<W, FUSED>(&mut y[column * step + block], 1.0, &sum);
-            }
-        }
+        run::<16>(width, Product { matrix: self, x, y });
     }
 }
 
@@ -112,31 +83,34 @@ struct Product<'a> {
     matrix: &'a SymmetricSparse,
     x: &'a [f64],
     y: &'a mut [f64],
-    width: usize,
 }
 
-impl Product<'_> {
+impl Kernel for Product<'_> {
     #[inline(always)]
-    fn run<const FUSED: bool>(self) {
-        let Self { matrix, x, y, width } = self;
-        match width {
-            1 => matrix.product::<1, FUSED>(x, y, 1),
-            2 => matrix.product::<2, FUSED>(x, y, 1),
-            4 => matrix.product::<4, FUSED>(x, y, 1),
-            8 => matrix.product::<8, FUSED>(x, y, 1),
-            _ if width.is_multiple_of(16) => matrix.product::<16, FUSED>(x, y, width / 16),
-            _ if width.is_multiple_of(8) => matrix.product::<8, FUSED>(x, y, width / 8),
-            _ => matrix.product::<1, FUSED>(x, y, width),
+    fn run<A: Arithmetic>(self, a: A, step: usize) {
+        let SymmetricSparse { starts, rows, values } = self.matrix;
+        let (x, y) = (A::rows(self.x), A::rows_mut(self.y));
+        y.fill(a.zero());
+        for block in 0..step {
+            for (column, ends) in starts.windows(2).enumerate() {
+                let range = ends[0] as usize..ends[1] as usize;
+                let own = x[column * step + block];
+                let mut sum = y[column * step + block];
+                let (rows, values) = (&rows[range.clone()], &values[range]);
+                let mut entries = rows.iter().zip(values);
+                if rows.first() == Some(&(column as u32))
+                    && let Some((_, &diagonal)) = entries.next()
+                {
+                    sum = a.plus(sum, diagonal, own);
+                }
+                for (&row, &value) in entries {
+                    let place = row as usize * step + block;
+                    sum = a.plus(sum, value, x[place]);
+                    y[place] = a.plus(y[place], value, own);
+                }
+                y[column * step + block] = sum;
+            }
         }
-    }
-}
-
-impl pulp::NullaryFnOnce for Product<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        if fused() { self.run::<true>() } else { self.run::<false>() }
     }
 }
 
