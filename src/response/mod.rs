@@ -1,8 +1,12 @@
 //! What a run produced: traces tagged by place, the energy ledger, the solver's work.
 
+mod field;
 mod table;
+mod vtu;
 
+pub use field::{CellKind, Field, FieldBody, FieldError, FieldMesh};
 pub use table::write_csv;
+pub use vtu::{VtuError, write_pvd, write_vtu};
 
 use serde::{Deserialize, Serialize};
 

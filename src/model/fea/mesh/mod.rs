@@ -7,14 +7,14 @@ mod bead;
 mod butterfly;
 mod error;
 mod quality;
-mod shape;
 mod weave;
 
 pub use annulus::{AnnulusMesh, HalfTorus, annulus};
 pub use bead::{BeadMesh, PatchElements, bead};
 pub use error::MeshError;
 pub use quality::{CLAMPED_BOUNDARY, CONTACT_BOUNDARIES, Quality, quality};
-pub use shape::ShapeFunctions;
+
+use crate::response::{CellKind, FieldMesh};
 
 /// Kind of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -33,6 +33,12 @@ impl Shape {
             Self::Quadrilateral8 => 8,
             Self::Triangle6 => 6,
         }
+    }
+
+    /// Number of its corners.
+    #[must_use]
+    pub const fn corners(self) -> usize {
+        self.nodes() / 2
     }
 }
 
@@ -80,5 +86,20 @@ impl Mesh {
     #[must_use]
     pub fn boundary(&self, name: &str) -> Option<&Boundary> {
         self.boundaries.iter().find(|boundary| boundary.name == name)
+    }
+
+    /// The mesh as a field carries it.
+    #[must_use]
+    pub fn to_field_mesh(&self) -> FieldMesh {
+        let kind = |element: &Element| match element.shape {
+            Shape::Quadrilateral8 => CellKind::QuadraticQuadrilateral,
+            Shape::Triangle6 => CellKind::QuadraticTriangle,
+        };
+        FieldMesh {
+            points: self.nodes.clone(),
+            kinds: self.elements.iter().map(kind).collect(),
+            connectivity: self.elements.iter().flat_map(|element| element.nodes().iter().copied()).collect(),
+            materials: self.elements.iter().map(|element| element.material).collect(),
+        }
     }
 }

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use serde::Serialize;
 
-use super::{Element, Mesh, MeshError};
+use super::{Element, Mesh, MeshError, Shape};
+use crate::model::fea::element::{Interpolation, interpolate, rule};
 
 /// Boundaries whose nodes can come into contact.
 pub const CONTACT_BOUNDARIES: [&str; 3] = ["front", "back", "contact"];
@@ -52,9 +53,9 @@ pub fn quality(mesh: &Mesh) -> Quality {
     for element in &mesh.elements {
         let (places, count) = mesh.places(element);
         let places = &places[..count];
-        for [xi, eta, weight] in element.shape.quadrature() {
-            let functions = element.shape.functions(*xi, *eta);
-            volume += weight * TAU * functions.position(places)[0] * functions.determinant(places);
+        for point in rule(element.shape) {
+            let functions = interpolate(element.shape, point.xi, point.eta);
+            volume += point.weight * TAU * position(&functions, places)[0] * determinant(&functions, places);
         }
         let range = determinants(element, places);
         worst = worst.min(range.smallest / range.largest.abs());
@@ -101,12 +102,26 @@ struct Range {
     at: [f64; 2],
 }
 
+fn position(functions: &Interpolation, places: &[[f64; 2]]) -> [f64; 2] {
+    [0, 1].map(|d| places.iter().zip(&functions.value).map(|(place, value)| place[d] * value).sum())
+}
+
+fn determinant(functions: &Interpolation, places: &[[f64; 2]]) -> f64 {
+    let slope = |d: usize, e: usize| -> f64 {
+        places.iter().zip(&functions.slope).map(|(place, slope)| place[d] * slope[e]).sum()
+    };
+    slope(0, 0) * slope(1, 1) - slope(0, 1) * slope(1, 0)
+}
+
 fn determinants(element: &Element, places: &[[f64; 2]]) -> Range {
-    let corners = element.shape.reference_nodes()[..element.shape.corners()].iter().copied();
-    let points = element.shape.quadrature().iter().map(|[xi, eta, _]| [*xi, *eta]);
+    let corners: &[[f64; 2]] = match element.shape {
+        Shape::Quadrilateral8 => &[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]],
+        Shape::Triangle6 => &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+    };
+    let points = rule(element.shape).map(|point| [point.xi, point.eta]);
     let mut range = Range { smallest: f64::INFINITY, largest: f64::NEG_INFINITY, at: [0.0; 2] };
-    for at in points.chain(corners) {
-        let determinant = element.shape.functions(at[0], at[1]).determinant(places);
+    for at in points.chain(corners.iter().copied()) {
+        let determinant = determinant(&interpolate(element.shape, at[0], at[1]), places);
         range.largest = range.largest.max(determinant);
         // A determinant that is no number is the smallest there is.
         if !(determinant >= range.smallest) {
@@ -136,7 +151,7 @@ impl Mesh {
             let (places, count) = self.places(element);
             let range = determinants(element, &places[..count]);
             if !(range.smallest > 0.0) {
-                let at = element.shape.functions(range.at[0], range.at[1]).position(&places[..count]);
+                let at = position(&interpolate(element.shape, range.at[0], range.at[1]), &places[..count]);
                 let determinant = range.smallest;
                 return Err(MeshError::NegativeJacobian { element: index as u64 + 1, r: at[0], z: at[1], determinant });
             }

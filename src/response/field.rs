@@ -1,0 +1,177 @@
+//! Fields at one instant: what every node of every body does.
+
+use std::sync::Arc;
+
+use thiserror::Error;
+
+/// Kind of a cell, numbered as in VTK.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum CellKind {
+    /// Six nodes: three corners anticlockwise, then the middles of sides 1–2, 2–3, 3–1.
+    QuadraticTriangle = 22,
+    /// Eight nodes: four corners anticlockwise, then the middles of sides 1–2, 2–3, 3–4, 4–1.
+    QuadraticQuadrilateral = 23,
+}
+
+impl CellKind {
+    /// Number of its nodes.
+    #[must_use]
+    pub const fn nodes(self) -> usize {
+        match self {
+            Self::QuadraticTriangle => 6,
+            Self::QuadraticQuadrilateral => 8,
+        }
+    }
+}
+
+/// The cells of one body in plain arrays, in the body's own coordinates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FieldMesh {
+    /// Points (r, z) at rest, m.
+    pub points: Vec<[f64; 2]>,
+    /// Kind of every cell.
+    pub kinds: Vec<CellKind>,
+    /// Points of all cells one after the other.
+    pub connectivity: Vec<u32>,
+    /// Index of every cell's material.
+    pub materials: Vec<u16>,
+}
+
+/// One body at one instant. A quantity that was not computed is an empty list, in all bodies of the frame alike.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FieldBody {
+    /// Its name, such as `bead3`.
+    pub name: String,
+    /// Its cells; equal bodies share them.
+    pub mesh: Arc<FieldMesh>,
+    /// z of the origin of its coordinates, m.
+    pub offset: f64,
+    /// Displacement (u_r, u_z) of every point, m.
+    pub displacement: Vec<[f64; 2]>,
+    /// Velocity (v_r, v_z) of every point, m/s.
+    pub velocity: Vec<[f64; 2]>,
+    /// Stress (rr, zz, θθ, rz) at every point, Pa, positive in tension.
+    pub stress: Vec<[f64; 4]>,
+    /// Von Mises stress at every point, Pa.
+    pub von_mises: Vec<f64>,
+}
+
+/// All bodies at one instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field {
+    /// When, s.
+    pub time: f64,
+    /// The bodies.
+    pub bodies: Vec<FieldBody>,
+}
+
+/// Why fields do not fit together.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum FieldError {
+    /// A list of nodal values has another length than the list of points.
+    #[error(
+        "field `{quantity}` of `{body}`: expected {expected} values, one a point, found {found}; give all or none in every body"
+    )]
+    Count {
+        /// Which body.
+        body: String,
+        /// Which quantity.
+        quantity: &'static str,
+        /// Number of points.
+        expected: usize,
+        /// Number of values.
+        found: usize,
+    },
+    /// The cells do not match their list of points.
+    #[error("cells of `{body}`: expected {expected} {what}, found {found}")]
+    Cells {
+        /// Which body.
+        body: String,
+        /// What is counted.
+        what: &'static str,
+        /// How many there should be.
+        expected: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// A cell names a point that is not there.
+    #[error("cells of `{body}`: expected point numbers below {points}, found {found}")]
+    Point {
+        /// Which body.
+        body: String,
+        /// Number of points.
+        points: usize,
+        /// The number found.
+        found: u32,
+    },
+}
+
+impl FieldBody {
+    /// A body at rest, without any computed quantity.
+    #[must_use]
+    pub fn at_rest(name: impl Into<String>, mesh: Arc<FieldMesh>, offset: f64) -> Self {
+        Self {
+            name: name.into(),
+            mesh,
+            offset,
+            displacement: Vec::new(),
+            velocity: Vec::new(),
+            stress: Vec::new(),
+            von_mises: Vec::new(),
+        }
+    }
+}
+
+impl Field {
+    /// Which of displacement, velocity, stress and von Mises stress the frame carries.
+    #[must_use]
+    pub fn carries(&self) -> [bool; 4] {
+        let any = |given: fn(&FieldBody) -> bool| self.bodies.iter().any(given);
+        [
+            any(|body| !body.displacement.is_empty()),
+            any(|body| !body.velocity.is_empty()),
+            any(|body| !body.stress.is_empty()),
+            any(|body| !body.von_mises.is_empty()),
+        ]
+    }
+
+    /// Refuse lists whose lengths do not fit together.
+    ///
+    /// # Errors
+    /// [`FieldError`] with body and quantity.
+    pub fn check(&self) -> Result<(), FieldError> {
+        let carried = self.carries();
+        for body in &self.bodies {
+            let named = || body.name.clone();
+            let mesh = &*body.mesh;
+            let expected = mesh.points.len();
+            let lists = [
+                ("displacement", body.displacement.len()),
+                ("velocity", body.velocity.len()),
+                ("stress", body.stress.len()),
+                ("von_mises", body.von_mises.len()),
+            ];
+            for ((quantity, found), carried) in lists.into_iter().zip(carried) {
+                if carried && found != expected {
+                    return Err(FieldError::Count { body: named(), quantity, expected, found });
+                }
+            }
+            let slots: usize = mesh.kinds.iter().map(|kind| kind.nodes()).sum();
+            let cells = [
+                ("entries of the connectivity", slots, mesh.connectivity.len()),
+                ("materials", mesh.kinds.len(), mesh.materials.len()),
+            ];
+            for (what, expected, found) in cells {
+                if expected != found {
+                    return Err(FieldError::Cells { body: named(), what, expected, found });
+                }
+            }
+            if let Some(&found) = mesh.connectivity.iter().find(|point| **point as usize >= expected) {
+                return Err(FieldError::Point { body: named(), points: expected, found });
+            }
+        }
+        Ok(())
+    }
+}
