@@ -12,8 +12,22 @@
 //!
 //! Data flows mesh → element → assembly → body → contact → statics and transient.
 
+pub mod arrangement;
 pub mod assembly;
 pub mod body;
+pub mod contact;
 pub mod element;
+pub mod energy;
+pub mod equilibrium;
+mod error;
 pub mod factor;
 pub mod mesh;
+pub mod motion;
+pub mod operator;
+pub mod profile;
+pub mod scheme;
+pub mod simulation;
+pub mod trace;
+
+pub use error::FeaError;
+pub use simulation::{Control, Cut, Simulation, Snapshot};

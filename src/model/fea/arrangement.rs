@@ -1,0 +1,231 @@
+//! From a scene to bodies, how they stand, and the geometry of their contacts.
+
+use super::{
+    FeaError,
+    body::Body,
+    contact::pair::{Pair, Pole, Profile, Torus},
+    mesh::{self, Mesh},
+};
+use crate::{
+    model::fea::body,
+    model::contact_law::{Dashpot, dashpots},
+    scene::{Bead, ContactMass, Elements, FlatContact, Material, MeshFile, Scene, Support},
+};
+
+/// Distance of the annulus' section from the axis, m (reading 1 of the source).
+pub const ANNULUS_RING_RADIUS: f64 = 0.55e-3;
+/// Radius of the annulus' section, m.
+pub const ANNULUS_SECTION_RADIUS: f64 = 0.25e-3;
+
+/// The bodies of a scene, one of each kind, and their contacts.
+#[derive(Debug, Clone)]
+pub struct Arrangement {
+    /// The different bodies; equal beads share one.
+    pub kinds: Vec<Body>,
+    /// Kind of every bead.
+    pub beads: Vec<usize>,
+    /// Kind of the support; none where it is rigid.
+    pub support: Option<usize>,
+    /// The different contact geometries.
+    pub pairs: Vec<Pair>,
+    /// Geometry of every contact, N + 1.
+    pub contacts: Vec<usize>,
+    /// Stiffness of the spring behind the last contact's flat, N/m; infinite where the flat is rigid.
+    pub spring: f64,
+    /// Factor on the support's stiffness, 1.
+    pub stiffness_factor: f64,
+    /// Dashpot of every contact.
+    pub dashpots: Vec<Dashpot>,
+    /// z of the origin of every body's coordinates while all just touch, m: beads, then the support; the piston's face lies at 0.
+    pub origins: Vec<f64>,
+}
+
+impl Arrangement {
+    /// Mesh the bodies of a scene and lay them side by side.
+    ///
+    /// # Errors
+    /// [`FeaError`]: a mesh that cannot be made or read, a support the analysis does not have, surfaces that do not face each other.
+    pub fn new(scene: &Scene) -> Result<Self, FeaError> {
+        let beads = &scene.chain.beads;
+        if scene.piston == FlatContact::Steel {
+            return Err(FeaError::HalfSpace { key: "piston.contact" });
+        }
+        let settings = &scene.model.fea;
+        let massless = settings.contact_mass == ContactMass::Massless;
+        let mut kinds = Vec::new();
+        let mut known: Vec<&Bead> = Vec::new();
+        let mut of_bead = Vec::with_capacity(beads.len());
+        for (i, bead) in beads.iter().enumerate() {
+            let kind = match known.iter().position(|other| *other == bead) {
+                Some(kind) => kind,
+                None => {
+                    known.push(bead);
+                    kinds.push(bead_body(bead, i + 1, scene, massless)?);
+                    kinds.len() - 1
+                }
+            };
+            of_bead.push(kind);
+        }
+        let last = beads.len() - 1;
+        let pole = |bead: usize, boundary: &'static str| Pole {
+            body: &kinds[of_bead[bead]],
+            boundary,
+            normal: if boundary == "back" { 1.0 } else { -1.0 },
+            profile: match beads[bead].mesh {
+                None => Profile::Sphere { radius: beads[bead].radius },
+                Some(_) => Profile::Meshed,
+            },
+        };
+        let mut pairs = vec![Pair::on_flat(pole(0, "front"), true)?];
+        let mut keys = vec![None];
+        let mut contacts = vec![0];
+        for i in 0..last {
+            let key = Some((of_bead[i], of_bead[i + 1]));
+            let pair = match keys.iter().position(|other| *other == key) {
+                Some(pair) => pair,
+                None => {
+                    keys.push(key);
+                    pairs.push(Pair::of_poles(pole(i, "back"), pole(i + 1, "front"))?);
+                    pairs.len() - 1
+                }
+            };
+            contacts.push(pair);
+        }
+        let mut origins = Vec::with_capacity(beads.len() + 1);
+        let mut face = 0.0;
+        for &kind in &of_bead {
+            let (front, back) = kinds[kind].poles();
+            origins.push(face - front);
+            face += back - front;
+        }
+        let (mut spring, mut stiffness_factor) = (f64::INFINITY, 1.0);
+        let mut resting = |sphere: &Body, support: Body, torus: Option<Torus>| -> Result<Body, FeaError> {
+            if beads[last].mesh.is_some() {
+                return Err(FeaError::SphereNeeded { bead: last + 1 });
+            }
+            let pair = Pair::on_ring(sphere, beads[last].radius, &support, torus)?;
+            if let Some(ring) = &pair.ring {
+                origins.push(origins[last] - ring.centre);
+            }
+            pairs.push(pair);
+            Ok(support)
+        };
+        let support = match &scene.support {
+            Support::Flat(FlatContact::Rigid) => {
+                pairs.push(Pair::on_flat(pole(last, "back"), false)?);
+                None
+            }
+            Support::Flat(FlatContact::Steel) => return Err(FeaError::HalfSpace { key: "support.kind" }),
+            Support::Spring { stiffness } => {
+                spring = *stiffness;
+                pairs.push(Pair::on_flat(pole(last, "back"), false)?);
+                None
+            }
+            Support::Annulus { stiffness_factor: factor, material, .. } => {
+                stiffness_factor = *factor;
+                let mesh = mesh::annulus(&mesh::AnnulusMesh {
+                    ring_radius: ANNULUS_RING_RADIUS,
+                    section_radius: ANNULUS_SECTION_RADIUS,
+                    sphere_radius: beads[last].radius,
+                    density: settings.density,
+                    elements: mesh_elements(settings.elements),
+                })?;
+                // A stiffer or softer support is the same body of another modulus.
+                let material = Material { youngs_modulus: factor * material.youngs_modulus, ..material.clone() };
+                let body = support_body(mesh, &[material], massless)?;
+                let torus = Torus { ring_radius: ANNULUS_RING_RADIUS, section_radius: ANNULUS_SECTION_RADIUS };
+                Some(resting(&kinds[of_bead[last]], body, Some(torus))?)
+            }
+            Support::Body { mesh, material, .. } => {
+                let (mesh, materials) = imported(mesh, material, scene)?;
+                let body = support_body(mesh, &materials, massless)?;
+                Some(resting(&kinds[of_bead[last]], body, None)?)
+            }
+        };
+        contacts.push(pairs.len() - 1);
+        let support = support.map(|body| {
+            kinds.push(body);
+            kinds.len() - 1
+        });
+        Ok(Self {
+            kinds,
+            beads: of_bead,
+            support,
+            pairs,
+            contacts,
+            spring,
+            stiffness_factor,
+            dashpots: dashpots(&scene.damping, beads.len() + 1),
+            origins,
+        })
+    }
+
+    /// Kind of the body in slot 0…N + 1 (piston, beads, support); none where it is rigid.
+    #[must_use]
+    pub fn kind(&self, slot: usize) -> Option<usize> {
+        match slot.checked_sub(1) {
+            None => None,
+            Some(bead) if bead < self.beads.len() => Some(self.beads[bead]),
+            Some(_) => self.support,
+        }
+    }
+
+    /// Unknowns of all bodies.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        self.beads.iter().chain(&self.support).map(|&kind| self.kinds[kind].unknowns()).sum()
+    }
+
+    /// Unknowns of one kind that any contact measures, ascending.
+    #[must_use]
+    pub fn interface(&self, kind: usize) -> Vec<u32> {
+        let mut unknowns = Vec::new();
+        for (contact, &pair) in self.contacts.iter().enumerate() {
+            let pair = &self.pairs[pair];
+            for (slot, face) in [(contact, &pair.before), (contact + 1, &pair.after)] {
+                if self.kind(slot) == Some(kind) {
+                    unknowns.extend(face.unknowns());
+                }
+            }
+        }
+        unknowns.sort_unstable();
+        unknowns.dedup();
+        unknowns
+    }
+}
+
+fn mesh_elements(elements: Elements) -> mesh::Elements {
+    match elements {
+        Elements::Quadrilaterals => mesh::Elements::Quadrilaterals,
+        Elements::Mixed => mesh::Elements::Mixed,
+    }
+}
+
+fn bead_body(bead: &Bead, number: usize, scene: &Scene, massless: bool) -> Result<Body, FeaError> {
+    let settings = &scene.model.fea;
+    let (mesh, materials) = match &bead.mesh {
+        None => {
+            let form = mesh::BeadMesh { density: settings.density, elements: mesh_elements(settings.elements), ..Default::default() };
+            (mesh::bead(bead.radius, &form)?, vec![bead.material.clone()])
+        }
+        Some(file) => imported(file, &bead.material, scene)?,
+    };
+    Ok(Body::new(format!("bead {number}"), mesh, &materials, &[], if massless { &["front", "back"] } else { &[] })?)
+}
+
+fn support_body(mesh: Mesh, materials: &[Material], massless: bool) -> Result<Body, FeaError> {
+    Ok(Body::new("support".into(), mesh, materials, &["clamped"], if massless { &["contact"] } else { &[] })?)
+}
+
+fn imported(file: &MeshFile, material: &Material, scene: &Scene) -> Result<(Mesh, Vec<Material>), FeaError> {
+    let (mesh, names) = mesh::gmsh::import(&file.path, file.unit)?;
+    let materials = names.iter().map(|name| {
+        if *name == material.name {
+            return Ok(material.clone());
+        }
+        let found = scene.materials.iter().find(|material| material.name == *name);
+        found.cloned().ok_or_else(|| FeaError::UnknownMaterial { file: file.path.clone(), name: name.clone() })
+    });
+    let materials = materials.collect::<Result<_, _>>()?;
+    Ok((mesh, materials))
+}

@@ -1,0 +1,295 @@
+//! All contacts of a chain in one step: complementarity at every point, dashpots on the beads' rigid motion, coupled through the bodies.
+//!
+//! Contact c = 0…N lies between body c and body c + 1 in the row piston, bead 1 … bead N, support. Its gaps after the step are
+//!
+//! ```text
+//! g_c = q_c + W_c λ_c + V_c λ_{c−1} + V_{c+1}ᵀ λ_{c+1} − a_c⁻ s_c − a_c⁺ s_{c+1}
+//! ```
+//!
+//! with the predicted gaps q (no force at the end of the step), the compliance W of the contact itself, V across the body between two
+//! contacts, and the shifts s of the bodies by the dashpots' forces; a is the axial part of the normals. Blocks are solved in turn, each
+//! exactly; a step is short against the time a push needs to reach the next contact, so that three or four sweeps do.
+//!
+//! Dashpots follow the beads' rigid motion: they act while its overlap δ > 0, with (c + γ√δ) δ̇, and unless tension is allowed never more
+//! than the contact's own force.
+
+use super::complementarity::{Compliance, NotSolved, Scratch};
+use crate::model::contact_law::Dashpot;
+
+/// What stays the same for all steps of one size.
+#[derive(Debug, Clone)]
+pub struct Link {
+    /// W of this contact, shared by contacts of the same kind through `compliances`.
+    pub compliance: usize,
+    /// V across the body on the piston's side, to the contact before: index into `couplings`; none where that body is rigid.
+    pub coupling: Option<usize>,
+    /// Axial part of the outward normal of the body on the piston's side at every point, 1.
+    pub axial_before: Vec<f64>,
+    /// The same of the body on the support's side; ≤ 0.
+    pub axial_after: Vec<f64>,
+    /// Dashpot.
+    pub dashpot: Dashpot,
+}
+
+/// How the rigid motions of the bodies answer a force held over the step.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Mobility {
+    /// Displacement at the end of the step, m/N; 0 for a rigid or clamped body.
+    pub displacement: f64,
+    /// Velocity at the end of the step, m/(N·s); 0 for a rigid or clamped body.
+    pub velocity: f64,
+}
+
+/// The contacts of a chain for steps of one size.
+#[derive(Debug, Clone)]
+pub struct Contacts {
+    /// One entry a contact.
+    pub links: Vec<Link>,
+    /// The different W.
+    pub compliances: Vec<Compliance>,
+    /// The different V, row by row: points of the later contact × points of the earlier.
+    pub couplings: Vec<Vec<f64>>,
+    /// Of piston, beads, support: N + 2.
+    pub mobilities: Vec<Mobility>,
+    /// Whether a dashpot may pull.
+    pub tension: bool,
+}
+
+/// Rigid motion of every body predicted without forces at the end of the step; for the piston its prescribed one.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct RigidPrediction {
+    /// Displacement along z, m.
+    pub displacement: f64,
+    /// Velocity along z, m/s.
+    pub velocity: f64,
+}
+
+/// Forces and gaps of one contact at the end of a step.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ContactState {
+    /// λ at every point, N, ≥ 0.
+    pub forces: Vec<f64>,
+    /// g at every point, m, ≥ 0.
+    pub gaps: Vec<f64>,
+    /// Axial force of the points, N, ≥ 0.
+    pub pressing: f64,
+    /// Force of the dashpot, N; negative while it holds parting bodies.
+    pub damping: f64,
+}
+
+impl ContactState {
+    /// No force, of that many points.
+    #[must_use]
+    pub fn open(points: usize) -> Self {
+        Self { forces: vec![0.0; points], gaps: vec![0.0; points], pressing: 0.0, damping: 0.0 }
+    }
+
+    /// Whole axial force, N.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.pressing + self.damping
+    }
+}
+
+/// Buffers, allocated once.
+#[derive(Debug, Clone)]
+pub struct Workspace {
+    scratch: Vec<Scratch>,
+    gaps: Vec<f64>,
+    before: Vec<f64>,
+    /// c + γ √δ of every contact, N·s/m; 0 while its dashpot is off.
+    damping: Vec<f64>,
+}
+
+/// What a solution took.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Effort {
+    /// Sweeps over all contacts.
+    pub sweeps: u32,
+    /// Active sets tried.
+    pub sets: u32,
+}
+
+/// Why a step has no solution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Failure {
+    /// No active set of this contact (0 = piston) satisfies all conditions.
+    NoActiveSet {
+        /// Which contact.
+        contact: usize,
+        /// Sets tried.
+        iterations: u32,
+    },
+    /// The sweeps did not settle.
+    NotSettled {
+        /// Contact with the largest change.
+        contact: usize,
+        /// Its change of force in the last sweep, N.
+        change: f64,
+        /// Sweeps made.
+        sweeps: u32,
+    },
+}
+
+/// Sweeps after which a step is given up.
+const MOST_SWEEPS: u32 = 400;
+/// Sweeps after which the dashpots' coefficients stay as they are, should a contact at the very edge of closing flicker.
+const FREEZING_SWEEPS: u32 = 40;
+/// Largest change of a force in the last sweep over the largest force: a few roundings.
+const SETTLED: f64 = 1e-13;
+
+impl Workspace {
+    /// For these contacts.
+    #[must_use]
+    pub fn new(contacts: &Contacts) -> Self {
+        let points = contacts.compliances.iter().map(Compliance::size).max().unwrap_or(0);
+        Self {
+            scratch: contacts.links.iter().map(|_| Scratch::new(points)).collect(),
+            gaps: vec![0.0; points],
+            before: vec![0.0; contacts.links.len()],
+            damping: vec![0.0; contacts.links.len()],
+        }
+    }
+}
+
+impl Contacts {
+    /// Solve one step. `predicted` holds q of every contact, `rigid` the prediction of the N + 2 rigid motions, `overlap` the rigid
+    /// overlap of every contact with all displacements zero (m). `states` holds the last step's forces on entry and this step's on return.
+    ///
+    /// # Errors
+    /// [`Failure`]; `states` is then not to be used.
+    pub fn solve(
+        &self,
+        predicted: &[Vec<f64>],
+        rigid: &[RigidPrediction],
+        overlap: &[f64],
+        states: &mut [ContactState],
+        work: &mut Workspace,
+    ) -> Result<Effort, Failure> {
+        let mut effort = Effort::default();
+        loop {
+            effort.sweeps += 1;
+            let (mut worst, mut change, mut largest) = (0, 0.0, 0.0);
+            for c in 0..self.links.len() {
+                work.before[c] = states[c].total();
+                effort.sets += self.press(c, &predicted[c], states, work)?;
+                self.damp(c, rigid, overlap[c], states, work, effort.sweeps > FREEZING_SWEEPS);
+                let moved = (states[c].total() - work.before[c]).abs();
+                largest = f64::max(largest, states[c].total().abs().max(states[c].pressing));
+                if !(moved <= change) {
+                    (worst, change) = (c, moved);
+                }
+            }
+            if change <= SETTLED * largest {
+                return Ok(effort);
+            }
+            if effort.sweeps >= MOST_SWEEPS || !change.is_finite() {
+                return Err(Failure::NotSettled { contact: worst, change, sweeps: effort.sweeps });
+            }
+        }
+    }
+
+    /// Forces of the points of contact c, all other forces given; returns the number of sets tried.
+    fn press(
+        &self,
+        c: usize,
+        predicted: &[f64],
+        states: &mut [ContactState],
+        work: &mut Workspace,
+    ) -> Result<u32, Failure> {
+        let link = &self.links[c];
+        let compliance = &self.compliances[link.compliance];
+        let n = compliance.size();
+        let gaps = &mut work.gaps[..n];
+        gaps.copy_from_slice(predicted);
+        if let Some(coupling) = link.coupling {
+            let (matrix, earlier) = (&self.couplings[coupling], &states[c - 1].forces);
+            let m = earlier.len();
+            // The active points come first in most contacts, but not on an annulus: skip what carries nothing.
+            for (j, &force) in earlier.iter().enumerate().filter(|(_, force)| **force > 0.0) {
+                for (i, gap) in gaps.iter_mut().enumerate() {
+                    *gap += matrix[i * m + j] * force;
+                }
+            }
+        }
+        if let Some(coupling) = self.links.get(c + 1).and_then(|next| next.coupling) {
+            let (matrix, later) = (&self.couplings[coupling], &states[c + 1].forces);
+            for (j, &force) in later.iter().enumerate().filter(|(_, force)| **force > 0.0) {
+                for (gap, v) in gaps.iter_mut().zip(&matrix[j * n..(j + 1) * n]) {
+                    *gap += v * force;
+                }
+            }
+        }
+        let (before, after) = (self.damping_shift(c, states), self.damping_shift(c + 1, states));
+        if before != 0.0 || after != 0.0 {
+            for ((gap, a), b) in gaps.iter_mut().zip(&link.axial_before).zip(&link.axial_after) {
+                *gap -= a * before + b * after;
+            }
+        }
+        let ContactState { forces, gaps: final_gaps, pressing, .. } = &mut states[c];
+        let solved = compliance
+            .solve(gaps, forces, final_gaps, &mut work.scratch[c])
+            .map_err(|NotSolved { iterations }| Failure::NoActiveSet { contact: c, iterations })?;
+        *pressing = forces.iter().zip(&link.axial_before).map(|(force, axial)| force * axial).sum();
+        Ok(solved.iterations)
+    }
+
+    /// Displacement of body b by the dashpots on both its sides, m.
+    fn damping_shift(&self, body: usize, states: &[ContactState]) -> f64 {
+        let mobility = self.mobilities[body].displacement;
+        if mobility == 0.0 {
+            return 0.0;
+        }
+        mobility * (states[body - 1].damping - states[body].damping)
+    }
+
+    /// Force of the dashpot of contact c, all other forces given.
+    fn damp(
+        &self,
+        c: usize,
+        rigid: &[RigidPrediction],
+        overlap: f64,
+        states: &mut [ContactState],
+        work: &mut Workspace,
+        frozen: bool,
+    ) {
+        let dashpot = self.links[c].dashpot;
+        if dashpot.is_absent() {
+            return;
+        }
+        // Overlap and rate without this dashpot's own force: it must not switch itself.
+        let own = states[c].damping;
+        let (before, after) = (self.mobilities[c], self.mobilities[c + 1]);
+        if !frozen {
+            let displacement = |body: usize, mobility: Mobility| {
+                rigid[body].displacement + mobility.displacement * self.net(body, states)
+            };
+            let pressed = overlap + displacement(c, before) - displacement(c + 1, after)
+                + (before.displacement + after.displacement) * own;
+            work.damping[c] = dashpot.force(pressed, 1.0);
+        }
+        let velocity =
+            |body: usize, mobility: Mobility| rigid[body].velocity + mobility.velocity * self.net(body, states);
+        let mobility = before.velocity + after.velocity;
+        let rate = velocity(c, before) - velocity(c + 1, after) + mobility * own;
+        let coefficient = work.damping[c];
+        let force = coefficient * rate / (1.0 + coefficient * mobility);
+        states[c].damping = if self.tension { force } else { force.max(-states[c].pressing) };
+    }
+
+    /// Net axial force on body b, N.
+    fn net(&self, body: usize, states: &[ContactState]) -> f64 {
+        if self.mobilities[body].velocity == 0.0 {
+            return 0.0;
+        }
+        states[body - 1].total() - states[body].total()
+    }
+
+    /// Displacement and velocity of body b at the end of the step, m and m/s.
+    #[must_use]
+    pub fn rigid_motion(&self, body: usize, rigid: &RigidPrediction, states: &[ContactState]) -> (f64, f64) {
+        let net = self.net(body, states);
+        let mobility = self.mobilities[body];
+        (rigid.displacement + mobility.displacement * net, rigid.velocity + mobility.velocity * net)
+    }
+}

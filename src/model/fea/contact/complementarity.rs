@@ -1,0 +1,388 @@
+//! The linear complementarity problem of one contact.
+//!
+//! g = q + W λ,   g ≥ 0,   λ ≥ 0,   λᵢ gᵢ = 0,
+//!
+//! - W: condensed compliance, m/N, n × n, symmetric positive definite: how far the gap at point i opens per unit force at point j
+//! - q: gaps without forces, m
+//! - λ: forces, N;  g: gaps, m
+//!
+//! Points of a contact at a pole are ordered by radius and its active set is a prefix of them, so one Cholesky factor W = L Lᵀ holds a
+//! factor of every candidate set in its leading blocks. Any other set is found by a primal–dual active set method (Hintermüller, Ito and
+//! Kunisch 2002, *SIAM J. Optim.* 13, 865), and should that cycle, by least-index principal pivoting (Murty 1974, *Linear Algebra
+//! Appl.* 9, 237), which ends for every positive definite W.
+
+/// Where the search for the active set begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ordering {
+    /// The active set is a prefix in nearly all states: a contact at a pole.
+    Prefix,
+    /// Any set: a ring on an annulus, an interval of its points.
+    Any,
+}
+
+/// Result of one solution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Solved {
+    /// Sets tried.
+    pub iterations: u32,
+}
+
+/// The compliance was not positive definite, or the set cycled beyond all bounds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NotSolved {
+    /// Sets tried.
+    pub iterations: u32,
+}
+
+/// W of one contact, with the factor of all its leading blocks.
+#[derive(Debug, Clone)]
+pub struct Compliance {
+    size: usize,
+    ordering: Ordering,
+    /// W, row by row.
+    matrix: Vec<f64>,
+    /// L of W = L Lᵀ, row by row; empty for [`Ordering::Any`].
+    factor: Vec<f64>,
+}
+
+/// Work space of one contact; allocated once.
+#[derive(Debug, Clone)]
+pub struct Scratch {
+    forward: Vec<f64>,
+    active: Vec<usize>,
+    next: Vec<usize>,
+    block: Vec<f64>,
+    right: Vec<f64>,
+}
+
+impl Scratch {
+    /// For contacts of up to `size` points.
+    #[must_use]
+    pub fn new(size: usize) -> Self {
+        Self {
+            forward: vec![0.0; size],
+            active: Vec::with_capacity(size),
+            next: Vec::with_capacity(size),
+            block: vec![0.0; size * size],
+            right: vec![0.0; size],
+        }
+    }
+}
+
+impl Compliance {
+    /// Take W (row by row, m/N) and factor it where the ordering allows.
+    ///
+    /// # Errors
+    /// [`NotSolved`] when W is not positive definite.
+    pub fn new(matrix: Vec<f64>, size: usize, ordering: Ordering) -> Result<Self, NotSolved> {
+        debug_assert_eq!(matrix.len(), size * size);
+        let factor = match ordering {
+            Ordering::Any => Vec::new(),
+            Ordering::Prefix => {
+                let mut factor = matrix.clone();
+                if !factorise(&mut factor, size, size) {
+                    return Err(NotSolved { iterations: 0 });
+                }
+                factor
+            }
+        };
+        Ok(Self { size, ordering, matrix, factor })
+    }
+
+    /// Number of points.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// Row i of W, m/N.
+    #[must_use]
+    pub fn row(&self, i: usize) -> &[f64] {
+        &self.matrix[i * self.size..(i + 1) * self.size]
+    }
+
+    /// Solve for the forces (N); `forces` holds the last known ones on entry, `gaps` (m) the final gaps on return.
+    ///
+    /// # Errors
+    /// [`NotSolved`] when no set satisfies all conditions; the forces are then not to be used.
+    pub fn solve(
+        &self,
+        free_gaps: &[f64],
+        forces: &mut [f64],
+        gaps: &mut [f64],
+        scratch: &mut Scratch,
+    ) -> Result<Solved, NotSolved> {
+        // An open contact, by far the commonest state, needs no algebra.
+        if free_gaps.iter().all(|&gap| gap >= 0.0) {
+            forces.fill(0.0);
+            gaps.copy_from_slice(free_gaps);
+            return Ok(Solved { iterations: 0 });
+        }
+        if !free_gaps.iter().all(|gap| gap.is_finite()) {
+            return Err(NotSolved { iterations: 0 });
+        }
+        if self.ordering == Ordering::Prefix && self.solve_prefix(free_gaps, forces, gaps, scratch) {
+            return Ok(Solved { iterations: 1 });
+        }
+        self.solve_any(free_gaps, forces, gaps, scratch)
+    }
+
+    /// Gap below which a point counts as closed, m: rounding of the sums that make it.
+    fn rounding(free_gaps: &[f64]) -> f64 {
+        64.0 * f64::EPSILON * free_gaps.iter().fold(0.0, |largest: f64, gap| largest.max(gap.abs()))
+    }
+
+    /// Try the shortest prefix behind which the next point does not penetrate; false if it is not the solution.
+    fn solve_prefix(&self, free_gaps: &[f64], forces: &mut [f64], gaps: &mut [f64], scratch: &mut Scratch) -> bool {
+        let n = self.size;
+        let y = &mut scratch.forward;
+        let mut count = 0;
+        // L y = −q; y_k ≤ 0 says that point k stays open while those before it are pressed.
+        while count < n {
+            let row = &self.factor[count * n..count * n + count + 1];
+            let mut value = -free_gaps[count];
+            for (l, y) in row[..count].iter().zip(y.iter()) {
+                value -= l * y;
+            }
+            value /= row[count];
+            if value <= 0.0 {
+                break;
+            }
+            y[count] = value;
+            count += 1;
+        }
+        forces.fill(0.0);
+        for k in (0..count).rev() {
+            let force = y[k] / self.factor[k * n + k];
+            forces[k] = force;
+            for (y, l) in y[..k].iter_mut().zip(&self.factor[k * n..k * n + k]) {
+                *y -= l * force;
+            }
+        }
+        if forces[..count].iter().any(|&force| force < 0.0) {
+            return false;
+        }
+        self.gaps(free_gaps, forces, count, gaps);
+        let rounding = Self::rounding(free_gaps);
+        gaps[..count].fill(0.0);
+        gaps[count..].iter().all(|&gap| gap >= -rounding)
+    }
+
+    /// g = q + W λ with the forces beyond `count` zero.
+    fn gaps(&self, free_gaps: &[f64], forces: &[f64], count: usize, gaps: &mut [f64]) {
+        for ((i, gap), free) in gaps.iter_mut().enumerate().zip(free_gaps) {
+            *gap = free + dot(&self.matrix[i * self.size..i * self.size + count], &forces[..count]);
+        }
+    }
+
+    fn solve_any(
+        &self,
+        free_gaps: &[f64],
+        forces: &mut [f64],
+        gaps: &mut [f64],
+        scratch: &mut Scratch,
+    ) -> Result<Solved, NotSolved> {
+        let n = self.size;
+        let rounding = Self::rounding(free_gaps);
+        scratch.active.clear();
+        scratch.active.extend((0..n).filter(|&i| forces[i] > 0.0));
+        if scratch.active.is_empty() {
+            scratch.active.extend((0..n).filter(|&i| free_gaps[i] < 0.0));
+        }
+        let mut iterations = 0;
+        while iterations < 40 {
+            iterations += 1;
+            self.solve_set(free_gaps, forces, gaps, scratch, iterations)?;
+            scratch.next.clear();
+            let members = &scratch.active;
+            let mut position = 0;
+            for i in 0..n {
+                let is_member = position < members.len() && members[position] == i;
+                position += usize::from(is_member);
+                if if is_member { forces[i] > 0.0 } else { gaps[i] < -rounding } {
+                    scratch.next.push(i);
+                }
+            }
+            if scratch.next == scratch.active {
+                return Ok(Solved { iterations });
+            }
+            std::mem::swap(&mut scratch.active, &mut scratch.next);
+        }
+        self.solve_least_index(free_gaps, forces, gaps, scratch, iterations, rounding)
+    }
+
+    /// Change the membership of the first offending point until none offends.
+    fn solve_least_index(
+        &self,
+        free_gaps: &[f64],
+        forces: &mut [f64],
+        gaps: &mut [f64],
+        scratch: &mut Scratch,
+        mut iterations: u32,
+        rounding: f64,
+    ) -> Result<Solved, NotSolved> {
+        scratch.active.clear();
+        for _ in 0..100 * self.size {
+            iterations += 1;
+            self.solve_set(free_gaps, forces, gaps, scratch, iterations)?;
+            let offender = (0..self.size).find(|i| match scratch.active.binary_search(i) {
+                Ok(_) => forces[*i] < 0.0,
+                Err(_) => gaps[*i] < -rounding,
+            });
+            let Some(offender) = offender else { return Ok(Solved { iterations }) };
+            match scratch.active.binary_search(&offender) {
+                Ok(position) => drop(scratch.active.remove(position)),
+                Err(position) => scratch.active.insert(position, offender),
+            }
+        }
+        Err(NotSolved { iterations })
+    }
+
+    /// Forces that close exactly the active points, and all gaps.
+    fn solve_set(
+        &self,
+        free_gaps: &[f64],
+        forces: &mut [f64],
+        gaps: &mut [f64],
+        scratch: &mut Scratch,
+        iterations: u32,
+    ) -> Result<(), NotSolved> {
+        let n = self.size;
+        let Scratch { active, block, right, .. } = scratch;
+        let m = active.len();
+        for (row, &i) in active.iter().enumerate() {
+            right[row] = -free_gaps[i];
+            for (column, &j) in active.iter().enumerate() {
+                block[row * m + column] = self.matrix[i * n + j];
+            }
+        }
+        if !factorise(&mut block[..m * m], m, m) {
+            return Err(NotSolved { iterations });
+        }
+        for k in 0..m {
+            let value = right[k] - dot(&block[k * m..k * m + k], &right[..k]);
+            right[k] = value / block[k * m + k];
+        }
+        for k in (0..m).rev() {
+            right[k] /= block[k * m + k];
+            let value = right[k];
+            for (y, l) in right[..k].iter_mut().zip(&block[k * m..k * m + k]) {
+                *y -= l * value;
+            }
+        }
+        forces.fill(0.0);
+        for (&i, &force) in active.iter().zip(right.iter()) {
+            forces[i] = force;
+        }
+        self.gaps(free_gaps, forces, n, gaps);
+        for &i in active.iter() {
+            gaps[i] = 0.0;
+        }
+        Ok(())
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Lower Cholesky factor in place, row by row with `stride` numbers a row; false if a pivot is not positive.
+fn factorise(matrix: &mut [f64], size: usize, stride: usize) -> bool {
+    for i in 0..size {
+        for j in 0..=i {
+            let (before, row) = matrix.split_at_mut(i * stride);
+            if i == j {
+                let pivot = row[i] - row[..i].iter().map(|l| l * l).sum::<f64>();
+                // Rounding of a positive definite matrix leaves a positive pivot; a singular one does not.
+                if !(pivot > 1e-14 * row[i]) {
+                    return false;
+                }
+                row[i] = pivot.sqrt();
+            } else {
+                let other = &before[j * stride..j * stride + j + 1];
+                row[j] = (row[j] - dot(&row[..j], &other[..j])) / other[j];
+            }
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A compliance like that of a half-space under rings: 1/(1 + |i − j|) made definite.
+    fn compliance(n: usize, ordering: Ordering) -> Compliance {
+        let matrix = (0..n * n)
+            .map(|k| {
+                let (i, j) = (k / n, k % n);
+                (if i == j { 1.2 } else { 0.5 / (1.0 + i.abs_diff(j) as f64) }) * 1e-7
+            })
+            .collect();
+        Compliance::new(matrix, n, ordering).unwrap()
+    }
+
+    fn check(compliance: &Compliance, free: &[f64], forces: &[f64], gaps: &[f64]) {
+        for i in 0..free.len() {
+            let gap = free[i] + dot(compliance.row(i), forces);
+            // Rounding of sums of at most 1e-6 m.
+            assert!((gap - gaps[i]).abs() < 1e-20, "{i}: {gap:e} {:e}", gaps[i]);
+            assert!(forces[i] >= 0.0 && gap > -1e-20 && (forces[i] * gap).abs() < 1e-19, "{i}: {} {gap:e}", forces[i]);
+        }
+    }
+
+    #[test]
+    fn prefix_and_general_solutions_agree_and_satisfy_every_condition() {
+        for closed in [1e-9, 1e-7, 4e-7, 2e-6] {
+            let n = 20;
+            let free: Vec<f64> = (0..n).map(|i| 2e-9 * (i * i) as f64 - closed).collect();
+            let solve = |ordering| {
+                let compliance = compliance(n, ordering);
+                let (mut forces, mut gaps) = (vec![0.0; n], vec![0.0; n]);
+                compliance.solve(&free, &mut forces, &mut gaps, &mut Scratch::new(n)).unwrap();
+                check(&compliance, &free, &forces, &gaps);
+                forces
+            };
+            let (prefix, any) = (solve(Ordering::Prefix), solve(Ordering::Any));
+            assert!(prefix.iter().any(|&force| force > 0.0));
+            for (a, b) in prefix.iter().zip(&any) {
+                assert!((a - b).abs() < 1e-12, "{a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_set_that_is_no_prefix_is_found() {
+        let n = 20;
+        let free: Vec<f64> = (0..n).map(|i| 3e-9 * (i as f64 - 11.0).powi(2) - 1e-7).collect();
+        for ordering in [Ordering::Prefix, Ordering::Any] {
+            let compliance = compliance(n, ordering);
+            let (mut forces, mut gaps) = (vec![0.0; n], vec![0.0; n]);
+            compliance.solve(&free, &mut forces, &mut gaps, &mut Scratch::new(n)).unwrap();
+            check(&compliance, &free, &forces, &gaps);
+            assert!(forces[11] > 0.0 && forces[0] == 0.0 && forces[19] == 0.0);
+        }
+    }
+
+    #[test]
+    fn least_index_pivoting_reaches_the_same_forces() {
+        let n = 20;
+        let free: Vec<f64> = (0..n).map(|i| if i % 3 == 0 { -1e-7 } else { 1e-9 * i as f64 }).collect();
+        let compliance = compliance(n, Ordering::Any);
+        let (mut forces, mut gaps) = (vec![0.0; n], vec![0.0; n]);
+        let mut scratch = Scratch::new(n);
+        compliance.solve(&free, &mut forces, &mut gaps, &mut scratch).unwrap();
+        let expected = forces.clone();
+        let rounding = Compliance::rounding(&free);
+        compliance.solve_least_index(&free, &mut forces, &mut gaps, &mut scratch, 0, rounding).unwrap();
+        check(&compliance, &free, &forces, &gaps);
+        for (a, b) in expected.iter().zip(&forces) {
+            assert!((a - b).abs() < 1e-12, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn an_indefinite_compliance_is_refused() {
+        assert!(Compliance::new(vec![1.0, 2.0, 2.0, 1.0], 2, Ordering::Prefix).is_err());
+    }
+}

@@ -1,0 +1,82 @@
+//! The books of a run: where the work of the piston went.
+
+use crate::response::{EnergyLedger, SolverWork};
+
+/// Sums kept from step to step.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+pub struct Ledger {
+    initial: f64,
+    piston_work: f64,
+    dissipated: f64,
+    /// Energy that contacts made (> 0) or lost by opening and closing within steps, J: part of the residual, known exactly.
+    contact_energy: f64,
+    /// Sum of the amounts of the piston's work, J: a scale that never falls.
+    worked: f64,
+    kinetic: f64,
+    stored: f64,
+    largest: f64,
+    /// Largest residual of all samples, J.
+    largest_residual: f64,
+    /// Counts.
+    pub work: SolverWork,
+}
+
+impl Ledger {
+    /// The state at the start, (kinetic, stored) in J.
+    pub fn begin(&mut self, energy: (f64, f64)) {
+        (self.kinetic, self.stored) = energy;
+        self.initial = self.kinetic + self.stored;
+        self.largest = self.initial;
+    }
+
+    /// Works of one step, J.
+    pub fn step(&mut self, piston_work: f64, dissipated: f64, contact_energy: f64) {
+        self.piston_work += piston_work;
+        self.worked += piston_work.abs();
+        self.dissipated += dissipated;
+        self.contact_energy += contact_energy;
+    }
+
+    /// Energy against which an error of one step is held, J.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        self.initial + self.worked
+    }
+
+    /// The state at a sample, (kinetic, stored) in J.
+    pub fn sample(&mut self, energy: (f64, f64)) {
+        (self.kinetic, self.stored) = energy;
+        self.largest = self.largest.max(self.kinetic + self.stored);
+        self.largest_residual = self.largest_residual.max(self.residual().abs());
+    }
+
+    fn residual(&self) -> f64 {
+        self.initial + self.piston_work - self.kinetic - self.stored - self.dissipated
+    }
+
+    /// Largest residual of all samples over the largest energy, 1.
+    #[must_use]
+    pub fn balance(&self) -> f64 {
+        if self.largest > 0.0 { self.largest_residual / self.largest } else { 0.0 }
+    }
+
+    /// Energy that contacts made or lost within steps, J.
+    #[must_use]
+    pub fn contact_energy(&self) -> f64 {
+        self.contact_energy
+    }
+
+    /// The books as a response has them.
+    #[must_use]
+    pub fn books(&self) -> EnergyLedger {
+        EnergyLedger {
+            initial_j: self.initial,
+            piston_work_j: self.piston_work,
+            kinetic_j: self.kinetic,
+            stored_j: self.stored,
+            dissipated_j: self.dissipated,
+            residual_j: self.residual(),
+            largest_j: self.largest,
+        }
+    }
+}

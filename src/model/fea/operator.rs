@@ -1,0 +1,176 @@
+//! Everything linear of one step size: a factor for each kind of body, and the compliances of the contacts condensed on them.
+
+use super::{
+    FeaError,
+    arrangement::Arrangement,
+    contact::{
+        chain::{Contacts, Link, Mobility},
+        complementarity::Compliance,
+        face::Face,
+        pair::Pair,
+    },
+    factor::Factor,
+    scheme::Coefficients,
+};
+
+/// The linear part of a step.
+#[derive(Debug, Clone)]
+pub struct Operator {
+    /// Step and scheme.
+    pub coefficients: Coefficients,
+    /// Factor of M + (1 − α) β h² K of every kind of body.
+    pub factors: Vec<Factor>,
+    /// Contacts with the compliances of this step.
+    pub contacts: Contacts,
+}
+
+/// The contacts' faces, numbered over the interface unknowns of their kind: the same for all step sizes.
+#[derive(Debug, Clone)]
+pub struct Interfaces {
+    /// Interface unknowns of every kind, ascending.
+    pub unknowns: Vec<Vec<u32>>,
+    /// Faces of every contact on the bodies before and after it; empty where that body is rigid.
+    pub faces: Vec<[Face; 2]>,
+}
+
+impl Interfaces {
+    /// Number the faces of an arrangement.
+    #[must_use]
+    pub fn new(arrangement: &Arrangement) -> Self {
+        let unknowns: Vec<Vec<u32>> = (0..arrangement.kinds.len()).map(|kind| arrangement.interface(kind)).collect();
+        let local = |slot: usize, face: &Face| match arrangement.kind(slot) {
+            None => Face::default(),
+            Some(kind) => face.renumbered(|unknown| {
+                // Every unknown of a face is in its kind's list by construction.
+                unknowns[kind].binary_search(&unknown).map_or(u32::MAX, |position| position as u32)
+            }),
+        };
+        let faces = arrangement
+            .contacts
+            .iter()
+            .enumerate()
+            .map(|(contact, &pair)| {
+                let pair: &Pair = &arrangement.pairs[pair];
+                [local(contact, &pair.before), local(contact + 1, &pair.after)]
+            })
+            .collect();
+        Self { unknowns, faces }
+    }
+}
+
+/// Compliances and couplings of all contacts on bodies whose interfaces answer with the dense matrices `inverse` (one a kind, m/N),
+/// times `weight`.
+///
+/// # Errors
+/// [`FeaError::Compliance`] when a condensed compliance is not positive definite.
+pub fn condensed(
+    arrangement: &Arrangement,
+    interfaces: &Interfaces,
+    inverse: &[Vec<f64>],
+    weight: f64,
+) -> Result<(Vec<Link>, Vec<Compliance>, Vec<Vec<f64>>), FeaError> {
+    let (mut links, mut compliances, mut couplings) = (Vec::new(), Vec::new(), Vec::new());
+    let mut known_compliances = Vec::new();
+    let mut known_couplings = Vec::new();
+    let mut scaled = |matrix: &mut Vec<f64>| matrix.iter_mut().for_each(|value| *value *= weight);
+    for (contact, &pair) in arrangement.contacts.iter().enumerate() {
+        let kinds = [arrangement.kind(contact), arrangement.kind(contact + 1)];
+        let faces = &interfaces.faces[contact];
+        let geometry = &arrangement.pairs[pair];
+        let n = geometry.len();
+        let key = (pair, kinds);
+        let compliance = match known_compliances.iter().position(|known| *known == key) {
+            Some(known) => known,
+            None => {
+                let mut matrix = vec![0.0; n * n];
+                for (kind, face) in kinds.iter().zip(faces) {
+                    if let Some(kind) = kind {
+                        face.add_compliance(face, &inverse[*kind], interfaces.unknowns[*kind].len(), &mut matrix);
+                    }
+                }
+                scaled(&mut matrix);
+                if contact + 1 == arrangement.contacts.len() && arrangement.spring.is_finite() {
+                    // The flat gives way by F/K wherever it is pressed.
+                    matrix.iter_mut().for_each(|value| *value += 1.0 / arrangement.spring);
+                }
+                let compliance = Compliance::new(matrix, n, geometry.ordering)
+                    .map_err(|_| FeaError::Compliance { contact: contact + 1 })?;
+                known_compliances.push(key);
+                compliances.push(compliance);
+                compliances.len() - 1
+            }
+        };
+        let coupling = match (contact, kinds[0]) {
+            (1.., Some(kind)) => {
+                let earlier = arrangement.contacts[contact - 1];
+                let key = (pair, earlier, kind);
+                Some(match known_couplings.iter().position(|known| *known == key) {
+                    Some(known) => known,
+                    None => {
+                        let other = &interfaces.faces[contact - 1][1];
+                        let mut matrix = vec![0.0; n * other.len()];
+                        faces[0].add_compliance(other, &inverse[kind], interfaces.unknowns[kind].len(), &mut matrix);
+                        scaled(&mut matrix);
+                        known_couplings.push(key);
+                        couplings.push(matrix);
+                        couplings.len() - 1
+                    }
+                })
+            }
+            _ => None,
+        };
+        links.push(Link {
+            compliance,
+            coupling,
+            axial_before: geometry.axial_before.clone(),
+            axial_after: geometry.axial_after.clone(),
+            dashpot: arrangement.dashpots[contact],
+        });
+    }
+    Ok((links, compliances, couplings))
+}
+
+/// A symmetric dense matrix row by row.
+#[must_use]
+pub fn rows(matrix: &faer::Mat<f64>) -> Vec<f64> {
+    (0..matrix.nrows()).flat_map(|row| (0..matrix.ncols()).map(move |column| matrix[(row, column)])).collect()
+}
+
+impl Operator {
+    /// Factor all kinds of bodies for steps of these coefficients and condense them on the contacts.
+    ///
+    /// # Errors
+    /// [`FeaError`] when a factor or a condensed compliance is not positive definite.
+    pub fn new(
+        arrangement: &Arrangement,
+        interfaces: &Interfaces,
+        coefficients: Coefficients,
+        tension: bool,
+    ) -> Result<Self, FeaError> {
+        let gain = coefficients.new_force_gain();
+        let factors = arrangement
+            .kinds
+            .iter()
+            .zip(&interfaces.unknowns)
+            .map(|(body, interface)| Factor::new(body, gain, 1.0, interface))
+            .collect::<Result<Vec<_>, _>>()?;
+        let inverse: Vec<Vec<f64>> = factors.iter().map(|factor| rows(&factor.interface_compliance())).collect();
+        let (links, compliances, couplings) = condensed(arrangement, interfaces, &inverse, gain)?;
+        let slots = arrangement.beads.len() + 2;
+        let mobilities = (0..slots)
+            .map(|slot| match arrangement.kind(slot) {
+                Some(kind) if arrangement.kinds[kind].is_free() => {
+                    let mass = arrangement.kinds[kind].total_mass();
+                    let per_force = (1.0 - coefficients.lag) / mass;
+                    Mobility {
+                        displacement: per_force * coefficients.gain,
+                        velocity: per_force * coefficients.gamma * coefficients.step,
+                    }
+                }
+                _ => Mobility::default(),
+            })
+            .collect();
+        let contacts = Contacts { links, compliances, couplings, mobilities, tension };
+        Ok(Self { coefficients, factors, contacts })
+    }
+}
