@@ -67,4 +67,18 @@ pub struct SolverWork {
     pub evaluations: u64,
     /// Contact openings and closings located.
     pub events: u64,
+    /// Matrices factored.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub factorisations: u64,
+    /// Sweeps over all contacts of the steps' complementarity problems.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub contact_sweeps: u64,
+    /// Active sets tried in them.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub active_sets: u64,
+}
+
+/// Counts that a model does not have stay out of its files.
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }

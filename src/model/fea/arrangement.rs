@@ -2,20 +2,16 @@
 
 use super::{
     FeaError,
-    body::Body,
-    contact::pair::{Pair, Pole, Profile, Torus},
-    mesh::{self, Mesh},
+    body::{self, Body},
+    contact::pair::{Pair, Pole, Profile},
+    factor::FactorError,
+    mesh::{self, AnnulusMesh, BeadMesh, HalfTorus, Mesh, PatchElements},
+    trace::poles,
 };
 use crate::{
-    model::fea::body,
     model::contact_law::{Dashpot, dashpots},
     scene::{Bead, ContactMass, Elements, FlatContact, Material, MeshFile, Scene, Support},
 };
-
-/// Distance of the annulus' section from the axis, m (reading 1 of the source).
-pub const ANNULUS_RING_RADIUS: f64 = 0.55e-3;
-/// Radius of the annulus' section, m.
-pub const ANNULUS_SECTION_RADIUS: f64 = 0.25e-3;
 
 /// The bodies of a scene, one of each kind, and their contacts.
 #[derive(Debug, Clone)]
@@ -51,7 +47,10 @@ impl Arrangement {
             return Err(FeaError::HalfSpace { key: "piston.contact" });
         }
         let settings = &scene.model.fea;
-        let massless = settings.contact_mass == ContactMass::Massless;
+        let mass = match settings.contact_mass {
+            ContactMass::Massless => body::ContactMass::Massless,
+            ContactMass::Consistent => body::ContactMass::Consistent,
+        };
         let mut kinds = Vec::new();
         let mut known: Vec<&Bead> = Vec::new();
         let mut of_bead = Vec::with_capacity(beads.len());
@@ -60,14 +59,16 @@ impl Arrangement {
                 Some(kind) => kind,
                 None => {
                     known.push(bead);
-                    kinds.push(bead_body(bead, i + 1, scene, massless)?);
+                    kinds.push(bead_body(bead, i + 1, scene, mass)?);
                     kinds.len() - 1
                 }
             };
             of_bead.push(kind);
         }
         let last = beads.len() - 1;
+        let names: Vec<String> = (1..=beads.len()).map(|bead| format!("bead {bead}")).collect();
         let pole = |bead: usize, boundary: &'static str| Pole {
+            name: &names[bead],
             body: &kinds[of_bead[bead]],
             boundary,
             normal: if boundary == "back" { 1.0 } else { -1.0 },
@@ -94,12 +95,12 @@ impl Arrangement {
         let mut origins = Vec::with_capacity(beads.len() + 1);
         let mut face = 0.0;
         for &kind in &of_bead {
-            let (front, back) = kinds[kind].poles();
+            let (front, back) = poles(Body::mesh(&kinds[kind]));
             origins.push(face - front);
             face += back - front;
         }
         let (mut spring, mut stiffness_factor) = (f64::INFINITY, 1.0);
-        let mut resting = |sphere: &Body, support: Body, torus: Option<Torus>| -> Result<Body, FeaError> {
+        let mut resting = |sphere: &Body, support: Body, torus: Option<&HalfTorus>| -> Result<Body, FeaError> {
             if beads[last].mesh.is_some() {
                 return Err(FeaError::SphereNeeded { bead: last + 1 });
             }
@@ -123,22 +124,20 @@ impl Arrangement {
             }
             Support::Annulus { stiffness_factor: factor, material, .. } => {
                 stiffness_factor = *factor;
-                let mesh = mesh::annulus(&mesh::AnnulusMesh {
-                    ring_radius: ANNULUS_RING_RADIUS,
-                    section_radius: ANNULUS_SECTION_RADIUS,
-                    sphere_radius: beads[last].radius,
-                    density: settings.density,
-                    elements: mesh_elements(settings.elements),
-                })?;
+                let torus = HalfTorus { bead_radius: beads[last].radius, ..HalfTorus::published() };
+                let form = AnnulusMesh {
+                    elements: patch_elements(settings.elements),
+                    ..AnnulusMesh::of_density(settings.density as usize)
+                };
+                let mesh = mesh::annulus(&torus, &form)?;
                 // A stiffer or softer support is the same body of another modulus.
                 let material = Material { youngs_modulus: factor * material.youngs_modulus, ..material.clone() };
-                let body = support_body(mesh, &[material], massless)?;
-                let torus = Torus { ring_radius: ANNULUS_RING_RADIUS, section_radius: ANNULUS_SECTION_RADIUS };
-                Some(resting(&kinds[of_bead[last]], body, Some(torus))?)
+                let body = support_body(mesh, &[material], mass)?;
+                Some(resting(&kinds[of_bead[last]], body, Some(&torus))?)
             }
             Support::Body { mesh, material, .. } => {
                 let (mesh, materials) = imported(mesh, material, scene)?;
-                let body = support_body(mesh, &materials, massless)?;
+                let body = support_body(mesh, &materials, mass)?;
                 Some(resting(&kinds[of_bead[last]], body, None)?)
             }
         };
@@ -170,10 +169,25 @@ impl Arrangement {
         }
     }
 
+    /// What stands in a slot, for messages.
+    #[must_use]
+    pub fn name(&self, slot: usize) -> String {
+        match slot {
+            0 => "piston".into(),
+            slot if slot <= self.beads.len() => format!("bead {slot}"),
+            _ => "support".into(),
+        }
+    }
+
+    pub(super) fn factor_error(&self, kind: usize, source: FactorError) -> FeaError {
+        let slot = (0..self.beads.len() + 2).find(|&slot| self.kind(slot) == Some(kind)).unwrap_or(0);
+        FeaError::Factor { body: self.name(slot), source }
+    }
+
     /// Unknowns of all bodies.
     #[must_use]
     pub fn unknowns(&self) -> usize {
-        self.beads.iter().chain(&self.support).map(|&kind| self.kinds[kind].unknowns()).sum()
+        self.beads.iter().chain(&self.support).map(|&kind| self.kinds[kind].dofs().free().len()).sum()
     }
 
     /// Unknowns of one kind that any contact measures, ascending.
@@ -194,27 +208,30 @@ impl Arrangement {
     }
 }
 
-fn mesh_elements(elements: Elements) -> mesh::Elements {
+fn patch_elements(elements: Elements) -> PatchElements {
     match elements {
-        Elements::Quadrilaterals => mesh::Elements::Quadrilaterals,
-        Elements::Mixed => mesh::Elements::Mixed,
+        Elements::Quadrilaterals => PatchElements::Quadrilateral,
+        Elements::Mixed => PatchElements::Mixed,
     }
 }
 
-fn bead_body(bead: &Bead, number: usize, scene: &Scene, massless: bool) -> Result<Body, FeaError> {
+fn bead_body(bead: &Bead, number: usize, scene: &Scene, mass: body::ContactMass) -> Result<Body, FeaError> {
     let settings = &scene.model.fea;
     let (mesh, materials) = match &bead.mesh {
         None => {
-            let form = mesh::BeadMesh { density: settings.density, elements: mesh_elements(settings.elements), ..Default::default() };
+            let form =
+                BeadMesh { elements: patch_elements(settings.elements), ..BeadMesh::of_density(settings.density as usize) };
             (mesh::bead(bead.radius, &form)?, vec![bead.material.clone()])
         }
         Some(file) => imported(file, &bead.material, scene)?,
     };
-    Ok(Body::new(format!("bead {number}"), mesh, &materials, &[], if massless { &["front", "back"] } else { &[] })?)
+    let named = |source| FeaError::Body { body: format!("bead {number}"), source };
+    Body::new(mesh, &materials, &[], &["front", "back"], mass).map_err(named)
 }
 
-fn support_body(mesh: Mesh, materials: &[Material], massless: bool) -> Result<Body, FeaError> {
-    Ok(Body::new("support".into(), mesh, materials, &["clamped"], if massless { &["contact"] } else { &[] })?)
+fn support_body(mesh: Mesh, materials: &[Material], mass: body::ContactMass) -> Result<Body, FeaError> {
+    let named = |source| FeaError::Body { body: "support".into(), source };
+    Body::new(mesh, materials, &["clamped"], &["contact"], mass).map_err(named)
 }
 
 fn imported(file: &MeshFile, material: &Material, scene: &Scene) -> Result<(Mesh, Vec<Material>), FeaError> {

@@ -280,6 +280,11 @@ impl Motion {
         self.rigid[slot].displacement
     }
 
+    /// Put the piston where it is, m.
+    pub fn move_piston(&mut self, displacement: f64) {
+        self.rigid[0].displacement = displacement;
+    }
+
     /// All displacements of the bodies of a kind, with the column of a slot.
     #[must_use]
     pub fn columns(&self, slot: usize) -> Option<(&Columns, &Columns, usize)> {

@@ -152,7 +152,10 @@ impl Operator {
             .kinds
             .iter()
             .zip(&interfaces.unknowns)
-            .map(|(body, interface)| Factor::new(body, gain, 1.0, interface))
+            .enumerate()
+            .map(|(kind, (body, interface))| {
+                Factor::new(body, gain, 1.0, interface).map_err(|source| arrangement.factor_error(kind, source))
+            })
             .collect::<Result<Vec<_>, _>>()?;
         let inverse: Vec<Vec<f64>> = factors.iter().map(|factor| rows(&factor.interface_compliance())).collect();
         let (links, compliances, couplings) = condensed(arrangement, interfaces, &inverse, gain)?;

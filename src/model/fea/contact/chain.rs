@@ -65,7 +65,7 @@ pub struct RigidPrediction {
 }
 
 /// Forces and gaps of one contact at the end of a step.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct ContactState {
     /// λ at every point, N, ≥ 0.
     pub forces: Vec<f64>,

@@ -1,0 +1,221 @@
+//! Bodies at rest under a static force along the chain.
+//!
+//! Every contact carries the same axial force F₀. With the static compliance of each interface (of a free body relative to its mass mean,
+//! where the two forces of a body balance) the approach d_c of contact c is found such that its forces add up to F₀:
+//!
+//! ```text
+//! g_c = g⁰_c − a_c d_c + W_c λ_c + V_c λ_{c−1} + V_{c+1}ᵀ λ_{c+1},   g_c ≥ 0, λ_c ≥ 0, λ_c g_c = 0,   a_c · λ_c = F₀
+//! ```
+
+use super::{
+    FeaError,
+    arrangement::Arrangement,
+    assembly::Columns,
+    contact::{
+        chain::Link,
+        complementarity::{Compliance, Scratch},
+    },
+    factor::StaticFactor,
+    operator::{Interfaces, condensed, rows},
+};
+
+/// A chain in static equilibrium.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Equilibrium {
+    /// Displacements of the body in every slot relative to its mass mean, m; none where it is rigid or undeformed.
+    pub displacements: Vec<Option<Vec<f64>>>,
+    /// Forces of the points of every contact, N.
+    pub forces: Vec<Vec<f64>>,
+    /// Approach d of the rigid motions on both sides of every contact, m.
+    pub approaches: Vec<f64>,
+}
+
+/// Static factors and compliances of an arrangement.
+#[derive(Debug)]
+pub struct Statics<'a> {
+    arrangement: &'a Arrangement,
+    interfaces: &'a Interfaces,
+    factors: Vec<StaticFactor>,
+    /// Dense static compliance of every kind's interface, row by row, m/N.
+    pub inverse: Vec<Vec<f64>>,
+    links: Vec<Link>,
+    compliances: Vec<Compliance>,
+    couplings: Vec<Vec<f64>>,
+}
+
+const MOST_ITERATIONS: u32 = 200;
+
+impl<'a> Statics<'a> {
+    /// Factor the stiffness of every kind of body.
+    ///
+    /// # Errors
+    /// [`FeaError`] when a factor or a compliance is not positive definite.
+    pub fn new(arrangement: &'a Arrangement, interfaces: &'a Interfaces) -> Result<Self, FeaError> {
+        let factors = arrangement
+            .kinds
+            .iter()
+            .zip(&interfaces.unknowns)
+            .enumerate()
+            .map(|(kind, (body, interface))| {
+                StaticFactor::new(body, interface).map_err(|source| arrangement.factor_error(kind, source))
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        let inverse: Vec<Vec<f64>> =
+            factors.iter().zip(&arrangement.kinds).map(|(factor, body)| rows(&factor.interface_compliance(body))).collect();
+        let (links, compliances, couplings) = condensed(arrangement, interfaces, &inverse, 1.0)?;
+        Ok(Self { arrangement, interfaces, factors, inverse, links, compliances, couplings })
+    }
+
+    /// All contacts under the axial force F₀ (N).
+    ///
+    /// # Errors
+    /// [`FeaError::NoEquilibrium`].
+    pub fn under(&self, force: f64) -> Result<Equilibrium, FeaError> {
+        let count = self.links.len();
+        let mut forces: Vec<Vec<f64>> =
+            self.arrangement.contacts.iter().map(|&pair| vec![0.0; self.arrangement.pairs[pair].len()]).collect();
+        let mut approaches = vec![0.0; count];
+        for sweep in 1..=MOST_ITERATIONS {
+            let mut change: f64 = 0.0;
+            for contact in 0..count {
+                let before = approaches[contact];
+                approaches[contact] = self.press(contact, force, before, &mut forces)?;
+                change = change.max((approaches[contact] - before).abs() / approaches[contact].abs());
+            }
+            // Rounding of the approach itself.
+            if change < 1e-13 {
+                let displacements = self.displacements(&forces);
+                return Ok(Equilibrium { displacements, forces, approaches });
+            }
+            if sweep == MOST_ITERATIONS || !change.is_finite() {
+                return Err(FeaError::NoEquilibrium { force, contact: 1, iterations: sweep });
+            }
+        }
+        Err(FeaError::NoEquilibrium { force, contact: 1, iterations: MOST_ITERATIONS })
+    }
+
+    /// The approach (m) at which contact c carries `force` (N), its neighbours' forces given; its own are set.
+    fn press(&self, contact: usize, force: f64, guess: f64, forces: &mut [Vec<f64>]) -> Result<f64, FeaError> {
+        let link = &self.links[contact];
+        let compliance = &self.compliances[link.compliance];
+        let n = compliance.size();
+        let mut free = self.arrangement.pairs[self.arrangement.contacts[contact]].gaps.clone();
+        if let Some(coupling) = link.coupling {
+            let earlier = &forces[contact - 1];
+            let matrix = &self.couplings[coupling];
+            for (i, gap) in free.iter_mut().enumerate() {
+                let row = &matrix[i * earlier.len()..(i + 1) * earlier.len()];
+                *gap += row.iter().zip(earlier).map(|(v, force)| v * force).sum::<f64>();
+            }
+        }
+        if let Some(coupling) = self.links.get(contact + 1).and_then(|next| next.coupling) {
+            for (j, force) in forces[contact + 1].iter().enumerate() {
+                for (i, gap) in free.iter_mut().enumerate() {
+                    *gap += self.couplings[coupling][j * n + i] * force;
+                }
+            }
+        }
+        let mut own = std::mem::take(&mut forces[contact]);
+        let found = force_at(compliance, &link.axial_before, &free, force, guess, &mut own);
+        forces[contact] = own;
+        found.map_err(|iterations| FeaError::NoEquilibrium { force, contact: contact + 1, iterations })
+    }
+
+    /// Displacements of all bodies under the given contact forces.
+    fn displacements(&self, forces: &[Vec<f64>]) -> Vec<Option<Vec<f64>>> {
+        (0..self.arrangement.beads.len() + 2)
+            .map(|slot| {
+                let kind = self.arrangement.kind(slot)?;
+                let body = &self.arrangement.kinds[kind];
+                let unknowns = &self.interfaces.unknowns[kind];
+                let mut local = vec![0.0; unknowns.len()];
+                self.interfaces.faces[slot - 1][1].press(&forces[slot - 1], &mut local);
+                if let Some(next) = forces.get(slot) {
+                    self.interfaces.faces[slot][0].press(next, &mut local);
+                }
+                let factor = &self.factors[kind];
+                let mut load = body.columns(1);
+                for (&unknown, force) in unknowns.iter().zip(&local) {
+                    load.set(unknown as usize, 0, *force);
+                }
+                let (mut y, mut u): (Columns, Columns) = (factor.factor().columns(1), body.columns(1));
+                factor.solve(&mut load, &mut y, &mut u);
+                Some(u.column(0))
+            })
+            .collect()
+    }
+}
+
+/// The approach d (m) at which the forces λ of W λ + q − a d ≥ 0 add up to a·λ = `force` (N), λ into `forces`; regula falsi with the
+/// Illinois modification on a monotone function. On failure the number of iterations.
+pub(super) fn force_at(
+    compliance: &Compliance,
+    axial: &[f64],
+    free: &[f64],
+    force: f64,
+    guess: f64,
+    forces: &mut [f64],
+) -> Result<f64, u32> {
+    let n = compliance.size();
+    let (mut scratch, mut gaps, mut shifted) = (Scratch::new(n), vec![0.0; n], vec![0.0; n]);
+    let mut iterations = 0;
+    let mut excess = |approach: f64, forces: &mut [f64]| -> Result<f64, u32> {
+        iterations += 1;
+        if iterations > MOST_ITERATIONS {
+            return Err(iterations);
+        }
+        for ((shifted, free), axial) in shifted.iter_mut().zip(free).zip(axial) {
+            *shifted = free - axial * approach;
+        }
+        compliance.solve(&shifted, forces, &mut gaps, &mut scratch).map_err(|_| iterations)?;
+        Ok(forces.iter().zip(axial).map(|(force, axial)| force * axial).sum::<f64>() - force)
+    };
+    let touching = free.iter().zip(axial).map(|(gap, axial)| gap / axial).fold(f64::INFINITY, f64::min);
+    let (mut low, mut at_low) = (touching, -force);
+    let mut high = if guess > touching { guess } else { touching + 1e-9 };
+    let mut at_high = excess(high, forces)?;
+    while at_high < 0.0 {
+        (low, at_low) = (high, at_high);
+        high = touching + 2.0 * (high - touching);
+        at_high = excess(high, forces)?;
+    }
+    loop {
+        if at_high == 0.0 || (high - low) <= 4.0 * f64::EPSILON * high.abs() {
+            excess(high, forces)?;
+            return Ok(high);
+        }
+        let middle = (high - at_high * (high - low) / (at_high - at_low)).clamp(low, high);
+        let value = excess(middle, forces)?;
+        if value.abs() <= 1e-14 * force {
+            return Ok(middle);
+        }
+        if value < 0.0 {
+            if low == middle {
+                return Ok(middle);
+            }
+            (low, at_low) = (middle, value);
+            at_high *= 0.5;
+        } else {
+            if high == middle {
+                return Ok(middle);
+            }
+            (high, at_high) = (middle, value);
+            at_low *= 0.5;
+        }
+    }
+}
+
+/// A scene's bodies at rest under its precompression (N); nothing is computed without one.
+///
+/// # Errors
+/// [`FeaError`]: no factor, or no equilibrium.
+pub fn precompressed(arrangement: &Arrangement, interfaces: &Interfaces, force: f64) -> Result<Equilibrium, FeaError> {
+    if force > 0.0 {
+        return Statics::new(arrangement, interfaces)?.under(force);
+    }
+    Ok(Equilibrium {
+        displacements: vec![None; arrangement.beads.len() + 2],
+        forces: arrangement.contacts.iter().map(|&pair| vec![0.0; arrangement.pairs[pair].len()]).collect(),
+        approaches: vec![0.0; arrangement.contacts.len()],
+    })
+}

@@ -1,0 +1,118 @@
+//! Why a contact finite element analysis cannot be run, or failed.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use super::{body::BodyError, contact::pair::PairError, factor::FactorError, mesh::MeshError, simulation::Cause};
+
+/// Why a contact finite element analysis cannot be run, or failed.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum FeaError {
+    /// A mesh could not be made or read.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// A mesh makes no body.
+    #[error("{body}: {source}")]
+    Body {
+        /// Which body.
+        body: String,
+        /// Why.
+        source: BodyError,
+    },
+    /// A factor could not be made.
+    #[error("{body}: {source}")]
+    Factor {
+        /// Which body.
+        body: String,
+        /// Why.
+        source: FactorError,
+    },
+    /// Two bodies do not face each other.
+    #[error(transparent)]
+    Pair(#[from] PairError),
+    /// Half-spaces are no bodies of this analysis.
+    #[error(
+        "`{key}` = \"steel\": a half-space cannot be meshed; use \"rigid\", or `support.mesh` with a body of your own, or model.kind = \"chain\""
+    )]
+    HalfSpace {
+        /// Which key.
+        key: &'static str,
+    },
+    /// Only a sphere can rest on a ring.
+    #[error("bead {bead} is an imported body: on this support it must be a sphere, whose gap is known exactly; drop its `mesh`")]
+    SphereNeeded {
+        /// Which bead, from 1.
+        bead: usize,
+    },
+    /// A physical group of an imported mesh names no material.
+    #[error("{}: physical group `{name}` names no material of the scene; add [materials.{name}] or rename the group", file.display())]
+    UnknownMaterial {
+        /// The mesh file.
+        file: PathBuf,
+        /// The group.
+        name: String,
+    },
+    /// A condensed compliance is not positive definite.
+    #[error("contact {contact} (1 = piston): its compliance is not positive definite; two of its points coincide or a body is not held")]
+    Compliance {
+        /// Which contact, from 1.
+        contact: usize,
+    },
+    /// A precompression without a solution.
+    #[error(
+        "no equilibrium under {force:e} N at contact {contact} (1 = piston) within {iterations} iterations; the force needs more than the \
+         finely meshed patch"
+    )]
+    NoEquilibrium {
+        /// Force, N.
+        force: f64,
+        /// Contact, from 1.
+        contact: usize,
+        /// Iterations.
+        iterations: u32,
+    },
+    /// Precompression asked for while a gap is open.
+    #[error(
+        "`chain.precompression` {force:e} N needs every gap closed, but gap {contact} (1 = piston) is {gap:e} m; set that gap or the \
+         precompression to zero"
+    )]
+    OpenGapUnderPrecompression {
+        /// F₀, N.
+        force: f64,
+        /// Contact, from 1.
+        contact: usize,
+        /// Its gap, m.
+        gap: f64,
+    },
+    /// Even the smallest part of a step had no solution.
+    #[error(
+        "step given up at {time:.9e} s with {step:.3e} s, contact {contact} (1 = piston): {cause}; shorten `model.step`, refine \
+         `model.mesh_density`, or look for a drive or impact out of range"
+    )]
+    StepGivenUp {
+        /// Time at its beginning, s.
+        time: f64,
+        /// Its size, s.
+        step: f64,
+        /// Contact, from 1.
+        contact: usize,
+        /// Why.
+        cause: Cause,
+    },
+    /// A saved state is of another analysis.
+    #[error("the saved state is of another analysis ({found} of {expected}); start anew or give the scene it was saved with")]
+    OtherState {
+        /// What this analysis has.
+        expected: String,
+        /// What the state says.
+        found: String,
+    },
+    /// The run was stopped by its caller.
+    #[error("stopped at {time:.6e} s")]
+    Stopped {
+        /// Simulated time reached, s.
+        time: f64,
+    },
+}

@@ -1,0 +1,526 @@
+//! The transient analysis, one step after another.
+//!
+//! A step predicts every body without the new contact forces (one forward substitution a kind of body, all bodies of the kind at once),
+//! solves the contacts on the condensed compliances, and completes the displacements (one backward substitution). Nothing is factored or
+//! allocated in it. A step without a solution, or one in which contacts make energy from nothing, leaves no trace: it is tried again as two
+//! steps of half the size, whose factor is made when it is first needed and kept.
+
+use std::fmt;
+
+use super::{
+    FeaError,
+    arrangement::Arrangement,
+    contact::chain::{ContactState, Failure, RigidPrediction, Workspace},
+    energy::Ledger,
+    equilibrium,
+    motion::{Motion, Saved, predict_gaps},
+    operator::{Interfaces, Operator},
+    profile::Profile,
+    scheme::Coefficients,
+    trace::{Trace, Watched},
+};
+use crate::{
+    response::Response,
+    scene::{PistonMotion, Scene, Scheme},
+};
+
+/// When a step is not accepted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Control {
+    /// Energy that contacts may make or lose in one step by opening and closing within it, over all work done so far, 1.
+    pub contact_energy: f64,
+    /// Halvings of the step tried before the run fails.
+    pub halvings: u32,
+}
+
+impl Default for Control {
+    /// 5 %, eight halvings.
+    fn default() -> Self {
+        Self { contact_energy: 0.05, halvings: 8 }
+    }
+}
+
+/// Why a step was taken back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Cause {
+    /// Displacements were no finite numbers.
+    NotFinite,
+    /// No active set satisfied the contact conditions.
+    NoActiveSet,
+    /// The forces of coupled contacts did not settle.
+    NotSettled,
+    /// Contacts made or lost more energy within the step than allowed.
+    ContactEnergy,
+    /// The whole patch of fine elements was in contact.
+    PatchExceeded,
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotFinite => "displacements are not finite",
+            Self::NoActiveSet => "no set of pressed points satisfies the contact conditions",
+            Self::NotSettled => "the forces of coupled contacts do not settle",
+            Self::ContactEnergy => "opening and closing within the step makes or loses too much energy",
+            Self::PatchExceeded => "the contact is larger than the finely meshed patch",
+        })
+    }
+}
+
+/// A step taken back and tried again at half its size.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Cut {
+    /// Time at the beginning of the step, s.
+    pub time_s: f64,
+    /// Its size, s.
+    pub step_s: f64,
+    /// Contact, counted from 1 at the piston.
+    pub contact: usize,
+    /// Why.
+    pub cause: Cause,
+}
+
+/// How well the contact conditions were met, measured anew from the accepted displacements.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Complementarity {
+    /// Deepest penetration of any point, m.
+    pub penetration_m: f64,
+    /// Largest pull of any point, N.
+    pub adhesion_n: f64,
+    /// Largest force times gap of any point, J.
+    pub product_j: f64,
+    /// Steps in which a point penetrated by more than [`PENETRATION`] or pulled at all.
+    pub violations: u64,
+}
+
+/// Penetration that counts as a violation, m: a millionth of the motions of interest, a million roundings.
+pub const PENETRATION: f64 = 1e-12;
+
+/// Everything that must be saved to go on later, exactly.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Snapshot {
+    /// What the state belongs to: a text that differs when anything that matters differs.
+    pub identity: String,
+    taken: usize,
+    motion: Saved,
+    contacts: Vec<ContactState>,
+    trace: Trace,
+    ledger: Ledger,
+    complementarity: Complementarity,
+    cuts: Vec<Cut>,
+}
+
+/// A transient analysis that can be advanced, saved and taken up again.
+pub struct Simulation {
+    arrangement: Arrangement,
+    interfaces: Interfaces,
+    scheme: Scheme,
+    tension: bool,
+    step: f64,
+    steps_per_sample: usize,
+    samples: usize,
+    control: Control,
+    drive: Box<dyn PistonMotion>,
+    /// Operators of the step halved 0, 1, 2 … times, made when first needed.
+    operators: Vec<Option<Operator>>,
+    motion: Motion,
+    /// Gap of every contact's points (m) and rigid overlap of every contact (m) at zero displacement.
+    rest_gaps: Vec<Vec<f64>>,
+    rest_overlaps: Vec<f64>,
+    contacts: Vec<ContactState>,
+    before: Vec<ContactState>,
+    predicted_gaps: Vec<Vec<f64>>,
+    rigid: Vec<RigidPrediction>,
+    workspace: Workspace,
+    watched: Watched,
+    /// Nominal steps taken.
+    taken: usize,
+    piston: f64,
+    trace: Trace,
+    ledger: Ledger,
+    complementarity: Complementarity,
+    cuts: Vec<Cut>,
+    profile: Profile,
+}
+
+impl fmt::Debug for Simulation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Simulation").field("taken", &self.taken).field("step", &self.step).finish_non_exhaustive()
+    }
+}
+
+impl Simulation {
+    /// Mesh, assemble and factor a scene; precompress it where asked for.
+    ///
+    /// # Errors
+    /// [`FeaError`].
+    pub fn new(scene: &Scene, control: Control) -> Result<Self, FeaError> {
+        Self::with_motion(scene, scene.drive.motion(scene.amplitude_scale), control)
+    }
+
+    /// As [`Simulation::new`], with the piston moving as `drive` instead of the scene's.
+    ///
+    /// # Errors
+    /// [`FeaError`].
+    pub fn with_motion(scene: &Scene, drive: Box<dyn PistonMotion>, control: Control) -> Result<Self, FeaError> {
+        let mut profile = Profile::default();
+        let mut lap = profile.start();
+        let force = scene.chain.precompression;
+        if force > 0.0
+            && let Some((contact, &gap)) = scene.chain.gaps.iter().enumerate().find(|(_, gap)| **gap > 0.0)
+        {
+            return Err(FeaError::OpenGapUnderPrecompression { force, contact: contact + 1, gap });
+        }
+        let arrangement = Arrangement::new(scene)?;
+        let interfaces = Interfaces::new(&arrangement);
+        profile.assembly += lap.lap();
+        let settings = &scene.model.fea;
+        let steps_per_sample = (scene.output_step / settings.step).round().max(1.0) as usize;
+        let step = scene.output_step / steps_per_sample as f64;
+        let samples = (scene.duration / scene.output_step + 1e-6).floor() as usize + 1;
+        let rest = equilibrium::precompressed(&arrangement, &interfaces, force)?;
+        let motion = Motion::at_rest(&arrangement, &interfaces, &rest.displacements);
+        let mut contacts = Vec::with_capacity(rest.forces.len());
+        for (forces, &pair) in rest.forces.into_iter().zip(&arrangement.contacts) {
+            let mut state = ContactState::open(forces.len());
+            state.pressing = forces.iter().zip(&arrangement.pairs[pair].axial_before).map(|(f, a)| f * a).sum();
+            state.forces = forces;
+            contacts.push(state);
+        }
+        let rest_overlaps: Vec<f64> =
+            rest.approaches.iter().zip(&scene.chain.gaps).map(|(approach, gap)| approach - gap).collect();
+        let rest_gaps: Vec<Vec<f64>> = arrangement
+            .contacts
+            .iter()
+            .zip(&rest_overlaps)
+            .map(|(&pair, overlap)| {
+                let pair = &arrangement.pairs[pair];
+                pair.gaps.iter().zip(&pair.axial_before).map(|(gap, axial)| gap - axial * overlap).collect()
+            })
+            .collect();
+        let (scheme, tension) = (settings.scheme, scene.damping.tension);
+        let operator = Operator::new(&arrangement, &interfaces, Coefficients::new(scheme, step), tension)?;
+        let workspace = Workspace::new(&operator.contacts);
+        let mut operators = vec![None; control.halvings as usize + 1];
+        operators[0] = Some(operator);
+        profile.factorisation += lap.lap();
+        let mut ledger = Ledger::default();
+        ledger.work.unknowns = arrangement.unknowns() as u64;
+        ledger.work.factorisations = arrangement.kinds.len() as u64;
+        let piston = drive.at(0.0).0;
+        let mut simulation = Self {
+            trace: Trace::new(&arrangement, samples, scene.output_step, steps_per_sample),
+            watched: Watched::new(&arrangement),
+            predicted_gaps: rest_gaps.clone(),
+            before: contacts.clone(),
+            rigid: vec![RigidPrediction::default(); arrangement.beads.len() + 2],
+            complementarity: Complementarity::default(),
+            cuts: Vec::new(),
+            taken: 0,
+            arrangement,
+            interfaces,
+            scheme,
+            tension,
+            step,
+            steps_per_sample,
+            samples,
+            control,
+            drive,
+            operators,
+            motion,
+            rest_gaps,
+            rest_overlaps,
+            contacts,
+            workspace,
+            piston,
+            ledger,
+            profile,
+        };
+        simulation.measure_contacts();
+        simulation.before.clone_from(&simulation.contacts);
+        let energy = simulation.energy();
+        simulation.ledger.begin(energy);
+        simulation.record();
+        Ok(simulation)
+    }
+
+    /// The bodies and contacts.
+    #[must_use]
+    pub fn arrangement(&self) -> &Arrangement {
+        &self.arrangement
+    }
+
+    /// Displacements and velocities.
+    #[must_use]
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// Forces and gaps of every contact.
+    #[must_use]
+    pub fn contacts(&self) -> &[ContactState] {
+        &self.contacts
+    }
+
+    /// Displacement of the piston, m.
+    #[must_use]
+    pub fn piston(&self) -> f64 {
+        self.piston
+    }
+
+    /// Time reached, s.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.taken as f64 * self.step
+    }
+
+    /// Whether the last sample is taken.
+    #[must_use]
+    pub fn is_done(&self) -> bool {
+        self.taken >= (self.samples - 1) * self.steps_per_sample
+    }
+
+    /// Steps taken back so far.
+    #[must_use]
+    pub fn cuts(&self) -> &[Cut] {
+        &self.cuts
+    }
+
+    /// How well the contact conditions were met.
+    #[must_use]
+    pub fn complementarity(&self) -> Complementarity {
+        self.complementarity
+    }
+
+    /// The books.
+    #[must_use]
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+
+    /// Where the time went.
+    #[must_use]
+    pub fn profile(&self) -> &Profile {
+        &self.profile
+    }
+
+    /// Non-zeros of the factors of the nominal step, each counted once a kind of body.
+    #[must_use]
+    pub fn factor_nonzeros(&self) -> usize {
+        self.operators[0].iter().flat_map(|operator| &operator.factors).map(super::factor::Factor::nonzeros).sum()
+    }
+
+    /// Everything recorded so far.
+    #[must_use]
+    pub fn response(&self) -> Response {
+        self.trace.response(&self.ledger)
+    }
+
+    /// Take one nominal step.
+    ///
+    /// # Errors
+    /// [`FeaError::StepGivenUp`] when even the smallest part of it had no solution.
+    pub fn advance(&mut self) -> Result<(), FeaError> {
+        self.advance_part(0, 0)?;
+        self.taken += 1;
+        let mut lap = self.profile.start();
+        self.trace.follow(&self.watched, &self.motion);
+        if self.taken.is_multiple_of(self.steps_per_sample) {
+            let energy = self.energy();
+            self.ledger.sample(energy);
+            self.record();
+        }
+        self.profile.record += lap.lap();
+        Ok(())
+    }
+
+    /// Advance by the nominal step halved `level` times, from the tick `begin` of the current nominal step (of 2^halvings ticks).
+    fn advance_part(&mut self, level: u32, begin: u64) -> Result<(), FeaError> {
+        self.factor(level)?;
+        let halvings = self.control.halvings;
+        let ticks = 1_u64 << (halvings - level);
+        let at = |ticks: u64| (self.taken as f64 + ticks as f64 / (1_u64 << halvings) as f64) * self.step;
+        let (start, end) = (at(begin), at(begin + ticks));
+        let Err((cause, contact)) = self.attempt(level, end) else { return Ok(()) };
+        let (time, step, contact) = (start, self.step / f64::from(1_u32 << level), contact + 1);
+        self.cuts.push(Cut { time_s: time, step_s: step, contact, cause });
+        self.ledger.work.rejected_steps += 1;
+        self.contacts.clone_from(&self.before);
+        self.motion.forget_prediction();
+        if level == halvings {
+            return Err(FeaError::StepGivenUp { time, step, contact, cause });
+        }
+        self.advance_part(level + 1, begin)?;
+        self.advance_part(level + 1, begin + ticks / 2)
+    }
+
+    /// Make the operator of a level if there is none yet.
+    fn factor(&mut self, level: u32) -> Result<(), FeaError> {
+        let place = &mut self.operators[level as usize];
+        if place.is_none() {
+            let mut lap = self.profile.start();
+            let coefficients = Coefficients::new(self.scheme, self.step / f64::from(1_u32 << level));
+            *place = Some(Operator::new(&self.arrangement, &self.interfaces, coefficients, self.tension)?);
+            self.ledger.work.factorisations += self.arrangement.kinds.len() as u64;
+            self.profile.factorisation += lap.lap();
+        }
+        Ok(())
+    }
+
+    /// One step that either happens whole or leaves bodies and books as they were. On failure the cause and the contact.
+    fn attempt(&mut self, level: u32, end: f64) -> Result<(), (Cause, usize)> {
+        let Self { arrangement, interfaces, operators, motion, contacts, before, profile, ledger, .. } = self;
+        let Some(operator) = &operators[level as usize] else { return Err((Cause::NotFinite, 0)) };
+        let c = operator.coefficients;
+        let (piston, piston_velocity) = self.drive.at(end);
+        before.clone_from(contacts);
+        motion.predict(arrangement, interfaces, operator, before, profile);
+
+        let mut lap = profile.start();
+        motion.predict_rigid(arrangement, &c, before, &mut self.rigid);
+        self.rigid[0] = RigidPrediction { displacement: piston, velocity: piston_velocity };
+        predict_gaps(motion, interfaces, &operator.contacts, &self.rest_gaps, piston, &mut self.predicted_gaps);
+        let effort = operator
+            .contacts
+            .solve(&self.predicted_gaps, &self.rigid, &self.rest_overlaps, contacts, &mut self.workspace)
+            .map_err(|failure| match failure {
+                Failure::NoActiveSet { contact, .. } => (Cause::NoActiveSet, contact),
+                Failure::NotSettled { contact, .. } => (Cause::NotSettled, contact),
+            })?;
+        ledger.work.contact_sweeps += u64::from(effort.sweeps);
+        ledger.work.active_sets += u64::from(effort.sets);
+        let mut contact_energy = 0.0;
+        for (contact, (new, old)) in contacts.iter().zip(before.iter()).enumerate() {
+            let pair = &arrangement.pairs[arrangement.contacts[contact]];
+            let ends = |i: usize| new.forces[i] > 0.0;
+            if ends(pair.len() - 1) || (pair.ring.is_some() && ends(0)) {
+                return Err((Cause::PatchExceeded, contact));
+            }
+            let made = 0.5
+                * new.forces.iter().zip(&old.forces).zip(new.gaps.iter().zip(&old.gaps)).fold(
+                    0.0,
+                    |sum, ((new_force, old_force), (new_gap, old_gap))| sum + old_force * new_gap - new_force * old_gap,
+                );
+            if made.abs() > self.control.contact_energy * ledger.scale() && ledger.scale() > 0.0 {
+                return Err((Cause::ContactEnergy, contact));
+            }
+            contact_energy += made;
+        }
+        profile.contact += lap.lap();
+
+        motion.complete(arrangement, interfaces, operator, contacts, profile);
+        let mut lap = profile.start();
+        if let Some(slot) = motion.not_finite() {
+            return Err((Cause::NotFinite, slot - 1));
+        }
+        profile.record += lap.lap();
+        let moved = |motion: &Motion, slot: usize| motion.rigid_displacement(slot);
+        let mut dissipated = 0.0;
+        for contact in 0..contacts.len() {
+            let force = contacts[contact].damping + before[contact].damping;
+            if force != 0.0 {
+                dissipated -= 0.5 * force * (moved(motion, contact) - moved(motion, contact + 1));
+            }
+        }
+        let old_piston = self.piston;
+        motion.accept(arrangement, &c, contacts, before, profile);
+        motion.move_piston(piston);
+        let mut lap = profile.start();
+        for contact in 0..contacts.len() {
+            let force = contacts[contact].damping + before[contact].damping;
+            if force != 0.0 {
+                dissipated += 0.5 * force * (moved(motion, contact) - moved(motion, contact + 1));
+            }
+        }
+        let work = 0.5 * (contacts[0].total() + before[0].total()) * (piston - old_piston);
+        ledger.step(work, dissipated, contact_energy);
+        ledger.work.steps += 1;
+        self.piston = piston;
+        self.measure_contacts();
+        self.profile.record += lap.lap();
+        Ok(())
+    }
+
+    /// Measure all gaps anew from the displacements, and hold them against the contact conditions.
+    fn measure_contacts(&mut self) {
+        let (mut penetration, mut adhesion, mut product): (f64, f64, f64) = (0.0, 0.0, 0.0);
+        for (contact, state) in self.contacts.iter_mut().enumerate() {
+            let pair = &self.arrangement.pairs[self.arrangement.contacts[contact]];
+            let [before, after] = &self.interfaces.faces[contact];
+            for i in 0..pair.len() {
+                let near = if contact == 0 {
+                    pair.axial_before[i] * self.piston
+                } else {
+                    self.motion.normal_displacement(&self.interfaces, contact, before, i)
+                };
+                let far = self.motion.normal_displacement(&self.interfaces, contact + 1, after, i);
+                let flat = if pair.after.is_empty() { pair.axial_after[i] * state.pressing / self.arrangement.spring } else { 0.0 };
+                let gap = self.rest_gaps[contact][i] - near - far - flat;
+                penetration = penetration.max(-gap);
+                adhesion = adhesion.max(-state.forces[i]);
+                product = product.max((state.forces[i] * gap).abs());
+            }
+        }
+        let all = &mut self.complementarity;
+        all.penetration_m = all.penetration_m.max(penetration);
+        all.adhesion_n = all.adhesion_n.max(adhesion);
+        all.product_j = all.product_j.max(product);
+        let violated = penetration > PENETRATION || adhesion > 0.0;
+        all.violations += u64::from(violated);
+        debug_assert!(!violated, "contact conditions at {:e} s: {penetration:e} m deep, {adhesion:e} N pulling", self.time());
+    }
+
+    fn energy(&mut self) -> (f64, f64) {
+        let (kinetic, mut stored) = self.motion.energy(&self.arrangement);
+        if self.arrangement.spring.is_finite() {
+            let force = self.contacts.last().map_or(0.0, |contact| contact.pressing);
+            stored += 0.5 * force * force / self.arrangement.spring;
+        }
+        (kinetic, stored)
+    }
+
+    fn record(&mut self) {
+        if self.taken == 0 {
+            self.trace.follow(&self.watched, &self.motion);
+        }
+        self.trace.sample(&self.arrangement, &self.watched, &self.motion, self.piston, &self.contacts);
+    }
+
+    /// Save everything that is needed to go on later; `identity` says what the state belongs to.
+    #[must_use]
+    pub fn snapshot(&self, identity: &str) -> Snapshot {
+        Snapshot {
+            identity: identity.into(),
+            taken: self.taken,
+            motion: self.motion.save(),
+            contacts: self.contacts.clone(),
+            trace: self.trace.clone(),
+            ledger: self.ledger,
+            complementarity: self.complementarity,
+            cuts: self.cuts.clone(),
+        }
+    }
+
+    /// Go on from a saved state: the run then ends in the same bytes as if it had never stopped.
+    ///
+    /// # Errors
+    /// [`FeaError::OtherState`] when the state is of another analysis.
+    pub fn restore(&mut self, snapshot: Snapshot, identity: &str) -> Result<(), FeaError> {
+        let points = |contacts: &[ContactState]| contacts.iter().map(|contact| contact.forces.len()).collect::<Vec<_>>();
+        let fits = snapshot.identity == identity && points(&snapshot.contacts) == points(&self.contacts);
+        if !fits || !self.motion.restore(&snapshot.motion) {
+            return Err(FeaError::OtherState { expected: identity.into(), found: snapshot.identity });
+        }
+        let Snapshot { taken, contacts, trace, ledger, complementarity, cuts, .. } = snapshot;
+        let factorisations = self.ledger.work.factorisations;
+        (self.taken, self.contacts, self.trace) = (taken, contacts, trace);
+        (self.ledger, self.complementarity, self.cuts) = (ledger, complementarity, cuts);
+        self.ledger.work.factorisations = self.ledger.work.factorisations.max(factorisations);
+        self.before.clone_from(&self.contacts);
+        self.piston = self.drive.at(self.time()).0;
+        self.motion.move_piston(self.piston);
+        Ok(())
+    }
+}

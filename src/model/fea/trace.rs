@@ -1,0 +1,153 @@
+//! What is recorded of a run.
+
+use super::{
+    arrangement::Arrangement,
+    assembly::{Direction, DofMap},
+    contact::{chain::ContactState, pair::Pair},
+    energy::Ledger,
+    motion::Motion,
+};
+use crate::{response::Response, signal::Series};
+
+/// Series taken at the samples; the far pole is followed at every step.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Trace {
+    step: f64,
+    steps_per_sample: usize,
+    piston: Vec<f64>,
+    displacement: Vec<Vec<f64>>,
+    velocity: Vec<Vec<f64>>,
+    force: Vec<Vec<f64>>,
+    radius: Vec<Vec<f64>>,
+    pole: Vec<f64>,
+}
+
+/// Unknowns that are watched.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Watched {
+    /// Axial unknown of every bead's centre.
+    pub centres: Vec<u32>,
+    /// Axial unknown of the last bead's far pole.
+    pub pole: u32,
+}
+
+impl Watched {
+    /// Centres (the axis node nearest the middle between the poles) and the far pole.
+    #[must_use]
+    pub fn new(arrangement: &Arrangement) -> Self {
+        let centres = arrangement.beads.iter().map(|&kind| axis_node(arrangement, kind, 0.5)).collect();
+        let pole = arrangement.beads.last().map_or(0, |&kind| axis_node(arrangement, kind, 1.0));
+        Self { centres, pole }
+    }
+}
+
+/// Axial unknown of the axis node nearest a fraction of the way from front pole to back pole.
+fn axis_node(arrangement: &Arrangement, kind: usize, fraction: f64) -> u32 {
+    let mesh = arrangement.kinds[kind].mesh();
+    let (front, back) = poles(mesh);
+    let wanted = front + fraction * (back - front);
+    let nearest = mesh
+        .nodes
+        .iter()
+        .enumerate()
+        .filter(|(_, place)| place[0] == 0.0)
+        .min_by(|(_, a), (_, b)| (a[1] - wanted).abs().total_cmp(&(b[1] - wanted).abs()));
+    DofMap::dof(nearest.map_or(0, |(node, _)| node as u32), Direction::Axial)
+}
+
+/// z of the front and the back pole, m: the ends of the axis in the mesh.
+pub(super) fn poles(mesh: &super::mesh::Mesh) -> (f64, f64) {
+    let axis = || mesh.nodes.iter().filter(|place| place[0] == 0.0).map(|place| place[1]);
+    (axis().fold(f64::INFINITY, f64::min), axis().fold(f64::NEG_INFINITY, f64::max))
+}
+
+/// Contact radius, m: half-way between the last pressed point and the next at a pole, half the width of the pressed band on a ring.
+#[must_use]
+pub fn contact_radius(pair: &Pair, state: &ContactState) -> f64 {
+    let Some(last) = state.forces.iter().rposition(|&force| force > 0.0) else { return 0.0 };
+    let edge = |inner: usize, outer: usize| 0.5 * (pair.positions[inner] + pair.positions[outer]);
+    let outer = edge(last, (last + 1).min(pair.len() - 1));
+    if pair.ring.is_none() {
+        return outer;
+    }
+    let first = state.forces.iter().position(|&force| force > 0.0).unwrap_or(0);
+    0.5 * (outer - edge(first, first.saturating_sub(1))).abs()
+}
+
+impl Trace {
+    /// For a run of so many samples, every `steps_per_sample` steps.
+    #[must_use]
+    pub fn new(arrangement: &Arrangement, samples: usize, output_step: f64, steps_per_sample: usize) -> Self {
+        let (beads, contacts) = (arrangement.beads.len(), arrangement.contacts.len());
+        let column = || Vec::with_capacity(samples);
+        let columns = |count: usize| (0..count).map(|_| column()).collect::<Vec<_>>();
+        Self {
+            step: output_step,
+            steps_per_sample,
+            piston: column(),
+            displacement: columns(beads),
+            velocity: columns(beads),
+            force: columns(contacts),
+            radius: columns(contacts),
+            pole: Vec::with_capacity(samples * steps_per_sample + 1),
+        }
+    }
+
+    /// Follow the far pole by one step.
+    pub fn follow(&mut self, watched: &Watched, motion: &Motion) {
+        let last = watched.centres.len();
+        self.pole.push(motion.displacement(last, watched.pole));
+    }
+
+    /// Take a sample.
+    pub fn sample(
+        &mut self,
+        arrangement: &Arrangement,
+        watched: &Watched,
+        motion: &Motion,
+        piston: f64,
+        contacts: &[ContactState],
+    ) {
+        self.piston.push(piston);
+        for (bead, &unknown) in watched.centres.iter().enumerate() {
+            self.displacement[bead].push(motion.displacement(bead + 1, unknown));
+            self.velocity[bead].push(motion.velocity(bead + 1, unknown));
+        }
+        for (contact, state) in contacts.iter().enumerate() {
+            let total = state.total();
+            self.force[contact].push(total);
+            self.radius[contact].push(contact_radius(&arrangement.pairs[arrangement.contacts[contact]], state));
+        }
+    }
+
+    /// Samples taken.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.piston.len()
+    }
+
+    /// The response. The far pole may carry no mass, so its velocity is the central difference of its displacement over two steps.
+    #[must_use]
+    pub fn response(&self, ledger: &Ledger) -> Response {
+        let series = |values: &Vec<f64>| Series::new(0.0, self.step, values.clone());
+        let all = |columns: &Vec<Vec<f64>>| columns.iter().map(series).collect::<Vec<_>>();
+        let (stride, last) = (self.steps_per_sample, self.pole.len().saturating_sub(1));
+        let step = self.step / stride as f64;
+        let pole_velocity = (0..self.samples())
+            .map(|sample| {
+                let here = sample * stride;
+                let (a, b) = (here.saturating_sub(1), (here + 1).min(last));
+                if b > a { (self.pole[b] - self.pole[a]) / ((b - a) as f64 * step) } else { 0.0 }
+            })
+            .collect();
+        Response {
+            piston_displacement: series(&self.piston),
+            bead_displacement: all(&self.displacement),
+            bead_velocity: all(&self.velocity),
+            pole_velocity: Series::new(0.0, self.step, pole_velocity),
+            contact_force: all(&self.force),
+            energy: ledger.books(),
+            work: ledger.work,
+        }
+    }
+}
