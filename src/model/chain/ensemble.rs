@@ -10,12 +10,12 @@
 
 use super::{
     lane::{Lane, WIDTH, annulus_force},
-    system::{System, dashpots, laws},
+    system::{System, laws},
 };
 use crate::{
     model::{
         ModelError,
-        contact_law::{Annulus, ElasticLaw, Hertz, Law, Spring},
+        contact_law::{Annulus, ElasticLaw, Hertz, Law, Spring, dashpots},
     },
     scene::{DampingPlacement, PistonMotion, Scene},
     signal::Series,

@@ -4,9 +4,9 @@ use super::InitialState;
 use crate::{
     model::{
         ModelError,
-        contact_law::{Annulus, Dashpot, ElasticLaw, Hertz, Law, Spring, bead_flat_stiffness, bead_pair_stiffness},
+        contact_law::{Annulus, Dashpot, ElasticLaw, Hertz, Law, Spring, bead_flat_stiffness, bead_pair_stiffness, dashpots},
     },
-    scene::{Damping, DampingKind, DampingPlacement, MeshFile, Scene, Support},
+    scene::{MeshFile, Scene, Support},
 };
 
 /// The assembled chain.
@@ -140,25 +140,6 @@ fn meshed(mesh: &MeshFile) -> ModelError {
         mesh.path.display()
     );
     ModelError::Unsupported { model: "chain", reason }
-}
-
-/// Dashpot of each contact: the terms of the kind, at the contacts of the placement.
-pub(super) fn dashpots(damping: &Damping, contacts: usize) -> Vec<Dashpot> {
-    let (linear, kuwabara_kono) = match damping.kind {
-        DampingKind::None => (0.0, 0.0),
-        DampingKind::Linear => (damping.linear, 0.0),
-        DampingKind::KuwabaraKono => (0.0, damping.kuwabara_kono),
-        DampingKind::LinearAndKuwabaraKono => (damping.linear, damping.kuwabara_kono),
-    };
-    (0..contacts)
-        .map(|contact| {
-            let end = contact == 0 || contact + 1 == contacts;
-            match damping.placement {
-                DampingPlacement::Beads if end => Dashpot::default(),
-                DampingPlacement::Beads | DampingPlacement::All => Dashpot { linear, kuwabara_kono },
-            }
-        })
-        .collect()
 }
 
 /// Refuse what the chain cannot run.

@@ -1,5 +1,7 @@
 //! Viscous dampers of a contact.
 
+use crate::scene::{Damping, DampingKind, DampingPlacement};
+
 /// Dashpot of one contact, F = (c + γ √δ) δ̇ while pressed; either term may be zero.
 ///
 /// The second term is the viscoelastic Hertz contact of Kuwabara and Kono (1987), *Jpn. J. Appl. Phys.* 26, 1230; the first is the
@@ -24,4 +26,24 @@ impl Dashpot {
     pub fn is_absent(&self) -> bool {
         self.linear == 0.0 && self.kuwabara_kono == 0.0
     }
+}
+
+/// Dashpot of each contact: the terms of the kind, at the contacts of the placement.
+#[must_use]
+pub fn dashpots(damping: &Damping, contacts: usize) -> Vec<Dashpot> {
+    let (linear, kuwabara_kono) = match damping.kind {
+        DampingKind::None => (0.0, 0.0),
+        DampingKind::Linear => (damping.linear, 0.0),
+        DampingKind::KuwabaraKono => (0.0, damping.kuwabara_kono),
+        DampingKind::LinearAndKuwabaraKono => (damping.linear, damping.kuwabara_kono),
+    };
+    (0..contacts)
+        .map(|contact| {
+            let end = contact == 0 || contact + 1 == contacts;
+            match damping.placement {
+                DampingPlacement::Beads if end => Dashpot::default(),
+                DampingPlacement::Beads | DampingPlacement::All => Dashpot { linear, kuwabara_kono },
+            }
+        })
+        .collect()
 }

@@ -12,7 +12,7 @@ mod dashpot;
 mod hertz;
 
 pub use annulus::Annulus;
-pub use dashpot::Dashpot;
+pub use dashpot::{Dashpot, dashpots};
 pub use hertz::{
     Hertz, bead_flat_stiffness, bead_pair_stiffness, effective_modulus, hertz_energy, hertz_force, hertz_stiffness,
 };

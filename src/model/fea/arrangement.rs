@@ -235,7 +235,7 @@ fn support_body(mesh: Mesh, materials: &[Material], mass: body::ContactMass) -> 
 }
 
 fn imported(file: &MeshFile, material: &Material, scene: &Scene) -> Result<(Mesh, Vec<Material>), FeaError> {
-    let (mesh, names) = mesh::gmsh::import(&file.path, file.unit)?;
+    let (mesh, names): (Mesh, Vec<String>) = return Err(FeaError::UnknownMaterial { file: file.path.clone(), name: String::new() });
     let materials = names.iter().map(|name| {
         if *name == material.name {
             return Ok(material.clone());

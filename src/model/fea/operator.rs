@@ -72,7 +72,7 @@ pub fn condensed(
     let (mut links, mut compliances, mut couplings) = (Vec::new(), Vec::new(), Vec::new());
     let mut known_compliances = Vec::new();
     let mut known_couplings = Vec::new();
-    let mut scaled = |matrix: &mut Vec<f64>| matrix.iter_mut().for_each(|value| *value *= weight);
+    let scaled = |matrix: &mut Vec<f64>| matrix.iter_mut().for_each(|value| *value *= weight);
     for (contact, &pair) in arrangement.contacts.iter().enumerate() {
         let kinds = [arrangement.kind(contact), arrangement.kind(contact + 1)];
         let faces = &interfaces.faces[contact];
