@@ -32,7 +32,13 @@ pub fn run(scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError
     match scene.model.kind {
         ModelKind::Chain => chain::ChainModel.run(scene, progress),
         ModelKind::Reduced => Err(ModelError::NotYetAvailable { model: "reduced" }),
-        ModelKind::Fea => Err(ModelError::NotYetAvailable { model: "fea" }),
+        ModelKind::Fea => fea::FeaModel.run(scene, progress),
+    }
+}
+
+impl From<fea::FeaError> for ModelError {
+    fn from(error: fea::FeaError) -> Self {
+        Self::Fea(Box::new(error))
     }
 }
 
@@ -128,6 +134,9 @@ pub enum ModelError {
         /// Largest energy seen, J.
         largest_j: f64,
     },
+    /// The contact finite element analysis could not be run, or failed.
+    #[error(transparent)]
+    Fea(#[from] Box<fea::FeaError>),
     /// The run was stopped by its caller.
     #[error("stopped at {time:.6e} s")]
     Stopped {

@@ -4,7 +4,9 @@ use super::InitialState;
 use crate::{
     model::{
         ModelError,
-        contact_law::{Annulus, Dashpot, ElasticLaw, Hertz, Law, Spring, bead_flat_stiffness, bead_pair_stiffness, dashpots},
+        contact_law::{
+            Annulus, Dashpot, ElasticLaw, Hertz, Law, Spring, bead_flat_stiffness, bead_pair_stiffness, dashpots,
+        },
     },
     scene::{MeshFile, Scene, Support},
 };

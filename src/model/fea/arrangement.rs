@@ -219,8 +219,10 @@ fn bead_body(bead: &Bead, number: usize, scene: &Scene, mass: body::ContactMass)
     let settings = &scene.model.fea;
     let (mesh, materials) = match &bead.mesh {
         None => {
-            let form =
-                BeadMesh { elements: patch_elements(settings.elements), ..BeadMesh::of_density(settings.density as usize) };
+            let form = BeadMesh {
+                elements: patch_elements(settings.elements),
+                ..BeadMesh::of_density(settings.density as usize)
+            };
             (mesh::bead(bead.radius, &form)?, vec![bead.material.clone()])
         }
         Some(file) => imported(file, &bead.material, scene)?,
@@ -235,7 +237,8 @@ fn support_body(mesh: Mesh, materials: &[Material], mass: body::ContactMass) -> 
 }
 
 fn imported(file: &MeshFile, material: &Material, scene: &Scene) -> Result<(Mesh, Vec<Material>), FeaError> {
-    let (mesh, names): (Mesh, Vec<String>) = return Err(FeaError::UnknownMaterial { file: file.path.clone(), name: String::new() });
+    let (mesh, names): (Mesh, Vec<String>) =
+        return Err(FeaError::UnknownMaterial { file: file.path.clone(), name: String::new() });
     let materials = names.iter().map(|name| {
         if *name == material.name {
             return Ok(material.clone());

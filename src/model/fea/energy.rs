@@ -5,6 +5,7 @@ use crate::response::{EnergyLedger, SolverWork};
 /// Sums kept from step to step.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Ledger {
+    least_scale: f64,
     initial: f64,
     piston_work: f64,
     dissipated: f64,
@@ -22,6 +23,12 @@ pub struct Ledger {
 }
 
 impl Ledger {
+    /// Empty books; errors of a step are held against at least `least_scale` (J).
+    #[must_use]
+    pub fn new(least_scale: f64) -> Self {
+        Self { least_scale, ..Self::default() }
+    }
+
     /// The state at the start, (kinetic, stored) in J.
     pub fn begin(&mut self, energy: (f64, f64)) {
         (self.kinetic, self.stored) = energy;
@@ -40,7 +47,7 @@ impl Ledger {
     /// Energy against which an error of one step is held, J.
     #[must_use]
     pub fn scale(&self) -> f64 {
-        self.initial + self.worked
+        (self.initial + self.worked).max(self.least_scale)
     }
 
     /// The state at a sample, (kinetic, stored) in J.

@@ -60,8 +60,11 @@ impl<'a> Statics<'a> {
                 StaticFactor::new(body, interface).map_err(|source| arrangement.factor_error(kind, source))
             })
             .collect::<Result<Vec<_>, _>>()?;
-        let inverse: Vec<Vec<f64>> =
-            factors.iter().zip(&arrangement.kinds).map(|(factor, body)| rows(&factor.interface_compliance(body))).collect();
+        let inverse: Vec<Vec<f64>> = factors
+            .iter()
+            .zip(&arrangement.kinds)
+            .map(|(factor, body)| rows(&factor.interface_compliance(body)))
+            .collect();
         let (links, compliances, couplings) = condensed(arrangement, interfaces, &inverse, 1.0)?;
         Ok(Self { arrangement, interfaces, factors, inverse, links, compliances, couplings })
     }

@@ -41,7 +41,9 @@ pub enum FeaError {
         key: &'static str,
     },
     /// Only a sphere can rest on a ring.
-    #[error("bead {bead} is an imported body: on this support it must be a sphere, whose gap is known exactly; drop its `mesh`")]
+    #[error(
+        "bead {bead} is an imported body: on this support it must be a sphere, whose gap is known exactly; drop its `mesh`"
+    )]
     SphereNeeded {
         /// Which bead, from 1.
         bead: usize,
@@ -55,7 +57,9 @@ pub enum FeaError {
         name: String,
     },
     /// A condensed compliance is not positive definite.
-    #[error("contact {contact} (1 = piston): its compliance is not positive definite; two of its points coincide or a body is not held")]
+    #[error(
+        "contact {contact} (1 = piston): its compliance is not positive definite; two of its points coincide or a body is not held"
+    )]
     Compliance {
         /// Which contact, from 1.
         contact: usize,
@@ -102,17 +106,13 @@ pub enum FeaError {
         cause: Cause,
     },
     /// A saved state is of another analysis.
-    #[error("the saved state is of another analysis ({found} of {expected}); start anew or give the scene it was saved with")]
+    #[error(
+        "the saved state is of another analysis ({found} of {expected}); start anew or give the scene it was saved with"
+    )]
     OtherState {
         /// What this analysis has.
         expected: String,
         /// What the state says.
         found: String,
-    },
-    /// The run was stopped by its caller.
-    #[error("stopped at {time:.6e} s")]
-    Stopped {
-        /// Simulated time reached, s.
-        time: f64,
     },
 }

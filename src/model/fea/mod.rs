@@ -31,3 +31,33 @@ pub mod trace;
 
 pub use error::FeaError;
 pub use simulation::{Control, Cut, Simulation, Snapshot};
+
+use super::{Model, ModelError, Progress};
+use crate::{response::Response, scene::Scene};
+
+/// The contact finite element analysis as a model; mesh, scheme and step come from the scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FeaModel;
+
+/// Steps from one call of the progress function to the next.
+const STEPS_PER_REPORT: usize = 8;
+
+impl Model for FeaModel {
+    fn run(&self, scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError> {
+        if let Some(file) = scene.pending_record() {
+            let reason =
+                format!("the drive record {} has not been read; hand it over with `with_drive_record`", file.display());
+            return Err(ModelError::Unsupported { model: "fea", reason });
+        }
+        let mut simulation = Simulation::new(scene, Control::default())?;
+        let mut steps = 0_usize;
+        while !simulation.is_done() {
+            simulation.advance()?;
+            steps += 1;
+            if steps.is_multiple_of(STEPS_PER_REPORT) && !progress(simulation.time()) {
+                return Err(ModelError::Stopped { time: simulation.time() });
+            }
+        }
+        Ok(simulation.response())
+    }
+}

@@ -129,13 +129,7 @@ impl Motion {
     }
 
     /// Add what the old forces still do to the right-hand sides: α β h² (f₀ − K u₀).
-    fn lag(
-        &mut self,
-        arrangement: &Arrangement,
-        interfaces: &Interfaces,
-        c: &Coefficients,
-        before: &[ContactState],
-    ) {
+    fn lag(&mut self, arrangement: &Arrangement, interfaces: &Interfaces, c: &Coefficients, before: &[ContactState]) {
         let gain = c.lag * c.gain;
         for (kind, group) in self.groups.iter_mut().enumerate() {
             let body = &arrangement.kinds[kind];
@@ -163,7 +157,13 @@ impl Motion {
     }
 
     /// Rigid motions without new forces, m and m/s; the piston's slot is left alone.
-    pub fn predict_rigid(&self, arrangement: &Arrangement, c: &Coefficients, before: &[ContactState], out: &mut [RigidPrediction]) {
+    pub fn predict_rigid(
+        &self,
+        arrangement: &Arrangement,
+        c: &Coefficients,
+        before: &[ContactState],
+        out: &mut [RigidPrediction],
+    ) {
         for slot in 1..self.rigid.len() {
             let Some(kind) = arrangement.kind(slot).filter(|&kind| arrangement.kinds[kind].is_free()) else { continue };
             let Rigid { displacement: u, velocity: v, acceleration: a } = self.rigid[slot];
@@ -237,7 +237,14 @@ impl Motion {
     }
 
     /// Make the new displacements the state.
-    pub fn accept(&mut self, arrangement: &Arrangement, c: &Coefficients, contacts: &[ContactState], before: &[ContactState], profile: &mut Profile) {
+    pub fn accept(
+        &mut self,
+        arrangement: &Arrangement,
+        c: &Coefficients,
+        contacts: &[ContactState],
+        before: &[ContactState],
+        profile: &mut Profile,
+    ) {
         let mut lap = profile.start();
         for group in &mut self.groups {
             group.accept(c);
@@ -343,7 +350,8 @@ impl Motion {
                 })
         };
         let Saved { displacement, velocity, acceleration, rigid } = saved;
-        if ![displacement, velocity, acceleration].iter().all(|values| fits(values)) || rigid.len() != self.rigid.len() {
+        if ![displacement, velocity, acceleration].iter().all(|values| fits(values)) || rigid.len() != self.rigid.len()
+        {
             return false;
         }
         for (slot, place) in self.columns.iter().enumerate() {

@@ -27,7 +27,8 @@ use crate::{
 /// When a step is not accepted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Control {
-    /// Energy that contacts may make or lose in one step by opening and closing within it, over all work done so far, 1.
+    /// Energy that contacts may make or lose in one step by opening and closing within it, over all work done so far (at least the kinetic
+    /// energy of the first bead at the piston's largest speed), 1.
     pub contact_energy: f64,
     /// Halvings of the step tried before the run fails.
     pub halvings: u32,
@@ -97,6 +98,9 @@ pub struct Complementarity {
 
 /// Penetration that counts as a violation, m: a millionth of the motions of interest, a million roundings.
 pub const PENETRATION: f64 = 1e-12;
+
+/// Steps from one look at the energies of all bodies to the next: two matrix products are too much for every step.
+const STEPS_PER_AUDIT: usize = 10;
 
 /// Everything that must be saved to go on later, exactly.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -206,7 +210,11 @@ impl Simulation {
         let mut operators = vec![None; control.halvings as usize + 1];
         operators[0] = Some(operator);
         profile.factorisation += lap.lap();
-        let mut ledger = Ledger::default();
+        let times: Vec<f64> = (0..samples).map(|sample| sample as f64 * scene.output_step).collect();
+        let (mut positions, mut speeds) = (vec![0.0; samples], vec![0.0; samples]);
+        drive.sample(&times, &mut positions, &mut speeds);
+        let speed = speeds.iter().fold(0.0, |most: f64, speed| most.max(speed.abs()));
+        let mut ledger = Ledger::new(0.5 * arrangement.kinds[arrangement.beads[0]].total_mass() * speed * speed);
         ledger.work.unknowns = arrangement.unknowns() as u64;
         ledger.work.factorisations = arrangement.kinds.len() as u64;
         let piston = drive.at(0.0).0;
@@ -328,9 +336,11 @@ impl Simulation {
         let mut lap = self.profile.start();
         self.trace.follow(&self.watched, &self.motion);
         if self.taken.is_multiple_of(self.steps_per_sample) {
+            self.record();
+        }
+        if self.taken.is_multiple_of(STEPS_PER_AUDIT) || self.is_done() {
             let energy = self.energy();
             self.ledger.sample(energy);
-            self.record();
         }
         self.profile.record += lap.lap();
         Ok(())
@@ -399,11 +409,15 @@ impl Simulation {
                 return Err((Cause::PatchExceeded, contact));
             }
             let made = 0.5
-                * new.forces.iter().zip(&old.forces).zip(new.gaps.iter().zip(&old.gaps)).fold(
-                    0.0,
-                    |sum, ((new_force, old_force), (new_gap, old_gap))| sum + old_force * new_gap - new_force * old_gap,
-                );
-            if made.abs() > self.control.contact_energy * ledger.scale() && ledger.scale() > 0.0 {
+                * new
+                    .forces
+                    .iter()
+                    .zip(&old.forces)
+                    .zip(new.gaps.iter().zip(&old.gaps))
+                    .fold(0.0, |sum, ((new_force, old_force), (new_gap, old_gap))| {
+                        sum + old_force * new_gap - new_force * old_gap
+                    });
+            if made.abs() > self.control.contact_energy * ledger.scale() {
                 return Err((Cause::ContactEnergy, contact));
             }
             contact_energy += made;
@@ -456,7 +470,11 @@ impl Simulation {
                     self.motion.normal_displacement(&self.interfaces, contact, before, i)
                 };
                 let far = self.motion.normal_displacement(&self.interfaces, contact + 1, after, i);
-                let flat = if pair.after.is_empty() { pair.axial_after[i] * state.pressing / self.arrangement.spring } else { 0.0 };
+                let flat = if pair.after.is_empty() {
+                    pair.axial_after[i] * state.pressing / self.arrangement.spring
+                } else {
+                    0.0
+                };
                 let gap = self.rest_gaps[contact][i] - near - far - flat;
                 penetration = penetration.max(-gap);
                 adhesion = adhesion.max(-state.forces[i]);
@@ -469,7 +487,11 @@ impl Simulation {
         all.product_j = all.product_j.max(product);
         let violated = penetration > PENETRATION || adhesion > 0.0;
         all.violations += u64::from(violated);
-        debug_assert!(!violated, "contact conditions at {:e} s: {penetration:e} m deep, {adhesion:e} N pulling", self.time());
+        debug_assert!(
+            !violated,
+            "contact conditions at {:e} s: {penetration:e} m deep, {adhesion:e} N pulling",
+            self.time()
+        );
     }
 
     fn energy(&mut self) -> (f64, f64) {
@@ -508,7 +530,8 @@ impl Simulation {
     /// # Errors
     /// [`FeaError::OtherState`] when the state is of another analysis.
     pub fn restore(&mut self, snapshot: Snapshot, identity: &str) -> Result<(), FeaError> {
-        let points = |contacts: &[ContactState]| contacts.iter().map(|contact| contact.forces.len()).collect::<Vec<_>>();
+        let points =
+            |contacts: &[ContactState]| contacts.iter().map(|contact| contact.forces.len()).collect::<Vec<_>>();
         let fits = snapshot.identity == identity && points(&snapshot.contacts) == points(&self.contacts);
         if !fits || !self.motion.restore(&snapshot.motion) {
             return Err(FeaError::OtherState { expected: identity.into(), found: snapshot.identity });

@@ -146,6 +146,7 @@ impl Trace {
             bead_velocity: all(&self.velocity),
             pole_velocity: Series::new(0.0, self.step, pole_velocity),
             contact_force: all(&self.force),
+            contact_radius: Some(all(&self.radius)),
             energy: ledger.books(),
             work: ledger.work,
         }

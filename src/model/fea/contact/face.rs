@@ -69,7 +69,10 @@ impl Face {
     /// Terms (unknown, coefficient) of point i.
     pub fn terms(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let range = self.starts[i] as usize..self.starts[i + 1] as usize;
-        self.unknowns[range.clone()].iter().map(|&unknown| unknown as usize).zip(self.coefficients[range].iter().copied())
+        self.unknowns[range.clone()]
+            .iter()
+            .map(|&unknown| unknown as usize)
+            .zip(self.coefficients[range].iter().copied())
     }
 
     /// Outward normal displacement of point i, m.
@@ -186,7 +189,12 @@ mod tests {
         for radius in [0.0, 0.3, 1.0, 1.9, 2.5] {
             let point = at_radius(&mesh, &boundary, radius).unwrap();
             let sum = |power: i32| {
-                point.nodes.iter().zip(point.weights).map(|(&n, w)| w * mesh.nodes[n as usize][0].powi(power)).sum::<f64>()
+                point
+                    .nodes
+                    .iter()
+                    .zip(point.weights)
+                    .map(|(&n, w)| w * mesh.nodes[n as usize][0].powi(power))
+                    .sum::<f64>()
             };
             for power in 0..3 {
                 assert!((sum(power) - radius.powi(power)).abs() < 1e-14);

@@ -83,7 +83,9 @@ pub struct Ring {
 #[non_exhaustive]
 pub enum PairError {
     /// A boundary is missing.
-    #[error("the mesh of {body} has no boundary `{boundary}`; name that part of its surface (a physical curve in Gmsh)")]
+    #[error(
+        "the mesh of {body} has no boundary `{boundary}`; name that part of its surface (a physical curve in Gmsh)"
+    )]
     NoBoundary {
         /// Which body.
         body: String,
