@@ -22,6 +22,7 @@ pub mod equilibrium;
 mod error;
 pub mod factor;
 pub mod mesh;
+pub mod modes;
 pub mod motion;
 pub mod operator;
 pub mod profile;
