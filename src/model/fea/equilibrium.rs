@@ -69,6 +69,12 @@ impl<'a> Statics<'a> {
         Ok(Self { arrangement, interfaces, factors, inverse, links, compliances, couplings })
     }
 
+    /// W of a contact, m/N.
+    #[must_use]
+    pub fn compliance(&self, contact: usize) -> &Compliance {
+        &self.compliances[self.links[contact].compliance]
+    }
+
     /// All contacts under the axial force F₀ (N).
     ///
     /// # Errors

@@ -28,6 +28,7 @@ pub mod operator;
 pub mod profile;
 pub mod scheme;
 pub mod simulation;
+pub mod statics;
 pub mod trace;
 
 pub use error::FeaError;
