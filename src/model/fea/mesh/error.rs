@@ -1,6 +1,10 @@
 //! Why a mesh is refused.
 
+use std::path::PathBuf;
+
 use thiserror::Error;
+
+use super::gmsh::GmshError;
 
 /// Why a mesh cannot be made or used.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -32,5 +36,13 @@ pub enum MeshError {
         z: f64,
         /// Determinant found, m² a unit area of the reference element.
         determinant: f64,
+    },
+    /// A mesh file is refused.
+    #[error("{}: {source}", path.display())]
+    Gmsh {
+        /// The file.
+        path: PathBuf,
+        /// What, where, and the remedy.
+        source: Box<GmshError>,
     },
 }
