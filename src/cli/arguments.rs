@@ -5,7 +5,10 @@ use std::{num::NonZeroUsize, path::PathBuf};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 
-use crate::signal::{Dimension, Quantity};
+use crate::{
+    scene::{ModelKind, Scene},
+    signal::{Dimension, Quantity},
+};
 
 use super::output::print;
 
@@ -210,6 +213,18 @@ fn assignment(text: &str) -> Result<String, ValueError> {
 pub struct UsageError {
     /// What is wrong and what to do.
     pub message: String,
+}
+
+/// What runs on the chain only would, beside another model, be the answer to another question.
+///
+/// # Errors
+/// A usage error naming `what` when the scene's model is not the chain.
+pub fn need_chain(what: &str, scene: &Scene) -> anyhow::Result<()> {
+    if scene.model.kind == ModelKind::Chain {
+        return Ok(());
+    }
+    let kind = scene.model.kind.name();
+    Err(usage(format!("{what} runs on the chain, not on model `{kind}`; use --model chain")))
 }
 
 /// A [`UsageError`] with this message.

@@ -19,7 +19,7 @@ use sha2::{Digest, Sha256};
 use self::{definition::Definition, measured::Measured};
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session},
+    arguments::{OutputArguments, SceneArguments, Session, need_chain},
     experiment::Experiment,
     interrupt,
     output::OutputFolder,
@@ -205,6 +205,7 @@ fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
     let experiment = Experiment::for_fit(&definition.scene)?;
     assumptions.extend(experiment.assumptions.iter().cloned());
     let scene = experiment.scene_with(&[])?;
+    need_chain("a calibration", &scene)?;
     let measured = Measured::read(&definition, &scene, &mut assumptions)?;
     let comparison = measured.comparison().weighted(&definition.weights)?;
     let laws = definition

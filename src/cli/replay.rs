@@ -1,14 +1,17 @@
 //! `granchain replay`: run one scene and write what came out.
 
+mod analysis;
+
 use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
 use serde::Serialize;
 
+use self::analysis::{Analysis, AnalysisArguments, AnalysisSummary};
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session},
+    arguments::{OutputArguments, SceneArguments, Session, need_chain},
     calibrated::Calibrated,
     experiment::Experiment,
     interrupt,
@@ -19,11 +22,11 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
-    feature::{Features, measure},
+    feature::{FeatureSettings, Features, measure},
     model::{self, ModelError},
     report::replay as page,
     response::{EnergyLedger, Response, SolverWork, write_csv},
-    scene::{Effect, Scene, effects},
+    scene::{Effect, ModelKind, Scene, effects},
     study::{
         EnsemblePlan, ensemble, observation,
         published::{Published, published},
@@ -42,6 +45,9 @@ pub struct Arguments {
     /// Also run N perturbed copies at each of three drive levels and report mean, scatter and sensitivity
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..), help_heading = "Study")]
     pub ensemble: Option<u32>,
+    /// What a finite element run does on the way.
+    #[command(flatten)]
+    pub analysis: AnalysisArguments,
     /// How the drive record is to be read.
     #[command(flatten)]
     pub reading: ReadArguments,
@@ -66,6 +72,9 @@ pub struct Summary {
     pub energy: EnergyLedger,
     /// What the run cost, in counts.
     pub work: SolverWork,
+    /// What a finite element run has besides.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub analysis: Option<AnalysisSummary>,
     /// What was run.
     pub settings: summary::Settings,
     /// Mean, scatter and sensitivity, where asked for.
@@ -87,51 +96,111 @@ pub struct Summary {
 /// # Errors
 /// Whatever is wrong with scene, calibration, record or run; a folder that cannot be written.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { scene: flags, calibration, ensemble: members, reading, output, session } = arguments;
     let mut timing = Timing::start();
-    let calibrated = calibration.as_deref().map(Calibrated::read).transpose()?;
-    let experiment = Experiment::new(&flags, &reading, calibrated.as_ref())?;
+    let calibrated = arguments.calibration.as_deref().map(Calibrated::read).transpose()?;
+    let experiment = Experiment::new(&arguments.scene, &arguments.reading, calibrated.as_ref())?;
     let scene = experiment.scene_with(&[])?;
+    analysis::refuse_idle(&arguments.analysis, &scene)?;
+    if arguments.ensemble.is_some() {
+        need_chain("--ensemble", &scene)?;
+    }
+    let Arguments { analysis, output, session, .. } = &arguments;
     for assumption in &experiment.assumptions {
         session.note(format_args!("assumed: {assumption}"));
     }
-    let settings = observation::settings(&scene)?;
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
-    timing.stage("read");
-
-    let response = run(&scene, &session)?;
-    timing.stage("run");
-    let features = measure(&response.pole_velocity, &settings)?;
-    timing.stage("features");
-    let plan = members.map(|members| EnsemblePlan::new(members as usize, session.seed()));
-    let spread = plan.map(|plan| ensemble::run(&scene, &plan)).transpose()?;
-    interrupt::check()?;
-    timing.stage("ensemble");
-
-    let summary = Summary {
-        program: summary::program(),
-        scene: experiment.source().into(),
-        energy: response.energy,
-        work: response.work,
-        settings: summary::Settings::new(&scene, &experiment, session.seed()),
-        ensemble: spread.as_ref().map(summary::EnsembleTable::new),
-        published: published(&scene),
-        effects: effects(&scene),
-        assumptions: experiment.assumptions.clone(),
-        inputs: summary::Inputs::new(&experiment, calibrated.as_ref())?,
-        features,
+    // A long run is kept when it is stopped.
+    let stage = |out| match scene.model.kind {
+        ModelKind::Fea => OutputFolder::resumable(out, analysis.resume, output.force),
+        ModelKind::Chain | ModelKind::Reduced => OutputFolder::stage(out, output.force),
     };
-    let mut text = summary::text(&scene, &summary, spread.as_ref());
+    let job = Job { arguments: &arguments, calibrated: calibrated.as_ref(), experiment: &experiment, scene: &scene };
+    let settings = observation::settings(&scene)?;
+    let folder = output.out.as_deref().map(stage).transpose()?;
+    timing.stage("read");
+    let (text, summary) = match job.execute(folder.as_ref(), &settings, &mut timing) {
+        Ok(done) => done,
+        Err(error) => {
+            if let Some(folder) = folder.filter(|folder| !analysis::is_saved(folder)) {
+                folder.discard();
+            }
+            return Err(error);
+        }
+    };
     match folder {
         Some(folder) => {
-            write(&folder, &scene, &response, &summary, &mut timing)?;
             let place = folder.finish()?;
             session.note(format_args!("written to {}", place.display()));
+            session.result(text, &summary)?;
         }
-        None => text.push_str("\nNothing was written; pass --out DIR for response.csv, summary.json and figures.\n"),
+        None => session.result(
+            format!("{text}\nNothing was written; pass --out DIR for response.csv, summary.json and figures.\n"),
+            &summary,
+        )?,
     }
-    session.result(text, &summary)?;
     Ok(Outcome::Done)
+}
+
+/// Everything read and checked before anything is run.
+struct Job<'a> {
+    arguments: &'a Arguments,
+    calibrated: Option<&'a Calibrated>,
+    experiment: &'a Experiment,
+    scene: &'a Scene,
+}
+
+impl Job<'_> {
+    /// Run, measure and write; the text for people and the summary.
+    fn execute(
+        &self,
+        folder: Option<&OutputFolder>,
+        settings: &FeatureSettings,
+        timing: &mut Timing,
+    ) -> anyhow::Result<(String, Summary)> {
+        let Self { arguments, calibrated, experiment, scene } = *self;
+        let session = &arguments.session;
+        let mut assumptions = experiment.assumptions.clone();
+        let (response, analysis) = if scene.model.kind == ModelKind::Fea {
+            let analysis = Analysis::new(scene, &arguments.analysis, folder, session)?;
+            timing.stage("mesh_and_factor");
+            let finished = analysis.run()?;
+            timing.breakdown("analysis", &finished.stages);
+            for warning in &finished.warnings {
+                session.note(format_args!("warning: {warning}"));
+            }
+            assumptions.extend(finished.warnings);
+            (finished.response, Some(finished.summary))
+        } else {
+            (run(scene, session)?, None)
+        };
+        timing.stage("run");
+        let features = measure(&response.pole_velocity, settings)?;
+        timing.stage("features");
+        let plan = arguments.ensemble.map(|members| EnsemblePlan::new(members as usize, session.seed()));
+        let spread = plan.map(|plan| ensemble::run(scene, &plan)).transpose()?;
+        interrupt::check()?;
+        timing.stage("ensemble");
+
+        let summary = Summary {
+            program: summary::program(),
+            scene: experiment.source().into(),
+            energy: response.energy,
+            work: response.work,
+            analysis,
+            settings: summary::Settings::new(scene, experiment, session.seed()),
+            ensemble: spread.as_ref().map(summary::EnsembleTable::new),
+            published: published(scene),
+            effects: effects(scene),
+            assumptions,
+            inputs: summary::Inputs::new(experiment, calibrated)?,
+            features,
+        };
+        let text = summary::text(scene, &summary, spread.as_ref());
+        if let Some(folder) = folder {
+            write(folder, scene, &response, &summary, timing)?;
+            analysis::take_frames(folder)?;
+        }
+        Ok((text, summary))
+    }
 }
 
 fn run(scene: &Scene, session: &Session) -> anyhow::Result<Response> {

@@ -13,6 +13,7 @@ use super::{
 use crate::{
     feature::Ratio,
     report::number::{engineering, fixed, significant},
+    response::SolverWork,
     scene::{DampingKind, DampingPlacement, DriveKind, Integrator, ModelKind, Scene},
     study::{
         EnsembleOutcome, EnsemblePlan, Spread,
@@ -203,21 +204,25 @@ pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) 
             significant(summary.energy.residual_j / summary.energy.largest_j, 2)
         ),
     );
-    row(
-        "work",
-        format!(
-            "{} unknowns, {} steps, {} rejected, {} evaluations, {} contact events",
-            summary.work.unknowns,
-            summary.work.steps,
-            summary.work.rejected_steps,
-            summary.work.evaluations,
-            summary.work.events
-        ),
-    );
+    row("work", work(summary));
     if let Some(spread) = spread {
         text.push_str(&ensemble(summary, spread));
     }
     text
+}
+
+fn work(summary: &Summary) -> String {
+    let SolverWork { unknowns, steps, rejected_steps, evaluations, events, factorisations, .. } = summary.work;
+    match &summary.analysis {
+        None => format!(
+            "{unknowns} unknowns, {steps} steps, {rejected_steps} rejected, {evaluations} evaluations, {events} contact events"
+        ),
+        Some(analysis) => format!(
+            "{} elements, {unknowns} unknowns, {steps} steps, {rejected_steps} taken back and halved, {factorisations} factored \
+             bodies",
+            analysis.elements
+        ),
+    }
 }
 
 fn drive(scene: &Scene) -> String {

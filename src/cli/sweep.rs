@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session},
+    arguments::{OutputArguments, SceneArguments, Session, need_chain},
     calibrated::Calibrated,
     experiment::Experiment,
     interrupt::{self, Interrupted},
@@ -80,6 +80,9 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let experiment = Experiment::new(&flags, &reading, calibrated.as_ref())?;
     experiment.refuse_drive_keys(grid.axes.iter().map(|axis| axis.key.as_str()))?;
     let base = experiment.scene_with(&[])?;
+    if ensemble.is_some() {
+        need_chain("--ensemble", &base)?;
+    }
     for assumption in &experiment.assumptions {
         session.note(format_args!("assumed: {assumption}"));
     }

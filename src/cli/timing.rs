@@ -13,6 +13,7 @@ pub struct Timing {
     started: Instant,
     last: Instant,
     stages: Map<String, Value>,
+    breakdowns: Map<String, Value>,
 }
 
 impl Timing {
@@ -20,7 +21,7 @@ impl Timing {
     #[must_use]
     pub fn start() -> Self {
         let now = Instant::now();
-        Self { started: now, last: now, stages: Map::new() }
+        Self { started: now, last: now, stages: Map::new(), breakdowns: Map::new() }
     }
 
     /// The stage that ends now; its key gets the unit, `NAME_s`.
@@ -30,15 +31,25 @@ impl Timing {
         self.last = now;
     }
 
+    /// Where the time of a stage went, by name and seconds.
+    pub fn breakdown(&mut self, stage: &str, parts: &[(&'static str, f64)]) {
+        let parts: Map<String, Value> =
+            parts.iter().map(|(name, seconds)| (format!("{}_s", name.replace(' ', "_")), json!(seconds))).collect();
+        self.breakdowns.insert(stage.to_owned(), Value::Object(parts));
+    }
+
     /// What goes into the file.
     #[must_use]
     pub fn to_json(&self) -> Vec<u8> {
-        let timing = json!({
+        let mut timing = json!({
             "stages": self.stages,
             "total_s": self.started.elapsed().as_secs_f64(),
             "threads": rayon::current_num_threads(),
             "peak_memory_bytes": peak_memory(),
         });
+        if !self.breakdowns.is_empty() {
+            timing["breakdown"] = json!(self.breakdowns);
+        }
         format!("{timing:#}\n").into_bytes()
     }
 }

@@ -1,10 +1,11 @@
 //! Figures, tables, pages.
 //!
 //! [`figure`] draws a declarative figure to SVG or PNG; the other modules say which figures and tables a calibration, a
-//! replay, a sweep or a set of twins deserves. Nothing here computes physics and nothing here touches the file system: a
+//! replay, a sweep, a set of twins or a static contact deserves. Nothing here computes physics and nothing here touches the file system: a
 //! report is a list of relative paths and bytes.
 
 pub mod calibration;
+pub mod contact;
 pub mod figure;
 pub mod number;
 pub mod page;

@@ -21,6 +21,7 @@ pub mod energy;
 pub mod equilibrium;
 mod error;
 pub mod factor;
+mod frame;
 pub mod mesh;
 pub mod modes;
 pub mod motion;
@@ -32,6 +33,7 @@ pub mod statics;
 pub mod trace;
 
 pub use error::FeaError;
+pub use frame::Frames;
 pub use simulation::{Control, Cut, Simulation, Snapshot};
 
 use super::{Model, ModelError, Progress};

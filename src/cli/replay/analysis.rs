@@ -1,0 +1,414 @@
+//! A finite element analysis behind `granchain replay`: advanced step by step, with fields and saved states on the way.
+//!
+//! Work in progress lies in the state folder of a resumable output: `plan.json` (what the state belongs to), `checkpoint.json` (the last
+//! saved state), `fields/` (the frames written so far). A frame's name is its number, so a frame computed again after a resume replaces
+//! itself; frames beyond the saved state are dropped first.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use clap::Args;
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+use crate::{
+    cli::{
+        arguments::{Session, positive_time, usage},
+        experiment::Input,
+        interrupt::{self, Interrupted},
+        output::{OutputFolder, write_atomically},
+        progress, summary,
+    },
+    model::fea::{
+        Control, Cut, Frames, Simulation, Snapshot,
+        simulation::{Complementarity, PENETRATION},
+    },
+    report::number::engineering,
+    response::{Response, write_pvd, write_vtu},
+    scene::{ContactNormal, ModelKind, Scene, Support},
+};
+
+/// Flags of a finite element run.
+#[derive(Debug, Clone, Default, Args)]
+pub struct AnalysisArguments {
+    /// With --model fea: write displacement, velocity and stress of all bodies at this interval, such as 5us, for ParaView
+    #[arg(long, value_name = "INTERVAL", value_parser = positive_time, requires = "out", help_heading = "Finite elements")]
+    pub fields: Option<f64>,
+    /// With --model fea: save the state at this interval of simulated time, such as 50us; Ctrl-C saves it in any case
+    #[arg(long, value_name = "INTERVAL", value_parser = positive_time, requires = "out", help_heading = "Finite elements")]
+    pub checkpoint: Option<f64>,
+    /// With --model fea: continue a run that was stopped; needs the same flags
+    #[arg(long, requires = "out", help_heading = "Finite elements")]
+    pub resume: bool,
+}
+
+/// Name of the plan among the state files.
+const PLAN: &str = "plan.json";
+/// Name of the saved state.
+const CHECKPOINT: &str = "checkpoint.json";
+/// Folder of the frames, in the state and in the results.
+const FIELDS: &str = "fields";
+/// List of the frames, for ParaView.
+const SERIES: &str = "fields.pvd";
+
+/// What `summary.json` says of an analysis besides what every run has.
+#[derive(Debug, Clone, Serialize)]
+pub struct AnalysisSummary {
+    /// Elements of all bodies.
+    pub elements: u64,
+    /// Points of every contact at which it may press.
+    pub contact_points: Vec<usize>,
+    /// Non-zeros of the factors of the nominal step.
+    pub factor_nonzeros: usize,
+    /// Largest residual of the energy at any sample over the largest energy, 1.
+    pub energy_balance: f64,
+    /// Energy that contacts made by opening and closing within steps, J: part of the residual.
+    pub contact_energy_j: f64,
+    /// How well the contact conditions were met.
+    pub complementarity: Complementarity,
+    /// Steps taken back and tried again at half their size.
+    pub cuts: Vec<Cut>,
+    /// Frames in `fields/`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub field_frames: Option<usize>,
+    /// Mesh files of bodies of the user's own.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub meshes: Vec<Input>,
+}
+
+/// What a finished analysis leaves.
+pub struct Finished {
+    /// The response.
+    pub response: Response,
+    /// For `summary.json`.
+    pub summary: AnalysisSummary,
+    /// What a person should read.
+    pub warnings: Vec<String>,
+    /// Stage and seconds, for `timing.json`.
+    pub stages: Vec<(&'static str, f64)>,
+}
+
+/// Refuse flags that a run of this model does not use.
+///
+/// # Errors
+/// A usage error naming the flag.
+pub fn refuse_idle(flags: &AnalysisArguments, scene: &Scene) -> anyhow::Result<()> {
+    let AnalysisArguments { fields, checkpoint, resume } = flags;
+    let given = [("--fields", fields.is_some()), ("--checkpoint", checkpoint.is_some()), ("--resume", *resume)];
+    match given.into_iter().find(|(_, given)| *given) {
+        Some((flag, _)) if scene.model.kind != ModelKind::Fea => Err(usage(format!(
+            "{flag} belongs to --model fea; model `{}` has no fields and no saved state",
+            scene.model.kind.name()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// A run in the making.
+pub struct Analysis<'a> {
+    scene: &'a Scene,
+    session: &'a Session,
+    folder: Option<&'a OutputFolder>,
+    meshes: Vec<Input>,
+    identity: String,
+    simulation: Simulation,
+    frames: Frames,
+    /// Steps a frame and steps a saved state.
+    frame: Option<usize>,
+    save: Option<usize>,
+    /// Interval of the frames, s, as given.
+    interval: f64,
+}
+
+impl<'a> Analysis<'a> {
+    /// Mesh and factor the scene, or take up the state that an earlier run saved in `folder`.
+    ///
+    /// # Errors
+    /// A usage error for an interval that is no whole number of steps; a scene that cannot be analysed; a state of another scene.
+    pub fn new(
+        scene: &'a Scene,
+        flags: &AnalysisArguments,
+        folder: Option<&'a OutputFolder>,
+        session: &'a Session,
+    ) -> anyhow::Result<Self> {
+        let step = scene.model.fea.step;
+        let frame = flags.fields.map(|interval| whole_steps("--fields", interval, step)).transpose()?;
+        let save = flags.checkpoint.map(|interval| whole_steps("--checkpoint", interval, step)).transpose()?;
+        let meshes = mesh_files(scene).into_iter().map(Input::digest).collect::<Result<Vec<_>, _>>()?;
+        let plan = plan_of(scene, &meshes, frame)?;
+        let identity = hexadecimal(&Sha256::digest(&plan));
+        let mut simulation = Simulation::new(scene, Control::default())?;
+        if let Some(folder) = folder {
+            let place = folder.state_path().join(PLAN);
+            if flags.resume {
+                same_plan(&place, &plan)?;
+                let state = folder.state_path().join(CHECKPOINT);
+                let bytes = std::fs::read(&state).with_context(|| format!("{}: cannot be read", state.display()))?;
+                let snapshot: Snapshot = serde_json::from_slice(&bytes).with_context(|| {
+                    format!("{}: no saved state of this program; start anew with --force", state.display())
+                })?;
+                simulation.restore(snapshot, &identity)?;
+                session.note(format_args!("resumed at {}", engineering(simulation.time(), "s", 4)));
+            } else {
+                write_atomically(&place, &plan)?;
+            }
+        }
+        let frames = Frames::new(simulation.arrangement());
+        let analysis = Self {
+            frames,
+            scene,
+            session,
+            folder,
+            meshes,
+            identity,
+            simulation,
+            frame,
+            save,
+            interval: flags.fields.unwrap_or(0.0),
+        };
+        analysis.check_frames()?;
+        Ok(analysis)
+    }
+
+    /// Run to the end.
+    ///
+    /// # Errors
+    /// Ctrl-C, after which the state is saved; a step that had to be given up; files that cannot be written.
+    pub fn run(mut self) -> anyhow::Result<Finished> {
+        let bar = progress::simulated_time(self.session, "simulated time");
+        let outcome = self.advance(&bar);
+        bar.finish_and_clear();
+        outcome?;
+        let response = self.simulation.response();
+        let warnings = self.warnings(&response);
+        let stages = self.simulation.profile().stages();
+        Ok(Finished {
+            summary: self.summary(),
+            warnings,
+            stages: stages.iter().map(|(name, time)| (*name, time.as_secs_f64())).collect(),
+            response,
+        })
+    }
+
+    fn advance(&mut self, bar: &indicatif::ProgressBar) -> anyhow::Result<()> {
+        let start = self.taken();
+        if start == 0 {
+            self.write_frame()?;
+        }
+        let mut said = self.simulation.cuts().len();
+        while !self.simulation.is_done() {
+            if interrupt::requested() {
+                return Err(self.stopped()?);
+            }
+            self.simulation.advance()?;
+            let taken = self.taken();
+            for cut in &self.simulation.cuts()[said..] {
+                bar.suspend(|| self.session.note(cut_note(cut)));
+            }
+            said = self.simulation.cuts().len();
+            if self.frame.is_some_and(|steps| taken.is_multiple_of(steps)) {
+                self.write_frame()?;
+            }
+            if self.save.is_some_and(|steps| taken.is_multiple_of(steps)) {
+                self.save()?;
+            }
+            progress::advance_to(bar, self.simulation.time(), self.scene.duration);
+        }
+        Ok(())
+    }
+
+    /// Nominal steps taken.
+    fn taken(&self) -> usize {
+        (self.simulation.time() / self.scene.model.fea.step).round() as usize
+    }
+
+    /// Save the state where there is a folder for it; the error that says so.
+    fn stopped(&self) -> anyhow::Result<anyhow::Error> {
+        let Some(folder) = self.folder else { return Ok(Interrupted.into()) };
+        self.save()?;
+        let (time, place) = (engineering(self.simulation.time(), "s", 4), folder.path().display());
+        Ok(anyhow::Error::from(Interrupted)
+            .context(format!("the run up to {time} is kept in {place}; continue with --resume")))
+    }
+
+    fn save(&self) -> anyhow::Result<()> {
+        let Some(folder) = self.folder else { return Ok(()) };
+        let snapshot = serde_json::to_vec(&self.simulation.snapshot(&self.identity))
+            .context("the state of the analysis cannot be written")?;
+        Ok(write_atomically(&folder.state_path().join(CHECKPOINT), &snapshot)?)
+    }
+
+    fn frames_folder(&self) -> Option<PathBuf> {
+        Some(self.folder?.state_path().join(FIELDS))
+    }
+
+    fn summary(&self) -> AnalysisSummary {
+        let arrangement = self.simulation.arrangement();
+        let bodies = arrangement.beads.iter().chain(&arrangement.support);
+        AnalysisSummary {
+            elements: bodies.map(|&kind| arrangement.kinds[kind].mesh().elements.len() as u64).sum(),
+            contact_points: arrangement.contacts.iter().map(|&pair| arrangement.pairs[pair].len()).collect(),
+            factor_nonzeros: self.simulation.factor_nonzeros(),
+            energy_balance: self.simulation.ledger().balance(),
+            contact_energy_j: self.simulation.ledger().contact_energy(),
+            complementarity: self.simulation.complementarity(),
+            cuts: self.simulation.cuts().to_vec(),
+            field_frames: self.frame.map(|steps| self.taken() / steps + 1),
+            meshes: self.meshes.clone(),
+        }
+    }
+}
+
+impl Analysis<'_> {
+    /// Drop frames beyond the state taken up, and see that those before it are there.
+    fn check_frames(&self) -> anyhow::Result<()> {
+        let (Some(steps), Some(folder)) = (self.frame, self.frames_folder()) else { return Ok(()) };
+        std::fs::create_dir_all(&folder).with_context(|| format!("{}: cannot be made", folder.display()))?;
+        let taken = self.taken();
+        let expected = if taken == 0 { 0 } else { taken / steps + 1 };
+        let mut found = 0;
+        for entry in std::fs::read_dir(&folder).with_context(|| format!("{}: cannot be read", folder.display()))? {
+            let path = entry?.path();
+            let number = path.file_name().and_then(|name| frame_number(name.to_str()?));
+            match number {
+                Some(number) if number < expected => found += 1,
+                Some(_) => {
+                    std::fs::remove_file(&path).with_context(|| format!("{}: cannot be removed", path.display()))?
+                }
+                None => {}
+            }
+        }
+        if found < expected {
+            bail!(
+                "{}: {found} of the {expected} frames before the saved state are there; start anew with --force",
+                folder.display()
+            );
+        }
+        Ok(())
+    }
+
+    /// Write the frame of this instant, and the list of all so far.
+    fn write_frame(&self) -> anyhow::Result<()> {
+        let (Some(steps), Some(folder)) = (self.frame, self.frames_folder()) else { return Ok(()) };
+        let number = self.taken() / steps;
+        let mut bytes = Vec::new();
+        write_vtu(&self.frames.field(&self.simulation), &mut bytes)?;
+        write_atomically(&folder.join(frame_name(number)), &bytes)?;
+        let names: Vec<String> = (0..=number).map(frame_name).collect();
+        let list = names.iter().enumerate().map(|(number, name)| (number as f64 * self.interval, name.as_str()));
+        let mut bytes = Vec::new();
+        write_pvd(list, &mut bytes).context("the list of the frames cannot be made")?;
+        Ok(write_atomically(&folder.join(SERIES), &bytes)?)
+    }
+
+    /// What must not be overlooked in a finished run.
+    fn warnings(&self, response: &Response) -> Vec<String> {
+        let mut said = Vec::new();
+        if let Support::Annulus { normal: ContactNormal::Fixed, .. }
+        | Support::Body { normal: ContactNormal::Fixed, .. } = &self.scene.support
+        {
+            let travel = response.bead_displacement.last().map_or(0.0, crate::signal::Series::peak);
+            if travel > FIXED_NORMAL_TRAVEL {
+                said.push(format!(
+                    "the last bead travelled {}; beyond {} the fixed contact normal overestimates the support's force by more \
+                     than 1 %: set support.normal = \"moving\"",
+                    engineering(travel, "m", 3),
+                    engineering(FIXED_NORMAL_TRAVEL, "m", 1)
+                ));
+            }
+        }
+        let violations = self.simulation.complementarity().violations;
+        if violations > 0 {
+            said.push(format!(
+                "in {violations} steps a contact point pulled, or penetrated by more than {}",
+                engineering(PENETRATION, "m", 1)
+            ));
+        }
+        said
+    }
+}
+
+/// Move the frames to the results.
+///
+/// # Errors
+/// When the file system refuses.
+pub fn take_frames(folder: &OutputFolder) -> anyhow::Result<()> {
+    let (from, to) = (folder.state_path().join(FIELDS), folder.path().join(FIELDS));
+    if from.exists() {
+        std::fs::rename(&from, &to).with_context(|| format!("{}: cannot be moved to the results", from.display()))?;
+    }
+    Ok(())
+}
+
+/// Whether a state was saved that a later run can take up.
+#[must_use]
+pub fn is_saved(folder: &OutputFolder) -> bool {
+    folder.state_path().join(CHECKPOINT).exists()
+}
+
+/// Travel of the last bead beyond which a fixed contact normal is not good enough, m: 5 µm at 0.19 % a µm.
+const FIXED_NORMAL_TRAVEL: f64 = 5e-6;
+
+fn frame_name(number: usize) -> String {
+    format!("field_{number:06}.vtu")
+}
+
+fn frame_number(name: &str) -> Option<usize> {
+    name.strip_prefix("field_")?.strip_suffix(".vtu")?.parse().ok()
+}
+
+fn cut_note(cut: &Cut) -> String {
+    format!(
+        "step of {} at {} taken back and halved, contact {}: {}",
+        engineering(cut.step_s, "s", 3),
+        engineering(cut.time_s, "s", 6),
+        cut.contact,
+        cut.cause
+    )
+}
+
+/// An interval as a number of steps.
+fn whole_steps(flag: &str, interval: f64, step: f64) -> anyhow::Result<usize> {
+    let ratio = interval / step;
+    // Rounding of two decimal numbers and their quotient, with room.
+    if ratio.round() >= 1.0 && (ratio - ratio.round()).abs() <= 1e-9 * ratio {
+        return Ok(ratio.round() as usize);
+    }
+    let (interval, step) = (engineering(interval, "s", 6), engineering(step, "s", 6));
+    Err(usage(format!("{flag} {interval}: expected a whole number of steps of {step} (model.step)")))
+}
+
+fn mesh_files(scene: &Scene) -> Vec<PathBuf> {
+    let mut paths: Vec<PathBuf> =
+        scene.chain.beads.iter().filter_map(|bead| bead.mesh.as_ref()).map(|mesh| mesh.path.clone()).collect();
+    if let Support::Body { mesh, .. } = &scene.support {
+        paths.push(mesh.path.clone());
+    }
+    paths.sort();
+    paths.dedup();
+    paths
+}
+
+/// Everything that decides what the state is.
+fn plan_of(scene: &Scene, meshes: &[Input], frame: Option<usize>) -> anyhow::Result<Vec<u8>> {
+    // The debug form holds every number of the scene, recorded drive included, to the last bit.
+    let scene = hexadecimal(&Sha256::digest(format!("{scene:?}")));
+    summary::json(&serde_json::json!({
+        "program": summary::program(), "scene_sha256": scene, "meshes": meshes, "steps_a_frame": frame,
+    }))
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn same_plan(path: &Path, plan: &[u8]) -> anyhow::Result<()> {
+    if std::fs::read(path).unwrap_or_default() == plan {
+        return Ok(());
+    }
+    bail!(
+        "{}: the run to resume has another scene, mesh file, --fields or program version; give the same flags, or start anew \
+         with --force",
+        path.display()
+    )
+}

@@ -1,0 +1,60 @@
+//! The fields of an analysis at one instant.
+
+use std::sync::Arc;
+
+use super::{Simulation, arrangement::Arrangement, body::Body, element::von_mises};
+use crate::response::{Field, FieldBody, FieldMesh};
+
+/// The cells of the bodies of an analysis, made once for all frames.
+#[derive(Debug, Clone)]
+pub struct Frames {
+    /// One a kind of body.
+    meshes: Vec<Arc<FieldMesh>>,
+}
+
+impl Frames {
+    /// For the bodies of an analysis.
+    #[must_use]
+    pub fn new(arrangement: &Arrangement) -> Self {
+        Self { meshes: arrangement.kinds.iter().map(|kind| Arc::new(kind.mesh().to_field_mesh())).collect() }
+    }
+
+    /// Displacement, velocity and stress of all bodies now, beads first, then the support.
+    ///
+    /// Bodies stand where they just touch. The stress of a node where materials meet is that of the larger von Mises stress. The velocity
+    /// of a node without mass is the time integration's own and means nothing by itself.
+    #[must_use]
+    pub fn field(&self, simulation: &Simulation) -> Field {
+        let arrangement = simulation.arrangement();
+        let slots = 1..=arrangement.beads.len() + 1;
+        let bodies = slots.filter_map(|slot| {
+            let kind = arrangement.kind(slot)?;
+            let name = if slot > arrangement.beads.len() { "support".to_owned() } else { format!("bead{slot}") };
+            let mut body = FieldBody::at_rest(name, Arc::clone(&self.meshes[kind]), arrangement.origins[slot - 1]);
+            let (displacement, velocity, column) = simulation.motion().columns(slot)?;
+            let nodes = arrangement.kinds[kind].mesh().nodes.len();
+            let pairs = |columns: &super::assembly::Columns| {
+                (0..nodes).map(|node| [0, 1].map(|d| columns.get(2 * node + d, column))).collect::<Vec<_>>()
+            };
+            body.displacement = pairs(displacement);
+            body.velocity = pairs(velocity);
+            body.stress = stress(&arrangement.kinds[kind], displacement, column);
+            body.von_mises = body.stress.iter().map(|stress| von_mises(*stress)).collect();
+            Some(body)
+        });
+        Field { time: simulation.time(), bodies: bodies.collect() }
+    }
+}
+
+/// (rr, zz, θθ, rz) at every node, Pa.
+fn stress(body: &Body, displacement: &super::assembly::Columns, column: usize) -> Vec<[f64; 4]> {
+    let stress = body.stress(displacement, column);
+    let materials = 0..body.materials().len() as u16;
+    let nodes = 0..body.mesh().nodes.len() as u32;
+    nodes
+        .map(|node| {
+            let all = materials.clone().filter_map(|material| stress.at(node, material));
+            all.max_by(|one, other| von_mises(*one).total_cmp(&von_mises(*other))).unwrap_or([0.0; 4])
+        })
+        .collect()
+}
