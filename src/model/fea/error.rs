@@ -48,6 +48,12 @@ pub enum FeaError {
         /// Which bead, from 1.
         bead: usize,
     },
+    /// A precompressed start with a normal that moves.
+    #[error("`support.normal` = \"moving\" starts without precompression only, found {force:e} N; use \"fixed\" or no precompression")]
+    MovingNormalPrecompressed {
+        /// F₀, N.
+        force: f64,
+    },
     /// A physical group of an imported mesh names no material.
     #[error("{}: physical group `{name}` names no material of the scene; add [materials.{name}] or rename the group", file.display())]
     UnknownMaterial {

@@ -31,6 +31,7 @@ pub mod scheme;
 pub mod simulation;
 pub mod statics;
 pub mod trace;
+mod turning;
 
 pub use error::FeaError;
 pub use frame::Frames;

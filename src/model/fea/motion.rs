@@ -28,6 +28,8 @@ struct Group {
     half: Columns,
     /// Interface displacements without new contact forces.
     free: Columns,
+    /// Unknowns of nodes without mass.
+    massless: Vec<u32>,
     /// Forces on the interface unknowns.
     forces: Columns,
     /// The same of one body.
@@ -89,6 +91,10 @@ impl Motion {
                 solution: zeros,
                 half: Columns::new(body.dofs().free().len(), members.len()),
                 free: interface.clone(),
+                massless: (0..body.mesh().nodes.len() as u32)
+                    .filter(|&node| body.mass().get(node, node) == 0.0)
+                    .flat_map(|node| [2 * node, 2 * node + 1])
+                    .collect(),
                 own_forces: vec![0.0; interface.rows()],
                 forces: interface,
                 slots: members,
@@ -275,7 +281,7 @@ impl Motion {
         self.columns[slot].map_or(0.0, |(kind, column)| self.groups[kind].displacement.get(unknown as usize, column))
     }
 
-    /// Velocity of one unknown of the body in a slot, m/s; means nothing at a massless node.
+    /// Velocity of one unknown of the body in a slot, m/s; at a massless node its mean over the last step.
     #[must_use]
     pub fn velocity(&self, slot: usize, unknown: u32) -> f64 {
         self.columns[slot].map_or(0.0, |(kind, column)| self.groups[kind].velocity.get(unknown as usize, column))
@@ -389,6 +395,15 @@ impl Group {
             *a = new;
             *predicted = c.predicted(u, *v, new);
         }
+        // Nodes without mass follow at once: their velocity is what they just did.
+        let old = self.solution.as_slice();
+        for &unknown in &self.massless {
+            let row = unknown as usize * self.velocity.width();
+            for place in row..row + self.velocity.width() {
+                self.velocity.as_mut_slice()[place] = (u[place] - old[place]) / c.step;
+                self.acceleration.as_mut_slice()[place] = 0.0;
+            }
+        }
     }
 }
 
@@ -404,7 +419,7 @@ fn pressed(contacts: &[ContactState], slot: usize) -> bool {
 }
 
 /// Forces of the contacts around a slot on the interface unknowns of its body.
-fn press(interfaces: &Interfaces, contacts: &[ContactState], slot: usize, forces: &mut [f64]) {
+pub(super) fn press(interfaces: &Interfaces, contacts: &[ContactState], slot: usize, forces: &mut [f64]) {
     forces.fill(0.0);
     interfaces.faces[slot - 1][1].press(&contacts[slot - 1].forces, forces);
     if let Some(contact) = contacts.get(slot) {

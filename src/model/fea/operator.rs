@@ -3,6 +3,7 @@
 use super::{
     FeaError,
     arrangement::Arrangement,
+    assembly::{Columns, Direction, DofMap},
     contact::{
         chain::{Contacts, Link, Mobility},
         complementarity::Compliance,
@@ -20,6 +21,8 @@ pub struct Operator {
     pub coefficients: Coefficients,
     /// Factor of M + (1 − α) β h² K of every kind of body.
     pub factors: Vec<Factor>,
+    /// Dense inverse of every kind's factor over its interface, row by row.
+    pub inverse: Vec<Vec<f64>>,
     /// Contacts with the compliances of this step.
     pub contacts: Contacts,
 }
@@ -174,6 +177,53 @@ impl Operator {
             })
             .collect();
         let contacts = Contacts { links, compliances, couplings, mobilities, tension };
-        Ok(Self { coefficients, factors, contacts })
+        Ok(Self { coefficients, factors, inverse, contacts })
+    }
+
+    /// Condense the last contact anew, in place, after its faces have turned.
+    pub fn turn_last(&mut self, arrangement: &Arrangement, interfaces: &Interfaces) {
+        let last = arrangement.contacts.len() - 1;
+        let gain = self.coefficients.new_force_gain();
+        let faces = &interfaces.faces[last];
+        let link = &mut self.contacts.links[last];
+        for (own, face) in [&mut link.axial_before, &mut link.axial_after].into_iter().zip(faces) {
+            own.copy_from_slice(&face.axial);
+        }
+        let matrix = self.contacts.compliances[link.compliance].rewrite();
+        matrix.fill(0.0);
+        for (slot, face) in [last, last + 1].into_iter().zip(faces) {
+            if let Some(kind) = arrangement.kind(slot) {
+                face.add_compliance(face, &self.inverse[kind], interfaces.unknowns[kind].len(), matrix);
+            }
+        }
+        matrix.iter_mut().for_each(|value| *value *= gain);
+        if let (Some(coupling), Some(kind)) = (link.coupling, arrangement.kind(last)) {
+            let matrix = &mut self.contacts.couplings[coupling];
+            matrix.fill(0.0);
+            let size = interfaces.unknowns[kind].len();
+            faces[0].add_compliance(&interfaces.faces[last - 1][1], &self.inverse[kind], size, matrix);
+            matrix.iter_mut().for_each(|value| *value *= gain);
+        }
+    }
+
+    /// New displacements of the interface unknowns of the body in a slot, m, from those without forces, the forces on them (N) and the shift
+    /// of the whole body (m).
+    pub fn interface_displacement(
+        &self,
+        arrangement: &Arrangement,
+        interfaces: &Interfaces,
+        slot: usize,
+        free: (&Columns, usize),
+        forces: &[f64],
+        shift: f64,
+        out: &mut [f64],
+    ) {
+        let Some(kind) = arrangement.kind(slot) else { return };
+        let (inverse, gain, size) = (&self.inverse[kind], self.coefficients.new_force_gain(), forces.len());
+        for (row, (value, &unknown)) in out.iter_mut().zip(&interfaces.unknowns[kind]).enumerate() {
+            let answer: f64 = inverse[row * size..(row + 1) * size].iter().zip(forces).map(|(w, f)| w * f).sum();
+            let axial = DofMap::place(unknown).1 == Direction::Axial;
+            *value = free.0.get(row, free.1) + gain * answer + if axial { shift } else { 0.0 };
+        }
     }
 }

@@ -17,6 +17,7 @@ use super::{
     operator::{Interfaces, Operator},
     profile::Profile,
     scheme::Coefficients,
+    turning::{Turned, Turning},
     trace::{Trace, Watched},
 };
 use crate::{
@@ -99,6 +100,9 @@ pub struct Complementarity {
 /// Penetration that counts as a violation, m: a millionth of the motions of interest, a million roundings.
 pub const PENETRATION: f64 = 1e-12;
 
+/// Travel of the last bead into a ring up to which undeformed normals may be kept, m: the force is then 1 % too large.
+pub const FIXED_NORMAL_TRAVEL: f64 = 5e-6;
+
 /// Steps from one look at the energies of all bodies to the next: two matrix products are too much for every step.
 const STEPS_PER_AUDIT: usize = 10;
 
@@ -108,6 +112,7 @@ pub struct Snapshot {
     /// What the state belongs to: a text that differs when anything that matters differs.
     pub identity: String,
     taken: usize,
+    travel: f64,
     motion: Saved,
     contacts: Vec<ContactState>,
     trace: Trace,
@@ -138,10 +143,13 @@ pub struct Simulation {
     predicted_gaps: Vec<Vec<f64>>,
     rigid: Vec<RigidPrediction>,
     workspace: Workspace,
+    turning: Option<Turning>,
     watched: Watched,
     /// Nominal steps taken.
     taken: usize,
     piston: f64,
+    /// Largest overlap of the last bead's rigid motion with its support, m.
+    travel: f64,
     trace: Trace,
     ledger: Ledger,
     complementarity: Complementarity,
@@ -218,7 +226,9 @@ impl Simulation {
         ledger.work.unknowns = arrangement.unknowns() as u64;
         ledger.work.factorisations = arrangement.kinds.len() as u64;
         let piston = drive.at(0.0).0;
+        let turning = Turning::new(scene, &arrangement, &interfaces)?;
         let mut simulation = Self {
+            turning,
             trace: Trace::new(&arrangement, samples, scene.output_step, steps_per_sample),
             watched: Watched::new(&arrangement),
             predicted_gaps: rest_gaps.clone(),
@@ -226,6 +236,7 @@ impl Simulation {
             rigid: vec![RigidPrediction::default(); arrangement.beads.len() + 2],
             complementarity: Complementarity::default(),
             cuts: Vec::new(),
+            travel: 0.0,
             taken: 0,
             arrangement,
             interfaces,
@@ -308,6 +319,37 @@ impl Simulation {
         &self.ledger
     }
 
+    /// What a reader of the results must know: limits of the model that the run came near or passed.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let is_ring = self.arrangement.contacts.last().is_some_and(|&pair| self.arrangement.pairs[pair].ring.is_some());
+        if is_ring && self.turning.is_none() && self.travel > FIXED_NORMAL_TRAVEL {
+            warnings.push(format!(
+                "the last bead travelled {:.1} um into its support; with a fixed normal its force is too large by 0.19 % per um, and past 5 um \
+                 `support.normal = \"moving\"` is needed",
+                1e6 * self.travel
+            ));
+        }
+        if !self.cuts.is_empty() {
+            let first = self.cuts[0];
+            warnings.push(format!(
+                "{} steps were taken back and tried smaller, first at {:.4} us, contact {}: {}",
+                self.cuts.len(),
+                1e6 * first.time_s,
+                first.contact,
+                first.cause
+            ));
+        }
+        if self.complementarity.violations > 0 {
+            warnings.push(format!(
+                "{} steps violated the contact conditions, by up to {:.2e} m and {:.2e} N",
+                self.complementarity.violations, self.complementarity.penetration_m, self.complementarity.adhesion_n
+            ));
+        }
+        warnings
+    }
+
     /// Where the time went.
     #[must_use]
     pub fn profile(&self) -> &Profile {
@@ -382,7 +424,7 @@ impl Simulation {
     /// One step that either happens whole or leaves bodies and books as they were. On failure the cause and the contact.
     fn attempt(&mut self, level: u32, end: f64) -> Result<(), (Cause, usize)> {
         let Self { arrangement, interfaces, operators, motion, contacts, before, profile, ledger, .. } = self;
-        let Some(operator) = &operators[level as usize] else { return Err((Cause::NotFinite, 0)) };
+        let Some(operator) = &mut operators[level as usize] else { return Err((Cause::NotFinite, 0)) };
         let c = operator.coefficients;
         let (piston, piston_velocity) = self.drive.at(end);
         before.clone_from(contacts);
@@ -391,16 +433,39 @@ impl Simulation {
         let mut lap = profile.start();
         motion.predict_rigid(arrangement, &c, before, &mut self.rigid);
         self.rigid[0] = RigidPrediction { displacement: piston, velocity: piston_velocity };
-        predict_gaps(motion, interfaces, &operator.contacts, &self.rest_gaps, piston, &mut self.predicted_gaps);
-        let effort = operator
-            .contacts
-            .solve(&self.predicted_gaps, &self.rigid, &self.rest_overlaps, contacts, &mut self.workspace)
-            .map_err(|failure| match failure {
-                Failure::NoActiveSet { contact, .. } => (Cause::NoActiveSet, contact),
-                Failure::NotSettled { contact, .. } => (Cause::NotSettled, contact),
-            })?;
-        ledger.work.contact_sweeps += u64::from(effort.sweeps);
-        ledger.work.active_sets += u64::from(effort.sets);
+        if let Some(turning) = &mut self.turning {
+            turning.follow(motion, interfaces, arrangement, &self.rest_overlaps, &mut self.rest_gaps);
+            operator.turn_last(arrangement, interfaces);
+        }
+        loop {
+            predict_gaps(motion, interfaces, &operator.contacts, &self.rest_gaps, piston, &mut self.predicted_gaps);
+            let effort = operator
+                .contacts
+                .solve(&self.predicted_gaps, &self.rigid, &self.rest_overlaps, contacts, &mut self.workspace)
+                .map_err(|failure| match failure {
+                    Failure::NoActiveSet { contact, .. } => (Cause::NoActiveSet, contact),
+                    Failure::NotSettled { contact, .. } => (Cause::NotSettled, contact),
+                })?;
+            ledger.work.contact_sweeps += u64::from(effort.sweeps);
+            ledger.work.active_sets += u64::from(effort.sets);
+            let Some(turning) = &mut self.turning else { break };
+            let last = contacts.len() - 1;
+            let moved = turning.turn(
+                operator,
+                motion,
+                interfaces,
+                arrangement,
+                contacts,
+                &self.rigid[last],
+                self.rest_overlaps[last],
+                &mut self.rest_gaps[last],
+            );
+            match moved {
+                Turned::Settled => break,
+                Turned::Moved => operator.turn_last(arrangement, interfaces),
+                Turned::TooOften => return Err((Cause::NotSettled, last)),
+            }
+        }
         let mut contact_energy = 0.0;
         for (contact, (new, old)) in contacts.iter().zip(before.iter()).enumerate() {
             let pair = &arrangement.pairs[arrangement.contacts[contact]];
@@ -452,6 +517,8 @@ impl Simulation {
         ledger.step(work, dissipated, contact_energy);
         ledger.work.steps += 1;
         self.piston = piston;
+        let last = contacts.len() - 1;
+        self.travel = self.travel.max(motion.rigid_displacement(last) + self.rest_overlaps[last]);
         self.measure_contacts();
         self.profile.record += lap.lap();
         Ok(())
@@ -516,6 +583,7 @@ impl Simulation {
         Snapshot {
             identity: identity.into(),
             taken: self.taken,
+            travel: self.travel,
             motion: self.motion.save(),
             contacts: self.contacts.clone(),
             trace: self.trace.clone(),
@@ -536,9 +604,9 @@ impl Simulation {
         if !fits || !self.motion.restore(&snapshot.motion) {
             return Err(FeaError::OtherState { expected: identity.into(), found: snapshot.identity });
         }
-        let Snapshot { taken, contacts, trace, ledger, complementarity, cuts, .. } = snapshot;
+        let Snapshot { taken, travel, contacts, trace, ledger, complementarity, cuts, .. } = snapshot;
         let factorisations = self.ledger.work.factorisations;
-        (self.taken, self.contacts, self.trace) = (taken, contacts, trace);
+        (self.taken, self.travel, self.contacts, self.trace) = (taken, travel, contacts, trace);
         (self.ledger, self.complementarity, self.cuts) = (ledger, complementarity, cuts);
         self.ledger.work.factorisations = self.ledger.work.factorisations.max(factorisations);
         self.before.clone_from(&self.contacts);

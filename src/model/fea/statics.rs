@@ -20,8 +20,11 @@ use super::{
 };
 use crate::{
     model::contact_law::{bead_flat_stiffness, bead_pair_stiffness, hertz_force},
-    scene::{Chain, FlatContact, Scene, Support},
+    scene::{Chain, ContactNormal, FlatContact, Scene, Support},
 };
+
+/// Turns of the normals after which a state is given up.
+const MOST_TURNS: u32 = 50;
 
 /// Which contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,13 +65,14 @@ pub struct StaticState {
 #[derive(Debug, Clone)]
 pub struct Curve {
     touching: Touching,
-    loading: Loading,
     arrangement: Arrangement,
     interfaces: Interfaces,
     /// Contact of the arrangement that is meant.
     contact: usize,
     /// W of a one-sided contact, m/N.
     one_sided: Option<Compliance>,
+    /// Dense static compliances of the kinds' interfaces, for normals that move.
+    inverse: Option<Vec<Vec<f64>>>,
     /// k of Hertz' law for this pair, N·m^(-3/2); none on an annulus.
     hertz: Option<f64>,
     radius: f64,
@@ -96,17 +100,23 @@ impl Curve {
         let arrangement = Arrangement::new(&part)?;
         let interfaces = Interfaces::new(&arrangement);
         let contact = 1;
-        let one_sided = match loading {
-            Loading::BothPoles => None,
-            Loading::OneSided => Some(Statics::new(&arrangement, &interfaces)?.compliance(contact).clone()),
-        };
+        let (mut one_sided, mut inverse) = (None, None);
+        if loading == Loading::OneSided {
+            let statics = Statics::new(&arrangement, &interfaces)?;
+            one_sided = Some(statics.compliance(contact).clone());
+            let moving = matches!(
+                &part.support,
+                Support::Annulus { normal: ContactNormal::Moving, .. } | Support::Body { normal: ContactNormal::Moving, .. }
+            );
+            inverse = moving.then(|| statics.inverse.clone());
+        }
         let hertz = match touching {
             Touching::BeadBead => Some(bead_pair_stiffness(bead, bead)),
             Touching::BeadFlat => Some(bead_flat_stiffness(bead, FlatContact::Rigid)),
             Touching::BeadAnnulus => None,
         };
         let radius = bead.radius;
-        Ok(Self { touching, loading, arrangement, interfaces, contact, one_sided, hertz, radius })
+        Ok(Self { touching, arrangement, interfaces, contact, one_sided, inverse, hertz, radius })
     }
 
     /// The bodies.
@@ -149,6 +159,9 @@ impl Curve {
         let mut state = ContactState::open(pair.len());
         let mut sets = 0;
         match &self.one_sided {
+            Some(compliance) if self.inverse.is_some() && pair.ring.is_some() => {
+                sets = self.turned(compliance, approach, &mut state)?;
+            }
             Some(compliance) => {
                 let free: Vec<f64> =
                     pair.gaps.iter().zip(&pair.axial_before).map(|(gap, axial)| gap - axial * approach).collect();
@@ -163,9 +176,12 @@ impl Curve {
         if state.forces[edge] > 0.0 || (pair.ring.is_some() && state.forces[0] > 0.0) {
             return Err(self.beyond(approach, sets));
         }
+        if state.pressing == 0.0 {
+            state.pressing = state.forces.iter().zip(&pair.axial_before).map(|(force, axial)| force * axial).sum();
+        }
         Ok(StaticState {
             approach,
-            force: state.forces.iter().zip(&pair.axial_before).map(|(force, axial)| force * axial).sum(),
+            force: state.pressing,
             radius: contact_radius(pair, &state),
             pressure: (0..pair.len()).map(|i| (pair.positions[i], state.forces[i] / pair.areas[i])).collect(),
             sets,
@@ -175,6 +191,55 @@ impl Curve {
     fn beyond(&self, approach: f64, iterations: u32) -> FeaError {
         let force = self.hertz_force(approach).unwrap_or(f64::NAN);
         FeaError::NoEquilibrium { force, contact: self.contact + 1, iterations }
+    }
+
+    /// The same on a ring whose normals move with the sphere: solved, turned to the displacements found, and so on. Returns the sets tried.
+    fn turned(&self, compliance: &Compliance, approach: f64, state: &mut ContactState) -> Result<u32, FeaError> {
+        let pair = &self.arrangement.pairs[self.arrangement.contacts[self.contact]];
+        let (Some(ring), Some(inverse)) = (&pair.ring, &self.inverse) else { return Ok(0) };
+        let kinds = [0, 1].map(|side| self.arrangement.kind(self.contact + side));
+        let mut faces = self.interfaces.faces[self.contact].clone();
+        let mut linearised = ring.at_rest();
+        let (mut compliance, mut scratch, mut sets) = (compliance.clone(), Scratch::new(pair.len()), 0);
+        for _ in 0..MOST_TURNS {
+            let free: Vec<f64> =
+                linearised.offsets.iter().zip(&linearised.normals).map(|(gap, n)| gap - n[1] * approach).collect();
+            let solved = compliance
+                .solve(&free, &mut state.forces, &mut state.gaps, &mut scratch)
+                .map_err(|failed| self.beyond(approach, failed.iterations))?;
+            sets += solved.iterations;
+            state.pressing = state.forces.iter().zip(&linearised.normals).map(|(force, n)| force * n[1]).sum();
+            let displacements: Vec<Vec<f64>> = kinds
+                .iter()
+                .zip(&faces)
+                .map(|(kind, face)| {
+                    let Some(inverse) = kind.map(|kind| &inverse[kind]) else { return Vec::new() };
+                    let size = kind.map_or(0, |kind| self.interfaces.unknowns[kind].len());
+                    let mut forces = vec![0.0; size];
+                    face.press(&state.forces, &mut forces);
+                    inverse.chunks_exact(size).map(|row| row.iter().zip(&forces).map(|(w, f)| w * f).sum()).collect()
+                })
+                .collect();
+            let moved = |i: usize| {
+                let mut moved = ring.moved(&faces, i, |side, unknown| displacements[side][unknown]);
+                moved[0][1] += approach;
+                moved
+            };
+            let change = ring.linearise(moved, approach, &mut linearised);
+            ring.turn(&linearised.normals, &mut faces);
+            // A hundred roundings of the distances that gaps come from.
+            if change <= 1e-17 {
+                return Ok(sets);
+            }
+            let matrix = compliance.rewrite();
+            matrix.fill(0.0);
+            for (kind, face) in kinds.iter().zip(&faces) {
+                if let Some(kind) = *kind {
+                    face.add_compliance(face, &inverse[kind], self.interfaces.unknowns[kind].len(), matrix);
+                }
+            }
+        }
+        Err(self.beyond(approach, sets))
     }
 
     /// Forces of the contact when the whole row carries one force and this contact has the approach δ (m); bisection of a monotone

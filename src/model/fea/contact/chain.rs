@@ -235,7 +235,8 @@ impl Contacts {
     }
 
     /// Displacement of body b by the dashpots on both its sides, m.
-    fn damping_shift(&self, body: usize, states: &[ContactState]) -> f64 {
+    #[must_use]
+    pub fn damping_shift(&self, body: usize, states: &[ContactState]) -> f64 {
         let mobility = self.mobilities[body].displacement;
         if mobility == 0.0 {
             return 0.0;

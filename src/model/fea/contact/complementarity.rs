@@ -101,6 +101,12 @@ impl Compliance {
         &self.matrix[i * self.size..(i + 1) * self.size]
     }
 
+    /// W to be rewritten in place, row by row; only for [`Ordering::Any`], which keeps no factor of it.
+    pub fn rewrite(&mut self) -> &mut [f64] {
+        debug_assert_eq!(self.ordering, Ordering::Any);
+        &mut self.matrix
+    }
+
     /// Solve for the forces (N); `forces` holds the last known ones on entry, `gaps` (m) the final gaps on return.
     ///
     /// # Errors

@@ -4,3 +4,4 @@ pub mod chain;
 pub mod complementarity;
 pub mod face;
 pub mod pair;
+pub mod ring;

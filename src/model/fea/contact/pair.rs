@@ -6,12 +6,9 @@
 use super::{
     complementarity::Ordering,
     face::{Face, OnEdge, at_parameter, at_radius, tributary_areas},
+    ring::{Linearised, Ring, terms},
 };
-use crate::model::fea::{
-    assembly::{Direction, DofMap},
-    body::Body,
-    mesh::HalfTorus,
-};
+use crate::model::fea::{body::Body, mesh::HalfTorus};
 
 /// How far the profile of a body falls back from the plane through its pole at the radius r, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,23 +56,8 @@ pub struct Pair {
     pub areas: Vec<f64>,
     /// How active sets look.
     pub ordering: Ordering,
-    /// What a moving normal needs; only where a sphere touches a ring.
+    /// Points and feet, where a sphere touches a ring.
     pub ring: Option<Ring>,
-}
-
-/// A sphere on a ring: positions and parts of the normals are kept for contacts whose normal moves.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Ring {
-    /// Radius a of the sphere, m.
-    pub radius: f64,
-    /// z of the sphere's centre in the support's own coordinates, m, < 0.
-    pub centre: f64,
-    /// Points of the ring (r, z) in the support's own coordinates, m.
-    pub points: Vec<[f64; 2]>,
-    /// Where each point lies on the sphere's meshed surface.
-    pub on_sphere: Vec<OnEdge>,
-    /// Nodes of the support.
-    pub nodes: Vec<u32>,
 }
 
 /// Two bodies do not face each other as they should.
@@ -129,21 +111,6 @@ fn boundary<'a>(body: &'a Body, whose: &str, name: &'static str) -> Result<&'a [
         Some(boundary) if boundary.nodes.len() >= 3 => Ok(&boundary.nodes),
         _ => Err(PairError::NoBoundary { body: whose.into(), boundary: name }),
     }
-}
-
-/// Terms of normal · u at a point of an edge; nodes with weight zero and eliminated unknowns fall away.
-fn terms(body: &Body, place: &OnEdge, normal: [f64; 2]) -> Vec<(u32, f64)> {
-    let mut terms = Vec::with_capacity(6);
-    for (&node, weight) in place.nodes.iter().zip(place.weights) {
-        for (direction, part) in [(Direction::Radial, normal[0]), (Direction::Axial, normal[1])] {
-            let unknown = DofMap::dof(node, direction);
-            // A weight this small is the rounding of a foot at a node.
-            if body.dofs().is_free(unknown) && (weight * part).abs() > 1e-13 {
-                terms.push((unknown, weight * part));
-            }
-        }
-    }
-    terms
 }
 
 impl Pair {
@@ -240,30 +207,26 @@ impl Pair {
         };
         let place = |node: u32| support.mesh().nodes[node as usize];
         let centre = torus.map_or_else(|| resting_centre(radius, support, nodes), HalfTorus::bead_centre);
-        let (mut before, mut after, mut gaps, mut kept_areas) = (vec![], vec![], vec![], vec![]);
-        let mut ring = Ring { radius, centre, points: vec![], on_sphere: vec![], nodes: vec![] };
+        let mut kept_areas = Vec::with_capacity(nodes.len());
+        let (mut points, mut feet, mut kept) = (vec![], vec![], vec![]);
         for (&node, &area) in nodes.iter().zip(&areas) {
             let [r, z] = place(node);
             // The axis node carries no force (its area is zero), nor can one push there.
             if r <= 0.0 {
                 continue;
             }
-            let distance = r.hypot(z - centre);
-            let normal = [r / distance, (z - centre) / distance];
-            let Some(foot) = at_parameter(&surface, normal[0].atan2(normal[1]), angle) else { continue };
-            before.push((terms(sphere, &foot, normal), normal[1]));
-            let own = OnEdge { nodes: [node; 3], weights: [1.0, 0.0, 0.0] };
-            after.push((terms(support, &own, [-normal[0], -normal[1]]), -normal[1]));
-            gaps.push(distance - radius);
+            let Some(foot) = at_parameter(&surface, r.atan2(z - centre), angle) else { continue };
             kept_areas.push(area);
-            ring.points.push([r, z]);
-            ring.on_sphere.push(foot);
-            ring.nodes.push(node);
+            points.push([r, z]);
+            feet.push(foot);
+            kept.push(node);
         }
-        if gaps.is_empty() {
+        let mut ring = Ring::new(radius, centre, points, feet, kept);
+        if ring.nodes.is_empty() {
             return Err(PairError::NothingFaces { body: "the support".into(), boundary: "contact" });
         }
-        let (before, after) = (Face::new(before), Face::new(after));
+        let Linearised { normals, offsets: gaps } = ring.at_rest();
+        let [before, after] = ring.faces(sphere, support, &normals);
         let middle = (0..gaps.len()).min_by(|&i, &j| gaps[i].total_cmp(&gaps[j])).unwrap_or(0);
         let [r0, z0] = ring.points[middle];
         let distance = r0.hypot(z0 - centre);

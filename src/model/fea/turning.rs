@@ -1,0 +1,139 @@
+//! The contact of the last bead with its support while the normals move.
+//!
+//! A step begins with the normals of its start; the contacts are solved, the normals turned to the displacements found, and so on until no
+//! gap changes any more.
+
+use super::{
+    FeaError,
+    arrangement::Arrangement,
+    contact::{
+        chain::{ContactState, RigidPrediction},
+        ring::{Linearised, Ring},
+    },
+    motion::{Motion, press},
+    operator::{Interfaces, Operator},
+};
+use crate::scene::{ContactNormal, Scene, Support};
+
+/// Largest change of a gap in the last turn, m: a hundred roundings of the distances it comes from. The turn itself is the square root of
+/// it, and the forces belong to the normals before it.
+const SETTLED: f64 = 1e-17;
+const MOST_TURNS: u32 = 30;
+
+/// A contact whose normals move.
+#[derive(Debug, Clone)]
+pub(super) struct Turning {
+    ring: Ring,
+    linearised: Linearised,
+    turns: u32,
+    /// Forces on, and displacements of, the interface unknowns of the last bead and of the support.
+    forces: [Vec<f64>; 2],
+    displacements: [Vec<f64>; 2],
+}
+
+/// What a turn found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Turned {
+    /// No gap changes any more.
+    Settled,
+    /// The faces have turned; solve again.
+    Moved,
+    /// It does not end.
+    TooOften,
+}
+
+impl Turning {
+    /// Where the scene asks for it and has a ring.
+    pub fn new(scene: &Scene, arrangement: &Arrangement, interfaces: &Interfaces) -> Result<Option<Self>, FeaError> {
+        let (Support::Annulus { normal, .. } | Support::Body { normal, .. }) = &scene.support else { return Ok(None) };
+        let pair = arrangement.contacts.last().map(|&pair| &arrangement.pairs[pair]);
+        let (ContactNormal::Moving, Some(ring)) = (normal, pair.and_then(|pair| pair.ring.clone())) else {
+            return Ok(None);
+        };
+        if scene.chain.precompression > 0.0 {
+            return Err(FeaError::MovingNormalPrecompressed { force: scene.chain.precompression });
+        }
+        let last = arrangement.beads.len();
+        let blank = [last, last + 1].map(|slot| {
+            vec![0.0; arrangement.kind(slot).map_or(0, |kind| interfaces.unknowns[kind].len())]
+        });
+        Ok(Some(Self {
+            linearised: ring.at_rest(),
+            ring,
+            turns: 0,
+            forces: blank.clone(),
+            displacements: blank,
+        }))
+    }
+
+    /// Take the normals of the present displacements.
+    pub fn follow(
+        &mut self,
+        motion: &Motion,
+        interfaces: &mut Interfaces,
+        arrangement: &Arrangement,
+        overlaps: &[f64],
+        gaps: &mut [Vec<f64>],
+    ) {
+        let last = arrangement.beads.len();
+        for (side, values) in self.displacements.iter_mut().enumerate() {
+            if let Some(kind) = arrangement.kind(last + side) {
+                for (value, &unknown) in values.iter_mut().zip(&interfaces.unknowns[kind]) {
+                    *value = motion.displacement(last + side, unknown);
+                }
+            }
+        }
+        self.turns = 0;
+        self.linearise(interfaces, motion.rigid_displacement(last), overlaps[last], &mut gaps[last]);
+    }
+
+    /// Turn the normals to the displacements under the forces found.
+    #[allow(clippy::too_many_arguments, reason = "the parts of a step, borrowed apart")]
+    pub fn turn(
+        &mut self,
+        operator: &Operator,
+        motion: &Motion,
+        interfaces: &mut Interfaces,
+        arrangement: &Arrangement,
+        contacts: &[ContactState],
+        rigid: &RigidPrediction,
+        overlap: f64,
+        gaps: &mut [f64],
+    ) -> Turned {
+        let last = arrangement.beads.len();
+        for side in 0..2 {
+            let slot = last + side;
+            let Some(free) = motion.free_interface(slot) else { continue };
+            press(interfaces, contacts, slot, &mut self.forces[side]);
+            let shift = operator.contacts.damping_shift(slot, contacts);
+            let out = &mut self.displacements[side];
+            operator.interface_displacement(arrangement, interfaces, slot, free, &self.forces[side], shift, out);
+        }
+        let (displacement, _) = operator.contacts.rigid_motion(last, rigid, contacts);
+        let change = self.linearise(interfaces, displacement, overlap, gaps);
+        self.turns += 1;
+        match change {
+            change if change <= SETTLED => Turned::Settled,
+            _ if self.turns >= MOST_TURNS => Turned::TooOften,
+            _ => Turned::Moved,
+        }
+    }
+
+    /// Linearise about the displacements kept; the overlap of the undisplaced bodies is a displacement of the sphere too.
+    fn linearise(&mut self, interfaces: &mut Interfaces, rigid: f64, overlap: f64, gaps: &mut [f64]) -> f64 {
+        let last = interfaces.faces.len() - 1;
+        let (faces, values) = (&mut interfaces.faces[last], &self.displacements);
+        let moved = |i: usize| {
+            let mut moved = self.ring.moved(faces, i, |side, unknown| values[side][unknown]);
+            moved[0][1] += overlap;
+            moved
+        };
+        let change = self.ring.linearise(moved, rigid + overlap, &mut self.linearised);
+        self.ring.turn(&self.linearised.normals, faces);
+        let Linearised { normals, offsets } = &self.linearised;
+        for ((gap, normal), offset) in gaps.iter_mut().zip(normals).zip(offsets) {
+            *gap = offset - normal[1] * overlap;
+        }
+        change
+    }
+}
