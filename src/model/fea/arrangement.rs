@@ -74,6 +74,9 @@ impl Arrangement {
             normal: if boundary == "back" { 1.0 } else { -1.0 },
             profile: match beads[bead].mesh {
                 None => Profile::Sphere { radius: beads[bead].radius },
+                Some(_) if is_sphere(kinds[of_bead[bead]].mesh(), boundary, beads[bead].radius) => {
+                    Profile::Sphere { radius: beads[bead].radius }
+                }
                 Some(_) => Profile::Meshed,
             },
         };
@@ -215,6 +218,18 @@ fn patch_elements(elements: Elements) -> PatchElements {
     }
 }
 
+/// Whether the nodes of a pole's boundary lie on a sphere of that radius (m), to a millionth of it: then its gaps are known between them too.
+fn is_sphere(mesh: &Mesh, boundary: &str, radius: f64) -> bool {
+    let (front, back) = poles(mesh);
+    let centre = if boundary == "back" { back - radius } else { front + radius };
+    mesh.boundary(boundary).is_some_and(|boundary| {
+        boundary.nodes.iter().all(|&node| {
+            let [r, z] = mesh.nodes[node as usize];
+            (r.hypot(z - centre) - radius).abs() <= 1e-6 * radius
+        })
+    })
+}
+
 fn bead_body(bead: &Bead, number: usize, scene: &Scene, mass: body::ContactMass) -> Result<Body, FeaError> {
     let settings = &scene.model.fea;
     let (mesh, materials) = match &bead.mesh {
@@ -237,10 +252,10 @@ fn support_body(mesh: Mesh, materials: &[Material], mass: body::ContactMass) -> 
 }
 
 fn imported(file: &MeshFile, material: &Material, scene: &Scene) -> Result<(Mesh, Vec<Material>), FeaError> {
-    let (mesh, names): (Mesh, Vec<String>) =
-        return Err(FeaError::UnknownMaterial { file: file.path.clone(), name: String::new() });
+    let (mesh, names) = mesh::gmsh::import(&file.path, file.unit)?;
     let materials = names.iter().map(|name| {
-        if *name == material.name {
+        // A surface without a name is of the body's own material.
+        if name.is_empty() || *name == material.name {
             return Ok(material.clone());
         }
         let found = scene.materials.iter().find(|material| material.name == *name);

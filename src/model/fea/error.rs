@@ -49,7 +49,9 @@ pub enum FeaError {
         bead: usize,
     },
     /// A precompressed start with a normal that moves.
-    #[error("`support.normal` = \"moving\" starts without precompression only, found {force:e} N; use \"fixed\" or no precompression")]
+    #[error(
+        "`support.normal` = \"moving\" starts without precompression only, found {force:e} N; use \"fixed\" or no precompression"
+    )]
     MovingNormalPrecompressed {
         /// F₀, N.
         force: f64,

@@ -17,8 +17,8 @@ use super::{
     operator::{Interfaces, Operator},
     profile::Profile,
     scheme::Coefficients,
-    turning::{Turned, Turning},
     trace::{Trace, Watched},
+    turning::{Turned, Turning},
 };
 use crate::{
     response::Response,

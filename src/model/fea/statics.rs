@@ -106,7 +106,8 @@ impl Curve {
             one_sided = Some(statics.compliance(contact).clone());
             let moving = matches!(
                 &part.support,
-                Support::Annulus { normal: ContactNormal::Moving, .. } | Support::Body { normal: ContactNormal::Moving, .. }
+                Support::Annulus { normal: ContactNormal::Moving, .. }
+                    | Support::Body { normal: ContactNormal::Moving, .. }
             );
             inverse = moving.then(|| statics.inverse.clone());
         }

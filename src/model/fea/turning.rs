@@ -54,16 +54,9 @@ impl Turning {
             return Err(FeaError::MovingNormalPrecompressed { force: scene.chain.precompression });
         }
         let last = arrangement.beads.len();
-        let blank = [last, last + 1].map(|slot| {
-            vec![0.0; arrangement.kind(slot).map_or(0, |kind| interfaces.unknowns[kind].len())]
-        });
-        Ok(Some(Self {
-            linearised: ring.at_rest(),
-            ring,
-            turns: 0,
-            forces: blank.clone(),
-            displacements: blank,
-        }))
+        let blank = [last, last + 1]
+            .map(|slot| vec![0.0; arrangement.kind(slot).map_or(0, |kind| interfaces.unknowns[kind].len())]);
+        Ok(Some(Self { linearised: ring.at_rest(), ring, turns: 0, forces: blank.clone(), displacements: blank }))
     }
 
     /// Take the normals of the present displacements.

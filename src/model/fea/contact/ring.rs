@@ -79,12 +79,7 @@ impl Ring {
 
     /// The gaps about given displacements of the sphere's surface at the feet and of the ring's points, `moved(i)` = [w, u], and the
     /// sphere's rigid displacement, all m. Returns by how much any gap at these displacements differs from the old `linearised`'s, m.
-    pub fn linearise(
-        &self,
-        moved: impl Fn(usize) -> [[f64; 2]; 2],
-        rigid: f64,
-        linearised: &mut Linearised,
-    ) -> f64 {
+    pub fn linearise(&self, moved: impl Fn(usize) -> [[f64; 2]; 2], rigid: f64, linearised: &mut Linearised) -> f64 {
         let mut change: f64 = 0.0;
         let values = linearised.normals.iter_mut().zip(&mut linearised.offsets);
         for (i, ((normal, offset), point)) in values.zip(&self.points).enumerate() {
@@ -124,7 +119,8 @@ impl Ring {
             }))
         };
         let feet = face(0, sphere, &|point| self.feet[point], SIGNS[0]);
-        let nodes = face(1, support, &|point| OnEdge { nodes: [self.nodes[point]; 3], weights: [1.0, 0.0, 0.0] }, SIGNS[1]);
+        let nodes =
+            face(1, support, &|point| OnEdge { nodes: [self.nodes[point]; 3], weights: [1.0, 0.0, 0.0] }, SIGNS[1]);
         self.parts = parts;
         [feet, nodes]
     }
@@ -132,10 +128,7 @@ impl Ring {
     /// Turn the faces to new normals of the sphere, in place.
     pub fn turn(&self, normals: &[[f64; 2]], faces: &mut [Face; 2]) {
         for ((face, parts), sign) in faces.iter_mut().zip(&self.parts).zip(SIGNS) {
-            face.reweigh(
-                |k| parts[k].weight * normals[parts[k].point][parts[k].axis],
-                |i| sign * normals[i][1],
-            );
+            face.reweigh(|k| parts[k].weight * normals[parts[k].point][parts[k].axis], |i| sign * normals[i][1]);
         }
     }
 
