@@ -7,6 +7,7 @@
 pub mod arguments;
 pub mod calibrate;
 mod calibrated;
+pub mod contact;
 mod experiment;
 pub mod inspect;
 pub mod interrupt;
@@ -74,6 +75,8 @@ enum Command {
     Spectrum(spectrum::Arguments),
     /// Print what is understood and assumed of a record
     Inspect(inspect::Arguments),
+    /// Press one contact together: force, radius and pressure against closed laws
+    Contact(contact::Arguments),
     /// List, show, check or start scene files
     Scene(scene::Arguments),
     /// Calibrate against made-up records of known truth: the tool's own proof
@@ -88,6 +91,7 @@ impl Command {
             Self::Sweep(arguments) => &arguments.session,
             Self::Spectrum(arguments) => &arguments.session,
             Self::Inspect(arguments) => &arguments.session,
+            Self::Contact(arguments) => &arguments.session,
             Self::Scene(arguments) => &arguments.session,
             Self::Twins(arguments) => &arguments.session,
         }
@@ -100,6 +104,7 @@ impl Command {
             Self::Sweep(arguments) => sweep::execute(arguments),
             Self::Spectrum(arguments) => spectrum::execute(arguments),
             Self::Inspect(arguments) => inspect::execute(arguments),
+            Self::Contact(arguments) => contact::execute(arguments),
             Self::Scene(arguments) => scene::execute(arguments),
             Self::Twins(arguments) => twins::execute(arguments),
         }

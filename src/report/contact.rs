@@ -80,6 +80,8 @@ impl ContactState {
     }
 }
 
+/// How far a pressure profile is drawn, in contact radii of the largest approach.
+const SHOWN_RADII: f64 = 1.2;
 /// Pressure profiles drawn of a loading.
 const PROFILES: usize = 3;
 
@@ -110,6 +112,14 @@ impl ContactReport {
         Ok(files)
     }
 
+    /// Unit in which pressures are shown, and how many of it are one Pa.
+    #[must_use]
+    pub fn pressure_unit(&self) -> (&'static str, f64) {
+        let states = self.loadings.iter().flat_map(|loading| &loading.states);
+        let largest = states.map(|state| state.peak_pressure_pa).fold(0.0, f64::max);
+        if largest < 0.5e9 { ("MPa", 1e-6) } else { ("GPa", 1e-9) }
+    }
+
     /// Force, deviation from the law, radius and pressure.
     #[must_use]
     pub fn plates(&self) -> Vec<Plate> {
@@ -127,6 +137,7 @@ impl ContactReport {
     /// The columns of `contact.csv` as a table for people.
     #[must_use]
     pub fn table(&self) -> Table {
+        let (unit, factor) = self.pressure_unit();
         let number = |value: Option<f64>, factor: f64, figures: usize| {
             value.map_or("–".to_owned(), |value| significant(factor * value, figures))
         };
@@ -143,8 +154,8 @@ impl ContactReport {
                     over(state.finite_body_force_n),
                     significant(1e6 * state.radius_m, 4),
                     number(state.law_radius_m, 1e6, 4),
-                    significant(1e-9 * state.peak_pressure_pa, 4),
-                    number(state.law_peak_pressure_pa, 1e-9, 4),
+                    significant(factor * state.peak_pressure_pa, 4),
+                    number(state.law_peak_pressure_pa, factor, 4),
                 ]
             })
         });
@@ -161,8 +172,8 @@ impl ContactReport {
                 Column::numbers("over finite-body law").unit("%"),
                 Column::numbers("Radius").unit("µm"),
                 Column::numbers(format!("Radius, {}", self.law)).unit("µm"),
-                Column::numbers("Peak pressure").unit("GPa"),
-                Column::numbers(format!("Peak, {}", self.law)).unit("GPa"),
+                Column::numbers("Peak pressure").unit(unit),
+                Column::numbers(format!("Peak, {}", self.law)).unit(unit),
             ],
             rows: rows.collect(),
         }
@@ -250,8 +261,10 @@ impl ContactReport {
 
     fn pressure_figure(&self, loading: &ContactLoading) -> Figure {
         let axis = Axis::new(self.abscissa.clone(), "µm").times(1e6);
-        let mut panel = Panel::new(axis, Axis::new("Pressure", "GPa").times(1e-9)).height(50.0);
+        let (unit, factor) = self.pressure_unit();
+        let mut panel = Panel::new(axis, Axis::new("Pressure", unit).times(factor)).height(50.0);
         let shown = profiles(&loading.states);
+        let wide = SHOWN_RADII * shown.last().map_or(0.0, |state| state.radius_m);
         let colours = [Colour::Blue, Colour::Vermillion, Colour::Black];
         let markers = [Marker::Ring, Marker::Disc, Marker::Square];
         for ((state, colour), marker) in shown.iter().zip(colours).zip(markers) {
@@ -260,7 +273,8 @@ impl ContactReport {
                 let law = places.filter_map(|place| Some((place, state.law_pressure(place)?))).collect();
                 panel = panel.line(String::new(), law, Stroke::new(colour).dash(Dash::Dashed));
             }
-            let pressed = state.pressure.iter().map(|[place, pressure]| (*place, *pressure)).collect();
+            let near = state.pressure.iter().filter(|[place, _]| place.abs() <= wide);
+            let pressed = near.map(|[place, pressure]| (*place, *pressure)).collect();
             panel = panel.points(engineering(state.approach_m, "m", 2), pressed, colour, marker);
         }
         let law = if shown.iter().any(|state| state.law_radius_m.is_some()) {

@@ -9,10 +9,12 @@
 
 mod annulus;
 mod dashpot;
+mod finite_body;
 mod hertz;
 
 pub use annulus::Annulus;
 pub use dashpot::{Dashpot, dashpots};
+pub use finite_body::FiniteBody;
 pub use hertz::{
     Hertz, bead_flat_stiffness, bead_pair_stiffness, effective_modulus, hertz_energy, hertz_force, hertz_stiffness,
 };
