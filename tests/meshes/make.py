@@ -24,6 +24,31 @@ def bead(quadrilaterals):
         gmsh.model.mesh.setRecombine(2, surface)
 
 
+def fine_bead():
+    """The same fine enough at its poles to be pressed: 4 um there, growing away from them."""
+    geo, mesh = gmsh.model.geo, gmsh.model.mesh
+    patch = 0.05
+    height = (0.25 - patch**2) ** 0.5
+    places = [(0, 0), (0, -0.5), (patch, -height), (0.5, 0), (patch, height), (0, 0.5)]
+    centre, south, low, equator, high, north = [geo.addPoint(*p, 0.0) for p in places]
+    front = geo.addCircleArc(south, centre, low)
+    side = [geo.addCircleArc(low, centre, equator), geo.addCircleArc(equator, centre, high)]
+    back = geo.addCircleArc(high, centre, north)
+    axis = [geo.addLine(north, centre), geo.addLine(centre, south)]
+    surface = geo.addPlaneSurface([geo.addCurveLoop([front, *side, back, *axis])])
+    geo.synchronize()
+    gmsh.model.addPhysicalGroup(1, [front], name="front")
+    gmsh.model.addPhysicalGroup(1, side, name="side")
+    gmsh.model.addPhysicalGroup(1, [back], name="back")
+    gmsh.model.addPhysicalGroup(2, [surface], name="chrome-steel")
+    distance = mesh.field.add("Distance")
+    mesh.field.setNumbers(distance, "PointsList", [south, north])
+    size = mesh.field.add("MathEval")
+    mesh.field.setString(size, "F", f"0.004 + 0.25 * Max(F{distance} - 0.03, 0)")
+    mesh.field.setAsBackgroundMesh(size)
+    gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
+
+
 def ring(name_contact=True, ring_radius=0.55):
     """Half disc of radius 0.25 mm, its flat side clamped, of two materials."""
     geo = gmsh.model.geo
@@ -60,8 +85,9 @@ def twice():
 def write(name, build, size, binary=False, order=2, incomplete=True, version=4.1):
     gmsh.initialize()
     gmsh.option.setNumber("General.Terminal", 0)
-    gmsh.option.setNumber("Mesh.MeshSizeMin", size)
-    gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+    if size is not None:
+        gmsh.option.setNumber("Mesh.MeshSizeMin", size)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", size)
     gmsh.option.setNumber("Mesh.ElementOrder", order)
     gmsh.option.setNumber("Mesh.SecondOrderIncomplete", 1 if incomplete else 0)
     gmsh.option.setNumber("Mesh.MshFileVersion", version)
@@ -75,6 +101,7 @@ def write(name, build, size, binary=False, order=2, incomplete=True, version=4.1
 if __name__ == "__main__":
     write("bead-triangles", lambda: bead(False), 0.12)
     write("bead-quadrilaterals-binary", lambda: bead(True), 0.12, binary=True)
+    write("bead-fine-binary", fine_bead, None, binary=True)
     write("ring", ring, 0.08)
     write("ring-linear", ring, 0.15, order=1)
     write("ring-unnamed", lambda: ring(name_contact=False), 0.15)

@@ -74,6 +74,23 @@ pub enum PairError {
         /// Which boundary.
         boundary: &'static str,
     },
+    /// The mesh is too coarse to feel a touch.
+    #[error(
+        "{body}, boundary `{boundary}`: its first node off the axis lies at r = {radius:e} m, {gap:e} m behind the pole, so that touch would be \
+         felt that much too late; refine the mesh there until this is below {most:e} m (vertices about 4 um apart on a 1 mm sphere)"
+    )]
+    TooCoarse {
+        /// Which body.
+        body: String,
+        /// Which boundary.
+        boundary: &'static str,
+        /// r of the node, m.
+        radius: f64,
+        /// How far it lies behind the pole, m.
+        gap: f64,
+        /// How far it may, m.
+        most: f64,
+    },
     /// The two surfaces share no points.
     #[error("{body}: no point of boundary `{boundary}` faces the other body; check the coordinates of the mesh")]
     NothingFaces {
@@ -84,7 +101,23 @@ pub enum PairError {
     },
 }
 
+/// False gap that a mesh may have, m: a hundredth of the overlaps of interest changes no peak by a per cent.
+const LARGEST_FALSE_GAP: f64 = 5e-9;
+
 impl Pole<'_> {
+    /// Refuse a mesh whose first point touches too late.
+    fn check(&self, points: &[PolePoint]) -> Result<(), PairError> {
+        let Some(first) = points.first() else {
+            return Err(PairError::NothingFaces { body: self.name.into(), boundary: self.boundary });
+        };
+        let gap = self.depth(first.radius, &first.place);
+        if gap <= LARGEST_FALSE_GAP {
+            return Ok(());
+        }
+        let (body, boundary) = (self.name.into(), self.boundary);
+        Err(PairError::TooCoarse { body, boundary, radius: first.radius, gap, most: LARGEST_FALSE_GAP })
+    }
+
     fn nodes(&self) -> Result<&[u32], PairError> {
         boundary(self.body, self.name, self.boundary)
     }
@@ -255,7 +288,7 @@ struct PolePoint {
 fn pole_points(pole: Pole<'_>) -> Result<Vec<PolePoint>, PairError> {
     let nodes = pole.nodes()?;
     let areas = tributary_areas(pole.body.mesh(), nodes);
-    Ok(nodes
+    let points: Vec<PolePoint> = nodes
         .iter()
         .zip(areas)
         .skip(1)
@@ -264,7 +297,9 @@ fn pole_points(pole: Pole<'_>) -> Result<Vec<PolePoint>, PairError> {
             radius: pole.body.mesh().nodes[node as usize][0],
             area,
         })
-        .collect())
+        .collect();
+    pole.check(&points)?;
+    Ok(points)
 }
 
 /// Nodes of a sphere's surface from its back pole to its front pole.
