@@ -1,7 +1,5 @@
 //! `granchain contact`: press one contact together and hold it against closed laws.
 
-use std::path::PathBuf;
-
 use clap::{Args, ValueEnum};
 
 use super::{

@@ -19,13 +19,10 @@ use crate::{
         output::{OutputFolder, write_atomically},
         progress, summary,
     },
-    model::fea::{
-        Control, Cut, Frames, Simulation, Snapshot,
-        simulation::{Complementarity, PENETRATION},
-    },
+    model::fea::{Control, Cut, Frames, Simulation, Snapshot, simulation::Complementarity},
     report::number::engineering,
     response::{Response, write_pvd, write_vtu},
-    scene::{ContactNormal, ModelKind, Scene, Support},
+    scene::{ModelKind, Scene, Support},
 };
 
 /// Flags of a finite element run.
@@ -179,14 +176,12 @@ impl<'a> Analysis<'a> {
         let outcome = self.advance(&bar);
         bar.finish_and_clear();
         outcome?;
-        let response = self.simulation.response();
-        let warnings = self.warnings(&response);
         let stages = self.simulation.profile().stages();
         Ok(Finished {
             summary: self.summary(),
-            warnings,
+            warnings: self.simulation.warnings(),
             stages: stages.iter().map(|(name, time)| (*name, time.as_secs_f64())).collect(),
-            response,
+            response: self.simulation.response(),
         })
     }
 
@@ -300,32 +295,6 @@ impl Analysis<'_> {
         write_pvd(list, &mut bytes).context("the list of the frames cannot be made")?;
         Ok(write_atomically(&folder.join(SERIES), &bytes)?)
     }
-
-    /// What must not be overlooked in a finished run.
-    fn warnings(&self, response: &Response) -> Vec<String> {
-        let mut said = Vec::new();
-        if let Support::Annulus { normal: ContactNormal::Fixed, .. }
-        | Support::Body { normal: ContactNormal::Fixed, .. } = &self.scene.support
-        {
-            let travel = response.bead_displacement.last().map_or(0.0, crate::signal::Series::peak);
-            if travel > FIXED_NORMAL_TRAVEL {
-                said.push(format!(
-                    "the last bead travelled {}; beyond {} the fixed contact normal overestimates the support's force by more \
-                     than 1 %: set support.normal = \"moving\"",
-                    engineering(travel, "m", 3),
-                    engineering(FIXED_NORMAL_TRAVEL, "m", 1)
-                ));
-            }
-        }
-        let violations = self.simulation.complementarity().violations;
-        if violations > 0 {
-            said.push(format!(
-                "in {violations} steps a contact point pulled, or penetrated by more than {}",
-                engineering(PENETRATION, "m", 1)
-            ));
-        }
-        said
-    }
 }
 
 /// Move the frames to the results.
@@ -345,9 +314,6 @@ pub fn take_frames(folder: &OutputFolder) -> anyhow::Result<()> {
 pub fn is_saved(folder: &OutputFolder) -> bool {
     folder.state_path().join(CHECKPOINT).exists()
 }
-
-/// Travel of the last bead beyond which a fixed contact normal is not good enough, m: 5 µm at 0.19 % a µm.
-const FIXED_NORMAL_TRAVEL: f64 = 5e-6;
 
 fn frame_name(number: usize) -> String {
     format!("field_{number:06}.vtu")

@@ -22,7 +22,7 @@ impl Frames {
     /// Displacement, velocity and stress of all bodies now, beads first, then the support.
     ///
     /// Bodies stand where they just touch. The stress of a node where materials meet is that of the larger von Mises stress. The velocity
-    /// of a node without mass is the time integration's own and means nothing by itself.
+    /// of a node without mass is its displacement in the last step over the step.
     #[must_use]
     pub fn field(&self, simulation: &Simulation) -> Field {
         let arrangement = simulation.arrangement();

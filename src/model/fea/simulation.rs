@@ -605,10 +605,13 @@ impl Simulation {
             return Err(FeaError::OtherState { expected: identity.into(), found: snapshot.identity });
         }
         let Snapshot { taken, travel, contacts, trace, ledger, complementarity, cuts, .. } = snapshot;
-        let factorisations = self.ledger.work.factorisations;
+        // The factors that the saved run had made: levels are made in order, one factor a kind of body.
+        let made = ledger.work.factorisations as usize / self.arrangement.kinds.len().max(1);
+        for level in 1..made.min(self.operators.len()) {
+            self.factor(level as u32)?;
+        }
         (self.taken, self.travel, self.contacts, self.trace) = (taken, travel, contacts, trace);
         (self.ledger, self.complementarity, self.cuts) = (ledger, complementarity, cuts);
-        self.ledger.work.factorisations = self.ledger.work.factorisations.max(factorisations);
         self.before.clone_from(&self.contacts);
         self.piston = self.drive.at(self.time()).0;
         self.motion.move_piston(self.piston);
