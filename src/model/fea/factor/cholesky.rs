@@ -19,8 +19,9 @@ use faer::{
 
 use super::ordering::Upper;
 
-/// Columns merged into one supernode: (columns at most, share of explicit zeros at most).
-pub(super) const MERGE: &[(usize, f64)] = &[(4, 1.0), (16, 0.8), (48, 0.1), (usize::MAX, 0.05)];
+/// Columns merged into one supernode: (columns at most, share of explicit zeros at most). Sparing: panels are fast enough narrow, and every
+/// zero stored is read twice a step; faer's own choice stores 5 % more for no gain.
+const MERGE: &[(usize, f64)] = &[(2, 0.3), (8, 0.1)];
 
 /// Why a matrix has no factor.
 #[derive(Debug, Clone, Copy)]

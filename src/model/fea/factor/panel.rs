@@ -199,16 +199,17 @@ impl<A: Arithmetic> Place<'_, A> {
 
     #[inline(always)]
     fn up<const P: usize>(&mut self, parts: &Parts<'_, P>) {
+        // Rows last to first: the whole solve then runs backwards through memory in one line.
         let a = self.a;
         let mut own: [A::Row; P] = std::array::from_fn(|k| *self.row(parts.start + k));
-        for (row, entries) in (parts.start + P..).zip(parts.near) {
-            let row = *self.row(row);
+        for (&row, entries) in parts.rows.iter().zip(parts.far).rev() {
+            let row = *self.row(row as usize);
             for k in 0..P {
                 own[k] = a.minus(own[k], entries[k], row);
             }
         }
-        for (&row, entries) in parts.rows.iter().zip(parts.far) {
-            let row = *self.row(row as usize);
+        for (row, entries) in (parts.start + P..parts.start + P + parts.near.len()).zip(parts.near).rev() {
+            let row = *self.row(row);
             for k in 0..P {
                 own[k] = a.minus(own[k], entries[k], row);
             }
