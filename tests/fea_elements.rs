@@ -201,8 +201,8 @@ fn error_inside(
     at_points(mesh, |nodes, values, [r, z], volume| {
         let force = force(r, z);
         for (&node, value) in nodes.iter().zip(values) {
-            for d in 0..2 {
-                load.row_mut(2 * node as usize + d)[0] += volume * value * force[d];
+            for (d, force) in force.into_iter().enumerate() {
+                load.row_mut(2 * node as usize + d)[0] += volume * value * force;
             }
         }
     });
@@ -210,10 +210,10 @@ fn error_inside(
     let mut square = 0.0;
     at_points(mesh, |nodes, values, [r, z], volume| {
         let exact = exact(r, z);
-        for d in 0..2 {
+        for (d, exact) in exact.into_iter().enumerate() {
             let found: f64 =
                 nodes.iter().zip(values).map(|(&node, value)| value * u.get(2 * node as usize + d, 0)).sum();
-            square += volume * (found - exact[d]).powi(2);
+            square += volume * (found - exact).powi(2);
         }
     });
     square.sqrt()

@@ -64,9 +64,8 @@ impl Local {
         for (node, x) in places.iter().enumerate() {
             for a in 0..2 {
                 place[a] += at.value[node] * x[a];
-                for b in 0..2 {
-                    map[a][b] += x[a] * at.slope[node][b];
-                }
+                map[a][0] += x[a] * at.slope[node][0];
+                map[a][1] += x[a] * at.slope[node][1];
             }
         }
         let jacobian = map[0][0] * map[1][1] - map[0][1] * map[1][0];
@@ -132,9 +131,9 @@ impl ElementMatrices {
                     *component = weight * dot(row, strain);
                 }
             }
-            for row in 0..2 * nodes {
-                for column in 0..=row {
-                    out.stiffness[row][column] += dot(&strain[row], &stress[column]);
+            for (row, (entries, strain)) in out.stiffness.iter_mut().zip(&strain).enumerate().take(2 * nodes) {
+                for (entry, stress) in entries.iter_mut().zip(&stress).take(row + 1) {
+                    *entry += dot(strain, stress);
                 }
             }
             for row in 0..nodes {
