@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use granchain::report::figure::{
-    Axis, Bar, Colour, Dash, ErrorPoint, Figure, FigureError, Layer, Map, Marker, Panel, Stroke, trace,
+    Axis, Bar, Colour, Dash, ErrorPoint, Figure, FigureError, Fill, Layer, Map, Marker, Panel, Polygon, Stroke, trace,
 };
 use granchain::signal::Series;
 
@@ -215,6 +215,54 @@ fn a_png_has_the_printed_size_at_288_dots_per_inch() {
     let reader = png::Decoder::new(std::io::Cursor::new(&png)).read_info().unwrap();
     let (width, _) = reader.info().size();
     assert_eq!(width, (85.0_f64 / 25.4 * 72.0 * 4.0).ceil() as u32);
+}
+
+#[test]
+fn equal_scales_make_a_square_square_whatever_the_ticks() {
+    let square = Polygon {
+        corners: vec![(0.1, 30.1), (0.5, 30.1), (0.5, 30.5), (0.1, 30.5)],
+        fill: Fill::Tint(Colour::Blue, 1.0),
+    };
+    // 0.0004 m are 0.4 mm: one unit, two factors.
+    let millimetres = square.corners.iter().map(|(x, y)| (*x, 1e-3 * y)).collect();
+    for (y, corners) in [
+        (Axis::new("y", "mm").range(30.0, 33.0), square.corners.clone()),
+        (Axis::new("y", "mm").times(1e3).range(0.030, 0.033), millimetres),
+    ] {
+        let polygons = vec![Polygon { corners, ..square.clone() }];
+        let panel = Panel::new(Axis::new("x", "mm").range(0.0, 2.0), y).equal_scales().layer(Layer::Polygons {
+            label: String::new(),
+            polygons,
+            range: None,
+        });
+        let svg = Figure::new("test").panel(panel).to_svg().unwrap();
+        let document = roxmltree::Document::parse(&svg).unwrap();
+        let drawn = document.descendants().find(|node| node.attribute("fill") == Some("#0072B2")).unwrap();
+        let steps = drawn.attribute("d").unwrap();
+        let length = |letter: char| -> i64 {
+            let digits = steps.split(letter).nth(1).unwrap();
+            let end = digits.find(|c: char| c.is_alphabetic()).unwrap_or(digits.len());
+            digits[..end].parse::<i64>().unwrap().abs()
+        };
+        // Tenths of a point, each corner rounded.
+        assert!((length('h') - length('v')).abs() <= 2 && length('h') > 200, "{steps}");
+    }
+}
+
+#[test]
+fn values_fill_polygons_on_the_scale_of_the_colour_bar() {
+    let cell = |x: f64, value: f64| Polygon {
+        corners: vec![(x, 0.0), (x + 1.0, 0.0), (x + 1.0, 1.0), (x, 1.0)],
+        fill: Fill::Value(value),
+    };
+    let layer =
+        |polygons| Layer::Polygons { label: "Von Mises stress (MPa)".into(), polygons, range: Some((0.0, 10.0)) };
+    let panel = |polygons| Panel::new(Axis::new("z", "mm"), Axis::new("r", "mm")).layer(layer(polygons));
+    let svg = Figure::new("test").panel(panel(vec![cell(0.0, -5.0), cell(1.0, 99.0)])).to_svg().unwrap();
+    // Light and dark end of the shades; the bar's title upwards at the right.
+    assert!(svg.contains("#FAFCFF") && svg.contains("#08306B") && svg.contains("Von Mises stress (MPa)"));
+    let refused = Figure::new("test").panel(panel(vec![cell(0.0, f64::NAN)])).to_svg().unwrap_err();
+    assert!(matches!(refused, FigureError::Unplaceable { layer: 1, index: 0, .. }), "{refused}");
 }
 
 /// Writes the figure where a person can look at it.

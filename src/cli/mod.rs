@@ -11,6 +11,7 @@ pub mod contact;
 mod experiment;
 pub mod inspect;
 pub mod interrupt;
+pub mod mesh;
 pub mod output;
 pub mod progress;
 pub mod reading;
@@ -77,6 +78,8 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Press one contact together: force, radius and pressure against closed laws
     Contact(contact::Arguments),
+    /// Draw, count and write the finite element mesh of a scene
+    Mesh(mesh::Arguments),
     /// List, show, check or start scene files
     Scene(scene::Arguments),
     /// Calibrate against made-up records of known truth: the tool's own proof
@@ -92,6 +95,7 @@ impl Command {
             Self::Spectrum(arguments) => &arguments.session,
             Self::Inspect(arguments) => &arguments.session,
             Self::Contact(arguments) => &arguments.session,
+            Self::Mesh(arguments) => &arguments.session,
             Self::Scene(arguments) => &arguments.session,
             Self::Twins(arguments) => &arguments.session,
         }
@@ -105,6 +109,7 @@ impl Command {
             Self::Spectrum(arguments) => spectrum::execute(arguments),
             Self::Inspect(arguments) => inspect::execute(arguments),
             Self::Contact(arguments) => contact::execute(arguments),
+            Self::Mesh(arguments) => mesh::execute(arguments),
             Self::Scene(arguments) => scene::execute(arguments),
             Self::Twins(arguments) => twins::execute(arguments),
         }

@@ -7,6 +7,7 @@
 pub mod calibration;
 pub mod contact;
 pub mod figure;
+pub mod mesh;
 pub mod number;
 pub mod page;
 pub mod replay;

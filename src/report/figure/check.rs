@@ -1,6 +1,6 @@
 //! Refusing what cannot be drawn, before anything is.
 
-use super::{Axis, Figure, FigureError, Layer, Map, Panel, Scale};
+use super::{Axis, Figure, FigureError, Fill, Layer, Map, Panel, Scale};
 
 /// Every value of every layer can be placed on its axis, every axis has a name and a unit.
 pub(super) fn values(figure: &Figure, number: usize, panel: &Panel) -> Result<(), FigureError> {
@@ -55,6 +55,26 @@ pub(super) fn values(figure: &Figure, number: usize, panel: &Panel) -> Result<()
                     place(&panel.x, index, bar.from)?;
                     place(&panel.x, index, bar.to)?;
                     place(&plain, index, bar.height)?;
+                }
+            }
+            Layer::Strokes { strokes, .. } => {
+                for (index, (x, y)) in strokes.iter().flatten().enumerate() {
+                    place(&panel.x, index, *x)?;
+                    place(&panel.y, index, *y)?;
+                }
+            }
+            Layer::Polygons { polygons, range, .. } => {
+                for (index, polygon) in polygons.iter().enumerate() {
+                    for (x, y) in &polygon.corners {
+                        place(&panel.x, index, *x)?;
+                        place(&panel.y, index, *y)?;
+                    }
+                    let (Fill::Value(value) | Fill::Tint(_, value)) = polygon.fill;
+                    place(&plain, index, value)?;
+                }
+                if let Some((low, high)) = range {
+                    place(&plain, 0, *low)?;
+                    place(&plain, 1, *high)?;
                 }
             }
             Layer::MarkX { at, .. } => place(&panel.x, 0, *at)?,

@@ -3,9 +3,9 @@
 use plotters_backend::DrawingBackend;
 
 use super::{
-    Colour, ErrorPoint, Layer, Map, Marker,
+    Colour, ErrorPoint, Fill, Layer, Map, Marker, Polygon,
     canvas::{Anchor, Canvas, DrawResult},
-    contour, decimate,
+    clip, contour, decimate,
     layout::{self, COLOUR_BAR, COLOUR_BAR_GAP, Frame, LINE, Placed, SAMPLE, Sheet, TEXT, TICK},
     palette::shade,
 };
@@ -24,7 +24,8 @@ const TINT: f64 = 0.28;
 pub(super) fn sheet<B: DrawingBackend>(sheet: &Sheet<'_>, canvas: &mut Canvas<'_, B>) -> DrawResult<B> {
     for placed in &sheet.panels {
         let layers = &placed.panel.layers;
-        let is_ground = |layer: &Layer| matches!(layer, Layer::HeatMap { .. } | Layer::Band { .. });
+        let is_ground =
+            |layer: &Layer| matches!(layer, Layer::HeatMap { .. } | Layer::Band { .. } | Layer::Polygons { .. });
         let is_mark = |layer: &Layer| matches!(layer, Layer::MarkX { .. });
         for layer in layers.iter().filter(|layer| is_ground(layer)) {
             draw_layer(placed, layer, canvas)?;
@@ -48,6 +49,30 @@ fn draw_layer<B: DrawingBackend>(placed: &Placed<'_>, layer: &Layer, canvas: &mu
             let points: Vec<_> = points.iter().map(|(x, y)| place(*x, *y)).collect();
             let thinned = decimate::thin(&points, COLUMN / frame.width);
             clipped_curve(frame, &thinned, stroke.colour.rgb(), stroke.width, stroke.dash.pattern(), canvas)
+        }
+        Layer::Strokes { strokes, stroke, .. } => {
+            for points in strokes {
+                let points: Vec<_> = points.iter().map(|(x, y)| place(*x, *y)).collect();
+                clipped_curve(frame, &points, stroke.colour.rgb(), stroke.width, stroke.dash.pattern(), canvas)?;
+            }
+            Ok(())
+        }
+        Layer::Polygons { polygons, range, .. } => {
+            let (low, high) = range.unwrap_or((0.0, 1.0));
+            for polygon in polygons {
+                let colour = match polygon.fill {
+                    Fill::Tint(colour, share) => colour.tint(share),
+                    Fill::Value(value) => {
+                        shade((((value - low) / (high - low)).clamp(0.0, 1.0) * SHADES).round() / SHADES)
+                    }
+                };
+                let corners: Vec<_> = polygon.corners.iter().map(|(x, y)| place(*x, *y)).collect();
+                let seen = clip::polygon(&corners);
+                if seen.len() > 2 {
+                    canvas.polygon(&on_sheet(frame, &seen), colour)?;
+                }
+            }
+            Ok(())
         }
         Layer::Points { points, colour, marker, .. } => {
             for point in points {
@@ -144,7 +169,7 @@ fn clipped_curve<B: DrawingBackend>(
 ) -> DrawResult<B> {
     let mut piece: Vec<(f64, f64)> = Vec::new();
     for pair in points.windows(2) {
-        match clip(pair[0], pair[1]) {
+        match clip::segment(pair[0], pair[1]) {
             Some((from, to)) => {
                 if piece.last() != Some(&from) {
                     canvas.curve(&on_sheet(frame, &piece), colour, width, dashes)?;
@@ -165,28 +190,6 @@ fn on_sheet(frame: &Frame, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     points.iter().map(|point| frame.at(*point)).collect()
 }
 
-/// The part of a segment inside the unit square (Liang and Barsky 1984).
-fn clip(from: (f64, f64), to: (f64, f64)) -> Option<((f64, f64), (f64, f64))> {
-    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
-    let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
-    for (direction, room) in [(-dx, from.0), (dx, 1.0 - from.0), (-dy, from.1), (dy, 1.0 - from.1)] {
-        if direction == 0.0 {
-            if room < 0.0 {
-                return None;
-            }
-        } else if direction < 0.0 {
-            enter = enter.max(room / direction);
-        } else {
-            leave = leave.min(room / direction);
-        }
-    }
-    if enter > leave {
-        return None;
-    }
-    let at = |share: f64| (from.0 + share * dx, from.1 + share * dy);
-    Some((if enter > 0.0 { at(enter) } else { from }, if leave < 1.0 { at(leave) } else { to }))
-}
-
 fn error_bars<B: DrawingBackend>(
     placed: &Placed<'_>,
     point: &ErrorPoint,
@@ -199,7 +202,7 @@ fn error_bars<B: DrawingBackend>(
         point.x_interval.map(|(low, high)| ((placed.x.place(low), y), (placed.x.place(high), y), (0.0, 1.3))),
     ];
     for (low, high, cap) in bars.into_iter().flatten() {
-        let Some((from, to)) = clip(low, high) else { continue };
+        let Some((from, to)) = clip::segment(low, high) else { continue };
         canvas.curve(&[placed.frame.at(from), placed.frame.at(to)], colour.rgb(), 0.7, &[])?;
         for (end, wanted) in [(from, low), (to, high)] {
             if end == wanted {
@@ -337,7 +340,10 @@ fn legend_entry<B: DrawingBackend>(layer: &Layer, (x, y): (f64, f64), canvas: &m
     let Some(label) = layout::legend_label(layer) else { return Ok(()) };
     let middle = (x + 0.5 * SAMPLE, y);
     match layer {
-        Layer::Line { stroke, .. } | Layer::MarkY { stroke, .. } | Layer::Contour { stroke, .. } => {
+        Layer::Line { stroke, .. }
+        | Layer::Strokes { stroke, .. }
+        | Layer::MarkY { stroke, .. }
+        | Layer::Contour { stroke, .. } => {
             canvas.curve(&[(x, y), (x + SAMPLE, y)], stroke.colour.rgb(), stroke.width, stroke.dash.pattern())?;
         }
         Layer::Points { colour, marker, points, .. } => {
@@ -351,6 +357,11 @@ fn legend_entry<B: DrawingBackend>(layer: &Layer, (x, y): (f64, f64), canvas: &m
         }
         Layer::Bars { colour, .. } => {
             canvas.rectangle((x + 2.0, y - 3.2), (x + SAMPLE - 2.0, y + 3.2), colour.tint(0.75))?;
+        }
+        Layer::Polygons { polygons, .. } => {
+            if let Some(Polygon { fill: Fill::Tint(colour, share), .. }) = polygons.first() {
+                canvas.rectangle((x + 2.0, y - 3.2), (x + SAMPLE - 2.0, y + 3.2), colour.tint(*share))?;
+            }
         }
         Layer::MarkX { .. } | Layer::HeatMap { .. } => {}
     }
@@ -385,17 +396,4 @@ fn colour_bar<B: DrawingBackend>(placed: &Placed<'_>, canvas: &mut Canvas<'_, B>
 /// A label on one line without control characters, which XML does not carry.
 fn clean(label: &str) -> String {
     label.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn clipping_cuts_a_segment_at_the_frame_and_drops_what_lies_outside() {
-        assert_eq!(clip((-1.0, 0.5), (2.0, 0.5)), Some(((0.0, 0.5), (1.0, 0.5))));
-        assert_eq!(clip((0.2, 0.2), (0.8, 0.9)), Some(((0.2, 0.2), (0.8, 0.9))));
-        assert_eq!(clip((-1.0, 0.5), (0.5, 2.0)), None);
-        assert_eq!(clip((0.5, 1.5), (0.9, 1.5)), None);
-    }
 }

@@ -124,6 +124,24 @@ pub struct Map {
     pub values: Vec<f64>,
 }
 
+/// How a polygon is filled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fill {
+    /// A tint of a colour: this share of it on white, 0 to 1.
+    Tint(Colour, f64),
+    /// A shade of the maps' one hue for a value on the scale of the layer.
+    Value(f64),
+}
+
+/// A filled polygon.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polygon {
+    /// Corners (x, y) in order; closed by itself.
+    pub corners: Vec<(f64, f64)>,
+    /// How it is filled.
+    pub fill: Fill,
+}
+
 /// One layer of a panel.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Layer {
@@ -200,5 +218,23 @@ pub enum Layer {
         level: f64,
         /// How it is drawn.
         stroke: Stroke,
+    },
+    /// Many strokes of one kind, such as the sides of a mesh.
+    Strokes {
+        /// Name in the legend; empty keeps it out.
+        label: String,
+        /// Points (x, y) of every stroke.
+        strokes: Vec<Vec<(f64, f64)>>,
+        /// How they are drawn.
+        stroke: Stroke,
+    },
+    /// Filled polygons in the order given, later over earlier, with a colour bar where values fill them.
+    Polygons {
+        /// Name in the legend, or along the colour bar where `range` is given; empty keeps it out.
+        label: String,
+        /// The polygons.
+        polygons: Vec<Polygon>,
+        /// Values at the light and at the dark end of [`Fill::Value`]; `None` where no value fills.
+        range: Option<(f64, f64)>,
     },
 }

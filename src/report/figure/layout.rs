@@ -1,6 +1,6 @@
 //! Where everything stands on the sheet, in points (1/72 inch), before anything is drawn.
 
-use super::{Axis, Figure, FigureError, Layer, Map, Panel, Scale, axis::Resolved, font::text_width};
+use super::{Axis, Figure, FigureError, Layer, Map, Panel, Polygon, Scale, axis::Resolved, font::text_width};
 
 /// Size of all text, pt.
 pub(super) const TEXT: f64 = 8.0;
@@ -16,6 +16,8 @@ pub(super) const COLOUR_BAR: f64 = 7.0;
 pub(super) const COLOUR_BAR_GAP: f64 = 6.0;
 
 const GAP: f64 = 3.0;
+/// Left and right of a frame together, about, pt.
+const USUAL_MARGINS: f64 = 44.0;
 const PANEL_GAP: f64 = 9.0;
 const POINTS_PER_MM: f64 = 72.0 / 25.4;
 
@@ -72,8 +74,10 @@ pub(super) fn legend_label(layer: &Layer) -> Option<&str> {
         | Layer::Band { label, .. }
         | Layer::Bars { label, .. }
         | Layer::MarkY { label, .. }
+        | Layer::Strokes { label, .. }
+        | Layer::Polygons { label, range: None, .. }
         | Layer::Contour { label, .. } => label,
-        Layer::MarkX { .. } | Layer::HeatMap { .. } => return None,
+        Layer::MarkX { .. } | Layer::HeatMap { .. } | Layer::Polygons { range: Some(_), .. } => return None,
     };
     (!label.is_empty()).then_some(label)
 }
@@ -82,10 +86,30 @@ pub(super) fn legend_label(layer: &Layer) -> Option<&str> {
 struct Measured<'a> {
     panel: &'a Panel,
     x_ends: (f64, f64),
+    y_ends: (f64, f64),
     y: Resolved,
     height: f64,
     tick_width: f64,
     colours: Option<Resolved>,
+    colour_ends: (f64, f64),
+}
+
+impl Measured<'_> {
+    /// Give a panel of equal scales the height that belongs to its width.
+    fn scale_equally(&mut self, width: f64) {
+        if !self.panel.equal_scales {
+            return;
+        }
+        let shown = |(low, high): (f64, f64), axis: &Axis| (high - low) * axis.factor;
+        self.height = width * shown(self.y_ends, &self.panel.y) / shown(self.x_ends, &self.panel.x);
+        self.y = Resolved::new(&self.panel.y, self.y_ends, self.height, 22.0);
+        self.tick_width = tick_width(&self.y);
+        if let Some(colours) = &mut self.colours {
+            let title = std::mem::take(&mut colours.title);
+            *colours = Resolved::new(&Axis::new("", ""), self.colour_ends, self.height, 22.0);
+            colours.title = title;
+        }
+    }
 }
 
 /// Check the figure and give everything its place.
@@ -100,6 +124,10 @@ pub(super) fn plan(figure: &Figure) -> Result<Sheet<'_>, FigureError> {
     let width = figure.width_mm * POINTS_PER_MM;
     let columns = figure.columns.max(1);
     let cell = width / columns as f64;
+    // Margins depend on ticks, ticks on the height, the height on the width between the margins: once with a guess, then as it is.
+    for panel in &mut measured {
+        panel.scale_equally(cell - USUAL_MARGINS);
+    }
     let left = |panel: &Measured<'_>| 2.0 + LINE + GAP + panel.tick_width + TICK + 1.0;
     let right = |panel: &Measured<'_>| {
         panel
@@ -115,7 +143,13 @@ pub(super) fn plan(figure: &Figure) -> Result<Sheet<'_>, FigureError> {
         let same_axis = |panel: &&Measured<'_>| panel.panel.x == measured[index].panel.x;
         measured.iter().skip(index % columns).step_by(columns).filter(same_axis).map(right).fold(0.0, f64::max)
     };
-    let mut right_margins = (0..measured.len()).map(widest_right).collect::<Vec<f64>>().into_iter();
+    let right_margins: Vec<f64> = (0..measured.len()).map(widest_right).collect();
+    let frame_width = |index: usize| (cell - left_margins[index % columns] - right_margins[index]).max(30.0);
+    let widths: Vec<f64> = (0..measured.len()).map(frame_width).collect();
+    for (measured, width) in measured.iter_mut().zip(&widths) {
+        measured.scale_equally(*width);
+    }
+    let mut widths = widths.into_iter();
 
     let mut panels: Vec<Placed<'_>> = Vec::new();
     let mut top = 0.0;
@@ -130,7 +164,7 @@ pub(super) fn plan(figure: &Figure) -> Result<Sheet<'_>, FigureError> {
             .enumerate()
             .map(|(column, panel)| {
                 let left = left_margins[column];
-                let width = (cell - left - right_margins.next().unwrap_or(0.0)).max(30.0);
+                let width = widths.next().unwrap_or(30.0);
                 place(panel, column as f64 * cell, left, width, cell)
             })
             .collect();
@@ -163,17 +197,18 @@ fn measure<'a>(figure: &Figure, number: usize, panel: &'a Panel) -> Result<Measu
     let y_ends = ends(&panel.y, "y", spread_y(panel, x_ends))?;
     let height = panel.height_mm * POINTS_PER_MM;
     let y = Resolved::new(&panel.y, y_ends, height, 22.0);
-    let colours = panel.layers.iter().find_map(|layer| match layer {
-        Layer::HeatMap { label, map, range } => {
-            let ends = range.unwrap_or_else(|| map_ends(map));
-            let axis = Axis { label: String::new(), ..Axis::new("", "") };
-            let mut colours = Resolved::new(&axis, ends, height, 22.0);
-            colours.title.clone_from(label);
-            Some(colours)
-        }
+    let scale = panel.layers.iter().find_map(|layer| match layer {
+        Layer::HeatMap { label, map, range } => Some((label, range.unwrap_or_else(|| map_ends(map)))),
+        Layer::Polygons { label, range: Some(range), .. } => Some((label, *range)),
         _ => None,
     });
-    Ok(Measured { panel, x_ends, tick_width: tick_width(&y), y, height, colours })
+    let colours = scale.map(|(label, ends)| {
+        let mut colours = Resolved::new(&Axis::new("", ""), ends, height, 22.0);
+        colours.title.clone_from(label);
+        colours
+    });
+    let colour_ends = scale.map_or((0.0, 1.0), |(_, ends)| ends);
+    Ok(Measured { panel, x_ends, y_ends, tick_width: tick_width(&y), y, height, colours, colour_ends })
 }
 
 /// Smallest and largest value of a map, apart if they are equal.
@@ -184,7 +219,7 @@ pub(super) fn map_ends(map: &Map) -> (f64, f64) {
 }
 
 fn place<'a>(measured: Measured<'a>, cell_left: f64, left: f64, width: f64, cell: f64) -> Placed<'a> {
-    let Measured { panel, x_ends, y, height, tick_width, colours } = measured;
+    let Measured { panel, x_ends, y, height, tick_width, colours, .. } = measured;
     let x = Resolved::new(&panel.x, x_ends, width, 38.0);
     let frame_left = cell_left + left;
 
@@ -265,6 +300,8 @@ fn spread_x(panel: &Panel) -> Option<(f64, f64, f64)> {
                 seen.add(bar.from);
                 seen.add(bar.to);
             }),
+            Layer::Strokes { strokes, .. } => strokes.iter().flatten().for_each(|point| seen.add(point.0)),
+            Layer::Polygons { polygons, .. } => corners(polygons).for_each(|corner| seen.add(corner.0)),
             Layer::MarkX { .. } | Layer::MarkY { .. } => {}
             Layer::HeatMap { map, .. } | Layer::Contour { map, .. } => {
                 map.x.iter().for_each(|position| seen.add(*position));
@@ -305,6 +342,12 @@ fn spread_y(panel: &Panel, (low_x, high_x): (f64, f64)) -> Option<(f64, f64, f64
                 seen.add(0.0);
                 bars.iter().for_each(|bar| seen.add(bar.height));
             }
+            Layer::Strokes { strokes, .. } => {
+                strokes.iter().flatten().filter(|p| inside(p.0)).for_each(|point| seen.add(point.1));
+            }
+            Layer::Polygons { polygons, .. } => {
+                corners(polygons).filter(|p| inside(p.0)).for_each(|corner| seen.add(corner.1));
+            }
             Layer::MarkY { at, .. } => seen.add(*at),
             Layer::MarkX { .. } => {}
             Layer::HeatMap { map, .. } | Layer::Contour { map, .. } => {
@@ -321,6 +364,10 @@ fn spread_y(panel: &Panel, (low_x, high_x): (f64, f64)) -> Option<(f64, f64, f64
         }
         other => other,
     }
+}
+
+fn corners(polygons: &[Polygon]) -> impl Iterator<Item = &(f64, f64)> {
+    polygons.iter().flat_map(|polygon| &polygon.corners)
 }
 
 /// The smallest and the largest value met.

@@ -21,6 +21,7 @@ mod axis;
 mod bitmap;
 mod canvas;
 mod check;
+mod clip;
 mod contour;
 mod decimate;
 mod draw;
@@ -34,7 +35,7 @@ mod vector;
 pub use axis::{Axis, Scale};
 pub use error::FigureError;
 pub use font::{FONT_STACK, embedded_font};
-pub use layer::{Bar, Dash, ErrorPoint, Layer, Map, Marker, Stroke};
+pub use layer::{Bar, Dash, ErrorPoint, Fill, Layer, Map, Marker, Polygon, Stroke};
 pub use palette::Colour;
 
 use crate::signal::Series;
@@ -64,6 +65,8 @@ pub struct Panel {
     pub title: Option<String>,
     /// Height of the frame, mm.
     pub height_mm: f64,
+    /// Whether a length is as long upwards as sideways; the height then follows from the width.
+    pub equal_scales: bool,
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis.
@@ -113,7 +116,7 @@ impl Panel {
     /// An empty panel with these axes.
     #[must_use]
     pub fn new(x: Axis, y: Axis) -> Self {
-        Self { title: None, height_mm: 40.0, x, y, layers: Vec::new() }
+        Self { title: None, height_mm: 40.0, equal_scales: false, x, y, layers: Vec::new() }
     }
 
     /// The same panel with a few words above the frame.
@@ -127,6 +130,13 @@ impl Panel {
     #[must_use]
     pub fn height(mut self, height_mm: f64) -> Self {
         self.height_mm = height_mm;
+        self
+    }
+
+    /// The same panel with one scale for both axes, which must be linear: its height follows from its width.
+    #[must_use]
+    pub fn equal_scales(mut self) -> Self {
+        self.equal_scales = true;
         self
     }
 

@@ -1,0 +1,249 @@
+//! `granchain mesh`: the finite element mesh of a scene, drawn, counted and written.
+
+use std::{fmt, path::PathBuf, sync::Arc};
+
+use anyhow::Context;
+use clap::Args;
+use serde::Serialize;
+
+use super::{
+    Outcome,
+    arguments::{OutputArguments, Session, usage},
+    output::OutputFolder,
+};
+use crate::{
+    model::fea::{
+        arrangement::Arrangement,
+        mesh::{HalfTorus, Quality, quality},
+    },
+    report::{
+        mesh::{Bench, Standing, Window, chain, contacts, revolved},
+        number::{fixed, significant},
+    },
+    response::{Field, FieldBody, write_vtu},
+    scene::{self, Scene, Support},
+};
+
+/// Arguments of `granchain mesh`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Built-in scene (see `granchain scene list`) or scene file
+    #[arg(long, value_name = "NAME|FILE", help_heading = "Scene")]
+    pub scene: String,
+    /// Density n: element size goes as 1/n; 8 is quick, 16 to 24 a reference [default: the scene's, 12 unless it says otherwise]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=128), help_heading = "Scene")]
+    pub density: Option<u32>,
+    /// Override one key of the scene: a plain number is SI, else with its unit; repeatable
+    #[arg(long = "set", value_name = "KEY=VALUE", help_heading = "Scene")]
+    pub set: Vec<String>,
+    /// Where results go.
+    #[command(flatten)]
+    pub output: OutputArguments,
+    /// Session flags.
+    #[command(flatten)]
+    pub session: Session,
+}
+
+/// One kind of body.
+#[derive(Debug, Clone, Serialize)]
+struct Kind {
+    /// Which bodies, such as `beads 1 to 6`.
+    bodies: String,
+    /// How many.
+    count: usize,
+    #[serde(flatten)]
+    quality: Quality,
+    /// Mass of the mesh.
+    mass_kg: f64,
+    /// Mass over that of the exact shape, less 1; none where the shape is known from its mesh alone.
+    mass_error: Option<f64>,
+}
+
+/// `mesh.json`.
+#[derive(Debug, Clone, Serialize)]
+struct Summary {
+    scene: String,
+    density: u32,
+    elements_of_patches: &'static str,
+    kinds: Vec<Kind>,
+    /// Of all bodies together.
+    elements: usize,
+    unknowns: usize,
+}
+
+/// Run it.
+///
+/// # Errors
+/// When the scene or a mesh is refused, or the folder cannot be written.
+pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
+    let Arguments { scene: name, density, set, output, session } = arguments;
+    let mut overrides = vec!["model.kind=fea".to_owned()];
+    overrides.extend(density.map(|density| format!("model.mesh_density={density}")));
+    if density.is_some() && set.iter().any(|set| set.starts_with("model.mesh_density")) {
+        return Err(usage("--density and --set model.mesh_density say the same; give one of them"));
+    }
+    overrides.extend(set);
+    let loaded = scene::load_with_notes(&name, &overrides)?;
+    for note in &loaded.notes {
+        session.note(format_args!("assumed: {note}"));
+    }
+    let scene = loaded.scene;
+    let arrangement = Arrangement::new(&scene).with_context(|| format!("scene `{name}` cannot be meshed"))?;
+    let summary = summary(&scene, &arrangement);
+    if let Some(out) = &output.out {
+        let place = write(out, output.force, &scene, &arrangement, &summary)?;
+        session.note(format_args!("written to {}", place.display()));
+    }
+    session.result(Text(&summary), &summary)?;
+    Ok(Outcome::Done)
+}
+
+/// `bead 3`, `beads 1 to 6` or `beads 1, 2, 5`, counted from 1.
+fn named(beads: &[usize]) -> String {
+    match beads {
+        [one] => format!("bead {}", one + 1),
+        [first, .., last] if last - first + 1 == beads.len() => format!("beads {} to {}", first + 1, last + 1),
+        _ => {
+            let numbers: Vec<String> = beads.iter().map(|bead| (bead + 1).to_string()).collect();
+            format!("beads {}", numbers.join(", "))
+        }
+    }
+}
+
+fn summary(scene: &Scene, arrangement: &Arrangement) -> Summary {
+    let mut kinds = Vec::new();
+    for (kind, body) in arrangement.kinds.iter().enumerate() {
+        let all = arrangement.beads.iter().enumerate();
+        let beads: Vec<usize> = all.filter(|(_, of)| **of == kind).map(|(bead, _)| bead).collect();
+        let mass = body.total_mass();
+        let (bodies, exact) = match beads.first() {
+            Some(&first) => {
+                let bead = &scene.chain.beads[first];
+                (named(&beads), bead.mesh.is_none().then(|| bead.mass()))
+            }
+            None => ("support".to_owned(), support_mass(scene)),
+        };
+        kinds.push(Kind {
+            bodies,
+            count: beads.len().max(1),
+            quality: quality(body.mesh()),
+            mass_kg: mass,
+            mass_error: exact.map(|exact| mass / exact - 1.0),
+        });
+    }
+    let settings = &scene.model.fea;
+    Summary {
+        scene: scene.name.clone(),
+        density: settings.density,
+        elements_of_patches: settings.elements.name(),
+        elements: kinds.iter().map(|kind| kind.count * kind.quality.elements).sum(),
+        unknowns: arrangement.unknowns(),
+        kinds,
+    }
+}
+
+fn support_mass(scene: &Scene) -> Option<f64> {
+    match &scene.support {
+        Support::Annulus { material, .. } => Some(material.density * HalfTorus::published().volume()),
+        _ => None,
+    }
+}
+
+fn write(
+    out: &std::path::Path,
+    force: bool,
+    scene: &Scene,
+    arrangement: &Arrangement,
+    summary: &Summary,
+) -> anyhow::Result<PathBuf> {
+    let folder = OutputFolder::stage(out, force)?;
+    let kinds = arrangement.beads.iter().chain(&arrangement.support);
+    let names: Vec<&str> =
+        arrangement.beads.iter().map(|_| "bead").chain(arrangement.support.map(|_| "support")).collect();
+    let bodies: Vec<Standing<'_>> = kinds
+        .clone()
+        .zip(&arrangement.origins)
+        .zip(&names)
+        .map(|((kind, offset), name)| Standing { name, mesh: arrangement.kinds[*kind].mesh(), offset: *offset })
+        .collect();
+    let far_pole = |bead: usize| -> f64 {
+        let body = &bodies[bead];
+        let places = body.mesh.nodes.iter().filter(|[r, _]| *r == 0.0);
+        body.offset + places.map(|[_, z]| *z).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let last = arrangement.beads.len() - 1;
+    let flat = arrangement.support.is_none().then(|| far_pole(last));
+    let windows = windows(scene, arrangement, &far_pole);
+    let bench = Bench { bodies, flat };
+
+    let figures = [("mesh", chain(&bench)), ("contacts", contacts(&bench, &windows)), ("revolved", revolved(&bench))];
+    for (name, figure) in figures {
+        folder.write(format!("{name}.svg"), figure.to_svg()?)?;
+        folder.write(format!("{name}.png"), figure.to_png()?)?;
+    }
+    let meshes: Vec<_> = arrangement.kinds.iter().map(|body| Arc::new(body.mesh().to_field_mesh())).collect();
+    let bodies = kinds.zip(&bench.bodies).enumerate().map(|(index, (kind, standing))| {
+        let name = if index <= last { format!("bead{}", index + 1) } else { "support".to_owned() };
+        FieldBody::at_rest(name, meshes[*kind].clone(), standing.offset)
+    });
+    let mut bytes = Vec::new();
+    write_vtu(&Field { time: 0.0, bodies: bodies.collect() }, &mut bytes)?;
+    folder.write("mesh.vtu", bytes)?;
+    folder.write("mesh.json", serde_json::to_string_pretty(summary)? + "\n")?;
+    Ok(folder.finish()?)
+}
+
+/// What the figure of contacts shows: the first contact between beads, else the piston's, and that of the support.
+fn windows(scene: &Scene, arrangement: &Arrangement, far_pole: &impl Fn(usize) -> f64) -> Vec<Window> {
+    let beads = arrangement.beads.len();
+    // One and a half polar patches.
+    let half = 0.06 * scene.chain.beads[0].radius;
+    let at = |title: &str, z: f64| Window { title: title.to_owned(), z: (z - half, z + half), r: (0.0, 2.0 * half) };
+    let first = if beads > 1 { at("(a) beads 1 and 2", far_pole(0)) } else { at("(a) piston and bead 1", 0.0) };
+    let support = match (&scene.support, arrangement.origins.get(beads)) {
+        (Support::Annulus { .. }, Some(origin)) => {
+            let torus = HalfTorus { bead_radius: scene.chain.beads[beads - 1].radius, ..HalfTorus::published() };
+            let ([r, z], half) = (torus.contact_point(), 0.18 * torus.section_radius);
+            let z = z + origin;
+            Window { title: "(b) last bead and support".to_owned(), z: (z - half, z + half), r: (r - half, r + half) }
+        }
+        _ => at("(b) last bead and support", far_pole(beads - 1)),
+    };
+    vec![first, support]
+}
+
+/// The form for people.
+struct Text<'a>(&'a Summary);
+
+impl fmt::Display for Text<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Summary { scene, density, elements_of_patches, kinds, elements, unknowns } = self.0;
+        writeln!(f, "{scene}: mesh of density {density}, patches of {elements_of_patches}")?;
+        writeln!(
+            f,
+            "  {:<16}{:>9}{:>9}{:>10}{:>10}{:>14}{:>13}{:>11}{:>18}",
+            "body", "elements", "nodes", "unknowns", "contact", "mass mg", "mass error", "Jacobian", "sides µm"
+        )?;
+        for kind in kinds {
+            let Kind { bodies, quality, mass_kg, mass_error, .. } = kind;
+            let error = mass_error.map_or_else(|| "–".to_owned(), |error| significant(error, 2));
+            let sides = format!(
+                "{} to {}",
+                significant(1e6 * quality.shortest_side, 2),
+                significant(1e6 * quality.longest_side, 3)
+            );
+            writeln!(
+                f,
+                "  {bodies:<16}{:>9}{:>9}{:>10}{:>10}{:>14}{error:>13}{:>11}{sides:>18}",
+                quality.elements,
+                quality.nodes,
+                quality.unknowns,
+                quality.contact_nodes,
+                fixed(1e6 * mass_kg, 6),
+                fixed(quality.worst_jacobian_ratio, 3),
+            )?;
+        }
+        writeln!(f, "  {:<16}{elements:>9}{:>9}{unknowns:>10}", "all bodies", "")?;
+        writeln!(f, "  contact: nodes that may touch; Jacobian: smallest over largest determinant of the worst element")
+    }
+}
