@@ -196,7 +196,7 @@ fn write(
 /// What the figure of contacts shows: the first contact between beads, else the piston's, and that of the support.
 fn windows(scene: &Scene, arrangement: &Arrangement, far_pole: &impl Fn(usize) -> f64) -> Vec<Window> {
     let beads = arrangement.beads.len();
-    // One and a half polar patches.
+    // A little more than a polar patch of the default size.
     let half = 0.06 * scene.chain.beads[0].radius;
     let at = |title: &str, z: f64| Window { title: title.to_owned(), z: (z - half, z + half), r: (0.0, 2.0 * half) };
     let first = if beads > 1 { at("(a) beads 1 and 2", far_pole(0)) } else { at("(a) piston and bead 1", 0.0) };
