@@ -86,10 +86,10 @@ impl<'a> Statics<'a> {
         let mut approaches = vec![0.0; count];
         for sweep in 1..=MOST_ITERATIONS {
             let mut change: f64 = 0.0;
-            for contact in 0..count {
-                let before = approaches[contact];
-                approaches[contact] = self.press(contact, force, before, &mut forces)?;
-                change = change.max((approaches[contact] - before).abs() / approaches[contact].abs());
+            for (contact, approach) in approaches.iter_mut().enumerate() {
+                let before = *approach;
+                *approach = self.press(contact, force, before, &mut forces)?;
+                change = change.max((*approach - before).abs() / approach.abs());
             }
             // Rounding of the approach itself.
             if change < 1e-13 {

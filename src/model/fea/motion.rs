@@ -170,15 +170,15 @@ impl Motion {
         before: &[ContactState],
         out: &mut [RigidPrediction],
     ) {
-        for slot in 1..self.rigid.len() {
+        for (slot, (out, rigid)) in out.iter_mut().zip(&self.rigid).enumerate().skip(1) {
             let Some(kind) = arrangement.kind(slot).filter(|&kind| arrangement.kinds[kind].is_free()) else { continue };
-            let Rigid { displacement: u, velocity: v, acceleration: a } = self.rigid[slot];
+            let Rigid { displacement: u, velocity: v, acceleration: a } = *rigid;
             let lagging = if c.lag > 0.0 {
                 c.lag * net(before, slot, ContactState::total) / arrangement.kinds[kind].total_mass()
             } else {
                 0.0
             };
-            out[slot] = RigidPrediction {
+            *out = RigidPrediction {
                 displacement: c.predicted(u, v, a) + c.gain * lagging,
                 velocity: c.velocity(v, a, lagging),
             };

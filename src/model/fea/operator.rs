@@ -61,6 +61,9 @@ impl Interfaces {
     }
 }
 
+/// Links, compliances W and couplings V of all contacts, as [`Contacts`] has them.
+pub type Condensed = (Vec<Link>, Vec<Compliance>, Vec<Vec<f64>>);
+
 /// Compliances and couplings of all contacts on bodies whose interfaces answer with the dense matrices `inverse` (one a kind, m/N),
 /// times `weight`.
 ///
@@ -71,7 +74,7 @@ pub fn condensed(
     interfaces: &Interfaces,
     inverse: &[Vec<f64>],
     weight: f64,
-) -> Result<(Vec<Link>, Vec<Compliance>, Vec<Vec<f64>>), FeaError> {
+) -> Result<Condensed, FeaError> {
     let (mut links, mut compliances, mut couplings) = (Vec::new(), Vec::new(), Vec::new());
     let mut known_compliances = Vec::new();
     let mut known_couplings = Vec::new();
@@ -208,6 +211,7 @@ impl Operator {
 
     /// New displacements of the interface unknowns of the body in a slot, m, from those without forces, the forces on them (N) and the shift
     /// of the whole body (m).
+    #[allow(clippy::too_many_arguments, reason = "the parts of a step, borrowed apart")]
     pub fn interface_displacement(
         &self,
         arrangement: &Arrangement,
