@@ -8,7 +8,7 @@ use granchain::{
     model::fea::{
         Control, FeaError, Simulation, Snapshot,
         assembly::{Direction, DofMap},
-        simulation::{Cause, PENETRATION},
+        control::{Cause, PENETRATION},
     },
     response::Response,
     scene::PistonMotion,

@@ -19,7 +19,7 @@ use crate::{
         output::{OutputFolder, write_atomically},
         progress, summary,
     },
-    model::fea::{Control, Cut, Frames, Simulation, Snapshot, simulation::Complementarity},
+    model::fea::{Control, Cut, Frames, Simulation, Snapshot, control::Complementarity},
     report::number::engineering,
     response::{Response, write_pvd, write_vtu},
     scene::{ModelKind, Scene, Support},

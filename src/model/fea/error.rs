@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::{body::BodyError, contact::pair::PairError, factor::FactorError, mesh::MeshError, simulation::Cause};
+use super::{body::BodyError, contact::pair::PairError, control::Cause, factor::FactorError, mesh::MeshError};
 
 /// Why a contact finite element analysis cannot be run, or failed.
 #[derive(Debug, Clone, PartialEq, Error)]

@@ -16,6 +16,7 @@ pub mod arrangement;
 pub mod assembly;
 pub mod body;
 pub mod contact;
+pub mod control;
 pub mod element;
 pub mod energy;
 pub mod equilibrium;
@@ -33,9 +34,10 @@ pub mod statics;
 pub mod trace;
 mod turning;
 
+pub use control::{Control, Cut};
 pub use error::FeaError;
 pub use frame::Frames;
-pub use simulation::{Control, Cut, Simulation, Snapshot};
+pub use simulation::{Simulation, Snapshot};
 
 use super::{Model, ModelError, Progress};
 use crate::{response::Response, scene::Scene};

@@ -11,6 +11,7 @@ use super::{
     FeaError,
     arrangement::Arrangement,
     contact::chain::{ContactState, Failure, RigidPrediction, Workspace},
+    control::{Cause, Complementarity, Control, Cut, PENETRATION},
     energy::Ledger,
     equilibrium,
     motion::{Motion, Saved, predict_gaps},
@@ -24,81 +25,6 @@ use crate::{
     response::Response,
     scene::{PistonMotion, Scene, Scheme},
 };
-
-/// When a step is not accepted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Control {
-    /// Energy that contacts may make or lose in one step by opening and closing within it, over all work done so far (at least the kinetic
-    /// energy of the first bead at the piston's largest speed), 1.
-    pub contact_energy: f64,
-    /// Halvings of the step tried before the run fails.
-    pub halvings: u32,
-}
-
-impl Default for Control {
-    /// 5 %, eight halvings.
-    fn default() -> Self {
-        Self { contact_energy: 0.05, halvings: 8 }
-    }
-}
-
-/// Why a step was taken back.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum Cause {
-    /// Displacements were no finite numbers.
-    NotFinite,
-    /// No active set satisfied the contact conditions.
-    NoActiveSet,
-    /// The forces of coupled contacts did not settle.
-    NotSettled,
-    /// Contacts made or lost more energy within the step than allowed.
-    ContactEnergy,
-    /// The whole patch of fine elements was in contact.
-    PatchExceeded,
-}
-
-impl fmt::Display for Cause {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NotFinite => "displacements are not finite",
-            Self::NoActiveSet => "no set of pressed points satisfies the contact conditions",
-            Self::NotSettled => "the forces of coupled contacts do not settle",
-            Self::ContactEnergy => "opening and closing within the step makes or loses too much energy",
-            Self::PatchExceeded => "the contact is larger than the finely meshed patch",
-        })
-    }
-}
-
-/// A step taken back and tried again at half its size.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Cut {
-    /// Time at the beginning of the step, s.
-    pub time_s: f64,
-    /// Its size, s.
-    pub step_s: f64,
-    /// Contact, counted from 1 at the piston.
-    pub contact: usize,
-    /// Why.
-    pub cause: Cause,
-}
-
-/// How well the contact conditions were met, measured anew from the accepted displacements.
-#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Complementarity {
-    /// Deepest penetration of any point, m.
-    pub penetration_m: f64,
-    /// Largest pull of any point, N.
-    pub adhesion_n: f64,
-    /// Largest force times gap of any point, J.
-    pub product_j: f64,
-    /// Steps in which a point penetrated by more than [`PENETRATION`] or pulled at all.
-    pub violations: u64,
-}
-
-/// Penetration that counts as a violation, m: a millionth of the motions of interest, a million roundings.
-pub const PENETRATION: f64 = 1e-12;
 
 /// Travel of the last bead into a ring up to which undeformed normals may be kept, m: the force is then 1 % too large.
 pub const FIXED_NORMAL_TRAVEL: f64 = 5e-6;
