@@ -148,6 +148,12 @@ pub enum ValueError {
         /// The text as given.
         found: String,
     },
+    /// Not `FROM:TO`.
+    #[error("expected FROM:TO such as `0us:30us`, found `{found}`")]
+    NoWindow {
+        /// The text as given.
+        found: String,
+    },
     /// Not `KEY=VALUE`.
     #[error("expected KEY=VALUE such as `damping.coefficient=0.4`, found `{found}`")]
     NoAssignment {

@@ -8,6 +8,7 @@ pub mod arguments;
 pub mod calibrate;
 mod calibrated;
 pub mod contact;
+pub mod convergence;
 mod experiment;
 pub mod inspect;
 pub mod interrupt;
@@ -80,6 +81,8 @@ enum Command {
     Contact(contact::Arguments),
     /// Draw, count and write the finite element mesh of a scene
     Mesh(mesh::Arguments),
+    /// Run a scene by finite elements on several meshes and steps: errors, their order, their cost
+    Convergence(convergence::Arguments),
     /// List, show, check or start scene files
     Scene(scene::Arguments),
     /// Calibrate against made-up records of known truth: the tool's own proof
@@ -96,6 +99,7 @@ impl Command {
             Self::Inspect(arguments) => &arguments.session,
             Self::Contact(arguments) => &arguments.session,
             Self::Mesh(arguments) => &arguments.session,
+            Self::Convergence(arguments) => &arguments.session,
             Self::Scene(arguments) => &arguments.session,
             Self::Twins(arguments) => &arguments.session,
         }
@@ -110,6 +114,7 @@ impl Command {
             Self::Inspect(arguments) => inspect::execute(arguments),
             Self::Contact(arguments) => contact::execute(arguments),
             Self::Mesh(arguments) => mesh::execute(arguments),
+            Self::Convergence(arguments) => convergence::execute(arguments),
             Self::Scene(arguments) => scene::execute(arguments),
             Self::Twins(arguments) => twins::execute(arguments),
         }

@@ -4,7 +4,6 @@ pub mod analytical;
 pub mod chain;
 pub mod contact_law;
 pub mod fea;
-pub mod reduced;
 
 use thiserror::Error;
 

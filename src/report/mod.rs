@@ -6,6 +6,7 @@
 
 pub mod calibration;
 pub mod contact;
+pub mod convergence;
 pub mod figure;
 pub mod mesh;
 pub mod number;
@@ -14,4 +15,3 @@ pub mod replay;
 pub mod spectrum;
 pub mod sweep;
 pub mod twins;
-pub mod von_mises;

@@ -3,6 +3,7 @@
 //! A study runs and measures; it prints nothing and draws nothing.
 
 pub mod confirmation;
+pub mod convergence;
 pub mod ensemble;
 pub mod grid;
 pub mod observation;

@@ -87,3 +87,37 @@ impl Ledger {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn books_that_add_up_leave_no_residual_and_others_show_it_over_the_largest_energy() {
+        let mut ledger = Ledger::new(1.0);
+        ledger.begin((1.0, 2.0));
+        ledger.step(5.0, 0.5, 0.0);
+        ledger.sample((4.0, 3.5));
+        assert_eq!((ledger.balance(), ledger.books().residual_j), (0.0, 0.0));
+        ledger.step(-1.0, 0.0, 0.25);
+        ledger.sample((3.0, 3.0));
+        // 3 + 4 − 6 − 0.5 over 7.5; and it stays the largest once the books meet again.
+        assert!((ledger.balance() - 0.5 / 7.5).abs() < 1e-15);
+        ledger.step(0.0, 0.5, 0.0);
+        ledger.sample((3.0, 3.0));
+        assert_eq!(ledger.books().residual_j, 0.0);
+        assert!((ledger.balance() - 0.5 / 7.5).abs() < 1e-15);
+        assert_eq!((ledger.books().dissipated_j, ledger.contact_energy()), (1.0, 0.25));
+    }
+
+    #[test]
+    fn the_scale_of_errors_never_falls_below_its_least_nor_with_work_given_back() {
+        let mut ledger = Ledger::new(2.0);
+        ledger.begin((0.0, 0.0));
+        assert_eq!(ledger.scale(), 2.0);
+        ledger.step(3.0, 0.0, 0.0);
+        ledger.step(-3.0, 0.0, 0.0);
+        assert_eq!(ledger.scale(), 6.0);
+        assert_eq!(Ledger::new(1.0).balance(), 0.0);
+    }
+}

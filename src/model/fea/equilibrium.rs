@@ -228,3 +228,66 @@ pub fn precompressed(arrangement: &Arrangement, interfaces: &Interfaces, force: 
         approaches: vec![0.0; arrangement.contacts.len()],
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        model::{
+            contact_law::{FiniteBody, bead_flat_stiffness, bead_pair_stiffness},
+            fea::contact::complementarity::Ordering,
+        },
+        scene::{self, FlatContact},
+    };
+
+    #[test]
+    fn one_spring_gives_way_by_its_compliance_times_the_force() {
+        let compliance = Compliance::new(vec![2e-7], 1, Ordering::Prefix).unwrap();
+        let mut forces = [0.0];
+        let approach = force_at(&compliance, &[1.0], &[1e-6], 3.0, 0.0, &mut forces).unwrap();
+        assert!((approach - 1.6e-6).abs() < 1e-20 && (forces[0] - 3.0).abs() < 1e-13, "{approach:e} {forces:?}");
+    }
+
+    #[test]
+    fn springs_at_an_angle_share_a_force_by_its_axial_part() {
+        // Two points with normals of axial part 0.6 and 0.8, the second 0.1 µm off.
+        let compliance = Compliance::new(vec![1e-7, 0.0, 0.0, 1e-7], 2, Ordering::Any).unwrap();
+        let (axial, free) = ([0.6, 0.8], [0.0, 1e-7]);
+        let mut forces = [0.0; 2];
+        let d = force_at(&compliance, &axial, &free, 5.0, 1e-6, &mut forces).unwrap();
+        for i in 0..2 {
+            assert!((forces[i] - (axial[i] * d - free[i]) / 1e-7).abs() < 1e-12);
+        }
+        assert!((axial[0] * forces[0] + axial[1] * forces[1] - 5.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_static_chain_carries_one_force_at_the_overlaps_of_squeezed_beads() {
+        let scene = scene::load("rigid", &["model.kind=fea".into(), "model.mesh_density=8".into()]).unwrap();
+        let arrangement = Arrangement::new(&scene).unwrap();
+        let interfaces = Interfaces::new(&arrangement);
+        let rest = Statics::new(&arrangement, &interfaces).unwrap().under(1.0).unwrap();
+        for (contact, forces) in rest.forces.iter().enumerate() {
+            let axial = &arrangement.pairs[arrangement.contacts[contact]].axial_before;
+            let sum: f64 = forces.iter().zip(axial).map(|(force, axial)| force * axial).sum();
+            assert!((sum - 1.0).abs() < 1e-12, "{contact}: {sum}");
+        }
+        let bead = &scene.chain.beads[0];
+        let middle = rest.approaches[3];
+        let hertz = bead_pair_stiffness(bead, bead) * middle.powf(1.5);
+        let excess = FiniteBody::BeadsSqueezed.excess(middle, bead.radius);
+        // The issue of the mesh: 0.4 % of the force at density 8 and half a micrometre.
+        assert!((1.0 / hertz - 1.0 - excess).abs() < 4e-3, "{} {excess}", 1.0 / hertz - 1.0);
+        // Piston and support are mirror images.
+        assert!((rest.approaches[0] / rest.approaches[6] - 1.0).abs() < 1e-9);
+        assert!(rest.approaches[0] < (1.0 / bead_flat_stiffness(bead, FlatContact::Rigid)).powf(2.0 / 3.0));
+    }
+
+    #[test]
+    fn nothing_is_computed_without_a_force() {
+        let scene = scene::load("rigid", &["model.kind=fea".into(), "model.mesh_density=4".into()]).unwrap();
+        let arrangement = Arrangement::new(&scene).unwrap();
+        let rest = precompressed(&arrangement, &Interfaces::new(&arrangement), 0.0).unwrap();
+        assert!(rest.displacements.iter().all(Option::is_none) && rest.approaches.iter().all(|d| *d == 0.0));
+    }
+}

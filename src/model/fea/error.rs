@@ -4,9 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::{
-    body::BodyError, contact::pair::PairError, control::Cause, factor::FactorError, mesh::MeshError, modes::ModesError,
-};
+use super::{body::BodyError, contact::pair::PairError, control::Cause, factor::FactorError, mesh::MeshError};
 
 /// Why a contact finite element analysis cannot be run, or failed.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -30,14 +28,6 @@ pub enum FeaError {
         body: String,
         /// Why.
         source: FactorError,
-    },
-    /// Modes of a body could not be found.
-    #[error("{body}: {source}")]
-    Modes {
-        /// Which body.
-        body: String,
-        /// Why.
-        source: ModesError,
     },
     /// Two bodies do not face each other.
     #[error(transparent)]

@@ -419,7 +419,7 @@ fn pressed(contacts: &[ContactState], slot: usize) -> bool {
 }
 
 /// Forces of the contacts around a slot on the interface unknowns of its body.
-pub fn press(interfaces: &Interfaces, contacts: &[ContactState], slot: usize, forces: &mut [f64]) {
+pub(super) fn press(interfaces: &Interfaces, contacts: &[ContactState], slot: usize, forces: &mut [f64]) {
     forces.fill(0.0);
     interfaces.faces[slot - 1][1].press(&contacts[slot - 1].forces, forces);
     if let Some(contact) = contacts.get(slot) {
@@ -448,5 +448,73 @@ pub fn predict_gaps(
                 gaps.iter_mut().zip(axial).for_each(|(gap, axial)| *gap -= axial * piston);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        model::fea::arrangement::Arrangement,
+        scene::{self, Scheme},
+    };
+
+    fn bench(overrides: &[&str]) -> (Arrangement, Interfaces) {
+        let mut all = vec!["model.kind=fea".to_owned(), "model.mesh_density=4".to_owned()];
+        all.extend(overrides.iter().map(|text| (*text).to_owned()));
+        let arrangement = Arrangement::new(&scene::load("rigid", &all).unwrap()).unwrap();
+        let interfaces = Interfaces::new(&arrangement);
+        (arrangement, interfaces)
+    }
+
+    #[test]
+    fn a_body_in_flight_keeps_its_shape_and_its_velocity() {
+        let (arrangement, interfaces) = bench(&["chain.beads=2"]);
+        let mut motion = Motion::at_rest(&arrangement, &interfaces, &vec![None; 4]);
+        let body = &arrangement.kinds[0];
+        let flight: Vec<f64> = body.rigid().iter().map(|part| 0.3 * part).collect();
+        motion.groups[0].velocity.set_column(1, &flight);
+        motion.rigid[2].velocity = 0.3;
+        let c = Coefficients::new(Scheme::Trapezoid, 1e-7);
+        let operator = Operator::new(&arrangement, &interfaces, c, false).unwrap();
+        let open: Vec<_> =
+            arrangement.contacts.iter().map(|&pair| ContactState::open(arrangement.pairs[pair].len())).collect();
+        let mut profile = Profile::default();
+        for _ in 0..50 {
+            motion.predict(&arrangement, &interfaces, &operator, &open, &mut profile);
+            motion.complete(&arrangement, &interfaces, &operator, &open, &mut profile);
+            motion.accept(&arrangement, &c, &open, &open, &mut profile);
+        }
+        let moved = 50.0 * 1e-7 * 0.3;
+        assert!((motion.rigid_displacement(2) - moved).abs() < 1e-20 && motion.rigid_displacement(1) == 0.0);
+        for &unknown in body.dofs().free() {
+            let expected = if unknown % 2 == 1 { moved } else { 0.0 };
+            // Rounding of 50 solutions.
+            assert!((motion.displacement(2, unknown) - expected).abs() < 1e-10 * moved);
+            assert_eq!(motion.displacement(1, unknown), 0.0);
+        }
+        let (kinetic, stored) = motion.energy(&arrangement);
+        let expected = 0.5 * body.total_mass() * 0.09;
+        // Rounding of K times a rigid motion.
+        assert!((kinetic / expected - 1.0).abs() < 1e-9 && stored.abs() < 1e-9 * kinetic, "{kinetic:e} {stored:e}");
+        assert_eq!(motion.not_finite(), None);
+    }
+
+    #[test]
+    fn a_saved_motion_is_taken_up_whole_or_not_at_all() {
+        let (arrangement, interfaces) = bench(&["chain.beads=2"]);
+        let mut motion = Motion::at_rest(&arrangement, &interfaces, &vec![None; 4]);
+        let values: Vec<f64> = (0..motion.groups[0].displacement.rows()).map(|i| (i as f64).sin()).collect();
+        motion.groups[0].displacement.set_column(1, &values);
+        motion.rigid[2].velocity = 0.3;
+        let saved = motion.save();
+        let mut other = Motion::at_rest(&arrangement, &interfaces, &vec![None; 4]);
+        assert!(other.restore(&saved));
+        assert_eq!((other.save(), other.displacement(2, 5)), (saved.clone(), values[5]));
+        let (longer, its_interfaces) = bench(&["chain.beads=3"]);
+        let mut longer_motion = Motion::at_rest(&longer, &its_interfaces, &vec![None; 5]);
+        let before = longer_motion.save();
+        assert!(!longer_motion.restore(&saved));
+        assert_eq!(longer_motion.save(), before);
     }
 }

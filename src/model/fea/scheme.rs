@@ -60,3 +60,58 @@ impl Coefficients {
         v + self.step * ((1.0 - self.gamma) * a + self.gamma * new)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Energy ½(v² + ω²u²) left of 1 after so many steps of u″ = −ω²u, with ωh = `angle`.
+    fn left(scheme: Scheme, angle: f64, steps: u32) -> f64 {
+        let c = Coefficients::new(scheme, angle);
+        // ω = 1, so that h is the angle.
+        let (mut u, mut v, mut a) = (1.0, 0.0, -1.0);
+        for _ in 0..steps {
+            let predicted = c.predicted(u, v, a);
+            let new = (predicted - c.lag * c.gain * u) / (1.0 + c.new_force_gain());
+            let acceleration = (new - predicted) / c.gain;
+            (u, v, a) = (new, c.velocity(v, a, acceleration), acceleration);
+        }
+        u * u + v * v
+    }
+
+    #[test]
+    fn the_trapezoid_keeps_the_energy_of_an_oscillator_whatever_its_step() {
+        for angle in [0.1, 1.0, 10.0] {
+            // Rounding of 1000 steps.
+            assert!((left(Scheme::Trapezoid, angle, 1000) - 1.0).abs() < 1e-11, "{angle}");
+        }
+    }
+
+    #[test]
+    fn newmark_loses_energy_at_its_damping_times_the_squared_angle_and_hht_far_less() {
+        let (angle, steps) = (0.1, 2000);
+        let lost = |scheme| -left(scheme, angle, steps).ln();
+        let expected = 0.1 * angle * angle * f64::from(steps);
+        let newmark = lost(Scheme::Newmark { dissipation: 0.1 });
+        // Leading order in the angle.
+        assert!((newmark / expected - 1.0).abs() < 0.05, "{newmark} {expected}");
+        let hht = lost(Scheme::HilberHughesTaylor { dissipation: 0.1 });
+        assert!(hht > 0.0 && hht < 0.05 * newmark, "{hht}");
+        // Its loss in a given time is of third order: half the step, an eighth, but for the swing of the energy within a period.
+        let halved = -left(Scheme::HilberHughesTaylor { dissipation: 0.1 }, 0.05, 4000).ln();
+        assert!((hht / halved - 8.0).abs() < 0.5, "{hht} {halved}");
+    }
+
+    #[test]
+    fn constant_force_is_followed_exactly() {
+        for scheme in [Scheme::Trapezoid, Scheme::Newmark { dissipation: 0.2 }] {
+            let c = Coefficients::new(scheme, 0.3);
+            let (mut u, mut v) = (0.0, 0.0);
+            for _ in 0..10 {
+                u = c.predicted(u, v, 2.0) + c.gain * 2.0;
+                v = c.velocity(v, 2.0, 2.0);
+            }
+            assert!((u - 9.0).abs() < 1e-12 && (v - 6.0).abs() < 1e-12, "{u} {v}");
+        }
+    }
+}

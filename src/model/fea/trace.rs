@@ -152,3 +152,75 @@ impl Trace {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        model::fea::{contact::complementarity::Ordering, operator::Interfaces},
+        scene::{self, Scene},
+    };
+
+    fn pair(positions: &[f64], ring: bool) -> Pair {
+        let scene = scene();
+        let arrangement = Arrangement::new(&scene).unwrap();
+        let mut pair = arrangement.pairs[if ring { arrangement.pairs.len() - 1 } else { 0 }].clone();
+        pair.positions = positions.to_vec();
+        pair.gaps = vec![0.0; positions.len()];
+        assert_eq!(pair.ring.is_some(), ring);
+        assert_eq!(pair.ordering == Ordering::Any, ring);
+        pair
+    }
+
+    fn scene() -> Scene {
+        scene::load("annulus", &["model.kind=fea".into(), "model.mesh_density=4".into()]).unwrap()
+    }
+
+    fn pressed(forces: &[f64]) -> ContactState {
+        ContactState { forces: forces.to_vec(), ..ContactState::open(forces.len()) }
+    }
+
+    #[test]
+    fn the_edge_of_a_contact_lies_half_way_from_the_last_pressed_point_to_the_next() {
+        let pole = pair(&[1e-6, 2e-6, 4e-6, 7e-6], false);
+        assert_eq!(contact_radius(&pole, &pressed(&[0.0; 4])), 0.0);
+        assert!((contact_radius(&pole, &pressed(&[1.0, 0.5, 0.0, 0.0])) - 3e-6).abs() < 1e-18);
+        let ring = pair(&[-4e-6, -1e-6, 1e-6, 3e-6], true);
+        assert!((contact_radius(&ring, &pressed(&[0.0, 1.0, 1.0, 0.0])) - 0.5 * (2e-6 + 2.5e-6)).abs() < 1e-18);
+    }
+
+    #[test]
+    fn centres_and_the_far_pole_are_watched_where_they_are() {
+        let arrangement = Arrangement::new(&scene()).unwrap();
+        let watched = Watched::new(&arrangement);
+        let place = |bead: usize, unknown: u32| {
+            let (node, direction) = DofMap::place(unknown);
+            assert_eq!(direction, Direction::Axial);
+            arrangement.kinds[arrangement.beads[bead]].mesh().nodes[node as usize]
+        };
+        for (bead, &unknown) in watched.centres.iter().enumerate() {
+            assert_eq!(place(bead, unknown), [0.0, 0.0]);
+        }
+        assert_eq!(place(5, watched.pole), [0.0, 0.5e-3]);
+    }
+
+    #[test]
+    fn the_poles_velocity_is_the_central_difference_of_every_step_at_the_samples() {
+        let arrangement = Arrangement::new(&scene()).unwrap();
+        let interfaces = Interfaces::new(&arrangement);
+        let watched = Watched::new(&arrangement);
+        let motion = Motion::at_rest(&arrangement, &interfaces, &vec![None; 8]);
+        let mut trace = Trace::new(&arrangement, 3, 2e-7, 2);
+        let open: Vec<_> =
+            arrangement.contacts.iter().map(|&pair| ContactState::open(arrangement.pairs[pair].len())).collect();
+        (0..3).for_each(|_| trace.sample(&arrangement, &watched, &motion, 1e-6, &open));
+        // z = 3 t² at steps of 0.1 µs: 6 t is met by the central difference, the ends are one-sided.
+        trace.pole = (0..5).map(|i| 3.0 * (1e-7 * f64::from(i)).powi(2)).collect();
+        let response = trace.response(&Ledger::default());
+        let expected = [3e-7, 12e-7, 3.0 * 7e-7];
+        for (found, expected) in response.pole_velocity.values.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-18, "{found:e} {expected:e}");
+        }
+        assert_eq!((trace.samples(), response.piston_displacement.values), (3, vec![1e-6; 3]));
+    }
+}

@@ -294,3 +294,91 @@ impl Contacts {
         (rigid.displacement + mobility.displacement * net, rigid.velocity + mobility.velocity * net)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::fea::contact::complementarity::Ordering;
+
+    const MOBILITY: Mobility = Mobility { displacement: 5e-10, velocity: 0.01 };
+
+    /// A free body between two rigid ones, a point at either contact, V across it.
+    fn two_contacts(dashpot: Dashpot, tension: bool) -> Contacts {
+        let link =
+            |coupling| Link { compliance: 0, coupling, axial_before: vec![1.0], axial_after: vec![-1.0], dashpot };
+        Contacts {
+            links: vec![link(None), link(Some(0))],
+            compliances: vec![Compliance::new(vec![1e-7], 1, Ordering::Prefix).unwrap()],
+            couplings: vec![vec![-3e-8]],
+            mobilities: vec![Mobility::default(), MOBILITY, Mobility::default()],
+            tension,
+        }
+    }
+
+    fn solve(contacts: &Contacts, gaps: [f64; 2], rigid: [RigidPrediction; 3], overlap: [f64; 2]) -> Vec<ContactState> {
+        let mut states = vec![ContactState::open(1); 2];
+        let predicted = gaps.map(|gap| vec![gap]);
+        contacts.solve(&predicted, &rigid, &overlap, &mut states, &mut Workspace::new(contacts)).unwrap();
+        states
+    }
+
+    #[test]
+    fn coupled_contacts_close_together() {
+        let contacts = two_contacts(Dashpot::default(), false);
+        let states = solve(&contacts, [-2e-7, -1e-7], [RigidPrediction::default(); 3], [0.0; 2]);
+        // W λ₀ + V λ₁ = 2e-7, V λ₀ + W λ₁ = 1e-7 with W = 1e-7, V = −3e-8.
+        let determinant = 1.0 - 0.09;
+        let expected = [(2.0 + 0.3) / determinant, (1.0 + 0.6) / determinant];
+        for (state, expected) in states.iter().zip(expected) {
+            assert!((state.total() - expected).abs() < 1e-11 && state.gaps[0] == 0.0, "{state:?} {expected}");
+        }
+        // The push on one side alone opens or closes the other by V λ.
+        let states = solve(&contacts, [-2e-7, 1e-7], [RigidPrediction::default(); 3], [0.0; 2]);
+        assert!((states[0].total() - 2.0).abs() < 1e-12 && states[1].total() == 0.0);
+        assert!((states[1].gaps[0] - (1e-7 - 3e-8 * 2.0)).abs() < 1e-20);
+    }
+
+    #[test]
+    fn a_dashpot_answers_the_rate_that_its_own_force_leaves() {
+        let dashpot = Dashpot { linear: 0.3, kuwabara_kono: 0.0 };
+        let moving = |velocity: f64| {
+            [RigidPrediction { displacement: 1e-6, velocity }, RigidPrediction::default(), RigidPrediction::default()]
+        };
+        let states = solve(&two_contacts(dashpot, false), [-2e-7, 5e-6], moving(0.1), [0.0, -1e-5]);
+        // The body follows: rate = 0.1 − 0.01 (pressing + damping).
+        let rate = 0.1 - MOBILITY.velocity * states[0].total();
+        assert!((states[0].damping - 0.3 * rate).abs() < 1e-12 && states[0].damping > 0.0, "{:?}", states[0]);
+        assert_eq!(states[1].damping, 0.0);
+    }
+
+    #[test]
+    fn a_parting_dashpot_pulls_only_if_it_may_and_only_while_overlapping() {
+        let dashpot = Dashpot { linear: 30.0, kuwabara_kono: 0.0 };
+        let parting = [
+            RigidPrediction { displacement: 1e-6, velocity: -0.1 },
+            RigidPrediction::default(),
+            RigidPrediction::default(),
+        ];
+        let clipped = solve(&two_contacts(dashpot, false), [-2e-8, 5e-6], parting, [0.0, -1e-5]);
+        assert!(clipped[0].damping < 0.0 && clipped[0].total() == 0.0, "{:?}", clipped[0]);
+        let pulling = solve(&two_contacts(dashpot, true), [-2e-8, 5e-6], parting, [0.0, -1e-5]);
+        assert!(pulling[0].total() < -1.0, "{:?}", pulling[0]);
+        let apart = solve(&two_contacts(dashpot, true), [5e-8, 5e-6], parting, [-2e-6, -1e-5]);
+        assert_eq!(apart[0].total(), 0.0);
+    }
+
+    #[test]
+    fn what_has_no_solution_names_its_contact() {
+        let contacts = two_contacts(Dashpot::default(), false);
+        let mut states = vec![ContactState::open(1); 2];
+        let predicted = [vec![1e-7], vec![f64::NAN]];
+        let failure = contacts.solve(
+            &predicted,
+            &[RigidPrediction::default(); 3],
+            &[0.0; 2],
+            &mut states,
+            &mut Workspace::new(&contacts),
+        );
+        assert!(matches!(failure, Err(Failure::NoActiveSet { contact: 1, .. })), "{failure:?}");
+    }
+}
