@@ -68,6 +68,8 @@ fn an_analysis_writes_the_contract_of_a_replay_with_radii_behind_it() {
     assert!(summary["work"]["unknowns"].as_u64().unwrap() > 1000);
     assert_eq!(summary["work"]["factorisations"], 1);
     assert!(!fea.join("fields").exists());
+    assert!(fea.join("von_mises.svg").exists() && fea.join("von_mises.png").exists());
+    assert!(!chain.join("von_mises.png").exists());
     // What the chain does not do is not in its summary.
     let plain: serde_json::Value = serde_json::from_slice(&fs::read(chain.join("summary.json")).unwrap()).unwrap();
     assert!(plain.get("analysis").is_none() && plain["work"].get("factorisations").is_none());
@@ -148,6 +150,7 @@ fn a_stopped_run_goes_on_to_the_same_bytes_with_every_frame_once() {
     let (whole, broken) = (files(&whole), files(&broken));
     assert_eq!(whole.keys().collect::<Vec<_>>(), broken.keys().collect::<Vec<_>>());
     assert_eq!(whole.keys().filter(|name| name.ends_with(".vtu")).count(), 11);
+    assert!(whole.contains_key("/von_mises.svg"));
     for (name, bytes) in &whole {
         assert!(*bytes == broken[name], "{name}");
     }

@@ -23,8 +23,8 @@ use super::{
 };
 use crate::{
     feature::{FeatureSettings, Features, measure},
-    model::{self, ModelError},
-    report::replay as page,
+    model::{self, ModelError, fea::PeakStress},
+    report::{replay as page, von_mises},
     response::{EnergyLedger, Response, SolverWork, write_csv},
     scene::{Effect, ModelKind, Scene, effects},
     study::{
@@ -159,7 +159,7 @@ impl Job<'_> {
         let Self { arguments, calibrated, experiment, scene } = *self;
         let session = &arguments.session;
         let mut assumptions = experiment.assumptions.clone();
-        let (response, analysis) = if scene.model.kind == ModelKind::Fea {
+        let (response, analysis, peak) = if scene.model.kind == ModelKind::Fea {
             let analysis = Analysis::new(scene, &arguments.analysis, folder, session)?;
             timing.stage("mesh_and_factor");
             let finished = analysis.run()?;
@@ -168,9 +168,9 @@ impl Job<'_> {
                 session.note(format_args!("warning: {warning}"));
             }
             assumptions.extend(finished.warnings);
-            (finished.response, Some(finished.summary))
+            (finished.response, Some(finished.summary), finished.peak)
         } else {
-            (run(scene, session)?, None)
+            (run(scene, session)?, None, None)
         };
         timing.stage("run");
         let features = measure(&response.pole_velocity, settings)?;
@@ -196,7 +196,7 @@ impl Job<'_> {
         };
         let text = summary::text(scene, &summary, spread.as_ref());
         if let Some(folder) = folder {
-            write(folder, scene, &response, &summary, timing)?;
+            write(folder, scene, &response, peak.as_ref(), &summary, timing)?;
             analysis::take_frames(folder)?;
         }
         Ok((text, summary))
@@ -220,6 +220,7 @@ fn write(
     folder: &OutputFolder,
     scene: &Scene,
     response: &Response,
+    peak: Option<&PeakStress>,
     summary: &Summary,
     timing: &mut Timing,
 ) -> anyhow::Result<()> {
@@ -230,7 +231,9 @@ fn write(
     folder.write("summary.json", summary::json(summary)?)?;
     interrupt::check()?;
     timing.stage("write");
-    for (name, figure) in page::figures(response, &summary.features)? {
+    let figures = page::figures(response, &summary.features)?;
+    let stress = peak.map(|peak| ("von_mises", von_mises::figure(peak)));
+    for (name, figure) in figures.into_iter().chain(stress) {
         folder.write(format!("{name}.svg"), figure.to_svg()?)?;
         folder.write(format!("{name}.png"), figure.to_png()?)?;
         interrupt::check()?;

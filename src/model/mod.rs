@@ -4,6 +4,7 @@ pub mod analytical;
 pub mod chain;
 pub mod contact_law;
 pub mod fea;
+pub mod reduced;
 
 use thiserror::Error;
 

@@ -15,3 +15,4 @@ pub mod replay;
 pub mod spectrum;
 pub mod sweep;
 pub mod twins;
+pub mod von_mises;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::{
@@ -19,7 +19,7 @@ use crate::{
         output::{OutputFolder, write_atomically},
         progress, summary,
     },
-    model::fea::{Control, Cut, Frames, Simulation, Snapshot, control::Complementarity},
+    model::fea::{Control, Cut, Frames, Peak, PeakStress, Simulation, Snapshot, control::Complementarity},
     report::number::engineering,
     response::{Response, write_pvd, write_vtu},
     scene::{ModelKind, Scene, Support},
@@ -79,6 +79,8 @@ pub struct Finished {
     pub response: Response,
     /// For `summary.json`.
     pub summary: AnalysisSummary,
+    /// The stress at the instant of the largest contact force, where results are written.
+    pub peak: Option<PeakStress>,
     /// What a person should read.
     pub warnings: Vec<String>,
     /// Stage and seconds, for `timing.json`.
@@ -101,6 +103,13 @@ pub fn refuse_idle(flags: &AnalysisArguments, scene: &Scene) -> anyhow::Result<(
     }
 }
 
+/// `checkpoint.json`.
+#[derive(Serialize, Deserialize)]
+struct Checkpoint {
+    simulation: Snapshot,
+    peak: Peak,
+}
+
 /// A run in the making.
 pub struct Analysis<'a> {
     scene: &'a Scene,
@@ -110,6 +119,8 @@ pub struct Analysis<'a> {
     identity: String,
     simulation: Simulation,
     frames: Frames,
+    /// Followed where results are written.
+    peak: Peak,
     /// Steps a frame and steps a saved state.
     frame: Option<usize>,
     save: Option<usize>,
@@ -135,16 +146,18 @@ impl<'a> Analysis<'a> {
         let plan = plan_of(scene, &meshes, frame)?;
         let identity = hexadecimal(&Sha256::digest(&plan));
         let mut simulation = Simulation::new(scene, Control::default())?;
+        let mut peak = Peak::default();
         if let Some(folder) = folder {
             let place = folder.state_path().join(PLAN);
             if flags.resume {
                 same_plan(&place, &plan)?;
                 let state = folder.state_path().join(CHECKPOINT);
                 let bytes = std::fs::read(&state).with_context(|| format!("{}: cannot be read", state.display()))?;
-                let snapshot: Snapshot = serde_json::from_slice(&bytes).with_context(|| {
+                let saved: Checkpoint = serde_json::from_slice(&bytes).with_context(|| {
                     format!("{}: no saved state of this program; start anew with --force", state.display())
                 })?;
-                simulation.restore(snapshot, &identity)?;
+                simulation.restore(saved.simulation, &identity)?;
+                peak = saved.peak;
                 session.note(format_args!("resumed at {}", engineering(simulation.time(), "s", 4)));
             } else {
                 write_atomically(&place, &plan)?;
@@ -153,6 +166,7 @@ impl<'a> Analysis<'a> {
         let frames = Frames::new(simulation.arrangement());
         let analysis = Self {
             frames,
+            peak,
             scene,
             session,
             folder,
@@ -178,6 +192,7 @@ impl<'a> Analysis<'a> {
         outcome?;
         let stages = self.simulation.profile().stages();
         Ok(Finished {
+            peak: self.folder.and_then(|_| self.peak.stress(self.simulation.arrangement())),
             summary: self.summary(),
             warnings: self.simulation.warnings(),
             stages: stages.iter().map(|(name, time)| (*name, time.as_secs_f64())).collect(),
@@ -188,6 +203,7 @@ impl<'a> Analysis<'a> {
     fn advance(&mut self, bar: &indicatif::ProgressBar) -> anyhow::Result<()> {
         let start = self.taken();
         if start == 0 {
+            self.follow();
             self.write_frame()?;
         }
         let mut said = self.simulation.cuts().len();
@@ -197,6 +213,7 @@ impl<'a> Analysis<'a> {
             }
             self.simulation.advance()?;
             let taken = self.taken();
+            self.follow();
             for cut in &self.simulation.cuts()[said..] {
                 bar.suspend(|| self.session.note(cut_note(cut)));
             }
@@ -210,6 +227,13 @@ impl<'a> Analysis<'a> {
             progress::advance_to(bar, self.simulation.time(), self.scene.duration);
         }
         Ok(())
+    }
+
+    /// Keep what the figure of the stress needs, where it will be drawn.
+    fn follow(&mut self) {
+        if self.folder.is_some() {
+            self.peak.follow(&self.simulation);
+        }
     }
 
     /// Nominal steps taken.
@@ -228,9 +252,9 @@ impl<'a> Analysis<'a> {
 
     fn save(&self) -> anyhow::Result<()> {
         let Some(folder) = self.folder else { return Ok(()) };
-        let snapshot = serde_json::to_vec(&self.simulation.snapshot(&self.identity))
-            .context("the state of the analysis cannot be written")?;
-        Ok(write_atomically(&folder.state_path().join(CHECKPOINT), &snapshot)?)
+        let saved = Checkpoint { simulation: self.simulation.snapshot(&self.identity), peak: self.peak.clone() };
+        let saved = serde_json::to_vec(&saved).context("the state of the analysis cannot be written")?;
+        Ok(write_atomically(&folder.state_path().join(CHECKPOINT), &saved)?)
     }
 
     fn frames_folder(&self) -> Option<PathBuf> {

@@ -6,6 +6,7 @@ use super::{
     contact::pair::{Pair, Pole, Profile},
     factor::FactorError,
     mesh::{self, AnnulusMesh, BeadMesh, HalfTorus, Mesh, PatchElements},
+    modes::ModesError,
     trace::poles,
 };
 use crate::{
@@ -182,7 +183,12 @@ impl Arrangement {
         }
     }
 
-    pub(super) fn factor_error(&self, kind: usize, source: FactorError) -> FeaError {
+    pub(in crate::model) fn modes_error(&self, kind: usize, source: ModesError) -> FeaError {
+        let slot = (0..self.beads.len() + 2).find(|&slot| self.kind(slot) == Some(kind)).unwrap_or(0);
+        FeaError::Modes { body: self.name(slot), source }
+    }
+
+    pub(in crate::model) fn factor_error(&self, kind: usize, source: FactorError) -> FeaError {
         let slot = (0..self.beads.len() + 2).find(|&slot| self.kind(slot) == Some(kind)).unwrap_or(0);
         FeaError::Factor { body: self.name(slot), source }
     }

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::{body::BodyError, contact::pair::PairError, control::Cause, factor::FactorError, mesh::MeshError};
+use super::{
+    body::BodyError, contact::pair::PairError, control::Cause, factor::FactorError, mesh::MeshError, modes::ModesError,
+};
 
 /// Why a contact finite element analysis cannot be run, or failed.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -28,6 +30,14 @@ pub enum FeaError {
         body: String,
         /// Why.
         source: FactorError,
+    },
+    /// Modes of a body could not be found.
+    #[error("{body}: {source}")]
+    Modes {
+        /// Which body.
+        body: String,
+        /// Why.
+        source: ModesError,
     },
     /// Two bodies do not face each other.
     #[error(transparent)]

@@ -47,7 +47,7 @@ impl Frames {
 }
 
 /// (rr, zz, θθ, rz) at every node, Pa.
-fn stress(body: &Body, displacement: &super::assembly::Columns, column: usize) -> Vec<[f64; 4]> {
+pub(super) fn stress(body: &Body, displacement: &super::assembly::Columns, column: usize) -> Vec<[f64; 4]> {
     let stress = body.stress(displacement, column);
     let materials = 0..body.materials().len() as u16;
     let nodes = 0..body.mesh().nodes.len() as u32;

@@ -27,6 +27,7 @@ pub mod mesh;
 pub mod modes;
 pub mod motion;
 pub mod operator;
+mod peak;
 pub mod profile;
 pub mod scheme;
 pub mod simulation;
@@ -37,6 +38,7 @@ mod turning;
 pub use control::{Control, Cut};
 pub use error::FeaError;
 pub use frame::Frames;
+pub use peak::{Peak, PeakStress};
 pub use simulation::{Simulation, Snapshot};
 
 use super::{Model, ModelError, Progress};

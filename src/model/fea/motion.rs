@@ -419,7 +419,7 @@ fn pressed(contacts: &[ContactState], slot: usize) -> bool {
 }
 
 /// Forces of the contacts around a slot on the interface unknowns of its body.
-pub(super) fn press(interfaces: &Interfaces, contacts: &[ContactState], slot: usize, forces: &mut [f64]) {
+pub fn press(interfaces: &Interfaces, contacts: &[ContactState], slot: usize, forces: &mut [f64]) {
     forces.fill(0.0);
     interfaces.faces[slot - 1][1].press(&contacts[slot - 1].forces, forces);
     if let Some(contact) = contacts.get(slot) {

@@ -40,7 +40,21 @@ impl Interfaces {
     /// Number the faces of an arrangement.
     #[must_use]
     pub fn new(arrangement: &Arrangement) -> Self {
-        let unknowns: Vec<Vec<u32>> = (0..arrangement.kinds.len()).map(|kind| arrangement.interface(kind)).collect();
+        Self::including(arrangement, |_| Vec::new())
+    }
+
+    /// The same with further unknowns of every kind, such as those watched at its centre.
+    #[must_use]
+    pub fn including(arrangement: &Arrangement, further: impl Fn(usize) -> Vec<u32>) -> Self {
+        let unknowns: Vec<Vec<u32>> = (0..arrangement.kinds.len())
+            .map(|kind| {
+                let mut unknowns = arrangement.interface(kind);
+                unknowns.extend(further(kind));
+                unknowns.sort_unstable();
+                unknowns.dedup();
+                unknowns
+            })
+            .collect();
         let local = |slot: usize, face: &Face| match arrangement.kind(slot) {
             None => Face::default(),
             Some(kind) => face.renumbered(|unknown| {

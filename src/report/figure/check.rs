@@ -1,6 +1,6 @@
 //! Refusing what cannot be drawn, before anything is.
 
-use super::{Axis, Figure, FigureError, Fill, Layer, Map, Panel, Scale};
+use super::{Axis, Cell, Figure, FigureError, Fill, Layer, Map, Panel, Scale};
 
 /// Every value of every layer can be placed on its axis, every axis has a name and a unit.
 pub(super) fn values(figure: &Figure, number: usize, panel: &Panel) -> Result<(), FigureError> {
@@ -75,6 +75,29 @@ pub(super) fn values(figure: &Figure, number: usize, panel: &Panel) -> Result<()
                 if let Some((low, high)) = range {
                     place(&plain, 0, *low)?;
                     place(&plain, 1, *high)?;
+                }
+            }
+            Layer::Field { colours, cells } => {
+                if cells.is_empty() {
+                    return Err(FigureError::NoCells {
+                        figure: figure.title.clone(),
+                        panel: number,
+                        layer: position + 1,
+                    });
+                }
+                if colours.label.trim().is_empty() || colours.unit.trim().is_empty() {
+                    return Err(FigureError::UnnamedAxis {
+                        figure: figure.title.clone(),
+                        panel: number,
+                        axis: "colour",
+                    });
+                }
+                for (index, Cell(corners)) in cells.iter().enumerate() {
+                    for (x, y, value) in corners {
+                        place(&panel.x, index, *x)?;
+                        place(&panel.y, index, *y)?;
+                        place(colours, index, *value)?;
+                    }
                 }
             }
             Layer::MarkX { at, .. } => place(&panel.x, 0, *at)?,

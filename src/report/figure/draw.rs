@@ -3,11 +3,11 @@
 use plotters_backend::DrawingBackend;
 
 use super::{
-    Colour, ErrorPoint, Fill, Layer, Map, Marker, Polygon,
+    Cell, Colour, ErrorPoint, Fill, Layer, Map, Marker, Polygon, band,
     canvas::{Anchor, Canvas, DrawResult},
     clip, contour, decimate,
     layout::{self, COLOUR_BAR, COLOUR_BAR_GAP, Frame, LINE, Placed, SAMPLE, Sheet, TEXT, TICK},
-    palette::shade,
+    palette::{shade, viridis},
 };
 
 const INK: (u8, u8, u8) = (30, 30, 30);
@@ -16,6 +16,8 @@ const WHITE: (u8, u8, u8) = (255, 255, 255);
 const FRAME_WIDTH: f64 = 0.6;
 /// Width of the columns to which a curve is thinned, pt: a quarter of the thinnest stroke's blur in print.
 const COLUMN: f64 = 0.4;
+/// Bands of a field's colours.
+const BANDS: usize = 48;
 /// Steps of a heat map's shade.
 const SHADES: f64 = 24.0;
 const TINT: f64 = 0.28;
@@ -24,8 +26,9 @@ const TINT: f64 = 0.28;
 pub(super) fn sheet<B: DrawingBackend>(sheet: &Sheet<'_>, canvas: &mut Canvas<'_, B>) -> DrawResult<B> {
     for placed in &sheet.panels {
         let layers = &placed.panel.layers;
-        let is_ground =
-            |layer: &Layer| matches!(layer, Layer::HeatMap { .. } | Layer::Band { .. } | Layer::Polygons { .. });
+        let is_ground = |layer: &Layer| {
+            matches!(layer, Layer::HeatMap { .. } | Layer::Band { .. } | Layer::Polygons { .. } | Layer::Field { .. })
+        };
         let is_mark = |layer: &Layer| matches!(layer, Layer::MarkX { .. });
         for layer in layers.iter().filter(|layer| is_ground(layer)) {
             draw_layer(placed, layer, canvas)?;
@@ -138,6 +141,7 @@ fn draw_layer<B: DrawingBackend>(placed: &Placed<'_>, layer: &Layer, canvas: &mu
             }
             Ok(())
         }
+        Layer::Field { cells, .. } => field(placed, cells, canvas),
         Layer::HeatMap { map, range, .. } => heat_map(placed, map, *range, canvas),
         Layer::Contour { map, level, stroke, .. } => {
             let placed_map = Map {
@@ -236,6 +240,32 @@ fn draw_marker<B: DrawingBackend>(
             canvas.curve(&[(x - arm, y + arm), (x + arm, y - arm)], ink, 1.1, &[])
         }
     }
+}
+
+/// Cells in bands of equal colour, the lowest first, each running on below the higher ones, so that no ground shows between.
+fn field<B: DrawingBackend>(placed: &Placed<'_>, cells: &[Cell], canvas: &mut Canvas<'_, B>) -> DrawResult<B> {
+    let Some(colours) = &placed.colours else { return Ok(()) };
+    let mut bands: Vec<Vec<Vec<(f64, f64)>>> = vec![Vec::new(); BANDS];
+    for Cell(corners) in cells {
+        let corners: Vec<_> = corners
+            .iter()
+            .map(|(x, y, value)| (placed.x.place(*x), placed.y.place(*y), colours.place(*value).clamp(0.0, 1.0)))
+            .collect();
+        band::cut(&corners, BANDS, &mut bands);
+    }
+    for (index, pieces) in bands.iter().enumerate() {
+        for piece in pieces {
+            let seen = clip::polygon(piece);
+            if seen.len() > 2 {
+                canvas.polygon(&on_sheet(&placed.frame, &seen), band_colour(index))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn band_colour(index: usize) -> (u8, u8, u8) {
+    viridis(index as f64 / (BANDS - 1) as f64)
 }
 
 fn heat_map<B: DrawingBackend>(
@@ -363,7 +393,7 @@ fn legend_entry<B: DrawingBackend>(layer: &Layer, (x, y): (f64, f64), canvas: &m
                 canvas.rectangle((x + 2.0, y - 3.2), (x + SAMPLE - 2.0, y + 3.2), colour.tint(*share))?;
             }
         }
-        Layer::MarkX { .. } | Layer::HeatMap { .. } => {}
+        Layer::MarkX { .. } | Layer::HeatMap { .. } | Layer::Field { .. } => {}
     }
     canvas.text(&clean(label), (x + SAMPLE + 4.0, y), TEXT, Anchor::Left, INK)
 }
@@ -372,8 +402,13 @@ fn colour_bar<B: DrawingBackend>(placed: &Placed<'_>, canvas: &mut Canvas<'_, B>
     let Some(colours) = &placed.colours else { return Ok(()) };
     let frame = &placed.frame;
     let bar = Frame { left: frame.left + frame.width + COLOUR_BAR_GAP, width: COLOUR_BAR, ..*frame };
-    let count = SHADES as usize;
-    for index in 0..=count {
+    let is_field = placed.panel.layers.iter().any(|layer| matches!(layer, Layer::Field { .. }));
+    let (bands, shades) = if is_field { (BANDS, 0) } else { (0, SHADES as usize + 1) };
+    for index in 0..bands {
+        let edge = |index: usize| index as f64 / BANDS as f64;
+        canvas.rectangle(bar.at((0.0, edge(index))), bar.at((1.0, edge(index + 1))), band_colour(index))?;
+    }
+    for index in 0..shades {
         // The shade of step i is shown around i / SHADES, as the map rounds it.
         let low = ((index as f64 - 0.5) / SHADES).max(0.0);
         let high = ((index as f64 + 0.5) / SHADES).min(1.0);

@@ -86,6 +86,18 @@ pub enum FigureError {
         /// Values found.
         found: usize,
     },
+    /// A field without a cell.
+    #[error(
+        "figure `{figure}`, panel {panel}, layer {layer}: a field without a cell; leave the layer out or give what it lies on"
+    )]
+    NoCells {
+        /// Title of the figure.
+        figure: String,
+        /// Panel, counted from 1.
+        panel: usize,
+        /// Layer, counted from 1.
+        layer: usize,
+    },
     /// The drawing library or the image encoder refused.
     #[error("figure `{figure}`: drawing failed: {reason}")]
     Drawing {

@@ -1,6 +1,6 @@
 //! What can be drawn between two axes.
 
-use super::Colour;
+use super::{Axis, Colour};
 
 /// Dash pattern of a stroke.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -142,6 +142,10 @@ pub struct Polygon {
     pub fill: Fill,
 }
 
+/// A piece of a field: its corners (x, y, value) in order, three or more, between which the value is linear.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell(pub Vec<(f64, f64, f64)>);
+
 /// One layer of a panel.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Layer {
@@ -227,6 +231,13 @@ pub enum Layer {
         strokes: Vec<Vec<(f64, f64)>>,
         /// How they are drawn.
         stroke: Stroke,
+    },
+    /// A field on cells, in narrow bands of perceptually even colours from dark (low) to light (high), with a colour bar.
+    Field {
+        /// What the colour means, and its range; data decide where it has none.
+        colours: Axis,
+        /// The cells; neighbours share corners.
+        cells: Vec<Cell>,
     },
     /// Filled polygons in the order given, later over earlier, with a colour bar where values fill them.
     Polygons {

@@ -1,6 +1,6 @@
 //! Where everything stands on the sheet, in points (1/72 inch), before anything is drawn.
 
-use super::{Axis, Figure, FigureError, Layer, Map, Panel, Polygon, Scale, axis::Resolved, font::text_width};
+use super::{Axis, Cell, Figure, FigureError, Layer, Map, Panel, Polygon, Scale, axis::Resolved, font::text_width};
 
 /// Size of all text, pt.
 pub(super) const TEXT: f64 = 8.0;
@@ -77,7 +77,9 @@ pub(super) fn legend_label(layer: &Layer) -> Option<&str> {
         | Layer::Strokes { label, .. }
         | Layer::Polygons { label, range: None, .. }
         | Layer::Contour { label, .. } => label,
-        Layer::MarkX { .. } | Layer::HeatMap { .. } | Layer::Polygons { range: Some(_), .. } => return None,
+        Layer::MarkX { .. } | Layer::HeatMap { .. } | Layer::Field { .. } | Layer::Polygons { range: Some(_), .. } => {
+            return None;
+        }
     };
     (!label.is_empty()).then_some(label)
 }
@@ -91,6 +93,7 @@ struct Measured<'a> {
     height: f64,
     tick_width: f64,
     colours: Option<Resolved>,
+    colour_axis: Axis,
     colour_ends: (f64, f64),
 }
 
@@ -106,7 +109,7 @@ impl Measured<'_> {
         self.tick_width = tick_width(&self.y);
         if let Some(colours) = &mut self.colours {
             let title = std::mem::take(&mut colours.title);
-            *colours = Resolved::new(&Axis::new("", ""), self.colour_ends, self.height, 22.0);
+            *colours = Resolved::new(&self.colour_axis, self.colour_ends, self.height, 22.0);
             colours.title = title;
         }
     }
@@ -197,18 +200,30 @@ fn measure<'a>(figure: &Figure, number: usize, panel: &'a Panel) -> Result<Measu
     let y_ends = ends(&panel.y, "y", spread_y(panel, x_ends))?;
     let height = panel.height_mm * POINTS_PER_MM;
     let y = Resolved::new(&panel.y, y_ends, height, 22.0);
-    let scale = panel.layers.iter().find_map(|layer| match layer {
-        Layer::HeatMap { label, map, range } => Some((label, range.unwrap_or_else(|| map_ends(map)))),
-        Layer::Polygons { label, range: Some(range), .. } => Some((label, *range)),
-        _ => None,
-    });
+    let mut colour_axis = Axis::new("", "");
+    let mut scale = None;
+    for layer in &panel.layers {
+        scale = match layer {
+            Layer::HeatMap { label, map, range } => Some((Some(label), range.unwrap_or_else(|| map_ends(map)))),
+            Layer::Polygons { label, range: Some(range), .. } => Some((Some(label), *range)),
+            Layer::Field { colours, cells } => {
+                colour_axis = colours.clone();
+                Some((None, ends(colours, "colour", spread_of_values(cells))?))
+            }
+            _ => continue,
+        };
+        break;
+    }
     let colours = scale.map(|(label, ends)| {
-        let mut colours = Resolved::new(&Axis::new("", ""), ends, height, 22.0);
-        colours.title.clone_from(label);
+        let mut colours = Resolved::new(&colour_axis, ends, height, 22.0);
+        if let Some(label) = label {
+            colours.title.clone_from(label);
+        }
         colours
     });
     let colour_ends = scale.map_or((0.0, 1.0), |(_, ends)| ends);
-    Ok(Measured { panel, x_ends, y_ends, tick_width: tick_width(&y), y, height, colours, colour_ends })
+    let tick_width = tick_width(&y);
+    Ok(Measured { panel, x_ends, y_ends, tick_width, y, height, colours, colour_axis, colour_ends })
 }
 
 /// Smallest and largest value of a map, apart if they are equal.
@@ -302,6 +317,7 @@ fn spread_x(panel: &Panel) -> Option<(f64, f64, f64)> {
             }),
             Layer::Strokes { strokes, .. } => strokes.iter().flatten().for_each(|point| seen.add(point.0)),
             Layer::Polygons { polygons, .. } => corners(polygons).for_each(|corner| seen.add(corner.0)),
+            Layer::Field { cells, .. } => cells.iter().flat_map(|cell| &cell.0).for_each(|corner| seen.add(corner.0)),
             Layer::MarkX { .. } | Layer::MarkY { .. } => {}
             Layer::HeatMap { map, .. } | Layer::Contour { map, .. } => {
                 map.x.iter().for_each(|position| seen.add(*position));
@@ -348,6 +364,9 @@ fn spread_y(panel: &Panel, (low_x, high_x): (f64, f64)) -> Option<(f64, f64, f64
             Layer::Polygons { polygons, .. } => {
                 corners(polygons).filter(|p| inside(p.0)).for_each(|corner| seen.add(corner.1));
             }
+            Layer::Field { cells, .. } => {
+                cells.iter().flat_map(|cell| &cell.0).filter(|p| inside(p.0)).for_each(|corner| seen.add(corner.1));
+            }
             Layer::MarkY { at, .. } => seen.add(*at),
             Layer::MarkX { .. } => {}
             Layer::HeatMap { map, .. } | Layer::Contour { map, .. } => {
@@ -364,6 +383,13 @@ fn spread_y(panel: &Panel, (low_x, high_x): (f64, f64)) -> Option<(f64, f64, f64
         }
         other => other,
     }
+}
+
+/// Smallest and largest value of a field; nothing is left free.
+fn spread_of_values(cells: &[Cell]) -> Option<(f64, f64, f64)> {
+    let mut seen = Seen::default();
+    cells.iter().flat_map(|cell| &cell.0).for_each(|corner| seen.add(corner.2));
+    seen.spread()
 }
 
 fn corners(polygons: &[Polygon]) -> impl Iterator<Item = &(f64, f64)> {

@@ -18,6 +18,7 @@
 //! ```
 
 mod axis;
+mod band;
 mod bitmap;
 mod canvas;
 mod check;
@@ -35,7 +36,7 @@ mod vector;
 pub use axis::{Axis, Scale};
 pub use error::FigureError;
 pub use font::{FONT_STACK, embedded_font};
-pub use layer::{Bar, Dash, ErrorPoint, Fill, Layer, Map, Marker, Polygon, Stroke};
+pub use layer::{Bar, Cell, Dash, ErrorPoint, Fill, Layer, Map, Marker, Polygon, Stroke};
 pub use palette::Colour;
 
 use crate::signal::Series;

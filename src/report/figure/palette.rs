@@ -55,6 +55,26 @@ impl Colour {
     }
 }
 
+/// Perceptually even colour at `share` (0 dark … 1 light) that all kinds of colour vision and greyscale keep in order.
+///
+/// Every tenth entry of *viridis* by N. J. Smith and S. van der Walt (2015, CC0), linear in between.
+pub(super) fn viridis(share: f64) -> (u8, u8, u8) {
+    const STOPS: [(f64, f64, f64); 11] = [
+        (68.0, 1.0, 84.0),
+        (72.0, 36.0, 117.0),
+        (65.0, 68.0, 135.0),
+        (53.0, 95.0, 141.0),
+        (42.0, 120.0, 142.0),
+        (33.0, 145.0, 140.0),
+        (34.0, 168.0, 132.0),
+        (68.0, 191.0, 112.0),
+        (122.0, 209.0, 81.0),
+        (189.0, 223.0, 38.0),
+        (253.0, 231.0, 37.0),
+    ];
+    between(&STOPS, share)
+}
+
 /// Shade of a map at `share` (0 light … 1 dark): one hue, lightness falling evenly, so that greyscale keeps the order.
 pub(super) fn shade(share: f64) -> (u8, u8, u8) {
     const STOPS: [(f64, f64, f64); 6] = [
@@ -65,10 +85,15 @@ pub(super) fn shade(share: f64) -> (u8, u8, u8) {
         (34.0, 105.0, 166.0),
         (8.0, 48.0, 107.0),
     ];
-    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
-    let index = (place.floor() as usize).min(STOPS.len() - 2);
+    between(&STOPS, share)
+}
+
+/// The colour at `share` of the way along evenly spaced stops.
+fn between(stops: &[(f64, f64, f64)], share: f64) -> (u8, u8, u8) {
+    let place = share.clamp(0.0, 1.0) * (stops.len() - 1) as f64;
+    let index = (place.floor() as usize).min(stops.len() - 2);
     let rest = place - index as f64;
-    let (from, to) = (STOPS[index], STOPS[index + 1]);
+    let (from, to) = (stops[index], stops[index + 1]);
     let mix = |a: f64, b: f64| (a + rest * (b - a)).round() as u8;
     (mix(from.0, to.0), mix(from.1, to.1), mix(from.2, to.2))
 }

@@ -1,0 +1,413 @@
+//! Kick, drift, kick.
+
+use super::basis::Basis;
+use crate::{
+    model::{
+        ModelError, Progress,
+        fea::{
+            FeaError,
+            arrangement::Arrangement,
+            contact::chain::{ContactState, Contacts, Failure, Mobility, RigidPrediction, Workspace},
+            control::Cause,
+            energy::Ledger,
+            equilibrium,
+            motion::press,
+            operator::{Interfaces, condensed},
+            trace::{Watched, contact_radius},
+        },
+    },
+    response::Response,
+    scene::{PistonMotion, Scene},
+    signal::Series,
+};
+
+/// Largest ω h of a mode that is kept, rad.
+pub const LARGEST_PHASE: f64 = 2.0;
+
+/// One body in motion.
+#[derive(Debug, Clone)]
+struct Moving {
+    kind: usize,
+    rigid: f64,
+    rigid_velocity: f64,
+    modal: Vec<f64>,
+    modal_velocity: Vec<f64>,
+    /// Modal masses μ.
+    masses: Vec<f64>,
+    /// Forces on, and displacements of, the interface unknowns.
+    forces: Vec<f64>,
+    interface: Vec<f64>,
+    /// Rigid displacement of the last drift, m.
+    travelled: f64,
+}
+
+/// A reduced chain, ready to run.
+pub struct Stepper {
+    arrangement: Arrangement,
+    interfaces: Interfaces,
+    bases: Vec<Basis>,
+    contacts: Contacts,
+    workspace: Workspace,
+    step: f64,
+    steps_per_sample: usize,
+    samples: usize,
+    output_step: f64,
+    drive: Box<dyn PistonMotion>,
+    rest_gaps: Vec<Vec<f64>>,
+    rest_overlaps: Vec<f64>,
+    start: Vec<ContactState>,
+    watched: Watched,
+}
+
+impl std::fmt::Debug for Stepper {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Stepper").field("step", &self.step).field("samples", &self.samples).finish_non_exhaustive()
+    }
+}
+
+impl Stepper {
+    /// Mesh, reduce and condense a scene: at most `modes` elastic modes a body, and none with ω h > 2.
+    ///
+    /// # Errors
+    /// [`FeaError`].
+    pub fn new(scene: &Scene, step: f64, modes: usize) -> Result<Self, FeaError> {
+        let arrangement = Arrangement::new(scene)?;
+        let watched = Watched::new(&arrangement);
+        let last = arrangement.beads.len() - 1;
+        let interfaces = Interfaces::including(&arrangement, |kind| {
+            let mut unknowns = Vec::new();
+            for (bead, &own) in arrangement.beads.iter().enumerate().filter(|(_, own)| **own == kind) {
+                debug_assert_eq!(own, kind);
+                unknowns.push(watched.centres[bead]);
+                if bead == last {
+                    unknowns.push(watched.pole);
+                }
+            }
+            unknowns
+        });
+        let steps_per_sample = (scene.output_step / step).round().max(1.0) as usize;
+        let step = scene.output_step / steps_per_sample as f64;
+        let samples = (scene.duration / scene.output_step + 1e-6).floor() as usize + 1;
+        let bases = (0..arrangement.kinds.len())
+            .map(|kind| Basis::new(&arrangement, kind, &interfaces.unknowns[kind], modes, LARGEST_PHASE / step))
+            .collect::<Result<Vec<_>, _>>()?;
+        let inverse: Vec<Vec<f64>> = bases.iter().map(|basis| basis.residual.clone()).collect();
+        let (links, compliances, couplings) = condensed(&arrangement, &interfaces, &inverse, 1.0)?;
+        let mobilities = (0..arrangement.beads.len() + 2)
+            .map(|slot| match arrangement.kind(slot).map(|kind| &bases[kind]) {
+                Some(basis) if basis.is_free => Mobility { displacement: 0.0, velocity: 0.5 * step / basis.mass },
+                _ => Mobility::default(),
+            })
+            .collect();
+        let contacts = Contacts { links, compliances, couplings, mobilities, tension: scene.damping.tension };
+        let rest = equilibrium::precompressed(&arrangement, &interfaces, scene.chain.precompression)?;
+        let rest_overlaps: Vec<f64> =
+            rest.approaches.iter().zip(&scene.chain.gaps).map(|(approach, gap)| approach - gap).collect();
+        let mut start = Vec::new();
+        let mut rest_gaps = Vec::new();
+        for (contact, forces) in rest.forces.into_iter().enumerate() {
+            let pair = &arrangement.pairs[arrangement.contacts[contact]];
+            let mut state = ContactState::open(forces.len());
+            state.pressing = forces.iter().zip(&pair.axial_before).map(|(force, axial)| force * axial).sum();
+            state.forces = forces;
+            start.push(state);
+            rest_gaps
+                .push(pair.gaps.iter().zip(&pair.axial_before).map(|(g, a)| g - a * rest_overlaps[contact]).collect());
+        }
+        Ok(Self {
+            workspace: Workspace::new(&contacts),
+            drive: scene.drive.motion(scene.amplitude_scale),
+            output_step: scene.output_step,
+            arrangement,
+            interfaces,
+            bases,
+            contacts,
+            step,
+            steps_per_sample,
+            samples,
+            rest_gaps,
+            rest_overlaps,
+            start,
+            watched,
+        })
+    }
+
+    /// Elastic modes kept, by kind of body.
+    #[must_use]
+    pub fn modes(&self) -> Vec<usize> {
+        self.bases.iter().map(|basis| basis.stiffness.len()).collect()
+    }
+
+    /// Slot and row among its interface unknowns of every bead's centre, and of the far pole.
+    fn watched_rows(&self) -> Vec<(usize, usize)> {
+        let row = |slot: usize, unknown: u32| {
+            let kind = self.arrangement.kind(slot).unwrap_or(0);
+            (slot, self.interfaces.unknowns[kind].binary_search(&unknown).unwrap_or(0))
+        };
+        let mut rows: Vec<_> = self.watched.centres.iter().enumerate().map(|(bead, &u)| row(bead + 1, u)).collect();
+        rows.push(row(self.watched.centres.len(), self.watched.pole));
+        rows
+    }
+
+    /// Run to the scene's duration.
+    ///
+    /// # Errors
+    /// [`ModelError`] when a step had no solution, or the caller stopped the run.
+    pub fn run(&mut self, progress: Progress<'_>) -> Result<Response, ModelError> {
+        let watched = self.watched_rows();
+        let Self { arrangement, interfaces, bases, contacts, workspace, .. } = self;
+        let (h, count) = (self.step, arrangement.beads.len());
+        let mut bodies: Vec<Option<Moving>> = (0..count + 2)
+            .map(|slot| arrangement.kind(slot).map(|kind| Moving::at_rest(kind, &bases[kind], h)))
+            .collect();
+        let mut states = self.start.clone();
+        let mut before = states.clone();
+        let mut gaps = self.rest_gaps.clone();
+        let mut rigid = vec![RigidPrediction::default(); count + 2];
+        let mut ledger = Ledger::new(0.0);
+        let columns = |count: usize| vec![Vec::with_capacity(self.samples); count];
+        let mut trace = Record {
+            piston: Vec::with_capacity(self.samples),
+            centre: vec![Vec::with_capacity((self.samples - 1) * self.steps_per_sample + 1); count + 1],
+            watched,
+            force: columns(count + 1),
+            radius: columns(count + 1),
+        };
+        for (slot, body) in bodies.iter_mut().enumerate() {
+            if let Some(body) = body {
+                body.press(slot, interfaces, &states);
+                body.settle(&bases[body.kind]);
+            }
+        }
+        let mut piston = self.drive.at(0.0).0;
+        let steps = (self.samples - 1) * self.steps_per_sample;
+        ledger.begin(energy(&bodies, bases, arrangement, &states));
+        trace.follow(&bodies, bases);
+        trace.sample(piston, arrangement, &states);
+        for taken in 1..=steps {
+            let time = taken as f64 * h;
+            before.clone_from(&states);
+            for (slot, body) in bodies.iter_mut().enumerate() {
+                let Some(body) = body else { continue };
+                let basis = &bases[body.kind];
+                let (left, right) = (&states[slot - 1], states.get(slot));
+                let net = left.total() - right.map_or(0.0, ContactState::total);
+                body.kick(basis, net, h);
+                body.drift(h);
+                rigid[slot] = RigidPrediction { displacement: body.rigid, velocity: body.rigid_velocity };
+                basis.displace(body.rigid, &body.modal, &mut body.interface);
+            }
+            let (position, velocity) = self.drive.at(time);
+            rigid[0] = RigidPrediction { displacement: position, velocity };
+            for (contact, gap) in gaps.iter_mut().enumerate() {
+                gap.copy_from_slice(&self.rest_gaps[contact]);
+                for (slot, face) in [contact, contact + 1].into_iter().zip(&interfaces.faces[contact]) {
+                    match &bodies[slot] {
+                        Some(body) => {
+                            gap.iter_mut().enumerate().for_each(|(i, g)| *g -= face.displacement(i, &body.interface));
+                        }
+                        None if slot == 0 => {
+                            let axial = &contacts.links[0].axial_before;
+                            gap.iter_mut().zip(axial).for_each(|(g, a)| *g -= a * position);
+                        }
+                        None => {}
+                    }
+                }
+            }
+            let effort = contacts
+                .solve(&gaps, &rigid, &self.rest_overlaps, &mut states, workspace)
+                .map_err(|failure| given_up(failure, time - h, h))?;
+            ledger.work.contact_sweeps += u64::from(effort.sweeps);
+            ledger.work.active_sets += u64::from(effort.sets);
+            let mut dissipated = 0.0;
+            for (slot, body) in bodies.iter_mut().enumerate() {
+                let Some(body) = body else { continue };
+                body.press(slot, interfaces, &states);
+                let net = states[slot - 1].total() - states.get(slot).map_or(0.0, ContactState::total);
+                body.kick(&bases[body.kind], net, h);
+                if !body.rigid.is_finite() {
+                    return Err(ModelError::NonFinite { time, step: h, bead: slot });
+                }
+            }
+            let moved = |slot: usize| match slot {
+                0 => position - piston,
+                slot => bodies[slot].as_ref().map_or(0.0, |body| body.travelled),
+            };
+            for contact in 0..=count {
+                let force = states[contact].damping + before[contact].damping;
+                if force != 0.0 {
+                    dissipated += 0.5 * force * (moved(contact) - moved(contact + 1));
+                }
+            }
+            ledger.step(0.5 * (states[0].total() + before[0].total()) * (position - piston), dissipated, 0.0);
+            ledger.work.steps += 1;
+            piston = position;
+            trace.follow(&bodies, bases);
+            if taken % self.steps_per_sample == 0 {
+                trace.sample(piston, arrangement, &states);
+                ledger.sample(energy(&bodies, bases, arrangement, &states));
+                if !progress(time) {
+                    return Err(ModelError::Stopped { time });
+                }
+            }
+        }
+        ledger.work.unknowns = bodies.iter().flatten().map(|body| 1 + body.modal.len() as u64).sum();
+        Ok(trace.response(self.output_step, self.steps_per_sample, &ledger))
+    }
+}
+
+impl Moving {
+    fn at_rest(kind: usize, basis: &Basis, step: f64) -> Self {
+        let modes = basis.stiffness.len();
+        let masses = basis.stiffness.iter().map(|square| {
+            let half = 0.5 * square.sqrt() * step;
+            (half / half.sin()).powi(2)
+        });
+        Self {
+            kind,
+            rigid: 0.0,
+            rigid_velocity: 0.0,
+            modal: vec![0.0; modes],
+            modal_velocity: vec![0.0; modes],
+            masses: masses.collect(),
+            forces: vec![0.0; basis.axial.len()],
+            interface: vec![0.0; basis.axial.len()],
+            travelled: 0.0,
+        }
+    }
+
+    /// Take the forces of the contacts around its slot.
+    fn press(&mut self, slot: usize, interfaces: &Interfaces, states: &[ContactState]) {
+        press(interfaces, states, slot, &mut self.forces);
+    }
+
+    /// Bend the modes to the forces at rest.
+    fn settle(&mut self, basis: &Basis) {
+        for ((q, shape), square) in self.modal.iter_mut().zip(&basis.shapes).zip(&basis.stiffness) {
+            *q = dot(shape, &self.forces) / square;
+        }
+        basis.displace(self.rigid, &self.modal, &mut self.interface);
+    }
+
+    /// Half a step of velocity.
+    fn kick(&mut self, basis: &Basis, net: f64, step: f64) {
+        if basis.is_free {
+            self.rigid_velocity += 0.5 * step * net / basis.mass;
+        }
+        for (k, velocity) in self.modal_velocity.iter_mut().enumerate() {
+            let force = dot(&basis.shapes[k], &self.forces) - basis.stiffness[k] * self.modal[k];
+            *velocity += 0.5 * step * force / self.masses[k];
+        }
+    }
+
+    /// A step of displacement.
+    fn drift(&mut self, step: f64) {
+        self.travelled = step * self.rigid_velocity;
+        self.rigid += self.travelled;
+        self.modal.iter_mut().zip(&self.modal_velocity).for_each(|(q, velocity)| *q += step * velocity);
+    }
+}
+
+/// Kinetic and stored energy, J.
+fn energy(
+    bodies: &[Option<Moving>],
+    bases: &[Basis],
+    arrangement: &Arrangement,
+    states: &[ContactState],
+) -> (f64, f64) {
+    let (mut kinetic, mut stored) = (0.0, 0.0);
+    for body in bodies.iter().flatten() {
+        let basis = &bases[body.kind];
+        if basis.is_free {
+            kinetic += 0.5 * basis.mass * body.rigid_velocity.powi(2);
+        }
+        for (k, velocity) in body.modal_velocity.iter().enumerate() {
+            kinetic += 0.5 * body.masses[k] * velocity * velocity;
+            stored += 0.5 * basis.stiffness[k] * body.modal[k].powi(2);
+        }
+        let size = body.forces.len();
+        stored += 0.5
+            * basis
+                .residual
+                .chunks_exact(size)
+                .zip(&body.forces)
+                .map(|(row, f)| f * dot(row, &body.forces))
+                .sum::<f64>();
+    }
+    if arrangement.spring.is_finite() {
+        let force = states.last().map_or(0.0, |state| state.pressing);
+        stored += 0.5 * force * force / arrangement.spring;
+    }
+    (kinetic, stored)
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn given_up(failure: Failure, time: f64, step: f64) -> ModelError {
+    let (cause, contact) = match failure {
+        Failure::NoActiveSet { contact, .. } => (Cause::NoActiveSet, contact),
+        Failure::NotSettled { contact, .. } => (Cause::NotSettled, contact),
+    };
+    FeaError::StepGivenUp { time, step, contact: contact + 1, cause }.into()
+}
+
+/// What is recorded.
+struct Record {
+    piston: Vec<f64>,
+    /// Displacement of every bead's centre and of the far pole at every step, m.
+    centre: Vec<Vec<f64>>,
+    watched: Vec<(usize, usize)>,
+    force: Vec<Vec<f64>>,
+    radius: Vec<Vec<f64>>,
+}
+
+impl Record {
+    fn follow(&mut self, bodies: &[Option<Moving>], bases: &[Basis]) {
+        for (column, &(slot, row)) in self.centre.iter_mut().zip(&self.watched) {
+            if let Some(body) = &bodies[slot] {
+                let size = body.forces.len();
+                let bent = dot(&bases[body.kind].residual[row * size..(row + 1) * size], &body.forces);
+                column.push(body.interface[row] + bent);
+            }
+        }
+    }
+
+    fn sample(&mut self, piston: f64, arrangement: &Arrangement, states: &[ContactState]) {
+        self.piston.push(piston);
+        for (contact, state) in states.iter().enumerate() {
+            self.force[contact].push(state.total());
+            self.radius[contact].push(contact_radius(&arrangement.pairs[arrangement.contacts[contact]], state));
+        }
+    }
+
+    /// The response; velocities are central differences of the displacements over two steps.
+    fn response(&self, output_step: f64, stride: usize, ledger: &Ledger) -> Response {
+        let series = |values: Vec<f64>| Series::new(0.0, output_step, values);
+        let samples = self.piston.len();
+        let step = output_step / stride as f64;
+        let velocity = |steps: &Vec<f64>| {
+            let last = steps.len() - 1;
+            let at = |sample: usize| {
+                let (a, b) = ((sample * stride).saturating_sub(1), (sample * stride + 1).min(last));
+                (steps[b] - steps[a]) / ((b - a).max(1) as f64 * step)
+            };
+            series((0..samples).map(at).collect())
+        };
+        let beads = self.centre.len() - 1;
+        Response {
+            piston_displacement: series(self.piston.clone()),
+            bead_displacement: self.centre[..beads]
+                .iter()
+                .map(|steps| series(steps.iter().step_by(stride).copied().collect()))
+                .collect(),
+            bead_velocity: self.centre[..beads].iter().map(velocity).collect(),
+            pole_velocity: velocity(&self.centre[beads]),
+            contact_force: self.force.iter().map(|values| series(values.clone())).collect(),
+            contact_radius: Some(self.radius.iter().map(|values| series(values.clone())).collect()),
+            energy: ledger.books(),
+            work: ledger.work,
+        }
+    }
+}
