@@ -68,13 +68,13 @@ pub fn figure(peak: &PeakStress) -> Figure {
         engineering(peak.force, "N", 3)
     );
     let colours = Axis::new("Von Mises stress", "GPa").times(1e-9).range(0.0, largest.map_or(0.0, |at| at.2));
-    let r = Axis::new("r", "µm").times(1e6).range(middle - reach, middle + reach);
+    let r = Axis::new("r", "µm").times(1e6).range(middle - reach, middle + reach).named_ticks(ticks(middle, reach));
     let rigid = peak.bodies.each_ref().map(Option::is_none);
     let ends = [-1.0, 1.0].map(|sign| {
         let depth = if rigid[usize::from(sign > 0.0)] { RIGID_DEPTH * peak.radius } else { reach };
         sign * depth
     });
-    let z = Axis::new("z from the contact", "µm").times(1e6).range(ends[0], ends[1]);
+    let z = Axis::new("z from the contact", "µm").times(1e6).range(ends[0], ends[1]).named_ticks(ticks(0.0, reach));
     let mut panel = Panel::new(r, z).titled(words.clone()).equal_scales().layer(Layer::Field { colours, cells });
     for (_, depth) in rigid.into_iter().zip(ends).filter(|(rigid, _)| *rigid) {
         let (left, right) = (middle - reach, middle + reach);
@@ -121,6 +121,30 @@ impl Window {
     fn fraction(&self, [r, z]: [f64; 2]) -> (f64, f64) {
         ((r - self.middle) / self.reach, (z - self.depth) / self.reach)
     }
+}
+
+/// Ticks every 1, 2 or 5 × 10ⁿ µm within `reach` (m) of `middle`, three to nine of them, named in µm.
+fn ticks(middle: f64, reach: f64) -> Vec<(f64, String)> {
+    let half = 0.5e6 * reach;
+    // Nothing to name where there is no extent: such a figure is refused.
+    if !(half.is_finite() && half > 0.0) {
+        return Vec::new();
+    }
+    let exponent = half.log10().floor() as i32;
+    let power = 10f64.powi(exponent);
+    let step = power
+        * if half >= 5.0 * power {
+            5.0
+        } else if half >= 2.0 * power {
+            2.0
+        } else {
+            1.0
+        };
+    let digits = usize::try_from(-exponent).unwrap_or(0);
+    let name = |value: f64| format!("{value:.digits$}").replace('-', "−");
+    let first = (1e6 * (middle - reach) / step).ceil() as i64;
+    let last = (1e6 * (middle + reach) / step).floor() as i64;
+    (first..=last).map(|i| (1e-6 * step * i as f64, name(step * i as f64))).collect()
 }
 
 fn signs(mirrored: bool) -> impl Iterator<Item = f64> {
@@ -227,5 +251,19 @@ fn pieces(
                 *largest = Some(found);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_on_both_sides() {
+        let names = |middle, reach| ticks(middle, reach).into_iter().map(|(_, name)| name).collect::<Vec<_>>();
+        assert_eq!(names(0.0, 47.9e-6), ["−40", "−20", "0", "20", "40"]);
+        assert_eq!(names(0.0, 1.5e-6), ["−1.5", "−1.0", "−0.5", "0.0", "0.5", "1.0", "1.5"]);
+        assert_eq!(names(376e-6, 22e-6), ["360", "370", "380", "390"]);
+        assert!(ticks(0.0, 0.0).is_empty() && ticks(0.0, f64::NAN).is_empty());
     }
 }

@@ -17,7 +17,7 @@ const FRAME_WIDTH: f64 = 0.6;
 /// Width of the columns to which a curve is thinned, pt: a quarter of the thinnest stroke's blur in print.
 const COLUMN: f64 = 0.4;
 /// Bands of a field's colours.
-const BANDS: usize = 48;
+const BANDS: usize = 32;
 /// Steps of a heat map's shade.
 const SHADES: f64 = 24.0;
 const TINT: f64 = 0.28;
