@@ -20,7 +20,10 @@ use crate::{
         progress, summary,
     },
     model::fea::{Control, Cut, Frames, Peak, PeakStress, Simulation, Snapshot, control::Complementarity},
-    report::number::engineering,
+    report::{
+        animation::{MOST_FRAMES, Raster},
+        number::engineering,
+    },
     response::{Response, write_pvd, write_vtu},
     scene::{ModelKind, Scene, Support},
 };
@@ -31,6 +34,9 @@ pub struct AnalysisArguments {
     /// With --model fea: write displacement, velocity and stress of all bodies at this interval, such as 5us, for ParaView
     #[arg(long, value_name = "INTERVAL", value_parser = positive_time, requires = "out", help_heading = "Finite elements")]
     pub fields: Option<f64>,
+    /// With --fields: also write those instants as animation.svg, the von Mises stress of the whole chain, for a browser
+    #[arg(long, requires = "fields", help_heading = "Finite elements")]
+    pub animation: bool,
     /// With --model fea: save the state at this interval of simulated time, such as 50us; Ctrl-C saves it in any case
     #[arg(long, value_name = "INTERVAL", value_parser = positive_time, requires = "out", help_heading = "Finite elements")]
     pub checkpoint: Option<f64>,
@@ -45,6 +51,8 @@ const PLAN: &str = "plan.json";
 const CHECKPOINT: &str = "checkpoint.json";
 /// Folder of the frames, in the state and in the results.
 const FIELDS: &str = "fields";
+/// The frames as an animation.
+const ANIMATION: &str = "animation.svg";
 /// List of the frames, for ParaView.
 const SERIES: &str = "fields.pvd";
 
@@ -92,7 +100,7 @@ pub struct Finished {
 /// # Errors
 /// A usage error naming the flag.
 pub fn refuse_idle(flags: &AnalysisArguments, scene: &Scene) -> anyhow::Result<()> {
-    let AnalysisArguments { fields, checkpoint, resume } = flags;
+    let AnalysisArguments { fields, checkpoint, resume, .. } = flags;
     let given = [("--fields", fields.is_some()), ("--checkpoint", checkpoint.is_some()), ("--resume", *resume)];
     match given.into_iter().find(|(_, given)| *given) {
         Some((flag, _)) if scene.model.kind != ModelKind::Fea => Err(usage(format!(
@@ -126,6 +134,8 @@ pub struct Analysis<'a> {
     save: Option<usize>,
     /// Interval of the frames, s, as given.
     interval: f64,
+    /// Where frames are drawn too.
+    raster: Option<Raster>,
 }
 
 impl<'a> Analysis<'a> {
@@ -143,7 +153,15 @@ impl<'a> Analysis<'a> {
         let frame = flags.fields.map(|interval| whole_steps("--fields", interval, step)).transpose()?;
         let save = flags.checkpoint.map(|interval| whole_steps("--checkpoint", interval, step)).transpose()?;
         let meshes = mesh_files(scene).into_iter().map(Input::digest).collect::<Result<Vec<_>, _>>()?;
-        let plan = plan_of(scene, &meshes, frame)?;
+        if let Some(steps) = frame.filter(|_| flags.animation) {
+            let count = (scene.duration / step).round() as usize / steps + 1;
+            if count > MOST_FRAMES {
+                return Err(usage(format!(
+                    "--animation: expected at most {MOST_FRAMES} frames, found {count}; give --fields a longer interval"
+                )));
+            }
+        }
+        let plan = plan_of(scene, &meshes, frame, flags.animation)?;
         let identity = hexadecimal(&Sha256::digest(&plan));
         let mut simulation = Simulation::new(scene, Control::default())?;
         let mut peak = Peak::default();
@@ -164,6 +182,7 @@ impl<'a> Analysis<'a> {
             }
         }
         let frames = Frames::new(simulation.arrangement());
+        let raster = flags.animation.then(|| Raster::new(&frames.field(&simulation)));
         let analysis = Self {
             frames,
             peak,
@@ -176,6 +195,7 @@ impl<'a> Analysis<'a> {
             frame,
             save,
             interval: flags.fields.unwrap_or(0.0),
+            raster,
         };
         analysis.check_frames()?;
         Ok(analysis)
@@ -190,6 +210,7 @@ impl<'a> Analysis<'a> {
         let outcome = self.advance(&bar);
         bar.finish_and_clear();
         outcome?;
+        self.animate()?;
         let stages = self.simulation.profile().stages();
         Ok(Finished {
             peak: self.folder.and_then(|_| self.peak.stress(self.simulation.arrangement())),
@@ -225,6 +246,24 @@ impl<'a> Analysis<'a> {
                 self.save()?;
             }
             progress::advance_to(bar, self.simulation.time(), self.scene.duration);
+        }
+        Ok(())
+    }
+
+    /// Join the pictures of all frames into one animation, and drop them.
+    fn animate(&self) -> anyhow::Result<()> {
+        let (Some(raster), Some(steps), Some(folder)) = (&self.raster, self.frame, self.frames_folder()) else {
+            return Ok(());
+        };
+        let names: Vec<PathBuf> = (0..=self.taken() / steps).map(|number| folder.join(picture_name(number))).collect();
+        let mut frames = Vec::with_capacity(names.len());
+        for (number, path) in names.iter().enumerate() {
+            let picture = std::fs::read(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+            frames.push((number as f64 * self.interval, picture));
+        }
+        write_atomically(&folder.join(ANIMATION), raster.svg(&frames).as_bytes())?;
+        for path in names {
+            std::fs::remove_file(&path).with_context(|| format!("{}: cannot be removed", path.display()))?;
         }
         Ok(())
     }
@@ -310,8 +349,13 @@ impl Analysis<'_> {
     fn write_frame(&self) -> anyhow::Result<()> {
         let (Some(steps), Some(folder)) = (self.frame, self.frames_folder()) else { return Ok(()) };
         let number = self.taken() / steps;
+        let field = self.frames.field(&self.simulation);
+        // The picture first: a frame counts by its field file.
+        if let Some(raster) = &self.raster {
+            write_atomically(&folder.join(picture_name(number)), &raster.png(&field)?)?;
+        }
         let mut bytes = Vec::new();
-        write_vtu(&self.frames.field(&self.simulation), &mut bytes)?;
+        write_vtu(&field, &mut bytes)?;
         write_atomically(&folder.join(frame_name(number)), &bytes)?;
         let names: Vec<String> = (0..=number).map(frame_name).collect();
         let list = names.iter().enumerate().map(|(number, name)| (number as f64 * self.interval, name.as_str()));
@@ -337,6 +381,10 @@ pub fn take_frames(folder: &OutputFolder) -> anyhow::Result<()> {
 #[must_use]
 pub fn is_saved(folder: &OutputFolder) -> bool {
     folder.state_path().join(CHECKPOINT).exists()
+}
+
+fn picture_name(number: usize) -> String {
+    format!("picture_{number:06}.png")
 }
 
 fn frame_name(number: usize) -> String {
@@ -380,11 +428,11 @@ fn mesh_files(scene: &Scene) -> Vec<PathBuf> {
 }
 
 /// Everything that decides what the state is.
-fn plan_of(scene: &Scene, meshes: &[Input], frame: Option<usize>) -> anyhow::Result<Vec<u8>> {
+fn plan_of(scene: &Scene, meshes: &[Input], frame: Option<usize>, animation: bool) -> anyhow::Result<Vec<u8>> {
     // The debug form holds every number of the scene, recorded drive included, to the last bit.
     let scene = hexadecimal(&Sha256::digest(format!("{scene:?}")));
     summary::json(&serde_json::json!({
-        "program": summary::program(), "scene_sha256": scene, "meshes": meshes, "steps_a_frame": frame,
+        "program": summary::program(), "scene_sha256": scene, "meshes": meshes, "steps_a_frame": frame, "animation": animation,
     }))
 }
 

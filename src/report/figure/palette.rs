@@ -58,7 +58,7 @@ impl Colour {
 /// Perceptually even colour at `share` (0 dark … 1 light) that all kinds of colour vision and greyscale keep in order.
 ///
 /// Every tenth entry of *viridis* by N. J. Smith and S. van der Walt (2015, CC0), linear in between.
-pub(super) fn viridis(share: f64) -> (u8, u8, u8) {
+pub(in crate::report) fn viridis(share: f64) -> (u8, u8, u8) {
     const STOPS: [(f64, f64, f64); 11] = [
         (68.0, 1.0, 84.0),
         (72.0, 36.0, 117.0),
