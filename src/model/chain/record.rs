@@ -31,7 +31,7 @@ pub(super) struct Grid {
 impl Grid {
     /// Instants 0, step, 2 step … up to the scene's duration, with the piston sampled at all of them.
     pub fn new(scene: &Scene, system: &System, motion: &dyn PistonMotion) -> Self {
-        let samples = (scene.duration / scene.output_step + 1e-6).floor() as usize + 1;
+        let samples = scene.samples();
         let times: Vec<f64> = (0..samples).map(|i| i as f64 * scene.output_step).collect();
         let mut piston_displacement = vec![0.0; samples];
         let mut piston_velocity = vec![0.0; samples];

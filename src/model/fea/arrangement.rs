@@ -173,6 +173,12 @@ impl Arrangement {
         }
     }
 
+    /// Energy (J) of the spring behind the last contact under its force (N); 0 where there is none.
+    #[must_use]
+    pub fn spring_energy(&self, force: f64) -> f64 {
+        0.5 * force * force / self.spring
+    }
+
     /// What stands in a slot, for messages.
     #[must_use]
     pub fn name(&self, slot: usize) -> String {

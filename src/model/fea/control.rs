@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::contact::chain::Failure;
+
 /// When a step is not accepted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Control {
@@ -34,6 +36,17 @@ pub enum Cause {
     ContactEnergy,
     /// The whole patch of fine elements was in contact.
     PatchExceeded,
+}
+
+impl Cause {
+    /// Why contacts could not be solved, and which contact (0 = piston).
+    #[must_use]
+    pub fn of(failure: Failure) -> (Self, usize) {
+        match failure {
+            Failure::NoActiveSet { contact, .. } => (Self::NoActiveSet, contact),
+            Failure::NotSettled { contact, .. } => (Self::NotSettled, contact),
+        }
+    }
 }
 
 impl fmt::Display for Cause {

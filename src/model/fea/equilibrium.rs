@@ -12,29 +12,36 @@ use super::{
     arrangement::Arrangement,
     assembly::Columns,
     contact::{
-        chain::Link,
+        chain::{ContactState, Link},
         complementarity::{Compliance, Scratch},
     },
     factor::StaticFactor,
     operator::{Interfaces, condensed, rows},
 };
+use crate::scene::Chain;
 
-/// A chain in static equilibrium.
+/// The contacts of a chain in static equilibrium.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibrium {
-    /// Displacements of the body in every slot relative to its mass mean, m; none where it is rigid or undeformed.
-    pub displacements: Vec<Option<Vec<f64>>>,
     /// Forces of the points of every contact, N.
     pub forces: Vec<Vec<f64>>,
     /// Approach d of the rigid motions on both sides of every contact, m.
     pub approaches: Vec<f64>,
 }
 
+impl Equilibrium {
+    /// All contacts just touching.
+    fn unpressed(arrangement: &Arrangement) -> Self {
+        Self {
+            forces: arrangement.contacts.iter().map(|&pair| vec![0.0; arrangement.pairs[pair].len()]).collect(),
+            approaches: vec![0.0; arrangement.contacts.len()],
+        }
+    }
+}
+
 /// Static factors and compliances of an arrangement.
-#[derive(Debug)]
-pub struct Statics<'a> {
-    arrangement: &'a Arrangement,
-    interfaces: &'a Interfaces,
+#[derive(Debug, Clone)]
+pub struct Statics {
     factors: Vec<StaticFactor>,
     /// Dense static compliance of every kind's interface, row by row, m/N.
     pub inverse: Vec<Vec<f64>>,
@@ -45,12 +52,12 @@ pub struct Statics<'a> {
 
 const MOST_ITERATIONS: u32 = 200;
 
-impl<'a> Statics<'a> {
+impl Statics {
     /// Factor the stiffness of every kind of body.
     ///
     /// # Errors
     /// [`FeaError`] when a factor or a compliance is not positive definite.
-    pub fn new(arrangement: &'a Arrangement, interfaces: &'a Interfaces) -> Result<Self, FeaError> {
+    pub fn new(arrangement: &Arrangement, interfaces: &Interfaces) -> Result<Self, FeaError> {
         let factors = arrangement
             .kinds
             .iter()
@@ -66,7 +73,7 @@ impl<'a> Statics<'a> {
             .map(|(factor, body)| rows(&factor.interface_compliance(body)))
             .collect();
         let (links, compliances, couplings) = condensed(arrangement, interfaces, &inverse, 1.0)?;
-        Ok(Self { arrangement, interfaces, factors, inverse, links, compliances, couplings })
+        Ok(Self { factors, inverse, links, compliances, couplings })
     }
 
     /// W of a contact, m/N.
@@ -79,36 +86,40 @@ impl<'a> Statics<'a> {
     ///
     /// # Errors
     /// [`FeaError::NoEquilibrium`].
-    pub fn under(&self, force: f64) -> Result<Equilibrium, FeaError> {
-        let count = self.links.len();
-        let mut forces: Vec<Vec<f64>> =
-            self.arrangement.contacts.iter().map(|&pair| vec![0.0; self.arrangement.pairs[pair].len()]).collect();
-        let mut approaches = vec![0.0; count];
-        for sweep in 1..=MOST_ITERATIONS {
+    pub fn under(&self, arrangement: &Arrangement, force: f64) -> Result<Equilibrium, FeaError> {
+        let Equilibrium { mut forces, mut approaches } = Equilibrium::unpressed(arrangement);
+        let mut sweep = 0;
+        loop {
+            sweep += 1;
             let mut change: f64 = 0.0;
             for (contact, approach) in approaches.iter_mut().enumerate() {
                 let before = *approach;
-                *approach = self.press(contact, force, before, &mut forces)?;
+                *approach = self.press(arrangement, contact, force, before, &mut forces)?;
                 change = change.max((*approach - before).abs() / approach.abs());
             }
             // Rounding of the approach itself.
             if change < 1e-13 {
-                let displacements = self.displacements(&forces);
-                return Ok(Equilibrium { displacements, forces, approaches });
+                return Ok(Equilibrium { forces, approaches });
             }
             if sweep == MOST_ITERATIONS || !change.is_finite() {
                 return Err(FeaError::NoEquilibrium { force, contact: 1, iterations: sweep });
             }
         }
-        Err(FeaError::NoEquilibrium { force, contact: 1, iterations: MOST_ITERATIONS })
     }
 
     /// The approach (m) at which contact c carries `force` (N), its neighbours' forces given; its own are set.
-    fn press(&self, contact: usize, force: f64, guess: f64, forces: &mut [Vec<f64>]) -> Result<f64, FeaError> {
+    fn press(
+        &self,
+        arrangement: &Arrangement,
+        contact: usize,
+        force: f64,
+        guess: f64,
+        forces: &mut [Vec<f64>],
+    ) -> Result<f64, FeaError> {
         let link = &self.links[contact];
         let compliance = &self.compliances[link.compliance];
         let n = compliance.size();
-        let mut free = self.arrangement.pairs[self.arrangement.contacts[contact]].gaps.clone();
+        let mut free = arrangement.pairs[arrangement.contacts[contact]].gaps.clone();
         if let Some(coupling) = link.coupling {
             let earlier = &forces[contact - 1];
             let matrix = &self.couplings[coupling];
@@ -130,19 +141,21 @@ impl<'a> Statics<'a> {
         found.map_err(|iterations| FeaError::NoEquilibrium { force, contact: contact + 1, iterations })
     }
 
-    /// Displacements of all bodies under the given contact forces.
-    fn displacements(&self, forces: &[Vec<f64>]) -> Vec<Option<Vec<f64>>> {
-        (0..self.arrangement.beads.len() + 2)
+    /// Displacements (m) of the body in every slot under the given contact forces (N), of a free body relative to its mass mean; none where
+    /// it is rigid.
+    fn displacements(
+        &self,
+        arrangement: &Arrangement,
+        interfaces: &Interfaces,
+        forces: &[Vec<f64>],
+    ) -> Vec<Option<Vec<f64>>> {
+        (0..arrangement.beads.len() + 2)
             .map(|slot| {
-                let kind = self.arrangement.kind(slot)?;
-                let body = &self.arrangement.kinds[kind];
-                let unknowns = &self.interfaces.unknowns[kind];
+                let kind = arrangement.kind(slot)?;
+                let (body, factor) = (&arrangement.kinds[kind], &self.factors[kind]);
+                let unknowns = &interfaces.unknowns[kind];
                 let mut local = vec![0.0; unknowns.len()];
-                self.interfaces.faces[slot - 1][1].press(&forces[slot - 1], &mut local);
-                if let Some(next) = forces.get(slot) {
-                    self.interfaces.faces[slot][0].press(next, &mut local);
-                }
-                let factor = &self.factors[kind];
+                interfaces.press(slot, |contact| forces.get(contact), &mut local);
                 let mut load = body.columns(1);
                 for (&unknown, force) in unknowns.iter().zip(&local) {
                     load.set(unknown as usize, 0, *force);
@@ -214,19 +227,50 @@ pub(super) fn force_at(
     }
 }
 
-/// A scene's bodies at rest under its precompression (N); nothing is computed without one.
-///
-/// # Errors
-/// [`FeaError`]: no factor, or no equilibrium.
-pub fn precompressed(arrangement: &Arrangement, interfaces: &Interfaces, force: f64) -> Result<Equilibrium, FeaError> {
-    if force > 0.0 {
-        return Statics::new(arrangement, interfaces)?.under(force);
+/// How a run begins: contacts and bodies at rest under the scene's precompression.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rest {
+    /// The contacts and their forces; their gaps are not measured yet.
+    pub contacts: Vec<ContactState>,
+    /// Gap of every contact's points at zero displacement, m.
+    pub gaps: Vec<Vec<f64>>,
+    /// Overlap of the rigid motions at every contact at zero displacement, m.
+    pub overlaps: Vec<f64>,
+    /// Displacements of the body in every slot relative to its mass mean, m; none where it is rigid or undeformed.
+    pub displacements: Vec<Option<Vec<f64>>>,
+}
+
+impl Rest {
+    /// Of a scene's chain; nothing is factored without a precompression.
+    ///
+    /// # Errors
+    /// [`FeaError`]: an open gap under a precompression, no factor, or no equilibrium.
+    pub fn new(arrangement: &Arrangement, interfaces: &Interfaces, chain: &Chain) -> Result<Self, FeaError> {
+        let force = chain.precompression;
+        let (rest, displacements) = if force > 0.0 {
+            if let Some((contact, &gap)) = chain.gaps.iter().enumerate().find(|(_, gap)| **gap > 0.0) {
+                return Err(FeaError::OpenGapUnderPrecompression { force, contact: contact + 1, gap });
+            }
+            let statics = Statics::new(arrangement, interfaces)?;
+            let rest = statics.under(arrangement, force)?;
+            let displacements = statics.displacements(arrangement, interfaces, &rest.forces);
+            (rest, displacements)
+        } else {
+            (Equilibrium::unpressed(arrangement), vec![None; arrangement.beads.len() + 2])
+        };
+        let overlaps: Vec<f64> =
+            rest.approaches.iter().zip(&chain.gaps).map(|(approach, gap)| approach - gap).collect();
+        let (mut contacts, mut gaps) = (Vec::new(), Vec::new());
+        for ((forces, &pair), overlap) in rest.forces.into_iter().zip(&arrangement.contacts).zip(&overlaps) {
+            let pair = &arrangement.pairs[pair];
+            let mut state = ContactState::open(forces.len());
+            state.pressing = forces.iter().zip(&pair.axial_before).map(|(force, axial)| force * axial).sum();
+            state.forces = forces;
+            contacts.push(state);
+            gaps.push(pair.gaps.iter().zip(&pair.axial_before).map(|(gap, axial)| gap - axial * overlap).collect());
+        }
+        Ok(Self { contacts, gaps, overlaps, displacements })
     }
-    Ok(Equilibrium {
-        displacements: vec![None; arrangement.beads.len() + 2],
-        forces: arrangement.contacts.iter().map(|&pair| vec![0.0; arrangement.pairs[pair].len()]).collect(),
-        approaches: vec![0.0; arrangement.contacts.len()],
-    })
 }
 
 #[cfg(test)]
@@ -266,7 +310,7 @@ mod tests {
         let scene = scene::load("rigid", &["model.kind=fea".into(), "model.mesh_density=8".into()]).unwrap();
         let arrangement = Arrangement::new(&scene).unwrap();
         let interfaces = Interfaces::new(&arrangement);
-        let rest = Statics::new(&arrangement, &interfaces).unwrap().under(1.0).unwrap();
+        let rest = Statics::new(&arrangement, &interfaces).unwrap().under(&arrangement, 1.0).unwrap();
         for (contact, forces) in rest.forces.iter().enumerate() {
             let axial = &arrangement.pairs[arrangement.contacts[contact]].axial_before;
             let sum: f64 = forces.iter().zip(axial).map(|(force, axial)| force * axial).sum();
@@ -287,7 +331,7 @@ mod tests {
     fn nothing_is_computed_without_a_force() {
         let scene = scene::load("rigid", &["model.kind=fea".into(), "model.mesh_density=4".into()]).unwrap();
         let arrangement = Arrangement::new(&scene).unwrap();
-        let rest = precompressed(&arrangement, &Interfaces::new(&arrangement), 0.0).unwrap();
-        assert!(rest.displacements.iter().all(Option::is_none) && rest.approaches.iter().all(|d| *d == 0.0));
+        let rest = Rest::new(&arrangement, &Interfaces::new(&arrangement), &scene.chain).unwrap();
+        assert!(rest.displacements.iter().all(Option::is_none) && rest.overlaps.iter().all(|d| *d == 0.0));
     }
 }

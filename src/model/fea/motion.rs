@@ -4,7 +4,7 @@ use super::{
     arrangement::Arrangement,
     assembly::{Columns, Direction, DofMap},
     contact::{
-        chain::{ContactState, Contacts, RigidPrediction},
+        chain::{ContactState, RigidPrediction, net_force},
         face::Face,
     },
     operator::{Interfaces, Operator},
@@ -143,12 +143,12 @@ impl Motion {
             let (solution, product) = (group.solution.as_mut_slice(), group.predicted.as_slice());
             solution.iter_mut().zip(product).for_each(|(s, p)| *s -= gain * p);
             for (column, &slot) in group.slots.iter().enumerate() {
-                press(interfaces, before, slot, &mut group.own_forces);
+                interfaces.press(slot, |contact| Some(&before.get(contact)?.forces), &mut group.own_forces);
                 for (&unknown, force) in interfaces.unknowns[kind].iter().zip(&group.own_forces) {
                     let value = group.solution.get(unknown as usize, column) + gain * force;
                     group.solution.set(unknown as usize, column, value);
                 }
-                let damping = net(before, slot, |contact| contact.damping) / body.total_mass();
+                let damping = net_force(before, slot, |contact| contact.damping) / body.total_mass();
                 if damping != 0.0 && body.is_free() {
                     for (node, mass) in body.node_mass().iter().enumerate() {
                         let unknown = DofMap::dof(node as u32, Direction::Axial) as usize;
@@ -174,7 +174,7 @@ impl Motion {
             let Some(kind) = arrangement.kind(slot).filter(|&kind| arrangement.kinds[kind].is_free()) else { continue };
             let Rigid { displacement: u, velocity: v, acceleration: a } = *rigid;
             let lagging = if c.lag > 0.0 {
-                c.lag * net(before, slot, ContactState::total) / arrangement.kinds[kind].total_mass()
+                c.lag * net_force(before, slot, ContactState::total) / arrangement.kinds[kind].total_mass()
             } else {
                 0.0
             };
@@ -205,7 +205,7 @@ impl Motion {
         for (kind, (factor, group)) in operator.factors.iter().zip(&mut self.groups).enumerate() {
             if group.slots.iter().any(|&slot| pressed(contacts, slot)) {
                 for (column, &slot) in group.slots.iter().enumerate() {
-                    press(interfaces, contacts, slot, &mut group.own_forces);
+                    interfaces.press(slot, |contact| Some(&contacts.get(contact)?.forces), &mut group.own_forces);
                     for (row, force) in group.own_forces.iter().enumerate() {
                         group.forces.set(row, column, gain * force);
                     }
@@ -215,7 +215,7 @@ impl Motion {
             factor.backward(&mut group.half, &mut group.solution);
             let body = &arrangement.kinds[kind];
             for (column, &slot) in group.slots.iter().enumerate() {
-                let damping = net(contacts, slot, |contact| contact.damping);
+                let damping = net_force(contacts, slot, |contact| contact.damping);
                 if damping != 0.0 && body.is_free() {
                     // A body force of constant density moves a free body as a whole.
                     let shift = gain * damping / body.total_mass();
@@ -233,12 +233,13 @@ impl Motion {
     #[must_use]
     pub fn not_finite(&self) -> Option<usize> {
         self.groups.iter().find_map(|group| {
-            let width = group.solution.width();
-            let mut sums = vec![0.0; width];
-            for row in group.solution.as_slice().chunks_exact(width) {
-                sums.iter_mut().zip(row).for_each(|(sum, value)| *sum += value);
+            let (values, width) = (group.solution.as_slice(), group.solution.width());
+            // One sum tells of all bodies; which it is matters only if one is not finite.
+            if values.iter().sum::<f64>().is_finite() {
+                return None;
             }
-            group.slots.iter().zip(sums).find(|(_, sum)| !sum.is_finite()).map(|(&slot, _)| slot)
+            let sum = |column: usize| values.iter().skip(column).step_by(width).sum::<f64>();
+            group.slots.iter().enumerate().find(|(column, _)| !sum(*column).is_finite()).map(|(_, &slot)| slot)
         })
     }
 
@@ -258,8 +259,8 @@ impl Motion {
         for slot in 1..self.rigid.len() {
             let Some(kind) = arrangement.kind(slot).filter(|&kind| arrangement.kinds[kind].is_free()) else { continue };
             let mass = arrangement.kinds[kind].total_mass();
-            let old = if c.lag > 0.0 { c.lag * net(before, slot, ContactState::total) } else { 0.0 };
-            let new = ((1.0 - c.lag) * net(contacts, slot, ContactState::total) + old) / mass;
+            let old = if c.lag > 0.0 { c.lag * net_force(before, slot, ContactState::total) } else { 0.0 };
+            let new = ((1.0 - c.lag) * net_force(contacts, slot, ContactState::total) + old) / mass;
             let Rigid { displacement: u, velocity: v, acceleration: a } = self.rigid[slot];
             self.rigid[slot] = Rigid {
                 displacement: c.predicted(u, v, a) + c.gain * new,
@@ -407,48 +408,9 @@ impl Group {
     }
 }
 
-/// Net axial force on the body in a slot, positive along z.
-fn net(contacts: &[ContactState], slot: usize, force: impl Fn(&ContactState) -> f64) -> f64 {
-    let before = slot.checked_sub(1).map_or(0.0, |contact| force(&contacts[contact]));
-    before - contacts.get(slot).map_or(0.0, force)
-}
-
 /// Whether any point of the contacts around a slot is pressed.
 fn pressed(contacts: &[ContactState], slot: usize) -> bool {
     contacts[slot - 1].pressing != 0.0 || contacts.get(slot).is_some_and(|contact| contact.pressing != 0.0)
-}
-
-/// Forces of the contacts around a slot on the interface unknowns of its body.
-pub fn press(interfaces: &Interfaces, contacts: &[ContactState], slot: usize, forces: &mut [f64]) {
-    forces.fill(0.0);
-    interfaces.faces[slot - 1][1].press(&contacts[slot - 1].forces, forces);
-    if let Some(contact) = contacts.get(slot) {
-        interfaces.faces[slot][0].press(&contact.forces, forces);
-    }
-}
-
-/// Predicted gaps of all contacts at the end of a step, without its forces, m.
-pub fn predict_gaps(
-    motion: &Motion,
-    interfaces: &Interfaces,
-    contacts: &Contacts,
-    rest_gaps: &[Vec<f64>],
-    piston: f64,
-    out: &mut [Vec<f64>],
-) {
-    for (contact, gaps) in out.iter_mut().enumerate() {
-        gaps.copy_from_slice(&rest_gaps[contact]);
-        for (slot, face) in [contact, contact + 1].into_iter().zip(&interfaces.faces[contact]) {
-            if let Some((values, column)) = motion.free_interface(slot) {
-                for (i, gap) in gaps.iter_mut().enumerate() {
-                    *gap -= face.terms(i).map(|(row, coefficient)| coefficient * values.get(row, column)).sum::<f64>();
-                }
-            } else if slot == 0 {
-                let axial = &contacts.links[0].axial_before;
-                gaps.iter_mut().zip(axial).for_each(|(gap, axial)| *gap -= axial * piston);
-            }
-        }
-    }
 }
 
 #[cfg(test)]

@@ -73,6 +73,70 @@ impl Interfaces {
             .collect();
         Self { unknowns, faces }
     }
+
+    /// Forces (N) on the interface unknowns of the body in a slot, from those of the points of the contacts around it.
+    pub fn press<'a>(&self, slot: usize, of_contact: impl Fn(usize) -> Option<&'a Vec<f64>>, on_unknowns: &mut [f64]) {
+        on_unknowns.fill(0.0);
+        for (contact, side) in [(slot - 1, 1), (slot, 0)] {
+            if let Some(forces) = of_contact(contact) {
+                self.faces[contact][side].press(forces, on_unknowns);
+            }
+        }
+    }
+
+    /// Gaps of all contacts (m) from those at zero displacement, the piston's displacement (m) and that of the bodies' interfaces:
+    /// `value(slot, row)`, none where the body is rigid.
+    pub fn gaps(
+        &self,
+        rest: &[Vec<f64>],
+        links: &[Link],
+        piston: f64,
+        value: impl Fn(usize, usize) -> Option<f64>,
+        out: &mut [Vec<f64>],
+    ) {
+        for (contact, gaps) in out.iter_mut().enumerate() {
+            gaps.copy_from_slice(&rest[contact]);
+            for (slot, face) in [contact, contact + 1].into_iter().zip(&self.faces[contact]) {
+                if slot == 0 {
+                    gaps.iter_mut().zip(&links[0].axial_before).for_each(|(gap, axial)| *gap -= axial * piston);
+                } else if !face.is_empty() {
+                    for (i, gap) in gaps.iter_mut().enumerate() {
+                        *gap -= face
+                            .terms(i)
+                            .map(|(row, coefficient)| coefficient * value(slot, row).unwrap_or(0.0))
+                            .sum::<f64>();
+                    }
+                }
+            }
+        }
+    }
+
+    /// W of a contact row by row, times `weight`, into `matrix`: both its faces on bodies that answer with the dense matrices `inverse` (one a
+    /// kind, m/N).
+    pub fn compliance(
+        &self,
+        arrangement: &Arrangement,
+        contact: usize,
+        inverse: &[Vec<f64>],
+        weight: f64,
+        matrix: &mut [f64],
+    ) {
+        matrix.fill(0.0);
+        for (slot, face) in [contact, contact + 1].into_iter().zip(&self.faces[contact]) {
+            if let Some(kind) = arrangement.kind(slot) {
+                face.add_compliance(face, &inverse[kind], self.unknowns[kind].len(), matrix);
+            }
+        }
+        matrix.iter_mut().for_each(|value| *value *= weight);
+    }
+
+    /// V of a contact row by row, times `weight`, into `matrix`: across the body of that kind to the contact before.
+    fn coupling(&self, contact: usize, kind: usize, inverse: &[Vec<f64>], weight: f64, matrix: &mut [f64]) {
+        matrix.fill(0.0);
+        let [own, other] = [&self.faces[contact][0], &self.faces[contact - 1][1]];
+        own.add_compliance(other, &inverse[kind], self.unknowns[kind].len(), matrix);
+        matrix.iter_mut().for_each(|value| *value *= weight);
+    }
 }
 
 /// Links, compliances W and couplings V of all contacts, as [`Contacts`] has them.
@@ -92,10 +156,8 @@ pub fn condensed(
     let (mut links, mut compliances, mut couplings) = (Vec::new(), Vec::new(), Vec::new());
     let mut known_compliances = Vec::new();
     let mut known_couplings = Vec::new();
-    let scaled = |matrix: &mut Vec<f64>| matrix.iter_mut().for_each(|value| *value *= weight);
     for (contact, &pair) in arrangement.contacts.iter().enumerate() {
         let kinds = [arrangement.kind(contact), arrangement.kind(contact + 1)];
-        let faces = &interfaces.faces[contact];
         let geometry = &arrangement.pairs[pair];
         let n = geometry.len();
         let key = (pair, kinds);
@@ -103,12 +165,7 @@ pub fn condensed(
             Some(known) => known,
             None => {
                 let mut matrix = vec![0.0; n * n];
-                for (kind, face) in kinds.iter().zip(faces) {
-                    if let Some(kind) = kind {
-                        face.add_compliance(face, &inverse[*kind], interfaces.unknowns[*kind].len(), &mut matrix);
-                    }
-                }
-                scaled(&mut matrix);
+                interfaces.compliance(arrangement, contact, inverse, weight, &mut matrix);
                 if contact + 1 == arrangement.contacts.len() && arrangement.spring.is_finite() {
                     // The flat gives way by F/K wherever it is pressed.
                     matrix.iter_mut().for_each(|value| *value += 1.0 / arrangement.spring);
@@ -127,10 +184,8 @@ pub fn condensed(
                 Some(match known_couplings.iter().position(|known| *known == key) {
                     Some(known) => known,
                     None => {
-                        let other = &interfaces.faces[contact - 1][1];
-                        let mut matrix = vec![0.0; n * other.len()];
-                        faces[0].add_compliance(other, &inverse[kind], interfaces.unknowns[kind].len(), &mut matrix);
-                        scaled(&mut matrix);
+                        let mut matrix = vec![0.0; n * interfaces.faces[contact - 1][1].len()];
+                        interfaces.coupling(contact, kind, inverse, weight, &mut matrix);
                         known_couplings.push(key);
                         couplings.push(matrix);
                         couplings.len() - 1
@@ -207,19 +262,9 @@ impl Operator {
             own.copy_from_slice(&face.axial);
         }
         let matrix = self.contacts.compliances[link.compliance].rewrite();
-        matrix.fill(0.0);
-        for (slot, face) in [last, last + 1].into_iter().zip(faces) {
-            if let Some(kind) = arrangement.kind(slot) {
-                face.add_compliance(face, &self.inverse[kind], interfaces.unknowns[kind].len(), matrix);
-            }
-        }
-        matrix.iter_mut().for_each(|value| *value *= gain);
+        interfaces.compliance(arrangement, last, &self.inverse, gain, matrix);
         if let (Some(coupling), Some(kind)) = (link.coupling, arrangement.kind(last)) {
-            let matrix = &mut self.contacts.couplings[coupling];
-            matrix.fill(0.0);
-            let size = interfaces.unknowns[kind].len();
-            faces[0].add_compliance(&interfaces.faces[last - 1][1], &self.inverse[kind], size, matrix);
-            matrix.iter_mut().for_each(|value| *value *= gain);
+            interfaces.coupling(last, kind, &self.inverse, gain, &mut self.contacts.couplings[coupling]);
         }
     }
 

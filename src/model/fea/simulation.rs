@@ -10,15 +10,15 @@ use std::fmt;
 use super::{
     FeaError,
     arrangement::Arrangement,
-    contact::chain::{ContactState, Failure, RigidPrediction, Workspace},
+    contact::chain::{ContactState, RigidPrediction, Workspace},
     control::{Cause, Complementarity, Control, Cut, PENETRATION},
     energy::Ledger,
-    equilibrium,
-    motion::{Motion, Saved, predict_gaps},
+    equilibrium::Rest,
+    motion::{Motion, Saved},
     operator::{Interfaces, Operator},
     profile::Profile,
     scheme::Coefficients,
-    trace::{Trace, Watched},
+    trace::{Sampling, Trace, Watched},
     turning::{Turned, Turning},
 };
 use crate::{
@@ -54,8 +54,7 @@ pub struct Simulation {
     scheme: Scheme,
     tension: bool,
     step: f64,
-    steps_per_sample: usize,
-    samples: usize,
+    sampling: Sampling,
     control: Control,
     drive: Box<dyn PistonMotion>,
     /// Operators of the step halved 0, 1, 2 … times, made when first needed.
@@ -105,39 +104,15 @@ impl Simulation {
     pub fn with_motion(scene: &Scene, drive: Box<dyn PistonMotion>, control: Control) -> Result<Self, FeaError> {
         let mut profile = Profile::default();
         let mut lap = profile.start();
-        let force = scene.chain.precompression;
-        if force > 0.0
-            && let Some((contact, &gap)) = scene.chain.gaps.iter().enumerate().find(|(_, gap)| **gap > 0.0)
-        {
-            return Err(FeaError::OpenGapUnderPrecompression { force, contact: contact + 1, gap });
-        }
         let arrangement = Arrangement::new(scene)?;
         let interfaces = Interfaces::new(&arrangement);
         profile.assembly += lap.lap();
         let settings = &scene.model.fea;
-        let steps_per_sample = (scene.output_step / settings.step).round().max(1.0) as usize;
-        let step = scene.output_step / steps_per_sample as f64;
-        let samples = (scene.duration / scene.output_step + 1e-6).floor() as usize + 1;
-        let rest = equilibrium::precompressed(&arrangement, &interfaces, force)?;
-        let motion = Motion::at_rest(&arrangement, &interfaces, &rest.displacements);
-        let mut contacts = Vec::with_capacity(rest.forces.len());
-        for (forces, &pair) in rest.forces.into_iter().zip(&arrangement.contacts) {
-            let mut state = ContactState::open(forces.len());
-            state.pressing = forces.iter().zip(&arrangement.pairs[pair].axial_before).map(|(f, a)| f * a).sum();
-            state.forces = forces;
-            contacts.push(state);
-        }
-        let rest_overlaps: Vec<f64> =
-            rest.approaches.iter().zip(&scene.chain.gaps).map(|(approach, gap)| approach - gap).collect();
-        let rest_gaps: Vec<Vec<f64>> = arrangement
-            .contacts
-            .iter()
-            .zip(&rest_overlaps)
-            .map(|(&pair, overlap)| {
-                let pair = &arrangement.pairs[pair];
-                pair.gaps.iter().zip(&pair.axial_before).map(|(gap, axial)| gap - axial * overlap).collect()
-            })
-            .collect();
+        let sampling = Sampling::new(scene, settings.step);
+        let (step, samples) = (sampling.step(), sampling.samples);
+        let Rest { contacts, gaps: rest_gaps, overlaps: rest_overlaps, displacements } =
+            Rest::new(&arrangement, &interfaces, &scene.chain)?;
+        let motion = Motion::at_rest(&arrangement, &interfaces, &displacements);
         let (scheme, tension) = (settings.scheme, scene.damping.tension);
         let operator = Operator::new(&arrangement, &interfaces, Coefficients::new(scheme, step), tension)?;
         let workspace = Workspace::new(&operator.contacts);
@@ -155,7 +130,7 @@ impl Simulation {
         let turning = Turning::new(scene, &arrangement, &interfaces)?;
         let mut simulation = Self {
             turning,
-            trace: Trace::new(&arrangement, samples, scene.output_step, steps_per_sample),
+            trace: Trace::new(&arrangement, sampling),
             watched: Watched::new(&arrangement),
             predicted_gaps: rest_gaps.clone(),
             before: contacts.clone(),
@@ -169,8 +144,7 @@ impl Simulation {
             scheme,
             tension,
             step,
-            steps_per_sample,
-            samples,
+            sampling,
             control,
             drive,
             operators,
@@ -224,7 +198,7 @@ impl Simulation {
     /// Whether the last sample is taken.
     #[must_use]
     pub fn is_done(&self) -> bool {
-        self.taken >= (self.samples - 1) * self.steps_per_sample
+        self.taken >= self.sampling.steps()
     }
 
     /// Steps taken back so far.
@@ -303,7 +277,7 @@ impl Simulation {
         self.taken += 1;
         let mut lap = self.profile.start();
         self.trace.follow(&self.watched, &self.motion);
-        if self.taken.is_multiple_of(self.steps_per_sample) {
+        if self.taken.is_multiple_of(self.sampling.steps_per_sample) {
             self.record();
         }
         if self.taken.is_multiple_of(STEPS_PER_AUDIT) || self.is_done() {
@@ -364,14 +338,13 @@ impl Simulation {
             operator.turn_last(arrangement, interfaces);
         }
         loop {
-            predict_gaps(motion, interfaces, &operator.contacts, &self.rest_gaps, piston, &mut self.predicted_gaps);
+            let value = |slot, row| motion.free_interface(slot).map(|(free, column)| free.get(row, column));
+            let (rest, links) = (&self.rest_gaps, &operator.contacts.links);
+            interfaces.gaps(rest, links, piston, value, &mut self.predicted_gaps);
             let effort = operator
                 .contacts
                 .solve(&self.predicted_gaps, &self.rigid, &self.rest_overlaps, contacts, &mut self.workspace)
-                .map_err(|failure| match failure {
-                    Failure::NoActiveSet { contact, .. } => (Cause::NoActiveSet, contact),
-                    Failure::NotSettled { contact, .. } => (Cause::NotSettled, contact),
-                })?;
+                .map_err(Cause::of)?;
             ledger.work.contact_sweeps += u64::from(effort.sweeps);
             ledger.work.active_sets += u64::from(effort.sets);
             let Some(turning) = &mut self.turning else { break };
@@ -488,12 +461,9 @@ impl Simulation {
     }
 
     fn energy(&mut self) -> (f64, f64) {
-        let (kinetic, mut stored) = self.motion.energy(&self.arrangement);
-        if self.arrangement.spring.is_finite() {
-            let force = self.contacts.last().map_or(0.0, |contact| contact.pressing);
-            stored += 0.5 * force * force / self.arrangement.spring;
-        }
-        (kinetic, stored)
+        let (kinetic, stored) = self.motion.energy(&self.arrangement);
+        let force = self.contacts.last().map_or(0.0, |contact| contact.pressing);
+        (kinetic, stored + self.arrangement.spring_energy(force))
     }
 
     fn record(&mut self) {

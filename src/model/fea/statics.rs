@@ -12,7 +12,8 @@ use super::{
     arrangement::Arrangement,
     contact::{
         chain::ContactState,
-        complementarity::{Compliance, Scratch},
+        complementarity::Scratch,
+        ring::{Ring, SETTLED},
     },
     equilibrium::Statics,
     operator::Interfaces,
@@ -69,10 +70,10 @@ pub struct Curve {
     interfaces: Interfaces,
     /// Contact of the arrangement that is meant.
     contact: usize,
-    /// W of a one-sided contact, m/N.
-    one_sided: Option<Compliance>,
-    /// Dense static compliances of the kinds' interfaces, for normals that move.
-    inverse: Option<Vec<Vec<f64>>>,
+    loading: Loading,
+    /// Whether the normals follow the sphere.
+    moving: bool,
+    statics: Statics,
     /// k of Hertz' law for this pair, N·m^(-3/2); none on an annulus.
     hertz: Option<f64>,
     radius: f64,
@@ -100,24 +101,19 @@ impl Curve {
         let arrangement = Arrangement::new(&part)?;
         let interfaces = Interfaces::new(&arrangement);
         let contact = 1;
-        let (mut one_sided, mut inverse) = (None, None);
-        if loading == Loading::OneSided {
-            let statics = Statics::new(&arrangement, &interfaces)?;
-            one_sided = Some(statics.compliance(contact).clone());
-            let moving = matches!(
-                &part.support,
-                Support::Annulus { normal: ContactNormal::Moving, .. }
-                    | Support::Body { normal: ContactNormal::Moving, .. }
-            );
-            inverse = moving.then(|| statics.inverse.clone());
-        }
+        let statics = Statics::new(&arrangement, &interfaces)?;
+        let moving = matches!(
+            &part.support,
+            Support::Annulus { normal: ContactNormal::Moving, .. }
+                | Support::Body { normal: ContactNormal::Moving, .. }
+        );
         let hertz = match touching {
             Touching::BeadBead => Some(bead_pair_stiffness(bead, bead)),
             Touching::BeadFlat => Some(bead_flat_stiffness(bead, FlatContact::Rigid)),
             Touching::BeadAnnulus => None,
         };
         let radius = bead.radius;
-        Ok(Self { touching, arrangement, interfaces, contact, one_sided, inverse, hertz, radius })
+        Ok(Self { touching, arrangement, interfaces, contact, loading, moving, statics, hertz, radius })
     }
 
     /// The bodies.
@@ -159,19 +155,19 @@ impl Curve {
         let pair = &self.arrangement.pairs[self.arrangement.contacts[self.contact]];
         let mut state = ContactState::open(pair.len());
         let mut sets = 0;
-        match &self.one_sided {
-            Some(compliance) if self.inverse.is_some() && pair.ring.is_some() => {
-                sets = self.turned(compliance, approach, &mut state)?;
-            }
-            Some(compliance) => {
+        match (self.loading, &pair.ring) {
+            (Loading::BothPoles, _) => state.forces = self.squeezed(approach)?,
+            (Loading::OneSided, Some(ring)) if self.moving => sets = self.turned(ring, approach, &mut state)?,
+            (Loading::OneSided, _) => {
                 let free: Vec<f64> =
                     pair.gaps.iter().zip(&pair.axial_before).map(|(gap, axial)| gap - axial * approach).collect();
-                let solved = compliance
+                let solved = self
+                    .statics
+                    .compliance(self.contact)
                     .solve(&free, &mut state.forces, &mut state.gaps, &mut Scratch::new(pair.len()))
                     .map_err(|failed| self.beyond(approach, failed.iterations))?;
                 sets = solved.iterations;
             }
-            None => state.forces = self.squeezed(approach)?,
         }
         let edge = pair.len() - 1;
         if state.forces[edge] > 0.0 || (pair.ring.is_some() && state.forces[0] > 0.0) {
@@ -195,50 +191,34 @@ impl Curve {
     }
 
     /// The same on a ring whose normals move with the sphere: solved, turned to the displacements found, and so on. Returns the sets tried.
-    fn turned(&self, compliance: &Compliance, approach: f64, state: &mut ContactState) -> Result<u32, FeaError> {
-        let pair = &self.arrangement.pairs[self.arrangement.contacts[self.contact]];
-        let (Some(ring), Some(inverse)) = (&pair.ring, &self.inverse) else { return Ok(0) };
-        let kinds = [0, 1].map(|side| self.arrangement.kind(self.contact + side));
-        let mut faces = self.interfaces.faces[self.contact].clone();
+    fn turned(&self, ring: &Ring, approach: f64, state: &mut ContactState) -> Result<u32, FeaError> {
+        let (contact, statics) = (self.contact, &self.statics);
+        let mut interfaces = self.interfaces.clone();
         let mut linearised = ring.at_rest();
-        let (mut compliance, mut scratch, mut sets) = (compliance.clone(), Scratch::new(pair.len()), 0);
+        let mut compliance = statics.compliance(contact).clone();
+        let (mut scratch, mut sets) = (Scratch::new(state.forces.len()), 0);
+        let rest = linearised.offsets.iter().zip(&linearised.normals);
+        let mut free: Vec<f64> = rest.map(|(offset, normal)| offset - normal[1] * approach).collect();
         for _ in 0..MOST_TURNS {
-            let free: Vec<f64> =
-                linearised.offsets.iter().zip(&linearised.normals).map(|(gap, n)| gap - n[1] * approach).collect();
             let solved = compliance
                 .solve(&free, &mut state.forces, &mut state.gaps, &mut scratch)
                 .map_err(|failed| self.beyond(approach, failed.iterations))?;
             sets += solved.iterations;
             state.pressing = state.forces.iter().zip(&linearised.normals).map(|(force, n)| force * n[1]).sum();
-            let displacements: Vec<Vec<f64>> = kinds
-                .iter()
-                .zip(&faces)
-                .map(|(kind, face)| {
-                    let Some(inverse) = kind.map(|kind| &inverse[kind]) else { return Vec::new() };
-                    let size = kind.map_or(0, |kind| self.interfaces.unknowns[kind].len());
-                    let mut forces = vec![0.0; size];
-                    face.press(&state.forces, &mut forces);
-                    inverse.chunks_exact(size).map(|row| row.iter().zip(&forces).map(|(w, f)| w * f).sum()).collect()
-                })
-                .collect();
-            let moved = |i: usize| {
-                let mut moved = ring.moved(&faces, i, |side, unknown| displacements[side][unknown]);
-                moved[0][1] += approach;
-                moved
-            };
-            let change = ring.linearise(moved, approach, &mut linearised);
-            ring.turn(&linearised.normals, &mut faces);
-            // A hundred roundings of the distances that gaps come from.
-            if change <= 1e-17 {
+            let displacements = [0, 1].map(|side| {
+                let Some(kind) = self.arrangement.kind(contact + side) else { return Vec::new() };
+                let size = interfaces.unknowns[kind].len();
+                let mut forces = vec![0.0; size];
+                interfaces.faces[contact][side].press(&state.forces, &mut forces);
+                let rows = statics.inverse[kind].chunks_exact(size);
+                rows.map(|row| row.iter().zip(&forces).map(|(w, f)| w * f).sum()).collect()
+            });
+            let value = |side: usize, unknown: usize| -> f64 { displacements[side][unknown] };
+            let faces = &mut interfaces.faces[contact];
+            if ring.follow(faces, value, 0.0, approach, &mut linearised, &mut free) <= SETTLED {
                 return Ok(sets);
             }
-            let matrix = compliance.rewrite();
-            matrix.fill(0.0);
-            for (kind, face) in kinds.iter().zip(&faces) {
-                if let Some(kind) = *kind {
-                    face.add_compliance(face, &inverse[kind], self.interfaces.unknowns[kind].len(), matrix);
-                }
-            }
+            interfaces.compliance(&self.arrangement, contact, &statics.inverse, 1.0, compliance.rewrite());
         }
         Err(self.beyond(approach, sets))
     }
@@ -246,16 +226,15 @@ impl Curve {
     /// Forces of the contact when the whole row carries one force and this contact has the approach δ (m); bisection of a monotone
     /// function by the secant.
     fn squeezed(&self, approach: f64) -> Result<Vec<f64>, FeaError> {
-        let statics = Statics::new(&self.arrangement, &self.interfaces)?;
         if approach <= 0.0 {
-            return Ok(vec![0.0; statics.compliance(self.contact).size()]);
+            return Ok(vec![0.0; self.statics.compliance(self.contact).size()]);
         }
         // F ~ δ^1.5 on curved bodies; on the annulus ~ δ^1.14. The logarithms are nearly straight.
         let mut force = self.hertz_force(approach).unwrap_or(0.668 * (approach * 1e6).powf(1.144));
         let mut last: Option<(f64, f64)> = None;
         let mut slope = if self.hertz.is_some() { 1.5 } else { 1.144 };
         for iteration in 0..60 {
-            let rest = statics.under(force)?;
+            let rest = self.statics.under(&self.arrangement, force)?;
             let reached = rest.approaches[self.contact];
             let error = (reached / approach).ln();
             if error.abs() < 1e-12 || iteration == 59 {

@@ -7,19 +7,63 @@ use super::{
     energy::Ledger,
     motion::Motion,
 };
-use crate::{response::Response, signal::Series};
+use crate::{response::Response, scene::Scene, signal::Series};
 
 /// Series taken at the samples; the far pole is followed at every step.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Trace {
-    step: f64,
-    steps_per_sample: usize,
+    sampling: Sampling,
     piston: Vec<f64>,
     displacement: Vec<Vec<f64>>,
     velocity: Vec<Vec<f64>>,
     force: Vec<Vec<f64>>,
     radius: Vec<Vec<f64>>,
     pole: Vec<f64>,
+}
+
+/// Steps and samples of a run: a whole number of steps a sample.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Sampling {
+    /// Interval of the samples, s.
+    pub output_step: f64,
+    /// Steps a sample.
+    pub steps_per_sample: usize,
+    /// Samples, the one at the start included.
+    pub samples: usize,
+}
+
+impl Sampling {
+    /// Of a scene, with the step nearest the wanted one (s) that divides the scene's output step.
+    #[must_use]
+    pub fn new(scene: &Scene, wanted: f64) -> Self {
+        let output_step = scene.output_step;
+        let steps_per_sample = (output_step / wanted).round().max(1.0) as usize;
+        Self { output_step, steps_per_sample, samples: scene.samples() }
+    }
+
+    /// Step, s.
+    #[must_use]
+    pub fn step(&self) -> f64 {
+        self.output_step / self.steps_per_sample as f64
+    }
+
+    /// Steps of the whole run.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        (self.samples - 1) * self.steps_per_sample
+    }
+}
+
+/// Velocity (m/s) at every sample from displacements (m) at every step: central differences over two steps, one-sided at the ends.
+#[must_use]
+pub fn central_velocity(steps: &[f64], sampling: &Sampling, samples: usize) -> Vec<f64> {
+    let last = steps.len().saturating_sub(1);
+    let at = |sample: usize| {
+        let here = sample * sampling.steps_per_sample;
+        let (a, b) = (here.saturating_sub(1), (here + 1).min(last));
+        if b > a { (steps[b] - steps[a]) / ((b - a) as f64 * sampling.step()) } else { 0.0 }
+    };
+    (0..samples).map(at).collect()
 }
 
 /// Unknowns that are watched.
@@ -75,21 +119,20 @@ pub fn contact_radius(pair: &Pair, state: &ContactState) -> f64 {
 }
 
 impl Trace {
-    /// For a run of so many samples, every `steps_per_sample` steps.
+    /// For a run of that sampling.
     #[must_use]
-    pub fn new(arrangement: &Arrangement, samples: usize, output_step: f64, steps_per_sample: usize) -> Self {
+    pub fn new(arrangement: &Arrangement, sampling: Sampling) -> Self {
         let (beads, contacts) = (arrangement.beads.len(), arrangement.contacts.len());
-        let column = || Vec::with_capacity(samples);
+        let column = || Vec::with_capacity(sampling.samples);
         let columns = |count: usize| (0..count).map(|_| column()).collect::<Vec<_>>();
         Self {
-            step: output_step,
-            steps_per_sample,
+            sampling,
             piston: column(),
             displacement: columns(beads),
             velocity: columns(beads),
             force: columns(contacts),
             radius: columns(contacts),
-            pole: Vec::with_capacity(samples * steps_per_sample + 1),
+            pole: Vec::with_capacity(sampling.steps() + 1),
         }
     }
 
@@ -129,22 +172,15 @@ impl Trace {
     /// The response. The far pole may carry no mass, so its velocity is the central difference of its displacement over two steps.
     #[must_use]
     pub fn response(&self, ledger: &Ledger) -> Response {
-        let series = |values: &Vec<f64>| Series::new(0.0, self.step, values.clone());
+        let output_step = self.sampling.output_step;
+        let series = |values: &Vec<f64>| Series::new(0.0, output_step, values.clone());
         let all = |columns: &Vec<Vec<f64>>| columns.iter().map(series).collect::<Vec<_>>();
-        let (stride, last) = (self.steps_per_sample, self.pole.len().saturating_sub(1));
-        let step = self.step / stride as f64;
-        let pole_velocity = (0..self.samples())
-            .map(|sample| {
-                let here = sample * stride;
-                let (a, b) = (here.saturating_sub(1), (here + 1).min(last));
-                if b > a { (self.pole[b] - self.pole[a]) / ((b - a) as f64 * step) } else { 0.0 }
-            })
-            .collect();
+        let pole_velocity = central_velocity(&self.pole, &self.sampling, self.samples());
         Response {
             piston_displacement: series(&self.piston),
             bead_displacement: all(&self.displacement),
             bead_velocity: all(&self.velocity),
-            pole_velocity: Series::new(0.0, self.step, pole_velocity),
+            pole_velocity: Series::new(0.0, output_step, pole_velocity),
             contact_force: all(&self.force),
             contact_radius: Some(all(&self.radius)),
             energy: ledger.books(),
@@ -210,7 +246,7 @@ mod tests {
         let interfaces = Interfaces::new(&arrangement);
         let watched = Watched::new(&arrangement);
         let motion = Motion::at_rest(&arrangement, &interfaces, &vec![None; 8]);
-        let mut trace = Trace::new(&arrangement, 3, 2e-7, 2);
+        let mut trace = Trace::new(&arrangement, Sampling { output_step: 2e-7, steps_per_sample: 2, samples: 3 });
         let open: Vec<_> =
             arrangement.contacts.iter().map(|&pair| ContactState::open(arrangement.pairs[pair].len())).collect();
         (0..3).for_each(|_| trace.sample(&arrangement, &watched, &motion, 1e-6, &open));

@@ -8,16 +8,13 @@ use super::{
     arrangement::Arrangement,
     contact::{
         chain::{ContactState, RigidPrediction},
-        ring::{Linearised, Ring},
+        ring::{Linearised, Ring, SETTLED},
     },
-    motion::{Motion, press},
+    motion::Motion,
     operator::{Interfaces, Operator},
 };
 use crate::scene::{ContactNormal, Scene, Support};
 
-/// Largest change of a gap in the last turn, m: a hundred roundings of the distances it comes from. The turn itself is the square root of
-/// it, and the forces belong to the normals before it.
-const SETTLED: f64 = 1e-17;
 const MOST_TURNS: u32 = 30;
 
 /// A contact whose normals move.
@@ -97,7 +94,7 @@ impl Turning {
         for side in 0..2 {
             let slot = last + side;
             let Some(free) = motion.free_interface(slot) else { continue };
-            press(interfaces, contacts, slot, &mut self.forces[side]);
+            interfaces.press(slot, |contact| Some(&contacts.get(contact)?.forces), &mut self.forces[side]);
             let shift = operator.contacts.damping_shift(slot, contacts);
             let out = &mut self.displacements[side];
             operator.interface_displacement(arrangement, interfaces, slot, free, &self.forces[side], shift, out);
@@ -112,21 +109,11 @@ impl Turning {
         }
     }
 
-    /// Linearise about the displacements kept; the overlap of the undisplaced bodies is a displacement of the sphere too.
+    /// Linearise about the displacements kept.
     fn linearise(&mut self, interfaces: &mut Interfaces, rigid: f64, overlap: f64, gaps: &mut [f64]) -> f64 {
         let last = interfaces.faces.len() - 1;
-        let (faces, values) = (&mut interfaces.faces[last], &self.displacements);
-        let moved = |i: usize| {
-            let mut moved = self.ring.moved(faces, i, |side, unknown| values[side][unknown]);
-            moved[0][1] += overlap;
-            moved
-        };
-        let change = self.ring.linearise(moved, rigid + overlap, &mut self.linearised);
-        self.ring.turn(&self.linearised.normals, faces);
-        let Linearised { normals, offsets } = &self.linearised;
-        for ((gap, normal), offset) in gaps.iter_mut().zip(normals).zip(offsets) {
-            *gap = offset - normal[1] * overlap;
-        }
-        change
+        let displacements = &self.displacements;
+        let value = |side: usize, unknown: usize| displacements[side][unknown];
+        self.ring.follow(&mut interfaces.faces[last], value, rigid, overlap, &mut self.linearised, gaps)
     }
 }

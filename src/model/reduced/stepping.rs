@@ -7,13 +7,12 @@ use crate::{
         fea::{
             FeaError,
             arrangement::Arrangement,
-            contact::chain::{ContactState, Contacts, Failure, Mobility, RigidPrediction, Workspace},
+            contact::chain::{ContactState, Contacts, Mobility, RigidPrediction, Workspace, net_force},
             control::Cause,
             energy::Ledger,
-            equilibrium,
-            motion::press,
+            equilibrium::Rest,
             operator::{Interfaces, condensed},
-            trace::{Watched, contact_radius},
+            trace::{Sampling, Watched, central_velocity, contact_radius},
         },
     },
     response::Response,
@@ -48,10 +47,7 @@ pub struct Stepper {
     bases: Vec<Basis>,
     contacts: Contacts,
     workspace: Workspace,
-    step: f64,
-    steps_per_sample: usize,
-    samples: usize,
-    output_step: f64,
+    sampling: Sampling,
     drive: Box<dyn PistonMotion>,
     rest_gaps: Vec<Vec<f64>>,
     rest_overlaps: Vec<f64>,
@@ -61,7 +57,7 @@ pub struct Stepper {
 
 impl std::fmt::Debug for Stepper {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Stepper").field("step", &self.step).field("samples", &self.samples).finish_non_exhaustive()
+        f.debug_struct("Stepper").field("sampling", &self.sampling).finish_non_exhaustive()
     }
 }
 
@@ -85,9 +81,8 @@ impl Stepper {
             }
             unknowns
         });
-        let steps_per_sample = (scene.output_step / step).round().max(1.0) as usize;
-        let step = scene.output_step / steps_per_sample as f64;
-        let samples = (scene.duration / scene.output_step + 1e-6).floor() as usize + 1;
+        let sampling = Sampling::new(scene, step);
+        let step = sampling.step();
         let bases = (0..arrangement.kinds.len())
             .map(|kind| Basis::new(&arrangement, kind, &interfaces.unknowns[kind], modes, LARGEST_PHASE / step))
             .collect::<Result<Vec<_>, _>>()?;
@@ -100,31 +95,16 @@ impl Stepper {
             })
             .collect();
         let contacts = Contacts { links, compliances, couplings, mobilities, tension: scene.damping.tension };
-        let rest = equilibrium::precompressed(&arrangement, &interfaces, scene.chain.precompression)?;
-        let rest_overlaps: Vec<f64> =
-            rest.approaches.iter().zip(&scene.chain.gaps).map(|(approach, gap)| approach - gap).collect();
-        let mut start = Vec::new();
-        let mut rest_gaps = Vec::new();
-        for (contact, forces) in rest.forces.into_iter().enumerate() {
-            let pair = &arrangement.pairs[arrangement.contacts[contact]];
-            let mut state = ContactState::open(forces.len());
-            state.pressing = forces.iter().zip(&pair.axial_before).map(|(force, axial)| force * axial).sum();
-            state.forces = forces;
-            start.push(state);
-            rest_gaps
-                .push(pair.gaps.iter().zip(&pair.axial_before).map(|(g, a)| g - a * rest_overlaps[contact]).collect());
-        }
+        let Rest { contacts: start, gaps: rest_gaps, overlaps: rest_overlaps, .. } =
+            Rest::new(&arrangement, &interfaces, &scene.chain)?;
         Ok(Self {
             workspace: Workspace::new(&contacts),
             drive: scene.drive.motion(scene.amplitude_scale),
-            output_step: scene.output_step,
             arrangement,
             interfaces,
             bases,
             contacts,
-            step,
-            steps_per_sample,
-            samples,
+            sampling,
             rest_gaps,
             rest_overlaps,
             start,
@@ -156,7 +136,7 @@ impl Stepper {
     pub fn run(&mut self, progress: Progress<'_>) -> Result<Response, ModelError> {
         let watched = self.watched_rows();
         let Self { arrangement, interfaces, bases, contacts, workspace, .. } = self;
-        let (h, count) = (self.step, arrangement.beads.len());
+        let (h, count) = (self.sampling.step(), arrangement.beads.len());
         let mut bodies: Vec<Option<Moving>> = (0..count + 2)
             .map(|slot| arrangement.kind(slot).map(|kind| Moving::at_rest(kind, &bases[kind], h)))
             .collect();
@@ -165,10 +145,10 @@ impl Stepper {
         let mut gaps = self.rest_gaps.clone();
         let mut rigid = vec![RigidPrediction::default(); count + 2];
         let mut ledger = Ledger::new(0.0);
-        let columns = |count: usize| vec![Vec::with_capacity(self.samples); count];
+        let columns = |count: usize| vec![Vec::with_capacity(self.sampling.samples); count];
         let mut trace = Record {
-            piston: Vec::with_capacity(self.samples),
-            centre: vec![Vec::with_capacity((self.samples - 1) * self.steps_per_sample + 1); count + 1],
+            piston: Vec::with_capacity(self.sampling.samples),
+            centre: vec![Vec::with_capacity(self.sampling.steps() + 1); count + 1],
             watched,
             force: columns(count + 1),
             radius: columns(count + 1),
@@ -180,51 +160,35 @@ impl Stepper {
             }
         }
         let mut piston = self.drive.at(0.0).0;
-        let steps = (self.samples - 1) * self.steps_per_sample;
         ledger.begin(energy(&bodies, bases, arrangement, &states));
         trace.follow(&bodies, bases);
         trace.sample(piston, arrangement, &states);
-        for taken in 1..=steps {
+        for taken in 1..=self.sampling.steps() {
             let time = taken as f64 * h;
             before.clone_from(&states);
             for (slot, body) in bodies.iter_mut().enumerate() {
                 let Some(body) = body else { continue };
                 let basis = &bases[body.kind];
-                let (left, right) = (&states[slot - 1], states.get(slot));
-                let net = left.total() - right.map_or(0.0, ContactState::total);
-                body.kick(basis, net, h);
+                body.kick(basis, net_force(&states, slot, ContactState::total), h);
                 body.drift(h);
                 rigid[slot] = RigidPrediction { displacement: body.rigid, velocity: body.rigid_velocity };
                 basis.displace(body.rigid, &body.modal, &mut body.interface);
             }
             let (position, velocity) = self.drive.at(time);
             rigid[0] = RigidPrediction { displacement: position, velocity };
-            for (contact, gap) in gaps.iter_mut().enumerate() {
-                gap.copy_from_slice(&self.rest_gaps[contact]);
-                for (slot, face) in [contact, contact + 1].into_iter().zip(&interfaces.faces[contact]) {
-                    match &bodies[slot] {
-                        Some(body) => {
-                            gap.iter_mut().enumerate().for_each(|(i, g)| *g -= face.displacement(i, &body.interface));
-                        }
-                        None if slot == 0 => {
-                            let axial = &contacts.links[0].axial_before;
-                            gap.iter_mut().zip(axial).for_each(|(g, a)| *g -= a * position);
-                        }
-                        None => {}
-                    }
-                }
-            }
+            let value = |slot: usize, row: usize| bodies[slot].as_ref().map(|body| body.interface[row]);
+            interfaces.gaps(&self.rest_gaps, &contacts.links, position, value, &mut gaps);
             let effort = contacts
                 .solve(&gaps, &rigid, &self.rest_overlaps, &mut states, workspace)
-                .map_err(|failure| given_up(failure, time - h, h))?;
+                .map_err(Cause::of)
+                .map_err(|(cause, at)| FeaError::StepGivenUp { time: time - h, step: h, contact: at + 1, cause })?;
             ledger.work.contact_sweeps += u64::from(effort.sweeps);
             ledger.work.active_sets += u64::from(effort.sets);
             let mut dissipated = 0.0;
             for (slot, body) in bodies.iter_mut().enumerate() {
                 let Some(body) = body else { continue };
                 body.press(slot, interfaces, &states);
-                let net = states[slot - 1].total() - states.get(slot).map_or(0.0, ContactState::total);
-                body.kick(&bases[body.kind], net, h);
+                body.kick(&bases[body.kind], net_force(&states, slot, ContactState::total), h);
                 if !body.rigid.is_finite() {
                     return Err(ModelError::NonFinite { time, step: h, bead: slot });
                 }
@@ -243,7 +207,7 @@ impl Stepper {
             ledger.work.steps += 1;
             piston = position;
             trace.follow(&bodies, bases);
-            if taken % self.steps_per_sample == 0 {
+            if taken % self.sampling.steps_per_sample == 0 {
                 trace.sample(piston, arrangement, &states);
                 ledger.sample(energy(&bodies, bases, arrangement, &states));
                 if !progress(time) {
@@ -252,7 +216,7 @@ impl Stepper {
             }
         }
         ledger.work.unknowns = bodies.iter().flatten().map(|body| 1 + body.modal.len() as u64).sum();
-        Ok(trace.response(self.output_step, self.steps_per_sample, &ledger))
+        Ok(trace.response(&self.sampling, &ledger))
     }
 }
 
@@ -278,7 +242,7 @@ impl Moving {
 
     /// Take the forces of the contacts around its slot.
     fn press(&mut self, slot: usize, interfaces: &Interfaces, states: &[ContactState]) {
-        press(interfaces, states, slot, &mut self.forces);
+        interfaces.press(slot, |contact| Some(&states.get(contact)?.forces), &mut self.forces);
     }
 
     /// Bend the modes to the forces at rest.
@@ -334,23 +298,12 @@ fn energy(
                 .map(|(row, f)| f * dot(row, &body.forces))
                 .sum::<f64>();
     }
-    if arrangement.spring.is_finite() {
-        let force = states.last().map_or(0.0, |state| state.pressing);
-        stored += 0.5 * force * force / arrangement.spring;
-    }
-    (kinetic, stored)
+    let force = states.last().map_or(0.0, |state| state.pressing);
+    (kinetic, stored + arrangement.spring_energy(force))
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn given_up(failure: Failure, time: f64, step: f64) -> ModelError {
-    let (cause, contact) = match failure {
-        Failure::NoActiveSet { contact, .. } => (Cause::NoActiveSet, contact),
-        Failure::NotSettled { contact, .. } => (Cause::NotSettled, contact),
-    };
-    FeaError::StepGivenUp { time, step, contact: contact + 1, cause }.into()
 }
 
 /// What is recorded.
@@ -383,24 +336,16 @@ impl Record {
     }
 
     /// The response; velocities are central differences of the displacements over two steps.
-    fn response(&self, output_step: f64, stride: usize, ledger: &Ledger) -> Response {
-        let series = |values: Vec<f64>| Series::new(0.0, output_step, values);
+    fn response(&self, sampling: &Sampling, ledger: &Ledger) -> Response {
+        let series = |values: Vec<f64>| Series::new(0.0, sampling.output_step, values);
         let samples = self.piston.len();
-        let step = output_step / stride as f64;
-        let velocity = |steps: &Vec<f64>| {
-            let last = steps.len() - 1;
-            let at = |sample: usize| {
-                let (a, b) = ((sample * stride).saturating_sub(1), (sample * stride + 1).min(last));
-                (steps[b] - steps[a]) / ((b - a).max(1) as f64 * step)
-            };
-            series((0..samples).map(at).collect())
-        };
+        let velocity = |steps: &Vec<f64>| series(central_velocity(steps, sampling, samples));
         let beads = self.centre.len() - 1;
         Response {
             piston_displacement: series(self.piston.clone()),
             bead_displacement: self.centre[..beads]
                 .iter()
-                .map(|steps| series(steps.iter().step_by(stride).copied().collect()))
+                .map(|steps| series(steps.iter().step_by(sampling.steps_per_sample).copied().collect()))
                 .collect(),
             bead_velocity: self.centre[..beads].iter().map(velocity).collect(),
             pole_velocity: velocity(&self.centre[beads]),

@@ -91,6 +91,13 @@ impl ContactState {
     }
 }
 
+/// Net axial force on the body in a slot, positive along z.
+#[must_use]
+pub fn net_force(contacts: &[ContactState], slot: usize, force: impl Fn(&ContactState) -> f64) -> f64 {
+    let before = slot.checked_sub(1).map_or(0.0, |contact| force(&contacts[contact]));
+    before - contacts.get(slot).map_or(0.0, force)
+}
+
 /// Buffers, allocated once.
 #[derive(Debug, Clone)]
 pub struct Workspace {

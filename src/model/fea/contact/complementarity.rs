@@ -80,7 +80,7 @@ impl Compliance {
             Ordering::Any => Vec::new(),
             Ordering::Prefix => {
                 let mut factor = matrix.clone();
-                if !factorise(&mut factor, size, size) {
+                if !factorise(&mut factor, size) {
                     return Err(NotSolved { iterations: 0 });
                 }
                 factor
@@ -157,14 +157,9 @@ impl Compliance {
             y[count] = value;
             count += 1;
         }
+        back_substitute(&self.factor, n, &mut y[..count]);
         forces.fill(0.0);
-        for k in (0..count).rev() {
-            let force = y[k] / self.factor[k * n + k];
-            forces[k] = force;
-            for (y, l) in y[..k].iter_mut().zip(&self.factor[k * n..k * n + k]) {
-                *y -= l * force;
-            }
-        }
+        forces[..count].copy_from_slice(&y[..count]);
         if forces[..count].iter().any(|&force| force < 0.0) {
             return false;
         }
@@ -262,20 +257,14 @@ impl Compliance {
                 block[row * m + column] = self.matrix[i * n + j];
             }
         }
-        if !factorise(&mut block[..m * m], m, m) {
+        if !factorise(&mut block[..m * m], m) {
             return Err(NotSolved { iterations });
         }
         for k in 0..m {
             let value = right[k] - dot(&block[k * m..k * m + k], &right[..k]);
             right[k] = value / block[k * m + k];
         }
-        for k in (0..m).rev() {
-            right[k] /= block[k * m + k];
-            let value = right[k];
-            for (y, l) in right[..k].iter_mut().zip(&block[k * m..k * m + k]) {
-                *y -= l * value;
-            }
-        }
+        back_substitute(block, m, &mut right[..m]);
         forces.fill(0.0);
         for (&i, &force) in active.iter().zip(right.iter()) {
             forces[i] = force;
@@ -292,11 +281,23 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Lower Cholesky factor in place, row by row with `stride` numbers a row; false if a pivot is not positive.
-fn factorise(matrix: &mut [f64], size: usize, stride: usize) -> bool {
+/// Solve the leading block of Lᵀ x = y in place; L lies row by row with `stride` numbers a row.
+fn back_substitute(lower: &[f64], stride: usize, y: &mut [f64]) {
+    for k in (0..y.len()).rev() {
+        let row = &lower[k * stride..k * stride + k + 1];
+        y[k] /= row[k];
+        let value = y[k];
+        for (y, l) in y[..k].iter_mut().zip(row) {
+            *y -= l * value;
+        }
+    }
+}
+
+/// Lower Cholesky factor in place, row by row; false if a pivot is not positive.
+fn factorise(matrix: &mut [f64], size: usize) -> bool {
     for i in 0..size {
         for j in 0..=i {
-            let (before, row) = matrix.split_at_mut(i * stride);
+            let (before, row) = matrix.split_at_mut(i * size);
             if i == j {
                 let pivot = row[i] - row[..i].iter().map(|l| l * l).sum::<f64>();
                 // Rounding of a positive definite matrix leaves a positive pivot; a singular one does not.
@@ -305,7 +306,7 @@ fn factorise(matrix: &mut [f64], size: usize, stride: usize) -> bool {
                 }
                 row[i] = pivot.sqrt();
             } else {
-                let other = &before[j * stride..j * stride + j + 1];
+                let other = &before[j * size..j * size + j + 1];
                 row[j] = (row[j] - dot(&row[..j], &other[..j])) / other[j];
             }
         }

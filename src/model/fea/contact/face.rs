@@ -1,6 +1,9 @@
 //! Where a body can be touched: points whose outward normal displacement is measured, and pushed, through its unknowns.
 
-use crate::model::fea::mesh::Mesh;
+use crate::model::fea::{
+    element::{GAUSS_LINE, edge as edge_functions},
+    mesh::Mesh,
+};
 
 /// A point of a curve of quadratic edges: three nodes and their shape functions.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -151,21 +154,18 @@ pub fn at_parameter(boundary: &[u32], value: f64, coordinate: impl Fn(u32) -> f6
             break;
         }
     }
-    let weights = [0.5 * xi * (xi - 1.0), (1.0 - xi) * (1.0 + xi), 0.5 * xi * (xi + 1.0)];
-    Some(OnEdge { nodes, weights })
+    Some(OnEdge { nodes, weights: edge_functions(xi) })
 }
 
 /// Tributary area ∫ N 2πr ds of each node of a boundary, m²: what a nodal force is divided by to give a pressure.
 #[must_use]
 pub fn tributary_areas(mesh: &Mesh, boundary: &[u32]) -> Vec<f64> {
     // Three points: exact to degree five, and N r √(r′² + z′²) is of degree three on a straight edge.
-    const GAUSS: [(f64, f64); 3] =
-        [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
     let mut areas = vec![0.0; boundary.len()];
     for edge in 0..boundary.len() / 2 {
         let corners = [0, 1, 2].map(|k| mesh.nodes[boundary[2 * edge + k] as usize]);
-        for (xi, weight) in GAUSS {
-            let shape = [0.5 * xi * (xi - 1.0), (1.0 - xi) * (1.0 + xi), 0.5 * xi * (xi + 1.0)];
+        for (xi, weight) in GAUSS_LINE {
+            let shape = edge_functions(xi);
             let slope = [xi - 0.5, -2.0 * xi, xi + 0.5];
             let sum = |factors: [f64; 3], axis: usize| (0..3).map(|k| factors[k] * corners[k][axis]).sum::<f64>();
             let length = sum(slope, 0).hypot(sum(slope, 1));

@@ -8,7 +8,7 @@ use super::{
     face::{Face, OnEdge, at_parameter, at_radius, tributary_areas},
     ring::{Linearised, Ring, terms},
 };
-use crate::model::fea::{body::Body, mesh::HalfTorus};
+use crate::model::fea::{body::Body, element::edge as edge_functions, mesh::HalfTorus};
 
 /// How far the profile of a body falls back from the plane through its pole at the radius r, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -318,7 +318,7 @@ fn resting_centre(radius: f64, support: &Body, boundary: &[u32]) -> f64 {
         let corners = [0, 1, 2].map(|k| place(boundary[2 * edge + k]));
         for step in 0..=32 {
             let xi = f64::from(step) / 16.0 - 1.0;
-            let shape = [0.5 * xi * (xi - 1.0), 1.0 - xi * xi, 0.5 * xi * (xi + 1.0)];
+            let shape = edge_functions(xi);
             let [r, z] = [0, 1].map(|axis| (0..3).map(|k| shape[k] * corners[k][axis]).sum::<f64>());
             let height = radius * radius - r * r;
             if height > 0.0 {

@@ -17,6 +17,10 @@ use crate::model::fea::{
     body::Body,
 };
 
+/// Largest change of a gap by a turn of the normals that is not worth another, m: a hundred roundings of the distances it comes from. The
+/// turn itself is the square root of it, and the forces belong to the normals before it.
+pub const SETTLED: f64 = 1e-17;
+
 /// The outward normal of the sphere is n, that of the ring −n.
 const SIGNS: [f64; 2] = [1.0, -1.0];
 
@@ -79,7 +83,7 @@ impl Ring {
 
     /// The gaps about given displacements of the sphere's surface at the feet and of the ring's points, `moved(i)` = [w, u], and the
     /// sphere's rigid displacement, all m. Returns by how much any gap at these displacements differs from the old `linearised`'s, m.
-    pub fn linearise(&self, moved: impl Fn(usize) -> [[f64; 2]; 2], rigid: f64, linearised: &mut Linearised) -> f64 {
+    fn linearise(&self, moved: impl Fn(usize) -> [[f64; 2]; 2], rigid: f64, linearised: &mut Linearised) -> f64 {
         let mut change: f64 = 0.0;
         let values = linearised.normals.iter_mut().zip(&mut linearised.offsets);
         for (i, ((normal, offset), point)) in values.zip(&self.points).enumerate() {
@@ -125,8 +129,34 @@ impl Ring {
         [feet, nodes]
     }
 
+    /// Take the normals of given displacements: `value(side, unknown)` of the unknowns of the faces, `rigid` of the sphere as a whole, and the
+    /// `overlap` of the undisplaced bodies, which is a displacement of the sphere too (all m). Turns the faces, sets the gaps at zero
+    /// displacement (m), and returns by how much any gap at these displacements differs from what the old normals gave, m; [`SETTLED`] when
+    /// there is no more to gain.
+    pub fn follow(
+        &self,
+        faces: &mut [Face; 2],
+        value: impl Fn(usize, usize) -> f64,
+        rigid: f64,
+        overlap: f64,
+        linearised: &mut Linearised,
+        gaps: &mut [f64],
+    ) -> f64 {
+        let moved = |i: usize| {
+            let mut moved = self.moved(faces, i, &value);
+            moved[0][1] += overlap;
+            moved
+        };
+        let change = self.linearise(moved, rigid + overlap, linearised);
+        self.turn(&linearised.normals, faces);
+        for ((gap, normal), offset) in gaps.iter_mut().zip(&linearised.normals).zip(&linearised.offsets) {
+            *gap = offset - normal[1] * overlap;
+        }
+        change
+    }
+
     /// Turn the faces to new normals of the sphere, in place.
-    pub fn turn(&self, normals: &[[f64; 2]], faces: &mut [Face; 2]) {
+    fn turn(&self, normals: &[[f64; 2]], faces: &mut [Face; 2]) {
         for ((face, parts), sign) in faces.iter_mut().zip(&self.parts).zip(SIGNS) {
             face.reweigh(|k| parts[k].weight * normals[parts[k].point][parts[k].axis], |i| sign * normals[i][1]);
         }
@@ -145,8 +175,7 @@ impl Ring {
 
     /// Displacements [w, u] (r, z) of the foot on the sphere and of the ring's point i; `value(side, unknown)` is the displacement of an
     /// unknown of the faces on that side, m.
-    #[must_use]
-    pub fn moved(&self, faces: &[Face; 2], i: usize, value: impl Fn(usize, usize) -> f64) -> [[f64; 2]; 2] {
+    fn moved(&self, faces: &[Face; 2], i: usize, value: impl Fn(usize, usize) -> f64) -> [[f64; 2]; 2] {
         [0, 1].map(|side| {
             let range = faces[side].range(i);
             self.measured(side, range, |k| value(side, faces[side].unknown(k)))

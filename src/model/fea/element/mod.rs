@@ -23,6 +23,6 @@ mod shape;
 mod stress;
 
 pub use matrix::{ElementError, ElementMatrices, elasticity};
-pub use quadrature::{GaussPoint, rule};
+pub use quadrature::{GAUSS_LINE, GaussPoint, rule};
 pub use shape::{Interpolation, edge, interpolate};
 pub use stress::{node_stress, von_mises};

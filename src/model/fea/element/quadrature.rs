@@ -18,6 +18,8 @@ pub(super) const MOST_POINTS: usize = 9;
 
 /// √0.6, abscissa of the three-point Gauss rule.
 const GAUSS_3: f64 = 0.774_596_669_241_483_4;
+/// Abscissa and weight of the three-point Gauss rule on −1…1, of degree 5.
+pub const GAUSS_LINE: [(f64, f64); 3] = [(-GAUSS_3, 5.0 / 9.0), (0.0, 8.0 / 9.0), (GAUSS_3, 5.0 / 9.0)];
 /// √15.
 const ROOT_15: f64 = 3.872_983_346_207_417;
 
@@ -28,9 +30,8 @@ pub fn rule(shape: Shape) -> impl Iterator<Item = GaussPoint> {
     let mut points = [GaussPoint { xi: 0.0, eta: 0.0, weight: 0.0 }; MOST_POINTS];
     let count = match shape {
         Shape::Quadrilateral8 => {
-            let line = [(-GAUSS_3, 5.0 / 9.0), (0.0, 8.0 / 9.0), (GAUSS_3, 5.0 / 9.0)];
             for (k, point) in points.iter_mut().enumerate() {
-                let ((xi, along), (eta, across)) = (line[k % 3], line[k / 3]);
+                let ((xi, along), (eta, across)) = (GAUSS_LINE[k % 3], GAUSS_LINE[k / 3]);
                 *point = GaussPoint { xi, eta, weight: along * across };
             }
             9
