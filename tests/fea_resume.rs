@@ -14,7 +14,7 @@ fn scene(name: &str, overrides: &[&str]) -> Scene {
 }
 
 /// Run to the end; save and take up in a new analysis after each of `stops` steps.
-fn run(scene: &Scene, control: Control, stops: &[usize]) -> Simulation {
+fn run(scene: &Scene, control: Control, stops: &[usize]) -> Simulation<'static> {
     let mut simulation = Simulation::new(scene, control).unwrap();
     let mut taken = 0;
     while !simulation.is_done() {
@@ -30,7 +30,7 @@ fn run(scene: &Scene, control: Control, stops: &[usize]) -> Simulation {
     simulation
 }
 
-fn assert_same(scene: &Scene, control: Control) -> Simulation {
+fn assert_same(scene: &Scene, control: Control) -> Simulation<'static> {
     let whole = run(scene, control, &[]);
     let broken = run(scene, control, &[1, 97, 150, 251]);
     assert!(whole.response() == broken.response(), "{}", scene.to_toml());

@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use granchain::{
-    model::{self, reduced::Stepper},
+    model,
     response::Response,
-    scene::{self, Scene},
+    scene::{self, Elements, ModelKind, ReducedSettings, Scene},
     signal::Series,
 };
 
@@ -15,8 +15,11 @@ fn rigid(overrides: &[&str]) -> Scene {
     scene::load("rigid", &all).unwrap()
 }
 
-fn reduced(scene: &Scene, step: f64, modes: usize) -> Response {
-    Stepper::new(scene, step, modes).unwrap().run(&mut |_| true).unwrap()
+fn reduced(scene: &Scene, step: f64, modes: u32) -> Response {
+    let mut scene = scene.clone();
+    scene.model.kind = ModelKind::Reduced;
+    scene.model.reduced = ReducedSettings { density: 8, elements: Elements::Quadrilaterals, step, modes };
+    model::run(&scene, &mut |_| true).unwrap()
 }
 
 /// Rms difference between two times (µs) over the rms there, after a moving average over 0.4 µs (21 samples, ends halved): the

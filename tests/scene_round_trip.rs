@@ -4,8 +4,8 @@ use std::path::Path;
 
 use granchain::scene::{
     self, Bead, Chain, ContactMass, ContactNormal, DEFAULT_TOLERANCE, Damping, DampingKind, DampingPlacement, Drive,
-    DriveKind, Elements, FeaSettings, FlatContact, Integrator, Material, MeshFile, ModelKind, ModelSettings, Scene,
-    Scheme, Support, load, load_text,
+    DriveKind, Elements, FeaSettings, FlatContact, Integrator, Material, MeshFile, ModelKind, ModelSettings,
+    ReducedSettings, Scene, Scheme, Support, load, load_text,
 };
 use proptest::prelude::*;
 
@@ -84,10 +84,11 @@ fn chains() -> impl Strategy<Value = Chain> {
     })
 }
 
-/// What only the finite element analysis uses.
+/// What only models of meshed bodies use.
 #[derive(Debug, Clone)]
 struct Analysis {
     fea: FeaSettings,
+    modes: u32,
     /// Steps an output sample.
     steps: u32,
     normal: ContactNormal,
@@ -104,8 +105,9 @@ fn analyses() -> impl Strategy<Value = Analysis> {
         (0.0..0.5f64).prop_map(|dissipation| Scheme::Newmark { dissipation }),
     ];
     let flags = (any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>());
-    (2..99u32, scheme, flags, 1..9u32, 0..1024u32, materials()).prop_map(
-        |(density, scheme, (mixed, consistent, moving, same_mesh), steps, meshed, resin)| Analysis {
+    (2..99u32, scheme, flags, 1..9u32, 0..1024u32, materials(), 0..99u32).prop_map(
+        |(density, scheme, (mixed, consistent, moving, same_mesh), steps, meshed, resin, modes)| Analysis {
+            modes,
             fea: FeaSettings {
                 density,
                 scheme,
@@ -125,7 +127,13 @@ fn analyses() -> impl Strategy<Value = Analysis> {
 fn analyse(scene: &mut Scene, analysis: Analysis) {
     // A step that the drive allows, and that divides the output step.
     scene.drive.frequency = scene.drive.frequency.min(49e3);
-    scene.model.fea = FeaSettings { step: scene.output_step / f64::from(analysis.steps), ..analysis.fea };
+    let step = scene.output_step / f64::from(analysis.steps);
+    let FeaSettings { density, elements, .. } = analysis.fea;
+    if scene.model.kind == ModelKind::Reduced {
+        scene.model.reduced = ReducedSettings { density, elements, step, modes: analysis.modes };
+    } else {
+        scene.model.fea = FeaSettings { step, ..analysis.fea };
+    }
     let file = |number: usize| MeshFile {
         path: format!("/lab/mesh {number}.msh").into(),
         unit: [1e-3, 1.0, 0.0254][number % 3],
@@ -165,7 +173,8 @@ fn scenes() -> impl Strategy<Value = Scene> {
         let unused = Integrator::DormandPrince853 { tolerance: DEFAULT_TOLERANCE };
         ModelSettings {
             kind,
-            integrator: if kind == ModelKind::Fea { unused } else { integrator },
+            integrator: if kind.is_meshed() { unused } else { integrator },
+            reduced: ReducedSettings::default(),
             fea: FeaSettings::default(),
         }
     });
@@ -192,7 +201,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
                 output_step,
                 model,
             };
-            if model.kind == ModelKind::Fea {
+            if model.kind.is_meshed() {
                 analyse(&mut scene, analysis);
             }
             scene

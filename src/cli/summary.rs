@@ -54,6 +54,8 @@ pub struct Settings {
     #[serde(skip_serializing_if = "Option::is_none")]
     elements: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    modes: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     contact_mass: Option<&'static str>,
     duration_s: f64,
     output_step_s: f64,
@@ -75,10 +77,15 @@ impl Settings {
     #[must_use]
     pub fn new(scene: &Scene, experiment: &Experiment, seed: u64) -> Self {
         let fea = Some(scene.model.fea).filter(|_| scene.model.kind == ModelKind::Fea);
-        let (integrator, tolerance, step_s) = match (fea, scene.model.integrator) {
-            (Some(fea), _) => (fea.scheme.name(), None, Some(fea.step)),
-            (None, Integrator::DormandPrince853 { tolerance }) => ("dormand-prince-853", Some(tolerance), None),
-            (None, Integrator::Symplectic { step }) => ("symplectic", None, Some(step)),
+        let reduced = Some(scene.model.reduced).filter(|_| scene.model.kind == ModelKind::Reduced);
+        let meshing = Some(scene.model.meshing()).filter(|_| scene.model.kind.is_meshed());
+        let (integrator, tolerance, step_s) = match (scene.model.kind, scene.model.integrator) {
+            (ModelKind::Fea, _) => (scene.model.fea.scheme.name(), None, Some(scene.model.fea.step)),
+            (ModelKind::Reduced, _) => ("kick-drift-kick", None, Some(scene.model.reduced.step)),
+            (ModelKind::Chain, Integrator::DormandPrince853 { tolerance }) => {
+                ("dormand-prince-853", Some(tolerance), None)
+            }
+            (ModelKind::Chain, Integrator::Symplectic { step }) => ("symplectic", None, Some(step)),
         };
         Self {
             model: scene.model.kind.name(),
@@ -86,8 +93,9 @@ impl Settings {
             tolerance,
             step_s,
             numerical_dissipation: fea.map(|fea| fea.scheme.dissipation()),
-            mesh_density: fea.map(|fea| fea.density),
-            elements: fea.map(|fea| fea.elements.name()),
+            mesh_density: meshing.map(|meshing| meshing.density),
+            elements: meshing.map(|meshing| meshing.elements.name()),
+            modes: reduced.map(|reduced| reduced.modes),
             contact_mass: fea.map(|fea| fea.contact_mass.name()),
             duration_s: scene.duration,
             output_step_s: scene.output_step,

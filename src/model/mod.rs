@@ -4,14 +4,14 @@ pub mod analytical;
 pub mod chain;
 pub mod contact_law;
 pub mod fea;
+mod prepared;
 pub mod reduced;
+
+pub use prepared::{Prepared, prepare};
 
 use thiserror::Error;
 
-use crate::{
-    response::Response,
-    scene::{ModelKind, Scene},
-};
+use crate::{response::Response, scene::Scene};
 
 /// Called by a model now and then with the simulated time (s); returning `false` stops the run.
 pub type Progress<'a> = &'a mut dyn FnMut(f64) -> bool;
@@ -25,16 +25,12 @@ pub trait Model {
     fn run(&self, scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError>;
 }
 
-/// Run a scene on the model it asks for.
+/// Run a scene on the model it asks for: [`prepare`], then [`Prepared::run`].
 ///
 /// # Errors
-/// [`ModelError::NotYetAvailable`] for a rung of the ladder that does not exist yet, else as [`Model::run`].
+/// As both.
 pub fn run(scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError> {
-    match scene.model.kind {
-        ModelKind::Chain => chain::ChainModel.run(scene, progress),
-        ModelKind::Reduced => Err(ModelError::NotYetAvailable { model: "reduced" }),
-        ModelKind::Fea => fea::FeaModel.run(scene, progress),
-    }
+    prepare(scene)?.run(scene, progress)
 }
 
 impl From<fea::FeaError> for ModelError {
@@ -55,11 +51,11 @@ pub enum ModelError {
         /// What it cannot do, and what to do instead.
         reason: String,
     },
-    /// A rung of the ladder that does not exist yet.
-    #[error("model `{model}` is not yet available; use `chain`")]
-    NotYetAvailable {
-        /// Which model.
-        model: &'static str,
+    /// Bodies were made ready for another scene.
+    #[error("`{part}` differs from the scene the bodies were prepared for; prepare this scene")]
+    OtherBodies {
+        /// What differs, as a scene key.
+        part: &'static str,
     },
     /// A number of the scene is physically void.
     #[error("`{quantity}`: expected {expected}, found {found:e}; correct the scene")]

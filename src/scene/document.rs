@@ -131,7 +131,7 @@ impl Document {
     /// Lay `upper` over this document. Where it changes a kind, what the new kind does not use, or reads otherwise, falls away.
     pub(super) fn overlay(&mut self, upper: Self) {
         if let Some(kind) = upper.text("model.kind")
-            && kind != "fea"
+            && kind == "chain"
             && let Some(entry) = self.entries.get_mut("chain.override")
         {
             mesh_file::strip_overrides(&mut entry.value);

@@ -76,6 +76,25 @@ pub trait PistonMotion: Send + Sync {
     }
 }
 
+/// A borrowed motion is a motion.
+impl<M: PistonMotion + ?Sized> PistonMotion for &M {
+    fn at(&self, t: f64) -> (f64, f64) {
+        (**self).at(t)
+    }
+
+    fn on_piece(&self, piece: usize, t: f64) -> (f64, f64) {
+        (**self).on_piece(piece, t)
+    }
+
+    fn breaks(&self) -> &[f64] {
+        (**self).breaks()
+    }
+
+    fn sample(&self, times: &[f64], displacements: &mut [f64], velocities: &mut [f64]) {
+        (**self).sample(times, displacements, velocities);
+    }
+}
+
 impl Drive {
     /// The motion α·drive, ready to be evaluated.
     #[must_use]

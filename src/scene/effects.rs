@@ -108,14 +108,17 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
     .collect()
 }
 
-/// The effects of the finite element analysis: all off in the other models.
+/// The effects of meshed bodies: off in the other models.
 fn fea_effects(scene: &Scene) -> Vec<Effect> {
     let kind = scene.model.kind;
     let fea = &scene.model.fea;
-    let effect = |name, on, why: String| {
-        let on = on && kind == ModelKind::Fea;
-        Effect { name, on, why: if kind == ModelKind::Fea { why } else { format!("model.kind = {}", kind.name()) } }
+    let of = |has: bool| {
+        move |name, on, why: String| {
+            let why = if has { why } else { format!("model.kind = {}", kind.name()) };
+            Effect { name, on: on && has, why }
+        }
     };
+    let (effect, meshed_effect) = (of(kind == ModelKind::Fea), of(kind.is_meshed()));
     let off_axis = match &scene.support {
         Support::Annulus { normal, .. } | Support::Body { normal, .. } => {
             let moving = *normal == ContactNormal::Moving;
@@ -133,15 +136,24 @@ fn fea_effects(scene: &Scene) -> Vec<Effect> {
         }
     };
     vec![
-        effect("elastic bodies", true, format!("model.kind = fea, model.mesh_density = {}", fea.density)),
+        meshed_effect(
+            "elastic bodies",
+            true,
+            format!("model.kind = {}, model.mesh_density = {}", kind.name(), scene.model.meshing().density),
+        ),
+        of(kind == ModelKind::Reduced)(
+            "modes of the bodies",
+            scene.model.reduced.modes > 0,
+            format!("model.modes = {}, the rest as static flexibility", scene.model.reduced.modes),
+        ),
         effect(
             "mass at the contact nodes",
             fea.contact_mass == ContactMass::Consistent,
             format!("model.contact_mass = {}", fea.contact_mass.name()),
         ),
         effect("numerical dissipation", dissipation.0, dissipation.1),
-        effect("moving contact normal", off_axis.0, off_axis.1),
-        effect(
+        meshed_effect("moving contact normal", off_axis.0, off_axis.1),
+        meshed_effect(
             "bodies from mesh files",
             meshed > 0 || own_support,
             format!("{meshed} beads and {} from mesh files", if own_support { "the support" } else { "no support" }),

@@ -155,11 +155,8 @@ pub(super) fn read(
     notes: &mut Vec<String>,
 ) -> Result<FeaSettings, SceneError> {
     let default = FeaSettings::default();
-    let density = reader.count("model.mesh_density", DENSITIES)?.unwrap_or(default.density);
-    let elements = match reader.choice("model.elements", ELEMENTS)? {
-        Some("mixed") => Elements::Mixed,
-        _ => Elements::Quadrilaterals,
-    };
+    let density = mesh_density(reader)?.unwrap_or(default.density);
+    let elements = elements(reader)?;
     let contact_mass = match reader.choice("model.contact_mass", CONTACT_MASSES)? {
         Some("consistent") => ContactMass::Consistent,
         _ => ContactMass::Massless,
@@ -180,8 +177,21 @@ pub(super) fn read(
     Ok(FeaSettings { density, elements, step, contact_mass, scheme })
 }
 
+/// Mesh density, where it is given.
+pub(super) fn mesh_density(reader: &Reader<'_>) -> Result<Option<u32>, SceneError> {
+    reader.count("model.mesh_density", DENSITIES)
+}
+
+/// Shape of the elements.
+pub(super) fn elements(reader: &Reader<'_>) -> Result<Elements, SceneError> {
+    Ok(match reader.choice("model.elements", ELEMENTS)? {
+        Some("mixed") => Elements::Mixed,
+        _ => Elements::Quadrilaterals,
+    })
+}
+
 /// `step`, shortened where it does not divide the output step: every output sample is a computed state, none is interpolated.
-fn dividing(step: f64, output_step: f64, notes: &mut Vec<String>) -> f64 {
+pub(super) fn dividing(step: f64, output_step: f64, notes: &mut Vec<String>) -> f64 {
     let ratio = output_step / step;
     // Rounding of two decimal numbers and their quotient, with room.
     if ratio.round() >= 1.0 && (ratio - ratio.round()).abs() <= 1e-9 * ratio {

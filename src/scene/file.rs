@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    Bead, Chain, ContactNormal, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Material,
-    ModelKind, Scene, Support, builtin,
+    Bead, Chain, ContactNormal, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Material, Scene,
+    Support, builtin,
     document::{Author, Document, read_text, resolved},
     error::SceneError,
     key::{DAMPING_KINDS, DRIVE_KINDS, FLAT_KINDS, NORMALS, PLACEMENTS, SUPPORT_KINDS},
@@ -270,7 +270,7 @@ fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
         "annulus" => {
             let radius = chain.beads.last().map_or(0.0, |bead| bead.radius);
             let material = support_material(reader)?;
-            if settings::kind(reader)? == ModelKind::Fea {
+            if settings::kind(reader)?.is_meshed() {
                 if radius <= ANNULUS_OPENING {
                     let place = reader.place("support.kind");
                     let (radius, opening) = (length(radius), length(ANNULUS_OPENING));
@@ -298,8 +298,8 @@ fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
             Support::Annulus { stiffness_factor: factor.unwrap_or(1.0), material, normal: normal(reader)? }
         }
         "body" => {
-            if settings::kind(reader)? != ModelKind::Fea {
-                let expected = "a support with a force law where `model.kind` is not \"fea\"".to_owned();
+            if !settings::kind(reader)?.is_meshed() {
+                let expected = "a support with a force law where `model.kind` is \"chain\"".to_owned();
                 return Err(reader.out_of_range("support.kind", expected, "`body`, which is meshed".to_owned()));
             }
             let reason = Some("a support of kind `body` is read from a mesh file");

@@ -115,6 +115,7 @@ pub const KEYS: &[Key] = &[
         ValueKind::Choice(ELEMENTS),
         "8-node quadrilaterals, or with 6-node triangles at the contacts",
     ),
+    key("model.modes", ValueKind::Count, "most elastic modes of a body in the reduced model"),
     key("model.contact_mass", ValueKind::Choice(CONTACT_MASSES), "whether the nodes that may touch carry mass"),
     key("model.integrator", ValueKind::Choice(INTEGRATORS), "time integration: two of the chain, three of the fea"),
     quantity("model.numerical_dissipation", Dimension::NONE, "α of hht, g of newmark"),
@@ -148,6 +149,7 @@ pub(super) const GOVERNORS: &[Governor] = &[
             "support.mesh_unit",
             "model.mesh_density",
             "model.elements",
+            "model.modes",
             "model.contact_mass",
             "model.integrator",
             "model.numerical_dissipation",
@@ -156,7 +158,20 @@ pub(super) const GOVERNORS: &[Governor] = &[
         ],
         uses: &[
             ("chain", CHAIN_USES),
-            ("reduced", CHAIN_USES),
+            (
+                "reduced",
+                &[
+                    "model.mesh_density",
+                    "model.elements",
+                    "model.modes",
+                    "model.step",
+                    "chain.mesh",
+                    "chain.mesh_unit",
+                    "support.normal",
+                    "support.mesh",
+                    "support.mesh_unit",
+                ],
+            ),
             (
                 "fea",
                 &[

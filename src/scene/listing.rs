@@ -162,7 +162,7 @@ impl Scene {
                 settings.text("support.kind", "annulus");
                 settings.quantity("support.stiffness_factor", *stiffness_factor, Dimension::NONE);
                 settings.text("support.material", &material.name);
-                if self.model.kind == ModelKind::Fea {
+                if self.model.kind.is_meshed() {
                     settings.text("support.normal", normal_word(*normal));
                 }
             }
@@ -192,6 +192,13 @@ impl Scene {
                 settings.quantity("model.numerical_dissipation", fea.scheme.dissipation(), Dimension::NONE);
             }
             return settings.quantity("model.step", fea.step, Dimension::TIME);
+        }
+        if self.model.kind == ModelKind::Reduced {
+            let reduced = &self.model.reduced;
+            settings.add("model.mesh_density", SettingValue::Count(reduced.density as usize));
+            settings.text("model.elements", reduced.elements.name());
+            settings.add("model.modes", SettingValue::Count(reduced.modes as usize));
+            return settings.quantity("model.step", reduced.step, Dimension::TIME);
         }
         match self.model.integrator {
             Integrator::DormandPrince853 { tolerance } => {

@@ -39,6 +39,7 @@ mod material;
 mod mesh_file;
 mod motion;
 mod reader;
+mod reduced;
 mod settings;
 mod support;
 
@@ -58,7 +59,8 @@ pub use listing::{Setting, SettingValue};
 pub use material::Material;
 pub use mesh_file::MeshFile;
 pub use motion::Motion;
-pub use settings::{Integrator, ModelKind, ModelSettings};
+pub use reduced::{DEFAULT_MODES, DEFAULT_REDUCED_DENSITY, DEFAULT_REDUCED_STEP, ReducedSettings};
+pub use settings::{Integrator, Meshing, ModelKind, ModelSettings};
 pub use support::{ContactNormal, FlatContact, Support};
 
 /// One experiment, whole: everything a model needs to run it.

@@ -1,12 +1,13 @@
 //! How a run is computed.
 
 use super::{
-    FeaSettings,
+    ContactMass, Elements, FeaSettings, ReducedSettings,
     error::SceneError,
     fea,
     file::{DEFAULT_TOLERANCE, time},
     key::{CHAIN_INTEGRATORS, MODEL_KINDS},
     reader::{Bound, Reader},
+    reduced,
 };
 use crate::signal::Dimension;
 
@@ -44,15 +45,44 @@ pub struct ModelSettings {
     pub kind: ModelKind,
     /// Which integrator of the chain.
     pub integrator: Integrator,
+    /// Settings of the reduced model.
+    pub reduced: ReducedSettings,
     /// Settings of the finite element analysis.
     pub fea: FeaSettings,
+}
+
+/// How bodies are meshed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Meshing {
+    /// Mesh density, 1.
+    pub density: u32,
+    /// Shape of the elements.
+    pub elements: Elements,
+    /// Whether the nodes that may touch carry mass.
+    pub contact_mass: ContactMass,
 }
 
 impl ModelSettings {
     /// The chain with that integrator.
     #[must_use]
     pub fn chain(integrator: Integrator) -> Self {
-        Self { kind: ModelKind::Chain, integrator, fea: FeaSettings::default() }
+        let (reduced, fea) = (ReducedSettings::default(), FeaSettings::default());
+        Self { kind: ModelKind::Chain, integrator, reduced, fea }
+    }
+
+    /// How the bodies of this model are meshed; for the chain, which has none, as for the finite element analysis.
+    #[must_use]
+    pub fn meshing(&self) -> Meshing {
+        match self.kind {
+            ModelKind::Reduced => {
+                let ReducedSettings { density, elements, .. } = self.reduced;
+                Meshing { density, elements, contact_mass: ContactMass::Massless }
+            }
+            ModelKind::Chain | ModelKind::Fea => {
+                let FeaSettings { density, elements, contact_mass, .. } = self.fea;
+                Meshing { density, elements, contact_mass }
+            }
+        }
     }
 }
 
@@ -65,6 +95,12 @@ impl ModelKind {
             Self::Reduced => "reduced",
             Self::Fea => "fea",
         }
+    }
+
+    /// Whether its bodies are meshed.
+    #[must_use]
+    pub const fn is_meshed(self) -> bool {
+        matches!(self, Self::Reduced | Self::Fea)
     }
 }
 
@@ -88,10 +124,13 @@ pub(super) fn read(
     let mut settings = ModelSettings {
         kind,
         integrator: Integrator::DormandPrince853 { tolerance: DEFAULT_TOLERANCE },
+        reduced: ReducedSettings::default(),
         fea: FeaSettings::default(),
     };
     if kind == ModelKind::Fea {
         settings.fea = fea::read(reader, frequency, output_step, notes)?;
+    } else if kind == ModelKind::Reduced {
+        settings.reduced = reduced::read(reader, frequency, output_step, notes)?;
     } else if reader.choice("model.integrator", CHAIN_INTEGRATORS)? == Some("symplectic") {
         let reason = Some("the fixed-step integrator needs it");
         let step = reader.required("model.step", Dimension::TIME, Bound::Positive, reason, "model.step = \"50 ns\"")?;

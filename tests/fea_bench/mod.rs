@@ -52,7 +52,7 @@ pub fn finish(simulation: &mut Simulation) -> Result<Response, FeaError> {
 }
 
 /// Run a scene with its own drive.
-pub fn run(scene: &Scene) -> (Simulation, Response) {
+pub fn run(scene: &Scene) -> (Simulation<'static>, Response) {
     let mut simulation = Simulation::new(scene, Control::default()).unwrap();
     let response = finish(&mut simulation).unwrap();
     (simulation, response)
@@ -60,7 +60,7 @@ pub fn run(scene: &Scene) -> (Simulation, Response) {
 
 /// The scene at time zero with the piston still and bead `number` (from 1) flying at `speed` (m/s) without strain: a saved state is given
 /// that velocity, and the books its energy.
-pub fn thrown(scene: &Scene, number: usize, speed: f64) -> Simulation {
+pub fn thrown(scene: &Scene, number: usize, speed: f64) -> Simulation<'static> {
     let mut simulation = Simulation::with_motion(scene, still(), Control::default()).unwrap();
     let mut state = serde_json::to_value(simulation.snapshot("thrown")).unwrap();
     let velocity = state["motion"]["velocity"][number].as_array_mut().unwrap();

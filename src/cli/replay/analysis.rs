@@ -125,7 +125,7 @@ pub struct Analysis<'a> {
     folder: Option<&'a OutputFolder>,
     meshes: Vec<Input>,
     identity: String,
-    simulation: Simulation,
+    simulation: Simulation<'static>,
     frames: Frames,
     /// Followed where results are written.
     peak: Peak,

@@ -47,7 +47,7 @@ impl Arrangement {
         if scene.piston == FlatContact::Steel {
             return Err(FeaError::HalfSpace { key: "piston.contact" });
         }
-        let settings = &scene.model.fea;
+        let settings = scene.model.meshing();
         let mass = match settings.contact_mass {
             ContactMass::Massless => body::ContactMass::Massless,
             ContactMass::Consistent => body::ContactMass::Consistent,
@@ -243,7 +243,7 @@ fn is_sphere(mesh: &Mesh, boundary: &str, radius: f64) -> bool {
 }
 
 fn bead_body(bead: &Bead, number: usize, scene: &Scene, mass: body::ContactMass) -> Result<Body, FeaError> {
-    let settings = &scene.model.fea;
+    let settings = scene.model.meshing();
     let (mesh, materials) = match &bead.mesh {
         None => {
             let form = BeadMesh {

@@ -42,7 +42,10 @@ pub use peak::{Peak, PeakStress};
 pub use simulation::{Simulation, Snapshot};
 
 use super::{Model, ModelError, Progress};
-use crate::{response::Response, scene::Scene};
+use crate::{
+    response::Response,
+    scene::{PistonMotion, Scene},
+};
 
 /// The contact finite element analysis as a model; mesh, scheme and step come from the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -53,12 +56,27 @@ const STEPS_PER_REPORT: usize = 8;
 
 impl Model for FeaModel {
     fn run(&self, scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError> {
+        self.run_with(scene, scene.drive.motion(scene.amplitude_scale).as_ref(), progress)
+    }
+}
+
+impl FeaModel {
+    /// As [`Model::run`], with the piston moving as `motion` instead of the scene's drive.
+    ///
+    /// # Errors
+    /// As [`Model::run`].
+    pub fn run_with(
+        &self,
+        scene: &Scene,
+        motion: &dyn PistonMotion,
+        progress: Progress<'_>,
+    ) -> Result<Response, ModelError> {
         if let Some(file) = scene.pending_record() {
             let reason =
                 format!("the drive record {} has not been read; hand it over with `with_drive_record`", file.display());
             return Err(ModelError::Unsupported { model: "fea", reason });
         }
-        let mut simulation = Simulation::new(scene, Control::default())?;
+        let mut simulation = Simulation::with_motion(scene, Box::new(motion), Control::default())?;
         let mut steps = 0_usize;
         while !simulation.is_done() {
             simulation.advance()?;

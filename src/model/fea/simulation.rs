@@ -48,7 +48,7 @@ pub struct Snapshot {
 }
 
 /// A transient analysis that can be advanced, saved and taken up again.
-pub struct Simulation {
+pub struct Simulation<'a> {
     arrangement: Arrangement,
     interfaces: Interfaces,
     scheme: Scheme,
@@ -56,7 +56,7 @@ pub struct Simulation {
     step: f64,
     sampling: Sampling,
     control: Control,
-    drive: Box<dyn PistonMotion>,
+    drive: Box<dyn PistonMotion + 'a>,
     /// Operators of the step halved 0, 1, 2 … times, made when first needed.
     operators: Vec<Option<Operator>>,
     motion: Motion,
@@ -82,13 +82,13 @@ pub struct Simulation {
     profile: Profile,
 }
 
-impl fmt::Debug for Simulation {
+impl fmt::Debug for Simulation<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Simulation").field("taken", &self.taken).field("step", &self.step).finish_non_exhaustive()
     }
 }
 
-impl Simulation {
+impl<'a> Simulation<'a> {
     /// Mesh, assemble and factor a scene; precompress it where asked for.
     ///
     /// # Errors
@@ -101,7 +101,7 @@ impl Simulation {
     ///
     /// # Errors
     /// [`FeaError`].
-    pub fn with_motion(scene: &Scene, drive: Box<dyn PistonMotion>, control: Control) -> Result<Self, FeaError> {
+    pub fn with_motion(scene: &Scene, drive: Box<dyn PistonMotion + 'a>, control: Control) -> Result<Self, FeaError> {
         let mut profile = Profile::default();
         let mut lap = profile.start();
         let arrangement = Arrangement::new(scene)?;

@@ -33,47 +33,55 @@ pub struct Basis {
     pub stiffness: Vec<f64>,
     /// Mode by mode, its displacement of every interface unknown, 1/√kg.
     pub shapes: Vec<Vec<f64>>,
-    /// R row by row, m/N.
-    pub residual: Vec<f64>,
+    /// S row by row, m/N.
+    pub compliance: Vec<f64>,
     /// Which interface unknowns lie along z.
     pub axial: Vec<bool>,
 }
 
 impl Basis {
-    /// Reduce a kind of body to at most `most` elastic modes below the angular frequency `limit` (rad/s).
+    /// Reduce a kind of body to its interface and `most` elastic modes.
     ///
     /// # Errors
     /// [`FeaError`]: no factor, or modes that could not be confirmed.
-    pub fn new(
-        arrangement: &Arrangement,
-        kind: usize,
-        interface: &[u32],
-        most: usize,
-        limit: f64,
-    ) -> Result<Self, FeaError> {
+    pub fn new(arrangement: &Arrangement, kind: usize, interface: &[u32], most: usize) -> Result<Self, FeaError> {
         let body = &arrangement.kinds[kind];
         let factor = StaticFactor::new(body, interface).map_err(|source| arrangement.factor_error(kind, source))?;
-        let mut residual = rows(&factor.interface_compliance(body));
+        let compliance = rows(&factor.interface_compliance(body));
         let rigid = usize::from(body.is_free());
         let (mut stiffness, mut shapes) = (Vec::new(), Vec::new());
         if most > 0 {
             let found = modes(body, most + rigid).map_err(|source| arrangement.modes_error(kind, source))?;
             for (mode, frequency) in found.frequencies.iter().enumerate().skip(rigid) {
                 let angular = 2.0 * std::f64::consts::PI * frequency;
-                if angular > limit {
-                    break;
-                }
                 stiffness.push(angular * angular);
                 shapes.push(on(interface, &found.shapes, mode));
             }
         }
-        for (square, shape) in stiffness.iter().zip(&shapes) {
-            for (row, &a) in residual.chunks_exact_mut(interface.len()).zip(shape) {
+        let axial = interface.iter().map(|&unknown| DofMap::place(unknown).1 == Direction::Axial).collect();
+        Ok(Self { mass: body.total_mass(), is_free: body.is_free(), stiffness, shapes, compliance, axial })
+    }
+
+    /// The same body without modes above the angular frequency `limit` (rad/s).
+    #[must_use]
+    pub fn below(&self, limit: f64) -> Self {
+        let mut basis = self.clone();
+        let kept = basis.stiffness.partition_point(|square| square.sqrt() <= limit);
+        basis.stiffness.truncate(kept);
+        basis.shapes.truncate(kept);
+        basis
+    }
+
+    /// R row by row, m/N.
+    #[must_use]
+    pub fn residual(&self) -> Vec<f64> {
+        let mut residual = self.compliance.clone();
+        for (square, shape) in self.stiffness.iter().zip(&self.shapes) {
+            for (row, &a) in residual.chunks_exact_mut(self.axial.len()).zip(shape) {
                 row.iter_mut().zip(shape).for_each(|(value, b)| *value -= a * b / square);
             }
         }
-        let axial = interface.iter().map(|&unknown| DofMap::place(unknown).1 == Direction::Axial).collect();
-        Ok(Self { mass: body.total_mass(), is_free: body.is_free(), stiffness, shapes, residual, axial })
+        residual
     }
 
     /// Interface displacements of given rigid and modal motions, without R f, m.

@@ -18,4 +18,4 @@
 pub mod basis;
 mod stepping;
 
-pub use stepping::Stepper;
+pub use stepping::Reduction;

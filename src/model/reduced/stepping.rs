@@ -4,6 +4,7 @@ use super::basis::Basis;
 use crate::{
     model::{
         ModelError, Progress,
+        contact_law::dashpots,
         fea::{
             FeaError,
             arrangement::Arrangement,
@@ -16,7 +17,7 @@ use crate::{
         },
     },
     response::Response,
-    scene::{PistonMotion, Scene},
+    scene::{ContactNormal, PistonMotion, Scene, Support},
     signal::Series,
 };
 
@@ -40,40 +41,50 @@ struct Moving {
     travelled: f64,
 }
 
-/// A reduced chain, ready to run.
-pub struct Stepper {
+/// The bodies of a scene reduced to their interfaces and modes.
+#[derive(Debug)]
+pub struct Reduction {
     arrangement: Arrangement,
     interfaces: Interfaces,
     bases: Vec<Basis>,
-    contacts: Contacts,
-    workspace: Workspace,
-    sampling: Sampling,
-    drive: Box<dyn PistonMotion>,
-    rest_gaps: Vec<Vec<f64>>,
-    rest_overlaps: Vec<f64>,
-    start: Vec<ContactState>,
     watched: Watched,
 }
 
-impl std::fmt::Debug for Stepper {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Stepper").field("sampling", &self.sampling).finish_non_exhaustive()
-    }
+/// What one run adds to the bodies.
+struct Stepper<'a> {
+    arrangement: Arrangement,
+    interfaces: &'a Interfaces,
+    bases: Vec<Basis>,
+    residuals: Vec<Vec<f64>>,
+    contacts: Contacts,
+    workspace: Workspace,
+    sampling: Sampling,
+    drive: &'a dyn PistonMotion,
+    rest_gaps: Vec<Vec<f64>>,
+    rest_overlaps: Vec<f64>,
+    start: Vec<ContactState>,
+    watched: &'a Watched,
 }
 
-impl Stepper {
-    /// Mesh, reduce and condense a scene: at most `modes` elastic modes a body, and none with ω h > 2.
+impl Reduction {
+    /// Mesh and reduce the bodies of a scene to at most `model.modes` elastic modes each.
     ///
     /// # Errors
-    /// [`FeaError`].
-    pub fn new(scene: &Scene, step: f64, modes: usize) -> Result<Self, FeaError> {
+    /// [`ModelError`]: no mesh, no factor, modes that could not be confirmed, or a support the model does not have.
+    pub fn new(scene: &Scene) -> Result<Self, ModelError> {
+        if let Support::Annulus { normal, .. } | Support::Body { normal, .. } = &scene.support
+            && *normal == ContactNormal::Moving
+        {
+            let reason = "`support.normal = \"moving\"` needs contacts that turn: use \"fixed\", whose force is too large by \
+                 0.19 % per um of travel, or `model.kind = \"fea\"`";
+            return Err(ModelError::Unsupported { model: "reduced", reason: reason.into() });
+        }
         let arrangement = Arrangement::new(scene)?;
         let watched = Watched::new(&arrangement);
         let last = arrangement.beads.len() - 1;
         let interfaces = Interfaces::including(&arrangement, |kind| {
             let mut unknowns = Vec::new();
-            for (bead, &own) in arrangement.beads.iter().enumerate().filter(|(_, own)| **own == kind) {
-                debug_assert_eq!(own, kind);
+            for (bead, _) in arrangement.beads.iter().enumerate().filter(|(_, own)| **own == kind) {
                 unknowns.push(watched.centres[bead]);
                 if bead == last {
                     unknowns.push(watched.pole);
@@ -81,13 +92,43 @@ impl Stepper {
             }
             unknowns
         });
-        let sampling = Sampling::new(scene, step);
-        let step = sampling.step();
+        let modes = scene.model.reduced.modes as usize;
         let bases = (0..arrangement.kinds.len())
-            .map(|kind| Basis::new(&arrangement, kind, &interfaces.unknowns[kind], modes, LARGEST_PHASE / step))
+            .map(|kind| Basis::new(&arrangement, kind, &interfaces.unknowns[kind], modes))
             .collect::<Result<Vec<_>, _>>()?;
-        let inverse: Vec<Vec<f64>> = bases.iter().map(|basis| basis.residual.clone()).collect();
-        let (links, compliances, couplings) = condensed(&arrangement, &interfaces, &inverse, 1.0)?;
+        Ok(Self { arrangement, interfaces, bases, watched })
+    }
+
+    /// Run a scene with these bodies, the piston moving as `motion`.
+    ///
+    /// # Errors
+    /// [`ModelError`] when a step had no solution, or the caller stopped the run.
+    pub fn run_with(
+        &self,
+        scene: &Scene,
+        motion: &dyn PistonMotion,
+        progress: Progress<'_>,
+    ) -> Result<Response, ModelError> {
+        if let Some(file) = scene.pending_record() {
+            let reason =
+                format!("the drive record {} has not been read; hand it over with `with_drive_record`", file.display());
+            return Err(ModelError::Unsupported { model: "reduced", reason });
+        }
+        Stepper::new(self, scene, motion)?.run(progress)
+    }
+}
+
+impl<'a> Stepper<'a> {
+    fn new(reduction: &'a Reduction, scene: &Scene, drive: &'a dyn PistonMotion) -> Result<Self, FeaError> {
+        let Reduction { interfaces, watched, .. } = reduction;
+        let mut arrangement = reduction.arrangement.clone();
+        arrangement.spring = if let Support::Spring { stiffness } = scene.support { stiffness } else { f64::INFINITY };
+        arrangement.dashpots = dashpots(&scene.damping, arrangement.contacts.len());
+        let sampling = Sampling::new(scene, scene.model.reduced.step);
+        let step = sampling.step();
+        let bases: Vec<Basis> = reduction.bases.iter().map(|basis| basis.below(LARGEST_PHASE / step)).collect();
+        let residuals: Vec<Vec<f64>> = bases.iter().map(Basis::residual).collect();
+        let (links, compliances, couplings) = condensed(&arrangement, interfaces, &residuals, 1.0)?;
         let mobilities = (0..arrangement.beads.len() + 2)
             .map(|slot| match arrangement.kind(slot).map(|kind| &bases[kind]) {
                 Some(basis) if basis.is_free => Mobility { displacement: 0.0, velocity: 0.5 * step / basis.mass },
@@ -96,13 +137,14 @@ impl Stepper {
             .collect();
         let contacts = Contacts { links, compliances, couplings, mobilities, tension: scene.damping.tension };
         let Rest { contacts: start, gaps: rest_gaps, overlaps: rest_overlaps, .. } =
-            Rest::new(&arrangement, &interfaces, &scene.chain)?;
+            Rest::new(&arrangement, interfaces, &scene.chain)?;
         Ok(Self {
             workspace: Workspace::new(&contacts),
-            drive: scene.drive.motion(scene.amplitude_scale),
+            drive,
             arrangement,
             interfaces,
             bases,
+            residuals,
             contacts,
             sampling,
             rest_gaps,
@@ -110,12 +152,6 @@ impl Stepper {
             start,
             watched,
         })
-    }
-
-    /// Elastic modes kept, by kind of body.
-    #[must_use]
-    pub fn modes(&self) -> Vec<usize> {
-        self.bases.iter().map(|basis| basis.stiffness.len()).collect()
     }
 
     /// Slot and row among its interface unknowns of every bead's centre, and of the far pole.
@@ -133,9 +169,9 @@ impl Stepper {
     ///
     /// # Errors
     /// [`ModelError`] when a step had no solution, or the caller stopped the run.
-    pub fn run(&mut self, progress: Progress<'_>) -> Result<Response, ModelError> {
+    fn run(&mut self, progress: Progress<'_>) -> Result<Response, ModelError> {
         let watched = self.watched_rows();
-        let Self { arrangement, interfaces, bases, contacts, workspace, .. } = self;
+        let Self { arrangement, interfaces, bases, residuals, contacts, workspace, .. } = self;
         let (h, count) = (self.sampling.step(), arrangement.beads.len());
         let mut bodies: Vec<Option<Moving>> = (0..count + 2)
             .map(|slot| arrangement.kind(slot).map(|kind| Moving::at_rest(kind, &bases[kind], h)))
@@ -160,8 +196,8 @@ impl Stepper {
             }
         }
         let mut piston = self.drive.at(0.0).0;
-        ledger.begin(energy(&bodies, bases, arrangement, &states));
-        trace.follow(&bodies, bases);
+        ledger.begin(energy(&bodies, bases, residuals, arrangement, &states));
+        trace.follow(&bodies, residuals);
         trace.sample(piston, arrangement, &states);
         for taken in 1..=self.sampling.steps() {
             let time = taken as f64 * h;
@@ -206,10 +242,10 @@ impl Stepper {
             ledger.step(0.5 * (states[0].total() + before[0].total()) * (position - piston), dissipated, 0.0);
             ledger.work.steps += 1;
             piston = position;
-            trace.follow(&bodies, bases);
+            trace.follow(&bodies, residuals);
             if taken % self.sampling.steps_per_sample == 0 {
                 trace.sample(piston, arrangement, &states);
-                ledger.sample(energy(&bodies, bases, arrangement, &states));
+                ledger.sample(energy(&bodies, bases, residuals, arrangement, &states));
                 if !progress(time) {
                     return Err(ModelError::Stopped { time });
                 }
@@ -276,6 +312,7 @@ impl Moving {
 fn energy(
     bodies: &[Option<Moving>],
     bases: &[Basis],
+    residuals: &[Vec<f64>],
     arrangement: &Arrangement,
     states: &[ContactState],
 ) -> (f64, f64) {
@@ -291,8 +328,7 @@ fn energy(
         }
         let size = body.forces.len();
         stored += 0.5
-            * basis
-                .residual
+            * residuals[body.kind]
                 .chunks_exact(size)
                 .zip(&body.forces)
                 .map(|(row, f)| f * dot(row, &body.forces))
@@ -317,11 +353,11 @@ struct Record {
 }
 
 impl Record {
-    fn follow(&mut self, bodies: &[Option<Moving>], bases: &[Basis]) {
+    fn follow(&mut self, bodies: &[Option<Moving>], residuals: &[Vec<f64>]) {
         for (column, &(slot, row)) in self.centre.iter_mut().zip(&self.watched) {
             if let Some(body) = &bodies[slot] {
                 let size = body.forces.len();
-                let bent = dot(&bases[body.kind].residual[row * size..(row + 1) * size], &body.forces);
+                let bent = dot(&residuals[body.kind][row * size..(row + 1) * size], &body.forces);
                 column.push(body.interface[row] + bent);
             }
         }

@@ -1,0 +1,167 @@
+//! Bodies made ready once, for any number of runs.
+
+use super::{
+    ModelError, Progress,
+    chain::{ChainModel, InitialState},
+    fea::FeaModel,
+    reduced::Reduction,
+};
+use crate::{
+    response::Response,
+    scene::{Bead, FlatContact, Meshing, ModelKind, PistonMotion, ReducedSettings, Scene, Support},
+};
+
+/// A scene's bodies made ready once, to be run any number of times with another drive, α, damping, gaps, precompression, stiffness of
+/// the support or duration.
+///
+/// ```
+/// use granchain::{model, scene};
+///
+/// let mut scene = scene::load("rigid", &["duration=10 us".into()])?;
+/// let prepared = model::prepare(&scene)?;
+/// for alpha in [0.5, 1.0] {
+///     scene.amplitude_scale = alpha;
+///     let response = prepared.run(&scene, &mut |_| true)?;
+///     assert_eq!(response.bead_velocity.len(), 6);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Prepared {
+    bodies: Bodies,
+    rung: Rung,
+}
+
+#[derive(Debug)]
+enum Rung {
+    Chain,
+    Reduced(Box<Reduction>),
+    Fea,
+}
+
+/// Make the bodies of a scene ready for the model it asks for.
+///
+/// # Errors
+/// A typed [`ModelError`] when there is no such model of these bodies.
+pub fn prepare(scene: &Scene) -> Result<Prepared, ModelError> {
+    let rung = match scene.model.kind {
+        ModelKind::Chain => Rung::Chain,
+        ModelKind::Reduced => Rung::Reduced(Box::new(Reduction::new(scene)?)),
+        ModelKind::Fea => Rung::Fea,
+    };
+    Ok(Prepared { bodies: Bodies::of(scene), rung })
+}
+
+impl Prepared {
+    /// Run a scene with these bodies from rest (or precompressed equilibrium) to its duration.
+    ///
+    /// # Errors
+    /// [`ModelError::OtherBodies`] for a scene with other bodies, else as [`super::Model::run`].
+    pub fn run(&self, scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError> {
+        self.run_with(scene, scene.drive.motion(scene.amplitude_scale).as_ref(), progress)
+    }
+
+    /// As [`Prepared::run`], with the piston moving as `motion` instead of the scene's drive.
+    ///
+    /// # Errors
+    /// As [`Prepared::run`].
+    pub fn run_with(
+        &self,
+        scene: &Scene,
+        motion: &dyn PistonMotion,
+        progress: Progress<'_>,
+    ) -> Result<Response, ModelError> {
+        if let Some(part) = self.bodies.difference(scene) {
+            return Err(ModelError::OtherBodies { part });
+        }
+        match &self.rung {
+            Rung::Chain => {
+                ChainModel.run_with(scene, motion, &InitialState::at_rest(scene.chain.beads.len()), progress)
+            }
+            Rung::Reduced(reduction) => reduction.run_with(scene, motion, progress),
+            Rung::Fea => FeaModel.run_with(scene, motion, progress),
+        }
+    }
+
+    /// The reduced bodies, where the model is the reduced one.
+    #[must_use]
+    pub fn reduction(&self) -> Option<&Reduction> {
+        match &self.rung {
+            Rung::Reduced(reduction) => Some(reduction),
+            Rung::Chain | Rung::Fea => None,
+        }
+    }
+}
+
+/// What bodies are made from: the parts of a scene that may not differ from run to run.
+#[derive(Debug, Clone, PartialEq)]
+struct Bodies {
+    kind: ModelKind,
+    beads: Vec<Bead>,
+    piston: FlatContact,
+    support: Support,
+    meshing: Meshing,
+    reduced: ReducedSettings,
+}
+
+impl Bodies {
+    fn of(scene: &Scene) -> Self {
+        let mut support = scene.support.clone();
+        // A run takes the spring from its own scene.
+        if let Support::Spring { stiffness } = &mut support {
+            *stiffness = 1.0;
+        }
+        Self {
+            kind: scene.model.kind,
+            beads: scene.chain.beads.clone(),
+            piston: scene.piston,
+            support,
+            meshing: scene.model.meshing(),
+            reduced: scene.model.reduced,
+        }
+    }
+
+    /// What a scene has otherwise.
+    fn difference(&self, scene: &Scene) -> Option<&'static str> {
+        let other = Self::of(scene);
+        [
+            (self.kind == other.kind, "model.kind"),
+            (self.beads == other.beads, "chain.beads"),
+            (self.piston == other.piston, "piston.contact"),
+            (self.support == other.support, "support"),
+            (self.meshing == other.meshing, "model.mesh_density"),
+            (self.kind != ModelKind::Reduced || self.reduced == other.reduced, "model.modes"),
+        ]
+        .into_iter()
+        .find_map(|(is_same, part)| (!is_same).then_some(part))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene;
+
+    #[test]
+    fn a_scene_with_other_bodies_is_refused_by_name() {
+        let scene = scene::load("rigid", &["duration=1 us".into()]).unwrap();
+        let prepared = prepare(&scene).unwrap();
+        let refused = |change: fn(&mut Scene)| {
+            let mut other = scene.clone();
+            change(&mut other);
+            match prepared.run(&other, &mut |_| true) {
+                Err(ModelError::OtherBodies { part }) => Some(part),
+                Ok(_) => None,
+                Err(error) => panic!("{error}"),
+            }
+        };
+        assert_eq!(refused(|other| other.chain.beads[2].radius *= 1.001), Some("chain.beads"));
+        assert_eq!(refused(|other| other.piston = FlatContact::Steel), Some("piston.contact"));
+        assert_eq!(refused(|other| other.support = Support::Spring { stiffness: 1e6 }), Some("support"));
+        assert_eq!(refused(|other| other.model.kind = ModelKind::Fea), Some("model.kind"));
+        assert_eq!(refused(|other| other.model.fea.density += 1), Some("model.mesh_density"));
+        assert_eq!(refused(|other| other.amplitude_scale = 0.3), None);
+        assert_eq!(refused(|other| other.chain.gaps[1] = 1e-9), None);
+        assert_eq!(refused(|other| other.damping.linear = 0.1), None);
+    }
+}
