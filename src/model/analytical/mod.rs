@@ -1,9 +1,13 @@
 //! Closed forms with references: the tests' oracle and the documentation's figures.
 
 mod collision;
+mod piston;
+mod plate;
 mod precompressed;
 mod solitary_wave;
 
 pub use collision::Collision;
+pub use piston::{BaffledPiston, struve_1};
+pub use plate::{LAMB_COEFFICIENT, ThinPlate};
 pub use precompressed::{cutoff_frequency, mode_frequency};
 pub use solitary_wave::{DISCRETE_SPEED_FACTOR, NESTERENKO_SPEED_FACTOR, nesterenko_width, solitary_wave_speed};

@@ -30,6 +30,15 @@ pub enum ContactMass {
     Consistent,
 }
 
+/// How a boundary is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hold {
+    /// Clamped: u = 0.
+    Clamped,
+    /// u_z = 0, u_r free: a frictionless guide across the axis.
+    Axial,
+}
+
 /// A linear elastic, axisymmetric body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
@@ -60,14 +69,33 @@ impl Body {
         contact: &[&str],
         contact_mass: ContactMass,
     ) -> Result<Self, BodyError> {
+        let held: Vec<(&str, Hold)> = clamped.iter().map(|&name| (name, Hold::Clamped)).collect();
+        Self::held(mesh, materials, &held, contact, contact_mass)
+    }
+
+    /// Assemble a body whose boundaries are held one way or the other; else as [`Body::new`].
+    ///
+    /// # Errors
+    /// As [`Body::new`].
+    pub fn held(
+        mesh: Mesh,
+        materials: &[Material],
+        held: &[(&str, Hold)],
+        contact: &[&str],
+        contact_mass: ContactMass,
+    ) -> Result<Self, BodyError> {
         error::check(&mesh, materials)?;
-        let held = marked(&mesh, clamped)?;
+        let named = |hold: &[Hold]| -> Vec<&str> {
+            held.iter().filter(|(_, how)| hold.contains(how)).map(|&(name, _)| name).collect()
+        };
+        let clamped = marked(&mesh, &named(&[Hold::Clamped]))?;
+        let held = marked(&mesh, &named(&[Hold::Clamped, Hold::Axial]))?;
         let mut bare = marked(&mesh, contact)?;
         if contact_mass == ContactMass::Consistent {
             bare.fill(false);
         }
         let is_free: Vec<bool> =
-            mesh.nodes.iter().zip(&held).flat_map(|(place, &held)| [!held && place[0] != 0.0, !held]).collect();
+            (0..mesh.nodes.len()).flat_map(|n| [!clamped[n] && mesh.nodes[n][0] != 0.0, !held[n]]).collect();
         let dofs = DofMap::new(is_free);
 
         let neighbours = neighbours(&mesh);
