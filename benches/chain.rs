@@ -13,8 +13,8 @@ use granchain::{
         },
     },
     scene::{
-        Bead, Chain, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator, Material,
-        ModelSettings, Scene, Support,
+        Bead, Chain, ContactLaw, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator,
+        Material, ModelSettings, Scene, Support,
     },
 };
 
@@ -36,6 +36,7 @@ fn rigid(beads: usize, integrator: Integrator) -> Scene {
             placement: DampingPlacement::All,
             tension: false,
         },
+        contact_law: ContactLaw::Hertz,
         duration: 120e-6,
         output_step: 1e-7,
         model: ModelSettings::chain(integrator),

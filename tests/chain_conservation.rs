@@ -8,8 +8,8 @@ use granchain::{
     },
     response::Response,
     scene::{
-        Bead, Chain, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator, Material,
-        ModelSettings, Scene, Support,
+        Bead, Chain, ContactLaw, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator,
+        Material, ModelSettings, Scene, Support,
     },
 };
 
@@ -25,6 +25,7 @@ fn scene(support: Support, kind: DampingKind) -> Scene {
         support,
         materials: Vec::new(),
         damping: Damping { kind, linear: 0.3, kuwabara_kono: 3660.0, placement: DampingPlacement::All, tension: false },
+        contact_law: ContactLaw::Hertz,
         duration: 200e-6,
         output_step: 1e-7,
         model: ModelSettings::chain(Integrator::DormandPrince853 { tolerance: 1e-9 }),

@@ -10,8 +10,8 @@ use granchain::{
         contact_law::bead_pair_stiffness,
     },
     scene::{
-        Bead, Chain, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator, Material,
-        ModelSettings, Scene, Support,
+        Bead, Chain, ContactLaw, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator,
+        Material, ModelSettings, Scene, Support,
     },
 };
 
@@ -41,6 +41,7 @@ fn rigid(tolerance: f64) -> Scene {
         support: Support::Flat(FlatContact::Rigid),
         materials: Vec::new(),
         damping: undamped(),
+        contact_law: ContactLaw::Hertz,
         duration: 120e-6,
         output_step: 1e-7,
         model: ModelSettings::chain(Integrator::DormandPrince853 { tolerance }),

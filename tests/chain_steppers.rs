@@ -10,8 +10,8 @@ use granchain::{
         },
     },
     scene::{
-        Bead, Chain, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator, Material,
-        ModelSettings, Scene, Support,
+        Bead, Chain, ContactLaw, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator,
+        Material, ModelSettings, Scene, Support,
     },
     signal::Series,
 };
@@ -30,6 +30,7 @@ fn scene(support: Support, kind: DampingKind) -> Scene {
         support,
         materials: Vec::new(),
         damping: Damping { kind, linear, kuwabara_kono, placement: DampingPlacement::All, tension: false },
+        contact_law: ContactLaw::Hertz,
         duration: 200e-6,
         output_step: 1.0 / (73e3 * 160.0),
         model: ModelSettings::chain(Integrator::DormandPrince853 { tolerance: 1e-10 }),

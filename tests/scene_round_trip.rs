@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use granchain::scene::{
-    self, Bead, Chain, ContactMass, ContactNormal, DEFAULT_TOLERANCE, Damping, DampingKind, DampingPlacement, Drive,
-    DriveKind, Elements, FeaSettings, FlatContact, Integrator, Material, MeshFile, ModelKind, ModelSettings,
-    ReducedSettings, Scene, Scheme, Support, load, load_text,
+    self, Bead, Chain, ContactLaw, ContactMass, ContactNormal, DEFAULT_TOLERANCE, Damping, DampingKind,
+    DampingPlacement, Drive, DriveKind, Elements, FeaSettings, FlatContact, Integrator, Material, MeshFile, ModelKind,
+    ModelSettings, ReducedSettings, Scene, Scheme, Support, load, load_text,
 };
 use proptest::prelude::*;
 
@@ -197,12 +197,20 @@ fn scenes() -> impl Strategy<Value = Scene> {
                 support,
                 materials: Vec::new(),
                 damping,
+                contact_law: ContactLaw::Hertz,
                 duration,
                 output_step,
                 model,
             };
             if model.kind.is_meshed() {
                 analyse(&mut scene, analysis);
+            } else if analysis.same_mesh {
+                let FeaSettings { density, elements, .. } = analysis.fea;
+                scene.contact_law = ContactLaw::FiniteBody;
+                scene.model.fea = FeaSettings { density, elements, ..FeaSettings::default() };
+                if let Support::Annulus { material, .. } = &mut scene.support {
+                    *material = analysis.resin;
+                }
             }
             scene
         })

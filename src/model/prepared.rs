@@ -2,13 +2,13 @@
 
 use super::{
     ModelError, Progress,
-    chain::{ChainModel, InitialState},
+    chain::{ChainModel, FiniteBodyLaws, InitialState},
     fea::FeaModel,
     reduced::Reduction,
 };
 use crate::{
     response::Response,
-    scene::{Bead, FlatContact, Meshing, ModelKind, PistonMotion, ReducedSettings, Scene, Support},
+    scene::{Bead, ContactLaw, FlatContact, Meshing, ModelKind, PistonMotion, ReducedSettings, Scene, Support},
 };
 
 /// A scene's bodies made ready once, to be run any number of times with another drive, α, damping, gaps, precompression, stiffness of
@@ -34,7 +34,7 @@ pub struct Prepared {
 
 #[derive(Debug)]
 enum Rung {
-    Chain,
+    Chain(Option<FiniteBodyLaws>),
     Reduced(Box<Reduction>),
     Fea,
 }
@@ -45,7 +45,10 @@ enum Rung {
 /// A typed [`ModelError`] when there is no such model of these bodies.
 pub fn prepare(scene: &Scene) -> Result<Prepared, ModelError> {
     let rung = match scene.model.kind {
-        ModelKind::Chain => Rung::Chain,
+        ModelKind::Chain if scene.contact_law == ContactLaw::FiniteBody => {
+            Rung::Chain(Some(FiniteBodyLaws::fit(scene)?))
+        }
+        ModelKind::Chain => Rung::Chain(None),
         ModelKind::Reduced => Rung::Reduced(Box::new(Reduction::new(scene)?)),
         ModelKind::Fea => Rung::Fea,
     };
@@ -75,8 +78,12 @@ impl Prepared {
             return Err(ModelError::OtherBodies { part });
         }
         match &self.rung {
-            Rung::Chain => {
-                ChainModel.run_with(scene, motion, &InitialState::at_rest(scene.chain.beads.len()), progress)
+            Rung::Chain(fitted) => {
+                let still = InitialState::at_rest(scene.chain.beads.len());
+                match fitted {
+                    Some(fitted) => ChainModel.run_with_laws(scene, fitted, motion, &still, progress),
+                    None => ChainModel.run_with(scene, motion, &still, progress),
+                }
             }
             Rung::Reduced(reduction) => reduction.run_with(scene, motion, progress),
             Rung::Fea => FeaModel.run_with(scene, motion, progress),
@@ -88,7 +95,17 @@ impl Prepared {
     pub fn reduction(&self) -> Option<&Reduction> {
         match &self.rung {
             Rung::Reduced(reduction) => Some(reduction),
-            Rung::Chain | Rung::Fea => None,
+            Rung::Chain(_) | Rung::Fea => None,
+        }
+    }
+
+    /// The contact laws fitted to the bodies, where the model is the chain and its law that of finite bodies: what
+    /// [`super::chain::ensemble::Ensemble::with_laws`] takes.
+    #[must_use]
+    pub fn contact_laws(&self) -> Option<&FiniteBodyLaws> {
+        match &self.rung {
+            Rung::Chain(fitted) => fitted.as_ref(),
+            Rung::Reduced(_) | Rung::Fea => None,
         }
     }
 }
@@ -97,6 +114,7 @@ impl Prepared {
 #[derive(Debug, Clone, PartialEq)]
 struct Bodies {
     kind: ModelKind,
+    contact_law: ContactLaw,
     beads: Vec<Bead>,
     piston: FlatContact,
     support: Support,
@@ -113,6 +131,7 @@ impl Bodies {
         }
         Self {
             kind: scene.model.kind,
+            contact_law: scene.contact_law,
             beads: scene.chain.beads.clone(),
             piston: scene.piston,
             support,
@@ -126,6 +145,7 @@ impl Bodies {
         let other = Self::of(scene);
         [
             (self.kind == other.kind, "model.kind"),
+            (self.contact_law == other.contact_law, "contact.law"),
             (self.beads == other.beads, "chain.beads"),
             (self.piston == other.piston, "piston.contact"),
             (self.support == other.support, "support"),

@@ -137,7 +137,12 @@ impl Document {
             mesh_file::strip_overrides(&mut entry.value);
         }
         for governor in GOVERNORS {
-            let (Some(new), old) = (upper.text(governor.key), self.chosen(governor)) else { continue };
+            // A layer that makes the model the chain without naming a law means the default one.
+            let becomes_chain = governor.key == "contact.law"
+                && upper.text("model.kind") == Some("chain")
+                && self.text("model.kind").is_some_and(|kind| kind != "chain");
+            let implied = if becomes_chain { Some("hertz") } else { None };
+            let (Some(new), old) = (upper.text(governor.key).or(implied), self.chosen(governor)) else { continue };
             if old == Some(new) {
                 continue;
             }
@@ -157,6 +162,8 @@ impl Document {
     pub(super) fn chosen(&self, governor: &Governor) -> Option<&str> {
         let default = match governor.key {
             "model.kind" => Some("chain"),
+            "contact.law" if self.text("model.kind").unwrap_or("chain") != "chain" => return None,
+            "contact.law" => Some("hertz"),
             "model.integrator" if self.text("model.kind") == Some("fea") => Some("trapezoid"),
             "model.integrator" => Some("dormand-prince-853"),
             _ => None,

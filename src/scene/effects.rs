@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
-use super::{ContactMass, ContactNormal, DampingPlacement, DriveKind, FlatContact, ModelKind, Scene, Scheme, Support};
+use super::{
+    ContactLaw, ContactMass, ContactNormal, DampingPlacement, DriveKind, FlatContact, ModelKind, Scene, Scheme, Support,
+};
 use crate::signal::{Dimension, Quantity};
 
 /// An effect beyond equal elastic beads between rigid flats, driven by a formula.
@@ -42,6 +44,13 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
         (FlatContact::Steel, _) => (true, "piston.contact = steel".to_owned()),
         (_, Support::Flat(FlatContact::Steel)) => (true, "support.kind = steel".to_owned()),
         _ => (false, "no flat is steel".to_owned()),
+    };
+    let finite_body = match (scene.model.kind, scene.contact_law) {
+        (ModelKind::Chain, ContactLaw::FiniteBody) => {
+            (true, format!("contact.law = finite-body, model.mesh_density = {}", scene.model.meshing().density))
+        }
+        (ModelKind::Chain, ContactLaw::Hertz) => (false, "contact.law = hertz".to_owned()),
+        (kind, _) => (false, format!("model.kind = {}: the contacts are computed", kind.name())),
     };
     let ring_up = match scene.drive.kind {
         DriveKind::ToneBurst { ring_up, .. } => {
@@ -100,6 +109,7 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
         effect("resin annulus", annulus.0, annulus.1),
         effect("spring support", spring.0, spring.1),
         effect("elastic flats", half_space.0, half_space.1),
+        effect("finite-body contacts", finite_body.0, finite_body.1),
         effect("ring-up of the drive", ring_up.0, ring_up.1),
         effect("recorded drive", record.0, record.1),
     ]

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    Bead, Chain, ContactNormal, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Material, Scene,
-    Support, builtin,
+    Bead, Chain, ContactLaw, ContactNormal, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact,
+    Material, Scene, Support, builtin, contact_law,
     document::{Author, Document, read_text, resolved},
     error::SceneError,
     key::{DAMPING_KINDS, DRIVE_KINDS, FLAT_KINDS, NORMALS, PLACEMENTS, SUPPORT_KINDS},
@@ -152,6 +152,7 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
         materials: mesh_file::materials(reader, &chain, &support)?,
         support,
         damping: damping(reader, notes)?,
+        contact_law: contact_law::read(reader)?,
         model: settings::read(reader, drive.frequency, output_step, notes)?,
         chain,
         drive,
@@ -270,7 +271,7 @@ fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
         "annulus" => {
             let radius = chain.beads.last().map_or(0.0, |bead| bead.radius);
             let material = support_material(reader)?;
-            if settings::kind(reader)?.is_meshed() {
+            if settings::kind(reader)?.is_meshed() || contact_law::read(reader)? == ContactLaw::FiniteBody {
                 if radius <= ANNULUS_OPENING {
                     let place = reader.place("support.kind");
                     let (radius, opening) = (length(radius), length(ANNULUS_OPENING));

@@ -50,6 +50,7 @@ pub(super) const SUPPORT_KINDS: &[&str] = &["rigid", "steel", "annulus", "spring
 pub(super) const NORMALS: &[&str] = &["fixed", "moving"];
 pub(super) const DAMPING_KINDS: &[&str] = &["none", "linear", "kuwabara-kono", "linear+kuwabara-kono"];
 pub(super) const PLACEMENTS: &[&str] = &["beads", "all"];
+pub(super) const CONTACT_LAWS: &[&str] = &["hertz", "finite-body"];
 pub(super) const MODEL_KINDS: &[&str] = &["chain", "reduced", "fea"];
 const INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic", "trapezoid", "hht", "newmark"];
 pub(super) const CHAIN_INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic"];
@@ -108,6 +109,11 @@ pub const KEYS: &[Key] = &[
     quantity("damping.kuwabara_kono_coefficient", Dimension::KUWABARA_KONO_DAMPING, "γ, where both laws act"),
     key("damping.at", ValueKind::Choice(PLACEMENTS), "dashpots at bead–bead contacts only, or at the ends too"),
     key("damping.tension", ValueKind::Flag, "whether a contact force may pull while the contact parts"),
+    key(
+        "contact.law",
+        ValueKind::Choice(CONTACT_LAWS),
+        "law of the chain's contacts: of half-spaces, or fitted to the bodies and coupled through them",
+    ),
     key("model.kind", ValueKind::Choice(MODEL_KINDS), "rung of the fidelity ladder"),
     key("model.mesh_density", ValueKind::Count, "elements along a block at a contact; their size goes as its inverse"),
     key(
@@ -135,7 +141,9 @@ pub(super) struct Governor {
     pub(super) reinterpreted: &'static [&'static str],
 }
 
-const CHAIN_USES: &[&str] = &["model.integrator", "model.tolerance", "model.step"];
+const CHAIN_USES: &[&str] =
+    &["contact.law", "model.mesh_density", "model.elements", "model.integrator", "model.tolerance", "model.step"];
+const MESHED_LAW_USES: &[&str] = &["model.mesh_density", "model.elements"];
 
 pub(super) const GOVERNORS: &[Governor] = &[
     // First: it decides which integrators there are.
@@ -144,6 +152,7 @@ pub(super) const GOVERNORS: &[Governor] = &[
         governed: &[
             "chain.mesh",
             "chain.mesh_unit",
+            "contact.law",
             "support.normal",
             "support.mesh",
             "support.mesh_unit",
@@ -190,6 +199,13 @@ pub(super) const GOVERNORS: &[Governor] = &[
             ),
         ],
         reinterpreted: &["model.integrator", "model.numerical_dissipation", "model.tolerance", "model.step"],
+    },
+    // Says what it uses only where the model is the chain.
+    Governor {
+        key: "contact.law",
+        governed: MESHED_LAW_USES,
+        uses: &[("hertz", &[]), ("finite-body", MESHED_LAW_USES)],
+        reinterpreted: &[],
     },
     Governor {
         key: "drive.kind",

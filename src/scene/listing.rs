@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::{
-    Bead, ContactNormal, Damping, DampingKind, DampingPlacement, DriveKind, FlatContact, Integrator, Key, Material,
-    MeshFile, ModelKind, Scene, Scheme, Support,
+    Bead, ContactLaw, ContactNormal, Damping, DampingKind, DampingPlacement, DriveKind, FlatContact, Integrator, Key,
+    Material, MeshFile, ModelKind, Scene, Scheme, Support,
 };
 use crate::signal::{Dimension, Quantity};
 
@@ -150,6 +150,9 @@ impl Scene {
         self.drive_settings(&mut settings);
         self.support_settings(&mut settings);
         damping_settings(&self.damping, &mut settings);
+        if self.model.kind == ModelKind::Chain {
+            settings.text("contact.law", self.contact_law.name());
+        }
         self.model_settings(&mut settings);
         settings.0
     }
@@ -199,6 +202,10 @@ impl Scene {
             settings.text("model.elements", reduced.elements.name());
             settings.add("model.modes", SettingValue::Count(reduced.modes as usize));
             return settings.quantity("model.step", reduced.step, Dimension::TIME);
+        }
+        if self.contact_law == ContactLaw::FiniteBody {
+            settings.add("model.mesh_density", SettingValue::Count(self.model.fea.density as usize));
+            settings.text("model.elements", self.model.fea.elements.name());
         }
         match self.model.integrator {
             Integrator::DormandPrince853 { tolerance } => {

@@ -26,6 +26,7 @@
 mod builtin;
 mod burst;
 mod chain;
+mod contact_law;
 mod damping;
 mod document;
 mod drive;
@@ -45,6 +46,7 @@ mod support;
 
 pub use builtin::{BUILT_IN, BuiltIn, WATER};
 pub use chain::{Bead, Chain};
+pub use contact_law::ContactLaw;
 pub use damping::{Damping, DampingKind, DampingPlacement};
 pub use drive::{Drive, DriveKind, PistonMotion};
 pub use effects::{Effect, effects};
@@ -84,6 +86,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Dashpots at the contacts.
     pub damping: Damping,
+    /// Elastic law of the contacts in the chain.
+    pub contact_law: ContactLaw,
     /// Simulated time, s.
     pub duration: f64,
     /// Interval of the output samples, s. Where the finite element analysis runs, it is a whole multiple of its step: on loading, a

@@ -1,7 +1,7 @@
 //! How a run is computed.
 
 use super::{
-    ContactMass, Elements, FeaSettings, ReducedSettings,
+    ContactLaw, ContactMass, Elements, FeaSettings, ReducedSettings, contact_law,
     error::SceneError,
     fea,
     file::{DEFAULT_TOLERANCE, time},
@@ -127,6 +127,11 @@ pub(super) fn read(
         reduced: ReducedSettings::default(),
         fea: FeaSettings::default(),
     };
+    if contact_law::read(reader)? == ContactLaw::FiniteBody {
+        let default = FeaSettings::default();
+        let density = fea::mesh_density(reader)?.unwrap_or(default.density);
+        settings.fea = FeaSettings { density, elements: fea::elements(reader)?, ..default };
+    }
     if kind == ModelKind::Fea {
         settings.fea = fea::read(reader, frequency, output_step, notes)?;
     } else if kind == ModelKind::Reduced {

@@ -2,8 +2,7 @@
 
 use super::{
     dormand_prince::{Clock, Stepper},
-    equation::{Equation, Mode},
-    system::System,
+    equation::{Equation, Instant, Mode},
 };
 use crate::{model::contact_law::ElasticLaw, scene::PistonMotion};
 
@@ -15,38 +14,38 @@ pub(super) struct Resolution {
     pub pull: f64,
 }
 
-/// A contact changes its mode at σ.
+/// A switch (a contact, unless coupled) changes its mode at σ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Event {
-    pub contact: usize,
+    pub switch: usize,
     pub sigma: f64,
 }
 
-/// δ (m) and δ̇ (m/s) of a contact at a state.
-#[inline(always)]
-pub(super) fn overlap_and_rate(system: &System, contact: usize, state: &[f64]) -> (f64, f64) {
-    let rate = state[system.padded + contact] - state[system.padded + contact + 1];
-    (system.overlap(contact, state), rate)
-}
-
 impl<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<'_, LINEAR, KUWABARA_KONO, L> {
-    /// The mode a contact belongs in at δ, δ̇, coming from its present one.
-    pub fn settled_mode(&self, contact: usize, (overlap, rate): (f64, f64), resolution: &Resolution) -> Mode {
-        let may_clip = self.may_clip(contact);
-        let pull = || self.pull_indicator(contact, overlap, rate);
+    /// The mode a switch belongs in at δ, δ̇ at the start of a step, coming from its present one.
+    pub fn settled_mode(&self, switch: usize, (overlap, rate): (f64, f64), resolution: &Resolution) -> Mode {
+        if self.is_idle(switch) {
+            return Mode::Open;
+        }
+        let may_clip = self.may_clip(switch);
+        let pull = || self.pull(Instant::Start, switch, (overlap, rate));
         if overlap < -resolution.overlap {
             return Mode::Open;
         }
-        if overlap <= resolution.overlap && !(may_clip && self.modes[contact] == Mode::Clipped) {
+        if overlap <= resolution.overlap && !(may_clip && self.modes[switch] == Mode::Clipped) {
+            if self.is_coupled_force(switch) {
+                // A contact at rest that its neighbour's force is about to draw open shows no rate yet: it stays what the event made it.
+                return self.modes[switch];
+            }
             // Touching: pressed as long as it was, or as it is not parting.
-            return match self.modes[contact] {
+            return match self.modes[switch] {
                 Mode::Pressed if may_clip && pull() < -resolution.pull => Mode::Open,
                 Mode::Pressed => Mode::Pressed,
                 _ if rate < 0.0 => Mode::Open,
                 _ => Mode::Pressed,
             };
         }
-        match self.modes[contact] {
+        match self.modes[switch] {
             Mode::Pressed if may_clip && pull() < -resolution.pull => Mode::Clipped,
             Mode::Pressed => Mode::Pressed,
             _ if may_clip && pull() <= resolution.pull => Mode::Clipped,
@@ -54,20 +53,23 @@ impl<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<'_, 
         }
     }
 
-    /// Whether a contact that was at (δ₀, δ̇₀) has to change its mode within a step that ends at (δ₁, δ̇₁): surely, perhaps (look
+    /// Whether a switch that was at (δ₀, δ̇₀) has to change its mode within a step that ends at (δ₁, δ̇₁): surely, perhaps (look
     /// inside), or not.
     #[inline(always)]
     fn crossing(
         &self,
-        contact: usize,
+        switch: usize,
         start: (f64, f64),
         end: (f64, f64),
         clock: &Clock,
         resolution: &Resolution,
     ) -> Crossing {
-        match self.modes[contact] {
-            Mode::Pressed if self.may_clip(contact) => {
-                if self.pull_indicator(contact, end.0, end.1) < -resolution.pull {
+        if self.is_idle(switch) {
+            return Crossing::None;
+        }
+        match self.modes[switch] {
+            Mode::Pressed if self.may_clip(switch) => {
+                if self.pull(Instant::End, switch, end) < -resolution.pull {
                     Crossing::Sure
                 } else {
                     Crossing::None
@@ -92,7 +94,7 @@ impl<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<'_, 
                 }
             }
             Mode::Clipped => {
-                let repressed = end.0 > 0.0 && self.pull_indicator(contact, end.0, end.1) > resolution.pull;
+                let repressed = end.0 > 0.0 && self.pull(Instant::End, switch, end) > resolution.pull;
                 if repressed { Crossing::Sure } else { Crossing::None }
             }
         }
@@ -100,72 +102,86 @@ impl<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<'_, 
 
     /// Whether any contact may have to change its mode within the finished step.
     #[inline(always)]
-    pub fn may_switch(&self, stepper: &Stepper, clock: &Clock, resolution: &Resolution) -> bool {
+    pub fn may_switch(&mut self, stepper: &Stepper, clock: &Clock, resolution: &Resolution) -> bool {
         let (start, end) = (stepper.state.as_flattened(), stepper.end_state.as_flattened());
-        (0..self.modes.len()).any(|contact| {
-            let start = overlap_and_rate(self.system, contact, start);
-            let end = overlap_and_rate(self.system, contact, end);
-            self.crossing(contact, start, end, clock, resolution) != Crossing::None
+        self.survey(Instant::End, end);
+        (0..self.modes.len()).any(|switch| {
+            let start = self.overlap_and_rate(Instant::Start, switch, start);
+            let end = self.overlap_and_rate(Instant::End, switch, end);
+            self.crossing(switch, start, end, clock, resolution) != Crossing::None
         })
     }
 
     /// The first change of mode within the finished and extended step.
     pub fn first_event(
-        &self,
+        &mut self,
         stepper: &Stepper,
         clock: &Clock,
         motion: &dyn PistonMotion,
         resolution: &Resolution,
     ) -> Option<Event> {
         let mut first: Option<Event> = None;
-        for contact in 0..self.modes.len() {
-            let start = overlap_and_rate(self.system, contact, stepper.state.as_flattened());
-            let end = overlap_and_rate(self.system, contact, stepper.end_state.as_flattened());
-            let crossing = self.crossing(contact, start, end, clock, resolution);
+        for switch in 0..self.modes.len() {
+            let start = self.overlap_and_rate(Instant::Start, switch, stepper.state.as_flattened());
+            let end = self.overlap_and_rate(Instant::End, switch, stepper.end_state.as_flattened());
+            let crossing = self.crossing(switch, start, end, clock, resolution);
             if crossing == Crossing::None {
                 continue;
             }
             // Positive while the mode holds.
             let margin = |sigma: f64| {
-                let (overlap, rate) = self.overlap_and_rate_within(contact, stepper, clock, motion, sigma);
-                match self.modes[contact] {
-                    Mode::Pressed if self.may_clip(contact) => self.pull_indicator(contact, overlap, rate),
+                let (overlap, rate) = self.overlap_and_rate_within(switch, stepper, clock, motion, sigma);
+                match self.modes[switch] {
+                    Mode::Pressed if self.may_clip(switch) => self.pull(Instant::Within, switch, (overlap, rate)),
                     Mode::Pressed => overlap,
                     Mode::Open => -overlap,
-                    Mode::Clipped if overlap > 0.0 => -self.pull_indicator(contact, overlap, rate),
+                    Mode::Clipped if overlap > 0.0 => -self.pull(Instant::Within, switch, (overlap, rate)),
                     Mode::Clipped => f64::MIN_POSITIVE,
                 }
             };
             if let Some(sigma) = first_root(margin, crossing == Crossing::Sure)
                 && first.is_none_or(|event| sigma < event.sigma)
             {
-                first = Some(Event { contact, sigma });
+                first = Some(Event { switch, sigma });
             }
         }
         first
     }
 
-    /// δ (m) and δ̇ (m/s) within the extended step.
+    /// δ (m) and δ̇ (m/s) that a switch follows, within the extended step.
     fn overlap_and_rate_within(
-        &self,
-        contact: usize,
+        &mut self,
+        switch: usize,
         stepper: &Stepper,
         clock: &Clock,
         motion: &dyn PistonMotion,
         sigma: f64,
     ) -> (f64, f64) {
         let padded = self.system.padded;
-        let (before, before_rate) = if contact == 0 {
+        if let Some(coupled) = &mut self.coupled {
+            // Every contact takes part in the overlap of every other.
+            let mut within = std::mem::take(&mut coupled.within);
+            stepper.values(sigma, &mut within);
+            let state = within.as_flattened_mut();
+            (state[0], state[padded]) = motion.at(clock.at(sigma));
+            self.survey(Instant::Within, state);
+            let found = self.overlap_and_rate(Instant::Within, switch, state);
+            if let Some(coupled) = &mut self.coupled {
+                coupled.within = within;
+            }
+            return found;
+        }
+        let (before, before_rate) = if switch == 0 {
             motion.at(clock.at(sigma))
         } else {
-            (stepper.value(contact, sigma), stepper.value(padded + contact, sigma))
+            (stepper.value(switch, sigma), stepper.value(padded + switch, sigma))
         };
-        let (after, after_rate) = if contact == self.system.beads {
+        let (after, after_rate) = if switch == self.system.beads {
             (0.0, 0.0)
         } else {
-            (stepper.value(contact + 1, sigma), stepper.value(padded + contact + 1, sigma))
+            (stepper.value(switch + 1, sigma), stepper.value(padded + switch + 1, sigma))
         };
-        (self.system.offset[contact] + before - after, before_rate - after_rate)
+        (self.system.offset[switch] + before - after, before_rate - after_rate)
     }
 }
 
@@ -187,7 +203,7 @@ fn hermite_extremum(start: (f64, f64), end: (f64, f64), clock: &Clock) -> f64 {
 }
 
 /// First σ at which `margin` falls through zero; `sure` when it is known to be negative at σ = 1.
-fn first_root(margin: impl Fn(f64) -> f64, sure: bool) -> Option<f64> {
+fn first_root(mut margin: impl FnMut(f64) -> f64, sure: bool) -> Option<f64> {
     const PARTS: u32 = 8;
     let mut held: Option<(f64, f64)> = None;
     for part in 0..=PARTS {
@@ -196,7 +212,7 @@ fn first_root(margin: impl Fn(f64) -> f64, sure: bool) -> Option<f64> {
         if value > 0.0 {
             held = Some((sigma, value));
         } else if let Some(held) = held {
-            return Some(bracketed_root(&margin, held, (sigma, value)));
+            return Some(bracketed_root(&mut margin, held, (sigma, value)));
         }
     }
     // It never held: it has to change at once.
@@ -204,7 +220,7 @@ fn first_root(margin: impl Fn(f64) -> f64, sure: bool) -> Option<f64> {
 }
 
 /// Root between a point where the function is positive and one where it is not: false position (Illinois), bisected when slow.
-fn bracketed_root(function: impl Fn(f64) -> f64, positive: (f64, f64), negative: (f64, f64)) -> f64 {
+fn bracketed_root(mut function: impl FnMut(f64) -> f64, positive: (f64, f64), negative: (f64, f64)) -> f64 {
     let (mut a, mut fa) = positive;
     let (mut b, mut fb) = negative;
     for iteration in 0..80 {

@@ -3,8 +3,8 @@
 use super::{
     InitialState,
     dormand_prince::{Clock, Flow, SmoothInterval, Stepper},
-    equation::{Equation, Mode},
-    event::{Resolution, overlap_and_rate},
+    equation::{Equation, Instant, Mode},
+    event::Resolution,
     record::Recording,
     system::System,
 };
@@ -47,7 +47,7 @@ enum Pace {
     /// Even in √(t − t*), √s, since a contact closed at t*; `root` = √(t − t*) now.
     SinceClosing { closing: f64, root: f64, step: f64 },
     /// Even in √(t* − t) up to t* = now + `step` (s), when a contact without dashpot is expected to open.
-    ToOpening { contact: usize, step: f64, refinements: u32 },
+    ToOpening { switch: usize, step: f64, refinements: u32 },
 }
 
 impl Pace {
@@ -145,8 +145,14 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         scales[1..=beads].fill(1.0 / (control.tolerance * displacement_scale).max(displacement_floor));
         scales[padded + 1..=padded + beads].fill(1.0 / (control.tolerance * velocity_scale).max(velocity_floor));
 
+        if L::IS_COUPLED && (LINEAR || KUWABARA_KONO) {
+            // A clipped dashpot takes up an elastic force that moves no bead: only the books see where it ends.
+            scales[2 * padded + 1] = 1.0 / (control.tolerance * lightest * velocity_scale * velocity_scale);
+        }
+
         let pull = 1e-12 * force_scale;
-        let pull = if LINEAR { pull } else { pull / displacement_scale.sqrt() };
+        let any_linear = LINEAR && system.dashpots.iter().any(|dashpot| dashpot.linear > 0.0);
+        let pull = if any_linear { pull } else { pull / displacement_scale.sqrt() };
         let resolution = Resolution { overlap: 1e-12 * displacement_scale, pull };
         let initial_energy = system.stored_energy(&displacement) + system.kinetic_energy(&velocity);
         Ok(Self {
@@ -173,12 +179,27 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         self.motion.at(self.time.clamp(self.smooth.from, self.smooth.to))
     }
 
-    fn overlap_and_rate(&self, contact: usize) -> (f64, f64) {
-        overlap_and_rate(self.system, contact, self.stepper.state.as_flattened())
+    /// δ (m) and δ̇ (m/s) that a switch follows, now; of coupled contacts as last surveyed.
+    fn overlap_and_rate(&self, switch: usize) -> (f64, f64) {
+        self.equation.overlap_and_rate(Instant::Start, switch, self.stepper.state.as_flattened())
     }
 
-    /// Put a contact into a mode and keep the ledger of clipped contacts.
+    /// Look at all contacts at the start of the step, the piston in place.
+    #[inline(always)]
+    fn survey(&mut self) {
+        if L::IS_COUPLED {
+            let piston = self.piston();
+            let state = self.stepper.state.as_flattened_mut();
+            (state[0], state[self.system.padded]) = piston;
+            self.equation.survey(Instant::Start, state);
+        }
+    }
+
+    /// Put a switch into a mode and keep the ledger of clipped contacts (coupled ones pass theirs to their dashpots as time goes).
     fn switch(&mut self, contact: usize, mode: Mode) {
+        if L::IS_COUPLED {
+            return self.equation.set_mode(contact, mode);
+        }
         let before = self.equation.modes[contact];
         let energy = || self.system.laws[contact].energy(self.overlap_and_rate(contact).0);
         if mode == Mode::Clipped && before != Mode::Clipped {
@@ -195,10 +216,11 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         let padded = self.system.padded;
         let state = self.stepper.state.as_flattened_mut();
         (state[0], state[padded]) = piston;
-        for contact in 0..=self.system.beads {
-            let mode = self.equation.settled_mode(contact, self.overlap_and_rate(contact), &self.resolution);
-            if mode != self.equation.modes[contact] {
-                self.switch(contact, mode);
+        self.equation.survey(Instant::Start, state);
+        for switch in 0..self.equation.modes.len() {
+            let mode = self.equation.settled_mode(switch, self.overlap_and_rate(switch), &self.resolution);
+            if mode != self.equation.modes[switch] {
+                self.switch(switch, mode);
             }
         }
         self.stepper.restart(&mut self.equation, piston);
@@ -247,6 +269,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         let mut changes_here = 0;
         loop {
             if !rejected {
+                self.survey();
                 pace = self.look_ahead(pace, stop);
             }
             let (clock, last) = pace.clock(self.time, stop);
@@ -299,7 +322,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
                 recording.take(&mut self.equation, &self.stepper, &clock, now);
                 self.stepper.truncate(event.sigma);
                 self.time = now;
-                pace = self.change(event.contact);
+                pace = self.change(event.switch);
                 if now >= stop {
                     return Ok(pace);
                 }
@@ -348,8 +371,8 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
     }
 
     /// Whether the end of the contact's overlap is the end of its force, in a singular way.
-    fn opens_singularly(&self, contact: usize) -> bool {
-        self.equation.modes[contact] == Mode::Pressed && !self.equation.may_clip(contact)
+    fn opens_singularly(&self, switch: usize) -> bool {
+        self.equation.modes[switch] == Mode::Pressed && !self.equation.may_clip(switch)
     }
 
     /// Aim the step at the first opening of a contact without dashpot, if one is expected within it.
@@ -364,14 +387,15 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         let padded = self.system.padded;
         let mut soonest = (length + self.before_opening).min(stop - self.time);
         let mut pace = pace;
-        for contact in 0..=self.system.beads {
-            if !self.opens_singularly(contact) {
+        for switch in 0..self.equation.modes.len() {
+            if !self.opens_singularly(switch) {
                 continue;
             }
-            let (overlap, rate) = overlap_and_rate(self.system, contact, state);
+            let (overlap, rate) = self.equation.overlap_and_rate(Instant::Start, switch, state);
             if overlap <= self.resolution.overlap || overlap + 1.5 * rate * soonest > 0.0 {
                 continue;
             }
+            let contact = self.equation.contact(switch);
             let acceleration = rate_of_state[padded + contact] - rate_of_state[padded + contact + 1];
             // Its own force pushes it apart and fades as (1 − t/τ)^(3/2): 2/3.5 of the force at the start counts as constant.
             let own = self.system.laws[contact].force(overlap)
@@ -384,7 +408,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
             let remaining = 2.0 * overlap / (discriminant.sqrt() - rate);
             if remaining > 0.0 && remaining < soonest {
                 soonest = remaining;
-                pace = Pace::ToOpening { contact, step: remaining, refinements: 0 };
+                pace = Pace::ToOpening { switch, step: remaining, refinements: 0 };
             }
         }
         if matches!(pace, Pace::ToOpening { .. }) && soonest > 1.1 * self.before_opening {
@@ -396,8 +420,8 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
 
     /// A better aim at an opening that the step attempted last missed by more than its error admits.
     fn refine(&mut self, pace: Pace, error: f64) -> Option<Pace> {
-        let Pace::ToOpening { contact, step, refinements } = pace else { return None };
-        let (overlap, rate) = self.end_overlap_and_rate(contact);
+        let Pace::ToOpening { switch, step, refinements } = pace else { return None };
+        let (overlap, rate) = self.end_overlap_and_rate(switch);
         if (error <= 1.0 && overlap <= 0.0) || refinements >= 4 || !(error < 20.0) {
             return None;
         }
@@ -406,7 +430,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         let overshoot = (0.6 * self.control.tolerance.powf(0.4)).clamp(1e-8, 3e-3);
         let missed = correction > 0.0 || correction.abs() > 3.0 * overshoot * step;
         (missed && correction.abs() < 0.4 * step).then_some(Pace::ToOpening {
-            contact,
+            switch,
             step: (step + correction) * (1.0 + overshoot),
             refinements: refinements + 1,
         })
@@ -419,41 +443,42 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         }
         let length = pace.clock(self.time, stop).0.length();
         let mut first: Option<(usize, f64)> = None;
-        for contact in 0..=self.system.beads {
-            if !self.opens_singularly(contact) {
+        for switch in 0..self.equation.modes.len() {
+            if !self.opens_singularly(switch) {
                 continue;
             }
-            let (overlap, _) = self.overlap_and_rate(contact);
-            let (end_overlap, end_rate) = self.end_overlap_and_rate(contact);
+            let (overlap, _) = self.overlap_and_rate(switch);
+            let (end_overlap, end_rate) = self.end_overlap_and_rate(switch);
             if overlap > self.resolution.overlap && end_overlap < 0.0 && end_rate < 0.0 {
                 // Free flight near the opening.
                 let step = length - end_overlap / end_rate;
                 if step > 0.02 * length && first.is_none_or(|(_, soonest)| step < soonest) {
-                    first = Some((contact, step));
+                    first = Some((switch, step));
                 }
             }
         }
-        first.map(|(contact, step)| Pace::ToOpening { contact, step, refinements: 0 })
+        first.map(|(switch, step)| Pace::ToOpening { switch, step, refinements: 0 })
     }
 
     /// δ (m) and δ̇ (m/s) at the end of the step attempted last.
-    fn end_overlap_and_rate(&mut self, contact: usize) -> (f64, f64) {
+    fn end_overlap_and_rate(&mut self, switch: usize) -> (f64, f64) {
         let padded = self.system.padded;
         let piston = self.stepper.end_piston();
         let state = self.stepper.end_state.as_flattened_mut();
         (state[0], state[padded]) = piston;
-        overlap_and_rate(self.system, contact, state)
+        self.equation.survey(Instant::End, state);
+        self.equation.overlap_and_rate(Instant::End, switch, state)
     }
 
-    /// Change the mode of a contact at a located event; the pace to go on with.
-    fn change(&mut self, contact: usize) -> Pace {
-        let closing = self.equation.modes[contact] == Mode::Open;
-        let mode = match self.equation.modes[contact] {
+    /// Change the mode of a switch at a located event; the pace to go on with.
+    fn change(&mut self, switch: usize) -> Pace {
+        let closing = self.equation.modes[switch] == Mode::Open;
+        let mode = match self.equation.modes[switch] {
             Mode::Open | Mode::Clipped => Mode::Pressed,
-            Mode::Pressed if self.equation.may_clip(contact) => Mode::Clipped,
+            Mode::Pressed if self.equation.may_clip(switch) => Mode::Clipped,
             Mode::Pressed => Mode::Open,
         };
-        self.switch(contact, mode);
+        self.switch(switch, mode);
         self.restart();
         if closing {
             Pace::SinceClosing { closing: self.time, root: 0.0, step: self.after_closing.sqrt() }
@@ -467,9 +492,10 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         if !(LINEAR || KUWABARA_KONO) {
             return;
         }
-        for contact in 0..=self.system.beads {
-            if self.equation.modes[contact] == Mode::Clipped && self.overlap_and_rate(contact).0 <= 0.0 {
-                self.switch(contact, Mode::Open);
+        self.survey();
+        for switch in 0..self.equation.modes.len() {
+            if self.equation.modes[switch] == Mode::Clipped && self.overlap_and_rate(switch).0 <= 0.0 {
+                self.switch(switch, Mode::Open);
             }
         }
     }
@@ -493,7 +519,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         self.work.evaluations = self.stepper.evaluations;
         let (padded, beads) = (self.system.padded, self.system.beads);
         let still_stored: f64 = (0..=beads)
-            .filter(|contact| self.equation.modes[*contact] == Mode::Clipped)
+            .filter(|contact| !L::IS_COUPLED && self.equation.modes[*contact] == Mode::Clipped)
             .map(|contact| self.system.laws[contact].energy(self.overlap_and_rate(contact).0))
             .sum();
         let piston_work_j = self.piston_work();

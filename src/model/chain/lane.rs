@@ -8,7 +8,7 @@
 
 use std::ops::{Add, Div, Mul, Sub};
 
-use crate::model::contact_law::Annulus;
+use crate::model::contact_law::{Annulus, ElasticLaw};
 
 /// Runs side by side.
 pub(super) const WIDTH: usize = 8;
@@ -112,27 +112,51 @@ impl Lane {
     }
 }
 
-/// Force (N) of the annulus with a stiffness factor of 1, for δ ≥ 0 (m): the law of [`Annulus`] by a polynomial in place of its Newton
-/// iteration; `end_tangent` (N/m) is its tangent beyond [`Annulus::LARGEST`]. Relative error below 2e-7 above 0.01 nm; below, where the
-/// force is under 3 µN, the law is continued as a line through the origin.
-#[inline(always)]
-pub(super) fn annulus_force(overlap: Lane, end_tangent: f64) -> Lane {
-    let inside = overlap.at_most(Annulus::LARGEST);
-    let argument = inside.at_least(Annulus::SMALLEST_FITTED);
-    // g − ln g = a, with w = F D g; g is smooth in √a.
-    let a = Lane([Annulus::C / Annulus::D; WIDTH]) - (argument * (1.0 / Annulus::D)).logarithm();
-    let t = (a.sqrt() - Annulus::MIDDLE) * (1.0 / Annulus::HALF_WIDTH);
-    let mut g = Lane([Annulus::POLYNOMIAL[10]; WIDTH]);
-    for coefficient in Annulus::POLYNOMIAL[..10].iter().rev() {
-        g = g * t + *coefficient;
+/// The law of [`Annulus`] with a stiffness factor of 1, by a polynomial in place of its Newton iteration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct AnnulusLane {
+    /// C/D, 1.
+    ratio: f64,
+    /// D, m/N.
+    slope: f64,
+    /// Approaches between which the polynomial holds, m.
+    between: (f64, f64),
+    /// Tangent beyond, N/m.
+    end_tangent: f64,
+}
+
+impl AnnulusLane {
+    /// That of a law, whatever its factor.
+    pub fn new(law: Annulus) -> Self {
+        let law = law.unscaled();
+        Self {
+            ratio: law.constant() / law.slope(),
+            slope: law.slope(),
+            between: law.between,
+            end_tangent: law.tangent_stiffness(2.0 * law.between.1),
+        }
     }
-    inside / (g * Annulus::D) + (overlap - inside) * end_tangent
+
+    /// Force (N) for δ ≥ 0 (m). Relative error below 2e-7 above 0.01 nm; below, where the force is under 3 µN, the law is continued as a
+    /// line through the origin.
+    #[inline(always)]
+    pub fn force(&self, overlap: Lane) -> Lane {
+        let inside = overlap.at_most(self.between.1);
+        let argument = inside.at_least(self.between.0);
+        // g − ln g = a, with w = F D g; g is smooth in √a.
+        let a = Lane([self.ratio; WIDTH]) - (argument * (1.0 / self.slope)).logarithm();
+        let t = (a.sqrt() - Annulus::MIDDLE) * (1.0 / Annulus::HALF_WIDTH);
+        let mut g = Lane([Annulus::POLYNOMIAL[10]; WIDTH]);
+        for coefficient in Annulus::POLYNOMIAL[..10].iter().rev() {
+            g = g * t + *coefficient;
+        }
+        inside / (g * self.slope) + (overlap - inside) * self.end_tangent
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::contact_law::ElasticLaw;
 
     #[test]
     fn the_logarithm_is_good_to_three_parts_in_a_billion() {
@@ -146,8 +170,8 @@ mod tests {
     #[test]
     fn the_fast_annulus_follows_the_exact_one() {
         let exact = Annulus::new(1.0);
-        let tangent = exact.tangent_stiffness(1.0);
-        let fast = |overlap: f64| annulus_force(Lane([overlap; WIDTH]), tangent).0[0];
+        let lane = AnnulusLane::new(exact);
+        let fast = |overlap: f64| lane.force(Lane([overlap; WIDTH])).0[0];
         for i in 0..8000 {
             let overlap = 1e-11 * 1.002f64.powi(i);
             // Fit 4e-8, logarithm 3e-9 in a: together below 2e-7.

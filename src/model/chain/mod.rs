@@ -11,20 +11,25 @@
 //! Left out: bead elasticity outside the contact law (the lowest bead mode lies at 36 times the drive), rotation, friction,
 //! gravity, plasticity.
 
+mod coupling;
 mod dormand_prince;
 pub mod ensemble;
 mod equation;
 mod event;
+mod finite_body;
 mod integrate;
 mod lane;
+mod laws;
 mod record;
 mod symplectic;
 mod system;
 mod tableau;
 mod trajectory;
 
+pub use finite_body::{ContactFit, FiniteBodyLaws, FitQuality};
 pub use trajectory::Trajectory;
 
+use equation::Coupled;
 use integrate::Control;
 use record::{Grid, Recording};
 use system::System;
@@ -92,7 +97,34 @@ impl ChainModel {
         initial: &InitialState,
         progress: Progress<'_>,
     ) -> Result<Response, ModelError> {
-        let mut system = System::new(scene)?;
+        self.run_on(scene, None, motion, initial, progress)
+    }
+
+    /// As [`ChainModel::run_with`], with the laws of the scene's bodies known already: see [`FiniteBodyLaws`]. They have no effect where
+    /// the scene asks for the law of Hertz.
+    ///
+    /// # Errors
+    /// A typed [`ModelError`] when the scene cannot be run, the run failed, or the laws are those of other bodies.
+    pub fn run_with_laws(
+        &self,
+        scene: &Scene,
+        fitted: &FiniteBodyLaws,
+        motion: &dyn PistonMotion,
+        initial: &InitialState,
+        progress: Progress<'_>,
+    ) -> Result<Response, ModelError> {
+        self.run_on(scene, Some(fitted), motion, initial, progress)
+    }
+
+    fn run_on(
+        &self,
+        scene: &Scene,
+        fitted: Option<&FiniteBodyLaws>,
+        motion: &dyn PistonMotion,
+        initial: &InitialState,
+        progress: Progress<'_>,
+    ) -> Result<Response, ModelError> {
+        let mut system = System::new(scene, fitted)?;
         let mut grid = Grid::new(scene, &system, motion);
         let velocity_scale = scale(&mut system, initial, grid.piston_speed());
         let (energy, work) = match scene.model.integrator {
@@ -125,7 +157,7 @@ impl ChainModel {
             let reason = "a trajectory needs the adaptive integrator; set `model.integrator`".into();
             return Err(ModelError::Unsupported { model: "chain", reason });
         };
-        let mut system = System::new(scene)?;
+        let mut system = System::new(scene, None)?;
         let grid = Grid::new(scene, &system, motion);
         let velocity_scale = scale(&mut system, initial, grid.piston_speed());
         let control = control(scene, tolerance, velocity_scale, grid.end())?;
@@ -175,6 +207,11 @@ macro_rules! specialised {
             };
         }
         match system.laws[system.beads] {
+            // Coupled contacts cost more than a dashpot that is zero, so all dampers share one copy.
+            law if system.coupling.is_some() && (linear || kuwabara_kono) => {
+                $run::<true, true, _>(system, Coupled(law), $($argument),*)
+            }
+            law if system.coupling.is_some() => $run::<false, false, _>(system, Coupled(law), $($argument),*),
             Law::Hertz(law) => with_support!(law),
             // Any other law of the one contact at the support is picked within the loop: it is worth no copy of the code.
             law => with_support!(law),

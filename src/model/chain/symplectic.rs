@@ -54,9 +54,9 @@ pub(super) fn integrate<const LINEAR: bool, const KUWABARA_KONO: bool, L: Elasti
     }
     let (padded, beads) = (system.padded, system.beads);
     let mut equation = Equation::<LINEAR, KUWABARA_KONO, L>::new(system, support);
-    for contact in 0..=beads {
+    for switch in 0..equation.modes.len() {
         // Every contact always pressed: the law itself is zero when separated.
-        equation.set_mode(contact, Mode::Pressed);
+        equation.set_mode(switch, Mode::Pressed);
     }
     let (mut u, mut v) = system.initial_blocks(initial)?;
     let mut predicted = vec![0.0; padded];
@@ -145,7 +145,7 @@ fn forces<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
         for (contact, force) in force[..=system.beads].iter().enumerate() {
             let overlap = system.overlap(contact, u);
             if overlap > 0.0 {
-                lost += (force - system.laws[contact].force(overlap)) * (v[contact] - v[contact + 1]);
+                lost += (force - equation.elastic_force(contact, overlap)) * (v[contact] - v[contact + 1]);
             }
         }
     }

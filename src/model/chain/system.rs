@@ -1,12 +1,15 @@
 //! The chain as the integrators see it: masses, stiffnesses and rest positions in flat, padded arrays.
 
-use super::InitialState;
+use super::{
+    InitialState,
+    coupling::{Coupling, Survey},
+    finite_body::FiniteBodyLaws,
+    laws::ContactLaws,
+};
 use crate::{
     model::{
         ModelError,
-        contact_law::{
-            Annulus, Dashpot, ElasticLaw, Hertz, Law, Spring, bead_flat_stiffness, bead_pair_stiffness, dashpots,
-        },
+        contact_law::{Dashpot, ElasticLaw, Law, dashpots},
     },
     scene::{MeshFile, Scene, Support},
 };
@@ -37,11 +40,13 @@ pub(super) struct System {
     pub natural_time: f64,
     /// Static force F₀, N.
     pub precompression: f64,
+    /// How the contacts of finite bodies feel one another; none with the law of Hertz.
+    pub coupling: Option<Coupling>,
 }
 
 impl System {
-    /// Assemble the scene's chain.
-    pub fn new(scene: &Scene) -> Result<Self, ModelError> {
+    /// Assemble the scene's chain; `fitted` are the laws of its bodies where it asks for such and they are known already.
+    pub fn new(scene: &Scene, fitted: Option<&FiniteBodyLaws>) -> Result<Self, ModelError> {
         check(scene)?;
         let chain = &scene.chain;
         let beads = chain.beads.len();
@@ -51,9 +56,13 @@ impl System {
             *slot = bead.mass();
         }
         let inverse_mass = mass.iter().map(|&m| if m > 0.0 { 1.0 / m } else { 0.0 }).collect();
-        let laws = laws(scene)?;
+        let ContactLaws { laws, couplings } = ContactLaws::of(scene, fitted)?;
+        let coupling = couplings.map(|beads| Coupling::new(&laws, &beads, padded));
         let force = chain.precompression;
         let mut offset: Vec<f64> = laws.iter().zip(&chain.gaps).map(|(law, gap)| law.overlap(force) - gap).collect();
+        if let Some(coupling) = &coupling {
+            offset.iter_mut().enumerate().for_each(|(contact, offset)| *offset += coupling.under(contact, force));
+        }
         offset.resize(padded, f64::NEG_INFINITY);
         Ok(Self {
             beads,
@@ -66,6 +75,7 @@ impl System {
             dashpots: dashpots(&scene.damping, beads + 1),
             tension: scene.damping.tension,
             laws,
+            coupling,
         })
     }
 
@@ -79,6 +89,7 @@ impl System {
                 let static_time = (lightest / law.tangent_stiffness(law.overlap(self.precompression))).sqrt();
                 let moving = match law {
                     Law::Hertz(hertz) => (lightest / hertz.stiffness).powi(2) / velocity,
+                    Law::FiniteHertz(law) => (lightest / law.stiffness).powi(2) / velocity,
                     Law::Annulus(_) | Law::Spring(_) => (lightest / law.tangent_stiffness(1e-6)).powf(2.5),
                 };
                 static_time.min(moving.powf(0.2))
@@ -88,6 +99,11 @@ impl System {
 
     /// Elastic energy of every contact at the state's overlaps, J.
     pub fn stored_energy(&self, displacement: &[f64]) -> f64 {
+        if let Some(coupling) = &self.coupling {
+            let mut survey = Survey::new(self.padded);
+            self.survey(coupling, displacement, &mut survey);
+            return coupling.energy(&self.laws, &survey.overlap, &survey.force);
+        }
         (0..=self.beads).map(|i| self.laws[i].energy(self.overlap(i, displacement))).sum()
     }
 
@@ -99,6 +115,15 @@ impl System {
     /// δ_i, m.
     pub fn overlap(&self, contact: usize, displacement: &[f64]) -> f64 {
         self.offset[contact] + displacement[contact] - displacement[contact + 1]
+    }
+
+    /// Overlaps and elastic forces of coupled contacts at a state's displacements.
+    pub fn survey(&self, coupling: &Coupling, displacement: &[f64], survey: &mut Survey) {
+        for contact in 0..=self.beads {
+            survey.rigid[contact] = self.overlap(contact, displacement);
+        }
+        let Survey { rigid, overlap, force, .. } = survey;
+        coupling.settle(rigid, &coupling.all, overlap, force);
     }
 
     /// Displacements and velocities of `initial`, with the piston's and the wall's slots at zero.
@@ -118,25 +143,7 @@ impl System {
     }
 }
 
-/// Elastic law of each of the N + 1 contacts.
-///
-/// # Errors
-/// For a support that has no force law.
-pub(super) fn laws(scene: &Scene) -> Result<Vec<Law>, ModelError> {
-    let beads = &scene.chain.beads;
-    let hertz = |stiffness| Law::Hertz(Hertz { stiffness });
-    let mut laws = vec![hertz(bead_flat_stiffness(&beads[0], scene.piston))];
-    laws.extend(beads.windows(2).map(|pair| hertz(bead_pair_stiffness(&pair[0], &pair[1]))));
-    laws.push(match &scene.support {
-        Support::Flat(flat) => hertz(bead_flat_stiffness(&beads[beads.len() - 1], *flat)),
-        Support::Annulus { stiffness_factor, .. } => Law::Annulus(Annulus::new(*stiffness_factor)),
-        Support::Spring { stiffness } => Law::Spring(Spring { stiffness: *stiffness }),
-        Support::Body { mesh, .. } => return Err(meshed(mesh)),
-    });
-    Ok(laws)
-}
-
-fn meshed(mesh: &MeshFile) -> ModelError {
+pub(super) fn meshed(mesh: &MeshFile) -> ModelError {
     let reason = format!(
         "a support from the mesh {} has no force law; use `model.kind = \"fea\"`, or another `support.kind`",
         mesh.path.display()

@@ -1,5 +1,7 @@
 //! Static force law of the steel bead on the resin annulus.
 
+use serde::{Deserialize, Serialize};
+
 use super::ElasticLaw;
 
 /// Axial force of a 1 mm steel bead pressed into the resin annulus that holds the last bead of the chain.
@@ -24,10 +26,17 @@ use super::ElasticLaw;
 /// # use granchain::model::contact_law::{Annulus, ElasticLaw};
 /// assert!((Annulus::new(1.0).force(1e-6) - 0.653).abs() < 0.001);
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+///
+/// [`Annulus::fitted`] is the same law with C and D of another ring, bead or mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Annulus {
     stiffness_factor: f64,
-    /// Force (N), tangent (N/m) and energy (J) at [`Annulus::LARGEST`] for a factor of 1.
+    /// C and D, m/N.
+    constant: f64,
+    slope: f64,
+    /// Approaches between which the polynomial holds, m; beyond the larger the tangent is continued.
+    pub(in crate::model) between: (f64, f64),
+    /// Force (N), tangent (N/m) and energy (J) at the larger for a factor of 1.
     largest: (f64, f64, f64),
 }
 
@@ -62,11 +71,51 @@ impl Annulus {
     /// The law with its force multiplied by `stiffness_factor` (1).
     #[must_use]
     pub fn new(stiffness_factor: f64) -> Self {
-        let mut law = Self { stiffness_factor, largest: (0.0, 0.0, 0.0) };
-        let secant = Self::secant_compliance(Self::LARGEST);
-        let force = Self::LARGEST / secant;
-        law.largest = (force, 1.0 / (secant - Self::D), Self::stored(force, secant));
+        Self::between(Self::C, Self::D, (Self::SMALLEST_FITTED, Self::LARGEST)).times(stiffness_factor)
+    }
+
+    /// The law with C (`constant`, m/N) and D (`slope`, m/N, positive) of its own and a factor of 1.
+    ///
+    /// Its tangent is continued from where it has the same share of the approach at the turning point, w = D e^(C/D − 1).
+    #[must_use]
+    pub fn fitted(constant: f64, slope: f64) -> Self {
+        let reached = |overlap: f64| {
+            let a = Self::C / Self::D - libm::log(overlap / Self::D);
+            slope * libm::exp(constant / slope - a)
+        };
+        Self::between(constant, slope, (reached(Self::SMALLEST_FITTED), reached(Self::LARGEST)))
+    }
+
+    fn between(constant: f64, slope: f64, between: (f64, f64)) -> Self {
+        let mut law = Self { stiffness_factor: 1.0, constant, slope, between, largest: (0.0, 0.0, 0.0) };
+        let secant = law.secant_compliance(between.1);
+        let force = between.1 / secant;
+        law.largest = (force, 1.0 / (secant - slope), law.stored(force, secant));
         law
+    }
+
+    /// The same with its force multiplied once more.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        Self { stiffness_factor: factor * self.stiffness_factor, ..self }
+    }
+
+    /// The same with a stiffness factor of 1.
+    #[must_use]
+    pub fn unscaled(self) -> Self {
+        Self { stiffness_factor: 1.0, ..self }
+    }
+
+    /// C, m/N.
+    #[must_use]
+    pub fn constant(&self) -> f64 {
+        self.constant
+    }
+
+    /// D, m/N.
+    #[must_use]
+    pub fn slope(&self) -> f64 {
+        self.slope
     }
 
     /// The factor on the force, 1.
@@ -75,18 +124,18 @@ impl Annulus {
         self.stiffness_factor
     }
 
-    /// G = w/F = C − D ln F, m/N, for 0 < w ≤ [`Annulus::LARGEST`]: the root of G − D ln G = C − D ln w.
+    /// G = w/F = C − D ln F, m/N, up to where the tangent is continued: the root of G − D ln G = C − D ln w.
     ///
     /// In units of D, g − ln g = a, convex and increasing for g > 1. Above 0.01 nm a polynomial in √a, good to 4e-8, starts Newton's
     /// method, whose first step squares that error to rounding; below, the iteration starts at a + ln a, stays to the right of the minimum
     /// and is monotone from its second iterate on.
-    fn secant_compliance(overlap: f64) -> f64 {
-        let a = Self::C / Self::D - libm::log(overlap / Self::D);
+    fn secant_compliance(&self, overlap: f64) -> f64 {
+        let a = self.constant / self.slope - libm::log(overlap / self.slope);
         let newton = |g: f64| (g - libm::log(g) - a) / (1.0 - 1.0 / g);
-        if overlap >= Self::SMALLEST_FITTED {
+        if overlap >= self.between.0 {
             let t = (a.sqrt() - Self::MIDDLE) / Self::HALF_WIDTH;
             let g = Self::POLYNOMIAL.iter().rev().fold(0.0, |sum, coefficient| sum * t + coefficient);
-            return (g - newton(g)) * Self::D;
+            return (g - newton(g)) * self.slope;
         }
         let mut g = (a + libm::log(a.max(1.0))).max(2.0);
         for _ in 0..20 {
@@ -96,12 +145,12 @@ impl Annulus {
                 break;
             }
         }
-        g * Self::D
+        g * self.slope
     }
 
     /// ∫F dw = (F²/2)(C − D/2 − D ln F), with G = C − D ln F.
-    fn stored(force: f64, secant: f64) -> f64 {
-        0.5 * force * force * (secant - 0.5 * Self::D)
+    fn stored(&self, force: f64, secant: f64) -> f64 {
+        0.5 * force * force * (secant - 0.5 * self.slope)
     }
 }
 
@@ -111,19 +160,19 @@ impl ElasticLaw for Annulus {
     fn force(&self, overlap: f64) -> f64 {
         if overlap <= 0.0 {
             0.0
-        } else if overlap <= Self::LARGEST {
-            self.stiffness_factor * overlap / Self::secant_compliance(overlap)
+        } else if overlap <= self.between.1 {
+            self.stiffness_factor * overlap / self.secant_compliance(overlap)
         } else {
             let (force, tangent, _) = self.largest;
-            self.stiffness_factor * (force + tangent * (overlap - Self::LARGEST))
+            self.stiffness_factor * (force + tangent * (overlap - self.between.1))
         }
     }
 
     fn tangent_stiffness(&self, overlap: f64) -> f64 {
         if overlap <= 0.0 {
             0.0
-        } else if overlap <= Self::LARGEST {
-            self.stiffness_factor / (Self::secant_compliance(overlap) - Self::D)
+        } else if overlap <= self.between.1 {
+            self.stiffness_factor / (self.secant_compliance(overlap) - self.slope)
         } else {
             self.stiffness_factor * self.largest.1
         }
@@ -132,12 +181,12 @@ impl ElasticLaw for Annulus {
     fn energy(&self, overlap: f64) -> f64 {
         if overlap <= 0.0 {
             0.0
-        } else if overlap <= Self::LARGEST {
-            let secant = Self::secant_compliance(overlap);
-            self.stiffness_factor * Self::stored(overlap / secant, secant)
+        } else if overlap <= self.between.1 {
+            let secant = self.secant_compliance(overlap);
+            self.stiffness_factor * self.stored(overlap / secant, secant)
         } else {
             let (force, tangent, energy) = self.largest;
-            let further = overlap - Self::LARGEST;
+            let further = overlap - self.between.1;
             self.stiffness_factor * (energy + (force + 0.5 * tangent * further) * further)
         }
     }
@@ -148,9 +197,9 @@ impl ElasticLaw for Annulus {
         if force == 0.0 {
             0.0
         } else if force <= largest {
-            force * (Self::C - Self::D * libm::log(force))
+            force * (self.constant - self.slope * libm::log(force))
         } else {
-            Self::LARGEST + (force - largest) / tangent
+            self.between.1 + (force - largest) / tangent
         }
     }
 }

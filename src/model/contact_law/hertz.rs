@@ -1,5 +1,7 @@
 //! Hertz contact of spheres and flats.
 
+use serde::{Deserialize, Serialize};
+
 use super::ElasticLaw;
 use crate::scene::{Bead, FlatContact, Material};
 
@@ -67,7 +69,7 @@ pub fn hertz_energy(hertz_stiffness: f64, overlap: f64) -> f64 {
 }
 
 /// The law F = k δ₊^(3/2).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Hertz {
     /// k, N·m^(-3/2).
     pub stiffness: f64,

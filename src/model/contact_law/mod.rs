@@ -10,11 +10,15 @@
 mod annulus;
 mod dashpot;
 mod finite_body;
+mod finite_hertz;
 mod hertz;
+
+use serde::{Deserialize, Serialize};
 
 pub use annulus::Annulus;
 pub use dashpot::{Dashpot, dashpots};
 pub use finite_body::FiniteBody;
+pub use finite_hertz::FiniteHertz;
 pub use hertz::{
     Hertz, bead_flat_stiffness, bead_pair_stiffness, effective_modulus, hertz_energy, hertz_force, hertz_stiffness,
 };
@@ -23,6 +27,8 @@ pub use hertz::{
 pub trait ElasticLaw: Copy {
     /// Whether the law is F = k δ₊^(3/2), so that a chain may treat it like every other contact.
     const IS_HERTZ: bool;
+    /// Whether the contacts of the chain are those of finite bodies, which feel one another.
+    const IS_COUPLED: bool = false;
     /// Force, N, ≥ 0; zero for `overlap` ≤ 0 (m).
     fn force(&self, overlap: f64) -> f64;
     /// dF/dδ, N/m; zero for `overlap` ≤ 0 (m).
@@ -34,7 +40,7 @@ pub trait ElasticLaw: Copy {
 }
 
 /// A massless one-sided linear spring, F = K δ₊.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spring {
     /// K, N/m.
     pub stiffness: f64,
@@ -61,10 +67,12 @@ impl ElasticLaw for Spring {
 }
 
 /// Any of the laws, where which one is only known at run time.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Law {
     /// Two curved solids, or a sphere and a flat.
     Hertz(Hertz),
+    /// The same of finite bodies.
+    FiniteHertz(FiniteHertz),
     /// The resin annulus under the last bead.
     Annulus(Annulus),
     /// A one-sided linear spring.
@@ -77,6 +85,7 @@ impl ElasticLaw for Law {
     fn force(&self, overlap: f64) -> f64 {
         match self {
             Self::Hertz(law) => law.force(overlap),
+            Self::FiniteHertz(law) => law.force(overlap),
             Self::Annulus(law) => law.force(overlap),
             Self::Spring(law) => law.force(overlap),
         }
@@ -85,6 +94,7 @@ impl ElasticLaw for Law {
     fn tangent_stiffness(&self, overlap: f64) -> f64 {
         match self {
             Self::Hertz(law) => law.tangent_stiffness(overlap),
+            Self::FiniteHertz(law) => law.tangent_stiffness(overlap),
             Self::Annulus(law) => law.tangent_stiffness(overlap),
             Self::Spring(law) => law.tangent_stiffness(overlap),
         }
@@ -93,6 +103,7 @@ impl ElasticLaw for Law {
     fn energy(&self, overlap: f64) -> f64 {
         match self {
             Self::Hertz(law) => law.energy(overlap),
+            Self::FiniteHertz(law) => law.energy(overlap),
             Self::Annulus(law) => law.energy(overlap),
             Self::Spring(law) => law.energy(overlap),
         }
@@ -101,6 +112,7 @@ impl ElasticLaw for Law {
     fn overlap(&self, force: f64) -> f64 {
         match self {
             Self::Hertz(law) => law.overlap(force),
+            Self::FiniteHertz(law) => law.overlap(force),
             Self::Annulus(law) => law.overlap(force),
             Self::Spring(law) => law.overlap(force),
         }
@@ -162,8 +174,10 @@ mod tests {
     fn stored_energy_is_the_integral_of_the_force_and_the_tangent_its_slope() {
         let laws = [
             Law::Hertz(Hertz { stiffness: 2.3e9 }),
+            Law::FiniteHertz(FiniteHertz { stiffness: 2.3e9, first: 24.9, second: 2.4e3 }),
             Law::Annulus(Annulus::new(1.0)),
             Law::Annulus(Annulus::new(0.7)),
+            Law::Annulus(Annulus::fitted(1.3e-6, 0.2e-6).times(1.2)),
             Law::Spring(Spring { stiffness: 1e6 }),
         ];
         for law in laws {

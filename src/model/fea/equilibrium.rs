@@ -82,6 +82,13 @@ impl Statics {
         &self.compliances[self.links[contact].compliance]
     }
 
+    /// V through the body before a contact, row by row, points of the contact × points of the contact before, m/N: how far a gap opens for a
+    /// force there; none at the first contact.
+    #[must_use]
+    pub fn coupling(&self, contact: usize) -> Option<&[f64]> {
+        self.links[contact].coupling.map(|coupling| self.couplings[coupling].as_slice())
+    }
+
     /// All contacts under the axial force F₀ (N).
     ///
     /// # Errors
