@@ -13,3 +13,21 @@
 
 pub mod disc;
 mod quadrature;
+pub mod rayleigh;
+
+/// A liquid without losses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Water {
+    /// Density ρ, kg/m³.
+    pub density: f64,
+    /// Speed of sound c, m/s.
+    pub sound_speed: f64,
+}
+
+impl Water {
+    /// Water of the source paper: ρ 1000 kg/m³, c 1500 m/s.
+    #[must_use]
+    pub fn fresh() -> Self {
+        Self { density: 1000.0, sound_speed: 1500.0 }
+    }
+}
