@@ -92,6 +92,26 @@ fn flexibilities_are_as_tabulated() {
 }
 
 #[test]
+fn modes_and_static_shapes_hold_the_whole_flexibility_and_stay_orthogonal() {
+    for rim in [Rim::Clamped, Rim::Supported, Rim::Free] {
+        let disc = Disc::new(&paper(rim), &DiscMesh::default()).unwrap();
+        let rigid = usize::from(rim == Rim::Free);
+        for patch in [0.0, 50e-6] {
+            let basis = disc.basis(4, patch).unwrap();
+            assert_eq!(basis.frequencies.len(), 8);
+            assert!(basis.frequencies.windows(2).all(|pair| pair[0] < pair[1]), "{:?}", basis.frequencies);
+            let share = |k: usize| (basis.pole[k] / (std::f64::consts::TAU * basis.frequencies[k])).powi(2);
+            let sum: f64 = (rigid..8).map(share).sum();
+            let whole = disc.flexibility(patch).unwrap();
+            // Residuals of the modes, 1e-9, and the condition of the static solve.
+            assert!((sum / whole - 1.0).abs() < 1e-6, "{rim:?} {patch}: {sum:e} {whole:e}");
+            let few: f64 = (rigid..4).map(share).sum();
+            assert!(few < 0.99 * whole, "the modes alone are softer");
+        }
+    }
+}
+
+#[test]
 fn a_large_block_under_a_small_patch_is_a_half_space() {
     let shape = DiscShape { thickness: 0.9e-3, ..paper(Rim::Clamped) };
     let disc = Disc::new(&shape, &DiscMesh { radial: 40, through: 40, pole_side: Some(1e-6) }).unwrap();

@@ -9,7 +9,7 @@ use granchain::{
     model::{
         analytical::{BaffledPiston, LAMB_COEFFICIENT, ThinPlate},
         water::{
-            Water,
+            OnWater, UnitResponse, Water,
             disc::{Disc, DiscMesh, DiscModes, DiscShape, Rim},
             rayleigh::{
                 field::FieldPoint,
@@ -28,9 +28,13 @@ fn piston() -> BaffledPiston {
     BaffledPiston { radius: RADIUS, density, sound_speed }
 }
 
-fn paper(rim: Rim, count: usize) -> DiscModes {
+fn disc(rim: Rim) -> Disc {
     let shape = DiscShape { radius: RADIUS, thickness: 0.25e-3, material: Material::vitreous_carbon(), rim };
-    Disc::new(&shape, &DiscMesh::default()).unwrap().modes(count).unwrap()
+    Disc::new(&shape, &DiscMesh::default()).unwrap()
+}
+
+fn paper(rim: Rim, count: usize) -> DiscModes {
+    disc(rim).modes(count).unwrap()
 }
 
 /// A 73 kHz burst of five cycles under a raised cosine, m/s.
@@ -245,11 +249,37 @@ fn the_transfer_of_the_disc_is_as_tabulated() {
     for (rim, expected) in
         [(Rim::Clamped, [13.05e3, 63.4e3, 672e3, 451e3, 578e3]), (Rim::Supported, [60.2e3, 981e3, 282e3, 293e3, 961e3])]
     {
-        let modes = paper(rim, 16);
+        let plain = paper(rim, 8);
+        let whole = disc(rim).basis(6, 0.0).unwrap();
         for (frequency, expected) in frequencies.into_iter().zip(expected) {
-            let point = FieldPoint::on_axis(1e-3);
-            let found = harmonic(RADIUS, &modes, &Water::fresh(), point, TAU * frequency).unwrap().pressure.norm();
-            assert!((found / expected - 1.0).abs() < 0.01, "{rim:?} {frequency}: {found} {expected}");
+            let found = |modes: &DiscModes| {
+                let point = FieldPoint::on_axis(1e-3);
+                harmonic(RADIUS, modes, &Water::fresh(), point, TAU * frequency).unwrap().pressure.norm()
+            };
+            let (plain, whole) = (found(&plain), found(&whole));
+            assert!((plain / expected - 1.0).abs() < 0.01, "{rim:?} {frequency}: {plain} {expected}");
+            // With the static shapes the supported disc has 947 at 0.95 MHz, by this way and by elements: the table's is of modes alone.
+            let tolerance = if expected == 961e3 { 0.016 } else { 0.01 };
+            assert!((whole / expected - 1.0).abs() < tolerance, "{rim:?} {frequency}: {whole} {expected}");
+        }
+    }
+}
+
+#[test]
+fn static_shapes_make_four_modes_as_good_as_many() {
+    for rim in [Rim::Clamped, Rim::Supported, Rim::Free] {
+        let disc = disc(rim);
+        let (few, many) = (disc.basis(4, 0.0).unwrap(), disc.basis(16, 0.0).unwrap());
+        let plain = disc.modes(8).unwrap();
+        for frequency in [0.0725e6, 0.3e6, 0.95e6] {
+            let found = |modes: &DiscModes| {
+                let point = FieldPoint::on_axis(1e-3);
+                harmonic(RADIUS, modes, &Water::fresh(), point, TAU * frequency).unwrap().pressure
+            };
+            let exact = found(&many);
+            let error = |modes: &DiscModes| (found(modes) - exact).norm() / exact.norm();
+            assert!(error(&few) < 0.0015, "{rim:?} {frequency}: {:e}", error(&few));
+            assert!(frequency < 0.9e6 || error(&plain) > 5.0 * error(&few), "{rim:?} {:e}", error(&plain));
         }
     }
 }
@@ -297,7 +327,7 @@ fn stepping_answers_a_tone_as_the_frequency_domain_does() {
         let instants = 16_384;
         let point = FieldPoint::on_axis(1e-3);
         let disc = WetDisc::new(RADIUS, &modes, &Water::fresh(), &[point], step).unwrap();
-        let unit = disc.unit_response(instants);
+        let unit = UnitResponse::record(disc, 1, instants);
         // Modes that stretch the disc in its plane hardly radiate: fade out over the second half.
         let fade = |n: usize| 0.5 * (1.0 + (PI * (2.0 * n as f64 / instants as f64 - 1.0).max(0.0)).cos());
         for frequency in [0.0725e6, 0.3e6, 0.95e6] {
@@ -348,7 +378,7 @@ fn convolution_with_the_unit_response_is_stepping() {
     let (_, trace, _) = run(&modes, 50e-9, 30e-6);
     let disc = WetDisc::new(RADIUS, &modes, &Water::fresh(), &[FieldPoint::on_axis(1e-3)], 50e-9).unwrap();
     let forces: Vec<f64> = (1..trace.len()).map(|n| hit(n as f64 * 50e-9)).collect();
-    let unit = disc.unit_response(forces.len());
+    let unit = UnitResponse::record(disc, 1, forces.len());
     // The unit response starts one instant after rest.
     assert!(worst(&unit.pressure_under(0, &forces), |n| trace[n + 1]) < 1e-10);
 }

@@ -9,6 +9,9 @@ mod mesh;
 pub use face::{FaceProfile, half_space_flexibility};
 pub use mesh::{DiscMesh, disc_mesh};
 
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{DMatrix, SymmetricEigen};
 use thiserror::Error;
 
 use crate::{
@@ -74,14 +77,14 @@ pub struct Disc {
     back: Vec<u32>,
 }
 
-/// Modes of the disc in vacuum as the contact and the water see them.
+/// Modes of the disc in vacuum as the contact and the water see them; of [`Disc::basis`] also a few static shapes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiscModes {
     /// f_k = ω_k/2π, Hz, ascending; the first is 0 for a free disc.
     pub frequencies: Vec<f64>,
     /// φ_k of u_z over the back, 1/√kg (mass-normalised).
     pub back: Vec<FaceProfile>,
-    /// φ_k of u_z at the pole of the front, 1/√kg.
+    /// φ_k of u_z at the pole of the front or, of [`Disc::basis`], its mean over the patch, 1/√kg.
     pub pole: Vec<f64>,
 }
 
@@ -145,13 +148,116 @@ impl Disc {
     /// [`DiscError::Modes`].
     pub fn modes(&self, count: usize) -> Result<DiscModes, DiscError> {
         let found = modes(&self.body, count)?;
-        let radii = self.radii(&self.back);
-        let axial = |node: u32, mode: usize| found.shapes[(DofMap::dof(node, Direction::Axial) as usize, mode)];
-        let back = (0..count)
-            .map(|mode| FaceProfile::new(&radii, self.back.iter().map(|&node| axial(node, mode)).collect()))
+        let vectors: Vec<Vec<f64>> = (0..count).map(|mode| found.shapes.col(mode).iter().copied().collect()).collect();
+        Ok(self.seen(found.frequencies, &vectors, &self.patch_load(0.0)))
+    }
+
+    /// The same, and as further coordinates what these modes leave out of the static deformations u_i = K⁻¹ f_i under a few loads f_i: a force
+    /// spread evenly over r ≤ `patch` (m) of the front, and the pressures P_n(2r²/a² − 1), n = 0, 1, 2, on the back (Legendre's polynomials):
+    ///
+    /// r_i = u_i − Σ φ_k (φ_kᵀ f_i)/ω_k²,  then K r = ω² M r within their span.
+    ///
+    /// They are orthogonal to the modes in M and in K, so the equations stay uncoupled; their frequencies lie above the highest mode's. A slowly
+    /// pushed disc then deforms exactly as its mesh does: Σ φ_k²/ω_k² over all is [`Disc::flexibility`]. Of the water's pressure the modes
+    /// would miss how it compresses the disc through its thickness. [`DiscModes::pole`] is the mean over the patch.
+    ///
+    /// MacNeal (1971), *Comput. Struct.* 1, 581; Craig & Kurdila (2006), *Fundamentals of Structural Dynamics*, §17.
+    ///
+    /// # Errors
+    /// [`DiscError`].
+    pub fn basis(&self, count: usize, patch: f64) -> Result<DiscModes, DiscError> {
+        let found = modes(&self.body, count)?;
+        let mut vectors: Vec<Vec<f64>> =
+            (0..count).map(|mode| found.shapes.col(mode).iter().copied().collect()).collect();
+        let mut frequencies = found.frequencies;
+        let load = self.patch_load(patch);
+        let rim = self.shape.radius;
+        let legendre: [fn(f64) -> f64; 3] = [|_| 1.0, |x| x, |x| 1.5 * x * x - 0.5];
+        let pressures = legendre.map(|shape| self.back_load(|r| shape(2.0 * (r / rim).powi(2) - 1.0)));
+        let mut rests = Vec::new();
+        for force in std::iter::once(&load).chain(&pressures) {
+            let mut rest = self.deformation(force)?;
+            for (vector, frequency) in vectors.iter().zip(&frequencies).skip(usize::from(self.body.is_free())) {
+                let share = dot(vector, force) / (TAU * frequency).powi(2);
+                rest.iter_mut().zip(vector).for_each(|(rest, value)| *rest -= share * value);
+            }
+            rests.push(rest);
+        }
+        for (vector, frequency) in self.within(rests) {
+            vectors.push(vector);
+            frequencies.push(frequency);
+        }
+        Ok(self.seen(frequencies, &vectors, &load))
+    }
+
+    /// Modes and frequencies (Hz) within the span of a few vectors, ascending; of nearly dependent vectors one less.
+    fn within(&self, mut vectors: Vec<Vec<f64>>) -> Vec<(Vec<f64>, f64)> {
+        let mut image = self.body.columns(1);
+        let mut images = |vectors: &[Vec<f64>], stiffness: bool| -> Vec<Vec<f64>> {
+            let product = |vector: &Vec<f64>| {
+                let x = Columns::from_vector(vector);
+                if stiffness {
+                    self.body.multiply_stiffness(&x, &mut image);
+                } else {
+                    self.body.multiply_mass(&x, &mut image);
+                }
+                image.as_slice().to_vec()
+            };
+            vectors.iter().map(product).collect()
+        };
+        // Orthonormal in M first, dropping what the vectors before span.
+        let mut kept: Vec<Vec<f64>> = Vec::new();
+        for mut vector in vectors.drain(..) {
+            let length = |vector: &Vec<f64>, weighted: &[Vec<f64>]| dot(vector, &weighted[0]).max(0.0).sqrt();
+            let before = length(&vector, &images(std::slice::from_ref(&vector), false));
+            for _ in 0..2 {
+                for (own, weighted) in kept.iter().zip(images(&kept, false)) {
+                    let share = dot(&vector, &weighted);
+                    vector.iter_mut().zip(own).for_each(|(value, own)| *value -= share * own);
+                }
+            }
+            let after = length(&vector, &images(std::slice::from_ref(&vector), false));
+            if after > 1e-6 * before {
+                vector.iter_mut().for_each(|value| *value /= after);
+                kept.push(vector);
+            }
+        }
+        let stressed = images(&kept, true);
+        let count = kept.len();
+        let projected =
+            DMatrix::from_fn(count, count, |i, j| 0.5 * (dot(&kept[i], &stressed[j]) + dot(&kept[j], &stressed[i])));
+        let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(projected);
+        let mut out: Vec<(Vec<f64>, f64)> = (0..count)
+            .map(|mode| {
+                let mut vector = vec![0.0; self.body.dofs().len()];
+                for (own, weight) in kept.iter().zip(eigenvectors.column(mode).iter()) {
+                    vector.iter_mut().zip(own).for_each(|(value, own)| *value += weight * own);
+                }
+                (vector, eigenvalues[mode].max(0.0).sqrt() / TAU)
+            })
             .collect();
-        let pole = (0..count).map(|mode| axial(self.front[0], mode)).collect();
-        Ok(DiscModes { frequencies: found.frequencies, back, pole })
+        out.sort_by(|a, b| a.1.total_cmp(&b.1));
+        out
+    }
+
+    /// Shapes as the contact and the water see them.
+    fn seen(&self, frequencies: Vec<f64>, vectors: &[Vec<f64>], load: &[f64]) -> DiscModes {
+        let radii = self.radii(&self.back);
+        let axial = |vector: &[f64], node: u32| vector[DofMap::dof(node, Direction::Axial) as usize];
+        let profile =
+            |vector: &Vec<f64>| FaceProfile::new(&radii, self.back.iter().map(|&node| axial(vector, node)).collect());
+        let back = vectors.iter().map(profile).collect();
+        let pole = vectors.iter().map(|vector| dot(vector, load)).collect();
+        DiscModes { frequencies, back, pole }
+    }
+
+    /// Static displacement under a load, by the body's unknowns, m; of a free disc relative to its mass mean, under inertia relief.
+    fn deformation(&self, load: &[f64]) -> Result<Vec<f64>, DiscError> {
+        let factor = StaticFactor::new(&self.body, &[])?;
+        let (mut force, mut u, mut work) =
+            (Columns::from_vector(load), self.body.columns(1), factor.factor().columns(1));
+        factor.solve(&mut force, &mut work, &mut u);
+        Ok(u.as_slice().to_vec())
     }
 
     /// Consistent nodal forces of 1 N spread evenly over r ≤ `patch` (m) of the front, N, by the body's unknowns; a patch of 0 is a point force
@@ -159,10 +265,27 @@ impl Disc {
     #[must_use]
     pub fn patch_load(&self, patch: f64) -> Vec<f64> {
         let mut load = vec![0.0; self.body.dofs().len()];
-        let shares = face::patch_shares(&self.radii(&self.front), patch.min(self.shape.radius));
+        let radii = self.radii(&self.front);
+        let patch = patch.min(self.shape.radius);
+        let shares = if patch > 0.0 {
+            face::nodal_forces(&radii, patch, |_| 1.0 / (PI * patch * patch))
+        } else {
+            (0..radii.len()).map(|node| f64::from(u8::from(node == 0))).collect()
+        };
         for (&node, share) in self.front.iter().zip(shares) {
             let dof = DofMap::dof(node, Direction::Axial);
             load[dof as usize] = if self.body.dofs().is_free(dof) { share } else { 0.0 };
+        }
+        load
+    }
+
+    /// Consistent nodal forces of the pressure φ(r) (Pa) on the back, along u_z, N, by the body's unknowns.
+    fn back_load(&self, shape: impl Fn(f64) -> f64) -> Vec<f64> {
+        let mut load = vec![0.0; self.body.dofs().len()];
+        let forces = face::nodal_forces(&self.radii(&self.back), self.shape.radius, shape);
+        for (&node, force) in self.back.iter().zip(forces) {
+            let dof = DofMap::dof(node, Direction::Axial);
+            load[dof as usize] = if self.body.dofs().is_free(dof) { force } else { 0.0 };
         }
         load
     }
@@ -173,12 +296,8 @@ impl Disc {
     /// # Errors
     /// [`DiscError::Factor`].
     pub fn flexibility(&self, patch: f64) -> Result<f64, DiscError> {
-        let factor = StaticFactor::new(&self.body, &[])?;
         let load = self.patch_load(patch);
-        let (mut force, mut u, mut work) =
-            (Columns::from_vector(&load), self.body.columns(1), factor.factor().columns(1));
-        factor.solve(&mut force, &mut work, &mut u);
-        Ok(load.iter().zip(u.as_slice()).map(|(share, u)| share * u).sum())
+        Ok(dot(&load, &self.deformation(&load)?))
     }
 
     /// The same without the local indentation, m/N: less the mean displacement of an elastic half-space under the same patch,
@@ -189,4 +308,8 @@ impl Disc {
     pub fn structural_flexibility(&self, patch: f64) -> Result<f64, DiscError> {
         Ok(self.flexibility(patch)? - half_space_flexibility(&self.shape.material, patch))
     }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -9,11 +9,18 @@
 //! v_z = u̇_z on the disc;  v_z = 0 (rigid baffle) or p = 0 (soft baffle) beside it;  outgoing waves far away
 //! ```
 //!
+//! Two ways that share nothing but the disc: [`rayleigh`] integrates over the disc's face in its modes, without a mesh of the water and for
+//! a rigid baffle only; [`elements`] meshes a hemisphere of water, with an absorbing boundary. Both step behind one interface, [`OnWater`].
+//!
 //! Left out: absorption, flow, cavitation (pressure below the ambient one counts as it comes), and the radiation from the disc's front.
 
 pub mod disc;
+pub mod elements;
 mod quadrature;
 pub mod rayleigh;
+mod unit_response;
+
+pub use unit_response::UnitResponse;
 
 /// A liquid without losses.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,4 +37,25 @@ impl Water {
     pub fn fresh() -> Self {
         Self { density: 1000.0, sound_speed: 1500.0 }
     }
+}
+
+/// A disc on the water that is pushed at the pole of its front, on a clock of constant step Δ. Between instants the force is a straight line.
+///
+/// A step is [`OnWater::predict`] and then [`OnWater::push`]: with the free displacement w⁰ and the compliance s of the first, a contact finds
+/// the force at the end of the step from its own law and w = w⁰ + s F.
+pub trait OnWater {
+    /// Step Δ of the clock, s.
+    fn step(&self) -> f64;
+    /// Displacement of the pole at the end of the next step for a unit force there, s, m/N.
+    fn compliance(&self) -> f64;
+    /// Where the pole would be at the end of the next step without a force there, w⁰, m.
+    fn predict(&mut self) -> f64;
+    /// Finish the step that [`OnWater::predict`] began, with the force F (N) at its end.
+    fn push(&mut self, force: f64);
+    /// Displacement of the pole, m, positive into the water.
+    fn pole_displacement(&self) -> f64;
+    /// Pressure at field point `point` of those it was made with, Pa.
+    fn pressure(&self, point: usize) -> f64;
+    /// Work the disc has done on the water so far, J.
+    fn work_on_water(&self) -> f64;
 }

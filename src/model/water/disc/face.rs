@@ -1,8 +1,11 @@
 //! Quantities along a plane face of the disc.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
-use crate::scene::Material;
+use crate::{
+    model::{fea::element::edge, water::quadrature::gauss_legendre},
+    scene::Material,
+};
 
 /// A quantity along r on a face of the disc, quadratic in each element.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,29 +46,24 @@ pub fn half_space_flexibility(material: &Material, radius: f64) -> f64 {
     16.0 / (3.0 * PI * PI * plane * radius)
 }
 
-/// Shares of the nodes (at `radii`: vertex, middle, vertex, …) in a load spread evenly over r ≤ `patch`, sum 1.
-pub(super) fn patch_shares(radii: &[f64], patch: f64) -> Vec<f64> {
-    let mut shares = vec![0.0; radii.len()];
-    if !(patch > 0.0) {
-        shares[0] = 1.0;
-        return shares;
-    }
-    // r N is cubic: three points are exact on each piece.
-    let rule = super::super::quadrature::gauss_legendre(3);
+/// Consistent forces on the nodes (at `radii`: vertex, middle, vertex, …, m) of a pressure φ(r) (Pa) over r ≤ `end` (m), N.
+pub(super) fn nodal_forces(radii: &[f64], end: f64, shape: impl Fn(f64) -> f64) -> Vec<f64> {
+    let mut forces = vec![0.0; radii.len()];
+    let rule = gauss_legendre(6);
     for first in (0..radii.len() - 2).step_by(2) {
         let (from, to) = (radii[first], radii[first + 2]);
-        let end = to.min(patch);
-        if end <= from {
+        let reached = to.min(end);
+        if reached <= from {
             break;
         }
         for &(x, weight) in &rule {
-            let radius = from + x * (end - from);
+            let radius = from + x * (reached - from);
             let t = (2.0 * radius - from - to) / (to - from);
-            let area = 2.0 * radius * weight * (end - from) / (patch * patch);
-            for (share, n) in shares[first..].iter_mut().zip(crate::model::fea::element::edge(t)) {
-                *share += area * n;
+            let force = TAU * radius * weight * (reached - from) * shape(radius);
+            for (sum, n) in forces[first..].iter_mut().zip(edge(t)) {
+                *sum += force * n;
             }
         }
     }
-    shares
+    forces
 }

@@ -17,7 +17,7 @@ use super::{
     field::{FieldPoint, FieldPointError},
     radiation::{RadiationKernel, Radiator},
 };
-use crate::model::water::{Water, disc::DiscModes};
+use crate::model::water::{OnWater, Water, disc::DiscModes};
 
 /// Frequencies of the disc with incompressible water on its back, Hz, ascending: (1 + m) q̈ + Λ q = 0 with the added mass m of
 /// [`Radiator::added_mass`].
@@ -91,7 +91,7 @@ pub struct WetDisc {
     displacement: Vec<f64>,
     velocity: Vec<f64>,
     acceleration: Vec<f64>,
-    /// The free increment of velocity of the step under way, and scratch.
+    /// The free increment of velocity of the step under way, and what makes it.
     free: Vec<f64>,
     load: Vec<f64>,
     /// Increments of velocity, a ring of rows; `newest` is the last one written.
@@ -149,20 +149,30 @@ impl WetDisc {
         })
     }
 
-    /// Step of the clock Δ, s.
+    /// Velocities of the modes, m·√kg/s.
     #[must_use]
-    pub fn step(&self) -> f64 {
+    pub fn modal_velocity(&self) -> &[f64] {
+        &self.velocity
+    }
+
+    /// Energy of the disc, J.
+    #[must_use]
+    pub fn energy(&self) -> f64 {
+        let own = |k: usize| self.velocity[k].powi(2) + self.squares[k] * self.displacement[k].powi(2);
+        0.5 * (0..self.pole.len()).map(own).sum::<f64>()
+    }
+}
+
+impl OnWater for WetDisc {
+    fn step(&self) -> f64 {
         self.step
     }
 
-    /// Displacement of the pole at the end of the next step for a unit force there, m/N.
-    #[must_use]
-    pub fn compliance(&self) -> f64 {
+    fn compliance(&self) -> f64 {
         self.compliance
     }
 
-    /// Where the pole (without the indentation) would be at the end of the next step without a force there, m.
-    pub fn predict(&mut self) -> f64 {
+    fn predict(&mut self) -> f64 {
         let count = self.pole.len();
         for (k, load) in self.load.iter_mut().enumerate() {
             *load = self.acceleration[k] - self.squares[k] * (self.displacement[k] + self.step * self.velocity[k]);
@@ -182,8 +192,7 @@ impl WetDisc {
         self.pole.iter().enumerate().map(|(k, shape)| shape * end(k)).sum()
     }
 
-    /// Finish the step that [`WetDisc::predict`] began, with the force F (N) at the pole at its end.
-    pub fn push(&mut self, force: f64) {
+    fn push(&mut self, force: f64) {
         let count = self.pole.len();
         let rows = self.increments.len() / count;
         self.newest = (self.newest + 1) % rows;
@@ -203,34 +212,15 @@ impl WetDisc {
         }
     }
 
-    /// Displacement of the pole without the indentation, m.
-    #[must_use]
-    pub fn pole_displacement(&self) -> f64 {
+    fn pole_displacement(&self) -> f64 {
         dot(&self.pole, &self.displacement)
     }
 
-    /// Velocities of the modes, m·√kg/s.
-    #[must_use]
-    pub fn modal_velocity(&self) -> &[f64] {
-        &self.velocity
-    }
-
-    /// Energy of the disc, J.
-    #[must_use]
-    pub fn energy(&self) -> f64 {
-        let own = |k: usize| self.velocity[k].powi(2) + self.squares[k] * self.displacement[k].powi(2);
-        0.5 * (0..self.pole.len()).map(own).sum::<f64>()
-    }
-
-    /// Work the disc has done on the water, J.
-    #[must_use]
-    pub fn work_on_water(&self) -> f64 {
+    fn work_on_water(&self) -> f64 {
         self.water_work
     }
 
-    /// Pressure at field point `point`, Pa.
-    #[must_use]
-    pub fn pressure(&self, point: usize) -> f64 {
+    fn pressure(&self, point: usize) -> f64 {
         let count = self.pole.len();
         let rows = self.increments.len() / count;
         let cells = self.heard[point].chunks_exact(count).enumerate();
@@ -241,52 +231,6 @@ impl WetDisc {
             })
             .sum()
     }
-
-    /// Record the answer to a force that is 1 N at the first instant and 0 at all others, straight in between.
-    #[must_use]
-    pub fn unit_response(mut self, instants: usize) -> UnitResponse {
-        let points = self.heard.len();
-        let mut out = UnitResponse { step: self.step, pole: Vec::new(), pressure: vec![Vec::new(); points] };
-        for instant in 0..instants {
-            self.predict();
-            self.push(if instant == 0 { 1.0 } else { 0.0 });
-            out.pole.push(self.pole_displacement());
-            for (point, trace) in out.pressure.iter_mut().enumerate() {
-                trace.push(self.pressure(point));
-            }
-        }
-        out
-    }
-}
-
-/// The answer of the disc on the water to a force at one instant: all a sweep needs to know of them, for they are linear.
-#[derive(Debug, Clone, PartialEq)]
-pub struct UnitResponse {
-    /// Step Δ of the clock, s.
-    pub step: f64,
-    /// Displacement of the pole without the indentation, m/N, at the instant of the force and after.
-    pub pole: Vec<f64>,
-    /// Pressure at each field point, Pa/N.
-    pub pressure: Vec<Vec<f64>>,
-}
-
-impl UnitResponse {
-    /// Pressure at field point `point` under the forces F(n Δ) (N), Pa: a discrete convolution.
-    #[must_use]
-    pub fn pressure_under(&self, point: usize, forces: &[f64]) -> Vec<f64> {
-        convolve(&self.pressure[point], forces)
-    }
-
-    /// Displacement of the pole under the forces F(n Δ) (N), without the indentation, m.
-    #[must_use]
-    pub fn pole_under(&self, forces: &[f64]) -> Vec<f64> {
-        convolve(&self.pole, forces)
-    }
-}
-
-fn convolve(response: &[f64], forces: &[f64]) -> Vec<f64> {
-    let sum = |n: usize| response.iter().take(n + 1).enumerate().map(|(m, value)| value * forces[n - m]).sum();
-    (0..forces.len()).map(sum).collect()
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

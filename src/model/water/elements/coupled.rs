@@ -1,0 +1,195 @@
+//! The disc on the water, one factor for both.
+
+use super::{
+    Baffle, ElementsError, Water, WaterMesh,
+    sparse::{Entries, QuasiDefinite, Sparse},
+    waves::Waves,
+};
+use crate::model::{
+    fea::assembly::{Columns, Direction, DofMap},
+    water::{OnWater, disc::Disc, rayleigh::field::FieldPoint},
+};
+
+/// What disc and water are meshed and stepped with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DiscOnWaterSettings {
+    /// The water.
+    pub water: Water,
+    /// The plane around the disc.
+    pub baffle: Baffle,
+    /// Its mesh.
+    pub mesh: WaterMesh,
+    /// Where pressure is heard.
+    pub points: Vec<FieldPoint>,
+    /// Radius of the patch over which the contact force is spread and the displacement of the front averaged, m; 0 is the pole's node. Either
+    /// way the displacement holds an indentation that belongs to the contact law: C_s − [`Disc::flexibility`] of the patch puts it right.
+    pub patch: f64,
+    /// Step Δ, s.
+    pub step: f64,
+}
+
+/// A disc in quadratic elasticity on a meshed half-space of water, stepping.
+#[derive(Debug, Clone)]
+pub struct DiscOnWater {
+    disc: Disc,
+    waves: Waves,
+    factor: QuasiDefinite,
+    /// Rows by unknown u of the factor, columns ψ: A.
+    coupling: Sparse,
+    /// Rate of all unknowns for a unit force on the patch.
+    unit: Vec<f64>,
+    patch: Vec<f64>,
+    step: f64,
+    displacement: Columns,
+    velocity: Columns,
+    image: Columns,
+    force: f64,
+    solution: Vec<f64>,
+    work: f64,
+}
+
+impl DiscOnWater {
+    /// Disc and water at rest.
+    ///
+    /// # Errors
+    /// [`ElementsError`].
+    pub fn new(disc: Disc, settings: &DiscOnWaterSettings) -> Result<Self, ElementsError> {
+        let DiscOnWaterSettings { water, baffle, mesh, points, patch, step } = settings;
+        let waves = Waves::new(disc.shape().radius, mesh, *water, *baffle, points, *step)?;
+        let dofs = disc.body().dofs();
+        let mut place = vec![super::assembly::NOWHERE; dofs.len()];
+        for (number, &dof) in (0_u32..).zip(dofs.free()) {
+            place[dof as usize] = number;
+        }
+        let solid = dofs.free().len();
+
+        let half = 0.5 * step;
+        let mut entries = Entries::new();
+        for (column, &own) in place.iter().enumerate() {
+            let (rows, values) = disc.body().stiffness().column(column);
+            entries.extend(rows.iter().zip(values).map(|(&row, value)| (own, place[row as usize], half * value)));
+            let (nodes, masses) = disc.body().mass().column(column / 2);
+            let direction = column as u32 % 2;
+            entries.extend(
+                nodes.iter().zip(masses).map(|(node, mass)| (own, place[(2 * node + direction) as usize], mass / half)),
+            );
+        }
+        entries.retain(|&(row, column, _)| row != super::assembly::NOWHERE && column != super::assembly::NOWHERE);
+        for entry in &mut entries {
+            (entry.0, entry.1) = (entry.0.min(entry.1), entry.0.max(entry.1));
+        }
+        let on_back = waves.acoustics.coupling(&disc.radii(disc.back()));
+        let mut coupling = Entries::new();
+        for (node, &number) in disc.back().iter().enumerate() {
+            let own = place[DofMap::dof(number, Direction::Axial) as usize];
+            if own != super::assembly::NOWHERE {
+                let (columns, values) = on_back.row(node);
+                coupling.extend(columns.iter().zip(values).map(|(&column, &value)| (own, column, value)));
+            }
+        }
+        let coupling = Sparse::new(solid, coupling);
+        entries.extend(coupling.block(1.0, 0, solid));
+        entries.extend(waves.matrix(solid));
+        let mut factor = QuasiDefinite::new(&Sparse::new(solid + waves.unknowns(), entries))?;
+
+        let load = disc.patch_load(*patch);
+        let patch: Vec<f64> = dofs.free().iter().map(|&dof| load[dof as usize]).collect();
+        let mut unit = vec![0.0; solid + waves.unknowns()];
+        unit[..solid].copy_from_slice(&patch);
+        factor.solve(&mut unit);
+        let columns = disc.body().columns(1);
+        Ok(Self {
+            solution: vec![0.0; unit.len()],
+            waves,
+            factor,
+            coupling,
+            unit,
+            patch,
+            step: *step,
+            displacement: columns.clone(),
+            velocity: columns.clone(),
+            image: columns,
+            force: 0.0,
+            work: 0.0,
+            disc,
+        })
+    }
+
+    /// Unknowns of the disc and of the water, and entries of the factor.
+    #[must_use]
+    pub fn size(&self) -> (usize, usize, usize) {
+        (self.patch.len(), self.waves.unknowns(), self.factor.nonzeros())
+    }
+
+    /// Energy of the disc, energy of the water in the hemisphere, energy that left through it, J.
+    #[must_use]
+    pub fn energies(&mut self) -> [f64; 3] {
+        let body = self.disc.body();
+        body.multiply_mass(&self.velocity, &mut self.image);
+        let kinetic = dot(self.velocity.as_slice(), self.image.as_slice());
+        body.multiply_stiffness(&self.displacement, &mut self.image);
+        let elastic = dot(self.displacement.as_slice(), self.image.as_slice());
+        [0.5 * (kinetic + elastic), self.waves.energy(), self.waves.radiated]
+    }
+
+    fn along_patch(&self, by_dof: &[f64]) -> f64 {
+        self.disc.body().dofs().free().iter().zip(&self.patch).map(|(&dof, share)| share * by_dof[dof as usize]).sum()
+    }
+}
+
+impl OnWater for DiscOnWater {
+    fn step(&self) -> f64 {
+        self.step
+    }
+
+    fn compliance(&self) -> f64 {
+        // The force acts with half its value at the end of the step, and u grows by Δ V.
+        0.5 * self.step * dot(&self.patch, &self.unit)
+    }
+
+    fn predict(&mut self) -> f64 {
+        let Self { disc, waves, coupling: _, patch, velocity, displacement, image, solution, .. } = self;
+        let (body, solid) = (disc.body(), patch.len());
+        let free = body.dofs().free();
+        body.multiply_mass(velocity, image);
+        for ((load, &dof), share) in solution.iter_mut().zip(free).zip(&*patch) {
+            *load = 2.0 / self.step * image.as_slice()[dof as usize] + 0.5 * self.force * share;
+        }
+        body.multiply_stiffness(displacement, image);
+        for (load, &dof) in solution.iter_mut().zip(free) {
+            *load -= image.as_slice()[dof as usize];
+        }
+        waves.load(&mut solution[solid..]);
+        self.factor.solve(&mut self.solution);
+        self.pole_displacement() + self.step * dot(&self.patch, &self.solution)
+    }
+
+    fn push(&mut self, force: f64) {
+        self.solution.iter_mut().zip(&self.unit).for_each(|(rate, unit)| *rate += 0.5 * force * unit);
+        self.force = force;
+        let (mean, rest) = self.solution.split_at(self.patch.len());
+        self.work += self.step * self.coupling.form(mean, &rest[..self.waves.acoustics.unknowns]);
+        for (&dof, mean) in self.disc.body().dofs().free().iter().zip(mean) {
+            self.displacement.as_mut_slice()[dof as usize] += self.step * mean;
+            let velocity = &mut self.velocity.as_mut_slice()[dof as usize];
+            *velocity = 2.0 * mean - *velocity;
+        }
+        self.waves.advance(rest);
+    }
+
+    fn pole_displacement(&self) -> f64 {
+        self.along_patch(self.displacement.as_slice())
+    }
+
+    fn pressure(&self, point: usize) -> f64 {
+        self.waves.heard(point)
+    }
+
+    fn work_on_water(&self) -> f64 {
+        self.work
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
