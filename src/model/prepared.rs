@@ -125,9 +125,11 @@ struct Bodies {
 impl Bodies {
     fn of(scene: &Scene) -> Self {
         let mut support = scene.support.clone();
-        // A run takes the spring from its own scene.
-        if let Support::Spring { stiffness } = &mut support {
-            *stiffness = 1.0;
+        // Factors on a compliance, which a run applies itself.
+        match &mut support {
+            Support::Annulus { stiffness_factor, .. } => *stiffness_factor = 1.0,
+            Support::Spring { stiffness } => *stiffness = 1.0,
+            Support::Flat(_) | Support::Body { .. } => {}
         }
         Self {
             kind: scene.model.kind,

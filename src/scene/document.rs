@@ -164,8 +164,11 @@ impl Document {
             "model.kind" => Some("chain"),
             "contact.law" if self.text("model.kind").unwrap_or("chain") != "chain" => return None,
             "contact.law" => Some("hertz"),
-            "model.integrator" if self.text("model.kind") == Some("fea") => Some("trapezoid"),
-            "model.integrator" => Some("dormand-prince-853"),
+            "model.integrator" => match self.text("model.kind") {
+                Some("fea") => Some("trapezoid"),
+                Some("reduced") => None,
+                _ => Some("dormand-prince-853"),
+            },
             _ => None,
         };
         if self.entries.contains_key(governor.key) { self.text(governor.key) } else { default }

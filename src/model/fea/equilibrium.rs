@@ -177,7 +177,7 @@ impl Statics {
 
 /// The approach d (m) at which the forces λ of W λ + q − a d ≥ 0 add up to a·λ = `force` (N), λ into `forces`; regula falsi with the
 /// Illinois modification on a monotone function. On failure the number of iterations.
-pub(super) fn force_at(
+pub(in crate::model) fn force_at(
     compliance: &Compliance,
     axial: &[f64],
     free: &[f64],

@@ -109,13 +109,16 @@ pub(super) fn poles(mesh: &super::mesh::Mesh) -> (f64, f64) {
 #[must_use]
 pub fn contact_radius(pair: &Pair, state: &ContactState) -> f64 {
     let Some(last) = state.forces.iter().rposition(|&force| force > 0.0) else { return 0.0 };
-    let edge = |inner: usize, outer: usize| 0.5 * (pair.positions[inner] + pair.positions[outer]);
-    let outer = edge(last, (last + 1).min(pair.len() - 1));
-    if pair.ring.is_none() {
-        return outer;
-    }
     let first = state.forces.iter().position(|&force| force > 0.0).unwrap_or(0);
-    0.5 * (outer - edge(first, first.saturating_sub(1))).abs()
+    edge_radius(&pair.positions, pair.ring.is_some(), [first, last + 1])
+}
+
+/// The same, m, from where the points lie (m), whether it is a ring, and the points from the first pressed to behind the last.
+#[must_use]
+pub fn edge_radius(positions: &[f64], is_ring: bool, [first, end]: [usize; 2]) -> f64 {
+    let edge = |inner: usize, outer: usize| 0.5 * (positions[inner] + positions[outer]);
+    let outer = edge(end - 1, end.min(positions.len() - 1));
+    if is_ring { 0.5 * (outer - edge(first, first.saturating_sub(1))).abs() } else { outer }
 }
 
 impl Trace {

@@ -61,38 +61,6 @@ impl Basis {
         let axial = interface.iter().map(|&unknown| DofMap::place(unknown).1 == Direction::Axial).collect();
         Ok(Self { mass: body.total_mass(), is_free: body.is_free(), stiffness, shapes, compliance, axial })
     }
-
-    /// The same body without modes above the angular frequency `limit` (rad/s).
-    #[must_use]
-    pub fn below(&self, limit: f64) -> Self {
-        let mut basis = self.clone();
-        let kept = basis.stiffness.partition_point(|square| square.sqrt() <= limit);
-        basis.stiffness.truncate(kept);
-        basis.shapes.truncate(kept);
-        basis
-    }
-
-    /// R row by row, m/N.
-    #[must_use]
-    pub fn residual(&self) -> Vec<f64> {
-        let mut residual = self.compliance.clone();
-        for (square, shape) in self.stiffness.iter().zip(&self.shapes) {
-            for (row, &a) in residual.chunks_exact_mut(self.axial.len()).zip(shape) {
-                row.iter_mut().zip(shape).for_each(|(value, b)| *value -= a * b / square);
-            }
-        }
-        residual
-    }
-
-    /// Interface displacements of given rigid and modal motions, without R f, m.
-    pub fn displace(&self, rigid: f64, modal: &[f64], out: &mut [f64]) {
-        for (value, &axial) in out.iter_mut().zip(&self.axial) {
-            *value = if axial { rigid } else { 0.0 };
-        }
-        for (q, shape) in modal.iter().zip(&self.shapes) {
-            out.iter_mut().zip(shape).for_each(|(value, shape)| *value += q * shape);
-        }
-    }
 }
 
 fn on(interface: &[u32], shapes: &Mat<f64>, mode: usize) -> Vec<f64> {

@@ -15,7 +15,18 @@
 //! Left out: the inertia of the modes not kept. Massless-boundary component mode synthesis: Monjaraz Tec, Gross, Krack (2022), *J. Sound
 //! Vib.*, arXiv 2111.07693.
 
+mod array;
 pub mod basis;
+mod chain;
+mod contact;
+mod damper;
+mod mechanics;
+mod motion;
+mod rank;
+mod record;
+pub mod reduction;
+mod rest;
 mod stepping;
 
-pub use stepping::Reduction;
+pub use mechanics::LARGEST_PHASE;
+pub use reduction::Reduction;

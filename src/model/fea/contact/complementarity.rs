@@ -48,6 +48,9 @@ pub struct Compliance {
 /// Work space of one contact; allocated once.
 #[derive(Debug, Clone)]
 pub struct Scratch {
+    /// Whether the factor of the last set is used again for the same set: for one compliance that stays as it is.
+    keeps: bool,
+    factored: Vec<usize>,
     forward: Vec<f64>,
     active: Vec<usize>,
     next: Vec<usize>,
@@ -60,11 +63,35 @@ impl Scratch {
     #[must_use]
     pub fn new(size: usize) -> Self {
         Self {
+            keeps: false,
+            factored: Vec::with_capacity(size),
             forward: vec![0.0; size],
             active: Vec::with_capacity(size),
             next: Vec::with_capacity(size),
             block: vec![0.0; size * size],
             right: vec![0.0; size],
+        }
+    }
+
+    /// For one contact whose compliance never changes: the factor of a set is kept until the set changes.
+    #[must_use]
+    pub fn keeping(size: usize) -> Self {
+        Self { keeps: true, ..Self::new(size) }
+    }
+
+    /// Uᵀ W⁻¹ U over the set solved last, row by row: how much Uᵀ λ falls per unit of a shift of the gaps by U. `vectors` holds U vector by
+    /// vector, `points` numbers each.
+    pub fn sensitivity(&mut self, vectors: &[f64], points: usize, out: &mut [f64]) {
+        let (m, count) = (self.active.len(), vectors.len() / points);
+        for (a, vector) in vectors.chunks_exact(points).enumerate() {
+            for (value, &i) in self.right.iter_mut().zip(&self.active) {
+                *value = vector[i];
+            }
+            forward_substitute(&self.block, m, &mut self.right[..m]);
+            back_substitute(&self.block, m, &mut self.right[..m]);
+            for (b, other) in vectors.chunks_exact(points).enumerate() {
+                out[a * count + b] = self.active.iter().zip(&self.right).map(|(&i, x)| other[i] * x).sum();
+            }
         }
     }
 }
@@ -101,6 +128,12 @@ impl Compliance {
         &self.matrix[i * self.size..(i + 1) * self.size]
     }
 
+    /// Row i of L, where the ordering has one factor for all sets: W = L Lᵀ.
+    #[must_use]
+    pub fn factor_row(&self, i: usize) -> &[f64] {
+        &self.factor[i * self.size..(i + 1) * self.size]
+    }
+
     /// W to be rewritten in place, row by row; only for [`Ordering::Any`], which keeps no factor of it.
     pub fn rewrite(&mut self) -> &mut [f64] {
         debug_assert_eq!(self.ordering, Ordering::Any);
@@ -134,7 +167,8 @@ impl Compliance {
     }
 
     /// Gap below which a point counts as closed, m: rounding of the sums that make it.
-    fn rounding(free_gaps: &[f64]) -> f64 {
+    #[must_use]
+    pub fn rounding(free_gaps: &[f64]) -> f64 {
         64.0 * f64::EPSILON * free_gaps.iter().fold(0.0, |largest: f64, gap| largest.max(gap.abs()))
     }
 
@@ -249,21 +283,24 @@ impl Compliance {
         iterations: u32,
     ) -> Result<(), NotSolved> {
         let n = self.size;
-        let Scratch { active, block, right, .. } = scratch;
+        let Scratch { keeps, factored, active, block, right, .. } = scratch;
         let m = active.len();
-        for (row, &i) in active.iter().enumerate() {
-            right[row] = -free_gaps[i];
-            for (column, &j) in active.iter().enumerate() {
-                block[row * m + column] = self.matrix[i * n + j];
+        for (value, &i) in right.iter_mut().zip(active.iter()) {
+            *value = -free_gaps[i];
+        }
+        if !(*keeps && factored == active) {
+            for (row, &i) in active.iter().enumerate() {
+                for (column, &j) in active.iter().enumerate() {
+                    block[row * m + column] = self.matrix[i * n + j];
+                }
             }
+            factored.clear();
+            if !factorise(&mut block[..m * m], m) {
+                return Err(NotSolved { iterations });
+            }
+            factored.extend_from_slice(active);
         }
-        if !factorise(&mut block[..m * m], m) {
-            return Err(NotSolved { iterations });
-        }
-        for k in 0..m {
-            let value = right[k] - dot(&block[k * m..k * m + k], &right[..k]);
-            right[k] = value / block[k * m + k];
-        }
+        forward_substitute(block, m, &mut right[..m]);
         back_substitute(block, m, &mut right[..m]);
         forces.fill(0.0);
         for (&i, &force) in active.iter().zip(right.iter()) {
@@ -279,6 +316,14 @@ impl Compliance {
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Solve L y = b in place; L lies row by row with `stride` numbers a row.
+fn forward_substitute(lower: &[f64], stride: usize, b: &mut [f64]) {
+    for k in 0..b.len() {
+        let row = &lower[k * stride..k * stride + k + 1];
+        b[k] = (b[k] - dot(&row[..k], &b[..k])) / row[k];
+    }
 }
 
 /// Solve the leading block of Lᵀ x = y in place; L lies row by row with `stride` numbers a row.

@@ -1,0 +1,98 @@
+//! The chain at rest under its precompression.
+//!
+//! Every contact carries the same axial force F₀; with the whole static flexibility of the bodies, the approach d of each is found for which
+//! it does, its neighbours' forces given, until none changes any more.
+
+use super::{
+    contact::{State, dot},
+    mechanics::{Flexibility, Mechanics},
+    reduction::Reduction,
+};
+use crate::{
+    model::fea::{FeaError, contact::complementarity::Compliance, equilibrium::force_at},
+    scene::Scene,
+};
+
+/// Sweeps over all contacts after which there is no equilibrium.
+const MOST_SWEEPS: u32 = 200;
+
+/// How a run begins.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Rest {
+    /// Forces of the points of every contact, N.
+    pub(super) forces: Vec<Vec<f64>>,
+    /// Gap of every contact's points at zero displacement, m.
+    pub(super) gaps: Vec<Vec<f64>>,
+    /// Overlap of the rigid motions at every contact at zero displacement, m.
+    pub(super) overlaps: Vec<f64>,
+}
+
+impl Rest {
+    /// Of a scene with these bodies; nothing is solved without a precompression.
+    ///
+    /// # Errors
+    /// [`FeaError`]: an open gap under a precompression, or no equilibrium.
+    pub(super) fn new(reduction: &Reduction, scene: &Scene) -> Result<Self, FeaError> {
+        let (force, chain) = (scene.chain.precompression, &scene.chain);
+        let geometries = || reduction.contacts.iter().map(|&geometry| &reduction.geometries[geometry]);
+        let mut forces: Vec<Vec<f64>> = geometries().map(|geometry| vec![0.0; geometry.gaps.len()]).collect();
+        let mut approaches = vec![0.0; forces.len()];
+        if force > 0.0 {
+            if let Some((contact, &gap)) = chain.gaps.iter().enumerate().find(|(_, gap)| **gap > 0.0) {
+                return Err(FeaError::OpenGapUnderPrecompression { force, contact: contact + 1, gap });
+            }
+            let statics = Mechanics::new(reduction, scene, Flexibility::Static)?;
+            settle(reduction, &statics, force, &mut forces, &mut approaches)?;
+        }
+        let overlaps: Vec<f64> = approaches.iter().zip(&chain.gaps).map(|(approach, gap)| approach - gap).collect();
+        let gaps = geometries().zip(&overlaps).map(|(geometry, overlap)| {
+            geometry.gaps.iter().zip(&geometry.axial).map(|(gap, axial)| gap - axial * overlap).collect()
+        });
+        Ok(Self { gaps: gaps.collect(), forces, overlaps })
+    }
+}
+
+fn settle(
+    reduction: &Reduction,
+    statics: &Mechanics,
+    force: f64,
+    forces: &mut [Vec<f64>],
+    approaches: &mut [f64],
+) -> Result<(), FeaError> {
+    let own = |contact: usize| &statics.condensed[statics.of_contact[contact]];
+    let mut moments: Vec<Vec<f64>> = (0..forces.len()).map(|contact| State::new(own(contact)).moments).collect();
+    let mut sweep = 0;
+    loop {
+        sweep += 1;
+        let mut change: f64 = 0.0;
+        for contact in 0..forces.len() {
+            let (condensed, geometry) = (own(contact), &reduction.geometries[reduction.contacts[contact]]);
+            let mut free = geometry.gaps.clone();
+            let (before, vectors) = (condensed.before(), condensed.vectors());
+            for (a, vector) in vectors.enumerate() {
+                let shift = if a < before {
+                    moments[contact - 1][own(contact - 1).before() + a]
+                } else {
+                    moments[contact + 1][a - before]
+                };
+                free.iter_mut().zip(vector).for_each(|(gap, u)| *gap += u * shift);
+            }
+            let compliance: &Compliance = condensed.compliance();
+            let guess = approaches[contact];
+            let found = force_at(compliance, &geometry.axial, &free, force, guess, &mut forces[contact]);
+            approaches[contact] =
+                found.map_err(|iterations| FeaError::NoEquilibrium { force, contact: contact + 1, iterations })?;
+            change = change.max((approaches[contact] - guess).abs() / approaches[contact].abs());
+            for (moment, vector) in moments[contact].iter_mut().zip(condensed.vectors()) {
+                *moment = dot(vector, &forces[contact]);
+            }
+        }
+        // Rounding of the approach itself.
+        if change < 1e-13 {
+            return Ok(());
+        }
+        if sweep == MOST_SWEEPS || !change.is_finite() {
+            return Err(FeaError::NoEquilibrium { force, contact: 1, iterations: sweep });
+        }
+    }
+}
