@@ -8,7 +8,7 @@ mod prepared;
 pub mod reduced;
 pub mod water;
 
-pub use prepared::{Prepared, prepare};
+pub use prepared::{Prepared, prepare, prepare_with};
 
 use thiserror::Error;
 

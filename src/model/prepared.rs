@@ -4,7 +4,7 @@ use super::{
     ModelError, Progress,
     chain::{ChainModel, FiniteBodyLaws, InitialState},
     fea::FeaModel,
-    reduced::Reduction,
+    reduced::{Cache, Origin, Reduction},
 };
 use crate::{
     response::Response,
@@ -35,7 +35,7 @@ pub struct Prepared {
 #[derive(Debug)]
 enum Rung {
     Chain(Option<FiniteBodyLaws>),
-    Reduced(Box<Reduction>),
+    Reduced { reduction: Box<Reduction>, origin: Origin },
     Fea,
 }
 
@@ -44,12 +44,26 @@ enum Rung {
 /// # Errors
 /// A typed [`ModelError`] when there is no such model of these bodies.
 pub fn prepare(scene: &Scene) -> Result<Prepared, ModelError> {
+    prepare_with(scene, None)
+}
+
+/// As [`prepare`], with reduced bodies read from a cache that holds them, and kept there where it does not. Results are the same to the bit.
+///
+/// # Errors
+/// As [`prepare`]; a cache that cannot be read or written is none.
+pub fn prepare_with(scene: &Scene, cache: Option<&Cache>) -> Result<Prepared, ModelError> {
     let rung = match scene.model.kind {
         ModelKind::Chain if scene.contact_law == ContactLaw::FiniteBody => {
             Rung::Chain(Some(FiniteBodyLaws::fit(scene)?))
         }
         ModelKind::Chain => Rung::Chain(None),
-        ModelKind::Reduced => Rung::Reduced(Box::new(Reduction::new(scene)?)),
+        ModelKind::Reduced => {
+            let (reduction, origin) = match cache {
+                Some(cache) => cache.reduction(scene)?,
+                None => (Reduction::new(scene)?, Origin::Made { not_kept: None }),
+            };
+            Rung::Reduced { reduction: Box::new(reduction), origin }
+        }
         ModelKind::Fea => Rung::Fea,
     };
     Ok(Prepared { bodies: Bodies::of(scene), rung })
@@ -85,16 +99,16 @@ impl Prepared {
                     None => ChainModel.run_with(scene, motion, &still, progress),
                 }
             }
-            Rung::Reduced(reduction) => reduction.run_with(scene, motion, progress),
+            Rung::Reduced { reduction, .. } => reduction.run_with(scene, motion, progress),
             Rung::Fea => FeaModel.run_with(scene, motion, progress),
         }
     }
 
-    /// The reduced bodies, where the model is the reduced one.
+    /// The reduced bodies and where they come from, where the model is the reduced one.
     #[must_use]
-    pub fn reduction(&self) -> Option<&Reduction> {
+    pub fn reduction(&self) -> Option<(&Reduction, &Origin)> {
         match &self.rung {
-            Rung::Reduced(reduction) => Some(reduction),
+            Rung::Reduced { reduction, origin } => Some((reduction, origin)),
             Rung::Chain(_) | Rung::Fea => None,
         }
     }
@@ -105,7 +119,7 @@ impl Prepared {
     pub fn contact_laws(&self) -> Option<&FiniteBodyLaws> {
         match &self.rung {
             Rung::Chain(fitted) => fitted.as_ref(),
-            Rung::Reduced(_) | Rung::Fea => None,
+            Rung::Reduced { .. } | Rung::Fea => None,
         }
     }
 }

@@ -126,23 +126,21 @@ impl Arrangement {
                 pairs.push(Pair::on_flat(pole(last, "back"), false)?);
                 None
             }
-            Support::Annulus { stiffness_factor: factor, material, .. } => {
-                stiffness_factor = *factor;
-                let torus = HalfTorus { bead_radius: beads[last].radius, ..HalfTorus::published() };
-                let form = AnnulusMesh {
-                    elements: patch_elements(settings.elements),
-                    ..AnnulusMesh::of_density(settings.density as usize)
+            Support::Annulus { .. } | Support::Body { .. } => {
+                let torus = match scene.support {
+                    Support::Annulus { stiffness_factor: factor, .. } => {
+                        stiffness_factor = factor;
+                        Some(torus(scene))
+                    }
+                    _ => None,
                 };
-                let mesh = mesh::annulus(&torus, &form)?;
-                // A stiffer or softer support is the same body of another modulus.
-                let material = Material { youngs_modulus: factor * material.youngs_modulus, ..material.clone() };
-                let body = support_body(mesh, &[material], mass)?;
-                Some(resting(&kinds[of_bead[last]], body, Some(&torus))?)
-            }
-            Support::Body { mesh, material, .. } => {
-                let (mesh, materials) = imported(mesh, material, scene)?;
-                let body = support_body(mesh, &materials, mass)?;
-                Some(resting(&kinds[of_bead[last]], body, None)?)
+                match support_mesh(scene)? {
+                    Some((mesh, materials)) => {
+                        let body = support_body(mesh, &materials, mass)?;
+                        Some(resting(&kinds[of_bead[last]], body, torus.as_ref())?)
+                    }
+                    None => None,
+                }
             }
         };
         contacts.push(pairs.len() - 1);
@@ -242,18 +240,53 @@ fn is_sphere(mesh: &Mesh, boundary: &str, radius: f64) -> bool {
     })
 }
 
-fn bead_body(bead: &Bead, number: usize, scene: &Scene, mass: body::ContactMass) -> Result<Body, FeaError> {
+/// Mesh of a bead of a scene, and the materials its elements name.
+///
+/// # Errors
+/// [`FeaError`]: a mesh that cannot be made or read.
+pub fn bead_mesh(bead: &Bead, scene: &Scene) -> Result<(Mesh, Vec<Material>), FeaError> {
     let settings = scene.model.meshing();
-    let (mesh, materials) = match &bead.mesh {
+    match &bead.mesh {
         None => {
             let form = BeadMesh {
                 elements: patch_elements(settings.elements),
                 ..BeadMesh::of_density(settings.density as usize)
             };
-            (mesh::bead(bead.radius, &form)?, vec![bead.material.clone()])
+            Ok((mesh::bead(bead.radius, &form)?, vec![bead.material.clone()]))
         }
-        Some(file) => imported(file, &bead.material, scene)?,
-    };
+        Some(file) => imported(file, &bead.material, scene),
+    }
+}
+
+/// Mesh of the support of a scene, and the materials its elements name; none where it is a flat.
+///
+/// # Errors
+/// [`FeaError`]: a mesh that cannot be made or read.
+pub fn support_mesh(scene: &Scene) -> Result<Option<(Mesh, Vec<Material>)>, FeaError> {
+    match &scene.support {
+        Support::Flat(_) | Support::Spring { .. } => Ok(None),
+        Support::Annulus { stiffness_factor: factor, material, .. } => {
+            let settings = scene.model.meshing();
+            let form = AnnulusMesh {
+                elements: patch_elements(settings.elements),
+                ..AnnulusMesh::of_density(settings.density as usize)
+            };
+            // A stiffer or softer support is the same body of another modulus.
+            let material = Material { youngs_modulus: factor * material.youngs_modulus, ..material.clone() };
+            Ok(Some((mesh::annulus(&torus(scene), &form)?, vec![material])))
+        }
+        Support::Body { mesh, material, .. } => imported(mesh, material, scene).map(Some),
+    }
+}
+
+/// The published half-torus with the radius of the bead that rests on it.
+fn torus(scene: &Scene) -> HalfTorus {
+    let bead_radius = scene.chain.beads.last().map_or(0.0, |bead| bead.radius);
+    HalfTorus { bead_radius, ..HalfTorus::published() }
+}
+
+fn bead_body(bead: &Bead, number: usize, scene: &Scene, mass: body::ContactMass) -> Result<Body, FeaError> {
+    let (mesh, materials) = bead_mesh(bead, scene)?;
     let named = |source| FeaError::Body { body: format!("bead {number}"), source };
     Body::new(mesh, &materials, &[], &["front", "back"], mass).map_err(named)
 }

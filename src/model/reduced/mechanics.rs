@@ -98,7 +98,7 @@ impl Mechanics {
     pub(super) fn new(reduction: &Reduction, scene: &Scene, flexibility: Flexibility) -> Result<Self, FeaError> {
         let support = reduction.support.map(|member| reduction.members[member].kind);
         let factor = match &scene.support {
-            Support::Annulus { stiffness_factor, .. } => stiffness_factor / reduction.stiffness_factor,
+            Support::Annulus { stiffness_factor, .. } => *stiffness_factor,
             _ => 1.0,
         };
         // A stiffer support: the same shapes, all ω² and 1/S in proportion.

@@ -17,6 +17,7 @@
 
 mod array;
 pub mod basis;
+mod cache;
 mod chain;
 mod contact;
 mod damper;
@@ -28,5 +29,6 @@ pub mod reduction;
 mod rest;
 mod stepping;
 
+pub use cache::{Cache, Origin};
 pub use mechanics::LARGEST_PHASE;
 pub use reduction::Reduction;

@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn a_held_force_bends_a_mode_about_its_static_answer_at_any_step() {
         let step = 5e-8;
-        let square = (1.7 / step).powi(2);
+        let square = (1.7 / step) * (1.7 / step);
         let mut body = Moving::new(&kind(), &[square], step);
         body.forces[0] = 3.0;
         let mut sum = 0.0;

@@ -28,8 +28,6 @@ pub struct Reduction {
     pub geometries: Vec<Geometry>,
     /// Geometry of every contact.
     pub contacts: Vec<usize>,
-    /// Factor on the support's stiffness that its body was made with, 1.
-    pub stiffness_factor: f64,
 }
 
 /// One kind of body.
@@ -123,7 +121,7 @@ impl Reduction {
     /// [`ModelError`]: no mesh, no factor, modes that could not be confirmed, or a support the model does not have.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
         refuse_turning(scene)?;
-        let arrangement = Arrangement::new(scene)?;
+        let arrangement = Arrangement::new(&plain(scene))?;
         let watched = Watched::new(&arrangement);
         let last = arrangement.beads.len() - 1;
         let interfaces = Interfaces::including(&arrangement, |kind| {
@@ -142,6 +140,15 @@ impl Reduction {
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Assembly::new(&arrangement, &interfaces, &bases).reduction(&watched))
     }
+}
+
+/// The scene with its support as stiff as its material: a run applies the factor itself.
+pub(super) fn plain(scene: &Scene) -> Scene {
+    let mut plain = scene.clone();
+    if let Support::Annulus { stiffness_factor, .. } = &mut plain.support {
+        *stiffness_factor = 1.0;
+    }
+    plain
 }
 
 /// What the reduced model does not have.
@@ -258,7 +265,6 @@ impl<'a> Assembly<'a> {
             kinds: kinds.collect(),
             geometries: geometries.collect(),
             contacts: self.arrangement.contacts.clone(),
-            stiffness_factor: self.arrangement.stiffness_factor,
             faces: self.faces,
             members,
             beads,

@@ -1,0 +1,257 @@
+//! Reduced bodies kept in a folder from one run of the program to the next.
+//!
+//! A file is named by the SHA-256 of everything its content follows from: meshes, materials, interface, settings and the version of the
+//! program. It begins with a line that holds the SHA-256 of the rest; a file that does not agree with it, or cannot be read as what it should be, is
+//! made anew. Files appear whole, by renaming, so that several programs may share a folder. Numbers are kept to the bit.
+
+use std::{
+    fs, io,
+    io::Write,
+    path::{Path, PathBuf},
+};
+
+use sha2::{Digest, Sha256};
+
+use super::reduction::{Reduction, plain, refuse_turning};
+use crate::{
+    model::{
+        ModelError,
+        fea::{
+            FeaError,
+            arrangement::{bead_mesh, support_mesh},
+            mesh::Mesh,
+        },
+    },
+    scene::{Material, Scene, Support},
+};
+
+/// Raise it when anything changes that the numbers of a [`Reduction`] follow from; the version of the program does so with a release.
+const GENERATION: u32 = 1;
+/// What every file begins with.
+const HEADER: &str = "granchain reduction";
+
+/// A folder of reduced bodies.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Cache {
+    folder: PathBuf,
+}
+
+/// Where a reduction comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Origin {
+    /// Meshed and factored now.
+    Made {
+        /// Why it was not kept for the next time.
+        not_kept: Option<String>,
+    },
+    /// Read from a file.
+    Read {
+        /// Which.
+        path: PathBuf,
+    },
+}
+
+impl Cache {
+    /// In that folder, which is made when first needed.
+    #[must_use]
+    pub fn new(folder: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into() }
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The reduced bodies of a scene: from the folder if it holds them, else made and kept there. That they cannot be kept is no error.
+    ///
+    /// # Errors
+    /// As [`Reduction::new`].
+    pub fn reduction(&self, scene: &Scene) -> Result<(Reduction, Origin), ModelError> {
+        refuse_turning(scene)?;
+        let key = key(scene)?;
+        let path = self.folder.join(format!("reduction-{key}.json"));
+        if let Some(reduction) = read(&path, &key) {
+            return Ok((reduction, Origin::Read { path }));
+        }
+        let reduction = Reduction::new(scene)?;
+        let not_kept = self.keep(&path, &key, &reduction).err();
+        let not_kept = not_kept.map(|error| format!("{}: reduced bodies cannot be kept: {error}", path.display()));
+        Ok((reduction, Origin::Made { not_kept }))
+    }
+
+    fn keep(&self, path: &Path, key: &str, reduction: &Reduction) -> io::Result<()> {
+        fs::create_dir_all(&self.folder)?;
+        let body = serde_json::to_string(reduction)?;
+        let mut file = tempfile::NamedTempFile::new_in(&self.folder)?;
+        writeln!(file, "{HEADER} {key} {}", hexadecimal(Sha256::digest(&body)))?;
+        file.write_all(body.as_bytes())?;
+        file.flush()?;
+        file.persist(path)?;
+        Ok(())
+    }
+}
+
+/// The file's content if it is whole and of that key.
+fn read(path: &Path, key: &str) -> Option<Reduction> {
+    let text = fs::read_to_string(path).ok()?;
+    let (header, body) = text.split_once('\n')?;
+    let expected = format!("{HEADER} {key} {}", hexadecimal(Sha256::digest(body)));
+    if header != expected {
+        return None;
+    }
+    serde_json::from_str(body).ok()
+}
+
+fn hexadecimal(digest: impl AsRef<[u8]>) -> String {
+    digest.as_ref().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// SHA-256 of everything the reduced bodies of a scene follow from.
+fn key(scene: &Scene) -> Result<String, FeaError> {
+    let scene = plain(scene);
+    let mut digest = Sha256::new();
+    digest.update(format!("{HEADER} {} {GENERATION}\n", env!("CARGO_PKG_VERSION")));
+    digest.update(format!("{:?} modes {}\n", scene.model.meshing(), scene.model.reduced.modes));
+    let mut known = Vec::new();
+    for bead in &scene.chain.beads {
+        let kind = known.iter().position(|other| *other == bead).unwrap_or(known.len());
+        digest.update(format!("bead {kind} {:x}\n", bead.radius.to_bits()));
+        if kind == known.len() {
+            known.push(bead);
+            let (mesh, materials) = bead_mesh(bead, &scene)?;
+            add(&mut digest, &mesh, &materials);
+        }
+    }
+    digest.update(format!("piston {:?}\n", scene.piston));
+    // A spring is no part of the bodies.
+    let support = match &scene.support {
+        Support::Flat(flat) => format!("{flat:?}"),
+        Support::Spring { .. } => "flat on a spring".into(),
+        Support::Annulus { normal, .. } | Support::Body { normal, .. } => format!("body with a {normal:?} normal"),
+    };
+    digest.update(format!("support {support}\n"));
+    if let Some((mesh, materials)) = support_mesh(&scene)? {
+        add(&mut digest, &mesh, &materials);
+    }
+    Ok(hexadecimal(digest.finalize()))
+}
+
+fn add(digest: &mut Sha256, mesh: &Mesh, materials: &[Material]) {
+    digest.update(format!("mesh {} {}\n", mesh.nodes.len(), mesh.elements.len()));
+    for place in mesh.nodes.iter().flatten() {
+        digest.update(place.to_le_bytes());
+    }
+    for element in &mesh.elements {
+        digest.update(element.material.to_le_bytes());
+        element.nodes().iter().for_each(|node| digest.update(node.to_le_bytes()));
+    }
+    for boundary in &mesh.boundaries {
+        digest.update(format!("boundary {} {}\n", boundary.name, boundary.nodes.len()));
+        boundary.nodes.iter().for_each(|node| digest.update(node.to_le_bytes()));
+    }
+    for material in materials {
+        let bits = [material.youngs_modulus, material.poissons_ratio, material.density].map(f64::to_bits);
+        digest.update(format!("material {bits:x?}\n"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene;
+
+    fn scene(overrides: &[&str]) -> Scene {
+        let base = ["model.kind=reduced", "model.mesh_density=3", "model.modes=2"];
+        let all: Vec<String> = base.iter().chain(overrides).map(|text| (*text).to_owned()).collect();
+        scene::load("annulus", &all).unwrap()
+    }
+
+    #[test]
+    fn what_is_read_is_what_was_kept_to_the_bit() {
+        let place = tempfile::tempdir().unwrap();
+        let cache = Cache::new(place.path().join("deep/folder"));
+        let (made, origin) = cache.reduction(&scene(&[])).unwrap();
+        assert_eq!(origin, Origin::Made { not_kept: None });
+        let (read, origin) = cache.reduction(&scene(&[])).unwrap();
+        assert!(matches!(origin, Origin::Read { .. }));
+        assert_eq!(made, read);
+        assert_eq!(read, Reduction::new(&scene(&[])).unwrap());
+        // What a run changes by itself needs no other bodies.
+        for same in ["support.stiffness_factor=1.3", "alpha=2", "damping.coefficient=1", "model.step=10 ns"] {
+            assert!(matches!(cache.reduction(&scene(&[same])).unwrap().1, Origin::Read { .. }), "{same}");
+        }
+    }
+
+    #[test]
+    fn everything_the_numbers_follow_from_makes_another_key() {
+        let mut keys = vec![key(&scene(&[])).unwrap()];
+        for other in [
+            "model.mesh_density=4",
+            "model.elements=mixed",
+            "model.modes=3",
+            "chain.beads=5",
+            "chain.radius=0.501 mm",
+            "materials.chrome-steel.density=7800 kg/m^3",
+            "materials.resin.poissons_ratio=0.3",
+            "support.kind=rigid",
+            "support.kind=spring",
+        ] {
+            let spring = if other.ends_with("spring") { "support.stiffness=1e6 N/m" } else { other };
+            keys.push(key(&scene(&[other, spring])).unwrap());
+        }
+        let count = keys.len();
+        keys.sort();
+        keys.dedup();
+        assert_eq!(keys.len(), count);
+    }
+
+    #[test]
+    fn broken_truncated_and_foreign_files_are_made_anew() {
+        let place = tempfile::tempdir().unwrap();
+        let cache = Cache::new(place.path());
+        let (made, _) = cache.reduction(&scene(&[])).unwrap();
+        let path = fs::read_dir(place.path()).unwrap().next().unwrap().unwrap().path();
+        let whole = fs::read(&path).unwrap();
+        let mut flipped = whole.clone();
+        // A letter of a number near the end.
+        let at = whole.len() - 200;
+        flipped[at] = if flipped[at] == b'A' { b'B' } else { b'A' };
+        let foreign =
+            String::from_utf8(whole.clone()).unwrap().replacen("granchain reduction ", "granchain reduction 0", 1);
+        for broken in [Vec::new(), whole[..whole.len() / 2].to_vec(), flipped, foreign.into_bytes(), vec![0xff; 100]] {
+            fs::write(&path, &broken).unwrap();
+            let (again, origin) = cache.reduction(&scene(&[])).unwrap();
+            assert_eq!((&again, origin), (&made, Origin::Made { not_kept: None }));
+            assert_eq!(fs::read(&path).unwrap(), whole);
+        }
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_written_is_said_and_no_error() {
+        let place = tempfile::tempdir().unwrap();
+        let file = place.path().join("file");
+        fs::write(&file, "").unwrap();
+        let (_, origin) = Cache::new(file.join("below")).reduction(&scene(&[])).unwrap();
+        assert!(matches!(origin, Origin::Made { not_kept: Some(said) } if said.contains("below")));
+    }
+
+    #[test]
+    fn the_generation_is_raised_with_the_numbers() {
+        let reduction = Reduction::new(&scene(&[])).unwrap();
+        let face = &reduction.faces[0];
+        let found = [face.compliance[0], reduction.kinds[0].squares[0], reduction.kinds[1].squares[0]];
+        let kept = KEPT;
+        for (found, kept) in found.iter().zip(kept) {
+            // Far above what another processor's rounding does to them.
+            assert!(
+                (found / kept - 1.0).abs() < 1e-7,
+                "{found:.12e} {kept:.12e}: raise GENERATION, then note the new numbers here"
+            );
+        }
+    }
+
+    /// S of the innermost point, and the first ω² of bead and annulus.
+    const KEPT: [f64; 3] = [1.0, 1.0, 1.0];
+}
