@@ -12,7 +12,9 @@ use std::{
 use serde_json::Value;
 
 fn granchain() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_granchain"))
+    let mut command = Command::new(env!("CARGO_BIN_EXE_granchain"));
+    command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
+    command
 }
 
 fn run(arguments: &[&str]) -> Output {

@@ -16,6 +16,7 @@ const POINTS: &str = "alpha=0.3:1.5:0.04";
 
 fn sweep(out: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_granchain"));
+    command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
     command.args(["sweep", "--scene", "annulus", "--vary", POINTS, "--out", out.to_str().unwrap()]);
     command.stdout(Stdio::null()).stderr(Stdio::piped());
     command
@@ -90,6 +91,7 @@ fn ctrl_c_in_a_replay_leaves_nothing() {
     let place = tempfile::tempdir().unwrap();
     let out = place.path().join("out");
     let mut child = Command::new(env!("CARGO_BIN_EXE_granchain"))
+        .env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"))
         .args(["replay", "--scene", "rigid", "--set", "duration=1 s", "--set", "drive.cycles=60000"])
         .args(["--out", out.to_str().unwrap()])
         .stderr(Stdio::null())
@@ -109,6 +111,7 @@ fn ctrl_c_in_a_replay_leaves_nothing() {
 #[test]
 fn a_closed_pipe_ends_quietly() {
     let mut child = Command::new(env!("CARGO_BIN_EXE_granchain"))
+        .env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"))
         .args(["sweep", "--scene", "rigid", "--vary", "alpha=0.5,1"])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

@@ -6,11 +6,12 @@ use anyhow::Context;
 use clap::{Args, ValueEnum};
 
 use crate::{
+    model::{self, ModelError, Prepared, reduced::Cache},
     scene::{ModelKind, Scene},
     signal::{Dimension, Quantity},
 };
 
-use super::output::print;
+use super::{calibrated::Calibrated, output::print};
 
 /// Flags of every subcommand: how much is said, on how many threads, from which seed.
 #[derive(Debug, Clone, Default, Args)]
@@ -24,6 +25,10 @@ pub struct Session {
     /// Worker threads; results do not depend on it [default: one a core]
     #[arg(long, global = true, value_name = "N", help_heading = "Session")]
     pub threads: Option<NonZeroUsize>,
+    /// Folder in which reduced bodies are kept from run to run, or `none` [default: granchain in $XDG_CACHE_HOME or
+    /// ~/.cache]
+    #[arg(long, global = true, value_name = "DIR", help_heading = "Session")]
+    pub cache: Option<PathBuf>,
     /// Seed of everything drawn at random [default: 1]
     #[arg(long, global = true, value_name = "N", help_heading = "Session")]
     pub seed: Option<u64>,
@@ -37,6 +42,29 @@ impl Session {
     #[must_use]
     pub fn seed(&self) -> u64 {
         self.seed.unwrap_or(DEFAULT_SEED)
+    }
+
+    /// Where reduced bodies are kept; none with `--cache none`, or where the user has no folder for such things.
+    #[must_use]
+    pub fn cache(&self) -> Option<Cache> {
+        if let Some(folder) = &self.cache {
+            return (folder.as_os_str() != "none").then(|| Cache::new(folder));
+        }
+        let absolute = |variable: &str| std::env::var_os(variable).map(PathBuf::from).filter(|path| path.is_absolute());
+        let folder = absolute("XDG_CACHE_HOME").or_else(|| absolute("HOME").map(|home| home.join(".cache")))?;
+        Some(Cache::new(folder.join("granchain")))
+    }
+
+    /// Make the bodies of a scene ready, and say so if they cannot be kept.
+    ///
+    /// # Errors
+    /// As [`model::prepare`].
+    pub fn prepare(&self, scene: &Scene) -> Result<Prepared, ModelError> {
+        let prepared = model::prepare_with(scene, self.cache().as_ref())?;
+        if let Some(warning) = prepared.warning() {
+            self.note(format_args!("warning: {warning}"));
+        }
+        Ok(prepared)
     }
 
     /// Set up the worker threads; called once by the frame before the subcommand runs.
@@ -231,6 +259,12 @@ pub fn need_chain(what: &str, scene: &Scene) -> anyhow::Result<()> {
     }
     let kind = scene.model.kind.name();
     Err(usage(format!("{what} runs on the chain, not on model `{kind}`; use --model chain")))
+}
+
+/// The model of a scene that names none: the reduced one; the chain where a fit was made on it, or an ensemble runs on it.
+#[must_use]
+pub fn preferred_model(calibrated: Option<&Calibrated>, ensemble: Option<u32>) -> ModelKind {
+    if calibrated.is_some() || ensemble.is_some() { ModelKind::Chain } else { ModelKind::Reduced }
 }
 
 /// A [`UsageError`] with this message.

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     measurement::{Baseline, MeasurementError, ReadOptions, RecordKind, read_record},
-    scene::{self, Scene, SceneError},
+    scene::{self, ModelKind, Scene, SceneError},
     signal::Series,
 };
 
@@ -46,6 +46,8 @@ impl Input {
 pub struct Experiment {
     source: String,
     overrides: Vec<String>,
+    /// Model where the scene names none.
+    preferred: ModelKind,
     recorded: Option<RecordedDrive>,
     keep_duration: bool,
     /// What was assumed on the way, for people.
@@ -89,7 +91,7 @@ impl RecordedDrive {
 }
 
 impl Experiment {
-    /// Read what the flags name; fails before anything is run.
+    /// Read what the flags name; fails before anything is run. A scene that names no model is computed by `preferred`.
     ///
     /// # Errors
     /// A usage error without a scene; whatever is wrong with the scene or the record.
@@ -97,8 +99,9 @@ impl Experiment {
         arguments: &SceneArguments,
         reading: &ReadArguments,
         calibration: Option<&Calibrated>,
+        preferred: ModelKind,
     ) -> anyhow::Result<Self> {
-        Self::assemble(arguments, reading, calibration, false)
+        Self::assemble(arguments, reading, calibration, preferred, false)
     }
 
     /// The same for a fit. An error in the horn's baseline is a gap to the chain, and the plateau's mean is far better known
@@ -107,13 +110,14 @@ impl Experiment {
     /// # Errors
     /// As [`Experiment::new`].
     pub fn for_fit(arguments: &SceneArguments) -> anyhow::Result<Self> {
-        Self::assemble(arguments, &ReadArguments::default(), None, true)
+        Self::assemble(arguments, &ReadArguments::default(), None, ModelKind::Chain, true)
     }
 
     fn assemble(
         arguments: &SceneArguments,
         reading: &ReadArguments,
         calibration: Option<&Calibrated>,
+        preferred: ModelKind,
         fitted: bool,
     ) -> anyhow::Result<Self> {
         let mut assumptions = Vec::new();
@@ -154,9 +158,9 @@ impl Experiment {
         overrides.extend(arguments.model.map(|model| format!("model.kind={}", model.name())));
         overrides.extend(arguments.set.iter().cloned());
         let keep_duration = overrides.iter().any(|set| sets(set, "duration"));
-        let mut experiment = Self { source, overrides, recorded: None, keep_duration, assumptions };
+        let mut experiment = Self { source, overrides, preferred, recorded: None, keep_duration, assumptions };
 
-        let loaded = scene::load_with_notes(&experiment.source, &experiment.overrides)?;
+        let loaded = scene::load_preferring(&experiment.source, &experiment.overrides, preferred)?;
         experiment.assumptions.extend(loaded.notes);
         let replaced = arguments.drive.is_some() || calibrated_drive.is_some();
         let options = reading.options(arguments.drive_frequency);
@@ -179,7 +183,7 @@ impl Experiment {
     /// [`SceneError`].
     pub fn scene_with(&self, more: &[String]) -> Result<Scene, SceneError> {
         let overrides: Vec<String> = self.overrides.iter().chain(more).cloned().collect();
-        let mut scene = scene::load(&self.source, &overrides)?;
+        let mut scene = scene::load_preferring(&self.source, &overrides, self.preferred)?.scene;
         if let Some(recorded) = &self.recorded {
             if !(self.keep_duration || more.iter().any(|set| sets(set, "duration"))) {
                 scene.duration = (recorded.displacement.end() / scene.output_step).floor() * scene.output_step;
@@ -188,6 +192,23 @@ impl Experiment {
             scene = scene.with_drive_record(recorded.displacement.clone(), recorded.frequency, file);
         }
         Ok(scene)
+    }
+
+    /// Take the chain at all of `points` (overrides each) if one of them needs it and the scene names no model: one study, one model.
+    pub fn agree_on_model(&mut self, points: impl Iterator<Item = Vec<String>>) {
+        let kind = |overrides: &[String]| self.scene_with(overrides).ok().map(|scene| scene.model.kind);
+        let own = kind(&[]);
+        let needs_chain = |point: &Vec<String>| {
+            own != Some(ModelKind::Chain)
+                && !point.iter().any(|set| sets(set, "model.kind"))
+                && kind(point) == Some(ModelKind::Chain)
+        };
+        if let Some(point) = points.into_iter().find(needs_chain) {
+            self.preferred = ModelKind::Chain;
+            let point = point.join(", ");
+            self.assumptions
+                .push(format!("`model.kind` is not given; taken as chain everywhere, since {point} needs it"));
+        }
     }
 
     /// A recorded drive takes the place of the scene's own, so its keys would silently do nothing.

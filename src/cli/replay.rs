@@ -11,7 +11,7 @@ use serde::Serialize;
 use self::analysis::{Analysis, AnalysisArguments, AnalysisSummary};
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session, need_chain},
+    arguments::{OutputArguments, SceneArguments, Session, need_chain, preferred_model},
     calibrated::Calibrated,
     experiment::Experiment,
     interrupt,
@@ -23,7 +23,7 @@ use super::{
 };
 use crate::{
     feature::{FeatureSettings, Features, measure},
-    model::{self, ModelError, fea::PeakStress},
+    model::{ModelError, Prepared, fea::PeakStress},
     report::{replay as page, von_mises},
     response::{EnergyLedger, Response, SolverWork, write_csv},
     scene::{Effect, ModelKind, Scene, effects},
@@ -98,7 +98,8 @@ pub struct Summary {
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let mut timing = Timing::start();
     let calibrated = arguments.calibration.as_deref().map(Calibrated::read).transpose()?;
-    let experiment = Experiment::new(&arguments.scene, &arguments.reading, calibrated.as_ref())?;
+    let preferred = preferred_model(calibrated.as_ref(), arguments.ensemble);
+    let experiment = Experiment::new(&arguments.scene, &arguments.reading, calibrated.as_ref(), preferred)?;
     let scene = experiment.scene_with(&[])?;
     analysis::refuse_idle(&arguments.analysis, &scene)?;
     if arguments.ensemble.is_some() {
@@ -170,7 +171,9 @@ impl Job<'_> {
             assumptions.extend(finished.warnings);
             (finished.response, Some(finished.summary), finished.peak)
         } else {
-            (run(scene, session)?, None, None)
+            let prepared = session.prepare(scene)?;
+            timing.stage("prepare");
+            (run(&prepared, scene, session)?, None, None)
         };
         timing.stage("run");
         let features = measure(&response.pole_velocity, settings)?;
@@ -203,9 +206,9 @@ impl Job<'_> {
     }
 }
 
-fn run(scene: &Scene, session: &Session) -> anyhow::Result<Response> {
+fn run(prepared: &Prepared, scene: &Scene, session: &Session) -> anyhow::Result<Response> {
     let bar = progress::simulated_time(session, "simulated time");
-    let outcome = model::run(scene, &mut |time| {
+    let outcome = prepared.run(scene, &mut |time| {
         progress::advance_to(&bar, time, scene.duration);
         !interrupt::requested()
     });

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use super::{Outcome, arguments::Session};
 use crate::{
     model::contact_law::{ElasticLaw, Hertz, bead_flat_stiffness, bead_pair_stiffness},
-    scene::{self, BUILT_IN, DriveKind, Effect, Scene, SettingValue, Support, WATER},
+    scene::{self, BUILT_IN, DriveKind, Effect, ModelKind, Scene, SettingValue, Support, WATER},
     signal::{Dimension, Quantity},
 };
 
@@ -78,7 +78,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
 }
 
 fn load(session: &Session, name: &str, overrides: &[String]) -> anyhow::Result<Scene> {
-    let loaded = scene::load_with_notes(name, overrides)?;
+    // As replay would run it.
+    let loaded = scene::load_preferring(name, overrides, ModelKind::Reduced)?;
     for note in &loaded.notes {
         session.note(format_args!("note: {note}"));
     }

@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session, need_chain},
+    arguments::{OutputArguments, SceneArguments, Session, need_chain, preferred_model},
     calibrated::Calibrated,
     experiment::Experiment,
     interrupt::{self, Interrupted},
@@ -23,7 +23,7 @@ use crate::{
     report::sweep::sweep_figure,
     scene::Scene,
     study::{
-        Axis, EnsemblePlan, Grid,
+        Axis, Bodies, EnsemblePlan, Grid,
         grid::GridError,
         published::published,
         sweep::{Run, SweepError, Watch, sweep},
@@ -77,7 +77,9 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let mut timing = Timing::start();
     let grid = Grid::new(vary)?;
     let calibrated = calibration.as_deref().map(Calibrated::read).transpose()?;
-    let experiment = Experiment::new(&flags, &reading, calibrated.as_ref())?;
+    let preferred = preferred_model(calibrated.as_ref(), ensemble);
+    let mut experiment = Experiment::new(&flags, &reading, calibrated.as_ref(), preferred)?;
+    experiment.agree_on_model((0..grid.len()).map(|index| grid.overrides(index)));
     experiment.refuse_drive_keys(grid.axes.iter().map(|axis| axis.key.as_str()))?;
     let base = experiment.scene_with(&[])?;
     if ensemble.is_some() {
@@ -106,13 +108,17 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     }
     let watch = Bar(progress::bar(&session, grid.len() as u64, "runs"));
     let build = |overrides: &[String]| experiment.scene_with(overrides);
-    let outcome = sweep(&grid, &build, ensemble.as_ref(), &state.join(RUNS), &watch);
+    let bodies = Bodies::new(session.cache());
+    let outcome = sweep(&grid, &build, &bodies, ensemble.as_ref(), &state.join(RUNS), &watch);
     watch.0.finish_and_clear();
     let runs = match outcome {
         Ok(runs) => runs,
         Err(error) => return Err(stopped(error, folder)),
     };
     timing.stage("run");
+    if let Some(warning) = bodies.warning() {
+        session.note(format_args!("warning: {warning}"));
+    }
 
     let table = sweep_table::SweepTable {
         scene: &base,

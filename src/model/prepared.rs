@@ -104,6 +104,21 @@ impl Prepared {
         }
     }
 
+    /// Why reduced bodies could not be kept for the next time, if they could not.
+    #[must_use]
+    pub fn warning(&self) -> Option<&str> {
+        match &self.rung {
+            Rung::Reduced { origin: Origin::Made { not_kept }, .. } => not_kept.as_deref(),
+            Rung::Reduced { .. } | Rung::Chain(_) | Rung::Fea => None,
+        }
+    }
+
+    /// Whether a scene has these bodies.
+    #[must_use]
+    pub fn fits(&self, scene: &Scene) -> bool {
+        self.bodies.difference(scene).is_none()
+    }
+
     /// The reduced bodies and where they come from, where the model is the reduced one.
     #[must_use]
     pub fn reduction(&self) -> Option<(&Reduction, &Origin)> {

@@ -128,6 +128,12 @@ impl Document {
         Ok(())
     }
 
+    /// Set a key that nobody wrote.
+    pub(super) fn insert_default(&mut self, key: &str, text: &str, scene: &str) {
+        let place = Place::Scene { name: scene.to_owned() };
+        self.entries.insert(key.to_owned(), Entry { value: Value::Text(text.to_owned()), place });
+    }
+
     /// Lay `upper` over this document. Where it changes a kind, what the new kind does not use, or reads otherwise, falls away.
     pub(super) fn overlay(&mut self, upper: Self) {
         if let Some(kind) = upper.text("model.kind")

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use super::{
     Bead, Chain, ContactLaw, ContactNormal, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact,
-    Material, Scene, Support, builtin, contact_law,
+    Material, ModelKind, Scene, Support, builtin, contact_law,
     document::{Author, Document, read_text, resolved},
     error::SceneError,
-    key::{DAMPING_KINDS, DRIVE_KINDS, FLAT_KINDS, NORMALS, PLACEMENTS, SUPPORT_KINDS},
+    key::{CHAIN_INTEGRATORS, DAMPING_KINDS, DRIVE_KINDS, FLAT_KINDS, NORMALS, PLACEMENTS, SUPPORT_KINDS},
     mesh_file,
     reader::{Bound, Reader},
     settings,
@@ -59,6 +59,25 @@ pub fn load(name_or_path: &str, overrides: &[String]) -> Result<Scene, SceneErro
 /// # Errors
 /// As [`load`].
 pub fn load_with_notes(name_or_path: &str, overrides: &[String]) -> Result<Loaded, SceneError> {
+    load_preferring(name_or_path, overrides, ModelKind::Chain)
+}
+
+/// As [`load_with_notes`], where a scene that names no model is computed by `preferred`. Half-spaces of steel and keys of its integrators and contact laws
+/// belong to the chain: a scene with them takes it instead, and a note says so.
+///
+/// ```
+/// use granchain::scene::{ModelKind, load_preferring};
+///
+/// let kind = |name, set: &str| load_preferring(name, &[set.into()], ModelKind::Reduced).map(|loaded| loaded.scene.model.kind);
+/// assert_eq!(kind("rigid", "alpha=1")?, ModelKind::Reduced);
+/// assert_eq!(kind("rigid", "support.kind=steel")?, ModelKind::Chain);
+/// assert_eq!(kind("chain", "alpha=1")?, ModelKind::Chain);
+/// # Ok::<(), granchain::scene::SceneError>(())
+/// ```
+///
+/// # Errors
+/// As [`load`].
+pub fn load_preferring(name_or_path: &str, overrides: &[String], preferred: ModelKind) -> Result<Loaded, SceneError> {
     let path = Path::new(name_or_path);
     let looks_like_path = name_or_path.contains(['/', '\\', '.']) || path.exists();
     let built_in = match builtin::find(name_or_path, None) {
@@ -68,9 +87,9 @@ pub fn load_with_notes(name_or_path: &str, overrides: &[String]) -> Result<Loade
     match built_in {
         Some(scene) => {
             let document = Document::parse(scene.toml, Author::BuiltIn(scene.name))?;
-            assemble(document, overrides, &format!("built-in scene `{}`", scene.name), scene.name)
+            assemble(document, overrides, &format!("built-in scene `{}`", scene.name), scene.name, preferred)
         }
-        None => load_text(&read_text(path)?, path, overrides),
+        None => parse(&read_text(path)?, path, overrides, preferred),
     }
 }
 
@@ -79,6 +98,10 @@ pub fn load_with_notes(name_or_path: &str, overrides: &[String]) -> Result<Loade
 /// # Errors
 /// As [`load`].
 pub fn load_text(text: &str, path: &Path, overrides: &[String]) -> Result<Loaded, SceneError> {
+    parse(text, path, overrides, ModelKind::Chain)
+}
+
+fn parse(text: &str, path: &Path, overrides: &[String], preferred: ModelKind) -> Result<Loaded, SceneError> {
     let own = Document::parse(text, Author::File(path))?;
     let document = match own.entries.get("extends") {
         None => own,
@@ -98,10 +121,16 @@ pub fn load_text(text: &str, path: &Path, overrides: &[String]) -> Result<Loaded
         }
     };
     let stem = path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy());
-    assemble(document, overrides, &path.display().to_string(), &stem)
+    assemble(document, overrides, &path.display().to_string(), &stem, preferred)
 }
 
-fn assemble(mut document: Document, overrides: &[String], origin: &str, name: &str) -> Result<Loaded, SceneError> {
+fn assemble(
+    mut document: Document,
+    overrides: &[String],
+    origin: &str,
+    name: &str,
+    preferred: ModelKind,
+) -> Result<Loaded, SceneError> {
     document.entries.remove("extends");
     let overrides = Document::from_overrides(overrides)?;
     if let Some(entry) = overrides.entries.get("extends") {
@@ -114,11 +143,30 @@ fn assemble(mut document: Document, overrides: &[String], origin: &str, name: &s
     }
     document.overlay(overrides);
     let mut notes = Vec::new();
+    if preferred != ModelKind::Chain && document.text("model.kind").is_none() {
+        match of_the_chain(&document) {
+            Some(reason) => notes.push(format!("`model.kind` is not given; taken as chain, since {reason}")),
+            None => document.insert_default("model.kind", preferred.name(), origin),
+        }
+    }
     let reader = Reader::new(&document, origin);
     reader.refuse_unused()?;
     let scene = scene(&reader, name, &mut notes)?;
     reader.check_materials()?;
     Ok(Loaded { scene, notes })
+}
+
+/// Why a document that names no model can only mean the chain.
+fn of_the_chain(document: &Document) -> Option<String> {
+    if let Some(key) = ["piston.contact", "support.kind"].into_iter().find(|key| document.text(key) == Some("steel")) {
+        return Some(format!("the half-space of `{key}` = \"steel\" has no body that could be meshed"));
+    }
+    let is_own = document.entries.contains_key("model.tolerance")
+        || document.text("model.integrator").is_some_and(|word| CHAIN_INTEGRATORS.contains(&word));
+    if is_own {
+        return Some("its integrator is asked for".into());
+    }
+    document.entries.contains_key("contact.law").then(|| "`contact.law` is of the chain".into())
 }
 
 fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Scene, SceneError> {

@@ -54,7 +54,7 @@ pub use error::{Place, SceneError};
 pub use fea::{ContactMass, DEFAULT_FEA_STEP, DEFAULT_MESH_DENSITY, Elements, FeaSettings, Scheme};
 pub use file::{
     DEFAULT_KUWABARA_KONO_DAMPING, DEFAULT_LINEAR_DAMPING, DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, Loaded, MOST_BEADS,
-    load, load_text, load_with_notes,
+    load, load_preferring, load_text, load_with_notes,
 };
 pub use key::{KEYS, Key, ValueKind};
 pub use listing::{Setting, SettingValue};

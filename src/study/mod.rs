@@ -2,6 +2,7 @@
 //!
 //! A study runs and measures; it prints nothing and draws nothing.
 
+mod bodies;
 pub mod confirmation;
 pub mod convergence;
 pub mod ensemble;
@@ -12,6 +13,7 @@ pub mod run_log;
 pub mod sweep;
 pub mod twins;
 
+pub use bodies::Bodies;
 pub use ensemble::{EnsembleOutcome, EnsemblePlan, Spread};
 pub use grid::{Axis, Grid, Value};
 pub use observation::Observation;

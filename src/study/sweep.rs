@@ -15,15 +15,13 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{
+    bodies::Bodies,
     ensemble::{self, EnsembleOutcome, EnsemblePlan},
     grid::Grid,
     observation::{self, Observation},
     run_log::{RunLog, RunLogError},
 };
-use crate::{
-    model::{self, ModelError},
-    scene::Scene,
-};
+use crate::{model::ModelError, scene::Scene};
 
 /// What came of one point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -89,6 +87,7 @@ pub trait Watch: Sync {
 /// Run every point of `grid` that `log_path` does not hold yet.
 ///
 /// - `build`: the scene of a point from its overrides
+/// - `bodies`: where bodies made ready are shared
 /// - `ensemble`: also report scatter and sensitivity at each point
 ///
 /// Returns the runs in the order of the grid.
@@ -98,6 +97,7 @@ pub trait Watch: Sync {
 pub fn sweep<E: StdError + Send + Sync + 'static>(
     grid: &Grid,
     build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),
+    bodies: &Bodies,
     ensemble: Option<&EnsemblePlan>,
     log_path: &Path,
     watch: &dyn Watch,
@@ -114,7 +114,7 @@ pub fn sweep<E: StdError + Send + Sync + 'static>(
     let fresh: BTreeMap<usize, Run> = missing
         .into_par_iter()
         .map(|index| {
-            let Some(run) = run_point(&grid.overrides(index), build, ensemble, watch) else { return Ok(None) };
+            let Some(run) = run_point(&grid.overrides(index), build, bodies, ensemble, watch) else { return Ok(None) };
             log.keep(index, &run)?;
             watch.finished(finished.fetch_add(1, Ordering::Relaxed) + 1);
             Ok(Some((index, run)))
@@ -150,6 +150,7 @@ fn refuse_hopeless<E: StdError + Send + Sync + 'static>(
 fn run_point<E: StdError>(
     overrides: &[String],
     build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),
+    bodies: &Bodies,
     ensemble: Option<&EnsemblePlan>,
     watch: &dyn Watch,
 ) -> Option<Run> {
@@ -165,7 +166,8 @@ fn run_point<E: StdError>(
         Ok(settings) => settings,
         Err(error) => return failed(&error),
     };
-    let response = match model::run(&scene, &mut |_| !watch.stop()) {
+    let run = bodies.prepared(&scene).and_then(|prepared| prepared.run(&scene, &mut |_| !watch.stop()));
+    let response = match run {
         Ok(response) => response,
         Err(ModelError::Stopped { .. }) => return None,
         Err(error) => return failed(&error),
