@@ -34,6 +34,7 @@ const OWNED_CRATES: &[(&str, &str)] = &[
     ("anyhow", "cli"),
     ("indicatif", "cli"),
     ("ctrlc", "cli"),
+    ("encoding_rs", "measurement"),
 ];
 
 const MEANINGLESS_NAMES: &[&str] = &["utils", "util", "common", "helpers", "helper", "types", "base", "misc"];

@@ -32,6 +32,7 @@ fn a_vibrometer_record_is_described() {
     insta::assert_snapshot!(out.replace(digest.trim(), "sha-256           …"), @r#"
     measurements/annulus-73khz/vib.csv: a vibrometer record
       sha-256           …
+      form              commas, decimal points, UTF-8
       columns           time_us, velocity_mm_per_s
       time              `time_us` in us
       quantity          `velocity_mm_per_s` in mm_per_s
@@ -143,8 +144,8 @@ fn refusals_go_to_standard_error_with_exit_code_1_or_2() {
     );
     assert!(err.contains("did you mean `vib.csv`?"), "{err}");
     let (_, err, code) = inspect(&["measurements/annulus-73khz/vib.csv", "--unit", "V"]);
-    assert_eq!(code, 2);
-    assert!(err.contains("volts need the decoder's sensitivity"), "{err}");
+    assert_eq!(code, 1);
+    assert!(err.contains("volts (`V`), which need the decoder's sensitivity; pass it as --scale"), "{err}");
     let (_, err, code) = inspect(&["measurements/annulus-73khz/vib.csv", "--delay", "3"]);
     assert_eq!(code, 2);
     assert!(err.contains("without a unit"), "{err}");

@@ -99,7 +99,8 @@ fn text_in_a_number_column() {
     );
     assert_eq!(
         refused(&with_row(40, "\"0,040\",1")),
-        "vib.csv:43: column `time_ms`: expected a number, found `0,040`; write decimal points, not commas"
+        "vib.csv:43: column `time_ms`: expected a number, found `0,040`; write decimal points, not commas, or \
+         pass --decimal comma"
     );
 }
 
@@ -158,7 +159,7 @@ fn missing_columns() {
     assert_eq!(
         refused(&file("sample,velocity_mm_per_s", &rows(20))),
         "vib.csv:2: expected a column of time such as `time_s`, found the columns `sample`, `velocity_mm_per_s`; rename one, or \
-         pass --time-column and --time-unit"
+         pass --time-column and --time-unit, or --sample-rate if there is no time in the file"
     );
     let options = ReadOptions { column: Some("speed".into()), ..ReadOptions::default() };
     assert_eq!(
@@ -219,7 +220,7 @@ fn bare_volts() {
     for header in ["time_ms,CH1 (V)", "time_ms,CH1 [mV]", "time_ms,signal_V"] {
         let message = refused(&file(header, &rows(20)));
         assert!(message.contains("expected a velocity or a displacement, found volts"), "{message}");
-        assert!(message.contains("decoder's sensitivity; multiply by it (such as 125 mm/s per volt)"), "{message}");
+        assert!(message.contains("decoder's sensitivity; pass it as --scale '125 mm/s/V'"), "{message}");
         assert!(message.starts_with("vib.csv:2: column `"), "{message}");
     }
     let message = refused(&format!("Time,CH1\ns,Volt\n{}\n", rows(20).join("\n")));
@@ -250,7 +251,7 @@ fn uneven_sampling() {
     assert_eq!(
         refused(&file(HEADER, &lost)),
         "vib.csv:43: column `time_ms`: expected evenly spaced samples, one every 1.000000e-6 s within 5 % of that, found a step \
-         of 2.000000e-6 s; resample the record evenly, or restore the rows that were lost"
+         of 2.000000e-6 s; restore the rows that were lost, or pass --resample"
     );
     let message = refused(&with_row(40, "0.0401,1"));
     assert!(message.starts_with("vib.csv:43: column `time_ms`: expected evenly spaced samples"), "{message}");
@@ -268,22 +269,17 @@ fn binary_and_other_files() {
         (&b"PK\x03\x04rest"[..], "a zip archive or a spreadsheet (.xlsx)"),
         (b"\x89HDF\r\n", "an HDF5 file (or MATLAB 7.3)"),
         (b"time_s,v\n\x00\x01", "byte 0x00 at offset 9"),
-        (b"\xff\xfet\x00", "UTF-16 text"),
+        (b"\xff\xfet\x00\x00", "UTF-16 text with characters cut in half"),
     ] {
         assert_eq!(
             bench.refused_as(bytes, RecordKind::Vibrometer, &options),
-            format!("vib.csv: expected comma-separated text, found {found}; export the record as CSV text in UTF-8")
+            format!("vib.csv: expected text, found {found}; export the record as CSV text")
         );
     }
     assert_eq!(
-        bench.refused_as(b"# c\ntime_\xb5s,v\n", RecordKind::Vibrometer, &options),
-        "vib.csv:2: expected UTF-8 text, found byte 0xb5; save the file as UTF-8"
+        bench.refused_as(b"# c\ntime_\x9ds,v\n", RecordKind::Vibrometer, &options),
+        "vib.csv:2: expected UTF-8 text, found byte 0x9d; save the file as UTF-8"
     );
-    assert_eq!(
-        refused("# c\ntime_s;velocity_m_per_s\n0,0;1,5\n"),
-        "vib.csv:2: expected values separated by commas, found semicolons; export with commas and decimal points"
-    );
-    assert!(refused("time_s\tvelocity_m_per_s\n0\t1\n").contains("found tabs"));
 }
 
 #[test]

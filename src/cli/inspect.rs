@@ -25,7 +25,7 @@ use super::{
 #[derive(Debug, Args)]
 #[command(after_long_help = FORM)]
 pub struct Arguments {
-    /// A record (comma-separated text), or a TOML file of published features
+    /// A record (CSV or another export), or a TOML file of published features
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
     /// What was in front of the laser [default: told from the file's name and units]
@@ -119,6 +119,7 @@ struct Summary {
     recorded: RecordedQuantity,
     /// Unit of the numbers below.
     unit: &'static str,
+    form: String,
     columns: Vec<String>,
     time_column: String,
     time_unit: String,
@@ -177,6 +178,7 @@ impl Summary {
             kind: record.kind,
             recorded: record.recorded,
             unit: if record.kind == RecordKind::HornTip { "m" } else { "m/s" },
+            form: record.form.clone(),
             columns: record.columns.clone(),
             time_column: record.time_column.0.clone(),
             time_unit: record.time_column.1.clone(),
@@ -226,6 +228,7 @@ impl fmt::Display for Text<'_> {
         let row = |f: &mut fmt::Formatter<'_>, name: &str, text: String| writeln!(f, "  {name:<18}{text}");
         writeln!(f, "{}: a {} record", record.path.display(), record.kind.name())?;
         row(f, "sha-256", summary.sha256.clone())?;
+        row(f, "form", summary.form.clone())?;
         row(f, "columns", summary.columns.join(", "))?;
         row(f, "time", format!("`{}` in {}", summary.time_column, summary.time_unit))?;
         let integrated = if motion == recorded { "" } else { ", integrated to a displacement" };

@@ -3,7 +3,7 @@
 use clap::Args;
 
 use crate::{
-    measurement::{Baseline, Missing, ReadOptions},
+    measurement::{Baseline, DecimalSign, Delimiter, Missing, ReadOptions, Sensitivity, SensitivityError},
     signal::{Dimension, Quantity, QuantityError, Unit},
 };
 
@@ -42,6 +42,27 @@ pub struct ReadArguments {
     /// What is done about cells such as n/a
     #[arg(long, value_enum, default_value = "refuse", help_heading = "Reading")]
     pub missing: Missing,
+    /// What separates the values [default: told from the rows]
+    #[arg(long, value_enum, help_heading = "Reading")]
+    pub delimiter: Option<Delimiter>,
+    /// How decimals are written [default: told from the rows]
+    #[arg(long, value_enum, help_heading = "Reading")]
+    pub decimal: Option<DecimalSign>,
+    /// Sample rate of a file without a column of time, such as 5MHz
+    #[arg(long, value_name = "QUANTITY", value_parser = frequency, help_heading = "Reading")]
+    pub sample_rate: Option<f64>,
+    /// Sensitivity of the decoder, for a column in volts: '100 mm/s/V', '2 um/V'
+    #[arg(long, value_name = "QUANTITY", value_parser = sensitivity, help_heading = "Reading")]
+    pub scale: Option<Sensitivity>,
+    /// Full-scale value of the decoder, such as 1m/s, or 10V with --scale
+    #[arg(long, value_name = "QUANTITY", value_parser = range, help_heading = "Reading")]
+    pub range: Option<Quantity>,
+    /// Interpolate uneven samples onto an even grid
+    #[arg(long, help_heading = "Reading")]
+    pub resample: bool,
+    /// Function of a universal file, or segment of a file with several; from 1
+    #[arg(long, value_name = "N", help_heading = "Reading")]
+    pub dataset: Option<usize>,
 }
 
 impl ReadArguments {
@@ -60,6 +81,13 @@ impl ReadArguments {
             trigger: self.trigger,
             drive_frequency,
             missing: self.missing,
+            delimiter: self.delimiter,
+            decimal: self.decimal,
+            sample_rate: self.sample_rate,
+            scale: self.scale,
+            range: self.range,
+            resample: self.resample,
+            dataset: self.dataset,
         }
     }
 }
@@ -79,9 +107,12 @@ pub enum UnitError {
         /// What was given.
         found: Dimension,
     },
-    /// Volts.
-    #[error("volts need the decoder's sensitivity; convert the column to mm/s or um first")]
-    Volts,
+    /// Not above zero.
+    #[error("expected a range above zero, found `{found}`")]
+    NotPositive {
+        /// The text.
+        found: String,
+    },
 }
 
 fn time_unit(text: &str) -> Result<String, UnitError> {
@@ -93,9 +124,24 @@ fn time_unit(text: &str) -> Result<String, UnitError> {
 
 fn motion_unit(text: &str) -> Result<String, UnitError> {
     match Unit::parse(text)?.dimension {
-        Dimension::VELOCITY | Dimension::LENGTH => Ok(text.into()),
-        Dimension::VOLTAGE => Err(UnitError::Volts),
+        // Volts without --scale are refused where the record is read.
+        Dimension::VELOCITY | Dimension::LENGTH | Dimension::VOLTAGE => Ok(text.into()),
         found => Err(UnitError::Dimension { expected: "a velocity such as `mm/s` or a length such as `um`", found }),
+    }
+}
+
+fn sensitivity(text: &str) -> Result<Sensitivity, SensitivityError> {
+    Sensitivity::parse(text)
+}
+
+fn range(text: &str) -> Result<Quantity, UnitError> {
+    let quantity = Quantity::parse(text)?;
+    match quantity.dimension {
+        Dimension::VELOCITY | Dimension::LENGTH | Dimension::VOLTAGE if quantity.value > 0.0 => Ok(quantity),
+        Dimension::VELOCITY | Dimension::LENGTH | Dimension::VOLTAGE => {
+            Err(UnitError::NotPositive { found: text.into() })
+        }
+        found => Err(UnitError::Dimension { expected: "a range such as `1 m/s`, `50 um` or `10 V`", found }),
     }
 }
 

@@ -55,6 +55,12 @@ impl Column {
         if let Some((name, unit)) = header.split_once(" / ") {
             return with(name, unit);
         }
+        // Rohde & Schwarz: `in s`, `C1 in V`.
+        if let Some((name, unit)) = header.rsplit_once("in ").filter(|(name, _)| name.is_empty() || name.ends_with(' '))
+            && parse_unit(unit).is_ok()
+        {
+            return with(name, unit);
+        }
         for (at, separator) in header.match_indices(['_', ' ']) {
             let unit = &header[at + separator.len()..];
             // A pure number (`ch_1`) is part of the name.
@@ -95,25 +101,31 @@ const MOTION_NAMES: [&str; 10] = ["velocity", "vel", "v", "speed", "vib", "displ
 /// The columns to read, with their units in SI.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Chosen {
-    pub time: usize,
+    /// `None` where the rows have no time.
+    pub time: Option<usize>,
     pub value: usize,
     pub time_factor: f64,
+    /// Unit of the motion.
     pub value_unit: Unit,
+    /// Unit of the volts that `--scale` made a motion.
+    pub volts: Option<Unit>,
 }
 
-/// Find the column of time and that of the recorded quantity. Units given by flags are written into `columns`.
+/// Find the column of time and that of the recorded quantity. Units given by flags are written into `columns`. Rows whose
+/// instants are known (`timed`) need no column of time.
 pub(super) fn choose(
     path: &Path,
     line: u64,
     columns: &mut [Column],
     kind: RecordKind,
     options: &ReadOptions,
+    timed: bool,
 ) -> Result<Chosen, MeasurementError> {
     let headers = || columns.iter().map(|column| column.header.clone()).collect::<Vec<_>>();
     let header_line = || Place::line(path, line);
 
     let time = match &options.time_column {
-        Some(wanted) => find(path, line, columns, wanted, "--time-column")?,
+        Some(wanted) => Some(find(path, line, columns, wanted, "--time-column")?),
         None => {
             let by_unit = |column: &Column| column.dimension() == Some(Dimension::TIME);
             let by_name = |column: &Column| column.dimension().is_none() && column.is_named(&TIME_NAMES);
@@ -125,9 +137,10 @@ pub(super) fn choose(
                 }
             }
             match found[..] {
-                [only] => only,
+                [only] => Some(only),
                 // Two columns without names for either: the first is time when its unit is given.
-                [] if columns.len() == 2 && options.time_unit.is_some() && columns[0].unit.is_none() => 0,
+                [] if columns.len() == 2 && options.time_unit.is_some() && columns[0].unit.is_none() => Some(0),
+                [] if timed => None,
                 [] => return Err(MeasurementError::NoTime { place: header_line(), columns: headers() }),
                 _ => {
                     let candidates = found.iter().map(|&i| columns[i].header.clone()).collect();
@@ -140,7 +153,7 @@ pub(super) fn choose(
             }
         }
     };
-    if let Some(unit) = &options.time_unit {
+    if let (Some(unit), Some(time)) = (&options.time_unit, time) {
         columns[time].override_unit(unit);
     }
     let value = match &options.column {
@@ -151,39 +164,61 @@ pub(super) fn choose(
         columns[value].override_unit(unit);
     }
 
-    let time_unit = unit_of(path, line, &columns[time], "time_s", "--time-unit")?;
-    if time_unit.dimension != Dimension::TIME {
-        return Err(wrong(path, line, &columns[time], time_unit, "a time", "--time-column"));
+    let time_factor = match time {
+        None => 1.0,
+        Some(time) => {
+            let unit = unit_of(path, line, &columns[time], "time_s", "--time-unit")?;
+            if unit.dimension != Dimension::TIME {
+                return Err(wrong(path, line, &columns[time], unit, "a time", "--time-column"));
+            }
+            unit.factor
+        }
+    };
+    let column = &mut columns[value];
+    if options.scale.is_some() && column.unit.is_none() {
+        // A sensitivity is motion a volt: what it is given for is in volts.
+        column.override_unit("V");
     }
-    let value_unit = unit_of(path, line, &columns[value], "velocity_mm_per_s", "--unit")?;
+    let mut value_unit = unit_of(path, line, column, "velocity_mm_per_s", "--unit")?;
+    let volts = (value_unit.dimension == Dimension::VOLTAGE).then_some(value_unit);
+    value_unit = match (volts, options.scale) {
+        (Some(volts), Some(scale)) => scale.unit_of_motion(volts),
+        (None, Some(_)) => {
+            return Err(MeasurementError::ScaleWithoutVolts {
+                place: Place::cell(path, line, &column.header),
+                unit: column.unit_text.clone().unwrap_or_default(),
+            });
+        }
+        (_, None) => value_unit,
+    };
     match (value_unit.dimension, kind) {
         (Dimension::VELOCITY, _) | (Dimension::LENGTH, RecordKind::HornTip) => {}
         (Dimension::VOLTAGE, _) => {
             return Err(MeasurementError::Volts {
-                place: Place::cell(path, line, &columns[value].header),
-                unit: columns[value].unit_text.clone().unwrap_or_default(),
+                place: Place::cell(path, line, &column.header),
+                unit: column.unit_text.clone().unwrap_or_default(),
             });
         }
         (_, RecordKind::HornTip) => {
-            return Err(wrong(path, line, &columns[value], value_unit, "a displacement or a velocity", "--column"));
+            return Err(wrong(path, line, column, value_unit, "a displacement or a velocity", "--column"));
         }
         (_, RecordKind::Vibrometer) => {
-            return Err(wrong(path, line, &columns[value], value_unit, "a velocity", "--column"));
+            return Err(wrong(path, line, column, value_unit, "a velocity", "--column"));
         }
     }
-    Ok(Chosen { time, value, time_factor: time_unit.factor, value_unit })
+    Ok(Chosen { time, value, time_factor, value_unit, volts })
 }
 
 fn choose_value(
     path: &Path,
     line: u64,
     columns: &[Column],
-    time: usize,
+    time: Option<usize>,
     kind: RecordKind,
     options: &ReadOptions,
 ) -> Result<usize, MeasurementError> {
     let others = |accept: &dyn Fn(&Column) -> bool| -> Vec<usize> {
-        positions(columns, accept).into_iter().filter(|&i| i != time).collect()
+        positions(columns, accept).into_iter().filter(|&i| Some(i) != time).collect()
     };
     let fits = |column: &Column| match column.dimension() {
         Some(Dimension::VELOCITY) => true,
@@ -195,7 +230,10 @@ fn choose_value(
         // Nothing has a fitting unit: what has none yet, by name if names help.
         found = others(&|column| column.unit.is_none() && column.is_named(&MOTION_NAMES));
     }
-    if found.is_empty() && options.unit.is_some() {
+    if found.is_empty() && options.scale.is_some() {
+        found = others(&|column| column.dimension() == Some(Dimension::VOLTAGE));
+    }
+    if found.is_empty() && (options.unit.is_some() || options.scale.is_some()) {
         found = others(&|column| column.unit.is_none());
     }
     if found.is_empty() {
@@ -204,7 +242,7 @@ fn choose_value(
     if found.is_empty() {
         found = others(&|column| column.dimension() == Some(Dimension::VOLTAGE));
     }
-    if found.is_empty() && columns.len() == 2 {
+    if found.is_empty() && columns.len() == 1 + usize::from(time.is_some()) {
         found = others(&|_| true);
     }
     match found[..] {
@@ -311,13 +349,15 @@ mod tests {
             ("horn tip displacement nm", "horn tip displacement", Dimension::LENGTH, 1e-9),
             ("CH1 (V)", "CH1", Dimension::VOLTAGE, 1.0),
             ("Signal [mV]", "Signal", Dimension::VOLTAGE, 1e-3),
+            ("in s", "", Dimension::TIME, 1.0),
+            ("C1 in V", "C1", Dimension::VOLTAGE, 1.0),
         ] {
             let column = Column::from_header(header);
             assert_eq!(column.name, name, "{header}");
             let unit = column.unit.unwrap().unwrap();
             assert_eq!((unit.dimension, unit.factor), (dimension, factor), "{header}");
         }
-        for header in ["Time", "ch_1", "Velocity", "", "_", "( )", "bead_6"] {
+        for header in ["Time", "ch_1", "Velocity", "", "_", "( )", "bead_6", "Bead in front"] {
             assert!(Column::from_header(header).unit.is_none(), "{header}");
         }
         assert!(Column::from_header("velocity [furlong/s]").unit.unwrap().is_err());

@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use crate::signal::{Dimension, QuantityError};
 
-use super::RecordKind;
+use super::{DecimalSign, RecordKind};
 
 /// A file, and the line and column in it where they are known.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -101,7 +101,7 @@ pub enum MeasurementError {
         path: PathBuf,
     },
     /// Not a text file.
-    #[error("{}: expected comma-separated text, found {found}; export the record as CSV text in UTF-8", path.display())]
+    #[error("{}: expected text, found {found}; export the record as CSV text", path.display())]
     Binary {
         /// The file.
         path: PathBuf,
@@ -117,12 +117,140 @@ pub enum MeasurementError {
         byte: u8,
     },
     /// Another delimiter.
-    #[error("{place}: expected values separated by commas, found {delimiter}; export with commas and decimal points")]
+    #[error("{place}: expected {expected}, found {found}; {remedy}")]
     Delimiter {
         /// Where.
         place: Place,
+        /// What should separate the values.
+        expected: String,
         /// What separates the values.
-        delimiter: &'static str,
+        found: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// Decimal points and decimal commas in one table.
+    #[error(
+        "{place}: expected {} as in line {since}, found `{found}`; write all decimals alike and no thousands apart",
+        expected.name()
+    )]
+    MixedDecimals {
+        /// Where.
+        place: Place,
+        /// The decimals of the rows before.
+        expected: DecimalSign,
+        /// A line that has them.
+        since: u64,
+        /// The cell.
+        found: String,
+    },
+    /// A number that can be read in two ways.
+    #[error(
+        "{place}: expected a number that can be read in one way, found only such as `{found}`: a decimal or thousands set \
+         apart; pass --decimal {} if it is a decimal, else export without setting thousands apart",
+        if *sign == DecimalSign::Comma { "comma" } else { "point" }
+    )]
+    AmbiguousNumber {
+        /// Where.
+        place: Place,
+        /// The cell.
+        found: String,
+        /// The sign in it.
+        sign: DecimalSign,
+    },
+    /// A cell with a unit of its own.
+    #[error(
+        "{place}: expected a plain number, found `{found}` with a unit; a column has one unit, in its header: convert the \
+         cells to it"
+    )]
+    MixedUnits {
+        /// Which cell.
+        place: Place,
+        /// The cell.
+        found: String,
+    },
+    /// More columns than any instrument has channels.
+    #[error("{place}: expected at most {limit} columns, found {found}; check the delimiter (--delimiter)")]
+    TooManyColumns {
+        /// Where.
+        place: Place,
+        /// The most that are read.
+        limit: usize,
+        /// Columns found.
+        found: usize,
+    },
+    /// An instrument's preamble without something that it must have.
+    #[error("{place}: expected {wanted}, as {instrument} writes it, found none; export the record again")]
+    Preamble {
+        /// Where.
+        place: Place,
+        /// Whose preamble it begins like.
+        instrument: &'static str,
+        /// What is missing.
+        wanted: &'static str,
+    },
+    /// Several segments and no choice, or a choice that is not there.
+    #[error(
+        "{place}: expected one segment to read, found {count} of {size} samples each{}; choose one with --dataset 1…{count}",
+        wanted.map(|wanted| format!(" and no segment {wanted}")).unwrap_or_default()
+    )]
+    Segments {
+        /// Where.
+        place: Place,
+        /// How many there are.
+        count: usize,
+        /// Rows of each.
+        size: usize,
+        /// The one asked for.
+        wanted: Option<usize>,
+    },
+    /// `--dataset` for a file that holds one record.
+    #[error("{}: --dataset {wanted} names a function or a segment; the file is a plain table with one: leave --dataset out", path.display())]
+    NoDatasets {
+        /// The file.
+        path: PathBuf,
+        /// The number asked for.
+        wanted: usize,
+    },
+    /// Polytec's own files.
+    #[error(
+        "{}: expected text or a universal file, found a file in Polytec's own binary form ({extension}), which only Polytec's \
+         software reads; open it in PSV or VibSoft and export the time data as universal file (UFF 58) or as ASCII",
+        path.display()
+    )]
+    PolytecBinary {
+        /// The file.
+        path: PathBuf,
+        /// `.svd` or `.pvd`.
+        extension: String,
+    },
+    /// `--scale` for what is no voltage.
+    #[error("{place}: --scale is for a column in volts, found the unit `{unit}`; leave --scale out, or pass --unit V")]
+    ScaleWithoutVolts {
+        /// Which column.
+        place: Place,
+        /// The unit as written.
+        unit: String,
+    },
+    /// `--range` of another quantity than the record's.
+    #[error("{}: expected a --range in the record's own quantity or, with --scale, in volts, found `{found}`", path.display())]
+    WrongRange {
+        /// The file.
+        path: PathBuf,
+        /// The range.
+        found: String,
+    },
+    /// `--sample-rate` beside a column of time that says otherwise.
+    #[error(
+        "{place}: expected one sample every {expected:e} s (--sample-rate), found a column of time with one every {found:e} s; \
+         leave --sample-rate out, or correct --time-unit"
+    )]
+    RateDisagrees {
+        /// Which column.
+        place: Place,
+        /// The flag's step, s.
+        expected: f64,
+        /// The column's step, s.
+        found: f64,
     },
     /// The first row is no header.
     #[error(
@@ -154,7 +282,7 @@ pub enum MeasurementError {
     /// No column holds time.
     #[error(
         "{place}: expected a column of time such as `time_s`, found the columns {}; rename one, or pass --time-column \
-         and --time-unit",
+         and --time-unit, or --sample-rate if there is no time in the file",
         listed(columns)
     )]
     NoTime {
@@ -235,7 +363,7 @@ pub enum MeasurementError {
     /// A voltage says nothing about the motion.
     #[error(
         "{place}: expected a velocity or a displacement, found volts (`{unit}`), which need the decoder's sensitivity; \
-         multiply by it (such as 125 mm/s per volt) and name the unit in the header or with --unit"
+         pass it as --scale '125 mm/s/V'"
     )]
     Volts {
         /// Which column.
@@ -247,6 +375,7 @@ pub enum MeasurementError {
     #[error(
         "{place}: expected {expected} cells as in the header, found {found}{}",
         if *cut { "; the file ends in the middle of this line, so the transfer was cut short: copy it again, or delete the line" }
+        else if *commas { "; decimal commas cannot be told from commas between values: export with semicolons, or with decimal points" }
         else { "; complete the row or delete it" }
     )]
     Ragged {
@@ -258,12 +387,14 @@ pub enum MeasurementError {
         found: usize,
         /// Whether it is the last line and lacks its end.
         cut: bool,
+        /// Whether commas separate the cells and there are twice as many as there should be.
+        commas: bool,
     },
     /// Text where a number belongs.
     #[error(
         "{place}: expected a number, found `{found}`{}",
         if *cut { "; the file ends in the middle of this line, so the transfer was cut short: copy it again, or delete the line" }
-        else if found.contains(',') { "; write decimal points, not commas" }
+        else if found.contains(',') { "; write decimal points, not commas, or pass --decimal comma" }
         else { "; correct the cell or delete the row" }
     )]
     NotANumber {
@@ -322,7 +453,7 @@ pub enum MeasurementError {
     /// The samples are not evenly spaced.
     #[error(
         "{place}: expected evenly spaced samples, one every {expected:.6e} s within {:.0} % of that, found a step of \
-         {found:.6e} s; resample the record evenly, or restore the rows that were lost", 100.0 * tolerance
+         {found:.6e} s; restore the rows that were lost, or pass --resample", 100.0 * tolerance
     )]
     Uneven {
         /// Where the step departs most.
@@ -333,6 +464,21 @@ pub enum MeasurementError {
         found: f64,
         /// Tolerance as a fraction of the step, 1.
         tolerance: f64,
+    },
+    /// Samples too far apart to be interpolated.
+    #[error(
+        "{place}: expected steps of at most {limit} times the usual {median:.6e} s, found one of {found:.6e} s; what \
+         happened between cannot be interpolated: cut the record there"
+    )]
+    TooUneven {
+        /// Where the step departs most.
+        place: Place,
+        /// Median step, s.
+        median: f64,
+        /// The step found, s.
+        found: f64,
+        /// The longest that is interpolated across, in median steps.
+        limit: f64,
     },
     /// `--baseline pretrigger` without a pre-trigger.
     #[error(

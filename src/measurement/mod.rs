@@ -1,7 +1,7 @@
-//! What the lab recorded: the one CSV reader, horn-tip and vibrometer records, published features.
+//! What the lab recorded: the one reader of tables, horn-tip and vibrometer records, published features.
 //!
 //! ```text
-//! file ─ text ─ columns ─ even grid ─ sign, baseline ─ [integration] ─ t = 0 at the trigger, less the decoder's delay ─ Record
+//! file ─ text ─ dialect ─ columns ─ even grid ─ sign, baseline ─ [integration] ─ t = 0 at the trigger, less the decoder's delay ─ Record
 //! ```
 //!
 //! Everything that was assumed on the way is written down in [`Record::assumptions`]; everything that looks wrong but can be
@@ -10,19 +10,28 @@
 
 mod baseline;
 mod column;
+mod decimal;
+mod dialect;
+mod encoding;
 mod error;
 mod header;
 mod line;
+mod notes;
 mod options;
+mod preamble;
 mod published;
 mod read;
 mod record;
 mod sampling;
+mod scale;
 mod table;
 
+pub use decimal::DecimalSign;
+pub use dialect::Delimiter;
 pub use error::{MeasurementError, Place};
 pub use options::{Baseline, Missing, ReadOptions, RecordKind};
 pub use published::{PublishedCase, PublishedError, PublishedFeature, PublishedFeatures, Statement};
 pub use read::{inspect_record, read_record, read_record_bytes};
 pub use record::{Record, RecordedQuantity};
 pub use sampling::SAMPLING_TOLERANCE;
+pub use scale::{Sensitivity, SensitivityError};

@@ -1,5 +1,9 @@
 //! How a record is to be read, where the file does not say it.
 
+use crate::signal::Quantity;
+
+use super::{DecimalSign, Delimiter, Sensitivity};
+
 /// What was in front of the laser.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -74,4 +78,18 @@ pub struct ReadOptions {
     pub drive_frequency: Option<f64>,
     /// What is done about missing cells.
     pub missing: Missing,
+    /// What separates the values, where the file can be read in two ways.
+    pub delimiter: Option<Delimiter>,
+    /// How decimals are written, likewise.
+    pub decimal: Option<DecimalSign>,
+    /// Samples a second (Hz) of a file without a column of time; its first sample is at 0.
+    pub sample_rate: Option<f64>,
+    /// Sensitivity of the decoder, for a column in volts.
+    pub scale: Option<Sensitivity>,
+    /// Full-scale value of the decoder: velocity, length or, with a sensitivity, volts.
+    pub range: Option<Quantity>,
+    /// Whether uneven samples are interpolated onto an even grid.
+    pub resample: bool,
+    /// Which function of a universal file, or which segment, from 1.
+    pub dataset: Option<usize>,
 }

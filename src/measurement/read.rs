@@ -8,17 +8,15 @@ use std::{
 
 use sha2::{Digest, Sha256};
 
-use crate::signal::{Dimension, Series, integral};
+use crate::signal::{Dimension, integral};
 
 use super::{
     Baseline, MeasurementError, ReadOptions, Record, RecordKind, RecordedQuantity,
     baseline::{FEWEST_PERIODS, FEWEST_QUIET, mean_and_rms, plateau_mean, quiet_lead, without_drift},
-    header, line, sampling,
-    table::{self, Table},
+    header, line,
+    notes::{Notes, hertz, written},
+    sampling, table,
 };
-
-/// Lines shown by `inspect`.
-const FIRST_LINES: usize = 6;
 
 /// Read a record of a known kind.
 ///
@@ -92,16 +90,24 @@ pub fn read_record_bytes(
     kind: Option<RecordKind>,
     options: &ReadOptions,
 ) -> Result<Record, MeasurementError> {
-    let (table, kind) = table::read(path, bytes, kind, options)?;
-    let (start, step) = sampling::even_grid(path, &table)?;
+    if let Some(extension) = polytec_binary(path) {
+        return Err(MeasurementError::PolytecBinary { path: path.into(), extension });
+    }
+    let (mut table, kind) = table::read(path, bytes, kind, options)?;
+    let sampled = sampling::even_series(path, &mut table, options.resample)?;
     let said = header::stated(&table.comments);
     let mut notes = Notes::default();
-    for comment in &said.puzzling {
+    let instrument = table.form.preamble().is_some();
+    for comment in said.puzzling.iter().filter(|_| !instrument) {
         notes.warn(format!(
             "the comment `{comment}` was not understood and is ignored; write it as `# bandwidth: 1.5 MHz`"
         ));
     }
-    notes.about_table(&table);
+    notes.about_table(&table, options);
+    notes.about_sampling(path, &table, &sampled, options)?;
+    let mut raw = sampled.series;
+    let (start, step) = (raw.start, raw.step);
+    (table.times, table.lines) = (Vec::new(), Vec::new());
     let recorded = match table.chosen.value_unit.dimension {
         Dimension::LENGTH => RecordedQuantity::Displacement,
         _ => RecordedQuantity::Velocity,
@@ -135,7 +141,6 @@ pub fn read_record_bytes(
         (None, None) => notes.assume("decoder bandwidth: none stated, taken as beyond half the sample rate".into()),
     }
 
-    let mut raw = Series::new(start, step, table.values);
     // Rounded to nothing where the axis is meant to hold the trigger.
     let before_trigger = raw.values.len().min((((trigger - start) / step) - 1e-6).ceil().max(0.0) as usize);
     let pretrigger = quiet_lead(&raw.values, before_trigger);
@@ -209,12 +214,16 @@ pub fn read_record_bytes(
     series.start = start - trigger - delay;
     let noise_rms = mean_and_rms(&series.values[..pretrigger]).1;
     notes.about_clipping(&raw);
+    notes.about_range(path, &raw, &table, options)?;
+    notes.about_decimation(&raw, &table, bandwidth);
     raw.start = start;
 
     let name_and_unit = |i: usize| {
         let column = &table.columns[i];
         (column.header.clone(), column.unit_text.clone().unwrap_or_default())
     };
+    let mut statements = table.form.preamble().map(|preamble| preamble.statements.clone()).unwrap_or_default();
+    statements.append(&mut table.comments);
     let record = Record {
         path: path.into(),
         sha256: sha256(bytes),
@@ -230,10 +239,11 @@ pub fn read_record_bytes(
         trigger,
         stated_drive_frequency,
         columns: table.columns.iter().map(|column| column.header.clone()).collect(),
-        time_column: name_and_unit(table.chosen.time),
+        form: written(&table),
+        time_column: table.chosen.time.map_or_else(|| ("none".into(), "s".into()), name_and_unit),
         value_column: name_and_unit(table.chosen.value),
-        comments: table.comments,
-        first_lines: first_lines(bytes),
+        first_lines: table.first_lines,
+        comments: statements,
         interpolated: table.bridged,
         assumptions: notes.assumptions,
         warnings: notes.warnings,
@@ -248,94 +258,8 @@ pub fn read_record_bytes(
     Ok(record)
 }
 
-fn first_lines(bytes: &[u8]) -> Vec<String> {
-    let text = String::from_utf8_lossy(bytes);
-    text.trim_start_matches('\u{feff}')
-        .lines()
-        .filter(|line| !line.starts_with('#'))
-        .take(FIRST_LINES)
-        .map(str::to_owned)
-        .collect()
-}
-
-fn hertz(frequency: f64) -> String {
-    crate::signal::Quantity::new(frequency, Dimension::FREQUENCY).to_string()
-}
-
-/// What was assumed and what looks wrong.
-#[derive(Debug, Default)]
-struct Notes {
-    assumptions: Vec<String>,
-    warnings: Vec<String>,
-}
-
-impl Notes {
-    fn assume(&mut self, text: String) {
-        self.assumptions.push(text);
-    }
-
-    fn warn(&mut self, text: String) {
-        self.warnings.push(text);
-    }
-
-    /// Note a time and where it comes from; the time itself.
-    fn take(&mut self, what: &str, time: f64, from: &str) -> f64 {
-        self.assume(format!("{what} {:.6} µs ({from})", time * 1e6));
-        time
-    }
-
-    fn about_table(&mut self, table: &Table) {
-        if table.header_line.is_none() {
-            self.assume("no header: columns known by number, units by --time-unit and --unit".into());
-        }
-        if let Some(line) = table.units_line {
-            self.assume(format!("line {line} is a row of units"));
-        }
-        if table.bridged > 0 {
-            self.assume(format!("{} missing cells bridged by straight lines (--missing interpolate)", table.bridged));
-        }
-        if table.open_end {
-            self.warn(
-                "the last line has no line end: its last number may be cut short; compare it with the original, or delete \
-                 the line"
-                    .into(),
-            );
-        }
-    }
-
-    /// Runs of one extreme value that are entered by a jump.
-    fn about_clipping(&mut self, raw: &Series) {
-        let values = &raw.values;
-        let (low, high) =
-            values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)));
-        if !(high > low) {
-            self.warn(
-                "every sample has the same value: the input may be disconnected, or the wrong column was read".into(),
-            );
-            return;
-        }
-        let finest = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
-        for (extreme, which) in [(high, "largest"), (low, "smallest")] {
-            let (mut runs, mut longest, mut i) = (0, 0, 0);
-            while i < values.len() {
-                if values[i] != extreme {
-                    i += 1;
-                    continue;
-                }
-                let past = values[i..].iter().position(|x| *x != extreme).map_or(values.len(), |n| i + n);
-                let entry = if i > 0 { (values[i - 1] - extreme).abs() } else { 0.0 };
-                if past - i >= 3 && entry > 3.0 * finest {
-                    runs += 1;
-                    longest = longest.max(past - i);
-                }
-                i = past;
-            }
-            if runs >= 2 || longest >= 5 {
-                self.warn(format!(
-                    "the {which} value occurs in {runs} flat run(s) of up to {longest} samples: the input was probably \
-                     clipped, so peaks are too small; record with a larger range"
-                ));
-            }
-        }
-    }
+/// The extension of a file in Polytec's own binary form.
+fn polytec_binary(path: &Path) -> Option<String> {
+    let extension = path.extension()?.to_str()?.to_lowercase();
+    ["svd", "pvd"].contains(&extension.as_str()).then(|| format!(".{extension}"))
 }

@@ -57,6 +57,8 @@ pub struct Record {
     pub trigger: f64,
     /// Drive frequency stated by the options or the header, Hz.
     pub stated_drive_frequency: Option<f64>,
+    /// How the file is written: delimiter, decimals, encoding, whose preamble.
+    pub form: String,
     /// Headers of all columns.
     pub columns: Vec<String>,
     /// Header and unit of the time column.

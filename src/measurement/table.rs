@@ -1,42 +1,94 @@
-//! The one CSV reader: bytes → two columns of numbers in SI, with the line of whatever is wrong.
+//! The one reader of tables: bytes → two columns of numbers in SI, with the line of whatever is wrong.
 //!
-//! Comma-separated text in UTF-8, with or without a byte-order mark, lines ended by LF or CR LF. Lines that begin with
-//! `#` are comments and are kept. The first other line is the header; a line of units may follow it. Blank lines are
-//! passed over. Memory: the file itself and 24 bytes a row.
+//! Text in any [`encoding`](super::encoding) and [`dialect`](super::dialect), below the preamble of an instrument or not,
+//! lines ended by LF or CR LF. Lines that begin with `#` are comments and are kept. The first other line is the header; a
+//! line of units may follow it. Blank lines are passed over. Memory: the file itself and 24 bytes a row.
 
 use std::path::Path;
 
 use csv::{ByteRecord, ReaderBuilder};
 
+use crate::signal::Quantity;
+
 use super::{
-    MeasurementError, Missing, Place, ReadOptions, RecordKind,
-    column::{Chosen, Column, choose},
+    DecimalSign, Delimiter, MeasurementError, Missing, Place, ReadOptions, RecordKind,
+    column::{Chosen, Column, choose, parse_unit},
+    decimal::number,
+    dialect::{self, Dialect},
+    encoding::{self, Decoded, Encoding},
+    preamble::{self, Preamble},
 };
 
+/// Lines shown by `inspect`, and letters of each.
+const FIRST_LINES: usize = 6;
+const LONGEST_LINE: usize = 160;
+/// Letters of a cell that a message shows.
+const LONGEST_CELL: usize = 40;
+/// Most columns of a table.
+const MOST_COLUMNS: usize = 1000;
+/// Most comments that are kept.
+const MOST_COMMENTS: usize = 10_000;
 /// Most missing cells in a row that are bridged.
 const BRIDGED: usize = 5;
 
 /// What stands in a record's file.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Table {
+    pub form: Form,
+    /// The first lines that are no comments.
+    pub first_lines: Vec<String>,
     /// Comment lines without the `#`.
     pub comments: Vec<String>,
-    /// Line of the header; `None` if there was none.
-    pub header_line: Option<u64>,
-    /// Line of the units row, if there was one.
-    pub units_line: Option<u64>,
     pub columns: Vec<Column>,
     pub chosen: Chosen,
-    /// Times, s.
+    /// Times, s; none where `grid` says them.
     pub times: Vec<f64>,
+    /// First instant and step (s) of rows without a time.
+    pub grid: Option<(f64, f64)>,
     /// Values, SI.
     pub values: Vec<f64>,
-    /// Line of each sample.
+    /// Line of each sample, where there are lines.
     pub lines: Vec<u64>,
     /// Cells that were interpolated.
     pub bridged: usize,
     /// Whether the last line has no line end.
     pub open_end: bool,
+}
+
+/// How a file is written.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Form {
+    Text(Box<TextForm>),
+}
+
+impl Form {
+    pub(super) fn text(&self) -> Option<&TextForm> {
+        match self {
+            Self::Text(form) => Some(form),
+        }
+    }
+
+    pub(super) fn preamble(&self) -> Option<&Preamble> {
+        self.text().and_then(|form| form.preamble.as_ref())
+    }
+}
+
+/// How a table of text is written.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct TextForm {
+    pub encoding: Encoding,
+    /// Line and byte of the first character that is no UTF-8.
+    pub foreign: Option<(u64, u8)>,
+    pub dialect: Dialect,
+    pub preamble: Option<Preamble>,
+    /// Line of the header; `None` if there was none.
+    pub header_line: Option<u64>,
+    /// Line of the units row, if there was one.
+    pub units_line: Option<u64>,
+    /// Whether every row ends with a delimiter.
+    pub trailing: bool,
+    /// The segment read, and how many there are.
+    pub segment: Option<(usize, usize)>,
 }
 
 /// A row of cells and its line.
@@ -49,9 +101,11 @@ struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    fn new(bytes: &'a [u8]) -> Self {
-        let reader = ReaderBuilder::new().has_headers(false).flexible(true).comment(Some(b'#')).from_reader(bytes);
-        Self { bytes, reader, record: ByteRecord::new(), counted_to: 0, line: 1 }
+    fn new(bytes: &'a [u8], first: u64, delimiter: Delimiter) -> Self {
+        let mut builder = ReaderBuilder::new();
+        builder.has_headers(false).flexible(true).comment(Some(b'#')).delimiter(delimiter.byte());
+        let reader = builder.from_reader(bytes);
+        Self { bytes, reader, record: ByteRecord::new(), counted_to: 0, line: first }
     }
 
     /// Read the next row that is not blank; false at the end.
@@ -85,19 +139,18 @@ fn open_end(bytes: &[u8]) -> bool {
 }
 
 fn text(cell: &[u8]) -> &str {
-    // The whole input has been checked to be UTF-8, and commas and quotes never split a character.
+    // The whole input is UTF-8, and delimiters and quotes never split a character.
     std::str::from_utf8(cell).unwrap_or_default().trim()
 }
 
-fn is_missing(cell: &str) -> bool {
-    matches!(
-        cell.to_lowercase().as_str(),
-        "" | "n/a" | "na" | "nan" | "-nan" | "+nan" | "-" | "--" | "null" | "none" | "missing"
-    )
-}
-
-fn number(cell: &str) -> Option<f64> {
-    cell.parse().ok()
+pub(super) fn is_missing(cell: &str) -> bool {
+    // Nearly every cell begins like a number: the rest is looked at letter by letter.
+    if cell.starts_with(|letter: char| letter.is_ascii_digit()) {
+        return false;
+    }
+    ["", "n/a", "na", "nan", "-nan", "+nan", "-", "--", "null", "none", "missing"]
+        .iter()
+        .any(|word| cell.eq_ignore_ascii_case(word))
 }
 
 /// Read the columns that `options` and the header choose.
@@ -107,77 +160,80 @@ pub(super) fn read(
     kind: impl Into<Option<RecordKind>>,
     options: &ReadOptions,
 ) -> Result<(Table, RecordKind), MeasurementError> {
-    let text = decode(path, bytes)?;
-    let comments = text
-        .lines()
-        .filter_map(|line| line.strip_prefix('#'))
-        .map(|comment| comment.trim_start_matches('#').trim().to_owned())
-        .collect();
-    let bytes = text.as_bytes();
-    let mut rows = Rows::new(bytes);
+    let Decoded { text, encoding, foreign } = encoding::decode(path, bytes)?;
+    let preamble = preamble::recognise(path, &text)?;
+    let (body, first_line) = preamble.as_ref().map_or((0, 1), |it| (it.body, it.body_line.max(1)));
+    let body = text.get(body..).unwrap_or_default();
+    let dialect = dialect::detect(path, body, first_line, options)?;
+    let comments = text.lines().filter_map(|line| line.strip_prefix('#')).take(MOST_COMMENTS);
+    let comments = comments.map(|comment| comment.trim_start_matches('#').trim().to_owned()).collect();
+
+    let first_lines = text.lines().filter(|line| !line.starts_with('#')).take(FIRST_LINES);
+    let first_lines = first_lines.map(|line| shortened(line, LONGEST_LINE)).collect();
+
+    let bytes = body.as_bytes();
+    let mut rows = Rows::new(bytes, first_line, dialect.delimiter);
     if !rows.advance() {
         return Err(MeasurementError::Empty { path: path.into() });
     }
-    let first = rows.cells();
-    refuse_delimiters(path, rows.line, text)?;
-
-    let mut line = rows.line;
-    let (mut columns, mut header_line, mut pending) = (Vec::new(), None, true);
-    if first.iter().any(|cell| number(cell).is_some())
-        && first.iter().all(|cell| number(cell).is_some() || is_missing(cell))
-    {
-        if options.time_unit.is_none() || options.unit.is_none() {
-            return Err(MeasurementError::NoHeader { place: Place::line(path, line), found: first.join(",") });
-        }
-        // Without a header the columns are known by their numbers.
-        columns.extend((1..=first.len()).map(|number| Column::from_header(&number.to_string())));
-    } else {
-        columns.extend(first.iter().map(|cell| Column::from_header(cell)));
-        header_line = Some(line);
-        pending = rows.advance();
-        if !pending {
-            return Err(MeasurementError::NoRows { place: Place::line(path, line) });
-        }
-    }
-    let mut units_line = None;
-    let second = rows.cells();
-    // A row of units: no cell is a number, at least one looks like a unit, none begins like a number.
-    let wordy =
-        |cell: &String| !is_missing(cell) && !cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
-    if header_line.is_some()
-        && second.len() == columns.len()
-        && second.iter().all(|cell| cell.is_empty() || wordy(cell))
-        && columns.iter().zip(&second).filter(|(column, cell)| column.unit.is_none() && !cell.is_empty()).count() * 2
-            >= columns.iter().filter(|column| column.unit.is_none()).count().max(1)
-    {
-        for (column, cell) in columns.iter_mut().zip(&second) {
-            column.add_unit_cell(cell);
-        }
-        (units_line, line) = (Some(rows.line), rows.line);
-        pending = rows.advance();
-        if !pending {
-            return Err(MeasurementError::NoRows { place: Place::line(path, line) });
-        }
-    }
+    let header = Header::read(path, &mut rows, preamble.as_ref(), dialect, options)?;
+    let Header { mut columns, line: header_line, units_line } = header;
     let kind = kind.into().unwrap_or_else(|| guess_kind(path, &columns, options));
-    let header_at = header_line.unwrap_or(line);
-    let chosen = choose(path, units_line.unwrap_or(header_at), &mut columns, kind, options)?;
+    let header_at = units_line.or(header_line).unwrap_or(rows.line);
+    let grid = preamble.as_ref().and_then(|preamble| preamble.grid);
+    let grid = grid.or_else(|| options.sample_rate.map(|rate| (0.0, 1.0 / rate)));
+    let chosen = choose(path, header_at, &mut columns, kind, options, grid.is_some())?;
 
+    let mut segment = None;
+    let mut passed_over = 0;
+    if let Some((count, size)) = preamble.as_ref().and_then(|preamble| preamble.segments).filter(|it| it.0 > 1) {
+        match options.dataset {
+            Some(wanted) if (1..=count).contains(&wanted) => {
+                segment = Some((wanted, count));
+                passed_over = (wanted - 1).saturating_mul(size);
+            }
+            wanted => return Err(MeasurementError::Segments { place: Place::line(path, 2), count, size, wanted }),
+        }
+    } else if let Some(wanted) = options.dataset.filter(|wanted| *wanted != 1) {
+        return Err(MeasurementError::NoDatasets { path: path.into(), wanted });
+    }
+    let longest = match (segment, preamble.as_ref().and_then(|preamble| preamble.segments)) {
+        (Some(_), Some((_, size))) => size,
+        _ => usize::MAX,
+    };
+
+    let trailing =
+        rows.record.len() == columns.len() + 1 && rows.record.iter().next_back().is_some_and(<[u8]>::is_empty);
+    let expected = (bytes.len() / 24).min(longest);
     let mut table = Table {
+        form: Form::Text(Box::new(TextForm {
+            encoding,
+            foreign,
+            dialect,
+            preamble,
+            header_line,
+            units_line,
+            trailing,
+            segment,
+        })),
+        first_lines,
         comments,
-        header_line,
-        units_line,
         columns,
+        times: Vec::with_capacity(if chosen.time.is_some() { expected } else { 0 }),
+        grid: grid.filter(|_| chosen.time.is_none()),
         chosen,
-        times: Vec::with_capacity(bytes.len() / 24),
-        values: Vec::with_capacity(bytes.len() / 24),
-        lines: Vec::with_capacity(bytes.len() / 24),
+        values: Vec::with_capacity(expected),
+        lines: Vec::with_capacity(expected),
         bridged: 0,
         open_end: open_end(bytes),
     };
-    let mut gap = 0;
-    while pending {
-        table.take(path, &rows, options.missing, &mut gap)?;
+    let taking = Taking { path, dialect, trailing, missing: options.missing };
+    let (mut gap, mut pending, mut row) = (0, true, 0);
+    while pending && row < passed_over.saturating_add(longest) {
+        if row >= passed_over {
+            table.take(&taking, &rows, &mut gap)?;
+        }
+        row += 1;
         pending = rows.advance();
     }
     if gap > 0 {
@@ -187,38 +243,120 @@ pub(super) fn read(
     Ok((table, kind))
 }
 
+/// The columns and where they stand.
+struct Header {
+    columns: Vec<Column>,
+    line: Option<u64>,
+    units_line: Option<u64>,
+}
+
+impl Header {
+    /// From the first row; afterwards `rows` stands at the first row of numbers.
+    fn read(
+        path: &Path,
+        rows: &mut Rows<'_>,
+        preamble: Option<&Preamble>,
+        dialect: Dialect,
+        options: &ReadOptions,
+    ) -> Result<Self, MeasurementError> {
+        let found = rows.record.len();
+        if found > MOST_COLUMNS {
+            let place = Place::line(path, rows.line);
+            return Err(MeasurementError::TooManyColumns { place, limit: MOST_COLUMNS, found });
+        }
+        let mut header = Self { columns: Vec::new(), line: None, units_line: None };
+        let first = rows.cells();
+        let number = |cell: &String| number(cell, dialect.decimal).is_some();
+        if let Some(names) = preamble.and_then(|preamble| preamble.header.as_ref()) {
+            header.columns.extend(names.iter().map(|name| Column::from_header(name)));
+        } else if first.iter().any(number) && first.iter().all(|cell| number(cell) || is_missing(cell)) {
+            let timed = options.time_unit.is_some() || options.sample_rate.is_some();
+            if !timed || (options.unit.is_none() && options.scale.is_none()) {
+                let found = first.join(&dialect.delimiter.character().to_string());
+                return Err(MeasurementError::NoHeader { place: Place::line(path, rows.line), found });
+            }
+            // Without a header the columns are known by their numbers.
+            header.columns.extend((1..=first.len()).map(|number| Column::from_header(&number.to_string())));
+        } else {
+            header.columns.extend(first.iter().map(|cell| Column::from_header(cell)));
+            header.line = Some(rows.line);
+            header.next(path, rows)?;
+            header.take_units(path, rows)?;
+        }
+        if let Some((time, other)) = preamble.and_then(|preamble| preamble.units.as_ref()) {
+            for column in header.columns.iter_mut().filter(|column| !column.header.is_empty()) {
+                let is_time = column.name.to_lowercase().starts_with("time");
+                column.add_unit_cell(if is_time { time } else { other });
+            }
+        }
+        Ok(header)
+    }
+
+    fn next(&self, path: &Path, rows: &mut Rows<'_>) -> Result<(), MeasurementError> {
+        let line = rows.line;
+        if rows.advance() { Ok(()) } else { Err(MeasurementError::NoRows { place: Place::line(path, line) }) }
+    }
+
+    /// A row of units: no cell is a number, at least one looks like a unit, none begins like a number.
+    fn take_units(&mut self, path: &Path, rows: &mut Rows<'_>) -> Result<(), MeasurementError> {
+        let cells = rows.cells();
+        let wordy =
+            |cell: &String| !is_missing(cell) && !cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+        let without = self.columns.iter().filter(|column| column.unit.is_none()).count();
+        let given = self.columns.iter().zip(&cells).filter(|(column, cell)| column.unit.is_none() && !cell.is_empty());
+        if cells.len() == self.columns.len()
+            && cells.iter().all(|cell| cell.is_empty() || wordy(cell))
+            && given.count() * 2 >= without.max(1)
+        {
+            for (column, cell) in self.columns.iter_mut().zip(&cells) {
+                column.add_unit_cell(cell);
+            }
+            self.units_line = Some(rows.line);
+            self.next(path, rows)?;
+        }
+        Ok(())
+    }
+}
+
+/// How rows are taken.
+struct Taking<'a> {
+    path: &'a Path,
+    dialect: Dialect,
+    /// Whether every row ends with a delimiter.
+    trailing: bool,
+    missing: Missing,
+}
+
 impl Table {
     fn cell(&self, path: &Path, line: u64, column: usize) -> Place {
         Place::cell(path, line, &self.columns[column].header)
     }
 
-    fn take(
-        &mut self,
-        path: &Path,
-        rows: &Rows<'_>,
-        missing: Missing,
-        gap: &mut usize,
-    ) -> Result<(), MeasurementError> {
-        if rows.record.len() != self.columns.len() {
+    fn take(&mut self, taking: &Taking<'_>, rows: &Rows<'_>, gap: &mut usize) -> Result<(), MeasurementError> {
+        let path = taking.path;
+        if rows.record.len() != self.columns.len() + usize::from(taking.trailing) {
             return Err(MeasurementError::Ragged {
                 place: Place::line(path, rows.line),
                 expected: self.columns.len(),
                 found: rows.record.len(),
                 cut: rows.is_cut(),
+                commas: taking.dialect.delimiter == Delimiter::Comma && rows.record.len() == 2 * self.columns.len(),
             });
         }
-        let time = self.number(path, rows, self.chosen.time)? * self.chosen.time_factor;
-        if let Some(&previous) = self.times.last() {
-            // Written so that it also catches what cannot be compared.
-            if !(time > previous) {
-                let place = self.cell(path, rows.line, self.chosen.time);
-                return Err(MeasurementError::TimeNotIncreasing { place, previous, found: time });
+        if let Some(column) = self.chosen.time {
+            let time = self.number(taking, rows, column)? * self.chosen.time_factor;
+            if let Some(&previous) = self.times.last() {
+                // Written so that it also catches what cannot be compared.
+                if !(time > previous) {
+                    let place = self.cell(path, rows.line, column);
+                    return Err(MeasurementError::TimeNotIncreasing { place, previous, found: time });
+                }
             }
+            self.times.push(time);
         }
-        self.times.push(time);
         self.lines.push(rows.line);
         let cell = text(rows.record.get(self.chosen.value).unwrap_or_default());
-        if missing == Missing::Interpolate && is_missing(cell) {
+        if taking.missing == Missing::Interpolate && is_missing(cell) {
             *gap += 1;
             if *gap > BRIDGED || self.values.is_empty() {
                 let place = self.cell(path, rows.line, self.chosen.value);
@@ -226,7 +364,7 @@ impl Table {
             }
             return Ok(());
         }
-        let value = self.number(path, rows, self.chosen.value)? * self.chosen.value_unit.factor;
+        let value = self.number(taking, rows, self.chosen.value)? * self.chosen.value_unit.factor;
         if *gap > 0 {
             let before = self.values[self.values.len() - 1];
             for i in 1..=*gap {
@@ -239,67 +377,41 @@ impl Table {
         Ok(())
     }
 
-    fn number(&self, path: &Path, rows: &Rows<'_>, column: usize) -> Result<f64, MeasurementError> {
+    fn number(&self, taking: &Taking<'_>, rows: &Rows<'_>, column: usize) -> Result<f64, MeasurementError> {
         let cell = text(rows.record.get(column).unwrap_or_default());
-        let place = || self.cell(path, rows.line, column);
+        let place = || self.cell(taking.path, rows.line, column);
         if is_missing(cell) {
             return Err(MeasurementError::MissingValue { place: place(), found: cell.into() });
         }
-        match number(cell) {
+        match number(cell, taking.dialect.decimal) {
             Some(value) if value.is_finite() => Ok(value),
             Some(_) => Err(MeasurementError::Infinite { place: place(), found: cell.into() }),
-            None => Err(MeasurementError::NotANumber { place: place(), found: shortened(cell), cut: rows.is_cut() }),
+            None => Err(self.no_number(taking, rows, place(), cell)),
         }
+    }
+
+    /// Why `cell` is no number.
+    fn no_number(&self, taking: &Taking<'_>, rows: &Rows<'_>, place: Place, cell: &str) -> MeasurementError {
+        let Dialect { delimiter, decimal } = taking.dialect;
+        let found = shortened(cell, LONGEST_CELL);
+        let other = decimal.other().character();
+        let opposite = number(&cell.replace([',', '.'], ""), DecimalSign::Point).is_some();
+        if cell.contains(other) && opposite && (delimiter != Delimiter::Comma || decimal == DecimalSign::Comma) {
+            let since = self.lines.first().copied().unwrap_or(rows.line);
+            return MeasurementError::MixedDecimals { place, expected: decimal, since, found };
+        }
+        if Quantity::parse(&cell.replacen(decimal.character(), ".", 1)).is_ok() || parse_unit(cell).is_ok() {
+            return MeasurementError::MixedUnits { place, found };
+        }
+        MeasurementError::NotANumber { place, found, cut: rows.is_cut() }
     }
 }
 
-fn shortened(cell: &str) -> String {
-    const LONGEST: usize = 40;
-    if cell.chars().count() <= LONGEST { cell.into() } else { cell.chars().take(LONGEST).chain(['…']).collect() }
-}
-
-/// Bytes → text without byte-order mark, or what else the bytes seem to be.
-fn decode<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, MeasurementError> {
-    let binary = |found: &str| MeasurementError::Binary { path: path.into(), found: found.into() };
-    for (magic, what) in [
-        (&b"PK\x03\x04"[..], "a zip archive or a spreadsheet (.xlsx)"),
-        (b"\xd0\xcf\x11\xe0", "an old spreadsheet (.xls)"),
-        (b"\x89HDF", "an HDF5 file (or MATLAB 7.3)"),
-        (b"MATLAB 5.0", "a MATLAB file"),
-        (b"RIFF", "a RIFF (WAV) file"),
-        (b"\x1f\x8b", "gzip-compressed data"),
-        (b"\xff\xfe", "UTF-16 text"),
-        (b"\xfe\xff", "UTF-16 text"),
-    ] {
-        if bytes.starts_with(magic) {
-            return Err(binary(what));
-        }
+fn shortened(text: &str, longest: usize) -> String {
+    match text.char_indices().nth(longest) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.into(),
     }
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    if bytes.trim_ascii().is_empty() {
-        return Err(MeasurementError::Empty { path: path.into() });
-    }
-    let odd = |byte: u8| (byte < 0x20 && !matches!(byte, b'\t' | b'\n' | b'\r' | 0x0c)) || byte == 0x7f;
-    if let Some(at) = bytes.iter().position(|&byte| odd(byte)) {
-        return Err(binary(&format!("byte 0x{:02x} at offset {at}", bytes[at])));
-    }
-    std::str::from_utf8(bytes).map_err(|error| {
-        let at = error.valid_up_to();
-        let line = 1 + bytes[..at].iter().filter(|&&byte| byte == b'\n').count() as u64;
-        MeasurementError::NotUtf8 { place: Place::line(path, line), byte: bytes[at] }
-    })
-}
-
-/// Semicolons or tabs in the first line that is no comment.
-fn refuse_delimiters(path: &Path, line: u64, text: &str) -> Result<(), MeasurementError> {
-    let header = text.lines().find(|line| !line.starts_with('#') && !line.trim().is_empty()).unwrap_or_default();
-    let commas = header.matches(',').count();
-    for (delimiter, name) in [(';', "semicolons"), ('\t', "tabs")] {
-        if header.matches(delimiter).count() > commas {
-            return Err(MeasurementError::Delimiter { place: Place::line(path, line), delimiter: name });
-        }
-    }
-    Ok(())
 }
 
 /// A record of unsaid kind is a horn-tip record if it is named so or holds no velocity but a displacement.
@@ -312,6 +424,10 @@ fn guess_kind(path: &Path, columns: &[Column], options: &ReadOptions) -> RecordK
     let dimension =
         |column: &Column| column.unit.as_ref().and_then(|unit| unit.as_ref().ok()).map(|unit| unit.dimension);
     let has = |wanted| columns.iter().any(|column| dimension(column) == Some(wanted));
+    if let Some(scale) = options.scale {
+        let length = scale.motion() == Dimension::LENGTH;
+        return if named_horn || length { RecordKind::HornTip } else { RecordKind::Vibrometer };
+    }
     let flag = options.unit.as_deref().and_then(|unit| super::column::parse_unit(unit).ok()).map(|unit| unit.dimension);
     let displacement = match flag {
         Some(dimension) => dimension == Dimension::LENGTH,

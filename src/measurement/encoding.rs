@@ -1,0 +1,163 @@
+//! Bytes → text: UTF-8 with or without byte-order mark, UTF-16 of either byte order, Windows-1252.
+
+use std::{borrow::Cow, path::Path};
+
+use encoding_rs::{UTF_16BE, UTF_16LE, WINDOWS_1252};
+
+use super::{MeasurementError, Place};
+
+/// How the characters of a file are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Utf8,
+    Utf8Marked,
+    Utf16Le,
+    Utf16Be,
+    Windows1252,
+}
+
+impl Encoding {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Utf8 => "UTF-8",
+            Self::Utf8Marked => "UTF-8 with byte-order mark",
+            Self::Utf16Le => "UTF-16 little-endian",
+            Self::Utf16Be => "UTF-16 big-endian",
+            Self::Windows1252 => "Windows-1252",
+        }
+    }
+}
+
+/// A file's text without byte-order mark.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Decoded<'a> {
+    pub text: Cow<'a, str>,
+    pub encoding: Encoding,
+    /// Line and byte of the first character that is no UTF-8, where Windows-1252 was taken in its place.
+    pub foreign: Option<(u64, u8)>,
+}
+
+/// Beginnings of files that are no text.
+const MAGIC: [(&[u8], &str); 6] = [
+    (b"PK\x03\x04", "a zip archive or a spreadsheet (.xlsx)"),
+    (b"\xd0\xcf\x11\xe0", "an old spreadsheet (.xls)"),
+    (b"\x89HDF", "an HDF5 file (or MATLAB 7.3)"),
+    (b"MATLAB 5.0", "a MATLAB file"),
+    (b"RIFF", "a RIFF (WAV) file"),
+    (b"\x1f\x8b", "gzip-compressed data"),
+];
+
+/// Bytes → text, or what else the bytes seem to be. UTF-8 costs no copy.
+///
+/// Bytes that are no UTF-8 are read as Windows-1252 (where µ is 0xb5), unless one of them means nothing there: a foreign
+/// character in a name or a comment does no harm, and within a unit or a number it is refused later.
+pub(super) fn decode<'a>(path: &Path, bytes: &'a [u8]) -> Result<Decoded<'a>, MeasurementError> {
+    let binary = |found: &str| MeasurementError::Binary { path: path.into(), found: found.into() };
+    if let Some((_, what)) = MAGIC.iter().find(|(magic, _)| bytes.starts_with(magic)) {
+        return Err(binary(what));
+    }
+    let plain = |text, encoding| Decoded { text, encoding, foreign: None };
+    if let Some((encoding, name)) = sixteen_bits(bytes) {
+        let (text, broken) = encoding.decode_with_bom_removal(bytes);
+        if broken {
+            return Err(binary("UTF-16 text with characters cut in half"));
+        }
+        refuse_control(path, text.as_bytes())?;
+        return Ok(plain(text, name));
+    }
+    let marked = bytes.strip_prefix(b"\xef\xbb\xbf");
+    let (bytes, encoding) = marked.map_or((bytes, Encoding::Utf8), |rest| (rest, Encoding::Utf8Marked));
+    refuse_control(path, bytes)?;
+    let error = match std::str::from_utf8(bytes) {
+        Ok(text) => return Ok(plain(Cow::Borrowed(text), encoding)),
+        Err(error) => error,
+    };
+    let at = error.valid_up_to();
+    let line = line_of(bytes, at);
+    let undefined = bytes.iter().position(|byte| matches!(byte, 0x81 | 0x8d | 0x8f | 0x90 | 0x9d));
+    if let Some(at) = undefined.or(marked.is_some().then_some(at)) {
+        return Err(MeasurementError::NotUtf8 { place: Place::line(path, line_of(bytes, at)), byte: bytes[at] });
+    }
+    let (text, _) = WINDOWS_1252.decode_without_bom_handling(bytes);
+    Ok(Decoded { text, encoding: Encoding::Windows1252, foreign: Some((line, bytes[at])) })
+}
+
+fn line_of(bytes: &[u8], at: usize) -> u64 {
+    1 + bytes[..at].iter().filter(|&&byte| byte == b'\n').count() as u64
+}
+
+/// UTF-16 by its mark, or because every other byte of the beginning is zero.
+fn sixteen_bits(bytes: &[u8]) -> Option<(&'static encoding_rs::Encoding, Encoding)> {
+    const LOOKED_AT: usize = 64;
+    if bytes.starts_with(b"\xff\xfe") {
+        return Some((UTF_16LE, Encoding::Utf16Le));
+    }
+    if bytes.starts_with(b"\xfe\xff") {
+        return Some((UTF_16BE, Encoding::Utf16Be));
+    }
+    let pairs = bytes[..bytes.len().min(LOOKED_AT)].chunks_exact(2);
+    if pairs.len() < 4 {
+        return None;
+    }
+    if pairs.clone().all(|pair| pair[0] != 0 && pair[1] == 0) {
+        return Some((UTF_16LE, Encoding::Utf16Le));
+    }
+    pairs.clone().all(|pair| pair[0] == 0 && pair[1] != 0).then_some((UTF_16BE, Encoding::Utf16Be))
+}
+
+fn refuse_control(path: &Path, bytes: &[u8]) -> Result<(), MeasurementError> {
+    if bytes.trim_ascii().is_empty() {
+        return Err(MeasurementError::Empty { path: path.into() });
+    }
+    let odd = |byte: u8| (byte < 0x20 && !matches!(byte, b'\t' | b'\n' | b'\r' | 0x0c)) || byte == 0x7f;
+    match bytes.iter().position(|&byte| odd(byte)) {
+        Some(at) => Err(MeasurementError::Binary {
+            path: path.into(),
+            found: format!("byte 0x{:02x} at offset {at}", bytes[at]),
+        }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn decoded(bytes: &[u8]) -> Result<(String, Encoding), String> {
+        let path = Path::new("a.csv");
+        decode(path, bytes).map(|it| (it.text.into_owned(), it.encoding)).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_same_text_comes_out_of_every_encoding() {
+        let text = "Zeit [µs];v [mm/s]\n0,5;1\n";
+        let wide = |order: fn(u16) -> [u8; 2]| text.encode_utf16().flat_map(order).collect::<Vec<u8>>();
+        let marked = |mark: &[u8], rest: Vec<u8>| [mark, &rest].concat();
+        let single: Vec<u8> = text.chars().map(|letter| u8::try_from(u32::from(letter)).unwrap()).collect();
+        for (bytes, encoding) in [
+            (text.as_bytes().to_vec(), Encoding::Utf8),
+            (marked(b"\xef\xbb\xbf", text.as_bytes().to_vec()), Encoding::Utf8Marked),
+            (marked(b"\xff\xfe", wide(u16::to_le_bytes)), Encoding::Utf16Le),
+            (marked(b"\xfe\xff", wide(u16::to_be_bytes)), Encoding::Utf16Be),
+            (single, Encoding::Windows1252),
+        ] {
+            assert_eq!(decoded(&bytes), Ok((text.to_owned(), encoding)));
+        }
+        // Without a mark the zeros tell, as long as there are only plain letters.
+        let plain = "time_s,velocity_m_per_s\n0,1\n";
+        let wide: Vec<u8> = plain.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        assert_eq!(decoded(&wide), Ok((plain.to_owned(), Encoding::Utf16Le)));
+    }
+
+    #[test]
+    fn what_is_no_text_is_refused() {
+        for (bytes, expected) in [
+            (&b"\xff\xfea\x00b"[..], "a.csv: expected text, found UTF-16 text with characters cut in half"),
+            (b"t,v\n\x811\n", "a.csv:2: expected UTF-8 text, found byte 0x81"),
+            (b"\xef\xbb\xbft,v\n\xb51\n", "a.csv:2: expected UTF-8 text, found byte 0xb5"),
+        ] {
+            let message = decoded(bytes).unwrap_err();
+            assert!(message.starts_with(expected), "{message}");
+        }
+    }
+}
