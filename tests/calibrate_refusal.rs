@@ -151,7 +151,7 @@ const CASES: &[Case] = &[
         name: "binary file",
         prepare: |place| fs::write(place.join("lab/broken.csv"), b"\x7fELF\x02\x01\x00\x00\xff\xfe").unwrap(),
         flags: MEASURED,
-        told: &["lab/broken.csv", "expected comma-separated text", "export the record as CSV"],
+        told: &["lab/broken.csv", "expected text, found byte 0x7f", "export the record as CSV"],
     },
     Case {
         name: "missing file",

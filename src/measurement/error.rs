@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use crate::signal::{Dimension, QuantityError};
 
-use super::{DecimalSign, RecordKind};
+use super::{DecimalSign, RecordKind, UniversalError};
 
 /// A file, and the line and column in it where they are known.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -211,6 +211,9 @@ pub enum MeasurementError {
         /// The number asked for.
         wanted: usize,
     },
+    /// A universal file that cannot be used.
+    #[error(transparent)]
+    Universal(#[from] UniversalError),
     /// Polytec's own files.
     #[error(
         "{}: expected text or a universal file, found a file in Polytec's own binary form ({extension}), which only Polytec's \

@@ -1,4 +1,4 @@
-//! What the lab recorded: the one reader of tables, horn-tip and vibrometer records, published features.
+//! What the lab recorded: the one reader of tables and universal files, horn-tip and vibrometer records, published features.
 //!
 //! ```text
 //! file ─ text ─ dialect ─ columns ─ even grid ─ sign, baseline ─ [integration] ─ t = 0 at the trigger, less the decoder's delay ─ Record
@@ -25,6 +25,7 @@ mod record;
 mod sampling;
 mod scale;
 mod table;
+mod universal;
 
 pub use decimal::DecimalSign;
 pub use dialect::Delimiter;
@@ -35,3 +36,4 @@ pub use read::{inspect_record, read_record, read_record_bytes};
 pub use record::{Record, RecordedQuantity};
 pub use sampling::SAMPLING_TOLERANCE;
 pub use scale::{Sensitivity, SensitivityError};
+pub use universal::{ByteOrder, Precision, Samples, TimeResponse, UniversalError, UniversalForm};

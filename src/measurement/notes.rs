@@ -30,6 +30,7 @@ pub(super) fn written(table: &Table) -> String {
                 form.preamble.as_ref().map(|it| format!(", written by {}", it.instrument)).unwrap_or_default();
             format!("{}, {}, {}{preamble}", delimiter.name(), decimal.name(), form.encoding.name())
         }
+        Form::Universal(form) => form.written.clone(),
     }
 }
 
@@ -58,6 +59,10 @@ impl Notes {
     pub(super) fn about_table(&mut self, table: &Table, options: &ReadOptions) {
         match &table.form {
             Form::Text(form) => self.about_text(form, table, options),
+            Form::Universal(form) => {
+                self.assumptions.extend(form.assumptions.iter().cloned());
+                self.warnings.extend(form.warnings.iter().cloned());
+            }
         }
         if let (Some(volts), Some(scale)) = (table.chosen.volts, options.scale) {
             let name = &table.columns[table.chosen.value].header;

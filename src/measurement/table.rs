@@ -17,6 +17,7 @@ use super::{
     dialect::{self, Dialect},
     encoding::{self, Decoded, Encoding},
     preamble::{self, Preamble},
+    universal::{self, UniversalText},
 };
 
 /// Lines shown by `inspect`, and letters of each.
@@ -59,12 +60,14 @@ pub(super) struct Table {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Form {
     Text(Box<TextForm>),
+    Universal(Box<UniversalText>),
 }
 
 impl Form {
     pub(super) fn text(&self) -> Option<&TextForm> {
         match self {
             Self::Text(form) => Some(form),
+            Self::Universal(_) => None,
         }
     }
 
@@ -160,6 +163,10 @@ pub(super) fn read(
     kind: impl Into<Option<RecordKind>>,
     options: &ReadOptions,
 ) -> Result<(Table, RecordKind), MeasurementError> {
+    let kind = kind.into();
+    if universal::is_universal(bytes) {
+        return universal::read(path, bytes, kind, options);
+    }
     let Decoded { text, encoding, foreign } = encoding::decode(path, bytes)?;
     let preamble = preamble::recognise(path, &text)?;
     let (body, first_line) = preamble.as_ref().map_or((0, 1), |it| (it.body, it.body_line.max(1)));
@@ -178,7 +185,7 @@ pub(super) fn read(
     }
     let header = Header::read(path, &mut rows, preamble.as_ref(), dialect, options)?;
     let Header { mut columns, line: header_line, units_line } = header;
-    let kind = kind.into().unwrap_or_else(|| guess_kind(path, &columns, options));
+    let kind = kind.unwrap_or_else(|| guess_kind(path, &columns, options));
     let header_at = units_line.or(header_line).unwrap_or(rows.line);
     let grid = preamble.as_ref().and_then(|preamble| preamble.grid);
     let grid = grid.or_else(|| options.sample_rate.map(|rate| (0.0, 1.0 / rate)));
@@ -415,7 +422,7 @@ fn shortened(text: &str, longest: usize) -> String {
 }
 
 /// A record of unsaid kind is a horn-tip record if it is named so or holds no velocity but a displacement.
-fn guess_kind(path: &Path, columns: &[Column], options: &ReadOptions) -> RecordKind {
+pub(super) fn guess_kind(path: &Path, columns: &[Column], options: &ReadOptions) -> RecordKind {
     use crate::signal::Dimension;
     let named_horn = path
         .file_name()
