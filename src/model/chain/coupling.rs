@@ -166,7 +166,7 @@ impl Coupling {
     /// δ̇ (m/s) at the overlaps δ from the rates ḋ of the rigid motions.
     pub fn rates(&self, laws: &[Law], survey: &mut Survey) {
         survey.rate.copy_from_slice(&survey.rigid_rate);
-        // Two insertions leave a ten-thousandth: rates say which way a contact moves and start a search.
+        // What is left, a millionth, does not matter: rates say which way a contact moves and start a search.
         for _ in 0..3 {
             let mut behind = 0.0;
             for (contact, law) in laws.iter().enumerate() {
@@ -185,5 +185,84 @@ impl Coupling {
         let stored: f64 = laws.iter().zip(overlap).map(|(law, overlap)| law.energy(*overlap)).sum();
         let coupled: f64 = (1..laws.len()).map(|c| self.before[c] * force[c - 1] * force[c]).sum();
         stored + coupled
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::contact_law::{Annulus, FiniteHertz, Hertz};
+
+    /// Four beads, an annulus behind the last, couplings large enough to matter in every digit looked at.
+    fn chain() -> (Vec<Law>, Coupling) {
+        let pair = Law::FiniteHertz(FiniteHertz { stiffness: 2.3e9, first: 25.0, second: 2.2e3 });
+        let laws = vec![Law::Hertz(Hertz { stiffness: 6.6e9 }), pair, pair, pair, Law::Annulus(Annulus::new(1.0))];
+        let coupling = Coupling::new(&laws, &[1.7e-9, 1.5e-9, 2.0e-9, -1.1e-9], 8);
+        (laws, coupling)
+    }
+
+    fn settled(coupling: &Coupling, rigid: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let mut padded = vec![f64::NEG_INFINITY; 8];
+        padded[..rigid.len()].copy_from_slice(rigid);
+        let (mut overlap, mut force) = (vec![0.0; 8], vec![0.0; 8]);
+        coupling.settle(&padded, &coupling.all, &mut overlap, &mut force);
+        (overlap, force)
+    }
+
+    #[test]
+    fn forces_fit_the_overlaps_they_leave() {
+        let (laws, coupling) = chain();
+        let rigid = [1.2e-6, 0.8e-6, -0.1e-6, 2.0e-6, 1.0e-6];
+        let (overlap, force) = settled(&coupling, &rigid);
+        let beads = [1.7e-9, 1.5e-9, 2.0e-9, -1.1e-9];
+        for contact in 0..5 {
+            let before = if contact > 0 { beads[contact - 1] * force[contact - 1] } else { 0.0 };
+            let after = if contact < 4 { beads[contact] * force[contact + 1] } else { 0.0 };
+            // The insertions stop at 1e-12 of the largest overlap.
+            assert!((overlap[contact] - (rigid[contact] - before - after)).abs() < 1e-17, "{contact}");
+            assert!((force[contact] - laws[contact].force(overlap[contact])).abs() < 1e-11 * 5.0, "{contact}");
+        }
+        assert!(force[2] == 0.0 && overlap[2] < rigid[2]);
+    }
+
+    #[test]
+    fn forces_are_the_slope_of_the_energy() {
+        let (laws, coupling) = chain();
+        let rigid = [1.2e-6, 0.8e-6, 0.4e-6, 2.0e-6, 1.0e-6];
+        let energy = |rigid: &[f64]| {
+            let (overlap, force) = settled(&coupling, rigid);
+            coupling.energy(&laws, &overlap, &force)
+        };
+        let (_, force) = settled(&coupling, &rigid);
+        for contact in 0..5 {
+            let moved = |by: f64| {
+                let mut moved = rigid;
+                moved[contact] += by;
+                energy(&moved)
+            };
+            let slope = (moved(1e-11) - moved(-1e-11)) / 2e-11;
+            // Central difference, (h/δ)² ~ 1e-9, and the rounding of 1e-6 J over 2e-11 m.
+            assert!((slope / force[contact] - 1.0).abs() < 1e-6, "{contact}: {slope} {}", force[contact]);
+        }
+    }
+
+    #[test]
+    fn rates_are_the_change_of_the_overlaps() {
+        let (laws, coupling) = chain();
+        let (rigid, rigid_rate) = ([1.2e-6, 0.8e-6, 0.4e-6, 2.0e-6, 1.0e-6], [0.3, -0.2, 0.5, 0.1, -0.4]);
+        let mut survey = Survey::new(8);
+        (survey.overlap, survey.force) = settled(&coupling, &rigid);
+        survey.rigid_rate[..5].copy_from_slice(&rigid_rate);
+        coupling.rates(&laws, &mut survey);
+        let after = |time: f64| {
+            let moved: Vec<f64> = rigid.iter().zip(rigid_rate).map(|(d, rate)| d + time * rate).collect();
+            settled(&coupling, &moved).0
+        };
+        let (before, behind) = (after(-1e-10), after(1e-10));
+        for contact in 0..5 {
+            let slope = (behind[contact] - before[contact]) / 2e-10;
+            // Two insertions into one another: 1e-5.
+            assert!((survey.rate[contact] - slope).abs() < 1e-4 * 0.5, "{contact}: {} {slope}", survey.rate[contact]);
+        }
     }
 }
