@@ -1,4 +1,4 @@
-//! Cost of the chain: one run of the rigid scene, one step at several lengths, one run of an ensemble.
+//! Cost of the chain: one run of the rigid scene, one step at several lengths, one run of an ensemble; the same with finite-body laws.
 //!
 //! `cargo bench --bench chain [-- WORD]` prints the least and the median of repeated timings, one thread; WORD picks lines.
 
@@ -8,7 +8,7 @@ use granchain::{
     model::{
         Model,
         chain::{
-            ChainModel,
+            ChainModel, FiniteBodyLaws, InitialState,
             ensemble::{Ensemble, Variation},
         },
     },
@@ -120,10 +120,51 @@ fn main() {
             scene
         }),
     ] {
-        if wanted(name) {
-            let ensemble = Ensemble::new(&scene, Ensemble::STEPS_PER_PERIOD).expect("the scene runs");
-            let variations = vec![Variation::of(&scene); 8];
-            line(name, timed(60, || drop(black_box(ensemble.run(&variations)))), 8.0, "µs a run");
+        for law in [ContactLaw::Hertz, ContactLaw::FiniteBody] {
+            let name = if law == ContactLaw::Hertz { name.to_owned() } else { format!("{name}, finite bodies") };
+            if wanted(&name) {
+                let scene = Scene { contact_law: law, ..scene.clone() };
+                let ensemble = Ensemble::new(&scene, Ensemble::STEPS_PER_PERIOD).expect("the scene runs");
+                let variations = vec![Variation::of(&scene); 8];
+                line(&name, timed(60, || drop(black_box(ensemble.run(&variations)))), 8.0, "µs a run");
+            }
         }
+    }
+    finite_bodies(wanted);
+}
+
+/// Fitting the laws of finite bodies, and runs with them.
+fn finite_bodies(wanted: impl Fn(&str) -> bool) {
+    let finite = |scene: Scene| Scene { contact_law: ContactLaw::FiniteBody, ..scene };
+    let accurate = Integrator::DormandPrince853 { tolerance: 1e-8 };
+    for (name, scene) in [
+        ("fit of the finite-body laws, rigid, density 12", finite(rigid(6, accurate))),
+        ("fit of the finite-body laws, annulus, density 12", finite(annulus(700e-6))),
+    ] {
+        if wanted(name) {
+            let fit = || FiniteBodyLaws::fit(&scene).expect("the bodies can be meshed");
+            line(name, timed(10, || drop(black_box(fit()))), 1.0, "µs");
+        }
+    }
+    let mut pressed = rigid(6, accurate);
+    pressed.chain.precompression = 1.0;
+    pressed.drive.amplitude = 1e-8;
+    for (name, scene, per_step) in [
+        ("S1, 120 µs, finite bodies, adaptive, tolerance 1e-8", rigid(6, accurate), false),
+        ("annulus, linear 0.3, 700 µs, finite bodies, tolerance 1e-9", annulus(700e-6), false),
+        ("one adaptive step, finite bodies, per bead, N = 6", pressed, true),
+    ] {
+        if !wanted(name) {
+            continue;
+        }
+        let scene = finite(scene);
+        let laws = FiniteBodyLaws::fit(&scene).expect("the bodies can be meshed");
+        let motion = scene.drive.motion(scene.amplitude_scale);
+        let still = InitialState::at_rest(scene.chain.beads.len());
+        let run = || ChainModel.run_with_laws(&scene, &laws, motion.as_ref(), &still, &mut |_| true).expect("it runs");
+        let work = run().work;
+        let (per, unit) = if per_step { (6.0 * work.steps as f64, "µs a bead and step") } else { (1.0, "µs a run") };
+        line(name, timed(50, || drop(black_box(run()))), per, unit);
+        println!("    {work:?}");
     }
 }

@@ -23,7 +23,7 @@ use super::{
 };
 use crate::{
     feature::{FeatureSettings, Features, measure},
-    model::{ModelError, Prepared, fea::PeakStress},
+    model::{ModelError, Prepared, chain::FiniteBodyLaws, fea::PeakStress},
     report::{replay as page, von_mises},
     response::{EnergyLedger, Response, SolverWork, write_csv},
     scene::{Effect, ModelKind, Scene, effects},
@@ -72,6 +72,9 @@ pub struct Summary {
     pub energy: EnergyLedger,
     /// What the run cost, in counts.
     pub work: SolverWork,
+    /// Contact laws fitted to the bodies, with their errors, where the chain has such.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact_laws: Option<FiniteBodyLaws>,
     /// What a finite element run has besides.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub analysis: Option<AnalysisSummary>,
@@ -160,6 +163,7 @@ impl Job<'_> {
         let Self { arguments, calibrated, experiment, scene } = *self;
         let session = &arguments.session;
         let mut assumptions = experiment.assumptions.clone();
+        let mut contact_laws = None;
         let (response, analysis, peak) = if scene.model.kind == ModelKind::Fea {
             let analysis = Analysis::new(scene, &arguments.analysis, folder, session)?;
             timing.stage("mesh_and_factor");
@@ -173,6 +177,7 @@ impl Job<'_> {
         } else {
             let prepared = session.prepare(scene)?;
             timing.stage("prepare");
+            contact_laws = prepared.contact_laws().cloned();
             (run(&prepared, scene, session)?, None, None)
         };
         timing.stage("run");
@@ -188,6 +193,7 @@ impl Job<'_> {
             scene: experiment.source().into(),
             energy: response.energy,
             work: response.work,
+            contact_laws,
             analysis,
             settings: summary::Settings::new(scene, experiment, session.seed()),
             ensemble: spread.as_ref().map(summary::EnsembleTable::new),

@@ -12,6 +12,7 @@ use super::{
 };
 use crate::{
     feature::Ratio,
+    model::chain::FiniteBodyLaws,
     report::number::{engineering, fixed, significant},
     response::SolverWork,
     scene::{DampingKind, DampingPlacement, DriveKind, Integrator, ModelKind, Scene},
@@ -213,10 +214,28 @@ pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) 
         ),
     );
     row("work", work(summary));
+    if let Some(laws) = &summary.contact_laws {
+        row("contacts", contacts(laws));
+    }
     if let Some(spread) = spread {
         text.push_str(&ensemble(summary, spread));
     }
     text
+}
+
+/// The fitted contact laws and how well they follow the bodies' statics.
+fn contacts(laws: &FiniteBodyLaws) -> String {
+    let fits = laws.fits.iter().map(|fit| match fit.quality {
+        Some(quality) => format!(
+            "{} within {} % ({} to {})",
+            fit.between,
+            significant(100.0 * quality.largest_error, 2),
+            engineering(quality.forces_n.0, "N", 2),
+            engineering(quality.forces_n.1, "N", 2)
+        ),
+        None => format!("{} not fitted", fit.between),
+    });
+    format!("fitted at mesh density {}: {}", laws.mesh_density, fits.collect::<Vec<_>>().join(", "))
 }
 
 fn work(summary: &Summary) -> String {

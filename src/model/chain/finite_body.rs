@@ -58,6 +58,7 @@ pub struct FiniteBodyLaws {
     /// Law of each of the N + 1 contacts: an index into `fits`.
     pub contacts: Vec<usize>,
     /// s of each of the N beads, m/N.
+    #[serde(rename = "couplings_m_per_n")]
     pub couplings: Vec<f64>,
     /// Mesh density the bodies were meshed with.
     pub mesh_density: u32,

@@ -32,11 +32,15 @@ use super::ElasticLaw;
 pub struct Annulus {
     stiffness_factor: f64,
     /// C and D, m/N.
+    #[serde(rename = "c_m_per_n")]
     constant: f64,
+    #[serde(rename = "d_m_per_n")]
     slope: f64,
     /// Approaches between which the polynomial holds, m; beyond the larger the tangent is continued.
+    #[serde(rename = "approaches_m")]
     pub(in crate::model) between: (f64, f64),
     /// Force (N), tangent (N/m) and energy (J) at the larger for a factor of 1.
+    #[serde(rename = "at_largest_n_n_per_m_j")]
     largest: (f64, f64, f64),
 }
 

@@ -24,10 +24,13 @@ use super::ElasticLaw;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FiniteHertz {
     /// k, N·m^(-3/2).
+    #[serde(rename = "stiffness_n_per_m1.5")]
     pub stiffness: f64,
     /// c₁, m^(-1/2).
+    #[serde(rename = "c1_per_m0.5")]
     pub first: f64,
     /// c₂, 1/m.
+    #[serde(rename = "c2_per_m")]
     pub second: f64,
 }
 

@@ -43,6 +43,7 @@ pub trait ElasticLaw: Copy {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spring {
     /// K, N/m.
+    #[serde(rename = "stiffness_n_per_m")]
     pub stiffness: f64,
 }
 
@@ -68,6 +69,7 @@ impl ElasticLaw for Spring {
 
 /// Any of the laws, where which one is only known at run time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Law {
     /// Two curved solids, or a sphere and a flat.
     Hertz(Hertz),
