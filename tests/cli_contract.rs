@@ -188,6 +188,7 @@ fn replay_of_the_rigid_scene_writes_the_contract() {
     expected.extend((1..=6).map(|bead| format!("bead{bead}_velocity_m_per_s")));
     expected.push("pole_velocity_m_per_s".into());
     expected.extend((1..=7).map(|contact| format!("contact{contact}_force_n")));
+    expected.extend((1..=7).map(|contact| format!("contact{contact}_radius_m")));
     assert_eq!(table.lines().next().unwrap(), expected.join(","));
     // 120 µs at 0.1 µs, both ends.
     assert_eq!(table.lines().count() - 1, 1201);

@@ -86,7 +86,7 @@ fn every_effect_moves_the_beads_as_in_the_finite_element_analysis() {
     assert!(failed.is_empty(), "{}", failed.join("\n"));
 }
 
-/// A piston that never moves, or is moved on by 1 nm within 2 µs.
+/// A piston moved on by so much (m) within 2 µs.
 struct Nudge(f64);
 
 impl PistonMotion for Nudge {
@@ -147,9 +147,9 @@ fn a_precompressed_chain_rings_at_the_closed_frequencies() {
         let found = scan.max_by(|a, b| amplitude(*a).total_cmp(&amplitude(*b))).unwrap();
         let excess = found / hertz - 1.0;
         println!("j = {j}: {found:.0} Hz, closed {hertz:.0}, {:.2} %", 100.0 * excess);
-        // A finite sphere is stiffer than Hertz: 0.0126 √δ + 0.0023 δ (µm) more force when squeezed at 0.56 µm, which is 0.8 % in frequency;
-        // for the highest modes, whose beads are pushed from one side and the other in turn, twice that.
-        assert!((-2e-3..2.2e-2).contains(&excess), "{j}: {excess}");
+        // A finite sphere is stiffer than Hertz at 0.56 µm, the more the faster its sides are pushed in turn, and gives way as a whole in
+        // the lowest mode: −0.2 % to +0.7 % measured, and a fortieth of a per cent to tell apart.
+        assert!((-4e-3..1.2e-2).contains(&excess), "{j}: {excess}");
     }
 }
 

@@ -186,11 +186,14 @@ fn a_change_of_model_drops_what_only_the_other_uses() {
 
 #[test]
 fn keys_of_the_other_model_are_refused_with_the_model_they_belong_to() {
-    for key in ["model.mesh_density=8", "model.contact_mass=massless", "support.normal=fixed", "chain.mesh=bead.msh"] {
+    for key in ["model.modes=2", "model.contact_mass=massless", "support.normal=fixed", "chain.mesh=bead.msh"] {
         let message = refusal("annulus", &[key]);
         assert!(message.contains("has no effect with `model.kind = \"chain\"`"), "{message}");
-        assert!(message.contains("it belongs to `model.kind = \"fea\"`"), "{message}");
+        let owner = if key.contains("modes") { "reduced" } else { "fea" };
+        assert!(message.contains("it belongs to `model.kind = \"") && message.contains(owner), "{message}");
     }
+    let unfitted = refusal("annulus", &["model.mesh_density=8"]);
+    assert!(unfitted.contains("it belongs to `contact.law = \"finite-body\"`"), "{unfitted}");
     let bead = refusal("rigid", &["chain.override=[{bead=2,mesh=\"b.msh\"}]"]);
     assert!(bead.contains("`chain.override.mesh` has no effect with `model.kind = \"chain\"`"), "{bead}");
     assert!(

@@ -342,14 +342,14 @@ impl<'a> Reader<'a> {
         let Some(first) = mesh.or(unit) else { return Ok(None) };
         let (key, unit_key) = ("chain.override.mesh", "chain.override.mesh_unit");
         let kind = self.document.text("model.kind").unwrap_or("chain");
-        if kind != "fea" {
+        if kind == "chain" {
             return Err(SceneError::NotUsed {
                 place: first.place.clone(),
                 key: key.to_owned(),
                 governor: "model.kind".to_owned(),
                 choice: kind.to_owned(),
                 used: ["bead", "radius", "material"].map(|word| format!("chain.override.{word}")).to_vec(),
-                users_of_key: vec!["fea".to_owned()],
+                users_of_key: ["reduced", "fea"].map(str::to_owned).to_vec(),
             });
         }
         let Some(Entry { value: Value::Text(file), place }) = mesh else {
