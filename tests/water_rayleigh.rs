@@ -347,7 +347,7 @@ fn stepping_answers_a_tone_as_the_frequency_domain_does() {
 #[test]
 fn energy_goes_from_the_force_to_the_disc_and_the_water() {
     for rim in [Rim::Clamped, Rim::Supported, Rim::Free] {
-        let (disc, _, work) = run(&paper(rim, 6), 25e-9, 60e-6);
+        let (mut disc, _, work) = run(&paper(rim, 6), 25e-9, 60e-6);
         let (energy, lost) = (disc.energy(), disc.work_on_water());
         assert!(work > 0.0 && lost > 0.0);
         // The trapezoidal rule is exact in this sum: rounding of 2400 steps.

@@ -105,10 +105,10 @@ mod tests {
 
     #[test]
     fn the_ratio_of_modified_bessel_functions_is_that_of_their_series() {
-        for x in [0.3, 2.0, 7.5, 20.0] {
+        for x in [0.3_f64, 2.0, 7.5, 20.0] {
             let series = |order: i32| -> f64 {
                 let factorial = |n: i32| libm::tgamma(f64::from(n + 1));
-                (0..80).map(|k| (0.5 * x as f64).powi(2 * k + order) / (factorial(k) * factorial(k + order))).sum()
+                (0..80).map(|k| (0.5 * x).powi(2 * k + order) / (factorial(k) * factorial(k + order))).sum()
             };
             assert!((bessel_ratio(x) * series(0) / series(1) - 1.0).abs() < 1e-13, "{x}");
         }

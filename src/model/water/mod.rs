@@ -10,10 +10,13 @@
 //! ```
 //!
 //! Two ways that share nothing but the disc: [`rayleigh`] integrates over the disc's face in its modes, without a mesh of the water and for
-//! a rigid baffle only; [`elements`] meshes a hemisphere of water, with an absorbing boundary. Both step behind one interface, [`OnWater`].
+//! a rigid baffle only; [`elements`] meshes a hemisphere of water, with an absorbing boundary. Both step behind one interface, [`OnWater`]; a
+//! [`chain`] of beads in front of either touches the disc through [`contact`].
 //!
 //! Left out: absorption, flow, cavitation (pressure below the ambient one counts as it comes), and the radiation from the disc's front.
 
+pub mod chain;
+pub mod contact;
 pub mod disc;
 pub mod elements;
 mod quadrature;
@@ -56,6 +59,8 @@ pub trait OnWater {
     fn pole_displacement(&self) -> f64;
     /// Pressure at field point `point` of those it was made with, Pa.
     fn pressure(&self, point: usize) -> f64;
+    /// Energy of the disc, kinetic and elastic, J.
+    fn energy(&mut self) -> f64;
     /// Work the disc has done on the water so far, J.
     fn work_on_water(&self) -> f64;
 }

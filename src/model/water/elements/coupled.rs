@@ -185,6 +185,10 @@ impl OnWater for DiscOnWater {
         self.waves.heard(point)
     }
 
+    fn energy(&mut self) -> f64 {
+        self.energies()[0]
+    }
+
     fn work_on_water(&self) -> f64 {
         self.work
     }

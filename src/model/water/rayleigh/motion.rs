@@ -154,13 +154,6 @@ impl WetDisc {
     pub fn modal_velocity(&self) -> &[f64] {
         &self.velocity
     }
-
-    /// Energy of the disc, J.
-    #[must_use]
-    pub fn energy(&self) -> f64 {
-        let own = |k: usize| self.velocity[k].powi(2) + self.squares[k] * self.displacement[k].powi(2);
-        0.5 * (0..self.pole.len()).map(own).sum::<f64>()
-    }
 }
 
 impl OnWater for WetDisc {
@@ -198,13 +191,13 @@ impl OnWater for WetDisc {
         self.newest = (self.newest + 1) % rows;
         let ring = &mut self.increments[self.newest * count..(self.newest + 1) * count];
         let half = 0.5 * self.step;
-        for k in 0..count {
+        for (k, newest) in ring.iter_mut().enumerate() {
             let increment = self.free[k] + force * dot(&self.inverse[k * count..(k + 1) * count], &self.pole);
             let before = self.velocity[k];
             self.velocity[k] += increment;
             self.displacement[k] += half * (before + self.velocity[k]);
             self.acceleration[k] = 2.0 / self.step * increment - self.acceleration[k];
-            ring[k] = increment;
+            *newest = increment;
             // What the modes' own equation leaves for the water.
             let on_water = self.pole[k] * force - self.acceleration[k] - self.squares[k] * self.displacement[k];
             self.water_work += half * 0.5 * (before + self.velocity[k]) * (self.water_force[k] + on_water);
@@ -214,6 +207,11 @@ impl OnWater for WetDisc {
 
     fn pole_displacement(&self) -> f64 {
         dot(&self.pole, &self.displacement)
+    }
+
+    fn energy(&mut self) -> f64 {
+        let own = |k: usize| self.velocity[k].powi(2) + self.squares[k] * self.displacement[k].powi(2);
+        0.5 * (0..self.pole.len()).map(own).sum::<f64>()
     }
 
     fn work_on_water(&self) -> f64 {
