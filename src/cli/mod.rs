@@ -19,6 +19,7 @@ pub mod reading;
 pub mod replay;
 pub mod scene;
 pub mod spectrum;
+pub mod study;
 mod summary;
 pub mod sweep;
 mod sweep_table;
@@ -83,6 +84,8 @@ enum Command {
     Mesh(mesh::Arguments),
     /// Run a scene by finite elements on several meshes and steps: errors, their order, their cost
     Convergence(convergence::Arguments),
+    /// Whole studies with a page each: the paper's experiment
+    Study(study::Arguments),
     /// List, show, check or start scene files
     Scene(scene::Arguments),
     /// Calibrate against made-up records of known truth: the tool's own proof
@@ -100,6 +103,7 @@ impl Command {
             Self::Contact(arguments) => &arguments.session,
             Self::Mesh(arguments) => &arguments.session,
             Self::Convergence(arguments) => &arguments.session,
+            Self::Study(arguments) => &arguments.session,
             Self::Scene(arguments) => &arguments.session,
             Self::Twins(arguments) => &arguments.session,
         }
@@ -115,6 +119,7 @@ impl Command {
             Self::Contact(arguments) => contact::execute(arguments),
             Self::Mesh(arguments) => mesh::execute(arguments),
             Self::Convergence(arguments) => convergence::execute(arguments),
+            Self::Study(arguments) => study::execute(arguments),
             Self::Scene(arguments) => scene::execute(arguments),
             Self::Twins(arguments) => twins::execute(arguments),
         }

@@ -11,7 +11,7 @@ use serde::Serialize;
 use self::analysis::{Analysis, AnalysisArguments, AnalysisSummary};
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session, need_chain, preferred_model},
+    arguments::{OutputArguments, SceneArguments, Session, preferred_model},
     calibrated::Calibrated,
     experiment::Experiment,
     interrupt,
@@ -105,9 +105,6 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let experiment = Experiment::new(&arguments.scene, &arguments.reading, calibrated.as_ref(), preferred)?;
     let scene = experiment.scene_with(&[])?;
     analysis::refuse_idle(&arguments.analysis, &scene)?;
-    if arguments.ensemble.is_some() {
-        need_chain("--ensemble", &scene)?;
-    }
     let Arguments { analysis, output, session, .. } = &arguments;
     for assumption in &experiment.assumptions {
         session.note(format_args!("assumed: {assumption}"));

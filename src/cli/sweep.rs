@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session, need_chain, preferred_model},
+    arguments::{OutputArguments, SceneArguments, Session, preferred_model},
     calibrated::Calibrated,
     experiment::Experiment,
     interrupt::{self, Interrupted},
@@ -82,9 +82,6 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     experiment.agree_on_model((0..grid.len()).map(|index| grid.overrides(index)));
     experiment.refuse_drive_keys(grid.axes.iter().map(|axis| axis.key.as_str()))?;
     let base = experiment.scene_with(&[])?;
-    if ensemble.is_some() {
-        need_chain("--ensemble", &base)?;
-    }
     for assumption in &experiment.assumptions {
         session.note(format_args!("assumed: {assumption}"));
     }

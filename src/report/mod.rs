@@ -6,12 +6,15 @@
 
 pub mod animation;
 pub mod calibration;
+pub mod chain_length;
 pub mod contact;
 pub mod convergence;
 pub mod figure;
 pub mod mesh;
 pub mod number;
 pub mod page;
+pub mod paper;
+pub mod precompression;
 pub mod replay;
 pub mod spectrum;
 pub mod sweep;

@@ -6,28 +6,21 @@
 //! - **sensitivity**: half the difference of the means at drive × 1.01 and × 0.99, i.e. the change for +1 % drive (which
 //!   is +1 % α). It carries the error of two means; where that error is as large, nothing smooth is seen.
 
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::observation::{self, Observation};
+use super::{
+    members::{Bodies, Unwatched, perturbations},
+    observation::{self, Observation},
+};
 use crate::{
     feature::FeatureError,
-    model::{
-        ModelError,
-        chain::ensemble::{Ensemble, Variation},
-    },
+    model::{ModelError, chain::ensemble::Variation},
     scene::Scene,
     signal::Series,
 };
 
-/// Runs integrated side by side.
-const LANES: usize = 8;
-
-/// Fixed steps a drive period. In a regular regime 160 leave 7 % of error in a sensitivity, 640 leave 0.5 %.
+/// Fixed steps of the chain a drive period. In a regular regime 160 leave 7 % of error in a sensitivity, 640 leave 0.5 %.
 pub const STEPS_PER_PERIOD: u32 = 640;
 
 /// Which perturbations, and how many.
@@ -107,7 +100,8 @@ pub enum EnsembleError {
     },
 }
 
-/// Run the scene 3 × `members` times with the fixed-step ensemble and summarise each watched number.
+/// Run the scene 3 × `members` times on the model it asks for and summarise each watched number. The chain takes a fixed step of
+/// T0/[`STEPS_PER_PERIOD`].
 ///
 /// The same perturbations are used at the three drive levels, so that in regular regimes they drop out of the
 /// sensitivity. Deterministic in the seed.
@@ -122,7 +116,7 @@ pub fn run(scene: &Scene, plan: &EnsemblePlan) -> Result<EnsembleOutcome, Ensemb
     run_as_seen(scene, plan, STEPS_PER_PERIOD, |velocity| Observation::measure(velocity, &settings))
 }
 
-/// As [`run`], with a step of T0/`steps_per_period` and every pole velocity (m/s) watched by `watch`: a laboratory with
+/// As [`run`], with a step of T0/`steps_per_period` of the chain and every pole velocity (m/s) watched by `watch`: a laboratory with
 /// its own bandwidth, instants and window.
 ///
 /// # Errors
@@ -136,7 +130,6 @@ pub fn run_as_seen(
     if plan.members < 2 {
         return Err(EnsembleError::TooFew { found: plan.members });
     }
-    let ensemble = Ensemble::new(scene, steps_per_period)?;
     let perturbed = perturbations(scene, plan);
     let levels = [1.0, 1.0 + plan.drive_change, 1.0 - plan.drive_change];
     let variations: Vec<Variation> = levels
@@ -148,11 +141,8 @@ pub fn run_as_seen(
             })
         })
         .collect();
-    let watched: Vec<Result<Observation, String>> = variations
-        .par_chunks(LANES)
-        .flat_map_iter(|chunk| ensemble.run(chunk))
-        .map(|velocity| watch(&velocity.map_err(|error| error.to_string())?).map_err(|error| error.to_string()))
-        .collect();
+    let watched =
+        Bodies::of(scene)?.run(scene, &variations, steps_per_period, &Unwatched, |_, velocity| watch(velocity))?;
     let failures: Vec<String> = watched.iter().filter_map(|outcome| outcome.as_ref().err().cloned()).collect();
     let observations: Vec<Option<Observation>> = watched.into_iter().map(Result::ok).collect();
     let [at_scene, above, below] = [0, 1, 2].map(|level| {
@@ -164,55 +154,55 @@ pub fn run_as_seen(
     }
     let spreads = (0..observation::watched().len())
         .map(|index| {
-            let [own, above, below] = [&at_scene, &above, &below].map(|level| Moments::of(level, index));
-            let (own, above, below) = (own?, above?, below?);
-            Some(Spread {
-                mean: own.mean,
-                scatter: own.deviation,
-                sensitivity: 0.5 * (above.mean - below.mean),
-                sensitivity_error: 0.5 * above.error().hypot(below.error()),
-            })
+            let level = |level: &[&Observation]| Moments::of(level.iter().map(|observation| observation.0[index]));
+            let [own, above, below] = [&at_scene, &above, &below].map(|runs| level(runs));
+            Some(Spread::between(&own?, &above?, &below?))
         })
         .collect();
     Ok(EnsembleOutcome { plan: *plan, spreads, runs: variations.len(), failures })
 }
 
-fn perturbations(scene: &Scene, plan: &EnsemblePlan) -> Vec<Variation> {
-    let base = Variation::of(scene);
-    let mut random = ChaCha8Rng::seed_from_u64(plan.seed);
-    (0..plan.members)
-        .map(|_| {
-            let mut variation = base.clone();
-            for gap in &mut variation.gap_offsets {
-                let jitter: f64 = StandardNormal.sample(&mut random);
-                *gap += plan.gap_jitter_m * jitter;
-            }
-            variation.amplitude_scale *= 1.0 + plan.drive_jitter * random.random_range(-1.0..=1.0);
-            variation
-        })
-        .collect()
+impl Spread {
+    /// From the moments at the scene's own drive and at drive × 1.01 and × 0.99.
+    #[must_use]
+    pub fn between(own: &Moments, above: &Moments, below: &Moments) -> Self {
+        Self {
+            mean: own.mean,
+            scatter: own.deviation,
+            sensitivity: 0.5 * (above.mean - below.mean),
+            sensitivity_error: 0.5 * above.error().hypot(below.error()),
+        }
+    }
 }
 
-struct Moments {
-    mean: f64,
-    deviation: f64,
-    count: f64,
+/// Mean and standard deviation of a number over runs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Moments {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation (of n − 1 degrees of freedom).
+    pub deviation: f64,
+    /// Number of runs, ≥ 2.
+    pub count: usize,
 }
 
 impl Moments {
     /// `None` when any run has no such number, or there are fewer than two runs.
-    fn of(observations: &[&Observation], index: usize) -> Option<Self> {
-        let values: Vec<f64> = observations.iter().map(|observation| observation.0[index]).collect::<Option<_>>()?;
+    #[must_use]
+    pub fn of(values: impl Iterator<Item = Option<f64>>) -> Option<Self> {
+        let values: Vec<f64> = values.collect::<Option<_>>()?;
         if values.len() < 2 {
             return None;
         }
         let count = values.len() as f64;
         let mean = values.iter().sum::<f64>() / count;
         let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        Some(Self { mean, deviation: variance.sqrt(), count })
+        Some(Self { mean, deviation: variance.sqrt(), count: values.len() })
     }
 
-    fn error(&self) -> f64 {
-        self.deviation / self.count.sqrt()
+    /// Standard error of the mean.
+    #[must_use]
+    pub fn error(&self) -> f64 {
+        self.deviation / (self.count as f64).sqrt()
     }
 }

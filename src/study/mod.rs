@@ -3,17 +3,25 @@
 //! A study runs and measures; it prints nothing and draws nothing.
 
 mod bodies;
+pub mod chain_length;
 pub mod confirmation;
 pub mod convergence;
 pub mod ensemble;
+pub mod failure;
 pub mod grid;
+pub mod members;
+pub mod noise;
 pub mod observation;
+pub mod paper;
+pub mod portrait;
+pub mod precompression;
 pub mod published;
 pub mod run_log;
 pub mod sweep;
+pub mod trend;
 pub mod twins;
 
 pub use bodies::Bodies;
-pub use ensemble::{EnsembleOutcome, EnsemblePlan, Spread};
+pub use ensemble::{EnsembleOutcome, EnsemblePlan, Moments, Spread};
 pub use grid::{Axis, Grid, Value};
 pub use observation::Observation;

@@ -16,7 +16,7 @@ pub enum Scale {
 pub struct Axis {
     /// What it carries, such as `Velocity`.
     pub label: String,
-    /// Unit after `factor`, such as `mm/s`; `1` for a pure number.
+    /// Unit after `factor`, such as `mm/s`; `1` for a pure number, empty where the ticks are names.
     pub unit: String,
     /// Displayed value over given value: data stay in SI, 1e3 shows m/s as mm/s.
     pub factor: f64,
@@ -137,6 +137,7 @@ impl Resolved {
 fn title(label: &str, unit: &str, exponent: i32) -> String {
     let power = number::power_of_ten(exponent);
     match (unit, exponent) {
+        ("", _) => label.to_owned(),
         ("1", 0) => format!("{label} (–)"),
         ("1", _) => format!("{label} ({power})"),
         (_, 0) => format!("{label} ({unit})"),

@@ -5,7 +5,8 @@ use super::{Axis, Cell, Figure, FigureError, Fill, Layer, Map, Panel, Scale};
 /// Every value of every layer can be placed on its axis, every axis has a name and a unit.
 pub(super) fn values(figure: &Figure, number: usize, panel: &Panel) -> Result<(), FigureError> {
     for (axis, name) in [(&panel.x, "x"), (&panel.y, "y")] {
-        if axis.label.trim().is_empty() || axis.unit.trim().is_empty() {
+        // Where the ticks are names, nothing is counted.
+        if axis.label.trim().is_empty() || (axis.unit.trim().is_empty() && axis.named_ticks.is_none()) {
             return Err(FigureError::UnnamedAxis { figure: figure.title.clone(), panel: number, axis: name });
         }
     }

@@ -29,7 +29,7 @@ fn at(series: &Series, time: f64) -> f64 {
 }
 
 /// √(Σ (v − v̂)²/Σ v̂²) over a window of the coarser of both grids.
-pub(super) fn error(velocity: &Series, reference: &Series, (from, to): (f64, f64)) -> f64 {
+pub(in crate::study) fn error(velocity: &Series, reference: &Series, (from, to): (f64, f64)) -> f64 {
     let step = velocity.step.max(reference.step);
     let count = ((to - from) / step).round().max(1.0) as usize;
     let (mut distance, mut power) = (0.0, 0.0);

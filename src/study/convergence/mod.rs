@@ -28,8 +28,9 @@ use crate::{
     scene::{FlatContact, ModelKind, Scene, Support},
     signal::Series,
 };
-use measure::{error, first_pulse, lead};
+use measure::{first_pulse, lead};
 
+pub(super) use measure::error;
 pub use measure::{moving_average, observed_order};
 
 /// A mesh and a step.

@@ -1,0 +1,174 @@
+//! `granchain study`: whole studies with a page each.
+
+pub mod chain_length;
+pub mod paper;
+pub mod precompression;
+
+use std::{
+    fmt::Write as _,
+    time::{Duration, Instant},
+};
+
+use clap::{Args, Subcommand};
+use indicatif::ProgressBar;
+
+use super::{
+    Outcome,
+    arguments::{ModelChoice, Session},
+    interrupt,
+    output::OutputFolder,
+    timing::{self, Timing},
+};
+use crate::{
+    report::page::Files,
+    scene::{ModelKind, Scene},
+    study::{
+        EnsemblePlan,
+        ensemble::STEPS_PER_PERIOD,
+        members::{Bodies, Watch, perturbations},
+        noise::Noise,
+        observation,
+        portrait::Portrait,
+    },
+};
+
+/// Arguments of `granchain study`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Which study.
+    #[command(subcommand)]
+    pub which: Which,
+    /// Session flags.
+    #[command(flatten)]
+    pub session: Session,
+}
+
+/// The studies.
+#[derive(Debug, Subcommand)]
+pub enum Which {
+    /// The source paper's experiment: every printed number beside ours
+    Paper(paper::Arguments),
+    /// Two to ten beads: which fractional lines appear, how wide the spectrum is
+    ChainLength(chain_length::Arguments),
+    /// Static force along the chain: where the impulses vanish
+    Precompression(precompression::Arguments),
+}
+
+/// Run it.
+///
+/// # Errors
+/// Whatever is wrong with the scene; a run that everything rests on; a folder that cannot be written; Ctrl-C.
+pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
+    match arguments.which {
+        Which::Paper(paper) => paper::execute(paper, &arguments.session),
+        Which::ChainLength(lengths) => chain_length::execute(lengths, &arguments.session),
+        Which::Precompression(forces) => precompression::execute(forces, &arguments.session),
+    }
+}
+
+/// `--model`, `--set`, `--quick`: what all studies share.
+#[derive(Debug, Clone, Default, Args)]
+pub struct StudyArguments {
+    /// Rung of the fidelity ladder
+    #[arg(long, value_enum, help_heading = "Scene")]
+    pub model: Option<ModelChoice>,
+    /// Override one key of every scene: a plain number is SI, else with its unit; repeatable
+    #[arg(long = "set", value_name = "KEY=VALUE", help_heading = "Scene")]
+    pub set: Vec<String>,
+    /// Few runs and a coarse grid, for a first look
+    #[arg(long, help_heading = "Study")]
+    pub quick: bool,
+}
+
+/// Model where none is named.
+const DEFAULT_MODEL: ModelChoice = ModelChoice::Reduced;
+
+impl StudyArguments {
+    /// The overrides of every scene.
+    fn overrides(&self) -> Vec<String> {
+        let model = format!("model.kind={}", self.model.unwrap_or(DEFAULT_MODEL).name());
+        std::iter::once(model).chain(self.set.iter().cloned()).collect()
+    }
+
+    /// The command line that makes the same report, without what cannot change it.
+    fn command_line(&self, name: &str, members: Option<u32>, session: &Session) -> String {
+        let mut text = format!("granchain study {name}");
+        // Writing to a string cannot fail.
+        if let Some(model) = self.model {
+            let _ = write!(text, " --model {}", model.name());
+        }
+        for set in &self.set {
+            let _ = if set.contains(' ') { write!(text, " --set '{set}'") } else { write!(text, " --set {set}") };
+        }
+        if self.quick {
+            text.push_str(" --quick");
+        }
+        if let Some(members) = members {
+            let _ = write!(text, " --members {members}");
+        }
+        if let Some(seed) = session.seed {
+            let _ = write!(text, " --seed {seed}");
+        }
+        text
+    }
+}
+
+/// Time a whole study will take, from a first few of its runs and their measurement: those are thrown away.
+///
+/// # Errors
+/// When the model cannot run the scene.
+fn estimate(scene: &Scene, runs: usize) -> anyhow::Result<Duration> {
+    let members = rayon::current_num_threads() * if scene.model.kind == ModelKind::Chain { 8 } else { 1 };
+    let variations = perturbations(scene, &EnsemblePlan::new(members, 0));
+    let settings = observation::settings(scene)?;
+    let bodies = Bodies::of(scene)?;
+    let started = Instant::now();
+    let noise = Noise::of_reconstruction(0);
+    bodies.run(scene, &variations, STEPS_PER_PERIOD, &Stopwatch, |index, velocity| {
+        Portrait::of(&noise.on(velocity, index), &settings)
+    })?;
+    interrupt::check()?;
+    Ok(started.elapsed() * u32::try_from(runs.div_ceil(members)).unwrap_or(u32::MAX))
+}
+
+/// Nobody watches, Ctrl-C stops.
+struct Stopwatch;
+
+impl Watch for Stopwatch {
+    fn advance(&self, _runs: u64) {}
+
+    fn stop(&self) -> bool {
+        interrupt::requested()
+    }
+}
+
+/// A time as one says it.
+fn said(time: Duration) -> String {
+    let seconds = time.as_secs_f64();
+    if seconds < 90.0 { format!("{:.0} s", seconds.max(1.0).round()) } else { format!("{:.0} min", seconds / 60.0) }
+}
+
+fn write(folder: OutputFolder, files: Files, mut timing: Timing, session: &Session) -> anyhow::Result<()> {
+    for (name, bytes) in files {
+        folder.write(name, bytes)?;
+        interrupt::check()?;
+    }
+    timing.stage("write");
+    folder.write(timing::FILE, timing.to_json())?;
+    let place = folder.finish()?;
+    session.note(format_args!("written to {}", place.display()));
+    Ok(())
+}
+
+/// A bar over runs that Ctrl-C stops.
+struct Bar(ProgressBar);
+
+impl Watch for Bar {
+    fn advance(&self, runs: u64) {
+        self.0.inc(runs);
+    }
+
+    fn stop(&self) -> bool {
+        interrupt::requested()
+    }
+}

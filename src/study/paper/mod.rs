@@ -1,0 +1,358 @@
+//! The source paper's experiment, whole: its chain before the rigid wall, its two damping laws on the annulus, its sweep of the
+//! amplitude scale, every printed statement beside ours, and how much each reading of what is not printed matters.
+//!
+//! A study is taken step by step ([`Study::rigid`], [`Study::ensembles`], [`Study::sweeps`], [`Study::readings`]) so that a caller can
+//! time, show and stop each; [`judge`] holds the outcome against [`published::STATEMENTS`](super::published::STATEMENTS).
+
+mod judgement;
+mod reading;
+mod rigid;
+
+use serde::Serialize;
+
+use super::{
+    ensemble::{EnsemblePlan, Moments, STEPS_PER_PERIOD, Spread},
+    failure::{StudyError, enough, reasons},
+    members::{Bodies, Watch, perturbations},
+    noise::Noise,
+    observation,
+    portrait::{Portrait, PortraitMoments, Trait},
+    published::SWEPT_ALPHAS,
+};
+use crate::{
+    feature::{AmplitudeSpectrum, FeatureSettings, Ratio, amplitude_spectrum},
+    model::{self, ModelError, chain::ensemble::Variation},
+    scene::{self, DampingKind, ModelKind, Scene, SceneError},
+    signal::Series,
+};
+
+pub use judgement::{Judgement, Verdict, judge};
+pub use reading::{Change, READINGS, Reading, ReadingOutcome};
+pub use rigid::{RigidOutcome, RigidRun};
+
+/// How much is run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PaperPlan {
+    /// Amplitude scales of the sweep, 1.
+    pub alphas: Vec<f64>,
+    /// Perturbed runs of each law at its own α and at α ± 1 %, ≥ 2.
+    pub members: usize,
+    /// Perturbed runs at each α of the sweep, ≥ 2.
+    pub sweep_members: usize,
+    /// Perturbed runs of each reading, ≥ 2.
+    pub reading_members: usize,
+    /// Seed of the perturbations.
+    pub seed: u64,
+    /// Rms of the noise added to the velocity before it is measured, m/s.
+    pub noise_rms_m_per_s: f64,
+    /// Bandwidth of that noise, Hz.
+    pub noise_bandwidth_hz: f64,
+    /// Whether the rigid scene is also run by finite elements.
+    pub fea: bool,
+}
+
+impl PaperPlan {
+    /// Every α of the paper, as many runs as a scatter needs.
+    #[must_use]
+    pub fn whole(seed: u64) -> Self {
+        let (first, last, step) = SWEPT_ALPHAS;
+        let count = ((last - first) / step).round() as u32;
+        let noise = Noise::of_reconstruction(seed);
+        Self {
+            // Of whole hundredths, so that 0.5 is the paper's 0.5 and not the next number to it.
+            alphas: (0..=count).map(|index| ((first + step * f64::from(index)) * 100.0).round() / 100.0).collect(),
+            members: 24,
+            sweep_members: 6,
+            reading_members: 12,
+            seed,
+            noise_rms_m_per_s: noise.rms,
+            noise_bandwidth_hz: noise.bandwidth,
+            fea: true,
+        }
+    }
+
+    /// A coarse sweep and few runs, for a first look and for tests.
+    #[must_use]
+    pub fn quick(seed: u64) -> Self {
+        let whole = Self::whole(seed);
+        let alphas = whole.alphas.iter().copied().step_by(4).collect();
+        Self { alphas, members: 4, sweep_members: 2, reading_members: 2, fea: false, ..whole }
+    }
+
+    /// Runs of an annulus scene in all; the unperturbed ones and the rigid scene are not counted.
+    #[must_use]
+    pub fn runs(&self) -> usize {
+        LAWS.len()
+            * (3 * self.members + self.sweep_members * self.alphas.len() + self.reading_members * reading::runs())
+    }
+}
+
+/// A damping law of the paper with its coefficient and the α it is compared at.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Law {
+    /// For people.
+    pub name: &'static str,
+    /// Word of `damping.kind`.
+    pub kind: &'static str,
+    /// Coefficient in SI.
+    pub coefficient: f64,
+    /// α of the comparison, 1.
+    pub alpha: f64,
+    /// The line the paper finds beside the drive line.
+    pub own_line: Ratio,
+}
+
+/// The paper's two laws.
+pub const LAWS: [Law; 2] = [
+    Law { name: "linear", kind: "linear", coefficient: 0.3, alpha: 0.5, own_line: Ratio::new(1, 3) },
+    Law {
+        name: "Kuwabara–Kono",
+        kind: DampingKind::KuwabaraKono.name(),
+        coefficient: 3660.0,
+        alpha: 1.5,
+        own_line: Ratio::new(1, 2),
+    },
+];
+
+impl Law {
+    /// Its scene on the annulus; `more` overrides come last.
+    ///
+    /// # Errors
+    /// [`SceneError`] for an override that no scene may have.
+    pub fn scene(&self, more: &[String]) -> Result<Scene, SceneError> {
+        let mut overrides = vec![
+            format!("damping.kind={}", self.kind),
+            format!("damping.coefficient={}", self.coefficient),
+            format!("alpha={}", self.alpha),
+        ];
+        overrides.extend(more.iter().cloned());
+        scene::load("annulus", &overrides)
+    }
+}
+
+/// One point of a sweep.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SweepPoint {
+    /// α, 1.
+    pub alpha: f64,
+    /// Mean and scatter, in the order of [`Trait::all`].
+    pub moments: PortraitMoments,
+}
+
+/// A law at its own α.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LawOutcome {
+    /// The law.
+    pub law: Law,
+    /// The numbers of the unperturbed, noise-free run.
+    pub single: Portrait,
+    /// Mean, scatter and sensitivity of every number, in the order of [`Trait::all`].
+    pub spreads: Vec<Option<Spread>>,
+    /// Mean and scatter at the law's own α.
+    pub moments: PortraitMoments,
+    /// Perturbed runs that failed, with their reasons.
+    pub failures: Vec<String>,
+    /// Largest energy residual of the unperturbed run over its largest energy, 1.
+    pub energy_balance: f64,
+    /// Velocity of the pole in the unperturbed run, m/s; not written.
+    #[serde(skip)]
+    pub velocity: Series,
+    /// Its spectrum in the window where the drive is on; not written.
+    #[serde(skip)]
+    pub spectrum: AmplitudeSpectrum,
+}
+
+impl LawOutcome {
+    /// Mean, scatter and sensitivity of one number.
+    #[must_use]
+    pub fn spread(&self, what: Trait) -> Option<Spread> {
+        let index = Trait::all().iter().position(|other| *other == what)?;
+        self.spreads.get(index).copied().flatten()
+    }
+}
+
+/// Everything.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PaperOutcome {
+    /// What was asked for.
+    pub plan: PaperPlan,
+    /// The model of the annulus scenes.
+    pub model: &'static str,
+    /// The chain before the rigid wall.
+    pub rigid: RigidOutcome,
+    /// Both laws at their own α.
+    pub laws: Vec<LawOutcome>,
+    /// Both laws over α.
+    pub sweeps: Vec<Vec<SweepPoint>>,
+    /// Both laws under each reading, by rank.
+    pub readings: Vec<Vec<ReadingOutcome>>,
+}
+
+/// Scenes and bodies made ready.
+#[derive(Debug)]
+pub struct Study {
+    plan: PaperPlan,
+    overrides: Vec<String>,
+    scenes: Vec<Scene>,
+    settings: FeatureSettings,
+    bodies: Bodies,
+    noise: Noise,
+}
+
+impl Study {
+    /// Make the paper's scenes ready; `overrides` apply to all of them, such as `model.kind=chain`.
+    ///
+    /// # Errors
+    /// [`StudyError`].
+    pub fn new(plan: PaperPlan, overrides: &[String]) -> Result<Self, StudyError> {
+        let least = [
+            ("members", plan.members, 2),
+            ("sweep members", plan.sweep_members, 2),
+            ("reading members", plan.reading_members, 2),
+            ("alphas", plan.alphas.len(), 1),
+        ];
+        if let Some((what, found, least)) = least.into_iter().find(|(_, found, least)| found < least) {
+            return Err(StudyError::TooFew { what, least, found });
+        }
+        let scenes = LAWS.iter().map(|law| law.scene(overrides)).collect::<Result<Vec<_>, _>>()?;
+        let noise = Noise { rms: plan.noise_rms_m_per_s, bandwidth: plan.noise_bandwidth_hz, seed: plan.seed };
+        let clean = observation::settings(&scenes[0])
+            .map_err(|source| StudyError::Feature { what: "the drive".into(), source })?;
+        let bodies = Bodies::of(&scenes[0])
+            .map_err(|source| StudyError::Run { what: "the bodies of the annulus scene".into(), source })?;
+        Ok(Self { plan, overrides: overrides.to_vec(), scenes, settings: clean, bodies, noise })
+    }
+
+    /// The scenes of both laws.
+    #[must_use]
+    pub fn scenes(&self) -> &[Scene] {
+        &self.scenes
+    }
+
+    /// What is run.
+    #[must_use]
+    pub fn plan(&self) -> &PaperPlan {
+        &self.plan
+    }
+
+    /// The model of the annulus scenes.
+    #[must_use]
+    pub fn model(&self) -> ModelKind {
+        self.scenes[0].model.kind
+    }
+
+    /// The chain before the rigid wall on every model that is cheap.
+    ///
+    /// # Errors
+    /// [`StudyError`].
+    pub fn rigid(&self, watch: &dyn Watch) -> Result<RigidOutcome, StudyError> {
+        rigid::run(&self.overrides, self.plan.fea, watch)
+    }
+
+    /// Both laws at their own α: once as they are, then perturbed at α and α ± 1 %.
+    ///
+    /// # Errors
+    /// [`StudyError`].
+    pub fn ensembles(&self, watch: &dyn Watch) -> Result<Vec<LawOutcome>, StudyError> {
+        LAWS.iter().zip(&self.scenes).map(|(law, scene)| self.ensemble(law, scene, watch)).collect()
+    }
+
+    fn ensemble(&self, law: &Law, scene: &Scene, watch: &dyn Watch) -> Result<LawOutcome, StudyError> {
+        let what = || format!("{} dampers at α = {}", law.name, law.alpha);
+        let response = model::run(scene, &mut |_| !watch.stop()).map_err(|source| match source {
+            ModelError::Stopped { .. } => StudyError::Stopped,
+            source => StudyError::Run { what: what(), source },
+        })?;
+        let unmeasured = |source| StudyError::Feature { what: what(), source };
+        let velocity = response.pole_velocity;
+        let single = Portrait::of(&velocity, &self.settings).map_err(unmeasured)?;
+        let window = self.settings.window.unwrap_or_else(|| crate::feature::Window::whole(&velocity));
+        let spectrum = amplitude_spectrum(&velocity, window).map_err(unmeasured)?;
+
+        let plan = EnsemblePlan::new(self.plan.members, self.plan.seed);
+        let perturbed = perturbations(scene, &plan);
+        let levels = [1.0, 1.0 + plan.drive_change, 1.0 - plan.drive_change];
+        let variations: Vec<Variation> =
+            levels.iter().flat_map(|level| perturbed.iter().map(|member| scaled(member, *level))).collect();
+        let portraits = self.portraits(scene, &variations, watch)?;
+        let failures = reasons(&portraits);
+        let [own, above, below] = [0, 1, 2].map(|level| {
+            let members = &portraits[level * plan.members..(level + 1) * plan.members];
+            PortraitMoments::over(&members.iter().flatten().collect::<Vec<_>>())
+        });
+        let own = enough(own, &portraits[..plan.members], what)?;
+        let spreads = Trait::all()
+            .into_iter()
+            .map(|number| Some(Spread::between(&own.get(number)?, &above.get(number)?, &below.get(number)?)))
+            .collect();
+        let energy = response.energy;
+        let energy_balance = if energy.largest_j > 0.0 { energy.residual_j.abs() / energy.largest_j } else { 0.0 };
+        Ok(LawOutcome { law: *law, single, spreads, moments: own, failures, energy_balance, velocity, spectrum })
+    }
+
+    /// Both laws over the plan's α.
+    ///
+    /// # Errors
+    /// [`StudyError`].
+    pub fn sweeps(&self, watch: &dyn Watch) -> Result<Vec<Vec<SweepPoint>>, StudyError> {
+        let plan = EnsemblePlan::new(self.plan.sweep_members, self.plan.seed);
+        let sweep = |(law, scene): (&Law, &Scene)| {
+            let perturbed = perturbations(scene, &plan);
+            let variations: Vec<Variation> = (self.plan.alphas.iter())
+                .flat_map(|alpha| perturbed.iter().map(move |member| scaled(member, alpha / law.alpha)))
+                .collect();
+            let portraits = self.portraits(scene, &variations, watch)?;
+            let points = self.plan.alphas.iter().zip(portraits.chunks(plan.members)).map(|(&alpha, members)| {
+                let moments = PortraitMoments::over(&members.iter().flatten().collect::<Vec<_>>());
+                let what = || format!("{} dampers at α = {alpha}", law.name);
+                Ok(SweepPoint { alpha, moments: enough(moments, members, what)? })
+            });
+            points.collect()
+        };
+        LAWS.iter().zip(&self.scenes).map(sweep).collect()
+    }
+
+    /// Both laws under each reading, one at a time, ranked.
+    ///
+    /// # Errors
+    /// [`StudyError`].
+    pub fn readings(&self, watch: &dyn Watch) -> Result<Vec<Vec<ReadingOutcome>>, StudyError> {
+        LAWS.iter().map(|law| reading::run(self, law, watch)).collect()
+    }
+
+    /// Portraits of perturbed runs of a scene with the annulus' own bodies.
+    fn portraits(
+        &self,
+        scene: &Scene,
+        variations: &[Variation],
+        watch: &dyn Watch,
+    ) -> Result<Vec<Result<Portrait, String>>, StudyError> {
+        self.portraits_of(&self.bodies, scene, variations, &self.settings, watch)
+    }
+
+    fn portraits_of(
+        &self,
+        bodies: &Bodies,
+        scene: &Scene,
+        variations: &[Variation],
+        settings: &FeatureSettings,
+        watch: &dyn Watch,
+    ) -> Result<Vec<Result<Portrait, String>>, StudyError> {
+        let noisy = self.noise.settings(settings);
+        let portraits = bodies
+            .run(scene, variations, STEPS_PER_PERIOD, watch, |index, velocity| {
+                Portrait::of(&self.noise.on(velocity, index), &noisy)
+            })
+            .map_err(|source| StudyError::Run { what: "perturbed runs".into(), source })?;
+        if watch.stop() { Err(StudyError::Stopped) } else { Ok(portraits) }
+    }
+}
+
+fn scaled(member: &Variation, factor: f64) -> Variation {
+    Variation { amplitude_scale: member.amplitude_scale * factor, ..member.clone() }
+}
+
+/// The moments of one number that every run has.
+fn moment(moments: &PortraitMoments, what: Trait) -> Moments {
+    moments.get(what).unwrap_or(Moments { mean: 0.0, deviation: 0.0, count: 0 })
+}
