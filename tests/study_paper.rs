@@ -18,11 +18,12 @@ use granchain::{
 };
 
 fn outcome_on(threads: usize) -> PaperOutcome {
-    let plan = PaperPlan { alphas: vec![0.3, 0.5, 1.0, 1.5], members: 3, ..PaperPlan::quick(1) };
+    let plan = PaperPlan { alphas: vec![0.3, 0.5, 1.0, 1.5], members: 3, reading_members: 2, ..PaperPlan::quick(1) };
     let study = Study::new(plan, &["model.kind=chain".into()]).unwrap();
     let run = || PaperOutcome {
         plan: study.plan().clone(),
         model: study.model().name(),
+        readings_model: study.readings_model().name(),
         rigid: study.rigid(&Unwatched).unwrap(),
         laws: study.ensembles(&Unwatched).unwrap(),
         sweeps: study.sweeps(&Unwatched).unwrap(),

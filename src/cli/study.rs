@@ -24,9 +24,9 @@ use crate::{
     scene::{ModelKind, Scene},
     study::{
         EnsemblePlan,
+        decoder::Decoder,
         ensemble::STEPS_PER_PERIOD,
         members::{Bodies, Watch, perturbations},
-        noise::Noise,
         observation,
         portrait::Portrait,
     },
@@ -123,9 +123,9 @@ fn estimate(scene: &Scene, runs: usize) -> anyhow::Result<Duration> {
     let settings = observation::settings(scene)?;
     let bodies = Bodies::of(scene)?;
     let started = Instant::now();
-    let noise = Noise::of_reconstruction(0);
+    let decoder = Decoder::of_reconstruction(0);
     bodies.run(scene, &variations, STEPS_PER_PERIOD, &Stopwatch, |index, velocity| {
-        Portrait::of(&noise.on(velocity, index), &settings)
+        Portrait::of(&decoder.sees(velocity, index), &settings)
     })?;
     interrupt::check()?;
     Ok(started.elapsed() * u32::try_from(runs.div_ceil(members)).unwrap_or(u32::MAX))

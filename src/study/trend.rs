@@ -3,10 +3,10 @@
 use serde::Serialize;
 
 use super::{
+    decoder::Decoder,
     ensemble::{EnsemblePlan, STEPS_PER_PERIOD},
     failure::{StudyError, enough},
     members::{Bodies, Watch, perturbations},
-    noise::Noise,
     observation,
     paper::Law,
     portrait::{Portrait, PortraitMoments},
@@ -77,14 +77,14 @@ fn point(
     let all: Vec<String> = overrides.iter().chain(&setting.overrides).cloned().collect();
     let scene = law.scene(&all)?;
     let clean = observation::settings(&scene).map_err(|source| StudyError::Feature { what: what(), source })?;
-    let noise = Noise::of_reconstruction(plan.seed);
-    let noisy = noise.settings(&clean);
+    let decoder = Decoder::of_reconstruction(plan.seed);
+    let noisy = decoder.settings(&clean);
     let run = |source| StudyError::Run { what: what(), source };
     let variations = perturbations(&scene, &EnsemblePlan::new(plan.members, plan.seed));
     let outcomes = Bodies::of(&scene)
         .map_err(run)?
         .run(&scene, &variations, STEPS_PER_PERIOD, watch, |index, velocity| {
-            let velocity = noise.on(velocity, index);
+            let velocity = decoder.sees(velocity, index);
             Ok((Portrait::of(&velocity, &noisy)?, bands(&velocity, &noisy)?))
         })
         .map_err(run)?;

@@ -18,7 +18,7 @@ use crate::{
     feature::{amplitude_spectrum, line_amplitude},
     measurement::{ReadOptions, RecordKind, read_record_bytes},
     report::paper::{PaperReport, Reconstruction},
-    scene::Scene,
+    scene::{ModelKind, Scene},
     study::{
         failure::StudyError,
         observation,
@@ -35,7 +35,7 @@ pub struct Arguments {
     /// What all studies share.
     #[command(flatten)]
     pub study: StudyArguments,
-    /// Perturbed runs of each law at each of its three drive levels [default: 24, 4 with --quick]
+    /// Perturbed runs of each law at each of its three drive levels [default: 16, 4 with --quick]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..), help_heading = "Study")]
     pub members: Option<u32>,
     /// Where results go.
@@ -57,9 +57,16 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     let output = &arguments.output;
     let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
     timing.stage("read");
-    let runs = study.plan().runs();
-    let time = estimate(&study.scenes()[0], runs).context("the scene with linear dampers cannot be run")?;
-    session.note(format_args!("{runs} runs on model `{}`, about {}", study.model().name(), said(time)));
+    let (own, on_chain) = study.plan().runs();
+    let scene = &study.scenes()[0];
+    let mut time = estimate(scene, own).context("the scene with linear dampers cannot be run")?;
+    if on_chain > 0 {
+        let mut chain = scene.clone();
+        chain.model.kind = ModelKind::Chain;
+        time += estimate(&chain, on_chain).context("the scene with linear dampers cannot be run on the chain")?;
+    }
+    let runs = own + on_chain;
+    session.note(format_args!("{runs} runs, {own} on model `{}`: about {}", study.model().name(), said(time)));
     timing.stage("estimate");
 
     let bar = Bar(progress::bar(session, runs as u64, "runs"));
@@ -103,7 +110,8 @@ fn run(study: &Study, bar: &Bar, timing: &mut Timing) -> Result<PaperOutcome, St
     timing.breakdown("sweep", &[("50 runs", seconds * 50.0 / runs as f64)]);
     let readings = study.readings(bar)?;
     timing.stage("readings");
-    Ok(PaperOutcome { plan: study.plan().clone(), model: study.model().name(), rigid, laws, sweeps, readings })
+    let (model, readings_model) = (study.model().name(), study.readings_model().name());
+    Ok(PaperOutcome { plan: study.plan().clone(), model, readings_model, rigid, laws, sweeps, readings })
 }
 
 /// The shipped reconstruction with its spectrum in the window where the scene's drive is on: both count from the start of the burst.

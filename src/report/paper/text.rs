@@ -49,10 +49,11 @@ pub(super) fn introduction(outcome: &PaperOutcome) -> Block {
         "Six 1 mm steel beads between a piston (73 kHz, 1 µm times α) and a resin annulus, run on model {} with the paper’s two damping laws: \
          linear dashpots of 0.3 N·s/m at α = 0.5 and Kuwabara–Kono dashpots of 3660 N·s·m⁻³ᐟ² at α = 1.5. The motion is chaotic or close to it, \
          so a single run means little: each law was run {} times with gaps jittered by 0.3 nm, the drive by 1 in 10⁴ and noise of {} mm/s rms \
-         on the velocity, and as often at 1 % more and 1 % less drive.",
+         on the velocity (which passes a decoder of {} MHz), and as often at 1 % more and 1 % less drive.",
         outcome.model,
         plan.members,
-        significant(1e3 * plan.noise_rms_m_per_s, 2)
+        significant(1e3 * plan.noise_rms_m_per_s, 2),
+        significant(1e-6 * plan.bandwidth_hz, 2)
     ))
 }
 
@@ -178,8 +179,9 @@ pub(super) fn readings(outcome: &PaperOutcome) -> String {
         .map(|(law, readings)| format!("with {} dampers {}", law.name, lead(readings)))
         .collect();
     format!(
-        "Each reading of what the paper does not say is varied alone, {} perturbed runs each. Largest shifts: {}. By comparison 1 % of drive \
+        "Each reading of what the paper does not say is varied alone on model {}, {} perturbed runs each. Largest shifts: {}. By comparison 1 % of drive \
          moves the positive peak by {}.",
+        outcome.readings_model,
         outcome.plan.reading_members,
         leads.join("; "),
         outcome
@@ -250,10 +252,10 @@ pub(super) fn unknown(plan: &PaperPlan) -> Vec<String> {
          together only as radii."
             .into(),
         format!(
-            "The noise of {} mm/s rms within {} MHz is that of the reconstruction, invented; jitters of 0.3 nm and 10⁻⁴ lie far below what a \
+            "The decoder’s noise of {} mm/s rms and its bandwidth of {} MHz are those of the reconstruction, invented; jitters of 0.3 nm and 10⁻⁴ lie far below what a \
              laboratory controls, so the scatter is a lower bound.",
             significant(1e3 * plan.noise_rms_m_per_s, 2),
-            significant(1e-6 * plan.noise_bandwidth_hz, 2)
+            significant(1e-6 * plan.bandwidth_hz, 2)
         ),
         "The thresholds by which lines are called present and a response impulsive are ours: the paper says what is seen in its figures.".into(),
     ]
@@ -267,12 +269,12 @@ pub(super) fn provenance(report: &PaperReport) -> Vec<(String, String)> {
     let balance = outcome.laws.iter().map(|law| law.energy_balance).fold(0.0, f64::max);
     vec![
         ("version".into(), report.program.clone()),
-        ("model".into(), outcome.model.into()),
+        ("model".into(), format!("{}; readings on {}", outcome.model, outcome.readings_model)),
         (
             "runs".into(),
             format!(
                 "{} of the annulus scene: {} a law at its α, {} at each of {} α, {} a reading",
-                plan.runs(),
+                plan.runs().0 + plan.runs().1,
                 3 * plan.members,
                 plan.sweep_members,
                 plan.alphas.len(),

@@ -7,7 +7,8 @@
 //! ```
 //!
 //! s is the standard deviation of a single run, since the printed number is that of a single run too. A line is present or absent as in
-//! [`portrait`](crate::study::portrait). An extreme over α agrees where it falls on the printed α or one step beside it.
+//! [`portrait`](crate::study::portrait). An extreme over α agrees where it falls on the printed α or one of the paper's
+//! steps beside it.
 
 use serde::Serialize;
 
@@ -17,7 +18,7 @@ use crate::{
     study::{
         ensemble::Spread,
         portrait::{IMPULSIVE_CREST, Trait},
-        published::{Claim, KUWABARA_KONO, MEASURED, PEAK_HALF_DIGIT, STATEMENTS, Statement, Subject},
+        published::{Claim, KUWABARA_KONO, MEASURED, PEAK_HALF_DIGIT, STATEMENTS, SWEPT_ALPHAS, Statement, Subject},
     },
 };
 
@@ -195,7 +196,7 @@ fn extreme(
     let (Some(best), Some(own)) = (best, nearest) else {
         return told(statement, "the sweep has no such number", Verdict::NotTested);
     };
-    let step = sweep.windows(2).map(|pair| pair[1].alpha - pair[0].alpha).fold(0.0, f64::max);
+    let (_, _, step) = SWEPT_ALPHAS;
     let rank = 1 + points.iter().filter(|point| point.1 > own.1).count();
     let said = |(_, value, scatter): (f64, f64, f64)| match name {
         "ratio" => format!("{value:.2} ± {scatter:.2}"),

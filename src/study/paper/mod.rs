@@ -11,10 +11,10 @@ mod rigid;
 use serde::Serialize;
 
 use super::{
+    decoder::Decoder,
     ensemble::{EnsemblePlan, Moments, STEPS_PER_PERIOD, Spread},
     failure::{StudyError, enough, reasons},
     members::{Bodies, Watch, perturbations},
-    noise::Noise,
     observation,
     portrait::{Portrait, PortraitMoments, Trait},
     published::SWEPT_ALPHAS,
@@ -45,10 +45,12 @@ pub struct PaperPlan {
     pub seed: u64,
     /// Rms of the noise added to the velocity before it is measured, m/s.
     pub noise_rms_m_per_s: f64,
-    /// Bandwidth of that noise, Hz.
-    pub noise_bandwidth_hz: f64,
+    /// Bandwidth through which velocity and noise pass, Hz.
+    pub bandwidth_hz: f64,
     /// Whether the rigid scene is also run by finite elements.
     pub fea: bool,
+    /// Whether the readings are varied on the chain, where runs are cheap, rather than on the model of the rest.
+    pub readings_on_chain: bool,
 }
 
 impl PaperPlan {
@@ -57,33 +59,34 @@ impl PaperPlan {
     pub fn whole(seed: u64) -> Self {
         let (first, last, step) = SWEPT_ALPHAS;
         let count = ((last - first) / step).round() as u32;
-        let noise = Noise::of_reconstruction(seed);
+        let decoder = Decoder::of_reconstruction(seed);
         Self {
             // Of whole hundredths, so that 0.5 is the paper's 0.5 and not the next number to it.
             alphas: (0..=count).map(|index| ((first + step * f64::from(index)) * 100.0).round() / 100.0).collect(),
-            members: 24,
-            sweep_members: 6,
-            reading_members: 12,
+            members: 16,
+            sweep_members: 4,
+            reading_members: 6,
             seed,
-            noise_rms_m_per_s: noise.rms,
-            noise_bandwidth_hz: noise.bandwidth,
+            noise_rms_m_per_s: decoder.noise_rms,
+            bandwidth_hz: decoder.bandwidth,
             fea: true,
+            readings_on_chain: false,
         }
     }
 
-    /// A coarse sweep and few runs, for a first look and for tests.
+    /// Every α of the paper with few runs each, the readings on the chain.
     #[must_use]
     pub fn quick(seed: u64) -> Self {
         let whole = Self::whole(seed);
-        let alphas = whole.alphas.iter().copied().step_by(4).collect();
-        Self { alphas, members: 4, sweep_members: 2, reading_members: 2, fea: false, ..whole }
+        Self { members: 4, sweep_members: 2, reading_members: 8, fea: false, readings_on_chain: true, ..whole }
     }
 
-    /// Runs of an annulus scene in all; the unperturbed ones and the rigid scene are not counted.
+    /// Perturbed runs of the annulus scene on the model of the study, and those of the readings on the chain.
     #[must_use]
-    pub fn runs(&self) -> usize {
-        LAWS.len()
-            * (3 * self.members + self.sweep_members * self.alphas.len() + self.reading_members * reading::runs())
+    pub fn runs(&self) -> (usize, usize) {
+        let own = LAWS.len() * (3 * self.members + self.sweep_members * self.alphas.len());
+        let readings = LAWS.len() * self.reading_members * reading::ensembles();
+        if self.readings_on_chain { (own, readings) } else { (own + readings, 0) }
     }
 }
 
@@ -154,7 +157,7 @@ pub struct LawOutcome {
     pub failures: Vec<String>,
     /// Largest energy residual of the unperturbed run over its largest energy, 1.
     pub energy_balance: f64,
-    /// Velocity of the pole in the unperturbed run, m/s; not written.
+    /// Velocity of the pole in the unperturbed run within the bandwidth, m/s; not written.
     #[serde(skip)]
     pub velocity: Series,
     /// Its spectrum in the window where the drive is on; not written.
@@ -178,6 +181,8 @@ pub struct PaperOutcome {
     pub plan: PaperPlan,
     /// The model of the annulus scenes.
     pub model: &'static str,
+    /// The model on which the readings were varied.
+    pub readings_model: &'static str,
     /// The chain before the rigid wall.
     pub rigid: RigidOutcome,
     /// Both laws at their own α.
@@ -196,7 +201,7 @@ pub struct Study {
     scenes: Vec<Scene>,
     settings: FeatureSettings,
     bodies: Bodies,
-    noise: Noise,
+    decoder: Decoder,
 }
 
 impl Study {
@@ -215,12 +220,12 @@ impl Study {
             return Err(StudyError::TooFew { what, least, found });
         }
         let scenes = LAWS.iter().map(|law| law.scene(overrides)).collect::<Result<Vec<_>, _>>()?;
-        let noise = Noise { rms: plan.noise_rms_m_per_s, bandwidth: plan.noise_bandwidth_hz, seed: plan.seed };
+        let decoder = Decoder { noise_rms: plan.noise_rms_m_per_s, bandwidth: plan.bandwidth_hz, seed: plan.seed };
         let clean = observation::settings(&scenes[0])
             .map_err(|source| StudyError::Feature { what: "the drive".into(), source })?;
         let bodies = Bodies::of(&scenes[0])
             .map_err(|source| StudyError::Run { what: "the bodies of the annulus scene".into(), source })?;
-        Ok(Self { plan, overrides: overrides.to_vec(), scenes, settings: clean, bodies, noise })
+        Ok(Self { plan, overrides: overrides.to_vec(), scenes, settings: clean, bodies, decoder })
     }
 
     /// The scenes of both laws.
@@ -239,6 +244,12 @@ impl Study {
     #[must_use]
     pub fn model(&self) -> ModelKind {
         self.scenes[0].model.kind
+    }
+
+    /// The model on which the readings are varied.
+    #[must_use]
+    pub fn readings_model(&self) -> ModelKind {
+        if self.plan.readings_on_chain { ModelKind::Chain } else { self.model() }
     }
 
     /// The chain before the rigid wall on every model that is cheap.
@@ -264,7 +275,7 @@ impl Study {
             source => StudyError::Run { what: what(), source },
         })?;
         let unmeasured = |source| StudyError::Feature { what: what(), source };
-        let velocity = response.pole_velocity;
+        let velocity = self.decoder.passes(&response.pole_velocity);
         let single = Portrait::of(&velocity, &self.settings).map_err(unmeasured)?;
         let window = self.settings.window.unwrap_or_else(|| crate::feature::Window::whole(&velocity));
         let spectrum = amplitude_spectrum(&velocity, window).map_err(unmeasured)?;
@@ -338,10 +349,10 @@ impl Study {
         settings: &FeatureSettings,
         watch: &dyn Watch,
     ) -> Result<Vec<Result<Portrait, String>>, StudyError> {
-        let noisy = self.noise.settings(settings);
+        let noisy = self.decoder.settings(settings);
         let portraits = bodies
             .run(scene, variations, STEPS_PER_PERIOD, watch, |index, velocity| {
-                Portrait::of(&self.noise.on(velocity, index), &noisy)
+                Portrait::of(&self.decoder.sees(velocity, index), &noisy)
             })
             .map_err(|source| StudyError::Run { what: "perturbed runs".into(), source })?;
         if watch.stop() { Err(StudyError::Stopped) } else { Ok(portraits) }

@@ -76,7 +76,7 @@ pub const READINGS: &[Reading] = &[
 ];
 
 /// Ensembles a law needs: the default, the default on the chain, and each reading.
-pub(super) fn runs() -> usize {
+pub(super) fn ensembles() -> usize {
     READINGS.len() + 2
 }
 
@@ -110,9 +110,10 @@ pub struct ReadingOutcome {
 
 /// All readings of a law, largest shift first; those that could not be run last.
 pub(super) fn run(study: &Study, law: &Law, watch: &dyn Watch) -> Result<Vec<ReadingOutcome>, StudyError> {
-    let default = ensemble(study, law, &[], watch)?;
+    let model = format!("model.kind={}", study.readings_model().name());
+    let default = ensemble(study, law, &[&model], watch)?;
     let chain = ["model.kind=chain"];
-    let on_chain = match study.model() {
+    let on_chain = match study.readings_model() {
         ModelKind::Chain => default.clone(),
         ModelKind::Reduced | ModelKind::Fea => ensemble(study, law, &chain, watch)?,
     };
@@ -121,7 +122,7 @@ pub(super) fn run(study: &Study, law: &Law, watch: &dyn Watch) -> Result<Vec<Rea
         let (base, more) = if reading.chain_only {
             (&on_chain, [&chain, reading.overrides].concat())
         } else {
-            (&default, reading.overrides.to_vec())
+            (&default, [&[model.as_str()], reading.overrides].concat())
         };
         outcomes.push(match ensemble(study, law, &more, watch) {
             Ok(moments) => compared(reading, law, base, &moments),
