@@ -9,6 +9,7 @@ use granchain::{
     report::paper::{PaperReport, Reconstruction},
     signal::Series,
     study::{
+        Bodies,
         ensemble::Moments,
         members::Unwatched,
         paper::{Judgement, LAWS, PaperOutcome, PaperPlan, READINGS, Study, Verdict, judge},
@@ -19,7 +20,7 @@ use granchain::{
 
 fn outcome_on(threads: usize) -> PaperOutcome {
     let plan = PaperPlan { alphas: vec![0.3, 0.5, 1.0, 1.5], members: 3, reading_members: 2, ..PaperPlan::quick(1) };
-    let study = Study::new(plan, &["model.kind=chain".into()]).unwrap();
+    let study = Study::new(plan, &["model.kind=chain".into()], Bodies::new(None)).unwrap();
     let run = || PaperOutcome {
         plan: study.plan().clone(),
         model: study.model().name(),

@@ -6,6 +6,7 @@ use granchain::{
     feature::Ratio,
     report::{chain_length::ChainLengthReport, precompression::PrecompressionReport},
     study::{
+        Bodies,
         chain_length::{self, BEADS},
         members::Unwatched,
         portrait::Trait,
@@ -23,7 +24,7 @@ fn on_chain<T: Send>(threads: usize, run: impl FnOnce(&[String]) -> T + Send) ->
 
 #[test]
 fn chains_of_all_lengths_are_run_and_six_beads_have_the_lines_of_their_law() {
-    let run = |threads| on_chain(threads, |own| chain_length::run(&PLAN, own, &Unwatched).unwrap());
+    let run = |threads| on_chain(threads, |own| chain_length::run(&PLAN, own, &Bodies::new(None), &Unwatched).unwrap());
     let laws = run(2);
     for law in &laws {
         assert_eq!(law.points.iter().map(|point| point.value as usize).collect::<Vec<_>>(), BEADS.collect::<Vec<_>>());
@@ -53,7 +54,7 @@ fn chains_of_all_lengths_are_run_and_six_beads_have_the_lines_of_their_law() {
 
 #[test]
 fn a_pressed_chain_loses_its_impulses_and_moves_less() {
-    let laws = on_chain(2, |own| precompression::run(&PLAN, own, &Unwatched).unwrap());
+    let laws = on_chain(2, |own| precompression::run(&PLAN, own, &Bodies::new(None), &Unwatched).unwrap());
     for law in &laws {
         assert_eq!(law.points.iter().map(|point| point.value).collect::<Vec<_>>(), FORCES);
         let crest = |index: usize| law.points[index].moments.get(Trait::Crest).unwrap().mean;

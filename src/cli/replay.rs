@@ -28,7 +28,7 @@ use crate::{
     response::{EnergyLedger, Response, SolverWork, write_csv},
     scene::{Effect, ModelKind, Scene, effects},
     study::{
-        EnsemblePlan, ensemble, observation,
+        Bodies, EnsemblePlan, ensemble, observation,
         published::{Published, published},
     },
 };
@@ -181,7 +181,7 @@ impl Job<'_> {
         let features = measure(&response.pole_velocity, settings)?;
         timing.stage("features");
         let plan = arguments.ensemble.map(|members| EnsemblePlan::new(members as usize, session.seed()));
-        let spread = plan.map(|plan| ensemble::run(scene, &plan)).transpose()?;
+        let spread = plan.map(|plan| ensemble::run_on(&Bodies::new(session.cache()), scene, &plan)).transpose()?;
         interrupt::check()?;
         timing.stage("ensemble");
 

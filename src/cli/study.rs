@@ -22,11 +22,12 @@ use super::{
 use crate::{
     report::page::Files,
     scene::{ModelKind, Scene},
+    signal::Series,
     study::{
-        EnsemblePlan,
+        Bodies, EnsemblePlan,
         decoder::Decoder,
         ensemble::STEPS_PER_PERIOD,
-        members::{Bodies, Watch, perturbations},
+        members::{self, Watch, perturbations},
         observation,
         portrait::Portrait,
     },
@@ -117,16 +118,16 @@ impl StudyArguments {
 ///
 /// # Errors
 /// When the model cannot run the scene.
-fn estimate(scene: &Scene, runs: usize) -> anyhow::Result<Duration> {
+fn estimate(bodies: &Bodies, scene: &Scene, runs: usize) -> anyhow::Result<Duration> {
     let members = rayon::current_num_threads() * if scene.model.kind == ModelKind::Chain { 8 } else { 1 };
     let variations = perturbations(scene, &EnsemblePlan::new(members, 0));
     let settings = observation::settings(scene)?;
-    let bodies = Bodies::of(scene)?;
+    // Not counted: made once.
+    bodies.prepared(scene)?;
     let started = Instant::now();
     let decoder = Decoder::of_reconstruction(0);
-    bodies.run(scene, &variations, STEPS_PER_PERIOD, &Stopwatch, |index, velocity| {
-        Portrait::of(&decoder.sees(velocity, index), &settings)
-    })?;
+    let see = |index, velocity: &Series| Portrait::of(&decoder.sees(velocity, index), &settings);
+    members::run(bodies, scene, &variations, STEPS_PER_PERIOD, &Stopwatch, see)?;
     interrupt::check()?;
     Ok(started.elapsed() * u32::try_from(runs.div_ceil(members)).unwrap_or(u32::MAX))
 }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::{
+    bodies::Bodies,
     failure::StudyError,
     members::Watch,
     paper::{LAWS, Law},
@@ -56,11 +57,16 @@ pub fn runs(plan: &TrendPlan) -> usize {
 ///
 /// # Errors
 /// [`StudyError`].
-pub fn run(plan: &TrendPlan, overrides: &[String], watch: &dyn Watch) -> Result<Vec<ChainLengths>, StudyError> {
+pub fn run(
+    plan: &TrendPlan,
+    overrides: &[String],
+    bodies: &Bodies,
+    watch: &dyn Watch,
+) -> Result<Vec<ChainLengths>, StudyError> {
     let settings: Vec<Setting> =
         BEADS.map(|beads| Setting { value: beads as f64, overrides: vec![format!("chain.beads={beads}")] }).collect();
     let study = |law: &Law| {
-        let points = along(law, overrides, &settings, plan, watch)?;
+        let points = along(law, overrides, &settings, plan, bodies, watch)?;
         let (beads, width): (Vec<f64>, Vec<f64>) =
             points.iter().filter_map(|point| Some((point.value, point.moments.get(Trait::Bandwidth)?.mean))).unzip();
         Ok(ChainLengths { law: *law, points, bandwidth_correlation: rank_correlation(&beads, &width) })

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{
-    members::{Bodies, Unwatched, perturbations},
+    bodies::Bodies,
+    members::{self, Unwatched, perturbations},
     observation::{self, Observation},
 };
 use crate::{
@@ -109,11 +110,19 @@ pub enum EnsembleError {
 /// # Errors
 /// [`EnsembleError`]; single failed runs are counted in the outcome instead.
 pub fn run(scene: &Scene, plan: &EnsemblePlan) -> Result<EnsembleOutcome, EnsembleError> {
+    run_on(&Bodies::new(None), scene, plan)
+}
+
+/// As [`run`], with bodies that may be ready already.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_on(bodies: &Bodies, scene: &Scene, plan: &EnsemblePlan) -> Result<EnsembleOutcome, EnsembleError> {
     if plan.members < 2 {
         return Err(EnsembleError::TooFew { found: plan.members });
     }
     let settings = observation::settings(scene)?;
-    run_as_seen(scene, plan, STEPS_PER_PERIOD, |velocity| Observation::measure(velocity, &settings))
+    observe(bodies, scene, plan, STEPS_PER_PERIOD, |velocity| Observation::measure(velocity, &settings))
 }
 
 /// As [`run`], with a step of T0/`steps_per_period` of the chain and every pole velocity (m/s) watched by `watch`: a laboratory with
@@ -122,6 +131,16 @@ pub fn run(scene: &Scene, plan: &EnsemblePlan) -> Result<EnsembleOutcome, Ensemb
 /// # Errors
 /// [`EnsembleError`]; single failed runs are counted in the outcome instead.
 pub fn run_as_seen(
+    scene: &Scene,
+    plan: &EnsemblePlan,
+    steps_per_period: u32,
+    watch: impl Fn(&Series) -> Result<Observation, FeatureError> + Sync,
+) -> Result<EnsembleOutcome, EnsembleError> {
+    observe(&Bodies::new(None), scene, plan, steps_per_period, watch)
+}
+
+fn observe(
+    bodies: &Bodies,
     scene: &Scene,
     plan: &EnsemblePlan,
     steps_per_period: u32,
@@ -141,8 +160,8 @@ pub fn run_as_seen(
             })
         })
         .collect();
-    let watched =
-        Bodies::of(scene)?.run(scene, &variations, steps_per_period, &Unwatched, |_, velocity| watch(velocity))?;
+    let see = |_, velocity: &Series| watch(velocity);
+    let watched = members::run(bodies, scene, &variations, steps_per_period, &Unwatched, see)?;
     let failures: Vec<String> = watched.iter().filter_map(|outcome| outcome.as_ref().err().cloned()).collect();
     let observations: Vec<Option<Observation>> = watched.into_iter().map(Result::ok).collect();
     let [at_scene, above, below] = [0, 1, 2].map(|level| {

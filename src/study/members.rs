@@ -8,11 +8,11 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-use super::ensemble::EnsemblePlan;
+use super::{bodies::Bodies, ensemble::EnsemblePlan};
 use crate::{
     feature::FeatureError,
     model::{
-        self, ModelError, Prepared,
+        ModelError,
         chain::ensemble::{Ensemble, Variation},
     },
     scene::{ModelKind, Scene, Support},
@@ -60,66 +60,49 @@ pub fn perturbations(scene: &Scene, plan: &EnsemblePlan) -> Vec<Variation> {
         .collect()
 }
 
-/// A scene's bodies, ready to be run many times.
-#[derive(Debug)]
-pub struct Bodies {
-    /// None of the chain, which has nothing to prepare.
-    prepared: Option<Prepared>,
-}
-
-impl Bodies {
-    /// Make the bodies of `scene` ready for the model it asks for.
-    ///
-    /// # Errors
-    /// When the model cannot run the scene.
-    pub fn of(scene: &Scene) -> Result<Self, ModelError> {
-        let has_bodies = scene.model.kind != ModelKind::Chain;
-        Ok(Self { prepared: has_bodies.then(|| model::prepare(scene)).transpose()? })
-    }
-
-    /// Run every variation of `scene`, which must have these bodies, and keep what `see` makes of the pole's velocity (m/s) and the
-    /// variation's index; a run that failed leaves its reason.
-    ///
-    /// - `steps_per_period`: of the chain's fixed step; the other models have their own
-    ///
-    /// Once `watch` says stop, what is left is [`ModelError::Stopped`] in words and the caller asks `watch` again.
-    ///
-    /// # Errors
-    /// When the chain cannot run the scene at all; other models say so run by run.
-    pub fn run<T: Send>(
-        &self,
-        scene: &Scene,
-        variations: &[Variation],
-        steps_per_period: u32,
-        watch: &dyn Watch,
-        see: impl Fn(usize, &Series) -> Result<T, FeatureError> + Sync,
-    ) -> Result<Vec<Result<T, String>>, ModelError> {
-        let seen = |index: usize, velocity: Result<Series, ModelError>| {
-            let outcome = velocity
-                .map_err(|error| error.to_string())
-                .and_then(|velocity| see(index, &velocity).map_err(|error| error.to_string()));
-            watch.advance(1);
-            outcome
-        };
-        let Some(prepared) = &self.prepared else {
-            let ensemble = Ensemble::new(scene, steps_per_period)?;
-            let run = |(group, chunk): (usize, &[Variation])| {
-                let velocities = if watch.stop() {
-                    chunk.iter().map(|_| Err(ModelError::Stopped { time: 0.0 })).collect()
-                } else {
-                    ensemble.run(chunk)
-                };
-                let numbered = velocities.into_iter().enumerate();
-                numbered.map(|(place, velocity)| seen(group * LANES + place, velocity)).collect::<Vec<_>>()
+/// Run every variation of `scene` with its bodies and keep what `see` makes of the pole's velocity (m/s) and the
+/// variation's index; a run that failed leaves its reason.
+///
+/// - `steps_per_period`: of the chain's fixed step; the other models have their own
+///
+/// Once `watch` says stop, what is left is [`ModelError::Stopped`] in words and the caller asks `watch` again.
+///
+/// # Errors
+/// When there is no such model of these bodies, or the chain cannot run the scene at all.
+pub fn run<T: Send>(
+    bodies: &Bodies,
+    scene: &Scene,
+    variations: &[Variation],
+    steps_per_period: u32,
+    watch: &dyn Watch,
+    see: impl Fn(usize, &Series) -> Result<T, FeatureError> + Sync,
+) -> Result<Vec<Result<T, String>>, ModelError> {
+    let seen = |index: usize, velocity: Result<Series, ModelError>| {
+        let outcome = velocity
+            .map_err(|error| error.to_string())
+            .and_then(|velocity| see(index, &velocity).map_err(|error| error.to_string()));
+        watch.advance(1);
+        outcome
+    };
+    if scene.model.kind == ModelKind::Chain {
+        let ensemble = Ensemble::new(scene, steps_per_period)?;
+        let run = |(group, chunk): (usize, &[Variation])| {
+            let velocities = if watch.stop() {
+                chunk.iter().map(|_| Err(ModelError::Stopped { time: 0.0 })).collect()
+            } else {
+                ensemble.run(chunk)
             };
-            return Ok(variations.par_chunks(LANES).enumerate().flat_map_iter(run).collect());
+            let numbered = velocities.into_iter().enumerate();
+            numbered.map(|(place, velocity)| seen(group * LANES + place, velocity)).collect::<Vec<_>>()
         };
-        let run = |(index, variation): (usize, &Variation)| {
-            let response = prepared.run(&varied(scene, variation), &mut |_| !watch.stop());
-            seen(index, response.map(|response| response.pole_velocity))
-        };
-        Ok(variations.par_iter().enumerate().with_max_len(1).map(run).collect())
+        return Ok(variations.par_chunks(LANES).enumerate().flat_map_iter(run).collect());
     }
+    let prepared = bodies.prepared(scene)?;
+    let run = |(index, variation): (usize, &Variation)| {
+        let response = prepared.run(&varied(scene, variation), &mut |_| !watch.stop());
+        seen(index, response.map(|response| response.pole_velocity))
+    };
+    Ok(variations.par_iter().enumerate().with_max_len(1).map(run).collect())
 }
 
 /// The scene with a variation written into it.
@@ -146,7 +129,7 @@ fn varied(scene: &Scene, variation: &Variation) -> Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene;
+    use crate::{model, scene};
 
     fn short(overrides: &[&str]) -> Scene {
         let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
@@ -159,8 +142,9 @@ mod tests {
         let variations = perturbations(&scene, &EnsemblePlan::new(3, 7));
         let peaks = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let bodies = Bodies::of(&scene).unwrap();
-            pool.install(|| bodies.run(&scene, &variations, 640, &Unwatched, |i, v| Ok((i, v.peak())))).unwrap()
+            let bodies = Bodies::new(None);
+            let see = |i, v: &Series| Ok((i, v.peak()));
+            pool.install(|| run(&bodies, &scene, &variations, 640, &Unwatched, see)).unwrap()
         };
         let own: Vec<_> = variations
             .iter()
@@ -198,7 +182,7 @@ mod tests {
         }
         let scene = short(&[]);
         let variations = perturbations(&scene, &EnsemblePlan::new(9, 1));
-        let outcome = Bodies::of(&scene).unwrap().run(&scene, &variations, 160, &Stopped, |_, _| Ok(())).unwrap();
+        let outcome = run(&Bodies::new(None), &scene, &variations, 160, &Stopped, |_, _| Ok(())).unwrap();
         assert_eq!(outcome.len(), 9);
         assert!(outcome.iter().all(Result::is_err));
     }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::{
+    bodies::Bodies,
     failure::StudyError,
     members::Watch,
     paper::{LAWS, Law},
@@ -44,12 +45,18 @@ pub fn runs(plan: &TrendPlan) -> usize {
 ///
 /// # Errors
 /// [`StudyError`].
-pub fn run(plan: &TrendPlan, overrides: &[String], watch: &dyn Watch) -> Result<Vec<Precompressions>, StudyError> {
+pub fn run(
+    plan: &TrendPlan,
+    overrides: &[String],
+    bodies: &Bodies,
+    watch: &dyn Watch,
+) -> Result<Vec<Precompressions>, StudyError> {
     let settings: Vec<Setting> = FORCES
         .iter()
         .map(|force| Setting { value: *force, overrides: vec![format!("chain.precompression={force}")] })
         .collect();
-    let study = |law: &Law| Ok(Precompressions { law: *law, points: along(law, overrides, &settings, plan, watch)? });
+    let study =
+        |law: &Law| Ok(Precompressions { law: *law, points: along(law, overrides, &settings, plan, bodies, watch)? });
     LAWS.iter().map(study).collect()
 }
 

@@ -176,7 +176,7 @@ fn run_point<E: StdError>(
         Ok(observation) => observation,
         Err(error) => return failed(&error),
     };
-    let ensemble = match ensemble.map(|plan| ensemble::run(&scene, plan)).transpose() {
+    let ensemble = match ensemble.map(|plan| ensemble::run_on(bodies, &scene, plan)).transpose() {
         Ok(ensemble) => ensemble,
         Err(error) => return failed(&error),
     };

@@ -3,15 +3,19 @@
 use serde::Serialize;
 
 use super::{
+    bodies::Bodies,
     decoder::Decoder,
     ensemble::{EnsemblePlan, STEPS_PER_PERIOD},
     failure::{StudyError, enough},
-    members::{Bodies, Watch, perturbations},
+    members::{self, Watch, perturbations},
     observation,
     paper::Law,
     portrait::{Portrait, PortraitMoments},
 };
-use crate::feature::{FeatureSettings, Window, amplitude_spectrum};
+use crate::{
+    feature::{FeatureError, FeatureSettings, Window, amplitude_spectrum},
+    signal::Series,
+};
 
 /// Highest frequency of the spectra, in drive frequencies.
 pub const SPECTRUM_SPAN: f64 = 3.25;
@@ -58,12 +62,13 @@ pub fn along(
     overrides: &[String],
     settings: &[Setting],
     plan: &TrendPlan,
+    bodies: &Bodies,
     watch: &dyn Watch,
 ) -> Result<Vec<TrendPoint>, StudyError> {
     if plan.members < 2 {
         return Err(StudyError::TooFew { what: "members", least: 2, found: plan.members });
     }
-    settings.iter().map(|setting| point(law, overrides, setting, plan, watch)).collect()
+    settings.iter().map(|setting| point(law, overrides, setting, plan, bodies, watch)).collect()
 }
 
 fn point(
@@ -71,6 +76,7 @@ fn point(
     overrides: &[String],
     setting: &Setting,
     plan: &TrendPlan,
+    bodies: &Bodies,
     watch: &dyn Watch,
 ) -> Result<TrendPoint, StudyError> {
     let what = || format!("{} dampers with {}", law.name, setting.overrides.join(", "));
@@ -79,15 +85,13 @@ fn point(
     let clean = observation::settings(&scene).map_err(|source| StudyError::Feature { what: what(), source })?;
     let decoder = Decoder::of_reconstruction(plan.seed);
     let noisy = decoder.settings(&clean);
-    let run = |source| StudyError::Run { what: what(), source };
     let variations = perturbations(&scene, &EnsemblePlan::new(plan.members, plan.seed));
-    let outcomes = Bodies::of(&scene)
-        .map_err(run)?
-        .run(&scene, &variations, STEPS_PER_PERIOD, watch, |index, velocity| {
-            let velocity = decoder.sees(velocity, index);
-            Ok((Portrait::of(&velocity, &noisy)?, bands(&velocity, &noisy)?))
-        })
-        .map_err(run)?;
+    let see = |index, velocity: &Series| {
+        let velocity = decoder.sees(velocity, index);
+        Ok((Portrait::of(&velocity, &noisy)?, bands(&velocity, &noisy)?))
+    };
+    let outcomes = members::run(bodies, &scene, &variations, STEPS_PER_PERIOD, watch, see)
+        .map_err(|source| StudyError::Run { what: what(), source })?;
     if watch.stop() {
         return Err(StudyError::Stopped);
     }
@@ -115,10 +119,7 @@ impl<A, B> UnzipPair<A, B> for Result<(A, B), String> {
 }
 
 /// Largest amplitude in each band, m/s.
-fn bands(
-    velocity: &crate::signal::Series,
-    settings: &FeatureSettings,
-) -> Result<Vec<f64>, crate::feature::FeatureError> {
+fn bands(velocity: &Series, settings: &FeatureSettings) -> Result<Vec<f64>, FeatureError> {
     let window = settings.window.unwrap_or_else(|| Window::whole(velocity));
     let spectrum = amplitude_spectrum(velocity, window)?;
     let width = SPECTRUM_SPAN * settings.drive_frequency / SPECTRUM_POINTS as f64;

@@ -17,6 +17,7 @@ use crate::{
     },
     report::chain_length::ChainLengthReport,
     study::{
+        Bodies,
         chain_length::{ChainLengths, SUBHARMONICS, run, runs},
         failure::StudyError,
         paper::LAWS,
@@ -51,13 +52,14 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     let scene = LAWS[0].scene(&overrides)?;
     let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
     timing.stage("read");
+    let bodies = Bodies::new(session.cache());
     let total = runs(&plan);
-    let time = estimate(&scene, total).context("the scene with linear dampers cannot be run")?;
+    let time = estimate(&bodies, &scene, total).context("the scene with linear dampers cannot be run")?;
     session.note(format_args!("{total} runs on model `{}`, about {}", scene.model.kind.name(), said(time)));
     timing.stage("estimate");
 
     let bar = Bar(progress::bar(session, total as u64, "runs"));
-    let outcome = run(&plan, &overrides, &bar);
+    let outcome = run(&plan, &overrides, &bodies, &bar);
     bar.0.finish_and_clear();
     let laws = match outcome {
         Err(StudyError::Stopped) => return Err(Interrupted.into()),

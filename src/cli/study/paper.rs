@@ -20,6 +20,7 @@ use crate::{
     report::paper::{PaperReport, Reconstruction},
     scene::{ModelKind, Scene},
     study::{
+        Bodies,
         failure::StudyError,
         observation,
         paper::{Judgement, LAWS, PaperOutcome, PaperPlan, Study, Verdict, judge},
@@ -52,18 +53,19 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     let mut plan =
         if arguments.study.quick { PaperPlan::quick(session.seed()) } else { PaperPlan::whole(session.seed()) };
     plan.members = arguments.members.map_or(plan.members, |members| members as usize);
-    let study = Study::new(plan, &arguments.study.overrides())?;
+    let study = Study::new(plan, &arguments.study.overrides(), Bodies::new(session.cache()))?;
     let reconstruction = reconstruction(&study.scenes()[0])?;
     let output = &arguments.output;
     let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
     timing.stage("read");
     let (own, on_chain) = study.plan().runs();
     let scene = &study.scenes()[0];
-    let mut time = estimate(scene, own).context("the scene with linear dampers cannot be run")?;
+    let mut time = estimate(study.bodies(), scene, own).context("the scene with linear dampers cannot be run")?;
     if on_chain > 0 {
         let mut chain = scene.clone();
         chain.model.kind = ModelKind::Chain;
-        time += estimate(&chain, on_chain).context("the scene with linear dampers cannot be run on the chain")?;
+        time += estimate(study.bodies(), &chain, on_chain)
+            .context("the scene with linear dampers cannot be run on the chain")?;
     }
     let runs = own + on_chain;
     session.note(format_args!("{runs} runs, {own} on model `{}`: about {}", study.model().name(), said(time)));

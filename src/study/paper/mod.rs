@@ -11,17 +11,18 @@ mod rigid;
 use serde::Serialize;
 
 use super::{
+    bodies::Bodies,
     decoder::Decoder,
     ensemble::{EnsemblePlan, Moments, STEPS_PER_PERIOD, Spread},
     failure::{StudyError, enough, reasons},
-    members::{Bodies, Watch, perturbations},
+    members::{self, Watch, perturbations},
     observation,
     portrait::{Portrait, PortraitMoments, Trait},
     published::SWEPT_ALPHAS,
 };
 use crate::{
     feature::{AmplitudeSpectrum, FeatureSettings, Ratio, amplitude_spectrum},
-    model::{self, ModelError, chain::ensemble::Variation},
+    model::{ModelError, chain::ensemble::Variation},
     scene::{self, DampingKind, ModelKind, Scene, SceneError},
     signal::Series,
 };
@@ -209,7 +210,7 @@ impl Study {
     ///
     /// # Errors
     /// [`StudyError`].
-    pub fn new(plan: PaperPlan, overrides: &[String]) -> Result<Self, StudyError> {
+    pub fn new(plan: PaperPlan, overrides: &[String], bodies: Bodies) -> Result<Self, StudyError> {
         let least = [
             ("members", plan.members, 2),
             ("sweep members", plan.sweep_members, 2),
@@ -223,8 +224,6 @@ impl Study {
         let decoder = Decoder { noise_rms: plan.noise_rms_m_per_s, bandwidth: plan.bandwidth_hz, seed: plan.seed };
         let clean = observation::settings(&scenes[0])
             .map_err(|source| StudyError::Feature { what: "the drive".into(), source })?;
-        let bodies = Bodies::of(&scenes[0])
-            .map_err(|source| StudyError::Run { what: "the bodies of the annulus scene".into(), source })?;
         Ok(Self { plan, overrides: overrides.to_vec(), scenes, settings: clean, bodies, decoder })
     }
 
@@ -232,6 +231,12 @@ impl Study {
     #[must_use]
     pub fn scenes(&self) -> &[Scene] {
         &self.scenes
+    }
+
+    /// Their bodies.
+    #[must_use]
+    pub fn bodies(&self) -> &Bodies {
+        &self.bodies
     }
 
     /// What is run.
@@ -257,7 +262,7 @@ impl Study {
     /// # Errors
     /// [`StudyError`].
     pub fn rigid(&self, watch: &dyn Watch) -> Result<RigidOutcome, StudyError> {
-        rigid::run(&self.overrides, self.plan.fea, watch)
+        rigid::run(&self.overrides, self.plan.fea, &self.bodies, watch)
     }
 
     /// Both laws at their own α: once as they are, then perturbed at α and α ± 1 %.
@@ -270,7 +275,8 @@ impl Study {
 
     fn ensemble(&self, law: &Law, scene: &Scene, watch: &dyn Watch) -> Result<LawOutcome, StudyError> {
         let what = || format!("{} dampers at α = {}", law.name, law.alpha);
-        let response = model::run(scene, &mut |_| !watch.stop()).map_err(|source| match source {
+        let prepared = self.bodies.prepared(scene).map_err(|source| StudyError::Run { what: what(), source })?;
+        let response = prepared.run(scene, &mut |_| !watch.stop()).map_err(|source| match source {
             ModelError::Stopped { .. } => StudyError::Stopped,
             source => StudyError::Run { what: what(), source },
         })?;
@@ -285,7 +291,7 @@ impl Study {
         let levels = [1.0, 1.0 + plan.drive_change, 1.0 - plan.drive_change];
         let variations: Vec<Variation> =
             levels.iter().flat_map(|level| perturbed.iter().map(|member| scaled(member, *level))).collect();
-        let portraits = self.portraits(scene, &variations, watch)?;
+        let portraits = self.portraits(scene, &variations, &self.settings, watch)?;
         let failures = reasons(&portraits);
         let [own, above, below] = [0, 1, 2].map(|level| {
             let members = &portraits[level * plan.members..(level + 1) * plan.members];
@@ -312,7 +318,7 @@ impl Study {
             let variations: Vec<Variation> = (self.plan.alphas.iter())
                 .flat_map(|alpha| perturbed.iter().map(move |member| scaled(member, alpha / law.alpha)))
                 .collect();
-            let portraits = self.portraits(scene, &variations, watch)?;
+            let portraits = self.portraits(scene, &variations, &self.settings, watch)?;
             let points = self.plan.alphas.iter().zip(portraits.chunks(plan.members)).map(|(&alpha, members)| {
                 let moments = PortraitMoments::over(&members.iter().flatten().collect::<Vec<_>>());
                 let what = || format!("{} dampers at α = {alpha}", law.name);
@@ -331,29 +337,17 @@ impl Study {
         LAWS.iter().map(|law| reading::run(self, law, watch)).collect()
     }
 
-    /// Portraits of perturbed runs of a scene with the annulus' own bodies.
+    /// Portraits of perturbed runs of a scene as the decoder sees them.
     fn portraits(
         &self,
-        scene: &Scene,
-        variations: &[Variation],
-        watch: &dyn Watch,
-    ) -> Result<Vec<Result<Portrait, String>>, StudyError> {
-        self.portraits_of(&self.bodies, scene, variations, &self.settings, watch)
-    }
-
-    fn portraits_of(
-        &self,
-        bodies: &Bodies,
         scene: &Scene,
         variations: &[Variation],
         settings: &FeatureSettings,
         watch: &dyn Watch,
     ) -> Result<Vec<Result<Portrait, String>>, StudyError> {
         let noisy = self.decoder.settings(settings);
-        let portraits = bodies
-            .run(scene, variations, STEPS_PER_PERIOD, watch, |index, velocity| {
-                Portrait::of(&self.decoder.sees(velocity, index), &noisy)
-            })
+        let see = |index, velocity: &Series| Portrait::of(&self.decoder.sees(velocity, index), &noisy);
+        let portraits = members::run(&self.bodies, scene, variations, STEPS_PER_PERIOD, watch, see)
             .map_err(|source| StudyError::Run { what: "perturbed runs".into(), source })?;
         if watch.stop() { Err(StudyError::Stopped) } else { Ok(portraits) }
     }

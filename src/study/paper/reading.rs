@@ -12,13 +12,13 @@
 
 use serde::Serialize;
 
-use super::{LAWS, Law, Study, moment};
+use super::{Law, Study, moment};
 use crate::{
     scene::ModelKind,
     study::{
         ensemble::EnsemblePlan,
         failure::{StudyError, enough},
-        members::{Bodies, Watch, perturbations},
+        members::{Watch, perturbations},
         observation,
         portrait::{PortraitMoments, Trait},
     },
@@ -144,20 +144,13 @@ pub(super) fn run(study: &Study, law: &Law, watch: &dyn Watch) -> Result<Vec<Rea
 
 fn ensemble(study: &Study, law: &Law, overrides: &[&str], watch: &dyn Watch) -> Result<PortraitMoments, StudyError> {
     let what = || format!("{} dampers with {}", law.name, overrides.join(", "));
-    let own = LAWS.iter().position(|other| other == law).unwrap_or(0);
     let all: Vec<String> =
         study.overrides.iter().cloned().chain(overrides.iter().map(|set| (*set).to_owned())).collect();
     let scene = law.scene(&all)?;
     let settings = observation::settings(&scene).map_err(|source| StudyError::Feature { what: what(), source })?;
     let plan = EnsemblePlan::new(study.plan.reading_members, study.plan.seed);
     let variations = perturbations(&scene, &plan);
-    let same_bodies = scene.model == study.scenes[own].model && scene.support == study.scenes[own].support;
-    let portraits = if same_bodies {
-        study.portraits_of(&study.bodies, &scene, &variations, &settings, watch)?
-    } else {
-        let bodies = Bodies::of(&scene).map_err(|source| StudyError::Run { what: what(), source })?;
-        study.portraits_of(&bodies, &scene, &variations, &settings, watch)?
-    };
+    let portraits = study.portraits(&scene, &variations, &settings, watch)?;
     let moments = PortraitMoments::over(&portraits.iter().flatten().collect::<Vec<_>>());
     enough(moments, &portraits, what)
 }
@@ -188,7 +181,7 @@ fn compared(reading: &Reading, law: &Law, base: &PortraitMoments, moved: &Portra
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::LAWS, *};
     use crate::study::ensemble::Moments;
 
     #[test]

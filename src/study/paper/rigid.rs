@@ -3,10 +3,11 @@
 use serde::Serialize;
 
 use crate::{
-    model::{self, ModelError},
+    model::ModelError,
     scene::{self, ModelKind, SceneError},
     signal::Series,
     study::{
+        bodies::Bodies,
         convergence::{error, moving_average},
         failure::StudyError,
         members::Watch,
@@ -46,12 +47,17 @@ pub struct RigidOutcome {
 
 /// Run the scene on every model, finest first, the finite elements only where asked for; those of `overrides` that
 /// concern the beads apply.
-pub(super) fn run(overrides: &[String], fea: bool, watch: &dyn Watch) -> Result<RigidOutcome, StudyError> {
+pub(super) fn run(
+    overrides: &[String],
+    fea: bool,
+    bodies: &Bodies,
+    watch: &dyn Watch,
+) -> Result<RigidOutcome, StudyError> {
     let own: Vec<String> = overrides.iter().filter(|set| set.trim_start().starts_with("chain.")).cloned().collect();
     let mut runs: Vec<RigidRun> = Vec::new();
     let kinds = [ModelKind::Fea, ModelKind::Reduced, ModelKind::Chain];
     for kind in kinds.into_iter().filter(|kind| fea || *kind != ModelKind::Fea) {
-        let velocity = simulate(kind, &own, watch)?;
+        let velocity = simulate(kind, &own, bodies, watch)?;
         let end = WINDOWS[WINDOWS.len() - 1].1;
         let seen = velocity.window(0.0, end);
         let extreme = |pick: fn(f64, f64) -> f64| seen.values.iter().copied().fold(0.0, pick);
@@ -64,7 +70,7 @@ pub(super) fn run(overrides: &[String], fea: bool, watch: &dyn Watch) -> Result<
     Ok(RigidOutcome { windows_s: WINDOWS.to_vec(), runs })
 }
 
-fn simulate(kind: ModelKind, overrides: &[String], watch: &dyn Watch) -> Result<Series, StudyError> {
+fn simulate(kind: ModelKind, overrides: &[String], bodies: &Bodies, watch: &dyn Watch) -> Result<Series, StudyError> {
     let build = || -> Result<_, SceneError> {
         let mut all = vec![format!("model.kind={}", kind.name())];
         all.extend(overrides.iter().cloned());
@@ -72,10 +78,12 @@ fn simulate(kind: ModelKind, overrides: &[String], watch: &dyn Watch) -> Result<
     };
     let scene = build()?;
     let what = format!("the rigid scene on model `{}`", kind.name());
-    let response = model::run(&scene, &mut |_| !watch.stop()).map_err(|source| match source {
+    let failed = |source| match source {
         ModelError::Stopped { .. } => StudyError::Stopped,
         source => StudyError::Run { what: what.clone(), source },
-    })?;
+    };
+    let prepared = bodies.prepared(&scene).map_err(failed)?;
+    let response = prepared.run(&scene, &mut |_| !watch.stop()).map_err(failed)?;
     let last = response.bead_velocity.last().cloned().unwrap_or_else(|| response.pole_velocity.clone());
     Ok(moving_average(&last, FILTER))
 }
