@@ -31,14 +31,15 @@ pub(super) fn strongest_line(series: &Series) -> Option<f64> {
     }
     let mut output = plan.make_output_vec();
     plan.process(&mut input, &mut output).ok()?;
-    let power: Vec<f64> = output.iter().map(|bin| bin.norm_sqr()).collect();
+    drop(input);
+    let power = |bin: usize| output[bin].norm_sqr();
     // Below one cycle in the span is drift.
     let from = (size / n).max(1);
-    let peak = (from..power.len() - 1).max_by(|&a, &b| power[a].total_cmp(&power[b]))?;
-    if power[peak] <= 0.0 || !power[peak].is_finite() {
+    let peak = (from..output.len() - 1).max_by(|&a, &b| power(a).total_cmp(&power(b)))?;
+    if power(peak) <= 0.0 || !power(peak).is_finite() {
         return None;
     }
-    let [a, b, c] = [power[peak - 1], power[peak], power[peak + 1]].map(|x| x.max(f64::MIN_POSITIVE).ln());
+    let [a, b, c] = [power(peak - 1), power(peak), power(peak + 1)].map(|x| x.max(f64::MIN_POSITIVE).ln());
     let curvature = a - 2.0 * b + c;
     let shift = if curvature < 0.0 { (0.5 * (a - c) / curvature).clamp(-0.5, 0.5) } else { 0.0 };
     Some((peak as f64 + shift) / (size as f64 * series.step))

@@ -179,6 +179,7 @@ pub(super) fn read(
     let first_lines = first_lines.map(|line| shortened(line, LONGEST_LINE)).collect();
 
     let bytes = body.as_bytes();
+    refuse_width(path, bytes, first_line, dialect.delimiter)?;
     let mut rows = Rows::new(bytes, first_line, dialect.delimiter);
     if !rows.advance() {
         return Err(MeasurementError::Empty { path: path.into() });
@@ -266,11 +267,6 @@ impl Header {
         dialect: Dialect,
         options: &ReadOptions,
     ) -> Result<Self, MeasurementError> {
-        let found = rows.record.len();
-        if found > MOST_COLUMNS {
-            let place = Place::line(path, rows.line);
-            return Err(MeasurementError::TooManyColumns { place, limit: MOST_COLUMNS, found });
-        }
         let mut header = Self { columns: Vec::new(), line: None, units_line: None };
         let first = rows.cells();
         let number = |cell: &String| number(cell, dialect.decimal).is_some();
@@ -419,6 +415,19 @@ fn shortened(text: &str, longest: usize) -> String {
         Some((end, _)) => format!("{}…", &text[..end]),
         None => text.into(),
     }
+}
+
+/// Lines of more cells than any table has, before memory is taken for each cell.
+fn refuse_width(path: &Path, bytes: &[u8], first: u64, delimiter: Delimiter) -> Result<(), MeasurementError> {
+    let long = bytes.split(|&byte| byte == b'\n').zip(first..).filter(|(line, _)| line.len() > MOST_COLUMNS);
+    for (line, number) in long {
+        let found = 1 + line.iter().filter(|&&byte| byte == delimiter.byte()).count();
+        if found > MOST_COLUMNS {
+            let place = Place::line(path, number);
+            return Err(MeasurementError::TooManyColumns { place, limit: MOST_COLUMNS, found });
+        }
+    }
+    Ok(())
 }
 
 /// A record of unsaid kind is a horn-tip record if it is named so or holds no velocity but a displacement.

@@ -1,0 +1,165 @@
+//! Whatever bytes a file holds, the reader returns: a record, or a refusal. `PROPTEST_CASES=1000000` for a long run.
+
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+use std::{path::Path, sync::LazyLock};
+
+use granchain::{
+    measurement::{Baseline, DecimalSign, Delimiter, Missing, ReadOptions, RecordKind, Sensitivity, read_record_bytes},
+    signal::Quantity,
+};
+use proptest::prelude::*;
+
+/// Every file in `tests/dialects` with its name.
+static FILES: LazyLock<Vec<(String, Vec<u8>)>> = LazyLock::new(|| {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/dialects");
+    let mut names: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    names.retain(|path| path.extension().is_some_and(|extension| extension != "py" && extension != "gitattributes"));
+    names.sort();
+    names
+        .iter()
+        .map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(path).unwrap()))
+        .collect()
+});
+
+/// What may happen to a file.
+#[derive(Debug, Clone)]
+enum Harm {
+    Change(usize, u8),
+    Cut(usize, usize),
+    Repeat(usize, usize),
+    Insert(usize, Vec<u8>),
+    End(usize),
+}
+
+fn harm() -> impl Strategy<Value = Harm> {
+    let at = any::<prop::sample::Index>().prop_map(|at| at.index(6000));
+    let words: Vec<Vec<u8>> =
+        ["\n", "\r", "\0", ",", ";", "\t", "\"", "#", "-1", "    -1\n", "e999", "nan", "1e308", "58b", "-"]
+            .iter()
+            .map(|word| word.as_bytes().to_vec())
+            .chain([vec![0xff; 9], vec![0xb5], b"99999999999999999999".to_vec()])
+            .collect();
+    prop_oneof![
+        4 => (at.clone(), any::<u8>()).prop_map(|(at, byte)| Harm::Change(at, byte)),
+        2 => (at.clone(), 1usize..200).prop_map(|(at, length)| Harm::Cut(at, length)),
+        1 => (at.clone(), 1usize..200).prop_map(|(at, length)| Harm::Repeat(at, length)),
+        3 => (at.clone(), prop::sample::select(words)).prop_map(|(at, word)| Harm::Insert(at, word)),
+        1 => at.prop_map(Harm::End),
+    ]
+}
+
+fn harmed(bytes: &[u8], harms: &[Harm]) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
+    for harm in harms {
+        let within = |at: usize| at % (bytes.len() + 1);
+        match harm {
+            Harm::Change(at, byte) => {
+                let at = within(*at);
+                if let Some(place) = bytes.get_mut(at) {
+                    *place = *byte;
+                }
+            }
+            Harm::Cut(at, length) => {
+                let at = within(*at);
+                let end = (at + length).min(bytes.len());
+                bytes.drain(at..end);
+            }
+            Harm::Repeat(at, length) => {
+                let at = within(*at);
+                let part = bytes[at..(at + length).min(bytes.len())].to_vec();
+                bytes.splice(at..at, part);
+            }
+            Harm::Insert(at, word) => {
+                let at = within(*at);
+                bytes.splice(at..at, word.iter().copied());
+            }
+            Harm::End(at) => bytes.truncate(within(*at)),
+        }
+    }
+    bytes
+}
+
+fn options() -> impl Strategy<Value = ReadOptions> {
+    let flags =
+        (any::<[bool; 4]>(), prop::option::of(0usize..4), prop::option::of(prop_oneof![Just(2e6), Just(1e-300)]));
+    let signs = (
+        prop::option::of(prop::sample::select(vec![Delimiter::Comma, Delimiter::Semicolon, Delimiter::Tab])),
+        prop::option::of(prop::sample::select(vec![DecimalSign::Point, DecimalSign::Comma])),
+    );
+    (flags, signs).prop_map(|(([scaled, resample, bridged, named], dataset, sample_rate), (delimiter, decimal))| {
+        ReadOptions {
+            scale: scaled.then(|| Sensitivity::parse("100 mm/s/V").unwrap()),
+            range: scaled.then(|| Quantity::parse("10 V").unwrap()),
+            unit: named.then(|| "mm/s".to_owned()),
+            time_unit: named.then(|| "us".to_owned()),
+            baseline: if bridged { Baseline::Mean } else { Baseline::Auto },
+            missing: if bridged { Missing::Interpolate } else { Missing::Refuse },
+            delimiter,
+            decimal,
+            sample_rate,
+            resample,
+            dataset,
+            ..ReadOptions::default()
+        }
+    })
+}
+
+/// Read as any kind; a refusal names the file.
+fn try_all(name: &str, bytes: &[u8], options: &ReadOptions) -> usize {
+    let kinds = [None, Some(RecordKind::HornTip), Some(RecordKind::Vibrometer)];
+    let read = kinds.map(|kind| read_record_bytes(Path::new(name), bytes, kind, options));
+    for refused in read.iter().filter_map(|read| read.as_ref().err()) {
+        assert!(refused.to_string().starts_with(name), "{refused}");
+    }
+    for record in read.iter().filter_map(|read| read.as_ref().ok()) {
+        assert!(record.series.len() >= 8 && record.series.step > 0.0);
+        assert!(record.raw.values.iter().all(|value| value.is_finite()), "{:?}", record.raw.values);
+    }
+    read.iter().filter(|read| read.is_ok()).count()
+}
+
+#[test]
+fn the_files_are_there_and_are_read_as_they_are() {
+    assert!(FILES.len() > 20);
+    let scaled = ReadOptions { scale: Some(Sensitivity::parse("100 mm/s/V").unwrap()), ..ReadOptions::default() };
+    let read = FILES
+        .iter()
+        .filter(|(name, bytes)| try_all(name, bytes, &ReadOptions::default()) + try_all(name, bytes, &scaled) > 0);
+    // All but those that need a segment, a function or a sample rate named.
+    assert_eq!(read.count(), FILES.len() - 3);
+}
+
+fn config() -> ProptestConfig {
+    let cases = std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(4000);
+    ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
+}
+
+proptest! {
+    #![proptest_config(config())]
+
+    #[test]
+    fn harmed_files_are_read_or_refused(
+        file in any::<prop::sample::Index>(),
+        harms in prop::collection::vec(harm(), 1..6),
+        options in options(),
+    ) {
+        let (name, bytes) = &FILES[file.index(FILES.len())];
+        try_all(name, &harmed(bytes, &harms), &options);
+    }
+
+    #[test]
+    fn arbitrary_bytes_are_read_or_refused(
+        start in prop::sample::select(vec![
+            &b""[..], b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff", b"    -1\n    58\n", b"    -1\n    58b     1     2          11",
+            b"    -1\n   164\n", b"LECROY,1,Waveform\n", b"Revision:,0\n", b"Record Length,", b"Source File Name:\t", b"#Digilent WaveForms",
+        ]),
+        bytes in prop_oneof![
+            prop::collection::vec(any::<u8>(), 0..400),
+            prop::collection::vec(prop::sample::select(b"0123456789.,;\t\n\r -+eE\"#[]msVu:/".to_vec()), 0..400),
+        ],
+        options in options(),
+    ) {
+        try_all("a.csv", &[start, &bytes].concat(), &options);
+    }
+}

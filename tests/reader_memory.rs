@@ -1,0 +1,100 @@
+//! Reading takes at most ten times the size of a file in memory, whatever is in it; the spectrum of a horn tip 240 bytes a
+//! sample more.
+
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+use std::{fmt::Write as _, path::Path};
+
+use granchain::{
+    measurement::{
+        ByteOrder, Precision, ReadOptions, RecordKind, RecordedQuantity, Samples, TimeResponse, UniversalForm,
+        read_record_bytes,
+    },
+    signal::Series,
+};
+
+/// Largest resident size of this process so far, bytes.
+fn high_water() -> usize {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
+    1024 * line.trim().trim_end_matches("kB").trim().parse::<usize>().unwrap()
+}
+
+/// Names the file that a child process is to read.
+const FILE: &str = "GRANCHAIN_MEMORY_TEST_FILE";
+
+/// Not more than are padded for a spectrum, where a row costs most.
+const ROWS: usize = 200_000;
+
+fn value(i: usize) -> f64 {
+    (0.2 * i as f64).sin() * 0.3 + 1e-3 * (i as f64 * 12.9898).sin()
+}
+
+/// In a process of its own, for memory that was given back is not counted twice: bytes that reading takes per byte of the
+/// file, and whether it was read.
+fn child(path: &Path) {
+    let bytes = std::fs::read(path).unwrap();
+    let before = high_water();
+    let kind = if path.to_string_lossy().contains("horn") { RecordKind::HornTip } else { RecordKind::Vibrometer };
+    let read = read_record_bytes(path, &bytes, Some(kind), &ReadOptions::default());
+    println!("cost {} {}", (high_water() - before) as f64 / bytes.len() as f64, read.is_ok());
+}
+
+#[test]
+fn ten_times_the_file_are_enough() {
+    if let Some(path) = std::env::var_os(FILE) {
+        return child(Path::new(&path));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut plain = String::from("time_us,velocity_mm_per_s\n");
+    for i in 0..ROWS {
+        writeln!(plain, "{:.1},{:.3}", 0.5 * i as f64, 1e3 * value(i)).unwrap();
+    }
+    let short = (0..ROWS).fold(String::from("time_us,velocity_mm_per_s\n"), |mut text, i| {
+        writeln!(text, "{i},{}", (i * i / 7) % 10).unwrap();
+        text
+    });
+    let german = plain.replace(',', ";").replace('.', ",");
+    let wide: Vec<u8> = german.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let series = Series::new(0.0, 5e-7, (0..ROWS).map(value).collect());
+    let response = TimeResponse { title: "", quantity: RecordedQuantity::Velocity, samples: Samples::Even(&series) };
+    let binary = response.to_bytes(UniversalForm { precision: Precision::Double, binary: Some(ByteOrder::Little) });
+    let text = response.to_bytes(UniversalForm { precision: Precision::Single, binary: None });
+    let columns = format!("{}\n", "a,".repeat(2_000_000));
+    let comments = "#\n".repeat(2_000_000) + "t,v\n";
+    let quotes = format!("time_s,velocity_m_per_s\n\"{}", "1,2\n".repeat(1_000_000));
+    let promises = String::from_utf8(text.clone()).unwrap().replace(&format!("{ROWS:>10}"), "1999999999");
+    for (name, bytes, read) in [
+        ("plain", plain.as_bytes(), true),
+        ("German", german.as_bytes(), true),
+        ("UTF-16", &wide, true),
+        ("short rows", short.as_bytes(), true),
+        ("58b", &binary, true),
+        ("58", &text, true),
+        ("many columns", columns.as_bytes(), false),
+        ("many comments", comments.as_bytes(), false),
+        ("open quotes", quotes.as_bytes(), false),
+        ("a count beyond the file", promises.as_bytes(), false),
+    ] {
+        for kind in ["vib", "horn"] {
+            let path = folder.path().join(kind);
+            std::fs::write(&path, bytes).unwrap();
+            let mut child = std::process::Command::new(std::env::current_exe().unwrap());
+            let output = child
+                .args(["--nocapture", "--exact", "ten_times_the_file_are_enough"])
+                .env(FILE, &path)
+                .output()
+                .unwrap();
+            let said = String::from_utf8(output.stdout).unwrap();
+            let (_, said) = said.split_once("cost ").expect("the child says what it cost");
+            let (cost, done) = said.lines().next().unwrap().split_once(' ').unwrap();
+            let cost: f64 = cost.parse().unwrap();
+            println!("{name}, {kind}: {cost:.1} times {} bytes", bytes.len());
+            assert_eq!(done.parse(), Ok(read), "{name}");
+            // Up to 262,144 samples of a horn tip are padded to four to eight times their number to find their line.
+            let most = if kind == "horn" { 10.0 + 240.0 * ROWS as f64 / bytes.len() as f64 } else { 10.0 };
+            assert!(cost <= most, "{name}, {kind}: {cost:.1} times the file");
+        }
+    }
+}
