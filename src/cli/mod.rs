@@ -9,6 +9,7 @@ pub mod calibrate;
 mod calibrated;
 pub mod contact;
 pub mod convergence;
+pub mod convert;
 mod experiment;
 pub mod inspect;
 pub mod interrupt;
@@ -78,6 +79,8 @@ enum Command {
     Spectrum(spectrum::Arguments),
     /// Print what is understood and assumed of a record
     Inspect(inspect::Arguments),
+    /// Write a record of any form as a universal file or a table
+    Convert(convert::Arguments),
     /// Press one contact together: force, radius and pressure against closed laws
     Contact(contact::Arguments),
     /// Draw, count and write the finite element mesh of a scene
@@ -100,6 +103,7 @@ impl Command {
             Self::Sweep(arguments) => &arguments.session,
             Self::Spectrum(arguments) => &arguments.session,
             Self::Inspect(arguments) => &arguments.session,
+            Self::Convert(arguments) => &arguments.session,
             Self::Contact(arguments) => &arguments.session,
             Self::Mesh(arguments) => &arguments.session,
             Self::Convergence(arguments) => &arguments.session,
@@ -116,6 +120,7 @@ impl Command {
             Self::Sweep(arguments) => sweep::execute(arguments),
             Self::Spectrum(arguments) => spectrum::execute(arguments),
             Self::Inspect(arguments) => inspect::execute(arguments),
+            Self::Convert(arguments) => convert::execute(arguments),
             Self::Contact(arguments) => contact::execute(arguments),
             Self::Mesh(arguments) => mesh::execute(arguments),
             Self::Convergence(arguments) => convergence::execute(arguments),

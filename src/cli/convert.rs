@@ -1,0 +1,140 @@
+//! `granchain convert FILE OUT.uff|OUT.csv`: a record in any form that is read, written in one that everybody reads.
+
+use std::{
+    fmt::{self, Write as _},
+    path::PathBuf,
+};
+
+use anyhow::{Context, bail};
+use clap::Args;
+use serde::Serialize;
+
+use crate::measurement::{
+    Baseline, ByteOrder, Precision, ReadOptions, Record, RecordedQuantity, Samples, TimeResponse, UniversalForm,
+    inspect_record, read_record,
+};
+
+use super::{
+    Outcome,
+    arguments::{Session, frequency, usage},
+    inspect::KindChoice,
+    output::write_atomically,
+    reading::ReadArguments,
+};
+
+/// Arguments of `granchain convert`.
+///
+/// The recorded quantity is written as it stands in the file, in SI and on the file's own time axis: no sign is turned, no
+/// baseline, delay or trigger taken off.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// A record in any form that is read
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// What to write: `.uff` or `.unv` for a universal file, `.csv` for a table; it must not exist
+    #[arg(value_name = "OUT")]
+    pub out: PathBuf,
+    /// What was in front of the laser [default: told from the file's name and units]
+    #[arg(long, value_enum)]
+    pub kind: Option<KindChoice>,
+    /// Drive frequency with its unit, such as 73kHz, if the file does not state it
+    #[arg(long, value_name = "QUANTITY", value_parser = frequency)]
+    pub drive_frequency: Option<f64>,
+    /// Write the universal file as text (data set 58, 13 digits) rather than as bytes (58b, exact)
+    #[arg(long)]
+    pub text: bool,
+    /// How the file is to be read.
+    #[command(flatten)]
+    pub reading: ReadArguments,
+    /// Session flags.
+    #[command(flatten)]
+    pub session: Session,
+}
+
+/// Run it.
+///
+/// # Errors
+/// When the file is refused, `OUT` exists, has another extension or cannot be written.
+pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
+    let Arguments { file, out, .. } = &arguments;
+    let extension = out.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if !["uff", "unv", "csv"].contains(&extension.as_str()) {
+        return Err(usage(format!("{}: expected a name that ends in .uff, .unv or .csv", out.display())));
+    }
+    if out.exists() {
+        bail!("{}: the file exists; name another, or delete it first", out.display());
+    }
+    let options = ReadOptions { baseline: Baseline::None, ..arguments.reading.options(arguments.drive_frequency) };
+    let record = match arguments.kind {
+        Some(kind) => read_record(file, kind.into(), &options)?,
+        None => inspect_record(file, &options)?,
+    };
+    let bytes = if extension == "csv" { table(&record).into_bytes() } else { universal(&record, arguments.text) };
+    write_atomically(out, &bytes).with_context(|| format!("{}: the record cannot be written", out.display()))?;
+    for warning in &record.warnings {
+        arguments.session.note(format_args!("warning: {}: {warning}", file.display()));
+    }
+    let written = Written {
+        file: file.display().to_string(),
+        sha256: record.sha256.clone(),
+        form: record.form.clone(),
+        out: out.display().to_string(),
+        samples: record.raw.len(),
+        unit: record.recorded.unit(),
+        assumptions: record.assumptions.clone(),
+    };
+    arguments.session.result(&written, &written)?;
+    Ok(Outcome::Done)
+}
+
+/// The shortest decimals that read back as the very numbers.
+fn table(record: &Record) -> String {
+    let name = match record.recorded {
+        RecordedQuantity::Displacement => "displacement_m",
+        RecordedQuantity::Velocity => "velocity_m_per_s",
+    };
+    let mut text = format!("# converted from: {} (SHA-256 {})\n", record.path.display(), record.sha256);
+    // Writing to a String cannot fail.
+    let mut state = |name: &str, value: Option<f64>, unit: &str| {
+        if let Some(value) = value {
+            let _ = writeln!(text, "# {name}: {value:e} {unit}");
+        }
+    };
+    state("drive frequency", record.stated_drive_frequency, "Hz");
+    state("bandwidth", record.bandwidth, "Hz");
+    state("delay", Some(record.delay).filter(|delay| *delay != 0.0), "s");
+    state("trigger", Some(record.trigger).filter(|trigger| *trigger != 0.0), "s");
+    text.push_str("time_s,");
+    text.push_str(name);
+    text.push('\n');
+    for (i, value) in record.raw.values.iter().enumerate() {
+        let _ = writeln!(text, "{:e},{value:e}", record.raw.time(i));
+    }
+    text
+}
+
+fn universal(record: &Record, text: bool) -> Vec<u8> {
+    let title = record.path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let response = TimeResponse { title: &title, quantity: record.recorded, samples: Samples::Even(&record.raw) };
+    let binary = if text { None } else { Some(ByteOrder::Little) };
+    response.to_bytes(UniversalForm { precision: Precision::Double, binary })
+}
+
+/// What was read and written.
+#[derive(Debug, Serialize)]
+struct Written {
+    file: String,
+    sha256: String,
+    form: String,
+    out: String,
+    samples: usize,
+    unit: &'static str,
+    assumptions: Vec<String>,
+}
+
+impl fmt::Display for Written {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}: {} samples of {} ({}), in {}", self.out, self.samples, self.file, self.form, self.unit)?;
+        self.assumptions.iter().try_for_each(|line| writeln!(f, "  - {line}"))
+    }
+}
