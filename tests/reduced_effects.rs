@@ -161,6 +161,20 @@ fn a_normal_that_moves_is_refused_with_a_remedy() {
 }
 
 #[test]
+fn a_bead_that_moves_far_into_a_fixed_normal_is_warned_of() {
+    let warnings = |name: &str, factor: f64| {
+        let scene = reduced(&scene(name, &["chain.beads=2", "duration=5 us"]));
+        let prepared = model::prepare(&scene).unwrap();
+        let mut response = prepared.run(&scene, &mut |_| true).unwrap();
+        response.bead_displacement[1].values[50] = factor * 1e-6;
+        prepared.warnings(&response)
+    };
+    assert!(warnings("annulus", 4.9).is_empty() && warnings("rigid", 9.0).is_empty());
+    let said = warnings("annulus", 6.0);
+    assert!(said.len() == 1 && said[0].contains("6.0 um") && said[0].contains("moving"), "{said:?}");
+}
+
+#[test]
 fn a_contact_larger_than_the_fine_patch_is_refused_with_time_and_contact() {
     let scene = reduced(&scene("rigid", &["alpha=30"]));
     match model::run(&scene, &mut |_| true) {

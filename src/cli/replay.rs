@@ -175,7 +175,11 @@ impl Job<'_> {
             let prepared = session.prepare(scene)?;
             timing.stage("prepare");
             contact_laws = prepared.contact_laws().cloned();
-            (run(&prepared, scene, session)?, None, None)
+            let response = run(&prepared, scene, session)?;
+            let warnings = prepared.warnings(&response);
+            warnings.iter().for_each(|warning| session.note(format_args!("warning: {warning}")));
+            assumptions.extend(warnings);
+            (response, None, None)
         };
         timing.stage("run");
         let features = measure(&response.pole_velocity, settings)?;

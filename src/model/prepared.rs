@@ -113,6 +113,15 @@ impl Prepared {
         }
     }
 
+    /// What a reader of a run's results must know besides: limits of the model that it passed.
+    #[must_use]
+    pub fn warnings(&self, response: &Response) -> Vec<String> {
+        match &self.rung {
+            Rung::Reduced { reduction, .. } => reduction.warnings(response),
+            Rung::Chain(_) | Rung::Fea => Vec::new(),
+        }
+    }
+
     /// Whether a scene has these bodies.
     #[must_use]
     pub fn fits(&self, scene: &Scene) -> bool {

@@ -6,8 +6,12 @@ use super::{array, basis::Basis};
 use crate::{
     model::{
         ModelError,
-        fea::{arrangement::Arrangement, contact::complementarity::Ordering, operator::Interfaces, trace::Watched},
+        fea::{
+            arrangement::Arrangement, contact::complementarity::Ordering, operator::Interfaces,
+            simulation::FIXED_NORMAL_TRAVEL, trace::Watched,
+        },
     },
+    response::Response,
     scene::{ContactNormal, Scene, Support},
 };
 
@@ -139,6 +143,27 @@ impl Reduction {
             .map(|kind| Basis::new(&arrangement, kind, &interfaces.unknowns[kind], modes))
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Assembly::new(&arrangement, &interfaces, &bases).reduction(&watched))
+    }
+}
+
+impl Reduction {
+    /// What a reader of the results must know: limits of the model that the run passed.
+    #[must_use]
+    pub fn warnings(&self, response: &Response) -> Vec<String> {
+        let is_ring = self.contacts.last().is_some_and(|&geometry| self.geometries[geometry].is_ring);
+        let travel = response
+            .bead_displacement
+            .last()
+            .filter(|_| is_ring)
+            .map_or(0.0, |displacement| displacement.values.iter().fold(0.0, |most: f64, value| most.max(*value)));
+        if travel <= FIXED_NORMAL_TRAVEL {
+            return Vec::new();
+        }
+        let travel = 1e6 * travel;
+        vec![format!(
+            "the last bead moved {travel:.1} um into its support; with a fixed normal its force is too large by 0.19 % per um: past 5 um \
+             run `model.kind = \"fea\"` with `support.normal = \"moving\"`"
+        )]
     }
 }
 
