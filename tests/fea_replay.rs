@@ -51,7 +51,8 @@ fn header(folder: &Path) -> String {
 fn an_analysis_writes_the_contract_of_a_replay_with_radii_behind_it() {
     let place = tempfile::tempdir().unwrap();
     let (chain, fea) = (place.path().join("chain"), place.path().join("fea"));
-    let chained = replay(&["--scene", "rigid", "--set", "duration=40us", "--out", chain.to_str().unwrap()]);
+    let flags = ["--scene", "rigid", "--model", "chain", "--set", "duration=40us", "--out", chain.to_str().unwrap()];
+    let chained = replay(&flags);
     assert!({ chained }.status().unwrap().success());
     let output = small(&fea, &[]).output().unwrap();
     assert!(output.status.success(), "{}", said(&output));
