@@ -119,6 +119,7 @@ fn law(kind: &str, verdict: Verdict) -> LawReport {
         evaluations: 600,
         failed_runs: 1,
         failures: vec!["step size fell below 1e-15 s at 3.1e-4 s".into()],
+        rungs: None,
     }
 }
 

@@ -10,10 +10,10 @@ use argmin::core::{
     Error,
     checkpointing::{Checkpoint, CheckpointingFrequency},
 };
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use thiserror::Error as ThisError;
 
-use super::search::{Search, SearchState};
+use super::search::SearchState;
 
 /// Why a saved state cannot be used.
 #[derive(Debug, ThisError)]
@@ -54,9 +54,9 @@ pub struct SearchCheckpoint {
 }
 
 #[derive(Serialize, Deserialize)]
-struct Saved {
+struct Saved<S> {
     key: String,
-    search: Search,
+    search: S,
 }
 
 impl SearchCheckpoint {
@@ -70,14 +70,14 @@ impl SearchCheckpoint {
     ///
     /// # Errors
     /// When it is unreadable, damaged or of another fit.
-    pub fn restore(&self) -> Result<Option<Search>, CheckpointError> {
+    pub fn restore<S: DeserializeOwned>(&self) -> Result<Option<S>, CheckpointError> {
         let path = self.path.clone();
         let bytes = match fs::read(&path) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(source) => return Err(CheckpointError::Unreadable { path, source }),
         };
-        let saved: Saved = match serde_json::from_slice(&bytes) {
+        let saved: Saved<S> = match serde_json::from_slice(&bytes) {
             Ok(saved) => saved,
             Err(source) => return Err(CheckpointError::Damaged { path, source }),
         };
@@ -85,8 +85,8 @@ impl SearchCheckpoint {
     }
 }
 
-impl Checkpoint<Search, SearchState> for SearchCheckpoint {
-    fn save(&self, solver: &Search, _state: &SearchState) -> Result<(), Error> {
+impl<S: Serialize + Clone> Checkpoint<S, SearchState> for SearchCheckpoint {
+    fn save(&self, solver: &S, _state: &SearchState) -> Result<(), Error> {
         let folder = self.path.parent().unwrap_or(Path::new("."));
         fs::create_dir_all(folder)?;
         let mut file = tempfile::NamedTempFile::new_in(folder)?;
@@ -98,7 +98,7 @@ impl Checkpoint<Search, SearchState> for SearchCheckpoint {
     }
 
     /// Restoring is done before the executor is made, where it can fail with a message of its own.
-    fn load(&self) -> Result<Option<(Search, SearchState)>, Error> {
+    fn load(&self) -> Result<Option<(S, SearchState)>, Error> {
         Ok(None)
     }
 

@@ -15,6 +15,10 @@ use crate::{feature::fingerprint::Fingerprint, scene::Drive, signal::Series};
 /// the chain, a weak drive a few more before it crosses the threshold.
 const ONSET_ALLOWANCE: f64 = 25.0;
 
+/// Drive periods run beyond what a fingerprint needs, where the onset is known from another rung: it may come that much later, and
+/// the filter's edge lies outside.
+const AFTER_ONSET: f64 = 3.0;
+
 /// Drive periods run beyond the end of an analysis window, so that the filter's edge lies outside it.
 const AFTER_WINDOW: f64 = 2.0;
 
@@ -120,6 +124,15 @@ impl Comparison {
         }
     }
 
+    /// The number behind a value z of feature `index`, SI; `None` for a printed statement.
+    #[must_use]
+    pub fn amplitude(&self, index: usize, z: f64) -> Option<f64> {
+        match &self.reduction {
+            Reduction::Fingerprint(fingerprint) => Some(fingerprint.amplitude(index, z)),
+            Reduction::Printed(_) => None,
+        }
+    }
+
     /// SI unit of feature `index`, `1` for a pure number.
     #[must_use]
     pub fn unit(&self, index: usize) -> &'static str {
@@ -143,6 +156,22 @@ impl Comparison {
             }
             Reduction::Printed(printed) => printed.window().to + AFTER_WINDOW / drive.frequency,
         }
+    }
+
+    /// First crossing of the onset threshold by a conditioned trace, s; `None` where it stays below, or where features are measured in
+    /// the model's own time.
+    #[must_use]
+    pub fn onset(&self, trace: &Series) -> Option<f64> {
+        let Reduction::Fingerprint(fingerprint) = &self.reduction else { return None };
+        let index = trace.values.iter().position(|value| value.abs() >= fingerprint.threshold())?;
+        Some(trace.time(index))
+    }
+
+    /// How long a run must be that crosses the onset threshold at `onset`, s; `None` where onsets mean nothing.
+    #[must_use]
+    pub fn end_of_run(&self, onset: f64, drive: &Drive) -> Option<f64> {
+        let Reduction::Fingerprint(fingerprint) = &self.reduction else { return None };
+        Some(onset + (fingerprint.cycles_needed() as f64 + AFTER_ONSET) / drive.frequency)
     }
 
     /// Features z of a conditioned trace (m/s), or why there are none.

@@ -9,10 +9,12 @@ use thiserror::Error;
 
 use super::{
     checkpoint::SearchCheckpoint,
+    correction::{self, Correction, RungDifference},
     forward::{Forward, Run},
     likelihood::Cloud,
     parameter::Parameter,
     posterior::{Lobe, Posterior},
+    rung::Rung,
     search::{Search, ranking},
 };
 
@@ -21,6 +23,9 @@ pub const OUTSIDE: f64 = 1.5;
 
 /// FIT above which the agreement is doubtful.
 pub const DOUBTFUL: f64 = 1.0;
+
+/// Runs of a search that FIT is the median misfit of.
+const BEST: usize = 10;
 
 /// Root mean square over features of the expected deviation at the most likely point, in scatters, above which the model
 /// does not explain the record either: single runs may come close by luck where their mean does not.
@@ -84,7 +89,8 @@ pub struct Fit {
     pub lobes: Vec<Lobe>,
     /// Correlation of the logarithms of the first two parameters.
     pub correlation: f64,
-    /// FIT: median over the ten best runs of the misfit per feature, in units of the local scatter.
+    /// FIT: median over the ten best runs of a search (the three best of a correction's far fewer) of the misfit per feature, in units
+    /// of the local scatter.
     pub misfit: f64,
     /// Deviation z − z₀ expected at the most likely point, in units of the scatter, of each feature.
     pub deviations: Vec<f64>,
@@ -100,6 +106,17 @@ pub struct Fit {
     pub runs: Vec<Run>,
     /// Number of runs and smallest misfit after each batch.
     pub history: Vec<(u64, f64)>,
+    /// What the rung below said, where the answer is that of a rung above the chain.
+    pub below: Option<Box<Below>>,
+}
+
+/// The rung below an answer.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Below {
+    /// Its own fit: the estimates before the correction.
+    pub fit: Fit,
+    /// How far the rungs differ at the answer, feature by feature.
+    pub differences: Vec<RungDifference>,
 }
 
 impl Fit {
@@ -107,6 +124,18 @@ impl Fit {
     #[must_use]
     pub fn failed(&self) -> usize {
         self.runs.iter().filter(|run| run.outcome.is_err()).count()
+    }
+
+    /// Runs made on this rung and those below.
+    #[must_use]
+    pub fn total_runs(&self) -> usize {
+        self.runs.len() + self.below.as_ref().map_or(0, |below| below.fit.total_runs())
+    }
+
+    /// Runs that failed on this rung and those below.
+    #[must_use]
+    pub fn total_failed(&self) -> usize {
+        self.failed() + self.below.as_ref().map_or(0, |below| below.fit.total_failed())
     }
 
     /// The fitted values, SI, in the order of `parameters`.
@@ -160,30 +189,71 @@ pub fn fit(forward: &Forward, search: Search, checkpoint: Option<SearchCheckpoin
     if stopped && search.batches_made() < search.batches.len() {
         return Err(FitError::Stopped { runs: search.runs.len() });
     }
-    read(forward, search)
+    let made = search.runs.len();
+    let last_batch = search.batches.last().copied().unwrap_or(0);
+    let history = history(search.batches.iter().take(search.batches_made()), |count| search.cloud(count));
+    let before = search.cloud(made - last_batch.min(made));
+    read(&forward.parameters, &search.cloud(made), &before, history, search.runs, BEST)
 }
 
-fn read(forward: &Forward, search: Search) -> Result<Fit, FitError> {
-    let dimension = forward.parameters.len();
-    let made = search.runs.len();
-    let cloud = search.cloud(made);
-    let Some(posterior) = Posterior::of(&cloud, dimension) else {
-        let failures: Vec<&String> = search.runs.iter().filter_map(|run| run.outcome.as_ref().err()).collect();
+/// Run a correction of the chain's fit to its end (from where it stands) and read the answer from the upper rung's runs.
+///
+/// # Errors
+/// When it is stopped, or when too few runs finished.
+pub fn correct(
+    rung: &Rung,
+    chain: Fit,
+    correction: Correction,
+    checkpoint: Option<SearchCheckpoint>,
+) -> Result<Fit, FitError> {
+    let mut executor = Executor::new(rung.clone(), correction).ctrlc(false).timer(false);
+    if let Some(checkpoint) = checkpoint {
+        executor = executor.checkpointing(checkpoint);
+    }
+    let correction = executor.run().map_err(FitError::Search)?.solver;
+    let made = correction.pairs.len();
+    if !correction.is_finished() {
+        return Err(FitError::Stopped { runs: made });
+    }
+    let last_round = correction.rounds.last().copied().unwrap_or(0);
+    let runs = correction.pairs.iter().map(|pair| pair.upper.clone()).collect();
+    let history = history(correction.rounds.iter(), |count| correction.cloud(count));
+    let before = correction.cloud(made - last_round.min(made));
+    let parameters = &rung.chain().parameters;
+    let mut fit = read(parameters, &correction.cloud(made), &before, history, runs, correction::BEST)?;
+    if correction.leans() && fit.verdict == Verdict::WithinScatter {
+        fit.verdict = Verdict::NotConverged;
+    }
+    let differences = correction.differences(&fit.most_likely);
+    fit.below = Some(Box::new(Below { fit: chain, differences }));
+    Ok(fit)
+}
+
+/// Read the answer from a cloud of runs, FIT from its `best` runs; `before` is the cloud without the last batch.
+fn read(
+    parameters: &[Parameter],
+    cloud: &Cloud,
+    before: &Cloud,
+    history: Vec<(u64, f64)>,
+    runs: Vec<Run>,
+    best: usize,
+) -> Result<Fit, FitError> {
+    let dimension = parameters.len();
+    let Some(posterior) = Posterior::of(cloud, dimension) else {
+        let failures: Vec<&String> = runs.iter().filter_map(|run| run.outcome.as_ref().err()).collect();
         return Err(FitError::TooFewRuns {
-            made,
+            made: runs.len(),
             failed: failures.len(),
             reason: failures.last().map_or_else(|| "nothing".into(), |reason| (*reason).clone()),
         });
     };
-    let most_likely = polish(&cloud, &posterior);
+    let most_likely = polish(cloud, &posterior);
     let estimates: Vec<Estimate> =
-        (0..dimension).map(|d| estimate(&forward.parameters[d], &posterior, most_likely[d], d)).collect();
-    let last_batch = search.batches.last().copied().unwrap_or(0);
-    let spans: Vec<f64> = forward.parameters.iter().map(Parameter::span).collect();
-    let drift = Posterior::of(&search.cloud(made - last_batch.min(made)), dimension)
-        .map_or(f64::INFINITY, |before| drift(&before, &posterior, &spans));
-    let ranked = ranking(&cloud);
-    let best: Vec<f64> = ranked.iter().take(10).map(|entry| entry.0).collect();
+        (0..dimension).map(|d| estimate(&parameters[d], &posterior, most_likely[d], d)).collect();
+    let spans: Vec<f64> = parameters.iter().map(Parameter::span).collect();
+    let drift = Posterior::of(before, dimension).map_or(f64::INFINITY, |before| drift(&before, &posterior, &spans));
+    let ranked = ranking(cloud);
+    let best: Vec<f64> = ranked.iter().take(best).map(|entry| entry.0).collect();
     let misfit = best.get(best.len() / 2).copied().unwrap_or(f64::INFINITY);
     let deviations = cloud.regress(&most_likely).map_or_else(Vec::new, |local| {
         local.deviation.iter().zip(&local.scatter).map(|(deviation, scatter)| deviation / scatter).collect()
@@ -200,7 +270,7 @@ fn read(forward: &Forward, search: Search) -> Result<Fit, FitError> {
         Verdict::WithinScatter
     };
     Ok(Fit {
-        parameters: forward.parameters.clone(),
+        parameters: parameters.to_vec(),
         estimates,
         most_likely,
         lobes: posterior.lobes(),
@@ -211,9 +281,10 @@ fn read(forward: &Forward, search: Search) -> Result<Fit, FitError> {
         drift,
         log_evidence: posterior.log_evidence,
         verdict,
-        history: history(&search),
+        history,
         posterior,
-        runs: search.runs,
+        runs,
+        below: None,
     })
 }
 
@@ -239,7 +310,7 @@ fn estimate(parameter: &Parameter, posterior: &Posterior, most_likely: f64, d: u
 const NARROW: f64 = 0.01;
 
 /// Largest move of a median in half-widths of its interval; `spans` turn unit coordinates into logarithms.
-fn drift(before: &Posterior, after: &Posterior, spans: &[f64]) -> f64 {
+pub(super) fn drift(before: &Posterior, after: &Posterior, spans: &[f64]) -> f64 {
     (0..after.dimension())
         .map(|d| {
             let half_width = 0.5 * (after.quantile(d, 0.95) - after.quantile(d, 0.05)) * spans[d];
@@ -249,15 +320,13 @@ fn drift(before: &Posterior, after: &Posterior, spans: &[f64]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-fn history(search: &Search) -> Vec<(u64, f64)> {
+/// Number of runs and smallest misfit after each batch.
+fn history<'a>(batches: impl Iterator<Item = &'a usize>, cloud: impl Fn(usize) -> Cloud) -> Vec<(u64, f64)> {
     let mut made = 0;
-    search
-        .batches
-        .iter()
-        .take(search.batches_made())
+    batches
         .filter_map(|size| {
             made += size;
-            Some((made as u64, ranking(&search.cloud(made)).first()?.0))
+            Some((made as u64, ranking(&cloud(made)).first()?.0))
         })
         .collect()
 }

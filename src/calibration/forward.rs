@@ -16,7 +16,10 @@ use crate::{
     feature::fingerprint::SAMPLES_PER_CYCLE,
     model::{
         ModelError,
-        chain::ensemble::{Ensemble, Variation},
+        chain::{
+            FiniteBodyLaws,
+            ensemble::{Ensemble, Variation},
+        },
     },
     scene::{DampingKind, Scene},
     signal::{LowPass, Series},
@@ -26,7 +29,7 @@ use crate::{
 const LANES: usize = 8;
 
 /// Steps a drive period: accurate to about 4e-3 of the peak in regular regimes.
-const STEPS_PER_CYCLE: usize = 160;
+pub(super) const STEPS_PER_CYCLE: usize = 160;
 
 /// How imperfectly known the bench is: every run draws from these.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -63,6 +66,9 @@ impl Run {
     }
 }
 
+/// A run with the time at which it crossed the onset threshold, s; `None` where it did not, or where onsets mean nothing.
+pub type TimedRun = (Run, Option<f64>);
+
 /// Called with the number of runs finished; returning `false` stops the search after the current batch.
 pub type Watch = dyn Fn(u64) -> bool + Send + Sync;
 
@@ -97,11 +103,30 @@ impl Forward {
         seed: u64,
         watch: Arc<Watch>,
     ) -> Result<Self, ModelError> {
+        Self::with_laws(scene, None, parameters, comparison, uncertainty, seed, watch)
+    }
+
+    /// As [`Forward::new`], with contact laws fitted to finite bodies before; where there are none the scene's own.
+    ///
+    /// # Errors
+    /// As [`Forward::new`], or when the laws are not those of the scene's bodies.
+    pub fn with_laws(
+        scene: &Scene,
+        laws: Option<&FiniteBodyLaws>,
+        parameters: Vec<Parameter>,
+        comparison: impl Into<Comparison>,
+        uncertainty: Uncertainty,
+        seed: u64,
+        watch: Arc<Watch>,
+    ) -> Result<Self, ModelError> {
         let period = 1.0 / scene.drive.frequency;
         let mut scene = scene.clone();
         let comparison = comparison.into();
         scene.duration = comparison.duration(&scene.drive);
-        let ensemble = Ensemble::new(&scene, STEPS_PER_CYCLE as u32)?;
+        let ensemble = match laws {
+            Some(laws) => Ensemble::with_laws(&scene, laws, STEPS_PER_CYCLE as u32)?,
+            None => Ensemble::new(&scene, STEPS_PER_CYCLE as u32)?,
+        };
         let step = period / STEPS_PER_CYCLE as f64;
         let len = ensemble.samples();
         let low_pass = LowPass::new(step, len, comparison.cutoff);
@@ -116,7 +141,13 @@ impl Forward {
     /// The draws of a run depend on the seed and its number alone, so neither threads nor batches change a result.
     #[must_use]
     pub fn run(&self, first: u64, positions: &[Vec<f64>]) -> Vec<Run> {
-        let chunks: Vec<Vec<Run>> = positions
+        self.timed(first, positions).into_iter().map(|(run, _)| run).collect()
+    }
+
+    /// As [`Forward::run`], with the onset of every run.
+    #[must_use]
+    pub fn timed(&self, first: u64, positions: &[Vec<f64>]) -> Vec<TimedRun> {
+        let chunks: Vec<Vec<TimedRun>> = positions
             .par_chunks(LANES)
             .enumerate()
             .map(|(chunk, positions)| {
@@ -130,10 +161,7 @@ impl Forward {
                     .iter()
                     .zip(traces)
                     .zip(&mut generators)
-                    .map(|((position, trace), random)| Run {
-                        position: position.clone(),
-                        outcome: trace.map_err(|error| error.to_string()).and_then(|trace| self.reduce(trace, random)),
-                    })
+                    .map(|((position, trace), random)| self.finish(position, trace, random))
                     .collect()
             })
             .collect();
@@ -146,13 +174,15 @@ impl Forward {
         (self.watch)(runs)
     }
 
-    fn generator(&self, number: u64) -> ChaCha8Rng {
+    /// Where the draws of run `number` come from.
+    pub(super) fn generator(&self, number: u64) -> ChaCha8Rng {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(number + 1);
         random
     }
 
-    fn variation(&self, at: &[f64], random: &mut ChaCha8Rng) -> Variation {
+    /// A point of the box under nuisances drawn from `random`.
+    pub(super) fn variation(&self, at: &[f64], random: &mut ChaCha8Rng) -> Variation {
         let mut variation = self.base.clone();
         for (parameter, &u) in self.parameters.iter().zip(at) {
             let value = parameter.value(u);
@@ -172,18 +202,45 @@ impl Forward {
         variation
     }
 
+    /// Features z of a velocity (m/s, one sample a step of the chain) that needs no noise: low-pass, 40 samples a period, features.
+    ///
+    /// # Errors
+    /// What the comparison says of a trace without them.
+    pub fn features(&self, trace: Series) -> Result<Vec<f64>, String> {
+        self.comparison.reduce(&self.filtered(&trace))
+    }
+
     /// The record's own noise, the record's own low-pass, 40 samples a period, features.
-    fn reduce(&self, mut trace: Series, random: &mut ChaCha8Rng) -> Result<Vec<f64>, String> {
+    pub(super) fn finish(
+        &self,
+        position: &[f64],
+        trace: Result<Series, ModelError>,
+        random: &mut ChaCha8Rng,
+    ) -> TimedRun {
+        let conditioned = trace.map_err(|error| error.to_string()).map(|trace| self.condition(trace, random));
+        let onset = conditioned.as_ref().ok().and_then(|trace| self.comparison.onset(trace));
+        let outcome = conditioned.and_then(|trace| self.comparison.reduce(&trace));
+        (Run { position: position.to_vec(), outcome }, onset)
+    }
+
+    fn condition(&self, mut trace: Series, random: &mut ChaCha8Rng) -> Series {
         if self.noise_rms > 0.0 {
             for value in &mut trace.values {
                 let draw: f64 = StandardNormal.sample(random);
                 *value += self.noise_rms * draw;
             }
         }
-        let filtered = self.low_pass.apply(&trace.values);
+        self.filtered(&trace)
+    }
+
+    fn filtered(&self, trace: &Series) -> Series {
+        let filtered = if trace.len() == self.ensemble.samples() {
+            self.low_pass.apply(&trace.values)
+        } else {
+            LowPass::new(trace.step, trace.len(), self.comparison.cutoff).apply(&trace.values)
+        };
         let stride = STEPS_PER_CYCLE / SAMPLES_PER_CYCLE;
         let values = filtered.into_iter().step_by(stride).collect();
-        let conditioned = Series::new(trace.start, trace.step * stride as f64, values);
-        self.comparison.reduce(&conditioned)
+        Series::new(trace.start, trace.step * stride as f64, values)
     }
 }

@@ -35,6 +35,7 @@ pub struct Cloud {
     weights: Vec<f64>,
     neighbours: usize,
     power: f64,
+    domain: Option<(Vec<f64>, Vec<f64>)>,
 }
 
 /// A local regression at one point.
@@ -68,6 +69,7 @@ impl Cloud {
             weights: weights.iter().map(|weight| weight.max(SMALLEST_WEIGHT)).collect(),
             neighbours,
             power: super::posterior::POWER,
+            domain: None,
         };
         for (position, features) in runs {
             cloud.positions.push(position.to_vec());
@@ -81,6 +83,19 @@ impl Cloud {
     pub fn tempered(mut self, power: f64) -> Self {
         self.power = power;
         self
+    }
+
+    /// The same, trusted between two corners of the unit box only: beyond, the likelihood is 0.
+    #[must_use]
+    pub fn within(mut self, low: Vec<f64>, high: Vec<f64>) -> Self {
+        self.domain = Some((low, high));
+        self
+    }
+
+    /// The corners between which the regression is trusted.
+    #[must_use]
+    pub fn domain(&self, dimension: usize) -> (Vec<f64>, Vec<f64>) {
+        self.domain.clone().unwrap_or_else(|| (vec![0.0; dimension], vec![1.0; dimension]))
     }
 
     /// β, the power on the likelihood that makes a posterior.
@@ -190,6 +205,11 @@ impl Cloud {
     /// SL at a point; −∞ where the regression is impossible.
     #[must_use]
     pub fn log_likelihood(&self, at: &[f64]) -> f64 {
+        if let Some((low, high)) = &self.domain
+            && !at.iter().zip(low.iter().zip(high)).all(|(u, (low, high))| (*low..=*high).contains(u))
+        {
+            return f64::NEG_INFINITY;
+        }
         self.regress(at).map_or(f64::NEG_INFINITY, Local::log_likelihood)
     }
 

@@ -2,6 +2,7 @@
 
 pub mod checkpoint;
 pub mod comparison;
+pub mod correction;
 mod descent;
 pub mod fit;
 pub mod forward;
@@ -12,6 +13,7 @@ pub mod parameter;
 pub mod plan;
 pub mod posterior;
 pub mod printed;
+pub mod rung;
 pub mod search;
 pub mod statement;
 pub mod twin;

@@ -35,9 +35,11 @@ pub struct CalibrationOutcome {
     pub fitted_features: BTreeMap<String, FittedFeature>,
     /// Connected parts of the 90 % region, heaviest first.
     pub lobes: Vec<OutcomeLobe>,
-    /// Runs made.
+    /// What each rung of the ladder said, the lowest first; the one that answers is that of `model`.
+    pub rungs: Vec<RungOutcome>,
+    /// Runs made, on all rungs.
     pub evaluations: u64,
-    /// Runs that failed.
+    /// Runs that failed, on all rungs.
     pub failed_runs: u64,
     /// Why runs failed, with how many did so.
     pub failures: BTreeMap<String, u64>,
@@ -123,6 +125,59 @@ pub struct LawOutcome {
     pub log_evidence: f64,
     /// Its parameters.
     pub parameters: BTreeMap<String, FittedParameter>,
+}
+
+/// One rung of the ladder.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RungOutcome {
+    /// Its model.
+    pub model: String,
+    /// Runs made on it.
+    pub runs: u64,
+    /// Of them failed.
+    pub failed_runs: u64,
+    /// How its own fit ended; absent where it was only run at the answer.
+    pub verdict: Option<Verdict>,
+    /// What it found, or was run at.
+    pub parameters: BTreeMap<String, FittedParameter>,
+    /// What it expects at the answer.
+    pub features: BTreeMap<String, RungFeature>,
+}
+
+/// One fitted feature as a rung expects it at the answer, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RungFeature {
+    /// Expected.
+    pub value: f64,
+    /// Standard deviation of its logarithm over runs; absent of a single run.
+    pub scatter: Option<f64>,
+    /// SI unit, `1` for a pure number.
+    pub unit: String,
+}
+
+impl RungOutcome {
+    /// A rung with a fit of its own.
+    #[must_use]
+    pub fn of(model: &str, fit: &Fit, features: BTreeMap<String, RungFeature>) -> Self {
+        Self {
+            model: model.into(),
+            runs: fit.runs.len() as u64,
+            failed_runs: fit.failed() as u64,
+            verdict: Some(fit.verdict),
+            parameters: fitted_parameters(fit),
+            features,
+        }
+    }
+
+    /// A rung that was run once, at the answer.
+    #[must_use]
+    pub fn single(
+        model: &str,
+        parameters: BTreeMap<String, FittedParameter>,
+        features: BTreeMap<String, RungFeature>,
+    ) -> Self {
+        Self { model: model.into(), runs: 1, failed_runs: 0, verdict: None, parameters, features }
+    }
 }
 
 /// A file that went in.

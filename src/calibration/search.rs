@@ -146,18 +146,7 @@ impl Search {
 
     fn drawn(&self, cloud: &Cloud, count: usize, random: &mut ChaCha8Rng) -> Option<Vec<Vec<f64>>> {
         let posterior = Posterior::of(cloud, self.dimension)?;
-        let weights: Vec<f64> = posterior.mass.iter().map(|mass| mass.powf(DRAW_POWER / cloud.power())).collect();
-        let total: f64 = weights.iter().sum();
-        let points = (0..count).map(|_| {
-            let mut left = random.random::<f64>() * total;
-            let cell = weights.iter().position(|weight| {
-                left -= weight;
-                left < 0.0
-            });
-            let centre = posterior.centre(cell.unwrap_or(weights.len() - 1));
-            let side = |d: usize| (posterior.high[d] - posterior.low[d]) / posterior.cells as f64;
-            centre.iter().enumerate().map(|(d, u)| reflect(u + side(d) * (random.random::<f64>() - 0.5))).collect()
-        });
+        let points = (0..count).map(|_| posterior.draw(DRAW_POWER / cloud.power(), random));
         Some(points.collect())
     }
 }

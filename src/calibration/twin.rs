@@ -14,7 +14,8 @@ use thiserror::Error;
 use super::{forward::Uncertainty, observation::Recording, parameter::Parameter};
 use crate::{
     measurement::{MeasurementError, ReadOptions, RecordKind, read_record_bytes},
-    model::{self, ModelError},
+    model::ModelError,
+    response::Response,
     scene::{DampingKind, FlatContact, Scene, Support},
     signal::{Conditioning, Series},
 };
@@ -142,7 +143,7 @@ fn flawed(scene: &Scene, flaw: Flaw) -> Scene {
     flawed
 }
 
-/// Draw truth and lab of twin `index`, simulate, write the record and read it back.
+/// Draw truth and lab of twin `index`, simulate by `run`, write the record and read it back.
 ///
 /// # Errors
 /// When the simulation fails or the reader refuses the record.
@@ -153,6 +154,7 @@ pub fn twin(
     flaw: Flaw,
     index: u64,
     seed: u64,
+    run: &dyn Fn(&Scene) -> Result<Response, ModelError>,
 ) -> Result<Twin, TwinError> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(index + 1);
@@ -172,7 +174,7 @@ pub fn twin(
         // A bead cannot overlap its neighbour before anything moves.
         *gap += uncertainty.gap * draw.abs();
     }
-    let response = model::run(&flawed(&truth_scene, flaw), &mut |_| true)?;
+    let response = run(&flawed(&truth_scene, flaw))?;
     let noise = random.random_range(0.0..NOISE);
     let sample_rate = SAMPLE_RATES[random.random_range(0..SAMPLE_RATES.len())];
     let trigger_offset: f64 = random.random_range(-TRIGGER..TRIGGER);

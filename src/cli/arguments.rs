@@ -261,10 +261,11 @@ pub fn need_chain(what: &str, scene: &Scene) -> anyhow::Result<()> {
     Err(usage(format!("{what} runs on the chain, not on model `{kind}`; use --model chain")))
 }
 
-/// The model of a scene that names none: the reduced one; the chain where a fit was made on it, or an ensemble runs on it.
+/// The model of a scene that names none: the reduced one; that of a calibration taken up; the chain where an ensemble runs on it.
 #[must_use]
 pub fn preferred_model(calibrated: Option<&Calibrated>, ensemble: Option<u32>) -> ModelKind {
-    if calibrated.is_some() || ensemble.is_some() { ModelKind::Chain } else { ModelKind::Reduced }
+    let on_chain = calibrated.is_some_and(|calibrated| calibrated.model != ModelKind::Reduced);
+    if on_chain || ensemble.is_some() { ModelKind::Chain } else { ModelKind::Reduced }
 }
 
 /// A [`UsageError`] with this message.

@@ -5,46 +5,49 @@
 mod definition;
 mod measured;
 mod page;
+mod rungs;
 
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
-    sync::Arc,
 };
 
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
-use sha2::{Digest, Sha256};
 
-use self::{definition::Definition, measured::Measured};
+use self::{
+    definition::Definition,
+    measured::Measured,
+    rungs::{FittedLaw, fit_laws, saved_fits},
+};
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session, need_chain},
+    arguments::{OutputArguments, SceneArguments, Session},
     experiment::Experiment,
     interrupt,
     output::OutputFolder,
-    progress,
     reading::ReadArguments,
     summary,
     timing::{self, Timing},
 };
 use crate::{
     calibration::{
-        checkpoint::{CheckpointError, SearchCheckpoint},
         comparison::Comparison,
-        fit::{Fit, FitError, Verdict, fit},
-        forward::{Forward, Uncertainty},
-        outcome::{self, CalibrationOutcome, FittedFeature, InputDigest, LawOutcome, OutcomeFeature},
+        fit::{Fit, Verdict},
+        outcome::{self, CalibrationOutcome, FittedFeature, InputDigest, LawOutcome, OutcomeFeature, RungOutcome},
         parameter::Parameter,
-        search::{Search, Strategy},
+        rung::Bodies,
         statement,
     },
-    scene::Scene,
-    study::{EnsemblePlan, confirmation::Confirmation},
+    scene::{ModelKind, Scene},
+    study::{self, EnsemblePlan, confirmation::Confirmation},
 };
 
-/// Perturbed runs at each of three drive levels behind the feature table.
+/// Perturbed runs of the chain at each of three drive levels behind the feature table.
 const CONFIRMATION_MEMBERS: usize = 24;
+
+/// The same of a rung above.
+const UPPER_MEMBERS: usize = 8;
 
 /// Arguments of `granchain calibrate`.
 #[derive(Debug, Args)]
@@ -76,6 +79,9 @@ pub struct Arguments {
     /// Drive with the scene's own drive even where a horn_tip.csv lies beside the record
     #[arg(long, conflicts_with = "drive", help_heading = "Fit")]
     pub scene_drive: bool,
+    /// Run another model once at the answer and show its features beside the others'
+    #[arg(long, value_enum, value_name = "MODEL", help_heading = "Fit")]
+    pub confirm: Option<ConfirmChoice>,
     /// Continue the fit that Ctrl-C or a crash left behind
     #[arg(long, help_heading = "Fit")]
     pub resume: bool,
@@ -105,6 +111,13 @@ pub enum FeatureChoice {
     Paper,
 }
 
+/// `--confirm`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ConfirmChoice {
+    /// The finite element analysis: one run, half a minute or so
+    Fea,
+}
+
 /// `--search`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum SearchChoice {
@@ -123,14 +136,16 @@ struct Job {
     measured: Measured,
     comparison: Comparison,
     laws: Vec<(String, Scene, Vec<Parameter>)>,
+    /// The model above the chain that corrects and confirms, where there is one.
+    upper: Option<ModelKind>,
     assumptions: Vec<String>,
 }
 
-/// A fitted damping law.
-struct FittedLaw {
-    kind: String,
-    scene: Scene,
-    fit: Fit,
+impl Job {
+    /// The model that answers.
+    fn model(&self) -> &'static str {
+        self.upper.unwrap_or(ModelKind::Chain).name()
+    }
 }
 
 /// Run it.
@@ -164,8 +179,17 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
 /// Fit, confirm, report, write. Stopped on the way, the folder keeps its state.
 fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing: Timing) -> anyhow::Result<Outcome> {
     // A state that cannot be continued is refused before anything is run, and left as it is: it may be hours of work.
-    let saved = saved_searches(job, &folder, session.seed())?;
-    let laws = match fit_laws(job, saved, session) {
+    let saved = saved_fits(job, &folder, session.seed())?;
+    let bodies = job
+        .upper
+        .map(|_| Bodies::new(&job.laws[0].1, session.cache().as_ref()))
+        .transpose()
+        .map_err(anyhow::Error::from);
+    if let Some(warning) = bodies.as_ref().ok().and_then(|bodies| bodies.as_ref()?.prepared.warning()) {
+        session.note(format_args!("warning: {warning}"));
+    }
+    timing.stage("prepare");
+    let laws = match bodies.and_then(|bodies| fit_laws(job, saved, bodies.as_ref(), session, &mut timing)) {
         Ok(laws) => laws,
         Err(error) if error.is::<interrupt::Interrupted>() => return Err(error),
         Err(error) => {
@@ -173,19 +197,27 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
             return Err(error);
         }
     };
-    timing.stage("fit");
     let best = best_law(&laws);
     let calibrated = fitted_scene(&laws[best]);
-    let plan = EnsemblePlan::new(CONFIRMATION_MEMBERS, session.seed());
-    let confirmation = job.measured.confirm(&calibrated, &plan);
+    let upper = laws[best].upper.as_ref().map(|rung| rung.prepared().clone());
+    let members = if upper.is_some() { UPPER_MEMBERS } else { CONFIRMATION_MEMBERS };
+    let shared = study::Bodies::new(session.cache());
+    let shared = upper.into_iter().fold(shared, study::Bodies::holding);
+    let confirmation = job.measured.confirm(&calibrated, &shared, &EnsemblePlan::new(members, session.seed()));
     let (confirmation, unconfirmed) = match confirmation {
         Ok(confirmation) => (Some(confirmation), None),
         Err(error) => (None, Some(format!("{:#}", anyhow!(error)))),
     };
     interrupt::check()?;
     timing.stage("confirm");
-    let outcome = outcome_of(job, &laws, best, confirmation.as_ref(), unconfirmed, session.seed());
-    let report = page::report(job, &laws, best, confirmation.as_ref(), &outcome)?;
+    let fea =
+        job.definition.confirm.map(|ConfirmChoice::Fea| rungs::confirm_by_fea(&laws[best], session)).transpose()?;
+    if fea.is_some() {
+        timing.stage("fea");
+    }
+    let rungs = rungs::outcome(job, &laws[best], fea.as_deref());
+    let outcome = outcome_of(job, &laws, best, confirmation.as_ref(), unconfirmed, rungs, session.seed());
+    let report = page::report(job, &laws, best, confirmation.as_ref(), &outcome, fea.as_deref())?;
     timing.stage("report");
     folder.write("calibration.json", summary::json(&outcome)?)?;
     for (name, bytes) in report.files()? {
@@ -205,7 +237,7 @@ fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
     let experiment = Experiment::for_fit(&definition.scene)?;
     assumptions.extend(experiment.assumptions.iter().cloned());
     let scene = experiment.scene_with(&[])?;
-    need_chain("a calibration", &scene)?;
+    let upper = rungs::upper(&scene)?;
     let measured = Measured::read(&definition, &scene, &mut assumptions)?;
     let comparison = measured.comparison().weighted(&definition.weights)?;
     let laws = definition
@@ -217,70 +249,7 @@ fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
             Ok((kind, scene, parameters))
         })
         .collect::<anyhow::Result<_>>()?;
-    Ok(Job { definition, experiment, measured, comparison, laws, assumptions })
-}
-
-/// A search on disk, and what an earlier run left of it.
-type SavedSearch = (SearchCheckpoint, Option<Search>);
-
-fn saved_searches(job: &Job, folder: &OutputFolder, seed: u64) -> Result<Vec<SavedSearch>, CheckpointError> {
-    let saved = job.laws.iter().map(|(kind, scene, parameters)| {
-        let file = folder.state_path().join(format!("{kind}.json"));
-        let checkpoint = SearchCheckpoint::new(&file, &key(job, scene, parameters, seed));
-        let search = checkpoint.restore()?;
-        Ok((checkpoint, search))
-    });
-    saved.collect()
-}
-
-fn fit_laws(job: &Job, saved: Vec<SavedSearch>, session: &Session) -> anyhow::Result<Vec<FittedLaw>> {
-    let budget = job.definition.evaluations;
-    let bar = progress::bar(session, (budget * job.laws.len()) as u64, "runs");
-    let mut fitted = Vec::new();
-    for (number, ((kind, scene, parameters), (checkpoint, search))) in job.laws.iter().zip(saved).enumerate() {
-        let done = (number * budget) as u64;
-        let watched = bar.clone();
-        let watch = Arc::new(move |runs: u64| {
-            watched.set_position(done + runs);
-            !interrupt::requested()
-        });
-        let uncertainty = Uncertainty::default();
-        let forward =
-            Forward::new(scene, parameters.clone(), job.comparison.clone(), uncertainty, session.seed(), watch)?;
-        let strategy = match job.definition.search {
-            SearchChoice::Likelihood => Strategy::Likelihood,
-            SearchChoice::NelderMead => Strategy::NelderMead,
-            SearchChoice::ParticleSwarm => Strategy::ParticleSwarm,
-        };
-        let search = search.unwrap_or_else(|| Search::new(&forward, budget, session.seed(), strategy));
-        let fit = match fit(&forward, search, Some(checkpoint)) {
-            Ok(fit) => fit,
-            Err(FitError::Stopped { .. }) => return Err(interrupt::Interrupted.into()),
-            Err(error) => {
-                let measured = job.measured.path().display();
-                return Err(anyhow!(error).context(format!("{measured}: damping law `{kind}` cannot be fitted")));
-            }
-        };
-        fitted.push(FittedLaw { kind: kind.clone(), scene: scene.clone(), fit });
-    }
-    bar.finish_and_clear();
-    Ok(fitted)
-}
-
-/// What a saved search must have been made from to be continued: everything that could change a run.
-fn key(job: &Job, scene: &Scene, parameters: &[Parameter], seed: u64) -> String {
-    let drive = job.experiment.drive_input().map(|input| input.sha256.clone());
-    let told = format!(
-        "{} {seed} {} {:?} {} {drive:?} {:?} {parameters:?}\n{}\n{:?}",
-        summary::program(),
-        job.definition.evaluations,
-        job.definition.search,
-        job.measured.sha256(),
-        job.comparison.features,
-        scene.to_toml(),
-        job.definition.weights,
-    );
-    Sha256::digest(told.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+    Ok(Job { definition, experiment, measured, comparison, laws, upper, assumptions })
 }
 
 /// The law a report leads with: one that explains the record before one that does not, then by evidence.
@@ -321,6 +290,7 @@ fn outcome_of(
     best: usize,
     confirmation: Option<&Confirmation>,
     unconfirmed: Option<String>,
+    rungs: Vec<RungOutcome>,
     seed: u64,
 ) -> CalibrationOutcome {
     let law = &laws[best];
@@ -346,7 +316,8 @@ fn outcome_of(
         program: summary::program(),
         scene: job.experiment.source().into(),
         overrides: job.experiment.overrides().to_vec(),
-        model: "chain".into(),
+        model: job.model().into(),
+        rungs,
         damping_kind: law.kind.clone(),
         verdict: fit.verdict,
         parameters: outcome::fitted_parameters(fit),
@@ -364,8 +335,8 @@ fn outcome_of(
             })
             .collect(),
         lobes: outcome::lobes(fit),
-        evaluations: fit.runs.len() as u64,
-        failed_runs: fit.failed() as u64,
+        evaluations: fit.total_runs() as u64,
+        failed_runs: fit.total_failed() as u64,
         failures: outcome::failures(fit),
         seed,
         inputs,

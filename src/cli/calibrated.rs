@@ -9,6 +9,8 @@ use std::{
 use anyhow::{Context, bail};
 use serde::Deserialize;
 
+use crate::scene::ModelKind;
+
 /// What a calibration says about a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibrated {
@@ -22,6 +24,8 @@ pub struct Calibrated {
     pub overrides: Vec<String>,
     /// The horn-tip record that drove it.
     pub drive: Option<PathBuf>,
+    /// The model that answered.
+    pub model: ModelKind,
     /// How it ended: `within scatter`, `outside scatter`, `not converged`.
     pub verdict: String,
 }
@@ -31,6 +35,8 @@ struct Outcome {
     parameters: BTreeMap<String, Parameter>,
     damping_kind: String,
     verdict: String,
+    #[serde(default)]
+    model: String,
     #[serde(default)]
     scene: Option<String>,
     #[serde(default)]
@@ -77,8 +83,9 @@ impl Calibrated {
             }
             overrides.push(format!("{key}={}", parameter.value));
         }
-        let Outcome { scene, verdict, overrides: told, mut inputs, .. } = outcome;
-        Ok(Self { path, scene, told, overrides, drive: inputs.remove("drive").map(|drive| drive.path), verdict })
+        let Outcome { scene, model, verdict, overrides: told, mut inputs, .. } = outcome;
+        let model = if model == ModelKind::Reduced.name() { ModelKind::Reduced } else { ModelKind::Chain };
+        Ok(Self { path, model, scene, told, overrides, drive: inputs.remove("drive").map(|drive| drive.path), verdict })
     }
 }
 

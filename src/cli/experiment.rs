@@ -105,12 +105,13 @@ impl Experiment {
     }
 
     /// The same for a fit. An error in the horn's baseline is a gap to the chain, and the plateau's mean is far better known
-    /// than the first samples': it is taken where the burst has one.
+    /// than the first samples': it is taken where the burst has one. A scene that names no model is fitted by the ladder up to the reduced
+    /// one.
     ///
     /// # Errors
     /// As [`Experiment::new`].
     pub fn for_fit(arguments: &SceneArguments) -> anyhow::Result<Self> {
-        Self::assemble(arguments, &ReadArguments::default(), None, ModelKind::Chain, true)
+        Self::assemble(arguments, &ReadArguments::default(), None, ModelKind::Reduced, true)
     }
 
     fn assemble(

@@ -10,6 +10,12 @@ pub fn bar(session: &Session, length: u64, what: &'static str) -> ProgressBar {
     styled(session, length, what, "{msg} [{bar:40}] {pos}/{len}, {eta} left")
 }
 
+/// A bar over pieces of work of unequal cost, `length` in all.
+#[must_use]
+pub fn work(session: &Session, length: u64, what: &'static str) -> ProgressBar {
+    styled(session, length, what, "{msg} [{bar:40}] {percent} %, {eta} left")
+}
+
 /// A bar over simulated time; advance it with [`advance_to`].
 #[must_use]
 pub fn simulated_time(session: &Session, what: &'static str) -> ProgressBar {

@@ -2,12 +2,12 @@
 
 use std::{fmt::Write, path::Path};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use super::{
     Outcome,
-    arguments::{OutputArguments, Session},
+    arguments::{OutputArguments, Session, usage},
     interrupt,
     output::OutputFolder,
     progress, summary,
@@ -20,7 +20,7 @@ use crate::{
         twins::{TwinFit as PageFit, TwinInterval, TwinsReport},
     },
     scene,
-    study::twins::{TwinOutcome, TwinPlan, TwinProof, proof, twins},
+    study::twins::{FittedBy, TwinOutcome, TwinPlan, TwinProof, proof, twins},
 };
 
 /// Overrides of the built-in annulus from which twins are made: long enough for the burst, a slow onset and the decay.
@@ -35,16 +35,45 @@ pub struct Arguments {
     /// Twins of each kind of wrong model: support 30 % softer, other damping law, a missing bead
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Study")]
     pub wrong: u64,
-    /// Runs a fit
+    /// Runs of the chain's search, a fit
     #[arg(long, value_name = "N", default_value_t = 600,
           value_parser = clap::value_parser!(u32).range(200..=100_000), help_heading = "Study")]
     pub evaluations: u32,
+    /// Model that makes the twins
+    #[arg(long, value_enum, default_value = "chain", help_heading = "Study")]
+    pub model: TwinModel,
+    /// Mesh density of the reduced bodies [default: the model's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=128), help_heading = "Study")]
+    pub mesh_density: Option<u32>,
+    /// What fits them [default: the chain for twins of the chain, else the whole ladder]
+    #[arg(long, value_enum, help_heading = "Study")]
+    pub fit: Option<FitChoice>,
     /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
     /// Session flags.
     #[command(flatten)]
     pub session: Session,
+}
+
+/// `--model`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum TwinModel {
+    /// One unknown a bead
+    Chain,
+    /// Modes and quasi-static contact nodes; some 130 runs of it a fit
+    Reduced,
+}
+
+/// `--fit`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FitChoice {
+    /// The search on the chain with Hertz contacts alone, to see what it leaves out
+    Chain,
+    /// The same with contacts as the twins' bodies have them at rest
+    FiniteBody,
+    /// That search, corrected on the model that made the twins
+    Ladder,
 }
 
 /// `twins.json`.
@@ -61,13 +90,30 @@ struct TwinsSummary<'a> {
 /// # Errors
 /// A folder that cannot be written; Ctrl-C.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { count, wrong, evaluations, output, session } = arguments;
+    let Arguments { count, wrong, evaluations, model, mesh_density, fit, output, session } = arguments;
     let mut timing = Timing::start();
-    let base = scene::load("annulus", &OVERRIDES.map(String::from))?;
-    let plan = TwinPlan { count, wrong, evaluations: evaluations as usize, seed: session.seed() };
+    let kind = if model == TwinModel::Reduced { "reduced" } else { "chain" };
+    if mesh_density.is_some() && model == TwinModel::Chain {
+        return Err(usage("--mesh-density would do nothing: twins of the chain have no bodies"));
+    }
+    let mut overrides = OVERRIDES.map(String::from).to_vec();
+    overrides.push(format!("model.kind={kind}"));
+    overrides.extend(mesh_density.map(|density| format!("model.mesh_density={density}")));
+    let base = scene::load("annulus", &overrides)?;
+    let fit = match (model, fit) {
+        (TwinModel::Chain, Some(FitChoice::Ladder | FitChoice::FiniteBody)) => {
+            return Err(usage(
+                "twins of the chain have no bodies: --fit ladder and --fit finite-body need --model reduced",
+            ));
+        }
+        (TwinModel::Chain, _) | (_, Some(FitChoice::Chain)) => FittedBy::Chain,
+        (TwinModel::Reduced, Some(FitChoice::FiniteBody)) => FittedBy::FiniteBody,
+        (TwinModel::Reduced, _) => FittedBy::Ladder,
+    };
+    let plan = TwinPlan { count, wrong, evaluations: evaluations as usize, seed: session.seed(), fit };
     let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
     let bar = progress::bar(&session, plan.total(), "twins");
-    let outcomes = twins(&base, &plan, &|| bar.inc(1), &interrupt::requested);
+    let outcomes = twins(&base, &plan, &|| bar.inc(1), &interrupt::requested)?;
     bar.finish_and_clear();
     let outcomes = outcomes.ok_or(interrupt::Interrupted)?;
     timing.stage("twins");
@@ -75,7 +121,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let summary = TwinsSummary { program: summary::program(), plan, proof: &proof, twins: &outcomes };
     if let Some(folder) = folder {
         folder.write("twins.json", summary::json(&summary)?)?;
-        for (name, bytes) in page(&outcomes, &proof, &plan).files()? {
+        for (name, bytes) in page(&outcomes, &proof, &plan, kind, mesh_density).files()? {
             folder.write(name, bytes)?;
         }
         timing.stage("write");
@@ -94,8 +140,8 @@ fn statements(proof: &TwinProof) -> Vec<String> {
         .iter()
         .map(|parameter| {
             format!(
-                "{}: {} of {} intervals hold the truth ({:.1} ± {:.1} %; 90 % is claimed); median width {} and median error {} \
-                 in ln",
+                "{}: {} of {} intervals hold the truth ({:.1} ± {:.1} %; 90 % is claimed); median width {}, median error {} and \
+                 median signed error {:+.4} in ln",
                 parameter.name,
                 parameter.covered,
                 parameter.count,
@@ -103,6 +149,7 @@ fn statements(proof: &TwinProof) -> Vec<String> {
                 100.0 * parameter.binomial_error,
                 significant(parameter.median_width, 2),
                 significant(parameter.median_error, 2),
+                parameter.median_bias,
             )
         })
         .collect();
@@ -139,7 +186,13 @@ fn text(proof: &TwinProof, out: Option<&Path>) -> String {
     text
 }
 
-fn page(outcomes: &[TwinOutcome], proof: &TwinProof, plan: &TwinPlan) -> TwinsReport {
+fn page(
+    outcomes: &[TwinOutcome],
+    proof: &TwinProof,
+    plan: &TwinPlan,
+    model: &str,
+    mesh_density: Option<u32>,
+) -> TwinsReport {
     let fitted = outcomes.iter().filter(|outcome| outcome.flaw == Flaw::None).filter_map(|outcome| {
         let (truth, fit) = (outcome.truth.as_ref()?, outcome.fit.as_ref().ok()?);
         let interval = |(estimate, truth): (&crate::calibration::fit::Estimate, &f64)| TwinInterval {
@@ -156,9 +209,12 @@ fn page(outcomes: &[TwinOutcome], proof: &TwinProof, plan: &TwinPlan) -> TwinsRe
     });
     TwinsReport {
         description: format!(
-            "{} records made with known parameters by the accurate integrator (six beads, annulus and rigid wall, linear and \
-             Kuwabara–Kono damping, 0–3 % noise, 1.25–10 MHz sampling, unknown trigger and baseline), each fitted with {} runs",
-            plan.count, plan.evaluations
+            "{} records made with known parameters by {} (six beads, annulus and rigid wall, linear and Kuwabara–Kono damping, 0–3 % \
+             noise, 1.25–10 MHz sampling, unknown trigger and baseline), each fitted with {} runs of the chain{}",
+            plan.count,
+            if model == "chain" { "the chain's accurate integrator" } else { "the reduced model" },
+            plan.evaluations,
+            if plan.fit == FittedBy::Ladder { " and corrected on the reduced model" } else { "" },
         ),
         level: 0.9,
         parameters: vec!["amplitude scale α".into(), "damping coefficient".into()],
@@ -167,8 +223,17 @@ fn page(outcomes: &[TwinOutcome], proof: &TwinProof, plan: &TwinPlan) -> TwinsRe
         version: env!("CARGO_PKG_VERSION").into(),
         seed: plan.seed,
         command_line: format!(
-            "granchain twins --count {} --wrong {} --evaluations {} --seed {}",
-            plan.count, plan.wrong, plan.evaluations, plan.seed
+            "granchain twins --count {} --wrong {} --evaluations {} --seed {} --model {model} --fit {}{}",
+            plan.count,
+            plan.wrong,
+            plan.evaluations,
+            plan.seed,
+            match plan.fit {
+                FittedBy::Chain => "chain",
+                FittedBy::FiniteBody => "finite-body",
+                FittedBy::Ladder => "ladder",
+            },
+            mesh_density.map_or_else(String::new, |density| format!(" --mesh-density {density}")),
         ),
     }
 }

@@ -24,6 +24,13 @@ impl Bodies {
         Self { cache, held: Mutex::default() }
     }
 
+    /// The same, with bodies that are ready already.
+    #[must_use]
+    pub fn holding(mut self, prepared: Arc<Prepared>) -> Self {
+        self.held.get_mut().unwrap_or_else(PoisonError::into_inner).push(prepared);
+        self
+    }
+
     /// The bodies of a scene.
     ///
     /// # Errors

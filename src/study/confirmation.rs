@@ -10,6 +10,7 @@
 use thiserror::Error;
 
 use super::{
+    bodies::Bodies,
     ensemble::{self, EnsembleError, EnsembleOutcome, EnsemblePlan, STEPS_PER_PERIOD, Spread},
     observation::{self, Observation as Watched},
 };
@@ -19,7 +20,7 @@ use crate::{
         printed::Printed,
     },
     feature::{FeatureError, FeatureSettings, Features, Similarity, Window, measure, similarity},
-    model::{self, ModelError},
+    model::ModelError,
     response::Response,
     scene::Scene,
     signal::{Conditioning, LowPass, Series, low_pass},
@@ -119,17 +120,19 @@ impl Laboratory<'_> {
     }
 }
 
-/// Run `scene` (with the fitted values in it) accurately and perturbed, and hold both against the record.
+/// Run `scene` (with the fitted values in it) accurately and perturbed, and hold both against the record; on the model
+/// it asks for, whose bodies may be ready already.
 ///
 /// # Errors
 /// When the accurate run fails or cannot be compared.
 pub fn confirm(
     scene: &Scene,
+    bodies: &Bodies,
     recording: &Recording,
     observation: &Observation,
     plan: &EnsemblePlan,
 ) -> Result<Confirmation, ConfirmationError> {
-    let response = model::run(scene, &mut |_| true)?;
+    let response = bodies.prepared(scene)?.run(scene, &mut |_| true)?;
     let velocity = &response.pole_velocity;
     let threshold = observation.fingerprint.threshold();
     let filtered = Series::new(
@@ -154,7 +157,7 @@ pub fn confirm(
     let simulated_features = measure(&simulated, &laboratory.settings)?;
     let similarity = similarity(record, &simulated, window, scene.drive.frequency)?;
 
-    let ensemble = ensemble::run_as_seen(scene, plan, STEPS_PER_PERIOD, |velocity| {
+    let ensemble = ensemble::run_as_seen(bodies, scene, plan, STEPS_PER_PERIOD, |velocity| {
         Watched::measure(&laboratory.sees(velocity), &laboratory.settings)
     })?;
     let measured = Watched::of(&recorded_features);
@@ -171,22 +174,24 @@ pub fn confirm(
     })
 }
 
-/// Run `scene` (with the fitted values in it) accurately and perturbed, and hold both against published numbers.
+/// Run `scene` (with the fitted values in it) accurately and perturbed, and hold both against published numbers; on
+/// the model it asks for, whose bodies may be ready already.
 ///
 /// # Errors
 /// When the accurate run fails or cannot be measured.
 pub fn confirm_printed(
     scene: &Scene,
+    bodies: &Bodies,
     printed: &Printed,
     plan: &EnsemblePlan,
 ) -> Result<Confirmation, ConfirmationError> {
-    let response = model::run(scene, &mut |_| true)?;
+    let response = bodies.prepared(scene)?.run(scene, &mut |_| true)?;
     let window = printed.window();
     let settings =
         FeatureSettings { band: Some(printed.cutoff()), ..FeatureSettings::velocity(scene.drive.frequency, window) };
     let simulated = low_pass(&response.pole_velocity, printed.cutoff());
     let simulated_features = measure(&simulated, &settings)?;
-    let ensemble = ensemble::run_as_seen(scene, plan, STEPS_PER_PERIOD, |velocity| {
+    let ensemble = ensemble::run_as_seen(bodies, scene, plan, STEPS_PER_PERIOD, |velocity| {
         Watched::measure(&low_pass(velocity, printed.cutoff()), &settings)
     })?;
     let measured: Vec<Option<f64>> = observation::watched().iter().map(|watched| printed.value(&watched.key)).collect();

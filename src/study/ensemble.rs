@@ -122,24 +122,15 @@ pub fn run_on(bodies: &Bodies, scene: &Scene, plan: &EnsemblePlan) -> Result<Ens
         return Err(EnsembleError::TooFew { found: plan.members });
     }
     let settings = observation::settings(scene)?;
-    observe(bodies, scene, plan, STEPS_PER_PERIOD, |velocity| Observation::measure(velocity, &settings))
+    run_as_seen(bodies, scene, plan, STEPS_PER_PERIOD, |velocity| Observation::measure(velocity, &settings))
 }
 
-/// As [`run`], with a step of T0/`steps_per_period` of the chain and every pole velocity (m/s) watched by `watch`: a laboratory with
+/// As [`run_on`], with a step of T0/`steps_per_period` of the chain and every pole velocity (m/s) watched by `watch`: a laboratory with
 /// its own bandwidth, instants and window.
 ///
 /// # Errors
 /// [`EnsembleError`]; single failed runs are counted in the outcome instead.
 pub fn run_as_seen(
-    scene: &Scene,
-    plan: &EnsemblePlan,
-    steps_per_period: u32,
-    watch: impl Fn(&Series) -> Result<Observation, FeatureError> + Sync,
-) -> Result<EnsembleOutcome, EnsembleError> {
-    observe(&Bodies::new(None), scene, plan, steps_per_period, watch)
-}
-
-fn observe(
     bodies: &Bodies,
     scene: &Scene,
     plan: &EnsemblePlan,

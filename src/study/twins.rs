@@ -1,4 +1,6 @@
 //! The proof of the intervals: records made with known truth, fitted as any record.
+//!
+//! Twins made on the reduced model can be fitted by the whole ladder, or by the chain alone: the second shows what the chain leaves out.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -7,16 +9,20 @@ use std::sync::Arc;
 
 use crate::{
     calibration::{
-        fit::{Estimate, Fit, Verdict, fit},
+        correction::Correction,
+        fit::{Estimate, Fit, Verdict, correct, fit},
         forward::{Forward, Uncertainty},
         observation::{Observation, Recording},
         parameter::Parameter,
+        rung::{Bodies, Rung, chain_below},
         search::{Search, Strategy},
         statement::preferred,
         twin::{Flaw, Truth, scene_of, twin, with_other_law},
     },
     feature::fingerprint::FeatureSet,
-    scene::Scene,
+    model::{self, ModelError},
+    response::Response,
+    scene::{Scene, Support},
 };
 
 /// One twin in this many is fitted with both damping laws.
@@ -29,10 +35,24 @@ pub struct TwinPlan {
     pub count: u64,
     /// Twins of each kind of wrong model.
     pub wrong: u64,
-    /// Runs a fit.
+    /// Runs of the chain's search, a fit.
     pub evaluations: usize,
     /// Seed.
     pub seed: u64,
+    /// What fits: the chain alone, or the chain corrected on the model that made the twins.
+    pub fit: FittedBy,
+}
+
+/// What a twin is fitted by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FittedBy {
+    /// The search on the chain with Hertz contacts.
+    Chain,
+    /// The search on the chain with contacts as the twins' bodies have them at rest.
+    FiniteBody,
+    /// That search, corrected on the model that made the twins.
+    Ladder,
 }
 
 /// What became of one twin.
@@ -63,6 +83,9 @@ pub struct TwinFit {
     pub correlation: f64,
     /// Runs that failed.
     pub failed_runs: usize,
+    /// What the chain alone said, where the answer is another model's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub before: Option<Vec<Estimate>>,
 }
 
 impl From<&Fit> for TwinFit {
@@ -74,6 +97,7 @@ impl From<&Fit> for TwinFit {
             lobes: fit.lobes.len(),
             correlation: fit.correlation,
             failed_runs: fit.failed(),
+            before: fit.below.as_ref().map(|below| below.fit.estimates.clone()),
         }
     }
 }
@@ -86,30 +110,58 @@ impl TwinPlan {
     }
 }
 
-/// Make and fit all twins of `base` (six beads, a burst), right models first, then the wrong ones.
+/// Make and fit all twins of `base` (six beads, a burst) on the model it asks for, right models first, then the wrong ones.
 ///
 /// `finished` is told after each twin; once `stop` says so no further twin is begun, and the result is `None`.
-#[must_use]
+///
+/// # Errors
+/// When the bodies of a scene cannot be made ready.
 pub fn twins(
     base: &Scene,
     plan: &TwinPlan,
     finished: &(dyn Fn() + Sync),
     stop: &(dyn Fn() -> bool + Sync),
-) -> Option<Vec<TwinOutcome>> {
-    (0..plan.total())
+) -> Result<Option<Vec<TwinOutcome>>, ModelError> {
+    let workshop = Workshop::new(base)?;
+    let outcomes = (0..plan.total())
         .into_par_iter()
         .map(|number| {
             if stop() {
                 return None;
             }
-            let outcome = outcome(base, plan, number);
+            let outcome = outcome(&workshop, base, plan, number);
             finished();
             Some(outcome)
         })
-        .collect()
+        .collect();
+    Ok(outcomes)
 }
 
-fn outcome(base: &Scene, plan: &TwinPlan, number: u64) -> TwinOutcome {
+/// The bodies of both supports, made ready once for all twins.
+struct Workshop {
+    bodies: [Bodies; 2],
+}
+
+impl Workshop {
+    fn new(base: &Scene) -> Result<Self, ModelError> {
+        let [annulus, rigid] = [0, 1].map(|index| Bodies::new(&scene_of(base, index), None));
+        Ok(Self { bodies: [annulus?, rigid?] })
+    }
+
+    fn bodies(&self, scene: &Scene) -> &Bodies {
+        &self.bodies[usize::from(!matches!(scene.support, Support::Annulus { .. }))]
+    }
+
+    /// A flawed truth has bodies of its own.
+    fn run(&self, scene: &Scene, flaw: Flaw) -> Result<Response, ModelError> {
+        match flaw {
+            Flaw::None | Flaw::OtherLaw => self.bodies(scene).prepared.run(scene, &mut |_| true),
+            Flaw::SofterSupport | Flaw::MissingBead => model::run(scene, &mut |_| true),
+        }
+    }
+}
+
+fn outcome(workshop: &Workshop, base: &Scene, plan: &TwinPlan, number: u64) -> TwinOutcome {
     // Wrong models are numbered by themselves, so that they are the same whatever the count of right ones.
     let (flaw, scene, number) = if number < plan.count {
         (Flaw::None, scene_of(base, number), number)
@@ -118,18 +170,22 @@ fn outcome(base: &Scene, plan: &TwinPlan, number: u64) -> TwinOutcome {
         let flaws = [Flaw::SofterSupport, Flaw::OtherLaw, Flaw::MissingBead];
         (flaws[(wrong / plan.wrong) as usize], scene_of(base, 4 * wrong), wrong)
     };
-    let seed = plan.seed.wrapping_add(1000 * (number + 1));
     let Some(parameters) = parameters(&scene) else {
         return TwinOutcome { flaw, truth: None, fit: Err("the scene has no damping to fit".into()), named_law: None };
     };
-    let made = match twin(&scene, &parameters, &Uncertainty::default(), flaw, number, plan.seed) {
+    let run = |scene: &Scene| workshop.run(scene, flaw);
+    let made = match twin(&scene, &parameters, &Uncertainty::default(), flaw, number, plan.seed, &run) {
         Ok(made) => made,
         Err(error) => {
             let reason = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
             return TwinOutcome { flaw, truth: None, fit: Err(reason), named_law: None };
         }
     };
-    let fitted = fit_one(&scene, parameters, &made.recording, plan.evaluations, seed);
+    let fit_to = |scene: &Scene, parameters| {
+        let seed = plan.seed.wrapping_add(1000 * (number + 1));
+        fit_one(workshop, scene, parameters, &made.recording, plan, seed)
+    };
+    let fitted = fit_to(&scene, parameters);
     let mut named_law = None;
     // Every fourth twin of each of the four kinds of scene.
     if flaw == Flaw::None
@@ -137,8 +193,7 @@ fn outcome(base: &Scene, plan: &TwinPlan, number: u64) -> TwinOutcome {
         && let Ok(own) = &fitted
     {
         let other_scene = with_other_law(&scene);
-        let other = self::parameters(&other_scene)
-            .and_then(|parameters| fit_one(&other_scene, parameters, &made.recording, plan.evaluations, seed).ok());
+        let other = self::parameters(&other_scene).and_then(|parameters| fit_to(&other_scene, parameters).ok());
         named_law = Some(match &other {
             Some(other) => preferred(&[
                 (scene.damping.kind.name().to_owned(), own),
@@ -160,20 +215,33 @@ fn parameters(scene: &Scene) -> Option<Vec<Parameter>> {
 }
 
 fn fit_one(
+    workshop: &Workshop,
     scene: &Scene,
     parameters: Vec<Parameter>,
     recording: &Recording,
-    evaluations: usize,
+    plan: &TwinPlan,
     seed: u64,
 ) -> Result<Fit, String> {
     let frequency = scene.drive.frequency;
     let (begins, ends) = scene.drive.burst();
     let observation = Observation::new(recording, frequency, (ends - begins) * frequency, FeatureSet::Full)
         .map_err(|error| error.to_string())?;
-    let forward = Forward::new(scene, parameters, observation, Uncertainty::default(), seed, Arc::new(|_| true))
+    let bodies = workshop.bodies(scene);
+    let (below, laws) = match plan.fit {
+        FittedBy::Chain => (scene.clone(), None),
+        FittedBy::FiniteBody | FittedBy::Ladder => (chain_below(scene), bodies.laws.as_ref()),
+    };
+    let watch = Arc::new(|_| true);
+    let forward = Forward::with_laws(&below, laws, parameters, observation, Uncertainty::default(), seed, watch)
         .map_err(|error| error.to_string())?;
-    let search = Search::new(&forward, evaluations, seed, Strategy::Likelihood);
-    fit(&forward, search, None).map_err(|error| error.to_string())
+    let search = Search::new(&forward, plan.evaluations, seed, Strategy::Likelihood);
+    let chain = fit(&forward, search, None).map_err(|error| error.to_string())?;
+    if plan.fit != FittedBy::Ladder {
+        return Ok(chain);
+    }
+    let rung = Rung::new(&forward, bodies.prepared.clone(), scene);
+    let correction = Correction::new(&rung, &chain.runs, seed);
+    correct(&rung, chain, correction, None).map_err(|error| error.to_string())
 }
 
 /// What all twins together say of one parameter.
@@ -191,6 +259,8 @@ pub struct ParameterProof {
     pub median_width: f64,
     /// Median |ln(median/truth)|.
     pub median_error: f64,
+    /// Median ln(median/truth): what does not average out.
+    pub median_bias: f64,
 }
 
 /// What all twins together say.
@@ -228,15 +298,16 @@ pub fn proof(outcomes: &[TwinOutcome]) -> TwinProof {
                 (fit.estimates[d].low..=fit.estimates[d].high).contains(&truth.values[d])
             };
             let count = fitted.len();
+            let errors: Vec<f64> =
+                fitted.iter().map(|(truth, fit)| (fit.estimates[d].median / truth.values[d]).ln()).collect();
             ParameterProof {
                 name: (*name).into(),
                 covered: fitted.iter().filter(covered).count(),
                 count,
                 binomial_error: (0.9 * 0.1 / count.max(1) as f64).sqrt(),
                 median_width: median(fitted.iter().map(|(_, fit)| (fit.estimates[d].high / fit.estimates[d].low).ln())),
-                median_error: median(
-                    fitted.iter().map(|(truth, fit)| (fit.estimates[d].median / truth.values[d]).ln().abs()),
-                ),
+                median_error: median(errors.iter().map(|error| error.abs())),
+                median_bias: median(errors.iter().copied()),
             }
         })
         .collect();

@@ -32,6 +32,9 @@ beads = 2
 [drive]
 cycles = 20
 
+[model]
+kind = "chain"
+
 [damping]
 coefficient = 0.4
 "#;

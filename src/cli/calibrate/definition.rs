@@ -7,7 +7,7 @@ use std::{
 
 use anyhow::{Context, bail};
 
-use super::{Arguments, FeatureChoice, SearchChoice, measured::is_published};
+use super::{Arguments, ConfirmChoice, FeatureChoice, SearchChoice, measured::is_published};
 use crate::{
     calibration::{
         parameter::Parameter,
@@ -54,6 +54,8 @@ pub struct Definition {
     pub weights: BTreeMap<String, f64>,
     /// What was assumed.
     pub assumptions: Vec<String>,
+    /// The model run once at the answer.
+    pub confirm: Option<ConfirmChoice>,
     damping: Vec<String>,
     fitted: Vec<String>,
     bounds: BTreeMap<String, (Number, Number)>,
@@ -149,6 +151,7 @@ impl Definition {
             seed: plan.seed,
             weights: plan.weights,
             assumptions,
+            confirm: arguments.confirm,
             damping,
             fitted,
             bounds,

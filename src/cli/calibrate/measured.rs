@@ -14,7 +14,7 @@ use crate::{
     measurement::{PublishedFeatures, Record, RecordKind, read_record},
     scene::Scene,
     study::{
-        EnsemblePlan,
+        Bodies, EnsemblePlan,
         confirmation::{Confirmation, ConfirmationError, confirm, confirm_printed},
         observation::settings,
     },
@@ -129,14 +129,19 @@ impl Measured {
         }
     }
 
-    /// Hold `scene` against it.
+    /// Hold `scene` against it, on the model it asks for.
     ///
     /// # Errors
     /// When the accurate run fails or cannot be compared.
-    pub fn confirm(&self, scene: &Scene, plan: &EnsemblePlan) -> Result<Confirmation, ConfirmationError> {
+    pub fn confirm(
+        &self,
+        scene: &Scene,
+        bodies: &Bodies,
+        plan: &EnsemblePlan,
+    ) -> Result<Confirmation, ConfirmationError> {
         match self {
-            Self::Record(measured) => confirm(scene, &measured.recording, &measured.observation, plan),
-            Self::Published(measured) => confirm_printed(scene, &measured.printed, plan),
+            Self::Record(measured) => confirm(scene, bodies, &measured.recording, &measured.observation, plan),
+            Self::Published(measured) => confirm_printed(scene, bodies, &measured.printed, plan),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::{fmt::Write, path::Path};
 
-use super::{FittedLaw, Job, fitted_scene, measured::Measured};
+use super::{FittedLaw, Job, fitted_scene, measured::Measured, rungs};
 use crate::{
     calibration::{
         comparison::Reduction,
@@ -20,9 +20,9 @@ use crate::{
         number::significant,
         sweep::{SweepCurve, SweepPoint, SweepReport},
     },
-    scene::{DampingKind, Scene},
+    scene::{DampingKind, ModelKind, Scene},
     signal::Series,
-    study::{EnsemblePlan, confirmation::Confirmation, ensemble, observation::watched, published::published},
+    study::{Bodies, EnsemblePlan, confirmation::Confirmation, ensemble, observation::watched, published::published},
 };
 
 /// Points of the α sweep in the report.
@@ -51,6 +51,7 @@ pub fn report(
     best: usize,
     confirmation: Option<&Confirmation>,
     outcome: &CalibrationOutcome,
+    fea: Option<&[f64]>,
 ) -> anyhow::Result<CalibrationReport> {
     let law = &laws[best];
     let scene = fitted_scene(law);
@@ -58,7 +59,15 @@ pub fn report(
         alpha_sweep(&scene, outcome, if job.measured.record().is_some() { "of the record" } else { "as published" });
     interrupt::check()?;
     let order = std::iter::once(law).chain(laws.iter().filter(|other| !std::ptr::eq(*other, law)));
-    let laws = order.map(|law| law_report(law, job)).collect();
+    let laws = order
+        .map(|other| {
+            let fea = fea.filter(|_| std::ptr::eq(other, law));
+            LawReport {
+                rungs: rungs::report(job, other, fea),
+                ..law_report(&other.kind, &other.scene, &other.fit, job)
+            }
+        })
+        .collect();
     let (subject, undecided, decided) = match &job.measured {
         Measured::Record(_) => ("The record", "does", "prefers"),
         Measured::Published(_) => ("The published features", "do", "prefer"),
@@ -115,7 +124,7 @@ fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
         record_notes,
         scene: scene.name.clone(),
         scene_description: scene.description.clone(),
-        model: "chain".into(),
+        model: job.model().into(),
         drive_frequency: scene.drive.frequency,
         laws: Vec::new(),
         preference: None,
@@ -215,12 +224,12 @@ fn law_name(kind: &str) -> &str {
     }
 }
 
-fn law_report(law: &FittedLaw, job: &Job) -> LawReport {
-    let fit = &law.fit;
+/// One fit of one law, on whatever rung; the rungs side by side are added by the caller.
+pub fn law_report(kind: &str, scene: &Scene, fit: &Fit, job: &Job) -> LawReport {
     let quoted = |bound: f64| (fit.verdict != Verdict::OutsideScatter).then_some(bound);
     let parameters = fit.estimates.iter().zip(&fit.parameters).map(|(estimate, parameter)| Estimate {
         name: if estimate.name == "alpha" { "amplitude scale".into() } else { "damping coefficient".into() },
-        symbol: match (estimate.name.as_str(), law.scene.damping.kind) {
+        symbol: match (estimate.name.as_str(), scene.damping.kind) {
             ("alpha", _) => "α".into(),
             (_, DampingKind::KuwabaraKono) => "γ".into(),
             _ => "c".into(),
@@ -243,7 +252,8 @@ fn law_report(law: &FittedLaw, job: &Job) -> LawReport {
     let misfits = misfits(fit, job);
     let failures = crate::calibration::outcome::failures(fit);
     LawReport {
-        damping_kind: law_name(&law.kind).into(),
+        damping_kind: law_name(kind).into(),
+        rungs: None,
         verdict: fit.verdict,
         misfit: fit.misfit,
         parameters: parameters.collect(),
@@ -348,7 +358,7 @@ fn statement_on<'a>(printed: &'a PublishedFeatures, key: &str) -> Option<&'a Pub
     }
 }
 
-/// Watched numbers against α from half to one and a half times the fitted value, mean and scatter.
+/// Watched numbers against α from half to one and a half times the fitted value, mean and scatter, on the chain.
 fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome, reference: &str) -> Option<SweepReport> {
     let centre = scene.amplitude_scale;
     let plan = EnsemblePlan::new(SWEEP_MEMBERS, outcome.seed);
@@ -356,6 +366,7 @@ fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome, reference: &str) -> 
     let points: Vec<(f64, Option<crate::study::EnsembleOutcome>)> = (0..SWEEP_POINTS)
         .map(|index| {
             let mut scene = scene.clone();
+            scene.model.kind = ModelKind::Chain;
             scene.amplitude_scale = centre * (0.5 + index as f64 / (SWEEP_POINTS - 1) as f64);
             (scene.amplitude_scale, ensemble::run(&scene, &plan).ok())
         })
@@ -375,7 +386,11 @@ fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome, reference: &str) -> 
         })
     });
     Some(SweepReport {
-        name: "Amplitude scale α".into(),
+        name: if scene.model.kind == ModelKind::Chain {
+            "Amplitude scale α".into()
+        } else {
+            "Amplitude scale α on the chain".into()
+        },
         unit: "1".into(),
         curves: curves.collect(),
         reference_name: reference.into(),
@@ -390,12 +405,14 @@ fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome, reference: &str) -> 
 pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyhow::Result<Outcome> {
     let (_, scene, _) = &job.laws[0];
     let plan = EnsemblePlan::new(2, session.seed());
-    let confirmation = job.measured.confirm(scene, &plan)?;
+    let mut scene = scene.clone();
+    scene.model.kind = ModelKind::Chain;
+    let confirmation = job.measured.confirm(&scene, &Bodies::new(None), &plan)?;
     let report = CalibrationReport {
         simulated: Some(simulated_span(&confirmation)),
         alignment: alignment(&confirmation),
         window: Some(confirmation.window),
-        ..frame(job, scene, session.seed())
+        ..frame(job, &scene, session.seed())
     };
     let name =
         target.file_name().map_or_else(|| "dry-run".into(), |name| format!("{}-dry-run", name.to_string_lossy()));

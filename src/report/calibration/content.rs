@@ -32,6 +32,7 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
         blocks.push(Block::Heading("Features".into()));
         blocks.push(Block::Table(table::features(report)));
     }
+    rungs(report, &mut blocks);
     blocks.push(Block::Heading("Search".into()));
     for law in &report.laws {
         blocks.push(Block::Paragraph(search_words(law)));
@@ -58,6 +59,26 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
         title: format!("Calibration against {}", report.title),
         subtitle: format!("Scene {}: {}", report.scene, report.scene_description),
         blocks,
+    }
+}
+
+/// The rungs of the ladder side by side.
+fn rungs(report: &CalibrationReport, blocks: &mut Vec<Block>) {
+    let laws = || report.laws.iter().filter_map(|law| Some((law, law.rungs.as_ref()?)));
+    if laws().next().is_none() {
+        return;
+    }
+    blocks.push(Block::Heading("How far the rungs differ".into()));
+    for (law, rungs) in laws() {
+        let upper = rungs.rungs.get(1).map_or("the rung above", |rung| rung.model.as_str());
+        blocks.push(Block::Paragraph(format!(
+            "{}: the search ran on the chain; the values quoted come from the runs of the model `{upper}` alone, made where the \
+             chain's answer, corrected round by round, led them. Where the two regions part, the chain leaves out what the record shows.",
+            capitalised(&law.name())
+        )));
+        blocks.push(Block::Table(table::rungs(law, rungs)));
+        blocks.push(Block::Plates(figures::rungs(law, rungs).into_iter().collect()));
+        blocks.extend(table::rung_features(law, rungs, &report.record_label).map(Block::Table));
     }
 }
 
@@ -188,7 +209,9 @@ fn search_words(law: &LawReport) -> String {
             law.failures.join("; ")
         ),
     };
-    format!("{}: {} runs, {failed}.", capitalised(&law.name()), law.evaluations)
+    let rung = law.rungs.as_ref().and_then(|rungs| rungs.rungs.get(1));
+    let on = rung.map_or_else(String::new, |rung| format!(" of the model `{}`", rung.model));
+    format!("{}: {} runs{on}, {failed}.", capitalised(&law.name()), law.evaluations)
 }
 
 fn provenance(report: &CalibrationReport, blocks: &mut Vec<Block>) {

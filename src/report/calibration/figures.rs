@@ -1,7 +1,7 @@
 //! The figures of a calibration.
 
 use super::{
-    CalibrationReport, Estimate, LawReport,
+    CalibrationReport, DensityMap, Estimate, LawReport, RungsReport,
     spectrum::{RECORDED, SIMULATED, SpectrumCurve, amplitude_panel, level_panel},
 };
 use crate::{
@@ -203,6 +203,38 @@ pub(super) fn objective(law: &LawReport) -> Vec<Plate> {
         plates.push(plate);
     }
     plates
+}
+
+/// The 90 % regions of the chain and of the rung above it on common axes.
+pub(super) fn rungs(law: &LawReport, rungs: &RungsReport) -> Option<Plate> {
+    let [first, second, ..] = law.parameters.as_slice() else { return None };
+    let (below, above) = (rungs.below.map.as_ref()?, law.map.as_ref()?);
+    let region = |panel: Panel, label: &str, map: &DensityMap, stroke: Stroke| {
+        panel.layer(Layer::Contour {
+            label: format!("90 % region, {label}"),
+            map: Map { x: map.x.clone(), y: map.y.clone(), values: map.density.clone() },
+            level: map.accepted_level,
+            stroke,
+        })
+    };
+    let models: Vec<&str> = rungs.rungs.iter().map(|rung| rung.model.as_str()).collect();
+    let (lower, upper) = (models.first()?, models.get(1)?);
+    let at = |law: &LawReport| match law.parameters.as_slice() {
+        [first, second, ..] => vec![(first.value, second.value)],
+        _ => Vec::new(),
+    };
+    let mut panel = Panel::new(axis(first), axis(second)).height(55.0);
+    panel = region(panel, lower, below, Stroke::new(Colour::Blue).width(0.9).dash(Dash::Dashed));
+    panel = region(panel, upper, above, Stroke::new(Colour::Vermillion).width(1.1));
+    panel = panel.points(format!("fit, {lower}"), at(&rungs.below), Colour::Blue, Marker::Diamond).points(
+        format!("fit, {upper}"),
+        at(law),
+        Colour::Vermillion,
+        Marker::Ring,
+    );
+    let key = law.damping_kind.to_lowercase().replace(|letter: char| !letter.is_ascii_alphanumeric(), "-");
+    let title = format!("Accepted sets before and after the correction, {}.", law.name());
+    Some(Plate::new(format!("rungs-{key}"), Figure::new(title).panel(panel)))
 }
 
 /// Misfit of every run in the order made, and of the fit as judged from batch to batch.

@@ -86,6 +86,53 @@ pub struct LawReport {
     pub failed_runs: u64,
     /// Why runs failed, each reason once.
     pub failures: Vec<String>,
+    /// The rungs of the ladder side by side; absent where only one was run.
+    pub rungs: Option<RungsReport>,
+}
+
+/// The rungs of the ladder at the answer.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RungsReport {
+    /// Every rung, the lowest first.
+    pub rungs: Vec<RungReport>,
+    /// The fit on the lowest, from which the correction started.
+    pub below: Box<LawReport>,
+    /// What they say of each fitted feature.
+    pub features: Vec<RungRow>,
+}
+
+/// One rung.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RungReport {
+    /// Its model.
+    pub model: String,
+    /// What its own fit found; empty where it was only run at the answer.
+    pub parameters: Vec<Estimate>,
+    /// How its own fit ended.
+    pub verdict: Option<Verdict>,
+    /// Runs made.
+    pub runs: u64,
+    /// Of them failed.
+    pub failed_runs: u64,
+}
+
+/// One fitted feature on every rung, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RungRow {
+    /// Name for people.
+    pub name: String,
+    /// Unit in SI.
+    pub unit: String,
+    /// Of the record.
+    pub recorded: Option<f64>,
+    /// Expected at the answer, rung by rung.
+    pub expected: Vec<Option<f64>>,
+    /// Scatter of a single run in ln, rung by rung.
+    pub scatter: Vec<Option<f64>>,
+    /// Rung above less rung below under the same nuisances, in ln.
+    pub difference: f64,
+    /// Its standard error, in ln.
+    pub standard_error: f64,
 }
 
 impl LawReport {

@@ -14,6 +14,7 @@ use super::page::{Files, ReportError};
 pub use crate::calibration::fit::Verdict;
 pub use input::{
     AlphaSweep, CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, Provenance, RunPoint,
+    RungReport, RungRow, RungsReport,
 };
 
 impl CalibrationReport {
@@ -60,6 +61,12 @@ impl CalibrationReport {
                 for value in run.parameters.iter().chain(&run.misfit) {
                     finite(&|| format!("run {} ({})", index + 1, law.damping_kind), *value)?;
                 }
+            }
+        }
+        for row in self.laws.iter().filter_map(|law| law.rungs.as_ref()).flat_map(|rungs| &rungs.features) {
+            let optional = row.expected.iter().chain(&row.scatter).chain([&row.recorded]).flatten();
+            for value in optional.chain([&row.difference, &row.standard_error]) {
+                finite(&|| format!("feature {} of the rungs", row.name), *value)?;
             }
         }
         for row in &self.features {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{CalibrationReport, LawReport};
+use super::{CalibrationReport, LawReport, RungsReport};
 use crate::report::{
     number::{short, significant, to_uncertainty, unit, with_interval},
     page::{Column, Files, Table},
@@ -100,6 +100,67 @@ pub(super) fn laws(report: &CalibrationReport) -> Table {
     }
 }
 
+/// What every rung found by itself.
+pub(super) fn rungs(law: &LawReport, rungs: &RungsReport) -> Table {
+    let rows = rungs.rungs.iter().map(|rung| {
+        let values = law.parameters.iter().enumerate().map(|(index, parameter)| match rung.parameters.get(index) {
+            Some(own) => with_interval(own.value, own.low.zip(own.high)),
+            None => format!("{} (run there)", short(parameter.value)),
+        });
+        let runs = format!("{} ({} failed)", rung.runs, rung.failed_runs);
+        let verdict = rung.verdict.map_or(NOTHING.to_owned(), |verdict| verdict.to_string());
+        [rung.model.clone()].into_iter().chain(values).chain([runs, verdict]).collect()
+    });
+    let parameters = law.parameters.iter().map(|parameter| {
+        let column = Column::words(format!("{} {}", parameter.name, parameter.symbol));
+        if unit(&parameter.unit) == "1" { column } else { column.unit(unit(&parameter.unit)) }
+    });
+    let columns = [Column::words("Rung")]
+        .into_iter()
+        .chain(parameters)
+        .chain([Column::words("Runs"), Column::words("By itself")]);
+    Table {
+        caption: format!("What each rung says by itself (90 % interval), {}.", law.name()),
+        columns: columns.collect(),
+        rows: rows.collect(),
+    }
+}
+
+/// The fitted features as every rung expects them at the answer.
+pub(super) fn rung_features(law: &LawReport, rungs: &RungsReport, record: &str) -> Option<Table> {
+    if rungs.features.is_empty() {
+        return None;
+    }
+    let rows = rungs.features.iter().map(|row| {
+        let (factor, shown) = shown_unit(&row.unit);
+        let mut cells = vec![row.name.clone(), row.recorded.map_or(NOTHING.into(), |v| significant(v * factor, 3))];
+        cells.extend(row.expected.iter().zip(&row.scatter).map(|(value, scatter)| match (value, scatter) {
+            (Some(value), Some(scatter)) => {
+                format!("{} ± {} %", significant(value * factor, 3), significant(100.0 * scatter, 2))
+            }
+            (Some(value), None) => significant(value * factor, 3),
+            (None, _) => NOTHING.into(),
+        }));
+        let percent = |ln: f64| 100.0 * ln;
+        cells.push(format!("{:+.1} ± {:.1}", percent(row.difference), percent(row.standard_error)));
+        cells.push(if shown == "1" { NOTHING.into() } else { shown.to_owned() });
+        cells
+    });
+    let mut columns = vec![Column::words("Feature"), Column::numbers(record)];
+    columns.extend(rungs.rungs.iter().map(|rung| Column::numbers(rung.model.clone())));
+    columns.push(Column::numbers("difference").unit("%"));
+    columns.push(Column::words("unit"));
+    Some(Table {
+        caption: format!(
+            "Fitted features at the answer on every rung, {}: expected value and scatter of a single run. Difference: rung above the chain \
+             less the chain in the logarithm, over pairs under the same nuisances, with its standard error.",
+            law.name()
+        ),
+        columns,
+        rows: rows.collect(),
+    })
+}
+
 /// Connected parts of the 90 % region.
 pub(super) fn lobes(law: &LawReport) -> Option<Table> {
     if law.lobes.len() < 2 {
@@ -192,13 +253,17 @@ pub(super) fn csv_files(report: &CalibrationReport) -> Files {
     files.push(("features.csv".into(), features.into_bytes()));
     for law in &report.laws {
         let key = law.damping_kind.to_lowercase().replace(|letter: char| !letter.is_ascii_alphanumeric(), "-");
-        let heads = law.parameters.iter().map(|parameter| quoted(&format!("{} [{}]", parameter.name, parameter.unit)));
-        let mut runs = format!("run,{},misfit\n", heads.collect::<Vec<_>>().join(","));
-        for (index, run) in law.runs.iter().enumerate() {
-            let parameters: Vec<String> = run.parameters.iter().map(f64::to_string).collect();
-            let _ = writeln!(runs, "{},{},{}", index + 1, parameters.join(","), cell(run.misfit));
+        let below = law.rungs.as_ref().map(|rungs| (format!("{key}-chain"), rungs.below.as_ref()));
+        for (key, law) in [(key, law)].into_iter().chain(below) {
+            let heads =
+                law.parameters.iter().map(|parameter| quoted(&format!("{} [{}]", parameter.name, parameter.unit)));
+            let mut runs = format!("run,{},misfit\n", heads.collect::<Vec<_>>().join(","));
+            for (index, run) in law.runs.iter().enumerate() {
+                let parameters: Vec<String> = run.parameters.iter().map(f64::to_string).collect();
+                let _ = writeln!(runs, "{},{},{}", index + 1, parameters.join(","), cell(run.misfit));
+            }
+            files.push((format!("runs-{key}.csv").into(), runs.into_bytes()));
         }
-        files.push((format!("runs-{key}.csv").into(), runs.into_bytes()));
     }
     for (name, series) in [("recorded", &report.recorded), ("simulated", &report.simulated)] {
         let Some(series) = series else { continue };

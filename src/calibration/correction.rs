@@ -1,0 +1,277 @@
+//! The correction: where to run the rung above the chain, as an argmin solver.
+//!
+//! Rounds of pairs ([`Pair`]), each a run of the chain and one of the rung above under the same nuisances. The first round is drawn from
+//! what the chain's search left, widened by what the rungs may differ; every further one from the answer of the rounds before, widened
+//! anew while that answer moves or leans on the edge of what the runs cover. It ends when the answer stands still, or after
+//! [`MOST_ROUNDS`].
+//!
+//! The answer is read from the runs of the upper rung alone, by the regression of [`super::likelihood`]: the chain decides where they
+//! are made, never what comes out.
+
+use argmin::core::{Error, KV, Problem, Solver, State, TerminationReason, TerminationStatus};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    fit::drift,
+    forward::Run,
+    likelihood::{Cloud, NEIGHBOURS},
+    parameter::{Parameter, reflect},
+    posterior::Posterior,
+    rung::{Pair, Rung},
+    search::{SearchState, ranking},
+};
+
+/// Pairs of the first round.
+const FIRST_ROUND: usize = 48;
+
+/// Pairs of every further round.
+const FURTHER_ROUND: usize = 36;
+
+/// Fewest rounds: two would leave the answer to runs that were drawn before anything of the upper rung was known.
+const FEWEST_ROUNDS: usize = 3;
+
+/// Most rounds.
+pub const MOST_ROUNDS: usize = 5;
+
+/// Runs that FIT is the median misfit of: about as large a share as the ten best of a search's 600.
+pub const BEST: usize = 3;
+
+/// Most pairs.
+pub const MOST_PAIRS: usize = FIRST_ROUND + (MOST_ROUNDS - 1) * FURTHER_ROUND;
+
+/// By how much the rungs may differ in the logarithm of a parameter: the standard deviation that widens a round.
+const WIDENING: f64 = 0.06;
+
+/// The same once the answer of the upper rung is roughly known.
+const FINER_WIDENING: f64 = 0.01;
+
+/// Move of a median over a round, in half-widths of its interval, below which the answer stands still.
+const STILL: f64 = 0.5;
+
+/// The same, above which the next round is widened as the first was.
+const MOVING: f64 = 1.0;
+
+/// Share of its extent by which the region covered by runs is trusted beyond them.
+const MARGIN: f64 = 0.25;
+
+/// Share of its extent within which an interval leans on the edge of that region.
+const EDGE: f64 = 0.02;
+
+/// The correction with everything it has found: all that a checkpoint needs.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Correction {
+    /// Every pair so far, in order.
+    pub pairs: Vec<Pair>,
+    /// Number of pairs in each round made.
+    pub rounds: Vec<usize>,
+    /// How far the last round moved the answer, and whether the answer leans on the edge of what the runs cover.
+    motion: Motion,
+    seed: u64,
+    searched: Vec<Run>,
+    spans: Vec<f64>,
+    observed: Vec<f64>,
+    nuggets: Vec<f64>,
+    weights: Vec<f64>,
+    power: f64,
+}
+
+/// One feature of both rungs at one point of the box, z = ½ ln(f² + floor²).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct RungDifference {
+    /// Expected on the rung below.
+    pub lower: f64,
+    /// Scatter of a single run there.
+    pub lower_scatter: f64,
+    /// Expected on the rung above.
+    pub upper: f64,
+    /// Scatter of a single run there.
+    pub upper_scatter: f64,
+    /// Expected upper − lower under the same nuisances.
+    pub difference: f64,
+    /// Scatter of that of a single pair.
+    pub difference_scatter: f64,
+    /// Standard error of `difference`.
+    pub standard_error: f64,
+}
+
+/// What the last round did to the answer.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Motion {
+    /// Largest move of a median, in half-widths of its interval; absent where there is no answer before it.
+    drift: Option<f64>,
+    /// Whether an interval ends at the edge of what the runs cover.
+    leans: bool,
+}
+
+impl Correction {
+    /// A correction of what `searched` found.
+    #[must_use]
+    pub fn new(rung: &Rung, searched: &[Run], seed: u64) -> Self {
+        let chain = rung.chain();
+        Self {
+            pairs: vec![],
+            rounds: vec![],
+            motion: Motion { drift: None, leans: true },
+            seed,
+            searched: searched.to_vec(),
+            spans: chain.parameters.iter().map(Parameter::span).collect(),
+            observed: chain.comparison.features.clone(),
+            nuggets: chain.comparison.nuggets.clone(),
+            weights: chain.comparison.weights.clone(),
+            power: chain.comparison.power,
+        }
+    }
+
+    /// Whether no further round is needed, or allowed.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        let settled = !self.motion.leans && self.motion.drift.is_some_and(|drift| drift < STILL);
+        self.rounds.len() >= MOST_ROUNDS || (self.rounds.len() >= FEWEST_ROUNDS && settled)
+    }
+
+    /// Whether the answer leans on the edge of what the runs cover: it may lie beyond.
+    #[must_use]
+    pub fn leans(&self) -> bool {
+        self.motion.leans
+    }
+
+    /// The upper rung's runs of the first `count` pairs as the regression sees them.
+    #[must_use]
+    pub fn cloud(&self, count: usize) -> Cloud {
+        let upper = || self.pairs.iter().take(count).map(|pair| &pair.upper);
+        let finished = upper().filter(|run| run.outcome.is_ok()).count();
+        let (low, high) = reach(upper().map(|run| run.position.as_slice()), self.spans.len());
+        self.cloud_of(upper(), NEIGHBOURS.min(finished.saturating_sub(1))).within(low, high)
+    }
+
+    /// How far the rungs differ at a point: both rungs' expected features, and the mean and scatter of the differences of pairs, all by
+    /// local regression. Empty where that is impossible.
+    #[must_use]
+    pub fn differences(&self, at: &[f64]) -> Vec<RungDifference> {
+        let both = || self.pairs.iter().filter_map(|pair| Some((pair, pair.lower.features()?, pair.upper.features()?)));
+        let neighbours = NEIGHBOURS.min(both().count().saturating_sub(1));
+        let regress = |features: &dyn Fn(&[f64], &[f64]) -> Vec<f64>| {
+            let all: Vec<(&[f64], Vec<f64>)> =
+                both().map(|(pair, lower, upper)| (pair.upper.position.as_slice(), features(lower, upper))).collect();
+            let runs = all.iter().map(|(position, z)| (*position, z.as_slice()));
+            let zero = vec![0.0; self.observed.len()];
+            Cloud::new(runs, &zero, &zero, &self.weights, neighbours).regress(at)
+        };
+        let lower = regress(&|lower, _| lower.to_vec());
+        let upper = regress(&|_, upper| upper.to_vec());
+        let apart = regress(&|lower, upper| upper.iter().zip(lower).map(|(upper, lower)| upper - lower).collect());
+        let (Some(lower), Some(upper), Some(apart)) = (lower, upper, apart) else { return vec![] };
+        (0..self.observed.len())
+            .map(|f| RungDifference {
+                lower: lower.deviation[f],
+                lower_scatter: lower.scatter[f],
+                upper: upper.deviation[f],
+                upper_scatter: upper.scatter[f],
+                difference: apart.deviation[f],
+                difference_scatter: apart.scatter[f],
+                standard_error: apart.scatter[f] / apart.effective.sqrt(),
+            })
+            .collect()
+    }
+
+    fn cloud_of<'a>(&self, runs: impl Iterator<Item = &'a Run>, neighbours: usize) -> Cloud {
+        let finished = runs.filter_map(|run| Some((run.position.as_slice(), run.features()?)));
+        Cloud::new(finished, &self.observed, &self.nuggets, &self.weights, neighbours).tempered(self.power)
+    }
+
+    /// Posterior of the first `count` pairs.
+    fn posterior(&self, count: usize) -> Option<Posterior> {
+        Posterior::of(&self.cloud(count), self.spans.len())
+    }
+
+    fn propose(&self) -> Vec<Vec<f64>> {
+        let dimension = self.spans.len();
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ 0x00C0_44EC);
+        random.set_stream(self.rounds.len() as u64);
+        let corrected = if self.pairs.is_empty() { None } else { self.posterior(self.pairs.len()) };
+        let posterior =
+            corrected.or_else(|| Posterior::of(&self.cloud_of(self.searched.iter(), NEIGHBOURS), dimension));
+        let moving = self.motion.leans || self.motion.drift.is_none_or(|drift| drift > MOVING);
+        let widening = if moving { WIDENING } else { FINER_WIDENING };
+        let count = if self.pairs.is_empty() { FIRST_ROUND } else { FURTHER_ROUND };
+        (0..count)
+            .map(|_| {
+                let centre = match &posterior {
+                    Some(posterior) => posterior.draw(1.0, &mut random),
+                    None => (0..dimension).map(|_| random.random::<f64>()).collect(),
+                };
+                let widened = centre.iter().zip(&self.spans).map(|(u, span)| {
+                    let draw: f64 = StandardNormal.sample(&mut random);
+                    reflect(u + widening / span * draw)
+                });
+                widened.collect()
+            })
+            .collect()
+    }
+
+    fn motion(&self) -> Motion {
+        let made = self.pairs.len();
+        let Some(after) = self.posterior(made) else { return Motion { drift: None, leans: true } };
+        let before = self.pairs.len() - self.rounds.last().copied().unwrap_or(made);
+        let before = if before == 0 { None } else { self.posterior(before) };
+        let (low, high) = self.cloud(made).domain(self.spans.len());
+        let leans = (0..self.spans.len()).any(|d| {
+            let edge = EDGE * (high[d] - low[d]);
+            (low[d] > 0.0 && after.quantile(d, 0.05) < low[d] + edge)
+                || (high[d] < 1.0 && after.quantile(d, 0.95) > high[d] - edge)
+        });
+        Motion { drift: before.map(|before| drift(&before, &after, &self.spans)), leans }
+    }
+}
+
+/// The corners of the region that positions cover, with a margin, inside the unit box.
+fn reach<'a>(positions: impl Iterator<Item = &'a [f64]>, dimension: usize) -> (Vec<f64>, Vec<f64>) {
+    let (mut low, mut high) = (vec![f64::INFINITY; dimension], vec![f64::NEG_INFINITY; dimension]);
+    for position in positions {
+        for (d, u) in position.iter().enumerate() {
+            low[d] = low[d].min(*u);
+            high[d] = high[d].max(*u);
+        }
+    }
+    let margins: Vec<f64> = low.iter().zip(&high).map(|(low, high)| MARGIN * (high - low)).collect();
+    low.iter_mut().zip(&margins).for_each(|(low, margin)| *low = (*low - margin).max(0.0));
+    high.iter_mut().zip(&margins).for_each(|(high, margin)| *high = (*high + margin).min(1.0));
+    (low, high)
+}
+
+impl Solver<Rung, SearchState> for Correction {
+    fn name(&self) -> &'static str {
+        "correction on the rung above"
+    }
+
+    fn next_iter(
+        &mut self,
+        problem: &mut Problem<Rung>,
+        state: SearchState,
+    ) -> Result<(SearchState, Option<KV>), Error> {
+        let first = (self.searched.len() + self.pairs.len()) as u64;
+        let positions = self.propose();
+        let made = problem.bulk_problem("cost_count", positions.len(), |rung| Ok(rung.pairs(first, &positions)))?;
+        let Ok(pairs) = made else { return Ok((state.terminate_with(TerminationReason::Interrupt), None)) };
+        self.rounds.push(pairs.len());
+        self.pairs.extend(pairs);
+        self.motion = self.motion();
+        let cloud = self.cloud(self.pairs.len());
+        let state = match ranking(&cloud).first() {
+            Some(&(misfit, run)) => state.param(cloud.position(run).to_vec()).cost(misfit),
+            None => state,
+        };
+        Ok((state, None))
+    }
+
+    fn terminate(&mut self, _state: &SearchState) -> TerminationStatus {
+        if self.is_finished() {
+            TerminationStatus::Terminated(TerminationReason::SolverConverged)
+        } else {
+            TerminationStatus::NotTerminated
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! The fits of every damping law, rung by rung, with their states on disk.
+
+use std::{
+    collections::BTreeMap,
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use anyhow::{Context, anyhow};
+use sha2::{Digest, Sha256};
+
+use super::{Job, SearchChoice, fitted_scene, page::law_report};
+use crate::{
+    calibration::{
+        checkpoint::{CheckpointError, SearchCheckpoint},
+        correction::{Correction, MOST_PAIRS},
+        fit::{Fit, FitError, correct, fit},
+        forward::{Forward, Uncertainty},
+        outcome::{self, RungFeature, RungOutcome},
+        parameter::Parameter,
+        rung::{Bodies, Rung, chain_below, rung_scene},
+        search::{Search, Strategy},
+    },
+    cli::{
+        arguments::{Session, usage},
+        interrupt,
+        output::OutputFolder,
+        progress, summary,
+        timing::Timing,
+    },
+    model,
+    report::calibration::{RungReport, RungRow, RungsReport},
+    scene::{ModelKind, Scene},
+};
+
+/// Runs of the chain that cost as much as one above it, for the time left.
+const UPPER_COST: u64 = 150;
+
+/// A fitted damping law.
+pub struct FittedLaw {
+    /// The law.
+    pub kind: String,
+    /// Its scene on the top rung.
+    pub scene: Scene,
+    /// The answer of the top rung.
+    pub fit: Fit,
+    /// The runs of the chain.
+    pub forward: Forward,
+    /// The rung above the chain, where there is one.
+    pub upper: Option<Rung>,
+}
+
+/// The model above the chain, where the scene has one.
+///
+/// # Errors
+/// A usage error for the finite element analysis, which is far too slow to be fitted.
+pub fn upper(scene: &Scene) -> anyhow::Result<Option<ModelKind>> {
+    match scene.model.kind {
+        ModelKind::Chain => Ok(None),
+        ModelKind::Reduced => Ok(Some(ModelKind::Reduced)),
+        ModelKind::Fea => Err(usage(
+            "a calibration makes hundreds of runs, too many for model `fea`; use --model reduced, with --confirm fea for one run at \
+             the answer",
+        )),
+    }
+}
+
+/// What an earlier run left on disk of one law.
+pub struct SavedFit {
+    search: (SearchCheckpoint, Option<Search>),
+    correction: (SearchCheckpoint, Option<Correction>),
+}
+
+/// The states of all laws.
+///
+/// # Errors
+/// A state that is damaged or belongs to another fit.
+pub fn saved_fits(job: &Job, folder: &OutputFolder, seed: u64) -> Result<Vec<SavedFit>, CheckpointError> {
+    let saved = job.laws.iter().map(|(kind, scene, parameters)| {
+        let key = key(job, scene, parameters, seed);
+        let checkpoint = |name: String| SearchCheckpoint::new(&folder.state_path().join(name), &key);
+        let search = checkpoint(format!("{kind}.json"));
+        let correction = checkpoint(format!("{kind}-{}.json", job.model()));
+        let (found, corrected) = (search.restore()?, correction.restore()?);
+        Ok(SavedFit { search: (search, found), correction: (correction, corrected) })
+    });
+    saved.collect()
+}
+
+/// What a saved search must have been made from to be continued: everything that could change a run.
+fn key(job: &Job, scene: &Scene, parameters: &[Parameter], seed: u64) -> String {
+    let drive = job.experiment.drive_input().map(|input| input.sha256.clone());
+    let told = format!(
+        "{} {seed} {} {:?} {} {drive:?} {:?} {parameters:?}\n{}\n{:?}",
+        summary::program(),
+        job.definition.evaluations,
+        job.definition.search,
+        job.measured.sha256(),
+        job.comparison.features,
+        scene.to_toml(),
+        job.definition.weights,
+    );
+    Sha256::digest(told.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Search every law on the chain and correct it on the rung above, with its `bodies`.
+///
+/// # Errors
+/// Ctrl-C; a law that cannot be fitted.
+pub fn fit_laws(
+    job: &Job,
+    saved: Vec<SavedFit>,
+    bodies: Option<&Bodies>,
+    session: &Session,
+    timing: &mut Timing,
+) -> anyhow::Result<Vec<FittedLaw>> {
+    let budget = job.definition.evaluations as u64;
+    let corrected = if bodies.is_some() { MOST_PAIRS as u64 * UPPER_COST } else { 0 };
+    let of_law = budget + corrected;
+    let bar = progress::work(session, of_law * job.laws.len() as u64, "runs");
+    let mut fitted = Vec::new();
+    let (mut searching, mut correcting) = (Duration::ZERO, Duration::ZERO);
+    for (number, ((kind, scene, parameters), saved)) in job.laws.iter().zip(saved).enumerate() {
+        let done = number as u64 * of_law;
+        let watched = bar.clone();
+        let watch = Arc::new(move |runs: u64| {
+            let above = runs.saturating_sub(budget);
+            watched.set_position(done + runs - above + above * UPPER_COST);
+            !interrupt::requested()
+        });
+        let failed = |error| match error {
+            FitError::Stopped { .. } => interrupt::Interrupted.into(),
+            error => {
+                let measured = job.measured.path().display();
+                anyhow!(error).context(format!("{measured}: damping law `{kind}` cannot be fitted"))
+            }
+        };
+        let (uncertainty, laws) = (Uncertainty::default(), bodies.and_then(|bodies| bodies.laws.as_ref()));
+        let forward = Forward::with_laws(
+            &chain_below(scene),
+            laws,
+            parameters.clone(),
+            job.comparison.clone(),
+            uncertainty,
+            session.seed(),
+            watch,
+        )?;
+        let strategy = match job.definition.search {
+            SearchChoice::Likelihood => Strategy::Likelihood,
+            SearchChoice::NelderMead => Strategy::NelderMead,
+            SearchChoice::ParticleSwarm => Strategy::ParticleSwarm,
+        };
+        let started = Instant::now();
+        let (checkpoint, search) = saved.search;
+        let search = search.unwrap_or_else(|| Search::new(&forward, budget as usize, session.seed(), strategy));
+        let mut answer = fit(&forward, search, Some(checkpoint)).map_err(failed)?;
+        searching += started.elapsed();
+        interrupt::check()?;
+        let upper = bodies.map(|bodies| Rung::new(&forward, bodies.prepared.clone(), scene));
+        if let Some(rung) = &upper {
+            let started = Instant::now();
+            let (checkpoint, correction) = saved.correction;
+            let correction = correction.unwrap_or_else(|| Correction::new(rung, &answer.runs, session.seed()));
+            answer = correct(rung, answer, correction, Some(checkpoint)).map_err(failed)?;
+            correcting += started.elapsed();
+        }
+        bar.set_position(done + of_law);
+        fitted.push(FittedLaw { kind: kind.clone(), scene: scene.clone(), fit: answer, forward, upper });
+    }
+    bar.finish_and_clear();
+    timing.stage("fit");
+    if bodies.is_some() {
+        timing.breakdown("fit", &[("chain", searching.as_secs_f64()), (job.model(), correcting.as_secs_f64())]);
+    }
+    Ok(fitted)
+}
+
+/// Features z of one finite element run at the answer, through the same conditioning.
+///
+/// # Errors
+/// When the run fails or Ctrl-C is pressed.
+pub fn confirm_by_fea(law: &FittedLaw, session: &Session) -> anyhow::Result<Vec<f64>> {
+    let mut scene = rung_scene(&fitted_scene(law));
+    scene.model.kind = ModelKind::Fea;
+    if law.scene.model.kind == ModelKind::Reduced {
+        (scene.model.fea.density, scene.model.fea.elements) =
+            (law.scene.model.reduced.density, law.scene.model.reduced.elements);
+    }
+    scene.duration = law.forward.comparison.duration(&scene.drive);
+    let duration = scene.duration;
+    let bar = progress::simulated_time(session, "fea");
+    let response = model::run(&scene, &mut |time| {
+        progress::advance_to(&bar, time, duration);
+        !interrupt::requested()
+    });
+    bar.finish_and_clear();
+    interrupt::check()?;
+    let response = response.context("--confirm fea: the finite element run at the answer failed")?;
+    let reduced = law.forward.features(response.pole_velocity);
+    reduced.map_err(|reason| anyhow!("--confirm fea: the response at the answer cannot be measured: {reason}"))
+}
+
+/// What each rung said, the lowest first, with the features each expects at the answer.
+#[must_use]
+pub fn outcome(job: &Job, law: &FittedLaw, fea: Option<&[f64]>) -> Vec<RungOutcome> {
+    let names = job.comparison.names();
+    let features = |z: &dyn Fn(usize) -> Option<(f64, Option<f64>)>| -> BTreeMap<String, RungFeature> {
+        let feature = |(index, name): (usize, &std::borrow::Cow<'static, str>)| {
+            let (z, scatter) = z(index)?;
+            let unit = job.comparison.unit(index).to_owned();
+            Some((name.to_string(), RungFeature { value: job.comparison.amplitude(index, z)?, scatter, unit }))
+        };
+        names.iter().enumerate().filter_map(feature).collect()
+    };
+    let mut rungs = Vec::new();
+    if let Some(below) = &law.fit.below {
+        let of_chain =
+            |index: usize| Some((below.differences.get(index)?.lower, Some(below.differences[index].lower_scatter)));
+        rungs.push(RungOutcome::of(ModelKind::Chain.name(), &below.fit, features(&of_chain)));
+        let of_upper =
+            |index: usize| Some((below.differences.get(index)?.upper, Some(below.differences[index].upper_scatter)));
+        rungs.push(RungOutcome::of(job.model(), &law.fit, features(&of_upper)));
+    } else {
+        let expected = |index: usize| {
+            let scatter = *law.fit.scatter.get(index)?;
+            Some((job.comparison.features.get(index)? + law.fit.deviations.get(index)? * scatter, Some(scatter)))
+        };
+        rungs.push(RungOutcome::of(job.model(), &law.fit, features(&expected)));
+    }
+    if let Some(z) = fea {
+        let single = |index: usize| Some((*z.get(index)?, None));
+        rungs.push(RungOutcome::single(ModelKind::Fea.name(), outcome::fitted_parameters(&law.fit), features(&single)));
+    }
+    rungs
+}
+
+/// The rungs side by side, where there is more than the chain.
+#[must_use]
+pub fn report(job: &Job, law: &FittedLaw, fea: Option<&[f64]>) -> Option<RungsReport> {
+    let below = law.fit.below.as_ref()?;
+    let outcomes = outcome(job, law, fea);
+    let fits = [Some(&below.fit), Some(&law.fit)].into_iter().chain(std::iter::repeat(None));
+    let rungs = outcomes.iter().zip(fits).map(|(rung, fit)| RungReport {
+        model: rung.model.clone(),
+        parameters: fit.map_or_else(Vec::new, |fit| law_report(&law.kind, &law.scene, fit, job).parameters),
+        verdict: rung.verdict,
+        runs: rung.runs,
+        failed_runs: rung.failed_runs,
+    });
+    let names = job.comparison.names();
+    let features = names.iter().enumerate().zip(&below.differences).map(|((index, name), between)| RungRow {
+        name: name.replace('_', " "),
+        unit: job.comparison.unit(index).into(),
+        recorded: job.comparison.measured(index),
+        expected: outcomes.iter().map(|rung| Some(rung.features.get(name.as_ref())?.value)).collect(),
+        scatter: outcomes.iter().map(|rung| rung.features.get(name.as_ref())?.scatter).collect(),
+        difference: between.difference,
+        standard_error: between.standard_error,
+    });
+    Some(RungsReport {
+        rungs: rungs.collect(),
+        below: Box::new(law_report(&law.kind, &law.scene, &below.fit, job)),
+        features: features.collect(),
+    })
+}
