@@ -74,7 +74,7 @@ fn both_runs_of_a_pair_are_made_under_the_same_nuisances() {
     let at: Vec<f64> = parameters().iter().zip(&truth).map(|(parameter, value)| parameter.coordinate(*value)).collect();
     let pairs = rung.pairs(7, &vec![at; 6]).unwrap();
     let largest = |apart: &dyn Fn(usize) -> Vec<f64>| {
-        (0..pairs.len()).flat_map(|index| apart(index)).fold(0.0, |most: f64, d| most.max(d.abs()))
+        (0..pairs.len()).flat_map(apart).fold(0.0, |most: f64, d| most.max(d.abs()))
     };
     let apart = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
     let within =

@@ -172,7 +172,7 @@ fn wrong_delimiters_mixed_decimals_and_mixed_units_are_refused_with_line_and_rem
     let german = text("german.csv");
     let none = ReadOptions::default();
     // Decimal commas between commas.
-    let commas = text("plain.csv").replace(',', ";").replace('.', ",").replace(';', ",");
+    let commas = text("plain.csv").replace(',', ";").replace(['.', ';'], ",");
     let message = refused("vib.csv", &commas, &none);
     assert!(message.starts_with("vib.csv:2: expected 2 cells as in the header, found 4; decimal commas"), "{message}");
     let message = refused("vib.csv", &german.replace(';', ","), &none);

@@ -97,6 +97,9 @@ pub struct RungDifference {
     pub standard_error: f64,
 }
 
+/// What is taken from the features of both rungs of a pair, lower first.
+type Features<'a> = &'a dyn Fn(&[f64], &[f64]) -> Vec<f64>;
+
 /// What the last round did to the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Motion {
@@ -153,7 +156,7 @@ impl Correction {
     pub fn differences(&self, at: &[f64]) -> Vec<RungDifference> {
         let both = || self.pairs.iter().filter_map(|pair| Some((pair, pair.lower.features()?, pair.upper.features()?)));
         let neighbours = NEIGHBOURS.min(both().count().saturating_sub(1));
-        let regress = |features: &dyn Fn(&[f64], &[f64]) -> Vec<f64>| {
+        let regress = |features: Features<'_>| {
             let all: Vec<(&[f64], Vec<f64>)> =
                 both().map(|(pair, lower, upper)| (pair.upper.position.as_slice(), features(lower, upper))).collect();
             let runs = all.iter().map(|(position, z)| (*position, z.as_slice()));

@@ -128,16 +128,15 @@ impl FiniteBodyLaws {
             };
             contacts.push(index);
         }
+        let keys: Vec<_> = (0..last)
+            .map(|bead| (arrangement.contacts[bead], arrangement.contacts[bead + 1], arrangement.kind(bead + 1)))
+            .collect();
         let mut couplings: Vec<f64> = Vec::with_capacity(last);
-        let mut known: Vec<((usize, usize, Option<usize>), f64)> = Vec::new();
-        for bead in 0..last {
-            let key = (arrangement.contacts[bead], arrangement.contacts[bead + 1], arrangement.kind(bead + 1));
-            let coupled = match known.iter().find(|(other, _)| *other == key) {
-                Some((_, coupled)) => *coupled,
+        for (bead, key) in keys.iter().enumerate() {
+            couplings.push(match keys[..bead].iter().position(|other| other == key) {
+                Some(same) => couplings[same],
                 None => coupling(&arrangement, &statics, bead)?,
-            };
-            known.push((key, coupled));
-            couplings.push(coupled);
+            });
         }
         Ok(Self { fits, contacts, couplings, mesh_density: scene.model.fea.density })
     }
