@@ -1,7 +1,7 @@
 //! What the studies of the paper look at in one velocity of the pole: peaks, crest, lines and how far they stand out, bandwidth.
 //!
 //! A line **is present** where its amplitude reaches [`PRESENT_LEVEL`] of the drive line and [`PRESENT_PROMINENCE`] times the floor around it
-//! ([`AmplitudeSpectrum::local_floor`]): the first is what can be seen in a normalised spectrum, the second tells a line from the broad
+//! ([`local_floor`](crate::feature::AmplitudeSpectrum::local_floor)): the first is what can be seen in a normalised spectrum, the second tells a line from the broad
 //! ground of a chaotic response.
 //!
 //! A response is a **train of impulses** where its crest factor reaches [`IMPULSIVE_CREST`]; a sine has √2.

@@ -29,7 +29,7 @@ pub struct RigidRun {
     pub positive_peak_m_per_s: f64,
     /// Smallest, m/s.
     pub negative_peak_m_per_s: f64,
-    /// Rms difference from the first model over its rms, in each of [`WINDOWS`], 1.
+    /// Rms difference from the first model over its rms, in each of the windows of the study, 1.
     pub differences: Vec<f64>,
     /// Filtered velocity of the last bead's centre, m/s; not written.
     #[serde(skip)]
