@@ -250,7 +250,7 @@ fn usage_errors_end_with_2_and_leave_nothing() {
         &[&record[..], &["--bounds", "alpha"]].concat(),
         &[&record[..], &["--drive", "lab/horn_tip.csv", "--scene-drive"]].concat(),
         &[&record[..], &["--set", "drive.cycles=3"]].concat(),
-        &[&record[..], &["--unit", "V"]].concat(),
+        &[&record[..], &["--unit", "furlong"]].concat(),
         &[&record[..], &["--delay", "3"]].concat(),
     ] {
         let output = bench.granchain(&[&["calibrate"], arguments].concat()).output().unwrap();

@@ -89,8 +89,10 @@ mod tests {
             let value = |i: i32| (std::f64::consts::TAU * frequency * f64::from(i) * 1e-7).sin();
             Series::new(0.0, 1e-7, (0..20_000).map(value).collect())
         };
-        // The lowest mode of a 1 mm steel bead: 2.646 MHz.
-        assert!(rms(&DECODER.passes(&tone(2.646e6))) < 1e-3);
+        // The lowest mode of a 1 mm steel bead: 2.646 MHz. A tone that begins and ends at once has its edges in every band: away from them.
+        let ringing = DECODER.passes(&tone(2.646e6));
+        let inner = Series::new(0.0, ringing.step, ringing.values[2000..18_000].to_vec());
+        assert!(rms(&inner) < 1e-3, "{}", rms(&inner));
         assert!((rms(&DECODER.passes(&tone(73e3))) / rms(&tone(73e3)) - 1.0).abs() < 1e-5);
     }
 }
