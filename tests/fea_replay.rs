@@ -177,7 +177,6 @@ fn flags_that_a_run_does_not_use_and_intervals_between_steps_are_usage_errors() 
     refused(&mut small(&out, &["--fields", "5"]), "unit");
     refused(&mut small(&out, &["--fields", "0.1us", "--animation"]), "at most 300 frames");
     refused(&mut small(&out, &["--animation"]), "--fields");
-    refused(replay(&SMALL).args(["--ensemble", "4"]), "--ensemble runs on the chain, not on model `fea`");
 }
 
 #[test]
