@@ -3,6 +3,7 @@
 pub mod chain_length;
 pub mod paper;
 pub mod precompression;
+mod trend;
 
 use std::{
     fmt::Write as _,
@@ -50,9 +51,9 @@ pub enum Which {
     /// The source paper's experiment: every printed number beside ours
     Paper(paper::Arguments),
     /// Two to ten beads: which fractional lines appear, how wide the spectrum is
-    ChainLength(chain_length::Arguments),
+    ChainLength(trend::Arguments),
     /// Static force along the chain: where the impulses vanish
-    Precompression(precompression::Arguments),
+    Precompression(trend::Arguments),
 }
 
 /// Run it.
@@ -62,8 +63,8 @@ pub enum Which {
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     match arguments.which {
         Which::Paper(paper) => paper::execute(paper, &arguments.session),
-        Which::ChainLength(lengths) => chain_length::execute(lengths, &arguments.session),
-        Which::Precompression(forces) => precompression::execute(forces, &arguments.session),
+        Which::ChainLength(lengths) => trend::execute::<chain_length::Study>(lengths, &arguments.session),
+        Which::Precompression(forces) => trend::execute::<precompression::Study>(forces, &arguments.session),
     }
 }
 
@@ -127,21 +128,13 @@ fn estimate(bodies: &Bodies, scene: &Scene, runs: usize) -> anyhow::Result<Durat
     let started = Instant::now();
     let decoder = Decoder::of_reconstruction(0);
     let see = |index, velocity: &Series| Portrait::of(&decoder.sees(velocity, index), &settings);
-    members::run(bodies, scene, &variations, STEPS_PER_PERIOD, &Stopwatch, see)?;
+    members::run(bodies, scene, &variations, STEPS_PER_PERIOD, &Bar(ProgressBar::hidden()), see)?;
     interrupt::check()?;
     Ok(started.elapsed() * u32::try_from(runs.div_ceil(members)).unwrap_or(u32::MAX))
 }
 
-/// Nobody watches, Ctrl-C stops.
-struct Stopwatch;
-
-impl Watch for Stopwatch {
-    fn advance(&self, _runs: u64) {}
-
-    fn stop(&self) -> bool {
-        interrupt::requested()
-    }
-}
+/// Last line of a study that was not asked to keep anything.
+const NOTHING_WRITTEN: &str = "Nothing was written; pass --out DIR for the page, the figures and the tables.\n";
 
 /// A time as one says it.
 fn said(time: Duration) -> String {

@@ -26,6 +26,14 @@ pub trait Model {
     fn run(&self, scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError>;
 }
 
+/// Refuse a scene whose drive record has not been read, for `model`.
+fn need_drive(scene: &Scene, model: &'static str) -> Result<(), ModelError> {
+    let Some(file) = scene.pending_record() else { return Ok(()) };
+    let reason =
+        format!("the drive record {} has not been read; hand it over with `with_drive_record`", file.display());
+    Err(ModelError::Unsupported { model, reason })
+}
+
 /// Run a scene on the model it asks for: [`prepare`], then [`Prepared::run`].
 ///
 /// # Errors

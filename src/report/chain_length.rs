@@ -1,19 +1,20 @@
 //! The page of the study of chain lengths: which numbers of beads give which lines, and how wide the spectra are.
 
-use std::fmt::Write as _;
+use serde_json::json;
 
 use super::{
-    figure::{Axis, Colour, Dash, ErrorPoint, Figure, Layer, Map, Marker, PAGE_WIDTH_MM, Panel, Stroke},
+    figure::{Axis, Colour, Dash, Figure, Layer, Map, Marker, PAGE_WIDTH_MM, Panel, Stroke},
     number::{fixed, significant},
-    page::{Block, Column, Files, Page, Plate, ReportError, Table, Tone},
+    page::{Block, Column, Files, Page, Plate, ReportError, Table, Tone, provenance},
     sweep::capitalised,
+    trend::{cell, curve, tables},
 };
 use crate::{
     feature::Ratio,
     study::{
         chain_length::{BEADS, ChainLengths, SUBHARMONICS},
         portrait::{IMPULSIVE_CREST, PRESENT_LEVEL, PRESENT_PROMINENCE, Trait},
-        trend::{SPECTRUM_POINTS, SPECTRUM_SPAN, TrendPlan, TrendPoint},
+        trend::{SPECTRUM_POINTS, SPECTRUM_SPAN, TrendPlan},
     },
 };
 
@@ -47,15 +48,9 @@ impl ChainLengthReport {
             return Err(ReportError::Missing { field: "laws" });
         }
         let mut files = self.page().files()?;
-        let mut json = serde_json::to_vec_pretty(&serde_json::json!({
-            "program": self.program, "model": self.model, "plan": self.plan, "laws": self.laws,
-        }))?;
-        json.push(b'\n');
-        files.push(("chain-length.json".into(), json));
-        files.push((
-            "chain-length.csv".into(),
-            trend_csv("beads", self.laws.iter().map(|law| (law.law.kind, &law.points))),
-        ));
+        let points = self.laws.iter().map(|law| (law.law.kind, &law.points));
+        let all = json!({"program": self.program, "model": self.model, "plan": self.plan, "laws": self.laws});
+        files.extend(tables("chain-length", "beads", points, &all)?);
         Ok(files)
     }
 
@@ -80,12 +75,8 @@ impl ChainLengthReport {
              kind is all that can be asked for."
                 .into(),
         ));
-        blocks.push(Block::Heading("Provenance".into()));
-        blocks.push(Block::Facts(vec![
-            ("version".into(), self.program.clone()),
-            ("seed".into(), self.plan.seed.to_string()),
-        ]));
-        blocks.push(Block::Code(self.command_line.clone()));
+        let facts = vec![("version".into(), self.program.clone()), ("seed".into(), self.plan.seed.to_string())];
+        blocks.extend(provenance(facts, &self.command_line));
         Page {
             title: "Chains of two to ten beads".into(),
             subtitle: "Which numbers of beads give fractional lines and impulses, and how wide the spectra are".into(),
@@ -186,26 +177,6 @@ impl ChainLengthReport {
     }
 }
 
-/// Mean and scatter of a number along a trend, points joined.
-pub(super) fn curve(
-    panel: Panel,
-    label: &str,
-    points: &[TrendPoint],
-    what: Trait,
-    colour: Colour,
-    marker: Marker,
-) -> Panel {
-    let points: Vec<ErrorPoint> = points
-        .iter()
-        .filter_map(|point| {
-            let own = point.moments.get(what)?;
-            Some(ErrorPoint::vertical(point.value, own.mean, own.mean - own.deviation, own.mean + own.deviation))
-        })
-        .collect();
-    let line = points.iter().map(|point| (point.x, point.y)).collect();
-    panel.line("", line, Stroke::new(colour).width(0.7)).error_points(label, points, colour, marker)
-}
-
 fn list(beads: &[usize]) -> String {
     match beads {
         [] => "no number of beads".into(),
@@ -236,11 +207,6 @@ fn said(law: &ChainLengths) -> String {
 }
 
 fn table(law: &ChainLengths) -> Table {
-    let cell = |point: &TrendPoint, what: Trait, factor: f64, digits: usize| {
-        point.moments.get(what).map_or("–".to_owned(), |own| {
-            format!("{} ± {}", fixed(factor * own.mean, digits), fixed(factor * own.deviation, digits))
-        })
-    };
     let rows = law.points.iter().map(|point| {
         let mut row = vec![
             point.value.to_string(),
@@ -276,30 +242,4 @@ fn table(law: &ChainLengths) -> Table {
         columns,
         rows: rows.collect(),
     }
-}
-
-/// All numbers of a portrait along a trend, one row a law and value.
-pub(super) fn trend_csv<'a>(value: &str, laws: impl Iterator<Item = (&'static str, &'a Vec<TrendPoint>)>) -> Vec<u8> {
-    let traits = Trait::all();
-    let mut text = format!("law,{value},failed_runs");
-    for what in &traits {
-        // Writing to a string cannot fail.
-        let _ = write!(text, ",{0},scatter_{0}", what.key());
-    }
-    text.push('\n');
-    for (law, points) in laws {
-        for point in points {
-            let _ = write!(text, "{law},{},{}", point.value, point.failed);
-            for what in &traits {
-                match point.moments.get(*what) {
-                    Some(own) => {
-                        let _ = write!(text, ",{:e},{:e}", own.mean, own.deviation);
-                    }
-                    None => text.push_str(",,"),
-                }
-            }
-            text.push('\n');
-        }
-    }
-    text.into_bytes()
 }

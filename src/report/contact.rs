@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     figure::{Axis, Colour, Dash, Figure, Marker, Panel, Stroke},
     number::{engineering, fixed, significant},
-    page::{Block, Column, Files, Page, Plate, ReportError, Table},
+    page::{Block, Column, Files, Page, Plate, ReportError, Table, provenance},
 };
 
 /// A contact pressed together step by step, SI.
@@ -189,9 +189,7 @@ impl ContactReport {
         if !self.statements.is_empty() {
             blocks.push(Block::List(self.statements.clone()));
         }
-        blocks.push(Block::Heading("Provenance".into()));
-        blocks.push(Block::Facts(vec![("version".into(), self.program.clone())]));
-        blocks.push(Block::Code(self.command_line.clone()));
+        blocks.extend(provenance(vec![("version".into(), self.program.clone())], &self.command_line));
         Page {
             title: format!("Static contact, {}", self.pair),
             subtitle: format!("Force, radius and pressure by finite elements, against {}", self.law),

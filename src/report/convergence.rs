@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::{
     figure::{Axis, Colour, Dash, Figure, Marker, PAGE_WIDTH_MM, Panel, Stroke, trace},
     number::{engineering, fixed, short, significant},
-    page::{Block, Column, Files, Page, Plate, ReportError, Table, Tone},
+    page::{Block, Column, Files, Page, Plate, ReportError, Table, Tone, provenance},
 };
 use crate::{
     signal::Series,
@@ -222,19 +222,10 @@ impl ConvergenceReport {
             blocks.push(Block::List(self.lead_said(lead)));
         }
         blocks.push(Block::Table(self.rungs()));
-        blocks.push(Block::Heading("Provenance".into()));
-        blocks.push(Block::Facts(vec![
-            ("version".into(), self.program.clone()),
-            (
-                "refined run".into(),
-                format!(
-                    "{}, {} unknowns",
-                    name(&self.convergence.reference.resolution),
-                    self.convergence.reference.unknowns
-                ),
-            ),
-        ]));
-        blocks.push(Block::Code(self.command_line.clone()));
+        let reference = &self.convergence.reference;
+        let refined = format!("{}, {} unknowns", name(&reference.resolution), reference.unknowns);
+        let facts = vec![("version".into(), self.program.clone()), ("refined run".into(), refined)];
+        blocks.extend(provenance(facts, &self.command_line));
         Page {
             title: format!("Convergence of the finite element analysis, scene {}", self.scene),
             subtitle: "Self-convergence in mesh and step, its cost, and the chain beside it".into(),

@@ -18,5 +18,6 @@ pub mod precompression;
 pub mod replay;
 pub mod spectrum;
 pub mod sweep;
+mod trend;
 pub mod twins;
 pub mod von_mises;

@@ -1,16 +1,18 @@
 //! The page of the study of precompression: at which static force the impulses vanish.
 
+use serde_json::json;
+
 use super::{
-    chain_length::trend_csv,
     figure::{Axis, Colour, Dash, ErrorPoint, Figure, Marker, PAGE_WIDTH_MM, Panel, Stroke},
     number::{engineering, fixed},
-    page::{Block, Column, Files, Page, Plate, ReportError, Table, Tone},
+    page::{Block, Column, Files, Page, Plate, ReportError, Table, Tone, provenance},
     sweep::capitalised,
+    trend::{cell, tables},
 };
 use crate::study::{
     portrait::{IMPULSIVE_CREST, Trait},
     precompression::{COMPANION_FORCE, FORCES, Precompressions},
-    trend::{TrendPlan, TrendPoint},
+    trend::TrendPlan,
 };
 
 /// The study and where it comes from.
@@ -41,13 +43,9 @@ impl PrecompressionReport {
             return Err(ReportError::Missing { field: "laws" });
         }
         let mut files = self.page().files()?;
-        let mut json = serde_json::to_vec_pretty(&serde_json::json!({
-            "program": self.program, "model": self.model, "plan": self.plan, "laws": self.laws,
-        }))?;
-        json.push(b'\n');
-        files.push(("precompression.json".into(), json));
-        let laws = self.laws.iter().map(|law| (law.law.kind, &law.points));
-        files.push(("precompression.csv".into(), trend_csv("precompression_n", laws)));
+        let points = self.laws.iter().map(|law| (law.law.kind, &law.points));
+        let all = json!({"program": self.program, "model": self.model, "plan": self.plan, "laws": self.laws});
+        files.extend(tables("precompression", "precompression_n", points, &all)?);
         Ok(files)
     }
 
@@ -72,12 +70,8 @@ impl PrecompressionReport {
              included; gaps are then closed and only the drive is jittered, except on the chain, which starts a third of a nanometre off."
                 .into(),
         ));
-        blocks.push(Block::Heading("Provenance".into()));
-        blocks.push(Block::Facts(vec![
-            ("version".into(), self.program.clone()),
-            ("seed".into(), self.plan.seed.to_string()),
-        ]));
-        blocks.push(Block::Code(self.command_line.clone()));
+        let facts = vec![("version".into(), self.program.clone()), ("seed".into(), self.plan.seed.to_string())];
+        blocks.extend(provenance(facts, &self.command_line));
         Page {
             title: "Precompression".into(),
             subtitle: "At which static force along the chain the impulses vanish".into(),
@@ -170,11 +164,6 @@ fn force(value: f64) -> String {
 }
 
 fn table(law: &Precompressions) -> Table {
-    let cell = |point: &TrendPoint, what: Trait, factor: f64, digits: usize| {
-        point.moments.get(what).map_or("–".to_owned(), |own| {
-            format!("{} ± {}", fixed(factor * own.mean, digits), fixed(factor * own.deviation, digits))
-        })
-    };
     let rows = law.points.iter().map(|point| {
         vec![
             force(point.value),

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     figure::{Axis, Bar, Colour, ErrorPoint, Figure, Layer, Marker, Panel, Stroke},
     number::{fixed, significant},
-    page::{Block, Column, Files, Page, Plate, ReportError, Table, Tone},
+    page::{Block, Column, Files, Page, Plate, ReportError, Table, Tone, provenance},
 };
 
 /// Fits of records whose truth is known.
@@ -262,10 +262,8 @@ impl TwinsReport {
             blocks.push(Block::List(self.statements.clone()));
         }
         blocks.push(Block::Plates(self.plates()));
-        blocks.push(Block::Heading("Provenance".into()));
-        blocks
-            .push(Block::Facts(vec![("version".into(), self.version.clone()), ("seed".into(), self.seed.to_string())]));
-        blocks.push(Block::Code(self.command_line.clone()));
+        let facts = vec![("version".into(), self.version.clone()), ("seed".into(), self.seed.to_string())];
+        blocks.extend(provenance(facts, &self.command_line));
         Page {
             title: format!("{} twins: do the intervals hold the truth?", self.twins.len()),
             subtitle: "Records simulated with known parameters, fitted as if they came from the laboratory".into(),

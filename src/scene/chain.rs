@@ -37,3 +37,11 @@ pub struct Chain {
     /// Static force F₀ along the chain before the drive starts, N, ≥ 0; needs all gaps closed.
     pub precompression: f64,
 }
+
+impl Chain {
+    /// The first contact that is open at the start, counted from 1 at the piston, and its gap, m.
+    #[must_use]
+    pub fn first_open_gap(&self) -> Option<(usize, f64)> {
+        self.gaps.iter().position(|gap| *gap > 0.0).map(|contact| (contact + 1, self.gaps[contact]))
+    }
+}

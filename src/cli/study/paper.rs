@@ -5,7 +5,7 @@ use std::{fmt::Write as _, path::Path};
 use anyhow::Context;
 use clap::Args;
 
-use super::{Bar, StudyArguments, estimate, said, write};
+use super::{Bar, NOTHING_WRITTEN, StudyArguments, estimate, said, write};
 use crate::{
     cli::{
         Outcome,
@@ -153,7 +153,7 @@ fn text(judgements: &[Judgement], nothing_written: bool) -> String {
         };
     }
     if nothing_written {
-        text.push_str("Nothing was written; pass --out DIR for the page, the figures and the tables.\n");
+        text.push_str(NOTHING_WRITTEN);
     }
     text
 }

@@ -80,10 +80,8 @@ impl Variation {
         for (contact, offset) in self.gap_offsets.iter().enumerate() {
             need(offset.is_finite(), &format!("gap_offsets[{contact}]"), "a finite length, m", *offset)?;
         }
-        let open = scene.chain.gaps.iter().position(|gap| *gap > 0.0).filter(|_| force > 0.0);
-        if let Some(contact) = open {
-            let gap = scene.chain.gaps[contact];
-            return Err(ModelError::OpenGapUnderPrecompression { force, contact: contact + 1, gap });
+        if let Some((contact, gap)) = scene.chain.first_open_gap().filter(|_| force > 0.0) {
+            return Err(ModelError::OpenGapUnderPrecompression { force, contact, gap });
         }
         Ok(())
     }

@@ -10,6 +10,7 @@ use crate::{
     model::{
         ModelError,
         contact_law::{Dashpot, ElasticLaw, Law, dashpots},
+        need_drive,
     },
     scene::{MeshFile, Scene, Support},
 };
@@ -153,11 +154,7 @@ pub(super) fn meshed(mesh: &MeshFile) -> ModelError {
 
 /// Refuse what the chain cannot run.
 fn check(scene: &Scene) -> Result<(), ModelError> {
-    if let Some(file) = scene.pending_record() {
-        let reason =
-            format!("the drive record {} has not been read; hand it over with `with_drive_record`", file.display());
-        return Err(ModelError::Unsupported { model: "chain", reason });
-    }
+    need_drive(scene, "chain")?;
     let chain = &scene.chain;
     let need = |holds: bool, quantity: &str, expected: &'static str, found: f64| {
         if holds { Ok(()) } else { Err(ModelError::Unphysical { quantity: quantity.into(), expected, found }) }

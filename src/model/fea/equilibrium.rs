@@ -95,23 +95,9 @@ impl Statics {
     /// [`FeaError::NoEquilibrium`].
     pub fn under(&self, arrangement: &Arrangement, force: f64) -> Result<Equilibrium, FeaError> {
         let Equilibrium { mut forces, mut approaches } = Equilibrium::unpressed(arrangement);
-        let mut sweep = 0;
-        loop {
-            sweep += 1;
-            let mut change: f64 = 0.0;
-            for (contact, approach) in approaches.iter_mut().enumerate() {
-                let before = *approach;
-                *approach = self.press(arrangement, contact, force, before, &mut forces)?;
-                change = change.max((*approach - before).abs() / approach.abs());
-            }
-            // Rounding of the approach itself.
-            if change < 1e-13 {
-                return Ok(Equilibrium { forces, approaches });
-            }
-            if sweep == MOST_ITERATIONS || !change.is_finite() {
-                return Err(FeaError::NoEquilibrium { force, contact: 1, iterations: sweep });
-            }
-        }
+        let press = |contact, guess| self.press(arrangement, contact, force, guess, &mut forces);
+        settle(force, &mut approaches, press)?;
+        Ok(Equilibrium { forces, approaches })
     }
 
     /// The approach (m) at which contact c carries `force` (N), its neighbours' forces given; its own are set.
@@ -172,6 +158,35 @@ impl Statics {
                 Some(u.column(0))
             })
             .collect()
+    }
+}
+
+/// Approaches (m) of all contacts under `force` (N), one after another until none changes any more: `press(contact, guess)` is the approach
+/// at which a contact carries the force, its neighbours' forces given.
+///
+/// # Errors
+/// [`FeaError::NoEquilibrium`], and what `press` says.
+pub(in crate::model) fn settle(
+    force: f64,
+    approaches: &mut [f64],
+    mut press: impl FnMut(usize, f64) -> Result<f64, FeaError>,
+) -> Result<(), FeaError> {
+    let mut sweep = 0;
+    loop {
+        sweep += 1;
+        let mut change: f64 = 0.0;
+        for (contact, approach) in approaches.iter_mut().enumerate() {
+            let before = *approach;
+            *approach = press(contact, before)?;
+            change = change.max((*approach - before).abs() / approach.abs());
+        }
+        // Rounding of the approach itself.
+        if change < 1e-13 {
+            return Ok(());
+        }
+        if sweep == MOST_ITERATIONS || !change.is_finite() {
+            return Err(FeaError::NoEquilibrium { force, contact: 1, iterations: sweep });
+        }
     }
 }
 
@@ -255,8 +270,8 @@ impl Rest {
     pub fn new(arrangement: &Arrangement, interfaces: &Interfaces, chain: &Chain) -> Result<Self, FeaError> {
         let force = chain.precompression;
         let (rest, displacements) = if force > 0.0 {
-            if let Some((contact, &gap)) = chain.gaps.iter().enumerate().find(|(_, gap)| **gap > 0.0) {
-                return Err(FeaError::OpenGapUnderPrecompression { force, contact: contact + 1, gap });
+            if let Some((contact, gap)) = chain.first_open_gap() {
+                return Err(FeaError::OpenGapUnderPrecompression { force, contact, gap });
             }
             let statics = Statics::new(arrangement, interfaces)?;
             let rest = statics.under(arrangement, force)?;

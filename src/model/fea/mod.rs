@@ -41,7 +41,7 @@ pub use frame::Frames;
 pub use peak::{Peak, PeakStress};
 pub use simulation::{Simulation, Snapshot};
 
-use super::{Model, ModelError, Progress};
+use super::{Model, ModelError, Progress, need_drive};
 use crate::{
     response::Response,
     scene::{PistonMotion, Scene},
@@ -71,11 +71,7 @@ impl FeaModel {
         motion: &dyn PistonMotion,
         progress: Progress<'_>,
     ) -> Result<Response, ModelError> {
-        if let Some(file) = scene.pending_record() {
-            let reason =
-                format!("the drive record {} has not been read; hand it over with `with_drive_record`", file.display());
-            return Err(ModelError::Unsupported { model: "fea", reason });
-        }
+        need_drive(scene, "fea")?;
         let mut simulation = Simulation::with_motion(scene, Box::new(motion), Control::default())?;
         let mut steps = 0_usize;
         while !simulation.is_done() {

@@ -9,12 +9,12 @@ use super::{
     reduction::Reduction,
 };
 use crate::{
-    model::fea::{FeaError, contact::complementarity::Compliance, equilibrium::force_at},
+    model::fea::{
+        FeaError,
+        equilibrium::{force_at, settle},
+    },
     scene::Scene,
 };
-
-/// Sweeps over all contacts after which there is no equilibrium.
-const MOST_SWEEPS: u32 = 200;
 
 /// How a run begins.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,11 +38,11 @@ impl Rest {
         let mut forces: Vec<Vec<f64>> = geometries().map(|geometry| vec![0.0; geometry.gaps.len()]).collect();
         let mut approaches = vec![0.0; forces.len()];
         if force > 0.0 {
-            if let Some((contact, &gap)) = chain.gaps.iter().enumerate().find(|(_, gap)| **gap > 0.0) {
-                return Err(FeaError::OpenGapUnderPrecompression { force, contact: contact + 1, gap });
+            if let Some((contact, gap)) = chain.first_open_gap() {
+                return Err(FeaError::OpenGapUnderPrecompression { force, contact, gap });
             }
             let statics = Mechanics::new(reduction, scene, Flexibility::Static)?;
-            settle(reduction, &statics, force, &mut forces, &mut approaches)?;
+            press(reduction, &statics, force, &mut forces, &mut approaches)?;
         }
         let overlaps: Vec<f64> = approaches.iter().zip(&chain.gaps).map(|(approach, gap)| approach - gap).collect();
         let gaps = geometries().zip(&overlaps).map(|(geometry, overlap)| {
@@ -52,7 +52,8 @@ impl Rest {
     }
 }
 
-fn settle(
+/// Approaches of all contacts under the axial force F₀ (N), and the forces of their points.
+fn press(
     reduction: &Reduction,
     statics: &Mechanics,
     force: f64,
@@ -61,38 +62,23 @@ fn settle(
 ) -> Result<(), FeaError> {
     let own = |contact: usize| &statics.condensed[statics.of_contact[contact]];
     let mut moments: Vec<Vec<f64>> = (0..forces.len()).map(|contact| State::new(own(contact)).moments).collect();
-    let mut sweep = 0;
-    loop {
-        sweep += 1;
-        let mut change: f64 = 0.0;
-        for contact in 0..forces.len() {
-            let (condensed, geometry) = (own(contact), &reduction.geometries[reduction.contacts[contact]]);
-            let mut free = geometry.gaps.clone();
-            let (before, vectors) = (condensed.before(), condensed.vectors());
-            for (a, vector) in vectors.enumerate() {
-                let shift = if a < before {
-                    moments[contact - 1][own(contact - 1).before() + a]
-                } else {
-                    moments[contact + 1][a - before]
-                };
-                free.iter_mut().zip(vector).for_each(|(gap, u)| *gap += u * shift);
-            }
-            let compliance: &Compliance = condensed.compliance();
-            let guess = approaches[contact];
-            let found = force_at(compliance, &geometry.axial, &free, force, guess, &mut forces[contact]);
-            approaches[contact] =
-                found.map_err(|iterations| FeaError::NoEquilibrium { force, contact: contact + 1, iterations })?;
-            change = change.max((approaches[contact] - guess).abs() / approaches[contact].abs());
-            for (moment, vector) in moments[contact].iter_mut().zip(condensed.vectors()) {
-                *moment = dot(vector, &forces[contact]);
-            }
+    settle(force, approaches, |contact, guess| {
+        let (condensed, geometry) = (own(contact), &reduction.geometries[reduction.contacts[contact]]);
+        let mut free = geometry.gaps.clone();
+        let before = condensed.before();
+        for (a, vector) in condensed.vectors().enumerate() {
+            let shift = if a < before {
+                moments[contact - 1][own(contact - 1).before() + a]
+            } else {
+                moments[contact + 1][a - before]
+            };
+            free.iter_mut().zip(vector).for_each(|(gap, u)| *gap += u * shift);
         }
-        // Rounding of the approach itself.
-        if change < 1e-13 {
-            return Ok(());
+        let found = force_at(condensed.compliance(), &geometry.axial, &free, force, guess, &mut forces[contact])
+            .map_err(|iterations| FeaError::NoEquilibrium { force, contact: contact + 1, iterations })?;
+        for (moment, vector) in moments[contact].iter_mut().zip(condensed.vectors()) {
+            *moment = dot(vector, &forces[contact]);
         }
-        if sweep == MOST_SWEEPS || !change.is_finite() {
-            return Err(FeaError::NoEquilibrium { force, contact: 1, iterations: sweep });
-        }
-    }
+        Ok(found)
+    })
 }

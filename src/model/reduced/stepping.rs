@@ -15,6 +15,7 @@ use crate::{
         ModelError, Progress,
         contact_law::{Dashpot, dashpots},
         fea::{FeaError, control::Cause, energy::Ledger, trace::Sampling},
+        need_drive,
     },
     response::Response,
     scene::{PistonMotion, Scene},
@@ -51,11 +52,7 @@ impl Reduction {
         motion: &dyn PistonMotion,
         progress: Progress<'_>,
     ) -> Result<Response, ModelError> {
-        if let Some(file) = scene.pending_record() {
-            let reason =
-                format!("the drive record {} has not been read; hand it over with `with_drive_record`", file.display());
-            return Err(ModelError::Unsupported { model: "reduced", reason });
-        }
+        need_drive(scene, "reduced")?;
         let sampling = Sampling::new(scene, scene.model.reduced.step);
         let mut run = Run::new(self, scene, sampling.step(), motion.at(0.0).0)?;
         let mut record = Record::new(sampling, self.beads.len());

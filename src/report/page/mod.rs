@@ -45,6 +45,11 @@ pub enum ReportError {
     Json(#[from] serde_json::Error),
 }
 
+/// Where a page comes from: its facts, and the command line that makes it again.
+pub(super) fn provenance(facts: Vec<(String, String)>, command_line: &str) -> [Block; 3] {
+    [Block::Heading("Provenance".into()), Block::Facts(facts), Block::Code(command_line.to_owned())]
+}
+
 /// How good the news is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tone {

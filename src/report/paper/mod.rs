@@ -4,7 +4,7 @@ mod figures;
 mod tables;
 mod text;
 
-use super::page::{Block, Files, Page, Plate, ReportError};
+use super::page::{Block, Files, Page, Plate, ReportError, provenance};
 use crate::{
     feature::AmplitudeSpectrum,
     signal::Series,
@@ -86,9 +86,7 @@ impl PaperReport {
         }
         blocks.push(Block::Heading("What is reading, what is unknown".into()));
         blocks.push(Block::List(text::unknown(&self.outcome.plan)));
-        blocks.push(Block::Heading("Provenance".into()));
-        blocks.push(Block::Facts(text::provenance(self)));
-        blocks.push(Block::Code(self.command_line.clone()));
+        blocks.extend(provenance(text::provenance(self), &self.command_line));
         Page {
             title: "The paper’s experiment".into(),
             subtitle: "Six steel beads driven at 73 kHz: every printed number beside ours, and what decides it".into(),
