@@ -23,6 +23,7 @@ fn scene(support: Support, kind: DampingKind) -> Scene {
         drive: Drive { kind: DriveKind::ToneBurst { cycles: 10.0, ring_up: 30e-6 }, amplitude: 1e-6, frequency: 73e3 },
         amplitude_scale: 1.0,
         support,
+        water: None,
         materials: Vec::new(),
         damping: Damping { kind, linear: 0.3, kuwabara_kono: 3660.0, placement: DampingPlacement::All, tension: false },
         contact_law: ContactLaw::Hertz,

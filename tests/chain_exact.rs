@@ -39,6 +39,7 @@ fn rigid(tolerance: f64) -> Scene {
         drive: Drive { kind: DriveKind::SineCycles { cycles: 5.0 }, amplitude: 1e-6, frequency: 73e3 },
         amplitude_scale: 1.0,
         support: Support::Flat(FlatContact::Rigid),
+        water: None,
         materials: Vec::new(),
         damping: undamped(),
         contact_law: ContactLaw::Hertz,

@@ -28,6 +28,7 @@ fn scene(support: Support, kind: DampingKind) -> Scene {
         drive: Drive { kind: DriveKind::ToneBurst { cycles: 40.0, ring_up: 100e-6 }, amplitude: 1e-6, frequency: 73e3 },
         amplitude_scale: 1.0,
         support,
+        water: None,
         materials: Vec::new(),
         damping: Damping { kind, linear, kuwabara_kono, placement: DampingPlacement::All, tension: false },
         contact_law: ContactLaw::Hertz,

@@ -101,7 +101,7 @@ fn failures_end_with_1_name_what_is_wrong_and_leave_no_folder() {
     let out = place.path().join("deep/out");
     let cases: [(&[&str], &str); 9] = [
         (&["replay", "--scene", "rigged"], "rigid"),
-        (&["replay", "--scene", "water"], "not yet available"),
+        (&["replay", "--scene", "water", "--set", "disc.thickness=2mm"], "disc.thickness"),
         (&["replay", "--scene", "rigid", "--set", "chain.raduis=1mm"], "chain.radius"),
         (&["replay", "--scene", "rigid", "--set", "chain.radius=-1mm"], "chain.radius"),
         (&["replay", "--scene", "rigid", "--set", "chain.beads=0"], "chain.beads"),

@@ -13,13 +13,13 @@ fn granchain(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
 }
 
 #[test]
-fn list_names_every_built_in_scene_and_the_one_not_yet_available() {
+fn list_names_every_built_in_scene() {
     let folder = tempfile::tempdir().unwrap();
     let (code, out, err) = granchain(folder.path(), &["scene", "list"]);
     assert_eq!((code, err.as_str()), (0, ""));
     let names: Vec<_> = out.lines().filter_map(|line| line.split_whitespace().next()).collect();
     assert_eq!(names, ["rigid", "annulus", "chain", "water"]);
-    assert!(out.contains("not yet available"), "{out}");
+    assert!(out.lines().all(|line| line.contains("six steel beads")), "{out}");
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn check_of_a_broken_scene_ends_with_1_and_the_place_of_the_fault() {
 #[test]
 fn init_writes_a_commented_scene_that_checks_and_never_replaces_a_file() {
     let folder = tempfile::tempdir().unwrap();
-    for (file, from) in [("a.toml", "annulus"), ("b.toml", "rigid"), ("c.toml", "chain")] {
+    for (file, from) in [("a.toml", "annulus"), ("b.toml", "rigid"), ("c.toml", "chain"), ("w.toml", "water")] {
         let (code, _, err) = granchain(folder.path(), &["scene", "init", file, "--from", from]);
         assert_eq!((code, err.as_str()), (0, ""));
         let (code, out, _) = granchain(folder.path(), &["scene", "check", file]);
@@ -94,8 +94,8 @@ fn init_writes_a_commented_scene_that_checks_and_never_replaces_a_file() {
     let (code, _, err) = granchain(folder.path(), &["scene", "init", "a.toml", "--from", "rigid"]);
     assert_eq!((code, err.as_str()), (1, "error: a.toml: the file exists; name another, or delete it first\n"));
     assert_eq!(std::fs::read_to_string(folder.path().join("a.toml")).unwrap(), before);
-    let (code, _, err) = granchain(folder.path(), &["scene", "init", "d.toml", "--from", "water"]);
+    let (code, _, err) = granchain(folder.path(), &["scene", "init", "d.toml", "--from", "wader"]);
     assert_eq!(code, 1);
-    assert!(err.contains("not yet available"), "{err}");
+    assert!(err.contains("did you mean `water`?"), "{err}");
     assert!(!folder.path().join("d.toml").exists());
 }

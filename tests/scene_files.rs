@@ -194,14 +194,11 @@ fn no_model_runs_a_record_that_has_not_been_read() {
 fn unknown_scenes_are_refused_with_the_nearest_name() {
     assert_eq!(
         overridden("anulus", &[]).unwrap_err().to_string(),
-        "`anulus` is neither a built-in scene (rigid, annulus, chain) nor a scene file; did you mean `annulus`?"
+        "`anulus` is neither a built-in scene (rigid, annulus, chain, water) nor a scene file; did you mean `annulus`?"
     );
-    let water = overridden("water", &[]).unwrap_err().to_string();
-    assert!(water.starts_with("scene `water` is not yet available: "), "{water}");
-    assert!(water.contains("use `--scene chain --set drive.amplitude=3.96um`"), "{water}");
     assert_eq!(
         file_refusal("extends = \"ridgid\""),
-        "bench/own.toml:1:11: `ridgid` is neither a built-in scene (rigid, annulus, chain) nor a scene file; \
+        "bench/own.toml:1:11: `ridgid` is neither a built-in scene (rigid, annulus, chain, water) nor a scene file; \
          did you mean `rigid`?"
     );
     assert_eq!(
@@ -411,7 +408,7 @@ fn lists_and_overrides_that_do_not_fit_the_chain_are_refused() {
 fn materials_must_be_known_and_whole() {
     assert_eq!(
         refusal(&["chain.material=chrome_steel"]),
-        "--set chain.material=chrome_steel: `chain.material`: unknown material `chrome_steel` (known: chrome-steel, resin); \
+        "--set chain.material=chrome_steel: `chain.material`: unknown material `chrome_steel` (known: acrylic, aluminium, chrome-steel, glass, resin, vitreous-carbon); \
          did you mean `chrome-steel`?; define it under `[materials.chrome_steel]`"
     );
     assert_eq!(

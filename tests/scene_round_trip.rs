@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use granchain::scene::{
-    self, Bead, Chain, ContactLaw, ContactMass, ContactNormal, DEFAULT_TOLERANCE, Damping, DampingKind,
-    DampingPlacement, Drive, DriveKind, Elements, FeaSettings, FlatContact, Integrator, Material, MeshFile, ModelKind,
-    ModelSettings, ReducedSettings, Scene, Scheme, Support, load, load_text,
+    self, Absorption, Baffle, Bead, Chain, ContactLaw, ContactMass, ContactNormal, DEFAULT_TOLERANCE, Damping,
+    DampingKind, DampingPlacement, DiscShape, Drive, DriveKind, Elements, FeaSettings, FieldPoint, FlatContact,
+    Integrator, Material, Medium, MeshFile, ModelKind, ModelSettings, ReducedSettings, Rim, Scene, Scheme, Support,
+    Water, WaterMesh, WaterMethod, WaterSettings, load, load_text,
 };
 use proptest::prelude::*;
 
@@ -64,7 +65,50 @@ fn supports() -> impl Strategy<Value = Support> {
         Just(Support::Flat(FlatContact::Steel)),
         (1.0..1e9f64).prop_map(|stiffness| Support::Spring { stiffness }),
         (0.1..3.0f64).prop_map(Support::resin_annulus),
+        (1e-4..5e-3f64, 0.01..0.99f64, 0..3usize, materials(), 1..64u32).prop_map(
+            |(radius, slender, rim, material, mesh_density)| {
+                let rim = [Rim::Clamped, Rim::Supported, Rim::Free][rim];
+                Support::Disc { shape: DiscShape { radius, thickness: slender * radius, material, rim }, mesh_density }
+            }
+        ),
     ]
+}
+
+/// Water behind a disc of 1 m, or none; lengths are in its radius.
+fn waters() -> impl Strategy<Value = Option<WaterSettings>> {
+    let point = (0.0..1.5f64, 0.0..1.5f64).prop_map(|(radius, distance)| FieldPoint { radius, distance });
+    let points = prop::collection::vec(point, 1..4);
+    let liquid = (500.0..2e3f64, 500.0..3e3f64);
+    let absorption = (0.01..99.0f64, 0.0..2.0f64).prop_map(|(at_1_mhz, exponent)| Absorption { at_1_mhz, exponent });
+    let settings = (any::<bool>(), liquid, prop::option::of(absorption), 0..3, points, 2.2..9.0f64, 0.01..0.5f64)
+        .prop_map(|(tissue, (density, sound_speed), absorption, way, field_points, radius, side)| WaterSettings {
+            medium: if tissue { Medium::Tissue } else { Medium::Water },
+            liquid: Water { density, sound_speed },
+            absorption,
+            baffle: if way == 2 { Baffle::Soft } else { Baffle::Rigid },
+            method: if way == 0 { WaterMethod::Rayleigh } else { WaterMethod::Elements(WaterMesh { radius, side }) },
+            field_points,
+        });
+    prop::option::of(settings)
+}
+
+/// What a disc brings along.
+fn behind_disc(scene: &mut Scene, water: Option<WaterSettings>, steps: u32) {
+    let Support::Disc { shape, .. } = &scene.support else { return };
+    let size = shape.radius;
+    scene.water = water.map(|mut water| {
+        for point in &mut water.field_points {
+            (point.radius, point.distance) = (point.radius * size, point.distance * size);
+        }
+        if let WaterMethod::Elements(mesh) = &mut water.method {
+            (mesh.radius, mesh.side) = (mesh.radius * size, mesh.side * size);
+        }
+        water
+    });
+    if scene.model.kind == ModelKind::Chain {
+        scene.drive.frequency = scene.drive.frequency.min(49e3);
+        scene.model.integrator = Integrator::Symplectic { step: scene.output_step / f64::from(steps) };
+    }
 }
 
 fn chains() -> impl Strategy<Value = Chain> {
@@ -154,6 +198,7 @@ fn analyse(scene: &mut Scene, analysis: Analysis) {
         // What mesh files may name: all there are.
         let of_support = match &scene.support {
             Support::Annulus { material, .. } | Support::Body { material, .. } => Some(material),
+            Support::Disc { shape, .. } => Some(&shape.material),
             _ => None,
         };
         let all = scene.chain.beads.iter().map(|bead| &bead.material).chain(of_support).cloned();
@@ -182,8 +227,9 @@ fn scenes() -> impl Strategy<Value = Scene> {
         ("[a-z0-9 _-]{1,9}", "\\PC{0,20}", chains(), drives(), supports()),
         (dampings(), any::<bool>(), 0.0..3.0f64, 1e-5..1e-2f64, 1e-8..1e-6f64, model),
         analyses(),
+        waters(),
     )
-        .prop_map(|(first, second, analysis)| {
+        .prop_map(|(first, second, analysis, water)| {
             let (name, description, chain, drive, support) = first;
             let (damping, steel, amplitude_scale, duration, output_step, model) = second;
             let piston = if steel { FlatContact::Steel } else { FlatContact::Rigid };
@@ -195,6 +241,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
                 drive,
                 amplitude_scale,
                 support,
+                water: None,
                 materials: Vec::new(),
                 damping,
                 contact_law: ContactLaw::Hertz,
@@ -202,6 +249,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
                 output_step,
                 model,
             };
+            let steps = analysis.steps;
             if model.kind.is_meshed() {
                 analyse(&mut scene, analysis);
             } else if analysis.same_mesh {
@@ -212,6 +260,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
                     *material = analysis.resin;
                 }
             }
+            behind_disc(&mut scene, water, steps);
             scene
         })
 }

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use super::{Outcome, arguments::Session};
 use crate::{
     model::contact_law::{ElasticLaw, Hertz, bead_flat_stiffness, bead_pair_stiffness},
-    scene::{self, BUILT_IN, DriveKind, Effect, ModelKind, Scene, SettingValue, Support, WATER},
+    scene::{self, BUILT_IN, DriveKind, Effect, ModelKind, Scene, SettingValue, Support},
     signal::{Dimension, Quantity},
 };
 
@@ -94,9 +94,6 @@ fn list(session: &Session) -> anyhow::Result<()> {
         writeln!(text, "{:<8} {description}", built_in.name)?;
         rows.push(json!({ "name": built_in.name, "description": description, "available": true }));
     }
-    let refusal = scene::load(WATER, &[]).err().map(|error| error.to_string()).unwrap_or_default();
-    writeln!(text, "{WATER:<8} not yet available")?;
-    rows.push(json!({ "name": WATER, "description": refusal, "available": false }));
     session.result(text, &rows)
 }
 
@@ -142,6 +139,9 @@ fn json_value(value: &SettingValue) -> Value {
         SettingValue::Count(count) => json!(count),
         SettingValue::Text(text) => json!(text),
         SettingValue::Flag(flag) => json!(flag),
+        SettingValue::FieldPoints(points) => {
+            points.iter().map(|point| json!({ "r_m": point.radius, "z_m": point.distance })).collect()
+        }
         SettingValue::Beads(beads) => beads
             .iter()
             .map(|(number, bead)| {
@@ -253,7 +253,7 @@ fn rounded(value: f64) -> f64 {
 }
 
 fn init(session: &Session, file: &Path, from: &str) -> anyhow::Result<()> {
-    // Refuses unknown names, and the scenes that are not available, in the words of the loader.
+    // Refuses unknown names in the words of the loader.
     let built_in = match BUILT_IN.iter().find(|built_in| built_in.name == from) {
         Some(built_in) => built_in,
         None => {

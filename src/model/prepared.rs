@@ -167,7 +167,7 @@ impl Bodies {
         match &mut support {
             Support::Annulus { stiffness_factor, .. } => *stiffness_factor = 1.0,
             Support::Spring { stiffness } => *stiffness = 1.0,
-            Support::Flat(_) | Support::Body { .. } => {}
+            Support::Flat(_) | Support::Body { .. } | Support::Disc { .. } => {}
         }
         Self {
             kind: scene.model.kind,

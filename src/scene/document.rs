@@ -173,8 +173,15 @@ impl Document {
             "model.integrator" => match self.text("model.kind") {
                 Some("fea") => Some("trapezoid"),
                 Some("reduced") => None,
+                // The clock of the disc.
+                _ if self.text("support.kind") == Some("disc") => Some("symplectic"),
                 _ => Some("dormand-prince-853"),
             },
+            "water.medium" if self.text("support.kind") == Some("disc") => Some("water"),
+            "water.method" if self.text("support.kind") != Some("disc") => None,
+            "water.method" if self.text("model.kind") == Some("fea") => Some("elements"),
+            "water.method" if self.text("water.baffle") == Some("soft") => Some("elements"),
+            "water.method" => Some("rayleigh"),
             _ => None,
         };
         if self.entries.contains_key(governor.key) { self.text(governor.key) } else { default }

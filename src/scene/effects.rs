@@ -114,8 +114,41 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
         effect("recorded drive", record.0, record.1),
     ]
     .into_iter()
+    .chain(water_effects(scene))
     .chain(fea_effects(scene))
     .collect()
+}
+
+/// The effects of a disc and the water behind it.
+fn water_effects(scene: &Scene) -> Vec<Effect> {
+    let effect = |name, on, why: String| Effect { name, on, why };
+    let Support::Disc { shape, .. } = &scene.support else {
+        let off = |name| effect(name, false, "support.kind is not disc".to_owned());
+        return ["elastic disc", "water behind the disc", "absorption in the water"].map(off).to_vec();
+    };
+    let disc = format!("disc.material = {}, disc.rim = {}", shape.material.name, shape.rim.name());
+    let none = || (false, "water.medium = none".to_owned());
+    let (water, absorption) = match &scene.water {
+        None => (none(), none()),
+        Some(water) => {
+            let (medium, baffle) = (water.medium.name(), water.baffle.name());
+            let why =
+                format!("water.medium = {medium}, water.method = {}, water.baffle = {baffle}", water.method.name());
+            let absorption = match water.absorption {
+                None => (false, "water.absorption = 0 Np/m".to_owned()),
+                Some(law) => {
+                    let at_1_mhz = Quantity::new(law.at_1_mhz, Dimension::ATTENUATION);
+                    (true, format!("water.absorption = {at_1_mhz} at 1 MHz, exponent {}", law.exponent))
+                }
+            };
+            ((true, why), absorption)
+        }
+    };
+    vec![
+        effect("elastic disc", true, disc),
+        effect("water behind the disc", water.0, water.1),
+        effect("absorption in the water", absorption.0, absorption.1),
+    ]
 }
 
 /// The effects of meshed bodies: off in the other models.
@@ -134,7 +167,9 @@ fn fea_effects(scene: &Scene) -> Vec<Effect> {
             let moving = *normal == ContactNormal::Moving;
             (moving, format!("support.normal = {}", if moving { "moving" } else { "fixed" }))
         }
-        Support::Flat(_) | Support::Spring { .. } => (false, "no contact lies off the axis".to_owned()),
+        Support::Flat(_) | Support::Spring { .. } | Support::Disc { .. } => {
+            (false, "no contact lies off the axis".to_owned())
+        }
     };
     let meshed = scene.chain.beads.iter().filter(|bead| bead.mesh.is_some()).count();
     let own_support = matches!(scene.support, Support::Body { .. });

@@ -69,16 +69,6 @@ pub enum SceneError {
         /// The built-in scenes.
         known: Vec<&'static str>,
     },
-    /// A scene of the paper that this version cannot run.
-    #[error("scene `{name}` is not yet available: {lacking}; {instead}")]
-    NotYetAvailable {
-        /// Its name.
-        name: &'static str,
-        /// What is missing.
-        lacking: &'static str,
-        /// What to use instead.
-        instead: &'static str,
-    },
     /// A file that cannot be read.
     #[error("cannot read scene file `{}`: {source}", path.display())]
     Unreadable {

@@ -151,7 +151,7 @@ impl ContactMass {
 pub(super) fn read(
     reader: &Reader<'_>,
     frequency: f64,
-    output_step: f64,
+    (default_step, output_step): (f64, f64),
     notes: &mut Vec<String>,
 ) -> Result<FeaSettings, SceneError> {
     let default = FeaSettings::default();
@@ -171,7 +171,7 @@ pub(super) fn read(
         Some("newmark") => Scheme::Newmark { dissipation: dissipation(Bound::UpToAHalf)? },
         _ => Scheme::Trapezoid,
     };
-    let step = reader.quantity("model.step", Dimension::TIME, Bound::Positive)?.unwrap_or(default.step);
+    let step = reader.quantity("model.step", Dimension::TIME, Bound::Positive)?.unwrap_or(default_step);
     check_step(reader, step, frequency)?;
     let step = dividing(step, output_step, notes);
     Ok(FeaSettings { density, elements, step, contact_mass, scheme })

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use super::{
     Bead, Chain, ContactLaw, ContactNormal, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact,
-    Material, ModelKind, Scene, Support, builtin, contact_law,
+    Material, ModelKind, Scene, Support, builtin, contact_law, disc,
     document::{Author, Document, read_text, resolved},
     error::SceneError,
     key::{CHAIN_INTEGRATORS, DAMPING_KINDS, DRIVE_KINDS, FLAT_KINDS, NORMALS, PLACEMENTS, SUPPORT_KINDS},
     mesh_file,
     reader::{Bound, Reader},
-    settings,
+    settings, water,
 };
 use crate::signal::{Dimension, Quantity};
 
@@ -161,6 +161,9 @@ fn of_the_chain(document: &Document) -> Option<String> {
     if let Some(key) = ["piston.contact", "support.kind"].into_iter().find(|key| document.text(key) == Some("steel")) {
         return Some(format!("the half-space of `{key}` = \"steel\" has no body that could be meshed"));
     }
+    if document.text("support.kind") == Some("disc") {
+        return Some("the disc of `support.kind` = \"disc\" stands behind the chain only".to_owned());
+    }
     let is_own = document.entries.contains_key("model.tolerance")
         || document.text("model.integrator").is_some_and(|word| CHAIN_INTEGRATORS.contains(&word));
     if is_own {
@@ -193,12 +196,17 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
         return Err(reader.out_of_range("output_step", expected, time(output_step)));
     }
     let support = support(reader, &chain)?;
+    let water = match &support {
+        Support::Disc { shape, .. } => water::read(reader, shape)?,
+        _ => None,
+    };
     Ok(Scene {
         name: reader.text("name")?.unwrap_or(name).to_owned(),
         description: reader.text("description")?.unwrap_or("").to_owned(),
         piston: flat(reader.choice("piston.contact", FLAT_KINDS)?),
         materials: mesh_file::materials(reader, &chain, &support)?,
         support,
+        water,
         damping: damping(reader, notes)?,
         contact_law: contact_law::read(reader)?,
         model: settings::read(reader, drive.frequency, output_step, notes)?,
@@ -210,7 +218,7 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
     })
 }
 
-fn length(value: f64) -> String {
+pub(super) fn length(value: f64) -> String {
     Quantity::new(value, Dimension::LENGTH).to_string()
 }
 
@@ -364,6 +372,7 @@ fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
                 reader.required("support.stiffness", Dimension::STIFFNESS, Bound::Positive, reason, example)?;
             Support::Spring { stiffness }
         }
+        "disc" => disc::read(reader)?,
         flat_kind => Support::Flat(flat(Some(flat_kind))),
     })
 }

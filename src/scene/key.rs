@@ -23,6 +23,8 @@ pub enum ValueKind {
     Gaps,
     /// A list of tables with `bead` and what differs for it.
     BeadOverrides,
+    /// Points of the water: a list of tables with `r` and `z`.
+    FieldPoints,
 }
 
 /// One key of a scene file.
@@ -46,7 +48,11 @@ const fn quantity(name: &'static str, dimension: Dimension, meaning: &'static st
 
 pub(super) const FLAT_KINDS: &[&str] = &["rigid", "steel"];
 pub(super) const DRIVE_KINDS: &[&str] = &["record", "tone-burst", "gaussian-burst", "sine"];
-pub(super) const SUPPORT_KINDS: &[&str] = &["rigid", "steel", "annulus", "spring", "body"];
+pub(super) const SUPPORT_KINDS: &[&str] = &["rigid", "steel", "annulus", "spring", "body", "disc"];
+pub(super) const RIMS: &[&str] = &["clamped", "supported", "free"];
+pub(super) const MEDIA: &[&str] = &["water", "tissue", "none"];
+pub(super) const BAFFLES: &[&str] = &["rigid", "soft"];
+pub(super) const WATER_METHODS: &[&str] = &["rayleigh", "elements"];
 pub(super) const NORMALS: &[&str] = &["fixed", "moving"];
 pub(super) const DAMPING_KINDS: &[&str] = &["none", "linear", "kuwabara-kono", "linear+kuwabara-kono"];
 pub(super) const PLACEMENTS: &[&str] = &["beads", "all"];
@@ -103,6 +109,21 @@ pub const KEYS: &[Key] = &[
     key("support.mesh", ValueKind::Path, "Gmsh file with the mesh of the body, relative to the scene file"),
     quantity("support.mesh_unit", Dimension::LENGTH, "length of its unit; default 1 m"),
     quantity("support.stiffness", Dimension::STIFFNESS, "stiffness of the one-sided spring"),
+    quantity("disc.radius", Dimension::LENGTH, "radius of the disc"),
+    quantity("disc.thickness", Dimension::LENGTH, "thickness of the disc, below its radius"),
+    key("disc.material", ValueKind::Text, "material of the disc"),
+    key("disc.rim", ValueKind::Choice(RIMS), "how the lateral face of the disc is held"),
+    key("disc.mesh_density", ValueKind::Count, "elements through the disc's thickness; 4/3 as many a length along r"),
+    key("water.medium", ValueKind::Choice(MEDIA), "what is behind the disc; none is a vacuum"),
+    quantity("water.density", Dimension::DENSITY, "density ρ of it"),
+    quantity("water.sound_speed", Dimension::VELOCITY, "speed of sound c in it"),
+    quantity("water.absorption", Dimension::ATTENUATION, "attenuation α₁ of amplitude at 1 MHz, α = α₁ (f/1 MHz)^y"),
+    quantity("water.absorption_exponent", Dimension::NONE, "y of the attenuation"),
+    key("water.baffle", ValueKind::Choice(BAFFLES), "plane around the disc: at rest, or free of pressure"),
+    key("water.method", ValueKind::Choice(WATER_METHODS), "Rayleigh integral over the disc, or acoustic elements"),
+    key("water.field_points", ValueKind::FieldPoints, "where the pressure is heard, z from the disc's back"),
+    quantity("water.mesh_radius", Dimension::LENGTH, "radius of the hemisphere of acoustic elements"),
+    quantity("water.mesh_side", Dimension::LENGTH, "side of an acoustic element along the radius"),
     key("damping.kind", ValueKind::Choice(DAMPING_KINDS), "law of the dashpots"),
     key("damping.coefficient", ValueKind::DampingCoefficient, "c of the linear, γ of the Kuwabara–Kono dashpots"),
     quantity("damping.linear_coefficient", Dimension::LINEAR_DAMPING, "c, where both laws act"),
@@ -144,6 +165,36 @@ pub(super) struct Governor {
 const CHAIN_USES: &[&str] =
     &["contact.law", "model.mesh_density", "model.elements", "model.integrator", "model.tolerance", "model.step"];
 const MESHED_LAW_USES: &[&str] = &["model.mesh_density", "model.elements"];
+
+const WATER_MESH: &[&str] = &["water.mesh_radius", "water.mesh_side"];
+const LIQUID_USES: &[&str] = &[
+    "water.density",
+    "water.sound_speed",
+    "water.absorption",
+    "water.absorption_exponent",
+    "water.baffle",
+    "water.method",
+    "water.field_points",
+    "water.mesh_radius",
+    "water.mesh_side",
+];
+const DISC_USES: &[&str] = &[
+    "disc.radius",
+    "disc.thickness",
+    "disc.material",
+    "disc.rim",
+    "disc.mesh_density",
+    "water.medium",
+    "water.density",
+    "water.sound_speed",
+    "water.absorption",
+    "water.absorption_exponent",
+    "water.baffle",
+    "water.method",
+    "water.field_points",
+    "water.mesh_radius",
+    "water.mesh_side",
+];
 
 pub(super) const GOVERNORS: &[Governor] = &[
     // First: it decides which integrators there are.
@@ -227,6 +278,21 @@ pub(super) const GOVERNORS: &[Governor] = &[
             "support.stiffness",
             "support.mesh",
             "support.mesh_unit",
+            "disc.radius",
+            "disc.thickness",
+            "disc.material",
+            "disc.rim",
+            "disc.mesh_density",
+            "water.medium",
+            "water.density",
+            "water.sound_speed",
+            "water.absorption",
+            "water.absorption_exponent",
+            "water.baffle",
+            "water.method",
+            "water.field_points",
+            "water.mesh_radius",
+            "water.mesh_side",
         ],
         uses: &[
             ("rigid", &[]),
@@ -234,7 +300,21 @@ pub(super) const GOVERNORS: &[Governor] = &[
             ("annulus", &["support.stiffness_factor", "support.material", "support.normal"]),
             ("spring", &["support.stiffness"]),
             ("body", &["support.mesh", "support.mesh_unit", "support.material", "support.normal"]),
+            ("disc", DISC_USES),
         ],
+        reinterpreted: &[],
+    },
+    Governor {
+        key: "water.medium",
+        governed: LIQUID_USES,
+        uses: &[("none", &[]), ("water", LIQUID_USES), ("tissue", LIQUID_USES)],
+        reinterpreted: &["water.density", "water.sound_speed"],
+    },
+    // Says what it uses only where there is water.
+    Governor {
+        key: "water.method",
+        governed: WATER_MESH,
+        uses: &[("rayleigh", &[]), ("elements", WATER_MESH)],
         reinterpreted: &[],
     },
     Governor {

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::{
-    Bead, ContactLaw, ContactNormal, Damping, DampingKind, DampingPlacement, DriveKind, FlatContact, Integrator, Key,
-    Material, MeshFile, ModelKind, Scene, Scheme, Support,
+    Bead, ContactLaw, ContactNormal, Damping, DampingKind, DampingPlacement, DriveKind, FieldPoint, FlatContact,
+    Integrator, Key, Material, MeshFile, ModelKind, Scene, Scheme, Support, disc, water,
 };
 use crate::signal::{Dimension, Quantity};
 
@@ -34,6 +34,8 @@ pub enum SettingValue {
     Flag(bool),
     /// Beads that differ from the first, each with its number.
     Beads(Vec<(usize, Bead)>),
+    /// Points of the water.
+    FieldPoints(Vec<FieldPoint>),
 }
 
 impl SettingValue {
@@ -54,6 +56,11 @@ impl SettingValue {
                     .map(|mesh| format!(", mesh = {}, mesh_unit = {}", quoted(&written(mesh)), length_toml(mesh.unit)));
                 format!("{{ bead = {number}, radius = {radius}, material = {material}{} }}", mesh.unwrap_or_default())
             })),
+            Self::FieldPoints(points) => {
+                list(points.iter().map(|point| {
+                    format!("{{ r = {}, z = {} }}", length_toml(point.radius), length_toml(point.distance))
+                }))
+            }
         }
     }
 
@@ -65,6 +72,7 @@ impl SettingValue {
             Self::Lengths(lengths) => {
                 list(lengths.iter().map(|length| Quantity::new(*length, Dimension::LENGTH).to_string()))
             }
+            Self::FieldPoints(points) => list(points.iter().map(|point| format!("({point})"))),
             Self::Text(text) => text.clone(),
             other => other.to_toml(),
         }
@@ -76,7 +84,7 @@ impl SettingValue {
         match self {
             Self::Quantity(quantity) if quantity.dimension == Dimension::MASS => "kg".to_owned(),
             Self::Quantity(quantity) => quantity.dimension.si_unit(),
-            Self::Lengths(_) => "m".to_owned(),
+            Self::Lengths(_) | Self::FieldPoints(_) => "m".to_owned(),
             _ => String::new(),
         }
     }
@@ -118,19 +126,19 @@ fn quoted(text: &str) -> String {
 }
 
 #[derive(Default)]
-struct Settings(Vec<Setting>);
+pub(super) struct Settings(Vec<Setting>);
 
 impl Settings {
-    fn add(&mut self, key: &str, value: SettingValue) {
+    pub(super) fn add(&mut self, key: &str, value: SettingValue) {
         let meaning = Key::find(key).map_or("", |known| known.meaning);
         self.0.push(Setting { key: key.to_owned(), value, meaning });
     }
 
-    fn quantity(&mut self, key: &str, value: f64, dimension: Dimension) {
+    pub(super) fn quantity(&mut self, key: &str, value: f64, dimension: Dimension) {
         self.add(key, SettingValue::Quantity(Quantity::new(value, dimension)));
     }
 
-    fn text(&mut self, key: &str, text: impl Into<String>) {
+    pub(super) fn text(&mut self, key: &str, text: impl Into<String>) {
         self.add(key, SettingValue::Text(text.into()));
     }
 }
@@ -172,6 +180,11 @@ impl Scene {
             Support::Spring { stiffness } => {
                 settings.text("support.kind", "spring");
                 settings.quantity("support.stiffness", *stiffness, Dimension::STIFFNESS);
+            }
+            Support::Disc { shape, mesh_density } => {
+                settings.text("support.kind", "disc");
+                disc::list(shape, *mesh_density, settings);
+                water::list(self.water.as_ref(), settings);
             }
             Support::Body { mesh, material, normal } => {
                 settings.text("support.kind", "body");
@@ -270,6 +283,7 @@ impl Scene {
         }
         let of_support = match &self.support {
             Support::Annulus { material, .. } | Support::Body { material, .. } => Some(material),
+            Support::Disc { shape, .. } => Some(&shape.material),
             Support::Flat(_) | Support::Spring { .. } => None,
         };
         for material in chain.beads.iter().map(|bead| &bead.material).chain(of_support).chain(&self.materials) {

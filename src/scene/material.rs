@@ -26,16 +26,36 @@ impl Material {
         Self { name: "resin".into(), youngs_modulus: 1.4e9, poissons_ratio: 0.35, density: 1235.0 }
     }
 
-    /// Vitreous carbon of the disc on the water: E 35 GPa, ν 0.15, ρ 1540 kg/m³. Scene files have no disc to name it for.
+    /// Vitreous (glassy) carbon of the disc on the water: E 35 GPa, ν 0.15, ρ 1540 kg/m³.
     #[must_use]
     pub fn vitreous_carbon() -> Self {
         Self { name: "vitreous-carbon".into(), youngs_modulus: 35e9, poissons_ratio: 0.15, density: 1540.0 }
     }
 
+    /// Soda-lime glass: E 70 GPa, ν 0.22, ρ 2500 kg/m³ (nominal values of flat glass, EN 572-1).
+    #[must_use]
+    pub fn glass() -> Self {
+        Self { name: "glass".into(), youngs_modulus: 70e9, poissons_ratio: 0.22, density: 2500.0 }
+    }
+
+    /// Aluminium alloy: E 70 GPa, ν 0.33, ρ 2700 kg/m³ (nominal values of wrought alloys).
+    #[must_use]
+    pub fn aluminium() -> Self {
+        Self { name: "aluminium".into(), youngs_modulus: 70e9, poissons_ratio: 0.33, density: 2700.0 }
+    }
+
+    /// Acrylic glass (PMMA): E 3.3 GPa, ν 0.37, ρ 1190 kg/m³ (nominal values at room temperature; losses left out).
+    #[must_use]
+    pub fn acrylic() -> Self {
+        Self { name: "acrylic".into(), youngs_modulus: 3.3e9, poissons_ratio: 0.37, density: 1190.0 }
+    }
+
     /// The materials that come with the program for scene files.
     #[must_use]
-    pub fn all_built_in() -> [Self; 2] {
-        [Self::chrome_steel(), Self::resin()]
+    pub fn all_built_in() -> [Self; 6] {
+        let discs = [Self::vitreous_carbon(), Self::glass(), Self::aluminium(), Self::acrylic()];
+        let [carbon, glass, aluminium, acrylic] = discs;
+        [Self::chrome_steel(), Self::resin(), carbon, glass, aluminium, acrylic]
     }
 
     /// The material of that name that comes with the program.

@@ -4,7 +4,7 @@
 //! `KEY=VALUE`. A plain number is SI, a text carries its unit. [`KEYS`] lists every key.
 //!
 //! ```toml
-//! extends = "annulus"             # begin as a built-in scene: rigid, annulus, chain
+//! extends = "annulus"             # begin as a built-in scene: rigid, annulus, chain, water
 //! alpha = 0.6
 //!
 //! [chain]
@@ -28,6 +28,7 @@ mod burst;
 mod chain;
 mod contact_law;
 mod damping;
+mod disc;
 mod document;
 mod drive;
 mod effects;
@@ -43,11 +44,13 @@ mod reader;
 mod reduced;
 mod settings;
 mod support;
+mod water;
 
-pub use builtin::{BUILT_IN, BuiltIn, WATER};
+pub use builtin::{BUILT_IN, BuiltIn};
 pub use chain::{Bead, Chain};
 pub use contact_law::ContactLaw;
 pub use damping::{Damping, DampingKind, DampingPlacement};
+pub use disc::{DEFAULT_DISC, DEFAULT_DISC_DENSITY, DiscShape, Rim};
 pub use drive::{Drive, DriveKind, PistonMotion};
 pub use effects::{Effect, effects};
 pub use error::{Place, SceneError};
@@ -64,6 +67,9 @@ pub use motion::Motion;
 pub use reduced::{DEFAULT_MODES, DEFAULT_REDUCED_DENSITY, DEFAULT_REDUCED_STEP, ReducedSettings};
 pub use settings::{Integrator, Meshing, ModelKind, ModelSettings};
 pub use support::{ContactNormal, FlatContact, Support};
+pub use water::{
+    Absorption, Baffle, DEFAULT_WATER_STEP, FieldPoint, Medium, Water, WaterMesh, WaterMethod, WaterSettings,
+};
 
 /// One experiment, whole: everything a model needs to run it.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,6 +88,8 @@ pub struct Scene {
     pub amplitude_scale: f64,
     /// What holds the far end.
     pub support: Support,
+    /// The half-space of water behind the support, where that is a disc; none is a vacuum.
+    pub water: Option<WaterSettings>,
     /// Materials that mesh files may name, by name; empty where no body is a mesh file.
     pub materials: Vec<Material>,
     /// Dashpots at the contacts.
@@ -90,7 +98,7 @@ pub struct Scene {
     pub contact_law: ContactLaw,
     /// Simulated time, s.
     pub duration: f64,
-    /// Interval of the output samples, s. Where the finite element analysis runs, it is a whole multiple of its step: on loading, a
+    /// Interval of the output samples, s. Where a model has a fixed step of its own (finite elements, reduced, any in front of a disc), it is a whole multiple of it: on loading, a
     /// step that does not divide it is shortened to the next that does, and a note says so.
     pub output_step: f64,
     /// How the run is computed.

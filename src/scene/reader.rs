@@ -65,7 +65,7 @@ impl<'a> Reader<'a> {
         Self { document, origin }
     }
 
-    fn entry(&self, key: &str) -> Option<&'a Entry> {
+    pub(super) fn entry(&self, key: &str) -> Option<&'a Entry> {
         self.document.entries.get(key)
     }
 
@@ -420,7 +420,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-fn wrong_type(entry: &Entry, key: &str, expected: impl Into<String>) -> SceneError {
+pub(super) fn wrong_type(entry: &Entry, key: &str, expected: impl Into<String>) -> SceneError {
     SceneError::WrongType {
         place: entry.place.clone(),
         key: key.to_owned(),
@@ -429,7 +429,7 @@ fn wrong_type(entry: &Entry, key: &str, expected: impl Into<String>) -> SceneErr
     }
 }
 
-fn quantity(entry: &Entry, key: &str, dimension: Dimension, bound: Bound) -> Result<f64, SceneError> {
+pub(super) fn quantity(entry: &Entry, key: &str, dimension: Dimension, bound: Bound) -> Result<f64, SceneError> {
     let value = match &entry.value {
         Value::Number(number) => *number,
         Value::Text(text) => Quantity::parse_as(text, dimension).map_err(|source| SceneError::Quantity {

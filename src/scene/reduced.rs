@@ -46,11 +46,11 @@ impl Default for ReducedSettings {
 pub(super) fn read(
     reader: &Reader<'_>,
     frequency: f64,
-    output_step: f64,
+    (default_step, output_step): (f64, f64),
     notes: &mut Vec<String>,
 ) -> Result<ReducedSettings, SceneError> {
     let default = ReducedSettings::default();
-    let step = reader.quantity("model.step", Dimension::TIME, Bound::Positive)?.unwrap_or(default.step);
+    let step = reader.quantity("model.step", Dimension::TIME, Bound::Positive)?.unwrap_or(default_step);
     check_step(reader, step, frequency)?;
     Ok(ReducedSettings {
         density: mesh_density(reader)?.unwrap_or(default.density),

@@ -1,7 +1,8 @@
 //! How a run is computed.
 
 use super::{
-    ContactLaw, ContactMass, Elements, FeaSettings, ReducedSettings, contact_law,
+    ContactLaw, ContactMass, DEFAULT_FEA_STEP, DEFAULT_REDUCED_STEP, DEFAULT_WATER_STEP, Elements, FeaSettings,
+    ReducedSettings, contact_law,
     error::SceneError,
     fea,
     file::{DEFAULT_TOLERANCE, time},
@@ -132,10 +133,22 @@ pub(super) fn read(
         let density = fea::mesh_density(reader)?.unwrap_or(default.density);
         settings.fea = FeaSettings { density, elements: fea::elements(reader)?, ..default };
     }
+    let has_disc = reader.text("support.kind")? == Some("disc");
     if kind == ModelKind::Fea {
-        settings.fea = fea::read(reader, frequency, output_step, notes)?;
+        let step = if has_disc { DEFAULT_WATER_STEP } else { DEFAULT_FEA_STEP };
+        settings.fea = fea::read(reader, frequency, (step, output_step), notes)?;
     } else if kind == ModelKind::Reduced {
-        settings.reduced = reduced::read(reader, frequency, output_step, notes)?;
+        let step = if has_disc { DEFAULT_WATER_STEP } else { DEFAULT_REDUCED_STEP };
+        settings.reduced = reduced::read(reader, frequency, (step, output_step), notes)?;
+    } else if has_disc {
+        let integrator = reader.choice("model.integrator", CHAIN_INTEGRATORS)?;
+        if let Some(other) = integrator.filter(|name| *name != "symplectic") {
+            let expected = "`symplectic` in front of a disc, whose clock has a fixed step".to_owned();
+            return Err(reader.out_of_range("model.integrator", expected, format!("`{other}`")));
+        }
+        let step = reader.quantity("model.step", Dimension::TIME, Bound::Positive)?.unwrap_or(DEFAULT_WATER_STEP);
+        check_step(reader, step, frequency)?;
+        settings.integrator = Integrator::Symplectic { step: fea::dividing(step, output_step, notes) };
     } else if reader.choice("model.integrator", CHAIN_INTEGRATORS)? == Some("symplectic") {
         let reason = Some("the fixed-step integrator needs it");
         let step = reader.required("model.step", Dimension::TIME, Bound::Positive, reason, "model.step = \"50 ns\"")?;

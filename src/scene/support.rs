@@ -1,6 +1,6 @@
 //! What the first and the last bead touch.
 
-use super::{Material, MeshFile};
+use super::{DiscShape, Material, MeshFile};
 
 /// Material of a flat that a bead touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,6 +39,13 @@ pub enum Support {
     Spring {
         /// Stiffness, N/m.
         stiffness: f64,
+    },
+    /// A disc that the last bead touches in the middle of its front, on the water ([`super::Scene::water`]) or in vacuum.
+    Disc {
+        /// What it is.
+        shape: DiscShape,
+        /// Mesh density n, 1: elements through the thickness, and 4/3 as many to the same length along r.
+        mesh_density: u32,
     },
     /// A body of the user's own, in the finite element analysis only.
     Body {

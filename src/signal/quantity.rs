@@ -56,6 +56,8 @@ impl Dimension {
     pub const LINEAR_DAMPING: Self = Self::of(0, 2, -2);
     /// Kuwabara–Kono damping coefficient, N·s·m^(-3/2).
     pub const KUWABARA_KONO_DAMPING: Self = Self::of(-1, 2, -2);
+    /// Attenuation of an amplitude along a path, Np/m (1 dB = ln 10/20 Np).
+    pub const ATTENUATION: Self = Self::of(-2, 0, 0);
     /// Electric potential, V.
     pub const VOLTAGE: Self = Self { metre: 0, kilogram: 0, second: 0, volt: 2 };
 
@@ -136,7 +138,7 @@ const fn known(
     Known { dimension, name, example, people: units[0], ascii: units[1], prefixes }
 }
 
-static KNOWN: [Known; 16] = [
+static KNOWN: [Known; 17] = [
     known(Dimension::NONE, "a pure number", "0.5", ["", ""], 0..=0),
     known(Dimension::LENGTH, "a length", "0.5 mm", ["m", "m"], -12..=3),
     known(Dimension::MASS, "a mass", "4.1 mg", ["g", "g"], -9..=3),
@@ -158,6 +160,7 @@ static KNOWN: [Known; 16] = [
         ["N·s·m^(-3/2)", "N s/m^1.5"],
         0..=0,
     ),
+    known(Dimension::ATTENUATION, "an attenuation", "0.5 dB/cm", ["Np/m", "Np/m"], 0..=0),
     known(Dimension::VOLTAGE, "a voltage", "1 V", ["V", "V"], -9..=6),
 ];
 

@@ -14,7 +14,7 @@ pub struct Unit {
 impl Unit {
     /// Read a unit.
     ///
-    /// - symbols m, g, s, V, N, Pa, Hz, J, W with SI prefixes (µ, μ and u are micro); also bar, min, h, `%` and 1;
+    /// - symbols m, g, s, V, N, Pa, Hz, J, W with SI prefixes (µ, μ and u are micro); also bar, min, h, `%`, Np, dB (of an amplitude, ln 10/20 Np) and 1;
     /// - products by `·`, `*`, `×` or a space, quotients by `/` or `per`, both from left to right, with parentheses;
     /// - exponents by `^`, `**`, superscripts or nothing: `m^-3/2`, `m**(-3/2)`, `m^1.5`, `m³`, `s-1`; whole or half numbers.
     ///
@@ -46,7 +46,7 @@ pub(super) struct Scale {
 }
 
 /// Symbol, power of ten, other factor, dimension, whether it takes prefixes.
-const SYMBOLS: [(&str, i32, f64, Dimension, bool); 14] = [
+const SYMBOLS: [(&str, i32, f64, Dimension, bool); 16] = [
     ("m", 0, 1.0, Dimension::LENGTH, true),
     ("g", -3, 1.0, Dimension::MASS, true),
     ("s", 0, 1.0, Dimension::TIME, true),
@@ -59,6 +59,8 @@ const SYMBOLS: [(&str, i32, f64, Dimension, bool); 14] = [
     ("bar", 5, 1.0, Dimension::PRESSURE, true),
     ("min", 0, 60.0, Dimension::TIME, false),
     ("h", 0, 3600.0, Dimension::TIME, false),
+    ("Np", 0, 1.0, Dimension::NONE, false),
+    ("dB", 0, std::f64::consts::LN_10 / 20.0, Dimension::NONE, false),
     ("%", -2, 1.0, Dimension::NONE, false),
     ("1", 0, 1.0, Dimension::NONE, false),
 ];

@@ -103,6 +103,7 @@ impl FiniteBodyLaws {
         let support = match &scene.support {
             Support::Annulus { .. } => scene.support.clone(),
             Support::Body { mesh, .. } => return Err(super::system::meshed(mesh)),
+            Support::Disc { .. } => return Err(super::system::moving_disc()),
             Support::Flat(_) | Support::Spring { .. } => Support::Flat(FlatContact::Rigid),
         };
         let meshed = Scene { support, piston: FlatContact::Rigid, ..scene.clone() };

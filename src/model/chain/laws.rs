@@ -1,6 +1,9 @@
 //! Which law each contact of a chain has.
 
-use super::{finite_body::FiniteBodyLaws, system::meshed};
+use super::{
+    finite_body::FiniteBodyLaws,
+    system::{meshed, moving_disc},
+};
 use crate::{
     model::{
         ModelError,
@@ -42,6 +45,7 @@ impl ContactLaws {
             Support::Annulus { stiffness_factor, .. } => Law::Annulus(Annulus::new(*stiffness_factor)),
             Support::Spring { stiffness } => Law::Spring(Spring { stiffness: *stiffness }),
             Support::Body { mesh, .. } => return Err(meshed(mesh)),
+            Support::Disc { .. } => return Err(moving_disc()),
         });
         Ok(Self { laws, couplings: None })
     }

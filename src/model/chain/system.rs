@@ -152,6 +152,12 @@ pub(super) fn meshed(mesh: &MeshFile) -> ModelError {
     ModelError::Unsupported { model: "chain", reason }
 }
 
+/// A disc has no force law of its own: it moves.
+pub(super) fn moving_disc() -> ModelError {
+    let reason = "a disc moves and has no force law: its scene is run by `model::prepare`, one run at a time";
+    ModelError::Unsupported { model: "chain", reason: reason.into() }
+}
+
 /// Refuse what the chain cannot run.
 fn check(scene: &Scene) -> Result<(), ModelError> {
     need_drive(scene, "chain")?;
@@ -193,6 +199,7 @@ fn check(scene: &Scene) -> Result<(), ModelError> {
     match &scene.support {
         Support::Flat(_) => {}
         Support::Body { mesh, .. } => return Err(meshed(mesh)),
+        Support::Disc { .. } => return Err(moving_disc()),
         Support::Annulus { stiffness_factor, .. } => {
             let stiffness_factor = *stiffness_factor;
             need(positive(stiffness_factor), "support.stiffness_factor", "a positive factor", stiffness_factor)?;

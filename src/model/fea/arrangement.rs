@@ -121,6 +121,7 @@ impl Arrangement {
                 None
             }
             Support::Flat(FlatContact::Steel) => return Err(FeaError::HalfSpace { key: "support.kind" }),
+            Support::Disc { .. } => return Err(FeaError::Disc),
             Support::Spring { stiffness } => {
                 spring = *stiffness;
                 pairs.push(Pair::on_flat(pole(last, "back"), false)?);
@@ -265,6 +266,7 @@ pub fn bead_mesh(bead: &Bead, scene: &Scene) -> Result<(Mesh, Vec<Material>), Fe
 pub fn support_mesh(scene: &Scene) -> Result<Option<(Mesh, Vec<Material>)>, FeaError> {
     match &scene.support {
         Support::Flat(_) | Support::Spring { .. } => Ok(None),
+        Support::Disc { .. } => Err(FeaError::Disc),
         Support::Annulus { stiffness_factor: factor, material, .. } => {
             let settings = scene.model.meshing();
             let form = AnnulusMesh {

@@ -50,6 +50,9 @@ pub enum FeaError {
         /// Which key.
         key: &'static str,
     },
+    /// A disc behind bodies that are meshed.
+    #[error("`support.kind` = \"disc\": no meshed beads stand in front of a disc yet; use model.kind = \"chain\"")]
+    Disc,
     /// Only a sphere can rest on a ring.
     #[error(
         "bead {bead} is an imported body: on this support it must be a sphere, whose gap is known exactly; drop its `mesh`"

@@ -6,6 +6,7 @@
 mod face;
 mod mesh;
 
+pub use crate::scene::{DiscShape, Rim};
 pub use face::{FaceProfile, half_space_flexibility};
 pub use mesh::{DiscMesh, disc_mesh};
 
@@ -14,41 +15,13 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::{DMatrix, SymmetricEigen};
 use thiserror::Error;
 
-use crate::{
-    model::fea::{
-        assembly::{Columns, Direction, DofMap},
-        body::{Body, BodyError, ContactMass, Hold},
-        factor::{FactorError, StaticFactor},
-        mesh::MeshError,
-        modes::{ModesError, modes},
-    },
-    scene::Material,
+use crate::model::fea::{
+    assembly::{Columns, Direction, DofMap},
+    body::{Body, BodyError, ContactMass, Hold},
+    factor::{FactorError, StaticFactor},
+    mesh::MeshError,
+    modes::{ModesError, modes},
 };
-
-/// How the lateral face of the disc is held.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Rim {
-    /// u = 0 on the whole lateral face.
-    Clamped,
-    /// u_z = 0 on the whole lateral face, u_r free: a frictionless guide. (A support along one circle is no model here: in the continuum
-    /// it carries no load, and on a mesh its stiffness is that of the elements beside it.)
-    Supported,
-    /// Not held at all: the disc drifts once it is pushed.
-    Free,
-}
-
-/// What the disc is.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DiscShape {
-    /// Radius a, m.
-    pub radius: f64,
-    /// Thickness h < a, m.
-    pub thickness: f64,
-    /// What it is made of.
-    pub material: Material,
-    /// How it is held.
-    pub rim: Rim,
-}
 
 /// Why there is no disc.
 #[derive(Debug, Clone, PartialEq, Error)]

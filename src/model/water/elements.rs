@@ -29,23 +29,15 @@ mod mesh;
 mod sparse;
 mod waves;
 
+pub use crate::scene::{Baffle, WaterMesh};
 pub use coupled::{DiscOnWater, DiscOnWaterSettings};
 pub use driven::DrivenWater;
-pub use mesh::{Hemisphere, WaterMesh};
+pub use mesh::Hemisphere;
 pub use sparse::{QuasiDefinite, Sparse};
 
 use thiserror::Error;
 
 use super::Water;
-
-/// The plane around the disc.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Baffle {
-    /// It does not move.
-    Rigid,
-    /// It carries no pressure: a free surface.
-    Soft,
-}
 
 /// Why the water has no elements, or they no factor.
 #[derive(Debug, Clone, PartialEq, Error)]

@@ -23,24 +23,8 @@ mod quadrature;
 pub mod rayleigh;
 mod unit_response;
 
+pub use crate::scene::Water;
 pub use unit_response::UnitResponse;
-
-/// A liquid without losses.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Water {
-    /// Density ρ, kg/m³.
-    pub density: f64,
-    /// Speed of sound c, m/s.
-    pub sound_speed: f64,
-}
-
-impl Water {
-    /// Water of the source paper: ρ 1000 kg/m³, c 1500 m/s.
-    #[must_use]
-    pub fn fresh() -> Self {
-        Self { density: 1000.0, sound_speed: 1500.0 }
-    }
-}
 
 /// A disc on the water that is pushed at the pole of its front, on a clock of constant step Δ. Between instants the force is a straight line.
 ///

@@ -2,23 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::ElementsError;
-
-/// How finely the water is meshed, and how far.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WaterMesh {
-    /// Radius R of the hemisphere, m: beyond the disc and every field point.
-    pub radius: f64,
-    /// Side h of an element along the radius, m; along the arc it is π/2 h at R and less inside.
-    pub side: f64,
-}
-
-impl Default for WaterMesh {
-    /// R 2.5 mm, h 0.05 mm: for the 2 mm disc to 1 MHz.
-    fn default() -> Self {
-        Self { radius: 2.5e-3, side: 0.05e-3 }
-    }
-}
+use super::{ElementsError, WaterMesh};
 
 /// Linear quadrilaterals between circles and rays, z ≥ 0: node 0 in the middle, then circle after circle from the axis to the baffle. The
 /// disc's edge lies on a circle.

@@ -1,9 +1,9 @@
 //! The state of the water and its share of a step.
 
 use super::{
-    Baffle, ElementsError, Water,
+    Baffle, ElementsError, Water, WaterMesh,
     assembly::Acoustics,
-    mesh::{Hemisphere, WaterMesh},
+    mesh::Hemisphere,
     sparse::{Entries, Sparse},
 };
 use crate::model::water::rayleigh::field::FieldPoint;

@@ -15,20 +15,13 @@ use std::f64::consts::{PI, TAU};
 use faer::c64;
 use thiserror::Error;
 
+pub use crate::scene::FieldPoint;
+
 use super::{memory::Memory, radiation::Radiator};
 use crate::model::water::{Water, quadrature::gauss_legendre};
 
 /// Points of the quadrature over an arc.
 const ARC_POINTS: usize = 32;
-
-/// A point of the half-space.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FieldPoint {
-    /// Distance r from the axis, m.
-    pub radius: f64,
-    /// Distance z from the plane of the disc's back, m.
-    pub distance: f64,
-}
 
 /// A field point that is not in the water.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
@@ -44,12 +37,6 @@ pub struct FieldPointError {
 }
 
 impl FieldPoint {
-    /// A point on the axis at the distance z (m).
-    #[must_use]
-    pub fn on_axis(distance: f64) -> Self {
-        Self { radius: 0.0, distance }
-    }
-
     /// The point, if it lies in the half-space.
     ///
     /// # Errors
