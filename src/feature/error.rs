@@ -66,4 +66,14 @@ pub enum FeatureError {
         /// Half-width of the search, Hz.
         span_hz: f64,
     },
+    /// Two series that must share a clock do not.
+    #[error(
+        "sample steps {reference_s:.6e} s and {candidate_s:.6e} s: expected the same step in both; resample one to the other's"
+    )]
+    Steps {
+        /// Of the reference, s.
+        reference_s: f64,
+        /// Of the candidate, s.
+        candidate_s: f64,
+    },
 }

@@ -14,9 +14,12 @@
 //! | bandwidth | highest frequency at −6 dB, −20 dB of the drive line | [`bandwidth`] |
 //! | repetition | mean interval of the impulses above half the positive peak | [`repetition`] |
 //! | similarity | normalised cross-correlation over lag and drive-period shifts | [`similarity`] |
+//! | likeness of impulses | peak of the normalised cross-correlation over every lag | [`correlation_peak`] |
+//! | pressure | peaks, levels of the harmonics, how far up the content reaches | [`measure_pressure`] |
 //!
 //! [`measure`] collects them in one [`Features`].
 
+mod correlation;
 mod distortion;
 mod error;
 pub mod fingerprint;
@@ -27,12 +30,14 @@ mod measure;
 #[cfg(test)]
 mod noise;
 mod peak;
+mod pressure;
 mod ratio;
 mod repetition;
 mod similarity;
 mod spectrum;
 mod window;
 
+pub use correlation::{CorrelationPeak, correlation_peak};
 pub use distortion::{bandwidth, total_harmonic_distortion};
 pub use error::FeatureError;
 pub use frequency::{refine_frequency, strongest_frequency};
@@ -42,6 +47,7 @@ pub use line::{
 };
 pub use measure::{FeatureSettings, Features, measure};
 pub use peak::{PeakSettings, Peaks, peaks};
+pub use pressure::{Harmonic, PressureFeatures, PressureSettings, band_width, measure_pressure};
 pub use ratio::{FRACTIONAL_LINES, Ratio};
 pub use repetition::{Repetition, repetition};
 pub use similarity::{Similarity, similarity};
