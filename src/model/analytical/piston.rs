@@ -55,6 +55,16 @@ impl BaffledPiston {
         (plane * (1.0 - libm::j1(2.0 * ka) / ka), plane * struve_1(2.0 * ka) / ka)
     }
 
+    /// Pressure far away at the angle θ (rad) from the axis over that on the axis, 2 J₁(x)/x with x = ka sin θ, at the angular frequency ω (rad/s).
+    ///
+    /// Valid at distances ≫ a and ≫ ka². Its first zero is x = 3.8317, its −6 dB point x = 2.2150.
+    #[must_use]
+    pub fn directivity(&self, angle: f64, angular_frequency: f64) -> f64 {
+        let x = angular_frequency * self.radius / self.sound_speed * angle.sin();
+        // 1 − x²/8 + …: below, J₁ itself loses no digits but 0/0 is none.
+        if x.abs() < 1e-8 { 1.0 } else { 2.0 * libm::j1(x) / x }
+    }
+
     /// Mass of fluid that moves with the piston at low frequency, (8/3) ρ a³, kg: the limit of Im Z/ω.
     #[must_use]
     pub fn added_mass(&self) -> f64 {

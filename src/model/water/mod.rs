@@ -19,6 +19,7 @@ pub mod chain;
 pub mod contact;
 pub mod disc;
 pub mod elements;
+pub mod field;
 mod quadrature;
 pub mod rayleigh;
 mod unit_response;

@@ -19,6 +19,7 @@
 //! Rayleigh (1896), *The Theory of Sound*, §278; Stepanishen (1971), *J. Acoust. Soc. Am.* 49, 1629 and 841.
 
 pub mod field;
+pub mod instant;
 mod memory;
 pub mod motion;
 pub mod radiation;

@@ -1,7 +1,7 @@
 //! The disc on the water, one factor for both.
 
 use super::{
-    Baffle, ElementsError, Water, WaterMesh,
+    Baffle, ElementsError, Hemisphere, Water, WaterMesh,
     sparse::{Entries, QuasiDefinite, Sparse},
     waves::Waves,
 };
@@ -119,6 +119,18 @@ impl DiscOnWater {
     #[must_use]
     pub fn size(&self) -> (usize, usize, usize) {
         (self.patch.len(), self.waves.unknowns(), self.factor.nonzeros())
+    }
+
+    /// The mesh of the water.
+    #[must_use]
+    pub fn mesh(&self) -> &Hemisphere {
+        &self.waves.acoustics.mesh
+    }
+
+    /// Pressure at every node of the mesh, Pa; 0 on a soft baffle.
+    #[must_use]
+    pub fn nodal_pressure(&self) -> Vec<f64> {
+        self.waves.nodal_pressure()
     }
 
     /// Energy of the disc, energy of the water in the hemisphere, energy that left through it, J.

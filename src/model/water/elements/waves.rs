@@ -130,6 +130,11 @@ impl Waves {
         self.listeners[point].iter().map(|&(place, weight)| weight * self.pressure[place as usize]).sum()
     }
 
+    /// p at every node of the mesh, Pa.
+    pub fn nodal_pressure(&self) -> Vec<f64> {
+        self.acoustics.unknown.iter().map(|&place| self.pressure.get(place as usize).copied().unwrap_or(0.0)).collect()
+    }
+
     /// ½ p Q p + ½ ψ H ψ: compression and motion, J.
     pub fn energy(&self) -> f64 {
         let Acoustics { compliance, inertance, .. } = &self.acoustics;

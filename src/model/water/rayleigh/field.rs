@@ -49,7 +49,7 @@ impl FieldPoint {
 }
 
 impl Radiator<'_> {
-    fn heard(&self, water: &Water, point: FieldPoint) -> Memory<impl Fn(f64, &mut [f64]) + '_> {
+    pub(super) fn heard(&self, water: &Water, point: FieldPoint) -> Memory<impl Fn(f64, &mut [f64]) + '_> {
         let (c, rho, a) = (water.sound_speed, water.density, self.radius);
         let FieldPoint { radius: offset, distance } = point;
         let arrival = |sigma: f64| distance.hypot(sigma) / c;

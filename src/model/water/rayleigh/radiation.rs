@@ -56,7 +56,7 @@ impl<'a> Radiator<'a> {
     }
 
     /// φ_k(r) of all shapes; zero outside the disc.
-    pub(super) fn values(&self, radius: f64, out: &mut [f64]) {
+    pub(in crate::model::water) fn values(&self, radius: f64, out: &mut [f64]) {
         for (value, shape) in out.iter_mut().zip(&self.shapes) {
             *value = if radius <= self.radius * (1.0 + 1e-12) { shape.at(radius.min(self.radius)) } else { 0.0 };
         }
