@@ -15,6 +15,7 @@ pub mod number;
 pub mod page;
 pub mod paper;
 pub mod precompression;
+pub mod pressure;
 pub mod replay;
 pub mod spectrum;
 pub mod sweep;

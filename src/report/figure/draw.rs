@@ -7,7 +7,7 @@ use super::{
     canvas::{Anchor, Canvas, DrawResult},
     clip, contour, decimate,
     layout::{self, COLOUR_BAR, COLOUR_BAR_GAP, Frame, LINE, Placed, SAMPLE, Sheet, TEXT, TICK},
-    palette::{shade, viridis},
+    palette::{shade, signed, viridis},
 };
 
 const INK: (u8, u8, u8) = (30, 30, 30);
@@ -275,6 +275,7 @@ fn heat_map<B: DrawingBackend>(
     canvas: &mut Canvas<'_, B>,
 ) -> DrawResult<B> {
     let (low, high) = range.unwrap_or_else(|| layout::map_ends(map));
+    let colour = map_colours(low, high);
     let step = |value: f64| (((value - low) / (high - low)).clamp(0.0, 1.0) * SHADES).round();
     let x = cell_edges(&map.x.iter().map(|x| placed.x.place(*x)).collect::<Vec<_>>());
     let y = cell_edges(&map.y.iter().map(|y| placed.y.place(*y)).collect::<Vec<_>>());
@@ -286,7 +287,7 @@ fn heat_map<B: DrawingBackend>(
             if i < columns && step(row[i]) == step(row[first]) {
                 continue;
             }
-            let colour = shade(step(row[first]) / SHADES);
+            let colour = colour(step(row[first]) / SHADES);
             let lower = placed.frame.at((x[first], y[j]));
             let upper = placed.frame.at((x[i], y[j + 1]));
             canvas.rectangle(lower, upper, colour)?;
@@ -294,6 +295,11 @@ fn heat_map<B: DrawingBackend>(
         }
     }
     Ok(())
+}
+
+/// Colours of a map whose values lie between these ends.
+fn map_colours(low: f64, high: f64) -> fn(f64) -> (u8, u8, u8) {
+    if low < 0.0 && low == -high { signed } else { shade }
 }
 
 /// Edges half-way between ascending positions, kept inside the frame.
@@ -402,6 +408,11 @@ fn colour_bar<B: DrawingBackend>(placed: &Placed<'_>, canvas: &mut Canvas<'_, B>
     let Some(colours) = &placed.colours else { return Ok(()) };
     let frame = &placed.frame;
     let bar = Frame { left: frame.left + frame.width + COLOUR_BAR_GAP, width: COLOUR_BAR, ..*frame };
+    let map_ends = placed.panel.layers.iter().find_map(|layer| match layer {
+        Layer::HeatMap { map, range, .. } => Some(range.unwrap_or_else(|| layout::map_ends(map))),
+        _ => None,
+    });
+    let shade = map_ends.map_or(shade as fn(f64) -> _, |(low, high)| map_colours(low, high));
     let is_field = placed.panel.layers.iter().any(|layer| matches!(layer, Layer::Field { .. }));
     let (bands, shades) = if is_field { (BANDS, 0) } else { (0, SHADES as usize + 1) };
     for index in 0..bands {

@@ -203,13 +203,14 @@ pub enum Layer {
         /// How it is drawn.
         stroke: Stroke,
     },
-    /// A map in shades of one hue, dark where the value is large, with a colour bar.
+    /// A map with a colour bar: in shades of one hue, dark where the value is large; or, where its range is −x to x, signed: white at zero,
+    /// blue below, red above.
     HeatMap {
         /// What the colour means, with its unit, along the colour bar.
         label: String,
         /// The values.
         map: Map,
-        /// Values at the light and at the dark end; beyond them the shade stays. `None`: smallest and largest value.
+        /// Values at both ends of the colours, (light, dark) or (−x, x); beyond them the shade stays. `None`: smallest and largest value.
         range: Option<(f64, f64)>,
     },
     /// The lines where a map takes the value `level`.

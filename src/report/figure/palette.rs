@@ -88,6 +88,27 @@ pub(super) fn shade(share: f64) -> (u8, u8, u8) {
     between(&STOPS, share)
 }
 
+/// Colour of a signed map at `share` (0 most negative, ½ zero, 1 most positive): blue, white, red, told apart with every common kind of colour
+/// vision, lightness falling evenly to both ends.
+///
+/// *RdBu* turned round, Harrower and Brewer (2003), *The Cartographic Journal* 40, 27 (colorbrewer2.org, Apache 2.0).
+pub(super) fn signed(share: f64) -> (u8, u8, u8) {
+    const STOPS: [(f64, f64, f64); 11] = [
+        (5.0, 48.0, 97.0),
+        (33.0, 102.0, 172.0),
+        (67.0, 147.0, 195.0),
+        (146.0, 197.0, 222.0),
+        (209.0, 229.0, 240.0),
+        (255.0, 255.0, 255.0),
+        (253.0, 219.0, 199.0),
+        (244.0, 165.0, 130.0),
+        (214.0, 96.0, 77.0),
+        (178.0, 24.0, 43.0),
+        (103.0, 0.0, 31.0),
+    ];
+    between(&STOPS, share)
+}
+
 /// The colour at `share` of the way along evenly spaced stops.
 fn between(stops: &[(f64, f64, f64)], share: f64) -> (u8, u8, u8) {
     let place = share.clamp(0.0, 1.0) * (stops.len() - 1) as f64;
@@ -96,4 +117,31 @@ fn between(stops: &[(f64, f64, f64)], share: f64) -> (u8, u8, u8) {
     let (from, to) = (stops[index], stops[index + 1]);
     let mix = |a: f64, b: f64| (a + rest * (b - a)).round() as u8;
     (mix(from.0, to.0), mix(from.1, to.1), mix(from.2, to.2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Relative luminance, 0 black … 1 white (sRGB, IEC 61966-2-1).
+    fn luminance((red, green, blue): (u8, u8, u8)) -> f64 {
+        let linear = |channel: u8| {
+            let share = f64::from(channel) / 255.0;
+            if share <= 0.040_45 { share / 12.92 } else { ((share + 0.055) / 1.055).powf(2.4) }
+        };
+        0.2126 * linear(red) + 0.7152 * linear(green) + 0.0722 * linear(blue)
+    }
+
+    #[test]
+    fn a_signed_map_is_white_at_zero_and_darkens_to_both_ends() {
+        assert_eq!(signed(0.5), (255, 255, 255));
+        let at = |step: i32| luminance(signed(0.5 + 0.05 * f64::from(step)));
+        for step in 0..10 {
+            assert!(at(step) > at(step + 1) && at(-step) > at(-step - 1), "{step}");
+            // Both signs equally dark, so that neither stands out in grey.
+            assert!((at(step) - at(-step)).abs() < 0.12, "{step}: {} {}", at(step), at(-step));
+        }
+        let blue_leads = |(red, _, blue): (u8, u8, u8)| blue > red;
+        assert!(blue_leads(signed(0.2)) && !blue_leads(signed(0.8)));
+    }
 }
