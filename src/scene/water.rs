@@ -96,7 +96,8 @@ impl Baffle {
 pub struct WaterMesh {
     /// Radius R of the hemisphere, m: beyond the disc and every field point.
     pub radius: f64,
-    /// Side h of an element along the radius, m; along the arc it is π/2 h at R and less inside.
+    /// Side h of an element along the radius, m, and half of it in front of the disc, whose bending has a near field; along the arc it is π/2 h
+    /// at R and less inside.
     pub side: f64,
 }
 

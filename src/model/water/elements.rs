@@ -25,6 +25,7 @@
 mod assembly;
 mod coupled;
 mod driven;
+mod factor;
 mod mesh;
 mod sparse;
 mod waves;
@@ -32,8 +33,9 @@ mod waves;
 pub use crate::scene::{Baffle, WaterMesh};
 pub use coupled::{DiscOnWater, DiscOnWaterSettings};
 pub use driven::DrivenWater;
+pub use factor::QuasiDefinite;
 pub use mesh::Hemisphere;
-pub use sparse::{QuasiDefinite, Sparse};
+pub use sparse::Sparse;
 
 use thiserror::Error;
 

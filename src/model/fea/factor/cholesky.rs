@@ -21,7 +21,7 @@ use super::ordering::Upper;
 
 /// Columns merged into one supernode: (columns at most, share of explicit zeros at most). Sparing: panels are fast enough narrow, and every
 /// zero stored is read twice a step; faer's own choice stores 5 % more for no gain.
-const MERGE: &[(usize, f64)] = &[(2, 0.3), (8, 0.1)];
+pub(in crate::model) const MERGE: &[(usize, f64)] = &[(2, 0.3), (8, 0.1)];
 
 /// Why a matrix has no factor.
 #[derive(Debug, Clone, Copy)]

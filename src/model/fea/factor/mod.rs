@@ -24,10 +24,12 @@ mod rest;
 pub use inertia::eigenvalues_below;
 pub use rest::StaticFactor;
 
+pub(in crate::model) use self::{cholesky::MERGE, panel::Panels};
+
 use faer::Mat;
 use thiserror::Error;
 
-use self::{cholesky::Cholesky, ordering::Ordering, panel::Panels};
+use self::{cholesky::Cholesky, ordering::Ordering};
 use super::{
     assembly::{Columns, DofMap},
     body::Body,

@@ -27,8 +27,8 @@ struct Panel {
 }
 
 /// A lower triangular factor, ready for solving.
-#[derive(Debug, Clone)]
-pub(super) struct Panels {
+#[derive(Debug, Clone, Default)]
+pub struct Panels {
     panels: Vec<Panel>,
     rows: Vec<u32>,
     values: Vec<f64>,
@@ -38,7 +38,7 @@ pub(super) struct Panels {
 impl Panels {
     /// From faer's supernodes.
     pub fn new<'a>(supernodes: impl Iterator<Item = SupernodeRef<'a, u32, f64>>) -> Self {
-        let mut out = Self { panels: Vec::new(), rows: Vec::new(), values: Vec::new(), stored: 0 };
+        let mut out = Self::default();
         for supernode in supernodes {
             let block = supernode.val();
             out.push(supernode.start(), block.ncols(), supernode.pattern(), |row, column| block[(row, column)]);
@@ -49,12 +49,13 @@ impl Panels {
 
     /// From a dense lower triangle.
     pub fn dense(triangle: &Mat<f64>) -> Self {
-        let mut out = Self { panels: Vec::new(), rows: Vec::new(), values: Vec::new(), stored: 0 };
+        let mut out = Self::default();
         out.push(0, triangle.ncols(), &[], |row, column| triangle[(row, column)]);
         out
     }
 
-    fn push(&mut self, start: usize, columns: usize, below: &[u32], entry: impl Fn(usize, usize) -> f64) {
+    /// Add the supernode of the columns `start`…, with the rows `below` it; its entries by place in the supernode, row ≥ column.
+    pub fn push(&mut self, start: usize, columns: usize, below: &[u32], entry: impl Fn(usize, usize) -> f64) {
         let pattern = self.rows.len() as u32;
         self.rows.extend(below);
         let mut first = 0;

@@ -52,14 +52,10 @@ impl Acoustics {
                 own
             })
             .collect();
-        // η of the arc: zero at the axis (T has the constants in its null space), or on the soft plane.
+        // η counts by its derivative along the arc only, on a soft baffle too: T has the constants in its null space, so that any one node may
+        // be pinned, here the one on the axis.
         let last = mesh.arc.len() - 1;
-        let pinned = if baffle == Baffle::Soft { last } else { 0 };
-        let own = |place: usize| match place.cmp(&pinned) {
-            std::cmp::Ordering::Less => place as u32,
-            std::cmp::Ordering::Equal => NOWHERE,
-            std::cmp::Ordering::Greater => place as u32 - 1,
-        };
+        let own = |place: usize| if place == 0 { NOWHERE } else { place as u32 - 1 };
 
         let (mut compliance, mut inertance) = (Entries::new(), Entries::new());
         let gauss = 1.0 / 3f64.sqrt();

@@ -2,7 +2,8 @@
 
 use super::{
     Baffle, ElementsError, Hemisphere, Water, WaterMesh,
-    sparse::{Entries, QuasiDefinite, Sparse},
+    factor::QuasiDefinite,
+    sparse::{Entries, Sparse},
     waves::Waves,
 };
 use crate::model::{
@@ -40,9 +41,13 @@ pub struct DiscOnWater {
     unit: Vec<f64>,
     patch: Vec<f64>,
     step: f64,
-    displacement: Columns,
+    /// By free unknown, m.
+    displacement: Vec<f64>,
+    /// By the body's unknowns, m/s.
     velocity: Columns,
     image: Columns,
+    /// What is known of the disc's rows before a step but for the force, 2M u̇/Δ − K u, N.
+    known: Vec<f64>,
     force: f64,
     solution: Vec<f64>,
     work: f64,
@@ -106,7 +111,8 @@ impl DiscOnWater {
             unit,
             patch,
             step: *step,
-            displacement: columns.clone(),
+            displacement: vec![0.0; solid],
+            known: vec![0.0; solid],
             velocity: columns.clone(),
             image: columns,
             force: 0.0,
@@ -139,13 +145,13 @@ impl DiscOnWater {
         let body = self.disc.body();
         body.multiply_mass(&self.velocity, &mut self.image);
         let kinetic = dot(self.velocity.as_slice(), self.image.as_slice());
-        body.multiply_stiffness(&self.displacement, &mut self.image);
-        let elastic = dot(self.displacement.as_slice(), self.image.as_slice());
+        let mut displacement = body.columns(1);
+        for (&dof, value) in body.dofs().free().iter().zip(&self.displacement) {
+            displacement.as_mut_slice()[dof as usize] = *value;
+        }
+        body.multiply_stiffness(&displacement, &mut self.image);
+        let elastic = dot(displacement.as_slice(), self.image.as_slice());
         [0.5 * (kinetic + elastic), self.waves.energy(), self.waves.radiated]
-    }
-
-    fn along_patch(&self, by_dof: &[f64]) -> f64 {
-        self.disc.body().dofs().free().iter().zip(&self.patch).map(|(&dof, share)| share * by_dof[dof as usize]).sum()
     }
 }
 
@@ -160,37 +166,47 @@ impl OnWater for DiscOnWater {
     }
 
     fn predict(&mut self) -> f64 {
-        let Self { disc, waves, coupling: _, patch, velocity, displacement, image, solution, .. } = self;
-        let (body, solid) = (disc.body(), patch.len());
-        let free = body.dofs().free();
-        body.multiply_mass(velocity, image);
-        for ((load, &dof), share) in solution.iter_mut().zip(free).zip(&*patch) {
-            *load = 2.0 / self.step * image.as_slice()[dof as usize] + 0.5 * self.force * share;
+        let (own, rest) = self.solution.split_at_mut(self.patch.len());
+        for ((load, known), share) in own.iter_mut().zip(&self.known).zip(&self.patch) {
+            *load = known + 0.5 * self.force * share;
         }
-        body.multiply_stiffness(displacement, image);
-        for (load, &dof) in solution.iter_mut().zip(free) {
-            *load -= image.as_slice()[dof as usize];
-        }
-        waves.load(&mut solution[solid..]);
+        rest.copy_from_slice(self.waves.known());
         self.factor.solve(&mut self.solution);
         self.pole_displacement() + self.step * dot(&self.patch, &self.solution)
     }
 
     fn push(&mut self, force: f64) {
-        self.solution.iter_mut().zip(&self.unit).for_each(|(rate, unit)| *rate += 0.5 * force * unit);
-        self.force = force;
-        let (mean, rest) = self.solution.split_at(self.patch.len());
-        self.work += self.step * self.coupling.form(mean, &rest[..self.waves.acoustics.unknowns]);
-        for (&dof, mean) in self.disc.body().dofs().free().iter().zip(mean) {
-            self.displacement.as_mut_slice()[dof as usize] += self.step * mean;
-            let velocity = &mut self.velocity.as_mut_slice()[dof as usize];
+        let Self { disc, waves, coupling, patch, step, displacement, velocity, image, known, solution, .. } = self;
+        solution.iter_mut().zip(&self.unit).for_each(|(rate, unit)| *rate += 0.5 * force * unit);
+        let (mean, rest) = solution.split_at(patch.len());
+        let free = disc.body().dofs().free();
+        for ((&dof, mean), displacement) in free.iter().zip(mean).zip(displacement.iter_mut()) {
+            *displacement += *step * mean;
+            let velocity = &mut velocity.as_mut_slice()[dof as usize];
             *velocity = 2.0 * mean - *velocity;
         }
-        self.waves.advance(rest);
+        // As the water's known side ([`Waves::advance`]): b ← −b + 4 M u̇/Δ − 2 (F − A X) with the new u̇.
+        disc.body().multiply_mass(velocity, image);
+        let pushed = self.force + force;
+        for ((known, &dof), share) in known.iter_mut().zip(free).zip(patch.iter()) {
+            *known = 4.0 / *step * image.as_slice()[dof as usize] - *known - pushed * share;
+        }
+        let pressure = &rest[..waves.acoustics.unknowns];
+        let mut power = 0.0;
+        for row in coupling.filled() {
+            let (columns, values) = coupling.row(row);
+            let on_back: f64 =
+                columns.iter().zip(values).map(|(&column, value)| value * pressure[column as usize]).sum();
+            known[row] += 2.0 * on_back;
+            power += mean[row] * on_back;
+        }
+        self.work += *step * power;
+        self.force = force;
+        waves.advance(rest, |load| coupling.add_transposed(2.0, mean, load));
     }
 
     fn pole_displacement(&self) -> f64 {
-        self.along_patch(self.displacement.as_slice())
+        dot(&self.patch, &self.displacement)
     }
 
     fn pressure(&self, point: usize) -> f64 {

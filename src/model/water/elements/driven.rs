@@ -1,10 +1,7 @@
 //! Water driven by a face of known velocity.
 
 use super::{
-    Baffle, ElementsError, Water, WaterMesh,
-    mesh::Hemisphere,
-    sparse::{QuasiDefinite, Sparse},
-    waves::Waves,
+    Baffle, ElementsError, Water, WaterMesh, factor::QuasiDefinite, mesh::Hemisphere, sparse::Sparse, waves::Waves,
 };
 use crate::model::water::rayleigh::field::FieldPoint;
 
@@ -48,12 +45,15 @@ impl DrivenWater {
     pub fn advance(&mut self, velocity: f64) {
         let mean = 0.5 * (self.velocity + velocity);
         self.velocity = velocity;
-        self.waves.load(&mut self.solution);
+        self.solution.copy_from_slice(self.waves.known());
         self.solution.iter_mut().zip(&self.face).for_each(|(load, face)| *load -= face * mean);
         self.factor.solve(&mut self.solution);
         let force: f64 = self.solution.iter().zip(&self.face).map(|(pressure, face)| pressure * face).sum();
         self.work += self.step * mean * force;
-        self.waves.advance(&self.solution);
+        let face = &self.face;
+        self.waves.advance(&self.solution, |load| {
+            load.iter_mut().zip(face).for_each(|(load, face)| *load += 2.0 * mean * face);
+        });
     }
 
     /// Pressure at field point `point`, Pa.

@@ -40,7 +40,7 @@ impl Hemisphere {
             return refuse("side of an element, m", "above R/1000 and at most half the disc's radius", side);
         }
         let count = |length: f64| (length / side - 1e-9).ceil().max(1.0) as usize;
-        let (inner, outer, angles) = (count(disc), count(radius - disc), count(radius));
+        let (inner, outer, angles) = (2 * count(disc), count(radius - disc), count(radius));
         let circle = |i: usize| {
             if i <= inner {
                 disc * i as f64 / inner as f64
