@@ -167,7 +167,7 @@ fn a_bead_that_moves_far_into_a_fixed_normal_is_warned_of() {
         let prepared = model::prepare(&scene).unwrap();
         let mut response = prepared.run(&scene, &mut |_| true).unwrap();
         response.bead_displacement[1].values[50] = factor * 1e-6;
-        prepared.warnings(&response)
+        prepared.warnings(&scene, &response)
     };
     assert!(warnings("annulus", 4.9).is_empty() && warnings("rigid", 9.0).is_empty());
     let said = warnings("annulus", 6.0);

@@ -79,7 +79,7 @@ fn waters() -> impl Strategy<Value = Option<WaterSettings>> {
     let point = (0.0..1.5f64, 0.0..1.5f64).prop_map(|(radius, distance)| FieldPoint { radius, distance });
     let points = prop::collection::vec(point, 1..4);
     let liquid = (500.0..2e3f64, 500.0..3e3f64);
-    let absorption = (0.01..99.0f64, 0.0..2.0f64).prop_map(|(at_1_mhz, exponent)| Absorption { at_1_mhz, exponent });
+    let absorption = (0.01..99.0f64, 0.01..2.0f64).prop_map(|(at_1_mhz, exponent)| Absorption { at_1_mhz, exponent });
     let settings = (any::<bool>(), liquid, prop::option::of(absorption), 0..3, points, 2.2..9.0f64, 0.01..0.5f64)
         .prop_map(|(tissue, (density, sound_speed), absorption, way, field_points, radius, side)| WaterSettings {
             medium: if tissue { Medium::Tissue } else { Medium::Water },

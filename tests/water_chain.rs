@@ -117,17 +117,13 @@ fn a_slow_push_gives_hertz_and_the_structure() {
 }
 
 #[test]
-fn a_dashpot_at_the_disc_and_missing_gaps_are_refused() {
+fn missing_gaps_are_refused() {
     let disc = disc(Rim::Clamped);
     let contact = DiscContact { hertz_stiffness: 9e8, residual: 0.0 };
     let drive = Drive { kind: DriveKind::GaussianBurst { cycles: 30.0 }, amplitude: 1e-6, frequency: 73e3 };
     let refusal = |chain: &ChainInFront| {
         run(chain, &*drive.motion(1.0), &contact, &mut modal(&disc, 50e-9), 1, 1e-6).unwrap_err()
     };
-    let mut all = beads(0.3);
-    all.damping.placement = DampingPlacement::All;
-    assert_eq!(refusal(&all), ChainOnWaterError::DiscDashpot);
-    assert!(refusal(&all).to_string().contains("set `damping.at = \"beads\"`"));
     let mut short = beads(0.3);
     short.gaps.pop();
     assert_eq!(refusal(&short), ChainOnWaterError::Count { beads: 6, gaps: 6 });

@@ -176,7 +176,7 @@ impl Job<'_> {
             timing.stage("prepare");
             contact_laws = prepared.contact_laws().cloned();
             let response = run(&prepared, scene, session)?;
-            let warnings = prepared.warnings(&response);
+            let warnings = prepared.warnings(scene, &response);
             warnings.iter().for_each(|warning| session.note(format_args!("warning: {warning}")));
             assumptions.extend(warnings);
             (response, None, None)

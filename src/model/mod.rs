@@ -143,6 +143,9 @@ pub enum ModelError {
     /// The contact finite element analysis could not be run, or failed.
     #[error(transparent)]
     Fea(#[from] Box<fea::FeaError>),
+    /// There is no disc on the water, or the run in front of it failed.
+    #[error(transparent)]
+    Water(Box<water::WaterError>),
     /// The run was stopped by its caller.
     #[error("stopped at {time:.6e} s")]
     Stopped {

@@ -5,10 +5,14 @@ use super::{
     chain::{ChainModel, FiniteBodyLaws, InitialState},
     fea::FeaModel,
     reduced::{Cache, Origin, Reduction},
+    water::DiscSupport,
 };
 use crate::{
     response::Response,
-    scene::{Bead, ContactLaw, FlatContact, Meshing, ModelKind, PistonMotion, ReducedSettings, Scene, Support},
+    scene::{
+        Bead, ContactLaw, FlatContact, Integrator, Meshing, ModelKind, PistonMotion, ReducedSettings, Scene, Support,
+        WaterSettings,
+    },
 };
 
 /// A scene's bodies made ready once, to be run any number of times with another drive, α, damping, gaps, precompression, stiffness of
@@ -35,7 +39,12 @@ pub struct Prepared {
 #[derive(Debug)]
 enum Rung {
     Chain(Option<FiniteBodyLaws>),
-    Reduced { reduction: Box<Reduction>, origin: Origin },
+    /// The chain in front of a disc.
+    OnDisc(Box<DiscSupport>),
+    Reduced {
+        reduction: Box<Reduction>,
+        origin: Origin,
+    },
     Fea,
 }
 
@@ -53,6 +62,10 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, ModelError> {
 /// As [`prepare`]; a cache that cannot be read or written is none.
 pub fn prepare_with(scene: &Scene, cache: Option<&Cache>) -> Result<Prepared, ModelError> {
     let rung = match scene.model.kind {
+        ModelKind::Chain if matches!(scene.support, Support::Disc { .. }) => {
+            super::need_drive(scene, "chain")?;
+            Rung::OnDisc(Box::new(DiscSupport::new(scene)?))
+        }
         ModelKind::Chain if scene.contact_law == ContactLaw::FiniteBody => {
             Rung::Chain(Some(FiniteBodyLaws::fit(scene)?))
         }
@@ -99,6 +112,10 @@ impl Prepared {
                     None => ChainModel.run_with(scene, motion, &still, progress),
                 }
             }
+            Rung::OnDisc(disc) => {
+                super::need_drive(scene, "chain")?;
+                disc.run(scene, motion, progress)
+            }
             Rung::Reduced { reduction, .. } => reduction.run_with(scene, motion, progress),
             Rung::Fea => FeaModel.run_with(scene, motion, progress),
         }
@@ -109,15 +126,16 @@ impl Prepared {
     pub fn warning(&self) -> Option<&str> {
         match &self.rung {
             Rung::Reduced { origin: Origin::Made { not_kept }, .. } => not_kept.as_deref(),
-            Rung::Reduced { .. } | Rung::Chain(_) | Rung::Fea => None,
+            Rung::Reduced { .. } | Rung::Chain(_) | Rung::OnDisc(_) | Rung::Fea => None,
         }
     }
 
     /// What a reader of a run's results must know besides: limits of the model that it passed.
     #[must_use]
-    pub fn warnings(&self, response: &Response) -> Vec<String> {
+    pub fn warnings(&self, scene: &Scene, response: &Response) -> Vec<String> {
         match &self.rung {
             Rung::Reduced { reduction, .. } => reduction.warnings(response),
+            Rung::OnDisc(disc) => disc.warnings(scene.drive.frequency, response),
             Rung::Chain(_) | Rung::Fea => Vec::new(),
         }
     }
@@ -133,7 +151,7 @@ impl Prepared {
     pub fn reduction(&self) -> Option<(&Reduction, &Origin)> {
         match &self.rung {
             Rung::Reduced { reduction, origin } => Some((reduction, origin)),
-            Rung::Chain(_) | Rung::Fea => None,
+            Rung::Chain(_) | Rung::OnDisc(_) | Rung::Fea => None,
         }
     }
 
@@ -143,7 +161,7 @@ impl Prepared {
     pub fn contact_laws(&self) -> Option<&FiniteBodyLaws> {
         match &self.rung {
             Rung::Chain(fitted) => fitted.as_ref(),
-            Rung::Reduced { .. } | Rung::Fea => None,
+            Rung::Reduced { .. } | Rung::OnDisc(_) | Rung::Fea => None,
         }
     }
 }
@@ -156,6 +174,9 @@ struct Bodies {
     beads: Vec<Bead>,
     piston: FlatContact,
     support: Support,
+    water: Option<WaterSettings>,
+    /// The clock of a disc, s.
+    clock: Option<f64>,
     meshing: Meshing,
     reduced: ReducedSettings,
 }
@@ -174,6 +195,11 @@ impl Bodies {
             contact_law: scene.contact_law,
             beads: scene.chain.beads.clone(),
             piston: scene.piston,
+            water: scene.water.clone(),
+            clock: match (&support, scene.model.integrator) {
+                (Support::Disc { .. }, Integrator::Symplectic { step }) => Some(step),
+                _ => None,
+            },
             support,
             meshing: scene.model.meshing(),
             reduced: scene.model.reduced,
@@ -189,6 +215,8 @@ impl Bodies {
             (self.beads == other.beads, "chain.beads"),
             (self.piston == other.piston, "piston.contact"),
             (self.support == other.support, "support"),
+            (self.water == other.water, "water"),
+            (self.clock == other.clock, "model.step"),
             (self.meshing == other.meshing, "model.mesh_density"),
             (self.kind != ModelKind::Reduced || self.reduced == other.reduced, "model.modes"),
         ]

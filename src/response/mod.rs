@@ -29,10 +29,22 @@ pub struct Response {
     /// model resolves it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_radius: Option<Vec<Series>>,
+    /// What the disc at the far end and the water behind it did. Only where the scene has a disc.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disc: Option<DiscResponse>,
     /// Where the work of the piston went.
     pub energy: EnergyLedger,
     /// What the run cost, in counts that do not depend on the machine.
     pub work: SolverWork,
+}
+
+/// What a disc did, and what was heard behind it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DiscResponse {
+    /// Velocity of the middle of its back, m/s.
+    pub velocity: Series,
+    /// Pressure at each field point of the scene, Pa, about the ambient one; none in a vacuum.
+    pub pressure: Vec<Series>,
 }
 
 /// Energies at the end of the run and the works done on the way, J.
@@ -48,7 +60,13 @@ pub struct EnergyLedger {
     pub stored_j: f64,
     /// Energy lost in the dashpots, J, ≥ 0.
     pub dissipated_j: f64,
-    /// initial + piston work − kinetic − stored − dissipated, J: the integrator's error.
+    /// Energy of the disc at the end, kinetic and elastic, J; where only disc and water together are known, none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disc_j: Option<f64>,
+    /// Work done on the water, or on disc and water together, J.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub water_j: Option<f64>,
+    /// initial + piston work − kinetic − stored − dissipated − disc − water, J: the integrator's error.
     pub residual_j: f64,
     /// Largest total energy seen, J: what the residual is to be held against.
     pub largest_j: f64,

@@ -6,7 +6,8 @@ use super::Response;
 
 /// Write the response as CSV, one line an instant, LF, shortest floats that read back exactly:
 /// `time_s,piston_displacement_m,bead1_velocity_m_per_s…beadN_velocity_m_per_s,pole_velocity_m_per_s,contact1_force_n…contact{N+1}_force_n`,
-/// and behind them `contact1_radius_m…contact{N+1}_radius_m` where the model gives the radii.
+/// behind them `contact1_radius_m…contact{N+1}_radius_m` where the model gives the radii, and where the scene has a disc
+/// `disc_velocity_m_per_s,pressure_pa,pressure_2_pa…`, a pressure for every field point.
 ///
 /// # Errors
 /// Whatever the writer says.
@@ -24,6 +25,15 @@ pub fn write_csv(response: &Response, mut writer: impl Write) -> io::Result<()> 
     for contact in 1..=radii.len() {
         line.push_str(&format!(",contact{contact}_radius_m"));
     }
+    let disc = response.disc.iter();
+    let disc: Vec<_> = disc.flat_map(|disc| std::iter::once(&disc.velocity).chain(&disc.pressure)).collect();
+    for column in 0..disc.len() {
+        line.push_str(&match column {
+            0 => ",disc_velocity_m_per_s".to_owned(),
+            1 => ",pressure_pa".to_owned(),
+            point => format!(",pressure_{point}_pa"),
+        });
+    }
     line.push('\n');
     writer.write_all(line.as_bytes())?;
     let piston = &response.piston_displacement;
@@ -34,7 +44,8 @@ pub fn write_csv(response: &Response, mut writer: impl Write) -> io::Result<()> 
             .chain(&response.bead_velocity)
             .chain(std::iter::once(&response.pole_velocity))
             .chain(&response.contact_force)
-            .chain(radii);
+            .chain(radii)
+            .chain(disc.iter().copied());
         for column in columns {
             line.push(',');
             push_number(&mut line, column.values[sample]);
@@ -64,6 +75,7 @@ mod tests {
             pole_velocity: series([0.0, -0.1]),
             contact_force: vec![series([0.0, 1.0 / 3.0]), series([0.0, 0.0])],
             contact_radius: None,
+            disc: None,
             energy: EnergyLedger::default(),
             work: crate::response::SolverWork::default(),
         }
@@ -99,6 +111,19 @@ mod tests {
         for ((line, longer), end) in written(&plain).lines().zip(written(&radii).lines()).zip(ends) {
             assert_eq!(format!("{line}{end}"), longer);
         }
+    }
+
+    #[test]
+    fn disc_and_pressures_stand_last_where_there_is_a_disc() {
+        let series = |values: [f64; 2]| Series::new(0.0, 1e-7, values.to_vec());
+        let pressure = vec![series([0.0, 14e3]), series([0.5, 0.0])];
+        let disc = Some(crate::response::DiscResponse { velocity: series([0.0, 0.25]), pressure });
+        let mut bytes = Vec::new();
+        write_csv(&Response { disc, ..response() }, &mut bytes).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
+        let lines: Vec<_> = text.lines().collect();
+        assert!(lines[0].ends_with(",contact2_force_n,disc_velocity_m_per_s,pressure_pa,pressure_2_pa"), "{text}");
+        assert!(lines[1].ends_with(",0.0,0.0,0.5") && lines[2].ends_with(",0.25,14000.0,0.0"), "{text}");
     }
 
     #[test]

@@ -216,7 +216,7 @@ pub(super) fn read(reader: &Reader<'_>, disc: &DiscShape) -> Result<Option<Water
 fn absorption(reader: &Reader<'_>) -> Result<Option<Absorption>, SceneError> {
     let key = "water.absorption";
     let at_1_mhz = reader.quantity(key, Dimension::ATTENUATION, Bound::NotNegative)?.unwrap_or(0.0);
-    let exponent = reader.quantity("water.absorption_exponent", Dimension::NONE, Bound::Between(0.0, 2.0))?;
+    let exponent = reader.quantity("water.absorption_exponent", Dimension::NONE, Bound::Between(0.01, 2.0))?;
     if at_1_mhz == 0.0 {
         if exponent.is_some() {
             let expected = format!("this key beside a `{key}` such as \"0.5 dB/cm\" at 1 MHz");

@@ -537,6 +537,8 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
             kinetic_j,
             stored_j,
             dissipated_j,
+            disc_j: None,
+            water_j: None,
             residual_j,
             largest_j: self.largest_energy,
         };

@@ -109,6 +109,7 @@ impl Grid {
             bead_velocity,
             contact_force: self.force.into_iter().map(series).collect(),
             contact_radius: None,
+            disc: None,
             energy,
             work,
         }

@@ -118,6 +118,8 @@ pub(super) fn integrate<const LINEAR: bool, const KUWABARA_KONO: bool, L: Elasti
         kinetic_j,
         stored_j,
         dissipated_j: dissipated,
+        disc_j: None,
+        water_j: None,
         residual_j: initial_energy + piston_work - kinetic_j - stored_j - dissipated,
         largest_j: largest,
     };

@@ -82,6 +82,8 @@ impl Ledger {
             kinetic_j: self.kinetic,
             stored_j: self.stored,
             dissipated_j: self.dissipated,
+            disc_j: None,
+            water_j: None,
             residual_j: self.residual(),
             largest_j: self.largest,
         }

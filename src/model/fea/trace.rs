@@ -186,6 +186,7 @@ impl Trace {
             pole_velocity: Series::new(0.0, output_step, pole_velocity),
             contact_force: all(&self.force),
             contact_radius: Some(all(&self.radius)),
+            disc: None,
             energy: ledger.books(),
             work: ledger.work,
         }

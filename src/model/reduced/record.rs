@@ -110,6 +110,7 @@ impl Record {
             pole_velocity,
             contact_force: all(self.force),
             contact_radius: Some(all(self.radius)),
+            disc: None,
             energy: ledger.books(),
             work: ledger.work,
         }

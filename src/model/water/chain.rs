@@ -5,19 +5,19 @@
 //! ```
 //!
 //! Velocity Verlet on the clock of the disc: positions of the beads at the end of a step are explicit, so the disc's contact is the one
-//! equation left, solved together with the disc's compliance; dashpots see the velocity extrapolated to the end of the step. Second order
-//! where contacts do not open or close; see [`crate::model::chain`] for what a fixed step costs there. The disc's contact has no dashpot: its
-//! damping is the radiation.
+//! equation left, solved together with the disc's compliance; dashpots between beads see the velocity extrapolated to the end of the step, the
+//! one at the disc the velocity there. Second order where contacts do not open or close; see [`crate::model::chain`] for what a fixed step
+//! costs there.
 
 use thiserror::Error;
 
 use super::{
     OnWater,
-    contact::{DiscContact, PatchError},
+    contact::{Approach, DiscContact, PatchError, Pressing},
 };
 use crate::{
     model::contact_law::{Dashpot, bead_flat_stiffness, bead_pair_stiffness, dashpots, hertz_energy, hertz_force},
-    scene::{Bead, Damping, DampingKind, DampingPlacement, FlatContact, PistonMotion},
+    scene::{Bead, Damping, FlatContact, PistonMotion},
 };
 
 /// The beads, and what drives them.
@@ -29,7 +29,7 @@ pub struct ChainInFront {
     pub gaps: Vec<f64>,
     /// The piston's face.
     pub piston: FlatContact,
-    /// Dashpots, between beads only.
+    /// Dashpots.
     pub damping: Damping,
 }
 
@@ -37,11 +37,6 @@ pub struct ChainInFront {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ChainOnWaterError {
-    /// A dashpot where there is none.
-    #[error(
-        "a dashpot at the disc (`damping.at = \"all\"`): expected dashpots between beads only; set `damping.at = \"beads\"`"
-    )]
-    DiscDashpot,
     /// No beads, or not N + 1 gaps.
     #[error("{beads} beads and {gaps} gaps: expected at least one bead and one gap more than beads")]
     Count {
@@ -49,6 +44,18 @@ pub enum ChainOnWaterError {
         beads: usize,
         /// How many gaps.
         gaps: usize,
+    },
+    /// A static force on a disc that nothing holds.
+    #[error("`chain.precompression` {force:e} N on a free disc: nothing holds it; set `disc.rim` or no precompression")]
+    FreeUnderForce {
+        /// F₀, N.
+        force: f64,
+    },
+    /// Stopped by its caller.
+    #[error("stopped at {time:.6e} s")]
+    Stopped {
+        /// Simulated time, s.
+        time: f64,
     },
     /// The disc's contact.
     #[error("at {time:.6e} s: {source}")]
@@ -102,6 +109,156 @@ impl WaterRun {
     }
 }
 
+/// The state at an instant.
+pub(super) struct Moment<'a> {
+    /// Number of the instant, 0 at the start.
+    pub instant: usize,
+    /// Time, s.
+    pub time: f64,
+    /// Displacements of the piston and of each bead, m.
+    pub displacement: &'a [f64],
+    /// Velocities of the same, m/s.
+    pub velocity: &'a [f64],
+    /// Forces of the contacts, N.
+    pub force: &'a [f64],
+    /// The disc and what is behind it.
+    pub disc: &'a dyn OnWater,
+}
+
+/// Energies and counts of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Books {
+    /// Elastic energy of the contacts at the start, J.
+    pub initial: f64,
+    /// Work of the piston, J.
+    pub piston_work: f64,
+    /// Kinetic energy of the beads at the end, J.
+    pub kinetic: f64,
+    /// Elastic energy of the contacts at the end, J.
+    pub stored: f64,
+    /// Energy lost in the dashpots, J.
+    pub dissipated: f64,
+    /// Largest energy in beads, contacts, disc and water together, J.
+    pub largest: f64,
+    /// Openings and closings of contacts.
+    pub events: u64,
+}
+
+/// Step a chain from equilibrium under the static force `preload` (N) through `instants` steps against a disc at rest, whose motion is
+/// counted from that equilibrium. `observe` sees every instant, the first included, and stops the run by `false`.
+///
+/// # Errors
+/// [`ChainOnWaterError`].
+pub(super) fn march(
+    chain: &ChainInFront,
+    motion: &dyn PistonMotion,
+    contact: &DiscContact,
+    preload: f64,
+    disc: &mut dyn OnWater,
+    instants: usize,
+    observe: &mut dyn FnMut(&Moment<'_>) -> bool,
+) -> Result<Books, ChainOnWaterError> {
+    let count = chain.beads.len();
+    if count == 0 || chain.gaps.len() != count + 1 {
+        return Err(ChainOnWaterError::Count { beads: count, gaps: chain.gaps.len() });
+    }
+    let step = disc.step();
+    let masses: Vec<f64> = chain.beads.iter().map(Bead::mass).collect();
+    let stiffness: Vec<f64> = std::iter::once(bead_flat_stiffness(&chain.beads[0], chain.piston))
+        .chain(chain.beads.windows(2).map(|pair| bead_pair_stiffness(&pair[0], &pair[1])))
+        .collect();
+    // Overlaps at rest, less the gaps.
+    let mut rest: Vec<f64> = stiffness.iter().map(|stiffness| (preload / stiffness).powf(2.0 / 3.0)).collect();
+    rest.push(contact.indentation(preload) + contact.residual * preload);
+    rest.iter_mut().zip(&chain.gaps).for_each(|(rest, gap)| *rest -= gap);
+    let dampers: Vec<Dashpot> = dashpots(&chain.damping, count + 1);
+    let tension = chain.damping.tension;
+    let at_disc = Some(dampers[count]).filter(|dashpot| !dashpot.is_absent());
+    let (compliance, modal) = (disc.compliance(), if at_disc.is_some() { disc.modal_compliance() } else { 0.0 });
+
+    // Slot 0 is the piston, 1…N the beads.
+    let (mut u, mut v) = (vec![0.0; count + 1], vec![0.0; count + 1]);
+    let (mut a, mut predicted) = (u.clone(), u.clone());
+    let mut force = vec![preload; count + 1];
+    let mut pressing = Pressing { force: preload, indentation: contact.indentation(preload) };
+    (u[0], v[0]) = motion.at(0.0);
+    let pressed = |u: &[f64], pressing: &Pressing| -> f64 {
+        let pairs = (0..count).map(|i| hertz_energy(stiffness[i], u[i] - u[i + 1] + rest[i]));
+        pairs.sum::<f64>() + contact.stored(pressing)
+    };
+    let mut books = Books { initial: pressed(&vec![0.0; count + 1], &pressing), ..Books::default() };
+    books.largest = books.initial;
+    let stopped = |time| Err(ChainOnWaterError::Stopped { time });
+    if !observe(&Moment { instant: 0, time: 0.0, displacement: &u, velocity: &v, force: &force, disc }) {
+        return stopped(0.0);
+    }
+    let mut power = (preload * v[0], 0.0);
+    let mut damper_force = 0.0;
+    for instant in 1..=instants {
+        let time = instant as f64 * step;
+        for i in 1..=count {
+            let half = v[i] + 0.5 * step * a[i];
+            u[i] += step * half;
+            predicted[i] = half + 0.5 * step * a[i];
+            v[i] = half;
+        }
+        (u[0], predicted[0]) = motion.at(time);
+        let mut lost = 0.0;
+        for i in 0..count {
+            let (overlap, rate) = (u[i] - u[i + 1] + rest[i], predicted[i] - predicted[i + 1]);
+            let elastic = hertz_force(stiffness[i], overlap);
+            let total = elastic + dampers[i].force(overlap, rate);
+            let total = if tension { total } else { total.max(0.0) };
+            lost += (total - elastic) * rate;
+            books.events += u64::from((total != 0.0) != (force[i] != 0.0));
+            force[i] = total;
+        }
+        // Of the force, the disc knows what exceeds the static one.
+        let overlap = u[count] + rest[count] - disc.predict() + compliance * preload;
+        let patch = |source| ChainOnWaterError::Patch { time, source };
+        let before = pressing;
+        pressing = match &at_disc {
+            None => {
+                let force = contact.force(overlap, compliance).map_err(patch)?;
+                Pressing { force, indentation: contact.indentation(force) }
+            }
+            Some(dashpot) => {
+                let half = 0.5 * step / masses[count - 1];
+                let free = v[count] + half * force[count - 1] - disc.predicted_modal_velocity() + modal * preload;
+                let approach = Approach { rate: free, yielding: half + modal };
+                let found = contact.damped(overlap, compliance, dashpot, approach, tension).map_err(patch)?;
+                let elastic = hertz_force(contact.hertz_stiffness, found.indentation);
+                let now = found.force - elastic;
+                books.dissipated += 0.5 * (damper_force + now) * (found.indentation - before.indentation);
+                damper_force = now;
+                found
+            }
+        };
+        books.events += u64::from((pressing.force != 0.0) != (before.force != 0.0));
+        force[count] = pressing.force;
+        disc.push(pressing.force - preload);
+        for i in 1..=count {
+            a[i] = (force[i - 1] - force[i]) / masses[i - 1];
+            v[i] += 0.5 * step * a[i];
+        }
+        v[0] = predicted[0];
+        let now = (force[0] * v[0], lost);
+        books.piston_work += 0.5 * step * (power.0 + now.0);
+        books.dissipated += 0.5 * step * (power.1 + now.1);
+        power = now;
+        books.largest = books.largest.max(books.initial + books.piston_work - books.dissipated);
+        if !(v[count].is_finite() && force[count].is_finite()) {
+            return Err(ChainOnWaterError::NonFinite { time, step });
+        }
+        if !observe(&Moment { instant, time, displacement: &u, velocity: &v, force: &force, disc }) {
+            return stopped(time);
+        }
+    }
+    books.kinetic = (1..=count).map(|i| 0.5 * masses[i - 1] * v[i] * v[i]).sum();
+    books.stored = pressed(&u, &pressing);
+    Ok(books)
+}
+
 /// Run a chain at rest against a disc at rest for `duration` (s), heard at the disc's first `points` field points.
 ///
 /// # Errors
@@ -114,75 +271,22 @@ pub fn run(
     points: usize,
     duration: f64,
 ) -> Result<WaterRun, ChainOnWaterError> {
-    let count = chain.beads.len();
-    if count == 0 || chain.gaps.len() != count + 1 {
-        return Err(ChainOnWaterError::Count { beads: count, gaps: chain.gaps.len() });
-    }
-    if chain.damping.kind != DampingKind::None && chain.damping.placement == DampingPlacement::All {
-        return Err(ChainOnWaterError::DiscDashpot);
-    }
     let step = disc.step();
-    let masses: Vec<f64> = chain.beads.iter().map(Bead::mass).collect();
-    let stiffness: Vec<f64> = std::iter::once(bead_flat_stiffness(&chain.beads[0], chain.piston))
-        .chain(chain.beads.windows(2).map(|pair| bead_pair_stiffness(&pair[0], &pair[1])))
-        .collect();
-    let dampers: Vec<Dashpot> = dashpots(&chain.damping, count + 1);
-    let tension = chain.damping.tension;
     let instants = (duration / step).round() as usize;
     let mut out = WaterRun { step, pressure: vec![Vec::with_capacity(instants + 1); points], ..WaterRun::default() };
-    out.pressure.iter_mut().for_each(|trace| trace.push(0.0));
-    out.disc_force.push(0.0);
-    out.last_bead_velocity.push(0.0);
-
-    // Slot 0 is the piston, 1…N the beads.
-    let (mut u, mut v, mut a) = (vec![0.0; count + 1], vec![0.0; count + 1], vec![0.0; count + 1]);
-    let (mut predicted, mut force) = (vec![0.0; count + 1], vec![0.0; count + 1]);
-    (u[0], v[0]) = motion.at(0.0);
-    let mut power = (0.0, 0.0);
-    for instant in 1..=instants {
-        let time = instant as f64 * step;
-        for i in 1..=count {
-            let half = v[i] + 0.5 * step * a[i];
-            u[i] += step * half;
-            predicted[i] = half + 0.5 * step * a[i];
-            v[i] = half;
+    let books = march(chain, motion, contact, 0.0, disc, instants, &mut |moment| {
+        let last = moment.force.len() - 1;
+        if moment.force[last] > 0.0 {
+            out.last_touch = Some(moment.time);
         }
-        let piston = motion.at(time);
-        (u[0], predicted[0]) = piston;
-        let mut lost = 0.0;
-        for i in 0..count {
-            let (overlap, rate) = (u[i] - u[i + 1] - chain.gaps[i], predicted[i] - predicted[i + 1]);
-            let elastic = hertz_force(stiffness[i], overlap);
-            let total = elastic + dampers[i].force(overlap, rate);
-            force[i] = if tension { total } else { total.max(0.0) };
-            lost += (force[i] - elastic) * rate;
-        }
-        let overlap = u[count] - chain.gaps[count] - disc.predict();
-        force[count] =
-            contact.force(overlap, disc.compliance()).map_err(|source| ChainOnWaterError::Patch { time, source })?;
-        disc.push(force[count]);
-        if force[count] > 0.0 {
-            out.last_touch = Some(time);
-        }
-        for i in 1..=count {
-            a[i] = (force[i - 1] - force[i]) / masses[i - 1];
-            v[i] += 0.5 * step * a[i];
-        }
-        v[0] = piston.1;
-        let now = (force[0] * piston.1, lost);
-        out.piston_work += 0.5 * step * (power.0 + now.0);
-        out.dissipated += 0.5 * step * (power.1 + now.1);
-        power = now;
-        if !(v[count].is_finite() && force[count].is_finite()) {
-            return Err(ChainOnWaterError::NonFinite { time, step });
-        }
-        out.pressure.iter_mut().enumerate().for_each(|(point, trace)| trace.push(disc.pressure(point)));
-        out.disc_force.push(force[count]);
-        out.last_bead_velocity.push(v[count]);
-    }
-    let kinetic: f64 = (1..=count).map(|i| 0.5 * masses[i - 1] * v[i] * v[i]).sum();
-    let pressed: f64 = (0..count).map(|i| hertz_energy(stiffness[i], u[i] - u[i + 1] - chain.gaps[i])).sum();
-    out.chain_energy = kinetic + pressed + contact.energy(force[count]);
+        out.pressure.iter_mut().enumerate().for_each(|(point, trace)| trace.push(moment.disc.pressure(point)));
+        out.disc_force.push(moment.force[last]);
+        out.last_bead_velocity.push(moment.velocity[last]);
+        true
+    })?;
+    out.piston_work = books.piston_work;
+    out.dissipated = books.dissipated;
+    out.chain_energy = books.kinetic + books.stored;
     out.disc_energy = disc.energy();
     out.work_on_water = disc.work_on_water();
     Ok(out)

@@ -13,12 +13,22 @@
 //! With w = w⁰ + s F at the end of a step ([`super::OnWater`]) and x = F^(1/3) this is one equation, x²/k_d^(2/3) + (c_r + s) x³ = u − w⁰,
 //! with one root in the branch that grows from zero. Where c_r + s < 0 the branch ends at x = 2/(3 k_d^(2/3) |c_r + s|): the patch is
 //! narrower there than the contact, and a wider one is needed.
+//!
+//! A dashpot stands beside the indentation δ = (F_el/k_d)^(2/3), as between beads, and sees the bead approach the disc in its lowest modes:
+//!
+//! ```text
+//! F = F_el + (c + γ √δ) (u̇ − ẇ_m),    u − w = δ + c_r F
+//! ```
+//!
+//! ẇ_m is the part of the disc's velocity in its first [`DASHPOT_MODES`] modes ([`Disc::modal_weights`]). The velocity of the patch itself would not
+//! do: it holds the indentation a second time, and follows the jump of the force at first touch within a step, whatever its length. The
+//! force at the end of the step is found together with both velocities there, since each of them depends on it.
 
 use thiserror::Error;
 
-use super::disc::{Disc, DiscError, DiscMesh};
+use super::disc::{Disc, DiscError, DiscMesh, DiscModes};
 use crate::{
-    model::contact_law::{effective_modulus, hertz_stiffness},
+    model::contact_law::{Dashpot, effective_modulus, hertz_stiffness},
     scene::Bead,
 };
 
@@ -29,6 +39,27 @@ pub struct DiscContact {
     pub hertz_stiffness: f64,
     /// c_r, m/N.
     pub residual: f64,
+}
+
+/// How many of the disc's modes move the disc that a dashpot sees.
+pub const DASHPOT_MODES: usize = 4;
+
+/// A contact's force at the end of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Pressing {
+    /// F, N.
+    pub force: f64,
+    /// Hertz' indentation δ, m; 0 while open.
+    pub indentation: f64,
+}
+
+/// What a dashpot at the disc sees of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Approach {
+    /// u̇ − ẇ_m at the end of the step without a force on the disc, m/s.
+    pub rate: f64,
+    /// By how much a unit force lowers it, m/s/N.
+    pub yielding: f64,
 }
 
 /// A force beyond what the patch can carry.
@@ -72,6 +103,18 @@ impl DiscContact {
         })
     }
 
+    /// Contact of `bead` with `disc` as a few of its modes have it, everything else static: c_r = C_s − Σ φ_k²/ω_k².
+    ///
+    /// # Errors
+    /// [`DiscError`].
+    pub fn modal(bead: &Bead, disc: &Disc, modes: &DiscModes) -> Result<Self, DiscError> {
+        let modulus = effective_modulus(&bead.material, Some(&disc.shape().material));
+        Ok(Self {
+            hertz_stiffness: hertz_stiffness(modulus, bead.radius),
+            residual: structural(disc)? - modes.flexibility(),
+        })
+    }
+
     /// Force F (N) with u − w⁰ = `overlap` (m), when the disc gives way by s F (`compliance` s, m/N) besides; 0 while open.
     ///
     /// # Errors
@@ -108,6 +151,78 @@ impl DiscContact {
         Ok(x.powi(3))
     }
 
+    /// Force with a dashpot beside the indentation: the root of u − w⁰ = δ + (c_r + s) F(δ) on the branch that grows from zero, with
+    /// F(δ) = (k_d δ^(3/2) + D r)/(1 + D y), D = c + γ √δ, r and y of the [`Approach`]; cut off at 0 unless it may pull (`tension`). Where a
+    /// contact closes and even the smallest δ would carry too much, δ is 0 and the force what the disc's yielding leaves.
+    ///
+    /// # Errors
+    /// [`PatchError`].
+    pub fn damped(
+        &self,
+        overlap: f64,
+        compliance: f64,
+        dashpot: &Dashpot,
+        approach: Approach,
+        tension: bool,
+    ) -> Result<Pressing, PatchError> {
+        if overlap <= 0.0 {
+            return Ok(Pressing::default());
+        }
+        let linear = self.residual + compliance;
+        let stiffness = self.hertz_stiffness;
+        let force = |indentation: f64| {
+            let root = indentation.sqrt();
+            let damper = dashpot.linear + dashpot.kuwabara_kono * root;
+            let force = (stiffness * indentation * root + damper * approach.rate) / (1.0 + damper * approach.yielding);
+            if tension { force } else { force.max(0.0) }
+        };
+        let excess = |indentation: f64| indentation + linear * force(indentation) - overlap;
+        if excess(0.0) >= 0.0 {
+            return Ok(Pressing { force: overlap / linear, indentation: 0.0 });
+        }
+        // Without a dashpot the branch ends here at the latest.
+        let end = if linear < 0.0 { (2.0 / (3.0 * stiffness * linear)).powi(2) } else { f64::INFINITY };
+        let (mut low, mut high) = (0.0, overlap.min(end));
+        while excess(high) < 0.0 {
+            if high >= end {
+                return Err(PatchError { overlap, largest: force(end) });
+            }
+            (low, high) = (high, (2.0 * high).min(end));
+        }
+        // Regula falsi in the Illinois form: safe, and quick on a curve this straight.
+        let (mut below, mut above) = (excess(low), excess(high));
+        let (mut indentation, mut last_side) = (high, 0);
+        for _ in 0..100 {
+            indentation = (low * above - high * below) / (above - below);
+            let value = excess(indentation);
+            if value == 0.0 || high - low <= 1e-15 * high || value.abs() <= 1e-15 * overlap {
+                break;
+            }
+            if value > 0.0 {
+                (high, above) = (indentation, value);
+                below *= if last_side > 0 { 0.5 } else { 1.0 };
+                last_side = 1;
+            } else {
+                (low, below) = (indentation, value);
+                above *= if last_side < 0 { 0.5 } else { 1.0 };
+                last_side = -1;
+            }
+        }
+        Ok(Pressing { force: force(indentation), indentation })
+    }
+
+    /// Hertz' indentation (m) that the force F (N) makes alone.
+    #[must_use]
+    pub fn indentation(&self, force: f64) -> f64 {
+        (force / self.hertz_stiffness).powf(2.0 / 3.0)
+    }
+
+    /// As [`DiscContact::energy`], of a contact with a dashpot.
+    #[must_use]
+    pub fn stored(&self, pressing: &Pressing) -> f64 {
+        0.4 * self.hertz_stiffness * pressing.indentation.powf(2.5) + 0.5 * self.residual * pressing.force.powi(2)
+    }
+
     /// Elastic energy (J) at the force F (N): (2/5) k_d δ^(5/2) + c_r F²/2, the second term taking back what the disc holds twice.
     #[must_use]
     pub fn energy(&self, force: f64) -> f64 {
@@ -132,6 +247,45 @@ mod tests {
             }
             assert_eq!(contact.force(-1e-9, 0.0), Ok(0.0));
         }
+    }
+
+    #[test]
+    fn a_dashpot_solves_its_equation_and_without_one_the_force_is_the_elastic_one() {
+        let laws = [(0.3, 0.0), (0.0, 3660.0), (0.3, 3660.0)];
+        for residual in [-0.1e-6, 0.0, 0.2e-6] {
+            let contact = DiscContact { hertz_stiffness: 9.2e8, residual };
+            for (overlap, rate) in [(2e-9, 0.3), (1e-7, 0.1), (1e-7, -0.05), (1e-6, -0.3), (1e-6, 0.3)] {
+                for (linear, kuwabara_kono) in laws {
+                    let dashpot = Dashpot { linear, kuwabara_kono };
+                    let approach = Approach { rate, yielding: 0.01 };
+                    let found = contact.damped(overlap, 0.02e-6, &dashpot, approach, false).unwrap();
+                    let Pressing { force, indentation } = found;
+                    // u − w⁰ − s F = δ + c_r F.
+                    let closed = indentation + (residual + 0.02e-6) * force - overlap;
+                    assert!(closed.abs() < 1e-12 * overlap, "{residual} {overlap} {rate}: {closed:e}");
+                    let rate_then = rate - 0.01 * force;
+                    let law = 9.2e8 * indentation.powf(1.5) + dashpot.force(indentation, rate_then);
+                    let is_met =
+                        if indentation > 0.0 { (law.max(0.0) - force).abs() < 1e-11 } else { force <= linear * rate };
+                    assert!(is_met && force >= 0.0, "{residual} {overlap} {rate}: {law} {force}");
+                }
+                let approach = Approach { rate, yielding: 0.01 };
+                let plain = contact.damped(overlap, 0.0, &Dashpot::default(), approach, false).unwrap();
+                let elastic = contact.force(overlap, 0.0).unwrap();
+                assert!((plain.force / elastic - 1.0).abs() < 1e-10, "{plain:?} {elastic}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_dashpot_pulls_only_where_it_may_and_never_on_an_open_contact() {
+        let contact = DiscContact { hertz_stiffness: 9.2e8, residual: 0.05e-6 };
+        let dashpot = Dashpot { linear: 0.3, kuwabara_kono: 0.0 };
+        let parting = Approach { rate: -1.0, yielding: 0.01 };
+        let force = |overlap, tension| contact.damped(overlap, 0.0, &dashpot, parting, tension).unwrap().force;
+        assert_eq!(force(1e-8, false), 0.0);
+        assert!(force(1e-8, true) < -0.2 && force(1e-8, true) > -0.3);
+        assert_eq!(force(-1e-9, true), 0.0);
     }
 
     #[test]

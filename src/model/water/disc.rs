@@ -23,6 +23,9 @@ use crate::model::fea::{
     modes::{ModesError, modes},
 };
 
+/// Below this frequency, Hz, a mode is the rigid motion of a free disc.
+const RIGID: f64 = 1.0;
+
 /// Why there is no disc.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -59,6 +62,17 @@ pub struct DiscModes {
     pub back: Vec<FaceProfile>,
     /// φ_k of u_z at the pole of the front or, of [`Disc::basis`], its mean over the patch, 1/√kg.
     pub pole: Vec<f64>,
+    /// How many of them are modes; the others are static shapes.
+    pub modes: usize,
+}
+
+impl DiscModes {
+    /// Static flexibility Σ φ_k²/ω_k² of these coordinates where the force acts, m/N; a rigid motion has none.
+    #[must_use]
+    pub fn flexibility(&self) -> f64 {
+        let elastic = self.frequencies.iter().zip(&self.pole).filter(|(frequency, _)| **frequency > RIGID);
+        elastic.map(|(frequency, shape)| (shape / (TAU * frequency)).powi(2)).sum()
+    }
 }
 
 impl Disc {
@@ -122,7 +136,17 @@ impl Disc {
     pub fn modes(&self, count: usize) -> Result<DiscModes, DiscError> {
         let found = modes(&self.body, count)?;
         let vectors: Vec<Vec<f64>> = (0..count).map(|mode| found.shapes.col(mode).iter().copied().collect()).collect();
-        Ok(self.seen(found.frequencies, &vectors, &self.patch_load(0.0)))
+        Ok(self.seen(found.frequencies, &vectors, &self.patch_load(0.0), count))
+    }
+
+    /// The same, [`DiscModes::pole`] being the mean over r ≤ `patch` (m) of the front.
+    ///
+    /// # Errors
+    /// [`DiscError::Modes`].
+    pub fn modes_on_patch(&self, count: usize, patch: f64) -> Result<DiscModes, DiscError> {
+        let found = modes(&self.body, count)?;
+        let vectors: Vec<Vec<f64>> = (0..count).map(|mode| found.shapes.col(mode).iter().copied().collect()).collect();
+        Ok(self.seen(found.frequencies, &vectors, &self.patch_load(patch), count))
     }
 
     /// The same, and as further coordinates what these modes leave out of the static deformations u_i = K⁻¹ f_i under a few loads f_i: a force
@@ -160,7 +184,25 @@ impl Disc {
             vectors.push(vector);
             frequencies.push(frequency);
         }
-        Ok(self.seen(frequencies, &vectors, &load))
+        Ok(self.seen(frequencies, &vectors, &load, count))
+    }
+
+    /// Weights w, by the body's unknowns, with wᵀu̇ = Σ_{k ≤ count} φ_k q̇_k: of a velocity field the part that moves in the lowest modes, as a
+    /// patch of that radius (m) at the pole sees it. It has neither the local indentation nor what rings above these modes.
+    ///
+    /// # Errors
+    /// [`DiscError::Modes`].
+    pub fn modal_weights(&self, count: usize, patch: f64) -> Result<Vec<f64>, DiscError> {
+        let found = modes(&self.body, count)?;
+        let load = self.patch_load(patch);
+        let (mut image, mut weights) = (self.body.columns(1), vec![0.0; load.len()]);
+        for mode in 0..count {
+            let vector: Vec<f64> = found.shapes.col(mode).iter().copied().collect();
+            self.body.multiply_mass(&Columns::from_vector(&vector), &mut image);
+            let seen = dot(&vector, &load);
+            weights.iter_mut().zip(image.as_slice()).for_each(|(weight, momentum)| *weight += seen * momentum);
+        }
+        Ok(weights)
     }
 
     /// Modes and frequencies (Hz) within the span of a few vectors, ascending; of nearly dependent vectors one less.
@@ -214,14 +256,14 @@ impl Disc {
     }
 
     /// Shapes as the contact and the water see them.
-    fn seen(&self, frequencies: Vec<f64>, vectors: &[Vec<f64>], load: &[f64]) -> DiscModes {
+    fn seen(&self, frequencies: Vec<f64>, vectors: &[Vec<f64>], load: &[f64], modes: usize) -> DiscModes {
         let radii = self.radii(&self.back);
         let axial = |vector: &[f64], node: u32| vector[DofMap::dof(node, Direction::Axial) as usize];
         let profile =
             |vector: &Vec<f64>| FaceProfile::new(&radii, self.back.iter().map(|&node| axial(vector, node)).collect());
         let back = vectors.iter().map(profile).collect();
         let pole = vectors.iter().map(|vector| dot(vector, load)).collect();
-        DiscModes { frequencies, back, pole }
+        DiscModes { frequencies, back, pole, modes }
     }
 
     /// Static displacement under a load, by the body's unknowns, m; of a free disc relative to its mass mean, under inertia relief.

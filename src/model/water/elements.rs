@@ -82,6 +82,9 @@ pub enum ElementsError {
         /// What did not fit.
         source: faer::sparse::FaerError,
     },
+    /// The modes that a dashpot at the disc sees.
+    #[error(transparent)]
+    Disc(#[from] Box<super::disc::DiscError>),
     /// No factor.
     #[error(
         "the {unknowns} unknowns of disc and water have no factor: a pivot is zero or not a number; check materials and step"

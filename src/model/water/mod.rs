@@ -23,10 +23,12 @@ pub mod elements;
 pub mod field;
 mod quadrature;
 pub mod rayleigh;
+mod support;
 mod unit_response;
 
 pub use crate::scene::Water;
-pub use unit_response::UnitResponse;
+pub use support::{DiscSupport, WaterError};
+pub use unit_response::{Played, UnitResponse};
 
 /// A disc on the water that is pushed at the pole of its front, on a clock of constant step Δ. Between instants the force is a straight line.
 ///
@@ -41,6 +43,13 @@ pub trait OnWater {
     fn predict(&mut self) -> f64;
     /// Finish the step that [`OnWater::predict`] began, with the force F (N) at its end.
     fn push(&mut self, force: f64);
+    /// Velocity of the disc's few lowest modes at the pole at the end of the step that [`OnWater::predict`] began, without a force there, m/s:
+    /// what a dashpot sees ([`contact`]).
+    fn predicted_modal_velocity(&self) -> f64;
+    /// What a unit force at the end of the step adds to it, m/s/N.
+    fn modal_compliance(&self) -> f64;
+    /// Velocity of the middle of the disc's back, m/s, positive into the water.
+    fn back_velocity(&self) -> f64;
     /// Displacement of the pole, m, positive into the water.
     fn pole_displacement(&self) -> f64;
     /// Pressure at field point `point` of those it was made with, Pa.

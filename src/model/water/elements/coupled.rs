@@ -8,7 +8,7 @@ use super::{
 };
 use crate::model::{
     fea::assembly::{Columns, Direction, DofMap},
-    water::{OnWater, disc::Disc, rayleigh::field::FieldPoint},
+    water::{OnWater, contact::DASHPOT_MODES, disc::Disc, rayleigh::field::FieldPoint},
 };
 
 /// What disc and water are meshed and stepped with.
@@ -40,6 +40,8 @@ pub struct DiscOnWater {
     /// Rate of all unknowns for a unit force on the patch.
     unit: Vec<f64>,
     patch: Vec<f64>,
+    /// Weights of the modal velocity, by the body's unknowns ([`Disc::modal_weights`]).
+    modal: Vec<f64>,
     step: f64,
     /// By free unknown, m.
     displacement: Vec<f64>,
@@ -109,6 +111,7 @@ impl DiscOnWater {
             factor,
             coupling,
             unit,
+            modal: disc.modal_weights(DASHPOT_MODES, settings.patch).map_err(Box::new)?,
             patch,
             step: *step,
             displacement: vec![0.0; solid],
@@ -203,6 +206,19 @@ impl OnWater for DiscOnWater {
         self.work += *step * power;
         self.force = force;
         waves.advance(rest, |load| coupling.add_transposed(2.0, mean, load));
+    }
+
+    fn predicted_modal_velocity(&self) -> f64 {
+        let free = self.disc.body().dofs().free().iter().zip(&self.solution);
+        free.map(|(&dof, mean)| self.modal[dof as usize] * (2.0 * mean - self.velocity.as_slice()[dof as usize])).sum()
+    }
+
+    fn modal_compliance(&self) -> f64 {
+        self.disc.body().dofs().free().iter().zip(&self.unit).map(|(&dof, rate)| self.modal[dof as usize] * rate).sum()
+    }
+
+    fn back_velocity(&self) -> f64 {
+        self.velocity.as_slice()[DofMap::dof(self.disc.back()[0], Direction::Axial) as usize]
     }
 
     fn pole_displacement(&self) -> f64 {

@@ -82,6 +82,10 @@ pub struct WetDisc {
     step: f64,
     squares: Vec<f64>,
     pole: Vec<f64>,
+    /// φ_k(0) on the back, 1/√kg.
+    back: Vec<f64>,
+    /// How many are modes.
+    modes: usize,
     kernel: RadiationKernel,
     heard: Vec<Vec<f64>>,
     /// (2/Δ + Λ Δ/2 + W₀)⁻¹, row by row.
@@ -133,6 +137,8 @@ impl WetDisc {
             step,
             squares,
             pole: modes.pole.clone(),
+            back: modes.back.iter().map(|shape| shape.at(0.0)).collect(),
+            modes: modes.modes,
             kernel,
             heard,
             inverse,
@@ -147,6 +153,12 @@ impl WetDisc {
             water_force: zeros,
             water_work: 0.0,
         })
+    }
+
+    /// How many coordinates it moves in.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        self.pole.len()
     }
 
     /// Velocities of the modes, m·√kg/s.
@@ -203,6 +215,19 @@ impl OnWater for WetDisc {
             self.water_work += half * 0.5 * (before + self.velocity[k]) * (self.water_force[k] + on_water);
             self.water_force[k] = on_water;
         }
+    }
+
+    fn predicted_modal_velocity(&self) -> f64 {
+        (0..self.modes).map(|k| self.pole[k] * (self.velocity[k] + self.free[k])).sum()
+    }
+
+    fn modal_compliance(&self) -> f64 {
+        let rows = self.inverse.chunks_exact(self.pole.len()).zip(&self.pole);
+        rows.take(self.modes).map(|(row, own)| own * dot(row, &self.pole)).sum()
+    }
+
+    fn back_velocity(&self) -> f64 {
+        dot(&self.back, &self.velocity)
     }
 
     fn pole_displacement(&self) -> f64 {
