@@ -229,7 +229,7 @@ fn losses_take_what_their_law_says_and_nothing_where_there_are_none() {
     let level = |response: &Response, from, to| band(pressure(response), 1e-7, from, to);
     for (from, to) in [(50e3, 100e3), (0.9e6, 1.1e6)] {
         let kept = level(&lossy, from, to) / level(&lossless, from, to);
-        let expected = (-200.0 / (20.0 / std::f64::consts::LN_10) * 1e-3 * 0.5 * (from + to) / 1e6 * 10.0).exp();
+        let expected = (-2000.0 * std::f64::consts::LN_10 / 20.0 * 1e-3 * 0.5 * (from + to) / 1e6).exp();
         assert!((kept / expected - 1.0).abs() < 0.01, "{from}: {kept} {expected}");
     }
     assert_eq!(lossy.bead_velocity, lossless.bead_velocity);

@@ -84,7 +84,8 @@ pub fn run<T: Send>(
         watch.advance(1);
         outcome
     };
-    if scene.model.kind == ModelKind::Chain {
+    // A disc has a clock of its own.
+    if scene.model.kind == ModelKind::Chain && !matches!(scene.support, Support::Disc { .. }) {
         let ensemble = Ensemble::new(scene, steps_per_period)?;
         let run = |(group, chunk): (usize, &[Variation])| {
             let velocities = if watch.stop() {

@@ -88,8 +88,8 @@ pub struct DiscSupport {
 enum Way {
     /// At rest; with all static shapes, and in its modes only for a dashpot at the disc.
     Rayleigh {
-        full: OnceLock<(WetDisc, DiscContact)>,
-        modal: OnceLock<(WetDisc, DiscContact)>,
+        full: OnceLock<Box<(WetDisc, DiscContact)>>,
+        modal: OnceLock<Box<(WetDisc, DiscContact)>>,
     },
     Elements {
         disc: Box<DiscOnWater>,
@@ -191,7 +191,7 @@ impl DiscSupport {
         let vacuum = Water { density: 0.0, ..Water::fresh() };
         let liquid = self.water.as_ref().map_or(vacuum, |water| water.liquid);
         let wet = WetDisc::new(shape.radius, &modes, &liquid, self.points(), self.step).map_err(WaterError::from)?;
-        Ok(Some(kept.get_or_init(|| (wet, contact))))
+        Ok(Some(kept.get_or_init(|| Box::new((wet, contact)))))
     }
 
     fn points(&self) -> &[FieldPoint] {
