@@ -110,6 +110,12 @@ fn a_slow_push_gives_hertz_and_the_structure() {
         assert!((found / force - 1.0).abs() < 1e-9, "{patch}: {found}");
         assert!(contact.residual < 0.0);
     }
+    // The same of a disc in four of its modes, static above them.
+    let modes = disc.modes_on_patch(4, PATCH).unwrap();
+    let contact = DiscContact::modal(&beads(0.3).beads[5], &disc, &modes).unwrap();
+    let approach = contact.indentation(0.5) + structure * 0.5;
+    let found = contact.force(approach, modes.flexibility()).unwrap();
+    assert!((found / 0.5 - 1.0).abs() < 1e-9 && contact.residual < 0.0, "{found}");
     // k = (4/3) E* √a with 1/E* = 0.91/201 + 0.9775/35 1/GPa.
     let contact = DiscContact::new(&beads(0.3).beads[5], &disc, PATCH).unwrap();
     let modulus = 1e9 / (0.91 / 201.0 + 0.9775 / 35.0);
@@ -136,4 +142,38 @@ fn structural_flexibility_is_as_tabulated() {
         let found = structural(&disc(rim)).unwrap();
         assert!((found / expected - 1.0).abs() < 0.005, "{rim:?}: {found:e}");
     }
+}
+
+#[test]
+fn the_velocity_that_a_dashpot_sees_is_that_of_the_modes_after_the_push() {
+    let disc = disc(Rim::Clamped);
+    let basis = disc.basis(4, PATCH).unwrap();
+    let settings = DiscOnWaterSettings {
+        water: Water::fresh(),
+        baffle: Baffle::Rigid,
+        mesh: WaterMesh::default(),
+        points: vec![AXIS],
+        patch: PATCH,
+        step: 25e-9,
+    };
+    let mut wet = modal(&disc, 25e-9);
+    let mut meshed = DiscOnWater::new(disc, &settings).unwrap();
+    let (mut largest, mut difference) = (0.0_f64, 0.0_f64);
+    for instant in 1..200 {
+        let force = 0.1 * (0.02 * f64::from(instant)).sin().powi(2);
+        wet.predict();
+        let told = wet.predicted_modal_velocity() + force * wet.modal_compliance();
+        wet.push(force);
+        let found: f64 = (0..4).map(|k| basis.pole[k] * wet.modal_velocity()[k]).sum();
+        // Rounding of sums of modal velocities.
+        assert!((told - found).abs() < 1e-12, "{instant}: {told:e} {found:e}");
+        meshed.predict();
+        let by_elements = meshed.predicted_modal_velocity() + force * meshed.modal_compliance();
+        meshed.push(force);
+        (largest, difference) = (largest.max(found.abs()), difference.max((by_elements - found).abs()));
+        let back = (wet.back_velocity() - meshed.back_velocity()).abs();
+        difference = difference.max(back);
+    }
+    // The water's mesh and the disc's own shapes beyond the basis.
+    assert!(difference < 0.02 * largest, "{difference:e} of {largest:e}");
 }

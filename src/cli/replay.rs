@@ -22,9 +22,9 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
-    feature::{FeatureSettings, Features, measure},
+    feature::{FeatureError, FeatureSettings, Features, PressureFeatures, PressureSettings, Window, measure_pressure},
     model::{ModelError, Prepared, chain::FiniteBodyLaws, fea::PeakStress},
-    report::{replay as page, von_mises},
+    report::{heard as pressure_page, replay as page, von_mises},
     response::{EnergyLedger, Response, SolverWork, write_csv},
     scene::{Effect, ModelKind, Scene, effects},
     study::{
@@ -59,6 +59,18 @@ pub struct Arguments {
     pub session: Session,
 }
 
+/// What was heard at a point of the water.
+#[derive(Debug, Clone, Serialize)]
+pub struct PressureAt {
+    /// Distance from the axis, m.
+    pub r_m: f64,
+    /// Depth below the disc's back, m.
+    pub z_m: f64,
+    /// What was measured there.
+    #[serde(flatten)]
+    pub features: PressureFeatures,
+}
+
 /// `summary.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Summary {
@@ -68,6 +80,9 @@ pub struct Summary {
     pub scene: String,
     /// What was measured on the pole's velocity.
     pub features: Features,
+    /// What was measured on the pressure at each field point, where there is water.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub pressure: Vec<PressureAt>,
     /// Where the work of the piston went.
     pub energy: EnergyLedger,
     /// What the run cost, in counts.
@@ -182,7 +197,8 @@ impl Job<'_> {
             (response, None, None)
         };
         timing.stage("run");
-        let features = measure(&response.pole_velocity, settings)?;
+        let features = observation::measure_response(&response, settings)?;
+        let pressure = heard(scene, &response, features.window)?;
         timing.stage("features");
         let plan = arguments.ensemble.map(|members| EnsemblePlan::new(members as usize, session.seed()));
         let spread = plan.map(|plan| ensemble::run_on(&Bodies::new(session.cache()), scene, &plan)).transpose()?;
@@ -192,6 +208,7 @@ impl Job<'_> {
         let summary = Summary {
             program: summary::program(),
             scene: experiment.source().into(),
+            pressure,
             energy: response.energy,
             work: response.work,
             contact_laws,
@@ -211,6 +228,18 @@ impl Job<'_> {
         }
         Ok((text, summary))
     }
+}
+
+/// The pressure at every field point, measured over the window of the drive; where it is silent, nothing.
+fn heard(scene: &Scene, response: &Response, window: Window) -> Result<Vec<PressureAt>, FeatureError> {
+    let (Some(water), Some(disc)) = (&scene.water, &response.disc) else { return Ok(Vec::new()) };
+    let loud = water.field_points.iter().zip(&disc.pressure).filter(|(_, pressure)| pressure.peak() > 0.0);
+    loud.map(|(point, pressure)| {
+        let settings = PressureSettings::new(scene.drive.frequency, window);
+        let features = measure_pressure(pressure, &settings)?;
+        Ok(PressureAt { r_m: point.radius, z_m: point.distance, features })
+    })
+    .collect()
 }
 
 fn run(prepared: &Prepared, scene: &Scene, session: &Session) -> anyhow::Result<Response> {
@@ -241,7 +270,8 @@ fn write(
     folder.write("summary.json", summary::json(summary)?)?;
     interrupt::check()?;
     timing.stage("write");
-    let figures = page::figures(response, &summary.features)?;
+    let mut figures = page::figures(response, &summary.features)?;
+    figures.extend(pressure_page::figures(response, summary.pressure.iter().map(|heard| &heard.features))?);
     let stress = peak.map(|peak| ("von_mises", von_mises::figure(peak)));
     for (name, figure) in figures.into_iter().chain(stress) {
         folder.write(format!("{name}.svg"), figure.to_svg()?)?;

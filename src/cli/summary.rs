@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::{
     calibrated::Calibrated,
     experiment::{Experiment, Input},
-    replay::Summary,
+    replay::{PressureAt, Summary},
 };
 use crate::{
     feature::Ratio,
@@ -213,6 +213,20 @@ pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) 
             significant(summary.energy.residual_j / summary.energy.largest_j, 2)
         ),
     );
+    if let (Some(water), in_disc) = (summary.energy.water_j, summary.energy.disc_j) {
+        let share = match in_disc {
+            Some(disc) => format!(
+                "{} radiated into the water, {} in the disc",
+                engineering(water, "J", 3),
+                engineering(disc, "J", 2)
+            ),
+            None => format!("{} given to disc and water together", engineering(water, "J", 3)),
+        };
+        row("", share);
+    }
+    for heard in &summary.pressure {
+        row("pressure", pressure(heard));
+    }
     row("work", work(summary));
     if let Some(laws) = &summary.contact_laws {
         row("contacts", contacts(laws));
@@ -298,6 +312,41 @@ fn peaks(positive: f64, negative: f64, published: Option<&Published>) -> String 
         if let Some(simulated) = published.simulated {
             let _ = write!(text, ", simulated {}", pair(simulated.positive_m_per_s, simulated.negative_m_per_s));
         }
+    }
+    text
+}
+
+/// Peaks and levels of what was heard at one point.
+fn pressure(heard: &PressureAt) -> String {
+    let PressureAt { r_m, z_m, features } = heard;
+    let place = if *r_m == 0.0 {
+        format!("{} on the axis", engineering(*z_m, "m", 3))
+    } else {
+        format!("r {}, z {}", engineering(*r_m, "m", 3), engineering(*z_m, "m", 3))
+    };
+    let kpa = |pascal: f64| significant(1e-3 * pascal, 3);
+    let mut text = format!("+{}/{} kPa at {place}", kpa(features.peaks.positive), kpa(features.peaks.negative));
+    let level = |order: u32| features.harmonics.iter().find(|harmonic| harmonic.order == order);
+    let shown: Vec<String> = [2, 3, 4]
+        .into_iter()
+        .filter_map(level)
+        .map(|harmonic| format!("{} f0 {} dB", harmonic.order, fixed(harmonic.level_db, 1)))
+        .collect();
+    let probe = features
+        .probe_level_db
+        .map(|level| format!("{} {} dB", engineering(features.probe_hz, "Hz", 2), fixed(level, 1)));
+    let levels: Vec<String> = shown.into_iter().chain(probe).collect();
+    if !levels.is_empty() {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "; {} re f0", levels.join(", "));
+    }
+    if let Some(highest) = features.content_hz {
+        let _ = write!(
+            text,
+            "; within {} dB up to {}",
+            fixed(-features.content_level_db, 0),
+            engineering(highest, "Hz", 3)
+        );
     }
     text
 }

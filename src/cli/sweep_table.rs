@@ -15,13 +15,21 @@ use crate::{
         sweep::{SweepCurve, SweepPoint, SweepReport},
     },
     scene::{Key, Scene, ValueKind},
-    study::{Axis, Grid, Value, observation::watched, published::Published, sweep::Run},
+    study::{
+        Axis, Grid, Value,
+        observation::{Heard, watched},
+        published::Published,
+        sweep::Run,
+    },
 };
 
 /// Most rows printed on a terminal.
 const MOST_ROWS: usize = 60;
 /// Most figures of a grid with several axes.
 const MOST_FIGURES: usize = 16;
+
+/// Columns of what was heard.
+const HEARD: [&str; 3] = ["pressure_positive_peak_pa", "pressure_negative_peak_pa", "pressure_level_at_950_khz_db"];
 
 /// A finished sweep.
 #[derive(Debug)]
@@ -59,12 +67,16 @@ impl SweepTable<'_> {
                 }
             }
         }
+        let has_water = self.has_water();
+        if has_water {
+            header.extend(HEARD.map(str::to_owned));
+        }
         header.push("reason".into());
         let mut text = header.join(",") + "\n";
         for (index, run) in self.runs.iter().enumerate() {
             let mut cells: Vec<String> = self.grid.values(index).into_iter().map(|value| value.to_string()).collect();
             match run {
-                Run::Finished { observation, ensemble, .. } => {
+                Run::Finished { observation, heard, ensemble, .. } => {
                     cells.push("done".into());
                     for (at, value) in observation.0.iter().enumerate() {
                         cells.push(number(*value));
@@ -75,6 +87,12 @@ impl SweepTable<'_> {
                             cells.push(number(spread.map(|spread| spread.sensitivity)));
                             cells.push(number(spread.map(|spread| spread.sensitivity_error)));
                         }
+                    }
+                    if has_water {
+                        let own = |pick: fn(&Heard) -> Option<f64>| number(heard.as_ref().and_then(pick));
+                        cells.push(own(|heard| Some(heard.positive_peak_pa)));
+                        cells.push(own(|heard| Some(heard.negative_peak_pa)));
+                        cells.push(own(|heard| heard.level_at_950_khz_db));
                     }
                     cells.push(String::new());
                 }
@@ -126,16 +144,20 @@ impl SweepTable<'_> {
             .map(|(axis, value)| (axis.key.clone(), json!(value)))
             .collect();
         match run {
-            Run::Finished { observation, energy_residual, ensemble } => {
+            Run::Finished { observation, heard, energy_residual, ensemble } => {
                 let features: Map<String, Json> = watched()
                     .into_iter()
                     .zip(&observation.0)
                     .map(|(watched, value)| (format!("{}{}", watched.key, watched.suffix), json!(value)))
                     .collect();
-                json!({
+                let mut point = json!({
                     "values": values, "status": "done", "features": features, "energy_residual": energy_residual,
                     "ensemble": ensemble.as_ref().map(EnsembleTable::new),
-                })
+                });
+                if let Some(heard) = heard {
+                    point["pressure"] = json!(heard);
+                }
+                point
             }
             Run::Failed { reason } => json!({"values": values, "status": "failed", "reason": reason}),
         }
@@ -197,6 +219,15 @@ impl SweepTable<'_> {
         curves.extend(
             ["1/3", "1/2", "2/3"].map(|ratio| curve("Ratio to the drive line", ratio, &format!("ratio_{ratio}"), None)),
         );
+        if self.has_water() {
+            let curve = |group: &str, name: &str, unit: &str, pick: fn(&Heard) -> Option<f64>| {
+                let points = members.iter().filter_map(|index| self.heard_point(*index, swept, pick)).collect();
+                SweepCurve { group: group.into(), name: name.into(), unit: unit.into(), points, reference: None }
+            };
+            curves.push(curve("Peak pressure", "positive", "Pa", |heard| Some(heard.positive_peak_pa)));
+            curves.push(curve("Peak pressure", "negative", "Pa", |heard| Some(heard.negative_peak_pa)));
+            curves.push(curve("Level at 0.95 MHz re the drive", "", "dB", |heard| heard.level_at_950_khz_db));
+        }
         SweepReport {
             name,
             unit: unit(axis).filter(|unit| !unit.is_empty()).unwrap_or("1".into()),
@@ -204,6 +235,17 @@ impl SweepTable<'_> {
             reference_name: "measured, as published".into(),
             marked: None,
         }
+    }
+
+    /// Whether any run heard something.
+    fn has_water(&self) -> bool {
+        self.runs.iter().any(|run| matches!(run, Run::Finished { heard: Some(_), .. }))
+    }
+
+    fn heard_point(&self, index: usize, swept: usize, pick: fn(&Heard) -> Option<f64>) -> Option<SweepPoint> {
+        let Value::Number(position) = self.grid.values(index)[swept] else { return None };
+        let Run::Finished { heard, .. } = &self.runs[index] else { return None };
+        Some(SweepPoint { at: *position, value: pick(heard.as_ref()?)?, scatter: None })
     }
 
     fn curve_point(&self, index: usize, swept: usize, at: usize) -> Option<SweepPoint> {
@@ -221,17 +263,22 @@ impl SweepTable<'_> {
         for axis in &self.grid.axes {
             let _ = write!(text, "{:>16}", axis.key);
         }
-        let _ = writeln!(text, "{:>10}{:>10}{:>10}{:>10}{:>10}", "+ mm/s", "- mm/s", "1/3", "1/2", "2/3");
+        let _ = write!(text, "{:>10}{:>10}{:>10}{:>10}{:>10}", "+ mm/s", "- mm/s", "1/3", "1/2", "2/3");
+        let has_water = self.has_water();
+        if has_water {
+            let _ = write!(text, "{:>10}{:>10}{:>10}", "+ kPa", "- kPa", "dB");
+        }
+        text.push('\n');
         for (index, run) in self.runs.iter().enumerate().take(MOST_ROWS) {
             for value in self.grid.values(index) {
                 let _ = write!(text, "{:>16}", value.to_string());
             }
             let _ = match run {
-                Run::Finished { observation, .. } => {
+                Run::Finished { observation, heard, .. } => {
                     let cell = |key: &str, factor: f64, digits: usize| {
                         observation.get(key).map_or("–".into(), |value| fixed(factor * value, digits))
                     };
-                    writeln!(
+                    let _ = write!(
                         text,
                         "{:>10}{:>10}{:>10}{:>10}{:>10}",
                         cell("positive_peak", 1e3, 1),
@@ -239,7 +286,14 @@ impl SweepTable<'_> {
                         cell("ratio_1/3", 1.0, 3),
                         cell("ratio_1/2", 1.0, 3),
                         cell("ratio_2/3", 1.0, 3)
-                    )
+                    );
+                    if let Some(heard) = heard {
+                        let level = heard.level_at_950_khz_db.map_or("–".into(), |level| fixed(level, 1));
+                        let (positive, negative) = (heard.positive_peak_pa, heard.negative_peak_pa);
+                        let (positive, negative) = (fixed(1e-3 * positive, 2), fixed(1e-3 * negative, 2));
+                        let _ = write!(text, "{positive:>10}{negative:>10}{level:>10}");
+                    }
+                    writeln!(text)
                 }
                 Run::Failed { reason } => writeln!(text, "  failed: {reason}"),
             };
@@ -248,6 +302,9 @@ impl SweepTable<'_> {
             let _ = writeln!(text, "… {} rows more", self.runs.len() - MOST_ROWS);
         }
         text.push_str("Peaks at the pole of the last bead; ratios are amplitudes over the drive line's.\n");
+        if has_water {
+            text.push_str("Pressure at the first field point; dB: level at 0.95 MHz re the drive's line.\n");
+        }
         if !written {
             text.push_str("Nothing was written; pass --out DIR for sweep.csv, sweep.json and the figure.\n");
         }

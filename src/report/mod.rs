@@ -10,6 +10,7 @@ pub mod chain_length;
 pub mod contact;
 pub mod convergence;
 pub mod figure;
+pub mod heard;
 pub mod mesh;
 pub mod number;
 pub mod page;

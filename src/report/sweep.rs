@@ -95,7 +95,11 @@ fn panel(report: &SweepReport, group: &str) -> Panel {
     const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDotted, Dash::Dotted];
     let curves: Vec<_> =
         report.curves.iter().filter(|curve| curve.group == group && !curve.points.is_empty()).collect();
-    let (factor, unit) = shown_unit(curves.first().map_or("1", |curve| curve.unit.as_str()));
+    // A pressure that is watched is sound; one that is swept may be a modulus.
+    let (factor, unit) = match curves.first().map_or("1", |curve| curve.unit.as_str()) {
+        "Pa" => (1e-3, "kPa"),
+        unit => shown_unit(unit),
+    };
     let (swept_factor, swept_unit) = shown_unit(&report.unit);
     let x = Axis::new(capitalised(&report.name), swept_unit).times(swept_factor);
     let mut panel = Panel::new(x, Axis::new(group, unit).times(factor));

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    feature::{FeatureError, FeatureSettings, Features, Ratio, Window, measure},
+    feature::{FeatureError, FeatureSettings, Features, PressureSettings, Ratio, Window, measure, measure_pressure},
+    response::Response,
     scene::Scene,
     signal::Series,
 };
@@ -78,6 +79,50 @@ impl Observation {
     pub fn get(&self, key: &str) -> Option<f64> {
         let index = watched().iter().position(|watched| watched.key == key)?;
         self.0.get(index).copied().flatten()
+    }
+}
+
+/// What was heard of a run at the scene's first field point.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Heard {
+    /// Largest pressure, Pa.
+    pub positive_peak_pa: f64,
+    /// Smallest, Pa.
+    pub negative_peak_pa: f64,
+    /// Largest level within half the drive frequency of 0.95 MHz, dB re the fundamental; none where samples are too few.
+    pub level_at_950_khz_db: Option<f64>,
+}
+
+impl Heard {
+    /// Measured over the window of the settings; none without water, and none where it is silent.
+    ///
+    /// # Errors
+    /// [`FeatureError`] when the pressure cannot be measured.
+    pub fn measure(response: &Response, settings: &FeatureSettings) -> Result<Option<Self>, FeatureError> {
+        let pressure = response.disc.as_ref().and_then(|disc| disc.pressure.first());
+        let Some(pressure) = pressure.filter(|pressure| pressure.peak() > 0.0) else { return Ok(None) };
+        let window = settings.window.unwrap_or_else(|| Window::whole(pressure));
+        let features = measure_pressure(pressure, &PressureSettings::new(settings.drive_frequency, window))?;
+        Ok(Some(Self {
+            positive_peak_pa: features.peaks.positive,
+            negative_peak_pa: features.peaks.negative,
+            level_at_950_khz_db: features.probe_level_db,
+        }))
+    }
+}
+
+/// Features of the pole's velocity of a run. A bead that a disc has left behind flies on at a constant velocity, in which there is nothing to
+/// measure: then over the whole record.
+///
+/// # Errors
+/// [`FeatureError`] when the velocity cannot be measured.
+pub fn measure_response(response: &Response, settings: &FeatureSettings) -> Result<Features, FeatureError> {
+    let velocity = &response.pole_velocity;
+    match measure(velocity, settings) {
+        Err(FeatureError::Constant { .. }) if response.disc.is_some() => {
+            measure(velocity, &FeatureSettings { window: Some(Window::whole(velocity)), ..*settings })
+        }
+        outcome => outcome,
     }
 }
 

@@ -18,7 +18,7 @@ use super::{
     bodies::Bodies,
     ensemble::{self, EnsembleOutcome, EnsemblePlan},
     grid::Grid,
-    observation::{self, Observation},
+    observation::{self, Heard, Observation},
     run_log::{RunLog, RunLogError},
 };
 use crate::{model::ModelError, scene::Scene};
@@ -31,6 +31,9 @@ pub enum Run {
     Finished {
         /// The watched numbers of the accurate run.
         observation: Observation,
+        /// What was heard in the water, where there is any.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        heard: Option<Heard>,
         /// The energy ledger's residual over the largest energy seen, 1.
         energy_residual: f64,
         /// Mean, scatter and sensitivity, where asked for.
@@ -172,8 +175,13 @@ fn run_point<E: StdError>(
         Err(ModelError::Stopped { .. }) => return None,
         Err(error) => return failed(&error),
     };
-    let observation = match Observation::measure(&response.pole_velocity, &settings) {
-        Ok(observation) => observation,
+    let observation =
+        match observation::measure_response(&response, &settings).map(|features| Observation::of(&features)) {
+            Ok(observation) => observation,
+            Err(error) => return failed(&error),
+        };
+    let heard = match Heard::measure(&response, &settings) {
+        Ok(heard) => heard,
         Err(error) => return failed(&error),
     };
     let ensemble = match ensemble.map(|plan| ensemble::run_on(bodies, &scene, plan)).transpose() {
@@ -182,5 +190,5 @@ fn run_point<E: StdError>(
     };
     let energy = &response.energy;
     let energy_residual = if energy.largest_j > 0.0 { energy.residual_j / energy.largest_j } else { 0.0 };
-    Some(Run::Finished { observation, energy_residual, ensemble })
+    Some(Run::Finished { observation, heard, energy_residual, ensemble })
 }
