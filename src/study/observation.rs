@@ -120,7 +120,7 @@ pub fn measure_response(response: &Response, settings: &FeatureSettings) -> Resu
     let velocity = &response.pole_velocity;
     match measure(velocity, settings) {
         Err(FeatureError::Constant { .. }) if response.disc.is_some() => {
-            measure(velocity, &FeatureSettings { window: Some(Window::whole(velocity)), ..*settings })
+            measure(velocity, &FeatureSettings { window: Some(Window::whole(velocity)), ..settings.clone() })
         }
         outcome => outcome,
     }
