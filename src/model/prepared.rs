@@ -72,8 +72,9 @@ pub fn prepare_with(scene: &Scene, cache: Option<&Cache>) -> Result<Prepared, Mo
         ModelKind::Chain => Rung::Chain(None),
         ModelKind::Reduced => {
             let (reduction, origin) = match cache {
-                Some(cache) => cache.reduction(scene)?,
-                None => (Reduction::new(scene)?, Origin::Made { not_kept: None }),
+                // A disc on water is made anew: its modes and the water's answer are not kept.
+                Some(cache) if scene.water.is_none() => cache.reduction(scene)?,
+                _ => (Reduction::new(scene)?, Origin::Made { not_kept: None }),
             };
             Rung::Reduced { reduction: Box::new(reduction), origin }
         }

@@ -10,7 +10,13 @@ use super::{
     trace::poles,
 };
 use crate::{
-    model::contact_law::{Dashpot, dashpots},
+    model::{
+        contact_law::{Dashpot, dashpots},
+        water::{
+            disc::{Disc, DiscError},
+            front::Front,
+        },
+    },
     scene::{Bead, ContactMass, Elements, FlatContact, Material, MeshFile, Scene, Support},
 };
 
@@ -31,6 +37,8 @@ pub struct Arrangement {
     pub spring: f64,
     /// Factor on the support's stiffness, 1.
     pub stiffness_factor: f64,
+    /// The front of the disc, where the support is a disc on water; none of the bodies then.
+    pub front: Option<Front>,
     /// Dashpot of every contact.
     pub dashpots: Vec<Dashpot>,
     /// z of the origin of every body's coordinates while all just touch, m: beads, then the support; the piston's face lies at 0.
@@ -46,6 +54,14 @@ impl Arrangement {
         let beads = &scene.chain.beads;
         if scene.piston == FlatContact::Steel {
             return Err(FeaError::HalfSpace { key: "piston.contact" });
+        }
+        if scene.water.is_some() {
+            if !dashpots(&scene.damping, beads.len() + 1)[beads.len()].is_absent() {
+                return Err(FeaError::DiscDashpot);
+            }
+            if scene.chain.precompression > 0.0 {
+                return Err(FeaError::WaterUnderForce { force: scene.chain.precompression });
+            }
         }
         let settings = scene.model.meshing();
         let mass = match settings.contact_mass {
@@ -103,7 +119,7 @@ impl Arrangement {
             origins.push(face - front);
             face += back - front;
         }
-        let (mut spring, mut stiffness_factor) = (f64::INFINITY, 1.0);
+        let (mut spring, mut stiffness_factor, mut front) = (f64::INFINITY, 1.0, None);
         let mut resting = |sphere: &Body, support: Body, torus: Option<&HalfTorus>| -> Result<Body, FeaError> {
             if beads[last].mesh.is_some() {
                 return Err(FeaError::SphereNeeded { bead: last + 1 });
@@ -121,7 +137,29 @@ impl Arrangement {
                 None
             }
             Support::Flat(FlatContact::Steel) => return Err(FeaError::HalfSpace { key: "support.kind" }),
-            Support::Disc { .. } => return Err(FeaError::Disc),
+            Support::Disc { shape, mesh_density } => {
+                let failed = |source: DiscError| FeaError::Front(Box::new(source.into()));
+                let disc = Disc::for_contact(shape, *mesh_density as usize).map_err(failed)?;
+                let touched = Pole {
+                    name: "the disc",
+                    body: disc.body(),
+                    boundary: "front",
+                    normal: -1.0,
+                    profile: Profile::Meshed,
+                };
+                let pair = Pair::of_poles(pole(last, "back"), touched)?;
+                origins.push(face);
+                // On water it is no body by itself: both step together.
+                let dry = match &scene.water {
+                    None => Some(disc.into_body()),
+                    Some(water) => {
+                        front = Some(Front::new(disc, &pair.after, water).map_err(failed)?);
+                        None
+                    }
+                };
+                pairs.push(pair);
+                dry
+            }
             Support::Spring { stiffness } => {
                 spring = *stiffness;
                 pairs.push(Pair::on_flat(pole(last, "back"), false)?);
@@ -157,6 +195,7 @@ impl Arrangement {
             contacts,
             spring,
             stiffness_factor,
+            front,
             dashpots: dashpots(&scene.damping, beads.len() + 1),
             origins,
         })
@@ -198,7 +237,7 @@ impl Arrangement {
         FeaError::Factor { body: self.name(slot), source }
     }
 
-    /// Unknowns of all bodies.
+    /// Unknowns of all bodies, without those of a disc on water.
     #[must_use]
     pub fn unknowns(&self) -> usize {
         self.beads.iter().chain(&self.support).map(|&kind| self.kinds[kind].dofs().free().len()).sum()
@@ -266,7 +305,11 @@ pub fn bead_mesh(bead: &Bead, scene: &Scene) -> Result<(Mesh, Vec<Material>), Fe
 pub fn support_mesh(scene: &Scene) -> Result<Option<(Mesh, Vec<Material>)>, FeaError> {
     match &scene.support {
         Support::Flat(_) | Support::Spring { .. } => Ok(None),
-        Support::Disc { .. } => Err(FeaError::Disc),
+        Support::Disc { shape, mesh_density } => {
+            let disc = Disc::for_contact(shape, *mesh_density as usize)
+                .map_err(|source| FeaError::Front(Box::new(source.into())))?;
+            Ok(Some((disc.into_body().mesh().clone(), vec![shape.material.clone()])))
+        }
         Support::Annulus { stiffness_factor: factor, material, .. } => {
             let settings = scene.model.meshing();
             let form = AnnulusMesh {

@@ -50,9 +50,27 @@ pub enum FeaError {
         /// Which key.
         key: &'static str,
     },
-    /// A disc behind bodies that are meshed.
-    #[error("`support.kind` = \"disc\": no meshed beads stand in front of a disc yet; use model.kind = \"chain\"")]
-    Disc,
+    /// A disc on water that cannot be made.
+    #[error(transparent)]
+    Front(#[from] Box<crate::model::water::front::FrontError>),
+    /// A dashpot at the disc.
+    #[error(
+        "a dashpot at the disc (`damping.at` = \"all\"): in front of water meshed bodies have dashpots between beads only; set \
+         `damping.at` = \"beads\" or `model.kind` = \"chain\""
+    )]
+    DiscDashpot,
+    /// A static force on a disc with water behind it.
+    #[error(
+        "`chain.precompression` {force:e} N: a disc on water begins at rest; set it to zero, `water.medium` = \"none\" or `model.kind` = \
+         \"chain\""
+    )]
+    WaterUnderForce {
+        /// F₀, N.
+        force: f64,
+    },
+    /// A saved state of an analysis with water.
+    #[error("an analysis with water behind the disc cannot be taken up again; run it from the start")]
+    WaterNotKept,
     /// Only a sphere can rest on a ring.
     #[error(
         "bead {bead} is an imported body: on this support it must be a sphere, whose gap is known exactly; drop its `mesh`"

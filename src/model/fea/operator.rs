@@ -252,6 +252,22 @@ impl Operator {
         Ok(Self { coefficients, factors, inverse, contacts })
     }
 
+    /// Let what the last contact touches give way besides by a compliance of its points (row by row, m/N).
+    ///
+    /// # Errors
+    /// [`FeaError::Compliance`].
+    pub fn soften_last(&mut self, arrangement: &Arrangement, further: &[f64]) -> Result<(), FeaError> {
+        let last = arrangement.contacts.len() - 1;
+        let place = self.contacts.links[last].compliance;
+        let own = &self.contacts.compliances[place];
+        let rows = (0..own.size()).flat_map(|row| own.row(row)).zip(further);
+        let matrix = rows.map(|(own, further)| own + further).collect();
+        let ordering = arrangement.pairs[arrangement.contacts[last]].ordering;
+        self.contacts.compliances[place] =
+            Compliance::new(matrix, own.size(), ordering).map_err(|_| FeaError::Compliance { contact: last + 1 })?;
+        Ok(())
+    }
+
     /// Condense the last contact anew, in place, after its faces have turned.
     pub fn turn_last(&mut self, arrangement: &Arrangement, interfaces: &Interfaces) {
         let last = arrangement.contacts.len() - 1;

@@ -22,8 +22,9 @@ use super::{
     turning::{Turned, Turning},
 };
 use crate::{
+    model::water::front::{TouchedDisc, WaterRecord},
     response::Response,
-    scene::{PistonMotion, Scene, Scheme},
+    scene::{PistonMotion, Scene, Scheme, WaterSettings},
 };
 
 /// Travel of the last bead into a ring up to which undeformed normals may be kept, m: the force is then 1 % too large.
@@ -69,6 +70,8 @@ pub struct Simulation<'a> {
     rigid: Vec<RigidPrediction>,
     workspace: Workspace,
     turning: Option<Turning>,
+    water: Option<WaterSettings>,
+    wet: Option<Wet>,
     watched: Watched,
     /// Nominal steps taken.
     taken: usize,
@@ -80,6 +83,16 @@ pub struct Simulation<'a> {
     complementarity: Complementarity,
     cuts: Vec<Cut>,
     profile: Profile,
+}
+
+/// The disc on the water behind the last contact.
+struct Wet {
+    disc: Box<dyn TouchedDisc>,
+    /// Retreat of the contact's points, m: predicted in a step, then as it is.
+    retreat: Vec<f64>,
+    record: WaterRecord,
+    /// Energy of the disc and work on the water at the last look, J.
+    energies: [f64; 2],
 }
 
 impl fmt::Debug for Simulation<'_> {
@@ -114,7 +127,18 @@ impl<'a> Simulation<'a> {
             Rest::new(&arrangement, &interfaces, &scene.chain)?;
         let motion = Motion::at_rest(&arrangement, &interfaces, &displacements);
         let (scheme, tension) = (settings.scheme, scene.damping.tension);
-        let operator = Operator::new(&arrangement, &interfaces, Coefficients::new(scheme, step), tension)?;
+        let mut operator = Operator::new(&arrangement, &interfaces, Coefficients::new(scheme, step), tension)?;
+        let wet = match (&arrangement.front, &scene.water) {
+            (Some(front), Some(water)) => {
+                let disc = front.on_water(water, step).map_err(Box::new)?;
+                operator.soften_last(&arrangement, disc.compliance())?;
+                let (retreat, record) = (vec![0.0; front.points()], WaterRecord::new(water, samples));
+                Some(Wet { disc, retreat, record, energies: [0.0; 2] })
+            }
+            _ => None,
+        };
+        // Disc and water have one factor: their clock has one step.
+        let control = if wet.is_some() { Control { halvings: 0, ..control } } else { control };
         let workspace = Workspace::new(&operator.contacts);
         let mut operators = vec![None; control.halvings as usize + 1];
         operators[0] = Some(operator);
@@ -124,12 +148,14 @@ impl<'a> Simulation<'a> {
         drive.sample(&times, &mut positions, &mut speeds);
         let speed = speeds.iter().fold(0.0, |most: f64, speed| most.max(speed.abs()));
         let mut ledger = Ledger::new(0.5 * arrangement.kinds[arrangement.beads[0]].total_mass() * speed * speed);
-        ledger.work.unknowns = arrangement.unknowns() as u64;
+        ledger.work.unknowns = (arrangement.unknowns() + wet.as_ref().map_or(0, |wet| wet.disc.unknowns())) as u64;
         ledger.work.factorisations = arrangement.kinds.len() as u64;
         let piston = drive.at(0.0).0;
         let turning = Turning::new(scene, &arrangement, &interfaces)?;
         let mut simulation = Self {
             turning,
+            water: scene.water.clone(),
+            wet,
             trace: Trace::new(&arrangement, sampling),
             watched: Watched::new(&arrangement),
             predicted_gaps: rest_gaps.clone(),
@@ -265,7 +291,11 @@ impl<'a> Simulation<'a> {
     /// Everything recorded so far.
     #[must_use]
     pub fn response(&self) -> Response {
-        self.trace.response(&self.ledger)
+        let mut response = self.trace.response(&self.ledger);
+        if let (Some(wet), Some(front), Some(water)) = (&self.wet, &self.arrangement.front, &self.water) {
+            wet.record.enter(front, water, wet.energies, &mut response);
+        }
+        response
     }
 
     /// Take one nominal step.
@@ -331,6 +361,9 @@ impl<'a> Simulation<'a> {
         motion.predict(arrangement, interfaces, operator, before, profile);
 
         let mut lap = profile.start();
+        if let Some(Wet { disc, retreat, .. }) = &mut self.wet {
+            disc.predict(retreat);
+        }
         motion.predict_rigid(arrangement, &c, before, &mut self.rigid);
         self.rigid[0] = RigidPrediction { displacement: piston, velocity: piston_velocity };
         if let Some(turning) = &mut self.turning {
@@ -341,6 +374,9 @@ impl<'a> Simulation<'a> {
             let value = |slot, row| motion.free_interface(slot).map(|(free, column)| free.get(row, column));
             let (rest, links) = (&self.rest_gaps, &operator.contacts.links);
             interfaces.gaps(rest, links, piston, value, &mut self.predicted_gaps);
+            if let (Some(wet), Some(gaps)) = (&self.wet, self.predicted_gaps.last_mut()) {
+                gaps.iter_mut().zip(&wet.retreat).for_each(|(gap, retreat)| *gap += retreat);
+            }
             let effort = operator
                 .contacts
                 .solve(&self.predicted_gaps, &self.rigid, &self.rest_overlaps, contacts, &mut self.workspace)
@@ -402,6 +438,10 @@ impl<'a> Simulation<'a> {
                 dissipated -= 0.5 * force * (moved(motion, contact) - moved(motion, contact + 1));
             }
         }
+        if let (Some(wet), Some(last)) = (&mut self.wet, contacts.last()) {
+            wet.disc.push(&last.forces);
+            wet.disc.retreat(&mut wet.retreat);
+        }
         let old_piston = self.piston;
         motion.accept(arrangement, &c, contacts, before, profile);
         motion.move_piston(piston);
@@ -426,6 +466,7 @@ impl<'a> Simulation<'a> {
     /// Measure all gaps anew from the displacements, and hold them against the contact conditions.
     fn measure_contacts(&mut self) {
         let (mut penetration, mut adhesion, mut product): (f64, f64, f64) = (0.0, 0.0, 0.0);
+        let last = self.contacts.len() - 1;
         for (contact, state) in self.contacts.iter_mut().enumerate() {
             let pair = &self.arrangement.pairs[self.arrangement.contacts[contact]];
             let [before, after] = &self.interfaces.faces[contact];
@@ -436,12 +477,16 @@ impl<'a> Simulation<'a> {
                     self.motion.normal_displacement(&self.interfaces, contact, before, i)
                 };
                 let far = self.motion.normal_displacement(&self.interfaces, contact + 1, after, i);
+                let retreat = match &self.wet {
+                    Some(wet) if contact == last => wet.retreat[i],
+                    _ => 0.0,
+                };
                 let flat = if pair.after.is_empty() {
                     pair.axial_after[i] * state.pressing / self.arrangement.spring
                 } else {
                     0.0
                 };
-                let gap = self.rest_gaps[contact][i] - near - far - flat;
+                let gap = self.rest_gaps[contact][i] - near - far - flat + retreat;
                 penetration = penetration.max(-gap);
                 adhesion = adhesion.max(-state.forces[i]);
                 product = product.max((state.forces[i] * gap).abs());
@@ -463,7 +508,11 @@ impl<'a> Simulation<'a> {
     fn energy(&mut self) -> (f64, f64) {
         let (kinetic, stored) = self.motion.energy(&self.arrangement);
         let force = self.contacts.last().map_or(0.0, |contact| contact.pressing);
-        (kinetic, stored + self.arrangement.spring_energy(force))
+        let wet = self.wet.as_mut().map_or(0.0, |wet| {
+            wet.energies = [wet.disc.energy(), wet.disc.work_on_water()];
+            wet.energies.iter().sum()
+        });
+        (kinetic, stored + self.arrangement.spring_energy(force) + wet)
     }
 
     fn record(&mut self) {
@@ -471,6 +520,9 @@ impl<'a> Simulation<'a> {
             self.trace.follow(&self.watched, &self.motion);
         }
         self.trace.sample(&self.arrangement, &self.watched, &self.motion, self.piston, &self.contacts);
+        if let Some(Wet { disc, record, .. }) = &mut self.wet {
+            record.sample(disc.as_ref());
+        }
     }
 
     /// Save everything that is needed to go on later; `identity` says what the state belongs to.
@@ -494,6 +546,9 @@ impl<'a> Simulation<'a> {
     /// # Errors
     /// [`FeaError::OtherState`] when the state is of another analysis.
     pub fn restore(&mut self, snapshot: Snapshot, identity: &str) -> Result<(), FeaError> {
+        if self.wet.is_some() {
+            return Err(FeaError::WaterNotKept);
+        }
         let points =
             |contacts: &[ContactState]| contacts.iter().map(|contact| contact.forces.len()).collect::<Vec<_>>();
         let fits = snapshot.identity == identity && points(&snapshot.contacts) == points(&self.contacts);

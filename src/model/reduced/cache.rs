@@ -129,7 +129,7 @@ fn key(scene: &Scene) -> Result<String, FeaError> {
     let support = match &scene.support {
         Support::Flat(flat) => format!("{flat:?}"),
         Support::Spring { .. } => "flat on a spring".into(),
-        Support::Disc { .. } => return Err(FeaError::Disc),
+        Support::Disc { shape, .. } => format!("disc, rim {}", shape.rim.name()),
         Support::Annulus { normal, .. } | Support::Body { normal, .. } => format!("body with a {normal:?} normal"),
     };
     digest.update(format!("support {support}\n"));

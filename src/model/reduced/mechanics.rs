@@ -93,9 +93,16 @@ impl Surface {
 impl Mechanics {
     /// Of a scene with these bodies.
     ///
+    /// `further`: what the last contact gives way besides, row by row (m/N); empty for nothing.
+    ///
     /// # Errors
     /// [`FeaError::Compliance`] when a condensed compliance is not positive definite.
-    pub(super) fn new(reduction: &Reduction, scene: &Scene, flexibility: Flexibility) -> Result<Self, FeaError> {
+    pub(super) fn new(
+        reduction: &Reduction,
+        scene: &Scene,
+        flexibility: Flexibility,
+        further: &[f64],
+    ) -> Result<Self, FeaError> {
         let support = reduction.support.map(|member| reduction.members[member].kind);
         let factor = match &scene.support {
             Support::Annulus { stiffness_factor, .. } => *stiffness_factor,
@@ -147,6 +154,9 @@ impl Mechanics {
                 before.and_then(|member| reduction.members[member].back),
                 after.map(|member| reduction.members[member].front),
             ];
+            if contact == last {
+                matrix.iter_mut().zip(further).for_each(|(sum, value)| *sum += value);
+            }
             for face in faces.into_iter().flatten() {
                 matrix.iter_mut().zip(&compliances[face]).for_each(|(sum, value)| *sum += value);
             }

@@ -10,6 +10,7 @@ use crate::{
             arrangement::Arrangement, contact::complementarity::Ordering, operator::Interfaces,
             simulation::FIXED_NORMAL_TRAVEL, trace::Watched,
         },
+        water::front::Front,
     },
     response::Response,
     scene::{ContactNormal, Scene, Support},
@@ -32,6 +33,9 @@ pub struct Reduction {
     pub geometries: Vec<Geometry>,
     /// Geometry of every contact.
     pub contacts: Vec<usize>,
+    /// The front of the disc, where the support is a disc on water; it is not kept in a cache.
+    #[serde(skip)]
+    pub front: Option<Front>,
 }
 
 /// One kind of body.
@@ -290,6 +294,7 @@ impl<'a> Assembly<'a> {
             kinds: kinds.collect(),
             geometries: geometries.collect(),
             contacts: self.arrangement.contacts.clone(),
+            front: self.arrangement.front.clone(),
             faces: self.faces,
             members,
             beads,

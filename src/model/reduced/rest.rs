@@ -41,7 +41,7 @@ impl Rest {
             if let Some((contact, gap)) = chain.first_open_gap() {
                 return Err(FeaError::OpenGapUnderPrecompression { force, contact, gap });
             }
-            let statics = Mechanics::new(reduction, scene, Flexibility::Static)?;
+            let statics = Mechanics::new(reduction, scene, Flexibility::Static, &[])?;
             press(reduction, &statics, force, &mut forces, &mut approaches)?;
         }
         let overlaps: Vec<f64> = approaches.iter().zip(&chain.gaps).map(|(approach, gap)| approach - gap).collect();

@@ -1,8 +1,10 @@
 //! One run, step after step.
 
+use std::fmt;
+
 use super::{
     chain::{self, Unsolved},
-    contact::State,
+    contact::{State, dot},
     damper,
     mechanics::{Flexibility, LARGEST_PHASE, Mechanics},
     motion::Moving,
@@ -16,6 +18,7 @@ use crate::{
         contact_law::{Dashpot, dashpots},
         fea::{FeaError, control::Cause, energy::Ledger, trace::Sampling},
         need_drive,
+        water::front::{TouchedDisc, WaterRecord},
     },
     response::Response,
     scene::{PistonMotion, Scene},
@@ -39,6 +42,35 @@ struct Run<'a> {
     before: Vec<[f64; 2]>,
     piston: f64,
     ledger: Ledger,
+    wet: Option<Wet>,
+}
+
+/// The disc on the water behind the last contact.
+struct Wet {
+    disc: Box<dyn TouchedDisc>,
+    /// Retreat of the contact's points without forces at the end of the step, m, and the least of it.
+    retreat: Vec<f64>,
+    least: f64,
+}
+
+impl fmt::Debug for Wet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Wet").field("retreat", &self.retreat).finish_non_exhaustive()
+    }
+}
+
+impl Wet {
+    fn predict(&mut self) {
+        self.disc.predict(&mut self.retreat);
+        self.least = self.retreat.iter().copied().fold(f64::INFINITY, f64::min);
+    }
+
+    /// Energy of the disc and of what it gave to the water, J, less what the contact's own account ([`State::energy`]) has of it: ½ λᵀ C λ.
+    fn energy(&mut self, forces: &[f64]) -> f64 {
+        let rows = self.disc.compliance().chunks_exact(forces.len()).zip(forces);
+        let counted: f64 = rows.map(|(row, force)| force * dot(row, forces)).sum();
+        self.disc.energy() + self.disc.work_on_water() - 0.5 * counted
+    }
 }
 
 impl Reduction {
@@ -56,9 +88,17 @@ impl Reduction {
         let sampling = Sampling::new(scene, scene.model.reduced.step);
         let mut run = Run::new(self, scene, sampling.step(), motion.at(0.0).0)?;
         let mut record = Record::new(sampling, self.beads.len());
-        run.ledger.begin(run.energy());
+        let mut heard = scene.water.as_ref().map(|water| WaterRecord::new(water, sampling.samples));
+        let listen = |run: &Run<'_>, heard: &mut Option<WaterRecord>| {
+            if let (Some(wet), Some(heard)) = (&run.wet, heard) {
+                heard.sample(wet.disc.as_ref());
+            }
+        };
+        let energy = run.energy();
+        run.ledger.begin(energy);
         record.follow(0, self, &run.mechanics, &run.bodies, &run.states);
         record.sample(run.piston, self, &run.states);
+        listen(&run, &mut heard);
         let step = sampling.step();
         for taken in 1..=sampling.steps() {
             let time = taken as f64 * step;
@@ -66,14 +106,21 @@ impl Reduction {
             record.follow(taken, self, &run.mechanics, &run.bodies, &run.states);
             if taken.is_multiple_of(sampling.steps_per_sample) {
                 record.sample(run.piston, self, &run.states);
-                run.ledger.sample(run.energy());
+                listen(&run, &mut heard);
+                let energy = run.energy();
+                run.ledger.sample(energy);
                 if !progress(time) {
                     return Err(ModelError::Stopped { time });
                 }
             }
         }
-        run.ledger.work.unknowns = run.bodies.iter().flatten().map(|body| 1 + body.modal.len() as u64).sum();
-        Ok(record.response(&run.ledger))
+        let bodies: u64 = run.bodies.iter().flatten().map(|body| 1 + body.modal.len() as u64).sum();
+        run.ledger.work.unknowns = bodies + run.wet.as_ref().map_or(0, |wet| wet.disc.unknowns() as u64);
+        let mut response = record.response(&run.ledger);
+        if let (Some(heard), Some(front), Some(water), Some(wet)) = (heard, &self.front, &scene.water, &mut run.wet) {
+            heard.enter(front, water, [wet.disc.energy(), wet.disc.work_on_water()], &mut response);
+        }
+        Ok(response)
     }
 }
 
@@ -94,7 +141,15 @@ fn failed(failure: Failure, time: f64, step: f64) -> ModelError {
 
 impl<'a> Run<'a> {
     fn new(reduction: &'a Reduction, scene: &Scene, step: f64, piston: f64) -> Result<Self, FeaError> {
-        let mechanics = Mechanics::new(reduction, scene, Flexibility::Residual(LARGEST_PHASE / step))?;
+        let wet = match (&reduction.front, &scene.water) {
+            (Some(front), Some(water)) => {
+                let disc = front.on_water(water, step).map_err(Box::new)?;
+                Some(Wet { disc, retreat: vec![0.0; front.points()], least: 0.0 })
+            }
+            _ => None,
+        };
+        let further = wet.as_ref().map_or(&[][..], |wet| wet.disc.compliance());
+        let mechanics = Mechanics::new(reduction, scene, Flexibility::Residual(LARGEST_PHASE / step), further)?;
         let rest = Rest::new(reduction, scene)?;
         let bodies = (0..reduction.beads.len() + 2).map(|slot| {
             let kind = reduction.members[reduction.member(slot)?].kind;
@@ -121,6 +176,7 @@ impl<'a> Run<'a> {
             ledger: Ledger::new(0.0),
             mechanics,
             rest,
+            wet,
         };
         run.press();
         run.bodies.iter_mut().flatten().for_each(Moving::settle);
@@ -161,6 +217,9 @@ impl<'a> Run<'a> {
                 body.drift();
             }
         }
+        if let Some(wet) = &mut self.wet {
+            wet.predict();
+        }
         let pushed = position - self.piston;
         self.piston = position;
         for (before, state) in self.before.iter_mut().zip(&self.states) {
@@ -177,6 +236,9 @@ impl<'a> Run<'a> {
                 .map_err(|contact| Failure::Contact(Cause::NotSettled, contact))?;
         }
         self.press();
+        if let (Some(wet), Some(last)) = (&mut self.wet, self.states.last()) {
+            wet.disc.push(&last.forces);
+        }
         for (slot, body) in self.bodies.iter_mut().enumerate() {
             let Some(body) = body else { continue };
             body.kick(Self::net(&self.states, slot));
@@ -247,8 +309,11 @@ impl<'a> Run<'a> {
     }
 
     /// Kinetic and stored energy, J; a spring behind the support is part of its contact's flexibility.
-    fn energy(&self) -> (f64, f64) {
-        let contacts: f64 = self.states.iter().map(State::energy).sum();
+    fn energy(&mut self) -> (f64, f64) {
+        let mut contacts: f64 = self.states.iter().map(State::energy).sum();
+        if let (Some(wet), Some(last)) = (&mut self.wet, self.states.last()) {
+            contacts += wet.energy(&last.forces);
+        }
         self.bodies
             .iter()
             .flatten()
@@ -274,6 +339,11 @@ impl<'a> Gaps<'a, '_> {
         })
     }
 
+    /// The disc on water, at the last contact.
+    fn wet(&self) -> Option<&'a Wet> {
+        self.run.wet.as_ref().filter(|_| self.contact + 1 == self.run.least.len())
+    }
+
     fn measure(&self, free: &mut [f64]) {
         free.copy_from_slice(&self.run.rest.gaps[self.contact]);
         if self.contact == 0 {
@@ -283,6 +353,9 @@ impl<'a> Gaps<'a, '_> {
         for (body, surface) in self.sides() {
             surface.close(body.rigid, &body.modal, free);
         }
+        if let Some(wet) = self.wet() {
+            free.iter_mut().zip(&wet.retreat).for_each(|(gap, retreat)| *gap += retreat);
+        }
     }
 
     /// A lower bound of all of them, m.
@@ -290,6 +363,6 @@ impl<'a> Gaps<'a, '_> {
         // The axial part of a normal is at most one.
         let piston = if self.contact == 0 { self.run.piston.max(0.0) } else { 0.0 };
         let bodies: f64 = self.sides().map(|(body, surface)| surface.least(body.rigid, &body.modal)).sum();
-        self.run.least[self.contact] - piston + bodies
+        self.run.least[self.contact] - piston + bodies + self.wet().map_or(0.0, |wet| wet.least)
     }
 }

@@ -75,12 +75,35 @@ impl DiscModes {
     }
 }
 
+/// A disc as a contact at several points of its front and the water see it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DiscInterface {
+    /// Its modes and static shapes.
+    pub modes: DiscModes,
+    /// Their displacement of every point into the water, shape by shape, 1/√kg.
+    pub shapes: Vec<f64>,
+    /// R = S − Σ φ φᵀ/ω², what they leave out of the static flexibility S between the points, row by row, m/N.
+    pub residual: Vec<f64>,
+}
+
+impl DiscInterface {
+    /// Number of points.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.residual.len().isqrt()
+    }
+}
+
 impl Disc {
     /// Mesh and assemble a disc, with its consistent mass.
     ///
     /// # Errors
     /// [`DiscError`]: a thickness not below the radius, numbers of the mesh out of range, an unphysical material.
     pub fn new(shape: &DiscShape, mesh: &DiscMesh) -> Result<Self, DiscError> {
+        Self::assembled(shape, mesh, &[], ContactMass::Consistent)
+    }
+
+    fn assembled(shape: &DiscShape, mesh: &DiscMesh, touched: &[&str], mass: ContactMass) -> Result<Self, DiscError> {
         let mesh = disc_mesh(shape.radius, shape.thickness, mesh)?;
         let nodes = |name: &str| mesh.boundary(name).map_or_else(Vec::new, |boundary| boundary.nodes.clone());
         let (front, back) = (nodes("front"), nodes("back"));
@@ -90,8 +113,27 @@ impl Disc {
             Rim::Free => &[],
         };
         let materials = std::slice::from_ref(&shape.material);
-        let body = Body::held(mesh, materials, held, &[], ContactMass::Consistent)?;
+        let body = Body::held(mesh, materials, held, touched, mass)?;
         Ok(Self { shape: shape.clone(), body, front, back })
+    }
+
+    /// A disc for a contact that is solved on its mesh: graded to the pole of its front, whose nodes carry no mass (each element keeps its
+    /// whole mass on its other nodes).
+    ///
+    /// - `density`: n ≥ 1; the element at the pole has a side of h/(10 n), 8n/3 elements lie through the thickness, 6n along r of a disc with
+    ///   a = 4h
+    ///
+    /// # Errors
+    /// As [`Disc::new`].
+    pub fn for_contact(shape: &DiscShape, density: usize) -> Result<Self, DiscError> {
+        let n = density.max(1);
+        let slenderness = (shape.radius / shape.thickness).max(1.0).log2();
+        let mesh = DiscMesh {
+            radial: (2.0 * n as f64 * (1.0 + slenderness)).ceil() as usize,
+            through: (8 * n).div_ceil(3),
+            pole_side: Some(0.1 * shape.thickness / n as f64),
+        };
+        Self::assembled(shape, &mesh, &["front"], ContactMass::Massless)
     }
 
     /// What it is.
@@ -104,6 +146,12 @@ impl Disc {
     #[must_use]
     pub fn body(&self) -> &Body {
         &self.body
+    }
+
+    /// The body alone.
+    #[must_use]
+    pub fn into_body(self) -> Body {
+        self.body
     }
 
     /// Nodes along the front from the pole to the rim: vertex, middle, vertex, …
@@ -163,6 +211,50 @@ impl Disc {
     /// # Errors
     /// [`DiscError`].
     pub fn basis(&self, count: usize, patch: f64) -> Result<DiscModes, DiscError> {
+        let (frequencies, vectors) = self.span(count, patch)?;
+        Ok(self.seen(frequencies, &vectors, &self.patch_load(patch), count))
+    }
+
+    /// The coordinates of [`Disc::basis`] as a contact at several points sees them; a point is a displacement along z as a sum over unknowns.
+    ///
+    /// # Errors
+    /// [`DiscError`].
+    pub(super) fn interface(
+        &self,
+        count: usize,
+        patch: f64,
+        points: &[Vec<(u32, f64)>],
+    ) -> Result<DiscInterface, DiscError> {
+        let (frequencies, vectors) = self.span(count, patch)?;
+        let along = |point: &[(u32, f64)], by_dof: &[f64]| {
+            point.iter().map(|&(dof, weight)| weight * by_dof[dof as usize]).sum::<f64>()
+        };
+        let shapes: Vec<f64> =
+            vectors.iter().flat_map(|vector| points.iter().map(|point| along(point, vector))).collect();
+        let factor = StaticFactor::new(&self.body, &[])?;
+        let (mut force, mut u, mut work) = (self.body.columns(1), self.body.columns(1), factor.factor().columns(1));
+        let mut residual = Vec::with_capacity(points.len() * points.len());
+        for point in points {
+            force.clear();
+            for &(dof, weight) in point {
+                force.as_mut_slice()[dof as usize] += weight;
+            }
+            factor.solve(&mut force, &mut work, &mut u);
+            residual.extend(points.iter().map(|other| along(other, u.as_slice())));
+        }
+        let rigid = usize::from(self.body.is_free());
+        for (shape, frequency) in shapes.chunks_exact(points.len()).zip(&frequencies).skip(rigid) {
+            let square = (TAU * frequency).powi(2);
+            for (row, a) in residual.chunks_exact_mut(points.len()).zip(shape) {
+                row.iter_mut().zip(shape).for_each(|(sum, b)| *sum -= a * b / square);
+            }
+        }
+        let modes = self.seen(frequencies, &vectors, &self.patch_load(patch), count);
+        Ok(DiscInterface { modes, shapes, residual })
+    }
+
+    /// Frequencies (Hz) and vectors of the `count` lowest modes and of the static shapes.
+    fn span(&self, count: usize, patch: f64) -> Result<(Vec<f64>, Vec<Vec<f64>>), DiscError> {
         let found = modes(&self.body, count)?;
         let mut vectors: Vec<Vec<f64>> =
             (0..count).map(|mode| found.shapes.col(mode).iter().copied().collect()).collect();
@@ -184,7 +276,7 @@ impl Disc {
             vectors.push(vector);
             frequencies.push(frequency);
         }
-        Ok(self.seen(frequencies, &vectors, &load, count))
+        Ok((frequencies, vectors))
     }
 
     /// Weights w, by the body's unknowns, with wᵀu̇ = Σ_{k ≤ count} φ_k q̇_k: of a velocity field the part that moves in the lowest modes, as a

@@ -21,6 +21,7 @@ pub mod contact;
 pub mod disc;
 pub mod elements;
 pub mod field;
+pub mod front;
 mod quadrature;
 pub mod rayleigh;
 mod support;

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::model::{
     fea::assembly::{Columns, Direction, DofMap},
-    water::{OnWater, contact::DASHPOT_MODES, disc::Disc, rayleigh::field::FieldPoint},
+    water::{OnWater, contact::DASHPOT_MODES, disc::Disc, front::TouchedDisc, rayleigh::field::FieldPoint},
 };
 
 /// What disc and water are meshed and stepped with.
@@ -37,10 +37,11 @@ pub struct DiscOnWater {
     factor: QuasiDefinite,
     /// Rows by unknown u of the factor, columns ψ: A.
     coupling: Sparse,
-    /// Rate of all unknowns for a unit force on the patch.
-    unit: Vec<f64>,
-    patch: Vec<f64>,
-    /// Weights of the modal velocity, by the body's unknowns ([`Disc::modal_weights`]).
+    /// Where forces act: on the patch, or at the points of a contact.
+    points: Vec<Point>,
+    /// What a unit force at the end of a step moves there until then, row by row, m/N.
+    compliance: Vec<f64>,
+    /// Weights of the modal velocity, by the body's unknowns ([`Disc::modal_weights`]); none at the points of a contact.
     modal: Vec<f64>,
     step: f64,
     /// By free unknown, m.
@@ -50,18 +51,49 @@ pub struct DiscOnWater {
     image: Columns,
     /// What is known of the disc's rows before a step but for the force, 2M u̇/Δ − K u, N.
     known: Vec<f64>,
-    force: f64,
+    /// At the points at the last instant, N.
+    forces: Vec<f64>,
     solution: Vec<f64>,
     work: f64,
 }
 
+/// A displacement along z that is measured, and along which a force acts.
+#[derive(Debug, Clone)]
+struct Point {
+    /// Free unknowns and their weights.
+    terms: Vec<(u32, f64)>,
+    /// Rates of all unknowns for a unit force.
+    answer: Vec<f64>,
+}
+
+impl Point {
+    fn along(&self, values: &[f64]) -> f64 {
+        self.terms.iter().map(|&(place, weight)| weight * values[place as usize]).sum()
+    }
+}
+
 impl DiscOnWater {
-    /// Disc and water at rest.
+    /// Disc and water at rest, the force on the patch.
     ///
     /// # Errors
     /// [`ElementsError`].
     pub fn new(disc: Disc, settings: &DiscOnWaterSettings) -> Result<Self, ElementsError> {
-        let DiscOnWaterSettings { water, baffle, mesh, points, patch, step } = settings;
+        let load = disc.patch_load(settings.patch);
+        let terms = (0_u32..).zip(load).filter(|&(_, share)| share != 0.0).collect();
+        let modal = disc.modal_weights(DASHPOT_MODES, settings.patch).map_err(Box::new)?;
+        Ok(Self { modal, ..Self::touched(disc, settings, &[terms])? })
+    }
+
+    /// Disc and water at rest, forces at several points: displacements along z as sums over unknowns of the disc.
+    ///
+    /// # Errors
+    /// [`ElementsError`].
+    pub(in crate::model::water) fn touched(
+        disc: Disc,
+        settings: &DiscOnWaterSettings,
+        touched: &[Vec<(u32, f64)>],
+    ) -> Result<Self, ElementsError> {
+        let DiscOnWaterSettings { water, baffle, mesh, points, step, .. } = settings;
         let waves = Waves::new(disc.shape().radius, mesh, *water, *baffle, points, *step)?;
         let dofs = disc.body().dofs();
         let mut place = vec![super::assembly::NOWHERE; dofs.len()];
@@ -99,26 +131,39 @@ impl DiscOnWater {
         entries.extend(waves.matrix(solid));
         let mut factor = QuasiDefinite::new(&Sparse::new(solid + waves.unknowns(), entries))?;
 
-        let load = disc.patch_load(*patch);
-        let patch: Vec<f64> = dofs.free().iter().map(|&dof| load[dof as usize]).collect();
-        let mut unit = vec![0.0; solid + waves.unknowns()];
-        unit[..solid].copy_from_slice(&patch);
-        factor.solve(&mut unit);
+        let points: Vec<Point> = touched
+            .iter()
+            .map(|terms| {
+                let own = terms.iter().map(|&(dof, weight)| (place[dof as usize], weight));
+                let terms: Vec<(u32, f64)> = own.filter(|term| term.0 != super::assembly::NOWHERE).collect();
+                let mut answer = vec![0.0; solid + waves.unknowns()];
+                terms.iter().for_each(|&(place, weight)| answer[place as usize] += weight);
+                factor.solve(&mut answer);
+                Point { terms, answer }
+            })
+            .collect();
+        // The force acts with half its value at the end of the step, and u grows by Δ V.
+        let compliance = points
+            .iter()
+            .flat_map(|here| {
+                points.iter().map(|there| 0.25 * step * (here.along(&there.answer) + there.along(&here.answer)))
+            })
+            .collect();
         let columns = disc.body().columns(1);
         Ok(Self {
-            solution: vec![0.0; unit.len()],
+            solution: vec![0.0; solid + waves.unknowns()],
             waves,
             factor,
             coupling,
-            unit,
-            modal: disc.modal_weights(DASHPOT_MODES, settings.patch).map_err(Box::new)?,
-            patch,
+            forces: vec![0.0; points.len()],
+            points,
+            compliance,
+            modal: Vec::new(),
             step: *step,
             displacement: vec![0.0; solid],
             known: vec![0.0; solid],
             velocity: columns.clone(),
             image: columns,
-            force: 0.0,
             work: 0.0,
             disc,
         })
@@ -127,7 +172,7 @@ impl DiscOnWater {
     /// Unknowns of the disc and of the water, and entries of the factor.
     #[must_use]
     pub fn size(&self) -> (usize, usize, usize) {
-        (self.patch.len(), self.waves.unknowns(), self.factor.nonzeros())
+        (self.known.len(), self.waves.unknowns(), self.factor.nonzeros())
     }
 
     /// The mesh of the water.
@@ -158,30 +203,32 @@ impl DiscOnWater {
     }
 }
 
-impl OnWater for DiscOnWater {
-    fn step(&self) -> f64 {
-        self.step
-    }
-
-    fn compliance(&self) -> f64 {
-        // The force acts with half its value at the end of the step, and u grows by Δ V.
-        0.5 * self.step * dot(&self.patch, &self.unit)
-    }
-
-    fn predict(&mut self) -> f64 {
-        let (own, rest) = self.solution.split_at_mut(self.patch.len());
-        for ((load, known), share) in own.iter_mut().zip(&self.known).zip(&self.patch) {
-            *load = known + 0.5 * self.force * share;
+impl DiscOnWater {
+    /// Rates of the next step without forces at its end.
+    fn begin(&mut self) {
+        let (own, rest) = self.solution.split_at_mut(self.known.len());
+        own.copy_from_slice(&self.known);
+        for (point, force) in self.points.iter().zip(&self.forces).filter(|(_, force)| **force != 0.0) {
+            point.terms.iter().for_each(|&(place, weight)| own[place as usize] += 0.5 * force * weight);
         }
         rest.copy_from_slice(self.waves.known());
         self.factor.solve(&mut self.solution);
-        self.pole_displacement() + self.step * dot(&self.patch, &self.solution)
     }
 
-    fn push(&mut self, force: f64) {
-        let Self { disc, waves, coupling, patch, step, displacement, velocity, image, known, solution, .. } = self;
-        solution.iter_mut().zip(&self.unit).for_each(|(rate, unit)| *rate += 0.5 * force * unit);
-        let (mean, rest) = solution.split_at(patch.len());
+    /// Displacement of a point at the end of the step that was begun, m.
+    fn begun(&self, point: &Point) -> f64 {
+        point.along(&self.displacement) + self.step * point.along(&self.solution)
+    }
+
+    /// Take the step with these forces at its end.
+    fn finish(&mut self, new: &[f64]) {
+        let Self {
+            disc, waves, coupling, points, step, displacement, velocity, image, known, solution, forces, ..
+        } = self;
+        for (point, force) in points.iter().zip(new).filter(|(_, force)| **force != 0.0) {
+            solution.iter_mut().zip(&point.answer).for_each(|(rate, unit)| *rate += 0.5 * force * unit);
+        }
+        let (mean, rest) = solution.split_at(known.len());
         let free = disc.body().dofs().free();
         for ((&dof, mean), displacement) in free.iter().zip(mean).zip(displacement.iter_mut()) {
             *displacement += *step * mean;
@@ -190,9 +237,15 @@ impl OnWater for DiscOnWater {
         }
         // As the water's known side ([`Waves::advance`]): b ← −b + 4 M u̇/Δ − 2 (F − A X) with the new u̇.
         disc.body().multiply_mass(velocity, image);
-        let pushed = self.force + force;
-        for ((known, &dof), share) in known.iter_mut().zip(free).zip(patch.iter()) {
-            *known = 4.0 / *step * image.as_slice()[dof as usize] - *known - pushed * share;
+        for (known, &dof) in known.iter_mut().zip(free) {
+            *known = 4.0 / *step * image.as_slice()[dof as usize] - *known;
+        }
+        for (point, (old, new)) in points.iter().zip(forces.iter_mut().zip(new)) {
+            let pushed = *old + new;
+            *old = *new;
+            if pushed != 0.0 {
+                point.terms.iter().for_each(|&(place, weight)| known[place as usize] -= pushed * weight);
+            }
         }
         let pressure = &rest[..waves.acoustics.unknowns];
         let mut power = 0.0;
@@ -204,8 +257,67 @@ impl OnWater for DiscOnWater {
             power += mean[row] * on_back;
         }
         self.work += *step * power;
-        self.force = force;
         waves.advance(rest, |load| coupling.add_transposed(2.0, mean, load));
+    }
+}
+
+impl TouchedDisc for DiscOnWater {
+    fn compliance(&self) -> &[f64] {
+        &self.compliance
+    }
+
+    fn predict(&mut self, retreat: &mut [f64]) {
+        self.begin();
+        for (out, point) in retreat.iter_mut().zip(&self.points) {
+            *out = self.begun(point);
+        }
+    }
+
+    fn push(&mut self, forces: &[f64]) {
+        self.finish(forces);
+    }
+
+    fn retreat(&self, out: &mut [f64]) {
+        out.iter_mut().zip(&self.points).for_each(|(out, point)| *out = point.along(&self.displacement));
+    }
+
+    fn back_velocity(&self) -> f64 {
+        self.velocity.as_slice()[DofMap::dof(self.disc.back()[0], Direction::Axial) as usize]
+    }
+
+    fn pressure(&self, point: usize) -> f64 {
+        self.waves.heard(point)
+    }
+
+    fn energy(&mut self) -> f64 {
+        self.energies()[0]
+    }
+
+    fn work_on_water(&self) -> f64 {
+        self.work
+    }
+
+    fn unknowns(&self) -> usize {
+        self.solution.len()
+    }
+}
+
+impl OnWater for DiscOnWater {
+    fn step(&self) -> f64 {
+        self.step
+    }
+
+    fn compliance(&self) -> f64 {
+        self.compliance[0]
+    }
+
+    fn predict(&mut self) -> f64 {
+        self.begin();
+        self.begun(&self.points[0])
+    }
+
+    fn push(&mut self, force: f64) {
+        self.finish(&[force]);
     }
 
     fn predicted_modal_velocity(&self) -> f64 {
@@ -214,7 +326,14 @@ impl OnWater for DiscOnWater {
     }
 
     fn modal_compliance(&self) -> f64 {
-        self.disc.body().dofs().free().iter().zip(&self.unit).map(|(&dof, rate)| self.modal[dof as usize] * rate).sum()
+        self.disc
+            .body()
+            .dofs()
+            .free()
+            .iter()
+            .zip(&self.points[0].answer)
+            .map(|(&dof, rate)| self.modal[dof as usize] * rate)
+            .sum()
     }
 
     fn back_velocity(&self) -> f64 {
@@ -222,7 +341,7 @@ impl OnWater for DiscOnWater {
     }
 
     fn pole_displacement(&self) -> f64 {
-        dot(&self.patch, &self.displacement)
+        self.points[0].along(&self.displacement)
     }
 
     fn pressure(&self, point: usize) -> f64 {

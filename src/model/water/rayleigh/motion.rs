@@ -166,6 +166,45 @@ impl WetDisc {
     pub fn modal_velocity(&self) -> &[f64] {
         &self.velocity
     }
+
+    /// Displacements of the modes, m·√kg.
+    #[must_use]
+    pub fn modal_displacement(&self) -> &[f64] {
+        &self.displacement
+    }
+
+    /// The same at the end of the step that [`OnWater::predict`] began, without forces there.
+    pub fn free_displacement(&self) -> impl Iterator<Item = f64> {
+        let parts = self.displacement.iter().zip(&self.velocity).zip(&self.free);
+        parts.map(|((displacement, velocity), free)| displacement + self.step * (velocity + 0.5 * free))
+    }
+
+    /// What unit modal forces at the end of a step add to it, row by row, m·√kg/(N/√kg).
+    #[must_use]
+    pub fn shape_compliance(&self) -> Vec<f64> {
+        self.inverse.iter().map(|value| 0.5 * self.step * value).collect()
+    }
+
+    /// Finish the step that [`OnWater::predict`] began, with these forces on the modes (N/√kg) at its end.
+    pub fn push_modal(&mut self, forces: &[f64]) {
+        let count = self.pole.len();
+        let rows = self.increments.len() / count;
+        self.newest = (self.newest + 1) % rows;
+        let ring = &mut self.increments[self.newest * count..(self.newest + 1) * count];
+        let half = 0.5 * self.step;
+        for (k, newest) in ring.iter_mut().enumerate() {
+            let increment = self.free[k] + dot(&self.inverse[k * count..(k + 1) * count], forces);
+            let before = self.velocity[k];
+            self.velocity[k] += increment;
+            self.displacement[k] += half * (before + self.velocity[k]);
+            self.acceleration[k] = 2.0 / self.step * increment - self.acceleration[k];
+            *newest = increment;
+            // What the modes' own equation leaves for the water.
+            let on_water = forces[k] - self.acceleration[k] - self.squares[k] * self.displacement[k];
+            self.water_work += half * 0.5 * (before + self.velocity[k]) * (self.water_force[k] + on_water);
+            self.water_force[k] = on_water;
+        }
+    }
 }
 
 impl OnWater for WetDisc {
@@ -193,28 +232,14 @@ impl OnWater for WetDisc {
         for (free, row) in self.free.iter_mut().zip(self.inverse.chunks_exact(count)) {
             *free = dot(row, &self.load);
         }
-        let end = |k: usize| self.displacement[k] + self.step * (self.velocity[k] + 0.5 * self.free[k]);
-        self.pole.iter().enumerate().map(|(k, shape)| shape * end(k)).sum()
+        self.pole.iter().zip(self.free_displacement()).map(|(shape, end)| shape * end).sum()
     }
 
     fn push(&mut self, force: f64) {
-        let count = self.pole.len();
-        let rows = self.increments.len() / count;
-        self.newest = (self.newest + 1) % rows;
-        let ring = &mut self.increments[self.newest * count..(self.newest + 1) * count];
-        let half = 0.5 * self.step;
-        for (k, newest) in ring.iter_mut().enumerate() {
-            let increment = self.free[k] + force * dot(&self.inverse[k * count..(k + 1) * count], &self.pole);
-            let before = self.velocity[k];
-            self.velocity[k] += increment;
-            self.displacement[k] += half * (before + self.velocity[k]);
-            self.acceleration[k] = 2.0 / self.step * increment - self.acceleration[k];
-            *newest = increment;
-            // What the modes' own equation leaves for the water.
-            let on_water = self.pole[k] * force - self.acceleration[k] - self.squares[k] * self.displacement[k];
-            self.water_work += half * 0.5 * (before + self.velocity[k]) * (self.water_force[k] + on_water);
-            self.water_force[k] = on_water;
-        }
+        let mut forces = std::mem::take(&mut self.load);
+        forces.iter_mut().zip(&self.pole).for_each(|(out, shape)| *out = force * shape);
+        self.push_modal(&forces);
+        self.load = forces;
     }
 
     fn predicted_modal_velocity(&self) -> f64 {
