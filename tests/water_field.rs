@@ -14,9 +14,10 @@ use granchain::{
             elements::{Baffle, DiscOnWater, DiscOnWaterSettings, WaterMesh},
             field::{FaceMotion, FieldGrid, amplitude_map, beam_pattern, far_field, half_angle},
             rayleigh::{field::FieldPoint, instant::InstantRule, motion::WetDisc, radiation::Radiator},
+            source::FieldSource,
         },
     },
-    scene::Material,
+    scene::{self, Material},
     signal::Series,
 };
 
@@ -210,4 +211,44 @@ fn a_map_is_what_is_heard_at_its_points_and_the_face_moves_with_it() {
     let middle: f64 = modes.back.iter().zip(motion.velocity()).map(|(shape, v)| shape.at(0.0) * v.values[160]).sum();
     assert!((motion.velocity_at(&radiator, 0.0, 160.0 * step) / middle - 1.0).abs() < 1e-9);
     assert_eq!(motion.velocity_at(&radiator, 1.1e-3, 4e-6), 0.0);
+}
+
+fn water_scene(overrides: &[&str]) -> scene::Scene {
+    scene::load("water", &overrides.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>()).unwrap()
+}
+
+#[test]
+fn a_scene_s_field_is_the_same_by_integral_and_by_elements() {
+    let integral = FieldSource::new(&water_scene(&["disc.rim=supported"])).unwrap();
+    let meshed = FieldSource::new(&water_scene(&["disc.rim=supported", "water.method=elements"])).unwrap();
+    let step = integral.step();
+    // Counted from a static force, under which nothing sounds.
+    let force = Series::new(0.0, step, push(step, 6e-6).iter().map(|force| force + 3.0).collect());
+    let grid = FieldGrid::even(1.5e-3, 1.5e-3, 0.25e-3);
+    let times = [2.5e-6, 5e-6];
+    let (a, b) = (integral.maps(&force, &grid, &times).unwrap(), meshed.maps(&force, &grid, &times).unwrap());
+    for (a, b) in a.iter().zip(&b) {
+        let square: f64 = b.iter().map(|p| p * p).sum();
+        let difference: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
+        // The mesh, and straight lines between its nodes.
+        assert!((difference / square).sqrt() < 0.015 && square > 0.0, "{}", (difference / square).sqrt());
+    }
+    let reach = |source: &FieldSource| *source.grid().radius.last().unwrap();
+    assert!((reach(&integral) - 2.5e-3).abs() < 1e-15 && reach(&meshed) < 2.5e-3 / 2f64.sqrt());
+}
+
+#[test]
+fn what_has_no_field_is_refused_with_the_way_out() {
+    let rigid = FieldSource::new(&scene::load("rigid", &[]).unwrap()).unwrap_err().to_string();
+    assert!(rigid.contains("--scene water"), "{rigid}");
+    let soft = FieldSource::new(&water_scene(&["water.baffle=soft", "water.method=elements"])).unwrap();
+    let force = Series::new(0.0, soft.step(), vec![0.0; 9]);
+    let refusal = soft.motion(&force, "a beam pattern").unwrap_err().to_string();
+    assert!(refusal.contains("a beam pattern") && refusal.contains("rigid"), "{refusal}");
+    let grid = FieldGrid::even(1e-3, 1e-3, 1e-3);
+    let late = soft.maps(&force, &grid, &[1e-3]).unwrap_err().to_string();
+    assert!(late.contains("within the run"), "{late}");
+    let slow = Series { step: 1e-7, ..force };
+    let refusal = soft.maps(&slow, &grid, &[0.0]).unwrap_err().to_string();
+    assert!(refusal.contains("output_step"), "{refusal}");
 }

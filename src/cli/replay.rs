@@ -1,6 +1,7 @@
 //! `granchain replay`: run one scene and write what came out.
 
 mod analysis;
+mod field;
 
 use std::path::PathBuf;
 
@@ -8,7 +9,10 @@ use anyhow::Context;
 use clap::Args;
 use serde::Serialize;
 
-use self::analysis::{Analysis, AnalysisArguments, AnalysisSummary};
+use self::{
+    analysis::{Analysis, AnalysisArguments, AnalysisSummary},
+    field::FieldArguments,
+};
 use super::{
     Outcome,
     arguments::{OutputArguments, SceneArguments, Session, preferred_model},
@@ -48,6 +52,9 @@ pub struct Arguments {
     /// What a finite element run does on the way.
     #[command(flatten)]
     pub analysis: AnalysisArguments,
+    /// What is wanted of the water's field.
+    #[command(flatten)]
+    pub field: FieldArguments,
     /// How the drive record is to be read.
     #[command(flatten)]
     pub reading: ReadArguments,
@@ -120,6 +127,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let experiment = Experiment::new(&arguments.scene, &arguments.reading, calibrated.as_ref(), preferred)?;
     let scene = experiment.scene_with(&[])?;
     analysis::refuse_idle(&arguments.analysis, &scene)?;
+    field::refuse_idle(&arguments.field, &scene)?;
     let Arguments { analysis, output, session, .. } = &arguments;
     for assumption in &experiment.assumptions {
         session.note(format_args!("assumed: {assumption}"));
@@ -175,7 +183,7 @@ impl Job<'_> {
         let Self { arguments, calibrated, experiment, scene } = *self;
         let session = &arguments.session;
         let mut assumptions = experiment.assumptions.clone();
-        let mut contact_laws = None;
+        let (mut contact_laws, mut kept) = (None, None);
         let (response, analysis, peak) = if scene.model.kind == ModelKind::Fea {
             let analysis = Analysis::new(scene, &arguments.analysis, folder, session)?;
             timing.stage("mesh_and_factor");
@@ -194,6 +202,7 @@ impl Job<'_> {
             let warnings = prepared.warnings(scene, &response);
             warnings.iter().for_each(|warning| session.note(format_args!("warning: {warning}")));
             assumptions.extend(warnings);
+            kept = Some(prepared);
             (response, None, None)
         };
         timing.stage("run");
@@ -204,6 +213,11 @@ impl Job<'_> {
         let spread = plan.map(|plan| ensemble::run_on(&Bodies::new(session.cache()), scene, &plan)).transpose()?;
         interrupt::check()?;
         timing.stage("ensemble");
+        let prepared = || kept.map_or_else(|| session.prepare(scene), Ok);
+        let field = field::make(&arguments.field, scene, prepared, features.window)?;
+        if arguments.field.is_given() {
+            timing.stage("field");
+        }
 
         let summary = Summary {
             program: summary::program(),
@@ -223,6 +237,7 @@ impl Job<'_> {
         };
         let text = summary::text(scene, &summary, spread.as_ref());
         if let Some(folder) = folder {
+            field::write(folder, field)?;
             write(folder, scene, &response, peak.as_ref(), &summary, timing)?;
             analysis::take_frames(folder)?;
         }

@@ -11,6 +11,7 @@ pub mod contact;
 pub mod convergence;
 pub mod figure;
 pub mod heard;
+pub mod interface;
 pub mod mesh;
 pub mod number;
 pub mod page;

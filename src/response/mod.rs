@@ -1,10 +1,12 @@
 //! What a run produced: traces tagged by place, the energy ledger, the solver's work.
 
 mod field;
+mod npy;
 mod table;
 mod vtu;
 
 pub use field::{CellKind, Field, FieldBody, FieldError, FieldMesh};
+pub use npy::write_npy;
 pub use table::write_csv;
 pub use vtu::{VtuError, write_pvd, write_vtu};
 

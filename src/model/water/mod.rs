@@ -24,6 +24,7 @@ pub mod field;
 pub mod front;
 mod quadrature;
 pub mod rayleigh;
+pub mod source;
 mod support;
 mod unit_response;
 

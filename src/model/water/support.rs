@@ -34,7 +34,7 @@ use crate::{
 };
 
 /// Radius of the patch of the contact force in thicknesses: 60 µm of the paper's disc.
-const PATCH: f64 = 0.24;
+pub(super) const PATCH: f64 = 0.24;
 /// Fewest and most modes of a disc on the water, and the frequency (Hz) up to which it has all.
 const MODES: (usize, usize, f64) = (4, 64, 2.5e6);
 /// Steps between reports to the caller.
@@ -375,17 +375,17 @@ fn contact(scene: &Scene, disc: &Disc, patch: f64) -> Result<DiscContact, ModelE
     Ok(DiscContact::new(last(scene), disc, patch).map_err(WaterError::from)?)
 }
 
-fn is_damped_at_disc(scene: &Scene) -> bool {
+pub(super) fn is_damped_at_disc(scene: &Scene) -> bool {
     dashpots(&scene.damping, scene.chain.beads.len() + 1).last().is_some_and(|dashpot| !dashpot.is_absent())
 }
 
-fn disc_mesh(shape: &DiscShape, density: u32) -> DiscMesh {
+pub(super) fn disc_mesh(shape: &DiscShape, density: u32) -> DiscMesh {
     let radial = (4.0 / 3.0 * f64::from(density) * shape.radius / shape.thickness - 1e-9).ceil().max(1.0);
     DiscMesh { radial: radial as usize, through: density as usize, pole_side: None }
 }
 
 /// How many modes reach the frequency that the disc is to have all of.
-fn modes_of(disc: &Disc) -> Result<usize, ModelError> {
+pub(super) fn modes_of(disc: &Disc) -> Result<usize, ModelError> {
     let (fewest, most, reached) = MODES;
     let mut count = fewest;
     while count < most {

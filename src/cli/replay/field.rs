@@ -1,0 +1,212 @@
+//! The pressure field behind `granchain replay`: maps, beam patterns, the face's velocity for a field solver.
+//!
+//! Nothing here runs unless asked for. What is asked for is made by a second pass whose output is on the clock of disc and water.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use anyhow::Context;
+use clap::Args;
+use faer::c64;
+
+use crate::{
+    cli::{
+        arguments::{ValueError, positive_quantity, usage},
+        output::OutputFolder,
+        summary,
+    },
+    feature::{Window, line_phasor},
+    model::{
+        ModelError, Prepared,
+        water::{
+            field::{amplitude_map, far_field},
+            source::FieldSource,
+        },
+    },
+    report::{
+        figure::Figure,
+        interface::InterfaceGrid,
+        page::Files,
+        pressure::{Beam, Scenery, beams},
+    },
+    scene::{Scene, Support},
+    signal::{Dimension, Series},
+};
+
+/// Flags of the pressure field.
+#[derive(Debug, Clone, Default, Args)]
+pub struct FieldArguments {
+    /// Before water: draw the pressure in the water at these instants, such as "60us,62us"
+    #[arg(long, value_name = "TIMES", value_parser = times, requires = "out", help_heading = "Water")]
+    pub pressure_map: Option<List>,
+    /// Before water: draw the amplitude of the pressure at these frequencies, such as "73kHz,0.949MHz"
+    #[arg(long, value_name = "FREQUENCIES", value_parser = frequencies, requires = "out", help_heading = "Water")]
+    pub pressure_map_frequency: Option<List>,
+    /// Before water: draw the beam pattern far away at these frequencies, such as "0.5MHz,0.949MHz"
+    #[arg(long, value_name = "FREQUENCIES", value_parser = frequencies, requires = "out", help_heading = "Water")]
+    pub beam_pattern: Option<List>,
+    /// Before water: write the velocity of the disc's back as CSV and NPY with grid hints, for a field solver such as k-Wave
+    #[arg(long, requires = "out", help_heading = "Water")]
+    pub export_interface: bool,
+}
+
+/// Values of one flag, SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct List(pub Vec<f64>);
+
+fn times(text: &str) -> Result<List, ValueError> {
+    list(text, Dimension::TIME)
+}
+
+fn frequencies(text: &str) -> Result<List, ValueError> {
+    list(text, Dimension::FREQUENCY)
+}
+
+fn list(text: &str, dimension: Dimension) -> Result<List, ValueError> {
+    text.split(',').map(|part| positive_quantity(part.trim(), dimension)).collect::<Result<_, _>>().map(List)
+}
+
+impl FieldArguments {
+    /// Whether anything is wanted.
+    #[must_use]
+    pub fn is_given(&self) -> bool {
+        self.given().is_some()
+    }
+
+    /// The first flag given, if any.
+    fn given(&self) -> Option<&'static str> {
+        let Self { pressure_map, pressure_map_frequency, beam_pattern, export_interface } = self;
+        [
+            ("--pressure-map", pressure_map.is_some()),
+            ("--pressure-map-frequency", pressure_map_frequency.is_some()),
+            ("--beam-pattern", beam_pattern.is_some()),
+            ("--export-interface", *export_interface),
+        ]
+        .into_iter()
+        .find_map(|(flag, given)| given.then_some(flag))
+    }
+}
+
+/// Refuse flags of the field for a scene that has none.
+///
+/// # Errors
+/// A usage error naming the flag.
+pub fn refuse_idle(flags: &FieldArguments, scene: &Scene) -> anyhow::Result<()> {
+    match flags.given() {
+        Some(flag) if scene.water.is_none() => {
+            Err(usage(format!("{flag} needs water behind a disc; scene `{}` has none: try --scene water", scene.name)))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Figures by name, and tables.
+pub type Field = (Vec<(&'static str, Figure)>, Files);
+
+/// Everything asked for.
+///
+/// - `prepared`: the bodies of the scene, asked for only where something is made
+/// - `window`: where the drive is on, s
+///
+/// # Errors
+/// What the second pass or the field says.
+pub fn make(
+    flags: &FieldArguments,
+    scene: &Scene,
+    prepared: impl FnOnce() -> Result<Prepared, ModelError>,
+    window: Window,
+) -> anyhow::Result<Field> {
+    let (mut figures, mut files) = (Vec::new(), Files::new());
+    let (Some(_), Some(water), Support::Disc { shape, .. }) = (flags.given(), &scene.water, &scene.support) else {
+        return Ok((figures, files));
+    };
+    let source = FieldSource::new(scene)?;
+    let on_clock = Scene { output_step: source.step(), ..scene.clone() };
+    let mut response = prepared()?
+        .run(&on_clock, &mut |_| !crate::cli::interrupt::requested())
+        .context("the second pass, on the clock of disc and water, failed")?;
+    crate::cli::interrupt::check()?;
+    let force = response.contact_force.pop().unwrap_or_else(|| Series::new(0.0, source.step(), Vec::new()));
+    let scenery =
+        Scenery { radius: shape.radius, thickness: shape.thickness, grid: source.grid(), method: source.method() };
+    if let Some(List(times)) = &flags.pressure_map {
+        let maps = source.maps(&force, &scenery.grid, times)?;
+        let maps: Vec<(f64, Vec<f64>)> = times.iter().copied().zip(maps).collect();
+        figures.push(("pressure_map", scenery.instants(&maps)));
+    }
+    let radiator = source.radiator();
+    if let Some(List(frequencies)) = &flags.pressure_map_frequency {
+        let motion = source.motion(&force, "a pressure map at frequencies")?;
+        let maps = frequencies
+            .iter()
+            .map(|&frequency| {
+                let velocities = phasors(motion.velocity(), window, frequency);
+                let map = amplitude_map(&radiator, &water.liquid, &scenery.grid, &velocities, TAU * frequency)?;
+                Ok((frequency, map.iter().map(|value| value.norm()).collect()))
+            })
+            .collect::<anyhow::Result<Vec<_>>>()?;
+        let scenery = Scenery { method: "Rayleigh integral", ..scenery };
+        figures.push(("pressure_map_frequency", scenery.frequencies(&maps)));
+    }
+    if let Some(List(frequencies)) = &flags.beam_pattern {
+        let motion = source.motion(&force, "a beam pattern")?;
+        let angles: Vec<f64> = (0..=180).map(|half| f64::from(half) / 180.0 * FRAC_PI_2).collect();
+        let patterns: Vec<Beam> = frequencies
+            .iter()
+            .map(|&frequency| {
+                let velocities = phasors(motion.velocity(), window, frequency);
+                let pattern = far_field(&radiator, &water.liquid, &angles, &velocities, TAU * frequency);
+                Beam { frequency, amplitudes: pattern.iter().map(|value| value.norm()).collect() }
+            })
+            .collect();
+        figures.push(("beam_pattern", beams(&angles, &patterns, None)));
+    }
+    if flags.export_interface {
+        let motion = source.motion(&force, "the velocity of the disc's back")?;
+        let grid = InterfaceGrid::new(
+            summary::program(),
+            shape.radius,
+            &water.liquid,
+            water.baffle.name(),
+            scene.duration.min(force.end()),
+        );
+        files.extend(grid.files(&motion, &radiator).context("the velocity of the disc's back cannot be written")?);
+    }
+    Ok((figures, files))
+}
+
+/// Amplitude and phase of every shape's velocity at a frequency (Hz), Hann's window over the drive.
+fn phasors(velocities: &[Series], window: Window, frequency: f64) -> Vec<c64> {
+    let of = |velocity: &Series| {
+        let found = line_phasor(velocity, window, frequency);
+        c64::new(found.amplitude * found.phase.cos(), found.amplitude * found.phase.sin())
+    };
+    velocities.iter().map(of).collect()
+}
+
+/// Write what was asked for.
+///
+/// # Errors
+/// When a figure cannot be drawn or the folder not be written.
+pub fn write(folder: &OutputFolder, (figures, files): Field) -> anyhow::Result<()> {
+    for (name, figure) in figures {
+        folder.write(format!("{name}.svg"), figure.to_svg()?)?;
+        folder.write(format!("{name}.png"), figure.to_png()?)?;
+    }
+    for (name, bytes) in files {
+        folder.write(name, bytes)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_carry_their_units_and_refuse_plain_numbers() {
+        assert_eq!(times("60 us, 62us"), Ok(List(vec![60e-6, 62e-6])));
+        let found = frequencies("72.5kHz,0.95 MHz").unwrap().0;
+        assert!((found[0] - 72.5e3).abs() < 1e-9 && (found[1] - 0.95e6).abs() < 1e-6);
+        assert!(times("60").is_err() && times("60us,").is_err() && frequencies("-1kHz").is_err());
+    }
+}
