@@ -4,6 +4,7 @@ pub mod chain_length;
 pub mod paper;
 pub mod precompression;
 mod trend;
+pub mod water;
 
 use std::{
     fmt::Write as _,
@@ -54,6 +55,8 @@ pub enum Which {
     ChainLength(trend::Arguments),
     /// Static force along the chain: where the impulses vanish
     Precompression(trend::Arguments),
+    /// The scene before water under every reading of mount, baffle and dampers: pressure and content over the drive
+    Water(water::Arguments),
 }
 
 /// Run it.
@@ -65,6 +68,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         Which::Paper(paper) => paper::execute(paper, &arguments.session),
         Which::ChainLength(lengths) => trend::execute::<chain_length::Study>(lengths, &arguments.session),
         Which::Precompression(forces) => trend::execute::<precompression::Study>(forces, &arguments.session),
+        Which::Water(water) => water::execute(water, &arguments.session),
     }
 }
 

@@ -24,3 +24,4 @@ pub mod sweep;
 mod trend;
 pub mod twins;
 pub mod von_mises;
+pub mod water;

@@ -20,6 +20,7 @@ pub mod run_log;
 pub mod sweep;
 pub mod trend;
 pub mod twins;
+pub mod water;
 
 pub use bodies::Bodies;
 pub use ensemble::{EnsembleOutcome, EnsemblePlan, Moments, Spread};
