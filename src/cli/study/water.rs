@@ -1,9 +1,6 @@
 //! `granchain study water`: the scene before water under every reading of its mount, baffle and dampers.
 
-use std::{
-    fmt::Write as _,
-    time::{Duration, Instant},
-};
+use std::{fmt::Write as _, time::Instant};
 
 use anyhow::Context;
 use clap::Args;
@@ -62,15 +59,15 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     let study = Study::new(plan, &overrides, Bodies::new(session.cache()))?;
     let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
     timing.stage("read");
-    let started = Instant::now();
     let runs = study.plan().runs();
+    // Bodies are made by the first run and not counted; so are those of the soft baffle, whose elements are stepped once for each mount.
     study.first().context("the scene before water cannot be run")?;
-    let one = started.elapsed();
-    let threads = rayon::current_num_threads();
-    let all = one * u32::try_from(runs.div_ceil(threads)).unwrap_or(u32::MAX);
+    let started = Instant::now();
+    study.first()?;
+    let each = u32::try_from(runs.div_ceil(rayon::current_num_threads())).unwrap_or(u32::MAX);
     session.note(format_args!(
-        "{runs} runs, about {} and as much again for the soft baffle",
-        said(all.max(Duration::from_secs(1)))
+        "{runs} runs: about {}, and as long as the soft baffle's elements take",
+        said(started.elapsed() * each)
     ));
     timing.stage("estimate");
 
