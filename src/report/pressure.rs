@@ -111,17 +111,18 @@ pub fn beams(angles: &[f64], beams: &[Beam], distance: Option<f64>) -> Figure {
         Stroke::new(Colour::Green).dash(Dash::Dotted),
     ];
     let place = distance.map_or("far away".into(), |distance| format!("at {}", engineering(distance, "m", 3)));
-    let x = Axis::new("Angle from the axis", "°").times(180.0 / std::f64::consts::PI);
+    let ticks = (-3..=3).map(|third| (f64::from(30 * third).to_radians(), (30 * third).to_string().replace('-', "−")));
+    let x = Axis::new("Angle from the axis", "°").named_ticks(ticks.collect());
     let end = angles.last().copied().unwrap_or(0.0);
-    let highest = beams
-        .iter()
-        .flat_map(|beam| {
+    let levels = || {
+        let own = beams.iter().flat_map(|beam| {
             let axis = beam.amplitudes.first().copied().unwrap_or(0.0);
             beam.amplitudes.iter().map(move |amplitude| 20.0 * (amplitude / axis).log10())
-        })
-        .filter(|level| level.is_finite())
-        .fold(0.0, f64::max);
-    let y = Axis::new("Pressure amplitude re the axis", "dB").range(LOWEST_DB, 2.0 + highest);
+        });
+        own.filter(|level| level.is_finite())
+    };
+    let lowest = levels().fold(-10.0, f64::min).max(LOWEST_DB);
+    let y = Axis::new("Pressure amplitude re the axis", "dB").range(lowest - 2.0, 2.0 + levels().fold(0.0, f64::max));
     let panel = beams.iter().zip(STROKES.into_iter().cycle()).fold(
         Panel::new(x.range(-end, end), y).height(55.0).mark_y(-6.0, "", Stroke::new(Colour::Grey).dash(Dash::Dotted)),
         |panel, (beam, stroke)| {
