@@ -197,10 +197,27 @@ pub struct CombinationOutcome {
 }
 
 impl CombinationOutcome {
-    /// Whether the printed pressure and level come together where the pressure passes.
+    /// Drives (m) at which the printed pressure and level come together: those whose runs hold both, and the passage of the pressure where the
+    /// level is the printed one.
     #[must_use]
-    pub fn has_both(&self) -> bool {
-        self.crossing.is_some_and(|crossing| (crossing.level_db - PRINTED_LEVEL_DB).abs() <= LEVEL_TOLERANCE_DB)
+    pub fn with_both(&self) -> Vec<f64> {
+        let held = self.cells.iter().filter(|cell| cell.has_pressure() && cell.has_level()).map(|cell| cell.drive_m);
+        let passed = self.crossing.filter(|own| (own.level_db - PRINTED_LEVEL_DB).abs() <= LEVEL_TOLERANCE_DB);
+        let mut drives: Vec<f64> = held.chain(passed.map(|crossing| crossing.drive_m)).collect();
+        drives.sort_by(f64::total_cmp);
+        drives
+    }
+
+    /// Whether the median lies above the printed pressure at the lowest drive already.
+    #[must_use]
+    pub fn begins_above(&self) -> bool {
+        self.cells.first().and_then(|cell| cell.pressure_pa).is_some_and(|found| found.median > PRINTED_PRESSURE)
+    }
+
+    /// Whether its disc is one of elements behind a dashpot, which rings at every touch.
+    #[must_use]
+    pub fn rings(&self) -> bool {
+        self.combination.baffle == "soft" && self.combination.placement == "all"
     }
 
     /// The cell at the printed drive.
@@ -497,6 +514,22 @@ mod tests {
         assert!(wide.has_pressure() && !wide.has_level());
         let near = Cell { level_db: Quantiles::of([-23.9, -23.5]), ..wide };
         assert!(near.has_level() && !cell(1e-6, 15e3, -21.0).has_pressure());
+    }
+
+    #[test]
+    fn both_come_together_in_a_cell_or_where_the_pressure_passes() {
+        let of = |cells: Vec<Cell>| {
+            let combination = combinations()[0];
+            CombinationOutcome { combination, crossing: crossing(&cells), cells }
+        };
+        let wide =
+            |drive: f64, level: f64| Cell { pressure_pa: Quantiles::of([13e3, 16e3, 17e3]), ..cell(drive, 0.0, level) };
+        assert_eq!(of(vec![wide(0.3e-6, -30.0), wide(0.5e-6, -20.0)]).with_both(), [0.5e-6]);
+        assert!(of(vec![wide(0.3e-6, -30.0)]).begins_above());
+        let passing = of(vec![cell(0.3e-6, 10e3, -22.0), cell(0.6e-6, 19.6e3, -22.0)]);
+        // 14 = √(10 × 19.6).
+        assert!((passing.with_both()[0] / (0.3e-6 * 2f64.sqrt()) - 1.0).abs() < 1e-12 && !passing.begins_above());
+        assert!(of(vec![cell(0.3e-6, 10e3, -35.0), cell(0.6e-6, 19.6e3, -35.0)]).with_both().is_empty());
     }
 
     #[test]

@@ -110,7 +110,7 @@ fn text(outcome: &WaterOutcome) -> String {
                     format!("{:.0} dB", crossing.level_db)
                 )
             }
-            None => write!(text, "{:<11}{:<13}", "never", "-"),
+            None => write!(text, "{:<11}{:<13}", if own.begins_above() { "below all" } else { "never" }, "-"),
         };
         let _ = match own.printed().and_then(|cell| cell.pressure_pa) {
             Some(found) => writeln!(text, "{:.0} kPa", 1e-3 * found.median),

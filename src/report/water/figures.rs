@@ -4,7 +4,7 @@ use crate::{
     feature::AmplitudeSpectrum,
     report::{
         figure::{Axis, Colour, Dash, ErrorPoint, Figure, Marker, PAGE_WIDTH_MM, Panel, Stroke, trace},
-        number::{engineering, significant},
+        number::{engineering, short, significant},
         page::Plate,
     },
     study::water::{
@@ -45,7 +45,7 @@ fn over_drive(outcome: &WaterOutcome, baffle: &str, y: Axis, pick: fn(&Cell) -> 
         [(Colour::Black, Marker::Disc), (Colour::Vermillion, Marker::Square), (Colour::Blue, Marker::Diamond)];
     let drives = &outcome.plan.drives_m;
     let (low, high) = (drives.first().copied().unwrap_or(1.0), drives.last().copied().unwrap_or(1.0));
-    let ticks = drives.iter().map(|drive| (*drive, significant(1e6 * drive, 3))).collect();
+    let ticks = drives.iter().map(|drive| (*drive, short(1e6 * drive))).collect();
     let x = Axis::new("Drive", "µm").times(1e6).logarithmic().range(low / 1.15, high * 1.15).named_ticks(ticks);
     let own = outcome.combinations.iter().filter(|own| own.combination.baffle == baffle);
     own.fold(Panel::new(x, y).height(48.0).mark_x(PRINTED_DRIVE, ""), |panel, own| {
