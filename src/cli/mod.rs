@@ -1,6 +1,6 @@
 //! The command line: arguments → checked plan → pipeline. No formulas here.
 //!
-//! Exit codes: 0 done; 1 input or run failed; 2 usage; 3 finished unconverged; 130 stopped by Ctrl-C.
+//! Exit codes: 0 done; 1 input or run failed, or a check does not hold; 2 usage; 3 finished unconverged; 130 stopped by Ctrl-C.
 //! Results go to standard output, everything else (progress, notes, errors) to standard error; with `--json` standard
 //! output holds the summary and nothing else. A closed pipe (`granchain … | head`) ends the run quietly.
 
@@ -20,6 +20,7 @@ pub mod reading;
 pub mod replay;
 pub mod scene;
 pub mod spectrum;
+pub mod stress;
 pub mod study;
 mod summary;
 pub mod sweep;
@@ -41,6 +42,8 @@ pub enum Outcome {
     Done,
     /// A search finished without converging; its results are written: exit code 3.
     Unconverged,
+    /// A check does not hold; its results are written: exit code 1.
+    Broken,
 }
 
 impl Outcome {
@@ -53,6 +56,7 @@ impl Outcome {
         match self {
             Self::Done => 0,
             Self::Unconverged => 3,
+            Self::Broken => 1,
         }
     }
 }
@@ -89,6 +93,8 @@ enum Command {
     Convergence(convergence::Arguments),
     /// Whole studies with a page each: the paper's experiment
     Study(study::Arguments),
+    /// Hard cases on every model: criterion, what was measured, pass or fail
+    Stress(stress::Arguments),
     /// List, show, check or start scene files
     Scene(scene::Arguments),
     /// Calibrate against made-up records of known truth: the tool's own proof
@@ -108,6 +114,7 @@ impl Command {
             Self::Mesh(arguments) => &arguments.session,
             Self::Convergence(arguments) => &arguments.session,
             Self::Study(arguments) => &arguments.session,
+            Self::Stress(arguments) => &arguments.session,
             Self::Scene(arguments) => &arguments.session,
             Self::Twins(arguments) => &arguments.session,
         }
@@ -125,6 +132,7 @@ impl Command {
             Self::Mesh(arguments) => mesh::execute(arguments),
             Self::Convergence(arguments) => convergence::execute(arguments),
             Self::Study(arguments) => study::execute(arguments),
+            Self::Stress(arguments) => stress::execute(arguments),
             Self::Scene(arguments) => scene::execute(arguments),
             Self::Twins(arguments) => twins::execute(arguments),
         }

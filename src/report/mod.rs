@@ -20,6 +20,7 @@ pub mod precompression;
 pub mod pressure;
 pub mod replay;
 pub mod spectrum;
+pub mod stress;
 pub mod sweep;
 mod trend;
 pub mod twins;

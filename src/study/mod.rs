@@ -17,6 +17,7 @@ pub mod portrait;
 pub mod precompression;
 pub mod published;
 pub mod run_log;
+pub mod stress;
 pub mod sweep;
 pub mod trend;
 pub mod twins;

@@ -1,0 +1,41 @@
+//! Unequal beads, few beads, many beads.
+
+use super::{
+    Rung,
+    room::{Balance, Room},
+};
+
+pub(super) fn examine(room: &mut Room<'_>) {
+    let heavy = [
+        "materials.heavy.youngs_modulus=201 GPa",
+        "materials.heavy.poissons_ratio=0.3",
+        "materials.heavy.density=7833000 kg/m^3",
+        "chain.override=[{bead=3, material=\"heavy\"}]",
+    ];
+    let light = [
+        "materials.light.youngs_modulus=201 GPa",
+        "materials.light.poissons_ratio=0.3",
+        "materials.light.density=7.833 kg/m^3",
+        "chain.override=[{bead=3, material=\"light\"}]",
+    ];
+    run(room, "one bead of a thousand times the mass", &heavy);
+    run(room, "one bead of a thousandth of the mass", &light);
+    run(room, "one bead of a tenth of the radius", &["chain.override=[{bead=3, radius=\"0.05 mm\"}]"]);
+    let most = match (room.rung, room.plan.quick) {
+        (Rung::Hertz, _) => 1000,
+        (Rung::FiniteBody, _) => 200,
+        (Rung::Reduced, _) => 40,
+        (Rung::Fea, true) => 10,
+        (Rung::Fea, false) => 40,
+    };
+    for beads in [2, most] {
+        run(room, &format!("{beads} beads"), &[&format!("chain.beads={beads}")]);
+    }
+}
+
+fn run(room: &mut Room<'_>, which: &str, sets: &[&str]) {
+    match room.scene("rigid", sets).and_then(|scene| room.run(&scene)) {
+        Ok(ran) => room.sound(which, &ran, Balance::UNDAMPED),
+        Err(reason) => room.failed(which, reason),
+    }
+}

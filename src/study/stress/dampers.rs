@@ -1,0 +1,31 @@
+//! Dashpots from weak to far beyond critical.
+
+use super::{
+    Limit,
+    room::{Balance, Room},
+};
+
+pub(super) fn examine(room: &mut Room<'_>) {
+    for (kind, coefficient) in [("linear", 0.3), ("kuwabara-kono", 3660.0)] {
+        for factor in [1.0, 10.0, 100.0, 1000.0] {
+            let which = format!("{kind} × {factor}");
+            let sets = [
+                format!("damping.kind={kind}"),
+                format!("damping.coefficient={}", coefficient * factor),
+                "damping.at=all".to_owned(),
+                "duration=70 us".to_owned(),
+            ];
+            let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+            match room.scene("rigid", &sets).and_then(|scene| room.run(&scene)) {
+                Ok(ran) => {
+                    room.sound(&which, &ran, Balance::DAMPED);
+                    let energy = ran.response.energy;
+                    let lost = energy.dissipated_j / energy.piston_work_j;
+                    room.check(format!("{which}: lost over the piston’s work"), lost, Limit::AtMost(1.02), "1");
+                    room.check(format!("{which}: lost over the piston’s work"), lost, Limit::AtLeast(0.0), "1");
+                }
+                Err(reason) => room.failed(&which, reason),
+            }
+        }
+    }
+}
