@@ -21,6 +21,11 @@ const NEAR_FULL_SCALE: f64 = 0.98;
 /// Peak, as a fraction of full scale, below which the resolution is.
 const NEAR_NOTHING: f64 = 0.02;
 
+/// Noise of a horn tip, as a fraction of its peak, that shows in what the chain answers: 1 nm of 1 µm moves peaks by some per cent.
+const LOUD_NOISE: f64 = 0.003;
+/// Wander of a vibration's middle, as a fraction of its peak, that is no rounding of a period to whole samples.
+const LARGE_DRIFT: f64 = 0.1;
+
 /// How the file is written, on one line.
 pub(super) fn written(table: &Table) -> String {
     match &table.form {
@@ -222,6 +227,45 @@ impl Notes {
                  instrument, so {resolve}",
                 hertz(bandwidth),
                 hertz(raw.sample_rate())
+            ));
+        }
+    }
+
+    /// Sensor noise of a horn tip, which shakes the piston like a motion.
+    pub(super) fn about_noise(&mut self, displacement: &Series, noise_rms: f64) {
+        let peak = displacement.peak();
+        if noise_rms > LOUD_NOISE * peak {
+            self.warn(format!(
+                "noise of {} rms before the trigger, {:.2} % of the peak: the piston shakes the chain with it, and peaks and fits scatter \
+                 accordingly; average several records, or use a decoder of less bandwidth",
+                Quantity::new(noise_rms, Dimension::LENGTH),
+                100.0 * noise_rms / peak
+            ));
+        }
+    }
+
+    /// A vibration whose middle moves: its mean over a drive period (f0, Hz), at any time.
+    pub(super) fn about_drift(&mut self, displacement: &Series, drive_frequency: f64) {
+        let period = (displacement.sample_rate() / drive_frequency).round() as usize;
+        if period < 4 || displacement.len() < 4 * period {
+            return;
+        }
+        let mut sum = 0.0;
+        let sums: Vec<f64> = std::iter::once(0.0)
+            .chain(displacement.values.iter().map(|value| {
+                sum += value;
+                sum
+            }))
+            .collect();
+        let means = || sums.windows(period + 1).map(|part| (part[period] - part[0]) / period as f64);
+        let moved = means().fold(f64::NEG_INFINITY, f64::max) - means().fold(f64::INFINITY, f64::min);
+        let peak = displacement.peak();
+        if moved > LARGE_DRIFT * peak {
+            self.warn(format!(
+                "the baseline moves by {} within the record, {:.0} % of the peak: a drift or step drives the chain as a motion of the horn \
+                 would; couple the decoder to AC, or record the velocity",
+                Quantity::new(moved, Dimension::LENGTH),
+                100.0 * moved / peak
             ));
         }
     }

@@ -214,6 +214,12 @@ pub fn read_record_bytes(
     series.start = start - trigger - delay;
     let noise_rms = mean_and_rms(&series.values[..pretrigger]).1;
     notes.about_clipping(&raw);
+    if kind == RecordKind::HornTip {
+        notes.about_noise(&series, noise_rms);
+        if let Some(frequency) = stated_drive_frequency.or_else(|| line::strongest_line(&raw)) {
+            notes.about_drift(&series, frequency);
+        }
+    }
     notes.about_range(path, &raw, &table, options)?;
     notes.about_decimation(&raw, &table, bandwidth);
     raw.start = start;

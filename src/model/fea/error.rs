@@ -103,6 +103,17 @@ pub enum FeaError {
         /// Which contact, from 1.
         contact: usize,
     },
+    /// Motions too small for the points of the contacts.
+    #[error(
+        "the beads approach by {approach:.3e} m, but on this mesh a contact presses its third point only at {needed:.3e} m: its stiffness would be \
+         that of a stamp; refine `model.mesh_density`, enlarge `drive.amplitude`, `alpha` or `chain.precompression`, or use model.kind = \"chain\""
+    )]
+    Unresolved {
+        /// Approach that the scene is about, m.
+        approach: f64,
+        /// Least that the mesh resolves, m.
+        needed: f64,
+    },
     /// A precompression without a solution.
     #[error(
         "no equilibrium under {force:e} N at contact {contact} (1 = piston) within {iterations} iterations; the force needs more than the \

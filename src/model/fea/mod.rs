@@ -29,6 +29,7 @@ pub mod motion;
 pub mod operator;
 mod peak;
 pub mod profile;
+pub(in crate::model) mod resolution;
 pub mod scheme;
 pub mod simulation;
 pub mod statics;

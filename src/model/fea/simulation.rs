@@ -17,6 +17,7 @@ use super::{
     motion::{Motion, Saved},
     operator::{Interfaces, Operator},
     profile::Profile,
+    resolution,
     scheme::Coefficients,
     trace::{Sampling, Trace, Watched},
     turning::{Turned, Turning},
@@ -118,6 +119,10 @@ impl<'a> Simulation<'a> {
         let mut profile = Profile::default();
         let mut lap = profile.start();
         let arrangement = Arrangement::new(scene)?;
+        resolution::check(
+            scene,
+            arrangement.pairs.iter().filter(|pair| pair.ring.is_none()).map(|pair| &pair.gaps[..]),
+        )?;
         let interfaces = Interfaces::new(&arrangement);
         profile.assembly += lap.lap();
         let settings = &scene.model.fea;

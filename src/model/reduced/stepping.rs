@@ -16,7 +16,7 @@ use crate::{
     model::{
         ModelError, Progress,
         contact_law::{Dashpot, dashpots},
-        fea::{FeaError, control::Cause, energy::Ledger, trace::Sampling},
+        fea::{FeaError, control::Cause, energy::Ledger, resolution, trace::Sampling},
         need_drive,
         water::front::{TouchedDisc, WaterRecord},
     },
@@ -85,6 +85,8 @@ impl Reduction {
         progress: Progress<'_>,
     ) -> Result<Response, ModelError> {
         need_drive(scene, "reduced")?;
+        let poles = self.geometries.iter().filter(|geometry| !geometry.is_ring);
+        resolution::check(scene, poles.map(|geometry| &geometry.gaps[..]))?;
         let sampling = Sampling::new(scene, scene.model.reduced.step);
         let mut run = Run::new(self, scene, sampling.step(), motion.at(0.0).0)?;
         let mut record = Record::new(sampling, self.beads.len());

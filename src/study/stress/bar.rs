@@ -25,7 +25,7 @@ fn measure(room: &mut Room<'_>) -> Result<(), String> {
     let rectangle = Rectangle {
         r: vec![0.0, 0.5 * RADIUS, RADIUS],
         z: (0..=elements).map(|k| LENGTH * f64::from(k) / f64::from(elements)).collect(),
-        boundaries: &[("front", &[Side::Bottom]), ("back", &[Side::Top(f64::INFINITY)])],
+        boundaries: &[("front", &[Side::Bottom(f64::INFINITY)]), ("back", &[Side::Top])],
     };
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
     let path = rectangle.write(folder.path(), "bar").map_err(|error| error.to_string())?;
@@ -33,7 +33,7 @@ fn measure(room: &mut Room<'_>) -> Result<(), String> {
         format!("chain.mesh=\"{}\"", path.display()),
         "chain.beads=1".to_owned(),
         "chain.gaps.contact1=0 m".to_owned(),
-        "chain.gaps.contact2=1 mm".to_owned(),
+        "chain.gaps.contact2=400 um".to_owned(),
         // No Poisson effect: a rod, exactly one-dimensional.
         "materials.chrome-steel.poissons_ratio=0".to_owned(),
         "duration=7 us".to_owned(),

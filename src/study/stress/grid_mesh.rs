@@ -9,11 +9,11 @@ use std::{
 /// A side of the rectangle, or the part of it up to a coordinate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Side {
-    /// z least.
-    Bottom,
-    /// z largest, r up to here (m).
-    Top(f64),
-    /// r least, z down to here (m).
+    /// z least, r up to here (m).
+    Bottom(f64),
+    /// z largest.
+    Top,
+    /// r least, z up to here (m).
     Inner(f64),
 }
 
@@ -102,10 +102,10 @@ impl Rectangle<'_> {
             inside.map(|k| [self.node(2 * k - 2, j), self.node(2 * k, j), self.node(2 * k - 1, j)]).collect()
         };
         let edges = sides.iter().flat_map(|side| match *side {
-            Side::Bottom => along_r(0, f64::INFINITY),
-            Side::Top(to) => along_r(top, to),
-            Side::Inner(from) => {
-                let inside = (1..self.z.len()).filter(|k| self.z[k - 1] >= from - slack);
+            Side::Bottom(to) => along_r(0, to),
+            Side::Top => along_r(top, f64::INFINITY),
+            Side::Inner(to) => {
+                let inside = (1..self.z.len()).filter(|k| self.z[*k] <= to + slack);
                 inside.map(|k| [self.node(0, 2 * k - 2), self.node(0, 2 * k), self.node(0, 2 * k - 1)]).collect()
             }
         });

@@ -7,6 +7,7 @@ mod bar;
 mod chains;
 mod chaos;
 mod dampers;
+mod fits;
 mod frequencies;
 mod grid_mesh;
 mod impact;
@@ -207,6 +208,14 @@ pub const CASES: &[Case] = &[
                mirrors its motion: all to rounding.",
         rungs: &Rung::ALL,
         examine: similarity::examine,
+    },
+    Case {
+        number: 13,
+        name: "calibration without an answer",
+        what: "Half the parameter box fails; the record is pure noise; a parameter has no effect: the verdict or the width of the interval says \
+               so, never a wrong number with confidence.",
+        rungs: &[Rung::Hertz],
+        examine: fits::examine,
     },
     Case {
         number: 14,

@@ -57,14 +57,14 @@ pub(super) fn sharp(room: &mut Room<'_>) {
     }
 }
 
-/// A resin ring of square section whose upper inner edge the last bead touches, with elements of `finest` (m) there.
+/// A resin ring of square section whose inner edge the last bead touches, with elements of `finest` (m) there.
 fn edged(room: &Room<'_>, finest: f64) -> Result<Ran, String> {
     let near = 0.06e-3;
     let depth = graded(0.5e-3, finest, 1.2, 0.05e-3);
     let rectangle = Rectangle {
         r: depth.iter().map(|d| EDGE + d).collect(),
-        z: depth.iter().rev().map(|d| -d).collect(),
-        boundaries: &[("contact", &[Side::Inner(-near), Side::Top(EDGE + near)]), ("clamped", &[Side::Bottom])],
+        z: depth.clone(),
+        boundaries: &[("contact", &[Side::Inner(near), Side::Bottom(EDGE + near)]), ("clamped", &[Side::Top])],
     };
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
     let path = rectangle.write(folder.path(), "ring").map_err(|error| error.to_string())?;

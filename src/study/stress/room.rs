@@ -35,7 +35,7 @@ impl Balance {
     /// Of an undamped chain at the default steps.
     pub const UNDAMPED: Self = Self { chain: 1e-6, reduced: 2e-3, fea: 1e-2 };
     /// With dashpots that switch within a step.
-    pub const DAMPED: Self = Self { chain: 1e-5, reduced: 1e-2, fea: 2e-2 };
+    pub const DAMPED: Self = Self { chain: 1e-5, reduced: 2e-2, fea: 2e-2 };
 
     fn of(self, rung: Rung) -> f64 {
         match rung {

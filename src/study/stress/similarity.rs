@@ -51,8 +51,9 @@ fn twice(room: &mut Room<'_>) {
     match run(1.0).and_then(|plain| Ok((plain, run(2.0)?))) {
         Ok((plain, large)) => {
             let apart = difference(large.last(), plain.last());
-            // Decimal numbers of the scene are rounded once; the undamped chain magnifies it a thousandfold in 60 µs.
-            room.check(format!("{which}: difference of velocities, rms"), apart, Limit::AtMost(1e-9), "1");
+            // Decimal numbers of the scene are rounded once, bodies of other lengths are solved with other roundings (1e-13), and the
+            // undamped chain magnifies both a thousandfold in 60 µs.
+            room.check(format!("{which}: difference of velocities, rms"), apart, Limit::AtMost(1e-8), "1");
             let peak = |ran: &super::room::Ran| ran.response.contact_force[0].peak();
             let quadruple = (peak(&large) / peak(&plain) - 4.0).abs();
             room.check(

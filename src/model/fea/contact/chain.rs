@@ -174,6 +174,7 @@ impl Contacts {
         work: &mut Workspace,
     ) -> Result<Effort, Failure> {
         let mut effort = Effort::default();
+        let mut last_change = f64::INFINITY;
         loop {
             effort.sweeps += 1;
             let (mut worst, mut change, mut largest) = (0, 0.0, 0.0);
@@ -187,9 +188,13 @@ impl Contacts {
                     (worst, change) = (c, moved);
                 }
             }
-            if change <= SETTLED * largest {
+            // Sweeps that change the forces by a factor q less each time leave q/(1 − q) of the last change to come.
+            let ratio = change / last_change;
+            let to_come = if ratio < 1.0 { change * f64::max(1.0, ratio / (1.0 - ratio)) } else { change };
+            if to_come <= SETTLED * largest {
                 return Ok(effort);
             }
+            last_change = change;
             if effort.sweeps >= MOST_SWEEPS || !change.is_finite() {
                 return Err(Failure::NotSettled { contact: worst, change, sweeps: effort.sweeps });
             }

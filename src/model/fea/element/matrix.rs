@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use thiserror::Error;
 
-use super::{interpolate, rule};
+use super::{dilatation::Dilatation, interpolate, rule};
 use crate::{model::fea::mesh::Shape, scene::Material};
 
 /// Why an element has no matrices.
@@ -44,6 +44,14 @@ pub fn elasticity(material: &Material) -> [[f64; 4]; 4] {
     let shear = e / (2.0 * (1.0 + nu));
     let on = lame + 2.0 * shear;
     [[on, lame, lame, 0.0], [lame, on, lame, 0.0], [lame, lame, on, 0.0], [0.0, 0.0, 0.0, shear]]
+}
+
+/// Poisson's ratio above which an element's change of volume is held to a linear field: below it nothing is gained.
+pub(super) const NEARLY_INCOMPRESSIBLE: f64 = 0.45;
+
+/// Bulk modulus E/(3(1 − 2ν)), Pa.
+pub(super) fn bulk_modulus(material: &Material) -> f64 {
+    material.youngs_modulus / (3.0 * (1.0 - 2.0 * material.poissons_ratio))
 }
 
 /// One point of an element in space: shape functions, their gradient, radius and volume weight.
@@ -105,7 +113,12 @@ impl ElementMatrices {
     /// reaches across the axis.
     pub fn new(shape: Shape, places: &[[f64; 2]], material: &Material) -> Result<Self, ElementError> {
         let nodes = shape.nodes();
-        let d = elasticity(material);
+        let mut d = elasticity(material);
+        let mut dilatation = (material.poissons_ratio > NEARLY_INCOMPRESSIBLE).then(|| Dilatation::new(shape));
+        if dilatation.is_some() {
+            let bulk = bulk_modulus(material);
+            d.iter_mut().take(3).flat_map(|row| &mut row[..3]).for_each(|entry| *entry -= bulk);
+        }
         let mut out = Self { stiffness: [[0.0; 16]; 16], mass: [[0.0; 8]; 8], volume: 0.0, least_jacobian: f64::MAX };
         for point in rule(shape) {
             let local = Local::new(shape, &places[..nodes], point.xi, point.eta);
@@ -126,6 +139,9 @@ impl ElementMatrices {
                 strain[2 * node] = along_r;
                 strain[2 * node + 1] = along_z;
             }
+            if let Some(dilatation) = &mut dilatation {
+                dilatation.add(point.xi, point.eta, weight, &strain);
+            }
             for (stress, strain) in stress.iter_mut().zip(&strain) {
                 for (component, row) in stress.iter_mut().zip(&d) {
                     *component = weight * dot(row, strain);
@@ -140,6 +156,12 @@ impl ElementMatrices {
                 for column in 0..=row {
                     out.mass[row][column] += weight * material.density * local.value[row] * local.value[column];
                 }
+            }
+        }
+        if let Some(dilatation) = dilatation {
+            let (bulk, change) = (bulk_modulus(material), dilatation.stiffness());
+            for (row, entries) in out.stiffness.iter_mut().enumerate() {
+                entries.iter_mut().enumerate().for_each(|(column, entry)| *entry += bulk * change[(row, column)]);
             }
         }
         for row in 0..16 {

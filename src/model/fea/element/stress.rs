@@ -1,7 +1,11 @@
 //! Stress at the nodes of one element.
 
+use std::f64::consts::TAU;
+
 use super::{
-    matrix::{Local, dot, elasticity},
+    dilatation::Dilatation,
+    matrix::{Local, NEARLY_INCOMPRESSIBLE, dot, elasticity},
+    rule,
     shape::{QUADRILATERAL_NODES, TRIANGLE_NODES},
 };
 use crate::{model::fea::mesh::Shape, scene::Material};
@@ -19,6 +23,16 @@ use crate::{model::fea::mesh::Shape, scene::Material};
 pub fn node_stress(shape: Shape, places: &[[f64; 2]], material: &Material, displacement: &[[f64; 2]]) -> [[f64; 4]; 8] {
     let nodes = shape.nodes();
     let d = elasticity(material);
+    let dilatation = (material.poissons_ratio > NEARLY_INCOMPRESSIBLE).then(|| {
+        let mut dilatation = Dilatation::new(shape);
+        for point in rule(shape) {
+            let local = Local::new(shape, &places[..nodes], point.xi, point.eta);
+            let mut strain = [[0.0; 4]; 16];
+            (0..nodes).for_each(|node| [strain[2 * node], strain[2 * node + 1]] = local.strain(node));
+            dilatation.add(point.xi, point.eta, point.weight * local.jacobian * TAU * local.place[0], &strain);
+        }
+        dilatation
+    });
     let sample = |xi: f64, eta: f64| {
         let local = Local::new(shape, &places[..nodes], xi, eta);
         let mut strain = [0.0; 4];
@@ -27,6 +41,10 @@ pub fn node_stress(shape: Shape, places: &[[f64; 2]], material: &Material, displ
             for (k, sum) in strain.iter_mut().enumerate() {
                 *sum += along_r[k] * u_r + along_z[k] * u_z;
             }
+        }
+        if let Some(dilatation) = &dilatation {
+            let excess = (dilatation.of(displacement)(xi, eta) - strain[0] - strain[1] - strain[2]) / 3.0;
+            strain.iter_mut().take(3).for_each(|component| *component += excess);
         }
         [0, 1, 2, 3].map(|k| dot(&d[k], &strain))
     };

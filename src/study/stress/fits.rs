@@ -1,0 +1,127 @@
+//! Calibrations that have no answer, or only half a one.
+
+use std::sync::Arc;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::{Limit, room::Room};
+use crate::{
+    calibration::{
+        fit::{Fit, Verdict, fit},
+        forward::{Forward, Uncertainty},
+        observation::{Observation, Recording},
+        parameter::Parameter,
+        search::{Search, Strategy},
+        twin::{Flaw, twin},
+    },
+    feature::fingerprint::FeatureSet,
+    model,
+    scene::Scene,
+    signal::Series,
+};
+
+pub(super) fn examine(room: &mut Room<'_>) {
+    if let Err(reason) = empty_half(room) {
+        room.failed("half the box fails", reason);
+    }
+    noise(room);
+    if let Err(reason) = redundant(room) {
+        room.failed("two parameters, one of them without effect", reason);
+    }
+}
+
+fn scene(room: &Room<'_>) -> Result<Scene, String> {
+    room.scene("annulus", &["damping.kind=kuwabara-kono"])
+}
+
+fn record(room: &Room<'_>, scene: &Scene, parameters: &[Parameter]) -> Result<(Recording, Vec<f64>), String> {
+    let run = |scene: &Scene| model::run(scene, &mut |_| true);
+    let made = twin(scene, parameters, &Uncertainty::default(), Flaw::None, 2, room.plan.seed, &run);
+    made.map(|made| (made.recording, made.truth.values)).map_err(|error| error.to_string())
+}
+
+fn fitted(room: &Room<'_>, scene: &Scene, parameters: Vec<Parameter>, recording: &Recording) -> Result<Fit, String> {
+    let frequency = scene.drive.frequency;
+    let (begins, ends) = scene.drive.burst();
+    let observation = Observation::new(recording, frequency, (ends - begins) * frequency, FeatureSet::Full)
+        .map_err(|error| error.to_string())?;
+    let (seed, watch) = (room.plan.seed, Arc::new(|_| true));
+    let forward = Forward::new(scene, parameters, observation, Uncertainty::default(), seed, watch)
+        .map_err(|error| error.to_string())?;
+    let search = Search::new(&forward, 600, seed, Strategy::Likelihood);
+    fit(&forward, search, None).map_err(|error| error.to_string())
+}
+
+/// 1 where a fit ends as a false answer: said to explain the record, its interval of 90 % without the truth.
+fn false_answer(fit: &Fit, truth: &[f64]) -> f64 {
+    let misses =
+        |(estimate, truth): (&crate::calibration::fit::Estimate, &f64)| !(estimate.low..=estimate.high).contains(truth);
+    let missed = fit.estimates.iter().zip(truth).any(misses);
+    f64::from(u8::from(missed && fit.verdict == Verdict::WithinScatter))
+}
+
+/// α down to where the drive does not move the last bead.
+fn empty_half(room: &mut Room<'_>) -> Result<(), String> {
+    let which = "half the box fails";
+    let scene = scene(room)?;
+    let damping = Parameter::damping(scene.damping.kind).ok_or("the scene has no damping to fit")?;
+    let usual = vec![Parameter::alpha(), damping.clone()];
+    let (recording, truth) = record(room, &scene, &usual)?;
+    // As many decades of nothing as the box has of something.
+    let alpha = Parameter::alpha();
+    let wide = Parameter { low: alpha.low * alpha.low / alpha.high, ..alpha };
+    let fit = fitted(room, &scene, vec![wide, damping], &recording)?;
+    room.check(format!("{which}: a false answer"), false_answer(&fit, &truth), Limit::AtMost(0.0), "1");
+    let failed = fit.failed() as f64 / fit.runs.len() as f64;
+    room.check(format!("{which}: share of runs without an answer"), failed, Limit::AtLeast(0.05), "1");
+    Ok(())
+}
+
+/// A vibrometer that looks past the bead.
+fn noise(room: &mut Room<'_>) {
+    let which = "pure noise";
+    let scene = match scene(room) {
+        Ok(scene) => scene,
+        Err(reason) => return room.failed(which, reason),
+    };
+    let mut random = ChaCha8Rng::seed_from_u64(room.plan.seed);
+    let step = 4e-7;
+    let values = (0..2000).map(|_| 0.02 * StandardNormal.sample(&mut random)).collect();
+    let recording = Recording { velocity: Series::new(-3e-5, step, values), noise_rms: 0.02, bandwidth: None };
+    let parameters = Parameter::damping(scene.damping.kind).map(|damping| vec![Parameter::alpha(), damping]);
+    match parameters.ok_or("the scene has no damping to fit".to_owned()).and_then(|parameters| {
+        let fit = fitted(room, &scene, parameters, &recording)?;
+        Ok(fit.verdict)
+    }) {
+        Ok(verdict) => {
+            let explained = f64::from(u8::from(verdict == Verdict::WithinScatter));
+            room.check(format!("{which}: said to be explained"), explained, Limit::AtMost(0.0), "1");
+        }
+        Err(reason) => room.refused(which, reason, "noise"),
+    }
+}
+
+/// A parameter that has no effect beside one that has: the interval of the first says nothing, that of the second holds.
+fn redundant(room: &mut Room<'_>) -> Result<(), String> {
+    let which = "two parameters, one of them without effect";
+    let mut scene = scene(room)?;
+    scene.damping.kuwabara_kono = 3660.0;
+    let alpha = Parameter::alpha();
+    // Of two values for α the scene takes the second.
+    let twice = vec![Parameter { name: "without effect".into(), ..alpha.clone() }, alpha];
+    let (recording, truth) = record(room, &scene, &twice)?;
+    let fit = fitted(room, &scene, twice, &recording)?;
+    let share = |index: usize| {
+        let (estimate, parameter) = (&fit.estimates[index], &fit.parameters[index]);
+        (estimate.high / estimate.low).ln() / parameter.span()
+    };
+    let name = format!("{which}: its interval over the box");
+    room.check(name, share(0), Limit::AtLeast(0.7), "1");
+    let name = format!("{which}: interval of the other over the box");
+    room.check(name, share(1), Limit::AtMost(0.2), "1");
+    let truth = [fit.estimates[0].value, truth[1]];
+    room.check(format!("{which}: a false answer"), false_answer(&fit, &truth), Limit::AtMost(0.0), "1");
+    Ok(())
+}
