@@ -22,8 +22,7 @@ fn scene(name: &str, overrides: &[&str]) -> Scene {
 fn reduced(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.model.kind = ModelKind::Reduced;
-    scene.model.reduced =
-        ReducedSettings { density: DENSITY, elements: Elements::Quadrilaterals, step: STEP, modes: 8 };
+    scene.model.reduced = ReducedSettings { density: DENSITY, step: STEP, modes: 8, ..ReducedSettings::default() };
     scene
 }
 

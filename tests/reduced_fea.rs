@@ -18,7 +18,7 @@ fn rigid(overrides: &[&str]) -> Scene {
 fn reduced(scene: &Scene, step: f64, modes: u32) -> Response {
     let mut scene = scene.clone();
     scene.model.kind = ModelKind::Reduced;
-    scene.model.reduced = ReducedSettings { density: 8, elements: Elements::Quadrilaterals, step, modes };
+    scene.model.reduced = ReducedSettings { density: 8, step, modes, ..ReducedSettings::default() };
     model::run(&scene, &mut |_| true).unwrap()
 }
 

@@ -149,21 +149,24 @@ fn analyses() -> impl Strategy<Value = Analysis> {
         (0.0..0.5f64).prop_map(|dissipation| Scheme::Newmark { dissipation }),
     ];
     let flags = (any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>());
-    (2..99u32, scheme, flags, 1..9u32, 0..1024u32, materials(), 0..99u32).prop_map(
-        |(density, scheme, (mixed, consistent, moving, same_mesh), steps, meshed, resin, modes)| Analysis {
-            modes,
-            fea: FeaSettings {
-                density,
-                scheme,
-                elements: if mixed { Elements::Mixed } else { Elements::Quadrilaterals },
-                contact_mass: if consistent { ContactMass::Consistent } else { ContactMass::Massless },
-                ..FeaSettings::default()
-            },
-            steps,
-            normal: if moving { ContactNormal::Moving } else { ContactNormal::Fixed },
-            meshed,
-            same_mesh,
-            resin,
+    (2..99u32, scheme, flags, 1..9u32, 0..1024u32, materials(), 0..99u32, 0.01..0.5f64).prop_map(
+        |(density, scheme, (mixed, consistent, moving, same_mesh), steps, meshed, resin, modes, contact_patch)| {
+            Analysis {
+                modes,
+                fea: FeaSettings {
+                    density,
+                    contact_patch,
+                    scheme,
+                    elements: if mixed { Elements::Mixed } else { Elements::Quadrilaterals },
+                    contact_mass: if consistent { ContactMass::Consistent } else { ContactMass::Massless },
+                    ..FeaSettings::default()
+                },
+                steps,
+                normal: if moving { ContactNormal::Moving } else { ContactNormal::Fixed },
+                meshed,
+                same_mesh,
+                resin,
+            }
         },
     )
 }
@@ -172,9 +175,9 @@ fn analyse(scene: &mut Scene, analysis: Analysis) {
     // A step that the drive allows, and that divides the output step.
     scene.drive.frequency = scene.drive.frequency.min(49e3);
     let step = scene.output_step / f64::from(analysis.steps);
-    let FeaSettings { density, elements, .. } = analysis.fea;
+    let FeaSettings { density, elements, contact_patch, .. } = analysis.fea;
     if scene.model.kind == ModelKind::Reduced {
-        scene.model.reduced = ReducedSettings { density, elements, step, modes: analysis.modes };
+        scene.model.reduced = ReducedSettings { density, elements, contact_patch, step, modes: analysis.modes };
     } else {
         scene.model.fea = FeaSettings { step, ..analysis.fea };
     }
@@ -253,9 +256,9 @@ fn scenes() -> impl Strategy<Value = Scene> {
             if model.kind.is_meshed() {
                 analyse(&mut scene, analysis);
             } else if analysis.same_mesh {
-                let FeaSettings { density, elements, .. } = analysis.fea;
+                let FeaSettings { density, elements, contact_patch, .. } = analysis.fea;
                 scene.contact_law = ContactLaw::FiniteBody;
-                scene.model.fea = FeaSettings { density, elements, ..FeaSettings::default() };
+                scene.model.fea = FeaSettings { density, elements, contact_patch, ..FeaSettings::default() };
                 if let Support::Annulus { material, .. } = &mut scene.support {
                     *material = analysis.resin;
                 }

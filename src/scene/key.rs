@@ -142,6 +142,11 @@ pub const KEYS: &[Key] = &[
         ValueKind::Choice(ELEMENTS),
         "8-node quadrilaterals, or with 6-node triangles at the contacts",
     ),
+    quantity(
+        "model.contact_patch",
+        Dimension::NONE,
+        "radius of the finely meshed patch at a bead's pole over the bead's radius; no contact may grow larger",
+    ),
     key("model.modes", ValueKind::Count, "most elastic modes of a body in the reduced model"),
     key("model.contact_mass", ValueKind::Choice(CONTACT_MASSES), "whether the nodes that may touch carry mass"),
     key("model.integrator", ValueKind::Choice(INTEGRATORS), "time integration: two of the chain, three of the fea"),
@@ -162,9 +167,16 @@ pub(super) struct Governor {
     pub(super) reinterpreted: &'static [&'static str],
 }
 
-const CHAIN_USES: &[&str] =
-    &["contact.law", "model.mesh_density", "model.elements", "model.integrator", "model.tolerance", "model.step"];
-const MESHED_LAW_USES: &[&str] = &["model.mesh_density", "model.elements"];
+const CHAIN_USES: &[&str] = &[
+    "contact.law",
+    "model.mesh_density",
+    "model.elements",
+    "model.contact_patch",
+    "model.integrator",
+    "model.tolerance",
+    "model.step",
+];
+const MESHED_LAW_USES: &[&str] = &["model.mesh_density", "model.elements", "model.contact_patch"];
 
 const WATER_MESH: &[&str] = &["water.mesh_radius", "water.mesh_side"];
 const LIQUID_USES: &[&str] = &[
@@ -209,6 +221,7 @@ pub(super) const GOVERNORS: &[Governor] = &[
             "support.mesh_unit",
             "model.mesh_density",
             "model.elements",
+            "model.contact_patch",
             "model.modes",
             "model.contact_mass",
             "model.integrator",
@@ -223,6 +236,7 @@ pub(super) const GOVERNORS: &[Governor] = &[
                 &[
                     "model.mesh_density",
                     "model.elements",
+                    "model.contact_patch",
                     "model.modes",
                     "model.step",
                     "chain.mesh",
@@ -237,6 +251,7 @@ pub(super) const GOVERNORS: &[Governor] = &[
                 &[
                     "model.mesh_density",
                     "model.elements",
+                    "model.contact_patch",
                     "model.contact_mass",
                     "model.integrator",
                     "model.numerical_dissipation",

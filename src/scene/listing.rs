@@ -202,6 +202,7 @@ impl Scene {
             let fea = &self.model.fea;
             settings.add("model.mesh_density", SettingValue::Count(fea.density as usize));
             settings.text("model.elements", fea.elements.name());
+            settings.quantity("model.contact_patch", fea.contact_patch, Dimension::NONE);
             settings.text("model.contact_mass", fea.contact_mass.name());
             settings.text("model.integrator", fea.scheme.name());
             if fea.scheme != Scheme::Trapezoid {
@@ -213,12 +214,14 @@ impl Scene {
             let reduced = &self.model.reduced;
             settings.add("model.mesh_density", SettingValue::Count(reduced.density as usize));
             settings.text("model.elements", reduced.elements.name());
+            settings.quantity("model.contact_patch", reduced.contact_patch, Dimension::NONE);
             settings.add("model.modes", SettingValue::Count(reduced.modes as usize));
             return settings.quantity("model.step", reduced.step, Dimension::TIME);
         }
         if self.contact_law == ContactLaw::FiniteBody {
             settings.add("model.mesh_density", SettingValue::Count(self.model.fea.density as usize));
             settings.text("model.elements", self.model.fea.elements.name());
+            settings.quantity("model.contact_patch", self.model.fea.contact_patch, Dimension::NONE);
         }
         match self.model.integrator {
             Integrator::DormandPrince853 { tolerance } => {

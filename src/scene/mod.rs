@@ -54,7 +54,9 @@ pub use disc::{DEFAULT_DISC, DEFAULT_DISC_DENSITY, DiscShape, Rim};
 pub use drive::{Drive, DriveKind, PistonMotion};
 pub use effects::{Effect, effects};
 pub use error::{Place, SceneError};
-pub use fea::{ContactMass, DEFAULT_FEA_STEP, DEFAULT_MESH_DENSITY, Elements, FeaSettings, Scheme};
+pub use fea::{
+    ContactMass, DEFAULT_CONTACT_PATCH, DEFAULT_FEA_STEP, DEFAULT_MESH_DENSITY, Elements, FeaSettings, Scheme,
+};
 pub use file::{
     DEFAULT_KUWABARA_KONO_DAMPING, DEFAULT_LINEAR_DAMPING, DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, Loaded, MOST_BEADS,
     load, load_preferring, load_text, load_with_notes,

@@ -3,7 +3,7 @@
 use super::{
     Elements,
     error::SceneError,
-    fea::{dividing, elements, mesh_density},
+    fea::{DEFAULT_CONTACT_PATCH, contact_patch, dividing, elements, mesh_density},
     reader::{Bound, Reader},
     settings::check_step,
 };
@@ -25,6 +25,8 @@ pub struct ReducedSettings {
     pub density: u32,
     /// Shape of the elements.
     pub elements: Elements,
+    /// As [`super::FeaSettings::contact_patch`], 1.
+    pub contact_patch: f64,
     /// Step h, s. The output step is a whole multiple of it (see [`super::Scene`]).
     pub step: f64,
     /// Most elastic modes of a body, 1. Those with ω h > 2 are left out in any case, their flexibility never.
@@ -36,6 +38,7 @@ impl Default for ReducedSettings {
         Self {
             density: DEFAULT_REDUCED_DENSITY,
             elements: Elements::Quadrilaterals,
+            contact_patch: DEFAULT_CONTACT_PATCH,
             step: DEFAULT_REDUCED_STEP,
             modes: DEFAULT_MODES,
         }
@@ -55,6 +58,7 @@ pub(super) fn read(
     Ok(ReducedSettings {
         density: mesh_density(reader)?.unwrap_or(default.density),
         elements: elements(reader)?,
+        contact_patch: contact_patch(reader)?,
         step: dividing(step, output_step, notes),
         modes: reader.count("model.modes", MODES)?.unwrap_or(default.modes),
     })

@@ -53,12 +53,14 @@ pub struct ModelSettings {
 }
 
 /// How bodies are meshed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Meshing {
     /// Mesh density, 1.
     pub density: u32,
     /// Shape of the elements.
     pub elements: Elements,
+    /// Radius of the finely meshed patch at a bead's pole over the bead's, 1.
+    pub contact_patch: f64,
     /// Whether the nodes that may touch carry mass.
     pub contact_mass: ContactMass,
 }
@@ -76,12 +78,12 @@ impl ModelSettings {
     pub fn meshing(&self) -> Meshing {
         match self.kind {
             ModelKind::Reduced => {
-                let ReducedSettings { density, elements, .. } = self.reduced;
-                Meshing { density, elements, contact_mass: ContactMass::Massless }
+                let ReducedSettings { density, elements, contact_patch, .. } = self.reduced;
+                Meshing { density, elements, contact_patch, contact_mass: ContactMass::Massless }
             }
             ModelKind::Chain | ModelKind::Fea => {
-                let FeaSettings { density, elements, contact_mass, .. } = self.fea;
-                Meshing { density, elements, contact_mass }
+                let FeaSettings { density, elements, contact_patch, contact_mass, .. } = self.fea;
+                Meshing { density, elements, contact_patch, contact_mass }
             }
         }
     }
@@ -131,7 +133,8 @@ pub(super) fn read(
     if contact_law::read(reader)? == ContactLaw::FiniteBody {
         let default = FeaSettings::default();
         let density = fea::mesh_density(reader)?.unwrap_or(default.density);
-        settings.fea = FeaSettings { density, elements: fea::elements(reader)?, ..default };
+        let (elements, contact_patch) = (fea::elements(reader)?, fea::contact_patch(reader)?);
+        settings.fea = FeaSettings { density, elements, contact_patch, ..default };
     }
     let has_disc = reader.text("support.kind")? == Some("disc");
     if kind == ModelKind::Fea {

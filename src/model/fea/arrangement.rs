@@ -290,6 +290,7 @@ pub fn bead_mesh(bead: &Bead, scene: &Scene) -> Result<(Mesh, Vec<Material>), Fe
         None => {
             let form = BeadMesh {
                 elements: patch_elements(settings.elements),
+                patch_radius: settings.contact_patch,
                 ..BeadMesh::of_density(settings.density as usize)
             };
             Ok((mesh::bead(bead.radius, &form)?, vec![bead.material.clone()]))

@@ -143,7 +143,7 @@ pub enum FeaError {
     /// Even the smallest part of a step had no solution.
     #[error(
         "step given up at {time:.9e} s with {step:.3e} s, contact {contact} (1 = piston): {cause}; shorten `model.step`, refine \
-         `model.mesh_density`, or look for a drive or impact out of range"
+         `model.mesh_density`, enlarge `model.contact_patch`, or look for a drive or impact out of range"
     )]
     StepGivenUp {
         /// Time at its beginning, s.

@@ -410,7 +410,7 @@ impl<'a> Simulation<'a> {
         for (contact, (new, old)) in contacts.iter().zip(before.iter()).enumerate() {
             let pair = &arrangement.pairs[arrangement.contacts[contact]];
             let ends = |i: usize| new.forces[i] > 0.0;
-            if ends(pair.len() - 1) || (pair.ring.is_some() && ends(0)) {
+            if ends(pair.len() - 1) && !pair.is_flat() || (pair.ring.is_some() && ends(0)) {
                 return Err((Cause::PatchExceeded, contact));
             }
             let made = 0.5

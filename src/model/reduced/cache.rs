@@ -26,7 +26,7 @@ use crate::{
 };
 
 /// Raise it when anything changes that the numbers of a [`Reduction`] follow from; the version of the program does so with a release.
-const GENERATION: u32 = 1;
+const GENERATION: u32 = 2;
 /// What every file begins with.
 const HEADER: &str = "granchain reduction";
 

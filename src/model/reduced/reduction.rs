@@ -112,6 +112,8 @@ pub struct Geometry {
     pub is_ring: bool,
     /// Whether its pressed points are a prefix in nearly all states.
     pub is_prefix: bool,
+    /// Whether both bodies are flat there: no contact is then too large.
+    pub is_flat: bool,
 }
 
 impl Geometry {
@@ -289,6 +291,7 @@ impl<'a> Assembly<'a> {
             positions: pair.positions.clone(),
             is_ring: pair.ring.is_some(),
             is_prefix: pair.ordering == Ordering::Prefix,
+            is_flat: pair.is_flat(),
         });
         Reduction {
             kinds: kinds.collect(),

@@ -285,7 +285,8 @@ impl<'a> Run<'a> {
                 .zip(&geometry.axial[first..end])
                 .map(|(force, axial)| force * axial)
                 .sum();
-            if end == state.forces.len() || geometry.is_ring && end > 0 && first == 0 {
+            let exceeds = end == state.forces.len() && !geometry.is_flat;
+            if exceeds || geometry.is_ring && end > 0 && first == 0 {
                 return Err(Failure::Contact(Cause::PatchExceeded, contact));
             }
         }

@@ -22,7 +22,10 @@ pub(super) fn examine(room: &mut Room<'_>) {
     // A thirtieth of the time of a hit: a step of 0.05 µs would pass over it, and is refused when it does.
     let step: &[&str] = if matches!(room.rung, Rung::Reduced | Rung::Fea) { &["model.step=5 ns"] } else { &[] };
     run(room, "one bead of a thousandth of the mass", &[&light[..], step].concat());
-    run(room, "one bead of a tenth of the radius", &["chain.override=[{bead=3, radius=\"0.05 mm\"}]"]);
+    // Pressed by its large neighbours, and as light as the one before.
+    let small = ["chain.override=[{bead=3, radius=\"0.05 mm\"}]"];
+    let patch: &[&str] = if step.is_empty() { &[] } else { &["model.contact_patch=0.4"] };
+    run(room, "one bead of a tenth of the radius", &[&small[..], step, patch].concat());
     let most = match (room.rung, room.plan.quick) {
         (Rung::Hertz, _) => 1000,
         (Rung::FiniteBody, _) => 200,

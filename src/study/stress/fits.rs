@@ -88,7 +88,8 @@ fn noise(room: &mut Room<'_>) {
     };
     let mut random = ChaCha8Rng::seed_from_u64(room.plan.seed);
     let step = 4e-7;
-    let values = (0..2000).map(|_| 0.02 * StandardNormal.sample(&mut random)).collect();
+    let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+    let values = (0..2000).map(|_| 0.02 * draw()).collect();
     let recording = Recording { velocity: Series::new(-3e-5, step, values), noise_rms: 0.02, bandwidth: None };
     let parameters = Parameter::damping(scene.damping.kind).map(|damping| vec![Parameter::alpha(), damping]);
     match parameters.ok_or("the scene has no damping to fit".to_owned()).and_then(|parameters| {

@@ -147,6 +147,12 @@ fn boundary<'a>(body: &'a Body, whose: &str, name: &'static str) -> Result<&'a [
 }
 
 impl Pair {
+    /// Whether both bodies are flat: then all points touch at once, and no contact is too large.
+    #[must_use]
+    pub fn is_flat(&self) -> bool {
+        self.gaps.iter().all(|gap| gap.abs() < FLAT)
+    }
+
     /// Number of points.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -277,6 +283,9 @@ impl Pair {
         })
     }
 }
+
+/// Gap below which a surface is flat, m: roundings of a mesh of millimetres.
+const FLAT: f64 = 1e-15;
 
 struct PolePoint {
     place: OnEdge,
