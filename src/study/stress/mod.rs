@@ -17,6 +17,7 @@ mod room;
 mod similarity;
 mod steps;
 mod vacuum;
+mod water;
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -208,6 +209,14 @@ pub const CASES: &[Case] = &[
                mirrors its motion: all to rounding.",
         rungs: &Rung::ALL,
         examine: similarity::examine,
+    },
+    Case {
+        number: 12,
+        name: "water",
+        what: "A disc a hundred times softer and stiffer, half the water in front of its absorbing boundary, 10 ms of an undamped chain: no \
+               energy beyond the piston’s work, no echo.",
+        rungs: &[Rung::Hertz],
+        examine: water::examine,
     },
     Case {
         number: 13,

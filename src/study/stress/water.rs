@@ -1,0 +1,60 @@
+//! Soft and stiff discs, half the water, a long ringing.
+
+use super::{
+    Limit,
+    room::{Balance, Ran, Room, difference},
+};
+
+pub(super) fn examine(room: &mut Room<'_>) {
+    for (which, modulus) in [("disc a hundred times softer", "0.35 GPa"), ("disc a hundred times stiffer", "3500 GPa")]
+    {
+        let modulus = format!("materials.vitreous-carbon.youngs_modulus={modulus}");
+        let sets = [modulus.as_str(), "damping.at=beads", "duration=150 us"];
+        match room.scene("water", &sets).and_then(|scene| room.run(&scene)) {
+            Ok(ran) => room.sound(which, &ran, Balance::WATER),
+            Err(reason) => room.failed(which, reason),
+        }
+    }
+    half(room);
+    long(room);
+}
+
+fn pressure(ran: &Ran) -> &[f64] {
+    ran.response.disc.as_ref().and_then(|disc| disc.pressure.first()).map_or(&[], |pressure| &pressure.values)
+}
+
+/// A hemisphere of half the radius: its boundary is heard if it reflects.
+fn half(room: &mut Room<'_>) {
+    let which = "half the water";
+    let run = |radius: &str| {
+        let radius = format!("water.mesh_radius={radius}");
+        let sets =
+            ["water.method=elements", "drive.amplitude=0.5 um", "damping.at=beads", "duration=120 us", radius.as_str()];
+        room.scene("water", &sets).and_then(|scene| room.run(&scene))
+    };
+    match run("2.5 mm").and_then(|whole| Ok((whole, run("1.25 mm")?))) {
+        Ok((whole, half)) => {
+            room.sound(which, &half, Balance::WATER);
+            let apart = difference(pressure(&half), pressure(&whole));
+            room.check(format!("{which}: difference of the pressure, rms"), apart, Limit::AtMost(0.02), "1");
+        }
+        Err(reason) => room.failed(which, reason),
+    }
+}
+
+/// Undamped beads on a clamped disc: the water is the only loss.
+fn long(room: &mut Room<'_>) {
+    let which = "10 ms, undamped beads";
+    let sets = ["damping.kind=none", "drive.amplitude=0.5 um", "duration=10 ms", "output_step=1 us"];
+    match room.scene("water", &sets).and_then(|scene| room.run(&scene)) {
+        Ok(ran) => {
+            room.sound(which, &ran, Balance::WATER);
+            let energy = ran.response.energy;
+            let held = (energy.kinetic_j + energy.stored_j) / energy.piston_work_j;
+            room.check(format!("{which}: energy left over the piston’s work"), held, Limit::AtMost(1.0), "1");
+            let ratio = energy.dissipated_j / energy.piston_work_j;
+            room.check(format!("{which}: radiated over the piston’s work"), ratio, Limit::AtLeast(0.1), "1");
+        }
+        Err(reason) => room.failed(which, reason),
+    }
+}
