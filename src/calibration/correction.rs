@@ -5,6 +5,10 @@
 //! anew while that answer moves or leans on the edge of what the runs cover. It ends when the answer stands still, or after
 //! [`MOST_ROUNDS`].
 //!
+//! Where most upper runs of a round fail, or none comes near the record, the place is empty: the record's own parameters make runs that
+//! finish and resemble it. The correction then looks for itself, once, as the search does on the chain: a round scattered over the whole
+//! box, three around the best runs found, and from there on as above.
+//!
 //! The answer is read from the runs of the upper rung alone, by the regression of [`super::likelihood`]: the chain decides where they
 //! are made, never what comes out.
 
@@ -21,7 +25,7 @@ use super::{
     parameter::{Parameter, reflect},
     posterior::Posterior,
     rung::{Pair, Rung},
-    search::{SearchState, ranking},
+    search::{SearchState, around_elite, ranking, scattered},
 };
 
 /// Pairs of the first round.
@@ -33,13 +37,25 @@ const FURTHER_ROUND: usize = 36;
 /// Fewest rounds: two would leave the answer to runs that were drawn before anything of the upper rung was known.
 const FEWEST_ROUNDS: usize = 3;
 
-/// Most rounds.
+/// Most rounds, not counting those of a restart.
 pub const MOST_ROUNDS: usize = 5;
+
+/// Share of a round's upper runs that have to finish: around the record's own parameters nearly all do.
+const FINISHING: f64 = 0.5;
+
+/// Misfit of the best upper run above which nothing made so far comes near the record: three scatters in every feature. 25 is the most.
+const FAR: f64 = 9.0;
+
+/// Pairs of the round that is scattered over the whole box.
+const SCATTERED_ROUND: usize = 96;
+
+/// Sizes of the elites of the rounds that follow it.
+const ELITES: [usize; 3] = [16, 12, 10];
 
 /// Runs that FIT is the median misfit of: about as large a share as the ten best of a search's 600.
 pub const BEST: usize = 3;
 
-/// Most pairs.
+/// Most pairs where the chain points to the right place.
 pub const MOST_PAIRS: usize = FIRST_ROUND + (MOST_ROUNDS - 1) * FURTHER_ROUND;
 
 /// By how much the rungs may differ in the logarithm of a parameter: the standard deviation that widens a round.
@@ -69,6 +85,8 @@ pub struct Correction {
     pub rounds: Vec<usize>,
     /// How far the last round moved the answer, and whether the answer leans on the edge of what the runs cover.
     motion: Motion,
+    /// Rounds made when the box was to be looked through anew.
+    restarted: Option<usize>,
     seed: u64,
     searched: Vec<Run>,
     spans: Vec<f64>,
@@ -118,6 +136,7 @@ impl Correction {
             pairs: vec![],
             rounds: vec![],
             motion: Motion { drift: None, leans: true },
+            restarted: None,
             seed,
             searched: searched.to_vec(),
             spans: chain.parameters.iter().map(Parameter::span).collect(),
@@ -132,7 +151,17 @@ impl Correction {
     #[must_use]
     pub fn is_finished(&self) -> bool {
         let settled = !self.motion.leans && self.motion.drift.is_some_and(|drift| drift < STILL);
-        self.rounds.len() >= MOST_ROUNDS || (self.rounds.len() >= FEWEST_ROUNDS && settled)
+        let rounds = match self.restarted {
+            Some(before) => self.rounds.len().saturating_sub(before + 1 + ELITES.len()),
+            None => self.rounds.len(),
+        };
+        rounds >= MOST_ROUNDS || (rounds >= FEWEST_ROUNDS && settled)
+    }
+
+    /// Whether the chain pointed to an empty place, so that the box was looked through anew.
+    #[must_use]
+    pub fn restarted(&self) -> bool {
+        self.restarted.is_some()
     }
 
     /// Whether the answer leans on the edge of what the runs cover: it may lie beyond.
@@ -191,9 +220,26 @@ impl Correction {
     }
 
     fn propose(&self) -> Vec<Vec<f64>> {
-        let dimension = self.spans.len();
         let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ 0x00C0_44EC);
         random.set_stream(self.rounds.len() as u64);
+        let dimension = self.spans.len();
+        match self.restarted.map(|before| self.rounds.len() - before) {
+            Some(0) => scattered(0, SCATTERED_ROUND, dimension, self.seed),
+            Some(round) if round <= ELITES.len() => {
+                let cloud = self.cloud(self.pairs.len());
+                if cloud.is_empty() {
+                    let made = SCATTERED_ROUND + (round - 1) * FURTHER_ROUND;
+                    return scattered(made, FURTHER_ROUND, dimension, self.seed);
+                }
+                around_elite(&cloud, ELITES[round - 1], FURTHER_ROUND, &mut random)
+            }
+            _ => self.drawn(&mut random),
+        }
+    }
+
+    /// A round from the answer so far, or from the chain's, widened.
+    fn drawn(&self, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
+        let dimension = self.spans.len();
         let corrected = if self.pairs.is_empty() { None } else { self.posterior(self.pairs.len()) };
         let posterior =
             corrected.or_else(|| Posterior::of(&self.cloud_of(self.searched.iter(), NEIGHBOURS), dimension));
@@ -203,16 +249,24 @@ impl Correction {
         (0..count)
             .map(|_| {
                 let centre = match &posterior {
-                    Some(posterior) => posterior.draw(1.0, &mut random),
+                    Some(posterior) => posterior.draw(1.0, random),
                     None => (0..dimension).map(|_| random.random::<f64>()).collect(),
                 };
                 let widened = centre.iter().zip(&self.spans).map(|(u, span)| {
-                    let draw: f64 = StandardNormal.sample(&mut random);
+                    let draw: f64 = StandardNormal.sample(random);
                     reflect(u + widening / span * draw)
                 });
                 widened.collect()
             })
             .collect()
+    }
+
+    /// Whether most upper runs of the last round failed, or the best of all is far from the record.
+    fn is_empty_place(&self, best: Option<f64>) -> bool {
+        let last = self.rounds.last().copied().unwrap_or(0);
+        let round = &self.pairs[self.pairs.len() - last..];
+        let finished = round.iter().filter(|pair| pair.upper.outcome.is_ok()).count();
+        (finished as f64) < FINISHING * last as f64 || best.is_none_or(|misfit| misfit > FAR)
     }
 
     fn motion(&self) -> Motion {
@@ -263,8 +317,12 @@ impl Solver<Rung, SearchState> for Correction {
         self.pairs.extend(pairs);
         self.motion = self.motion();
         let cloud = self.cloud(self.pairs.len());
-        let state = match ranking(&cloud).first() {
-            Some(&(misfit, run)) => state.param(cloud.position(run).to_vec()).cost(misfit),
+        let best = ranking(&cloud).first().copied();
+        if self.restarted.is_none() && self.is_empty_place(best.map(|(misfit, _)| misfit)) {
+            self.restarted = Some(self.rounds.len());
+        }
+        let state = match best {
+            Some((misfit, run)) => state.param(cloud.position(run).to_vec()).cost(misfit),
             None => state,
         };
         Ok((state, None))

@@ -28,7 +28,7 @@ use crate::{
 /// Runs integrated side by side.
 const LANES: usize = 8;
 
-/// Steps a drive period: accurate to about 4e-3 of the peak in regular regimes.
+/// Steps a drive period: accurate to some 1e-3 of the peak where the motion is regular and soft, 1e-2 behind a rigid wall with linear dashpots.
 pub(super) const STEPS_PER_CYCLE: usize = 160;
 
 /// How imperfectly known the bench is: every run draws from these.

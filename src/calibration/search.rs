@@ -109,39 +109,13 @@ impl Search {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ 0x005E_A2C4);
         random.set_stream(self.batch as u64);
         match ELITES.get(self.batch - 1) {
-            Some(&size) => self.around_elite(&cloud, size, count, &mut random),
+            Some(&size) => around_elite(&cloud, size, count, &mut random),
             None => self.drawn(&cloud, count, &mut random).unwrap_or_else(|| self.scattered(count)),
         }
     }
 
-    /// The next `count` points of a scrambled Sobol sequence.
     fn scattered(&self, count: usize) -> Vec<Vec<f64>> {
-        let first = self.runs.len();
-        (first..first + count)
-            .map(|index| {
-                (0..self.dimension)
-                    .map(|d| f64::from(sobol_burley::sample(index as u32, d as u32, self.seed as u32)))
-                    .collect()
-            })
-            .collect()
-    }
-
-    fn around_elite(&self, cloud: &Cloud, size: usize, count: usize, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
-        let elite: Vec<usize> = ranking(cloud).into_iter().take(size).map(|(_, run)| run).collect();
-        let spacings: Vec<f64> = elite.iter().map(|&run| cloud.spacing(run, 5)).collect();
-        (0..count)
-            .map(|_| {
-                let chosen = random.random_range(0..elite.len());
-                cloud
-                    .position(elite[chosen])
-                    .iter()
-                    .map(|u| {
-                        let draw: f64 = StandardNormal.sample(random);
-                        reflect(u + ELITE_STEP * spacings[chosen] * draw)
-                    })
-                    .collect()
-            })
-            .collect()
+        scattered(self.runs.len(), count, self.dimension, self.seed)
     }
 
     fn drawn(&self, cloud: &Cloud, count: usize, random: &mut ChaCha8Rng) -> Option<Vec<Vec<f64>>> {
@@ -149,6 +123,33 @@ impl Search {
         let points = (0..count).map(|_| posterior.draw(DRAW_POWER / cloud.power(), random));
         Some(points.collect())
     }
+}
+
+/// Points `first` to `first + count` of the scrambled Sobol sequence of a seed.
+pub(super) fn scattered(first: usize, count: usize, dimension: usize, seed: u64) -> Vec<Vec<f64>> {
+    let point = |index: usize| {
+        (0..dimension).map(|d| f64::from(sobol_burley::sample(index as u32, d as u32, seed as u32))).collect()
+    };
+    (first..first + count).map(point).collect()
+}
+
+/// `count` points around the `size` best runs of a cloud that has any.
+pub(super) fn around_elite(cloud: &Cloud, size: usize, count: usize, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
+    let elite: Vec<usize> = ranking(cloud).into_iter().take(size).map(|(_, run)| run).collect();
+    let spacings: Vec<f64> = elite.iter().map(|&run| cloud.spacing(run, 5)).collect();
+    (0..count)
+        .map(|_| {
+            let chosen = random.random_range(0..elite.len());
+            cloud
+                .position(elite[chosen])
+                .iter()
+                .map(|u| {
+                    let draw: f64 = StandardNormal.sample(random);
+                    reflect(u + ELITE_STEP * spacings[chosen] * draw)
+                })
+                .collect()
+        })
+        .collect()
 }
 
 /// Runs of a cloud by misfit, best first, with the local scatter around the best as the yardstick.

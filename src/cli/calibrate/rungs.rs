@@ -125,7 +125,8 @@ pub fn fit_laws(
         let watched = bar.clone();
         let watch = Arc::new(move |runs: u64| {
             let above = runs.saturating_sub(budget);
-            watched.set_position(done + runs - above + above * UPPER_COST);
+            // A correction that had to look for itself makes more pairs than were reckoned with.
+            watched.set_position(done + runs - above + (above * UPPER_COST).min(corrected));
             !interrupt::requested()
         });
         let failed = |error| match error {
