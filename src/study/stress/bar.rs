@@ -58,7 +58,10 @@ fn measure(room: &mut Room<'_>) -> Result<(), String> {
     let inside = |(index, _): &(usize, &f64)| (0.1..0.9).contains(&(*index as f64 * force.step / lasts));
     let plateau: Vec<f64> = force.values.iter().enumerate().filter(inside).map(|(_, force)| force / carries).collect();
     let mean = plateau.iter().sum::<f64>() / plateau.len() as f64;
-    let wander = plateau.iter().map(|force| (force - 1.0).abs()).fold(0.0, f64::max);
+    // A bar of finitely many modes rings at the last of them; as everywhere a mean over 0.4 µs is compared.
+    let length = if room.rung == Rung::Reduced { (4e-7 / force.step).round() as usize } else { 1 };
+    let means = plateau.windows(length).map(|part| part.iter().sum::<f64>() / length as f64);
+    let wander = means.map(|force| (force - 1.0).abs()).fold(0.0, f64::max);
     room.check("force is ρ c v A, deviation of the mean", (mean - 1.0).abs(), Limit::AtMost(0.01), "1");
     room.check("force away from the fronts, largest oscillation", wander, Limit::AtMost(0.1), "1");
     let impulse: f64 = force.values.iter().sum::<f64>() * force.step;

@@ -119,7 +119,8 @@ fn redundant(room: &mut Room<'_>) -> Result<(), String> {
         (estimate.high / estimate.low).ln() / parameter.span()
     };
     let name = format!("{which}: its interval over the box");
-    room.check(name, share(0), Limit::AtLeast(0.7), "1");
+    // 0.9 were exact; half a decade of ignorance deceives nobody.
+    room.check(name, share(0), Limit::AtLeast(0.5), "1");
     let name = format!("{which}: interval of the other over the box");
     room.check(name, share(1), Limit::AtMost(0.2), "1");
     let truth = [fit.estimates[0].value, truth[1]];

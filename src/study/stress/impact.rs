@@ -87,9 +87,12 @@ fn largest_force(scene: &Scene, speed: f64) -> f64 {
 
 fn large(room: &mut Room<'_>) {
     let which = "10 µm";
-    // The usual patch of 50 µm is for 3 µm of overlap.
-    let patch: &[&str] =
-        if matches!(room.rung, Rung::Reduced | Rung::Fea) { &["model.contact_patch=0.2"] } else { &[] };
+    // The usual patch of 50 µm is for 3 µm of overlap; a hit ten times as fast lasts 0.6 times as long.
+    let patch: &[&str] = match room.rung {
+        Rung::Hertz | Rung::FiniteBody => &[],
+        Rung::Reduced => &["model.contact_patch=0.2"],
+        Rung::Fea => &["model.contact_patch=0.2", "model.step=0.05 us"],
+    };
     match room.scene("rigid", &[&["drive.amplitude=10 um"], patch].concat()).and_then(|scene| room.run(&scene)) {
         Ok(ran) => room.sound(which, &ran, Balance::UNDAMPED),
         Err(reason) => room.failed(which, reason),
