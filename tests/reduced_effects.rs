@@ -5,7 +5,7 @@
 use granchain::{
     model::{self, ModelError, fea::FeaError},
     response::Response,
-    scene::{self, Elements, ModelKind, PistonMotion, ReducedSettings, Scene},
+    scene::{self, ModelKind, PistonMotion, ReducedSettings, Scene},
     signal::Series,
 };
 

@@ -5,7 +5,7 @@
 use granchain::{
     model,
     response::Response,
-    scene::{self, Elements, ModelKind, ReducedSettings, Scene},
+    scene::{self, ModelKind, ReducedSettings, Scene},
     signal::Series,
 };
 

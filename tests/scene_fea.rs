@@ -52,6 +52,7 @@ fn every_setting_has_its_key() {
         &[
             "model.kind=fea",
             "model.mesh_density=16",
+            "model.contact_patch=0.2",
             "model.elements=mixed",
             "model.step=0.02us",
             "model.contact_mass=consistent",
@@ -62,6 +63,7 @@ fn every_setting_has_its_key() {
         ],
     );
     let expected = FeaSettings {
+        contact_patch: 0.2,
         density: 16,
         elements: Elements::Mixed,
         step: 0.02e-6,
