@@ -208,10 +208,10 @@ impl FieldSource {
         let instants: Vec<usize> = times.iter().map(|time| (time / self.step).round() as usize).collect();
         let mut maps = vec![Vec::new(); times.len()];
         let last = instants.iter().copied().max().unwrap_or(0);
-        for instant in 0..=last {
+        for (instant, force) in forces.iter().enumerate().take(last + 1) {
             if instant > 0 {
                 disc.predict();
-                disc.push(forces[instant]);
+                disc.push(*force);
             }
             for (map, _) in maps.iter_mut().zip(&instants).filter(|(_, wanted)| **wanted == instant) {
                 let pressure = disc.nodal_pressure();
