@@ -234,3 +234,20 @@ fn losses_take_what_their_law_says_and_nothing_where_there_are_none() {
     }
     assert_eq!(lossy.bead_velocity, lossless.bead_velocity);
 }
+
+#[test]
+fn both_ways_hear_the_same_of_a_chain_with_a_dashpot_at_the_disc() {
+    let common = ["duration=100us", "disc.mesh_density=4"];
+    let by_integral = run(&scene(&common));
+    let by_elements = run(&scene(&[&common[..], &["water.method=elements", "water.mesh_side=0.05mm"]].concat()));
+    let difference: Vec<f64> =
+        pressure(&by_integral).iter().zip(pressure(&by_elements)).map(|(one, other)| one - other).collect();
+    let (heard, apart) = (band(pressure(&by_integral), 1e-7, 20e3, 1.2e6), band(&difference, 1e-7, 20e3, 1.2e6));
+    println!(
+        "{:.2} % of {heard:.1} Pa, peaks {:.0} and {:.0} Pa",
+        100.0 * apart / heard,
+        peak(pressure(&by_integral)),
+        peak(pressure(&by_elements))
+    );
+    assert!(apart < 0.05 * heard, "{apart} of {heard} Pa");
+}

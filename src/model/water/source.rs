@@ -193,7 +193,11 @@ impl FieldSource {
             patch: PATCH * self.disc.shape().thickness,
             step: self.step,
         };
-        let mut disc = DiscOnWater::new(self.disc.clone(), &settings)?;
+        let mut disc = if self.modes.modes == self.modes.frequencies.len() {
+            DiscOnWater::in_modes(self.disc.clone(), &settings, self.modes.modes)?
+        } else {
+            DiscOnWater::new(self.disc.clone(), &settings)?
+        };
         let places = grid
             .points()
             .map(|point| {

@@ -5,8 +5,8 @@
 //! force is recorded once over the scene's duration ([`UnitResponse`]) and a run sums over it; a longer run is stepped.
 //!
 //! A dashpot at the disc makes the contact force jump when a bead touches. Such a jump has no upper frequency, and what it would excite in a disc
-//! of fine shapes, above 5 MHz, is of the dashpot and not of the disc. The disc then moves in its modes below 2.5 MHz, at least four, and
-//! is static above ([`DiscContact::modal`]); by elements the whole mesh answers, so that the two ways agree below 1.5 MHz only.
+//! of fine shapes, above 5 MHz, is of the dashpot and of the mesh. The disc then moves in its modes below 2.5 MHz, at least four, and is
+//! static above ([`DiscContact::modal`], [`DiscOnWater::in_modes`]).
 
 use std::sync::OnceLock;
 
@@ -27,9 +27,7 @@ use super::{
 use crate::{
     model::{ModelError, Progress, contact_law::dashpots},
     response::{DiscResponse, EnergyLedger, Response, SolverWork},
-    scene::{
-        Baffle, Bead, ContactLaw, DiscShape, Integrator, PistonMotion, Rim, Scene, Support, WaterMethod, WaterSettings,
-    },
+    scene::{Baffle, ContactLaw, DiscShape, Integrator, PistonMotion, Rim, Scene, Support, WaterMethod, WaterSettings},
     signal::{Dimension, Quantity, Series},
 };
 
@@ -81,21 +79,19 @@ pub struct DiscSupport {
     patch: f64,
     water: Option<WaterSettings>,
     step: f64,
-    way: Way,
+    /// Steps of the scene it was made for.
+    steps: usize,
+    /// At rest, with all its shapes.
+    full: OnceLock<Box<(Ready, DiscContact)>>,
+    /// At rest, in its modes only, for a dashpot at the disc.
+    modal: OnceLock<Box<(Ready, DiscContact)>>,
 }
 
+/// A disc at rest, ready to be run.
 #[derive(Debug)]
-enum Way {
-    /// At rest; with all static shapes, and in its modes only for a dashpot at the disc.
-    Rayleigh {
-        full: OnceLock<Box<(WetDisc, DiscContact)>>,
-        modal: OnceLock<Box<(WetDisc, DiscContact)>>,
-    },
-    Elements {
-        disc: Box<DiscOnWater>,
-        recorded: UnitResponse,
-        contact: DiscContact,
-    },
+enum Ready {
+    Rayleigh(Box<WetDisc>),
+    Elements { disc: Box<DiscOnWater>, recorded: UnitResponse },
 }
 
 /// What a disc's run is made of.
@@ -105,12 +101,6 @@ struct Cost {
     factorisations: u64,
     /// Whether energy in the disc and work on the water are known apart.
     knows_disc: bool,
-}
-
-impl Cost {
-    fn modes(unknowns: usize) -> Self {
-        Self { unknowns, factorisations: 0, knows_disc: true }
-    }
 }
 
 /// The clock of a chain in front of a disc.
@@ -143,24 +133,9 @@ impl DiscSupport {
         let step = clock(scene)?;
         let disc = Disc::new(shape, &disc_mesh(shape, *mesh_density)).map_err(WaterError::from)?;
         let patch = PATCH * shape.thickness;
-        let water = scene.water.clone();
-        let way = match water.as_ref().map(|water| water.method) {
-            None | Some(WaterMethod::Rayleigh) => Way::Rayleigh { full: OnceLock::new(), modal: OnceLock::new() },
-            Some(WaterMethod::Elements(mesh)) => {
-                let settings = water.as_ref().map_or_else(WaterSettings::default, Clone::clone);
-                let points = settings.field_points.clone();
-                let settings =
-                    DiscOnWaterSettings { water: settings.liquid, baffle: settings.baffle, mesh, points, patch, step };
-                let contact = contact(scene, &disc, patch)?;
-                let meshed = DiscOnWater::new(disc.clone(), &settings).map_err(WaterError::from)?;
-                let recorded = UnitResponse::record(meshed.clone(), settings.points.len(), instants(scene, step) + 1);
-                Way::Elements { disc: Box::new(meshed), recorded, contact }
-            }
-        };
-        let made = Self { disc, patch, water, step, way };
-        if let Way::Rayleigh { .. } = made.way {
-            made.at_rest(scene)?;
-        }
+        let (water, steps) = (scene.water.clone(), instants(scene, step));
+        let made = Self { disc, patch, water, step, steps, full: OnceLock::new(), modal: OnceLock::new() };
+        made.at_rest(scene)?;
         Ok(made)
     }
 
@@ -170,28 +145,52 @@ impl DiscSupport {
         &self.disc
     }
 
-    /// A disc at rest by the Rayleigh integral and its contact, made at the first call for this placement of the dashpots.
-    fn at_rest(&self, scene: &Scene) -> Result<Option<&(WetDisc, DiscContact)>, ModelError> {
-        let Way::Rayleigh { full, modal } = &self.way else { return Ok(None) };
+    /// A disc at rest and its contact, made at the first call for this placement of the dashpots.
+    fn at_rest(&self, scene: &Scene) -> Result<&(Ready, DiscContact), ModelError> {
         let is_damped = is_damped_at_disc(scene);
-        let kept = if is_damped { modal } else { full };
+        let kept = if is_damped { &self.modal } else { &self.full };
         if let Some(found) = kept.get() {
-            return Ok(Some(found));
+            return Ok(found);
         }
-        let shape = self.disc.shape();
         let count = modes_of(&self.disc)?;
-        let (modes, contact) = if is_damped {
-            let modes = self.disc.modes_on_patch(count, self.patch).map_err(WaterError::from)?;
-            let contact = DiscContact::modal(last(scene), &self.disc, &modes).map_err(WaterError::from)?;
-            (modes, contact)
+        let modes =
+            if is_damped { self.disc.modes_on_patch(count, self.patch) } else { self.disc.basis(count, self.patch) };
+        let modes = modes.map_err(WaterError::from)?;
+        let bead = &scene.chain.beads[scene.chain.beads.len() - 1];
+        let contact = if is_damped {
+            DiscContact::modal(bead, &self.disc, &modes)
         } else {
-            let basis = self.disc.basis(count, self.patch).map_err(WaterError::from)?;
-            (basis, contact(scene, &self.disc, self.patch)?)
+            DiscContact::new(bead, &self.disc, self.patch)
         };
-        let vacuum = Water { density: 0.0, ..Water::fresh() };
-        let liquid = self.water.as_ref().map_or(vacuum, |water| water.liquid);
-        let wet = WetDisc::new(shape.radius, &modes, &liquid, self.points(), self.step).map_err(WaterError::from)?;
-        Ok(Some(kept.get_or_init(|| Box::new((wet, contact)))))
+        let contact = contact.map_err(WaterError::from)?;
+        let ready = match self.water.as_ref().map(|water| (water, water.method)) {
+            Some((water, WaterMethod::Elements(mesh))) => {
+                let settings = DiscOnWaterSettings {
+                    water: water.liquid,
+                    baffle: water.baffle,
+                    mesh,
+                    points: water.field_points.clone(),
+                    patch: self.patch,
+                    step: self.step,
+                };
+                let disc = if is_damped {
+                    DiscOnWater::in_modes(self.disc.clone(), &settings, count)
+                } else {
+                    DiscOnWater::new(self.disc.clone(), &settings)
+                };
+                let disc = disc.map_err(WaterError::from)?;
+                let recorded = UnitResponse::record(disc.clone(), settings.points.len(), self.steps + 1);
+                Ready::Elements { disc: Box::new(disc), recorded }
+            }
+            other => {
+                let vacuum = Water { density: 0.0, ..Water::fresh() };
+                let liquid = other.map_or(vacuum, |(water, _)| water.liquid);
+                let radius = self.disc.shape().radius;
+                let wet = WetDisc::new(radius, &modes, &liquid, self.points(), self.step);
+                Ready::Rayleigh(Box::new(wet.map_err(WaterError::from)?))
+            }
+        };
+        Ok(kept.get_or_init(|| Box::new((ready, contact))))
     }
 
     fn points(&self) -> &[FieldPoint] {
@@ -216,14 +215,13 @@ impl DiscSupport {
         if preload > 0.0 && self.disc.shape().rim == Rim::Free {
             return Err(WaterError::from(ChainOnWaterError::FreeUnderForce { force: preload }).into());
         }
-        match &self.way {
-            Way::Rayleigh { .. } => {
-                let Some((wet, contact)) = self.at_rest(scene)? else {
-                    return Err(ModelError::OtherBodies { part: "water.method" });
-                };
-                self.respond(scene, motion, contact, &mut wet.clone(), Cost::modes(wet.unknowns()), progress)
+        let (ready, contact) = self.at_rest(scene)?;
+        match ready {
+            Ready::Rayleigh(wet) => {
+                let cost = Cost { unknowns: wet.unknowns(), factorisations: 0, knows_disc: true };
+                self.respond(scene, motion, contact, &mut (**wet).clone(), cost, progress)
             }
-            Way::Elements { disc, recorded, contact } => {
+            Ready::Elements { disc, recorded } => {
                 let (solid, liquid, _) = disc.size();
                 let cost = |knows_disc| Cost { unknowns: solid + liquid, factorisations: 1, knows_disc };
                 if instants(scene, step) < recorded.pole.len() {
@@ -365,14 +363,6 @@ impl DiscSupport {
 fn instants(scene: &Scene, step: f64) -> usize {
     let every = (scene.output_step / step).round().max(1.0) as usize;
     (scene.samples() - 1) * every
-}
-
-fn last(scene: &Scene) -> &Bead {
-    &scene.chain.beads[scene.chain.beads.len() - 1]
-}
-
-fn contact(scene: &Scene, disc: &Disc, patch: f64) -> Result<DiscContact, ModelError> {
-    Ok(DiscContact::new(last(scene), disc, patch).map_err(WaterError::from)?)
 }
 
 pub(super) fn is_damped_at_disc(scene: &Scene) -> bool {

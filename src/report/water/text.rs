@@ -150,10 +150,6 @@ pub(super) fn unknown(plan: &WaterPlan) -> Vec<String> {
             fixed(1e-3 * PRINTED_PRESSURE, 0)
         ),
         "The factor between the printed drive and the one that gives the printed pressure is unexplained.".into(),
-        "A dashpot at the disc makes its force jump at first touch. By the Rayleigh integral the disc then moves in its modes below 2.5 MHz; \
-         by elements, which the soft baffle needs, the whole mesh answers and rings at 9 to 11 MHz: peaks of “soft, dampers at all contacts” hold \
-         that ring and are to be read with care."
-            .into(),
         format!(
             "The soft baffle’s elements of {} mm do not resolve the singularity at the disc’s edge: its pressures are good to a few per cent.",
             significant(1e3 * plan.soft_side_m, 2)

@@ -84,6 +84,17 @@ impl DiscOnWater {
         Ok(Self { modal, ..Self::touched(disc, settings, &[terms])? })
     }
 
+    /// As [`DiscOnWater::new`], pushed in its `count` lowest modes only: the force is spread as M Σ φ_k φ_k(0), and the displacement of the pole is
+    /// that in these modes. Whatever the force does within a step, the disc's fine shapes do not answer; the water may still move them.
+    ///
+    /// # Errors
+    /// [`ElementsError`].
+    pub fn in_modes(disc: Disc, settings: &DiscOnWaterSettings, count: usize) -> Result<Self, ElementsError> {
+        let modal = disc.modal_weights(count, settings.patch).map_err(Box::new)?;
+        let terms = (0_u32..).zip(modal.iter().copied()).filter(|&(_, share)| share != 0.0).collect();
+        Ok(Self { modal, ..Self::touched(disc, settings, &[terms])? })
+    }
+
     /// Disc and water at rest, forces at several points: displacements along z as sums over unknowns of the disc.
     ///
     /// # Errors
