@@ -50,9 +50,9 @@ fn long(room: &mut Room<'_>) {
         Ok(ran) => {
             room.sound(which, &ran, Balance::WATER);
             let energy = ran.response.energy;
-            let held = (energy.kinetic_j + energy.stored_j) / energy.piston_work_j;
+            let held = (energy.kinetic_j + energy.stored_j + energy.disc_j.unwrap_or(0.0)) / energy.piston_work_j;
             room.check(format!("{which}: energy left over the piston’s work"), held, Limit::AtMost(1.0), "1");
-            let ratio = energy.dissipated_j / energy.piston_work_j;
+            let ratio = energy.water_j.unwrap_or(0.0) / energy.piston_work_j;
             room.check(format!("{which}: radiated over the piston’s work"), ratio, Limit::AtLeast(0.1), "1");
         }
         Err(reason) => room.failed(which, reason),
