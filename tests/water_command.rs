@@ -39,10 +39,10 @@ fn replay_writes_pressures_their_levels_and_figures() {
     let summary = json(&place.join("summary.json"));
     let heard = summary["pressure"].as_array().unwrap();
     assert_eq!(heard.len(), 2);
-    // The same record, whose peak the features refine between samples: 7 % where it is 0.3 µs wide and sampled every 0.1 µs.
+    // The same record, whose peak the features refine between samples: 503 kPa of 469; on a step of 25 ns the samples reach 499.
     for (point, column) in [(0, 1), (1, 0)] {
         let peak = heard[point]["peaks"]["positive"].as_f64().unwrap();
-        assert!((peak / largest(column) - 1.0).abs() < 0.1, "{point}: {peak} {}", largest(column));
+        assert!((1.0..1.1).contains(&(peak / largest(column))), "{point}: {peak} {}", largest(column));
     }
     assert_eq!((heard[1]["r_m"].as_f64(), heard[1]["z_m"].as_f64()), (Some(0.5e-3), Some(2e-3)));
     assert_eq!(heard[0]["harmonics"][0]["level_db"].as_f64(), Some(0.0));
