@@ -4,7 +4,6 @@ use std::fmt::Write as _;
 
 use anyhow::Context;
 use clap::Args;
-use indicatif::ProgressBar;
 
 use super::{
     Outcome,
@@ -20,7 +19,7 @@ use crate::{
         number::{fixed, significant},
     },
     scene,
-    study::convergence::{Convergence, ConvergenceError, ConvergencePlan, Resolution, Watch, converge, cost},
+    study::convergence::{Convergence, ConvergenceError, ConvergencePlan, Resolution, converge, cost},
 };
 
 /// Arguments of `granchain convergence`.
@@ -91,7 +90,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
     timing.stage("read");
 
-    let bar = Bar(progress::bar(&session, cost(&plan), "runs"));
+    let bar = progress::Bar(progress::bar(&session, cost(&plan), "runs"));
     let outcome = converge(&scene, &plan, &bar);
     bar.0.finish_and_clear();
     let convergence = match outcome {
@@ -198,16 +197,4 @@ fn text(convergence: &Convergence, nothing_written: bool) -> String {
         text.push_str("Nothing was written; pass --out DIR for the page, the figures and the tables.\n");
     }
     text
-}
-
-struct Bar(ProgressBar);
-
-impl Watch for Bar {
-    fn advance(&self, units: u64) {
-        self.0.inc(units);
-    }
-
-    fn stop(&self) -> bool {
-        interrupt::requested()
-    }
 }

@@ -2,7 +2,21 @@
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::arguments::Session;
+use super::{arguments::Session, interrupt};
+use crate::study::members::Watch;
+
+/// A bar that counts what a study has done; Ctrl-C stops the study.
+pub struct Bar(pub ProgressBar);
+
+impl Watch for Bar {
+    fn advance(&self, done: u64) {
+        self.0.inc(done);
+    }
+
+    fn stop(&self) -> bool {
+        interrupt::requested()
+    }
+}
 
 /// A bar over `length` pieces of work, on standard error; invisible with `--quiet` or when nobody is watching.
 #[must_use]

@@ -4,21 +4,19 @@ use std::fmt::Write as _;
 
 use anyhow::Context;
 use clap::Args;
-use indicatif::ProgressBar;
 
 use super::{
     Outcome,
     arguments::{OutputArguments, Session, usage},
     interrupt::{self, Interrupted},
     output::OutputFolder,
-    progress, summary,
-    timing::{self, Timing},
+    progress, study, summary,
+    timing::Timing,
 };
 use crate::{
     report::stress::{StressReport, limit, measured},
     study::{
         Bodies,
-        members::Watch,
         stress::{CASES, StressOutcome, StressPlan, count, run},
     },
 };
@@ -58,7 +56,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
     timing.stage("read");
     let bodies = Bodies::new(session.cache());
-    let bar = Bar(progress::bar(&session, count(&plan), "cases"));
+    let bar = progress::Bar(progress::bar(&session, count(&plan), "cases"));
     let outcome = run(&plan, &bodies, &bar);
     bar.0.finish_and_clear();
     if interrupt::requested() {
@@ -68,14 +66,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let report =
         StressReport { program: summary::program(), command_line: command_line(&plan, &session), plan, outcome };
     if let Some(folder) = folder {
-        for (name, bytes) in report.files().context("the report cannot be made")? {
-            folder.write(name, bytes)?;
-            interrupt::check()?;
-        }
-        timing.stage("write");
-        folder.write(timing::FILE, timing.to_json())?;
-        let place = folder.finish()?;
-        session.note(format_args!("written to {}", place.display()));
+        study::write(folder, report.files().context("the report cannot be made")?, timing, &session)?;
     }
     session.result(text(&report.outcome), &report.outcome)?;
     Ok(if report.outcome.broken().next().is_none() { Outcome::Done } else { Outcome::Broken })
@@ -91,9 +82,7 @@ fn command_line(plan: &StressPlan, session: &Session) -> String {
         // Writing to a string cannot fail.
         let _ = write!(text, " --cases {}", numbers.join(","));
     }
-    for set in &plan.overrides {
-        let _ = if set.contains(' ') { write!(text, " --set '{set}'") } else { write!(text, " --set {set}") };
-    }
+    text.push_str(&study::told(&plan.overrides));
     if let Some(seed) = session.seed {
         let _ = write!(text, " --seed {seed}");
     }
@@ -119,17 +108,4 @@ fn text(outcome: &StressOutcome) -> String {
     let (broken, all) = (outcome.broken().count(), outcome.checks.len());
     let _ = writeln!(text, "{} of {all} checks hold", all - broken);
     text
-}
-
-/// A bar over cases that Ctrl-C stops.
-struct Bar(ProgressBar);
-
-impl Watch for Bar {
-    fn advance(&self, cases: u64) {
-        self.0.inc(cases);
-    }
-
-    fn stop(&self) -> bool {
-        interrupt::requested()
-    }
 }

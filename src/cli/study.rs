@@ -19,6 +19,7 @@ use super::{
     arguments::{ModelChoice, Session},
     interrupt,
     output::OutputFolder,
+    progress,
     timing::{self, Timing},
 };
 use crate::{
@@ -29,7 +30,7 @@ use crate::{
         Bodies, EnsemblePlan,
         decoder::Decoder,
         ensemble::STEPS_PER_PERIOD,
-        members::{self, Watch, perturbations},
+        members::{self, perturbations},
         observation,
         portrait::Portrait,
     },
@@ -103,9 +104,7 @@ impl StudyArguments {
         if let Some(model) = self.model {
             let _ = write!(text, " --model {}", model.name());
         }
-        for set in &self.set {
-            let _ = if set.contains(' ') { write!(text, " --set '{set}'") } else { write!(text, " --set {set}") };
-        }
+        text.push_str(&told(&self.set));
         if self.quick {
             text.push_str(" --quick");
         }
@@ -117,6 +116,12 @@ impl StudyArguments {
         }
         text
     }
+}
+
+/// Overrides as one types them.
+pub(super) fn told(sets: &[String]) -> String {
+    let quoted = |set: &String| if set.contains(' ') { format!(" --set '{set}'") } else { format!(" --set {set}") };
+    sets.iter().map(quoted).collect()
 }
 
 /// Time a whole study will take, from a first few of its runs and their measurement: those are thrown away.
@@ -132,7 +137,7 @@ fn estimate(bodies: &Bodies, scene: &Scene, runs: usize) -> anyhow::Result<Durat
     let started = Instant::now();
     let decoder = Decoder::of_reconstruction(0);
     let see = |index, velocity: &Series| Portrait::of(&decoder.sees(velocity, index), &settings);
-    members::run(bodies, scene, &variations, STEPS_PER_PERIOD, &Bar(ProgressBar::hidden()), see)?;
+    members::run(bodies, scene, &variations, STEPS_PER_PERIOD, &progress::Bar(ProgressBar::hidden()), see)?;
     interrupt::check()?;
     Ok(started.elapsed() * u32::try_from(runs.div_ceil(members)).unwrap_or(u32::MAX))
 }
@@ -146,7 +151,8 @@ fn said(time: Duration) -> String {
     if seconds < 90.0 { format!("{:.0} s", seconds.max(1.0).round()) } else { format!("{:.0} min", seconds / 60.0) }
 }
 
-fn write(folder: OutputFolder, files: Files, mut timing: Timing, session: &Session) -> anyhow::Result<()> {
+/// Keep the files of a report and the time it took.
+pub(super) fn write(folder: OutputFolder, files: Files, mut timing: Timing, session: &Session) -> anyhow::Result<()> {
     for (name, bytes) in files {
         folder.write(name, bytes)?;
         interrupt::check()?;
@@ -156,17 +162,4 @@ fn write(folder: OutputFolder, files: Files, mut timing: Timing, session: &Sessi
     let place = folder.finish()?;
     session.note(format_args!("written to {}", place.display()));
     Ok(())
-}
-
-/// A bar over runs that Ctrl-C stops.
-struct Bar(ProgressBar);
-
-impl Watch for Bar {
-    fn advance(&self, runs: u64) {
-        self.0.inc(runs);
-    }
-
-    fn stop(&self) -> bool {
-        interrupt::requested()
-    }
 }

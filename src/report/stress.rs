@@ -6,6 +6,7 @@ use super::{
     figure::{Axis, Colour, Dash, Figure, PAGE_WIDTH_MM, Panel, Stroke},
     number::{short, significant},
     page::{Block, Column, Files, Page, Plate, ReportError, Table, Tone, provenance},
+    sweep::capitalised,
 };
 use crate::study::stress::{CASES, Case, Check, Curve, Limit, StressOutcome, StressPlan};
 
@@ -151,10 +152,6 @@ impl StressReport {
         });
         Some(Plate::new(name, Figure::new(title).sized(0.5 * PAGE_WIDTH_MM, 1).panel(panel)))
     }
-}
-
-fn capitalised(text: &str) -> String {
-    super::sweep::capitalised(text)
 }
 
 fn said(check: &Check) -> String {

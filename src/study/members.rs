@@ -22,10 +22,10 @@ use crate::{
 /// Runs of the chain integrated side by side.
 const LANES: usize = 8;
 
-/// How many runs talk to their caller while they go.
+/// How a study talks to its caller while it runs.
 pub trait Watch: Sync {
-    /// So many more runs are done.
-    fn advance(&self, runs: u64);
+    /// So many more of what it counts are done: runs, cases, units of cost.
+    fn advance(&self, done: u64);
     /// Whether to stop now.
     fn stop(&self) -> bool;
 }

@@ -5,7 +5,7 @@ use std::{fmt::Write as _, path::Path};
 use anyhow::Context;
 use clap::Args;
 
-use super::{Bar, NOTHING_WRITTEN, StudyArguments, estimate, said, write};
+use super::{NOTHING_WRITTEN, StudyArguments, estimate, said, write};
 use crate::{
     cli::{
         Outcome,
@@ -71,7 +71,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     session.note(format_args!("{runs} runs, {own} on model `{}`: about {}", study.model().name(), said(time)));
     timing.stage("estimate");
 
-    let bar = Bar(progress::bar(session, runs as u64, "runs"));
+    let bar = progress::Bar(progress::bar(session, runs as u64, "runs"));
     let outcome = run(&study, &bar, &mut timing);
     bar.0.finish_and_clear();
     let outcome = match outcome {
@@ -99,7 +99,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     Ok(Outcome::Done)
 }
 
-fn run(study: &Study, bar: &Bar, timing: &mut Timing) -> Result<PaperOutcome, StudyError> {
+fn run(study: &Study, bar: &progress::Bar, timing: &mut Timing) -> Result<PaperOutcome, StudyError> {
     let rigid = study.rigid(bar)?;
     timing.stage("rigid");
     let laws = study.ensembles(bar)?;

@@ -4,7 +4,7 @@ use anyhow::Context;
 use clap::Args;
 use serde::Serialize;
 
-use super::{Bar, NOTHING_WRITTEN, StudyArguments, estimate, said, write};
+use super::{NOTHING_WRITTEN, StudyArguments, estimate, said, write};
 use crate::{
     cli::{
         Outcome,
@@ -89,7 +89,7 @@ pub(super) fn execute<S: Study>(arguments: Arguments, session: &Session) -> anyh
     session.note(format_args!("{total} runs on model `{}`, about {}", scene.model.kind.name(), said(time)));
     timing.stage("estimate");
 
-    let bar = Bar(progress::bar(session, total as u64, "runs"));
+    let bar = progress::Bar(progress::bar(session, total as u64, "runs"));
     let outcome = S::run(&plan, &overrides, &bodies, &bar);
     bar.0.finish_and_clear();
     let laws = match outcome {

@@ -5,7 +5,7 @@ use std::{fmt::Write as _, time::Instant};
 use anyhow::Context;
 use clap::Args;
 
-use super::{Bar, NOTHING_WRITTEN, StudyArguments, said, write};
+use super::{NOTHING_WRITTEN, StudyArguments, said, write};
 use crate::{
     cli::{
         Outcome,
@@ -71,7 +71,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     ));
     timing.stage("estimate");
 
-    let bar = Bar(progress::bar(session, runs as u64, "runs"));
+    let bar = progress::Bar(progress::bar(session, runs as u64, "runs"));
     let outcome = study.run(&bar);
     bar.0.finish_and_clear();
     let outcome = match outcome {

@@ -18,11 +18,11 @@
 use thiserror::Error;
 
 use super::{
-    OnWater,
-    absorption::{PowerLaw, shortest_path},
+    OnWater, absorption,
     disc::{Disc, DiscError, DiscInterface},
     elements::{DiscOnWater, DiscOnWaterSettings, ElementsError},
     rayleigh::{field::FieldPointError, motion::WetDisc},
+    support::PATCH,
 };
 use crate::{
     model::fea::contact::face::Face,
@@ -31,8 +31,6 @@ use crate::{
     signal::Series,
 };
 
-/// Radius of the patch whose force is among the static shapes, over the thickness of the disc, 1.
-const PATCH: f64 = 0.24;
 /// Modes of the disc in vacuum that are kept beside the static shapes.
 const MODES: usize = 6;
 
@@ -164,13 +162,12 @@ impl WaterRecord {
         let step = response.piston_displacement.step;
         let series = |values: Vec<f64>| Series::new(0.0, step, values);
         let heard = self.pressure.iter().zip(&water.field_points).map(|(trace, &point)| {
-            series(water.absorption.map_or_else(
-                || trace.clone(),
-                |absorption| {
-                    let path = shortest_path(front.disc.shape().radius, point);
-                    PowerLaw::new(absorption).filter(trace, step, path)
-                },
-            ))
+            let radius = front.disc.shape().radius;
+            series(
+                water
+                    .absorption
+                    .map_or_else(|| trace.clone(), |law| absorption::heard(law, radius, point, trace, step)),
+            )
         });
         let pressure = heard.collect();
         response.disc = Some(DiscResponse { velocity: series(self.back_velocity.clone()), pressure });

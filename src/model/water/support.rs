@@ -13,8 +13,7 @@ use std::sync::OnceLock;
 use thiserror::Error;
 
 use super::{
-    OnWater, UnitResponse, Water,
-    absorption::{PowerLaw, shortest_path},
+    OnWater, UnitResponse, Water, absorption,
     chain::{ChainInFront, ChainOnWaterError, Moment, march},
     contact::{DiscContact, PatchError},
     disc::{Disc, DiscError, DiscMesh, DiscModes},
@@ -268,10 +267,10 @@ impl DiscSupport {
         })
         .map_err(WaterError::from)?;
 
-        if let Some(absorption) = self.water.as_ref().and_then(|water| water.absorption) {
-            let law = PowerLaw::new(absorption);
+        if let Some(law) = self.water.as_ref().and_then(|water| water.absorption) {
+            let radius = self.disc.shape().radius;
             for (trace, &point) in pressure.iter_mut().zip(self.points()) {
-                *trace = law.filter(trace, scene.output_step, shortest_path(self.disc.shape().radius, point));
+                *trace = absorption::heard(law, radius, point, trace, scene.output_step);
             }
         }
         let series = |values: Vec<f64>| Series::new(0.0, scene.output_step, values);

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
+use super::members::Watch;
 use crate::{
     model::{
         Model, ModelError,
@@ -198,14 +199,6 @@ pub enum ConvergenceError {
     /// The caller stopped it.
     #[error("stopped")]
     Stopped,
-}
-
-/// How a study talks to its caller while it runs.
-pub trait Watch: Sync {
-    /// So many more of [`cost`] units are done.
-    fn advance(&self, units: u64);
-    /// Whether to stop now.
-    fn stop(&self) -> bool;
 }
 
 /// Steps from one report of progress to the next.
