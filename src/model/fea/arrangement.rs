@@ -55,14 +55,6 @@ impl Arrangement {
         if scene.piston == FlatContact::Steel {
             return Err(FeaError::HalfSpace { key: "piston.contact" });
         }
-        if scene.water.is_some() {
-            if !dashpots(&scene.damping, beads.len() + 1)[beads.len()].is_absent() {
-                return Err(FeaError::DiscDashpot);
-            }
-            if scene.chain.precompression > 0.0 {
-                return Err(FeaError::WaterUnderForce { force: scene.chain.precompression });
-            }
-        }
         let settings = scene.model.meshing();
         let mass = match settings.contact_mass {
             ContactMass::Massless => body::ContactMass::Massless,

@@ -16,9 +16,12 @@ use super::{
         complementarity::{Compliance, Scratch},
     },
     factor::StaticFactor,
-    operator::{Interfaces, condensed, rows},
+    operator::{Interfaces, condensed, rows, soften},
 };
-use crate::scene::Chain;
+use crate::{
+    model::water::front::{Front, FrontError, Held},
+    scene::Chain,
+};
 
 /// The contacts of a chain in static equilibrium.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,6 +83,11 @@ impl Statics {
     #[must_use]
     pub fn compliance(&self, contact: usize) -> &Compliance {
         &self.compliances[self.links[contact].compliance]
+    }
+
+    fn soften_last(&mut self, arrangement: &Arrangement, further: &[f64]) -> Result<(), FeaError> {
+        let last = arrangement.contacts.len() - 1;
+        soften(&mut self.compliances[self.links[last].compliance], arrangement, further)
     }
 
     /// V through the body before a contact, row by row, points of the contact × points of the contact before, m/N: how far a gap opens for a
@@ -159,6 +167,16 @@ impl Statics {
             })
             .collect()
     }
+}
+
+/// A disc on water under the static force (N), whose motion is then counted from there; none without one.
+///
+/// # Errors
+/// [`FeaError::FreeDiscUnderForce`], or no factor of the disc.
+pub(in crate::model) fn held(front: Option<&Front>, force: f64) -> Result<Option<Held>, FeaError> {
+    let Some(front) = front else { return Ok(None) };
+    let held = front.held().map_err(|source| Box::new(FrontError::from(source)))?;
+    held.ok_or(FeaError::FreeDiscUnderForce { force }).map(Some)
 }
 
 /// Approaches (m) of all contacts under `force` (N), one after another until none changes any more: `press(contact, guess)` is the approach
@@ -269,18 +287,23 @@ impl Rest {
     /// [`FeaError`]: an open gap under a precompression, no factor, or no equilibrium.
     pub fn new(arrangement: &Arrangement, interfaces: &Interfaces, chain: &Chain) -> Result<Self, FeaError> {
         let force = chain.precompression;
+        let mut disc = None;
         let (rest, displacements) = if force > 0.0 {
             if let Some((contact, gap)) = chain.first_open_gap() {
                 return Err(FeaError::OpenGapUnderPrecompression { force, contact, gap });
             }
-            let statics = Statics::new(arrangement, interfaces)?;
+            let mut statics = Statics::new(arrangement, interfaces)?;
+            disc = held(arrangement.front.as_ref(), force)?;
+            if let Some(disc) = &disc {
+                statics.soften_last(arrangement, &disc.points)?;
+            }
             let rest = statics.under(arrangement, force)?;
             let displacements = statics.displacements(arrangement, interfaces, &rest.forces);
             (rest, displacements)
         } else {
             (Equilibrium::unpressed(arrangement), vec![None; arrangement.beads.len() + 2])
         };
-        let overlaps: Vec<f64> =
+        let mut overlaps: Vec<f64> =
             rest.approaches.iter().zip(&chain.gaps).map(|(approach, gap)| approach - gap).collect();
         let (mut contacts, mut gaps) = (Vec::new(), Vec::new());
         for ((forces, &pair), overlap) in rest.forces.into_iter().zip(&arrangement.contacts).zip(&overlaps) {
@@ -290,6 +313,14 @@ impl Rest {
             state.forces = forces;
             contacts.push(state);
             gaps.push(pair.gaps.iter().zip(&pair.axial_before).map(|(gap, axial)| gap - axial * overlap).collect());
+        }
+        let mut gaps: Vec<Vec<f64>> = gaps;
+        if let (Some(disc), [.., gaps], [.., last], [.., overlap]) =
+            (disc, &mut gaps[..], &contacts[..], &mut overlaps[..])
+        {
+            let (points, modes) = disc.under(&last.forces);
+            gaps.iter_mut().zip(points).for_each(|(gap, retreat)| *gap += retreat);
+            *overlap -= modes;
         }
         Ok(Self { contacts, gaps, overlaps, displacements })
     }

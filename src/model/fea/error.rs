@@ -53,18 +53,9 @@ pub enum FeaError {
     /// A disc on water that cannot be made.
     #[error(transparent)]
     Front(#[from] Box<crate::model::water::front::FrontError>),
-    /// A dashpot at the disc.
-    #[error(
-        "a dashpot at the disc (`damping.at` = \"all\"): in front of water meshed bodies have dashpots between beads only; set \
-         `damping.at` = \"beads\" or `model.kind` = \"chain\""
-    )]
-    DiscDashpot,
-    /// A static force on a disc with water behind it.
-    #[error(
-        "`chain.precompression` {force:e} N: a disc on water begins at rest; set it to zero, `water.medium` = \"none\" or `model.kind` = \
-         \"chain\""
-    )]
-    WaterUnderForce {
+    /// A static force on a disc that nothing holds.
+    #[error("`chain.precompression` {force:e} N on a free disc: nothing holds it; set `disc.rim` or no precompression")]
+    FreeDiscUnderForce {
         /// F₀, N.
         force: f64,
     },

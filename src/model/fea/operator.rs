@@ -5,7 +5,7 @@ use super::{
     arrangement::Arrangement,
     assembly::{Columns, Direction, DofMap},
     contact::{
-        chain::{Contacts, Link, Mobility},
+        chain::{Behind, Contacts, Link, Mobility},
         complementarity::Compliance,
         face::Face,
         pair::Pair,
@@ -205,6 +205,19 @@ pub fn condensed(
     Ok((links, compliances, couplings))
 }
 
+/// Let the last contact give way besides by a compliance of its points (row by row, m/N).
+///
+/// # Errors
+/// [`FeaError::Compliance`].
+pub(super) fn soften(own: &mut Compliance, arrangement: &Arrangement, further: &[f64]) -> Result<(), FeaError> {
+    let rows = (0..own.size()).flat_map(|row| own.row(row)).zip(further);
+    let matrix = rows.map(|(own, further)| own + further).collect();
+    let contact = arrangement.contacts.len();
+    let ordering = arrangement.pairs[arrangement.contacts[contact - 1]].ordering;
+    *own = Compliance::new(matrix, own.size(), ordering).map_err(|_| FeaError::Compliance { contact })?;
+    Ok(())
+}
+
 /// A symmetric dense matrix row by row.
 #[must_use]
 pub fn rows(matrix: &faer::Mat<f64>) -> Vec<f64> {
@@ -248,7 +261,7 @@ impl Operator {
                 _ => Mobility::default(),
             })
             .collect();
-        let contacts = Contacts { links, compliances, couplings, mobilities, tension };
+        let contacts = Contacts { links, compliances, couplings, mobilities, behind: Behind::default(), tension };
         Ok(Self { coefficients, factors, inverse, contacts })
     }
 
@@ -258,14 +271,7 @@ impl Operator {
     /// [`FeaError::Compliance`].
     pub fn soften_last(&mut self, arrangement: &Arrangement, further: &[f64]) -> Result<(), FeaError> {
         let last = arrangement.contacts.len() - 1;
-        let place = self.contacts.links[last].compliance;
-        let own = &self.contacts.compliances[place];
-        let rows = (0..own.size()).flat_map(|row| own.row(row)).zip(further);
-        let matrix = rows.map(|(own, further)| own + further).collect();
-        let ordering = arrangement.pairs[arrangement.contacts[last]].ordering;
-        self.contacts.compliances[place] =
-            Compliance::new(matrix, own.size(), ordering).map_err(|_| FeaError::Compliance { contact: last + 1 })?;
-        Ok(())
+        soften(&mut self.contacts.compliances[self.contacts.links[last].compliance], arrangement, further)
     }
 
     /// Condense the last contact anew, in place, after its faces have turned.

@@ -10,7 +10,7 @@ use std::fmt;
 use super::{
     FeaError,
     arrangement::Arrangement,
-    contact::chain::{ContactState, RigidPrediction, Workspace},
+    contact::chain::{Behind, ContactState, RigidPrediction, Workspace},
     control::{Cause, Complementarity, Control, Cut, PENETRATION},
     energy::Ledger,
     equilibrium::Rest,
@@ -23,7 +23,7 @@ use super::{
     turning::{Turned, Turning},
 };
 use crate::{
-    model::water::front::{TouchedDisc, WaterRecord},
+    model::water::{behind::DiscBehind, front::WaterRecord},
     response::Response,
     scene::{PistonMotion, Scene, Scheme, WaterSettings},
 };
@@ -88,9 +88,7 @@ pub struct Simulation<'a> {
 
 /// The disc on the water behind the last contact.
 struct Wet {
-    disc: Box<dyn TouchedDisc>,
-    /// Retreat of the contact's points, m: predicted in a step, then as it is.
-    retreat: Vec<f64>,
+    disc: DiscBehind,
     record: WaterRecord,
     /// Energy of the disc and work on the water at the last look, J.
     energies: [f64; 2],
@@ -135,10 +133,13 @@ impl<'a> Simulation<'a> {
         let mut operator = Operator::new(&arrangement, &interfaces, Coefficients::new(scheme, step), tension)?;
         let wet = match (&arrangement.front, &scene.water) {
             (Some(front), Some(water)) => {
-                let disc = front.on_water(water, step).map_err(Box::new)?;
+                let is_damped = arrangement.dashpots.last().is_some_and(|dashpot| !dashpot.is_absent());
+                let held = contacts.last().filter(|_| scene.chain.precompression > 0.0);
+                let held = held.map_or(&[][..], |contact| &contact.forces);
+                let disc = DiscBehind::new(front, water, step, is_damped, held).map_err(Box::new)?;
                 operator.soften_last(&arrangement, disc.compliance())?;
-                let (retreat, record) = (vec![0.0; front.points()], WaterRecord::new(water, samples));
-                Some(Wet { disc, retreat, record, energies: [0.0; 2] })
+                operator.contacts.behind = Behind { coupling: disc.coupling().to_vec(), mobility: disc.mobility() };
+                Some(Wet { disc, record: WaterRecord::new(water, samples), energies: [0.0; 2] })
             }
             _ => None,
         };
@@ -366,11 +367,13 @@ impl<'a> Simulation<'a> {
         motion.predict(arrangement, interfaces, operator, before, profile);
 
         let mut lap = profile.start();
-        if let Some(Wet { disc, retreat, .. }) = &mut self.wet {
-            disc.predict(retreat);
-        }
         motion.predict_rigid(arrangement, &c, before, &mut self.rigid);
         self.rigid[0] = RigidPrediction { displacement: piston, velocity: piston_velocity };
+        if let (Some(Wet { disc, .. }), Some(behind)) = (&mut self.wet, self.rigid.last_mut()) {
+            disc.predict();
+            let [displacement, velocity] = disc.predicted_modes();
+            *behind = RigidPrediction { displacement, velocity };
+        }
         if let Some(turning) = &mut self.turning {
             turning.follow(motion, interfaces, arrangement, &self.rest_overlaps, &mut self.rest_gaps);
             operator.turn_last(arrangement, interfaces);
@@ -380,7 +383,7 @@ impl<'a> Simulation<'a> {
             let (rest, links) = (&self.rest_gaps, &operator.contacts.links);
             interfaces.gaps(rest, links, piston, value, &mut self.predicted_gaps);
             if let (Some(wet), Some(gaps)) = (&self.wet, self.predicted_gaps.last_mut()) {
-                gaps.iter_mut().zip(&wet.retreat).for_each(|(gap, retreat)| *gap += retreat);
+                gaps.iter_mut().zip(wet.disc.predicted()).for_each(|(gap, retreat)| *gap += retreat);
             }
             let effort = operator
                 .contacts
@@ -444,8 +447,8 @@ impl<'a> Simulation<'a> {
             }
         }
         if let (Some(wet), Some(last)) = (&mut self.wet, contacts.last()) {
-            wet.disc.push(&last.forces);
-            wet.disc.retreat(&mut wet.retreat);
+            wet.disc.push(&last.forces, last.damping);
+            dissipated -= 0.5 * (last.damping + before[contacts.len() - 1].damping) * wet.disc.moved();
         }
         let old_piston = self.piston;
         motion.accept(arrangement, &c, contacts, before, profile);
@@ -483,7 +486,7 @@ impl<'a> Simulation<'a> {
                 };
                 let far = self.motion.normal_displacement(&self.interfaces, contact + 1, after, i);
                 let retreat = match &self.wet {
-                    Some(wet) if contact == last => wet.retreat[i],
+                    Some(wet) if contact == last => wet.disc.retreat()[i],
                     _ => 0.0,
                 };
                 let flat = if pair.after.is_empty() {
@@ -514,7 +517,7 @@ impl<'a> Simulation<'a> {
         let (kinetic, stored) = self.motion.energy(&self.arrangement);
         let force = self.contacts.last().map_or(0.0, |contact| contact.pressing);
         let wet = self.wet.as_mut().map_or(0.0, |wet| {
-            wet.energies = [wet.disc.energy(), wet.disc.work_on_water()];
+            wet.energies = wet.disc.energies();
             wet.energies.iter().sum()
         });
         (kinetic, stored + self.arrangement.spring_energy(force) + wet)
@@ -526,7 +529,7 @@ impl<'a> Simulation<'a> {
         }
         self.trace.sample(&self.arrangement, &self.watched, &self.motion, self.piston, &self.contacts);
         if let Some(Wet { disc, record, .. }) = &mut self.wet {
-            record.sample(disc.as_ref());
+            disc.sample(record);
         }
     }
 

@@ -10,8 +10,23 @@ const MOST_SWEEPS: u32 = 400;
 /// Largest change in the last sweep over the largest force: a few roundings.
 const SETTLED: f64 = 1e-14;
 
+/// What the last dashpot stands on, if it moves without being a body of the chain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Behind {
+    /// Velocity at the end of the step without the dashpot's force, m/s.
+    pub(super) velocity: f64,
+    /// What a unit of its force adds, m/s/N.
+    pub(super) mobility: f64,
+}
+
 /// Find the forces of all dashpots, their coefficients given, the piston moving at `piston` (m/s). On failure the contact.
-pub(super) fn solve(states: &mut [State], bodies: &[Option<Moving>], piston: f64, tension: bool) -> Result<(), usize> {
+pub(super) fn solve(
+    states: &mut [State],
+    bodies: &[Option<Moving>],
+    piston: f64,
+    behind: Option<Behind>,
+    tension: bool,
+) -> Result<(), usize> {
     for _ in 0..MOST_SWEEPS {
         let (mut worst, mut change, mut largest) = (0, 0.0, 0.0);
         for contact in 0..states.len() {
@@ -30,7 +45,12 @@ pub(super) fn solve(states: &mut [State], bodies: &[Option<Moving>], piston: f64
                         mobility += body.mobility();
                     }
                     None if slot == 0 => rate += piston,
-                    None => {}
+                    None => {
+                        if let Some(behind) = behind {
+                            rate -= behind.velocity + behind.mobility * own;
+                            mobility += behind.mobility;
+                        }
+                    }
                 }
             }
             // Without this dashpot's own force the rate is larger by mobility × D.

@@ -11,7 +11,7 @@ use super::{
 use crate::{
     model::fea::{
         FeaError,
-        equilibrium::{force_at, settle},
+        equilibrium::{force_at, held, settle},
     },
     scene::Scene,
 };
@@ -37,18 +37,30 @@ impl Rest {
         let geometries = || reduction.contacts.iter().map(|&geometry| &reduction.geometries[geometry]);
         let mut forces: Vec<Vec<f64>> = geometries().map(|geometry| vec![0.0; geometry.gaps.len()]).collect();
         let mut approaches = vec![0.0; forces.len()];
+        let mut disc = None;
         if force > 0.0 {
             if let Some((contact, gap)) = chain.first_open_gap() {
                 return Err(FeaError::OpenGapUnderPrecompression { force, contact, gap });
             }
-            let statics = Mechanics::new(reduction, scene, Flexibility::Static, &[])?;
+            disc = held(reduction.front.as_ref(), force)?;
+            let further = disc.as_ref().map_or(&[][..], |disc| &disc.points);
+            let statics = Mechanics::new(reduction, scene, Flexibility::Static, further)?;
             press(reduction, &statics, force, &mut forces, &mut approaches)?;
         }
-        let overlaps: Vec<f64> = approaches.iter().zip(&chain.gaps).map(|(approach, gap)| approach - gap).collect();
+        let mut overlaps: Vec<f64> = approaches.iter().zip(&chain.gaps).map(|(approach, gap)| approach - gap).collect();
         let gaps = geometries().zip(&overlaps).map(|(geometry, overlap)| {
             geometry.gaps.iter().zip(&geometry.axial).map(|(gap, axial)| gap - axial * overlap).collect()
         });
-        Ok(Self { gaps: gaps.collect(), forces, overlaps })
+        let mut gaps: Vec<Vec<f64>> = gaps.collect();
+        if let (Some(disc), [.., gaps], [.., forces], [.., overlap]) =
+            (disc, &mut gaps[..], &forces[..], &mut overlaps[..])
+        {
+            // The motion of a disc on water is counted from here.
+            let (points, modes) = disc.under(forces);
+            gaps.iter_mut().zip(points).for_each(|(gap, retreat)| *gap += retreat);
+            *overlap -= modes;
+        }
+        Ok(Self { gaps, forces, overlaps })
     }
 }
 

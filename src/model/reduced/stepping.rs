@@ -1,11 +1,9 @@
 //! One run, step after step.
 
-use std::fmt;
-
 use super::{
     chain::{self, Unsolved},
     contact::{State, dot},
-    damper,
+    damper::{self, Behind},
     mechanics::{Flexibility, LARGEST_PHASE, Mechanics},
     motion::Moving,
     record::Record,
@@ -18,7 +16,7 @@ use crate::{
         contact_law::{Dashpot, dashpots},
         fea::{FeaError, control::Cause, energy::Ledger, resolution, trace::Sampling},
         need_drive,
-        water::front::{TouchedDisc, WaterRecord},
+        water::{behind::DiscBehind, front::WaterRecord},
     },
     response::Response,
     scene::{PistonMotion, Scene},
@@ -46,32 +44,33 @@ struct Run<'a> {
 }
 
 /// The disc on the water behind the last contact.
+#[derive(Debug)]
 struct Wet {
-    disc: Box<dyn TouchedDisc>,
-    /// Retreat of the contact's points without forces at the end of the step, m, and the least of it.
-    retreat: Vec<f64>,
+    disc: DiscBehind,
+    /// Least retreat of the contact's points without forces at the end of the step, m.
     least: f64,
-}
-
-impl fmt::Debug for Wet {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Wet").field("retreat", &self.retreat).finish_non_exhaustive()
-    }
+    /// Force of the dashpot that the contact is solved with, N.
+    damping: f64,
 }
 
 impl Wet {
     fn predict(&mut self) {
-        self.disc.predict(&mut self.retreat);
-        self.least = self.retreat.iter().copied().fold(f64::INFINITY, f64::min);
+        self.disc.predict();
+        self.least = self.disc.predicted().iter().copied().fold(f64::INFINITY, f64::min);
     }
 
     /// Energy of the disc and of what it gave to the water, J, less what the contact's own account ([`State::energy`]) has of it: ½ λᵀ C λ.
     fn energy(&mut self, forces: &[f64]) -> f64 {
         let rows = self.disc.compliance().chunks_exact(forces.len()).zip(forces);
         let counted: f64 = rows.map(|(row, force)| force * dot(row, forces)).sum();
-        self.disc.energy() + self.disc.work_on_water() - 0.5 * counted
+        self.disc.energies().iter().sum::<f64>() - 0.5 * counted
     }
 }
+
+/// Passes after which the dashpot at the disc and the contact there have not settled, and the change of its force over the largest force at
+/// which they have: the contact feels that change over a step by a thousandth of it at most.
+const MOST_DASHPOT_PASSES: u32 = 60;
+const DASHPOT_SETTLED: f64 = 1e-10;
 
 impl Reduction {
     /// Run a scene with these bodies, the piston moving as `motion`.
@@ -93,7 +92,7 @@ impl Reduction {
         let mut heard = scene.water.as_ref().map(|water| WaterRecord::new(water, sampling.samples));
         let listen = |run: &Run<'_>, heard: &mut Option<WaterRecord>| {
             if let (Some(wet), Some(heard)) = (&run.wet, heard) {
-                heard.sample(wet.disc.as_ref());
+                wet.disc.sample(heard);
             }
         };
         let energy = run.energy();
@@ -120,7 +119,7 @@ impl Reduction {
         run.ledger.work.unknowns = bodies + run.wet.as_ref().map_or(0, |wet| wet.disc.unknowns() as u64);
         let mut response = record.response(&run.ledger);
         if let (Some(heard), Some(front), Some(water), Some(wet)) = (heard, &self.front, &scene.water, &mut run.wet) {
-            heard.enter(front, water, [wet.disc.energy(), wet.disc.work_on_water()], &mut response);
+            heard.enter(front, water, wet.disc.energies(), &mut response);
         }
         Ok(response)
     }
@@ -143,16 +142,18 @@ fn failed(failure: Failure, time: f64, step: f64) -> ModelError {
 
 impl<'a> Run<'a> {
     fn new(reduction: &'a Reduction, scene: &Scene, step: f64, piston: f64) -> Result<Self, FeaError> {
-        let wet = match (&reduction.front, &scene.water) {
-            (Some(front), Some(water)) => {
-                let disc = front.on_water(water, step).map_err(Box::new)?;
-                Some(Wet { disc, retreat: vec![0.0; front.points()], least: 0.0 })
+        let rest = Rest::new(reduction, scene)?;
+        let dashpots = dashpots(&scene.damping, rest.forces.len());
+        let wet = match (&reduction.front, &scene.water, &*dashpots, &*rest.forces) {
+            (Some(front), Some(water), [.., dashpot], [.., forces]) => {
+                let held = if scene.chain.precompression > 0.0 { &forces[..] } else { &[] };
+                let disc = DiscBehind::new(front, water, step, !dashpot.is_absent(), held).map_err(Box::new)?;
+                Some(Wet { disc, least: 0.0, damping: 0.0 })
             }
             _ => None,
         };
         let further = wet.as_ref().map_or(&[][..], |wet| wet.disc.compliance());
         let mechanics = Mechanics::new(reduction, scene, Flexibility::Residual(LARGEST_PHASE / step), further)?;
-        let rest = Rest::new(reduction, scene)?;
         let bodies = (0..reduction.beads.len() + 2).map(|slot| {
             let kind = reduction.members[reduction.member(slot)?].kind;
             Some(Moving::new(&reduction.kinds[kind], &mechanics.squares[kind], step))
@@ -164,7 +165,6 @@ impl<'a> Run<'a> {
                 State::pressed_by(&mechanics.condensed[own], forces, axial)
             })
             .collect();
-        let dashpots = dashpots(&scene.damping, states.len());
         let mut run = Self {
             reduction,
             least: rest.gaps.iter().map(|gaps| gaps.iter().copied().fold(f64::INFINITY, f64::min)).collect(),
@@ -227,19 +227,16 @@ impl<'a> Run<'a> {
         for (before, state) in self.before.iter_mut().zip(&self.states) {
             *before = [state.total(), state.damping];
         }
-        self.solve_contacts()?;
         if self.is_damped {
-            let overlaps =
-                |run: &Self, contact: usize| run.rest.overlaps[contact] + run.rigid(contact) - run.rigid(contact + 1);
             for contact in 0..self.states.len() {
-                self.states[contact].coefficient = self.dashpots[contact].force(overlaps(self, contact), 1.0);
+                let overlap = self.rest.overlaps[contact] + self.rigid(contact) - self.rigid(contact + 1);
+                self.states[contact].coefficient = self.dashpots[contact].force(overlap, 1.0);
             }
-            damper::solve(&mut self.states, &self.bodies, velocity, self.tension)
-                .map_err(|contact| Failure::Contact(Cause::NotSettled, contact))?;
         }
+        self.solve_forces(velocity)?;
         self.press();
         if let (Some(wet), Some(last)) = (&mut self.wet, self.states.last()) {
-            wet.disc.push(&last.forces);
+            wet.disc.push(&last.forces, last.damping);
         }
         for (slot, body) in self.bodies.iter_mut().enumerate() {
             let Some(body) = body else { continue };
@@ -252,11 +249,44 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Rigid displacement of the body in a slot, m.
+    /// Forces of contacts and dashpots, the piston moving at `velocity` (m/s). A dashpot at the disc moves the points of the contact there,
+    /// very little: both are found in turn.
+    fn solve_forces(&mut self, velocity: f64) -> Result<(), Failure> {
+        let unsettled = |contact| Failure::Contact(Cause::NotSettled, contact);
+        let last = self.states.len() - 1;
+        for _ in 0..MOST_DASHPOT_PASSES {
+            if let Some(wet) = &mut self.wet {
+                wet.damping = self.states[last].damping;
+            }
+            self.solve_contacts()?;
+            if !self.is_damped {
+                return Ok(());
+            }
+            let behind = self.wet.as_ref().map(|wet| {
+                let [_, mobility] = wet.disc.mobility();
+                let [_, velocity] = wet.disc.modes_under(&self.states[last].forces);
+                Behind { velocity, mobility }
+            });
+            damper::solve(&mut self.states, &self.bodies, velocity, behind, self.tension).map_err(unsettled)?;
+            let Some(wet) = self.wet.as_ref().filter(|wet| !wet.disc.coupling().is_empty()) else { return Ok(()) };
+            let state = &self.states[last];
+            let scale = state.pressing.max(state.damping.abs());
+            if (state.damping - wet.damping).abs() <= DASHPOT_SETTLED * scale {
+                return Ok(());
+            }
+        }
+        Err(unsettled(last))
+    }
+
+    /// Rigid displacement of the body in a slot, m; of a disc on water that of the modes its dashpot sees, as predicted.
     fn rigid(&self, slot: usize) -> f64 {
-        match slot {
-            0 => self.piston,
-            slot => self.bodies[slot].as_ref().map_or(0.0, |body| body.rigid),
+        match (slot, &self.wet) {
+            (0, _) => self.piston,
+            (slot, Some(wet)) if slot == self.states.len() => {
+                let [place, _] = wet.disc.modes_under(&self.states[slot - 1].forces);
+                place
+            }
+            (slot, _) => self.bodies[slot].as_ref().map_or(0.0, |body| body.rigid),
         }
     }
 
@@ -295,9 +325,10 @@ impl<'a> Run<'a> {
 
     /// Work of the piston and of the dashpots in this step, by the mean of old and new forces.
     fn book(&mut self, pushed: f64) {
-        let moved = |slot: usize| match slot {
-            0 => pushed,
-            slot => self.bodies[slot].as_ref().map_or(0.0, |body| body.travelled),
+        let moved = |slot: usize| match (slot, &self.wet) {
+            (0, _) => pushed,
+            (slot, Some(wet)) if slot == self.states.len() => wet.disc.moved(),
+            (slot, _) => self.bodies[slot].as_ref().map_or(0.0, |body| body.travelled),
         };
         let mut dissipated = 0.0;
         for (contact, (state, [_, damping])) in self.states.iter().zip(&self.before).enumerate() {
@@ -357,7 +388,8 @@ impl<'a> Gaps<'a, '_> {
             surface.close(body.rigid, &body.modal, free);
         }
         if let Some(wet) = self.wet() {
-            free.iter_mut().zip(&wet.retreat).for_each(|(gap, retreat)| *gap += retreat);
+            free.iter_mut().zip(wet.disc.predicted()).for_each(|(gap, retreat)| *gap += retreat);
+            free.iter_mut().zip(wet.disc.coupling()).for_each(|(gap, share)| *gap += share * wet.damping);
         }
     }
 
@@ -366,6 +398,10 @@ impl<'a> Gaps<'a, '_> {
         // The axial part of a normal is at most one.
         let piston = if self.contact == 0 { self.run.piston.max(0.0) } else { 0.0 };
         let bodies: f64 = self.sides().map(|(body, surface)| surface.least(body.rigid, &body.modal)).sum();
-        self.run.least[self.contact] - piston + bodies + self.wet().map_or(0.0, |wet| wet.least)
+        let wet = self.wet().map_or(0.0, |wet| {
+            let share = wet.disc.coupling().iter().fold(0.0, |least: f64, share| least.min(share * wet.damping));
+            wet.least + share
+        });
+        self.run.least[self.contact] - piston + bodies + wet
     }
 }

@@ -92,6 +92,22 @@ impl DiscInterface {
     pub fn points(&self) -> usize {
         self.residual.len().isqrt()
     }
+
+    /// The same with one point more that is the sum of the `count` lowest modes, each by its share at the pole, and no part of the rest.
+    #[must_use]
+    pub fn with_modes(&self, count: usize) -> Self {
+        let points = self.points();
+        let count = count.min(self.modes.modes);
+        let shapes = self.shapes.chunks_exact(points).zip(&self.modes.pole).enumerate();
+        let shapes =
+            shapes.flat_map(|(k, (shape, pole))| shape.iter().copied().chain([if k < count { *pole } else { 0.0 }]));
+        let rows = self.residual.chunks_exact(points).flat_map(|row| row.iter().copied().chain([0.0]));
+        Self {
+            modes: self.modes.clone(),
+            shapes: shapes.collect(),
+            residual: rows.chain(vec![0.0; points + 1]).collect(),
+        }
+    }
 }
 
 impl Disc {
@@ -226,22 +242,9 @@ impl Disc {
         points: &[Vec<(u32, f64)>],
     ) -> Result<DiscInterface, DiscError> {
         let (frequencies, vectors) = self.span(count, patch)?;
-        let along = |point: &[(u32, f64)], by_dof: &[f64]| {
-            point.iter().map(|&(dof, weight)| weight * by_dof[dof as usize]).sum::<f64>()
-        };
         let shapes: Vec<f64> =
             vectors.iter().flat_map(|vector| points.iter().map(|point| along(point, vector))).collect();
-        let factor = StaticFactor::new(&self.body, &[])?;
-        let (mut force, mut u, mut work) = (self.body.columns(1), self.body.columns(1), factor.factor().columns(1));
-        let mut residual = Vec::with_capacity(points.len() * points.len());
-        for point in points {
-            force.clear();
-            for &(dof, weight) in point {
-                force.as_mut_slice()[dof as usize] += weight;
-            }
-            factor.solve(&mut force, &mut work, &mut u);
-            residual.extend(points.iter().map(|other| along(other, u.as_slice())));
-        }
+        let mut residual = self.point_flexibility(points)?;
         let rigid = usize::from(self.body.is_free());
         for (shape, frequency) in shapes.chunks_exact(points.len()).zip(&frequencies).skip(rigid) {
             let square = (TAU * frequency).powi(2);
@@ -251,6 +254,25 @@ impl Disc {
         }
         let modes = self.seen(frequencies, &vectors, &self.patch_load(patch), count);
         Ok(DiscInterface { modes, shapes, residual })
+    }
+
+    /// Static flexibility S between points, row by row, m/N; of a free disc relative to its mass mean, under inertia relief.
+    ///
+    /// # Errors
+    /// [`DiscError::Factor`].
+    pub(super) fn point_flexibility(&self, points: &[Vec<(u32, f64)>]) -> Result<Vec<f64>, DiscError> {
+        let factor = StaticFactor::new(&self.body, &[])?;
+        let (mut force, mut u, mut work) = (self.body.columns(1), self.body.columns(1), factor.factor().columns(1));
+        let mut flexibility = Vec::with_capacity(points.len() * points.len());
+        for point in points {
+            force.clear();
+            for &(dof, weight) in point {
+                force.as_mut_slice()[dof as usize] += weight;
+            }
+            factor.solve(&mut force, &mut work, &mut u);
+            flexibility.extend(points.iter().map(|other| along(other, u.as_slice())));
+        }
+        Ok(flexibility)
     }
 
     /// Frequencies (Hz) and vectors of the `count` lowest modes and of the static shapes.
@@ -415,6 +437,11 @@ impl Disc {
     pub fn structural_flexibility(&self, patch: f64) -> Result<f64, DiscError> {
         Ok(self.flexibility(patch)? - half_space_flexibility(&self.shape.material, patch))
     }
+}
+
+/// Displacement of a point, a sum over unknowns.
+fn along(point: &[(u32, f64)], by_dof: &[f64]) -> f64 {
+    point.iter().map(|&(dof, weight)| weight * by_dof[dof as usize]).sum()
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

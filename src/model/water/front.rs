@@ -19,6 +19,7 @@ use thiserror::Error;
 
 use super::{
     OnWater, absorption,
+    contact::DASHPOT_MODES,
     disc::{Disc, DiscError, DiscInterface},
     elements::{DiscOnWater, DiscOnWaterSettings, ElementsError},
     rayleigh::{field::FieldPointError, motion::WetDisc},
@@ -27,7 +28,7 @@ use super::{
 use crate::{
     model::fea::contact::face::Face,
     response::{DiscResponse, Response},
-    scene::{WaterMethod, WaterSettings},
+    scene::{Rim, WaterMethod, WaterSettings},
     signal::Series,
 };
 
@@ -54,6 +55,33 @@ pub trait TouchedDisc {
     fn work_on_water(&self) -> f64;
     /// Number of unknowns.
     fn unknowns(&self) -> usize;
+}
+
+/// Where a disc is pushed and seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Handles {
+    /// At the points of the contact.
+    Points,
+    /// There, and last in its [`DASHPOT_MODES`] lowest modes together, each by its share at the pole.
+    PointsAndModes,
+}
+
+/// What forces that are held long on the points of a disc's front move, m/N.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Held {
+    /// The points, row by row.
+    pub points: Vec<f64>,
+    /// The lowest modes at the pole, by the force on every point.
+    pub modes: Vec<f64>,
+}
+
+impl Held {
+    /// Displacement of every point and of the lowest modes under forces of the points (N), m.
+    #[must_use]
+    pub fn under(&self, forces: &[f64]) -> (Vec<f64>, f64) {
+        let points = self.points.chunks_exact(forces.len().max(1)).map(|row| dot(row, forces));
+        (points.collect(), dot(&self.modes, forces))
+    }
 }
 
 /// Why there is no disc on the water behind meshed beads.
@@ -103,11 +131,38 @@ impl Front {
         self.points.len()
     }
 
+    /// The disc under forces that are held; none where nothing holds the disc.
+    ///
+    /// # Errors
+    /// [`DiscError`].
+    pub fn held(&self) -> Result<Option<Held>, DiscError> {
+        if self.disc.shape().rim == Rim::Free {
+            return Ok(None);
+        }
+        let mut handles = self.points.clone();
+        handles.push(self.modes_handle()?);
+        let all = self.disc.point_flexibility(&handles)?;
+        let (points, count) = (self.points(), handles.len());
+        let rows = |first, rows| all[first * count..].chunks_exact(count).take(rows).flat_map(|row| &row[..points]);
+        Ok(Some(Held { points: rows(0, points).copied().collect(), modes: rows(points, 1).copied().collect() }))
+    }
+
+    /// The lowest modes together as one displacement, each by its share at the pole.
+    fn modes_handle(&self) -> Result<Vec<(u32, f64)>, DiscError> {
+        let weights = self.disc.modal_weights(DASHPOT_MODES, PATCH * self.disc.shape().thickness)?;
+        Ok((0_u32..).zip(weights).filter(|&(_, weight)| weight != 0.0).collect())
+    }
+
     /// The disc at rest on the water, on a clock of that step (s).
     ///
     /// # Errors
     /// [`FrontError`].
-    pub fn on_water(&self, water: &WaterSettings, step: f64) -> Result<Box<dyn TouchedDisc>, FrontError> {
+    pub fn on_water(
+        &self,
+        water: &WaterSettings,
+        step: f64,
+        handles: Handles,
+    ) -> Result<Box<dyn TouchedDisc>, FrontError> {
         let patch = PATCH * self.disc.shape().thickness;
         if let WaterMethod::Elements(mesh) = water.method {
             let settings = DiscOnWaterSettings {
@@ -118,7 +173,11 @@ impl Front {
                 patch,
                 step,
             };
-            return Ok(Box::new(DiscOnWater::touched(self.disc.clone(), &settings, &self.points)?));
+            let mut touched = self.points.clone();
+            if handles == Handles::PointsAndModes {
+                touched.push(self.modes_handle()?);
+            }
+            return Ok(Box::new(DiscOnWater::touched(self.disc.clone(), &settings, &touched)?));
         }
         let made;
         let interface = match &self.interface {
@@ -130,6 +189,10 @@ impl Front {
         };
         let radius = self.disc.shape().radius;
         let disc = WetDisc::new(radius, &interface.modes, &water.liquid, &water.field_points, step)?;
+        let interface = match handles {
+            Handles::Points => interface,
+            Handles::PointsAndModes => &interface.with_modes(DASHPOT_MODES),
+        };
         Ok(Box::new(ModalFront::new(disc, interface)))
     }
 }

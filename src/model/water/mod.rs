@@ -16,6 +16,7 @@
 //! Left out: absorption, flow, cavitation (pressure below the ambient one counts as it comes), and the radiation from the disc's front.
 
 pub mod absorption;
+pub mod behind;
 pub mod chain;
 pub mod contact;
 pub mod disc;

@@ -51,8 +51,35 @@ pub struct Contacts {
     pub couplings: Vec<Vec<f64>>,
     /// Of piston, beads, support: N + 2.
     pub mobilities: Vec<Mobility>,
+    /// What the last dashpot stands on, if it moves without being a body of the chain.
+    pub behind: Behind,
     /// Whether a dashpot may pull.
     pub tension: bool,
+}
+
+/// What the last dashpot stands on, such as a disc on water in its lowest modes; its prediction is that of slot N + 1.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Behind {
+    /// How a unit force on it moves every point of the last contact away over a step, and a unit force there moves it, m/N; empty for a support
+    /// that does not move.
+    pub coupling: Vec<f64>,
+    /// What a unit force on it adds to its own displacement (m/N) and velocity (m/s/N) at the end of a step.
+    pub mobility: [f64; 2],
+}
+
+impl Behind {
+    fn as_mobility(&self) -> Mobility {
+        let [displacement, velocity] = self.mobility;
+        Mobility { displacement, velocity }
+    }
+
+    /// Displacement (m) and velocity (m/s) under the forces of the points (N) at the end of a step of that length; the dashpot's left out.
+    fn under(&self, free: &RigidPrediction, forces: &[f64]) -> RigidPrediction {
+        let moved: f64 = self.coupling.iter().zip(forces).map(|(c, force)| c * force).sum();
+        // A force straight over a step: the velocity is 2/Δ of the displacement.
+        let rate = if self.mobility[0] > 0.0 { self.mobility[1] / self.mobility[0] } else { 0.0 };
+        RigidPrediction { displacement: free.displacement + moved, velocity: free.velocity + rate * moved }
+    }
 }
 
 /// Rigid motion of every body predicted without forces at the end of the step; for the piston its prescribed one.
@@ -238,6 +265,10 @@ impl Contacts {
                 *gap -= a * before + b * after;
             }
         }
+        if c + 1 == self.links.len() {
+            let damping = states[c].damping;
+            gaps.iter_mut().zip(&self.behind.coupling).for_each(|(gap, share)| *gap += share * damping);
+        }
         let ContactState { forces, gaps: final_gaps, pressing, .. } = &mut states[c];
         let solved = compliance
             .solve(gaps, forces, final_gaps, &mut work.scratch[c])
@@ -272,19 +303,27 @@ impl Contacts {
         }
         // Overlap and rate without this dashpot's own force: it must not switch itself.
         let own = states[c].damping;
-        let (before, after) = (self.mobilities[c], self.mobilities[c + 1]);
+        let is_behind = c + 1 == self.links.len() && !self.behind.coupling.is_empty();
+        let (before, after) =
+            (self.mobilities[c], if is_behind { self.behind.as_mobility() } else { self.mobilities[c + 1] });
+        // Of both sides, with all forces.
+        let motion = |free: RigidPrediction, mobility: Mobility, net: f64| RigidPrediction {
+            displacement: free.displacement + mobility.displacement * net,
+            velocity: free.velocity + mobility.velocity * net,
+        };
+        let near = motion(rigid[c], before, self.net(c, states));
+        let far = if is_behind {
+            motion(self.behind.under(&rigid[c + 1], &states[c].forces), after, own)
+        } else {
+            motion(rigid[c + 1], after, self.net(c + 1, states))
+        };
         if !frozen {
-            let displacement = |body: usize, mobility: Mobility| {
-                rigid[body].displacement + mobility.displacement * self.net(body, states)
-            };
-            let pressed = overlap + displacement(c, before) - displacement(c + 1, after)
-                + (before.displacement + after.displacement) * own;
+            let pressed =
+                overlap + near.displacement - far.displacement + (before.displacement + after.displacement) * own;
             work.damping[c] = dashpot.force(pressed, 1.0);
         }
-        let velocity =
-            |body: usize, mobility: Mobility| rigid[body].velocity + mobility.velocity * self.net(body, states);
         let mobility = before.velocity + after.velocity;
-        let rate = velocity(c, before) - velocity(c + 1, after) + mobility * own;
+        let rate = near.velocity - far.velocity + mobility * own;
         let coefficient = work.damping[c];
         let force = coefficient * rate / (1.0 + coefficient * mobility);
         states[c].damping = if self.tension { force } else { force.max(-states[c].pressing) };
@@ -323,6 +362,7 @@ mod tests {
             compliances: vec![Compliance::new(vec![1e-7], 1, Ordering::Prefix).unwrap()],
             couplings: vec![vec![-3e-8]],
             mobilities: vec![Mobility::default(), MOBILITY, Mobility::default()],
+            behind: Behind::default(),
             tension,
         }
     }
