@@ -6,6 +6,7 @@ pub mod contact_law;
 pub mod fea;
 mod prepared;
 pub mod reduced;
+mod tally;
 pub mod water;
 
 pub use prepared::{Prepared, prepare, prepare_with};

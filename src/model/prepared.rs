@@ -5,10 +5,11 @@ use super::{
     chain::{ChainModel, FiniteBodyLaws, InitialState},
     fea::FeaModel,
     reduced::{Cache, Origin, Reduction},
+    tally,
     water::DiscSupport,
 };
 use crate::{
-    response::Response,
+    response::{Preparation, Response},
     scene::{
         Bead, ContactLaw, FlatContact, Integrator, Meshing, ModelKind, PistonMotion, ReducedSettings, Scene, Support,
         WaterSettings,
@@ -34,6 +35,7 @@ use crate::{
 pub struct Prepared {
     bodies: Bodies,
     rung: Rung,
+    made: Preparation,
 }
 
 #[derive(Debug)]
@@ -61,7 +63,12 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, ModelError> {
 /// # Errors
 /// As [`prepare`]; a cache that cannot be read or written is none.
 pub fn prepare_with(scene: &Scene, cache: Option<&Cache>) -> Result<Prepared, ModelError> {
-    let rung = match scene.model.kind {
+    let (rung, made) = tally::during(|| rung(scene, cache));
+    Ok(Prepared { bodies: Bodies::of(scene), rung: rung?, made })
+}
+
+fn rung(scene: &Scene, cache: Option<&Cache>) -> Result<Rung, ModelError> {
+    Ok(match scene.model.kind {
         ModelKind::Chain if matches!(scene.support, Support::Disc { .. }) => {
             super::need_drive(scene, "chain")?;
             Rung::OnDisc(Box::new(DiscSupport::new(scene)?))
@@ -79,8 +86,7 @@ pub fn prepare_with(scene: &Scene, cache: Option<&Cache>) -> Result<Prepared, Mo
             Rung::Reduced { reduction: Box::new(reduction), origin }
         }
         ModelKind::Fea => Rung::Fea,
-    };
-    Ok(Prepared { bodies: Bodies::of(scene), rung })
+    })
 }
 
 impl Prepared {
@@ -120,6 +126,12 @@ impl Prepared {
             Rung::Reduced { reduction, .. } => reduction.run_with(scene, motion, progress),
             Rung::Fea => FeaModel.run_with(scene, motion, progress),
         }
+    }
+
+    /// What making them ready took: nothing of what a cache held, nothing of what a run makes itself, such as the bodies of `fea`.
+    #[must_use]
+    pub fn work(&self) -> Preparation {
+        self.made
     }
 
     /// Why reduced bodies could not be kept for the next time, if they could not.

@@ -4,11 +4,13 @@ mod field;
 mod npy;
 mod table;
 mod vtu;
+mod work;
 
 pub use field::{CellKind, Field, FieldBody, FieldError, FieldMesh};
 pub use npy::write_npy;
 pub use table::write_csv;
 pub use vtu::{VtuError, write_pvd, write_vtu};
+pub use work::{Preparation, SolverWork};
 
 use serde::{Deserialize, Serialize};
 
@@ -72,33 +74,4 @@ pub struct EnergyLedger {
     pub residual_j: f64,
     /// Largest total energy seen, J: what the residual is to be held against.
     pub largest_j: f64,
-}
-
-/// Counts of what a run did.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct SolverWork {
-    /// Unknowns of the state.
-    pub unknowns: u64,
-    /// Accepted steps.
-    pub steps: u64,
-    /// Rejected steps.
-    pub rejected_steps: u64,
-    /// Evaluations of the right-hand side.
-    pub evaluations: u64,
-    /// Contact openings and closings located.
-    pub events: u64,
-    /// Matrices factored.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub factorisations: u64,
-    /// Sweeps over all contacts of the steps' complementarity problems.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub contact_sweeps: u64,
-    /// Active sets tried in them.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub active_sets: u64,
-}
-
-/// Counts that a model does not have stay out of its files.
-fn is_zero(count: &u64) -> bool {
-    *count == 0
 }

@@ -14,6 +14,7 @@ use crate::{
             equilibrium::Statics,
             operator::Interfaces,
         },
+        tally,
     },
     scene::{FlatContact, Scene, Support},
 };
@@ -243,6 +244,7 @@ fn fit_contact(
         );
         return Err(ModelError::Unsupported { model: "chain", reason });
     };
+    tally::add(|made| made.fitted_laws += 1);
     let quality = Some(quality(&law, &points));
     Ok(ContactFit { between, law, quality })
 }

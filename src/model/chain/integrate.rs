@@ -517,6 +517,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
     fn settle(mut self) -> (EnergyLedger, SolverWork) {
         self.note_energy();
         self.work.evaluations = self.stepper.evaluations;
+        self.work.dashpot_evaluations = self.work.evaluations * self.system.damped_contacts();
         let (padded, beads) = (self.system.padded, self.system.beads);
         let still_stored: f64 = (0..=beads)
             .filter(|contact| !L::IS_COUPLED && self.equation.modes[*contact] == Mode::Clipped)

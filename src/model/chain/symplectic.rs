@@ -128,7 +128,10 @@ pub(super) fn integrate<const LINEAR: bool, const KUWABARA_KONO: bool, L: Elasti
         return Err(ModelError::EnergyNotConserved { step, residual_j: ledger.residual_j, largest_j });
     }
     let steps = steps as u64;
-    Ok((ledger, SolverWork { unknowns: 2 * beads as u64, steps, evaluations: steps + 1, ..SolverWork::default() }))
+    let evaluations = steps + 1;
+    let dashpot_evaluations = evaluations * system.damped_contacts();
+    let unknowns = 2 * beads as u64;
+    Ok((ledger, SolverWork { unknowns, steps, evaluations, dashpot_evaluations, ..SolverWork::default() }))
 }
 
 /// Contact forces (N) as the response reports them, and the powers of the piston and into the dashpots (W).

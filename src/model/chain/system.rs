@@ -80,6 +80,11 @@ impl System {
         })
     }
 
+    /// Contacts with a dashpot.
+    pub fn damped_contacts(&self) -> u64 {
+        self.dashpots.iter().filter(|dashpot| !dashpot.is_absent()).count() as u64
+    }
+
     /// Set the natural time for motions with velocities of order `velocity` (m/s).
     pub fn set_natural_time(&mut self, velocity: f64) {
         let lightest = self.mass[1..=self.beads].iter().copied().fold(f64::INFINITY, f64::min);

@@ -18,7 +18,7 @@ use super::{
     element::ElementMatrices,
     mesh::Mesh,
 };
-use crate::scene::Material;
+use crate::{model::tally, scene::Material};
 
 /// What the nodes of contact boundaries weigh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,6 +85,7 @@ impl Body {
         contact_mass: ContactMass,
     ) -> Result<Self, BodyError> {
         error::check(&mesh, materials)?;
+        tally::add(|made| made.bodies += 1);
         let named = |hold: &[Hold]| -> Vec<&str> {
             held.iter().filter(|(_, how)| hold.contains(how)).map(|&(name, _)| name).collect()
         };

@@ -29,6 +29,12 @@ impl Ledger {
         Self { least_scale, ..Self::default() }
     }
 
+    /// Empty books of a run that has done this work so far.
+    #[must_use]
+    pub fn of(work: SolverWork) -> Self {
+        Self { work, ..Self::default() }
+    }
+
     /// The state at the start, (kinetic, stored) in J.
     pub fn begin(&mut self, energy: (f64, f64)) {
         (self.kinetic, self.stored) = energy;

@@ -30,6 +30,8 @@ pub struct Equilibrium {
     pub forces: Vec<Vec<f64>>,
     /// Approach d of the rigid motions on both sides of every contact, m.
     pub approaches: Vec<f64>,
+    /// Sweeps over all contacts it took.
+    pub sweeps: u32,
 }
 
 impl Equilibrium {
@@ -38,6 +40,7 @@ impl Equilibrium {
         Self {
             forces: arrangement.contacts.iter().map(|&pair| vec![0.0; arrangement.pairs[pair].len()]).collect(),
             approaches: vec![0.0; arrangement.contacts.len()],
+            sweeps: 0,
         }
     }
 }
@@ -102,10 +105,10 @@ impl Statics {
     /// # Errors
     /// [`FeaError::NoEquilibrium`].
     pub fn under(&self, arrangement: &Arrangement, force: f64) -> Result<Equilibrium, FeaError> {
-        let Equilibrium { mut forces, mut approaches } = Equilibrium::unpressed(arrangement);
+        let Equilibrium { mut forces, mut approaches, .. } = Equilibrium::unpressed(arrangement);
         let press = |contact, guess| self.press(arrangement, contact, force, guess, &mut forces);
-        settle(force, &mut approaches, press)?;
-        Ok(Equilibrium { forces, approaches })
+        let sweeps = settle(force, &mut approaches, press)?;
+        Ok(Equilibrium { forces, approaches, sweeps })
     }
 
     /// The approach (m) at which contact c carries `force` (N), its neighbours' forces given; its own are set.
@@ -180,7 +183,7 @@ pub(in crate::model) fn held(front: Option<&Front>, force: f64) -> Result<Option
 }
 
 /// Approaches (m) of all contacts under `force` (N), one after another until none changes any more: `press(contact, guess)` is the approach
-/// at which a contact carries the force, its neighbours' forces given.
+/// at which a contact carries the force, its neighbours' forces given. Returns the number of sweeps.
 ///
 /// # Errors
 /// [`FeaError::NoEquilibrium`], and what `press` says.
@@ -188,7 +191,7 @@ pub(in crate::model) fn settle(
     force: f64,
     approaches: &mut [f64],
     mut press: impl FnMut(usize, f64) -> Result<f64, FeaError>,
-) -> Result<(), FeaError> {
+) -> Result<u32, FeaError> {
     let mut sweep = 0;
     loop {
         sweep += 1;
@@ -200,7 +203,7 @@ pub(in crate::model) fn settle(
         }
         // Rounding of the approach itself.
         if change < 1e-13 {
-            return Ok(());
+            return Ok(sweep);
         }
         if sweep == MOST_ITERATIONS || !change.is_finite() {
             return Err(FeaError::NoEquilibrium { force, contact: 1, iterations: sweep });
@@ -278,6 +281,8 @@ pub struct Rest {
     pub overlaps: Vec<f64>,
     /// Displacements of the body in every slot relative to its mass mean, m; none where it is rigid or undeformed.
     pub displacements: Vec<Option<Vec<f64>>>,
+    /// Sweeps over all contacts that the equilibrium took; 0 without a precompression.
+    pub sweeps: u32,
 }
 
 impl Rest {
@@ -303,6 +308,7 @@ impl Rest {
         } else {
             (Equilibrium::unpressed(arrangement), vec![None; arrangement.beads.len() + 2])
         };
+        let sweeps = rest.sweeps;
         let mut overlaps: Vec<f64> =
             rest.approaches.iter().zip(&chain.gaps).map(|(approach, gap)| approach - gap).collect();
         let (mut contacts, mut gaps) = (Vec::new(), Vec::new());
@@ -322,7 +328,7 @@ impl Rest {
             gaps.iter_mut().zip(points).for_each(|(gap, retreat)| *gap += retreat);
             *overlap -= modes;
         }
-        Ok(Self { contacts, gaps, overlaps, displacements })
+        Ok(Self { contacts, gaps, overlaps, displacements, sweeps })
     }
 }
 

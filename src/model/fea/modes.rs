@@ -25,6 +25,7 @@ use super::{
     body::Body,
     factor::{Factor, FactorError, eigenvalues_below},
 };
+use crate::model::tally;
 
 /// Why there are no modes.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -109,6 +110,7 @@ pub fn modes(body: &Body, count: usize) -> Result<Modes, ModesError> {
     if count == 0 || count > available {
         return Err(ModesError::Count { asked: count, available });
     }
+    tally::add(|made| made.modes += count as u64);
     let shift = shift(body);
     let factor = Factor::new(body, 1.0, shift, &[])?;
     let mut lanczos = Lanczos::new(body, &factor);

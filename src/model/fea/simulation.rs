@@ -23,8 +23,11 @@ use super::{
     turning::{Turned, Turning},
 };
 use crate::{
-    model::water::{behind::DiscBehind, front::WaterRecord},
-    response::Response,
+    model::{
+        tally,
+        water::{behind::DiscBehind, front::WaterRecord},
+    },
+    response::{Response, SolverWork},
     scene::{PistonMotion, Scene, Scheme, WaterSettings},
 };
 
@@ -126,17 +129,20 @@ impl<'a> Simulation<'a> {
         let settings = &scene.model.fea;
         let sampling = Sampling::new(scene, settings.step);
         let (step, samples) = (sampling.step(), sampling.samples);
-        let Rest { contacts, gaps: rest_gaps, overlaps: rest_overlaps, displacements } =
+        let Rest { contacts, gaps: rest_gaps, overlaps: rest_overlaps, displacements, sweeps } =
             Rest::new(&arrangement, &interfaces, &scene.chain)?;
         let motion = Motion::at_rest(&arrangement, &interfaces, &displacements);
         let (scheme, tension) = (settings.scheme, scene.damping.tension);
         let mut operator = Operator::new(&arrangement, &interfaces, Coefficients::new(scheme, step), tension)?;
+        let mut work = SolverWork { equilibrium_sweeps: u64::from(sweeps), ..SolverWork::default() };
         let wet = match (&arrangement.front, &scene.water) {
             (Some(front), Some(water)) => {
                 let is_damped = arrangement.dashpots.last().is_some_and(|dashpot| !dashpot.is_absent());
                 let held = contacts.last().filter(|_| scene.chain.precompression > 0.0);
                 let held = held.map_or(&[][..], |contact| &contact.forces);
-                let disc = DiscBehind::new(front, water, step, is_damped, held).map_err(Box::new)?;
+                let (disc, made) = tally::during(|| DiscBehind::new(front, water, step, is_damped, held));
+                (work.factorisations, work.kernels) = (made.factorisations, made.kernels);
+                let disc = disc.map_err(Box::new)?;
                 operator.soften_last(&arrangement, disc.compliance())?;
                 operator.contacts.behind = Behind { coupling: disc.coupling().to_vec(), mobility: disc.mobility() };
                 Some(Wet { disc, record: WaterRecord::new(water, samples), energies: [0.0; 2] })
@@ -154,8 +160,9 @@ impl<'a> Simulation<'a> {
         drive.sample(&times, &mut positions, &mut speeds);
         let speed = speeds.iter().fold(0.0, |most: f64, speed| most.max(speed.abs()));
         let mut ledger = Ledger::new(0.5 * arrangement.kinds[arrangement.beads[0]].total_mass() * speed * speed);
-        ledger.work.unknowns = (arrangement.unknowns() + wet.as_ref().map_or(0, |wet| wet.disc.unknowns())) as u64;
-        ledger.work.factorisations = arrangement.kinds.len() as u64;
+        work.unknowns = arrangement.unknowns() as u64;
+        work.factorisations += arrangement.kinds.len() as u64;
+        ledger.work = work;
         let piston = drive.at(0.0).0;
         let turning = Turning::new(scene, &arrangement, &interfaces)?;
         let mut simulation = Self {
@@ -299,6 +306,7 @@ impl<'a> Simulation<'a> {
     pub fn response(&self) -> Response {
         let mut response = self.trace.response(&self.ledger);
         if let (Some(wet), Some(front), Some(water)) = (&self.wet, &self.arrangement.front, &self.water) {
+            wet.disc.count(&mut response.work);
             wet.record.enter(front, water, wet.energies, &mut response);
         }
         response
@@ -364,6 +372,7 @@ impl<'a> Simulation<'a> {
         let c = operator.coefficients;
         let (piston, piston_velocity) = self.drive.at(end);
         before.clone_from(contacts);
+        ledger.work.solves += arrangement.kinds.len() as u64;
         motion.predict(arrangement, interfaces, operator, before, profile);
 
         let mut lap = profile.start();
@@ -391,7 +400,9 @@ impl<'a> Simulation<'a> {
                 .map_err(Cause::of)?;
             ledger.work.contact_sweeps += u64::from(effort.sweeps);
             ledger.work.active_sets += u64::from(effort.sets);
+            ledger.work.dashpot_evaluations += u64::from(effort.dashpots);
             let Some(turning) = &mut self.turning else { break };
+            ledger.work.normal_turns += 1;
             let last = contacts.len() - 1;
             let moved = turning.turn(
                 operator,

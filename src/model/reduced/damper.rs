@@ -19,14 +19,16 @@ pub(super) struct Behind {
     pub(super) mobility: f64,
 }
 
-/// Find the forces of all dashpots, their coefficients given, the piston moving at `piston` (m/s). On failure the contact.
+/// Find the forces of all dashpots, their coefficients given, the piston moving at `piston` (m/s); returns how often a dashpot was
+/// evaluated. On failure the contact.
 pub(super) fn solve(
     states: &mut [State],
     bodies: &[Option<Moving>],
     piston: f64,
     behind: Option<Behind>,
     tension: bool,
-) -> Result<(), usize> {
+) -> Result<u64, usize> {
+    let mut evaluations = 0;
     for _ in 0..MOST_SWEEPS {
         let (mut worst, mut change, mut largest) = (0, 0.0, 0.0);
         for contact in 0..states.len() {
@@ -57,13 +59,14 @@ pub(super) fn solve(
             let force = coefficient * (rate + mobility * own) / (1.0 + coefficient * mobility);
             let force = if tension { force } else { force.max(-states[contact].pressing) };
             states[contact].damping = force;
+            evaluations += 1;
             largest = f64::max(largest, force.abs().max(states[contact].pressing));
             if !((force - own).abs() <= change) {
                 (worst, change) = (contact, (force - own).abs());
             }
         }
         if change <= SETTLED * largest {
-            return Ok(());
+            return Ok(evaluations);
         }
         if !change.is_finite() {
             return Err(worst);

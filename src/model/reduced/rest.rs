@@ -25,6 +25,8 @@ pub(super) struct Rest {
     pub(super) gaps: Vec<Vec<f64>>,
     /// Overlap of the rigid motions at every contact at zero displacement, m.
     pub(super) overlaps: Vec<f64>,
+    /// Sweeps over all contacts that the equilibrium took; 0 without a precompression.
+    pub(super) sweeps: u32,
 }
 
 impl Rest {
@@ -36,7 +38,7 @@ impl Rest {
         let (force, chain) = (scene.chain.precompression, &scene.chain);
         let geometries = || reduction.contacts.iter().map(|&geometry| &reduction.geometries[geometry]);
         let mut forces: Vec<Vec<f64>> = geometries().map(|geometry| vec![0.0; geometry.gaps.len()]).collect();
-        let mut approaches = vec![0.0; forces.len()];
+        let (mut approaches, mut sweeps) = (vec![0.0; forces.len()], 0);
         let mut disc = None;
         if force > 0.0 {
             if let Some((contact, gap)) = chain.first_open_gap() {
@@ -45,7 +47,7 @@ impl Rest {
             disc = held(reduction.front.as_ref(), force)?;
             let further = disc.as_ref().map_or(&[][..], |disc| &disc.points);
             let statics = Mechanics::new(reduction, scene, Flexibility::Static, further)?;
-            press(reduction, &statics, force, &mut forces, &mut approaches)?;
+            sweeps = press(reduction, &statics, force, &mut forces, &mut approaches)?;
         }
         let mut overlaps: Vec<f64> = approaches.iter().zip(&chain.gaps).map(|(approach, gap)| approach - gap).collect();
         let gaps = geometries().zip(&overlaps).map(|(geometry, overlap)| {
@@ -60,18 +62,18 @@ impl Rest {
             gaps.iter_mut().zip(points).for_each(|(gap, retreat)| *gap += retreat);
             *overlap -= modes;
         }
-        Ok(Self { gaps, forces, overlaps })
+        Ok(Self { gaps, forces, overlaps, sweeps })
     }
 }
 
-/// Approaches of all contacts under the axial force F₀ (N), and the forces of their points.
+/// Approaches of all contacts under the axial force F₀ (N), and the forces of their points; returns the sweeps over all contacts.
 fn press(
     reduction: &Reduction,
     statics: &Mechanics,
     force: f64,
     forces: &mut [Vec<f64>],
     approaches: &mut [f64],
-) -> Result<(), FeaError> {
+) -> Result<u32, FeaError> {
     let own = |contact: usize| &statics.condensed[statics.of_contact[contact]];
     let mut moments: Vec<Vec<f64>> = (0..forces.len()).map(|contact| State::new(own(contact)).moments).collect();
     settle(force, approaches, |contact, guess| {

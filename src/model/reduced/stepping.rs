@@ -15,10 +15,10 @@ use crate::{
         ModelError, Progress,
         contact_law::{Dashpot, dashpots},
         fea::{FeaError, control::Cause, energy::Ledger, resolution, trace::Sampling},
-        need_drive,
+        need_drive, tally,
         water::{behind::DiscBehind, front::WaterRecord},
     },
-    response::Response,
+    response::{Response, SolverWork},
     scene::{PistonMotion, Scene},
 };
 
@@ -116,7 +116,10 @@ impl Reduction {
             }
         }
         let bodies: u64 = run.bodies.iter().flatten().map(|body| 1 + body.modal.len() as u64).sum();
-        run.ledger.work.unknowns = bodies + run.wet.as_ref().map_or(0, |wet| wet.disc.unknowns() as u64);
+        run.ledger.work.unknowns = bodies;
+        if let Some(wet) = &run.wet {
+            wet.disc.count(&mut run.ledger.work);
+        }
         let mut response = record.response(&run.ledger);
         if let (Some(heard), Some(front), Some(water), Some(wet)) = (heard, &self.front, &scene.water, &mut run.wet) {
             heard.enter(front, water, wet.disc.energies(), &mut response);
@@ -143,11 +146,15 @@ fn failed(failure: Failure, time: f64, step: f64) -> ModelError {
 impl<'a> Run<'a> {
     fn new(reduction: &'a Reduction, scene: &Scene, step: f64, piston: f64) -> Result<Self, FeaError> {
         let rest = Rest::new(reduction, scene)?;
+        let mut work = SolverWork { equilibrium_sweeps: u64::from(rest.sweeps), ..SolverWork::default() };
         let dashpots = dashpots(&scene.damping, rest.forces.len());
         let wet = match (&reduction.front, &scene.water, &*dashpots, &*rest.forces) {
             (Some(front), Some(water), [.., dashpot], [.., forces]) => {
                 let held = if scene.chain.precompression > 0.0 { &forces[..] } else { &[] };
-                let disc = DiscBehind::new(front, water, step, !dashpot.is_absent(), held).map_err(Box::new)?;
+                let made = || DiscBehind::new(front, water, step, !dashpot.is_absent(), held);
+                let (disc, made) = tally::during(made);
+                (work.factorisations, work.kernels) = (made.factorisations, made.kernels);
+                let disc = disc.map_err(Box::new)?;
                 Some(Wet { disc, least: 0.0, damping: 0.0 })
             }
             _ => None,
@@ -175,7 +182,7 @@ impl<'a> Run<'a> {
             before: vec![[0.0; 2]; states.len()],
             states,
             piston,
-            ledger: Ledger::new(0.0),
+            ledger: Ledger::of(work),
             mechanics,
             rest,
             wet,
@@ -267,7 +274,8 @@ impl<'a> Run<'a> {
                 let [_, velocity] = wet.disc.modes_under(&self.states[last].forces);
                 Behind { velocity, mobility }
             });
-            damper::solve(&mut self.states, &self.bodies, velocity, behind, self.tension).map_err(unsettled)?;
+            let solved = damper::solve(&mut self.states, &self.bodies, velocity, behind, self.tension);
+            self.ledger.work.dashpot_evaluations += solved.map_err(unsettled)?;
             let Some(wet) = self.wet.as_ref().filter(|wet| !wet.disc.coupling().is_empty()) else { return Ok(()) };
             let state = &self.states[last];
             let scale = state.pressing.max(state.damping.abs());

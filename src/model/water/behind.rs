@@ -15,7 +15,7 @@
 use std::fmt;
 
 use super::front::{Front, FrontError, Handles, TouchedDisc, WaterRecord};
-use crate::scene::WaterSettings;
+use crate::{response::SolverWork, scene::WaterSettings};
 
 /// The disc as one run has it behind its last contact.
 pub struct DiscBehind {
@@ -177,10 +177,9 @@ impl DiscBehind {
         [self.disc.energy() + lifted, self.disc.work_on_water()]
     }
 
-    /// Number of unknowns.
-    #[must_use]
-    pub fn unknowns(&self) -> usize {
-        self.disc.unknowns()
+    /// Add its unknowns, and what it did so far, to the counts of a run.
+    pub fn count(&self, work: &mut SolverWork) {
+        self.disc.count(work);
     }
 
     /// Take a sample of what is heard.
@@ -239,8 +238,8 @@ mod tests {
             0.0
         }
 
-        fn unknowns(&self) -> usize {
-            1
+        fn count(&self, work: &mut SolverWork) {
+            work.unknowns += 1;
         }
     }
 

@@ -142,6 +142,8 @@ pub(super) struct Books {
     pub largest: f64,
     /// Openings and closings of contacts.
     pub events: u64,
+    /// Evaluations of a dashpot.
+    pub dashpots: u64,
 }
 
 /// Step a chain from equilibrium under the static force `preload` (N) through `instants` steps against a disc at rest, whose motion is
@@ -173,6 +175,8 @@ pub(super) fn march(
     rest.iter_mut().zip(&chain.gaps).for_each(|(rest, gap)| *rest -= gap);
     let dampers: Vec<Dashpot> = dashpots(&chain.damping, count + 1);
     let tension = chain.damping.tension;
+    // The bead contacts with a dashpot: a run without any asks none for its force.
+    let damped = dampers[..count].iter().filter(|dashpot| !dashpot.is_absent()).count();
     let at_disc = Some(dampers[count]).filter(|dashpot| !dashpot.is_absent());
     let (compliance, modal) = (disc.compliance(), if at_disc.is_some() { disc.modal_compliance() } else { 0.0 });
 
@@ -207,12 +211,16 @@ pub(super) fn march(
         for i in 0..count {
             let (overlap, rate) = (u[i] - u[i + 1] + rest[i], predicted[i] - predicted[i + 1]);
             let elastic = hertz_force(stiffness[i], overlap);
-            let total = elastic + dampers[i].force(overlap, rate);
-            let total = if tension { total } else { total.max(0.0) };
-            lost += (total - elastic) * rate;
+            let mut total = elastic;
+            if damped > 0 {
+                total += dampers[i].force(overlap, rate);
+                total = if tension { total } else { total.max(0.0) };
+                lost += (total - elastic) * rate;
+            }
             books.events += u64::from((total != 0.0) != (force[i] != 0.0));
             force[i] = total;
         }
+        books.dashpots += damped as u64;
         // Of the force, the disc knows what exceeds the static one.
         let overlap = u[count] + rest[count] - disc.predict() + compliance * preload;
         let patch = |source| ChainOnWaterError::Patch { time, source };
@@ -223,6 +231,7 @@ pub(super) fn march(
                 Pressing { force, indentation: contact.indentation(force) }
             }
             Some(dashpot) => {
+                books.dashpots += 1;
                 let half = 0.5 * step / masses[count - 1];
                 let free = v[count] + half * force[count - 1] - disc.predicted_modal_velocity() + modal * preload;
                 let approach = Approach { rate: free, yielding: half + modal };

@@ -27,7 +27,7 @@ use super::{
 };
 use crate::{
     model::fea::contact::face::Face,
-    response::{DiscResponse, Response},
+    response::{DiscResponse, Response, SolverWork},
     scene::{Rim, WaterMethod, WaterSettings},
     signal::Series,
 };
@@ -53,8 +53,8 @@ pub trait TouchedDisc {
     fn energy(&mut self) -> f64;
     /// Work the disc has done on the water so far, J.
     fn work_on_water(&self) -> f64;
-    /// Number of unknowns.
-    fn unknowns(&self) -> usize;
+    /// Add its unknowns, and what it did so far, to the counts of a run.
+    fn count(&self, work: &mut SolverWork);
 }
 
 /// Where a disc is pushed and seen.
@@ -224,13 +224,17 @@ impl WaterRecord {
     pub fn enter(&self, front: &Front, water: &WaterSettings, [disc_j, water_j]: [f64; 2], response: &mut Response) {
         let step = response.piston_displacement.step;
         let series = |values: Vec<f64>| Series::new(0.0, step, values);
+        let work = &mut response.work;
+        work.pressure_samples = self.pressure.iter().map(|trace| trace.len() as u64).sum();
         let heard = self.pressure.iter().zip(&water.field_points).map(|(trace, &point)| {
             let radius = front.disc.shape().radius;
-            series(
-                water
-                    .absorption
-                    .map_or_else(|| trace.clone(), |law| absorption::heard(law, radius, point, trace, step)),
-            )
+            series(match water.absorption {
+                None => trace.clone(),
+                Some(law) => {
+                    work.absorbed_records += 1;
+                    absorption::heard(law, radius, point, trace, step)
+                }
+            })
         });
         let pressure = heard.collect();
         response.disc = Some(DiscResponse { velocity: series(self.back_velocity.clone()), pressure });
@@ -329,8 +333,8 @@ impl TouchedDisc for ModalFront {
         self.disc.work_on_water()
     }
 
-    fn unknowns(&self) -> usize {
-        self.modal.len()
+    fn count(&self, work: &mut SolverWork) {
+        self.disc.count(work);
     }
 }
 

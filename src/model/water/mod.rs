@@ -29,6 +29,7 @@ pub mod source;
 mod support;
 mod unit_response;
 
+use crate::response::SolverWork;
 pub use crate::scene::Water;
 pub use support::{DiscSupport, WaterError};
 pub use unit_response::{Played, UnitResponse};
@@ -61,4 +62,6 @@ pub trait OnWater {
     fn energy(&mut self) -> f64;
     /// Work the disc has done on the water so far, J.
     fn work_on_water(&self) -> f64;
+    /// Add its unknowns, and what it did so far, to the counts of a run.
+    fn count(&self, work: &mut SolverWork);
 }

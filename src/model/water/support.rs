@@ -93,15 +93,6 @@ enum Ready {
     Elements { disc: Box<DiscOnWater>, recorded: UnitResponse },
 }
 
-/// What a disc's run is made of.
-#[derive(Debug, Clone, Copy)]
-struct Cost {
-    unknowns: usize,
-    factorisations: u64,
-    /// Whether energy in the disc and work on the water are known apart.
-    knows_disc: bool,
-}
-
 /// The clock of a chain in front of a disc.
 fn clock(scene: &Scene) -> Result<f64, ModelError> {
     let unsupported = |reason: &str| ModelError::Unsupported { model: "chain", reason: reason.into() };
@@ -216,29 +207,26 @@ impl DiscSupport {
         }
         let (ready, contact) = self.at_rest(scene)?;
         match ready {
-            Ready::Rayleigh(wet) => {
-                let cost = Cost { unknowns: wet.unknowns(), factorisations: 0, knows_disc: true };
-                self.respond(scene, motion, contact, &mut (**wet).clone(), cost, progress)
-            }
-            Ready::Elements { disc, recorded } => {
+            Ready::Rayleigh(wet) => self.respond(scene, motion, contact, &mut (**wet).clone(), true, progress),
+            Ready::Elements { disc, recorded } if instants(scene, step) < recorded.pole.len() => {
+                let mut response = self.respond(scene, motion, contact, &mut recorded.played(), false, progress)?;
                 let (solid, liquid, _) = disc.size();
-                let cost = |knows_disc| Cost { unknowns: solid + liquid, factorisations: 1, knows_disc };
-                if instants(scene, step) < recorded.pole.len() {
-                    self.respond(scene, motion, contact, &mut recorded.played(), cost(false), progress)
-                } else {
-                    self.respond(scene, motion, contact, &mut (**disc).clone(), cost(true), progress)
-                }
+                response.work.unknowns += (solid + liquid) as u64;
+                response.work.acoustic_unknowns = liquid as u64;
+                Ok(response)
             }
+            Ready::Elements { disc, .. } => self.respond(scene, motion, contact, &mut (**disc).clone(), true, progress),
         }
     }
 
+    /// `knows_disc`: whether energy in the disc and work on the water are known apart.
     fn respond(
         &self,
         scene: &Scene,
         motion: &dyn PistonMotion,
         contact: &DiscContact,
         disc: &mut dyn OnWater,
-        cost: Cost,
+        knows_disc: bool,
         progress: Progress<'_>,
     ) -> Result<Response, ModelError> {
         let count = scene.chain.beads.len();
@@ -267,9 +255,19 @@ impl DiscSupport {
         })
         .map_err(WaterError::from)?;
 
+        let mut work = SolverWork {
+            unknowns: 2 * count as u64,
+            steps: steps as u64,
+            events: books.events,
+            dashpot_evaluations: books.dashpots,
+            pressure_samples: pressure.iter().map(|trace| trace.len() as u64).sum(),
+            ..SolverWork::default()
+        };
+        disc.count(&mut work);
         if let Some(law) = self.water.as_ref().and_then(|water| water.absorption) {
             let radius = self.disc.shape().radius;
             for (trace, &point) in pressure.iter_mut().zip(self.points()) {
+                work.absorbed_records += 1;
                 *trace = absorption::heard(law, radius, point, trace, scene.output_step);
             }
         }
@@ -279,7 +277,7 @@ impl DiscSupport {
         let bead_velocity: Vec<Series> = velocity.into_iter().skip(1).map(series).collect();
         // What a static force and the motion since do together.
         let disc_j = disc.energy() + preload * disc.pole_displacement();
-        let (disc_j, water_j) = match cost.knows_disc {
+        let (disc_j, water_j) = match knows_disc {
             true => (Some(disc_j), disc.work_on_water()),
             false => (None, disc.work_on_water() + preload * disc.pole_displacement()),
         };
@@ -303,13 +301,7 @@ impl DiscSupport {
                 residual_j: books.initial + books.piston_work - held,
                 largest_j: books.largest,
             },
-            work: SolverWork {
-                unknowns: (2 * count + cost.unknowns) as u64,
-                steps: steps as u64,
-                events: books.events,
-                factorisations: cost.factorisations,
-                ..SolverWork::default()
-            },
+            work,
         })
     }
 

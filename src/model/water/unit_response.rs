@@ -1,6 +1,7 @@
 //! The answer to a force at one instant: disc and water are linear, so this is all that a chain in front of them needs.
 
 use super::OnWater;
+use crate::{model::tally, response::SolverWork};
 
 /// Displacement and pressure after a force that is 1 N at the first instant and 0 at all others, straight in between.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +21,7 @@ pub struct UnitResponse {
 impl UnitResponse {
     /// Record `instants` values from a disc at rest, at its first `points` field points.
     pub fn record(mut disc: impl OnWater, points: usize, instants: usize) -> Self {
+        tally::add(|made| made.recorded_steps += instants as u64);
         let empty = || Vec::with_capacity(instants);
         let (pole, modal, back) = (empty(), empty(), empty());
         let mut out = Self { step: disc.step(), pole, modal, back, pressure: vec![empty(); points] };
@@ -58,6 +60,7 @@ impl UnitResponse {
             pressed: Vec::new(),
             pole: 0.0,
             work: 0.0,
+            terms: 0,
         }
     }
 }
@@ -79,6 +82,8 @@ pub struct Played<'a> {
     pressed: Vec<(usize, usize)>,
     pole: f64,
     work: f64,
+    /// Past forces summed over by steps.
+    terms: u64,
 }
 
 impl Played<'_> {
@@ -89,6 +94,11 @@ impl Played<'_> {
             self.forces[from..to].iter().zip(late).map(|(force, value)| force * value).sum()
         };
         self.pressed.iter().map(over).sum()
+    }
+
+    /// Past instants with a force.
+    fn with_force(&self) -> u64 {
+        self.pressed.iter().map(|(from, to)| (to - from) as u64).sum()
     }
 
     /// The same at the last instant, its own force included.
@@ -107,6 +117,7 @@ impl OnWater for Played<'_> {
     }
 
     fn predict(&mut self) -> f64 {
+        self.terms += self.with_force();
         self.sum(&self.response.pole, self.forces.len())
     }
 
@@ -121,6 +132,7 @@ impl OnWater for Played<'_> {
             }
         }
         let pole = self.now(&self.response.pole);
+        self.terms += self.with_force();
         self.work += 0.5 * (before + force) * (pole - self.pole);
         self.pole = pole;
     }
@@ -151,5 +163,9 @@ impl OnWater for Played<'_> {
 
     fn work_on_water(&self) -> f64 {
         self.work
+    }
+
+    fn count(&self, work: &mut SolverWork) {
+        work.memory_terms += self.terms;
     }
 }

@@ -142,6 +142,8 @@ pub struct Effort {
     pub sweeps: u32,
     /// Active sets tried.
     pub sets: u32,
+    /// Dashpots evaluated.
+    pub dashpots: u32,
 }
 
 /// Why a step has no solution.
@@ -208,7 +210,7 @@ impl Contacts {
             for c in 0..self.links.len() {
                 work.before[c] = states[c].total();
                 effort.sets += self.press(c, &predicted[c], states, work)?;
-                self.damp(c, rigid, overlap[c], states, work, effort.sweeps > FREEZING_SWEEPS);
+                effort.dashpots += self.damp(c, rigid, overlap[c], states, work, effort.sweeps > FREEZING_SWEEPS);
                 let moved = (states[c].total() - work.before[c]).abs();
                 largest = f64::max(largest, states[c].total().abs().max(states[c].pressing));
                 if !(moved <= change) {
@@ -287,7 +289,7 @@ impl Contacts {
         mobility * (states[body - 1].damping - states[body].damping)
     }
 
-    /// Force of the dashpot of contact c, all other forces given.
+    /// Force of the dashpot of contact c, all other forces given; returns how many dashpots there are.
     fn damp(
         &self,
         c: usize,
@@ -296,10 +298,10 @@ impl Contacts {
         states: &mut [ContactState],
         work: &mut Workspace,
         frozen: bool,
-    ) {
+    ) -> u32 {
         let dashpot = self.links[c].dashpot;
         if dashpot.is_absent() {
-            return;
+            return 0;
         }
         // Overlap and rate without this dashpot's own force: it must not switch itself.
         let own = states[c].damping;
@@ -327,6 +329,7 @@ impl Contacts {
         let coefficient = work.damping[c];
         let force = coefficient * rate / (1.0 + coefficient * mobility);
         states[c].damping = if self.tension { force } else { force.max(-states[c].pressing) };
+        1
     }
 
     /// Net axial force on body b, N.

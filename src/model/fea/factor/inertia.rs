@@ -12,7 +12,7 @@ use super::{
     cholesky::{analyse, supernodal},
     ordering::Ordering,
 };
-use crate::model::fea::body::Body;
+use crate::model::{fea::body::Body, tally};
 
 /// Number of eigenvalues λ = ω² of K x = λ M x below `shift` (1/s²): the negative pivots of K − shift M = L D Lᵀ.
 ///
@@ -27,6 +27,7 @@ pub fn eigenvalues_below(body: &Body, shift: f64) -> Result<usize, FactorError> 
     let ordering = Ordering::interface_last(body, &[], None)?;
     let matrix = ordering.matrix(body, 1.0, -shift);
     let size = |source| FactorError::Size { unknowns: matrix.order(), source };
+    tally::add(|made| made.factorisations += 1);
     let symbolic = analyse(&matrix).map_err(size)?;
     let mut values = vec![0.0; symbolic.len_val()];
     let needed = symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, faer::Spec::default());

@@ -34,6 +34,7 @@ use super::{
     assembly::{Columns, DofMap},
     body::Body,
 };
+use crate::model::tally;
 
 /// Why there is no factor.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -112,6 +113,7 @@ impl Factor {
     ) -> Result<Self, FactorError> {
         let ordering = Ordering::interface_last(body, interface, pinned)?;
         let matrix = ordering.matrix(body, stiffness_scale, mass_scale);
+        tally::add(|made| made.factorisations += 1);
         let cholesky = Cholesky::new(&matrix).map_err(|failure| failure.at(&ordering, stiffness_scale, mass_scale))?;
         let panels = Panels::new(cholesky.supernodes());
         let tail = Panels::dense(&cholesky.trailing(interface.len()));

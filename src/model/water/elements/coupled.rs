@@ -6,9 +6,12 @@ use super::{
     sparse::{Entries, Sparse},
     waves::Waves,
 };
-use crate::model::{
-    fea::assembly::{Columns, Direction, DofMap},
-    water::{OnWater, contact::DASHPOT_MODES, disc::Disc, front::TouchedDisc, rayleigh::field::FieldPoint},
+use crate::{
+    model::{
+        fea::assembly::{Columns, Direction, DofMap},
+        water::{OnWater, contact::DASHPOT_MODES, disc::Disc, front::TouchedDisc, rayleigh::field::FieldPoint},
+    },
+    response::SolverWork,
 };
 
 /// What disc and water are meshed and stepped with.
@@ -55,6 +58,8 @@ pub struct DiscOnWater {
     forces: Vec<f64>,
     solution: Vec<f64>,
     work: f64,
+    /// Steps begun.
+    solves: u64,
 }
 
 /// A displacement along z that is measured, and along which a force acts.
@@ -176,6 +181,7 @@ impl DiscOnWater {
             velocity: columns.clone(),
             image: columns,
             work: 0.0,
+            solves: 0,
             disc,
         })
     }
@@ -224,6 +230,7 @@ impl DiscOnWater {
         }
         rest.copy_from_slice(self.waves.known());
         self.factor.solve(&mut self.solution);
+        self.solves += 1;
     }
 
     /// Displacement of a point at the end of the step that was begun, m.
@@ -308,8 +315,8 @@ impl TouchedDisc for DiscOnWater {
         self.work
     }
 
-    fn unknowns(&self) -> usize {
-        self.solution.len()
+    fn count(&self, work: &mut SolverWork) {
+        OnWater::count(self, work);
     }
 }
 
@@ -365,6 +372,12 @@ impl OnWater for DiscOnWater {
 
     fn work_on_water(&self) -> f64 {
         self.work
+    }
+
+    fn count(&self, work: &mut SolverWork) {
+        work.unknowns += self.solution.len() as u64;
+        work.acoustic_unknowns += self.waves.unknowns() as u64;
+        work.solves += self.solves;
     }
 }
 

@@ -20,7 +20,10 @@ use super::{
     ElementsError,
     sparse::{Entries, Sparse},
 };
-use crate::model::fea::factor::{MERGE, Panels};
+use crate::model::{
+    fea::factor::{MERGE, Panels},
+    tally,
+};
 
 /// L D Lᵀ of a symmetric quasi-definite matrix [A, Bᵀ; B, −C], A and C positive definite, rows in any order: it exists without pivoting. Held
 /// as (L |D|^½) sign D (L |D|^½)ᵀ, so that both halves of a solve are those of the finite elements' Cholesky factors.
@@ -38,6 +41,7 @@ pub struct QuasiDefinite {
 impl QuasiDefinite {
     /// Factor the matrix whose upper triangle (row ≤ column) is `matrix`.
     pub(super) fn new(matrix: &Sparse) -> Result<Self, ElementsError> {
+        tally::add(|made| made.factorisations += 1);
         let unknowns = matrix.rows();
         let size = |source: FaerError| ElementsError::Size { unknowns, source };
         // The rows of the lower triangle are the columns of the upper one.

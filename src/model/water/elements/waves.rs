@@ -6,7 +6,7 @@ use super::{
     mesh::Hemisphere,
     sparse::{Entries, Sparse},
 };
-use crate::model::water::rayleigh::field::FieldPoint;
+use crate::model::{tally, water::rayleigh::field::FieldPoint};
 
 /// Waves in the hemisphere.
 #[derive(Debug, Clone)]
@@ -39,6 +39,7 @@ impl Waves {
         if !(step > 0.0 && step.is_finite()) {
             return Err(ElementsError::Step { found: step });
         }
+        tally::add(|made| made.water_meshes += 1);
         let acoustics = Acoustics::new(Hemisphere::new(disc, mesh)?, water, baffle);
         let entries: Entries = acoustics
             .inertance

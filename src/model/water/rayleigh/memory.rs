@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use faer::c64;
 
-use crate::model::water::quadrature::gauss_legendre;
+use crate::model::{tally, water::quadrature::gauss_legendre};
 
 /// Points of the quadrature in a piece of one cell.
 const POINTS: usize = 8;
@@ -37,6 +37,7 @@ impl<F: Fn(f64, &mut [f64])> Memory<F> {
 
     /// Averages over the cells (m Δ, (m + 1) Δ): number m × width + i is (1/Δ) ∫ h_i dτ.
     pub fn averages(&self, step: f64) -> Vec<f64> {
+        tally::add(|made| made.kernels += 1);
         let rule = gauss_legendre(POINTS);
         let end = self.breaks.last().copied().unwrap_or(0.0);
         let cells = (end / step - 1e-9).ceil().max(0.0) as usize;

@@ -17,7 +17,10 @@ use super::{
     field::{FieldPoint, FieldPointError},
     radiation::{RadiationKernel, Radiator},
 };
-use crate::model::water::{OnWater, Water, disc::DiscModes};
+use crate::{
+    model::water::{OnWater, Water, disc::DiscModes},
+    response::SolverWork,
+};
 
 /// Frequencies of the disc with incompressible water on its back, Hz, ascending: (1 + m) q̈ + Λ q = 0 with the added mass m of
 /// [`Radiator::added_mass`].
@@ -104,6 +107,8 @@ pub struct WetDisc {
     /// Force on the water at the last instant, N·√kg⁻¹, and the work done on it so far, J.
     water_force: Vec<f64>,
     water_work: f64,
+    /// Cells of the kernel summed over so far.
+    terms: u64,
 }
 
 impl WetDisc {
@@ -120,18 +125,20 @@ impl WetDisc {
     ) -> Result<Self, FieldPointError> {
         let count = modes.frequencies.len();
         let radiator = Radiator::of_modes(radius, &modes.back);
-        let kernel = radiator.kernel(water, step);
+        // Nothing pushes back in a vacuum: no kernel, and no memory of the past.
+        let kernel =
+            if water.density > 0.0 { radiator.kernel(water, step) } else { RadiationKernel::none(count, step) };
         let heard =
             points.iter().map(|&point| radiator.pressure_kernel(water, point, step)).collect::<Result<Vec<_>, _>>()?;
         let squares: Vec<f64> = modes.frequencies.iter().map(|frequency| (TAU * frequency).powi(2)).collect();
         let matrix = Mat::from_fn(count, count, |j, k| {
-            kernel.cell(0)[j * count + k] + if j == k { 2.0 / step + 0.5 * step * squares[j] } else { 0.0 }
+            kernel.first(j, k) + if j == k { 2.0 / step + 0.5 * step * squares[j] } else { 0.0 }
         });
         let solved = matrix.partial_piv_lu().solve(Mat::<f64>::identity(count, count));
         let inverse: Vec<f64> = (0..count * count).map(|i| solved[(i / count, i % count)]).collect();
         let pushed = inverse.chunks_exact(count).zip(&modes.pole).map(|(row, own)| own * dot(row, &modes.pole));
         let compliance = 0.5 * step * pushed.sum::<f64>();
-        let rows = heard.iter().map(|heard| heard.len() / count).chain([kernel.cells()]).max().unwrap_or(1);
+        let rows = heard.iter().map(|heard| heard.len() / count).chain([kernel.cells()]).fold(1, usize::max);
         let zeros = vec![0.0; count];
         Ok(Self {
             step,
@@ -152,13 +159,8 @@ impl WetDisc {
             newest: 0,
             water_force: zeros,
             water_work: 0.0,
+            terms: 0,
         })
-    }
-
-    /// How many coordinates it moves in.
-    #[must_use]
-    pub fn unknowns(&self) -> usize {
-        self.pole.len()
     }
 
     /// Velocities of the modes, m·√kg/s.
@@ -229,6 +231,7 @@ impl OnWater for WetDisc {
                 *load -= dot(row, increment);
             }
         }
+        self.terms += self.kernel.cells().saturating_sub(1) as u64;
         for (free, row) in self.free.iter_mut().zip(self.inverse.chunks_exact(count)) {
             *free = dot(row, &self.load);
         }
@@ -266,6 +269,11 @@ impl OnWater for WetDisc {
 
     fn work_on_water(&self) -> f64 {
         self.water_work
+    }
+
+    fn count(&self, work: &mut SolverWork) {
+        work.unknowns += self.pole.len() as u64;
+        work.memory_terms += self.terms;
     }
 
     fn pressure(&self, point: usize) -> f64 {

@@ -151,6 +151,17 @@ pub struct RadiationKernel {
 }
 
 impl RadiationKernel {
+    /// Of a vacuum: no cell.
+    #[must_use]
+    pub fn none(count: usize, step: f64) -> Self {
+        Self { count, step, weights: Vec::new() }
+    }
+
+    /// W_jk,0; 0 where there is no cell.
+    pub(super) fn first(&self, j: usize, k: usize) -> f64 {
+        self.weights.get(j * self.count + k).copied().unwrap_or(0.0)
+    }
+
     /// Number of cells.
     #[must_use]
     pub fn cells(&self) -> usize {
