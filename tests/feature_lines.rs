@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use granchain::{
     feature::{
         FeatureError, FeatureSettings, Ratio, Window, amplitude_spectrum, bandwidth, line_amplitude, line_phasor,
-        lines, measure, refine_frequency, strongest_frequency, total_harmonic_distortion,
+        line_weights, lines, measure, refine_frequency, strongest_frequency, total_harmonic_distortion,
     },
     signal::Series,
 };
@@ -110,6 +110,25 @@ fn the_line_sum_agrees_with_the_plain_sum_and_with_the_fft() {
         assert!((phasor.phase - phase).sin().abs() < 1e-8, "{index}: {} {phase}", phasor.phase);
         assert!((spectrum.amplitudes[index] - amplitude).abs() < 1e-11, "{index}");
     }
+}
+
+#[test]
+fn weights_of_a_line_are_its_phasor_for_any_series_on_the_clock() {
+    for (record, window) in [
+        (tones(-37e-6, 1e-7, 600e-6, &[(F0, 0.2, 1.234), (2.2 * F0, 0.1, 0.4)]), Window::new(5e-6, 500e-6)),
+        (Series::new(3e-6, 1e-7, white(4097, 0.3, 5)), Window::new(20.03e-6, 390.07e-6)),
+    ] {
+        for frequency in [0.3 * F0, F0, 13.0 * F0] {
+            let phasor = line_phasor(&record, window, frequency);
+            let weights = line_weights(&record, window, frequency);
+            let sum =
+                weights.iter().zip(&record.values).fold((0.0, 0.0), |sum, (w, x)| (sum.0 + w.0 * x, sum.1 + w.1 * x));
+            assert!((sum.0 - phasor.amplitude * phasor.phase.cos()).abs() < 1e-12, "{frequency}");
+            assert!((sum.1 - phasor.amplitude * phasor.phase.sin()).abs() < 1e-12, "{frequency}");
+        }
+    }
+    let short = Series::new(0.0, 1e-7, vec![1.0; 3]);
+    assert_eq!(line_weights(&short, Window::new(1.0, 2.0), F0), vec![(0.0, 0.0); 3]);
 }
 
 #[test]

@@ -101,3 +101,35 @@ fn a_sweep_has_columns_of_what_was_heard_and_others_have_none() {
     let (text, table) = sweep("chain", "c", &["--set", "duration=250us"]);
     assert!(!text.contains("kPa") && !table.contains("pressure"), "{text}{table}");
 }
+
+#[test]
+fn behind_a_soft_baffle_the_field_comes_from_the_pressure_on_the_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let coarse = [
+        "water.method=elements",
+        "water.baffle=soft",
+        "water.mesh_side=0.1mm",
+        "disc.mesh_density=3",
+        "duration=140us",
+    ];
+    let set = coarse.iter().flat_map(|set| ["--set", set]);
+    let flags = ["--pressure-map-frequency", "0.145MHz", "--beam-pattern", "0.5MHz", "--export-interface"];
+    let arguments = ["replay", "--scene", "water", "--out", "w", "--quiet"].into_iter().chain(set).chain(flags);
+    let (code, out, err) = granchain(folder.path(), &arguments.collect::<Vec<_>>());
+    assert_eq!((code, err.as_str()), (0, ""), "{out}");
+    let place = folder.path().join("w");
+    for name in ["pressure_map_frequency.svg", "beam_pattern.svg", "interface/pressure.npy"] {
+        assert!(place.join(name).is_file(), "{name}");
+    }
+    assert!(!place.join("interface/velocity.csv").exists());
+    let hints = json(&place.join("interface/grid.json"));
+    assert_eq!((hints["baffle"].as_str(), hints["points"].as_u64()), (Some("soft"), Some(11)));
+    let table = std::fs::read_to_string(place.join("interface/pressure.csv")).unwrap();
+    assert!(table.starts_with("time_s,pressure_pa_at_r_0.0000_mm,"), "{}", &table[..60]);
+    let column = |column: usize| {
+        let values = table.lines().skip(1).map(|line| line.split(',').nth(column).unwrap().parse::<f64>().unwrap());
+        values.fold(0.0, |most: f64, value| most.max(value.abs()))
+    };
+    // Free of pressure at the rim, which is the baffle's first line.
+    assert!(column(1) > 1e3 && column(11) == 0.0, "{} {}", column(1), column(11));
+}

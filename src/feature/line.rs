@@ -63,6 +63,31 @@ pub fn line_phasor(series: &Series, window: Window, frequency: f64) -> Phasor {
     Phasor { amplitude: 2.0 * re.hypot(im) / sums.weight, phase: phase - turns * std::f64::consts::TAU }
 }
 
+/// Complex weights, one a sample, with which Σ weight · x is amplitude · e^(i phase) of [`line_phasor`], for every series on this clock: where many
+/// series are too many to keep. `clock` gives start, step and number of samples; its values do not matter. Real and imaginary parts.
+#[must_use]
+pub fn line_weights(clock: &Series, window: Window, frequency: f64) -> Vec<(f64, f64)> {
+    let mut weights = vec![(0.0, 0.0); clock.len()];
+    let Ok(window) = window.on(clock) else { return weights };
+    let range = window.indices(clock);
+    let own = &mut weights[range.clone()];
+    let (mut sum, mut line) = (0.0, (0.0, 0.0));
+    let taper = |time: f64| 0.5 * (1.0 - (std::f64::consts::TAU * (time - window.from) / window.duration()).cos());
+    for (index, weight) in range.clone().zip(own.iter_mut()) {
+        let time = clock.time(index);
+        let (sine, cosine) = (std::f64::consts::TAU * (frequency * time).fract()).sin_cos();
+        let share = taper(time);
+        *weight = (share * cosine, -share * sine);
+        (sum, line) = (sum + share, (line.0 + weight.0, line.1 + weight.1));
+    }
+    // The weighted mean of the samples is taken off first.
+    for (index, weight) in range.zip(own) {
+        let share = taper(clock.time(index)) / sum;
+        *weight = (2.0 / sum * (weight.0 - share * line.0), 2.0 / sum * (weight.1 - share * line.1));
+    }
+    weights
+}
+
 /// Σ w, and Σ w x τ^k e^(−iωτ) for k < K with the weighted mean of x removed; τ = t − origin, in s.
 pub(super) struct Moments<const K: usize> {
     origin: f64,

@@ -43,7 +43,7 @@ pub use error::FeatureError;
 pub use frequency::{refine_frequency, strongest_frequency};
 pub use line::{
     AbsentLine, Line, LineTable, MINIMUM_LINE_PERIODS, Phasor, USABLE_NYQUIST_FRACTION, line_amplitude, line_phasor,
-    lines,
+    line_weights, lines,
 };
 pub use measure::{FeatureSettings, Features, measure};
 pub use peak::{PeakSettings, Peaks, peaks};

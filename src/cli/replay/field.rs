@@ -14,17 +14,17 @@ use crate::{
         output::OutputFolder,
         summary,
     },
-    feature::{Window, line_phasor},
+    feature::{Window, line_phasor, line_weights},
     model::{
         ModelError, Prepared,
         water::{
-            field::{amplitude_map, far_field},
+            field::{amplitude_map, far_field, soft_far_field},
             source::FieldSource,
         },
     },
     report::{
         figure::Figure,
-        interface::InterfaceGrid,
+        interface::{FaceQuantity, InterfaceGrid},
         page::Files,
         pressure::{Beam, Scenery, beams},
     },
@@ -44,7 +44,8 @@ pub struct FieldArguments {
     /// Before water: draw the beam pattern far away at these frequencies, such as "0.5MHz,0.949MHz"
     #[arg(long, value_name = "FREQUENCIES", value_parser = frequencies, requires = "out", help_heading = "Water")]
     pub beam_pattern: Option<List>,
-    /// Before water: write the velocity of the disc's back as CSV and NPY with grid hints, for a field solver such as k-Wave
+    /// Before water: write the velocity of the disc's back (behind a soft baffle the pressure on it) as CSV and NPY with grid hints, for a field solver
+    /// such as k-Wave
     #[arg(long, requires = "out", help_heading = "Water")]
     pub export_interface: bool,
 }
@@ -134,42 +135,74 @@ pub fn make(
         figures.push(("pressure_map", scenery.instants(&maps)));
     }
     let radiator = source.radiator();
+    // What radiates behind a soft baffle; behind a rigid one the face's velocity does.
+    let face = || if source.is_soft() { source.face_pressure(&force) } else { Ok(None) };
     if let Some(List(frequencies)) = &flags.pressure_map_frequency {
-        let motion = source.motion(&force, "a pressure map at frequencies")?;
-        let maps = frequencies
-            .iter()
-            .map(|&frequency| {
-                let velocities = phasors(motion.velocity(), window, frequency);
-                let map = amplitude_map(&radiator, &water.liquid, &scenery.grid, &velocities, TAU * frequency)?;
-                Ok((frequency, map.iter().map(|value| value.norm()).collect()))
-            })
-            .collect::<anyhow::Result<Vec<_>>>()?;
-        let scenery = Scenery { method: "Rayleigh integral", ..scenery };
+        let weights = |&frequency: &f64| {
+            let weights = line_weights(&force, window, frequency);
+            weights.into_iter().map(|(re, im)| c64::new(re, im)).collect::<Vec<_>>()
+        };
+        let meshed = match source.is_soft() {
+            true => {
+                source.weighted_maps(&force, &scenery.grid, &frequencies.iter().map(weights).collect::<Vec<_>>())?
+            }
+            false => None,
+        };
+        let (maps, method) = match meshed {
+            Some(maps) => (maps, source.method()),
+            None => {
+                let motion = source.motion(&force)?;
+                let map = |&frequency: &f64| {
+                    let velocities = phasors(motion.velocity(), window, frequency);
+                    amplitude_map(&radiator, &water.liquid, &scenery.grid, &velocities, TAU * frequency)
+                };
+                (frequencies.iter().map(map).collect::<Result<_, _>>()?, "Rayleigh integral")
+            }
+        };
+        let sizes = maps.iter().map(|map| map.iter().map(|value| value.norm()).collect());
+        let maps: Vec<(f64, Vec<f64>)> = frequencies.iter().copied().zip(sizes).collect();
+        let scenery = Scenery { method, ..scenery };
         figures.push(("pressure_map_frequency", scenery.frequencies(&maps)));
     }
     if let Some(List(frequencies)) = &flags.beam_pattern {
-        let motion = source.motion(&force, "a beam pattern")?;
         let angles: Vec<f64> = (0..=180).map(|half| f64::from(half) / 180.0 * FRAC_PI_2).collect();
-        let patterns: Vec<Beam> = frequencies
-            .iter()
-            .map(|&frequency| {
-                let velocities = phasors(motion.velocity(), window, frequency);
-                let pattern = far_field(&radiator, &water.liquid, &angles, &velocities, TAU * frequency);
-                Beam { frequency, amplitudes: pattern.iter().map(|value| value.norm()).collect() }
-            })
-            .collect();
+        let of = |pattern: &dyn Fn(f64) -> Vec<c64>| -> Vec<Beam> {
+            let sizes = |frequency| pattern(frequency).iter().map(|value| value.norm()).collect();
+            frequencies.iter().map(|&frequency| Beam { frequency, amplitudes: sizes(frequency) }).collect()
+        };
+        let patterns = match face()? {
+            Some(face) => of(&|frequency| {
+                let pressures = phasors(face.pressure(), window, frequency);
+                soft_far_field((face.radii(), &pressures), &water.liquid, &angles, TAU * frequency)
+            }),
+            None => {
+                let motion = source.motion(&force)?;
+                of(&|frequency| {
+                    let velocities = phasors(motion.velocity(), window, frequency);
+                    far_field(&radiator, &water.liquid, &angles, &velocities, TAU * frequency)
+                })
+            }
+        };
         figures.push(("beam_pattern", beams(&angles, &patterns, None)));
     }
     if flags.export_interface {
-        let motion = source.motion(&force, "the velocity of the disc's back")?;
-        let grid = InterfaceGrid::new(
-            summary::program(),
-            shape.radius,
-            &water.liquid,
-            water.baffle.name(),
-            scene.duration.min(force.end()),
-        );
-        files.extend(grid.files(&motion, &radiator).context("the velocity of the disc's back cannot be written")?);
+        let grid = |held| {
+            let duration = scene.duration.min(force.end());
+            InterfaceGrid::new((summary::program(), held), shape.radius, &water.liquid, water.baffle.name(), duration)
+        };
+        let (grid, rows) = match face()? {
+            Some(face) => {
+                let grid = grid(FaceQuantity::Pressure);
+                let rows = face.face(&grid.radii(), &grid.times());
+                (grid, rows)
+            }
+            None => {
+                let grid = grid(FaceQuantity::Velocity);
+                let rows = source.motion(&force)?.face(&radiator, &grid.radii(), &grid.times());
+                (grid, rows)
+            }
+        };
+        files.extend(grid.files(&rows).context("the tables of the disc's back cannot be written")?);
     }
     Ok((figures, files))
 }

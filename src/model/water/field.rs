@@ -11,7 +11,12 @@
 //! ```
 //!
 //! with h_k the kernels of [`super::rayleigh::field`]: exact for a rigid baffle. The second, independent source of a map, and the only one for
-//! a soft baffle, is the mesh of [`super::elements`] at its nodes.
+//! a soft baffle, is the mesh of [`super::elements`] at its nodes; from the pressure it finds on the face, [`FacePressure`], follow a soft
+//! baffle's beam patterns.
+
+mod soft;
+
+pub use soft::{FacePressure, soft_far_field, soft_on_axis};
 
 use faer::c64;
 use rayon::prelude::*;

@@ -6,14 +6,19 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
+use faer::c64;
 use thiserror::Error;
 
 use super::{
     OnWater,
     disc::{Disc, DiscError, DiscModes},
     elements::{DiscOnWater, DiscOnWaterSettings, ElementsError},
-    field::{FaceMotion, FieldGrid},
-    rayleigh::{field::FieldPointError, motion::WetDisc, radiation::Radiator},
+    field::{FaceMotion, FacePressure, FieldGrid},
+    rayleigh::{
+        field::{FieldPoint, FieldPointError},
+        motion::WetDisc,
+        radiation::Radiator,
+    },
     support::{PATCH, disc_mesh, is_damped_at_disc, modes_of},
 };
 use crate::{
@@ -31,15 +36,6 @@ pub enum FieldSourceError {
         "a pressure field: expected a scene with `support.kind = \"disc\"` and water behind it, found none; try --scene water"
     )]
     NoWater,
-    /// A soft baffle has no field by the Rayleigh integral.
-    #[error(
-        "{what}: expected `water.baffle = \"rigid\"`, found \"soft\", whose face velocity alone does not give the field; ask for a pressure map at \
-         instants"
-    )]
-    SoftBaffle {
-        /// What was asked for.
-        what: &'static str,
-    },
     /// The forces are not on the clock.
     #[error(
         "force on the disc every {found:e} s: expected every {expected:e} s, the step of disc and water; set `output_step` to `model.step`"
@@ -86,6 +82,25 @@ fn clock(scene: &Scene) -> f64 {
 fn above_rest(force: &Series) -> Vec<f64> {
     let rest = force.values.first().copied().unwrap_or(0.0);
     force.values.iter().map(|force| force - rest).collect()
+}
+
+/// Nodes and weights of a point in a mesh.
+type Place = [(u32, f64); 4];
+
+/// Where the points of a grid lie in the mesh of the water.
+fn places(disc: &DiscOnWater, grid: &FieldGrid) -> Result<Vec<Place>, ElementsError> {
+    let place = |point: FieldPoint| {
+        disc.mesh().locate([point.radius, point.distance]).ok_or(ElementsError::FieldPoint {
+            radius: point.radius,
+            distance: point.distance,
+            hemisphere: disc.mesh().radius,
+        })
+    };
+    grid.points().map(place).collect()
+}
+
+fn at(place: &Place, pressure: &[f64]) -> f64 {
+    place.iter().map(|&(node, weight)| weight * pressure[node as usize]).sum()
 }
 
 /// A scene's disc and water, its beads left away.
@@ -146,14 +161,17 @@ impl FieldSource {
         FieldGrid::even(reach, reach, reach / 50.0)
     }
 
-    /// Motion of the back under the force on the disc (N) on its clock; `what` it is asked for stands in the refusal.
+    /// Whether the plane around the disc is free of pressure, so that the face's pressure and not its velocity is the source of the field.
+    #[must_use]
+    pub fn is_soft(&self) -> bool {
+        self.water.baffle == Baffle::Soft
+    }
+
+    /// Motion of the back under the force on the disc (N) on its clock, on water behind a rigid baffle.
     ///
     /// # Errors
-    /// [`FieldSourceError::SoftBaffle`], [`FieldSourceError::Clock`].
-    pub fn motion(&self, force: &Series, what: &'static str) -> Result<FaceMotion, FieldSourceError> {
-        if self.water.baffle == Baffle::Soft {
-            return Err(FieldSourceError::SoftBaffle { what });
-        }
+    /// [`FieldSourceError::Clock`], [`FieldSourceError::Point`].
+    pub fn motion(&self, force: &Series) -> Result<FaceMotion, FieldSourceError> {
         self.on_clock(force)?;
         let disc = WetDisc::new(self.disc.shape().radius, &self.modes, &self.water.liquid, &[], self.step)?;
         Ok(FaceMotion::under(disc, &above_rest(force)))
@@ -171,20 +189,70 @@ impl FieldSource {
         }
         match self.mesh {
             None => {
-                let motion = self.motion(force, "a pressure map")?;
+                let motion = self.motion(force)?;
                 Ok(motion.map(&self.radiator(), &self.water.liquid, grid, times)?)
             }
-            Some(mesh) => self.by_elements(force, mesh, grid, times),
+            Some(mesh) => {
+                let instants: Vec<usize> = times.iter().map(|time| (time / self.step).round() as usize).collect();
+                let last = instants.iter().copied().max().unwrap_or(0);
+                let disc = self.meshed(mesh)?;
+                let places = places(&disc, grid)?;
+                let mut maps = vec![Vec::new(); times.len()];
+                self.pass(disc, force, last, |instant, pressure| {
+                    for (map, _) in maps.iter_mut().zip(&instants).filter(|(_, wanted)| **wanted == instant) {
+                        *map = places.iter().map(|place| at(place, pressure)).collect();
+                    }
+                });
+                Ok(maps)
+            }
         }
     }
 
-    fn by_elements(
+    /// Σ wᵢ p(x, tᵢ) over a grid for several lists of complex weights, one a sample of the force on the disc (N) on its clock: with those of a line,
+    /// its complex amplitude. By elements; none where the scene's water is not computed so.
+    ///
+    /// # Errors
+    /// [`FieldSourceError`].
+    pub fn weighted_maps(
         &self,
         force: &Series,
-        mesh: WaterMesh,
         grid: &FieldGrid,
-        times: &[f64],
-    ) -> Result<Vec<Vec<f64>>, FieldSourceError> {
+        weights: &[Vec<c64>],
+    ) -> Result<Option<Vec<Vec<c64>>>, FieldSourceError> {
+        self.on_clock(force)?;
+        let Some(mesh) = self.mesh else { return Ok(None) };
+        let disc = self.meshed(mesh)?;
+        let places = places(&disc, grid)?;
+        let mut maps = vec![vec![c64::new(0.0, 0.0); places.len()]; weights.len()];
+        self.pass(disc, force, force.len().saturating_sub(1), |instant, pressure| {
+            for (map, weights) in maps.iter_mut().zip(weights) {
+                let Some(weight) = weights.get(instant).filter(|weight| weight.norm() > 0.0) else { continue };
+                map.iter_mut().zip(&places).for_each(|(sum, place)| *sum += weight * at(place, pressure));
+            }
+        });
+        Ok(Some(maps))
+    }
+
+    /// Pressure on the disc's back under the force on the disc (N) on its clock, by elements; none where the scene's water is not computed so.
+    ///
+    /// # Errors
+    /// [`FieldSourceError`].
+    pub fn face_pressure(&self, force: &Series) -> Result<Option<FacePressure>, FieldSourceError> {
+        self.on_clock(force)?;
+        let Some(mesh) = self.mesh else { return Ok(None) };
+        let disc = self.meshed(mesh)?;
+        let nodes = disc.mesh().plane[..disc.mesh().on_disc].to_vec();
+        let radii = nodes.iter().map(|&node| disc.mesh().nodes[node as usize][0]).collect();
+        let mut pressure = vec![Vec::with_capacity(force.len()); nodes.len()];
+        self.pass(disc, force, force.len().saturating_sub(1), |_, now| {
+            pressure.iter_mut().zip(&nodes).for_each(|(trace, &node)| trace.push(now[node as usize]));
+        });
+        let pressure = pressure.into_iter().map(|values| Series::new(0.0, self.step, values)).collect();
+        Ok(Some(FacePressure::new(radii, pressure)))
+    }
+
+    /// The disc on its meshed water, at rest.
+    fn meshed(&self, mesh: WaterMesh) -> Result<DiscOnWater, FieldSourceError> {
         let settings = DiscOnWaterSettings {
             water: self.water.liquid,
             baffle: self.water.baffle,
@@ -193,39 +261,23 @@ impl FieldSource {
             patch: PATCH * self.disc.shape().thickness,
             step: self.step,
         };
-        let mut disc = if self.modes.modes == self.modes.frequencies.len() {
-            DiscOnWater::in_modes(self.disc.clone(), &settings, self.modes.modes)?
+        let made = if self.modes.modes == self.modes.frequencies.len() {
+            DiscOnWater::in_modes(self.disc.clone(), &settings, self.modes.modes)
         } else {
-            DiscOnWater::new(self.disc.clone(), &settings)?
+            DiscOnWater::new(self.disc.clone(), &settings)
         };
-        let places = grid
-            .points()
-            .map(|point| {
-                disc.mesh().locate([point.radius, point.distance]).ok_or(ElementsError::FieldPoint {
-                    radius: point.radius,
-                    distance: point.distance,
-                    hemisphere: mesh.radius,
-                })
-            })
-            .collect::<Result<Vec<_>, _>>()?;
-        let forces = above_rest(force);
-        let instants: Vec<usize> = times.iter().map(|time| (time / self.step).round() as usize).collect();
-        let mut maps = vec![Vec::new(); times.len()];
-        let last = instants.iter().copied().max().unwrap_or(0);
-        for (instant, force) in forces.iter().enumerate().take(last + 1) {
+        Ok(made?)
+    }
+
+    /// Drive it by the force through instant `last`; `observe` sees the pressure (Pa) at the nodes at every instant, the first included.
+    fn pass(&self, mut disc: DiscOnWater, force: &Series, last: usize, mut observe: impl FnMut(usize, &[f64])) {
+        for (instant, force) in above_rest(force).into_iter().enumerate().take(last + 1) {
             if instant > 0 {
                 disc.predict();
-                disc.push(*force);
+                disc.push(force);
             }
-            for (map, _) in maps.iter_mut().zip(&instants).filter(|(_, wanted)| **wanted == instant) {
-                let pressure = disc.nodal_pressure();
-                let at = |place: &[(u32, f64); 4]| {
-                    place.iter().map(|&(node, weight)| weight * pressure[node as usize]).sum::<f64>()
-                };
-                *map = places.iter().map(at).collect();
-            }
+            observe(instant, &disc.nodal_pressure());
         }
-        Ok(maps)
     }
 
     fn on_clock(&self, force: &Series) -> Result<(), FieldSourceError> {
