@@ -11,7 +11,7 @@ use crate::{
     signal::{Dimension, Quantity},
 };
 
-use super::{calibrated::Calibrated, output::print};
+use super::{calibrated::Calibrated, level::level, output::print};
 
 /// Flags of every subcommand: how much is said, on how many threads, from which seed.
 #[derive(Debug, Clone, Default, Args)]
@@ -115,6 +115,9 @@ pub struct SceneArguments {
     /// Rung of the fidelity ladder
     #[arg(long, value_enum, help_heading = "Scene")]
     pub model: Option<ModelChoice>,
+    /// Cheapest model and settings whose error, measured on the built-in scene, is at most this, such as 1%; see `granchain accuracy`
+    #[arg(long, value_name = "LEVEL", value_parser = level, conflicts_with = "model", help_heading = "Scene")]
+    pub accuracy: Option<f64>,
     /// Horn-tip record that drives the piston in place of the scene's own drive
     #[arg(long, value_name = "FILE", help_heading = "Scene")]
     pub drive: Option<PathBuf>,
@@ -179,6 +182,12 @@ pub enum ValueError {
     /// Not `FROM:TO`.
     #[error("expected FROM:TO such as `0us:30us`, found `{found}`")]
     NoWindow {
+        /// The text as given.
+        found: String,
+    },
+    /// No percentage.
+    #[error("expected a level above 0 and below 100 % such as `1%`, found `{found}`")]
+    NoLevel {
         /// The text as given.
         found: String,
     },

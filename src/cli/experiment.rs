@@ -12,6 +12,7 @@ use sha2::{Digest, Sha256};
 use super::{
     arguments::{SceneArguments, usage},
     calibrated::Calibrated,
+    level,
     reading::ReadArguments,
 };
 use crate::{
@@ -157,6 +158,18 @@ impl Experiment {
         }
         overrides.extend(arguments.alpha.map(|alpha| format!("alpha={alpha}")));
         overrides.extend(arguments.model.map(|model| format!("model.kind={}", model.name())));
+        if let Some(level) = arguments.accuracy {
+            // A fit runs the chain and the reduced model; single runs take any.
+            let models: &[ModelKind] = if fitted {
+                &[ModelKind::Chain, ModelKind::Reduced]
+            } else {
+                &[ModelKind::Chain, ModelKind::Reduced, ModelKind::Fea]
+            };
+            let changed = !overrides.is_empty() || !arguments.set.is_empty() || arguments.drive.is_some();
+            let choice = level::choose(&source, level, models, changed)?;
+            overrides.extend(choice.sets);
+            assumptions.push(choice.said);
+        }
         overrides.extend(arguments.set.iter().cloned());
         let keep_duration = overrides.iter().any(|set| sets(set, "duration"));
         let mut experiment = Self { source, overrides, preferred, recorded: None, keep_duration, assumptions };

@@ -4,6 +4,7 @@
 //! Results go to standard output, everything else (progress, notes, errors) to standard error; with `--json` standard
 //! output holds the summary and nothing else. A closed pipe (`granchain … | head`) ends the run quietly.
 
+pub mod accuracy;
 pub mod arguments;
 pub mod calibrate;
 mod calibrated;
@@ -13,6 +14,7 @@ pub mod convert;
 mod experiment;
 pub mod inspect;
 pub mod interrupt;
+mod level;
 pub mod mesh;
 pub mod output;
 pub mod progress;
@@ -91,6 +93,8 @@ enum Command {
     Mesh(mesh::Arguments),
     /// Run a scene by finite elements on several meshes and steps: errors, their order, their cost
     Convergence(convergence::Arguments),
+    /// What accuracy costs: every setting of a scene's ladder with its error and its time
+    Accuracy(accuracy::Arguments),
     /// Whole studies with a page each: the paper's experiment
     Study(study::Arguments),
     /// Hard cases on every model: criterion, what was measured, pass or fail
@@ -113,6 +117,7 @@ impl Command {
             Self::Contact(arguments) => &arguments.session,
             Self::Mesh(arguments) => &arguments.session,
             Self::Convergence(arguments) => &arguments.session,
+            Self::Accuracy(arguments) => &arguments.session,
             Self::Study(arguments) => &arguments.session,
             Self::Stress(arguments) => &arguments.session,
             Self::Scene(arguments) => &arguments.session,
@@ -131,6 +136,7 @@ impl Command {
             Self::Contact(arguments) => contact::execute(arguments),
             Self::Mesh(arguments) => mesh::execute(arguments),
             Self::Convergence(arguments) => convergence::execute(arguments),
+            Self::Accuracy(arguments) => accuracy::execute(arguments),
             Self::Study(arguments) => study::execute(arguments),
             Self::Stress(arguments) => stress::execute(arguments),
             Self::Scene(arguments) => scene::execute(arguments),

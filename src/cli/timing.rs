@@ -14,6 +14,7 @@ pub struct Timing {
     last: Instant,
     stages: Map<String, Value>,
     breakdowns: Map<String, Value>,
+    settings: Option<Value>,
 }
 
 impl Timing {
@@ -21,7 +22,7 @@ impl Timing {
     #[must_use]
     pub fn start() -> Self {
         let now = Instant::now();
-        Self { started: now, last: now, stages: Map::new(), breakdowns: Map::new() }
+        Self { started: now, last: now, stages: Map::new(), breakdowns: Map::new(), settings: None }
     }
 
     /// The stage that ends now; its key gets the unit, `NAME_s`.
@@ -38,6 +39,11 @@ impl Timing {
         self.breakdowns.insert(stage.to_owned(), Value::Object(parts));
     }
 
+    /// What each of many settings took.
+    pub fn settings(&mut self, settings: Value) {
+        self.settings = Some(settings);
+    }
+
     /// What goes into the file.
     #[must_use]
     pub fn to_json(&self) -> Vec<u8> {
@@ -49,6 +55,9 @@ impl Timing {
         });
         if !self.breakdowns.is_empty() {
             timing["breakdown"] = json!(self.breakdowns);
+        }
+        if let Some(settings) = &self.settings {
+            timing["settings"] = settings.clone();
         }
         format!("{timing:#}\n").into_bytes()
     }

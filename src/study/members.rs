@@ -110,7 +110,7 @@ pub fn run<T: Send>(
 ///
 /// Models that know only scenes take no negative gap: an offset that would close a gap further opens it by as much instead. Under
 /// precompression the gaps stay closed.
-fn varied(scene: &Scene, variation: &Variation) -> Scene {
+pub(super) fn varied(scene: &Scene, variation: &Variation) -> Scene {
     let mut scene = scene.clone();
     scene.amplitude_scale = variation.amplitude_scale;
     scene.damping.linear = variation.linear_damping;

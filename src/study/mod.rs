@@ -2,6 +2,7 @@
 //!
 //! A study runs and measures; it prints nothing and draws nothing.
 
+pub mod accuracy;
 mod bodies;
 pub mod chain_length;
 pub mod confirmation;

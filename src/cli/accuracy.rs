@@ -1,0 +1,83 @@
+//! `granchain accuracy`: what every setting of a scene's ladder is worth, and what it takes.
+
+use anyhow::Context;
+use clap::Args;
+
+use super::{
+    Outcome,
+    arguments::{OutputArguments, Session},
+    interrupt::Interrupted,
+    output::OutputFolder,
+    progress, study, summary,
+    timing::Timing,
+};
+use crate::{
+    report::accuracy::{AccuracyReport, text},
+    study::accuracy::{AccuracyError, AccuracyPlan, Study},
+};
+
+/// Arguments of `granchain accuracy`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Built-in scene: rigid, annulus or water; with --full any scene file
+    #[arg(long, value_name = "NAME|FILE", default_value = "rigid", help_heading = "Scene")]
+    pub scene: String,
+    /// Override one key of the scene, only with --full: a plain number is SI, else with its unit; repeatable
+    #[arg(long = "set", value_name = "KEY=VALUE", requires = "full", help_heading = "Scene")]
+    pub set: Vec<String>,
+    /// Compute the references anew and measure the dearest settings too
+    #[arg(long, help_heading = "Study")]
+    pub full: bool,
+    /// Where results go.
+    #[command(flatten)]
+    pub output: OutputArguments,
+    /// Session flags.
+    #[command(flatten)]
+    pub session: Session,
+}
+
+/// Perturbed copies for the chaos floor.
+const MEMBERS: usize = 24;
+
+/// Run it.
+///
+/// # Errors
+/// Whatever is wrong with the scene; a run that fails; a folder that cannot be written; Ctrl-C.
+pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
+    let Arguments { scene, set, full, output, session } = arguments;
+    let mut timing = Timing::start();
+    let mut command_line = format!("granchain accuracy --scene {scene}{}", study::told(&set));
+    if full {
+        command_line.push_str(" --full");
+    }
+    if let Some(seed) = session.seed {
+        command_line.push_str(&format!(" --seed {seed}"));
+    }
+    let plan =
+        AccuracyPlan { scene, sets: set, full, members: MEMBERS, seed: session.seed(), program: summary::program() };
+    let ready = Study::new(plan)?;
+    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
+    timing.stage("read");
+    session.note(format_args!(
+        "about {:.0} s of processor time, to a factor of two; times are measured on one thread",
+        ready.expected_seconds().max(1.0)
+    ));
+    let bar = progress::Bar(progress::work(&session, ready.cost(), "settings"));
+    let outcome = ready.measure(&bar);
+    bar.0.finish_and_clear();
+    let accuracy = match outcome {
+        Err(AccuracyError::Stopped) => return Err(Interrupted.into()),
+        outcome => outcome?,
+    };
+    timing.stage("measure");
+    let report = AccuracyReport { program: summary::program(), command_line, full, accuracy };
+    if let Some(folder) = folder {
+        timing.settings(report.timing());
+        study::write(folder, report.files().context("the report cannot be made")?, timing, &session)?;
+        session.result(text(&report.accuracy), &report.json())?;
+    } else {
+        let note = "Nothing was written; pass --out DIR for the page, the figures and the tables.\n";
+        session.result(format!("{}{note}", text(&report.accuracy)), &report.json())?;
+    }
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,142 @@
+//! What accuracy costs: observed orders, references that have converged, levels that keep their promise.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
+use std::process::{Command, Output};
+
+use granchain::{
+    model,
+    scene::{self, ModelKind},
+    study::{
+        accuracy::{
+            AccuracyError, AccuracyPlan, Study, Watched,
+            ladder::{Ladder, Rung},
+            relative_error,
+            stored::{BEST, OwnErrors, Stored},
+        },
+        members::{Unwatched, Watch},
+    },
+};
+
+const KEPT: [&str; 1] = ["rigid"];
+
+fn plan(scene: &str, full: bool) -> AccuracyPlan {
+    let (sets, program) = (Vec::new(), "granchain".to_owned());
+    AccuracyPlan { scene: scene.into(), sets, full, members: 2, seed: 1, program }
+}
+
+fn line(scene: &str, key: &str) -> OwnErrors {
+    Study::new(plan(scene, true)).unwrap().line(key, &Unwatched).unwrap().unwrap()
+}
+
+fn granchain(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_granchain"));
+    command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR")).args(arguments).output().unwrap()
+}
+
+#[test]
+fn the_order_in_the_step_is_two_and_what_is_kept_is_what_is_found() {
+    let kept = Stored::of("rigid").unwrap();
+    for key in ["chain-step", "reduced-step"] {
+        let own = line("rigid", key);
+        let order = own.order.unwrap();
+        assert!((order - 2.0).abs() < 0.1, "{key}: {order}");
+        let same = kept.own.iter().find(|kept| kept.key == key).unwrap();
+        for (now, then) in own.points.iter().zip(&same.points) {
+            // The last digits depend on the processor's vector unit.
+            assert!((now.error / then.error - 1.0).abs() < 1e-2, "{key}: {now:?} {then:?}");
+        }
+    }
+}
+
+#[test]
+fn the_force_of_a_contact_is_of_second_order_in_the_element_size() {
+    let own = line("rigid", "contact-force");
+    let order = own.order.unwrap();
+    assert!((order - 2.0).abs() < 0.3, "{own:?}");
+    assert!(own.points.windows(2).all(|pair| pair[1].error < pair[0].error), "{own:?}");
+}
+
+#[test]
+fn every_reference_has_converged_to_a_tenth_of_what_is_quoted() {
+    for scene in KEPT {
+        let stored = Stored::of(scene).unwrap();
+        let ladder = Ladder::of(&scene::load(scene, &[]).unwrap());
+        assert_eq!(stored.references[0].key, BEST);
+        for own in stored.own.iter().filter(|own| own.key != "contact-force") {
+            let reference = stored.reference(&own.key).unwrap();
+            for point in own.points.iter().filter(|point| point.quoted) {
+                assert!(reference.change <= 0.1 * point.error, "{scene}, {}: {point:?}", own.key);
+            }
+            assert!(own.points.iter().any(|point| point.quoted), "{scene}: nothing is quoted of {}", own.key);
+        }
+        let measured: Vec<_> = stored.measured.iter().map(|measured| measured.setting.clone()).collect();
+        assert_eq!(measured, ladder.settings(), "{scene}");
+        assert!(stored.measured.iter().any(|measured| measured.error > stored.least_quotable()));
+    }
+}
+
+#[test]
+fn a_model_that_leaves_physics_out_ends_at_a_floor() {
+    let stored = Stored::of("rigid").unwrap();
+    let least = |rung: Rung| {
+        let of = stored.measured.iter().filter(|measured| measured.setting.rung == rung);
+        of.map(|measured| measured.error).fold(f64::INFINITY, f64::min)
+    };
+    // Hertz' half-spaces are a quarter off however small the step; finite bodies are not.
+    assert!(least(Rung::Chain) > 0.2 && least(Rung::FiniteBody) < 0.02 && least(Rung::Reduced) < 0.005);
+}
+
+#[test]
+fn a_level_keeps_what_it_promises() {
+    let stored = Stored::of("rigid").unwrap();
+    let chosen = stored.cheapest_within(0.01, |rung| rung.model() != ModelKind::Fea).unwrap();
+    let sets: Vec<String> = chosen.setting.sets.iter().cloned().chain(["output_step=100 ns".to_owned()]).collect();
+    let response = model::run(&scene::load("rigid", &sets).unwrap(), &mut |_| true).unwrap();
+    let values = Watched::Velocity.values(&response, stored.window_s);
+    let error = relative_error(&values, &stored.reference(BEST).unwrap().values);
+    assert!(error <= 0.01 && (error / chosen.error - 1.0).abs() < 0.05, "{error} {}", chosen.error);
+}
+
+#[test]
+fn replay_takes_a_level_and_says_what_to_expect() {
+    let run = granchain(&["replay", "--scene", "rigid", "--accuracy", "1%", "--set", "duration=20 us", "--json"]);
+    let said = String::from_utf8(run.stderr).unwrap();
+    assert!(run.status.success(), "{said}");
+    for part in ["by --accuracy 1.0 %", "expected error", "was not measured", "expected to take"] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    let summary: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+    let chosen = Stored::of("rigid").unwrap();
+    let chosen = chosen.cheapest_within(0.01, |_| true).unwrap().setting.rung.model().name();
+    assert_eq!(summary["settings"]["model"], chosen, "{}", summary["settings"]);
+}
+
+#[test]
+fn a_level_that_nothing_reaches_is_refused_with_what_is_reached() {
+    let refused = |arguments: &[&str], code: i32, parts: &[&str]| {
+        let run = granchain(arguments);
+        let said = String::from_utf8(run.stderr).unwrap();
+        assert_eq!(run.status.code(), Some(code), "{said}");
+        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+    };
+    refused(&["replay", "--scene", "rigid", "--accuracy", "0.001%"], 1, &["most accurate", "chaos floor"]);
+    refused(&["replay", "--scene", "chain", "--accuracy", "1%"], 2, &["nothing is stored", "rigid"]);
+    refused(&["replay", "--scene", "rigid", "--accuracy", "1%", "--model", "chain"], 2, &["cannot be used with"]);
+    refused(&["replay", "--scene", "rigid", "--accuracy", "150%"], 2, &["below 100 %"]);
+    refused(&["accuracy", "--scene", "chain"], 1, &["--full"]);
+    refused(&["accuracy", "--set", "alpha=0.5"], 2, &["--full"]);
+}
+
+#[test]
+fn a_stopped_study_has_no_outcome() {
+    struct Impatient;
+    impl Watch for Impatient {
+        fn advance(&self, _: u64) {}
+        fn stop(&self) -> bool {
+            true
+        }
+    }
+    let stopped = Study::new(plan("rigid", false)).unwrap().measure(&Impatient);
+    assert!(matches!(stopped, Err(AccuracyError::Stopped)));
+}
