@@ -92,6 +92,7 @@ fn table(record: &Record) -> String {
     let name = match record.recorded {
         RecordedQuantity::Displacement => "displacement_m",
         RecordedQuantity::Velocity => "velocity_m_per_s",
+        RecordedQuantity::Pressure => "pressure_pa",
     };
     let mut text = format!("# converted from: {} (SHA-256 {})\n", record.path.display(), record.sha256);
     // Writing to a String cannot fail.

@@ -28,7 +28,7 @@ pub struct Arguments {
     /// A record (CSV or another export), or a TOML file of published features
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
-    /// What was in front of the laser [default: told from the file's name and units]
+    /// What was recorded where [default: told from the file's name and units]
     #[arg(long, value_enum)]
     pub kind: Option<KindChoice>,
     /// Drive frequency with its unit, such as 73kHz [default: as the file states, else a horn tip's strongest line]
@@ -43,8 +43,13 @@ pub struct Arguments {
 }
 
 const FORM: &str = r#"Form of a record:
-  # bandwidth: 1.5 MHz            comments; bandwidth, delay, trigger, pretrigger, drive frequency are understood
+  # bandwidth: 1.5 MHz            comments; bandwidth, delay, trigger, pretrigger, drive frequency, sensitivity are understood
   time_us,velocity_mm_per_s       header with units; or `Time (us),Velocity [mm/s]`; or a second row of units
+  0.0,0.12
+
+Form of a hydrophone's record:
+  # sensitivity: 250 nV/Pa        or 4 MPa/V; not needed for a column in Pa, kPa, MPa, bar, mbar
+  time_us,hydrophone_mv
   0.0,0.12
 
 Form of a file of published features:
@@ -67,6 +72,8 @@ pub enum KindChoice {
     HornTip,
     /// The far pole of the last bead: velocity
     Vibrometer,
+    /// A point of the water: pressure
+    Hydrophone,
 }
 
 impl From<KindChoice> for RecordKind {
@@ -74,6 +81,7 @@ impl From<KindChoice> for RecordKind {
         match choice {
             KindChoice::HornTip => Self::HornTip,
             KindChoice::Vibrometer => Self::Vibrometer,
+            KindChoice::Hydrophone => Self::Hydrophone,
         }
     }
 }
@@ -100,9 +108,9 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// The drive frequency of the horn-tip record beside a vibrometer record.
+/// The drive frequency of the horn-tip record beside a vibrometer's or hydrophone's record.
 fn horn_frequency(record: &Record) -> Option<f64> {
-    if record.kind != RecordKind::Vibrometer || record.stated_drive_frequency.is_some() {
+    if record.kind == RecordKind::HornTip || record.stated_drive_frequency.is_some() {
         return None;
     }
     let horn = record.path.parent().unwrap_or(Path::new("")).join("horn_tip.csv");
@@ -177,7 +185,7 @@ impl Summary {
             sha256: record.sha256.clone(),
             kind: record.kind,
             recorded: record.recorded,
-            unit: if record.kind == RecordKind::HornTip { "m" } else { "m/s" },
+            unit: record.kind.unit(),
             form: record.form.clone(),
             columns: record.columns.clone(),
             time_column: record.time_column.0.clone(),
@@ -219,10 +227,11 @@ struct Text<'a> {
 impl fmt::Display for Text<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (record, summary) = (self.record, self.summary);
-        let motion = if record.kind == RecordKind::HornTip { Dimension::LENGTH } else { Dimension::VELOCITY };
+        let motion = record.kind.dimension();
         let recorded = match record.recorded {
             RecordedQuantity::Displacement => Dimension::LENGTH,
             RecordedQuantity::Velocity => Dimension::VELOCITY,
+            RecordedQuantity::Pressure => Dimension::PRESSURE,
         };
         let hertz = |value| shown(value, Dimension::FREQUENCY);
         let row = |f: &mut fmt::Formatter<'_>, name: &str, text: String| writeln!(f, "  {name:<18}{text}");

@@ -51,10 +51,10 @@ pub struct ReadArguments {
     /// Sample rate of a file without a column of time, such as 5MHz
     #[arg(long, value_name = "QUANTITY", value_parser = frequency, help_heading = "Reading")]
     pub sample_rate: Option<f64>,
-    /// Sensitivity of the decoder, for a column in volts: '100 mm/s/V', '2 um/V'
+    /// Sensitivity of decoder or hydrophone, for a column in volts: '100 mm/s/V', '2 um/V', '250 nV/Pa', '20 kPa/V'
     #[arg(long, value_name = "QUANTITY", value_parser = sensitivity, help_heading = "Reading")]
     pub scale: Option<Sensitivity>,
-    /// Full-scale value of the decoder, such as 1m/s, or 10V with --scale
+    /// Full-scale value of decoder or hydrophone, such as 1m/s or 2MPa, or 10V with --scale
     #[arg(long, value_name = "QUANTITY", value_parser = range, help_heading = "Reading")]
     pub range: Option<Quantity>,
     /// Interpolate uneven samples onto an even grid
@@ -125,8 +125,11 @@ fn time_unit(text: &str) -> Result<String, UnitError> {
 fn motion_unit(text: &str) -> Result<String, UnitError> {
     match Unit::parse(text)?.dimension {
         // Volts without --scale are refused where the record is read.
-        Dimension::VELOCITY | Dimension::LENGTH | Dimension::VOLTAGE => Ok(text.into()),
-        found => Err(UnitError::Dimension { expected: "a velocity such as `mm/s` or a length such as `um`", found }),
+        Dimension::VELOCITY | Dimension::LENGTH | Dimension::PRESSURE | Dimension::VOLTAGE => Ok(text.into()),
+        found => Err(UnitError::Dimension {
+            expected: "a velocity such as `mm/s`, a length such as `um` or a pressure such as `kPa`",
+            found,
+        }),
     }
 }
 
@@ -137,8 +140,10 @@ fn sensitivity(text: &str) -> Result<Sensitivity, SensitivityError> {
 fn range(text: &str) -> Result<Quantity, UnitError> {
     let quantity = Quantity::parse(text)?;
     match quantity.dimension {
-        Dimension::VELOCITY | Dimension::LENGTH | Dimension::VOLTAGE if quantity.value > 0.0 => Ok(quantity),
-        Dimension::VELOCITY | Dimension::LENGTH | Dimension::VOLTAGE => {
+        Dimension::VELOCITY | Dimension::LENGTH | Dimension::PRESSURE | Dimension::VOLTAGE if quantity.value > 0.0 => {
+            Ok(quantity)
+        }
+        Dimension::VELOCITY | Dimension::LENGTH | Dimension::PRESSURE | Dimension::VOLTAGE => {
             Err(UnitError::NotPositive { found: text.into() })
         }
         found => Err(UnitError::Dimension { expected: "a range such as `1 m/s`, `50 um` or `10 V`", found }),

@@ -107,21 +107,20 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     record.check_sampling(frequency)?;
     let (window, window_from) = window(&record, drive.as_ref(), frequency, (from, to))?;
 
-    let unit = if record.kind == RecordKind::HornTip { "m" } else { "m/s" };
     let settings = FeatureSettings {
         drive_frequency: frequency,
         window: Some(window),
         noise_rms: if ours { 0.0 } else { record.noise_rms },
         noise_bandwidth: record.bandwidth,
         band: None,
-        unit: unit.to_owned(),
+        unit: record.kind.unit().to_owned(),
     };
     let features =
         measure(&record.series, &settings).with_context(|| format!("{}: nothing to measure", file.display()))?;
     let summary = Summary {
         file: file.display().to_string(),
         sha256: record.sha256.clone(),
-        quantity: if record.kind == RecordKind::HornTip { "displacement" } else { "velocity" },
+        quantity: record.kind.quantity(),
         drive_frequency_from: frequency_from,
         window_from,
         features,

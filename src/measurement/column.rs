@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::signal::{Dimension, QuantityError, Unit};
 
-use super::{MeasurementError, Place, ReadOptions, RecordKind};
+use super::{MeasurementError, Place, ReadOptions, RecordKind, Sensitivity};
 
 /// A column as its header (and a units row, if there is one) describes it.
 #[derive(Debug, Clone, PartialEq)]
@@ -97,6 +97,22 @@ impl Column {
 
 const TIME_NAMES: [&str; 5] = ["time", "t", "times", "zeit", "seconds"];
 const MOTION_NAMES: [&str; 10] = ["velocity", "vel", "v", "speed", "vib", "displacement", "disp", "u", "x", "position"];
+const PRESSURE_NAMES: [&str; 6] = ["pressure", "p", "hydrophone", "sound pressure", "acoustic pressure", "druck"];
+
+fn names(kind: RecordKind) -> &'static [&'static str] {
+    match kind {
+        RecordKind::HornTip | RecordKind::Vibrometer => &MOTION_NAMES,
+        RecordKind::Hydrophone => &PRESSURE_NAMES,
+    }
+}
+
+/// A header of a column of this kind with its unit.
+fn example(kind: RecordKind) -> &'static str {
+    match kind {
+        RecordKind::HornTip | RecordKind::Vibrometer => "velocity_mm_per_s",
+        RecordKind::Hydrophone => "pressure_kpa",
+    }
+}
 
 /// The columns to read, with their units in SI.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,14 +121,14 @@ pub(super) struct Chosen {
     pub time: Option<usize>,
     pub value: usize,
     pub time_factor: f64,
-    /// Unit of the motion.
+    /// Unit of the recorded quantity.
     pub value_unit: Unit,
-    /// Unit of the volts that `--scale` made a motion.
-    pub volts: Option<Unit>,
+    /// Unit of the volts that a sensitivity made that quantity, and the sensitivity.
+    pub volts: Option<(Unit, Sensitivity)>,
 }
 
 /// Find the column of time and that of the recorded quantity. Units given by flags are written into `columns`. Rows whose
-/// instants are known (`timed`) need no column of time.
+/// instants are known (`timed`) need no column of time. A sensitivity that the file states counts for a column in volts unless the options have one.
 pub(super) fn choose(
     path: &Path,
     line: u64,
@@ -120,6 +136,7 @@ pub(super) fn choose(
     kind: RecordKind,
     options: &ReadOptions,
     timed: bool,
+    stated: Option<Sensitivity>,
 ) -> Result<Chosen, MeasurementError> {
     let headers = || columns.iter().map(|column| column.header.clone()).collect::<Vec<_>>();
     let header_line = || Place::line(path, line);
@@ -158,7 +175,7 @@ pub(super) fn choose(
     }
     let value = match &options.column {
         Some(wanted) => find(path, line, columns, wanted, "--column")?,
-        None => choose_value(path, line, columns, time, kind, options)?,
+        None => choose_value(path, line, columns, time, kind, options, stated)?,
     };
     if let Some(unit) = &options.unit {
         columns[value].override_unit(unit);
@@ -169,41 +186,52 @@ pub(super) fn choose(
         Some(time) => {
             let unit = unit_of(path, line, &columns[time], "time_s", "--time-unit")?;
             if unit.dimension != Dimension::TIME {
-                return Err(wrong(path, line, &columns[time], unit, "a time", "--time-column"));
+                return Err(wrong(path, line, &columns[time], unit, ("a time", kind), "--time-column"));
             }
             unit.factor
         }
     };
     let column = &mut columns[value];
     if options.scale.is_some() && column.unit.is_none() {
-        // A sensitivity is motion a volt: what it is given for is in volts.
+        // A sensitivity is for volts: what it is given for is in volts.
         column.override_unit("V");
     }
-    let mut value_unit = unit_of(path, line, column, "velocity_mm_per_s", "--unit")?;
-    let volts = (value_unit.dimension == Dimension::VOLTAGE).then_some(value_unit);
-    value_unit = match (volts, options.scale) {
-        (Some(volts), Some(scale)) => scale.unit_of_motion(volts),
-        (None, Some(_)) => {
-            return Err(MeasurementError::ScaleWithoutVolts {
-                place: Place::cell(path, line, &column.header),
-                unit: column.unit_text.clone().unwrap_or_default(),
-            });
-        }
-        (_, None) => value_unit,
-    };
+    let mut value_unit = unit_of(path, line, column, example(kind), "--unit")?;
+    let is_volts = value_unit.dimension == Dimension::VOLTAGE;
+    if options.scale.is_some() && !is_volts {
+        return Err(MeasurementError::ScaleWithoutVolts {
+            place: Place::cell(path, line, &column.header),
+            unit: column.unit_text.clone().unwrap_or_default(),
+        });
+    }
+    let volts = options.scale.or(stated).filter(|_| is_volts).map(|scale| (value_unit, scale));
+    if let Some((volts, scale)) = volts {
+        value_unit = scale.unit_of(volts);
+    }
     match (value_unit.dimension, kind) {
-        (Dimension::VELOCITY, _) | (Dimension::LENGTH, RecordKind::HornTip) => {}
+        (Dimension::VELOCITY, RecordKind::Vibrometer | RecordKind::HornTip)
+        | (Dimension::LENGTH, RecordKind::HornTip)
+        | (Dimension::PRESSURE, RecordKind::Hydrophone) => {}
         (Dimension::VOLTAGE, _) => {
             return Err(MeasurementError::Volts {
                 place: Place::cell(path, line, &column.header),
+                kind,
                 unit: column.unit_text.clone().unwrap_or_default(),
             });
         }
+        (found, _) if volts.is_some() => {
+            let scale = volts.map_or_else(String::new, |(_, scale)| scale.to_string());
+            let place = Place::cell(path, line, &column.header);
+            return Err(MeasurementError::WrongSensitivity { place, kind, scale, found });
+        }
         (_, RecordKind::HornTip) => {
-            return Err(wrong(path, line, column, value_unit, "a displacement or a velocity", "--column"));
+            return Err(wrong(path, line, column, value_unit, ("a displacement or a velocity", kind), "--column"));
         }
         (_, RecordKind::Vibrometer) => {
-            return Err(wrong(path, line, column, value_unit, "a velocity", "--column"));
+            return Err(wrong(path, line, column, value_unit, ("a velocity", kind), "--column"));
+        }
+        (_, RecordKind::Hydrophone) => {
+            return Err(wrong(path, line, column, value_unit, ("a pressure", kind), "--column"));
         }
     }
     Ok(Chosen { time, value, time_factor, value_unit, volts })
@@ -216,28 +244,30 @@ fn choose_value(
     time: Option<usize>,
     kind: RecordKind,
     options: &ReadOptions,
+    stated: Option<Sensitivity>,
 ) -> Result<usize, MeasurementError> {
     let others = |accept: &dyn Fn(&Column) -> bool| -> Vec<usize> {
         positions(columns, accept).into_iter().filter(|&i| Some(i) != time).collect()
     };
     let fits = |column: &Column| match column.dimension() {
-        Some(Dimension::VELOCITY) => true,
+        Some(Dimension::VELOCITY) => kind != RecordKind::Hydrophone,
         Some(Dimension::LENGTH) => kind == RecordKind::HornTip,
+        Some(Dimension::PRESSURE) => kind == RecordKind::Hydrophone,
         _ => false,
     };
     let mut found = others(&fits);
     if found.is_empty() {
         // Nothing has a fitting unit: what has none yet, by name if names help.
-        found = others(&|column| column.unit.is_none() && column.is_named(&MOTION_NAMES));
+        found = others(&|column| column.unit.is_none() && column.is_named(names(kind)));
     }
-    if found.is_empty() && options.scale.is_some() {
+    if found.is_empty() && (options.scale.is_some() || stated.is_some()) {
         found = others(&|column| column.dimension() == Some(Dimension::VOLTAGE));
     }
     if found.is_empty() && (options.unit.is_some() || options.scale.is_some()) {
         found = others(&|column| column.unit.is_none());
     }
     if found.is_empty() {
-        found = others(&|column| column.unit.as_ref().is_some_and(Result::is_err) && column.is_named(&MOTION_NAMES));
+        found = others(&|column| column.unit.as_ref().is_some_and(Result::is_err) && column.is_named(names(kind)));
     }
     if found.is_empty() {
         found = others(&|column| column.dimension() == Some(Dimension::VOLTAGE));
@@ -313,7 +343,7 @@ fn wrong(
     line: u64,
     column: &Column,
     unit: Unit,
-    expected: &'static str,
+    (expected, kind): (&'static str, RecordKind),
     flag: &'static str,
 ) -> MeasurementError {
     MeasurementError::WrongQuantity {
@@ -322,6 +352,7 @@ fn wrong(
         unit: column.unit_text.clone().unwrap_or_default(),
         actual: unit.dimension,
         flag,
+        kind,
     }
 }
 

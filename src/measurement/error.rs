@@ -1,59 +1,12 @@
 //! Why a record cannot be used: where, what was expected, what was found, what to do.
 
-use std::{
-    fmt,
-    path::{Path, PathBuf},
-};
+use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::signal::{Dimension, QuantityError};
+use crate::signal::{Dimension, Quantity, QuantityError};
 
-use super::{DecimalSign, RecordKind, UniversalError};
-
-/// A file, and the line and column in it where they are known.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Place {
-    /// The file.
-    pub path: PathBuf,
-    /// Line, from 1.
-    pub line: Option<u64>,
-    /// Header of the column, as written.
-    pub column: Option<String>,
-}
-
-impl Place {
-    /// Somewhere in a file.
-    #[must_use]
-    pub fn file(path: &Path) -> Self {
-        Self { path: path.into(), line: None, column: None }
-    }
-
-    /// A line of a file.
-    #[must_use]
-    pub fn line(path: &Path, line: u64) -> Self {
-        Self { path: path.into(), line: Some(line), column: None }
-    }
-
-    /// A column in a line of a file.
-    #[must_use]
-    pub fn cell(path: &Path, line: u64, column: &str) -> Self {
-        Self { path: path.into(), line: Some(line), column: Some(column.into()) }
-    }
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.path.display())?;
-        if let Some(line) = self.line {
-            write!(f, ":{line}")?;
-        }
-        match &self.column {
-            Some(column) => write!(f, ": column `{column}`"),
-            None => Ok(()),
-        }
-    }
-}
+use super::{DecimalSign, Place, RecordKind, UniversalError};
 
 fn listed(names: &[String]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
@@ -63,6 +16,36 @@ fn wanted(kind: RecordKind) -> &'static str {
     match kind {
         RecordKind::HornTip => "a displacement such as `displacement_um` or a velocity such as `velocity_mm_per_s`",
         RecordKind::Vibrometer => "a velocity such as `velocity_mm_per_s`",
+        RecordKind::Hydrophone => {
+            "a pressure such as `pressure_kpa`, or volts such as `hydrophone_mv` with the hydrophone's sensitivity"
+        }
+    }
+}
+
+/// How a sensitivity of this kind is written, and what it belongs to.
+fn sensitivity(kind: RecordKind) -> (&'static str, &'static str) {
+    match kind {
+        RecordKind::HornTip => {
+            ("a velocity or a displacement", "the decoder's sensitivity; pass it as --scale '125 mm/s/V' or '2 um/V'")
+        }
+        RecordKind::Vibrometer => ("a velocity", "the decoder's sensitivity; pass it as --scale '125 mm/s/V'"),
+        RecordKind::Hydrophone => (
+            "a pressure",
+            "the hydrophone's sensitivity; pass it as --scale '250 nV/Pa' or '4 MPa/V', or write `# sensitivity: 250 nV/Pa` into the file",
+        ),
+    }
+}
+
+/// What else may be meant by a quantity that a record of this kind does not have.
+fn other_record(kind: RecordKind, found: Dimension) -> &'static str {
+    match (kind, found) {
+        (RecordKind::Vibrometer, Dimension::PRESSURE) => {
+            "; a hydrophone's record is calibrated on with --quantity pressure, and inspected with --kind hydrophone"
+        }
+        (RecordKind::Hydrophone, Dimension::VELOCITY) => {
+            "; a vibrometer's record is calibrated on without --quantity pressure"
+        }
+        _ => "",
     }
 }
 
@@ -350,7 +333,7 @@ pub enum MeasurementError {
         source: QuantityError,
     },
     /// A unit of something else.
-    #[error("{place}: expected {expected}, found the unit `{unit}`{}; name another column with {flag}, or correct the unit", actual.name().map(|name| format!(" of {name}")).unwrap_or_default())]
+    #[error("{place}: expected {expected}, found the unit `{unit}`{}; name another column with {flag}, or correct the unit{}", actual.name().map(|name| format!(" of {name}")).unwrap_or_default(), other_record(*kind, *actual))]
     WrongQuantity {
         /// Which column.
         place: Place,
@@ -362,17 +345,47 @@ pub enum MeasurementError {
         actual: Dimension,
         /// The flag that chooses the column.
         flag: &'static str,
+        /// Kind of record.
+        kind: RecordKind,
     },
-    /// A voltage says nothing about the motion.
-    #[error(
-        "{place}: expected a velocity or a displacement, found volts (`{unit}`), which need the decoder's sensitivity; \
-         pass it as --scale '125 mm/s/V'"
-    )]
+    /// A voltage says nothing about the recorded quantity.
+    #[error("{place}: expected {}, found volts (`{unit}`), which need {}", sensitivity(*kind).0, sensitivity(*kind).1)]
     Volts {
         /// Which column.
         place: Place,
+        /// Kind of record.
+        kind: RecordKind,
         /// The unit as written.
         unit: String,
+    },
+    /// A sensitivity for another quantity than the record's.
+    #[error(
+        "{place}: a {} record is {}, and the sensitivity {scale} makes volts {}; volts of this record need {}{}",
+        kind.name(), sensitivity(*kind).0, found.describe(), sensitivity(*kind).1, other_record(*kind, *found)
+    )]
+    WrongSensitivity {
+        /// Which column.
+        place: Place,
+        /// Kind of record.
+        kind: RecordKind,
+        /// The sensitivity.
+        scale: String,
+        /// What it makes of volts.
+        found: Dimension,
+    },
+    /// A pressure that no ultrasound in water has.
+    #[error(
+        "{}: expected the peak of a hydrophone's record between 1 mPa and 1 GPa, found {} ({from}); correct the unit or the sensitivity: \
+         hydrophones have 1 nV/Pa to 10 mV/Pa, with their amplifier",
+        path.display(), Quantity::new(*peak, Dimension::PRESSURE)
+    )]
+    AbsurdPressure {
+        /// The file.
+        path: PathBuf,
+        /// Largest pressure, Pa.
+        peak: f64,
+        /// What made it a pressure.
+        from: String,
     },
     /// A row with fewer or more cells than the header.
     #[error(

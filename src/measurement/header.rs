@@ -1,5 +1,6 @@
 //! What comment lines such as `# bandwidth: 1.5 MHz` plainly state.
 
+use super::Sensitivity;
 use crate::signal::{Dimension, Quantity};
 
 /// Values that a file's comments state about itself.
@@ -15,8 +16,19 @@ pub(super) struct Stated {
     pub pretrigger: Option<f64>,
     /// Drive frequency, Hz.
     pub drive_frequency: Option<f64>,
+    /// Sensitivity of the decoder or hydrophone.
+    pub sensitivity: Option<Sensitivity>,
     /// Comments whose key is known and whose value is not understood.
     pub puzzling: Vec<String>,
+}
+
+/// Keys of a sensitivity.
+const SENSITIVITIES: [&str; 5] =
+    ["sensitivity", "scale", "hydrophone_sensitivity", "decoder_sensitivity", "vibrometer_sensitivity"];
+
+/// The quantity without the remark that may follow it: `1.5 MHz (invented)`, `1.5 MHz, −6 dB`.
+fn plain(text: &str) -> &str {
+    text.split([',', ';']).next().unwrap_or_default().split(" (").next().unwrap_or_default().trim()
 }
 
 /// Read `key: value` or `key = value` comments. The unit stands behind the value or, after an underscore, in the key
@@ -26,6 +38,13 @@ pub(super) fn stated(comments: &[String]) -> Stated {
     for comment in comments {
         let Some((key, value)) = comment.split_once(':').or_else(|| comment.split_once('=')) else { continue };
         let key: String = key.trim().to_lowercase().replace([' ', '-'], "_");
+        if SENSITIVITIES.contains(&key.as_str()) {
+            match Sensitivity::parse(plain(value)) {
+                Ok(sensitivity) => stated.sensitivity = Some(sensitivity),
+                Err(_) => stated.puzzling.push(comment.clone()),
+            }
+            continue;
+        }
         for (names, dimension, target) in [
             (
                 &["bandwidth", "decoder_bandwidth", "vibrometer_bandwidth"][..],
@@ -52,9 +71,7 @@ pub(super) fn stated(comments: &[String]) -> Stated {
                 // Another word that begins alike.
                 _ => continue,
             };
-            // A remark may follow the quantity: `1.5 MHz (invented)`, `1.5 MHz, −6 dB`.
-            let plain = text.split([',', ';', '(']).next().unwrap_or_default();
-            match Quantity::parse_as(plain, dimension) {
+            match Quantity::parse_as(plain(&text), dimension) {
                 Ok(value) => *target = Some(value),
                 Err(_) => stated.puzzling.push(comment.clone()),
             }
@@ -78,6 +95,7 @@ mod tests {
             "pretrigger: a while",
             "drive frequency: 73 kHz, nominal",
             "delayed until: Tuesday",
+            "hydrophone sensitivity: 250 nV/Pa (at 1 MHz, certificate of 2019)",
         ]
         .map(String::from)
         .into();
@@ -87,6 +105,7 @@ mod tests {
         assert_eq!(stated.trigger, Some(12e-6));
         assert_eq!(stated.drive_frequency, Some(73e3));
         assert_eq!(stated.pretrigger, None);
+        assert_eq!(stated.sensitivity, Sensitivity::parse("4 MPa/V").ok());
         assert_eq!(stated.puzzling, ["pretrigger: a while"]);
     }
 }

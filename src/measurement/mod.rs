@@ -1,4 +1,4 @@
-//! What the lab recorded: the one reader of tables and universal files, horn-tip and vibrometer records, published features.
+//! What the lab recorded: the one reader of tables and universal files, records of horn tip, vibrometer and hydrophone, published features.
 //!
 //! ```text
 //! file ─ text ─ dialect ─ columns ─ even grid ─ sign, baseline ─ [integration] ─ t = 0 at the trigger, less the decoder's delay ─ Record
@@ -18,6 +18,7 @@ mod header;
 mod line;
 mod notes;
 mod options;
+mod place;
 mod preamble;
 mod published;
 mod read;
@@ -29,8 +30,9 @@ mod universal;
 
 pub use decimal::DecimalSign;
 pub use dialect::Delimiter;
-pub use error::{MeasurementError, Place};
+pub use error::MeasurementError;
 pub use options::{Baseline, Missing, ReadOptions, RecordKind};
+pub use place::Place;
 pub use published::{PublishedCase, PublishedError, PublishedFeature, PublishedFeatures, Statement};
 pub use read::{inspect_record, read_record, read_record_bytes};
 pub use record::{Record, RecordedQuantity};

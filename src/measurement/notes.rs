@@ -69,10 +69,11 @@ impl Notes {
                 self.warnings.extend(form.warnings.iter().cloned());
             }
         }
-        if let (Some(volts), Some(scale)) = (table.chosen.volts, options.scale) {
+        if let Some((volts, scale)) = table.chosen.volts {
             let name = &table.columns[table.chosen.value].header;
-            self.assume(format!("`{name}` in volts × {scale} (--scale); volts of the file × {}", volts.factor));
-            if options.range.is_none() {
+            let from = if options.scale.is_some() { "--scale" } else { "the header" };
+            self.assume(format!("`{name}` in volts × {scale} ({from}); volts of the file × {}", volts.factor));
+            if options.range.is_none() && scale.dimension() != Dimension::PRESSURE {
                 self.assume(
                     "the decoder's full-scale value is not stated (--range): overload shows as flat peaks only".into(),
                 );
@@ -169,8 +170,8 @@ impl Notes {
     ) -> Result<(), MeasurementError> {
         let Some(range) = options.range else { return Ok(()) };
         let motion = table.chosen.value_unit.dimension;
-        let full = match options.scale {
-            Some(scale) if range.dimension == Dimension::VOLTAGE => range.value * scale.per_volt(),
+        let full = match table.chosen.volts {
+            Some((_, scale)) if range.dimension == Dimension::VOLTAGE => range.value * scale.per_volt(),
             _ if range.dimension == motion => range.value,
             _ => return Err(MeasurementError::WrongRange { path: path.into(), found: range.to_string() }),
         };

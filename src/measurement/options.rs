@@ -4,7 +4,7 @@ use crate::signal::Quantity;
 
 use super::{DecimalSign, Delimiter, Sensitivity};
 
-/// What was in front of the laser.
+/// What was recorded where.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RecordKind {
@@ -12,6 +12,8 @@ pub enum RecordKind {
     HornTip,
     /// The far pole of the last bead: velocity.
     Vibrometer,
+    /// A point of the water: pressure about the ambient one.
+    Hydrophone,
 }
 
 impl RecordKind {
@@ -21,6 +23,7 @@ impl RecordKind {
         match self {
             Self::HornTip => "horn-tip",
             Self::Vibrometer => "vibrometer",
+            Self::Hydrophone => "hydrophone",
         }
     }
 }
@@ -84,7 +87,7 @@ pub struct ReadOptions {
     pub decimal: Option<DecimalSign>,
     /// Samples a second (Hz) of a file without a column of time; its first sample is at 0.
     pub sample_rate: Option<f64>,
-    /// Sensitivity of the decoder, for a column in volts.
+    /// Sensitivity of the decoder or hydrophone, for a column in volts; overrides the file.
     pub scale: Option<Sensitivity>,
     /// Full-scale value of the decoder: velocity, length or, with a sensitivity, volts.
     pub range: Option<Quantity>,

@@ -8,10 +8,10 @@ use std::{
 
 use sha2::{Digest, Sha256};
 
-use crate::signal::{Dimension, integral};
+use crate::signal::{Dimension, Series, Unit, integral};
 
 use super::{
-    Baseline, MeasurementError, ReadOptions, Record, RecordKind, RecordedQuantity,
+    Baseline, MeasurementError, ReadOptions, Record, RecordKind, RecordedQuantity, Sensitivity,
     baseline::{FEWEST_PERIODS, FEWEST_QUIET, mean_and_rms, plateau_mean, quiet_lead, without_drift},
     header, line,
     notes::{Notes, hertz, written},
@@ -27,7 +27,7 @@ pub fn read_record(path: &Path, kind: RecordKind, options: &ReadOptions) -> Resu
 }
 
 /// Read a record whose kind is told from its name and its units: `horn`, `tip` or `drive` in the file name, or a displacement
-/// and no velocity, make a horn-tip record.
+/// and no velocity, make a horn-tip record; `hydrophone` or `pressure`, or a pressure and no motion, a hydrophone's.
 ///
 /// # Errors
 /// [`MeasurementError`] with file, line and column.
@@ -110,6 +110,7 @@ pub fn read_record_bytes(
     (table.times, table.lines) = (Vec::new(), Vec::new());
     let recorded = match table.chosen.value_unit.dimension {
         Dimension::LENGTH => RecordedQuantity::Displacement,
+        Dimension::PRESSURE => RecordedQuantity::Pressure,
         _ => RecordedQuantity::Velocity,
     };
 
@@ -195,10 +196,14 @@ pub fn read_record_bytes(
         }
     };
     let sign = if options.invert { -1.0 } else { 1.0 };
+    let positive = match kind {
+        RecordKind::Hydrophone => "above the ambient pressure",
+        RecordKind::HornTip | RecordKind::Vibrometer => "from piston to support",
+    };
     notes.assume(if options.invert {
-        "sign turned (--invert): the file's negative is positive, from piston to support".into()
+        format!("sign turned (--invert): the file's negative is positive, {positive}")
     } else {
-        "sign as in the file: positive from piston to support".into()
+        format!("sign as in the file: positive {positive}")
     });
 
     let mut series = raw.map(|x| sign * (x - baseline));
@@ -212,6 +217,9 @@ pub fn read_record_bytes(
         ));
     }
     series.start = start - trigger - delay;
+    if kind == RecordKind::Hydrophone {
+        refuse_absurd_pressure(path, &series, table.chosen.volts)?;
+    }
     let noise_rms = mean_and_rms(&series.values[..pretrigger]).1;
     notes.about_clipping(&raw);
     if kind == RecordKind::HornTip {
@@ -262,6 +270,26 @@ pub fn read_record_bytes(
         }
     }
     Ok(record)
+}
+
+/// Least and largest peak of a hydrophone's record, Pa: below thermal noise, and far above the strongest shock waves of lithotripters (100 MPa).
+const PRESSURES: (f64, f64) = (1e-3, 1e9);
+
+fn refuse_absurd_pressure(
+    path: &Path,
+    series: &Series,
+    volts: Option<(Unit, Sensitivity)>,
+) -> Result<(), MeasurementError> {
+    let peak = series.peak();
+    if peak == 0.0 || (PRESSURES.0..=PRESSURES.1).contains(&peak) {
+        return Ok(());
+    }
+    let from = match volts {
+        Some((volts, scale)) => format!("volts of the file × {} at {scale}", volts.factor),
+        None => "by the unit of its column".to_owned(),
+    };
+    let peak = format!("{peak:.2e}").parse().unwrap_or(peak);
+    Err(MeasurementError::AbsurdPressure { path: path.into(), peak, from })
 }
 
 /// The extension of a file in Polytec's own binary form.

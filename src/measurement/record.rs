@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::signal::{Series, low_pass};
+use crate::signal::{Dimension, Series, low_pass};
 
 use super::{MeasurementError, ReadOptions, RecordKind, line};
 
@@ -14,6 +14,8 @@ pub enum RecordedQuantity {
     Displacement,
     /// Velocity, m/s.
     Velocity,
+    /// Pressure about the ambient one, Pa.
+    Pressure,
 }
 
 impl RecordedQuantity {
@@ -23,22 +25,23 @@ impl RecordedQuantity {
         match self {
             Self::Displacement => "m",
             Self::Velocity => "m/s",
+            Self::Pressure => "Pa",
         }
     }
 }
 
-/// One record, in SI, positive from piston to support, with what was understood and assumed.
+/// One record, in SI, motion positive from piston to support, pressure positive above the ambient one, with what was understood and assumed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
     /// The file.
     pub path: PathBuf,
     /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
-    /// What was in front of the laser.
+    /// What was recorded where.
     pub kind: RecordKind,
     /// What the column held; a horn tip's velocity has been integrated.
     pub recorded: RecordedQuantity,
-    /// Displacement (m) of a horn tip, velocity (m/s) of a bead; sign and baseline done, t = 0 at the trigger, the decoder's
+    /// Displacement (m) of a horn tip, velocity (m/s) of a bead, pressure (Pa) of a hydrophone; sign and baseline done, t = 0 at the trigger, the decoder's
     /// delay removed.
     pub series: Series,
     /// The recorded quantity as it stands in the file, SI, on the file's own time axis.
@@ -84,14 +87,46 @@ const FADE_CYCLES: f64 = 2.0;
 /// Default cutoff of a drive, in drive frequencies.
 const DRIVE_CUTOFF: f64 = 10.0;
 
+impl RecordKind {
+    /// SI unit of [`Record::series`] of this kind.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::HornTip => "m",
+            Self::Vibrometer => "m/s",
+            Self::Hydrophone => "Pa",
+        }
+    }
+
+    /// What that series is.
+    #[must_use]
+    pub fn quantity(self) -> &'static str {
+        match self {
+            Self::HornTip => "displacement",
+            Self::Vibrometer => "velocity",
+            Self::Hydrophone => "pressure",
+        }
+    }
+
+    /// Its dimension.
+    #[must_use]
+    pub fn dimension(self) -> Dimension {
+        match self {
+            Self::HornTip => Dimension::LENGTH,
+            Self::Vibrometer => Dimension::VELOCITY,
+            Self::Hydrophone => Dimension::PRESSURE,
+        }
+    }
+}
+
 impl Record {
     /// The drive frequency f0, Hz: as stated by the options or the file, else the strongest line of a horn-tip record. `None`
-    /// for a vibrometer record that does not state it: its strongest line may well be a subharmonic.
+    /// for any other record that does not state it: its strongest line may well be a subharmonic.
     #[must_use]
     pub fn drive_frequency(&self) -> Option<f64> {
         self.stated_drive_frequency.or_else(|| match self.kind {
             RecordKind::HornTip => self.strongest_line(),
-            RecordKind::Vibrometer => None,
+            RecordKind::Vibrometer | RecordKind::Hydrophone => None,
         })
     }
 

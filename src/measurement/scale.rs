@@ -1,14 +1,18 @@
-//! The sensitivity of a decoder: volts → velocity or displacement.
+//! The sensitivity of a decoder or a hydrophone: volts → velocity, displacement or pressure.
 
 use crate::signal::{Dimension, Quantity, Unit};
 
-/// Velocity or displacement for one volt.
+/// Least and largest sensitivity of a hydrophone with its amplifier, V/Pa: needles of 40 µm have some 10 nV/Pa, the largest hydrophones of
+/// underwater sound 2 mV/Pa, an amplifier adds up to 60 dB.
+const HYDROPHONE: (f64, f64) = (1e-10, 10.0);
+
+/// Velocity, displacement or pressure for one volt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensitivity {
-    /// Motion a volt, m/s/V or m/V; the sign turns nothing, so it is positive.
+    /// Of the quantity a volt, m/s/V, m/V or Pa/V; the sign turns nothing, so it is positive.
     per_volt: f64,
-    /// What it is a sensitivity for: velocity or length.
-    motion: Dimension,
+    /// What it is a sensitivity for: velocity, length or pressure.
+    dimension: Dimension,
 }
 
 /// Why a text is no sensitivity.
@@ -20,8 +24,8 @@ pub enum SensitivityError {
     Quantity(#[from] crate::signal::QuantityError),
     /// A quantity of something else.
     #[error(
-        "expected a sensitivity such as `100 mm/s/V` or `2 um/V`, found `{found}`; a decoder's range such as \
-         `100 mm/s/V` stands on its front panel"
+        "expected a sensitivity such as `100 mm/s/V`, `2 um/V`, `20 kPa/V` or `250 nV/Pa`, found `{found}`; a decoder's range such as \
+         `100 mm/s/V` stands on its front panel, a hydrophone's on its calibration certificate"
     )]
     Dimension {
         /// The text.
@@ -33,57 +37,90 @@ pub enum SensitivityError {
         /// The text.
         found: String,
     },
+    /// No hydrophone.
+    #[error(
+        "expected a hydrophone's sensitivity between {} and {}, found `{found}`, which is {}: {} a volt; check the prefixes",
+        volts_a_pascal(HYDROPHONE.0), volts_a_pascal(HYDROPHONE.1), volts_a_pascal(1.0 / per_volt), Quantity::new(*per_volt, Dimension::PRESSURE)
+    )]
+    NoHydrophone {
+        /// The text.
+        found: String,
+        /// Pressure a volt, Pa/V.
+        per_volt: f64,
+    },
+}
+
+fn volts_a_pascal(sensitivity: f64) -> String {
+    // Three digits: an inverse has sixteen.
+    let rounded = format!("{sensitivity:.2e}").parse().unwrap_or(sensitivity);
+    format!("{}/Pa", Quantity::new(rounded, Dimension::VOLTAGE))
 }
 
 impl Sensitivity {
-    /// Read `100 mm/s/V`, `2 um/V`, `0.5 (mm/s)/mV`.
+    /// Read `100 mm/s/V`, `2 um/V`, `0.5 (mm/s)/mV`, `20 kPa/V`; or a hydrophone's customary form, volts for a pressure: `250 nV/Pa`,
+    /// `50 mV/MPa`.
     ///
     /// ```
     /// use granchain::{measurement::Sensitivity, signal::{Dimension, Unit}};
     /// let sensitivity = Sensitivity::parse("100 mm/s/V")?;
-    /// let unit = sensitivity.unit_of_motion(Unit::parse("mV")?);
+    /// let unit = sensitivity.unit_of(Unit::parse("mV")?);
     /// assert!((unit.factor - 1e-4).abs() < 1e-18); // m/s a millivolt
     /// assert_eq!(unit.dimension, Dimension::VELOCITY);
+    /// let hydrophone = Sensitivity::parse("250 nV/Pa")?;
+    /// assert_eq!(hydrophone, Sensitivity::parse("4 MPa/V")?);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
     /// # Errors
-    /// [`SensitivityError`] for anything but a positive velocity or length a volt.
+    /// [`SensitivityError`] for anything but a positive velocity, length or pressure a volt, and for what no hydrophone has.
     pub fn parse(text: &str) -> Result<Self, SensitivityError> {
         let quantity = Quantity::parse(text)?;
         let volt = Dimension::VOLTAGE.volt;
-        let motion = Dimension { volt: quantity.dimension.volt.saturating_add(volt), ..quantity.dimension };
-        if motion != Dimension::VELOCITY && motion != Dimension::LENGTH {
-            return Err(SensitivityError::Dimension { found: text.into() });
-        }
-        if !(quantity.value > 0.0 && quantity.value.is_finite()) {
+        let measured = Dimension { volt: quantity.dimension.volt.saturating_add(volt), ..quantity.dimension };
+        let pressure = Dimension::PRESSURE;
+        let volts_for_pressure =
+            Dimension { metre: -pressure.metre, kilogram: -pressure.kilogram, second: -pressure.second, volt };
+        let (per_volt, dimension) = match measured {
+            Dimension::VELOCITY | Dimension::LENGTH | Dimension::PRESSURE => (quantity.value, measured),
+            _ if quantity.dimension == volts_for_pressure => (1.0 / quantity.value, pressure),
+            _ => return Err(SensitivityError::Dimension { found: text.into() }),
+        };
+        if !(quantity.value > 0.0 && quantity.value.is_finite() && per_volt.is_finite()) {
             return Err(SensitivityError::NotPositive { found: text.into() });
         }
-        Ok(Self { per_volt: quantity.value, motion })
+        if dimension == pressure && !(HYDROPHONE.0..=HYDROPHONE.1).contains(&(1.0 / per_volt)) {
+            return Err(SensitivityError::NoHydrophone { found: text.into(), per_volt });
+        }
+        Ok(Self { per_volt, dimension })
     }
 
-    /// What one `voltage` (a unit of volts) is in motion.
+    /// What one `voltage` (a unit of volts) is.
     #[must_use]
-    pub fn unit_of_motion(self, voltage: Unit) -> Unit {
-        Unit { factor: voltage.factor * self.per_volt, dimension: self.motion }
+    pub fn unit_of(self, voltage: Unit) -> Unit {
+        Unit { factor: voltage.factor * self.per_volt, dimension: self.dimension }
     }
 
-    /// Velocity (m/s) or length (m) for one volt.
+    /// Velocity (m/s), length (m) or pressure (Pa) for one volt.
     #[must_use]
     pub fn per_volt(self) -> f64 {
         self.per_volt
     }
 
-    /// Velocity or length.
+    /// Velocity, length or pressure.
     #[must_use]
-    pub fn motion(self) -> Dimension {
-        self.motion
+    pub fn dimension(self) -> Dimension {
+        self.dimension
     }
 }
 
 impl std::fmt::Display for Sensitivity {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}/V", Quantity::new(self.per_volt, self.motion))
+        if self.dimension == Dimension::PRESSURE {
+            // An inverse has sixteen digits.
+            let rounded = format!("{:.4e}", self.per_volt).parse().unwrap_or(self.per_volt);
+            return write!(f, "{}/V ({})", Quantity::new(rounded, self.dimension), volts_a_pascal(1.0 / self.per_volt));
+        }
+        write!(f, "{}/V", Quantity::new(self.per_volt, self.dimension))
     }
 }
 
@@ -92,19 +129,35 @@ mod tests {
     use super::*;
 
     #[test]
-    fn velocity_and_displacement_decoders_are_understood() {
+    fn decoders_and_hydrophones_are_understood() {
         for (text, per_volt, motion) in [
             ("100 mm/s/V", 0.1, Dimension::VELOCITY),
             ("100 (mm/s)/V", 0.1, Dimension::VELOCITY),
             ("0.125 m/s/V", 0.125, Dimension::VELOCITY),
             ("2 um/V", 2e-6, Dimension::LENGTH),
             ("5 nm/mV", 5e-6, Dimension::LENGTH),
+            ("20 kPa/V", 2e4, Dimension::PRESSURE),
+            ("0.2 bar/V", 2e4, Dimension::PRESSURE),
+            ("50 uV/Pa", 2e4, Dimension::PRESSURE),
+            ("50 V/MPa", 2e4, Dimension::PRESSURE),
+            ("250 nV/Pa", 4e6, Dimension::PRESSURE),
+            ("250 mV/MPa", 4e6, Dimension::PRESSURE),
+            ("2.5e-7 V/Pa", 4e6, Dimension::PRESSURE),
         ] {
             let found = Sensitivity::parse(text).unwrap();
-            assert!((found.per_volt - per_volt).abs() < 1e-15 * per_volt, "{text}: {found:?}");
-            assert_eq!(found.motion, motion, "{text}");
+            assert!((found.per_volt - per_volt).abs() < 4e-16 * per_volt, "{text}: {found:?}");
+            assert_eq!(found.dimension, motion, "{text}");
         }
         assert_eq!(Sensitivity::parse("100 mm/s/V").unwrap().to_string(), "0.1 m/s/V");
+        assert_eq!(Sensitivity::parse("250 nV/Pa").unwrap().to_string(), "4 MPa/V (250 nV/Pa)");
+    }
+
+    #[test]
+    fn what_no_hydrophone_has_is_refused_with_figures() {
+        for (text, figures) in [("250 V/Pa", "4 mPa a volt"), ("3 pV/Pa", "0.003 nV/Pa"), ("4 Pa/kV", "250 V/Pa")] {
+            let message = Sensitivity::parse(text).unwrap_err().to_string();
+            assert!(message.contains(figures) && message.contains("0.1 nV/Pa and 10 V/Pa"), "{message}");
+        }
     }
 
     #[test]

@@ -11,11 +11,12 @@ use csv::{ByteRecord, ReaderBuilder};
 use crate::signal::Quantity;
 
 use super::{
-    DecimalSign, Delimiter, MeasurementError, Missing, Place, ReadOptions, RecordKind,
+    DecimalSign, Delimiter, MeasurementError, Missing, Place, ReadOptions, RecordKind, Sensitivity,
     column::{Chosen, Column, choose, parse_unit},
     decimal::number,
     dialect::{self, Dialect},
     encoding::{self, Decoded, Encoding},
+    header,
     preamble::{self, Preamble},
     universal::{self, UniversalText},
 };
@@ -173,7 +174,8 @@ pub(super) fn read(
     let body = text.get(body..).unwrap_or_default();
     let dialect = dialect::detect(path, body, first_line, options)?;
     let comments = text.lines().filter_map(|line| line.strip_prefix('#')).take(MOST_COMMENTS);
-    let comments = comments.map(|comment| comment.trim_start_matches('#').trim().to_owned()).collect();
+    let comments: Vec<String> = comments.map(|comment| comment.trim_start_matches('#').trim().to_owned()).collect();
+    let stated = header::stated(&comments).sensitivity;
 
     let first_lines = text.lines().filter(|line| !line.starts_with('#')).take(FIRST_LINES);
     let first_lines = first_lines.map(|line| shortened(line, LONGEST_LINE)).collect();
@@ -186,11 +188,11 @@ pub(super) fn read(
     }
     let header = Header::read(path, &mut rows, preamble.as_ref(), dialect, options)?;
     let Header { mut columns, line: header_line, units_line } = header;
-    let kind = kind.unwrap_or_else(|| guess_kind(path, &columns, options));
+    let kind = kind.unwrap_or_else(|| guess_kind(path, &columns, options, stated));
     let header_at = units_line.or(header_line).unwrap_or(rows.line);
     let grid = preamble.as_ref().and_then(|preamble| preamble.grid);
     let grid = grid.or_else(|| options.sample_rate.map(|rate| (0.0, 1.0 / rate)));
-    let chosen = choose(path, header_at, &mut columns, kind, options, grid.is_some())?;
+    let chosen = choose(path, header_at, &mut columns, kind, options, grid.is_some(), stated)?;
 
     let mut segment = None;
     let mut passed_over = 0;
@@ -430,24 +432,47 @@ fn refuse_width(path: &Path, bytes: &[u8], first: u64, delimiter: Delimiter) -> 
     Ok(())
 }
 
-/// A record of unsaid kind is a horn-tip record if it is named so or holds no velocity but a displacement.
-pub(super) fn guess_kind(path: &Path, columns: &[Column], options: &ReadOptions) -> RecordKind {
+/// A record of unsaid kind is a horn-tip record if it is named so or holds no velocity but a displacement, and a hydrophone's if it is named
+/// so or holds a pressure and no motion.
+pub(super) fn guess_kind(
+    path: &Path,
+    columns: &[Column],
+    options: &ReadOptions,
+    stated: Option<Sensitivity>,
+) -> RecordKind {
     use crate::signal::Dimension;
-    let named_horn = path
-        .file_name()
-        .map(|name| name.to_string_lossy().to_lowercase())
-        .is_some_and(|name| name.contains("horn") || name.contains("tip") || name.contains("drive"));
+    let name = path.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let named_horn = ["horn", "tip", "drive"].iter().any(|word| name.contains(word));
+    let named_hydrophone = name.contains("hydrophone") || name.contains("pressure");
     let dimension =
         |column: &Column| column.unit.as_ref().and_then(|unit| unit.as_ref().ok()).map(|unit| unit.dimension);
     let has = |wanted| columns.iter().any(|column| dimension(column) == Some(wanted));
-    if let Some(scale) = options.scale {
-        let length = scale.motion() == Dimension::LENGTH;
-        return if named_horn || length { RecordKind::HornTip } else { RecordKind::Vibrometer };
+    // A sensitivity that the file states is for volts; a file of another unit may state it as a remark.
+    let of_volts =
+        stated.filter(|_| ![Dimension::VELOCITY, Dimension::LENGTH, Dimension::PRESSURE].iter().any(|it| has(*it)));
+    if let Some(scale) = options.scale.or(of_volts) {
+        return match scale.dimension() {
+            Dimension::PRESSURE => RecordKind::Hydrophone,
+            Dimension::LENGTH => RecordKind::HornTip,
+            _ if named_horn => RecordKind::HornTip,
+            _ => RecordKind::Vibrometer,
+        };
     }
     let flag = options.unit.as_deref().and_then(|unit| super::column::parse_unit(unit).ok()).map(|unit| unit.dimension);
     let displacement = match flag {
         Some(dimension) => dimension == Dimension::LENGTH,
         None => has(Dimension::LENGTH) && !has(Dimension::VELOCITY),
     };
-    if named_horn || displacement { RecordKind::HornTip } else { RecordKind::Vibrometer }
+    let motion = has(Dimension::VELOCITY) || has(Dimension::LENGTH);
+    let pressure = match flag {
+        Some(dimension) => dimension == Dimension::PRESSURE,
+        None => !motion && (has(Dimension::PRESSURE) || named_hydrophone),
+    };
+    if pressure {
+        RecordKind::Hydrophone
+    } else if named_horn || displacement {
+        RecordKind::HornTip
+    } else {
+        RecordKind::Vibrometer
+    }
 }

@@ -8,7 +8,7 @@
 //! | 6 | function type (1: time response), response and reference |
 //! | 7 | ordinate type (2, 4: real, single and double precision), number of values, even or uneven, first abscissa, step |
 //! | 8 | abscissa: quantity (17: time), exponents of length, force and temperature, label, unit |
-//! | 9 | ordinate: quantity (8: displacement, 11: velocity), likewise |
+//! | 9 | ordinate: quantity (8: displacement, 11: velocity, 15: pressure with its unit as label), likewise |
 //! | 10, 11 | denominator, third axis |
 //!
 //! and then its values in lines of E13.5 or E20.12, or, in 58b, in the bytes behind the header: as many as values, no more.

@@ -137,10 +137,10 @@ pub(in super::super) fn read(
     let mut columns = vec![axis_column(&head.abscissa, "abscissa"), axis_column(&head.ordinate, "ordinate")];
     unit_of_time(&mut columns[0], head, &mut form);
     unit_of_ordinate(&place, &mut columns[1], head, *units, options, &mut form)?;
-    let kind = kind.unwrap_or_else(|| guess_kind(path, &columns, options));
+    let kind = kind.unwrap_or_else(|| guess_kind(path, &columns, options, None));
     // The columns are known, whatever their names.
     let known = ReadOptions { time_column: Some("1".into()), column: Some("2".into()), ..options.clone() };
-    let chosen = choose(path, head.line, &mut columns, kind, &known, false)?;
+    let chosen = choose(path, head.line, &mut columns, kind, &known, false, None)?;
     let (times, values, grid) = scaled(path, head, &chosen, numbers)?;
     if let Some((_, step)) = grid {
         // Half a unit of the last digit, at the last sample.

@@ -103,6 +103,7 @@ impl TimeResponse<'_> {
         let (kind, name, unit) = match self.quantity {
             RecordedQuantity::Displacement => (8, "Displacement", "m"),
             RecordedQuantity::Velocity => (11, "Velocity", "m/s"),
+            RecordedQuantity::Pressure => (15, "Pressure", "Pa"),
         };
         for (kind, name, unit) in [(17, "Time", "s"), (kind, name, unit), (0, "NONE", "NONE"), (0, "NONE", "NONE")] {
             line(&format!("{kind:>10}{:>5}{:>5}{:>5} {name:<20} {unit:<20}", 0, 0, 0));
