@@ -5,7 +5,7 @@
 use std::{collections::BTreeMap, f64::consts::TAU, path::PathBuf};
 
 use granchain::{
-    feature::Window,
+    feature::{Measurand, Window},
     report::{
         calibration::{
             CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, Provenance, RunPoint,
@@ -86,6 +86,7 @@ fn law(kind: &str, verdict: Verdict) -> LawReport {
     let quoted = verdict == Verdict::WithinScatter;
     LawReport {
         damping_kind: kind.into(),
+        mount: None,
         verdict,
         misfit: 0.83,
         parameters: vec![
@@ -152,6 +153,8 @@ fn report() -> CalibrationReport {
         reference,
     };
     CalibrationReport {
+        measurand: Measurand::Velocity,
+        excluded: Vec::new(),
         title: "measurements/annulus-73khz/vib.csv".into(),
         record_label: "reconstruction".into(),
         record_notes: vec!["The record is a reconstruction from printed values, not a measurement: peaks, drive frequency and the presence of lines are printed, everything else is invented (PROVENANCE.md).".into()],

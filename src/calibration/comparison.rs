@@ -9,7 +9,11 @@ use super::{
     posterior::POWER,
     printed::{self, Meaning, Printed},
 };
-use crate::{feature::fingerprint::Fingerprint, scene::Drive, signal::Series};
+use crate::{
+    feature::{Measurand, fingerprint::Fingerprint},
+    scene::Drive,
+    signal::Series,
+};
 
 /// Drive periods allowed between the piston's first motion and the onset at the last bead: the pulse needs a few through
 /// the chain, a weak drive a few more before it crosses the threshold.
@@ -36,7 +40,7 @@ pub enum Reduction {
 pub struct Comparison {
     /// Cutoff applied to every run, Hz.
     pub cutoff: f64,
-    /// Spectral density of the noise every run is given, one-sided, (m/s)²/Hz.
+    /// Spectral density of the noise every run is given, one-sided, (m/s)²/Hz or Pa²/Hz.
     pub noise_density: f64,
     /// How runs are reduced.
     pub reduction: Reduction,
@@ -105,7 +109,7 @@ impl Comparison {
     #[must_use]
     pub fn names(&self) -> Vec<Cow<'static, str>> {
         match &self.reduction {
-            Reduction::Fingerprint(fingerprint) => fingerprint.names().into_iter().map(Cow::Borrowed).collect(),
+            Reduction::Fingerprint(fingerprint) => fingerprint.names(),
             Reduction::Printed(printed) => {
                 printed.statements().iter().map(|statement| Cow::Owned(statement.name.clone())).collect()
             }
@@ -144,7 +148,16 @@ impl Comparison {
                 printed.statements().get(index).is_some_and(|statement| !statement.meaning.is_velocity())
             }
         };
-        if pure { "1" } else { "m/s" }
+        if pure { "1" } else { self.measurand().unit() }
+    }
+
+    /// What is compared.
+    #[must_use]
+    pub fn measurand(&self) -> Measurand {
+        match &self.reduction {
+            Reduction::Fingerprint(fingerprint) => fingerprint.measurand(),
+            Reduction::Printed(_) => Measurand::Velocity,
+        }
     }
 
     /// How long a run must be under `drive`, s.
@@ -174,7 +187,7 @@ impl Comparison {
         Some(onset + (fingerprint.cycles_needed() as f64 + AFTER_ONSET) / drive.frequency)
     }
 
-    /// Features z of a conditioned trace (m/s), or why there are none.
+    /// Features z of a conditioned trace (m/s or Pa), or why there are none.
     ///
     /// # Errors
     /// What the fingerprint or the printed features say.

@@ -10,16 +10,14 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     comparison::Comparison,
+    engine::Engine,
     parameter::{Parameter, Target},
 };
 use crate::{
     feature::fingerprint::SAMPLES_PER_CYCLE,
     model::{
         ModelError,
-        chain::{
-            FiniteBodyLaws,
-            ensemble::{Ensemble, Variation},
-        },
+        chain::{FiniteBodyLaws, ensemble::Variation},
     },
     scene::{DampingKind, Scene},
     signal::{LowPass, Series},
@@ -83,7 +81,7 @@ pub struct Forward {
     kind: DampingKind,
     uncertainty: Uncertainty,
     seed: u64,
-    ensemble: Ensemble,
+    engine: Engine,
     low_pass: LowPass,
     noise_rms: f64,
     watch: Arc<Watch>,
@@ -123,17 +121,14 @@ impl Forward {
         let mut scene = scene.clone();
         let comparison = comparison.into();
         scene.duration = comparison.duration(&scene.drive);
-        let ensemble = match laws {
-            Some(laws) => Ensemble::with_laws(&scene, laws, STEPS_PER_CYCLE as u32)?,
-            None => Ensemble::new(&scene, STEPS_PER_CYCLE as u32)?,
-        };
+        let engine = Engine::new(&scene, laws, comparison.measurand())?;
         let step = period / STEPS_PER_CYCLE as f64;
-        let len = ensemble.samples();
+        let len = engine.samples();
         let low_pass = LowPass::new(step, len, comparison.cutoff);
         let noise_rms = (comparison.noise_density * 0.5 / step).sqrt();
         let base = Variation::of(&scene);
         let kind = scene.damping.kind;
-        Ok(Self { parameters, comparison, base, kind, uncertainty, seed, ensemble, low_pass, noise_rms, watch })
+        Ok(Self { parameters, comparison, base, kind, uncertainty, seed, engine, low_pass, noise_rms, watch })
     }
 
     /// Run the points, the first of which is run number `first` of the search.
@@ -156,7 +151,7 @@ impl Forward {
                     (0..positions.len()).map(|lane| self.generator(number + lane as u64)).collect();
                 let variations: Vec<Variation> =
                     positions.iter().zip(&mut generators).map(|(at, random)| self.variation(at, random)).collect();
-                let traces = self.ensemble.run(&variations);
+                let traces = self.engine.run(&variations);
                 positions
                     .iter()
                     .zip(traces)
@@ -202,7 +197,7 @@ impl Forward {
         variation
     }
 
-    /// Features z of a velocity (m/s, one sample a step of the chain) that needs no noise: low-pass, 40 samples a period, features.
+    /// Features z of a trace (m/s or Pa, [`STEPS_PER_CYCLE`] samples a drive period) that needs no noise: low-pass, 40 samples a period, features.
     ///
     /// # Errors
     /// What the comparison says of a trace without them.
@@ -234,7 +229,7 @@ impl Forward {
     }
 
     fn filtered(&self, trace: &Series) -> Series {
-        let filtered = if trace.len() == self.ensemble.samples() {
+        let filtered = if trace.len() == self.engine.samples() {
             self.low_pass.apply(&trace.values)
         } else {
             LowPass::new(trace.step, trace.len(), self.comparison.cutoff).apply(&trace.values)

@@ -4,6 +4,7 @@ pub mod checkpoint;
 pub mod comparison;
 pub mod correction;
 mod descent;
+pub mod engine;
 pub mod fit;
 pub mod forward;
 pub mod likelihood;

@@ -3,7 +3,10 @@
 use thiserror::Error;
 
 use crate::{
-    feature::fingerprint::{FeatureSet, Fingerprint, FingerprintError, SAMPLES_PER_CYCLE, onset_threshold},
+    feature::{
+        Measurand,
+        fingerprint::{FeatureSet, Fingerprint, FingerprintError, SAMPLES_PER_CYCLE, onset_threshold},
+    },
     signal::{LowPass, Resampler, Series},
 };
 
@@ -22,12 +25,14 @@ pub fn highest_cutoff(drive_frequency: f64) -> f64 {
     f64::min(HIGHEST_CUTOFF, 0.42 * SAMPLES_PER_CYCLE as f64 * drive_frequency)
 }
 
-/// A recorded velocity and what is known of how it was recorded.
+/// A recorded velocity or pressure and what is known of how it was recorded.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
-    /// Velocity, m/s, baseline removed, sign as in the model.
-    pub velocity: Series,
-    /// σ of its noise, m/s; 0 when unknown.
+    /// What it is of.
+    pub measurand: Measurand,
+    /// Velocity (m/s) or pressure (Pa), baseline removed, sign as in the model.
+    pub signal: Series,
+    /// σ of its noise, unit of the signal; 0 when unknown.
     pub noise_rms: f64,
     /// Bandwidth of the instrument, Hz, if stated.
     pub bandwidth: Option<f64>,
@@ -39,23 +44,27 @@ pub struct Recording {
 pub enum ObservationError {
     /// Every sample is the same.
     #[error(
-        "expected a signal, found {value_m_per_s:e} m/s in every sample; check that the input was connected and that this \
-         is the right column (--column)"
+        "expected a signal, found {value:e} {} in every sample; check that the input was connected and that this \
+         is the right column (--column)", measurand.unit()
     )]
     Constant {
-        /// That value, after the baseline is removed, m/s.
-        value_m_per_s: f64,
+        /// What was recorded.
+        measurand: Measurand,
+        /// That value, after the baseline is removed, unit of the measurand.
+        value: f64,
     },
     /// Noise hides the onset.
     #[error(
-        "the noise of the record ({noise_m_per_s:.3e} m/s rms) hides its onset: 6 σ exceeds a quarter of its peak \
-         ({peak_m_per_s:.3e} m/s); average more shots or lower --bandwidth"
+        "the noise of the record ({noise:.3e} {} rms) hides its onset: 6 σ exceeds a quarter of its peak \
+         ({peak:.3e} {}); average more shots or lower --bandwidth", measurand.unit(), measurand.unit()
     )]
     NoisyOnset {
-        /// σ, m/s.
-        noise_m_per_s: f64,
-        /// Peak, m/s.
-        peak_m_per_s: f64,
+        /// What was recorded.
+        measurand: Measurand,
+        /// σ, unit of the measurand.
+        noise: f64,
+        /// Peak, likewise.
+        peak: f64,
     },
     /// Too few drive periods after the onset.
     #[error(
@@ -76,11 +85,11 @@ pub enum ObservationError {
 /// The record as the fit sees it.
 #[derive(Debug, Clone)]
 pub struct Observation {
-    /// The record at [`SAMPLES_PER_CYCLE`] a drive period, low-passed, m/s.
+    /// The record at [`SAMPLES_PER_CYCLE`] a drive period, low-passed, m/s or Pa.
     pub trace: Series,
     /// Cutoff applied to record and runs alike, Hz.
     pub cutoff: f64,
-    /// Spectral density of the record's noise, one-sided, (m/s)²/Hz.
+    /// Spectral density of the record's noise, one-sided, (m/s)²/Hz or Pa²/Hz.
     pub noise_density: f64,
     /// How traces are reduced.
     pub fingerprint: Fingerprint,
@@ -105,32 +114,35 @@ impl Observation {
         drive_cycles: f64,
         set: FeatureSet,
     ) -> Result<Self, ObservationError> {
-        let velocity = &recording.velocity;
-        if let Some(&first) = velocity.values.first()
-            && velocity.values.iter().all(|&value| value == first)
+        let Recording { measurand, ref signal, .. } = *recording;
+        if let Some(&first) = signal.values.first()
+            && signal.values.iter().all(|&value| value == first)
         {
-            return Err(ObservationError::Constant { value_m_per_s: first });
+            return Err(ObservationError::Constant { measurand, value: first });
         }
-        let rate = velocity.sample_rate();
+        let rate = signal.sample_rate();
         let stated = recording.bandwidth.unwrap_or(f64::INFINITY);
         let cutoff = f64::min(0.42 * rate, highest_cutoff(drive_frequency));
         let noise_density = recording.noise_rms.powi(2) / f64::min(0.5 * rate, stated);
-        let filtered = LowPass::new(velocity.step, velocity.len(), cutoff).apply(&velocity.values);
+        let filtered = LowPass::new(signal.step, signal.len(), cutoff).apply(&signal.values);
         let step = 1.0 / (drive_frequency * SAMPLES_PER_CYCLE as f64);
-        let count = ((velocity.end() - velocity.start) / step).floor() as usize + 1;
-        let resampler =
-            Resampler::interpolating(velocity.start, velocity.step, velocity.len(), velocity.start, step, count);
+        let count = ((signal.end() - signal.start) / step).floor() as usize + 1;
+        let resampler = Resampler::interpolating(signal.start, signal.step, signal.len(), signal.start, step, count);
         let trace = resampler.series(&filtered);
         let noise = (noise_density * cutoff).sqrt();
         let peak = trace.peak();
-        let threshold = onset_threshold(&trace, noise)
-            .ok_or(ObservationError::NoisyOnset { noise_m_per_s: noise, peak_m_per_s: peak })?;
+        let threshold =
+            onset_threshold(&trace, noise).ok_or(ObservationError::NoisyOnset { measurand, noise, peak })?;
         let onset = trace.values.iter().position(|v| v.abs() >= threshold).unwrap_or(0);
         let available = (trace.len() - onset) as f64 / SAMPLES_PER_CYCLE as f64;
-        let fingerprint =
-            Fingerprint::new(set, threshold, peak, f64::min(available, drive_cycles).floor() as usize).ok_or(
-                ObservationError::TooShort { available_cycles: available, needed_cycles: Fingerprint::FEWEST_CYCLES },
-            )?;
+        let fingerprint = Fingerprint::of(
+            measurand,
+            set,
+            (threshold, peak),
+            f64::min(available, drive_cycles).floor() as usize,
+            drive_frequency,
+        )
+        .ok_or(ObservationError::TooShort { available_cycles: available, needed_cycles: Fingerprint::FEWEST_CYCLES })?;
         let features = fingerprint.measure(&trace)?;
         let nuggets = fingerprint.early().iter().map(|&early| if early { EARLY_NUGGET } else { LATE_NUGGET }).collect();
         Ok(Self { trace, cutoff, noise_density, fingerprint, features, nuggets })

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::fit::{Estimate, Fit, Verdict};
+use crate::feature::Measurand;
 
 /// `calibration.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -19,8 +20,14 @@ pub struct CalibrationOutcome {
     pub overrides: Vec<String>,
     /// Which model was run.
     pub model: String,
+    /// What was recorded; absent for a velocity.
+    #[serde(default, skip_serializing_if = "is_velocity")]
+    pub quantity: Measurand,
     /// The damping law the values are for.
     pub damping_kind: String,
+    /// The mount of the disc the values are for, where mounts are compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mount: Option<String>,
     /// `within scatter`, `outside scatter`, `not converged`.
     pub verdict: Verdict,
     /// The fitted parameters by name.
@@ -54,8 +61,18 @@ pub struct CalibrationOutcome {
     /// Which law the record prefers, or `undecided`; absent when only one was fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preferred_law: Option<String>,
+    /// Which mount the record prefers, or `undecided`; absent when only one was fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preferred_mount: Option<String>,
+    /// Mounts of which no run could be compared with the record, with the reason.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub excluded: BTreeMap<String, String>,
     /// What was understood and assumed on reading.
     pub assumptions: Vec<String>,
+}
+
+fn is_velocity(quantity: &Measurand) -> bool {
+    *quantity == Measurand::Velocity
 }
 
 /// One fitted parameter, SI.
@@ -117,6 +134,9 @@ pub struct OutcomeLobe {
 pub struct LawOutcome {
     /// The law.
     pub damping_kind: String,
+    /// The mount of the disc, where mounts are compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mount: Option<String>,
     /// How its fit ended.
     pub verdict: Verdict,
     /// Its misfit.

@@ -9,6 +9,9 @@
 //! features = "full"
 //! evaluations = 600
 //! seed = 1
+//! # of a hydrophone's record besides:
+//! # quantity = "pressure"
+//! # mount = ["clamped", "supported", "free"]
 //!
 //! [parameters.alpha]
 //! low = 0.2
@@ -27,7 +30,7 @@ use std::{
 use serde::Deserialize;
 use thiserror::Error;
 
-use crate::feature::fingerprint::FeatureSet;
+use crate::feature::{Measurand, fingerprint::FeatureSet};
 
 /// A fit definition. Every key may be left out and given on the command line instead, which wins.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
@@ -35,6 +38,8 @@ use crate::feature::fingerprint::FeatureSet;
 pub struct Plan {
     /// The record.
     pub measured: Option<PathBuf>,
+    /// What was recorded.
+    pub quantity: Option<Measurand>,
     /// The horn-tip record.
     pub drive: Option<PathBuf>,
     /// Built-in scene or scene file.
@@ -44,6 +49,8 @@ pub struct Plan {
     pub set: Vec<String>,
     /// Damping laws to fit.
     pub damping: Option<Vec<String>>,
+    /// Mounts of the disc to compare.
+    pub mount: Option<Vec<String>>,
     /// Which features.
     pub features: Option<FeatureSet>,
     /// Number of runs a law.
@@ -92,8 +99,8 @@ pub enum PlanError {
     },
     /// Not TOML, an unknown key, or a value of the wrong type.
     #[error(
-        "{}:{line}: {message}; a plan has the keys measured, drive, scene, set, damping, features, evaluations, seed, \
-         [parameters.NAME] low and high, [weights]", path.display()
+        "{}:{line}: {message}; a plan has the keys measured, quantity, drive, scene, set, damping, mount, features, \
+         evaluations, seed, [parameters.NAME] low and high, [weights]", path.display()
     )]
     Form {
         /// The file.

@@ -10,7 +10,10 @@ use std::sync::{
 
 use rayon::prelude::*;
 
-use super::forward::{Forward, Run, STEPS_PER_CYCLE};
+use super::{
+    engine::{sampled_scene, trace},
+    forward::{Forward, Run},
+};
 use crate::{
     model::{
         self, ModelError, Prepared,
@@ -35,9 +38,7 @@ pub struct Rung {
 /// A scene as a search runs it above the chain: with as many samples a drive period as the chain has steps.
 #[must_use]
 pub fn rung_scene(scene: &Scene) -> Scene {
-    let mut scene = scene.clone();
-    scene.output_step = 1.0 / (scene.drive.frequency * STEPS_PER_CYCLE as f64);
-    scene
+    sampled_scene(scene)
 }
 
 /// The chain below a model with bodies: contacts as the same bodies have them at rest. The chain itself stays as it is.
@@ -131,7 +132,7 @@ impl Rung {
             if stopped.load(Ordering::Relaxed) {
                 return Err(Stopped);
             }
-            let trace = response.map(|response| response.pole_velocity);
+            let trace = response.and_then(|response| trace(response, self.chain.comparison.measurand()));
             let (run, _) = self.chain.finish(at, trace, &mut random);
             if run.outcome.is_ok() || duration >= longest {
                 return Ok(run);

@@ -121,6 +121,29 @@ fn percent(low: f64, high: f64) -> String {
     format!("{:.1} %", 100.0 * ((high / low).sqrt() - (low / high).sqrt()))
 }
 
+/// Which of several values of a choice (law, mount) the record prefers, each entering with the best of its fits, and values in `excluded` of
+/// which no run could be compared with it at all: the name of the best, or `None` when undecided.
+#[must_use]
+pub fn preferred_of(fits: &[(String, &Fit)], excluded: &[String]) -> Option<String> {
+    let explains = |fit: &Fit| fit.verdict != Verdict::OutsideScatter;
+    let mut best: Vec<(String, &Fit)> = Vec::new();
+    for (name, fit) in fits {
+        match best.iter_mut().find(|(known, _)| known == name) {
+            None => best.push((name.clone(), fit)),
+            Some((_, known)) => {
+                let rank = |fit: &Fit| (explains(fit), fit.log_evidence);
+                if rank(fit).partial_cmp(&rank(known)) == Some(std::cmp::Ordering::Greater) {
+                    *known = fit;
+                }
+            }
+        }
+    }
+    match best.as_slice() {
+        [(only, _)] if excluded.iter().any(|name| name != only) => Some(only.clone()),
+        several => preferred(several),
+    }
+}
+
 /// Which of several laws the record prefers: the name of the best, or `None` when undecided.
 ///
 /// The difference of ln evidence must reach 3; a law whose fit lies outside its own scatter while another's lies within

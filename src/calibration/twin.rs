@@ -11,9 +11,10 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{forward::Uncertainty, observation::Recording, parameter::Parameter};
+use super::{engine::trace, forward::Uncertainty, observation::Recording, parameter::Parameter};
 use crate::{
-    measurement::{MeasurementError, ReadOptions, RecordKind, read_record_bytes},
+    feature::Measurand,
+    measurement::{MeasurementError, ReadOptions, Record, RecordKind, read_record_bytes},
     model::ModelError,
     response::Response,
     scene::{DampingKind, FlatContact, Scene, Support},
@@ -25,7 +26,7 @@ use crate::{
 pub struct Truth {
     /// Number of the twin.
     pub index: u64,
-    /// `rigid` or `annulus`.
+    /// `rigid`, `annulus` or the mount of a disc, such as `clamped`.
     pub support: String,
     /// Damping law.
     pub damping_kind: String,
@@ -37,8 +38,12 @@ pub struct Truth {
     pub sample_rate_hz: f64,
     /// How much later than the drive's start the record's time zero is, s.
     pub trigger_offset_s: f64,
-    /// Offset of the record, m/s.
-    pub baseline_m_per_s: f64,
+    /// Offset of the record of a velocity, m/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub baseline_m_per_s: Option<f64>,
+    /// Offset of the record of a pressure, Pa.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub baseline_pa: Option<f64>,
 }
 
 /// Why there is no twin.
@@ -67,8 +72,14 @@ pub struct Twin {
 /// Share of the box, in each coordinate, from which truths are drawn: intervals at its edge are cut off.
 const INNER: (f64, f64) = (0.12, 0.88);
 
-/// Sample rates of the lab, Hz.
+/// Sample rates of the lab's vibrometer, Hz.
 const SAMPLE_RATES: [f64; 5] = [1.25e6, 2.5e6, 4e6, 5e6, 10e6];
+
+/// Sample rates of its hydrophone, Hz.
+const HYDROPHONE_RATES: [f64; 5] = [2.5e6, 4e6, 5e6, 10e6, 20e6];
+
+/// What its hydrophone gives for a pressure, as a header states it, and in V/Pa.
+const HYDROPHONE: (&str, f64) = ("250 nV/Pa", 250e-9);
 
 /// Largest noise relative to the peak.
 const NOISE: f64 = 0.03;
@@ -118,6 +129,14 @@ pub fn with_other_law(scene: &Scene) -> Scene {
     other
 }
 
+/// The scene with a damping law, no coefficient set.
+#[must_use]
+pub fn with_law(scene: &Scene, kind: DampingKind) -> Scene {
+    let mut scene = scene.clone();
+    set_law(&mut scene, kind);
+    scene
+}
+
 fn set_law(scene: &mut Scene, kind: DampingKind) {
     scene.damping.kind = kind;
     scene.damping.linear = 0.0;
@@ -143,7 +162,8 @@ fn flawed(scene: &Scene, flaw: Flaw) -> Scene {
     flawed
 }
 
-/// Draw truth and lab of twin `index`, simulate by `run`, write the record and read it back.
+/// Draw truth and lab of twin `index`, simulate by `run`, write the record and read it back: of a scene with water a hydrophone's at its first
+/// field point, of any other a vibrometer's.
 ///
 /// # Errors
 /// When the simulation fails or the reader refuses the record.
@@ -174,13 +194,15 @@ pub fn twin(
         // A bead cannot overlap its neighbour before anything moves.
         *gap += uncertainty.gap * draw.abs();
     }
-    let response = run(&flawed(&truth_scene, flaw))?;
+    let measurand = if scene.water.is_some() { Measurand::Pressure } else { Measurand::Velocity };
+    let made = trace(run(&flawed(&truth_scene, flaw))?, measurand)?;
     let noise = random.random_range(0.0..NOISE);
-    let sample_rate = SAMPLE_RATES[random.random_range(0..SAMPLE_RATES.len())];
+    let rates = if measurand == Measurand::Pressure { HYDROPHONE_RATES } else { SAMPLE_RATES };
+    let sample_rate = rates[random.random_range(0..rates.len())];
     let trigger_offset: f64 = random.random_range(-TRIGGER..TRIGGER);
-    let peak = response.pole_velocity.peak();
+    let peak = made.peak();
     let baseline = peak * random.random_range(-BASELINE..BASELINE);
-    let span = PRE_TRIGGER + response.pole_velocity.end() - trigger_offset.abs();
+    let span = PRE_TRIGGER + made.end() - trigger_offset.abs();
     let conditioning = Conditioning {
         bandwidth: Some(0.45 * sample_rate),
         delay: trigger_offset,
@@ -189,26 +211,35 @@ pub fn twin(
         step: 1.0 / sample_rate,
         count: (span * sample_rate) as usize,
     };
-    let mut velocity = conditioning.apply(&response.pole_velocity);
-    for value in &mut velocity.values {
+    let mut signal = conditioning.apply(&made);
+    for value in &mut signal.values {
         let draw: f64 = StandardNormal.sample(&mut random);
         *value += baseline + noise * peak * draw;
     }
     let truth = Truth {
         index,
-        support: if matches!(scene.support, Support::Annulus { .. }) { "annulus".into() } else { "rigid".into() },
+        support: match &scene.support {
+            Support::Annulus { .. } => "annulus".into(),
+            Support::Disc { shape, .. } => shape.rim.name().into(),
+            _ => "rigid".into(),
+        },
         damping_kind: scene.damping.kind.name().into(),
         values,
         noise,
         sample_rate_hz: sample_rate,
         trigger_offset_s: trigger_offset,
-        baseline_m_per_s: baseline,
+        baseline_m_per_s: (measurand == Measurand::Velocity).then_some(baseline),
+        baseline_pa: (measurand == Measurand::Pressure).then_some(baseline),
     };
-    let csv = vibrometer_csv(&velocity, &[]);
+    let (csv, kind) = match measurand {
+        Measurand::Velocity => (vibrometer_csv(&signal, &[]), RecordKind::Vibrometer),
+        Measurand::Pressure => (hydrophone_csv(&signal, &[]), RecordKind::Hydrophone),
+    };
     let name = std::path::PathBuf::from(format!("twin-{index}.csv"));
     let options = ReadOptions { drive_frequency: Some(scene.drive.frequency), ..ReadOptions::default() };
-    let record = read_record_bytes(&name, &csv, Some(RecordKind::Vibrometer), &options)?;
-    let recording = Recording { velocity: record.series, noise_rms: record.noise_rms, bandwidth: record.bandwidth };
+    let record = read_record_bytes(&name, &csv, Some(kind), &options)?;
+    let Record { series, noise_rms, bandwidth, .. } = record;
+    let recording = Recording { measurand, signal: series, noise_rms, bandwidth };
     Ok(Twin { truth, csv, recording })
 }
 
@@ -222,6 +253,20 @@ pub fn vibrometer_csv(velocity: &Series, comments: &[String]) -> Vec<u8> {
     text.push_str("time_us,velocity_mm_per_s\n");
     for (index, value) in velocity.values.iter().enumerate() {
         let _ = writeln!(text, "{:.4},{:.3}", velocity.time(index) * 1e6, value * 1e3);
+    }
+    text.into_bytes()
+}
+
+/// A hydrophone's record as a lab would store it: µs and mV of an instrument of 250 nV/Pa, resolution 0.1 µV (0.4 Pa), `comments` on top.
+#[must_use]
+pub fn hydrophone_csv(pressure: &Series, comments: &[String]) -> Vec<u8> {
+    let mut text = String::new();
+    for comment in comments {
+        let _ = writeln!(text, "# {comment}");
+    }
+    let _ = writeln!(text, "# sensitivity: {}\ntime_us,hydrophone_mV", HYDROPHONE.0);
+    for (index, value) in pressure.values.iter().enumerate() {
+        let _ = writeln!(text, "{:.4},{:.4}", pressure.time(index) * 1e6, value * HYDROPHONE.1 * 1e3);
     }
     text.into_bytes()
 }

@@ -2,6 +2,8 @@
 //!
 //! plan and flags → record and drive → one fit a damping law → the accurate run at the fit → report.
 
+mod alpha_sweep;
+mod candidate;
 mod definition;
 mod measured;
 mod page;
@@ -16,13 +18,14 @@ use anyhow::anyhow;
 use clap::{Args, ValueEnum};
 
 use self::{
+    candidate::{Candidate, candidates},
     definition::Definition,
     measured::Measured,
-    rungs::{FittedLaw, fit_laws, saved_fits},
+    rungs::{Fitted, FittedLaw, fit_candidates, saved_fits},
 };
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session},
+    arguments::{OutputArguments, SceneArguments, Session, usage},
     experiment::Experiment,
     interrupt,
     output::OutputFolder,
@@ -35,11 +38,11 @@ use crate::{
         comparison::Comparison,
         fit::{Fit, Verdict},
         outcome::{self, CalibrationOutcome, FittedFeature, InputDigest, LawOutcome, OutcomeFeature, RungOutcome},
-        parameter::Parameter,
         rung::Bodies,
         statement,
     },
-    scene::{ModelKind, Scene},
+    feature::Measurand,
+    scene::{ModelKind, Scene, Support},
     study::{self, EnsemblePlan, confirmation::Confirmation},
 };
 
@@ -52,15 +55,21 @@ const UPPER_MEMBERS: usize = 8;
 /// Arguments of `granchain calibrate`.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Vibrometer record (CSV), or TOML of published features
+    /// Record of a vibrometer or hydrophone (CSV), or TOML of published features
     #[arg(long, value_name = "FILE", help_heading = "Fit")]
     pub measured: Option<PathBuf>,
+    /// What was recorded [default: velocity]
+    #[arg(long, value_enum, help_heading = "Fit")]
+    pub quantity: Option<QuantityChoice>,
     /// Fit definition (TOML); flags win over it
     #[arg(long, value_name = "FILE", help_heading = "Fit")]
     pub plan: Option<PathBuf>,
     /// Damping laws to fit, such as linear,kuwabara-kono [default: the scene's own]
     #[arg(long, value_name = "LAW,…", value_delimiter = ',', help_heading = "Fit")]
     pub damping: Vec<String>,
+    /// Mounts of the disc to compare [default for a pressure: clamped,supported,free, or disc.rim where it is set]
+    #[arg(long, value_name = "MOUNT,…", value_delimiter = ',', help_heading = "Fit")]
+    pub mount: Vec<String>,
     /// Parameters to fit, of alpha and damping; the others keep the scene's value [default: both]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', help_heading = "Fit")]
     pub fit: Vec<String>,
@@ -102,6 +111,15 @@ pub struct Arguments {
     pub session: Session,
 }
 
+/// `--quantity`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum QuantityChoice {
+    /// Velocity of the last bead's far pole
+    Velocity,
+    /// Pressure at the scene's first field point
+    Pressure,
+}
+
 /// `--features`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum FeatureChoice {
@@ -135,10 +153,12 @@ struct Job {
     experiment: Experiment,
     measured: Measured,
     comparison: Comparison,
-    laws: Vec<(String, Scene, Vec<Parameter>)>,
+    candidates: Vec<Candidate>,
     /// The model above the chain that corrects and confirms, where there is one.
     upper: Option<ModelKind>,
     assumptions: Vec<String>,
+    /// Which model was taken, where nobody said, for the terminal.
+    model_taken: Option<String>,
 }
 
 impl Job {
@@ -162,6 +182,9 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     for assumption in &job.assumptions {
         session.note(format_args!("assumed: {assumption}"));
     }
+    if let Some(taken) = &job.model_taken {
+        session.note(format_args!("assumed: {taken}"));
+    }
     timing.stage("read");
     let target = output.out.clone().unwrap_or_else(|| default_target(&job.definition.measured));
     if dry_run {
@@ -182,22 +205,22 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
     let saved = saved_fits(job, &folder, session.seed())?;
     let bodies = job
         .upper
-        .map(|_| Bodies::new(&job.laws[0].1, session.cache().as_ref()))
+        .map(|_| Bodies::new(&job.candidates[0].scene, session.cache().as_ref()))
         .transpose()
         .map_err(anyhow::Error::from);
     if let Some(warning) = bodies.as_ref().ok().and_then(|bodies| bodies.as_ref()?.prepared.warning()) {
         session.note(format_args!("warning: {warning}"));
     }
     timing.stage("prepare");
-    let laws = match bodies.and_then(|bodies| fit_laws(job, saved, bodies.as_ref(), session, &mut timing)) {
-        Ok(laws) => laws,
+    let fitted = match bodies.and_then(|bodies| fit_candidates(job, saved, bodies.as_ref(), session, &mut timing)) {
+        Ok(fitted) => fitted,
         Err(error) if error.is::<interrupt::Interrupted>() => return Err(error),
         Err(error) => {
             folder.discard();
             return Err(error);
         }
     };
-    let best = best_law(&laws);
+    let (laws, best) = (&fitted.laws, best_law(&fitted.laws));
     let calibrated = fitted_scene(&laws[best]);
     let upper = laws[best].upper.as_ref().map(|rung| rung.prepared().clone());
     let members = if upper.is_some() { UPPER_MEMBERS } else { CONFIRMATION_MEMBERS };
@@ -216,8 +239,8 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
         timing.stage("fea");
     }
     let rungs = rungs::outcome(job, &laws[best], fea.as_deref());
-    let outcome = outcome_of(job, &laws, best, confirmation.as_ref(), unconfirmed, rungs, session.seed());
-    let report = page::report(job, &laws, best, confirmation.as_ref(), &outcome, fea.as_deref())?;
+    let outcome = outcome_of(job, &fitted, best, confirmation.as_ref(), unconfirmed, rungs, session.seed());
+    let report = page::report(job, laws, best, confirmation.as_ref(), &outcome, fea.as_deref())?;
     timing.stage("report");
     folder.write("calibration.json", summary::json(&outcome)?)?;
     for (name, bytes) in report.files()? {
@@ -237,19 +260,36 @@ fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
     let experiment = Experiment::for_fit(&definition.scene)?;
     assumptions.extend(experiment.assumptions.iter().cloned());
     let scene = experiment.scene_with(&[])?;
+    refuse_silent_scene(&definition, &scene)?;
     let upper = rungs::upper(&scene)?;
+    let model_taken = experiment.model_taken()?;
+    let candidates = candidates(&definition, &experiment, &scene, &mut assumptions)?;
+    if definition.quantity == Measurand::Pressure
+        && let Some(points) = scene.water.as_ref().map(|water| &water.field_points)
+        && let Some(first) = points.first()
+    {
+        let others = if points.len() > 1 {
+            ", the first of `water.field_points`"
+        } else {
+            "; set water.field_points for another"
+        };
+        assumptions.push(format!("hydrophone at {first}{others}"));
+    }
     let measured = Measured::read(&definition, &scene, &mut assumptions)?;
     let comparison = measured.comparison().weighted(&definition.weights)?;
-    let laws = definition
-        .laws(&scene)
-        .into_iter()
-        .map(|kind| {
-            let scene = experiment.scene_with(&[format!("damping.kind={kind}")])?;
-            let parameters = definition.parameters(&scene)?;
-            Ok((kind, scene, parameters))
-        })
-        .collect::<anyhow::Result<_>>()?;
-    Ok(Job { definition, experiment, measured, comparison, laws, upper, assumptions })
+    Ok(Job { definition, experiment, measured, comparison, candidates, upper, assumptions, model_taken })
+}
+
+/// A pressure needs water to be heard in.
+fn refuse_silent_scene(definition: &Definition, scene: &Scene) -> anyhow::Result<()> {
+    if definition.quantity == Measurand::Velocity || scene.water.is_some() {
+        return Ok(());
+    }
+    let (found, remedy) = match &scene.support {
+        Support::Disc { .. } => ("a vacuum behind its disc", "leave `water.medium = \"none\"` out"),
+        _ => ("no disc with water behind it", "take --scene water, or set support.kind=disc"),
+    };
+    Err(usage(format!("--quantity pressure: the scene `{}` has {found}; {remedy}", scene.name)))
 }
 
 /// The law a report leads with: one that explains the record before one that does not, then by evidence.
@@ -272,12 +312,12 @@ fn fitted_scene(law: &FittedLaw) -> Scene {
     scene
 }
 
-/// `calibrations/NAME`: the record's folder where the record is its `vib.csv`, else the record's own name.
+/// `calibrations/NAME`: the record's folder where the record is its `vib.csv` or `hydrophone.csv`, else the record's own name.
 fn default_target(measured: &Path) -> PathBuf {
     let stem = measured.file_stem().map_or_else(|| "record".into(), |stem| stem.to_string_lossy().into_owned());
     let folder = measured.parent().and_then(Path::file_name).map(|folder| folder.to_string_lossy().into_owned());
     let name = match folder {
-        Some(folder) if stem == "vib" => folder,
+        Some(folder) if stem == "vib" || stem == "hydrophone" => folder,
         Some(folder) => format!("{folder}-{stem}"),
         None => stem,
     };
@@ -286,13 +326,14 @@ fn default_target(measured: &Path) -> PathBuf {
 
 fn outcome_of(
     job: &Job,
-    laws: &[FittedLaw],
+    fitted: &Fitted,
     best: usize,
     confirmation: Option<&Confirmation>,
     unconfirmed: Option<String>,
     rungs: Vec<RungOutcome>,
     seed: u64,
 ) -> CalibrationOutcome {
+    let laws = &fitted.laws;
     let law = &laws[best];
     let fit = &law.fit;
     let mut statements = statement::statements(fit);
@@ -309,7 +350,20 @@ fn outcome_of(
         let digest = InputDigest { path: drive.path.display().to_string(), sha256: drive.sha256.clone() };
         inputs.insert("drive".into(), digest);
     }
-    let fits: Vec<(String, &Fit)> = laws.iter().map(|law| (law.kind.clone(), &law.fit)).collect();
+    let by_law: Vec<(String, &Fit)> = laws.iter().map(|law| (law.kind.clone(), &law.fit)).collect();
+    let mount = |law: &FittedLaw| law.mount.map(|mount| mount.name().to_owned());
+    let by_mount: Vec<(String, &Fit)> = laws.iter().filter_map(|law| Some((mount(law)?, &law.fit))).collect();
+    let several = |value: fn(&Candidate) -> String| {
+        job.candidates.iter().any(|candidate| value(candidate) != value(&job.candidates[0]))
+    };
+    let without_fit: Vec<String> = fitted
+        .excluded
+        .iter()
+        .filter_map(|(candidate, _)| candidate.mount)
+        .map(|mount| mount.name().to_owned())
+        .filter(|name| by_mount.iter().all(|(fitted, _)| fitted != name))
+        .collect();
+    let decision = |named: Option<String>| named.unwrap_or_else(|| "undecided".into());
     let mut ranked: Vec<&FittedLaw> = laws.iter().collect();
     ranked.sort_by_key(|other| !std::ptr::eq(*other, law));
     CalibrationOutcome {
@@ -318,7 +372,9 @@ fn outcome_of(
         overrides: job.experiment.overrides().to_vec(),
         model: job.model().into(),
         rungs,
+        quantity: job.definition.quantity,
         damping_kind: law.kind.clone(),
+        mount: mount(law),
         verdict: fit.verdict,
         parameters: outcome::fitted_parameters(fit),
         correlation: fit.correlation,
@@ -345,13 +401,18 @@ fn outcome_of(
             .into_iter()
             .map(|law| LawOutcome {
                 damping_kind: law.kind.clone(),
+                mount: mount(law),
                 verdict: law.fit.verdict,
                 misfit: law.fit.misfit,
                 log_evidence: law.fit.log_evidence,
                 parameters: outcome::fitted_parameters(&law.fit),
             })
             .collect(),
-        preferred_law: (laws.len() > 1).then(|| statement::preferred(&fits).unwrap_or_else(|| "undecided".into())),
+        preferred_law: several(|candidate| candidate.law.clone())
+            .then(|| decision(statement::preferred_of(&by_law, &[]))),
+        preferred_mount: several(|candidate| format!("{:?}", candidate.mount))
+            .then(|| decision(statement::preferred_of(&by_mount, &without_fit))),
+        excluded: fitted.excluded.iter().map(|(candidate, reason)| (candidate.key(), reason.clone())).collect(),
         assumptions: job.assumptions.clone(),
     }
 }

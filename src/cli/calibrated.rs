@@ -34,6 +34,8 @@ pub struct Calibrated {
 struct Outcome {
     parameters: BTreeMap<String, Parameter>,
     damping_kind: String,
+    #[serde(default)]
+    mount: Option<String>,
     verdict: String,
     #[serde(default)]
     model: String,
@@ -74,6 +76,7 @@ impl Calibrated {
         let outcome: Outcome = serde_json::from_str(&text)
             .with_context(|| format!("{}: expected what `granchain calibrate` writes", path.display()))?;
         let mut overrides = vec![format!("damping.kind={}", outcome.damping_kind)];
+        overrides.extend(outcome.mount.as_ref().map(|mount| format!("disc.rim={mount}")));
         for (name, parameter) in &outcome.parameters {
             let Some((_, key)) = KEYS.iter().find(|(known, _)| known == name) else {
                 bail!("{}: parameter `{name}` has no scene key; calibrate again with this version", path.display());

@@ -191,6 +191,28 @@ impl Experiment {
         Ok(experiment)
     }
 
+    /// Which model was taken where neither flags nor overrides name one, in words; `None` where they do, or where an assumption says it.
+    ///
+    /// # Errors
+    /// [`SceneError`].
+    pub fn model_taken(&self) -> Result<Option<String>, SceneError> {
+        if self.overrides.iter().any(|set| sets(set, "model.kind"))
+            || self.assumptions.iter().any(|text| text.starts_with("`model.kind`"))
+        {
+            return Ok(None);
+        }
+        let kind = |preferred| Ok(scene::load_preferring(&self.source, &self.overrides, preferred)?.scene.model.kind);
+        let (taken, otherwise) = (kind(self.preferred)?, kind(ModelKind::Chain)?);
+        Ok(Some(match (taken == otherwise, taken) {
+            (true, kind) => format!("model `{}`, which the scene `{}` names", kind.name(), self.source),
+            (false, kind) => format!(
+                "model `{}`, as the scene names none: the chain searches, `{}` answers; --model chain stops at the chain",
+                kind.name(),
+                kind.name()
+            ),
+        }))
+    }
+
     /// The scene, with `more` overrides on top.
     ///
     /// # Errors

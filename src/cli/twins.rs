@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::{
     Outcome,
     arguments::{OutputArguments, Session, usage},
+    calibrate::QuantityChoice,
     interrupt,
     output::OutputFolder,
     progress, summary,
@@ -20,11 +21,14 @@ use crate::{
         twins::{TwinFit as PageFit, TwinInterval, TwinsReport},
     },
     scene,
-    study::twins::{FittedBy, TwinOutcome, TwinPlan, TwinProof, proof, twins},
+    study::twins::{FittedBy, TwinOutcome, TwinPlan, TwinProof, proof, twins, water_twins},
 };
 
 /// Overrides of the built-in annulus from which twins are made: long enough for the burst, a slow onset and the decay.
 const OVERRIDES: [&str; 1] = ["duration=900us"];
+
+/// The same of the built-in scene with water: the sound of the burst has passed.
+const WATER_OVERRIDES: [&str; 1] = ["duration=480us"];
 
 /// Arguments of `granchain twins`.
 #[derive(Debug, Args)]
@@ -32,9 +36,12 @@ pub struct Arguments {
     /// Twins whose model is right: both supports, both damping laws, 0–3 % noise, five sample rates
     #[arg(long, value_name = "N", default_value_t = 80, help_heading = "Study")]
     pub count: u64,
-    /// Twins of each kind of wrong model: support 30 % softer, other damping law, a missing bead
-    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Study")]
-    pub wrong: u64,
+    /// What the twins record: velocity on annulus and rigid wall, or pressure behind a disc on three mounts [default: velocity]
+    #[arg(long, value_enum, help_heading = "Study")]
+    pub quantity: Option<QuantityChoice>,
+    /// Twins of each kind of wrong model: support 30 % softer, other damping law, a missing bead; of a velocity only [default: 1]
+    #[arg(long, value_name = "N", help_heading = "Study")]
+    pub wrong: Option<u64>,
     /// Runs of the chain's search, a fit
     #[arg(long, value_name = "N", default_value_t = 600,
           value_parser = clap::value_parser!(u32).range(200..=100_000), help_heading = "Study")]
@@ -90,16 +97,25 @@ struct TwinsSummary<'a> {
 /// # Errors
 /// A folder that cannot be written; Ctrl-C.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { count, wrong, evaluations, model, mesh_density, fit, output, session } = arguments;
+    let Arguments { count, quantity, wrong, evaluations, model, mesh_density, fit, output, session } = arguments;
     let mut timing = Timing::start();
+    let pressure = quantity == Some(QuantityChoice::Pressure);
+    if pressure && (model == TwinModel::Reduced || fit.is_some() || wrong.is_some_and(|wrong| wrong > 0)) {
+        return Err(usage(
+            "twins of a pressure are made and fitted by the chain before the disc, on all three mounts: --model reduced, --fit and --wrong \
+             do not go with --quantity pressure",
+        ));
+    }
+    let wrong = if pressure { 0 } else { wrong.unwrap_or(1) };
     let kind = if model == TwinModel::Reduced { "reduced" } else { "chain" };
     if mesh_density.is_some() && model == TwinModel::Chain {
         return Err(usage("--mesh-density would do nothing: twins of the chain have no bodies"));
     }
-    let mut overrides = OVERRIDES.map(String::from).to_vec();
+    let (scene, own) = if pressure { ("water", WATER_OVERRIDES) } else { ("annulus", OVERRIDES) };
+    let mut overrides = own.map(String::from).to_vec();
     overrides.push(format!("model.kind={kind}"));
     overrides.extend(mesh_density.map(|density| format!("model.mesh_density={density}")));
-    let base = scene::load("annulus", &overrides)?;
+    let base = scene::load(scene, &overrides)?;
     let fit = match (model, fit) {
         (TwinModel::Chain, Some(FitChoice::Ladder | FitChoice::FiniteBody)) => {
             return Err(usage(
@@ -113,7 +129,11 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let plan = TwinPlan { count, wrong, evaluations: evaluations as usize, seed: session.seed(), fit };
     let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
     let bar = progress::bar(&session, plan.total(), "twins");
-    let outcomes = twins(&base, &plan, &|| bar.inc(1), &interrupt::requested)?;
+    let outcomes = if pressure {
+        water_twins(&base, &plan, &|| bar.inc(1), &interrupt::requested)
+    } else {
+        twins(&base, &plan, &|| bar.inc(1), &interrupt::requested)?
+    };
     bar.finish_and_clear();
     let outcomes = outcomes.ok_or(interrupt::Interrupted)?;
     timing.stage("twins");
@@ -121,7 +141,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let summary = TwinsSummary { program: summary::program(), plan, proof: &proof, twins: &outcomes };
     if let Some(folder) = folder {
         folder.write("twins.json", summary::json(&summary)?)?;
-        for (name, bytes) in page(&outcomes, &proof, &plan, kind, mesh_density).files()? {
+        for (name, bytes) in page(&outcomes, &proof, &plan, (kind, pressure), mesh_density).files()? {
             folder.write(name, bytes)?;
         }
         timing.stage("write");
@@ -163,6 +183,12 @@ fn statements(proof: &TwinProof) -> Vec<String> {
             proof.law_tests, proof.right_law, proof.undecided_law
         ));
     }
+    if proof.mount_tests > 0 {
+        said.push(format!(
+            "of {} twins fitted on every mount the right one was named in {}, {} were left undecided",
+            proof.mount_tests, proof.right_mount, proof.undecided_mount
+        ));
+    }
     for (flaw, unmasked, count) in &proof.unmasked {
         let kind = match flaw {
             Flaw::None => continue,
@@ -190,7 +216,7 @@ fn page(
     outcomes: &[TwinOutcome],
     proof: &TwinProof,
     plan: &TwinPlan,
-    model: &str,
+    (model, pressure): (&str, bool),
     mesh_density: Option<u32>,
 ) -> TwinsReport {
     let fitted = outcomes.iter().filter(|outcome| outcome.flaw == Flaw::None).filter_map(|outcome| {
@@ -207,22 +233,30 @@ fn page(
             intervals: fit.estimates.iter().zip(&truth.values).map(interval).collect(),
         })
     });
-    TwinsReport {
-        description: format!(
+    let description = if pressure {
+        format!(
+            "{} records of a hydrophone made with known parameters by the chain before a disc on water at half the step (six beads; disc \
+             clamped, supported, free; linear and Kuwabara–Kono damping, 0–3 % noise, 2.5–20 MHz sampling, unknown trigger and baseline), \
+             each fitted with {} runs on every mount; intervals are those on the true mount",
+            plan.count, plan.evaluations
+        )
+    } else {
+        format!(
             "{} records made with known parameters by {} (six beads, annulus and rigid wall, linear and Kuwabara–Kono damping, 0–3 % \
              noise, 1.25–10 MHz sampling, unknown trigger and baseline), each fitted with {} runs of the chain{}",
             plan.count,
             if model == "chain" { "the chain's accurate integrator" } else { "the reduced model" },
             plan.evaluations,
             if plan.fit == FittedBy::Ladder { " and corrected on the reduced model" } else { "" },
-        ),
-        level: 0.9,
-        parameters: vec!["amplitude scale α".into(), "damping coefficient".into()],
-        twins: fitted.collect(),
-        statements: statements(proof),
-        version: env!("CARGO_PKG_VERSION").into(),
-        seed: plan.seed,
-        command_line: format!(
+        )
+    };
+    let command_line = if pressure {
+        format!(
+            "granchain twins --quantity pressure --count {} --evaluations {} --seed {}",
+            plan.count, plan.evaluations, plan.seed
+        )
+    } else {
+        format!(
             "granchain twins --count {} --wrong {} --evaluations {} --seed {} --model {model} --fit {}{}",
             plan.count,
             plan.wrong,
@@ -234,6 +268,16 @@ fn page(
                 FittedBy::Ladder => "ladder",
             },
             mesh_density.map_or_else(String::new, |density| format!(" --mesh-density {density}")),
-        ),
+        )
+    };
+    TwinsReport {
+        description,
+        level: 0.9,
+        parameters: vec!["amplitude scale α".into(), "damping coefficient".into()],
+        twins: fitted.collect(),
+        statements: statements(proof),
+        version: env!("CARGO_PKG_VERSION").into(),
+        seed: plan.seed,
+        command_line,
     }
 }

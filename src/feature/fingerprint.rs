@@ -1,22 +1,24 @@
-//! The fingerprint of a driven-chain record: absolute amplitudes that survive chaos, in logarithms.
+//! The fingerprint of a record, a bead's velocity or the pressure in the water: absolute amplitudes that survive chaos, in logarithms.
 //!
 //! A trace of 40 samples a drive period (conditioned alike for lab and model) is reduced to
 //!
-//! - its two peaks, m/s;
-//! - the mean over the late window of the per-period maximum and −minimum, m/s;
-//! - rms in narrow bands around f0·{1/3, 1/2, 2/3, 1, 2, 3} and in four broad bands of the late window, m/s;
-//! - the maximum and −minimum in cycles 0–3, 3–6, 6–9, 9–12 after the onset, m/s: the ring-up is a free sweep of
+//! - its two peaks, m/s or Pa;
+//! - the mean over the late window of the per-period maximum and −minimum;
+//! - of a velocity: rms in narrow bands around f0·{1/3, 1/2, 2/3, 1, 2, 3} and in four broad bands of the late window;
+//! - of a pressure: rms in bands around the harmonics up to 1 MHz, and in one broad band below and one above f0 of the late window;
+//! - the maximum and −minimum in cycles 0–3, 3–6, 6–9, 9–12 after the onset: the ring-up is a free sweep of
 //!   drive level before chaos forgets.
 //!
 //! Each amplitude f enters as z = ½ ln(f² + (0.003 P)²), P the peak of the *record*, so that a vanishing line has a
 //! floor and nothing is divided by the line at the drive. The onset is the first crossing of one fixed absolute
 //! threshold, so the trigger of the record drops out.
 
-use std::sync::Arc;
+use std::{borrow::Cow, sync::Arc};
 
 use realfft::{RealFftPlanner, RealToComplex};
 use thiserror::Error;
 
+use super::Measurand;
 use crate::signal::Series;
 
 /// Samples a drive period of a conditioned trace.
@@ -43,6 +45,12 @@ const BROAD_BANDS: [(f64, f64, &str); 4] = [
     (4.0, 8.0, "band_4-8"),
 ];
 
+/// Highest frequency of a harmonic of the pressure that is compared, Hz.
+const HIGHEST_HARMONIC: f64 = 1e6;
+
+/// Half-width of its band, in units of f0: the lines between harmonics stay outside.
+const HARMONIC_HALF_WIDTH: f64 = 0.25;
+
 /// Early windows after the onset, in cycles, with the names of the maximum and the minimum.
 const EARLY_WINDOWS: [(f64, f64, &str, &str); 4] = [
     (0.0, 3.0, "early_positive_0-3", "early_negative_0-3"),
@@ -57,7 +65,7 @@ const EARLY_WINDOWS: [(f64, f64, &str, &str); 4] = [
 pub enum FeatureSet {
     /// All of them.
     Full,
-    /// The two peaks and the ratios of the 1/3 and 2/3 lines to the line at the drive, as in the source paper.
+    /// The two peaks and the ratios of the 1/3 and 2/3 lines to the line at the drive, as in the source paper; of a velocity.
     Paper,
 }
 
@@ -67,13 +75,16 @@ pub enum FeatureSet {
 pub enum FingerprintError {
     /// The trace never crosses the onset threshold.
     #[error(
-        "the velocity stays below the onset threshold of {threshold_m_per_s:.4e} m/s (its peak is {peak_m_per_s:.4e} m/s)"
+        "the {} stays below the onset threshold of {threshold:.4e} {} (its peak is {peak:.4e} {})",
+        measurand.name(), measurand.unit(), measurand.unit()
     )]
     NoOnset {
-        /// The threshold, m/s.
-        threshold_m_per_s: f64,
-        /// Largest velocity of the trace, m/s.
-        peak_m_per_s: f64,
+        /// What the trace is of.
+        measurand: Measurand,
+        /// The threshold, unit of the measurand.
+        threshold: f64,
+        /// Largest value of the trace in size, likewise.
+        peak: f64,
     },
     /// The trace ends too early after its onset.
     #[error("the trace has {available_cycles:.1} drive periods after its onset, expected at least {needed_cycles:.1}")]
@@ -88,7 +99,9 @@ pub enum FingerprintError {
 /// How traces are reduced: the same instance serves the record and every run compared with it.
 #[derive(Clone)]
 pub struct Fingerprint {
+    measurand: Measurand,
     set: FeatureSet,
+    bands: Vec<Band>,
     threshold: f64,
     scale: f64,
     late_start: usize,
@@ -98,9 +111,33 @@ pub struct Fingerprint {
     transform: Arc<dyn RealToComplex<f64>>,
 }
 
+/// A band of the late window's spectrum: lower and upper edge in units of f0, and name.
+#[derive(Clone)]
+struct Band(f64, f64, Cow<'static, str>);
+
+/// The bands of a measurand's fingerprint under a drive of that frequency, Hz.
+fn bands(measurand: Measurand, drive_frequency: f64) -> Vec<Band> {
+    let around = |centre: f64, half: f64, name| Band(centre - half, centre + half, name);
+    match measurand {
+        Measurand::Velocity => {
+            let narrow = NARROW_BANDS.iter().map(|band| around(band.0, band.1, Cow::Borrowed(band.2)));
+            let broad = BROAD_BANDS.iter().map(|band| Band(band.0, band.1, Cow::Borrowed(band.2)));
+            narrow.chain(broad).collect()
+        }
+        Measurand::Pressure => {
+            let highest = (HIGHEST_HARMONIC / drive_frequency).floor().clamp(1.0, 16.0) as u32;
+            let harmonics = (1..=highest)
+                .map(|order| around(f64::from(order), HARMONIC_HALF_WIDTH, Cow::Owned(format!("band_{order}"))));
+            let broad = BROAD_BANDS[..2].iter().map(|band| Band(band.0, band.1, Cow::Borrowed(band.2)));
+            harmonics.chain(broad).collect()
+        }
+    }
+}
+
 impl std::fmt::Debug for Fingerprint {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Fingerprint")
+            .field("measurand", &self.measurand)
             .field("set", &self.set)
             .field("threshold", &self.threshold)
             .field("scale", &self.scale)
@@ -111,7 +148,7 @@ impl std::fmt::Debug for Fingerprint {
 }
 
 impl Fingerprint {
-    /// A fingerprint for traces compared with one record.
+    /// A fingerprint for traces compared with one record of a velocity.
     ///
     /// - `threshold`: onset threshold, m/s, see [`onset_threshold`]
     /// - `scale`: P, the peak of the record, m/s
@@ -122,6 +159,21 @@ impl Fingerprint {
     /// do not fit are left out. `None` below [`Fingerprint::FEWEST_CYCLES`].
     #[must_use]
     pub fn new(set: FeatureSet, threshold: f64, scale: f64, cycles: usize) -> Option<Self> {
+        // No band of a velocity depends on the drive's frequency.
+        Self::of(Measurand::Velocity, set, (threshold, scale), cycles, 1.0)
+    }
+
+    /// As [`Fingerprint::new`] for any measurand, threshold and peak of the record in its unit, under a drive of that frequency (Hz). Of a
+    /// pressure there is the whole set only.
+    #[must_use]
+    pub fn of(
+        measurand: Measurand,
+        set: FeatureSet,
+        (threshold, scale): (f64, f64),
+        cycles: usize,
+        drive_frequency: f64,
+    ) -> Option<Self> {
+        let set = if measurand == Measurand::Pressure { FeatureSet::Full } else { set };
         if cycles < Self::FEWEST_CYCLES {
             return None;
         }
@@ -134,7 +186,19 @@ impl Fingerprint {
         let window =
             (0..count).map(|i| (std::f64::consts::PI * (i as f64 + 0.5) / count as f64).sin().powi(2)).collect();
         let transform = RealFftPlanner::new().plan_fft_forward(count);
-        Some(Self { set, threshold, scale, late_start, late_cycles, early_windows, window, transform })
+        let bands = bands(measurand, drive_frequency);
+        Some(Self {
+            measurand,
+            set,
+            bands,
+            threshold,
+            scale,
+            late_start,
+            late_cycles,
+            early_windows,
+            window,
+            transform,
+        })
     }
 
     /// Fewest drive periods after the onset that make a fingerprint.
@@ -142,19 +206,25 @@ impl Fingerprint {
 
     /// Names of the features, in the order of [`Fingerprint::measure`].
     #[must_use]
-    pub fn names(&self) -> Vec<&'static str> {
+    pub fn names(&self) -> Vec<Cow<'static, str>> {
         match self.set {
-            FeatureSet::Paper => vec!["positive_peak", "negative_peak", "ratio_1/3", "ratio_2/3"],
+            FeatureSet::Paper => ["positive_peak", "negative_peak", "ratio_1/3", "ratio_2/3"].map(Cow::Borrowed).into(),
             FeatureSet::Full => {
-                let mut names = vec!["positive_peak", "negative_peak", "mean_maximum", "mean_minimum"];
-                names.extend(NARROW_BANDS.iter().map(|band| band.2));
-                names.extend(BROAD_BANDS.iter().map(|band| band.2));
+                let mut names: Vec<Cow<'static, str>> =
+                    ["positive_peak", "negative_peak", "mean_maximum", "mean_minimum"].map(Cow::Borrowed).into();
+                names.extend(self.bands.iter().map(|band| band.2.clone()));
                 for window in &EARLY_WINDOWS[..self.early_windows] {
-                    names.extend([window.2, window.3]);
+                    names.extend([window.2, window.3].map(Cow::Borrowed));
                 }
                 names
             }
         }
+    }
+
+    /// What it is of.
+    #[must_use]
+    pub fn measurand(&self) -> Measurand {
+        self.measurand
     }
 
     /// Whether each feature is an early one (measured in the ring-up).
@@ -169,7 +239,7 @@ impl Fingerprint {
         ((2.0 * z).exp() - self.floor(index).powi(2)).max(0.0).sqrt()
     }
 
-    /// The onset threshold, m/s.
+    /// The onset threshold, m/s or Pa.
     #[must_use]
     pub fn threshold(&self) -> f64 {
         self.threshold
@@ -185,16 +255,17 @@ impl Fingerprint {
         if self.set == FeatureSet::Paper && index >= 2 { FLOOR } else { FLOOR * self.scale }
     }
 
-    /// Reduce a conditioned trace (m/s, [`SAMPLES_PER_CYCLE`] samples a drive period) to its features z.
+    /// Reduce a conditioned trace (m/s or Pa, [`SAMPLES_PER_CYCLE`] samples a drive period) to its features z.
     ///
     /// # Errors
     /// No onset, or too few periods after it.
     pub fn measure(&self, trace: &Series) -> Result<Vec<f64>, FingerprintError> {
         let values = &trace.values;
-        let onset = values
-            .iter()
-            .position(|v| v.abs() >= self.threshold)
-            .ok_or(FingerprintError::NoOnset { threshold_m_per_s: self.threshold, peak_m_per_s: trace.peak() })?;
+        let onset = values.iter().position(|v| v.abs() >= self.threshold).ok_or_else(|| FingerprintError::NoOnset {
+            measurand: self.measurand,
+            threshold: self.threshold,
+            peak: trace.peak(),
+        })?;
         let after = &values[onset..];
         let needed = self.cycles_needed() * SAMPLES_PER_CYCLE;
         if after.len() < needed {
@@ -223,12 +294,7 @@ impl Fingerprint {
                     minimum += low / self.late_cycles as f64;
                 }
                 amplitudes.extend([f64::max(maximum, 0.0), f64::max(-minimum, 0.0)]);
-                for (centre, half_width, _) in NARROW_BANDS {
-                    amplitudes.push(self.band_rms(&power, centre - half_width, centre + half_width));
-                }
-                for (lower, upper, _) in BROAD_BANDS {
-                    amplitudes.push(self.band_rms(&power, lower, upper));
-                }
+                amplitudes.extend(self.bands.iter().map(|band| self.band_rms(&power, band.0, band.1)));
                 for (from, to, _, _) in &EARLY_WINDOWS[..self.early_windows] {
                     let cycles = SAMPLES_PER_CYCLE as f64;
                     let (high, low) = extremes(&after[(from * cycles) as usize..(to * cycles) as usize]);
@@ -243,7 +309,7 @@ impl Fingerprint {
             .collect())
     }
 
-    /// One-sided power (m²/s²) of the Hann-windowed late window in each bin of width f0 / `late_cycles`, its sum the
+    /// One-sided power (unit of the trace squared) of the Hann-windowed late window in each bin of width f0 / `late_cycles`, its sum the
     /// mean square of the trace.
     fn power(&self, late: &[f64]) -> Vec<f64> {
         let mut input: Vec<f64> = late.iter().zip(&self.window).map(|(value, weight)| value * weight).collect();
@@ -270,11 +336,11 @@ fn extremes(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::NEG_INFINITY, f64::INFINITY), |(high, low), &v| (high.max(v), low.min(v)))
 }
 
-/// The onset threshold of a record, m/s: between max(4 % P, 6 σ) and 25 % P, as far as possible (in ratio) from every
+/// The onset threshold of a record, m/s or Pa: between max(4 % P, 6 σ) and 25 % P, as far as possible (in ratio) from every
 /// early extremum, so that neither noise nor a small change of the drive makes the onset slip by a cycle.
 ///
-/// - `record`: conditioned velocity, m/s
-/// - `noise_rms`: σ of the conditioned record, m/s
+/// - `record`: conditioned velocity or pressure
+/// - `noise_rms`: σ of the conditioned record, unit of the record
 ///
 /// `None` when 6 σ exceeds 25 % of the peak: the onset cannot be told from noise.
 #[must_use]

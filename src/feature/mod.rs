@@ -26,6 +26,7 @@ pub mod fingerprint;
 mod frequency;
 mod interpolation;
 mod line;
+mod measurand;
 mod measure;
 #[cfg(test)]
 mod noise;
@@ -45,6 +46,7 @@ pub use line::{
     AbsentLine, Line, LineTable, MINIMUM_LINE_PERIODS, Phasor, USABLE_NYQUIST_FRACTION, line_amplitude, line_phasor,
     line_weights, lines,
 };
+pub use measurand::Measurand;
 pub use measure::{FeatureSettings, Features, measure};
 pub use peak::{PeakSettings, Peaks, peaks};
 pub use pressure::{Harmonic, PressureFeatures, PressureSettings, band_width, measure_pressure};

@@ -1,6 +1,6 @@
 //! The calibrated scene held against the record: the accurate integrator once, its chaos floor, its sensitivity.
 //!
-//! The simulated velocity passes through the lab's own chain (bandwidth, the lab's instants, its trigger) and is then
+//! The simulated velocity, or pressure, passes through the lab's own chain (bandwidth, the lab's instants, its trigger) and is then
 //! measured by the same functions, in the same window, as the record. The trigger drops out by the onset: both traces
 //! cross one absolute threshold.
 //!
@@ -12,18 +12,19 @@ use thiserror::Error;
 use super::{
     bodies::Bodies,
     ensemble::{self, EnsembleError, EnsembleOutcome, EnsemblePlan, STEPS_PER_PERIOD, Spread},
-    observation::{self, Observation as Watched},
+    observation::{self, Observation as Watched, watched_of},
 };
 use crate::{
     calibration::{
+        engine::trace,
         observation::{Observation, Recording},
         printed::Printed,
     },
-    feature::{FeatureError, FeatureSettings, Features, Similarity, Window, measure, similarity},
+    feature::{FeatureError, FeatureSettings, Features, Measurand, Similarity, Window, measure, similarity},
     model::ModelError,
     response::Response,
     scene::Scene,
-    signal::{Conditioning, LowPass, Series, low_pass},
+    signal::{Conditioning, Series, low_pass},
 };
 
 /// Why a calibrated scene could not be confirmed.
@@ -42,13 +43,15 @@ pub enum ConfirmationError {
     /// The accurate run stays below the onset threshold of the record.
     #[error(
         "the accurate run at the fitted parameters never reaches the record's onset threshold of \
-         {threshold_m_per_s:.3e} m/s (its peak is {peak_m_per_s:.3e} m/s)"
+         {threshold:.3e} {} (its peak is {peak:.3e} {})", measurand.unit(), measurand.unit()
     )]
     NoOnset {
-        /// The threshold, m/s.
-        threshold_m_per_s: f64,
-        /// Peak of the run, m/s.
-        peak_m_per_s: f64,
+        /// What was recorded.
+        measurand: Measurand,
+        /// The threshold, unit of the measurand.
+        threshold: f64,
+        /// Peak of the run, likewise.
+        peak: f64,
     },
 }
 
@@ -70,8 +73,8 @@ pub struct ConfirmedFeature {
 pub struct Confirmation {
     /// The accurate run.
     pub response: Response,
-    /// Its pole velocity as the lab would have recorded it, on the record's instants, m/s; low-passed only where there is
-    /// no record.
+    /// Its pole velocity (m/s) or its pressure (Pa) as the lab would have recorded it, on the record's instants; low-passed only where there
+    /// is no record.
     pub simulated: Series,
     /// Record time minus model time, s; 0 where there is no record.
     pub offset: f64,
@@ -106,17 +109,17 @@ struct Laboratory<'a> {
 }
 
 impl Laboratory<'_> {
-    fn sees(&self, velocity: &Series) -> Series {
-        let record = &self.recording.velocity;
+    fn sees(&self, trace: &Series) -> Series {
+        let record = &self.recording.signal;
         Conditioning {
-            bandwidth: self.recording.bandwidth.filter(|bandwidth| *bandwidth < 0.5 / velocity.step),
+            bandwidth: self.recording.bandwidth.filter(|bandwidth| *bandwidth < 0.5 / trace.step),
             delay: self.offset,
             invert: false,
             start: record.start,
             step: record.step,
             count: record.len(),
         }
-        .apply(velocity)
+        .apply(trace)
     }
 }
 
@@ -133,34 +136,40 @@ pub fn confirm(
     plan: &EnsemblePlan,
 ) -> Result<Confirmation, ConfirmationError> {
     let response = bodies.prepared(scene)?.run(scene, &mut |_| true)?;
-    let velocity = &response.pole_velocity;
+    let measurand = recording.measurand;
+    let made = &trace(response.clone(), measurand)?;
     let threshold = observation.fingerprint.threshold();
-    let filtered = Series::new(
-        velocity.start,
-        velocity.step,
-        LowPass::new(velocity.step, velocity.len(), observation.cutoff).apply(&velocity.values),
-    );
-    let no_onset = || ConfirmationError::NoOnset { threshold_m_per_s: threshold, peak_m_per_s: filtered.peak() };
+    let filtered = low_pass(made, observation.cutoff);
+    let no_onset = || ConfirmationError::NoOnset { measurand, threshold, peak: filtered.peak() };
     let offset = onset(&observation.trace, threshold).ok_or_else(no_onset)?
         - onset(&filtered, threshold).ok_or_else(no_onset)?;
 
     let driven = observation::settings(scene)?;
-    let window = driven.window.unwrap_or_else(|| Window::whole(velocity));
-    let record = &recording.velocity;
+    let window = driven.window.unwrap_or_else(|| Window::whole(made));
+    let record = &recording.signal;
     let window = Window { from: window.from + offset, to: window.to + offset }.on(record)?;
-    let settings = FeatureSettings { window: Some(window), band: Some(observation.cutoff), ..driven };
+    let settings = FeatureSettings {
+        window: Some(window),
+        band: Some(observation.cutoff),
+        unit: measurand.unit().into(),
+        ..driven
+    };
     let noisy =
         FeatureSettings { noise_rms: recording.noise_rms, noise_bandwidth: recording.bandwidth, ..settings.clone() };
     let recorded_features = measure(record, &noisy)?;
     let laboratory = Laboratory { recording, settings, offset };
-    let simulated = laboratory.sees(velocity);
+    let simulated = laboratory.sees(made);
     let simulated_features = measure(&simulated, &laboratory.settings)?;
     let similarity = similarity(record, &simulated, window, scene.drive.frequency)?;
 
-    let ensemble = ensemble::run_as_seen(bodies, scene, plan, STEPS_PER_PERIOD, |velocity| {
-        Watched::measure(&laboratory.sees(velocity), &laboratory.settings)
+    let ensemble = ensemble::run_traces(bodies, scene, (measurand, STEPS_PER_PERIOD), plan, |trace| {
+        Watched::of_trace(measurand, &laboratory.sees(trace), &laboratory.settings)
     })?;
-    let measured = Watched::of(&recorded_features);
+    let measured = match measurand {
+        Measurand::Velocity => Watched::of(&recorded_features),
+        Measurand::Pressure => Watched::of_trace(measurand, record, &noisy)?,
+    };
+    let keys = watched_of(measurand, scene.drive.frequency);
     Ok(Confirmation {
         response,
         simulated,
@@ -168,7 +177,7 @@ pub fn confirm(
         window,
         recorded: Some(RecordedSide { features: recorded_features, similarity }),
         simulated_features,
-        features: side_by_side(&measured.0, &ensemble),
+        features: side_by_side(keys, &measured.0, &ensemble),
         runs: ensemble.runs,
         failed: ensemble.failures.len(),
     })
@@ -202,15 +211,18 @@ pub fn confirm_printed(
         window,
         recorded: None,
         simulated_features,
-        features: side_by_side(&measured, &ensemble),
+        features: side_by_side(observation::watched(), &measured, &ensemble),
         runs: ensemble.runs,
         failed: ensemble.failures.len(),
     })
 }
 
-fn side_by_side(measured: &[Option<f64>], ensemble: &EnsembleOutcome) -> Vec<ConfirmedFeature> {
-    observation::watched()
-        .into_iter()
+fn side_by_side(
+    keys: Vec<observation::Watched>,
+    measured: &[Option<f64>],
+    ensemble: &EnsembleOutcome,
+) -> Vec<ConfirmedFeature> {
+    keys.into_iter()
         .zip(measured)
         .zip(&ensemble.spreads)
         .map(|((watched, measured), simulated)| ConfirmedFeature {

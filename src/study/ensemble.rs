@@ -15,7 +15,7 @@ use super::{
     observation::{self, Observation},
 };
 use crate::{
-    feature::FeatureError,
+    feature::{FeatureError, Measurand},
     model::{ModelError, chain::ensemble::Variation},
     scene::Scene,
     signal::Series,
@@ -125,6 +125,22 @@ pub fn run_on(bodies: &Bodies, scene: &Scene, plan: &EnsemblePlan) -> Result<Ens
     run_as_seen(bodies, scene, plan, STEPS_PER_PERIOD, |velocity| Observation::measure(velocity, &settings))
 }
 
+/// As [`run_on`], watching the pole's velocity or the pressure at the first field point.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_watching(
+    bodies: &Bodies,
+    scene: &Scene,
+    measurand: Measurand,
+    plan: &EnsemblePlan,
+) -> Result<EnsembleOutcome, EnsembleError> {
+    let settings = observation::settings(scene)?;
+    run_traces(bodies, scene, (measurand, STEPS_PER_PERIOD), plan, |trace| {
+        Observation::of_trace(measurand, trace, &settings)
+    })
+}
+
 /// As [`run_on`], with a step of T0/`steps_per_period` of the chain and every pole velocity (m/s) watched by `watch`: a laboratory with
 /// its own bandwidth, instants and window.
 ///
@@ -135,6 +151,20 @@ pub fn run_as_seen(
     scene: &Scene,
     plan: &EnsemblePlan,
     steps_per_period: u32,
+    watch: impl Fn(&Series) -> Result<Observation, FeatureError> + Sync,
+) -> Result<EnsembleOutcome, EnsembleError> {
+    run_traces(bodies, scene, (Measurand::Velocity, steps_per_period), plan, watch)
+}
+
+/// As [`run_as_seen`] for any measurand: `watch` sees its trace, m/s or Pa.
+///
+/// # Errors
+/// [`EnsembleError`]; single failed runs are counted in the outcome instead.
+pub fn run_traces(
+    bodies: &Bodies,
+    scene: &Scene,
+    (measurand, steps_per_period): (Measurand, u32),
+    plan: &EnsemblePlan,
     watch: impl Fn(&Series) -> Result<Observation, FeatureError> + Sync,
 ) -> Result<EnsembleOutcome, EnsembleError> {
     if plan.members < 2 {
@@ -151,8 +181,11 @@ pub fn run_as_seen(
             })
         })
         .collect();
-    let see = |_, velocity: &Series| watch(velocity);
-    let watched = members::run(bodies, scene, &variations, steps_per_period, &Unwatched, see)?;
+    let see = |_, trace: &Series| watch(trace);
+    let watched: Vec<Result<Observation, String>> = match measurand {
+        Measurand::Velocity => members::run(bodies, scene, &variations, steps_per_period, &Unwatched, see)?,
+        Measurand::Pressure => members::heard(bodies, scene, &variations, &Unwatched, see)?,
+    };
     let failures: Vec<String> = watched.iter().filter_map(|outcome| outcome.as_ref().err().cloned()).collect();
     let observations: Vec<Option<Observation>> = watched.into_iter().map(Result::ok).collect();
     let [at_scene, above, below] = [0, 1, 2].map(|level| {
@@ -162,7 +195,7 @@ pub fn run_as_seen(
         let first = failures.first().cloned().unwrap_or_default();
         return Err(EnsembleError::Failed { runs: variations.len(), failed: failures.len(), first });
     }
-    let spreads = (0..observation::watched().len())
+    let spreads = (0..observation::watched_of(measurand, scene.drive.frequency).len())
         .map(|index| {
             let level = |level: &[&Observation]| Moments::of(level.iter().map(|observation| observation.0[index]));
             let [own, above, below] = [&at_scene, &above, &below].map(|runs| level(runs));

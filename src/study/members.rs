@@ -10,7 +10,8 @@ use rayon::prelude::*;
 
 use super::{bodies::Bodies, ensemble::EnsemblePlan};
 use crate::{
-    feature::FeatureError,
+    calibration::engine::trace,
+    feature::{FeatureError, Measurand},
     model::{
         ModelError,
         chain::ensemble::{Ensemble, Variation},
@@ -102,6 +103,30 @@ pub fn run<T: Send>(
     let run = |(index, variation): (usize, &Variation)| {
         let response = prepared.run(&varied(scene, variation), &mut |_| !watch.stop());
         seen(index, response.map(|response| response.pole_velocity))
+    };
+    Ok(variations.par_iter().enumerate().with_max_len(1).map(run).collect())
+}
+
+/// As [`run`], of a scene with water behind a disc: `see` is shown the pressure (Pa) at its first field point.
+///
+/// # Errors
+/// As [`run`].
+pub fn heard<T: Send>(
+    bodies: &Bodies,
+    scene: &Scene,
+    variations: &[Variation],
+    watch: &dyn Watch,
+    see: impl Fn(usize, &Series) -> Result<T, FeatureError> + Sync,
+) -> Result<Vec<Result<T, String>>, ModelError> {
+    let prepared = bodies.prepared(scene)?;
+    let run = |(index, variation): (usize, &Variation)| {
+        let outcome = prepared
+            .run(&varied(scene, variation), &mut |_| !watch.stop())
+            .and_then(|response| trace(response, Measurand::Pressure))
+            .map_err(|error| error.to_string())
+            .and_then(|pressure| see(index, &pressure).map_err(|error| error.to_string()));
+        watch.advance(1);
+        outcome
     };
     Ok(variations.par_iter().enumerate().with_max_len(1).map(run).collect())
 }

@@ -3,7 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    feature::{FeatureError, FeatureSettings, Features, PressureSettings, Ratio, Window, measure, measure_pressure},
+    feature::{
+        FeatureError, FeatureSettings, Features, Measurand, PressureFeatures, PressureSettings, Ratio, Window, measure,
+        measure_pressure,
+    },
     response::Response,
     scene::Scene,
     signal::Series,
@@ -55,7 +58,53 @@ pub fn watched() -> Vec<Watched> {
     all
 }
 
+/// What is watched of a measurand, in order; of a pressure under a drive of that frequency (Hz) the harmonics up to 1 MHz.
+#[must_use]
+pub fn watched_of(measurand: Measurand, drive_frequency: f64) -> Vec<Watched> {
+    if measurand == Measurand::Velocity {
+        return watched();
+    }
+    let pressure = |key: String| Watched { key, unit: "Pa", suffix: "_pa" };
+    let mut all = vec![pressure("positive_peak".into()), pressure("negative_peak".into())];
+    all.extend((1..=harmonics(drive_frequency)).map(|order| pressure(format!("line_{order}"))));
+    all.push(Watched { key: "thd".into(), unit: "", suffix: "" });
+    all
+}
+
+/// Number of harmonics up to 1 MHz.
+fn harmonics(drive_frequency: f64) -> u32 {
+    (HIGHEST_HARMONIC / drive_frequency).floor().max(1.0) as u32
+}
+
+/// Highest frequency of a harmonic of the pressure that is watched, Hz.
+const HIGHEST_HARMONIC: f64 = 1e6;
+
 impl Observation {
+    /// The watched numbers of a measured pressure.
+    #[must_use]
+    pub fn of_pressure(features: &PressureFeatures) -> Self {
+        let mut values = vec![Some(features.peaks.positive), Some(features.peaks.negative)];
+        let line = |order| features.harmonics.iter().find(|harmonic| harmonic.order == order);
+        values.extend((1..=harmonics(features.drive_frequency_hz)).map(|order| Some(line(order)?.amplitude_pa)));
+        values.push(Some(features.thd));
+        Self(values.into_iter().map(|value| value.filter(|value| value.is_finite())).collect())
+    }
+
+    /// The watched numbers of a trace of a measurand.
+    ///
+    /// # Errors
+    /// [`FeatureError`] when it cannot be measured.
+    pub fn of_trace(measurand: Measurand, trace: &Series, settings: &FeatureSettings) -> Result<Self, FeatureError> {
+        match measurand {
+            Measurand::Velocity => Self::measure(trace, settings),
+            Measurand::Pressure => {
+                let window = settings.window.unwrap_or_else(|| Window::whole(trace));
+                let settings = PressureSettings::new(settings.drive_frequency, window);
+                Ok(Self::of_pressure(&measure_pressure(trace, &settings)?))
+            }
+        }
+    }
+
     /// The watched numbers of measured features.
     #[must_use]
     pub fn of(features: &Features) -> Self {

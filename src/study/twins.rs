@@ -2,6 +2,10 @@
 //!
 //! Twins made on the reduced model can be fitted by the whole ladder, or by the chain alone: the second shows what the chain leaves out.
 
+mod water;
+
+pub use water::{MountFit, water_twins};
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -66,6 +70,19 @@ pub struct TwinOutcome {
     pub fit: Result<TwinFit, String>,
     /// Which law was named when both were fitted: `Some(None)` is undecided.
     pub named_law: Option<Option<String>>,
+    /// Which mount was named when all were fitted: `Some(None)` is undecided.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub named_mount: Option<Option<String>>,
+    /// What each mount made of the record, where mounts were fitted.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub mounts: Vec<MountFit>,
+}
+
+impl TwinOutcome {
+    /// One without mounts.
+    fn of(flaw: Flaw, truth: Option<Truth>, fit: Result<TwinFit, String>, named_law: Option<Option<String>>) -> Self {
+        Self { flaw, truth, fit, named_law, named_mount: None, mounts: vec![] }
+    }
 }
 
 /// The fit of one twin.
@@ -171,14 +188,14 @@ fn outcome(workshop: &Workshop, base: &Scene, plan: &TwinPlan, number: u64) -> T
         (flaws[(wrong / plan.wrong) as usize], scene_of(base, 4 * wrong), wrong)
     };
     let Some(parameters) = parameters(&scene) else {
-        return TwinOutcome { flaw, truth: None, fit: Err("the scene has no damping to fit".into()), named_law: None };
+        return TwinOutcome::of(flaw, None, Err("the scene has no damping to fit".into()), None);
     };
     let run = |scene: &Scene| workshop.run(scene, flaw);
     let made = match twin(&scene, &parameters, &Uncertainty::default(), flaw, number, plan.seed, &run) {
         Ok(made) => made,
         Err(error) => {
             let reason = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
-            return TwinOutcome { flaw, truth: None, fit: Err(reason), named_law: None };
+            return TwinOutcome::of(flaw, None, Err(reason), None);
         }
     };
     let fit_to = |scene: &Scene, parameters| {
@@ -202,12 +219,7 @@ fn outcome(workshop: &Workshop, base: &Scene, plan: &TwinPlan, number: u64) -> T
             None => Some(scene.damping.kind.name().to_owned()),
         });
     }
-    TwinOutcome {
-        flaw,
-        truth: Some(made.truth),
-        fit: fitted.as_ref().map(TwinFit::from).map_err(Clone::clone),
-        named_law,
-    }
+    TwinOutcome::of(flaw, Some(made.truth), fitted.as_ref().map(TwinFit::from).map_err(Clone::clone), named_law)
 }
 
 fn parameters(scene: &Scene) -> Option<Vec<Parameter>> {
@@ -280,6 +292,15 @@ pub struct TwinProof {
     pub right_law: usize,
     /// Of them: undecided.
     pub undecided_law: usize,
+    /// Twins fitted on every mount.
+    #[serde(default)]
+    pub mount_tests: usize,
+    /// Of them: the right mount named.
+    #[serde(default)]
+    pub right_mount: usize,
+    /// Of them: undecided.
+    #[serde(default)]
+    pub undecided_mount: usize,
     /// Wrong models: those that did not end `within scatter`, of how many, by flaw.
     pub unmasked: Vec<(Flaw, usize, usize)>,
 }
@@ -314,6 +335,8 @@ pub fn proof(outcomes: &[TwinOutcome]) -> TwinProof {
     let ended = |verdict| fitted.iter().filter(|(_, fit)| fit.verdict == verdict).count();
     let tested: Vec<(&String, &Option<String>)> =
         right.iter().filter_map(|o| Some((&o.truth.as_ref()?.damping_kind, o.named_law.as_ref()?))).collect();
+    let mounts: Vec<(&String, &Option<String>)> =
+        right.iter().filter_map(|o| Some((&o.truth.as_ref()?.support, o.named_mount.as_ref()?))).collect();
     let unmasked = [Flaw::SofterSupport, Flaw::OtherLaw, Flaw::MissingBead]
         .into_iter()
         .map(|flaw| {
@@ -331,6 +354,9 @@ pub fn proof(outcomes: &[TwinOutcome]) -> TwinProof {
         law_tests: tested.len(),
         right_law: tested.iter().filter(|(law, named)| named.as_ref() == Some(law)).count(),
         undecided_law: tested.iter().filter(|(_, named)| named.is_none()).count(),
+        mount_tests: mounts.len(),
+        right_mount: mounts.iter().filter(|(mount, named)| named.as_ref() == Some(mount)).count(),
+        undecided_mount: mounts.iter().filter(|(_, named)| named.is_none()).count(),
         unmasked,
     }
 }

@@ -7,7 +7,7 @@ use std::{
 
 use anyhow::{Context, bail};
 
-use super::{Arguments, ConfirmChoice, FeatureChoice, SearchChoice, measured::is_published};
+use super::{Arguments, ConfirmChoice, FeatureChoice, QuantityChoice, SearchChoice, measured::is_published};
 use crate::{
     calibration::{
         parameter::Parameter,
@@ -17,15 +17,19 @@ use crate::{
         arguments::{SceneArguments, usage},
         reading::ReadArguments,
     },
-    feature::fingerprint::FeatureSet,
+    feature::{Measurand, fingerprint::FeatureSet},
     scene::{DampingKind, Scene},
     signal::{Quantity, Unit},
 };
 
+/// The scenes that are taken where none is named.
+const SCENE: &str = "annulus";
+const SCENE_WITH_WATER: &str = "water";
+
 /// The parameters that can be fitted.
 const FITTABLE: [&str; 2] = ["alpha", "damping"];
 
-/// The file name that a drive record beside a vibrometer record is looked for under.
+/// The file name that a drive record beside a record is looked for under.
 const DRIVE_BESIDE: &str = "horn_tip.csv";
 
 /// Tested number of runs.
@@ -38,6 +42,10 @@ const EVALUATION_RANGE: std::ops::RangeInclusive<usize> = 200..=100_000;
 pub struct Definition {
     /// The record, or the published features.
     pub measured: PathBuf,
+    /// What was recorded.
+    pub quantity: Measurand,
+    /// Mounts of the disc asked for, by name; empty for the usual ones.
+    pub mounts: Vec<String>,
     /// Scene flags with the plan's merged in.
     pub scene: SceneArguments,
     /// How the record is read.
@@ -71,9 +79,27 @@ impl Definition {
         let mut assumptions = Vec::new();
         let Some(measured) = arguments.measured.or(plan.measured) else {
             return Err(usage(
-                "--measured FILE is needed: a vibrometer record, such as measurements/annulus-73khz/vib.csv",
+                "--measured FILE is needed: a vibrometer record, such as measurements/annulus-73khz/vib.csv, or with --quantity pressure a \
+                 hydrophone's",
             ));
         };
+        let quantity = match arguments.quantity {
+            Some(QuantityChoice::Velocity) => Measurand::Velocity,
+            Some(QuantityChoice::Pressure) => Measurand::Pressure,
+            None => plan.quantity.unwrap_or_default(),
+        };
+        if quantity == Measurand::Pressure {
+            if is_published(&measured) {
+                return Err(usage(
+                    "--quantity pressure needs a hydrophone's record (CSV): published features are of the velocity only",
+                ));
+            }
+            if arguments.features == Some(FeatureChoice::Paper) || plan.features == Some(FeatureSet::Paper) {
+                return Err(usage(
+                    "the features `paper` are those that the source paper compares of a velocity; leave --features out for a pressure",
+                ));
+            }
+        }
         if is_published(&measured) {
             if arguments.features.is_some() || plan.features.is_some() {
                 return Err(usage(
@@ -87,8 +113,9 @@ impl Definition {
         let mut scene = arguments.scene;
         if scene.scene.is_none() {
             scene.scene = Some(plan.scene.unwrap_or_else(|| {
-                assumptions.push("scene `annulus`; name another with --scene".into());
-                "annulus".into()
+                let usual = if quantity == Measurand::Pressure { SCENE_WITH_WATER } else { SCENE };
+                assumptions.push(format!("scene `{usual}`; name another with --scene"));
+                usual.into()
             }));
         }
         scene.set = plan.set.into_iter().chain(scene.set).collect();
@@ -136,6 +163,7 @@ impl Definition {
             if arguments.damping.is_empty() { plan.damping.unwrap_or_default() } else { arguments.damping };
         let mut seen = std::collections::BTreeSet::new();
         damping.retain(|law| seen.insert(law.clone()));
+        let mounts = if arguments.mount.is_empty() { plan.mount.unwrap_or_default() } else { arguments.mount };
         let features = match arguments.features {
             Some(FeatureChoice::Full) => FeatureSet::Full,
             Some(FeatureChoice::Paper) => FeatureSet::Paper,
@@ -143,6 +171,8 @@ impl Definition {
         };
         Ok(Self {
             measured,
+            quantity,
+            mounts,
             scene,
             reading: arguments.reading,
             features,
@@ -211,7 +241,7 @@ fn bound(number: &Number, parameter: &Parameter) -> anyhow::Result<f64> {
     Ok(Quantity::parse_as(text, Unit::parse(&parameter.unit)?.dimension)?)
 }
 
-/// The horn-tip record in the folder of a vibrometer record.
+/// The horn-tip record in the folder of a record.
 fn drive_beside(measured: &Path) -> Option<PathBuf> {
     let beside = measured.with_file_name(DRIVE_BESIDE);
     (beside.is_file() && beside != measured).then_some(beside)

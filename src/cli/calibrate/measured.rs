@@ -1,4 +1,4 @@
-//! What a scene is fitted to: a vibrometer record, or published features where no waveform exists.
+//! What a scene is fitted to: the record of a vibrometer or a hydrophone, or published features where no waveform exists.
 
 use std::path::Path;
 
@@ -11,6 +11,7 @@ use crate::{
         observation::{Observation, Recording},
         printed::Printed,
     },
+    feature::Measurand,
     measurement::{PublishedFeatures, Record, RecordKind, read_record},
     scene::Scene,
     study::{
@@ -68,12 +69,20 @@ impl Measured {
             assumptions.extend(printed.assumptions().into_iter().map(|text| format!("{place}: {text}")));
             return Ok(Self::Published(Box::new(MeasuredFeatures { published, printed })));
         }
-        let record =
-            read_record(path, RecordKind::Vibrometer, &definition.reading.options(Some(scene.drive.frequency)))?;
+        let measurand = definition.quantity;
+        let kind = match measurand {
+            Measurand::Velocity => RecordKind::Vibrometer,
+            Measurand::Pressure => RecordKind::Hydrophone,
+        };
+        let record = read_record(path, kind, &definition.reading.options(Some(scene.drive.frequency)))?;
         record.check_sampling(scene.drive.frequency)?;
         assumptions.extend(record.assumptions.iter().chain(&record.warnings).map(|text| format!("{place}: {text}")));
-        let recording =
-            Recording { velocity: record.series.clone(), noise_rms: record.noise_rms, bandwidth: record.bandwidth };
+        let recording = Recording {
+            measurand,
+            signal: record.series.clone(),
+            noise_rms: record.noise_rms,
+            bandwidth: record.bandwidth,
+        };
         let (begins, ends) = scene.drive.burst();
         let cycles = (ends - begins) * scene.drive.frequency;
         let observation = Observation::new(&recording, scene.drive.frequency, cycles, definition.features)

@@ -2,7 +2,7 @@
 
 use std::{fmt::Write, path::Path};
 
-use super::{FittedLaw, Job, fitted_scene, measured::Measured, rungs};
+use super::{FittedLaw, Job, alpha_sweep::alpha_sweep, fitted_scene, measured::Measured, rungs};
 use crate::{
     calibration::{
         comparison::Reduction,
@@ -11,35 +11,18 @@ use crate::{
         posterior::Posterior,
     },
     cli::{Outcome, arguments::Session, interrupt, output::OutputFolder},
-    feature::{Features, Window},
+    feature::{Features, Measurand, Peaks, Window},
     measurement::{PublishedFeature, PublishedFeatures, Record, Statement},
     report::{
         calibration::{
             CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, Provenance, RunPoint,
         },
         number::significant,
-        sweep::{SweepCurve, SweepPoint, SweepReport},
     },
     scene::{DampingKind, ModelKind, Scene},
     signal::Series,
-    study::{Bodies, EnsemblePlan, confirmation::Confirmation, ensemble, observation::watched, published::published},
+    study::{Bodies, EnsemblePlan, confirmation::Confirmation, published::published},
 };
-
-/// Points of the α sweep in the report.
-const SWEEP_POINTS: usize = 21;
-
-/// Perturbed runs a point of the α sweep.
-const SWEEP_MEMBERS: usize = 4;
-
-/// What the α sweep shows: key, panel, curve.
-const SWEPT: [(&str, &str, &str); 6] = [
-    ("positive_peak", "Peak velocity", "positive"),
-    ("negative_peak", "Peak velocity", "negative"),
-    ("ratio_1/3", "Line ratio to the drive line", "1/3"),
-    ("ratio_1/2", "Line ratio to the drive line", "1/2"),
-    ("ratio_2/3", "Line ratio to the drive line", "2/3"),
-    ("line_1", "Line amplitude", "1"),
-];
 
 /// The report of a calibration, plain and in SI.
 ///
@@ -62,22 +45,26 @@ pub fn report(
     let laws = order
         .map(|other| {
             let fea = fea.filter(|_| std::ptr::eq(other, law));
-            LawReport {
-                rungs: rungs::report(job, other, fea),
-                ..law_report(&other.kind, &other.scene, &other.fit, job)
-            }
+            LawReport { rungs: rungs::report(job, other, fea), ..law_report(other, &other.fit, job) }
         })
         .collect();
     let (subject, undecided, decided) = match &job.measured {
         Measured::Record(_) => ("The record", "does", "prefers"),
         Measured::Published(_) => ("The published features", "do", "prefer"),
     };
-    let preference = outcome.preferred_law.as_ref().map(|preferred| match preferred.as_str() {
+    let law = outcome.preferred_law.as_ref().map(|preferred| match preferred.as_str() {
         "undecided" => format!("{subject} {undecided} not decide between the damping laws."),
         law => format!("{subject} {decided} {} damping.", law_name(law)),
     });
+    let mount = outcome.preferred_mount.as_ref().map(|preferred| match preferred.as_str() {
+        "undecided" => format!("{subject} {undecided} not decide between the mounts of the disc."),
+        mount => format!("{subject} {decided} the {mount} disc."),
+    });
+    let said: Vec<String> = law.into_iter().chain(mount).collect();
+    let preference = (!said.is_empty()).then(|| said.join(" "));
     Ok(CalibrationReport {
         laws,
+        excluded: outcome.excluded.clone().into_iter().collect(),
         preference,
         separation: outcome.statements.clone(),
         simulated: confirmation.map(simulated_span),
@@ -104,10 +91,14 @@ fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
         ("cutoff of data and runs".into(), format!("{:.0} kHz", job.comparison.cutoff * 1e-3)),
     ];
     if let Reduction::Fingerprint(fingerprint) = &job.comparison.reduction {
-        settings.push(("onset threshold".into(), format!("{:.1} mm/s", fingerprint.threshold() * 1e3)));
+        let threshold = match fingerprint.measurand() {
+            Measurand::Velocity => format!("{:.1} mm/s", fingerprint.threshold() * 1e3),
+            Measurand::Pressure => format!("{:.3} kPa", fingerprint.threshold() * 1e-3),
+        };
+        settings.push(("onset threshold".into(), threshold));
     }
     let mut inputs = vec![InputFile {
-        role: if record.is_some() { "vibrometer record".into() } else { "published features".into() },
+        role: record.map_or_else(|| "published features".into(), |record| format!("{} record", record.kind.name())),
         path: job.measured.path().display().to_string(),
         sha256: job.measured.sha256().into(),
     }];
@@ -120,6 +111,7 @@ fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
     }
     CalibrationReport {
         title: job.measured.path().display().to_string(),
+        measurand: job.definition.quantity,
         record_label: label.into(),
         record_notes,
         scene: scene.name.clone(),
@@ -127,6 +119,7 @@ fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
         model: job.model().into(),
         drive_frequency: scene.drive.frequency,
         laws: Vec::new(),
+        excluded: Vec::new(),
         preference: None,
         separation: Vec::new(),
         drive: drive_displacement(scene),
@@ -225,7 +218,8 @@ fn law_name(kind: &str) -> &str {
 }
 
 /// One fit of one law, on whatever rung; the rungs side by side are added by the caller.
-pub fn law_report(kind: &str, scene: &Scene, fit: &Fit, job: &Job) -> LawReport {
+pub fn law_report(law: &FittedLaw, fit: &Fit, job: &Job) -> LawReport {
+    let FittedLaw { kind, scene, .. } = law;
     let quoted = |bound: f64| (fit.verdict != Verdict::OutsideScatter).then_some(bound);
     let parameters = fit.estimates.iter().zip(&fit.parameters).map(|(estimate, parameter)| Estimate {
         name: if estimate.name == "alpha" { "amplitude scale".into() } else { "damping coefficient".into() },
@@ -253,6 +247,7 @@ pub fn law_report(kind: &str, scene: &Scene, fit: &Fit, job: &Job) -> LawReport 
     let failures = crate::calibration::outcome::failures(fit);
     LawReport {
         damping_kind: law_name(kind).into(),
+        mount: law.mount.map(|mount| mount.name().into()),
         rungs: None,
         verdict: fit.verdict,
         misfit: fit.misfit,
@@ -332,7 +327,14 @@ fn feature_rows(job: &Job, scene: &Scene, confirmation: &Confirmation) -> Vec<Fe
             ),
         };
         let fitted = match &job.measured {
-            Measured::Record(_) => job.comparison.names().iter().any(|name| *name == feature.key),
+            // Of a pressure a harmonic's line is compared by the band around it.
+            Measured::Record(_) => {
+                let band = feature.key.replace("line_", "band_");
+                let same = |name: &str| {
+                    name == feature.key || (job.definition.quantity == Measurand::Pressure && name == band)
+                };
+                job.comparison.names().iter().any(|name| same(name))
+            }
             Measured::Published(measured) => measured.printed.value(&feature.key).is_some(),
         };
         FeatureRow {
@@ -358,54 +360,13 @@ fn statement_on<'a>(printed: &'a PublishedFeatures, key: &str) -> Option<&'a Pub
     }
 }
 
-/// Watched numbers against α from half to one and a half times the fitted value, mean and scatter, on the chain.
-fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome, reference: &str) -> Option<SweepReport> {
-    let centre = scene.amplitude_scale;
-    let plan = EnsemblePlan::new(SWEEP_MEMBERS, outcome.seed);
-    let keys = watched();
-    let points: Vec<(f64, Option<crate::study::EnsembleOutcome>)> = (0..SWEEP_POINTS)
-        .map(|index| {
-            let mut scene = scene.clone();
-            scene.model.kind = ModelKind::Chain;
-            scene.amplitude_scale = centre * (0.5 + index as f64 / (SWEEP_POINTS - 1) as f64);
-            (scene.amplitude_scale, ensemble::run(&scene, &plan).ok())
-        })
-        .collect();
-    let curves = SWEPT.iter().filter_map(|(key, group, name)| {
-        let index = keys.iter().position(|watched| watched.key == *key)?;
-        let at = |(alpha, outcome): &(f64, Option<crate::study::EnsembleOutcome>)| {
-            let spread = outcome.as_ref()?.spreads[index].as_ref()?;
-            Some(SweepPoint { at: *alpha, value: spread.mean, scatter: Some(spread.scatter) })
-        };
-        Some(SweepCurve {
-            group: (*group).into(),
-            name: (*name).into(),
-            unit: if keys[index].unit.is_empty() { "1".into() } else { keys[index].unit.into() },
-            points: points.iter().filter_map(at).collect(),
-            reference: outcome.features.get(*key).and_then(|feature| feature.measured),
-        })
-    });
-    Some(SweepReport {
-        name: if scene.model.kind == ModelKind::Chain {
-            "Amplitude scale α".into()
-        } else {
-            "Amplitude scale α on the chain".into()
-        },
-        unit: "1".into(),
-        curves: curves.collect(),
-        reference_name: reference.into(),
-        marked: Some((centre, "fitted".into())),
-    })
-}
-
 /// Draw drive, record and the uncalibrated response, before any fit.
 ///
 /// # Errors
 /// When the run fails or the folder cannot be written.
 pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyhow::Result<Outcome> {
-    let (_, scene, _) = &job.laws[0];
     let plan = EnsemblePlan::new(2, session.seed());
-    let mut scene = scene.clone();
+    let mut scene = job.candidates[0].scene.clone();
     scene.model.kind = ModelKind::Chain;
     let confirmation = job.measured.confirm(&scene, &Bodies::new(None), &plan)?;
     let report = CalibrationReport {
@@ -423,7 +384,11 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     let place = folder.finish()?;
     let window: Window = confirmation.window;
     let peaks = |features: &Features| {
-        format!("{:+.0} and {:+.0} mm/s", features.peaks.positive * 1e3, features.peaks.negative * 1e3)
+        let Peaks { positive, negative, .. } = features.peaks;
+        match job.definition.quantity {
+            Measurand::Velocity => format!("{:+.0} and {:+.0} mm/s", positive * 1e3, negative * 1e3),
+            Measurand::Pressure => format!("{:+.1} and {:+.1} kPa", positive * 1e-3, negative * 1e-3),
+        }
     };
     let compared = confirmation.recorded.as_ref().map_or_else(
         || " (published features are compared only after a fit)".to_owned(),
@@ -446,7 +411,9 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
 /// What is said on the terminal at the end.
 pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> String {
     let mut text = String::new();
-    let _ = writeln!(text, "{}: {} with {} damping", outcome.verdict, outcome.scene, law_name(&outcome.damping_kind));
+    let mount = outcome.mount.as_ref().map_or_else(String::new, |mount| format!(", {mount} disc"));
+    let law = law_name(&outcome.damping_kind);
+    let _ = writeln!(text, "{}: {} with {law} damping{mount}", outcome.verdict, outcome.scene);
     for (name, parameter) in &outcome.parameters {
         let interval = match (parameter.low, parameter.high) {
             (Some(low), Some(high)) => {
@@ -458,13 +425,23 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
         let bound = if parameter.at_bound { "   at a bound of the search" } else { "" };
         let _ = writeln!(text, "  {name:<8} {} {unit}{interval}{bound}", significant(parameter.value, 4));
     }
-    for key in ["positive_peak", "negative_peak", "ratio_1/3", "ratio_2/3"] {
+    for key in ["positive_peak", "negative_peak", "ratio_1/3", "ratio_2/3", "thd"] {
+        // The distortion says more of a train of pulses than of a bead's motion.
+        if key == "thd" && outcome.quantity == Measurand::Velocity {
+            continue;
+        }
         if let Some(feature) = outcome.features.get(key) {
             let _ = writeln!(text, "  {key:<14} {}", feature_text(feature, measured));
         }
     }
     if let Some(preferred) = &outcome.preferred_law {
         let _ = writeln!(text, "  preferred law: {preferred}");
+    }
+    if let Some(preferred) = &outcome.preferred_mount {
+        let _ = writeln!(text, "  preferred mount: {preferred}");
+    }
+    for (candidate, reason) in &outcome.excluded {
+        let _ = writeln!(text, "  {candidate}: no fit; {reason}");
     }
     for statement in &outcome.statements {
         let _ = writeln!(text, "{statement}");
@@ -483,7 +460,11 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
 }
 
 fn feature_text(feature: &crate::calibration::outcome::OutcomeFeature, measured: &str) -> String {
-    let (factor, unit) = if feature.unit == "m/s" { (1e3, " mm/s") } else { (1.0, "") };
+    let (factor, unit) = match feature.unit.as_str() {
+        "m/s" => (1e3, " mm/s"),
+        "Pa" => (1e-3, " kPa"),
+        _ => (1.0, ""),
+    };
     let shown = |value: Option<f64>| value.map_or_else(|| "–".into(), |value| significant(value * factor, 3));
     format!(
         "{measured} {}{unit}, model {} ± {}{unit}",

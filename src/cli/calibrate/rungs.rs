@@ -6,14 +6,15 @@ use std::{
     time::{Duration, Instant},
 };
 
-use anyhow::{Context, anyhow};
+use anyhow::{Context, anyhow, bail};
 use sha2::{Digest, Sha256};
 
-use super::{Job, SearchChoice, fitted_scene, page::law_report};
+use super::{Candidate, Job, SearchChoice, fitted_scene, page::law_report};
 use crate::{
     calibration::{
         checkpoint::{CheckpointError, SearchCheckpoint},
         correction::{Correction, MOST_PAIRS},
+        engine::trace,
         fit::{Fit, FitError, correct, fit},
         forward::{Forward, Uncertainty},
         outcome::{self, RungFeature, RungOutcome},
@@ -30,7 +31,7 @@ use crate::{
     },
     model,
     report::calibration::{RungReport, RungRow, RungsReport},
-    scene::{ModelKind, Scene},
+    scene::{ModelKind, Rim, Scene, Support},
 };
 
 /// Runs of the chain that cost as much as one above it, for the time left.
@@ -40,6 +41,8 @@ const UPPER_COST: u64 = 150;
 pub struct FittedLaw {
     /// The law.
     pub kind: String,
+    /// The mount of the disc, where mounts are compared.
+    pub mount: Option<Rim>,
     /// Its scene on the top rung.
     pub scene: Scene,
     /// The answer of the top rung.
@@ -50,12 +53,24 @@ pub struct FittedLaw {
     pub upper: Option<Rung>,
 }
 
+/// What came of all candidates.
+pub struct Fitted {
+    /// Those with an answer.
+    pub laws: Vec<FittedLaw>,
+    /// Mounts of which no run could be compared with the record, and why.
+    pub excluded: Vec<(Candidate, String)>,
+}
+
 /// The model above the chain, where the scene has one.
 ///
 /// # Errors
-/// A usage error for the finite element analysis, which is far too slow to be fitted.
+/// A usage error for the finite element analysis, which is far too slow to be fitted, and for what is not corrected before a disc.
 pub fn upper(scene: &Scene) -> anyhow::Result<Option<ModelKind>> {
     match scene.model.kind {
+        ModelKind::Reduced if matches!(scene.support, Support::Disc { .. }) => Err(usage(
+            "model `reduced` corrects no calibration in front of a disc: a run takes twenty times the chain's, and its weak hits differ by the \
+             nodes of a contact patch, not by physics (docs/water.md); use --model chain, and replay --model reduced at the answer",
+        )),
         ModelKind::Chain => Ok(None),
         ModelKind::Reduced => Ok(Some(ModelKind::Reduced)),
         ModelKind::Fea => Err(usage(
@@ -76,8 +91,8 @@ pub struct SavedFit {
 /// # Errors
 /// A state that is damaged or belongs to another fit.
 pub fn saved_fits(job: &Job, folder: &OutputFolder, seed: u64) -> Result<Vec<SavedFit>, CheckpointError> {
-    let saved = job.laws.iter().map(|(kind, scene, parameters)| {
-        let key = key(job, scene, parameters, seed);
+    let saved = job.candidates.iter().map(|candidate| {
+        let (kind, key) = (candidate.key(), key(job, &candidate.scene, &candidate.parameters, seed));
         let checkpoint = |name: String| SearchCheckpoint::new(&folder.state_path().join(name), &key);
         let search = checkpoint(format!("{kind}.json"));
         let correction = checkpoint(format!("{kind}-{}.json", job.model()));
@@ -103,24 +118,26 @@ fn key(job: &Job, scene: &Scene, parameters: &[Parameter], seed: u64) -> String 
     Sha256::digest(told.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Search every law on the chain and correct it on the rung above, with its `bodies`.
+/// Search every candidate on the chain and correct it on the rung above, with its `bodies`. A mount of which no run can be compared with the
+/// record, while others can, is left out with its reason.
 ///
 /// # Errors
-/// Ctrl-C; a law that cannot be fitted.
-pub fn fit_laws(
+/// Ctrl-C; a candidate that cannot be fitted.
+pub fn fit_candidates(
     job: &Job,
     saved: Vec<SavedFit>,
     bodies: Option<&Bodies>,
     session: &Session,
     timing: &mut Timing,
-) -> anyhow::Result<Vec<FittedLaw>> {
+) -> anyhow::Result<Fitted> {
     let budget = job.definition.evaluations as u64;
     let corrected = if bodies.is_some() { MOST_PAIRS as u64 * UPPER_COST } else { 0 };
     let of_law = budget + corrected;
-    let bar = progress::work(session, of_law * job.laws.len() as u64, "runs");
-    let mut fitted = Vec::new();
+    let bar = progress::work(session, of_law * job.candidates.len() as u64, "runs");
+    let (mut fitted, mut excluded) = (Vec::new(), Vec::new());
     let (mut searching, mut correcting) = (Duration::ZERO, Duration::ZERO);
-    for (number, ((kind, scene, parameters), saved)) in job.laws.iter().zip(saved).enumerate() {
+    for (number, (candidate, saved)) in job.candidates.iter().zip(saved).enumerate() {
+        let Candidate { law: kind, mount, scene, parameters } = candidate;
         let done = number as u64 * of_law;
         let watched = bar.clone();
         let watch = Arc::new(move |runs: u64| {
@@ -133,7 +150,7 @@ pub fn fit_laws(
             FitError::Stopped { .. } => interrupt::Interrupted.into(),
             error => {
                 let measured = job.measured.path().display();
-                anyhow!(error).context(format!("{measured}: damping law `{kind}` cannot be fitted"))
+                anyhow!(error).context(format!("{measured}: {} cannot be fitted", candidate.name()))
             }
         };
         let (uncertainty, laws) = (Uncertainty::default(), bodies.and_then(|bodies| bodies.laws.as_ref()));
@@ -154,7 +171,14 @@ pub fn fit_laws(
         let started = Instant::now();
         let (checkpoint, search) = saved.search;
         let search = search.unwrap_or_else(|| Search::new(&forward, budget as usize, session.seed(), strategy));
-        let mut answer = fit(&forward, search, Some(checkpoint)).map_err(failed)?;
+        let mut answer = match fit(&forward, search, Some(checkpoint)) {
+            Err(error @ FitError::TooFewRuns { .. }) if mount.is_some() && job.candidates.len() > 1 => {
+                excluded.push((candidate.clone(), error.to_string()));
+                bar.set_position(done + of_law);
+                continue;
+            }
+            answer => answer.map_err(failed)?,
+        };
         searching += started.elapsed();
         interrupt::check()?;
         let upper = bodies.map(|bodies| Rung::new(&forward, bodies.prepared.clone(), scene));
@@ -166,14 +190,19 @@ pub fn fit_laws(
             correcting += started.elapsed();
         }
         bar.set_position(done + of_law);
-        fitted.push(FittedLaw { kind: kind.clone(), scene: scene.clone(), fit: answer, forward, upper });
+        fitted.push(FittedLaw { kind: kind.clone(), mount: *mount, scene: scene.clone(), fit: answer, forward, upper });
     }
     bar.finish_and_clear();
+    if fitted.is_empty() {
+        let reasons: Vec<String> =
+            excluded.iter().map(|(candidate, why)| format!("{}: {why}", candidate.name())).collect();
+        bail!("{}: no candidate can be fitted: {}", job.measured.path().display(), reasons.join("; "));
+    }
     timing.stage("fit");
     if bodies.is_some() {
         timing.breakdown("fit", &[("chain", searching.as_secs_f64()), (job.model(), correcting.as_secs_f64())]);
     }
-    Ok(fitted)
+    Ok(Fitted { laws: fitted, excluded })
 }
 
 /// Features z of one finite element run at the answer, through the same conditioning.
@@ -197,7 +226,7 @@ pub fn confirm_by_fea(law: &FittedLaw, session: &Session) -> anyhow::Result<Vec<
     bar.finish_and_clear();
     interrupt::check()?;
     let response = response.context("--confirm fea: the finite element run at the answer failed")?;
-    let reduced = law.forward.features(response.pole_velocity);
+    let reduced = law.forward.features(trace(response, law.forward.comparison.measurand())?);
     reduced.map_err(|reason| anyhow!("--confirm fea: the response at the answer cannot be measured: {reason}"))
 }
 
@@ -243,7 +272,7 @@ pub fn report(job: &Job, law: &FittedLaw, fea: Option<&[f64]>) -> Option<RungsRe
     let fits = [Some(&below.fit), Some(&law.fit)].into_iter().chain(std::iter::repeat(None));
     let rungs = outcomes.iter().zip(fits).map(|(rung, fit)| RungReport {
         model: rung.model.clone(),
-        parameters: fit.map_or_else(Vec::new, |fit| law_report(&law.kind, &law.scene, fit, job).parameters),
+        parameters: fit.map_or_else(Vec::new, |fit| law_report(law, fit, job).parameters),
         verdict: rung.verdict,
         runs: rung.runs,
         failed_runs: rung.failed_runs,
@@ -260,7 +289,7 @@ pub fn report(job: &Job, law: &FittedLaw, fea: Option<&[f64]>) -> Option<RungsRe
     });
     Some(RungsReport {
         rungs: rungs.collect(),
-        below: Box::new(law_report(&law.kind, &law.scene, &below.fit, job)),
+        below: Box::new(law_report(law, &below.fit, job)),
         features: features.collect(),
     })
 }

@@ -1,6 +1,7 @@
 //! What the report says, in the order a reader wants it.
 
 use super::{CalibrationReport, LawReport, Verdict, figures, table};
+use crate::feature::Measurand;
 use crate::report::{
     number::{engineering, significant, unit, with_interval},
     page::{Block, Page, Plate, Tone},
@@ -17,6 +18,10 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     }
     blocks.extend(report.preference.clone().map(Block::Paragraph));
     blocks.push(Block::Table(table::laws(report)));
+    if !report.excluded.is_empty() {
+        let said = report.excluded.iter().map(|(name, reason)| format!("{name}: no fit. {}", capitalised(reason)));
+        blocks.push(Block::List(said.collect()));
+    }
     blocks.push(Block::Facts(facts(report)));
     if !report.separation.is_empty() {
         blocks.push(Block::Heading("What the data cannot separate".into()));
@@ -26,7 +31,7 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
 
     section(&mut blocks, "Drive", Some(format!("The piston follows {}.", report.drive_origin)), figures::drive(report));
     let alignment = (!report.alignment.is_empty()).then(|| format!("Alignment: {}.", report.alignment));
-    section(&mut blocks, "Velocity of the last bead", alignment, figures::velocities(report));
+    section(&mut blocks, recorded_quantity(report), alignment, figures::traces(report));
     section(&mut blocks, "Spectra", None, figures::spectra(report));
     if !report.features.is_empty() {
         blocks.push(Block::Heading("Features".into()));
@@ -91,7 +96,7 @@ pub(super) fn preview(report: &CalibrationReport) -> Page {
     }
     section(&mut blocks, "Drive", Some(format!("The piston follows {}.", report.drive_origin)), figures::drive(report));
     let alignment = (!report.alignment.is_empty()).then(|| format!("Alignment: {}.", report.alignment));
-    section(&mut blocks, "Velocity of the last bead", alignment, figures::velocities(report));
+    section(&mut blocks, recorded_quantity(report), alignment, figures::traces(report));
     section(&mut blocks, "Spectra", None, figures::spectra(report));
     if !report.assumptions.is_empty() {
         blocks.push(Block::Heading("Assumed on reading".into()));
@@ -102,6 +107,14 @@ pub(super) fn preview(report: &CalibrationReport) -> Page {
         title: format!("Before the calibration against {}", report.title),
         subtitle: format!("Scene {}: {}", report.scene, report.scene_description),
         blocks,
+    }
+}
+
+/// What the traces are, as a heading.
+fn recorded_quantity(report: &CalibrationReport) -> &'static str {
+    match report.measurand {
+        Measurand::Velocity => "Velocity of the last bead",
+        Measurand::Pressure => "Pressure in the water",
     }
 }
 
@@ -146,10 +159,11 @@ fn headline(report: &CalibrationReport, law: &LawReport) -> Block {
         format!(" {} leans on an end of its search range: widen it before believing the interval.", leaning.join(", "))
     };
     let (damping, model) = (law.name(), &report.model);
+    let quantity = report.measurand.name();
     let record = match report.record_label.as_str() {
         _ if report.recorded.is_none() => "the published features".to_owned(),
-        "recorded" => "the recorded velocity".to_owned(),
-        label => format!("the velocity record ({label})"),
+        "recorded" => format!("the recorded {quantity}"),
+        label => format!("the {quantity} record ({label})"),
     };
     let misfit = significant(law.misfit, 2);
     let (tone, text) = match law.verdict {
@@ -193,7 +207,10 @@ fn facts(report: &CalibrationReport) -> Vec<(String, String)> {
     }
     for law in &report.laws {
         if let Some(correlation) = law.correlation {
-            let name = format!("correlation ({})", law.damping_kind);
+            let name = match &law.mount {
+                Some(mount) => format!("correlation ({}, {mount})", law.damping_kind),
+                None => format!("correlation ({})", law.damping_kind),
+            };
             facts.push((name, significant(correlation, 2)));
         }
     }

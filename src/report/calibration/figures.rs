@@ -5,7 +5,7 @@ use super::{
     spectrum::{RECORDED, SIMULATED, SpectrumCurve, amplitude_panel, level_panel},
 };
 use crate::{
-    feature::{Window, amplitude_spectrum},
+    feature::{Measurand, Window, amplitude_spectrum},
     report::{
         figure::{Axis, Colour, Dash, Figure, Layer, Map, Marker, PAGE_WIDTH_MM, Panel, Stroke, trace},
         number,
@@ -19,8 +19,11 @@ fn time() -> Axis {
     Axis::new("Time", "µs").times(1e6)
 }
 
-fn velocity() -> Axis {
-    Axis::new("Velocity", "mm/s").times(1e3)
+fn quantity(measurand: Measurand) -> Axis {
+    match measurand {
+        Measurand::Velocity => Axis::new("Velocity", "mm/s").times(1e3),
+        Measurand::Pressure => Axis::new("Pressure", "kPa").times(1e-3),
+    }
 }
 
 /// Drive and its spectrum, side by side.
@@ -40,12 +43,12 @@ pub(super) fn drive(report: &CalibrationReport) -> Vec<Plate> {
     plates
 }
 
-/// Recorded and simulated velocity: whole, ring-up, a few periods of the plateau.
-pub(super) fn velocities(report: &CalibrationReport) -> Vec<Plate> {
+/// Recorded and simulated velocity or pressure: whole, ring-up, a few periods of the plateau.
+pub(super) fn traces(report: &CalibrationReport) -> Vec<Plate> {
     let Some(main) = report.recorded.as_ref().or(report.simulated.as_ref()) else { return Vec::new() };
     let period = 1.0 / report.drive_frequency;
     let overlay = |x: Axis, recorded: Stroke, simulated: Stroke| {
-        let mut panel = Panel::new(x, velocity());
+        let mut panel = Panel::new(x, quantity(report.measurand));
         if let Some(series) = &report.recorded {
             panel = panel.line(report.record_label.clone(), trace(series), recorded);
         }
@@ -54,10 +57,14 @@ pub(super) fn velocities(report: &CalibrationReport) -> Vec<Plate> {
         }
         panel
     };
+    let what = match report.measurand {
+        Measurand::Velocity => "Velocity of the last bead’s pole",
+        Measurand::Pressure => "Pressure at the hydrophone",
+    };
     let both = match (&report.recorded, &report.simulated) {
-        (Some(_), Some(_)) => format!("Velocity of the last bead’s pole, {} and simulated", report.record_label),
-        (Some(_), None) => format!("Velocity of the last bead’s pole, {}", report.record_label),
-        _ => "Simulated velocity of the last bead’s pole".to_owned(),
+        (Some(_), Some(_)) => format!("{what}, {} and simulated", report.record_label),
+        (Some(_), None) => format!("{what}, {}", report.record_label),
+        _ => format!("{what}, simulated"),
     };
     let start = main.start;
     let end = report.simulated.as_ref().map_or(main.end(), |series| series.end().min(main.end())).max(start + period);
@@ -71,14 +78,15 @@ pub(super) fn velocities(report: &CalibrationReport) -> Vec<Plate> {
     let zoom = |from: f64, periods: f64| {
         overlay(time().range(from, from + periods * period), RECORDED, SIMULATED.dash(Dash::Dashed)).height(44.0)
     };
+    let name = report.measurand.name();
     vec![
-        Plate::new("velocity", whole),
+        Plate::new(name, whole),
         Plate::new(
-            "velocity-onset",
+            format!("{name}-onset"),
             Figure::new("The first twelve drive periods after the onset.").panel(zoom(ring_up, 13.0)),
         ),
         Plate::new(
-            "velocity-zoom",
+            format!("{name}-zoom"),
             Figure::new("Six drive periods in the middle of the analysis window.")
                 .panel(zoom((middle - 3.0 * period).max(start), 6.0)),
         ),
@@ -91,7 +99,7 @@ fn onset(series: &Series) -> f64 {
     series.values.iter().position(|value| value.abs() >= level).map_or(series.start, |index| series.time(index))
 }
 
-/// Spectra of both velocities over the analysis window: absolute around the drive, in dB up to the usable band.
+/// Spectra of both traces over the analysis window: absolute around the drive, in dB up to the usable band.
 pub(super) fn spectra(report: &CalibrationReport) -> Vec<Plate> {
     let spectrum = |series: &Option<Series>| {
         let series = series.as_ref()?;
@@ -118,10 +126,14 @@ pub(super) fn spectra(report: &CalibrationReport) -> Vec<Plate> {
     let far = (0.4 * rate).min(1.25e6).max(near);
     let index = (drive / main.step_hz).round() as usize;
     let reference = main.amplitudes.get(index).copied().filter(|amplitude| *amplitude > 0.0);
+    let amplitude = match report.measurand {
+        Measurand::Velocity => "Velocity amplitude",
+        Measurand::Pressure => "Pressure amplitude",
+    };
     let near = Figure::new(
         "Amplitude spectra over the analysis window; names above the frame are fractions and multiples of the drive frequency.",
     )
-    .panel(amplitude_panel(&curves(), "Velocity amplitude", "m/s", drive, near).height(48.0));
+    .panel(amplitude_panel(&curves(), amplitude, report.measurand.unit(), drive, near).height(48.0));
     let mut plates = vec![Plate::new("spectrum", near)];
     if let Some(reference) = reference {
         let reference_trace = if recorded.is_some() { report.record_label.as_str() } else { "simulated" };
@@ -145,7 +157,7 @@ fn axis(estimate: &Estimate) -> Axis {
 /// Where the runs went, and the density with its accepted set.
 pub(super) fn objective(law: &LawReport) -> Vec<Plate> {
     let [first, second, ..] = law.parameters.as_slice() else { return Vec::new() };
-    let key = law.damping_kind.to_lowercase().replace(|letter: char| !letter.is_ascii_alphanumeric(), "-");
+    let key = law.key();
     let fit = vec![(first.value, second.value)];
     let map = law.map.as_ref().map(|map| {
         let level = map.accepted_level;
@@ -232,7 +244,7 @@ pub(super) fn rungs(law: &LawReport, rungs: &RungsReport) -> Option<Plate> {
         Colour::Vermillion,
         Marker::Ring,
     );
-    let key = law.damping_kind.to_lowercase().replace(|letter: char| !letter.is_ascii_alphanumeric(), "-");
+    let key = law.key();
     let title = format!("Accepted sets before and after the correction, {}.", law.name());
     Some(Plate::new(format!("rungs-{key}"), Figure::new(title).panel(panel)))
 }

@@ -3,7 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    calibration::fit::Verdict, feature::Window, report::sweep::SweepReport, response::EnergyLedger, signal::Series,
+    calibration::fit::Verdict,
+    feature::{Measurand, Window},
+    report::sweep::SweepReport,
+    response::EnergyLedger,
+    signal::Series,
 };
 
 /// Everything the report says, plain and in SI.
@@ -11,6 +15,9 @@ use crate::{
 pub struct CalibrationReport {
     /// What was calibrated, such as `measurements/annulus-73khz/vib.csv`.
     pub title: String,
+    /// What was recorded.
+    #[serde(default)]
+    pub measurand: Measurand,
     /// What the record is to be called in legends and tables: `recorded`, or `reconstruction` or `twin` where it is
     /// no measurement.
     pub record_label: String,
@@ -26,7 +33,10 @@ pub struct CalibrationReport {
     pub drive_frequency: f64,
     /// Every law fitted, the one the report leads with first; at least one.
     pub laws: Vec<LawReport>,
-    /// Which law the record prefers, in one sentence, where several were fitted.
+    /// Laws on mounts of which no run could be compared with the record, with the reason.
+    #[serde(default)]
+    pub excluded: Vec<(String, String)>,
+    /// Which law and mount the record prefers, in a sentence each, where several were fitted.
     pub preference: Option<String>,
     /// What the data cannot separate, and which further record would: one statement each.
     pub separation: Vec<String>,
@@ -34,9 +44,9 @@ pub struct CalibrationReport {
     pub drive: Series,
     /// Where the drive comes from, in a few words.
     pub drive_origin: String,
-    /// The record after the reader's conditioning, m/s; absent where only published numbers exist.
+    /// The record after the reader's conditioning, m/s or Pa; absent where only published numbers exist.
     pub recorded: Option<Series>,
-    /// The calibrated response through the same conditioning, already aligned with the record, m/s.
+    /// The calibrated response through the same conditioning, already aligned with the record, m/s or Pa.
     pub simulated: Option<Series>,
     /// How the simulated trace was aligned, such as `onset at 14.2 µs in both; shifted by one drive period`.
     pub alignment: String,
@@ -62,6 +72,9 @@ pub type AlphaSweep = SweepReport;
 pub struct LawReport {
     /// Name for people, such as `linear`, `Kuwabara–Kono` or `linear dampers`.
     pub damping_kind: String,
+    /// Mount of the disc, where mounts are compared.
+    #[serde(default)]
+    pub mount: Option<String>,
     /// What the fit says of the model.
     pub verdict: Verdict,
     /// FIT: misfit per feature in units of the local scatter, 1.
@@ -138,11 +151,18 @@ pub struct RungRow {
 impl LawReport {
     /// The law as it reads in a sentence: `linear damping`, `linear dampers`.
     pub(super) fn name(&self) -> String {
+        let mount = self.mount.as_ref().map_or_else(String::new, |mount| format!(", {mount} disc"));
         if self.damping_kind.contains("damp") {
-            self.damping_kind.clone()
+            format!("{}{mount}", self.damping_kind)
         } else {
-            format!("{} damping", self.damping_kind)
+            format!("{} damping{mount}", self.damping_kind)
         }
+    }
+
+    /// The law in the names of files: `linear`, `linear-clamped`.
+    pub(super) fn key(&self) -> String {
+        let law = self.damping_kind.to_lowercase().replace(|letter: char| !letter.is_ascii_alphanumeric(), "-");
+        self.mount.as_ref().map_or_else(|| law.clone(), |mount| format!("{law}-{mount}"))
     }
 }
 
@@ -203,7 +223,7 @@ pub struct RunPoint {
 pub struct FeatureRow {
     /// Name for people, such as `positive peak` or `line 1/3`.
     pub name: String,
-    /// Unit in SI: `m/s`, or `1` for a pure number.
+    /// Unit in SI: `m/s`, `Pa`, or `1` for a pure number.
     pub unit: String,
     /// Of the record.
     pub recorded: Option<f64>,

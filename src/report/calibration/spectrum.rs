@@ -50,7 +50,7 @@ pub(super) fn amplitude_panel(
     highest: f64,
 ) -> Panel {
     let top = largest(curves, highest);
-    let (factor, shown) = shown_unit(unit);
+    let (factor, shown) = if unit == "Pa" { (1e-3, "kPa") } else { shown_unit(unit) };
     let floor = top * 10f64.powi(-DECADES);
     let mut panel = Panel::new(frequency_axis(highest), {
         Axis::new(quantity, shown).times(factor).logarithmic().range(floor, 2.0 * top)

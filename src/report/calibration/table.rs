@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{CalibrationReport, LawReport, RungsReport};
+use crate::feature::Measurand;
 use crate::report::{
     number::{short, significant, to_uncertainty, unit, with_interval},
     page::{Column, Files, Table},
@@ -11,13 +12,18 @@ use crate::report::{
 
 const NOTHING: &str = "–";
 
+/// As [`shown_unit`]; a pressure here is sound.
+fn heard_unit(unit: &str) -> (f64, &str) {
+    if unit == "Pa" { (1e-3, "kPa") } else { shown_unit(unit) }
+}
+
 /// Recorded, simulated, scatter, sensitivity, published.
 pub(super) fn features(report: &CalibrationReport) -> Table {
     let rows = report
         .features
         .iter()
         .map(|row| {
-            let (factor, shown) = shown_unit(&row.unit);
+            let (factor, shown) = heard_unit(&row.unit);
             let scatter = row.scatter.filter(|scatter| *scatter > 0.0).map(|scatter| scatter * factor);
             // Digits down to the scatter, but never more than four figures.
             let value = |value: Option<f64>| match (value.map(|value| value * factor), scatter) {
@@ -60,6 +66,7 @@ pub(super) fn features(report: &CalibrationReport) -> Table {
 
 /// Every law with its parameters.
 pub(super) fn laws(report: &CalibrationReport) -> Table {
+    let mounts = report.laws.iter().any(|law| law.mount.is_some());
     let best = report.laws.iter().filter_map(|law| law.log_evidence).fold(f64::NEG_INFINITY, f64::max);
     let rows = report
         .laws
@@ -71,8 +78,9 @@ pub(super) fn laws(report: &CalibrationReport) -> Table {
                 let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
                 let interval = parameter.low.zip(parameter.high);
                 let note = if parameter.at_bound { ", at a bound" } else { "" };
-                vec![
-                    once(law.damping_kind.clone()),
+                let mut cells = vec![once(law.damping_kind.clone())];
+                cells.extend(mounts.then(|| once(law.mount.clone().unwrap_or_default())));
+                cells.extend([
                     format!("{} {}", parameter.name, parameter.symbol),
                     format!("{}{unit}{note}", with_interval(parameter.value, interval)),
                     format!("{} to {}{unit}", short(parameter.bounds.0), short(parameter.bounds.1)),
@@ -80,22 +88,25 @@ pub(super) fn laws(report: &CalibrationReport) -> Table {
                     once(law.verdict.to_string()),
                     once(law.log_evidence.map_or(NOTHING.to_owned(), |evidence| significant(evidence - best, 2))),
                     once(format!("{} ({} failed)", law.evaluations, law.failed_runs)),
-                ]
+                ]);
+                cells
             })
         })
         .collect();
+    let mut columns = vec![Column::words("Damping")];
+    columns.extend(mounts.then(|| Column::words("Disc")));
+    columns.extend([
+        Column::words("Parameter"),
+        Column::words("Value (90 % interval)"),
+        Column::words("Searched"),
+        Column::numbers("Misfit").unit("1"),
+        Column::words("Verdict"),
+        Column::numbers("Δ ln evidence"),
+        Column::words("Runs"),
+    ]);
     Table {
         caption: "Fitted parameters with 90 % intervals, where they may be quoted. Misfit: per feature, in units of the local scatter (≤ 1 no alarm, 1 to 1.5 doubtful, above: not explained).".into(),
-        columns: vec![
-            Column::words("Damping"),
-            Column::words("Parameter"),
-            Column::words("Value (90 % interval)"),
-            Column::words("Searched"),
-            Column::numbers("Misfit").unit("1"),
-            Column::words("Verdict"),
-            Column::numbers("Δ ln evidence"),
-            Column::words("Runs"),
-        ],
+        columns,
         rows,
     }
 }
@@ -132,7 +143,7 @@ pub(super) fn rung_features(law: &LawReport, rungs: &RungsReport, record: &str) 
         return None;
     }
     let rows = rungs.features.iter().map(|row| {
-        let (factor, shown) = shown_unit(&row.unit);
+        let (factor, shown) = heard_unit(&row.unit);
         let mut cells = vec![row.name.clone(), row.recorded.map_or(NOTHING.into(), |v| significant(v * factor, 3))];
         cells.extend(row.expected.iter().zip(&row.scatter).map(|(value, scatter)| match (value, scatter) {
             (Some(value), Some(scatter)) => {
@@ -236,7 +247,7 @@ pub(super) fn inputs(report: &CalibrationReport) -> Table {
     }
 }
 
-/// `features.csv`, `runs.csv` and the velocities as CSV, SI, the unit in the head or beside the value.
+/// `features.csv`, `runs.csv` and the traces as CSV, SI, the unit in the head or beside the value.
 pub(super) fn csv_files(report: &CalibrationReport) -> Files {
     let mut files: Files = Vec::new();
     let mut features = String::from(
@@ -252,7 +263,7 @@ pub(super) fn csv_files(report: &CalibrationReport) -> Files {
     }
     files.push(("features.csv".into(), features.into_bytes()));
     for law in &report.laws {
-        let key = law.damping_kind.to_lowercase().replace(|letter: char| !letter.is_ascii_alphanumeric(), "-");
+        let key = law.key();
         let below = law.rungs.as_ref().map(|rungs| (format!("{key}-chain"), rungs.below.as_ref()));
         for (key, law) in [(key, law)].into_iter().chain(below) {
             let heads =
@@ -265,13 +276,18 @@ pub(super) fn csv_files(report: &CalibrationReport) -> Files {
             files.push((format!("runs-{key}.csv").into(), runs.into_bytes()));
         }
     }
+    let quantity = report.measurand.name();
+    let unit = match report.measurand {
+        Measurand::Velocity => "m_per_s",
+        Measurand::Pressure => "pa",
+    };
     for (name, series) in [("recorded", &report.recorded), ("simulated", &report.simulated)] {
         let Some(series) = series else { continue };
-        let mut text = String::from("time_s,velocity_m_per_s\n");
+        let mut text = format!("time_s,{quantity}_{unit}\n");
         for (index, value) in series.values.iter().enumerate() {
             let _ = writeln!(text, "{:.9e},{value}", series.time(index));
         }
-        files.push((format!("{name}_velocity.csv").into(), text.into_bytes()));
+        files.push((format!("{name}_{quantity}.csv").into(), text.into_bytes()));
     }
     files
 }

@@ -16,7 +16,7 @@ use crate::{
         search::{Search, Strategy},
         twin::{Flaw, twin},
     },
-    feature::fingerprint::FeatureSet,
+    feature::{Measurand, fingerprint::FeatureSet},
     model,
     scene::Scene,
     signal::Series,
@@ -90,7 +90,12 @@ fn noise(room: &mut Room<'_>) {
     let step = 4e-7;
     let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
     let values = (0..2000).map(|_| 0.02 * draw()).collect();
-    let recording = Recording { velocity: Series::new(-3e-5, step, values), noise_rms: 0.02, bandwidth: None };
+    let recording = Recording {
+        measurand: Measurand::Velocity,
+        signal: Series::new(-3e-5, step, values),
+        noise_rms: 0.02,
+        bandwidth: None,
+    };
     let parameters = Parameter::damping(scene.damping.kind).map(|damping| vec![Parameter::alpha(), damping]);
     match parameters.ok_or("the scene has no damping to fit".to_owned()).and_then(|parameters| {
         let fit = fitted(room, &scene, parameters, &recording)?;

@@ -1,0 +1,119 @@
+//! What makes the traces of a search: the chain alone, eight runs side by side, or the chain in front of a disc, one by one on the disc's clock.
+
+use std::sync::Arc;
+
+use super::forward::STEPS_PER_CYCLE;
+use crate::{
+    feature::Measurand,
+    model::{
+        self, ModelError, Prepared,
+        chain::{
+            FiniteBodyLaws,
+            ensemble::{Ensemble, Variation},
+        },
+    },
+    response::Response,
+    scene::{Integrator, Scene, Support},
+    signal::Series,
+};
+
+/// A scene ready to be run under variations, with [`STEPS_PER_CYCLE`] samples a drive period.
+#[derive(Clone)]
+pub(super) enum Engine {
+    Chain(Ensemble),
+    /// The disc is made ready once; a run begins from a copy of it at rest.
+    OnDisc {
+        prepared: Arc<Prepared>,
+        scene: Box<Scene>,
+        measurand: Measurand,
+    },
+}
+
+/// The scene with `STEPS_PER_CYCLE` output samples a drive period and, in front of a disc, the longest clock not above its own step that
+/// divides them.
+#[must_use]
+pub fn sampled_scene(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.output_step = 1.0 / (scene.drive.frequency * STEPS_PER_CYCLE as f64);
+    if let (Support::Disc { .. }, Integrator::Symplectic { step }) = (&scene.support, &mut scene.model.integrator) {
+        *step = scene.output_step / (scene.output_step / *step - 1e-9).ceil().max(1.0);
+    }
+    scene
+}
+
+/// The trace of a measurand: the pole's velocity, or the pressure at the scene's first field point.
+///
+/// # Errors
+/// [`ModelError::Unsupported`] for the pressure of a scene without water.
+pub fn trace(response: Response, measurand: Measurand) -> Result<Series, ModelError> {
+    match measurand {
+        Measurand::Velocity => Ok(response.pole_velocity),
+        Measurand::Pressure => {
+            let heard = response.disc.and_then(|disc| disc.pressure.into_iter().next());
+            heard.ok_or_else(|| ModelError::Unsupported {
+                model: "chain",
+                reason:
+                    "the scene has no water to be heard in; take `scene = \"water\"` or set `support.kind = \"disc\"`"
+                        .into(),
+            })
+        }
+    }
+}
+
+impl Engine {
+    /// Make a scene ready, its contacts as `laws` have them where there are any.
+    ///
+    /// # Errors
+    /// When the scene cannot be run at a fixed step, or has nothing of the measurand.
+    pub(super) fn new(scene: &Scene, laws: Option<&FiniteBodyLaws>, measurand: Measurand) -> Result<Self, ModelError> {
+        if matches!(scene.support, Support::Disc { .. }) {
+            let scene = Box::new(sampled_scene(scene));
+            let prepared = Arc::new(model::prepare(&scene)?);
+            return Ok(Self::OnDisc { prepared, scene, measurand });
+        }
+        if measurand == Measurand::Pressure {
+            return Err(ModelError::Unsupported {
+                model: "chain",
+                reason: "a scene without a disc makes no sound in water; set `support.kind = \"disc\"`".into(),
+            });
+        }
+        Ok(Self::Chain(match laws {
+            Some(laws) => Ensemble::with_laws(scene, laws, STEPS_PER_CYCLE as u32)?,
+            None => Ensemble::new(scene, STEPS_PER_CYCLE as u32)?,
+        }))
+    }
+
+    /// Samples of a run.
+    pub(super) fn samples(&self) -> usize {
+        match self {
+            Self::Chain(ensemble) => ensemble.samples(),
+            Self::OnDisc { scene, .. } => scene.samples(),
+        }
+    }
+
+    /// The trace of every variation.
+    pub(super) fn run(&self, variations: &[Variation]) -> Vec<Result<Series, ModelError>> {
+        match self {
+            Self::Chain(ensemble) => ensemble.run(variations),
+            Self::OnDisc { prepared, scene, measurand } => {
+                let run = |variation: &Variation| {
+                    let response = prepared.run(&varied(scene, variation), &mut |_| true)?;
+                    trace(response, *measurand)
+                };
+                variations.iter().map(run).collect()
+            }
+        }
+    }
+}
+
+/// The scene with a variation written into it; no gap is negative.
+fn varied(scene: &Scene, variation: &Variation) -> Scene {
+    let mut scene = scene.clone();
+    scene.amplitude_scale = variation.amplitude_scale;
+    scene.damping.linear = variation.linear_damping;
+    scene.damping.kuwabara_kono = variation.kuwabara_kono_damping;
+    for (gap, offset) in scene.chain.gaps.iter_mut().zip(&variation.gap_offsets) {
+        *gap = (*gap + offset).max(0.0);
+    }
+    scene
+}
