@@ -140,3 +140,22 @@ fn a_stopped_study_has_no_outcome() {
     let stopped = Study::new(plan("rigid", false)).unwrap().measure(&Impatient);
     assert!(matches!(stopped, Err(AccuracyError::Stopped)));
 }
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_it_with_130_and_leaves_nothing() {
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().join("accuracy");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_granchain"));
+    command.args(["accuracy", "--scene", "rigid", "--quiet", "--out", out.to_str().unwrap()]);
+    let mut child = command.spawn().unwrap();
+    // The folder is staged once the study is under way.
+    while std::fs::read_dir(place.path()).unwrap().next().is_none() {
+        assert!(child.try_wait().unwrap().is_none(), "it ended before it could be stopped");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let left: Vec<_> = std::fs::read_dir(place.path()).unwrap().map(|entry| entry.unwrap().path()).collect();
+    assert!(left.is_empty(), "{left:?}");
+}

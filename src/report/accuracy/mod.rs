@@ -244,11 +244,11 @@ impl AccuracyReport {
         let found = &self.accuracy.found;
         let answered = LEVELS.iter().filter(|level| found.cheapest_within(**level, |_| true).is_some()).count();
         let tone = if answered >= 2 { Tone::Good } else { Tone::Careful };
-        let verdict = format!("{answered} of {} levels are reached.", LEVELS.len());
+        let verdict = format!("{answered} of {} levels are reached", LEVELS.len());
         let mut blocks = vec![
             Block::Headline { tone, verdict, text: format!(" {}", sentence(found)) },
             Block::Paragraph(format!(
-                "Scene `{}`; compared is the {} over {}, in which a waveform can be compared at all; errors are rms of the difference over rms \
+                "Scene `{}`; compared is this: {}; over {}, in which a waveform can be compared at all; errors are rms of the difference over rms \
                  of the reference. The chaos floor is the change by gaps jittered by 0.3 nm and a drive jittered by 10⁻⁴, rms over {} copies: \
                  what lies below it buys nothing in the laboratory.",
                 found.scene,
