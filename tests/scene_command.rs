@@ -99,3 +99,29 @@ fn init_writes_a_commented_scene_that_checks_and_never_replaces_a_file() {
     assert!(err.contains("did you mean `water`?"), "{err}");
     assert!(!folder.path().join("d.toml").exists());
 }
+
+#[test]
+fn explain_lists_every_effect_at_once_and_measures_on_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, out, err) = granchain(folder.path(), &["scene", "explain", "annulus"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert!(out.contains("on   linear dampers") && out.contains("c = 0.3"), "{out}");
+    assert!(out.contains("off  absorption in the water") && out.contains("off  checkpoint"), "{out}");
+    let (code, _, err) = granchain(folder.path(), &["scene", "explain", "annulus", "--out", "page"]);
+    assert!(code == 2 && err.contains("--measure"), "{code} {err}");
+
+    let arguments = ["scene", "explain", "rigid", "--set", "duration=30us", "--set", "model.kind=chain"];
+    let measured = [&arguments[..], &["--accuracy", "1%", "--out", "page"]].concat();
+    let (code, out, err) = granchain(folder.path(), &measured);
+    assert_eq!(code, 0, "{err}");
+    assert!(out.contains("For 1 %") || out.contains("For 1.0 %"), "{out}");
+    let page = folder.path().join("page");
+    for file in ["report.html", "report.md", "effects.json", "figures/effects.svg", "timing.json"] {
+        assert!(page.join(file).is_file(), "{file}");
+    }
+    let json: serde_json::Value = serde_json::from_slice(&std::fs::read(page.join("effects.json")).unwrap()).unwrap();
+    let rows = json["costs"]["effects"].as_array().unwrap();
+    let bodies = rows.iter().find(|row| row["name"] == "elastic bodies").unwrap();
+    assert!(bodies["on"] == false && bodies["measured"]["change"]["waveform"].as_f64().unwrap() > 0.0);
+    assert!(json["advice"]["target"] == 0.01);
+}

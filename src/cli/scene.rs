@@ -1,4 +1,6 @@
-//! `granchain scene`: list, show, check and start scenes.
+//! `granchain scene`: list, show, check, explain and start scenes.
+
+mod explain;
 
 use std::{
     fmt::Write,
@@ -51,6 +53,8 @@ enum Action {
         #[arg(long = "set", value_name = "KEY=VALUE")]
         set: Vec<String>,
     },
+    /// Every effect, on or off, why, and with --measure what it costs and what leaving it out would change
+    Explain(explain::Arguments),
     /// Write a commented scene file to start from; never replaces a file
     Init {
         /// The file to write
@@ -72,6 +76,9 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         Action::List => list(session)?,
         Action::Show { scene, toml, set } => show(session, &load(session, &scene, &set)?, toml)?,
         Action::Check { scene, set } => check(session, &scene, &load(session, &scene, &set)?)?,
+        Action::Explain(explain) => {
+            explain::execute(session, &explain, &load(session, &explain.scene, &explain.set)?)?;
+        }
         Action::Init { file, from } => init(session, &file, &from)?,
     }
     Ok(Outcome::Done)

@@ -8,6 +8,7 @@ pub mod chain_length;
 pub mod confirmation;
 pub mod convergence;
 pub mod decoder;
+pub mod effects;
 pub mod ensemble;
 pub mod failure;
 pub mod grid;

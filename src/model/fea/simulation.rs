@@ -343,7 +343,7 @@ impl<'a> Simulation<'a> {
         let (time, step, contact) = (start, self.step / f64::from(1_u32 << level), contact + 1);
         self.cuts.push(Cut { time_s: time, step_s: step, contact, cause });
         self.ledger.work.rejected_steps += 1;
-        self.contacts.clone_from(&self.before);
+        self.contacts.iter_mut().zip(&self.before).for_each(|(contact, before)| contact.copy_from(before));
         self.motion.forget_prediction();
         if level == halvings {
             return Err(FeaError::StepGivenUp { time, step, contact, cause });
@@ -371,7 +371,7 @@ impl<'a> Simulation<'a> {
         let Some(operator) = &mut operators[level as usize] else { return Err((Cause::NotFinite, 0)) };
         let c = operator.coefficients;
         let (piston, piston_velocity) = self.drive.at(end);
-        before.clone_from(contacts);
+        before.iter_mut().zip(contacts.iter()).for_each(|(before, contact)| before.copy_from(contact));
         ledger.work.solves += arrangement.kinds.len() as u64;
         motion.predict(arrangement, interfaces, operator, before, profile);
 

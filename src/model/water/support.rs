@@ -232,7 +232,8 @@ impl DiscSupport {
         let count = scene.chain.beads.len();
         let steps = instants(scene, self.step);
         let every = ((scene.output_step / self.step).round() as usize).max(1);
-        let columns = |columns: usize| vec![Vec::with_capacity(steps / every + 1); columns];
+        // Each reserved by itself: a copy of an empty vector has no room.
+        let columns = |count: usize| (0..count).map(|_| Vec::with_capacity(steps / every + 1)).collect::<Vec<_>>();
         let (mut displacement, mut velocity, mut force) = (columns(count + 1), columns(count + 1), columns(count + 1));
         let (mut back, mut pressure) = (Vec::with_capacity(steps / every + 1), columns(self.points().len()));
         let chain = ChainInFront {

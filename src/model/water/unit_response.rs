@@ -57,7 +57,8 @@ impl UnitResponse {
         Played {
             response: self,
             forces: Vec::with_capacity(self.pole.len()),
-            pressed: Vec::new(),
+            // Between two spans lies an instant without a force.
+            pressed: Vec::with_capacity(self.pole.len() / 2 + 1),
             pole: 0.0,
             work: 0.0,
             terms: 0,

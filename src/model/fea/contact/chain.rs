@@ -111,6 +111,13 @@ impl ContactState {
         Self { forces: vec![0.0; points], gaps: vec![0.0; points], pressing: 0.0, damping: 0.0 }
     }
 
+    /// Take over another state of the same contact; nothing is allocated.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.forces.copy_from_slice(&other.forces);
+        self.gaps.copy_from_slice(&other.gaps);
+        (self.pressing, self.damping) = (other.pressing, other.damping);
+    }
+
     /// Whole axial force, N.
     #[must_use]
     pub fn total(&self) -> f64 {

@@ -52,6 +52,8 @@ pub struct DiscOnWater {
     /// By the body's unknowns, m/s.
     velocity: Columns,
     image: Columns,
+    /// The displacement by the body's unknowns, for its energy; fixed ones stay 0.
+    spread: Columns,
     /// What is known of the disc's rows before a step but for the force, 2M u̇/Δ − K u, N.
     known: Vec<f64>,
     /// At the points at the last instant, N.
@@ -179,6 +181,7 @@ impl DiscOnWater {
             displacement: vec![0.0; solid],
             known: vec![0.0; solid],
             velocity: columns.clone(),
+            spread: columns.clone(),
             image: columns,
             work: 0.0,
             solves: 0,
@@ -210,12 +213,11 @@ impl DiscOnWater {
         let body = self.disc.body();
         body.multiply_mass(&self.velocity, &mut self.image);
         let kinetic = dot(self.velocity.as_slice(), self.image.as_slice());
-        let mut displacement = body.columns(1);
         for (&dof, value) in body.dofs().free().iter().zip(&self.displacement) {
-            displacement.as_mut_slice()[dof as usize] = *value;
+            self.spread.as_mut_slice()[dof as usize] = *value;
         }
-        body.multiply_stiffness(&displacement, &mut self.image);
-        let elastic = dot(displacement.as_slice(), self.image.as_slice());
+        body.multiply_stiffness(&self.spread, &mut self.image);
+        let elastic = dot(self.spread.as_slice(), self.image.as_slice());
         [0.5 * (kinetic + elastic), self.waves.energy(), self.waves.radiated]
     }
 }
