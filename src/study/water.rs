@@ -214,12 +214,6 @@ impl CombinationOutcome {
         self.cells.first().and_then(|cell| cell.pressure_pa).is_some_and(|found| found.median > PRINTED_PRESSURE)
     }
 
-    /// Whether its disc is one of elements behind a dashpot, which rings at every touch.
-    #[must_use]
-    pub fn rings(&self) -> bool {
-        self.combination.baffle == "soft" && self.combination.placement == "all"
-    }
-
     /// The cell at the printed drive.
     #[must_use]
     pub fn printed(&self) -> Option<&Cell> {

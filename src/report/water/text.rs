@@ -16,8 +16,8 @@ use crate::{
 pub(super) fn headline(outcome: &WaterOutcome) -> Block {
     let at_printed = outcome.combinations.iter().filter_map(CombinationOutcome::printed);
     let agreeing = at_printed.filter(|cell| cell.has_pressure() && cell.has_level()).count();
-    let quiet = outcome.combinations.iter().filter(|own| !own.rings()).filter_map(CombinationOutcome::printed);
-    let medians: Vec<f64> = quiet.filter_map(|cell| Some(cell.pressure_pa?.median)).collect();
+    let printed = outcome.combinations.iter().filter_map(CombinationOutcome::printed);
+    let medians: Vec<f64> = printed.filter_map(|cell| Some(cell.pressure_pa?.median)).collect();
     let (low, high) = ends(&medians);
     let both = outcome.combinations.iter().filter(|own| !own.with_both().is_empty()).count();
     let drives: Vec<f64> = outcome.combinations.iter().flat_map(CombinationOutcome::with_both).collect();
@@ -46,7 +46,7 @@ pub(super) fn headline(outcome: &WaterOutcome) -> Block {
         tone,
         verdict,
         text: format!(
-            " It gives {} instead (a soft baffle with a dashpot at the disc, which rings, left aside). {elsewhere}",
+            " It gives {} instead. {elsewhere}",
             range(1e-3 * low, 1e-3 * high, "kPa")
         ),
     }
