@@ -7,6 +7,8 @@ use super::{contact::State, motion::Moving};
 
 /// Sweeps after which they have not settled.
 const MOST_SWEEPS: u32 = 400;
+/// Sweeps after which a change counts as rounding where it is one of what a dashpot makes of a velocity alone.
+const ROUNDING_SWEEPS: u32 = 40;
 /// Largest change in the last sweep over the largest force: a few roundings.
 const SETTLED: f64 = 1e-14;
 
@@ -29,7 +31,7 @@ pub(super) fn solve(
     tension: bool,
 ) -> Result<u64, usize> {
     let mut evaluations = 0;
-    for _ in 0..MOST_SWEEPS {
+    for sweep in 0..MOST_SWEEPS {
         let (mut worst, mut change, mut largest) = (0, 0.0, 0.0);
         for contact in 0..states.len() {
             let coefficient = states[contact].coefficient;
@@ -38,15 +40,19 @@ pub(super) fn solve(
                 states[contact].damping = 0.0;
                 continue;
             }
-            let (mut rate, mut mobility) = (0.0, 0.0);
+            let (mut rate, mut mobility, mut fastest) = (0.0, 0.0, 0.0);
             for (slot, sign) in [(contact, 1.0), (contact + 1, -1.0)] {
                 match &bodies[slot] {
                     Some(body) => {
                         let net = states[slot - 1].total() - states.get(slot).map_or(0.0, State::total);
                         rate += sign * (body.rigid_velocity + body.mobility() * net);
                         mobility += body.mobility();
+                        fastest = f64::max(fastest, body.rigid_velocity.abs());
                     }
-                    None if slot == 0 => rate += piston,
+                    None if slot == 0 => {
+                        rate += piston;
+                        fastest = f64::max(fastest, piston.abs());
+                    }
                     None => {
                         if let Some(behind) = behind {
                             rate -= behind.velocity + behind.mobility * own;
@@ -61,6 +67,9 @@ pub(super) fn solve(
             states[contact].damping = force;
             evaluations += 1;
             largest = f64::max(largest, force.abs().max(states[contact].pressing));
+            if sweep >= ROUNDING_SWEEPS {
+                largest = largest.max(coefficient * fastest);
+            }
             if !((force - own).abs() <= change) {
                 (worst, change) = (contact, (force - own).abs());
             }

@@ -4,10 +4,10 @@
 //! m_i ü_i = F_{i−1} − F_i,   F_i = k_i δ_i^(3/2) + (c + γ √δ_i) δ̇_i while δ_i > 0,   F_0 the piston's, F_N the disc's ([`super::contact`])
 //! ```
 //!
-//! Velocity Verlet on the clock of the disc: positions of the beads at the end of a step are explicit, so the disc's contact is the one
-//! equation left, solved together with the disc's compliance; dashpots between beads see the velocity extrapolated to the end of the step, the
-//! one at the disc the velocity there. Second order where contacts do not open or close; see [`crate::model::chain`] for what a fixed step
-//! costs there.
+//! Velocity Verlet on the clock of the disc: positions of the beads at the end of a step are explicit, so of the elastic forces the disc's alone
+//! is an equation, solved together with the disc's compliance. Dashpots see the velocities at the end of the step, which their own forces
+//! change: they are found in turn until none changes, whatever their coefficients. Second order where contacts do not open or close; see
+//! [`crate::model::chain`] for what a fixed step costs there.
 
 use thiserror::Error;
 
@@ -182,8 +182,12 @@ pub(super) fn march(
 
     // Slot 0 is the piston, 1…N the beads.
     let (mut u, mut v) = (vec![0.0; count + 1], vec![0.0; count + 1]);
-    let (mut a, mut predicted) = (u.clone(), u.clone());
+    let (mut a, mut moved) = (u.clone(), u.clone());
+    // What a unit of force held through the second half of a step adds to a velocity, m/s/N; nothing to the piston's.
+    let mobility: Vec<f64> = std::iter::once(0.0).chain(masses.iter().map(|mass| 0.5 * step / mass)).collect();
     let mut force = vec![preload; count + 1];
+    let mut before = force.clone();
+    let mut pairs = vec![Pair { elastic: preload, ..Pair::default() }; count];
     let mut pressing = Pressing { force: preload, indentation: contact.indentation(preload) };
     (u[0], v[0]) = motion.at(0.0);
     let pressed = |u: &[f64], pressing: &Pressing| -> f64 {
@@ -196,65 +200,65 @@ pub(super) fn march(
     if !observe(&Moment { instant: 0, time: 0.0, displacement: &u, velocity: &v, force: &force, disc }) {
         return stopped(0.0);
     }
-    let mut power = (preload * v[0], 0.0);
     let mut damper_force = 0.0;
     for instant in 1..=instants {
         let time = instant as f64 * step;
         for i in 1..=count {
-            let half = v[i] + 0.5 * step * a[i];
-            u[i] += step * half;
-            predicted[i] = half + 0.5 * step * a[i];
-            v[i] = half;
+            v[i] += 0.5 * step * a[i];
+            moved[i] = step * v[i];
+            u[i] += moved[i];
         }
-        (u[0], predicted[0]) = motion.at(time);
-        let mut lost = 0.0;
-        for i in 0..count {
-            let (overlap, rate) = (u[i] - u[i + 1] + rest[i], predicted[i] - predicted[i + 1]);
-            let elastic = hertz_force(stiffness[i], overlap);
-            let mut total = elastic;
+        let pushed = u[0];
+        (u[0], v[0]) = motion.at(time);
+        moved[0] = u[0] - pushed;
+        before.copy_from_slice(&force);
+        for (i, pair) in pairs.iter_mut().enumerate() {
+            let overlap = u[i] - u[i + 1] + rest[i];
+            pair.lost = force[i] - pair.elastic;
+            pair.elastic = hertz_force(stiffness[i], overlap);
             if damped > 0 {
-                total += dampers[i].force(overlap, rate);
-                total = if tension { total } else { total.max(0.0) };
-                lost += (total - elastic) * rate;
+                pair.damping = dampers[i].force(overlap, 1.0);
             }
-            books.events += u64::from((total != 0.0) != (force[i] != 0.0));
-            force[i] = total;
+            force[i] = pair.elastic;
         }
-        books.dashpots += damped as u64;
+        books.dashpots += (damped + usize::from(at_disc.is_some())) as u64;
         // Of the force, the disc knows what exceeds the static one.
         let overlap = u[count] + rest[count] - disc.predict() + compliance * preload;
         let patch = |source| ChainOnWaterError::Patch { time, source };
-        let before = pressing;
-        pressing = match &at_disc {
+        match &at_disc {
             None => {
-                let force = contact.force(overlap, compliance).map_err(patch)?;
-                Pressing { force, indentation: contact.indentation(force) }
+                force[count] = contact.force(overlap, compliance).map_err(patch)?;
+                pressing = Pressing { force: force[count], indentation: contact.indentation(force[count]) };
+                if damped > 0 {
+                    settle(&pairs, (&v, &mobility), tension, &mut force, |_| Ok(None))?;
+                }
             }
             Some(dashpot) => {
-                books.dashpots += 1;
-                let half = 0.5 * step / masses[count - 1];
-                let free = v[count] + half * force[count - 1] - disc.predicted_modal_velocity() + modal * preload;
-                let approach = Approach { rate: free, yielding: half + modal };
-                let found = contact.damped(overlap, compliance, dashpot, approach, tension).map_err(patch)?;
-                let elastic = hertz_force(contact.hertz_stiffness, found.indentation);
-                let now = found.force - elastic;
-                books.dissipated += 0.5 * (damper_force + now) * (found.indentation - before.indentation);
+                let (receding, indentation) = (disc.predicted_modal_velocity() - modal * preload, pressing.indentation);
+                settle(&pairs, (&v, &mobility), tension, &mut force, |pushing| {
+                    let rate = v[count] + mobility[count] * pushing - receding;
+                    let approach = Approach { rate, yielding: mobility[count] + modal };
+                    pressing = contact.damped(overlap, compliance, dashpot, approach, tension).map_err(patch)?;
+                    Ok(Some(pressing.force))
+                })?;
+                let now = pressing.force - hertz_force(contact.hertz_stiffness, pressing.indentation);
+                books.dissipated += 0.5 * (damper_force + now) * (pressing.indentation - indentation);
                 damper_force = now;
-                found
             }
-        };
-        books.events += u64::from((pressing.force != 0.0) != (before.force != 0.0));
-        force[count] = pressing.force;
+        }
+        let switched = force.iter().zip(&before).filter(|(now, before)| (**now != 0.0) != (**before != 0.0));
+        books.events += switched.count() as u64;
         disc.push(pressing.force - preload);
         for i in 1..=count {
             a[i] = (force[i - 1] - force[i]) / masses[i - 1];
             v[i] += 0.5 * step * a[i];
         }
-        v[0] = predicted[0];
-        let now = (force[0] * v[0], lost);
-        books.piston_work += 0.5 * step * (power.0 + now.0);
-        books.dissipated += 0.5 * step * (power.1 + now.1);
-        power = now;
+        books.piston_work += 0.5 * (before[0] + force[0]) * moved[0];
+        if damped > 0 {
+            for (i, pair) in pairs.iter().enumerate() {
+                books.dissipated += 0.5 * (pair.lost + force[i] - pair.elastic) * (moved[i] - moved[i + 1]);
+            }
+        }
         books.largest = books.largest.max(books.initial + books.piston_work - books.dissipated);
         if !(v[count].is_finite() && force[count].is_finite()) {
             return Err(ChainOnWaterError::NonFinite { time, step });
@@ -266,6 +270,62 @@ pub(super) fn march(
     books.kinetic = (1..=count).map(|i| 0.5 * masses[i - 1] * v[i] * v[i]).sum();
     books.stored = pressed(&u, &pressing);
     Ok(books)
+}
+
+/// Sweeps after which dashpots are left as they are, and the change of a force over the largest at which they have settled, or over what a dashpot
+/// makes of a velocity alone: a few roundings of either.
+const MOST_SWEEPS: u32 = 400;
+const SETTLED: f64 = 1e-14;
+
+/// A contact between piston and first bead or two beads in a step.
+#[derive(Debug, Clone, Copy, Default)]
+struct Pair {
+    /// Elastic force, N.
+    elastic: f64,
+    /// c + γ √δ, N·s/m; 0 while open.
+    damping: f64,
+    /// Force of the dashpot at the step before, N.
+    lost: f64,
+}
+
+/// Forces at the end of a step, the elastic ones with those of the dashpots, which see velocities that all forces change:
+/// F_i = F_el + D (v_i − v_{i+1} + h_i F_{i−1} − (h_i + h_{i+1}) F_i + h_{i+1} F_{i+1}), contact by contact until none changes.
+///
+/// - `v`, `h`: velocities without the forces of the second half of the step, m/s, and what a unit force then adds, m/s/N
+/// - `last`: the disc's force under that of the contact before; none where it does not depend on it
+///
+/// # Errors
+/// What `last` says.
+fn settle(
+    pairs: &[Pair],
+    (v, h): (&[f64], &[f64]),
+    tension: bool,
+    force: &mut [f64],
+    mut last: impl FnMut(f64) -> Result<Option<f64>, ChainOnWaterError>,
+) -> Result<(), ChainOnWaterError> {
+    let count = pairs.len();
+    for _ in 0..MOST_SWEEPS {
+        let (mut change, mut largest) = (0.0, 0.0);
+        let mut take = |force: &mut f64, now: f64| {
+            (change, largest) = (f64::max(change, (now - *force).abs()), f64::max(largest, now.abs()));
+            *force = now;
+        };
+        let mut rounded = 0.0;
+        for (i, pair) in pairs.iter().enumerate().filter(|(_, pair)| pair.damping > 0.0) {
+            let pushing = if i > 0 { h[i] * force[i - 1] } else { 0.0 };
+            let rate = v[i] + pushing - v[i + 1] + h[i + 1] * force[i + 1];
+            let now = (pair.elastic + pair.damping * rate) / (1.0 + pair.damping * (h[i] + h[i + 1]));
+            take(&mut force[i], if tension { now } else { now.max(0.0) });
+            rounded = f64::max(rounded, pair.damping * v[i].abs().max(v[i + 1].abs()));
+        }
+        if let Some(now) = last(force[count - 1])? {
+            take(&mut force[count], now);
+        }
+        if change <= SETTLED * f64::max(largest, rounded) {
+            break;
+        }
+    }
+    Ok(())
 }
 
 /// Run a chain at rest against a disc at rest for `duration` (s), heard at the disc's first `points` field points.

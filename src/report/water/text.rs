@@ -45,10 +45,7 @@ pub(super) fn headline(outcome: &WaterOutcome) -> Block {
     Block::Headline {
         tone,
         verdict,
-        text: format!(
-            " It gives {} instead. {elsewhere}",
-            range(1e-3 * low, 1e-3 * high, "kPa")
-        ),
+        text: format!(" It gives {} instead. {elsewhere}", range(1e-3 * low, 1e-3 * high, "kPa")),
     }
 }
 

@@ -213,9 +213,9 @@ pub const CASES: &[Case] = &[
     Case {
         number: 12,
         name: "water",
-        what: "A disc a hundred times softer and stiffer, half the water in front of its absorbing boundary, 10 ms of an undamped chain: no \
-               energy beyond the piston’s work, no echo.",
-        rungs: &[Rung::Hertz],
+        what: "A disc a hundred times softer and stiffer, with and without a dashpot there, an overdamped one, a static force; half the water \
+               in front of its absorbing boundary, 10 ms of an undamped chain: no energy beyond the piston’s work, no echo.",
+        rungs: &[Rung::Hertz, Rung::Reduced, Rung::Fea],
         examine: water::examine,
     },
     Case {

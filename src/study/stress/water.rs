@@ -1,22 +1,32 @@
-//! Soft and stiff discs, half the water, a long ringing.
+//! Soft and stiff discs, a dashpot and a static force at the disc, half the water, a long ringing.
 
 use super::{
-    Limit,
+    Limit, Rung,
     room::{Balance, Ran, Room, difference},
 };
 
 pub(super) fn examine(room: &mut Room<'_>) {
-    for (which, modulus) in [("disc a hundred times softer", "0.35 GPa"), ("disc a hundred times stiffer", "3500 GPa")]
-    {
-        let modulus = format!("materials.vitreous-carbon.youngs_modulus={modulus}");
-        let sets = [modulus.as_str(), "damping.at=beads", "duration=150 us"];
-        match room.scene("water", &sets).and_then(|scene| room.run(&scene)) {
+    let duration = if room.rung == Rung::Fea { "duration=50 us" } else { "duration=150 us" };
+    let of = |modulus: &str| format!("materials.vitreous-carbon.youngs_modulus={modulus}");
+    let (soft, stiff) = (of("0.35 GPa"), of("3500 GPa"));
+    for (which, sets) in [
+        ("disc a hundred times softer", [soft.as_str(), "damping.at=beads"]),
+        ("disc a hundred times stiffer", [stiff.as_str(), "damping.at=beads"]),
+        ("disc a hundred times softer, dashpot there", [soft.as_str(), "damping.at=all"]),
+        ("disc a hundred times stiffer, dashpot there", [stiff.as_str(), "damping.at=all"]),
+        ("overdamped dashpot at the disc", ["damping.at=all", "damping.coefficient=30 N s/m"]),
+        ("pressed by 1 N", ["damping.at=all", "chain.precompression=1 N"]),
+    ] {
+        match room.scene("water", &[&sets[..], &[duration]].concat()).and_then(|scene| room.run(&scene)) {
             Ok(ran) => room.sound(which, &ran, Balance::WATER),
             Err(reason) => room.failed(which, reason),
         }
     }
-    half(room);
-    long(room);
+    // A whole drive of elements, and 400,000 steps: the chain's.
+    if room.rung == Rung::Hertz {
+        half(room);
+        long(room);
+    }
 }
 
 fn pressure(ran: &Ran) -> &[f64] {

@@ -220,6 +220,10 @@ impl Contacts {
                 effort.dashpots += self.damp(c, rigid, overlap[c], states, work, effort.sweeps > FREEZING_SWEEPS);
                 let moved = (states[c].total() - work.before[c]).abs();
                 largest = f64::max(largest, states[c].total().abs().max(states[c].pressing));
+                if effort.sweeps > FREEZING_SWEEPS {
+                    // A dashpot rounds with the velocities that it takes from each other.
+                    largest = largest.max(work.damping[c] * rigid[c].velocity.abs().max(rigid[c + 1].velocity.abs()));
+                }
                 if !(moved <= change) {
                     (worst, change) = (c, moved);
                 }
