@@ -138,6 +138,21 @@ fn a_pressed_chain_rests_on_the_disc_and_swings_about_it_as_the_chains_law_does(
 }
 
 #[test]
+fn overdamped_dashpots_settle_and_keep_the_books_in_every_model() {
+    // A hundred times the scene's: a dashpot stops a bead in three steps, and rounds with its velocity while forces are nothing yet.
+    for at in ["damping.at=beads", "damping.at=all"] {
+        let with = |model: &str| run(&[at, "damping.coefficient=30 N s/m", "duration=60 us", model]).unwrap();
+        let (chain, reduced) = (with("model.kind=chain"), with("model.kind=reduced"));
+        for response in [&chain, &reduced] {
+            assert!(imbalance(response).abs() < 1e-3, "{at}: {:e}", imbalance(response));
+        }
+        // Whole beads against Hertz, as without damping.
+        let error = difference(disc_force(&chain), disc_force(&reduced));
+        assert!(error < 0.05, "{at}: {error}");
+    }
+}
+
+#[test]
 fn a_static_force_on_a_disc_that_nothing_holds_is_refused() {
     for kind in ["model.kind=reduced", "model.kind=fea"] {
         let free = ["duration=1 us", "model.mesh_density=4", "disc.rim=free", "chain.precompression=0.1 N", kind];
