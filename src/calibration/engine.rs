@@ -20,11 +20,11 @@ use crate::{
 /// A scene ready to be run under variations, with [`STEPS_PER_CYCLE`] samples a drive period.
 #[derive(Clone)]
 pub(super) enum Engine {
-    Chain(Ensemble),
+    Chain(Box<Ensemble>),
     /// The disc is made ready once; a run begins from a copy of it at rest.
     OnDisc {
         prepared: Arc<Prepared>,
-        scene: Box<Scene>,
+        scene: Arc<Scene>,
         measurand: Measurand,
     },
 }
@@ -67,7 +67,7 @@ impl Engine {
     /// When the scene cannot be run at a fixed step, or has nothing of the measurand.
     pub(super) fn new(scene: &Scene, laws: Option<&FiniteBodyLaws>, measurand: Measurand) -> Result<Self, ModelError> {
         if matches!(scene.support, Support::Disc { .. }) {
-            let scene = Box::new(sampled_scene(scene));
+            let scene = Arc::new(sampled_scene(scene));
             let prepared = Arc::new(model::prepare(&scene)?);
             return Ok(Self::OnDisc { prepared, scene, measurand });
         }
@@ -77,10 +77,10 @@ impl Engine {
                 reason: "a scene without a disc makes no sound in water; set `support.kind = \"disc\"`".into(),
             });
         }
-        Ok(Self::Chain(match laws {
+        Ok(Self::Chain(Box::new(match laws {
             Some(laws) => Ensemble::with_laws(scene, laws, STEPS_PER_CYCLE as u32)?,
             None => Ensemble::new(scene, STEPS_PER_CYCLE as u32)?,
-        }))
+        })))
     }
 
     /// Samples of a run.
@@ -116,4 +116,38 @@ fn varied(scene: &Scene, variation: &Variation) -> Scene {
         *gap = (*gap + offset).max(0.0);
     }
     scene
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene;
+
+    #[test]
+    fn the_clock_of_a_disc_divides_the_samples_and_is_no_longer_than_the_scene_s() {
+        let scene = sampled_scene(&scene::load("water", &[]).unwrap());
+        let Integrator::Symplectic { step } = scene.model.integrator else { panic!("no fixed step") };
+        let parts = scene.output_step / step;
+        assert!((parts - parts.round()).abs() < 1e-9 && step <= 2.5e-8 && step > 2e-8, "{step:e} {parts}");
+        assert!((scene.output_step * 73e3 * STEPS_PER_CYCLE as f64 - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_scene_without_water_has_no_pressure() {
+        let scene = scene::load("annulus", &[]).unwrap();
+        assert!(matches!(Engine::new(&scene, None, Measurand::Pressure), Err(ModelError::Unsupported { .. })));
+    }
+
+    #[test]
+    fn a_run_before_a_disc_is_the_scene_s_own_run_at_the_same_clock() {
+        let mut scene = scene::load("water", &["duration=60us".into(), "damping.at=beads".into()]).unwrap();
+        let engine = Engine::new(&scene, None, Measurand::Pressure).unwrap();
+        let mut variation = Variation::of(&scene);
+        (variation.amplitude_scale, variation.linear_damping) = (0.7, 0.2);
+        let made = engine.run(&[variation]).remove(0).unwrap();
+        (scene.amplitude_scale, scene.damping.linear) = (0.7, 0.2);
+        let own = model::run(&sampled_scene(&scene), &mut |_| true).unwrap();
+        assert_eq!(made, own.disc.unwrap().pressure[0]);
+        assert_eq!(made.len(), engine.samples());
+    }
 }

@@ -397,6 +397,29 @@ mod tests {
     }
 
     #[test]
+    fn the_harmonics_of_a_pressure_are_told_apart_up_to_1_mhz() {
+        // n-th harmonic of amplitude 100/n Pa, n up to 14, under a drive of 73 kHz.
+        let step = 1.0 / SAMPLES_PER_CYCLE as f64;
+        let value = |i: usize| {
+            let cycles = i as f64 * step - 2.0;
+            let harmonic = |n: u32| 100.0 / f64::from(n) * (TAU * f64::from(n) * cycles).sin();
+            if cycles < 0.0 { 0.0 } else { (1..=14).map(harmonic).sum() }
+        };
+        let pressure = Series::new(0.0, step, (0..60 * SAMPLES_PER_CYCLE).map(value).collect());
+        let fingerprint = Fingerprint::of(Measurand::Pressure, FeatureSet::Full, (20.0, 300.0), 40, 73e3).unwrap();
+        let (names, z) = (fingerprint.names(), fingerprint.measure(&pressure).unwrap());
+        for n in 1..=13 {
+            let index = names.iter().position(|name| *name == format!("band_{n}")).unwrap();
+            let found = fingerprint.amplitude(index, z[index]);
+            assert!((found * f64::from(n) / (100.0 / 2.0_f64.sqrt()) - 1.0).abs() < 1e-3, "{n}: {found} Pa");
+        }
+        // 14 × 73 kHz lie above 1 MHz.
+        assert!(!names.iter().any(|name| name == "band_14") && names.len() == 27, "{names:?}");
+        let silent = fingerprint.measure(&pressure.map(|value| 0.01 * value)).unwrap_err().to_string();
+        assert!(silent.contains("the pressure stays below") && silent.contains("Pa"), "{silent}");
+    }
+
+    #[test]
     fn the_trigger_drops_out() {
         let fingerprint = Fingerprint::new(FeatureSet::Full, 0.05, 0.3, 40).unwrap();
         let (early, late) =

@@ -40,7 +40,7 @@ pub enum SensitivityError {
     /// No hydrophone.
     #[error(
         "expected a hydrophone's sensitivity between {} and {}, found `{found}`, which is {}: {} a volt; check the prefixes",
-        volts_a_pascal(HYDROPHONE.0), volts_a_pascal(HYDROPHONE.1), volts_a_pascal(1.0 / per_volt), Quantity::new(*per_volt, Dimension::PRESSURE)
+        volts_a_pascal(HYDROPHONE.0), volts_a_pascal(HYDROPHONE.1), volts_a_pascal(1.0 / per_volt), pascals(*per_volt)
     )]
     NoHydrophone {
         /// The text.
@@ -50,9 +50,18 @@ pub enum SensitivityError {
     },
 }
 
+fn pascals(pressure: f64) -> Quantity {
+    // An inverse has sixteen digits.
+    Quantity::new(format!("{pressure:.3e}").parse().unwrap_or(pressure), Dimension::PRESSURE)
+}
+
 fn volts_a_pascal(sensitivity: f64) -> String {
     // Three digits: an inverse has sixteen.
     let rounded = format!("{sensitivity:.2e}").parse().unwrap_or(sensitivity);
+    // Nobody names less than a tenth of a nanovolt by a prefix.
+    if rounded < HYDROPHONE.0 {
+        return format!("{rounded:e} V/Pa");
+    }
     format!("{}/Pa", Quantity::new(rounded, Dimension::VOLTAGE))
 }
 
@@ -116,9 +125,7 @@ impl Sensitivity {
 impl std::fmt::Display for Sensitivity {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         if self.dimension == Dimension::PRESSURE {
-            // An inverse has sixteen digits.
-            let rounded = format!("{:.4e}", self.per_volt).parse().unwrap_or(self.per_volt);
-            return write!(f, "{}/V ({})", Quantity::new(rounded, self.dimension), volts_a_pascal(1.0 / self.per_volt));
+            return write!(f, "{}/V ({})", pascals(self.per_volt), volts_a_pascal(1.0 / self.per_volt));
         }
         write!(f, "{}/V", Quantity::new(self.per_volt, self.dimension))
     }
@@ -154,7 +161,9 @@ mod tests {
 
     #[test]
     fn what_no_hydrophone_has_is_refused_with_figures() {
-        for (text, figures) in [("250 V/Pa", "4 mPa a volt"), ("3 pV/Pa", "0.003 nV/Pa"), ("4 Pa/kV", "250 V/Pa")] {
+        for (text, figures) in
+            [("250 V/Pa", "4 mPa a volt"), ("3 pV/Pa", "3e-12 V/Pa: 333.3 GPa a volt"), ("4 Pa/kV", "250 V/Pa")]
+        {
             let message = Sensitivity::parse(text).unwrap_err().to_string();
             assert!(message.contains(figures) && message.contains("0.1 nV/Pa and 10 V/Pa"), "{message}");
         }

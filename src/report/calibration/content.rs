@@ -27,7 +27,9 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
         blocks.push(Block::Heading("What the data cannot separate".into()));
         blocks.push(Block::List(report.separation.clone()));
     }
-    blocks.extend(report.laws.iter().filter_map(table::lobes).map(Block::Table));
+    // Where mounts compete, the regions of those that explain nothing mean nothing.
+    let told = |law: &&LawReport| law.mount.is_none() || law.verdict != Verdict::OutsideScatter;
+    blocks.extend(report.laws.iter().filter(told).filter_map(table::lobes).map(Block::Table));
 
     section(&mut blocks, "Drive", Some(format!("The piston follows {}.", report.drive_origin)), figures::drive(report));
     let alignment = (!report.alignment.is_empty()).then(|| format!("Alignment: {}.", report.alignment));

@@ -64,7 +64,10 @@ pub(super) fn traces(report: &CalibrationReport) -> Vec<Plate> {
     let both = match (&report.recorded, &report.simulated) {
         (Some(_), Some(_)) => format!("{what}, {} and simulated", report.record_label),
         (Some(_), None) => format!("{what}, {}", report.record_label),
-        _ => format!("{what}, simulated"),
+        _ => match report.measurand {
+            Measurand::Velocity => "Simulated velocity of the last bead’s pole".to_owned(),
+            Measurand::Pressure => "Simulated pressure at the hydrophone".to_owned(),
+        },
     };
     let start = main.start;
     let end = report.simulated.as_ref().map_or(main.end(), |series| series.end().min(main.end())).max(start + period);

@@ -149,9 +149,9 @@ pub struct RungRow {
 }
 
 impl LawReport {
-    /// The law as it reads in a sentence: `linear damping`, `linear dampers`.
+    /// The law as it reads in a sentence: `linear damping`, `linear dampers`, `linear damping on the free disc`.
     pub(super) fn name(&self) -> String {
-        let mount = self.mount.as_ref().map_or_else(String::new, |mount| format!(", {mount} disc"));
+        let mount = self.mount.as_ref().map_or_else(String::new, |mount| format!(" on the {mount} disc"));
         if self.damping_kind.contains("damp") {
             format!("{}{mount}", self.damping_kind)
         } else {
