@@ -197,7 +197,7 @@ impl Forward {
         variation
     }
 
-    /// Features z of a trace (m/s or Pa, [`STEPS_PER_CYCLE`] samples a drive period) that needs no noise: low-pass, 40 samples a period, features.
+    /// Features z of a trace (m/s or Pa, 160 samples a drive period) that needs no noise: low-pass, 40 samples a period, features.
     ///
     /// # Errors
     /// What the comparison says of a trace without them.
