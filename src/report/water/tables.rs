@@ -14,7 +14,7 @@ use crate::{
 /// A combination in a few words.
 pub(super) fn name(combination: &Combination) -> String {
     let Combination { rim, baffle, placement } = combination;
-    let dampers = if *placement == "all" { "all contacts" } else { "between beads" };
+    let dampers = if *placement == "all" { "at all contacts" } else { "between beads" };
     format!("{rim}, {baffle} baffle, dampers {dampers}")
 }
 
