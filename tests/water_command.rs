@@ -39,7 +39,7 @@ fn replay_writes_pressures_their_levels_and_figures() {
     let summary = json(&place.join("summary.json"));
     let heard = summary["pressure"].as_array().unwrap();
     assert_eq!(heard.len(), 2);
-    // The same record, whose peak the features refine between samples: 503 kPa of 469; on a step of 25 ns the samples reach 499.
+    // The same record, whose peak the features refine between samples: 536 kPa of 519; on a step of 25 ns the peak is 520.
     for (point, column) in [(0, 1), (1, 0)] {
         let peak = heard[point]["peaks"]["positive"].as_f64().unwrap();
         assert!((1.0..1.1).contains(&(peak / largest(column))), "{point}: {peak} {}", largest(column));
