@@ -96,26 +96,21 @@ pub fn figure(costs: &EffectCosts) -> Figure {
         rows.iter().enumerate().map(|(index, (row, _))| (at(index), text(row))).collect::<Vec<_>>()
     };
     let axis = |ticks| Axis::new("Effect", "1").named_ticks(ticks).range(-0.7, count as f64 - 0.3);
-    let panel = |x: Axis, ticks, value: &dyn Fn(&Measured) -> f64| {
+    let panel = |x: Axis, ticks, [own, other]: [&str; 2], value: &dyn Fn(&Measured) -> f64| {
         let of = |on: bool| {
             let chosen = rows.iter().enumerate().filter(|(_, (row, _))| row.on == on);
             chosen.map(|(index, (_, measured))| (value(measured), at(index))).collect::<Vec<_>>()
         };
         Panel::new(x, axis(ticks))
             .height(ROW_MM * (count as f64 + 1.0))
-            .points("in this scene, taken out", of(true), Colour::Blue, Marker::Disc)
-            .points("not in this scene, put in", of(false), Colour::Vermillion, Marker::Ring)
+            .points(own, of(true), Colour::Blue, Marker::Disc)
+            .points(other, of(false), Colour::Vermillion, Marker::Ring)
     };
-    let time =
-        panel(Axis::new("Time of a run, with over without", "1").logarithmic(), names(&|row| row.name.into()), &|m| {
-            m.factor()
-        })
+    let cost = Axis::new("Time, with over without", "1").logarithmic();
+    let time = panel(cost, names(&|row| row.name.into()), ["in this scene", "put in"], &|measured| measured.factor())
         .line("", vec![(1.0, -0.7), (1.0, count as f64 - 0.3)], Stroke::new(Colour::Grey).width(0.5));
-    let change = panel(
-        Axis::new("Change without it, largest of waveform, peak, pressure", "1").logarithmic(),
-        names(&|_| String::new()),
-        &|m| m.change.size().max(LEAST_CHANGE),
-    );
+    let worth = Axis::new("Largest change without it", "1").logarithmic();
+    let change = panel(worth, names(&|_| String::new()), [""; 2], &|measured| measured.change.size().max(LEAST_CHANGE));
     let title = format!(
         "Effects of the scene {} ({}), each alone, over the first {}: what it costs and what leaving it out changes.",
         costs.scene,

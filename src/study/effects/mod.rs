@@ -9,6 +9,7 @@
 //! ```
 
 mod advice;
+mod clock;
 mod switch;
 
 pub use advice::{Advice, Advised, advise};
@@ -18,7 +19,10 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use self::switch::{SWITCHES, Switch};
+use self::{
+    clock::Clock,
+    switch::{SWITCHES, Switch},
+};
 use super::members::Watch;
 use crate::{
     feature::{FeatureSettings, Ratio, Window, measure},
@@ -69,7 +73,7 @@ pub struct Cost {
     pub work: SolverWork,
     /// Counts of making its bodies ready.
     pub preparation: Preparation,
-    /// Median time of a run, s.
+    /// Median processor time of a run, s; of the clock on the wall where the system keeps none of a thread.
     pub run_s: f64,
     /// Time that making the bodies ready took, once, s.
     pub prepare_s: f64,
@@ -287,15 +291,15 @@ struct Bench<'a> {
 
 impl<'a> Bench<'a> {
     fn new(scene: &'a Scene) -> Result<Self, ModelError> {
-        let started = Instant::now();
+        let clock = Clock::start();
         let prepared = model::prepare(scene)?;
-        Ok(Self { scene, prepared, prepare_s: started.elapsed().as_secs_f64() })
+        Ok(Self { scene, prepared, prepare_s: clock.elapsed() })
     }
 
     fn timed(&self) -> Result<(f64, Response), ModelError> {
-        let started = Instant::now();
+        let clock = Clock::start();
         let response = self.prepared.run(self.scene, &mut |_| true)?;
-        Ok((started.elapsed().as_secs_f64(), response))
+        Ok((clock.elapsed(), response))
     }
 
     fn cost(&self, response: &Response, mut times: Vec<f64>) -> Cost {

@@ -274,9 +274,10 @@ pub(super) const SWITCHES: &[Switch] = &[
             scene.contact_law = ContactLaw::FiniteBody;
             true
         },
+        // Meshed bodies have their own.
         ground: |scene| {
-            let is_chain = scene.model.kind == ModelKind::Chain || point_masses(scene);
-            is_chain && !matches!(scene.support, Support::Disc { .. } | Support::Body { .. })
+            scene.model.kind == ModelKind::Chain
+                && !matches!(scene.support, Support::Disc { .. } | Support::Body { .. })
         },
     },
     Switch {
