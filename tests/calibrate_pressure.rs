@@ -40,7 +40,7 @@ fn the_shipped_twin_is_found_again_with_its_mount() {
         "--mount",
         "clamped,supported",
         "--evaluations",
-        "300",
+        "600",
         "--out",
         out.to_str().unwrap(),
     ]);
