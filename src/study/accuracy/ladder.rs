@@ -150,7 +150,7 @@ impl Varied {
 }
 
 /// A number without the dust of its conversion.
-fn short(value: f64) -> f64 {
+pub(super) fn short(value: f64) -> f64 {
     format!("{value:.9e}").parse().unwrap_or(value)
 }
 
@@ -367,7 +367,14 @@ impl Ladder {
                 &[8.0, 12.0, 16.0, 24.0],
                 Limit::At(64.0, 88.0),
             ),
-            line("fea-step", Rung::Fea, step, &[(density, 8.0)], &[1e-7, 5e-8, 2.5e-8], Limit::At(3.125e-9, 1.5625e-9)),
+            line(
+                "fea-step",
+                Rung::Fea,
+                step,
+                &[(density, 8.0)],
+                &[5e-8, 2.5e-8, 1.25e-8],
+                Limit::At(3.125e-9, 1.5625e-9),
+            ),
         ];
         let beside = vec![reduced(16.0, 6.25e-9, 8.0), Setting::of(Rung::Fea, &[(density, 12.0), (step, 5e-8)])];
         let best = [reduced(64.0, 6.25e-9, 12.0), reduced(88.0, 3.125e-9, 12.0)];
@@ -390,6 +397,12 @@ impl Setting {
             Varied::Tolerance | Varied::Density | Varied::Modes => (set, 1.0),
         };
         number.parse::<f64>().ok().map(|number| number * factor)
+    }
+
+    /// Its fixed step, s; none where it adapts.
+    #[must_use]
+    pub fn step(&self) -> Option<f64> {
+        self.value(Varied::Step)
     }
 
     /// What a run of `duration` (s) is expected to take on one thread of a common processor, s: for the bar and for what is left to

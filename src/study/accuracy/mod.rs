@@ -280,7 +280,7 @@ impl Study {
 
     /// One setting over the whole scene, several times.
     fn run(&self, setting: &Setting, watch: &dyn Watch) -> Result<Run, AccuracyError> {
-        let scene = self.source().scene(setting, &[self.watched.output_step().to_owned()])?;
+        let scene = self.source().scene(setting, &[self.watched.output_step(setting.step())])?;
         let (response, cost) =
             on_one_thread(|| run::repeated(&scene, watch)).map_err(|error| failed(setting, error))?;
         let features = self.watched.features(&scene, &response);
@@ -298,7 +298,7 @@ impl Study {
     fn waveform(&self, setting: &Setting, watch: &dyn Watch) -> Result<Vec<f64>, AccuracyError> {
         // A whole number of output steps.
         let duration = (self.ladder.window + self.watched.margin()).min(self.duration);
-        let more = [self.watched.output_step().to_owned(), format!("duration={} ns", (1e9 * duration).round())];
+        let more = [self.watched.output_step(setting.step()), format!("duration={} ns", (1e9 * duration).round())];
         let scene = self.source().scene(setting, &more)?;
         let (response, ..) = run::once(&scene, watch).map_err(|error| failed(setting, error))?;
         watch.advance((UNITS_PER_SECOND * self.expected_reference(setting)) as u64);
@@ -348,7 +348,7 @@ impl Study {
     /// What jitters do to the waveform over the window and to the features of the whole run.
     fn chaos(&self, watch: &dyn Watch) -> Result<Chaos, AccuracyError> {
         let setting = &self.ladder.chaos;
-        let scene = self.source().scene(setting, &[self.watched.output_step().to_owned()])?;
+        let scene = self.source().scene(setting, &[self.watched.output_step(setting.step())])?;
         let variations = perturbations(&scene, &EnsemblePlan::new(self.plan.members, self.plan.seed));
         let prepared = crate::model::prepare(&scene).map_err(|error| failed(setting, error))?;
         let see = |scene: &scene::Scene| {

@@ -1,5 +1,6 @@
 //! What is compared of two runs.
 
+use super::ladder::short;
 use crate::{
     feature::FeatureError,
     response::Response,
@@ -15,6 +16,8 @@ use crate::{
 const INTERVAL: f64 = 0.4e-6;
 /// Interval of the pressures that are compared, s.
 const PRESSURE_INTERVAL: f64 = 0.2e-6;
+/// Longest output step of a pressure, s.
+const PRESSURE_OUTPUT: f64 = 50e-9;
 /// Pressures are compared below this frequency, Hz: above some 3 MHz a hit rings the disc through its thickness, which no way to the water
 /// resolves.
 const PRESSURE_BAND: f64 = 1.5e6;
@@ -63,13 +66,18 @@ impl Watched {
         }
     }
 
-    /// Output step that the runs need, as an override; steps that are compared divide it.
+    /// Output step that a run of this step (s; none where it adapts) needs, as an override; steps that are compared divide it.
+    ///
+    /// A pressure is sampled at every step: meshed bodies and the disc ring far above the band that is compared, and sampled more coarsely
+    /// that ringing would fold into it.
     #[must_use]
-    pub const fn output_step(self) -> &'static str {
-        match self {
-            Self::Velocity => "output_step=100 ns",
-            Self::Pressure => "output_step=50 ns",
-        }
+    pub fn output_step(self, step: Option<f64>) -> String {
+        let nanoseconds = match (self, step) {
+            (Self::Pressure, Some(step)) if step < PRESSURE_OUTPUT => 1e9 * step,
+            (Self::Pressure, _) => 1e9 * PRESSURE_OUTPUT,
+            (Self::Velocity, _) => 100.0,
+        };
+        format!("output_step={} ns", short(nanoseconds))
     }
 
     /// Time beyond the window that its last value needs, s.
