@@ -18,7 +18,7 @@ use granchain::{
     },
 };
 
-const KEPT: [&str; 1] = ["rigid"];
+const KEPT: [&str; 2] = ["rigid", "annulus"];
 
 fn plan(scene: &str, full: bool) -> AccuracyPlan {
     let (sets, program) = (Vec::new(), "granchain".to_owned());

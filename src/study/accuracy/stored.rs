@@ -137,7 +137,8 @@ pub struct Stored {
     pub measured: Vec<Measured>,
 }
 
-const FILES: [(&str, &str); 1] = [("rigid", include_str!("stored/rigid.json"))];
+const FILES: [(&str, &str); 2] =
+    [("rigid", include_str!("stored/rigid.json")), ("annulus", include_str!("stored/annulus.json"))];
 
 impl Stored {
     /// What is stored of a built-in scene.
