@@ -213,6 +213,15 @@ fn a_map_is_what_is_heard_at_its_points_and_the_face_moves_with_it() {
     let middle: f64 = modes.back.iter().zip(motion.velocity()).map(|(shape, v)| shape.at(0.0) * v.values[160]).sum();
     assert!((motion.velocity_at(&radiator, 0.0, 160.0 * step) / middle - 1.0).abs() < 1e-9);
     assert_eq!(motion.velocity_at(&radiator, 1.1e-3, 4e-6), 0.0);
+    // What is exported: from the shapes themselves, halfway out and beyond the rim.
+    let (radius, instants) = (0.5e-3, [120_usize, 160]);
+    let rows = motion.face(&radiator, &[radius, 1.1e-3], &instants.map(|instant| instant as f64 * step));
+    for (found, instant) in rows[0].iter().zip(instants) {
+        let moved: f64 =
+            modes.back.iter().zip(motion.velocity()).map(|(shape, v)| shape.at(radius) * v.values[instant]).sum();
+        assert!((found / moved - 1.0).abs() < 1e-9 && (moved / middle - 1.0).abs() > 0.05, "{found} {moved}");
+    }
+    assert_eq!(rows[1], [0.0; 2]);
 }
 
 fn water_scene(overrides: &[&str]) -> scene::Scene {
