@@ -18,7 +18,7 @@ use granchain::{
     },
 };
 
-const KEPT: [&str; 2] = ["rigid", "annulus"];
+const KEPT: [&str; 3] = ["rigid", "annulus", "water"];
 
 fn plan(scene: &str, full: bool) -> AccuracyPlan {
     let (sets, program) = (Vec::new(), "granchain".to_owned());

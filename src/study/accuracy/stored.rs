@@ -137,8 +137,11 @@ pub struct Stored {
     pub measured: Vec<Measured>,
 }
 
-const FILES: [(&str, &str); 2] =
-    [("rigid", include_str!("stored/rigid.json")), ("annulus", include_str!("stored/annulus.json"))];
+const FILES: [(&str, &str); 3] = [
+    ("rigid", include_str!("stored/rigid.json")),
+    ("annulus", include_str!("stored/annulus.json")),
+    ("water", include_str!("stored/water.json")),
+];
 
 impl Stored {
     /// What is stored of a built-in scene.
