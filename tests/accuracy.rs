@@ -5,6 +5,7 @@
 use std::process::{Command, Output};
 
 use granchain::{
+    calibration::twin::vibrometer_csv,
     model,
     scene::{self, ModelKind},
     study::{
@@ -110,6 +111,71 @@ fn replay_takes_a_level_and_says_what_to_expect() {
     let chosen = Stored::of("rigid").unwrap();
     let chosen = chosen.cheapest_within(0.01, |_| true).unwrap().setting.rung.model().name();
     assert_eq!(summary["settings"]["model"], chosen, "{}", summary["settings"]);
+}
+
+/// The setting that a command without finite elements takes of `rigid` within 5 %: its scene keys, and what is to be said of it.
+fn within_five_percent() -> (Vec<String>, Vec<String>) {
+    let stored = Stored::of("rigid").unwrap();
+    let chosen = stored.cheapest_within(0.05, |rung| rung.model() != ModelKind::Fea).unwrap();
+    let said = [chosen.setting.rung.name(), &chosen.setting.to_string(), "by --accuracy 5.0 %", "expected error"];
+    (chosen.setting.sets.clone(), said.map(str::to_owned).to_vec())
+}
+
+fn assert_says(run: &Output, code: i32, parts: &[String]) {
+    let said = String::from_utf8(run.stderr.clone()).unwrap();
+    assert_eq!(run.status.code(), Some(code), "{said}");
+    parts.iter().for_each(|part| assert!(said.contains(part.as_str()), "{part}: {said}"));
+}
+
+#[test]
+fn sweep_takes_a_level_and_runs_what_it_says() {
+    let (sets, parts) = within_five_percent();
+    let place = tempfile::tempdir().unwrap();
+    let sweep = |out: &str, more: &[String]| {
+        let out = place.path().join(out);
+        let mut arguments = vec!["sweep", "--scene", "rigid", "--vary", "alpha=0.5,1", "--set", "duration=20 us"];
+        arguments.extend(["--out", out.to_str().unwrap()].into_iter().chain(more.iter().map(String::as_str)));
+        (granchain(&arguments), out.join("sweep.csv"))
+    };
+    let (run, chosen) = sweep("chosen", &["--accuracy".to_owned(), "5%".to_owned()]);
+    assert_says(&run, 0, &parts);
+    // The very table of the same overrides, and another one than that of the chain of Hertz contacts.
+    let overrides: Vec<String> = sets.iter().flat_map(|set| ["--set".to_owned(), set.clone()]).collect();
+    let (_, named) = sweep("named", &overrides);
+    let (_, hertz) = sweep("hertz", &["--model".to_owned(), "chain".to_owned()]);
+    let table = |path: &std::path::Path| std::fs::read_to_string(path).unwrap();
+    assert_eq!(table(&chosen), table(&named));
+    assert_ne!(table(&chosen), table(&hertz));
+    let (refused, _) = sweep("refused", &["--accuracy", "5%", "--model", "chain"].map(str::to_owned));
+    assert_says(&refused, 2, &["cannot be used with".to_owned()]);
+}
+
+#[test]
+fn calibrate_takes_a_level_and_fits_with_what_it_says() {
+    let (sets, parts) = within_five_percent();
+    let place = tempfile::tempdir().unwrap();
+    let damped = ["damping.kind=linear", "damping.coefficient=0.3 N s/m"];
+    let overrides: Vec<String> = sets.iter().cloned().chain(damped.map(str::to_owned)).collect();
+    let response = model::run(&scene::load("rigid", &overrides).unwrap(), &mut |_| true).unwrap();
+    let record = place.path().join("vib.csv");
+    std::fs::write(&record, vibrometer_csv(&response.pole_velocity, &[])).unwrap();
+    let calibrate = |more: &[&str]| {
+        let out = place.path().join("fit");
+        let fixed = ["calibrate", "--scene", "rigid", "--fit", "alpha", "--evaluations", "200", "--json"];
+        let places = ["--measured", record.to_str().unwrap(), "--out", out.to_str().unwrap()];
+        let bench = ["--set", damped[0], "--set", damped[1]];
+        granchain(&[&fixed[..], &bench, &places, more].concat())
+    };
+    let run = calibrate(&["--accuracy", "5%"]);
+    assert_says(&run, 0, &parts);
+    let outcome: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+    let told = outcome["overrides"].to_string();
+    assert!(sets.iter().all(|set| told.contains(set.as_str())), "{told}");
+    let alpha = &outcome["parameters"]["alpha"];
+    let number = |key: &str| alpha[key].as_f64().unwrap();
+    // The record is its own model's, so that its α of 1 lies within a few half-widths of the interval.
+    assert!((number("value") - 1.0).abs() < 3.0 * 0.5 * (number("high") - number("low")), "{alpha}");
+    assert_says(&calibrate(&["--accuracy", "5%", "--model", "reduced"]), 2, &["cannot be used with".to_owned()]);
 }
 
 #[test]

@@ -7,7 +7,6 @@ use crate::{
         number::significant,
     },
     study::accuracy::{
-        front::pareto,
         ladder::{Rung, Varied},
         stored::{Measured, OwnErrors, Stored},
     },
@@ -55,16 +54,27 @@ fn plane(
         all.map(|(_, measured)| (cost(measured), found.known_error(measured))).collect()
     };
     for rung in Rung::ALL {
-        let own = points(&|_, measured| measured.setting.rung == rung);
-        if own.is_empty() {
-            continue;
-        }
+        let own = |below: bool| {
+            points(&|_, measured| measured.setting.rung == rung && found.is_below_limit(measured) == below)
+        };
+        let (known, below) = (own(false), own(true));
         let (colour, marker, dash) = look(rung);
-        panel = panel.line(String::new(), lower_left(own.clone()), Stroke::new(colour).dash(dash));
-        panel = panel.points(name(rung), own, colour, marker);
+        let label_below = if known.is_empty() { name(rung) } else { String::new() };
+        if !known.is_empty() {
+            // A line on to a limit would look like an error that is known.
+            panel = panel.line(String::new(), lower_left(known.clone()), Stroke::new(colour).dash(dash));
+            panel = panel.points(name(rung), known, colour, marker);
+        }
+        if !below.is_empty() {
+            panel = panel.points(label_below, below, colour, Marker::Below);
+        }
     }
     if !front.is_empty() {
         panel = panel.points("front", points(&|place, _| front.contains(&place)), Colour::Black, Marker::Cross);
+    }
+    if found.measured.iter().any(|measured| found.is_below_limit(measured)) {
+        let label = format!("reference known to {}, triangles below it", percent(found.least_quotable()));
+        panel = panel.mark_y(found.least_quotable(), label, Stroke::new(Colour::Grey).dash(Dash::DashDotted));
     }
     if found.chaos.floor > 0.0 {
         let label = format!("chaos floor {}", percent(found.chaos.floor));
@@ -88,7 +98,7 @@ fn lower_left(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
 /// Error against seconds of one run, and against those of the bodies and one run.
 pub fn against_time(found: &Stored) -> Figure {
     let seconds = |title: &str| Axis::new(title, "s").logarithmic();
-    let front = pareto(&found.measured);
+    let front = found.front();
     let run =
         plane(found, seconds("Time of one run, bodies kept"), &|measured| measured.cost.run_s.least, &[], &|rung| {
             rung.name().to_owned()
@@ -100,7 +110,7 @@ pub fn against_time(found: &Stored) -> Figure {
     Figure::new(
         "Total error against time, one thread. Lines join what is best of each model; numbers behind the models are \
          observed orders in tolerance, step Δt and element size h. \
-         Crosses: nothing is both cheaper and more accurate. Below the chaos floor accuracy buys nothing.",
+         Crosses: nothing is shown to be both cheaper and more accurate. Open triangles: below what the reference is known to. Below the chaos floor accuracy buys nothing.",
     )
     .sized(PAGE_WIDTH_MM, 2)
     .panel(total)
@@ -122,7 +132,7 @@ pub fn against_work(found: &Stored) -> Figure {
 /// Error of every line against its own limit, one panel for each number that is varied.
 pub fn own_errors(found: &Stored) -> Figure {
     let figure = Figure::new(
-        "Error of each model against its own limit as one number is varied; the observed order behind its name.",
+        "Error of each model against its own limit as one number is varied; the observed order behind its name. Errors too small for the limit to be known are left out.",
     );
     let kinds = [
         (Varied::Tolerance, "Tolerance", "1"),

@@ -12,9 +12,7 @@ use super::{
     page::{Block, Files, Page, Plate, ReportError, Tone, provenance},
 };
 use crate::study::accuracy::{
-    Accuracy, Cost,
-    front::pareto,
-    is_processor_time,
+    Accuracy, Cost, is_processor_time,
     ladder::{Rung, Varied},
     stored::{Measured, OwnErrors, Stored},
 };
@@ -86,7 +84,7 @@ pub fn sentence(found: &Stored) -> String {
 #[must_use]
 pub fn text(accuracy: &Accuracy) -> String {
     let found = &accuracy.found;
-    let front = pareto(&found.measured);
+    let front = found.front();
     let mut text = format!("{:<62}{:>10}{:>12}{:>12}\n", "setting", "error", "setup s", "run s");
     for (index, measured) in found.measured.iter().enumerate() {
         let mark = if front.contains(&index) { " *" } else { "" };
@@ -179,7 +177,7 @@ impl AccuracyReport {
             "chaos": found.chaos,
             "own_errors": found.own,
             "settings": found.measured.iter().zip(&self.accuracy.fresh).map(setting).collect::<Vec<_>>(),
-            "front": pareto(&found.measured).into_iter().map(|place| &found.measured[place].setting).collect::<Vec<_>>(),
+            "front": found.front().into_iter().map(|place| &found.measured[place].setting).collect::<Vec<_>>(),
             "cheapest": cheapest,
         })
     }

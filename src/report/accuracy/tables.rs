@@ -6,7 +6,7 @@ use crate::{
         number::significant,
         page::{Column, Table},
     },
-    study::accuracy::{Accuracy, Seconds, front::pareto, stored::Stored},
+    study::accuracy::{Accuracy, Seconds, stored::Stored},
 };
 
 fn times(seconds: &Seconds) -> [String; 2] {
@@ -16,11 +16,11 @@ fn times(seconds: &Seconds) -> [String; 2] {
 /// Every setting: error, seconds, memory, work.
 pub fn settings(accuracy: &Accuracy) -> Table {
     let found = &accuracy.found;
-    let front = pareto(&found.measured);
+    let front = found.front();
     let rows = found.measured.iter().enumerate().map(|(place, measured)| {
         let cost = &measured.cost;
         let ([setup, setup_median], [run, run_median]) = (times(&cost.setup_s), times(&cost.run_s));
-        let error = if measured.error < found.least_quotable() {
+        let error = if found.is_below_limit(measured) {
             format!("below {}", significant(100.0 * found.least_quotable(), 2))
         } else {
             significant(100.0 * measured.error, 2)

@@ -239,6 +239,10 @@ fn draw_marker<B: DrawingBackend>(
             canvas.curve(&[(x - arm, y - arm), (x + arm, y + arm)], ink, 1.1, &[])?;
             canvas.curve(&[(x - arm, y + arm), (x + arm, y - arm)], ink, 1.1, &[])
         }
+        Marker::Below => {
+            canvas.polygon(&[(x - 2.8, y), (x + 2.8, y), (x, y + 4.8)], ink)?;
+            canvas.polygon(&[(x - 1.4, y + 0.8), (x + 1.4, y + 0.8), (x, y + 3.2)], WHITE)
+        }
     }
 }
 

@@ -73,6 +73,8 @@ pub enum Marker {
     Diamond,
     /// Diagonal cross.
     Cross,
+    /// Open triangle hanging from its ordinate: an upper limit, the value lies somewhere below.
+    Below,
 }
 
 /// A point with optional error bars; `low` and `high` are positions, not distances.

@@ -6,15 +6,17 @@ use super::{
 };
 
 /// Places of the settings that no other beats in error and in time (bodies made and one run), cheapest first.
-#[must_use]
-pub fn pareto(measured: &[Measured]) -> Vec<usize> {
+///
+/// Of settings with errors below `least_quotable`, of which none is known to be better than another, only the cheapest can be among them.
+fn pareto(measured: &[Measured], least_quotable: f64) -> Vec<usize> {
     let mut places: Vec<usize> = (0..measured.len()).collect();
     places.sort_by(|a, b| measured[*a].cost.total().total_cmp(&measured[*b].cost.total()));
     let mut least = f64::INFINITY;
     places.retain(|place| {
-        let better = measured[*place].error < least;
+        let error = measured[*place].error.max(least_quotable);
+        let better = error < least;
         if better {
-            least = measured[*place].error;
+            least = error;
         }
         better
     });
@@ -22,6 +24,18 @@ pub fn pareto(measured: &[Measured]) -> Vec<usize> {
 }
 
 impl Stored {
+    /// Places of the settings that no other is shown to beat in error and in time, cheapest first.
+    #[must_use]
+    pub fn front(&self) -> Vec<usize> {
+        pareto(&self.measured, self.least_quotable())
+    }
+
+    /// Whether an error is too small to be told from 0 with the reference that there is.
+    #[must_use]
+    pub fn is_below_limit(&self, measured: &Measured) -> bool {
+        measured.error < self.least_quotable()
+    }
+
     /// Total error of a setting as far as it is known: no smaller than ten times what the reference itself may be off.
     #[must_use]
     pub fn known_error(&self, measured: &Measured) -> f64 {
@@ -105,7 +119,15 @@ pub(super) mod tests {
     #[test]
     fn the_front_is_what_nothing_beats() {
         let stored = stored(1e-9, &[(0.1, 1.0), (0.01, 5.0), (0.2, 2.0), (0.02, 4.0), (0.02, 6.0)]);
-        assert_eq!(pareto(&stored.measured), [0, 3, 1]);
+        assert_eq!(stored.front(), [0, 3, 1]);
+    }
+
+    #[test]
+    fn of_what_lies_below_the_limit_only_the_cheapest_is_on_the_front() {
+        let stored = stored(1e-3, &[(0.1, 1.0), (5e-3, 2.0), (1e-4, 5.0), (0.02, 1.5)]);
+        assert_eq!(stored.front(), [0, 3, 1]);
+        let below: Vec<bool> = stored.measured.iter().map(|measured| stored.is_below_limit(measured)).collect();
+        assert_eq!(below, [false, true, true, false]);
     }
 
     #[test]
