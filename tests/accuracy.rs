@@ -195,6 +195,30 @@ fn a_level_that_nothing_reaches_is_refused_with_what_is_reached() {
 }
 
 #[test]
+fn what_is_stored_is_drawn_without_a_run() {
+    for scene in KEPT {
+        let place = tempfile::tempdir().unwrap();
+        let out = place.path().join("page");
+        let run = granchain(&["accuracy", "--scene", scene, "--stored", "--out", out.to_str().unwrap(), "--json"]);
+        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+        let found: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+        let (stored, settings) = (Stored::of(scene).unwrap(), found["settings"].as_array().unwrap());
+        assert_eq!(settings.len(), stored.measured.len(), "{scene}");
+        for (setting, measured) in settings.iter().zip(&stored.measured) {
+            assert_eq!(
+                (&setting["measured_now"], &setting["error"]),
+                (&false.into(), &measured.error.into()),
+                "{scene}"
+            );
+        }
+        let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+        assert!(page.contains("Nothing was run now") && page.contains(&stored.processor), "{scene}");
+    }
+    let run = granchain(&["accuracy", "--scene", "rigid", "--stored", "--full"]);
+    assert_eq!(run.status.code(), Some(2));
+}
+
+#[test]
 fn a_stopped_study_has_no_outcome() {
     struct Impatient;
     impl Watch for Impatient {

@@ -28,6 +28,9 @@ pub struct Arguments {
     /// Compute the references anew and measure the dearest settings too
     #[arg(long, help_heading = "Study")]
     pub full: bool,
+    /// Run nothing: draw what is stored, with the times of the machine that measured it
+    #[arg(long, conflicts_with = "full", help_heading = "Study")]
+    pub stored: bool,
     /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
@@ -44,11 +47,14 @@ const MEMBERS: usize = 24;
 /// # Errors
 /// Whatever is wrong with the scene; a run that fails; a folder that cannot be written; Ctrl-C.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { scene, set, full, output, session } = arguments;
+    let Arguments { scene, set, full, stored, output, session } = arguments;
     let mut timing = Timing::start();
     let mut command_line = format!("granchain accuracy --scene {scene}{}", study::told(&set));
     if full {
         command_line.push_str(" --full");
+    }
+    if stored {
+        command_line.push_str(" --stored");
     }
     if let Some(seed) = session.seed {
         command_line.push_str(&format!(" --seed {seed}"));
@@ -58,13 +64,18 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let ready = Study::new(plan)?;
     let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
     timing.stage("read");
-    session.note(format_args!(
-        "about {:.0} s of processor time, to a factor of two; times are measured on one thread",
-        ready.expected_seconds().max(1.0)
-    ));
-    let bar = progress::Bar(progress::work(&session, ready.cost(), "settings"));
-    let outcome = ready.measure(&bar);
-    bar.0.finish_and_clear();
+    let outcome = if stored {
+        ready.shipped()
+    } else {
+        session.note(format_args!(
+            "about {:.0} s of processor time, to a factor of two; times are measured on one thread",
+            ready.expected_seconds().max(1.0)
+        ));
+        let bar = progress::Bar(progress::work(&session, ready.cost(), "settings"));
+        let outcome = ready.measure(&bar);
+        bar.0.finish_and_clear();
+        outcome
+    };
     let accuracy = match outcome {
         Err(AccuracyError::Stopped) => return Err(Interrupted.into()),
         outcome => outcome?,

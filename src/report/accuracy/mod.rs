@@ -289,6 +289,8 @@ impl AccuracyReport {
         let stored = self.accuracy.fresh.iter().filter(|fresh| !**fresh).count();
         let old = if stored == 0 {
             String::new()
+        } else if stored == self.accuracy.fresh.len() {
+            " Nothing was run now: all of it is stored, with the seconds of the machine that measured it.".to_owned()
         } else {
             format!(
                 " {stored} settings that take longest were not run now: their rows are stored, with the seconds of the machine that \
@@ -304,21 +306,23 @@ impl AccuracyReport {
 
 /// Why an order is not what theory says, where it is not.
 fn orders_explained(found: &Stored) -> Vec<String> {
+    // Without dashpots the chain's order in the step is two.
+    let chain = found.own.iter().find(|own| own.rung == Rung::ChainFixed && own.varied == Varied::Step);
+    let is_damped = chain.and_then(|own| own.order).is_some_and(|order| order < 1.85);
     let explained = found.own.iter().filter_map(|own| {
         let order = own.order.map_or("none".to_owned(), |order| significant(order, 2));
         let off = own.order.is_none_or(|order| (order - 2.0).abs() > 0.15);
+        let jumps = "a contact opens and closes inside a step, and a dashpot’s force jumps there: the error of that step is of first order, of \
+                     either sign.";
         let reason = match (own.varied, own.rung) {
             (Varied::Tolerance, _) => {
                 "the error of a step is held below the tolerance, so that the error of a run falls about as the tolerance itself, by stairs where a \
                  tolerance is met with room to spare."
             }
-            (Varied::Step, Rung::Fea | Rung::FeaDamped) if off => {
+            (Varied::Step, Rung::Fea | Rung::FeaDamped) if off && !is_damped => {
                 "at 0.1 µs the lowest mode of a bead, 2.65 MHz, turns by 1.7 rad a step, which is not small; with shorter steps the order rises to 2."
             }
-            (Varied::Step, _) if off => {
-                "a contact opens and closes inside a step, and a dashpot’s force jumps there: the error of that step is of first order, of either \
-                 sign."
-            }
+            (Varied::Step, _) if off => jumps,
             (Varied::Density, Rung::FiniteBody) => {
                 "two constants of a law are fitted over many approaches; what the mesh leaves in them is a tenth of a per cent and of either sign."
             }

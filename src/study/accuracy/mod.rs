@@ -204,6 +204,18 @@ impl Study {
         Source { name: &self.plan.scene, sets: &self.plan.sets }
     }
 
+    /// What is stored, nothing of it measured now.
+    ///
+    /// # Errors
+    /// [`AccuracyError::NotStored`] for the full form.
+    pub fn shipped(&self) -> Result<Accuracy, AccuracyError> {
+        let none =
+            || AccuracyError::NotStored { reason: format!("scene `{}`: the full form reads nothing", self.plan.scene) };
+        let found = self.stored.clone().ok_or_else(none)?;
+        let fresh = vec![false; found.measured.len()];
+        Ok(Accuracy { found, fresh })
+    }
+
     /// Measure.
     ///
     /// # Errors
