@@ -23,7 +23,7 @@ const KEPT: [&str; 3] = ["rigid", "annulus", "water"];
 
 fn plan(scene: &str, full: bool) -> AccuracyPlan {
     let (sets, program) = (Vec::new(), "granchain".to_owned());
-    AccuracyPlan { scene: scene.into(), sets, full, members: 2, seed: 1, program }
+    AccuracyPlan { scene: scene.into(), sets, full, calibration: false, members: 2, seed: 1, program }
 }
 
 fn line(scene: &str, key: &str) -> OwnErrors {

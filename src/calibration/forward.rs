@@ -12,6 +12,7 @@ use super::{
     comparison::Comparison,
     engine::Engine,
     parameter::{Parameter, Target},
+    rung::{Rung, Stopped},
 };
 use crate::{
     feature::fingerprint::SAMPLES_PER_CYCLE,
@@ -85,6 +86,8 @@ pub struct Forward {
     low_pass: LowPass,
     noise_rms: f64,
     watch: Arc<Watch>,
+    /// What makes the runs in place of the chain.
+    above: Option<Arc<Rung>>,
 }
 
 impl Forward {
@@ -128,7 +131,27 @@ impl Forward {
         let noise_rms = (comparison.noise_density * 0.5 / step).sqrt();
         let base = Variation::of(&scene);
         let kind = scene.damping.kind;
-        Ok(Self { parameters, comparison, base, kind, uncertainty, seed, engine, low_pass, noise_rms, watch })
+        Ok(Self {
+            parameters,
+            comparison,
+            base,
+            kind,
+            uncertainty,
+            seed,
+            engine,
+            low_pass,
+            noise_rms,
+            watch,
+            above: None,
+        })
+    }
+
+    /// The runs of `rung` in place of those of the chain below it: all that a search asks for, where a correction makes only those that it
+    /// needs.
+    #[must_use]
+    pub fn above(rung: Rung) -> Self {
+        let chain = rung.chain().clone();
+        Self { above: Some(Arc::new(rung)), ..chain }
     }
 
     /// Run the points, the first of which is run number `first` of the search.
@@ -136,7 +159,16 @@ impl Forward {
     /// The draws of a run depend on the seed and its number alone, so neither threads nor batches change a result.
     #[must_use]
     pub fn run(&self, first: u64, positions: &[Vec<f64>]) -> Vec<Run> {
-        self.timed(first, positions).into_iter().map(|(run, _)| run).collect()
+        let Some(rung) = &self.above else {
+            return self.timed(first, positions).into_iter().map(|(run, _)| run).collect();
+        };
+        match rung.pairs(first, positions) {
+            Ok(pairs) => pairs.into_iter().map(|pair| pair.upper).collect(),
+            Err(Stopped) => {
+                let stopped = |at: &Vec<f64>| Run { position: at.clone(), outcome: Err("stopped".into()) };
+                positions.iter().map(stopped).collect()
+            }
+        }
     }
 
     /// As [`Forward::run`], with the onset of every run.

@@ -93,6 +93,32 @@ const BASELINE: f64 = 0.05;
 /// Recorded time before the drive starts, s.
 const PRE_TRIGGER: f64 = 30e-6;
 
+/// What a twin's record passes through.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lab {
+    /// σ of the noise relative to the peak, 1.
+    pub noise: f64,
+    /// Sample rate, Hz.
+    pub sample_rate: f64,
+    /// How much later than the drive's start the record's time zero is, s.
+    pub trigger_offset: f64,
+    /// Offset relative to the peak, 1.
+    pub baseline: f64,
+}
+
+impl Lab {
+    /// One of the usual: up to 3 % of noise, a common sample rate, a trigger within 10 µs, an offset up to 5 %.
+    pub fn draw(measurand: Measurand, random: &mut ChaCha8Rng) -> Self {
+        let rates = if measurand == Measurand::Pressure { HYDROPHONE_RATES } else { SAMPLE_RATES };
+        Self {
+            noise: random.random_range(0.0..NOISE),
+            sample_rate: rates[random.random_range(0..rates.len())],
+            trigger_offset: random.random_range(-TRIGGER..TRIGGER),
+            baseline: random.random_range(-BASELINE..BASELINE),
+        }
+    }
+}
+
 /// How the truth differs from the model that is fitted to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -176,32 +202,44 @@ pub fn twin(
     seed: u64,
     run: &dyn Fn(&Scene) -> Result<Response, ModelError>,
 ) -> Result<Twin, TwinError> {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(index + 1);
-    let mut truth_scene = scene.clone();
     let values: Vec<f64> = parameters
         .iter()
         .enumerate()
         .map(|(d, parameter)| {
             let u = f64::from(sobol_burley::sample(index as u32, d as u32, seed as u32));
-            let value = parameter.value(INNER.0 + (INNER.1 - INNER.0) * u);
-            parameter.set(&mut truth_scene, value);
-            value
+            parameter.value(INNER.0 + (INNER.1 - INNER.0) * u)
         })
         .collect();
+    twin_at(scene, parameters, values, uncertainty, (index, seed), &Lab::draw, &|scene| run(&flawed(scene, flaw)))
+}
+
+/// Twin `index` of a seed with its truth given, its gaps drawn, its `lab` drawn for what it records: what [`twin`] draws of a lab, or less.
+///
+/// # Errors
+/// When the simulation fails or the reader refuses the record.
+pub fn twin_at(
+    scene: &Scene,
+    parameters: &[Parameter],
+    values: Vec<f64>,
+    uncertainty: &Uncertainty,
+    (index, seed): (u64, u64),
+    lab: &dyn Fn(Measurand, &mut ChaCha8Rng) -> Lab,
+    run: &dyn Fn(&Scene) -> Result<Response, ModelError>,
+) -> Result<Twin, TwinError> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(index + 1);
+    let mut truth_scene = scene.clone();
+    parameters.iter().zip(&values).for_each(|(parameter, value)| parameter.set(&mut truth_scene, *value));
     for gap in &mut truth_scene.chain.gaps {
         let draw: f64 = StandardNormal.sample(&mut random);
         // A bead cannot overlap its neighbour before anything moves.
         *gap += uncertainty.gap * draw.abs();
     }
     let measurand = if scene.water.is_some() { Measurand::Pressure } else { Measurand::Velocity };
-    let made = trace(run(&flawed(&truth_scene, flaw))?, measurand)?;
-    let noise = random.random_range(0.0..NOISE);
-    let rates = if measurand == Measurand::Pressure { HYDROPHONE_RATES } else { SAMPLE_RATES };
-    let sample_rate = rates[random.random_range(0..rates.len())];
-    let trigger_offset: f64 = random.random_range(-TRIGGER..TRIGGER);
+    let made = trace(run(&truth_scene)?, measurand)?;
+    let Lab { noise, sample_rate, trigger_offset, baseline } = lab(measurand, &mut random);
     let peak = made.peak();
-    let baseline = peak * random.random_range(-BASELINE..BASELINE);
+    let baseline = peak * baseline;
     let span = PRE_TRIGGER + made.end() - trigger_offset.abs();
     let conditioning = Conditioning {
         bandwidth: Some(0.45 * sample_rate),

@@ -31,6 +31,9 @@ pub struct Arguments {
     /// Run nothing: draw what is stored, with the times of the machine that measured it
     #[arg(long, conflicts_with = "full", help_heading = "Study")]
     pub stored: bool,
+    /// Measure what calibration gains, minutes; without --full all other rows stay as they are stored
+    #[arg(long, conflicts_with = "stored", help_heading = "Study")]
+    pub calibration: bool,
     /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
@@ -47,7 +50,7 @@ const MEMBERS: usize = 24;
 /// # Errors
 /// Whatever is wrong with the scene; a run that fails; a folder that cannot be written; Ctrl-C.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { scene, set, full, stored, output, session } = arguments;
+    let Arguments { scene, set, full, stored, calibration, output, session } = arguments;
     let mut timing = Timing::start();
     let mut command_line = format!("granchain accuracy --scene {scene}{}", study::told(&set));
     if full {
@@ -56,11 +59,14 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     if stored {
         command_line.push_str(" --stored");
     }
+    if calibration {
+        command_line.push_str(" --calibration");
+    }
     if let Some(seed) = session.seed {
         command_line.push_str(&format!(" --seed {seed}"));
     }
-    let plan =
-        AccuracyPlan { scene, sets: set, full, members: MEMBERS, seed: session.seed(), program: summary::program() };
+    let program = summary::program();
+    let plan = AccuracyPlan { scene, sets: set, full, calibration, members: MEMBERS, seed: session.seed(), program };
     let ready = Study::new(plan)?;
     let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
     timing.stage("read");
@@ -81,7 +87,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         outcome => outcome?,
     };
     timing.stage("measure");
-    let report = AccuracyReport { program: summary::program(), command_line, full, accuracy };
+    let report = AccuracyReport { program: summary::program(), command_line, store: full || calibration, accuracy };
     if let Some(folder) = folder {
         timing.settings(report.timing());
         study::write(folder, report.files().context("the report cannot be made")?, timing, &session)?;

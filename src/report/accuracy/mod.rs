@@ -1,6 +1,7 @@
 //! The page of what accuracy costs: errors against time and against work, the settings in a table, the references and how far they converged.
 
 mod figures;
+mod gain;
 mod tables;
 
 use std::fmt::Write as _;
@@ -27,8 +28,8 @@ pub struct AccuracyReport {
     pub program: String,
     /// Command line that makes the same page, its times those of another machine.
     pub command_line: String,
-    /// Whether references were computed anew.
-    pub full: bool,
+    /// Whether there is something new to be stored: references computed anew, or what calibration gains.
+    pub store: bool,
     /// The outcome.
     pub accuracy: Accuracy,
 }
@@ -111,6 +112,9 @@ pub fn text(accuracy: &Accuracy) -> String {
         percent(found.least_quotable())
     );
     let _ = writeln!(text, "{}", sentence(found));
+    if let Some(gain) = &found.gain {
+        let _ = writeln!(text, "What calibration gains: {}", gain::sentence(gain));
+    }
     text
 }
 
@@ -148,7 +152,8 @@ impl AccuracyReport {
         json.push(b'\n');
         files.push(("accuracy.json".into(), json));
         files.push(("accuracy.csv".into(), self.csv().into_bytes()));
-        if self.full {
+        files.extend(found.gain.as_ref().map(|gain| ("calibration-gain.csv".into(), gain::csv(gain).into_bytes())));
+        if self.store {
             files.push((format!("stored-{}.json", found.scene.replace(['/', '\\'], "_")).into(), found.to_json()?));
         }
         Ok(files)
@@ -179,6 +184,7 @@ impl AccuracyReport {
             "settings": found.measured.iter().zip(&self.accuracy.fresh).map(setting).collect::<Vec<_>>(),
             "front": found.front().into_iter().map(|place| &found.measured[place].setting).collect::<Vec<_>>(),
             "cheapest": cheapest,
+            "calibration_gain": found.gain.as_ref().map(gain::json),
         })
     }
 
@@ -190,7 +196,12 @@ impl AccuracyReport {
         let settings: Vec<Value> = settings
             .map(|(measured, _)| json!({"setting": measured.setting, "error": measured.error, "cost": measured.cost}))
             .collect();
-        json!({"processor": found.processor, "processor_time": is_processor_time(), "measured": settings})
+        let mut timing =
+            json!({"processor": found.processor, "processor_time": is_processor_time(), "measured": settings});
+        if let Some(gain) = found.gain.as_ref().filter(|_| self.accuracy.gain_is_fresh) {
+            timing["calibration_gain"] = gain::timing(gain);
+        }
+        timing
     }
 
     fn csv(&self) -> String {
@@ -265,6 +276,9 @@ impl AccuracyReport {
             Block::Plates(own),
             Block::Table(tables::orders(found)),
             Block::List(orders_explained(found)),
+        ]);
+        blocks.extend(gain::blocks(found.gain.as_ref(), self.accuracy.gain_is_fresh, &found.scene));
+        blocks.extend([
             Block::Heading("Beyond the window".into()),
             Block::Table(tables::features(found)),
             Block::Heading("References".into()),

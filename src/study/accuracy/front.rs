@@ -113,6 +113,7 @@ pub(super) mod tests {
             chaos: Chaos { setting, members: 0, seed: 1, floor: 0.0, features: Vec::new() },
             own: Vec::new(),
             measured: points.iter().map(|(error, seconds)| measured(*error, *seconds)).collect(),
+            gain: None,
         }
     }
 

@@ -11,6 +11,7 @@
 
 mod force;
 pub mod front;
+pub mod gain;
 pub mod ladder;
 mod run;
 pub mod stored;
@@ -23,6 +24,7 @@ pub use run::{Cost, Seconds, is_processor_time, processor};
 pub use watch::{Feature, Watched, observed_slope, relative_error};
 
 use self::{
+    gain::Gain,
     ladder::{Ladder, Line, Rung, Setting, Varied},
     run::Source,
     stored::{BEST, Chaos, FeatureSpread, Measured, OwnErrors, OwnPoint, Reference, Stored, kept},
@@ -36,7 +38,7 @@ use crate::{
     feature::FeatureError,
     model::ModelError,
     response::SolverWork,
-    scene::{self, SceneError},
+    scene::{self, Scene, SceneError},
 };
 
 /// What is to be done.
@@ -48,6 +50,8 @@ pub struct AccuracyPlan {
     pub sets: Vec<String>,
     /// Compute the references anew and measure every setting, instead of those that take little time against the stored references.
     pub full: bool,
+    /// Measure what calibration gains; without `full` nothing else, all other rows stay as they are stored.
+    pub calibration: bool,
     /// Perturbed copies for the chaos floor.
     pub members: usize,
     /// Seed of the perturbations.
@@ -63,6 +67,8 @@ pub struct Accuracy {
     pub found: Stored,
     /// Whether each of them was measured now.
     pub fresh: Vec<bool>,
+    /// Whether what calibration gains was.
+    pub gain_is_fresh: bool,
 }
 
 /// Why there is none.
@@ -94,6 +100,12 @@ pub enum AccuracyError {
         /// Why.
         source: FeatureError,
     },
+    /// What calibration gains cannot be measured of the scene.
+    #[error("this scene makes no record that could be fitted: {reason}")]
+    NoGain {
+        /// Why.
+        reason: String,
+    },
     /// The caller stopped it.
     #[error("stopped")]
     Stopped,
@@ -112,7 +124,7 @@ pub struct Study {
     plan: AccuracyPlan,
     ladder: Ladder,
     watched: Watched,
-    duration: f64,
+    scene: Scene,
     stored: Option<Stored>,
 }
 
@@ -132,7 +144,7 @@ impl Study {
             return Err(AccuracyError::NotStored { reason });
         };
         let (ladder, watched) = (Ladder::of(&scene), Watched::of(&scene));
-        Ok(Self { plan, ladder, watched, duration: scene.duration, stored })
+        Ok(Self { plan, ladder, watched, scene, stored })
     }
 
     /// What it is expected to take on one thread, s, to a factor of two.
@@ -141,13 +153,13 @@ impl Study {
         let settings = self.ladder.settings();
         let measured = settings.iter().filter(|setting| self.measures(setting));
         let settings: f64 = measured.map(|setting| self.expected(setting)).sum();
-        let members = self.plan.members as f64 * self.ladder.chaos.expected_seconds(self.duration);
-        let references: f64 = if self.plan.full {
-            self.references().flatten().map(|setting| self.expected_reference(setting)).sum()
-        } else {
-            0.0
-        };
-        settings + members + references
+        let gain = if self.plan.calibration { gain::expected_seconds(&self.scene, &self.ladder) } else { 0.0 };
+        if !self.plan.full {
+            return settings + gain;
+        }
+        let members = self.plan.members as f64 * self.ladder.chaos.expected_seconds(self.scene.duration);
+        let references: f64 = self.references().flatten().map(|setting| self.expected_reference(setting)).sum();
+        settings + members + references + gain
     }
 
     /// Length of the bar.
@@ -157,12 +169,12 @@ impl Study {
     }
 
     fn measures(&self, setting: &Setting) -> bool {
-        self.plan.full || setting.is_quick(self.duration)
+        self.plan.full || (!self.plan.calibration && setting.is_quick(self.scene.duration))
     }
 
     /// Repetitions included.
     fn expected(&self, setting: &Setting) -> f64 {
-        2.5 * setting.expected_seconds(self.duration)
+        2.5 * setting.expected_seconds(self.scene.duration)
     }
 
     fn expected_reference(&self, setting: &Setting) -> f64 {
@@ -213,7 +225,7 @@ impl Study {
             || AccuracyError::NotStored { reason: format!("scene `{}`: the full form reads nothing", self.plan.scene) };
         let found = self.stored.clone().ok_or_else(none)?;
         let fresh = vec![false; found.measured.len()];
-        Ok(Accuracy { found, fresh })
+        Ok(Accuracy { found, fresh, gain_is_fresh: false })
     }
 
     /// Measure.
@@ -224,7 +236,7 @@ impl Study {
         let settings = self.ladder.settings();
         // Cheapest first: memory that large bodies leave behind does not count for small ones.
         let mut order: Vec<usize> = (0..settings.len()).filter(|place| self.measures(&settings[*place])).collect();
-        let expected = |place: usize| settings[place].expected_seconds(self.duration);
+        let expected = |place: usize| settings[place].expected_seconds(self.scene.duration);
         order.sort_by(|a, b| expected(*a).total_cmp(&expected(*b)));
         let mut runs: Vec<(Setting, Run)> = Vec::new();
         for place in order {
@@ -251,7 +263,8 @@ impl Study {
             runs.into_iter().map(|(setting, run)| (setting, run.values)).collect();
         let lines = self.ladder.lines.iter().filter_map(|line| self.own_errors(line, &references, &waveforms));
         let mut own: Vec<OwnErrors> = lines.collect();
-        own.extend(self.line(force::KEY, watch)?);
+        own.extend(self.force(watch)?);
+        let gain = self.gain(watch)?;
         let found = Stored {
             program: self.plan.program.clone(),
             scene: self.plan.scene.clone(),
@@ -265,8 +278,35 @@ impl Study {
             chaos,
             own,
             measured,
+            gain,
         };
-        Ok(Accuracy { found, fresh })
+        Ok(Accuracy { found, fresh, gain_is_fresh: self.plan.calibration })
+    }
+
+    /// The static force of two beads: stored where only the calibration is measured.
+    fn force(&self, watch: &dyn Watch) -> Result<Option<OwnErrors>, AccuracyError> {
+        let stored = self.stored.as_ref().filter(|_| self.plan.calibration);
+        match stored.and_then(|stored| stored.own.iter().find(|own| own.key == force::KEY)) {
+            Some(own) => Ok(Some(own.clone())),
+            None => self.line(force::KEY, watch),
+        }
+    }
+
+    /// What calibration gains, measured where that was asked for.
+    fn gain(&self, watch: &dyn Watch) -> Result<Option<Gain>, AccuracyError> {
+        if !self.plan.calibration {
+            return Ok(self.stored.as_ref().and_then(|stored| stored.gain.clone()));
+        }
+        self.fits(&self.ladder.best[0], &gain::paths(&self.scene), watch).map(Some)
+    }
+
+    /// Fits of records that one setting makes by others.
+    ///
+    /// # Errors
+    /// [`AccuracyError`].
+    pub fn fits(&self, made_by: &Setting, paths: &[gain::Path], watch: &dyn Watch) -> Result<Gain, AccuracyError> {
+        let advance = |seconds: f64| watch.advance((UNITS_PER_SECOND * seconds) as u64);
+        gain::measure(&self.source(), made_by, paths, self.plan.seed, watch, &advance)
     }
 
     /// Errors of a line against its limit; of settings that were not run now, what is stored.
@@ -309,7 +349,7 @@ impl Study {
     /// A waveform over the window alone.
     fn waveform(&self, setting: &Setting, watch: &dyn Watch) -> Result<Vec<f64>, AccuracyError> {
         // A whole number of output steps.
-        let duration = (self.ladder.window + self.watched.margin()).min(self.duration);
+        let duration = (self.ladder.window + self.watched.margin()).min(self.scene.duration);
         let more = [self.watched.output_step(setting.step()), format!("duration={} ns", (1e9 * duration).round())];
         let scene = self.source().scene(setting, &more)?;
         let (response, ..) = run::once(&scene, watch).map_err(|error| failed(setting, error))?;
@@ -365,7 +405,7 @@ impl Study {
         let prepared = crate::model::prepare(&scene).map_err(|error| failed(setting, error))?;
         let see = |scene: &scene::Scene| {
             let response = prepared.run(scene, &mut |_| !watch.stop()).map_err(|error| failed(setting, error))?;
-            watch.advance((UNITS_PER_SECOND * setting.expected_seconds(self.duration)) as u64);
+            watch.advance((UNITS_PER_SECOND * setting.expected_seconds(self.scene.duration)) as u64);
             let features = self.watched.features(scene, &response);
             let features =
                 features.map_err(|source| AccuracyError::Feature { setting: setting.to_string(), source })?;

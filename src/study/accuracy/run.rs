@@ -132,14 +132,14 @@ pub(super) fn repeated(scene: &Scene, watch: &dyn Watch) -> Result<(Response, Co
 
 /// Processor time of this thread where the system tells it (Linux), which other programs on the machine do not lengthen; else the time that
 /// passes.
-struct Clock(Instant);
+pub(super) struct Clock(Instant);
 
 impl Clock {
-    fn start() -> Self {
+    pub fn start() -> Self {
         Self(Instant::now())
     }
 
-    fn seconds(&self) -> f64 {
+    pub fn seconds(&self) -> f64 {
         // The kernel adds up a thread's time when it leaves the processor.
         std::thread::yield_now();
         let nanoseconds = std::fs::read_to_string("/proc/thread-self/schedstat")

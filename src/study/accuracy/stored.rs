@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::{
+    gain::Gain,
     ladder::{Rung, Setting, Varied},
     run::Cost,
 };
@@ -135,6 +136,9 @@ pub struct Stored {
     pub own: Vec<OwnErrors>,
     /// Every setting of the ladder.
     pub measured: Vec<Measured>,
+    /// What calibration gains; none where it was not measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain: Option<Gain>,
 }
 
 const FILES: [(&str, &str); 3] = [
