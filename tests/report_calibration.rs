@@ -121,6 +121,7 @@ fn law(kind: &str, verdict: Verdict) -> LawReport {
         failed_runs: 1,
         failures: vec!["step size fell below 1e-15 s at 3.1e-4 s".into()],
         rungs: None,
+        shares: vec![],
     }
 }
 
@@ -186,6 +187,8 @@ fn report() -> CalibrationReport {
             marked: Some((0.503, "fit".into())),
         }),
         energy: Some(EnergyLedger { initial_j: 0.0, piston_work_j: 4.31e-7, kinetic_j: 1.2e-9, stored_j: 3e-10, disc_j: None, water_j: None, dissipated_j: 4.2946e-7, residual_j: 4e-14, largest_j: 2.2e-7 }),
+        label: String::new(),
+        companions: vec![],
         assumptions: vec!["Sampling is even to 1e-6 of the interval; tolerance 1e-3.".into(), "Baseline: mean of 250 pre-trigger samples removed.".into()],
         provenance: Provenance {
             version: "granchain 0.1.0".into(),

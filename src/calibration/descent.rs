@@ -13,11 +13,7 @@ use argmin::{
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::{
-    forward::{Forward, Run},
-    parameter::reflect,
-    search::Strategy,
-};
+use super::{forward::Run, joint::Joint, parameter::reflect, search::Strategy};
 
 /// Deviation of a feature, in ln, that counts as one.
 const YARDSTICK: f64 = 0.2;
@@ -33,7 +29,8 @@ const SIMPLEX: f64 = 0.08;
 
 /// The misfit, remembering every run made for it.
 struct Misfit<'a> {
-    forward: &'a Forward,
+    joint: &'a Joint,
+    observed: &'a [f64],
     first: u64,
     count: usize,
     runs: &'a Mutex<Vec<Run>>,
@@ -49,12 +46,11 @@ impl CostFunction for Misfit<'_> {
         if runs.len() >= self.count {
             return Ok(FAILED);
         }
-        let mut made = self.forward.run(self.first + runs.len() as u64, &[inside]);
+        let mut made = self.joint.run(self.first + runs.len() as u64, &[inside]);
         let cost = made.first().and_then(Run::features).map_or(FAILED, |features| {
-            let observed = &self.forward.comparison.features;
-            let sum: f64 =
-                features.iter().zip(observed).map(|(z, z0)| ((z - z0).abs() / YARDSTICK).min(5.0).powi(2)).sum();
-            sum / observed.len() as f64
+            let each = features.iter().zip(self.observed);
+            let sum: f64 = each.map(|(z, z0)| ((z - z0).abs() / YARDSTICK).min(5.0).powi(2)).sum();
+            sum / self.observed.len() as f64
         });
         runs.append(&mut made);
         Ok(cost)
@@ -65,12 +61,13 @@ impl CostFunction for Misfit<'_> {
 ///
 /// # Errors
 /// When argmin refuses the set-up.
-pub fn runs(forward: &Forward, strategy: Strategy, first: u64, count: usize, seed: u64) -> Result<Vec<Run>, Error> {
-    let dimension = forward.parameters.len();
+pub fn runs(joint: &Joint, strategy: Strategy, first: u64, count: usize, seed: u64) -> Result<Vec<Run>, Error> {
+    let dimension = joint.parameters().len();
+    let observed: Vec<f64> = joint.records().iter().flat_map(|record| record.comparison.features.clone()).collect();
     let made = Mutex::new(Vec::with_capacity(count));
     let mut start = 0;
     while made.lock().unwrap_or_else(PoisonError::into_inner).len() < count {
-        let misfit = Misfit { forward, first, count, runs: &made };
+        let misfit = Misfit { joint, observed: &observed, first, count, runs: &made };
         match strategy {
             Strategy::ParticleSwarm => {
                 let random = ChaCha8Rng::seed_from_u64(seed.wrapping_add(start));

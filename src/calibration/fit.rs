@@ -10,7 +10,8 @@ use thiserror::Error;
 use super::{
     checkpoint::SearchCheckpoint,
     correction::{self, Correction, RungDifference},
-    forward::{Forward, Run},
+    forward::Run,
+    joint::{Joint, Share, shares},
     likelihood::Cloud,
     parameter::Parameter,
     posterior::{Lobe, Posterior},
@@ -90,7 +91,7 @@ pub struct Fit {
     /// Correlation of the logarithms of the first two parameters.
     pub correlation: f64,
     /// FIT: median over the ten best runs of a search (the three best of a correction's far fewer) of the misfit per feature, in units
-    /// of the local scatter.
+    /// of the local scatter; of several records that of the worst.
     pub misfit: f64,
     /// Deviation z − z₀ expected at the most likely point, in units of the scatter, of each feature.
     pub deviations: Vec<f64>,
@@ -108,6 +109,9 @@ pub struct Fit {
     pub history: Vec<(u64, f64)>,
     /// What the rung below said, where the answer is that of a rung above the chain.
     pub below: Option<Box<Below>>,
+    /// What each record says by itself, where several are fitted together.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shares: Vec<Share>,
 }
 
 /// The rung below an answer.
@@ -173,12 +177,14 @@ pub enum FitError {
     Search(#[source] Error),
 }
 
-/// Run a search to its end (from where it stands) and read the answer from all its runs.
+/// Run a search to its end (from where it stands) for one record, or for several together, and read the answer from all its runs.
 ///
 /// # Errors
 /// When it is stopped, or when too few runs finished.
-pub fn fit(forward: &Forward, search: Search, checkpoint: Option<SearchCheckpoint>) -> Result<Fit, FitError> {
-    let mut executor = Executor::new(forward.clone(), search).ctrlc(false).timer(false);
+pub fn fit(problem: impl Into<Joint>, search: Search, checkpoint: Option<SearchCheckpoint>) -> Result<Fit, FitError> {
+    let joint = problem.into();
+    let parameters = joint.parameters().to_vec();
+    let mut executor = Executor::new(joint, search).ctrlc(false).timer(false);
     if let Some(checkpoint) = checkpoint {
         executor = executor.checkpointing(checkpoint);
     }
@@ -193,7 +199,7 @@ pub fn fit(forward: &Forward, search: Search, checkpoint: Option<SearchCheckpoin
     let last_batch = search.batches.last().copied().unwrap_or(0);
     let history = history(search.batches.iter().take(search.batches_made()), |count| search.cloud(count));
     let before = search.cloud(made - last_batch.min(made));
-    read(&forward.parameters, &search.cloud(made), &before, history, search.runs, BEST)
+    read(&parameters, &search.cloud(made), &before, history, search.runs, BEST)
 }
 
 /// Run a correction of the chain's fit to its end (from where it stands) and read the answer from the upper rung's runs.
@@ -247,14 +253,12 @@ fn read(
             reason: failures.last().map_or_else(|| "nothing".into(), |reason| (*reason).clone()),
         });
     };
-    let most_likely = polish(cloud, &posterior);
-    let estimates: Vec<Estimate> =
-        (0..dimension).map(|d| estimate(&parameters[d], &posterior, most_likely[d], d)).collect();
+    let (estimates, most_likely) = estimates(parameters, cloud, &posterior);
     let spans: Vec<f64> = parameters.iter().map(Parameter::span).collect();
     let drift = Posterior::of(before, dimension).map_or(f64::INFINITY, |before| drift(&before, &posterior, &spans));
     let ranked = ranking(cloud);
-    let best: Vec<f64> = ranked.iter().take(best).map(|entry| entry.0).collect();
-    let misfit = best.get(best.len() / 2).copied().unwrap_or(f64::INFINITY);
+    let best: Vec<(f64, usize)> = ranked.iter().take(best).copied().collect();
+    let misfit = best.get(best.len() / 2).map_or(f64::INFINITY, |entry| entry.0);
     let deviations = cloud.regress(&most_likely).map_or_else(Vec::new, |local| {
         local.deviation.iter().zip(&local.scatter).map(|(deviation, scatter)| deviation / scatter).collect()
     });
@@ -262,7 +266,12 @@ fn read(
         .first()
         .and_then(|best| cloud.regress(cloud.position(best.1)))
         .map_or_else(Vec::new, |local| local.scatter);
-    let verdict = if misfit > OUTSIDE || root_mean_square(&deviations) > BIASED {
+    let best: Vec<usize> = best.into_iter().map(|entry| entry.1).collect();
+    let shares = shares(parameters, cloud, &best, (&deviations, &scatter));
+    // A record that is not explained is not made good by others that are.
+    let misfit = shares.iter().map(|share| share.misfit).fold(misfit, f64::max);
+    let bias = shares.iter().map(|share| share.bias).fold(root_mean_square(&deviations), f64::max);
+    let verdict = if misfit > OUTSIDE || bias > BIASED {
         Verdict::OutsideScatter
     } else if drift > 1.0 {
         Verdict::NotConverged
@@ -285,7 +294,15 @@ fn read(
         posterior,
         runs,
         below: None,
+        shares,
     })
+}
+
+/// The estimates of all parameters, and the most likely point in unit coordinates.
+pub(super) fn estimates(parameters: &[Parameter], cloud: &Cloud, posterior: &Posterior) -> (Vec<Estimate>, Vec<f64>) {
+    let most_likely = polish(cloud, posterior);
+    let each = parameters.iter().enumerate().map(|(d, parameter)| estimate(parameter, posterior, most_likely[d], d));
+    (each.collect(), most_likely)
 }
 
 fn root_mean_square(values: &[f64]) -> f64 {

@@ -154,6 +154,12 @@ impl Forward {
         Self { above: Some(Arc::new(rung)), ..chain }
     }
 
+    /// The same, drawing from a seed that is `by` further.
+    pub(super) fn reseeded(mut self, by: u64) -> Self {
+        self.seed = self.seed.wrapping_add(by);
+        self
+    }
+
     /// Run the points, the first of which is run number `first` of the search.
     ///
     /// The draws of a run depend on the seed and its number alone, so neither threads nor batches change a result.

@@ -9,8 +9,13 @@
 //! with n = (Σw)²/Σw² the effective number of runs under tricube weights w, C the weighted residual covariance with its
 //! off-diagonals shrunk by 0.4 and a nugget² on its diagonal, G the weighted Gram matrix of the regressors (1, x − x₀).
 //!
+//! Where several records are fitted together their runs differ in all that is drawn, so given x they are independent: SL is the sum of
+//! what each record's features contribute ([`Cloud::parted`]).
+//!
 //! After S. N. Wood, *Nature* 466 (2010) 1102; the regression in place of replicates, k, the shrinkage and the power β
 //! of [`super::posterior`] were tuned on twins, see `docs/calibration.md`.
+
+use std::ops::Range;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -33,6 +38,8 @@ pub struct Cloud {
     deviations: Vec<Vec<f64>>,
     nuggets: Vec<f64>,
     weights: Vec<f64>,
+    /// Features of each record, in order.
+    parts: Vec<Range<usize>>,
     neighbours: usize,
     power: f64,
     domain: Option<(Vec<f64>, Vec<f64>)>,
@@ -47,6 +54,14 @@ pub struct Local {
     pub scatter: Vec<f64>,
     /// Effective number of runs.
     pub effective: f64,
+    records: Vec<Judged>,
+}
+
+/// What the features of one record are judged by.
+#[derive(Debug, Clone)]
+struct Judged {
+    features: Range<usize>,
+    /// Features that count.
     counted: usize,
     covariance: DMatrix<f64>,
 }
@@ -67,6 +82,7 @@ impl Cloud {
             deviations: vec![],
             nuggets: nuggets.to_vec(),
             weights: weights.iter().map(|weight| weight.max(SMALLEST_WEIGHT)).collect(),
+            parts: std::iter::once(0..nuggets.len()).collect(),
             neighbours,
             power: super::posterior::POWER,
             domain: None,
@@ -83,6 +99,46 @@ impl Cloud {
     pub fn tempered(mut self, power: f64) -> Self {
         self.power = power;
         self
+    }
+
+    /// The same, its features those of several records: so many of the first, of the second and so on. Their sum is all.
+    #[must_use]
+    pub fn parted(mut self, counts: &[usize]) -> Self {
+        let mut end = 0;
+        let part = |count: &usize| {
+            end += count;
+            end - count..end
+        };
+        self.parts = counts.iter().map(part).collect();
+        self
+    }
+
+    /// Number of records.
+    #[must_use]
+    pub fn records(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// Which features are those of record `record`.
+    #[must_use]
+    pub fn part(&self, record: usize) -> Range<usize> {
+        self.parts[record].clone()
+    }
+
+    /// The same runs, judged by record `record` alone.
+    #[must_use]
+    pub fn of_record(&self, record: usize) -> Self {
+        let part = self.part(record);
+        Self {
+            positions: self.positions.clone(),
+            deviations: self.deviations.iter().map(|deviation| deviation[part.clone()].to_vec()).collect(),
+            nuggets: self.nuggets[part.clone()].to_vec(),
+            weights: self.weights[part.clone()].to_vec(),
+            parts: std::iter::once(0..part.len()).collect(),
+            neighbours: self.neighbours,
+            power: self.power,
+            domain: self.domain.clone(),
+        }
     }
 
     /// The same, trusted between two corners of the unit box only: beyond, the likelihood is 0.
@@ -166,40 +222,62 @@ impl Cloud {
         }
         let inverse = Cholesky::new(gram)?.inverse();
         let coefficients: DMatrix<f64> = &inverse * moments;
-        let mut covariance: DMatrix<f64> = DMatrix::zeros(features, features);
-        let mut residual = vec![0.0; features];
+        let mut residuals: DMatrix<f64> = DMatrix::zeros(order.len(), features);
         for (i, (_, run)) in order.iter().enumerate() {
-            for (f, value) in residual.iter_mut().enumerate() {
-                let fitted: f64 = (0..columns).map(|a| regressor(i, a) * coefficients[(a, f)]).sum();
-                *value = self.deviations[*run][f] - fitted;
-            }
-            let weight = weights[i] / total;
             for f in 0..features {
-                let weighted = weight * residual[f];
+                let fitted: f64 = (0..columns).map(|a| regressor(i, a) * coefficients[(a, f)]).sum();
+                residuals[(i, f)] = self.deviations[*run][f] - fitted;
+            }
+        }
+        let shares: Vec<f64> = weights.iter().map(|weight| weight / total).collect();
+        let small_sample = effective / (effective - 3.0);
+        let extrapolation = 1.0 + inverse[(0, 0)] / effective;
+        let records: Vec<Judged> =
+            self.parts.iter().map(|part| self.judge(part, &residuals, &shares, small_sample, extrapolation)).collect();
+        let scatter = |record: &Judged| -> Vec<f64> {
+            let own = |(f, at): (usize, usize)| (record.covariance[(f, f)] * self.weights[at] / extrapolation).sqrt();
+            record.features.clone().enumerate().map(own).collect()
+        };
+        let scatter = records.iter().flat_map(scatter).collect();
+        let deviation = (0..features).map(|f| coefficients[(0, f)]).collect();
+        Some(Local { deviation, scatter, effective, records })
+    }
+
+    /// The covariance Σ of one record's features, from the residuals of all runs (one a row) and their shares of the weight.
+    fn judge(
+        &self,
+        part: &Range<usize>,
+        residuals: &DMatrix<f64>,
+        shares: &[f64],
+        small_sample: f64,
+        extrapolation: f64,
+    ) -> Judged {
+        let (first, features) = (part.start, part.len());
+        let mut covariance: DMatrix<f64> = DMatrix::zeros(features, features);
+        for (i, share) in shares.iter().enumerate() {
+            for f in 0..features {
+                let weighted = share * residuals[(i, first + f)];
                 for g in 0..=f {
-                    covariance[(f, g)] += weighted * residual[g];
+                    covariance[(f, g)] += weighted * residuals[(i, first + g)];
                 }
             }
         }
-        let small_sample = effective / (effective - 3.0);
-        let extrapolation = 1.0 + inverse[(0, 0)] / effective;
         for f in 0..features {
             for g in 0..f {
                 let shrunk = covariance[(f, g)] * SHRINKAGE * small_sample * extrapolation;
                 covariance[(f, g)] = shrunk;
                 covariance[(g, f)] = shrunk;
             }
-            covariance[(f, f)] = (covariance[(f, f)] * small_sample + self.nuggets[f].powi(2)) * extrapolation;
+            covariance[(f, f)] = (covariance[(f, f)] * small_sample + self.nuggets[first + f].powi(2)) * extrapolation;
         }
+        let weights = &self.weights[part.clone()];
         for f in 0..features {
             for g in 0..features {
-                covariance[(f, g)] /= (self.weights[f] * self.weights[g]).sqrt();
+                covariance[(f, g)] /= (weights[f] * weights[g]).sqrt();
             }
         }
-        let scatter = (0..features).map(|f| (covariance[(f, f)] * self.weights[f] / extrapolation).sqrt()).collect();
-        let deviation = (0..features).map(|f| coefficients[(0, f)]).collect();
-        let counted = self.weights.iter().filter(|weight| **weight > SMALLEST_WEIGHT).count();
-        Some(Local { deviation, scatter, effective, counted, covariance })
+        let counted = weights.iter().filter(|weight| **weight > SMALLEST_WEIGHT).count();
+        Judged { features: part.clone(), counted, covariance }
     }
 
     /// SL at a point; −∞ where the regression is impossible.
@@ -263,19 +341,23 @@ impl Cloud {
 }
 
 impl Local {
-    /// Student-t log-density of the record, ν = n − 3.
+    /// Sum over records of the Student-t log-density of each, ν = n − 3.
     fn log_likelihood(self) -> f64 {
-        let features = self.counted as f64;
         let freedom = self.effective - 3.0;
-        let Some(factor) = Cholesky::new(self.covariance) else { return f64::NEG_INFINITY };
-        let deviation = DVector::from_vec(self.deviation);
-        let mahalanobis = deviation.dot(&factor.solve(&deviation));
-        let half_log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum();
-        libm::lgamma(0.5 * (freedom + features))
-            - libm::lgamma(0.5 * freedom)
-            - 0.5 * features * (freedom * std::f64::consts::PI).ln()
-            - half_log_determinant
-            - 0.5 * (freedom + features) * (mahalanobis / freedom).ln_1p()
+        let mut sum = 0.0;
+        for Judged { features, counted, covariance } in self.records {
+            let deviation = DVector::from_column_slice(&self.deviation[features]);
+            let features = counted as f64;
+            let Some(factor) = Cholesky::new(covariance) else { return f64::NEG_INFINITY };
+            let mahalanobis = deviation.dot(&factor.solve(&deviation));
+            let half_log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum();
+            sum += libm::lgamma(0.5 * (freedom + features))
+                - libm::lgamma(0.5 * freedom)
+                - 0.5 * features * (freedom * std::f64::consts::PI).ln()
+                - half_log_determinant
+                - 0.5 * (freedom + features) * (mahalanobis / freedom).ln_1p();
+        }
+        sum
     }
 }
 
@@ -344,5 +426,26 @@ mod tests {
         let along = [truth[0] + 0.1, truth[1] + 0.2];
         let change = |cloud: &Cloud| (cloud.log_likelihood(&along) - cloud.log_likelihood(&truth)).abs();
         assert!(change(&cloud) > 5.0 && change(&blind) < 1.5, "{} {}", change(&cloud), change(&blind));
+    }
+
+    #[test]
+    fn records_that_share_the_parameters_add_their_likelihoods() {
+        let (cloud, truth) = linear_cloud(0.05);
+        let joint = cloud.clone().parted(&[1, 1]);
+        for at in [truth, [0.45, 0.55], [0.3, 0.7]] {
+            let alone: f64 = (0..2).map(|record| joint.of_record(record).log_likelihood(&at)).sum();
+            assert!((joint.log_likelihood(&at) - alone).abs() < 1e-9 * alone.abs(), "{at:?}");
+        }
+        // One part is the whole: not a bit differs.
+        assert_eq!(cloud.clone().parted(&[2]).log_likelihood(&truth), cloud.log_likelihood(&truth));
+        // 2x − y alone says nothing along its own ridge, x + 3y crosses it.
+        let along = [truth[0] + 0.1, truth[1] + 0.2];
+        let fall = |cloud: &Cloud| cloud.log_likelihood(&truth) - cloud.log_likelihood(&along);
+        assert!(
+            fall(&joint.of_record(0)).abs() < 1.5 && fall(&joint) > 5.0,
+            "{} {}",
+            fall(&joint.of_record(0)),
+            fall(&joint)
+        );
     }
 }

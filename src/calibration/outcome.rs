@@ -6,7 +6,10 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::fit::{Estimate, Fit, Verdict};
+use super::{
+    fit::{Estimate, Fit, Verdict},
+    parameter::Parameter,
+};
 use crate::feature::Measurand;
 
 /// `calibration.json`.
@@ -40,6 +43,9 @@ pub struct CalibrationOutcome {
     pub features: BTreeMap<String, OutcomeFeature>,
     /// Features the fit itself compared.
     pub fitted_features: BTreeMap<String, FittedFeature>,
+    /// Every record where several were fitted together; `features` and `fitted_features` above are those of the first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub records: Vec<RecordOutcome>,
     /// Connected parts of the 90 % region, heaviest first.
     pub lobes: Vec<OutcomeLobe>,
     /// What each rung of the ladder said, the lowest first; the one that answers is that of `model`.
@@ -118,6 +124,27 @@ pub struct FittedFeature {
     pub deviation: Option<f64>,
     /// SI unit, `1` for a pure number.
     pub unit: String,
+}
+
+/// One of several records that were fitted together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RecordOutcome {
+    /// What it is called beside the others.
+    pub label: String,
+    /// The file.
+    pub measured: String,
+    /// Overrides of its scene.
+    pub overrides: Vec<String>,
+    /// Misfit per feature of this record at the runs that are best for all, in scatters.
+    pub misfit: f64,
+    /// Correlation of the logarithms of the first two parameters by this record alone.
+    pub correlation: f64,
+    /// What it says by itself, by the runs made for all.
+    pub alone: BTreeMap<String, FittedParameter>,
+    /// Watched features of record and model.
+    pub features: BTreeMap<String, OutcomeFeature>,
+    /// Features of it that the fit compared.
+    pub fitted_features: BTreeMap<String, FittedFeature>,
 }
 
 /// A connected part of the 90 % region, SI.
@@ -212,12 +239,21 @@ pub struct InputDigest {
 /// The fitted parameters by name; intervals only where the verdict allows one.
 #[must_use]
 pub fn fitted_parameters(fit: &Fit) -> BTreeMap<String, FittedParameter> {
-    let quoted = |bound: f64| (fit.verdict != Verdict::OutsideScatter).then_some(bound);
-    let entry = |(estimate, parameter): (&Estimate, &super::parameter::Parameter)| {
+    estimates_by_name(&fit.estimates, &fit.parameters, fit.verdict != Verdict::OutsideScatter)
+}
+
+/// Estimates of `parameters` by name, with their intervals where those are `quoted`.
+#[must_use]
+pub fn estimates_by_name(
+    estimates: &[Estimate],
+    parameters: &[Parameter],
+    quoted: bool,
+) -> BTreeMap<String, FittedParameter> {
+    let entry = |(estimate, parameter): (&Estimate, &Parameter)| {
         let fitted = FittedParameter {
             value: estimate.value,
-            low: quoted(estimate.low),
-            high: quoted(estimate.high),
+            low: quoted.then_some(estimate.low),
+            high: quoted.then_some(estimate.high),
             median: estimate.median,
             unit: estimate.unit.clone(),
             at_bound: estimate.at_bound,
@@ -225,7 +261,7 @@ pub fn fitted_parameters(fit: &Fit) -> BTreeMap<String, FittedParameter> {
         };
         (estimate.name.clone(), fitted)
     };
-    fit.estimates.iter().zip(&fit.parameters).map(entry).collect()
+    estimates.iter().zip(parameters).map(entry).collect()
 }
 
 /// Failure messages with how often each occurred, numbers in them left out so that alike ones meet.

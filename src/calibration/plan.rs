@@ -9,6 +9,11 @@
 //! features = "full"
 //! evaluations = 600
 //! seed = 1
+//! # several records with one set of parameters, in place of `measured` and `drive`:
+//! # [[record]]
+//! # measured = "low/vib.csv"
+//! # drive = "low/horn_tip.csv"
+//! # set = ["chain.beads=7"] # of this record alone, behind the plan's own
 //! # of a hydrophone's record besides:
 //! # quantity = "pressure"
 //! # mount = ["clamped", "supported", "free"]
@@ -57,12 +62,33 @@ pub struct Plan {
     pub evaluations: Option<usize>,
     /// Seed.
     pub seed: Option<u64>,
+    /// Records that are fitted together, in place of `measured` and `drive`.
+    #[serde(default)]
+    pub record: Vec<RecordPlan>,
     /// Bounds, or a fixed value, of the parameters by name.
     #[serde(default)]
     pub parameters: BTreeMap<String, Bounds>,
     /// Weight of single features by name.
     #[serde(default)]
     pub weights: BTreeMap<String, f64>,
+}
+
+/// One of several records: `[[record]]`.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecordPlan {
+    /// The record.
+    pub measured: PathBuf,
+    /// The horn-tip record that drove it.
+    pub drive: Option<PathBuf>,
+    /// Its scene, where it is not the plan's.
+    pub scene: Option<String>,
+    /// Overrides of its scene, behind the plan's own.
+    #[serde(default)]
+    pub set: Vec<String>,
+    /// Line of the plan where it begins, from 1.
+    #[serde(skip)]
+    pub line: usize,
 }
 
 /// Search bounds of one parameter: a plain number is SI, a text carries its unit.
@@ -100,7 +126,7 @@ pub enum PlanError {
     /// Not TOML, an unknown key, or a value of the wrong type.
     #[error(
         "{}:{line}: {message}; a plan has the keys measured, quantity, drive, scene, set, damping, mount, features, \
-         evaluations, seed, [parameters.NAME] low and high, [weights]", path.display()
+         evaluations, seed, [[record]] measured, drive, scene and set, [parameters.NAME] low and high, [weights]", path.display()
     )]
     Form {
         /// The file.
@@ -125,11 +151,25 @@ impl Plan {
             message: error.message().to_owned(),
         })?;
         let folder = path.parent().unwrap_or(Path::new("."));
-        for file in [&mut plan.measured, &mut plan.drive].into_iter().flatten() {
+        let begins =
+            |(index, line): (usize, &str)| line.replace(' ', "").starts_with("[[record]]").then_some(index + 1);
+        let lines: Vec<usize> = text.lines().enumerate().filter_map(begins).collect();
+        for (number, record) in plan.record.iter_mut().enumerate() {
+            // Records written as one array have no line of their own.
+            record.line = lines.get(number).copied().unwrap_or(1);
+        }
+        let of_records = plan.record.iter_mut();
+        let (files, scenes): (Vec<_>, Vec<_>) = of_records
+            .map(|RecordPlan { measured, drive, scene, .. }| ([Some(measured), drive.as_mut()], scene.as_mut()))
+            .unzip();
+        let files = files.into_iter().flatten().chain([plan.measured.as_mut(), plan.drive.as_mut()]);
+        for file in files.flatten() {
             *file = from_here(folder.join(&*file));
         }
-        if let Some(scene) = plan.scene.as_mut().filter(|scene| folder.join(scene).is_file()) {
-            *scene = from_here(folder.join(&*scene)).display().to_string();
+        for scene in scenes.into_iter().chain([plan.scene.as_mut()]).flatten() {
+            if folder.join(&*scene).is_file() {
+                *scene = from_here(folder.join(&*scene)).display().to_string();
+            }
         }
         Ok(plan)
     }
@@ -156,6 +196,22 @@ mod tests {
         let plan = Plan::read(&file).unwrap();
         assert_eq!(plan.measured.unwrap(), place.path().join("vib.csv"));
         assert_eq!(plan.parameters["alpha"].high, Number::Text("1.5".into()));
+    }
+
+    #[test]
+    fn records_of_a_plan_know_their_line_and_lie_beside_it() {
+        let place = tempfile::tempdir().unwrap();
+        let file = place.path().join("fit.toml");
+        let text = "scene = \"annulus\"\n\n[[record]]\nmeasured = \"low.csv\"\n\n[[record]]\nmeasured = \"high.csv\"\n\
+                    drive = \"horn.csv\"\nset = [\"chain.beads=7\"]\n";
+        fs::write(&file, text).unwrap();
+        let plan = Plan::read(&file).unwrap();
+        let told: Vec<_> = plan.record.iter().map(|record| (record.line, record.measured.clone())).collect();
+        assert_eq!(told, [(3, place.path().join("low.csv")), (6, place.path().join("high.csv"))]);
+        assert_eq!(plan.record[1].drive, Some(place.path().join("horn.csv")));
+        assert_eq!(plan.record[1].set, ["chain.beads=7"]);
+        fs::write(&file, text.replace("drive =", "horn =")).unwrap();
+        assert!(Plan::read(&file).unwrap_err().to_string().contains("fit.toml:8"));
     }
 
     #[test]

@@ -15,8 +15,10 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
 use super::{
+    comparison::Comparison,
     descent,
-    forward::{Forward, Run},
+    forward::Run,
+    joint::Joint,
     likelihood::{Cloud, NEIGHBOURS},
     parameter::reflect,
     posterior::Posterior,
@@ -60,13 +62,19 @@ pub struct Search {
     observed: Vec<f64>,
     nuggets: Vec<f64>,
     weights: Vec<f64>,
+    /// Number of features of each record.
+    parts: Vec<usize>,
     power: f64,
 }
 
 impl Search {
-    /// A search of `budget` runs (600 is the tested number) for the record behind `forward`.
+    /// A search of `budget` runs (600 is the tested number) for the record, or the records together, behind `problem`.
     #[must_use]
-    pub fn new(forward: &Forward, budget: usize, seed: u64, strategy: Strategy) -> Self {
+    pub fn new(problem: impl Into<Joint>, budget: usize, seed: u64, strategy: Strategy) -> Self {
+        let joint = problem.into();
+        let of_all = |values: fn(&Comparison) -> &Vec<f64>| {
+            joint.records().iter().flat_map(|record| values(&record.comparison)).copied().collect()
+        };
         let share = |fraction: f64| ((budget as f64 * fraction).round() as usize).max(1);
         let (elite, drawn) = (share(58.0 / 600.0), share(75.0 / 600.0));
         let first = budget.saturating_sub(ELITES.len() * elite + 2 * drawn).max(1);
@@ -79,11 +87,12 @@ impl Search {
             batch: 0,
             seed,
             strategy,
-            dimension: forward.parameters.len(),
-            observed: forward.comparison.features.clone(),
-            nuggets: forward.comparison.nuggets.clone(),
-            weights: forward.comparison.weights.clone(),
-            power: forward.comparison.power,
+            dimension: joint.parameters().len(),
+            observed: of_all(|comparison| &comparison.features),
+            nuggets: of_all(|comparison| &comparison.nuggets),
+            weights: of_all(|comparison| &comparison.weights),
+            parts: joint.records().iter().map(|record| record.comparison.features.len()).collect(),
+            power: joint.first().comparison.power,
         }
     }
 
@@ -97,7 +106,9 @@ impl Search {
     #[must_use]
     pub fn cloud(&self, count: usize) -> Cloud {
         let finished = self.runs.iter().take(count).filter_map(|run| Some((run.position.as_slice(), run.features()?)));
-        Cloud::new(finished, &self.observed, &self.nuggets, &self.weights, NEIGHBOURS).tempered(self.power)
+        Cloud::new(finished, &self.observed, &self.nuggets, &self.weights, NEIGHBOURS)
+            .parted(&self.parts)
+            .tempered(self.power)
     }
 
     fn propose(&self) -> Vec<Vec<f64>> {
@@ -169,33 +180,32 @@ pub fn ranking(cloud: &Cloud) -> Vec<(f64, usize)> {
     }
 }
 
-impl Solver<Forward, SearchState> for Search {
+impl Solver<Joint, SearchState> for Search {
     fn name(&self) -> &'static str {
         "regression synthetic likelihood"
     }
 
     fn next_iter(
         &mut self,
-        problem: &mut Problem<Forward>,
+        problem: &mut Problem<Joint>,
         state: SearchState,
     ) -> Result<(SearchState, Option<KV>), Error> {
         let first = self.runs.len() as u64;
         let runs = match self.strategy {
             Strategy::Likelihood => {
                 let positions = self.propose();
-                problem.bulk_problem("cost_count", positions.len(), |forward| Ok(forward.run(first, &positions)))?
+                problem.bulk_problem("cost_count", positions.len(), |joint| Ok(joint.run(first, &positions)))?
             }
             strategy => {
                 let count = self.batches[self.batch];
                 let seed = self.seed.wrapping_add(self.batch as u64);
-                problem
-                    .bulk_problem("cost_count", count, |forward| descent::runs(forward, strategy, first, count, seed))?
+                problem.bulk_problem("cost_count", count, |joint| descent::runs(joint, strategy, first, count, seed))?
             }
         };
         self.runs.extend(runs);
         self.batch += 1;
         let done = self.runs.len() as u64;
-        let go_on = problem.problem("report_count", |forward| Ok(forward.report(done)))?;
+        let go_on = problem.problem("report_count", |joint| Ok(joint.first().report(done)))?;
         let cloud = self.cloud(self.runs.len());
         let state = match ranking(&cloud).first() {
             Some(&(misfit, run)) => state.param(cloud.position(run).to_vec()).cost(misfit),

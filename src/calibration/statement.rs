@@ -1,7 +1,8 @@
 //! A fit in words: what the record cannot separate, and which further record would.
 
 use super::{
-    fit::{DOUBTFUL, Fit, Verdict},
+    fit::{DOUBTFUL, Estimate, Fit, Verdict},
+    joint::Share,
     printed::Printed,
 };
 
@@ -56,8 +57,13 @@ pub fn statements(fit: &Fit) -> Vec<String> {
         let widths: Vec<String> = fit.estimates.iter().map(|e| percent(e.low, e.high)).collect();
         said.push(format!(
             "{} and {} trade off along a ridge (correlation {:+.2}): these data hold their combination better than either of \
-             them ({} and {} wide). Several drive levels fitted together, or a second chain length, would separate them.",
-            names[0], names[1], fit.correlation, widths[0], widths[1]
+             them ({} and {} wide). {}, or a second chain length, would separate them.",
+            names[0],
+            names[1],
+            fit.correlation,
+            widths[0],
+            widths[1],
+            if fit.shares.is_empty() { "Several drive levels fitted together" } else { "A further, lower drive level" }
         ));
     }
     for estimate in &fit.estimates {
@@ -79,6 +85,62 @@ pub fn statements(fit: &Fit) -> Vec<String> {
         said.push(format!(
             "{} and {} are separated by these data (correlation {:+.2}).",
             names[0], names[1], fit.correlation
+        ));
+    }
+    said
+}
+
+/// What several records fitted together say beyond [`statements`]: which of them is not explained, and what fitting them together narrowed.
+/// `labels` are what the records are called.
+#[must_use]
+pub fn together(fit: &Fit, labels: &[String]) -> Vec<String> {
+    let shares = || labels.iter().zip(&fit.shares);
+    if fit.verdict == Verdict::OutsideScatter {
+        let outside = |share: &Share| share.misfit > super::fit::OUTSIDE || share.bias > super::fit::BIASED;
+        let (missed, held): (Vec<_>, Vec<_>) = shares().partition(|(_, share)| outside(share));
+        if missed.is_empty() || held.is_empty() {
+            return vec![];
+        }
+        let names = |records: Vec<(&String, &Share)>| {
+            records.into_iter().map(|(label, _)| label.as_str()).collect::<Vec<_>>().join(", ")
+        };
+        return vec![format!(
+            "At the joint answer {} would be explained, {} not: look at what differs between them on the bench, or fit them by themselves.",
+            names(held),
+            names(missed)
+        )];
+    }
+    let width = |estimate: &Estimate| (estimate.high / estimate.low).ln();
+    let narrowed = |(d, together): (usize, &Estimate)| {
+        let alone = |(label, share): (&String, &Share)| Some((width(share.estimates.get(d)?), label.clone()));
+        let mut alone: Vec<(f64, String)> = shares().filter_map(alone).collect();
+        alone.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (best, label) = alone.first()?;
+        let all: Vec<String> = alone.iter().map(|(_, label)| label.clone()).collect();
+        Some(format!(
+            "{}: 90 % interval {} wide from all records together; from {label} alone, the narrowest of {}, {}.",
+            together.name,
+            percent_of_width(width(together)),
+            all.len(),
+            percent_of_width(*best)
+        ))
+    };
+    let mut said: Vec<String> =
+        if fit.shares.is_empty() { vec![] } else { fit.estimates.iter().enumerate().filter_map(narrowed).collect() };
+    let ridges: Vec<String> = shares()
+        .filter(|(_, share)| share.correlation.abs() >= RIDGE)
+        .map(|(label, share)| format!("{label} ({:+.2})", share.correlation))
+        .collect();
+    if let [first, second, ..] = fit.parameters.as_slice()
+        && !ridges.is_empty()
+        && fit.correlation.abs() < RIDGE
+    {
+        said.push(format!(
+            "By itself {} leaves {} and {} on a ridge; together the records break it (correlation {:+.2}).",
+            ridges.join(", "),
+            first.name,
+            second.name,
+            fit.correlation
         ));
     }
     said
@@ -119,6 +181,11 @@ pub fn printed(fit: &Fit, printed: &Printed) -> Vec<String> {
 
 fn percent(low: f64, high: f64) -> String {
     format!("{:.1} %", 100.0 * ((high / low).sqrt() - (low / high).sqrt()))
+}
+
+/// The same of a width ln(high/low).
+fn percent_of_width(width: f64) -> String {
+    percent(1.0, width.exp())
 }
 
 /// Which of several values of a choice (law, mount) the record prefers, each entering with the best of its fits, and values in `excluded` of

@@ -202,15 +202,47 @@ pub fn twin(
     seed: u64,
     run: &dyn Fn(&Scene) -> Result<Response, ModelError>,
 ) -> Result<Twin, TwinError> {
-    let values: Vec<f64> = parameters
-        .iter()
-        .enumerate()
-        .map(|(d, parameter)| {
-            let u = f64::from(sobol_burley::sample(index as u32, d as u32, seed as u32));
-            parameter.value(INNER.0 + (INNER.1 - INNER.0) * u)
-        })
-        .collect();
+    let values = drawn_truth(parameters, index, seed);
     twin_at(scene, parameters, values, uncertainty, (index, seed), &Lab::draw, &|scene| run(&flawed(scene, flaw)))
+}
+
+/// The truth of twin `index`: a point of the box's inner part.
+fn drawn_truth(parameters: &[Parameter], index: u64, seed: u64) -> Vec<f64> {
+    let value = |(d, parameter): (usize, &Parameter)| {
+        let u = f64::from(sobol_burley::sample(index as u32, d as u32, seed as u32));
+        parameter.value(INNER.0 + (INNER.1 - INNER.0) * u)
+    };
+    parameters.iter().enumerate().map(value).collect()
+}
+
+/// Shot `number` of twin `index` at `level` times the scene's drive amplitude: the same truth as every shot of that twin, gaps and lab of its own.
+/// Shot 0 at level 1 is [`twin`] itself.
+///
+/// # Errors
+/// As [`twin`].
+pub fn twin_at_level(
+    scene: &Scene,
+    parameters: &[Parameter],
+    uncertainty: &Uncertainty,
+    level: f64,
+    (index, number): (u64, u64),
+    seed: u64,
+    run: &dyn Fn(&Scene) -> Result<Response, ModelError>,
+) -> Result<Twin, TwinError> {
+    let (scene, values) = (at_level(scene, level), drawn_truth(parameters, index, seed));
+    // Shots draw from streams of their own, as twins do.
+    let drawn_by = index + (number << 32);
+    let mut made = twin_at(&scene, parameters, values, uncertainty, (drawn_by, seed), &Lab::draw, run)?;
+    made.truth.index = index;
+    Ok(made)
+}
+
+/// The scene with `level` times its drive amplitude.
+#[must_use]
+pub fn at_level(scene: &Scene, level: f64) -> Scene {
+    let mut scene = scene.clone();
+    scene.drive.amplitude *= level;
+    scene
 }
 
 /// Twin `index` of a seed with its truth given, its gaps drawn, its `lab` drawn for what it records: what [`twin`] draws of a lab, or less.

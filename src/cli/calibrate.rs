@@ -4,6 +4,8 @@
 
 mod alpha_sweep;
 mod candidate;
+mod companion;
+mod companion_page;
 mod definition;
 mod measured;
 mod page;
@@ -19,6 +21,7 @@ use clap::{Args, ValueEnum};
 
 use self::{
     candidate::{Candidate, candidates},
+    companion::{Companion, companions, labels, refuse_twice, refuse_upper},
     definition::Definition,
     measured::Measured,
     rungs::{Fitted, FittedLaw, fit_candidates, saved_fits},
@@ -55,9 +58,15 @@ const UPPER_MEMBERS: usize = 8;
 /// Arguments of `granchain calibrate`.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Record of a vibrometer or hydrophone (CSV), or TOML of published features
+    /// Record of a vibrometer or hydrophone (CSV), or TOML of published features; repeated: records fitted together
     #[arg(long, value_name = "FILE", help_heading = "Fit")]
-    pub measured: Option<PathBuf>,
+    pub measured: Vec<PathBuf>,
+    /// Horn-tip record of each --measured, in the same order [default: horn_tip.csv beside it]
+    #[arg(long, value_name = "FILE", conflicts_with = "drive", conflicts_with = "scene_drive", help_heading = "Fit")]
+    pub input: Vec<PathBuf>,
+    /// Override one key of the scene for record N alone, such as 2:chain.beads=7; repeatable
+    #[arg(long, value_name = "N:KEY=VALUE", help_heading = "Fit")]
+    pub record_set: Vec<String>,
     /// What was recorded [default: velocity]
     #[arg(long, value_enum, help_heading = "Fit")]
     pub quantity: Option<QuantityChoice>,
@@ -153,6 +162,8 @@ struct Job {
     experiment: Experiment,
     measured: Measured,
     comparison: Comparison,
+    /// Further records that are fitted together with the first.
+    companions: Vec<Companion>,
     candidates: Vec<Candidate>,
     /// The model above the chain that corrects and confirms, where there is one.
     upper: Option<ModelKind>,
@@ -162,6 +173,12 @@ struct Job {
 }
 
 impl Job {
+    /// What the records are called side by side, the first one first.
+    fn labels(&self) -> Vec<String> {
+        let further = self.companions.iter().map(|companion| companion.measured.path());
+        labels(&std::iter::once(self.measured.path()).chain(further).collect::<Vec<_>>())
+    }
+
     /// The model that answers.
     fn model(&self) -> &'static str {
         self.upper.unwrap_or(ModelKind::Chain).name()
@@ -186,7 +203,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         session.note(format_args!("assumed: {taken}"));
     }
     timing.stage("read");
-    let target = output.out.clone().unwrap_or_else(|| default_target(&job.definition.measured));
+    let target = output.out.clone().unwrap_or_else(|| default_target(&job));
     if dry_run {
         return page::dry_run(&job, &target, output.force, &session);
     }
@@ -226,11 +243,24 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
     let members = if upper.is_some() { UPPER_MEMBERS } else { CONFIRMATION_MEMBERS };
     let shared = study::Bodies::new(session.cache());
     let shared = upper.into_iter().fold(shared, study::Bodies::holding);
-    let confirmation = job.measured.confirm(&calibrated, &shared, &EnsemblePlan::new(members, session.seed()));
-    let (confirmation, unconfirmed) = match confirmation {
-        Ok(confirmation) => (Some(confirmation), None),
-        Err(error) => (None, Some(format!("{:#}", anyhow!(error)))),
+    let plan = EnsemblePlan::new(members, session.seed());
+    let confirmation = job.measured.confirm(&calibrated, &shared, &plan);
+    let (confirmation, mut unconfirmed) = match confirmation {
+        Ok(confirmation) => (Some(confirmation), vec![]),
+        Err(error) => (None, vec![format!("{:#}", anyhow!(error))]),
     };
+    let mut further = Vec::new();
+    for (number, companion) in job.companions.iter().enumerate() {
+        let scene = companion_page::fitted_companion(&laws[best], number);
+        match companion.measured.confirm(&scene, &shared, &plan) {
+            Ok(confirmation) => further.push(Some(confirmation)),
+            Err(error) => {
+                unconfirmed.push(format!("{}: {:#}", companion.measured.path().display(), anyhow!(error)));
+                further.push(None);
+            }
+        }
+    }
+    let confirmed = (confirmation.as_ref(), further.as_slice());
     interrupt::check()?;
     timing.stage("confirm");
     let fea =
@@ -239,8 +269,8 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
         timing.stage("fea");
     }
     let rungs = rungs::outcome(job, &laws[best], fea.as_deref());
-    let outcome = outcome_of(job, &fitted, best, confirmation.as_ref(), unconfirmed, rungs, session.seed());
-    let report = page::report(job, laws, best, confirmation.as_ref(), &outcome, fea.as_deref())?;
+    let outcome = outcome_of(job, &fitted, best, confirmed, unconfirmed, rungs, session.seed());
+    let report = page::report(job, laws, best, confirmed, &outcome, fea.as_deref())?;
     timing.stage("report");
     folder.write("calibration.json", summary::json(&outcome)?)?;
     for (name, bytes) in report.files()? {
@@ -257,13 +287,21 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
 fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
     let definition = Definition::new(arguments)?;
     let mut assumptions = definition.assumptions.clone();
-    let experiment = Experiment::for_fit(&definition.scene)?;
+    let alone = definition.companions.is_empty();
+    let experiment =
+        if alone { Experiment::for_fit(&definition.scene)? } else { Experiment::for_joint_fit(&definition.scene)? };
     assumptions.extend(experiment.assumptions.iter().cloned());
     let scene = experiment.scene_with(&[])?;
     refuse_silent_scene(&definition, &scene)?;
+    let model_taken = if alone {
+        experiment.model_taken()?
+    } else {
+        refuse_upper(&scene)?;
+        Some("model `chain`: several records are searched and answered on the chain".into())
+    };
     let upper = rungs::upper(&scene)?;
-    let model_taken = experiment.model_taken()?;
-    let candidates = candidates(&definition, &experiment, &scene, &mut assumptions)?;
+    let companions = companions(&definition, (&experiment, &scene), &mut assumptions)?;
+    let candidates = candidates(&definition, &experiment, &companions, &scene, &mut assumptions)?;
     if definition.quantity == Measurand::Pressure
         && let Some(points) = scene.water.as_ref().map(|water| &water.field_points)
         && let Some(first) = points.first()
@@ -275,9 +313,10 @@ fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
         };
         assumptions.push(format!("hydrophone at {first}{others}"));
     }
-    let measured = Measured::read(&definition, &scene, &mut assumptions)?;
+    let measured = Measured::read(&definition.measured, &definition, &scene, &mut assumptions)?;
+    refuse_twice(&measured, &companions)?;
     let comparison = measured.comparison().weighted(&definition.weights)?;
-    Ok(Job { definition, experiment, measured, comparison, candidates, upper, assumptions, model_taken })
+    Ok(Job { definition, experiment, measured, comparison, companions, candidates, upper, assumptions, model_taken })
 }
 
 /// A pressure needs water to be heard in.
@@ -312,8 +351,17 @@ fn fitted_scene(law: &FittedLaw) -> Scene {
     scene
 }
 
-/// `calibrations/NAME`: the record's folder where the record is its `vib.csv` or `hydrophone.csv`, else the record's own name.
-fn default_target(measured: &Path) -> PathBuf {
+/// `calibrations/NAME`: the record's folder where the record is its `vib.csv` or `hydrophone.csv`, else the record's own name; of several
+/// records the folder that holds them all, else all their names.
+fn default_target(job: &Job) -> PathBuf {
+    let measured = job.definition.measured.as_path();
+    if !job.companions.is_empty() {
+        let folders = measured.ancestors().skip(1);
+        let holds = |folder: &&Path| job.companions.iter().all(|it| it.measured.path().starts_with(folder));
+        let common = folders.into_iter().find(holds).and_then(Path::file_name);
+        let name = common.map_or_else(|| job.labels().join("-"), |name| name.to_string_lossy().into_owned());
+        return Path::new("calibrations").join(name);
+    }
     let stem = measured.file_stem().map_or_else(|| "record".into(), |stem| stem.to_string_lossy().into_owned());
     let folder = measured.parent().and_then(Path::file_name).map(|folder| folder.to_string_lossy().into_owned());
     let name = match folder {
@@ -328,8 +376,8 @@ fn outcome_of(
     job: &Job,
     fitted: &Fitted,
     best: usize,
-    confirmation: Option<&Confirmation>,
-    unconfirmed: Option<String>,
+    (confirmation, further): (Option<&Confirmation>, &[Option<Confirmation>]),
+    unconfirmed: Vec<String>,
     rungs: Vec<RungOutcome>,
     seed: u64,
 ) -> CalibrationOutcome {
@@ -337,6 +385,7 @@ fn outcome_of(
     let law = &laws[best];
     let fit = &law.fit;
     let mut statements = statement::statements(fit);
+    statements.extend(statement::together(fit, &job.labels()));
     statements
         .extend(job.measured.features().into_iter().flat_map(|features| statement::printed(fit, &features.printed)));
     statements.extend(unconfirmed);
@@ -350,6 +399,7 @@ fn outcome_of(
         let digest = InputDigest { path: drive.path.display().to_string(), sha256: drive.sha256.clone() };
         inputs.insert("drive".into(), digest);
     }
+    inputs.extend(companion_page::digests(job));
     let by_law: Vec<(String, &Fit)> = laws.iter().map(|law| (law.kind.clone(), &law.fit)).collect();
     let mount = |law: &FittedLaw| law.mount.map(|mount| mount.name().to_owned());
     let by_mount: Vec<(String, &Fit)> = laws.iter().filter_map(|law| Some((mount(law)?, &law.fit))).collect();
@@ -390,6 +440,7 @@ fn outcome_of(
                 (name.to_string(), feature)
             })
             .collect(),
+        records: companion_page::outcomes(job, fit, confirmation, further),
         lobes: outcome::lobes(fit),
         evaluations: fit.total_runs() as u64,
         failed_runs: fit.total_failed() as u64,

@@ -115,6 +115,14 @@ impl Experiment {
         Self::assemble(arguments, &ReadArguments::default(), None, ModelKind::Reduced, true)
     }
 
+    /// The same where several records are fitted together: on the chain, unless the scene names another model.
+    ///
+    /// # Errors
+    /// As [`Experiment::new`].
+    pub fn for_joint_fit(arguments: &SceneArguments) -> anyhow::Result<Self> {
+        Self::assemble(arguments, &ReadArguments::default(), None, ModelKind::Chain, true)
+    }
+
     fn assemble(
         arguments: &SceneArguments,
         reading: &ReadArguments,

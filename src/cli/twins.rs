@@ -1,5 +1,7 @@
 //! `granchain twins`: make records with known truth, fit them, count.
 
+mod levels;
+
 use std::{fmt::Write, path::Path};
 
 use clap::{Args, ValueEnum};
@@ -52,6 +54,9 @@ pub struct Arguments {
     /// Mesh density of the reduced bodies [default: the model's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=128), help_heading = "Study")]
     pub mesh_density: Option<u32>,
+    /// Drive levels each twin is recorded at, every one half the level before, fitted together and each by itself
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=6), help_heading = "Study")]
+    pub levels: u32,
     /// What fits them [default: the chain for twins of the chain, else the whole ladder]
     #[arg(long, value_enum, help_heading = "Study")]
     pub fit: Option<FitChoice>,
@@ -97,9 +102,20 @@ struct TwinsSummary<'a> {
 /// # Errors
 /// A folder that cannot be written; Ctrl-C.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { count, quantity, wrong, evaluations, model, mesh_density, fit, output, session } = arguments;
+    let Arguments { count, quantity, wrong, evaluations, model, mesh_density, levels, fit, output, session } =
+        arguments;
     let mut timing = Timing::start();
     let pressure = quantity == Some(QuantityChoice::Pressure);
+    if levels > 1 {
+        let other = pressure || model == TwinModel::Reduced || fit.is_some() || wrong.is_some_and(|wrong| wrong > 0);
+        if other {
+            return Err(usage(
+                "twins at several drive levels are velocities made and fitted by the chain: --quantity pressure, --model reduced, --fit and \
+                 --wrong do not go with --levels",
+            ));
+        }
+        return levels::execute(count, levels, evaluations, &output, &session, timing);
+    }
     if pressure && (model == TwinModel::Reduced || fit.is_some() || wrong.is_some_and(|wrong| wrong > 0)) {
         return Err(usage(
             "twins of a pressure are made and fitted by the chain before the disc, on all three mounts: --model reduced, --fit and --wrong \

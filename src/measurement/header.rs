@@ -81,6 +81,24 @@ pub(super) fn stated(comments: &[String]) -> Stated {
     stated
 }
 
+/// Where a text says which drive frequency it was recorded at: the line, from 1, and the frequency, Hz. Only comments (`#`) are looked at.
+///
+/// ```
+/// use granchain::measurement::drive_frequency_line;
+///
+/// let text = "# vibrometer\n# drive frequency: 73 kHz\ntime_us,velocity_mm_per_s\n";
+/// assert_eq!(drive_frequency_line(text), Some((2, 73e3)));
+/// ```
+#[must_use]
+pub fn drive_frequency_line(text: &str) -> Option<(usize, f64)> {
+    let stated_in = |(index, line): (usize, &str)| {
+        let comment = line.trim().strip_prefix('#')?.trim().to_owned();
+        Some((index + 1, stated(&[comment]).drive_frequency?))
+    };
+    // As in `stated`, the last statement holds.
+    text.lines().enumerate().filter_map(stated_in).last()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -31,6 +31,7 @@ mod universal;
 pub use decimal::DecimalSign;
 pub use dialect::Delimiter;
 pub use error::MeasurementError;
+pub use header::drive_frequency_line;
 pub use options::{Baseline, Missing, ReadOptions, RecordKind};
 pub use place::Place;
 pub use published::{PublishedCase, PublishedError, PublishedFeature, PublishedFeatures, Statement};

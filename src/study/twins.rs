@@ -2,8 +2,10 @@
 //!
 //! Twins made on the reduced model can be fitted by the whole ladder, or by the chain alone: the second shows what the chain leaves out.
 
+mod levels;
 mod water;
 
+pub use levels::{LevelOutcome, LevelProof, LevelWidths, level_proof, level_twins};
 pub use water::{MountFit, water_twins};
 
 use rayon::prelude::*;

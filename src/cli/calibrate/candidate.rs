@@ -1,6 +1,6 @@
 //! What one calibration compares: damping laws and, where the far end is a disc, its mounts.
 
-use super::definition::Definition;
+use super::{companion::Companion, definition::Definition};
 use crate::{
     calibration::parameter::Parameter,
     cli::{arguments::usage, experiment::Experiment},
@@ -20,6 +20,8 @@ pub struct Candidate {
     pub mount: Option<Rim>,
     /// The scene with both.
     pub scene: Scene,
+    /// The scenes of the further records, with both.
+    pub companions: Vec<Scene>,
     /// What is fitted.
     pub parameters: Vec<Parameter>,
 }
@@ -49,6 +51,7 @@ impl Candidate {
 pub fn candidates(
     definition: &Definition,
     experiment: &Experiment,
+    companions: &[Companion],
     scene: &Scene,
     assumptions: &mut Vec<String>,
 ) -> anyhow::Result<Vec<Candidate>> {
@@ -60,7 +63,9 @@ pub fn candidates(
             let more: Vec<String> = std::iter::once(format!("damping.kind={law}")).chain(rim).collect();
             let scene = experiment.scene_with(&more)?;
             let parameters = definition.parameters(&scene)?;
-            candidates.push(Candidate { law: law.clone(), mount, scene, parameters });
+            let others = companions.iter().map(|companion| companion.experiment.scene_with(&more));
+            let companions = others.collect::<Result<_, _>>()?;
+            candidates.push(Candidate { law: law.clone(), mount, scene, companions, parameters });
         }
     }
     Ok(candidates)

@@ -1,13 +1,14 @@
 //! Plan file and flags merged into one checked definition of a fit; flags win.
 
-use std::{
-    collections::BTreeMap,
-    path::{Path, PathBuf},
-};
+use std::{collections::BTreeMap, path::PathBuf};
 
 use anyhow::{Context, bail};
 
-use super::{Arguments, ConfirmChoice, FeatureChoice, QuantityChoice, SearchChoice, measured::is_published};
+use super::{
+    Arguments, ConfirmChoice, FeatureChoice, QuantityChoice, SearchChoice,
+    companion::{RecordDefinition, records},
+    measured::is_published,
+};
 use crate::{
     calibration::{
         parameter::Parameter,
@@ -29,9 +30,6 @@ const SCENE_WITH_WATER: &str = "water";
 /// The parameters that can be fitted.
 const FITTABLE: [&str; 2] = ["alpha", "damping"];
 
-/// The file name that a drive record beside a record is looked for under.
-const DRIVE_BESIDE: &str = "horn_tip.csv";
-
 /// Tested number of runs.
 const EVALUATIONS: usize = 600;
 
@@ -40,8 +38,12 @@ const EVALUATION_RANGE: std::ops::RangeInclusive<usize> = 200..=100_000;
 
 /// What is fitted to what.
 pub struct Definition {
-    /// The record, or the published features.
+    /// The record, or the published features; of several records the first.
     pub measured: PathBuf,
+    /// Plan and line that name it, where a plan names several.
+    pub origin: Option<(PathBuf, usize)>,
+    /// Further records that are fitted together with it.
+    pub companions: Vec<RecordDefinition>,
     /// What was recorded.
     pub quantity: Measurand,
     /// Mounts of the disc asked for, by name; empty for the usual ones.
@@ -77,17 +79,23 @@ impl Definition {
     pub fn new(arguments: Arguments) -> anyhow::Result<Self> {
         let plan = arguments.plan.as_deref().map(Plan::read).transpose()?.unwrap_or_default();
         let mut assumptions = Vec::new();
-        let Some(measured) = arguments.measured.or(plan.measured) else {
-            return Err(usage(
-                "--measured FILE is needed: a vibrometer record, such as measurements/annulus-73khz/vib.csv, or with --quantity pressure a \
-                 hydrophone's",
-            ));
-        };
         let quantity = match arguments.quantity {
             Some(QuantityChoice::Velocity) => Measurand::Velocity,
             Some(QuantityChoice::Pressure) => Measurand::Pressure,
             None => plan.quantity.unwrap_or_default(),
         };
+        let usual = if quantity == Measurand::Pressure { SCENE_WITH_WATER } else { SCENE };
+        let mut records = records(&arguments, &plan, usual, &mut assumptions)?;
+        let companions = records.split_off(1);
+        let Some(RecordDefinition { measured, scene, origin }) = records.pop() else {
+            return Err(usage("--measured FILE is needed"));
+        };
+        if !companions.is_empty() {
+            refuse_several(
+                quantity,
+                std::iter::once(&measured).chain(companions.iter().map(|record| &record.measured)),
+            )?;
+        }
         if quantity == Measurand::Pressure {
             if is_published(&measured) {
                 return Err(usage(
@@ -108,24 +116,6 @@ impl Definition {
             }
             if arguments.reading != ReadArguments::default() {
                 return Err(usage("flags on how a record is read would do nothing: published features are no record"));
-            }
-        }
-        let mut scene = arguments.scene;
-        if scene.scene.is_none() {
-            scene.scene = Some(plan.scene.unwrap_or_else(|| {
-                let usual = if quantity == Measurand::Pressure { SCENE_WITH_WATER } else { SCENE };
-                assumptions.push(format!("scene `{usual}`; name another with --scene"));
-                usual.into()
-            }));
-        }
-        scene.set = plan.set.into_iter().chain(scene.set).collect();
-        if scene.drive.is_none() && !arguments.scene_drive {
-            let planned = plan.drive.is_some();
-            scene.drive = plan.drive.or_else(|| drive_beside(&measured));
-            match &scene.drive {
-                Some(drive) if planned => assumptions.push(format!("drive {}, named in the plan", drive.display())),
-                Some(drive) => assumptions.push(format!("drive {}, beside the record", drive.display())),
-                None => assumptions.push("the scene's own drive: no horn_tip.csv lies beside the record".into()),
             }
         }
         let mut fitted =
@@ -171,6 +161,8 @@ impl Definition {
         };
         Ok(Self {
             measured,
+            origin,
+            companions,
             quantity,
             mounts,
             scene,
@@ -241,8 +233,16 @@ fn bound(number: &Number, parameter: &Parameter) -> anyhow::Result<f64> {
     Ok(Quantity::parse_as(text, Unit::parse(&parameter.unit)?.dimension)?)
 }
 
-/// The horn-tip record in the folder of a record.
-fn drive_beside(measured: &Path) -> Option<PathBuf> {
-    let beside = measured.with_file_name(DRIVE_BESIDE);
-    (beside.is_file() && beside != measured).then_some(beside)
+/// Several records are velocities with waveforms.
+fn refuse_several<'a>(quantity: Measurand, mut measured: impl Iterator<Item = &'a PathBuf>) -> anyhow::Result<()> {
+    if quantity == Measurand::Pressure {
+        return Err(usage("records of a pressure are fitted one by one: name one hydrophone's record with --measured"));
+    }
+    match measured.find(|path| is_published(path)) {
+        Some(path) => Err(usage(format!(
+            "{}: published features are fitted by themselves; name records (CSV) where several are fitted together",
+            path.display()
+        ))),
+        None => Ok(()),
+    }
 }

@@ -53,12 +53,16 @@ pub fn is_published(path: &Path) -> bool {
 }
 
 impl Measured {
-    /// Read and check what the definition names, for runs of `scene`; what was assumed goes to `assumptions`.
+    /// Read and check a file of the definition's, for runs of `scene`; what was assumed goes to `assumptions`.
     ///
     /// # Errors
     /// Whatever is wrong with the file, or makes it incomparable with the scene.
-    pub fn read(definition: &Definition, scene: &Scene, assumptions: &mut Vec<String>) -> anyhow::Result<Self> {
-        let path = &definition.measured;
+    pub fn read(
+        path: &Path,
+        definition: &Definition,
+        scene: &Scene,
+        assumptions: &mut Vec<String>,
+    ) -> anyhow::Result<Self> {
         let place = path.display();
         if is_published(path) {
             let published = PublishedFeatures::read(path)?;

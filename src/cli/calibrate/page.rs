@@ -2,15 +2,16 @@
 
 use std::{fmt::Write, path::Path};
 
-use super::{FittedLaw, Job, alpha_sweep::alpha_sweep, fitted_scene, measured::Measured, rungs};
+use super::{FittedLaw, Job, alpha_sweep::alpha_sweep, companion_page, fitted_scene, measured::Measured, rungs};
 use crate::{
     calibration::{
-        comparison::Reduction,
-        fit::{Fit, Verdict},
+        comparison::{Comparison, Reduction},
+        fit::{self, Fit, Verdict},
         outcome::CalibrationOutcome,
+        parameter::Parameter,
         posterior::Posterior,
     },
-    cli::{Outcome, arguments::Session, interrupt, output::OutputFolder},
+    cli::{Outcome, arguments::Session, experiment::Input, interrupt, output::OutputFolder},
     feature::{Features, Measurand, Peaks, Window},
     measurement::{PublishedFeature, PublishedFeatures, Record, Statement},
     report::{
@@ -32,11 +33,12 @@ pub fn report(
     job: &Job,
     laws: &[FittedLaw],
     best: usize,
-    confirmation: Option<&Confirmation>,
+    (confirmation, further): (Option<&Confirmation>, &[Option<Confirmation>]),
     outcome: &CalibrationOutcome,
     fea: Option<&[f64]>,
 ) -> anyhow::Result<CalibrationReport> {
     let law = &laws[best];
+    let companions = companion_page::records(job, law, further);
     let scene = fitted_scene(law);
     let alpha_sweep =
         alpha_sweep(&scene, outcome, if job.measured.record().is_some() { "of the record" } else { "as published" });
@@ -45,10 +47,12 @@ pub fn report(
     let laws = order
         .map(|other| {
             let fea = fea.filter(|_| std::ptr::eq(other, law));
-            LawReport { rungs: rungs::report(job, other, fea), ..law_report(other, &other.fit, job) }
+            let shares = companion_page::shares(other, &other.fit, job);
+            LawReport { rungs: rungs::report(job, other, fea), shares, ..law_report(other, &other.fit, job) }
         })
         .collect();
     let (subject, undecided, decided) = match &job.measured {
+        Measured::Record(_) if !job.companions.is_empty() => ("The records", "do", "prefer"),
         Measured::Record(_) => ("The record", "does", "prefers"),
         Measured::Published(_) => ("The published features", "do", "prefer"),
     };
@@ -70,7 +74,10 @@ pub fn report(
         simulated: confirmation.map(simulated_span),
         alignment: confirmation.map_or_else(String::new, alignment),
         window: confirmation.map(|confirmation| confirmation.window),
-        features: confirmation.map_or_else(Vec::new, |confirmation| feature_rows(job, &scene, confirmation)),
+        features: confirmation.map_or_else(Vec::new, |confirmation| {
+            feature_rows(job, (&job.measured, &job.comparison), &scene, confirmation)
+        }),
+        companions,
         alpha_sweep,
         energy: confirmation.map(|confirmation| confirmation.response.energy),
         ..frame(job, &scene, outcome.seed)
@@ -103,12 +110,9 @@ fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
         sha256: job.measured.sha256().into(),
     }];
     if let Some(drive) = job.experiment.drive_input() {
-        inputs.push(InputFile {
-            role: "horn-tip record".into(),
-            path: drive.path.display().to_string(),
-            sha256: drive.sha256.clone(),
-        });
+        inputs.push(horn_tip(drive));
     }
+    inputs.extend(companion_page::inputs(job));
     CalibrationReport {
         title: job.measured.path().display().to_string(),
         measurand: job.definition.quantity,
@@ -135,6 +139,8 @@ fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
         alpha_sweep: None,
         energy: None,
         assumptions: job.assumptions.clone(),
+        label: if job.companions.is_empty() { String::new() } else { job.labels().swap_remove(0) },
+        companions: Vec::new(),
         provenance: Provenance {
             version: env!("CARGO_PKG_VERSION").into(),
             command_line: command_line(std::env::args()),
@@ -145,8 +151,13 @@ fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
     }
 }
 
+/// A drive among the files read.
+pub(super) fn horn_tip(drive: &Input) -> InputFile {
+    InputFile { role: "horn-tip record".into(), path: drive.path.display().to_string(), sha256: drive.sha256.clone() }
+}
+
 /// What a record is called: `recorded`, unless its comments own up to be something else.
-fn record_label(record: &Record) -> &'static str {
+pub(super) fn record_label(record: &Record) -> &'static str {
     let says = |words: &str| record.comments.iter().any(|comment| comment.to_lowercase().contains(words));
     match says("not a measurement") {
         false => "recorded",
@@ -182,7 +193,7 @@ fn command_line(arguments: impl Iterator<Item = String>) -> String {
     told.join(" ")
 }
 
-fn drive_displacement(scene: &Scene) -> Series {
+pub(super) fn drive_displacement(scene: &Scene) -> Series {
     let motion = scene.drive.motion(1.0);
     let count = (scene.duration / scene.output_step).round() as usize + 1;
     let values = (0..count).map(|index| motion.at(index as f64 * scene.output_step).0).collect();
@@ -190,12 +201,12 @@ fn drive_displacement(scene: &Scene) -> Series {
 }
 
 /// The simulated trace where it was simulated: beyond the end of the run there is nothing to draw.
-fn simulated_span(confirmation: &Confirmation) -> Series {
+pub(super) fn simulated_span(confirmation: &Confirmation) -> Series {
     let simulated = &confirmation.simulated;
     simulated.window(simulated.start, confirmation.response.pole_velocity.end() + confirmation.offset)
 }
 
-fn alignment(confirmation: &Confirmation) -> String {
+pub(super) fn alignment(confirmation: &Confirmation) -> String {
     let Some(similarity) = confirmation.recorded.as_ref().map(|recorded| &recorded.similarity) else {
         return "none; times are the model's own".into();
     };
@@ -217,13 +228,11 @@ fn law_name(kind: &str) -> &str {
     }
 }
 
-/// One fit of one law, on whatever rung; the rungs side by side are added by the caller.
-pub fn law_report(law: &FittedLaw, fit: &Fit, job: &Job) -> LawReport {
-    let FittedLaw { kind, scene, .. } = law;
-    let quoted = |bound: f64| (fit.verdict != Verdict::OutsideScatter).then_some(bound);
-    let parameters = fit.estimates.iter().zip(&fit.parameters).map(|(estimate, parameter)| Estimate {
+/// One estimate for people.
+pub(super) fn shown_estimate(estimate: &fit::Estimate, parameter: &Parameter, kind: DampingKind) -> Estimate {
+    Estimate {
         name: if estimate.name == "alpha" { "amplitude scale".into() } else { "damping coefficient".into() },
-        symbol: match (estimate.name.as_str(), scene.damping.kind) {
+        symbol: match (estimate.name.as_str(), kind) {
             ("alpha", _) => "α".into(),
             (_, DampingKind::KuwabaraKono) => "γ".into(),
             _ => "c".into(),
@@ -234,10 +243,20 @@ pub fn law_report(law: &FittedLaw, fit: &Fit, job: &Job) -> LawReport {
             other => other.into(),
         },
         value: estimate.value,
-        low: quoted(estimate.low),
-        high: quoted(estimate.high),
+        low: Some(estimate.low),
+        high: Some(estimate.high),
         bounds: (parameter.low, parameter.high),
         at_bound: estimate.at_bound,
+    }
+}
+
+/// One fit of one law, on whatever rung; the rungs side by side are added by the caller.
+pub fn law_report(law: &FittedLaw, fit: &Fit, job: &Job) -> LawReport {
+    let FittedLaw { kind, scene, .. } = law;
+    let quoted = |bound: f64| (fit.verdict != Verdict::OutsideScatter).then_some(bound);
+    let parameters = fit.estimates.iter().zip(&fit.parameters).map(|(estimate, parameter)| {
+        let shown = shown_estimate(estimate, parameter, scene.damping.kind);
+        Estimate { low: shown.low.and_then(quoted), high: shown.high.and_then(quoted), ..shown }
     });
     let extent = |lobe: &crate::calibration::posterior::Lobe| {
         let ends = fit.parameters.iter().enumerate();
@@ -249,6 +268,7 @@ pub fn law_report(law: &FittedLaw, fit: &Fit, job: &Job) -> LawReport {
         damping_kind: law_name(kind).into(),
         mount: law.mount.map(|mount| mount.name().into()),
         rungs: None,
+        shares: Vec::new(),
         verdict: fit.verdict,
         misfit: fit.misfit,
         parameters: parameters.collect(),
@@ -275,17 +295,20 @@ pub fn law_report(law: &FittedLaw, fit: &Fit, job: &Job) -> LawReport {
 /// Misfit of each run in units of the scatter at the best; `None` for failed runs.
 fn misfits(fit: &Fit, job: &Job) -> Vec<Option<f64>> {
     let scatter = &fit.scatter;
-    let comparison = &job.comparison;
-    let total: f64 = comparison.weights.iter().sum();
+    let comparisons =
+        || std::iter::once(&job.comparison).chain(job.companions.iter().map(|companion| &companion.comparison));
+    let weights: Vec<f64> = comparisons().flat_map(|comparison| comparison.weights.clone()).collect();
+    let observed: Vec<f64> = comparisons().flat_map(|comparison| comparison.features.clone()).collect();
+    let total: f64 = weights.iter().sum();
     let misfit = |features: &[f64]| {
-        let each = features.iter().zip(&comparison.features).zip(scatter).zip(&comparison.weights);
+        let each = features.iter().zip(&observed).zip(scatter).zip(&weights);
         each.map(|(((z, z0), s), weight)| weight * ((z - z0).abs() / s).min(5.0).powi(2)).sum::<f64>() / total
     };
     fit.runs.iter().map(|run| run.features().filter(|_| !scatter.is_empty()).map(misfit)).collect()
 }
 
 /// The posterior over the first two parameters, relative to its largest value.
-fn density_map(fit: &Fit, posterior: &Posterior) -> Option<DensityMap> {
+pub(super) fn density_map(fit: &Fit, posterior: &Posterior) -> Option<DensityMap> {
     if posterior.dimension() != 2 {
         return None;
     }
@@ -304,14 +327,19 @@ fn density_map(fit: &Fit, posterior: &Posterior) -> Option<DensityMap> {
     Some(DensityMap { x: along(0), y: along(1), density, accepted_level: posterior.level() / largest })
 }
 
-fn feature_rows(job: &Job, scene: &Scene, confirmation: &Confirmation) -> Vec<FeatureRow> {
-    let printed = match &job.measured {
+pub(super) fn feature_rows(
+    job: &Job,
+    (measured, comparison): (&Measured, &Comparison),
+    scene: &Scene,
+    confirmation: &Confirmation,
+) -> Vec<FeatureRow> {
+    let printed = match measured {
         Measured::Record(measured) => {
             PublishedFeatures::read(&measured.record.path.with_file_name("features.toml")).ok()
         }
         Measured::Published(measured) => Some(measured.published.clone()),
     };
-    let in_code = published(scene).filter(|_| job.measured.record().is_some());
+    let in_code = published(scene).filter(|_| measured.record().is_some());
     let rows = confirmation.features.iter().map(|feature| {
         let simulated = feature.simulated.as_ref();
         let statement = printed.as_ref().and_then(|printed| statement_on(printed, &feature.key));
@@ -326,21 +354,21 @@ fn feature_rows(job: &Job, scene: &Scene, confirmation: &Confirmation) -> Vec<Fe
                 None,
             ),
         };
-        let fitted = match &job.measured {
+        let fitted = match measured {
             // Of a pressure a harmonic's line is compared by the band around it.
             Measured::Record(_) => {
                 let band = feature.key.replace("line_", "band_");
                 let same = |name: &str| {
                     name == feature.key || (job.definition.quantity == Measurand::Pressure && name == band)
                 };
-                job.comparison.names().iter().any(|name| same(name))
+                comparison.names().iter().any(|name| same(name))
             }
-            Measured::Published(measured) => measured.printed.value(&feature.key).is_some(),
+            Measured::Published(published) => published.printed.value(&feature.key).is_some(),
         };
         FeatureRow {
             name: feature.key.replace('_', " "),
             unit: feature.unit.clone(),
-            recorded: feature.measured.filter(|_| job.measured.record().is_some()),
+            recorded: feature.measured.filter(|_| measured.record().is_some()),
             simulated: simulated.map(|spread| spread.mean),
             scatter: simulated.map(|spread| spread.scatter),
             sensitivity: simulated.map(|spread| spread.sensitivity),

@@ -17,8 +17,8 @@ use crate::{
         engine::trace,
         fit::{Fit, FitError, correct, fit},
         forward::{Forward, Uncertainty},
+        joint::Joint,
         outcome::{self, RungFeature, RungOutcome},
-        parameter::Parameter,
         rung::{Bodies, Rung, chain_below, rung_scene},
         search::{Search, Strategy},
     },
@@ -45,6 +45,8 @@ pub struct FittedLaw {
     pub mount: Option<Rim>,
     /// Its scene on the top rung.
     pub scene: Scene,
+    /// The scenes of the further records.
+    pub companions: Vec<Scene>,
     /// The answer of the top rung.
     pub fit: Fit,
     /// The runs of the chain.
@@ -92,7 +94,7 @@ pub struct SavedFit {
 /// A state that is damaged or belongs to another fit.
 pub fn saved_fits(job: &Job, folder: &OutputFolder, seed: u64) -> Result<Vec<SavedFit>, CheckpointError> {
     let saved = job.candidates.iter().map(|candidate| {
-        let (kind, key) = (candidate.key(), key(job, &candidate.scene, &candidate.parameters, seed));
+        let (kind, key) = (candidate.key(), key(job, candidate, seed));
         let checkpoint = |name: String| SearchCheckpoint::new(&folder.state_path().join(name), &key);
         let search = checkpoint(format!("{kind}.json"));
         let correction = checkpoint(format!("{kind}-{}.json", job.model()));
@@ -103,9 +105,10 @@ pub fn saved_fits(job: &Job, folder: &OutputFolder, seed: u64) -> Result<Vec<Sav
 }
 
 /// What a saved search must have been made from to be continued: everything that could change a run.
-fn key(job: &Job, scene: &Scene, parameters: &[Parameter], seed: u64) -> String {
+fn key(job: &Job, candidate: &Candidate, seed: u64) -> String {
+    let Candidate { scene, parameters, .. } = candidate;
     let drive = job.experiment.drive_input().map(|input| input.sha256.clone());
-    let told = format!(
+    let mut told = format!(
         "{} {seed} {} {:?} {} {drive:?} {:?} {parameters:?}\n{}\n{:?}",
         summary::program(),
         job.definition.evaluations,
@@ -115,6 +118,11 @@ fn key(job: &Job, scene: &Scene, parameters: &[Parameter], seed: u64) -> String 
         scene.to_toml(),
         job.definition.weights,
     );
+    for (companion, scene) in job.companions.iter().zip(&candidate.companions) {
+        let drive = companion.experiment.drive_input().map(|input| input.sha256.clone());
+        let (measured, features) = (companion.measured.sha256(), &companion.comparison.features);
+        told += &format!("\n{measured} {drive:?} {features:?}\n{}", scene.to_toml());
+    }
     Sha256::digest(told.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
@@ -137,7 +145,7 @@ pub fn fit_candidates(
     let (mut fitted, mut excluded) = (Vec::new(), Vec::new());
     let (mut searching, mut correcting) = (Duration::ZERO, Duration::ZERO);
     for (number, (candidate, saved)) in job.candidates.iter().zip(saved).enumerate() {
-        let Candidate { law: kind, mount, scene, parameters } = candidate;
+        let Candidate { law: kind, mount, scene, companions, parameters } = candidate;
         let done = number as u64 * of_law;
         let watched = bar.clone();
         let watch = Arc::new(move |runs: u64| {
@@ -163,6 +171,12 @@ pub fn fit_candidates(
             session.seed(),
             watch,
         )?;
+        let mut joint = Joint::from(&forward);
+        for (companion, scene) in job.companions.iter().zip(companions) {
+            let (parameters, comparison) = (parameters.clone(), companion.comparison.clone());
+            let record = Forward::new(scene, parameters, comparison, uncertainty, session.seed(), Arc::new(|_| true));
+            joint = joint.and(record?);
+        }
         let strategy = match job.definition.search {
             SearchChoice::Likelihood => Strategy::Likelihood,
             SearchChoice::NelderMead => Strategy::NelderMead,
@@ -170,8 +184,8 @@ pub fn fit_candidates(
         };
         let started = Instant::now();
         let (checkpoint, search) = saved.search;
-        let search = search.unwrap_or_else(|| Search::new(&forward, budget as usize, session.seed(), strategy));
-        let mut answer = match fit(&forward, search, Some(checkpoint)) {
+        let search = search.unwrap_or_else(|| Search::new(&joint, budget as usize, session.seed(), strategy));
+        let mut answer = match fit(joint, search, Some(checkpoint)) {
             Err(error @ FitError::TooFewRuns { .. }) if mount.is_some() && job.candidates.len() > 1 => {
                 excluded.push((candidate.clone(), error.to_string()));
                 bar.set_position(done + of_law);
@@ -190,7 +204,8 @@ pub fn fit_candidates(
             correcting += started.elapsed();
         }
         bar.set_position(done + of_law);
-        fitted.push(FittedLaw { kind: kind.clone(), mount: *mount, scene: scene.clone(), fit: answer, forward, upper });
+        let (kind, companions) = (kind.clone(), companions.clone());
+        fitted.push(FittedLaw { kind, mount: *mount, scene: scene.clone(), companions, fit: answer, forward, upper });
     }
     bar.finish_and_clear();
     if fitted.is_empty() {

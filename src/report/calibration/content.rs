@@ -1,6 +1,6 @@
 //! What the report says, in the order a reader wants it.
 
-use super::{CalibrationReport, LawReport, Verdict, figures, table};
+use super::{CalibrationReport, LawReport, Verdict, figures, joint, table};
 use crate::feature::Measurand;
 use crate::report::{
     number::{engineering, significant, unit, with_interval},
@@ -30,6 +30,7 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     // Where mounts compete, the regions of those that explain nothing mean nothing.
     let told = |law: &&LawReport| law.mount.is_none() || law.verdict != Verdict::OutsideScatter;
     blocks.extend(report.laws.iter().filter(told).filter_map(table::lobes).map(Block::Table));
+    joint::shares(report, &mut blocks);
 
     section(&mut blocks, "Drive", Some(format!("The piston follows {}.", report.drive_origin)), figures::drive(report));
     let alignment = (!report.alignment.is_empty()).then(|| format!("Alignment: {}.", report.alignment));
@@ -39,6 +40,7 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
         blocks.push(Block::Heading("Features".into()));
         blocks.push(Block::Table(table::features(report)));
     }
+    joint::companions(report, &mut blocks);
     rungs(report, &mut blocks);
     blocks.push(Block::Heading("Search".into()));
     for law in &report.laws {
@@ -63,7 +65,7 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     }
     provenance(report, &mut blocks);
     Page {
-        title: format!("Calibration against {}", report.title),
+        title: joint::title(report),
         subtitle: format!("Scene {}: {}", report.scene, report.scene_description),
         blocks,
     }
@@ -113,14 +115,14 @@ pub(super) fn preview(report: &CalibrationReport) -> Page {
 }
 
 /// What the traces are, as a heading.
-fn recorded_quantity(report: &CalibrationReport) -> &'static str {
+pub(super) fn recorded_quantity(report: &CalibrationReport) -> &'static str {
     match report.measurand {
         Measurand::Velocity => "Velocity of the last bead",
         Measurand::Pressure => "Pressure in the water",
     }
 }
 
-fn section(blocks: &mut Vec<Block>, heading: &str, words: Option<String>, plates: Vec<Plate>) {
+pub(super) fn section(blocks: &mut Vec<Block>, heading: &str, words: Option<String>, plates: Vec<Plate>) {
     if plates.is_empty() {
         return;
     }
@@ -164,6 +166,9 @@ fn headline(report: &CalibrationReport, law: &LawReport) -> Block {
     let quantity = report.measurand.name();
     let record = match report.record_label.as_str() {
         _ if report.recorded.is_none() => "the published features".to_owned(),
+        _ if !report.companions.is_empty() => {
+            format!("the {} {quantity} records together", report.companions.len() + 1)
+        }
         "recorded" => format!("the recorded {quantity}"),
         label => format!("the {quantity} record ({label})"),
     };

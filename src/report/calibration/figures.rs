@@ -151,7 +151,7 @@ pub(super) fn spectra(report: &CalibrationReport) -> Vec<Plate> {
     plates
 }
 
-fn axis(estimate: &Estimate) -> Axis {
+pub(super) fn axis(estimate: &Estimate) -> Axis {
     let name = capitalised(&estimate.name);
     let name = if name.ends_with(&estimate.symbol) { name } else { format!("{name} {}", estimate.symbol) };
     Axis::new(name, number::unit(&estimate.unit)).logarithmic()

@@ -60,8 +60,56 @@ pub struct CalibrationReport {
     pub energy: Option<EnergyLedger>,
     /// What was understood and assumed on reading, one statement each.
     pub assumptions: Vec<String>,
+    /// What the record is called beside others; empty where it is fitted by itself.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub label: String,
+    /// Further records that were fitted together with it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub companions: Vec<RecordReport>,
     /// Where everything comes from.
     pub provenance: Provenance,
+}
+
+/// One further record and the calibrated response held against it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RecordReport {
+    /// What it is called beside the others.
+    pub label: String,
+    /// The file.
+    pub title: String,
+    /// As [`CalibrationReport::record_label`].
+    pub record_label: String,
+    /// As [`CalibrationReport::record_notes`].
+    pub record_notes: Vec<String>,
+    /// Displacement of its drive at α = 1, m.
+    pub drive: Series,
+    /// Where that comes from, in a few words.
+    pub drive_origin: String,
+    /// As [`CalibrationReport::recorded`].
+    pub recorded: Option<Series>,
+    /// As [`CalibrationReport::simulated`].
+    pub simulated: Option<Series>,
+    /// As [`CalibrationReport::alignment`].
+    pub alignment: String,
+    /// Where features were measured.
+    pub window: Option<Window>,
+    /// Its feature table.
+    pub features: Vec<FeatureRow>,
+}
+
+/// What one of several records says by itself, by the runs made for all.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShareReport {
+    /// The record.
+    pub label: String,
+    /// Its estimates.
+    pub parameters: Vec<Estimate>,
+    /// Correlation of the first two, in ln.
+    pub correlation: Option<f64>,
+    /// Its density over the first two.
+    pub map: Option<DensityMap>,
+    /// Its misfit per feature at the joint answer, in scatters.
+    pub misfit: f64,
 }
 
 /// The sweep of α at the fitted damping.
@@ -101,6 +149,9 @@ pub struct LawReport {
     pub failures: Vec<String>,
     /// The rungs of the ladder side by side; absent where only one was run.
     pub rungs: Option<RungsReport>,
+    /// What each of several records says by itself.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shares: Vec<ShareReport>,
 }
 
 /// The rungs of the ladder at the answer.

@@ -6,6 +6,7 @@
 mod content;
 mod figures;
 mod input;
+mod joint;
 mod spectrum;
 mod table;
 
@@ -13,8 +14,8 @@ use super::page::{Files, ReportError};
 
 pub use crate::calibration::fit::Verdict;
 pub use input::{
-    AlphaSweep, CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, Provenance, RunPoint,
-    RungReport, RungRow, RungsReport,
+    AlphaSweep, CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, Provenance,
+    RecordReport, RunPoint, RungReport, RungRow, RungsReport, ShareReport,
 };
 
 impl CalibrationReport {
@@ -69,15 +70,27 @@ impl CalibrationReport {
                 finite(&|| format!("feature {} of the rungs", row.name), *value)?;
             }
         }
-        for row in &self.features {
+        for share in self.laws.iter().flat_map(|law| &law.shares) {
+            for parameter in &share.parameters {
+                for value in [parameter.low, parameter.high].into_iter().flatten().chain([parameter.value]) {
+                    finite(&|| format!("{} by {} alone", parameter.name, share.label), value)?;
+                }
+            }
+            finite(&|| format!("misfit of {}", share.label), share.misfit)?;
+        }
+        for row in self.features.iter().chain(self.companions.iter().flat_map(|record| &record.features)) {
             let numbers =
                 [row.recorded, row.simulated, row.scatter, row.sensitivity, row.published, row.published_uncertainty];
             for value in numbers.into_iter().flatten() {
                 finite(&|| format!("feature {}", row.name), value)?;
             }
         }
-        let traces = [Some(&self.drive), self.recorded.as_ref(), self.simulated.as_ref()];
-        for (name, trace) in ["drive", "recorded", "simulated"].into_iter().zip(traces) {
+        let of_lead = [Some(&self.drive), self.recorded.as_ref(), self.simulated.as_ref()];
+        let of_others = self.companions.iter();
+        let of_others = of_others.flat_map(|it| [Some(&it.drive), it.recorded.as_ref(), it.simulated.as_ref()]);
+        for (name, trace) in
+            ["drive", "recorded", "simulated"].into_iter().cycle().zip(of_lead.into_iter().chain(of_others))
+        {
             for (index, value) in trace.iter().flat_map(|trace| &trace.values).enumerate() {
                 finite(&|| format!("{name} sample {index}"), *value)?;
             }

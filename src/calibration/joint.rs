@@ -1,0 +1,215 @@
+//! Several records fitted together: one set of parameters, one run a record at every point of the box.
+//!
+//! The records share what is fitted (α, damping) and nothing else: each has its own drive, its own number of beads if need be, its own
+//! trigger, baseline, noise and cutoff, and every run draws its gaps and its drive's factor anew. Given the parameters the records are
+//! therefore independent and their likelihoods multiply:
+//!
+//! SL(x) = Σ_r SL_r(x), every SL_r from its own features z_r by the regression of [`super::likelihood`].
+//!
+//! A point is run for every record, so what one record alone would have said is read from the same runs ([`Share`]).
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::{
+    fit::{Estimate, estimates},
+    forward::{Forward, Run},
+    likelihood::Cloud,
+    parameter::Parameter,
+    posterior::Posterior,
+};
+
+/// Between the seeds of two records' runs: far beyond any number of fits that are numbered one by one.
+const SEED_STRIDE: u64 = 1 << 40;
+
+/// Relative difference of two drive frequencies up to which they are the same: what a lock-in or a spectrum of forty periods leaves open.
+const SAME_FREQUENCY: f64 = 1e-3;
+
+/// A drive frequency and the place that says so.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StatedFrequency {
+    /// The file.
+    pub path: PathBuf,
+    /// Its line, from 1; `None` where no single line says it.
+    pub line: Option<usize>,
+    /// f0, Hz.
+    pub frequency: f64,
+}
+
+impl std::fmt::Display for StatedFrequency {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.line {
+            Some(line) => write!(f, "{}:{line}", self.path.display()),
+            None => write!(f, "{}", self.path.display()),
+        }
+    }
+}
+
+/// Why records cannot be fitted together.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum JointError {
+    /// Another drive frequency.
+    #[error(
+        "{found}: expected a drive of {:.4} kHz as in {expected}, found {:.4} kHz; one α holds for one frequency of the horn: fit this record by \
+         itself, or correct the frequency that the file states", expected.frequency * 1e-3, found.frequency * 1e-3
+    )]
+    OtherFrequency {
+        /// Of this record.
+        found: StatedFrequency,
+        /// Of the first.
+        expected: StatedFrequency,
+    },
+}
+
+/// Refuse records at different drive frequencies: what couples the horn to its drive is a number at one frequency, and features are taken at
+/// its multiples.
+///
+/// # Errors
+/// [`JointError::OtherFrequency`] for the first that differs from the first of all.
+pub fn at_one_frequency(stated: &[StatedFrequency]) -> Result<(), JointError> {
+    let Some((expected, others)) = stated.split_first() else { return Ok(()) };
+    let differs = |found: &&StatedFrequency| (found.frequency / expected.frequency - 1.0).abs() > SAME_FREQUENCY;
+    match others.iter().find(differs) {
+        Some(found) => Err(JointError::OtherFrequency { found: found.clone(), expected: expected.clone() }),
+        None => Ok(()),
+    }
+}
+
+/// The records that are fitted together, at least one; the same parameters in each.
+#[derive(Clone)]
+pub struct Joint {
+    first: Forward,
+    others: Vec<Forward>,
+}
+
+impl From<Forward> for Joint {
+    fn from(first: Forward) -> Self {
+        Self { first, others: vec![] }
+    }
+}
+
+impl From<&Forward> for Joint {
+    fn from(first: &Forward) -> Self {
+        first.clone().into()
+    }
+}
+
+impl From<&Joint> for Joint {
+    fn from(joint: &Joint) -> Self {
+        joint.clone()
+    }
+}
+
+impl Joint {
+    /// The same with a further record, whose runs draw from a seed of their own. What is fitted is what the first record says.
+    #[must_use]
+    pub fn and(mut self, record: Forward) -> Self {
+        let number = self.others.len() as u64 + 1;
+        let mut record = record.reseeded(number.wrapping_mul(SEED_STRIDE));
+        record.parameters.clone_from(&self.first.parameters);
+        self.others.push(record);
+        self
+    }
+
+    /// What is fitted.
+    #[must_use]
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.first.parameters
+    }
+
+    /// The first record.
+    #[must_use]
+    pub fn first(&self) -> &Forward {
+        &self.first
+    }
+
+    /// All records.
+    #[must_use]
+    pub fn records(&self) -> Vec<&Forward> {
+        std::iter::once(&self.first).chain(&self.others).collect()
+    }
+
+    /// Run the points for every record, the first of which is run number `first` of the search: the fingerprints of all records, one behind
+    /// the other. A point fails as soon as one of its runs does.
+    #[must_use]
+    pub fn run(&self, first: u64, positions: &[Vec<f64>]) -> Vec<Run> {
+        let mut runs = self.first.run(first, positions);
+        for (number, record) in self.others.iter().enumerate() {
+            for (run, more) in runs.iter_mut().zip(record.run(first, positions)) {
+                match (&mut run.outcome, more.outcome) {
+                    (Ok(features), Ok(more)) => features.extend(more),
+                    (Ok(_), Err(reason)) => run.outcome = Err(format!("record {}: {reason}", number + 2)),
+                    (Err(_), _) => {}
+                }
+            }
+        }
+        runs
+    }
+}
+
+/// What one of several records says by itself.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Share {
+    /// Its estimates, from the runs made for all records.
+    pub estimates: Vec<Estimate>,
+    /// Correlation of the logarithms of the first two parameters.
+    pub correlation: f64,
+    /// Its posterior, from the runs made for all records.
+    pub posterior: Posterior,
+    /// Misfit per feature of this record at the runs that are best for all, in scatters.
+    pub misfit: f64,
+    /// Root mean square of this record's expected deviations at the joint answer, in scatters.
+    pub bias: f64,
+}
+
+/// What each record of a cloud of several says by itself; empty for one record.
+pub(super) fn shares(
+    parameters: &[Parameter],
+    cloud: &Cloud,
+    best: &[usize],
+    (deviations, scatter): (&[f64], &[f64]),
+) -> Vec<Share> {
+    if cloud.records() < 2 {
+        return vec![];
+    }
+    let share = |record: usize| {
+        let alone = cloud.of_record(record);
+        let posterior = Posterior::of(&alone, parameters.len())?;
+        let (estimates, _) = estimates(parameters, &alone, &posterior);
+        let part = cloud.part(record);
+        let misfits = alone.misfits(scatter.get(part.clone())?);
+        let mut misfits: Vec<f64> = best.iter().filter_map(|run| misfits.get(*run).copied()).collect();
+        misfits.sort_by(f64::total_cmp);
+        let off = deviations.get(part)?;
+        let bias = (off.iter().map(|value| value * value).sum::<f64>() / off.len().max(1) as f64).sqrt();
+        Some(Share {
+            estimates,
+            correlation: posterior.correlation(),
+            posterior,
+            misfit: misfits.get(misfits.len() / 2).copied().unwrap_or(f64::INFINITY),
+            bias,
+        })
+    };
+    // A point at which all records can be judged is one at which each can.
+    (0..cloud.records()).map(share).collect::<Option<_>>().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn records_at_another_frequency_are_refused_with_file_and_line() {
+        let stated = |path: &str, line, frequency| StatedFrequency { path: path.into(), line, frequency };
+        let first = stated("low/vib.csv", Some(2), 73e3);
+        // Two spectra of forty periods differ by less than a thousandth.
+        assert!(at_one_frequency(&[first.clone(), stated("high/vib.csv", None, 73.05e3)]).is_ok());
+        let error = at_one_frequency(&[first, stated("high/vib.csv", Some(3), 80e3)]).unwrap_err().to_string();
+        for told in ["high/vib.csv:3", "80.0000 kHz", "73.0000 kHz", "low/vib.csv:2", "by itself"] {
+            assert!(error.contains(told), "{told}: {error}");
+        }
+    }
+}

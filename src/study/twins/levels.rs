@@ -1,0 +1,194 @@
+//! Twins recorded at several drive levels and fitted together, beside the fit of each level by itself.
+//!
+//! Shot 0 of a twin is the same record as the twin of a single level, and its own fit is the same fit: what is gained by the further levels is
+//! read twin by twin.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::{TwinFit, TwinPlan, median, parameters};
+use crate::{
+    calibration::{
+        fit::{Estimate, fit},
+        forward::{Forward, Uncertainty},
+        joint::Joint,
+        observation::Observation,
+        search::{Search, Strategy},
+        twin::{Truth, Twin, at_level, scene_of, twin_at_level},
+    },
+    feature::fingerprint::FeatureSet,
+    model,
+    scene::Scene,
+};
+
+/// What became of one twin at several levels.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LevelOutcome {
+    /// Number of the twin.
+    pub index: u64,
+    /// What each shot was made with, level by level; empty when one could not be made.
+    pub shots: Vec<Truth>,
+    /// The fit of each level by itself, with as many runs as the joint one has points.
+    pub single: Vec<Result<TwinFit, String>>,
+    /// The fit of all levels together, or why there is none.
+    pub joint: Result<TwinFit, String>,
+    /// What each level alone says by the joint fit's own runs.
+    pub shares: Vec<Vec<Estimate>>,
+}
+
+/// Make and fit `plan.count` twins of `base` at the drive `levels` (factors on its amplitude, the first of them 1) on the chain.
+///
+/// `finished` is told after each twin; once `stop` says so no further twin is begun, and the result is `None`.
+#[must_use]
+pub fn level_twins(
+    base: &Scene,
+    plan: &TwinPlan,
+    levels: &[f64],
+    finished: &(dyn Fn() + Sync),
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Option<Vec<LevelOutcome>> {
+    (0..plan.count)
+        .into_par_iter()
+        .map(|index| {
+            if stop() {
+                return None;
+            }
+            let outcome = outcome(base, plan, levels, index);
+            finished();
+            Some(outcome)
+        })
+        .collect()
+}
+
+fn outcome(base: &Scene, plan: &TwinPlan, levels: &[f64], index: u64) -> LevelOutcome {
+    let scene = scene_of(base, index);
+    let nothing = |shots: Vec<Truth>, reason: String| LevelOutcome {
+        index,
+        shots,
+        single: vec![],
+        joint: Err(reason),
+        shares: vec![],
+    };
+    let Some(parameters) = parameters(&scene) else {
+        return nothing(vec![], "the scene has no damping to fit".into());
+    };
+    let run = |scene: &Scene| model::run(scene, &mut |_| true);
+    let uncertainty = Uncertainty::default();
+    let shots: Result<Vec<Twin>, _> = (0..)
+        .zip(levels)
+        .map(|(number, level)| {
+            twin_at_level(&scene, &parameters, &uncertainty, *level, (index, number), plan.seed, &run)
+        })
+        .collect();
+    let shots = match shots {
+        Ok(shots) => shots,
+        Err(error) => {
+            let reason = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
+            return nothing(vec![], reason);
+        }
+    };
+    let truths: Vec<Truth> = shots.iter().map(|shot| shot.truth.clone()).collect();
+    let seed = plan.seed.wrapping_add(1000 * (index + 1));
+    let forward = |(shot, level): (&Twin, &f64)| {
+        let scene = at_level(&scene, *level);
+        let frequency = scene.drive.frequency;
+        let (begins, ends) = scene.drive.burst();
+        let cycles = (ends - begins) * frequency;
+        let observation = Observation::new(&shot.recording, frequency, cycles, FeatureSet::Full)
+            .map_err(|error| error.to_string())?;
+        let watch = Arc::new(|_| true);
+        Forward::new(&scene, parameters.clone(), observation, uncertainty, seed, watch)
+            .map_err(|error| error.to_string())
+    };
+    let forwards: Result<Vec<Forward>, String> = shots.iter().zip(levels).map(forward).collect();
+    let forwards = match forwards {
+        Ok(forwards) => forwards,
+        Err(reason) => return nothing(truths, reason),
+    };
+    let answer = |joint: &Joint| {
+        let search = Search::new(joint, plan.evaluations, seed, Strategy::Likelihood);
+        fit(joint, search, None).map_err(|error| error.to_string())
+    };
+    let single =
+        forwards.iter().map(|forward| answer(&forward.into()).as_ref().map(TwinFit::from).map_err(Clone::clone));
+    let single = single.collect();
+    let mut all = forwards.into_iter();
+    let Some(first) = all.next() else { return nothing(truths, "no drive level".into()) };
+    let joint = answer(&all.fold(Joint::from(first), Joint::and));
+    let shares = joint
+        .as_ref()
+        .map_or_else(|_| vec![], |joint| joint.shares.iter().map(|share| share.estimates.clone()).collect());
+    LevelOutcome {
+        index,
+        shots: truths,
+        single,
+        joint: joint.as_ref().map(TwinFit::from).map_err(Clone::clone),
+        shares,
+    }
+}
+
+/// Widths and coverage of one parameter by some records of the twins.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LevelWidths {
+    /// Name of the parameter.
+    pub name: String,
+    /// Which levels.
+    pub levels: String,
+    /// Intervals that hold the truth.
+    pub covered: usize,
+    /// Intervals in all.
+    pub count: usize,
+    /// Median width of the interval in ln.
+    pub median_width: f64,
+    /// Median |ln(median/truth)|.
+    pub median_error: f64,
+}
+
+/// What all twins together say.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LevelProof {
+    /// Each parameter from each level by itself, then from all together.
+    pub widths: Vec<LevelWidths>,
+    /// Median over twins of joint width over width of the first level, parameter by parameter.
+    pub median_ratio: Vec<f64>,
+    /// Twins without a joint fit.
+    pub without_fit: usize,
+}
+
+/// Summarise.
+#[must_use]
+pub fn level_proof(outcomes: &[LevelOutcome], levels: &[f64]) -> LevelProof {
+    let truth = |outcome: &LevelOutcome, d: usize| outcome.shots.first().map(|shot| shot.values[d]);
+    let width = |estimate: &Estimate| (estimate.high / estimate.low).ln();
+    let of = |fit: &Result<TwinFit, String>, d: usize| fit.as_ref().ok().map(|fit| fit.estimates[d].clone());
+    let joint = |outcome: &LevelOutcome, d: usize| of(&outcome.joint, d);
+    let single = |outcome: &LevelOutcome, level: usize, d: usize| of(outcome.single.get(level)?, d);
+    let names = ["alpha", "damping"];
+    let mut widths = Vec::new();
+    let mut median_ratio = Vec::new();
+    for (d, name) in names.into_iter().enumerate() {
+        let summary = |levels: String, estimate: &dyn Fn(&LevelOutcome) -> Option<Estimate>| {
+            let fitted: Vec<(f64, Estimate)> =
+                outcomes.iter().filter_map(|outcome| Some((truth(outcome, d)?, estimate(outcome)?))).collect();
+            let holds = |(truth, estimate): &&(f64, Estimate)| (estimate.low..=estimate.high).contains(truth);
+            LevelWidths {
+                name: name.into(),
+                levels,
+                covered: fitted.iter().filter(holds).count(),
+                count: fitted.len(),
+                median_width: median(fitted.iter().map(|(_, estimate)| width(estimate))),
+                median_error: median(fitted.iter().map(|(truth, estimate)| (estimate.median / truth).ln().abs())),
+            }
+        };
+        for (number, level) in levels.iter().enumerate() {
+            widths.push(summary(level.to_string(), &|outcome| single(outcome, number, d)));
+        }
+        widths.push(summary("all".into(), &|outcome| joint(outcome, d)));
+        median_ratio.push(median(
+            outcomes.iter().filter_map(|outcome| Some(width(&joint(outcome, d)?) / width(&single(outcome, 0, d)?))),
+        ));
+    }
+    LevelProof { widths, median_ratio, without_fit: outcomes.iter().filter(|outcome| outcome.joint.is_err()).count() }
+}
