@@ -112,28 +112,25 @@ pub fn outcomes(
     further: &[Option<Confirmation>],
 ) -> Vec<RecordOutcome> {
     let quoted = fit.verdict != Verdict::OutsideScatter;
-    let lead_side = (&job.measured, &job.comparison, &job.experiment, lead);
     let others = job.companions.iter().zip(further);
     let others = others.map(|(it, confirmed)| (&it.measured, &it.comparison, &it.experiment, confirmed.as_ref()));
-    let sides = std::iter::once(lead_side).chain(others);
-    let mut before = 0;
-    let of = |((label, share), (measured, comparison, experiment, confirmation)): (
-        (String, &crate::calibration::joint::Share),
-        (&super::Measured, &super::Comparison, &super::Experiment, Option<&Confirmation>),
-    )| {
-        let first = before;
-        before += comparison.features.len();
-        let feature = |(index, name): (usize, &std::borrow::Cow<'static, str>)| {
+    let sides = std::iter::once((&job.measured, &job.comparison, &job.experiment, lead)).chain(others);
+    let mut first = 0;
+    let mut records = Vec::new();
+    for ((label, share), side) in job.labels().into_iter().zip(&fit.shares).zip(sides) {
+        let (measured, comparison, experiment, confirmation) = side;
+        let names = comparison.names();
+        let mut fitted_features = BTreeMap::new();
+        for (index, name) in names.iter().enumerate().filter(|(index, _)| comparison.weights[*index] > 0.0) {
             let feature = FittedFeature {
                 measured: comparison.measured(index),
                 deviation: fit.deviations.get(first + index).copied(),
                 unit: comparison.unit(index).into(),
             };
-            (name.to_string(), feature)
-        };
-        let names = comparison.names();
-        let counted = names.iter().enumerate().filter(|(index, _)| comparison.weights[*index] > 0.0);
-        RecordOutcome {
+            fitted_features.insert(name.to_string(), feature);
+        }
+        first += names.len();
+        records.push(RecordOutcome {
             label,
             measured: measured.path().display().to_string(),
             overrides: experiment.overrides().to_vec(),
@@ -141,8 +138,8 @@ pub fn outcomes(
             correlation: share.correlation,
             alone: estimates_by_name(&share.estimates, &fit.parameters, quoted),
             features: confirmation.map_or_else(BTreeMap::new, outcome_features),
-            fitted_features: counted.map(feature).collect(),
-        }
-    };
-    job.labels().into_iter().zip(&fit.shares).zip(sides).map(of).collect()
+            fitted_features,
+        });
+    }
+    records
 }
