@@ -2,6 +2,9 @@
 
 use crate::response::{EnergyLedger, SolverWork};
 
+/// Share of the energy put in above which energy from nowhere ends a run, 1: it grows from there on.
+pub const LARGEST_GAIN: f64 = 0.1;
+
 /// Sums kept from step to step.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Ledger {
@@ -67,6 +70,13 @@ impl Ledger {
         self.initial + self.piston_work - self.kinetic - self.stored - self.dissipated
     }
 
+    /// Energy from nowhere at the last sample, J, and all that was put in, if it is more than [`LARGEST_GAIN`] of that.
+    #[must_use]
+    pub fn made(&self) -> Option<(f64, f64)> {
+        let (made, given) = (-self.residual(), self.scale());
+        (made > LARGEST_GAIN * given).then_some((made, given))
+    }
+
     /// Largest residual of all samples over the largest energy, 1.
     #[must_use]
     pub fn balance(&self) -> f64 {
@@ -111,11 +121,17 @@ mod tests {
         ledger.sample((3.0, 3.0));
         // 3 + 4 − 6 − 0.5 over 7.5; and it stays the largest once the books meet again.
         assert!((ledger.balance() - 0.5 / 7.5).abs() < 1e-15);
+        assert!(ledger.made().is_none());
         ledger.step(0.0, 0.5, 0.0);
         ledger.sample((3.0, 3.0));
         assert_eq!(ledger.books().residual_j, 0.0);
         assert!((ledger.balance() - 0.5 / 7.5).abs() < 1e-15);
         assert_eq!((ledger.books().dissipated_j, ledger.contact_energy()), (1.0, 0.25));
+        // Of 3 J at the start and 6 J of work either way: a tenth may come from nowhere, no more.
+        ledger.sample((3.0, 3.8));
+        assert!(ledger.made().is_none());
+        ledger.sample((3.0, 4.0));
+        assert!(ledger.made().is_some_and(|(made, given)| (made - 1.0).abs() < 1e-12 && given == 9.0));
     }
 
     #[test]

@@ -146,6 +146,22 @@ pub enum FeaError {
         /// Why.
         cause: Cause,
     },
+    /// Contacts made energy step by step until the motion was theirs.
+    #[error(
+        "at {time:.6e} s there is {made_j:.3e} J more than the {given_j:.3e} J that were put in: contacts opening and closing within steps of \
+         {step:.3e} s made it, which a shorter step does not cure; take `model.integrator = \"hht\"` or `model.kind = \"reduced\"`, or \
+         end the run earlier"
+    )]
+    EnergyMade {
+        /// Simulated time, s.
+        time: f64,
+        /// Step, s.
+        step: f64,
+        /// Energy made, J.
+        made_j: f64,
+        /// Energy at the start and work of the piston, J.
+        given_j: f64,
+    },
     /// A saved state is of another analysis.
     #[error(
         "the saved state is of another analysis ({found} of {expected}); start anew or give the scene it was saved with"

@@ -315,7 +315,7 @@ impl<'a> Simulation<'a> {
     /// Take one nominal step.
     ///
     /// # Errors
-    /// [`FeaError::StepGivenUp`] when even the smallest part of it had no solution.
+    /// [`FeaError::StepGivenUp`] when even the smallest part of it had no solution; [`FeaError::EnergyMade`].
     pub fn advance(&mut self) -> Result<(), FeaError> {
         self.advance_part(0, 0)?;
         self.taken += 1;
@@ -327,6 +327,10 @@ impl<'a> Simulation<'a> {
         if self.taken.is_multiple_of(STEPS_PER_AUDIT) || self.is_done() {
             let energy = self.energy();
             self.ledger.sample(energy);
+            if let Some((made_j, given_j)) = self.ledger.made() {
+                let time = self.taken as f64 * self.step;
+                return Err(FeaError::EnergyMade { time, step: self.step, made_j, given_j });
+            }
         }
         self.profile.record += lap.lap();
         Ok(())
