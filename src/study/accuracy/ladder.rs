@@ -218,7 +218,7 @@ pub struct Ladder {
 }
 
 /// Dearest settings that the quick form leaves to `--full`, by what they are expected to take (s, one thread of a common processor).
-const QUICK_SECONDS: f64 = 6.0;
+const QUICK_SECONDS: f64 = 4.5;
 
 impl Ladder {
     /// The ladder of a scene; the same for all its drives and dampers.
