@@ -6,14 +6,17 @@
 //!
 //! `cargo run --release --example make_water_twin [-- DIR]`
 
-use std::{error::Error, fmt::Write, fs, path::PathBuf};
+use std::{error::Error, fs, path::PathBuf};
 
 use granchain::{
-    calibration::{engine::trace, twin::hydrophone_csv},
+    calibration::{
+        engine::trace,
+        twin::{horn_tip_csv, hydrophone_csv},
+    },
     feature::Measurand,
     measurement::{Baseline, ReadOptions, RecordKind, read_record},
     model, scene,
-    signal::Conditioning,
+    signal::{Conditioning, Series},
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -40,18 +43,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     let scene = scene::load("water", &settings)?;
 
     let motion = scene.drive.motion(1.0);
-    let mut horn = String::from(
-        "# granchain twin: horn-tip displacement, the scene water's own burst with noise and offset\n\
-         # drive frequency: 73 kHz\ntime_us,displacement_nm\n",
-    );
     let samples = ((PRE_TRIGGER + scene.duration) / SAMPLE_STEP).round() as usize;
+    let mut horn = Series::new(-PRE_TRIGGER, SAMPLE_STEP, vec![0.0; samples + 1]);
     for index in 0..=samples {
-        let time = index as f64 * SAMPLE_STEP - PRE_TRIGGER;
-        let displacement = motion.at(time).0 + HORN_OFFSET + HORN_NOISE * normal();
-        writeln!(horn, "{:.1},{:.2}", time * 1e6, displacement * 1e9)?;
+        horn.values[index] = motion.at(horn.time(index)).0 + HORN_OFFSET + HORN_NOISE * normal();
     }
+    let comments = [
+        "granchain twin: horn-tip displacement, the scene water's own burst with noise and offset".to_owned(),
+        "drive frequency: 73 kHz".to_owned(),
+    ];
     let horn_file = folder.join("horn_tip.csv");
-    fs::write(&horn_file, horn)?;
+    fs::write(&horn_file, horn_tip_csv(&horn, &comments))?;
 
     let options = ReadOptions { baseline: Baseline::Plateau, ..ReadOptions::default() };
     let drive = read_record(&horn_file, RecordKind::HornTip, &options)?.to_drive()?;

@@ -78,7 +78,7 @@ fn a_search_above_the_chain_makes_the_runs_of_its_rung() {
     let run = |scene: &scene::Scene| model::run(scene, &mut |_| true);
     let twin = twin_at(&scene, &parameters, vec![0.5, 0.3], &uncertainty, (0, 1), &lab, &run).unwrap();
     assert_eq!((twin.truth.noise, twin.truth.values.as_slice()), (0.01, &[0.5, 0.3][..]));
-    let observation = Observation::new(&twin.recording, scene.drive.frequency, 20.0, FeatureSet::Full).unwrap();
+    let observation = Observation::new(&twin.recording, &scene.drive, FeatureSet::Full).unwrap();
     let (below, laws, watch) = (chain_below(&scene), bodies.laws.as_ref(), Arc::new(|_| true));
     let chain = Forward::with_laws(&below, laws, parameters, observation, uncertainty, 7, watch).unwrap();
     let rung = Rung::new(&chain, Arc::clone(&bodies.prepared), &scene);

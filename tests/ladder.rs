@@ -49,10 +49,7 @@ fn record(scene: &Scene) -> (Recording, Vec<f64>) {
 }
 
 fn forward(scene: &Scene, recording: &Recording, watch: Arc<Watch>) -> Forward {
-    let (begins, ends) = scene.drive.burst();
-    let frequency = scene.drive.frequency;
-    let cycles = (ends - begins) * frequency;
-    let observation = Observation::new(recording, frequency, cycles, FeatureSet::Full).unwrap();
+    let observation = Observation::new(recording, &scene.drive, FeatureSet::Full).unwrap();
     Forward::new(scene, parameters(), observation, Uncertainty::default(), SEED, watch).unwrap()
 }
 

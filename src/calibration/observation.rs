@@ -7,6 +7,7 @@ use crate::{
         Measurand,
         fingerprint::{FeatureSet, Fingerprint, FingerprintError, SAMPLES_PER_CYCLE, onset_threshold},
     },
+    scene::Drive,
     signal::{LowPass, Resampler, Series},
 };
 
@@ -102,18 +103,14 @@ pub struct Observation {
 impl Observation {
     /// Condition and reduce a record.
     ///
-    /// - `drive_frequency`: f0, Hz
-    /// - `drive_cycles`: drive periods from the first motion of the piston to the end of its burst; the record is used
-    ///   no longer than this after its onset
+    /// - `drive`: what was driven with; the record is used no longer after its onset than the burst lasts
     ///
     /// # Errors
     /// When the onset cannot be told from noise or too little follows it.
-    pub fn new(
-        recording: &Recording,
-        drive_frequency: f64,
-        drive_cycles: f64,
-        set: FeatureSet,
-    ) -> Result<Self, ObservationError> {
+    pub fn new(recording: &Recording, drive: &Drive, set: FeatureSet) -> Result<Self, ObservationError> {
+        let drive_frequency = drive.frequency;
+        let (begins, ends) = drive.burst();
+        let drive_cycles = (ends - begins) * drive_frequency;
         let Recording { measurand, ref signal, .. } = *recording;
         if let Some(&first) = signal.values.first()
             && signal.values.iter().all(|&value| value == first)

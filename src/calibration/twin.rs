@@ -313,13 +313,21 @@ pub fn twin_at(
     Ok(Twin { truth, csv, recording })
 }
 
+/// A horn-tip record as a lab would store it: µs and nm, resolution 0.01 nm, `comments` on top.
+#[must_use]
+pub fn horn_tip_csv(displacement: &Series, comments: &[String]) -> Vec<u8> {
+    let mut text = head(comments);
+    text.push_str("time_us,displacement_nm\n");
+    for (index, value) in displacement.values.iter().enumerate() {
+        let _ = writeln!(text, "{:.1},{:.2}", displacement.time(index) * 1e6, value * 1e9);
+    }
+    text.into_bytes()
+}
+
 /// A vibrometer record as a lab would store it: µs and mm/s, resolution 1 µm/s, `comments` on top.
 #[must_use]
 pub fn vibrometer_csv(velocity: &Series, comments: &[String]) -> Vec<u8> {
-    let mut text = String::new();
-    for comment in comments {
-        let _ = writeln!(text, "# {comment}");
-    }
+    let mut text = head(comments);
     text.push_str("time_us,velocity_mm_per_s\n");
     for (index, value) in velocity.values.iter().enumerate() {
         let _ = writeln!(text, "{:.4},{:.3}", velocity.time(index) * 1e6, value * 1e3);
@@ -330,13 +338,15 @@ pub fn vibrometer_csv(velocity: &Series, comments: &[String]) -> Vec<u8> {
 /// A hydrophone's record as a lab would store it: µs and mV of an instrument of 250 nV/Pa, resolution 0.1 µV (0.4 Pa), `comments` on top.
 #[must_use]
 pub fn hydrophone_csv(pressure: &Series, comments: &[String]) -> Vec<u8> {
-    let mut text = String::new();
-    for comment in comments {
-        let _ = writeln!(text, "# {comment}");
-    }
+    let mut text = head(comments);
     let _ = writeln!(text, "# sensitivity: {}\ntime_us,hydrophone_mV", HYDROPHONE.0);
     for (index, value) in pressure.values.iter().enumerate() {
         let _ = writeln!(text, "{:.4},{:.4}", pressure.time(index) * 1e6, value * HYDROPHONE.1 * 1e3);
     }
     text.into_bytes()
+}
+
+/// The comments a record begins with.
+fn head(comments: &[String]) -> String {
+    comments.iter().map(|comment| format!("# {comment}\n")).collect()
 }

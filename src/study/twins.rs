@@ -236,10 +236,7 @@ fn fit_one(
     plan: &TwinPlan,
     seed: u64,
 ) -> Result<Fit, String> {
-    let frequency = scene.drive.frequency;
-    let (begins, ends) = scene.drive.burst();
-    let observation = Observation::new(recording, frequency, (ends - begins) * frequency, FeatureSet::Full)
-        .map_err(|error| error.to_string())?;
+    let observation = Observation::new(recording, &scene.drive, FeatureSet::Full).map_err(|error| error.to_string())?;
     let bodies = workshop.bodies(scene);
     let (below, laws) = match plan.fit {
         FittedBy::Chain => (scene.clone(), None),

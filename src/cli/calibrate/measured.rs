@@ -87,9 +87,7 @@ impl Measured {
             noise_rms: record.noise_rms,
             bandwidth: record.bandwidth,
         };
-        let (begins, ends) = scene.drive.burst();
-        let cycles = (ends - begins) * scene.drive.frequency;
-        let observation = Observation::new(&recording, scene.drive.frequency, cycles, definition.features)
+        let observation = Observation::new(&recording, &scene.drive, definition.features)
             .with_context(|| format!("{place}: nothing can be fitted to it"))?;
         Ok(Self::Record(Box::new(MeasuredRecord { record, recording, observation })))
     }

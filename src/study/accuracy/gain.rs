@@ -339,16 +339,13 @@ impl<'a> Bench<'a> {
         }
         let prepared = model::prepare(&scene).map_err(|error| failed(setting, error))?;
         let run = |scene: &Scene| prepared.run(scene, &mut |_| !stopped.load(Ordering::Relaxed));
-        let (begins, ends) = scene.drive.burst();
         let record = |index: u64| {
             let lab = |measurand, random: &mut _| Lab { noise: NOISE, ..Lab::draw(measurand, random) };
             let (values, uncertainty) = (truth.clone(), Uncertainty::default());
             let twin = twin_at(&scene, &parameters, values, &uncertainty, (index, seed), &lab, &run);
-            let frequency = scene.drive.frequency;
-            let cycles = (ends - begins) * frequency;
             let said = |error: &dyn std::error::Error| AccuracyError::NoGain { reason: chain_of(error) };
             let twin = twin.map_err(|error| said(&error))?;
-            Observation::new(&twin.recording, frequency, cycles, FeatureSet::Full).map_err(|error| said(&error))
+            Observation::new(&twin.recording, &scene.drive, FeatureSet::Full).map_err(|error| said(&error))
         };
         let records = (0..TWINS).map(record).collect::<Result<_, AccuracyError>>()?;
         Ok(Self { source, parameters, truth, records, seed, stopped })

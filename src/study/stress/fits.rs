@@ -43,10 +43,7 @@ fn record(room: &Room<'_>, scene: &Scene, parameters: &[Parameter]) -> Result<(R
 }
 
 fn fitted(room: &Room<'_>, scene: &Scene, parameters: Vec<Parameter>, recording: &Recording) -> Result<Fit, String> {
-    let frequency = scene.drive.frequency;
-    let (begins, ends) = scene.drive.burst();
-    let observation = Observation::new(recording, frequency, (ends - begins) * frequency, FeatureSet::Full)
-        .map_err(|error| error.to_string())?;
+    let observation = Observation::new(recording, &scene.drive, FeatureSet::Full).map_err(|error| error.to_string())?;
     let (seed, watch) = (room.plan.seed, Arc::new(|_| true));
     let forward = Forward::new(scene, parameters, observation, Uncertainty::default(), seed, watch)
         .map_err(|error| error.to_string())?;

@@ -93,11 +93,8 @@ fn outcome(base: &Scene, plan: &TwinPlan, levels: &[f64], index: u64) -> LevelOu
     let seed = plan.seed.wrapping_add(1000 * (index + 1));
     let forward = |(shot, level): (&Twin, &f64)| {
         let scene = at_level(&scene, *level);
-        let frequency = scene.drive.frequency;
-        let (begins, ends) = scene.drive.burst();
-        let cycles = (ends - begins) * frequency;
-        let observation = Observation::new(&shot.recording, frequency, cycles, FeatureSet::Full)
-            .map_err(|error| error.to_string())?;
+        let observation =
+            Observation::new(&shot.recording, &scene.drive, FeatureSet::Full).map_err(|error| error.to_string())?;
         let watch = Arc::new(|_| true);
         Forward::new(&scene, parameters.clone(), observation, uncertainty, seed, watch)
             .map_err(|error| error.to_string())

@@ -136,10 +136,7 @@ fn fit_one(
     plan: &TwinPlan,
     seed: u64,
 ) -> Result<Fit, String> {
-    let frequency = scene.drive.frequency;
-    let (begins, ends) = scene.drive.burst();
-    let observation = Observation::new(recording, frequency, (ends - begins) * frequency, FeatureSet::Full)
-        .map_err(|error| error.to_string())?;
+    let observation = Observation::new(recording, &scene.drive, FeatureSet::Full).map_err(|error| error.to_string())?;
     let forward = Forward::new(scene, parameters, observation, Uncertainty::default(), seed, Arc::new(|_| true))
         .map_err(|error| error.to_string())?;
     let search = Search::new(&forward, plan.evaluations, seed, Strategy::Likelihood);
