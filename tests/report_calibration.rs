@@ -115,6 +115,7 @@ fn law(kind: &str, verdict: Verdict) -> LawReport {
         lobes: vec![Lobe { mass: 0.9, extent: vec![(0.4881, 0.5192), (0.2702, 0.3410)] }],
         log_evidence: Some(-12.3),
         map: Some(DensityMap { x, y, density, accepted_level: 0.1 }),
+        pairs: vec![],
         runs,
         history,
         evaluations: 600,

@@ -8,7 +8,7 @@ use assert_cmd::Command;
 use granchain::{
     calibration::fit::Verdict,
     scene,
-    study::twins::{FittedBy, TwinPlan, level_proof, level_twins, proof, twins},
+    study::twins::{TwinPlan, level_proof, level_twins, proof, twins},
 };
 
 fn study(plan: &TwinPlan) -> Vec<granchain::study::twins::TwinOutcome> {
@@ -18,7 +18,7 @@ fn study(plan: &TwinPlan) -> Vec<granchain::study::twins::TwinOutcome> {
 
 #[test]
 fn ninety_per_cent_intervals_hold_the_truth_of_twenty_twins() {
-    let proof = proof(&study(&TwinPlan { count: 20, wrong: 0, evaluations: 600, seed: 1, fit: FittedBy::Chain }));
+    let proof = proof(&study(&TwinPlan { count: 20, ..TwinPlan::default() }));
     assert_eq!(proof.without_fit, 0);
     for (parameter, widest) in proof.parameters.iter().zip([0.10, 0.23]) {
         // With a true coverage of 0.9, fewer than 15 of 20 happen in 1 % of all seeds. The widths are those of the issue's
@@ -35,7 +35,7 @@ fn ninety_per_cent_intervals_hold_the_truth_of_twenty_twins() {
 
 #[test]
 fn a_wrong_model_does_not_end_within_scatter() {
-    let outcomes = study(&TwinPlan { count: 0, wrong: 1, evaluations: 600, seed: 1, fit: FittedBy::Chain });
+    let outcomes = study(&TwinPlan { count: 0, wrong: 1, ..TwinPlan::default() });
     assert_eq!(outcomes.len(), 3);
     for outcome in outcomes {
         let fit = outcome.fit.as_ref().unwrap();
@@ -47,7 +47,7 @@ fn a_wrong_model_does_not_end_within_scatter() {
 fn three_drive_levels_together_halve_the_interval_of_the_damping() {
     let base = scene::load("annulus", &["duration=900us".into()]).unwrap();
     let levels = [1.0, 0.5, 0.25];
-    let plan = TwinPlan { count: 8, wrong: 0, evaluations: 600, seed: 1, fit: FittedBy::Chain };
+    let plan = TwinPlan { count: 8, ..TwinPlan::default() };
     let outcomes = level_twins(&base, &plan, &levels, &|| {}, &|| false).unwrap();
     let proof = level_proof(&outcomes, &levels);
     assert_eq!(proof.without_fit, 0);

@@ -44,6 +44,8 @@ pub enum Reduction {
 pub struct Comparison {
     /// Cutoff applied to every run, Hz.
     pub cutoff: f64,
+    /// Stated bandwidth of the instrument that recorded, Hz: runs pass through it too where it is below the cutoff.
+    pub bandwidth: Option<f64>,
     /// Spectral density of the noise every run is given, one-sided, (m/s)²/Hz or Pa²/Hz.
     pub noise_density: f64,
     /// How runs are reduced.
@@ -85,6 +87,7 @@ impl From<Observation> for Comparison {
         let measurand = observation.fingerprint.measurand();
         Self {
             cutoff: observation.cutoff,
+            bandwidth: observation.bandwidth,
             noise_density: observation.noise_density,
             weights: vec![1.0; observation.features.len()],
             reduction: Reduction::Fingerprint(observation.fingerprint),
@@ -102,6 +105,7 @@ impl From<Printed> for Comparison {
     fn from(printed: Printed) -> Self {
         Self {
             cutoff: printed.cutoff(),
+            bandwidth: None,
             noise_density: 0.0,
             features: printed.targets(),
             nuggets: printed.nuggets(),

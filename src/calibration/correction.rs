@@ -21,17 +21,17 @@ use serde::{Deserialize, Serialize};
 use super::{
     fit::drift,
     forward::Run,
-    likelihood::{Cloud, NEIGHBOURS},
+    likelihood::{Cloud, neighbours},
     parameter::{Parameter, reflect},
     posterior::Posterior,
     rung::{Pair, Rung},
-    search::{SearchState, around_elite, ranking, scattered},
+    search::{SearchState, around_elite, framed, ranking, scattered},
 };
 
-/// Pairs of the first round.
+/// Pairs of the first round of one or two parameters.
 const FIRST_ROUND: usize = 48;
 
-/// Pairs of every further round.
+/// Pairs of every further round of one or two parameters.
 const FURTHER_ROUND: usize = 36;
 
 /// Fewest rounds: two would leave the answer to runs that were drawn before anything of the upper rung was known.
@@ -56,7 +56,15 @@ const ELITES: [usize; 3] = [16, 12, 10];
 pub const BEST: usize = 3;
 
 /// Most pairs where the chain points to the right place.
-pub const MOST_PAIRS: usize = FIRST_ROUND + (MOST_ROUNDS - 1) * FURTHER_ROUND;
+#[must_use]
+pub fn most_pairs(dimension: usize) -> usize {
+    sized(FIRST_ROUND, dimension) + (MOST_ROUNDS - 1) * sized(FURTHER_ROUND, dimension)
+}
+
+/// A round for so many parameters: as many runs more as the regression has neighbours more.
+fn sized(round: usize, dimension: usize) -> usize {
+    round * neighbours(dimension) / neighbours(2)
+}
 
 /// By how much the rungs may differ in the logarithm of a parameter: the standard deviation that widens a round.
 const WIDENING: f64 = 0.06;
@@ -176,7 +184,8 @@ impl Correction {
         let upper = || self.pairs.iter().take(count).map(|pair| &pair.upper);
         let finished = upper().filter(|run| run.outcome.is_ok()).count();
         let (low, high) = reach(upper().map(|run| run.position.as_slice()), self.spans.len());
-        self.cloud_of(upper(), NEIGHBOURS.min(finished.saturating_sub(1))).within(low, high)
+        let cloud = self.cloud_of(upper(), neighbours(self.spans.len()).min(finished.saturating_sub(1)));
+        framed(cloud, self.spans.len()).within(low, high)
     }
 
     /// How far the rungs differ at a point: both rungs' expected features, and the mean and scatter of the differences of pairs, all by
@@ -184,7 +193,7 @@ impl Correction {
     #[must_use]
     pub fn differences(&self, at: &[f64]) -> Vec<RungDifference> {
         let both = || self.pairs.iter().filter_map(|pair| Some((pair, pair.lower.features()?, pair.upper.features()?)));
-        let neighbours = NEIGHBOURS.min(both().count().saturating_sub(1));
+        let neighbours = neighbours(self.spans.len()).min(both().count().saturating_sub(1));
         let regress = |features: Features<'_>| {
             let all: Vec<(&[f64], Vec<f64>)> =
                 both().map(|(pair, lower, upper)| (pair.upper.position.as_slice(), features(lower, upper))).collect();
@@ -223,15 +232,16 @@ impl Correction {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ 0x00C0_44EC);
         random.set_stream(self.rounds.len() as u64);
         let dimension = self.spans.len();
+        let [scattered_round, further_round] = [SCATTERED_ROUND, FURTHER_ROUND].map(|round| sized(round, dimension));
         match self.restarted.map(|before| self.rounds.len() - before) {
-            Some(0) => scattered(0, SCATTERED_ROUND, dimension, self.seed),
+            Some(0) => scattered(0, scattered_round, dimension, self.seed),
             Some(round) if round <= ELITES.len() => {
                 let cloud = self.cloud(self.pairs.len());
                 if cloud.is_empty() {
-                    let made = SCATTERED_ROUND + (round - 1) * FURTHER_ROUND;
-                    return scattered(made, FURTHER_ROUND, dimension, self.seed);
+                    let made = scattered_round + (round - 1) * further_round;
+                    return scattered(made, further_round, dimension, self.seed);
                 }
-                around_elite(&cloud, ELITES[round - 1], FURTHER_ROUND, &mut random)
+                around_elite(&cloud, ELITES[round - 1], further_round, &mut random)
             }
             _ => self.drawn(&mut random),
         }
@@ -242,10 +252,10 @@ impl Correction {
         let dimension = self.spans.len();
         let corrected = if self.pairs.is_empty() { None } else { self.posterior(self.pairs.len()) };
         let posterior =
-            corrected.or_else(|| Posterior::of(&self.cloud_of(self.searched.iter(), NEIGHBOURS), dimension));
+            corrected.or_else(|| Posterior::of(&self.cloud_of(self.searched.iter(), neighbours(dimension)), dimension));
         let moving = self.motion.leans || self.motion.drift.is_none_or(|drift| drift > MOVING);
         let widening = if moving { WIDENING } else { FINER_WIDENING };
-        let count = if self.pairs.is_empty() { FIRST_ROUND } else { FURTHER_ROUND };
+        let count = sized(if self.pairs.is_empty() { FIRST_ROUND } else { FURTHER_ROUND }, dimension);
         (0..count)
             .map(|_| {
                 let centre = match &posterior {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::forward::STEPS_PER_CYCLE;
+use super::{forward::STEPS_PER_CYCLE, parameter::varied};
 use crate::{
     feature::Measurand,
     model::{
@@ -104,18 +104,6 @@ impl Engine {
             }
         }
     }
-}
-
-/// The scene with a variation written into it; no gap is negative.
-fn varied(scene: &Scene, variation: &Variation) -> Scene {
-    let mut scene = scene.clone();
-    scene.amplitude_scale = variation.amplitude_scale;
-    scene.damping.linear = variation.linear_damping;
-    scene.damping.kuwabara_kono = variation.kuwabara_kono_damping;
-    for (gap, offset) in scene.chain.gaps.iter_mut().zip(&variation.gap_offsets) {
-        *gap = (*gap + offset).max(0.0);
-    }
-    scene
 }
 
 #[cfg(test)]

@@ -73,7 +73,13 @@ pub struct Estimate {
     pub high: f64,
     /// Whether the interval or the value touches a bound of the box.
     pub at_bound: bool,
+    /// Whether the interval is hardly narrower than the box: the record says nothing of the parameter.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub unidentified: bool,
 }
+
+/// Width of a 90 % interval over the box's from which a parameter is unidentified; a record that says nothing leaves 0.9.
+const UNIDENTIFIED: f64 = 0.6;
 
 /// Everything a fit found.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -283,7 +289,7 @@ fn read(
         estimates,
         most_likely,
         lobes: posterior.lobes(),
-        correlation: posterior.correlation(),
+        correlation: posterior.first_correlation(),
         misfit,
         deviations,
         scatter,
@@ -319,6 +325,7 @@ fn estimate(parameter: &Parameter, posterior: &Posterior, most_likely: f64, d: u
         median: parameter.value(median),
         low: parameter.value(low),
         high: parameter.value(high),
+        unidentified: high - low > UNIDENTIFIED,
         at_bound: low < edge || high > 1.0 - edge || most_likely < edge || most_likely > 1.0 - edge,
     }
 }
@@ -369,7 +376,11 @@ fn polish(cloud: &Cloud, posterior: &Posterior) -> Vec<f64> {
     let mut simplex = vec![start.clone()];
     for d in 0..start.len() {
         let mut corner = start.clone();
-        let step = (posterior.high[d] - posterior.low[d]) / posterior.cells as f64;
+        // A fifth of the interval where cells lie askew in the box.
+        let step = match posterior.frame {
+            Some(_) => 0.2 * (posterior.quantile(d, 0.95) - posterior.quantile(d, 0.05)),
+            None => (posterior.high[d] - posterior.low[d]) / posterior.cells as f64,
+        };
         corner[d] += if corner[d] + step > 1.0 { -step } else { step };
         simplex.push(corner);
     }

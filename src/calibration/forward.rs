@@ -20,7 +20,7 @@ use crate::{
         ModelError,
         chain::{FiniteBodyLaws, ensemble::Variation},
     },
-    scene::{DampingKind, Scene},
+    scene::Scene,
     signal::{LowPass, Series},
 };
 
@@ -39,12 +39,18 @@ pub struct Uncertainty {
     pub baseline: f64,
     /// Half-width of a uniform factor on the drive, 1.
     pub drive: f64,
+    /// Standard deviation of the precompression about the scene's own, N; what falls below zero is turned.
+    #[serde(default)]
+    pub precompression: f64,
+    /// Standard deviation of the logarithm of the support's stiffness about the scene's own, 1.
+    #[serde(default)]
+    pub support_stiffness: f64,
 }
 
 impl Default for Uncertainty {
     /// Half-normal gaps of scale 0.3 nm, an exact baseline, ±0.5 % of drive.
     fn default() -> Self {
-        Self { gap: 3e-10, baseline: 0.0, drive: 0.005 }
+        Self { gap: 3e-10, baseline: 0.0, drive: 0.005, precompression: 0.0, support_stiffness: 0.0 }
     }
 }
 
@@ -79,7 +85,7 @@ pub struct Forward {
     /// What the runs are compared with.
     pub comparison: Comparison,
     base: Variation,
-    kind: DampingKind,
+    scene: Scene,
     uncertainty: Uncertainty,
     seed: u64,
     engine: Engine,
@@ -130,12 +136,11 @@ impl Forward {
         let low_pass = LowPass::new(step, len, comparison.cutoff);
         let noise_rms = (comparison.noise_density * 0.5 / step).sqrt();
         let base = Variation::of(&scene);
-        let kind = scene.damping.kind;
         Ok(Self {
             parameters,
             comparison,
             base,
-            kind,
+            scene,
             uncertainty,
             seed,
             engine,
@@ -218,20 +223,27 @@ impl Forward {
     pub(super) fn variation(&self, at: &[f64], random: &mut ChaCha8Rng) -> Variation {
         let mut variation = self.base.clone();
         for (parameter, &u) in self.parameters.iter().zip(at) {
-            let value = parameter.value(u);
-            match (parameter.target, self.kind) {
-                (Target::Alpha, _) => variation.amplitude_scale = value,
-                (Target::Damping, DampingKind::KuwabaraKono) => variation.kuwabara_kono_damping = value,
-                (Target::Damping, _) => variation.linear_damping = value,
-            }
+            parameter.vary(&self.scene, &mut variation, parameter.value(u));
         }
-        variation.amplitude_scale *= 1.0 + self.uncertainty.drive * random.random_range(-1.0..1.0);
+        let Uncertainty { gap: roughness, baseline, drive, precompression, support_stiffness } = self.uncertainty;
+        variation.amplitude_scale *= 1.0 + drive * random.random_range(-1.0..1.0);
         for gap in &mut variation.gap_offsets {
             let draw: f64 = StandardNormal.sample(random);
-            *gap += self.uncertainty.gap * draw.abs();
+            *gap += roughness * draw.abs();
         }
-        let draw: f64 = StandardNormal.sample(random);
-        variation.gap_offsets[0] += self.uncertainty.baseline * draw;
+        let mut normal = || -> f64 { StandardNormal.sample(random) };
+        // What is fitted is not drawn; an error of the baseline is a gap.
+        let fitted = |target| self.parameters.iter().any(|parameter| parameter.target == target);
+        let draw = normal();
+        if !fitted(Target::Gap) {
+            variation.gap_offsets[0] += baseline * draw;
+        }
+        if precompression > 0.0 && !fitted(Target::Precompression) {
+            variation.precompression = (variation.precompression + precompression * normal()).abs();
+        }
+        if support_stiffness > 0.0 && !fitted(Target::SupportStiffness) {
+            variation.support_stiffness_factor *= (support_stiffness * normal()).exp();
+        }
         variation
     }
 
@@ -250,13 +262,17 @@ impl Forward {
         trace: Result<Series, ModelError>,
         random: &mut ChaCha8Rng,
     ) -> TimedRun {
-        let conditioned = trace.map_err(|error| error.to_string()).map(|trace| self.condition(trace, random));
+        let conditioned = trace.map_err(|error| error.to_string()).map(|trace| self.condition(position, trace, random));
         let onset = conditioned.as_ref().ok().and_then(|trace| self.comparison.onset(trace));
         let outcome = conditioned.and_then(|trace| self.comparison.reduce(&trace));
         (Run { position: position.to_vec(), outcome }, onset)
     }
 
-    fn condition(&self, mut trace: Series, random: &mut ChaCha8Rng) -> Series {
+    /// The instrument's bandwidth, the record's own noise, the cutoff of both.
+    fn condition(&self, position: &[f64], mut trace: Series, random: &mut ChaCha8Rng) -> Series {
+        if let Some(bandwidth) = self.bandwidth(position) {
+            trace.values = LowPass::new(trace.step, trace.len(), bandwidth).apply(&trace.values);
+        }
         if self.noise_rms > 0.0 {
             for value in &mut trace.values {
                 let draw: f64 = StandardNormal.sample(random);
@@ -264,6 +280,15 @@ impl Forward {
             }
         }
         self.filtered(&trace)
+    }
+
+    /// Of the instrument, Hz: as fitted, or as stated where it cuts what is compared.
+    fn bandwidth(&self, position: &[f64]) -> Option<f64> {
+        let mut fitted = self.parameters.iter().zip(position).filter(|(it, _)| it.target == Target::Bandwidth);
+        match fitted.next() {
+            Some((parameter, u)) => Some(parameter.value(*u)),
+            None => self.comparison.bandwidth.filter(|stated| *stated < self.comparison.cutoff),
+        }
     }
 
     fn filtered(&self, trace: &Series) -> Series {

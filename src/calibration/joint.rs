@@ -21,6 +21,9 @@ use super::{
     posterior::Posterior,
 };
 
+/// Points of a search for several records whose intervals were tested.
+pub const TESTED_TOGETHER: usize = 1200;
+
 /// Between the seeds of two records' runs: far beyond any number of fits that are numbered one by one.
 const SEED_STRIDE: u64 = 1 << 40;
 
@@ -53,8 +56,8 @@ impl std::fmt::Display for StatedFrequency {
 pub enum JointError {
     /// Another drive frequency.
     #[error(
-        "{found}: expected a drive of {:.4} kHz as in {expected}, found {:.4} kHz; one α holds for one frequency of the horn: fit this record by \
-         itself, or correct the frequency that the file states", expected.frequency * 1e-3, found.frequency * 1e-3
+        "{found}: expected a drive of {:.4} kHz as in {expected}, found {:.4} kHz; one α holds for one frequency of the horn: correct the \
+         frequency that the file states, name the drive that belongs to this record, or say by --drive-frequency what holds for all", expected.frequency * 1e-3, found.frequency * 1e-3
     )]
     OtherFrequency {
         /// Of this record.
@@ -187,7 +190,7 @@ pub(super) fn shares(
         let bias = (off.iter().map(|value| value * value).sum::<f64>() / off.len().max(1) as f64).sqrt();
         Some(Share {
             estimates,
-            correlation: posterior.correlation(),
+            correlation: posterior.first_correlation(),
             posterior,
             misfit: misfits.get(misfits.len() / 2).copied().unwrap_or(f64::INFINITY),
             bias,

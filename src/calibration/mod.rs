@@ -7,6 +7,7 @@ mod descent;
 pub mod engine;
 pub mod fit;
 pub mod forward;
+pub mod frame;
 pub mod joint;
 pub mod likelihood;
 pub mod observation;

@@ -90,6 +90,8 @@ pub struct Observation {
     pub trace: Series,
     /// Cutoff applied to record and runs alike, Hz.
     pub cutoff: f64,
+    /// Stated bandwidth of the instrument, Hz.
+    pub bandwidth: Option<f64>,
     /// Spectral density of the record's noise, one-sided, (m/s)²/Hz or Pa²/Hz.
     pub noise_density: f64,
     /// How traces are reduced.
@@ -142,6 +144,7 @@ impl Observation {
         .ok_or(ObservationError::TooShort { available_cycles: available, needed_cycles: Fingerprint::FEWEST_CYCLES })?;
         let features = fingerprint.measure(&trace)?;
         let nuggets = fingerprint.early().iter().map(|&early| if early { EARLY_NUGGET } else { LATE_NUGGET }).collect();
-        Ok(Self { trace, cutoff, noise_density, fingerprint, features, nuggets })
+        let bandwidth = recording.bandwidth;
+        Ok(Self { trace, cutoff, bandwidth, noise_density, fingerprint, features, nuggets })
     }
 }

@@ -37,6 +37,9 @@ pub struct CalibrationOutcome {
     pub parameters: BTreeMap<String, FittedParameter>,
     /// Correlation of the logarithms of the first two parameters.
     pub correlation: f64,
+    /// The same of every pair of more than two, named by both.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub correlations: BTreeMap<String, f64>,
     /// Median misfit per feature of the ten best runs, in units of the local scatter.
     pub misfit: f64,
     /// Watched features of record and model.
@@ -96,6 +99,9 @@ pub struct FittedParameter {
     pub unit: String,
     /// Whether the value or the interval touches a bound of the search.
     pub at_bound: bool,
+    /// Whether the interval is hardly narrower than the box.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub unidentified: bool,
     /// Bounds of the search.
     pub bounds: [f64; 2],
 }
@@ -257,11 +263,21 @@ pub fn estimates_by_name(
             median: estimate.median,
             unit: estimate.unit.clone(),
             at_bound: estimate.at_bound,
+            unidentified: estimate.unidentified,
             bounds: [parameter.low, parameter.high],
         };
         (estimate.name.clone(), fitted)
     };
     estimates.iter().zip(parameters).map(entry).collect()
+}
+
+/// Correlations of every pair of more than two parameters.
+#[must_use]
+pub fn correlations(fit: &Fit) -> BTreeMap<String, f64> {
+    let count = if fit.parameters.len() > 2 { fit.parameters.len() } else { 0 };
+    let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
+    let name = |index: usize| fit.parameters[index].name.as_str();
+    pairs.map(|(a, b)| (format!("{},{}", name(a), name(b)), fit.posterior.correlation(a, b))).collect()
 }
 
 /// Failure messages with how often each occurred, numbers in them left out so that alike ones meet.

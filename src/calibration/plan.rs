@@ -6,6 +6,7 @@
 //! scene = "annulus"
 //! set = ["damping.at=all"]
 //! damping = ["linear", "kuwabara-kono"]
+//! fit = ["alpha", "damping", "support_stiffness"]
 //! features = "full"
 //! evaluations = 600
 //! seed = 1
@@ -21,6 +22,10 @@
 //! [parameters.alpha]
 //! low = 0.2
 //! high = 2.0
+//!
+//! [uncertainty] # drawn into every run
+//! gap = "0.3 nm"
+//! precompression = "2 mN"
 //!
 //! [weights]
 //! band_3 = 0.5 # half the weight; 0 leaves a feature out
@@ -56,6 +61,8 @@ pub struct Plan {
     pub damping: Option<Vec<String>>,
     /// Mounts of the disc to compare.
     pub mount: Option<Vec<String>>,
+    /// Names of the parameters to fit.
+    pub fit: Option<Vec<String>>,
     /// Which features.
     pub features: Option<FeatureSet>,
     /// Number of runs a law.
@@ -68,6 +75,9 @@ pub struct Plan {
     /// Bounds, or a fixed value, of the parameters by name.
     #[serde(default)]
     pub parameters: BTreeMap<String, Bounds>,
+    /// What is drawn into every run, by name.
+    #[serde(default)]
+    pub uncertainty: BTreeMap<String, Number>,
     /// Weight of single features by name.
     #[serde(default)]
     pub weights: BTreeMap<String, f64>,
@@ -126,7 +136,7 @@ pub enum PlanError {
     /// Not TOML, an unknown key, or a value of the wrong type.
     #[error(
         "{}:{line}: {message}; a plan has the keys measured, quantity, drive, scene, set, damping, mount, features, \
-         evaluations, seed, [[record]] measured, drive, scene and set, [parameters.NAME] low and high, [weights]", path.display()
+         evaluations, fit, seed, [[record]] measured, drive, scene and set, [parameters.NAME] low and high, [uncertainty], [weights]", path.display()
     )]
     Form {
         /// The file.

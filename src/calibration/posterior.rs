@@ -4,7 +4,7 @@ use rand::Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{likelihood::Cloud, parameter::reflect};
+use super::{frame::Frame, likelihood::Cloud, parameter::reflect};
 
 /// β, the power on the synthetic likelihood: a single run's scatter understates how wrong a regression over 40
 /// neighbours can be. Tuned so that 90 % intervals hold the truth of 90 % of twins: on the 80 twins of seed 11 powers of
@@ -12,13 +12,26 @@ use super::{likelihood::Cloud, parameter::reflect};
 /// published features have their own ([`super::printed::POWER`]).
 pub const POWER: f64 = 0.5;
 
-/// exp(β SL) on the cells of a regular grid over a sub-box, normalised.
+/// Cells a side in one, two, three … dimensions: 17 000 evaluations of the likelihood at most.
+const CELLS: [usize; 6] = [200, 56, 22, 11, 7, 5];
+
+/// Half a side of the first grid in the frame of the best runs, in their standard deviations.
+const REACH: f64 = 8.0;
+
+/// Cells a side of the density over two of several parameters.
+const PAIR_CELLS: usize = 24;
+
+/// exp(β SL) on the cells of a regular grid over a sub-box, normalised; of more than two parameters in the frame of the best runs
+/// ([`Frame`]), for along the box's own axes nearly all cells would be empty.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Posterior {
-    /// Lower corner of the sub-box, unit coordinates.
+    /// Lower corner of the sub-box, unit coordinates or those of the frame.
     pub low: Vec<f64>,
-    /// Upper corner of the sub-box, unit coordinates.
+    /// Upper corner of the sub-box, likewise.
     pub high: Vec<f64>,
+    /// The frame, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame: Option<Frame>,
     /// Cells a side.
     pub cells: usize,
     /// Probability of each cell, the last coordinate fastest.
@@ -48,12 +61,15 @@ impl Posterior {
     /// `None` when no point of the box allows a regression.
     #[must_use]
     pub fn of(cloud: &Cloud, dimension: usize) -> Option<Self> {
-        let cells = match dimension {
-            1 => 200,
-            2 => 56,
-            _ => 24,
+        let cells = CELLS[dimension.clamp(1, CELLS.len()) - 1];
+        let (lowest, highest) = match cloud.frame() {
+            None => cloud.domain(dimension),
+            Some((_, inside)) => {
+                let ends = |d: usize| inside.iter().map(move |y| y[d].clamp(-REACH, REACH));
+                let low = (0..dimension).map(|d| ends(d).fold(REACH, f64::min)).collect();
+                (low, (0..dimension).map(|d| ends(d).fold(-REACH, f64::max)).collect())
+            }
         };
-        let (lowest, highest) = cloud.domain(dimension);
         let mut posterior = Self::evaluate(cloud, lowest.clone(), highest.clone(), cells)?;
         for _ in 0..3 {
             let (mut low, mut high) = posterior.support();
@@ -70,17 +86,19 @@ impl Posterior {
 
     fn evaluate(cloud: &Cloud, low: Vec<f64>, high: Vec<f64>, cells: usize) -> Option<Self> {
         let dimension = low.len();
-        let mut grid = Self { low, high, cells, mass: vec![], log_evidence: 0.0, best: 0.0 };
+        let frame = cloud.frame().map(|(frame, _)| frame.clone());
+        let unit = frame.as_ref().map_or(1.0, Frame::volume);
+        let mut grid = Self { low, high, frame, cells, mass: vec![], log_evidence: 0.0, best: 0.0 };
         let count = cells.pow(dimension as u32);
         let values: Vec<f64> =
-            (0..count).into_par_iter().map(|index| cloud.log_likelihood(&grid.centre(index))).collect();
+            (0..count).into_par_iter().map(|index| likelihood(cloud, &grid.centre(index))).collect();
         let best = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         if !best.is_finite() {
             return None;
         }
         let weights: Vec<f64> = values.iter().map(|value| (cloud.power() * (value - best)).exp()).collect();
         let total: f64 = weights.iter().sum();
-        let volume: f64 = grid.low.iter().zip(&grid.high).map(|(a, b)| b - a).product();
+        let volume: f64 = grid.low.iter().zip(&grid.high).map(|(a, b)| b - a).product::<f64>() * unit;
         grid.log_evidence = cloud.power() * best + (total / count as f64 * volume).ln();
         grid.best = best;
         grid.mass = weights.into_iter().map(|weight| weight / total).collect();
@@ -102,9 +120,11 @@ impl Posterior {
             left -= weight(mass);
             left < 0.0
         });
-        let centre = self.centre(cell.unwrap_or(self.mass.len() - 1));
+        let centre = self.grid_centre(cell.unwrap_or(self.mass.len() - 1));
         let side = |d: usize| (self.high[d] - self.low[d]) / self.cells as f64;
-        centre.iter().enumerate().map(|(d, u)| reflect(u + side(d) * (random.random::<f64>() - 0.5))).collect()
+        let within: Vec<f64> =
+            centre.iter().enumerate().map(|(d, u)| u + side(d) * (random.random::<f64>() - 0.5)).collect();
+        self.in_box(within).into_iter().map(reflect).collect()
     }
 
     fn indices(&self, mut index: usize) -> Vec<usize> {
@@ -119,6 +139,15 @@ impl Posterior {
     /// Centre of a cell, unit coordinates.
     #[must_use]
     pub fn centre(&self, index: usize) -> Vec<f64> {
+        self.in_box(self.grid_centre(index))
+    }
+
+    /// Unit coordinates of a point of the grid.
+    fn in_box(&self, at: Vec<f64>) -> Vec<f64> {
+        self.frame.as_ref().map_or_else(|| at.clone(), |frame| frame.outside(&at))
+    }
+
+    fn grid_centre(&self, index: usize) -> Vec<f64> {
         let cells = self.cells as f64;
         self.indices(index)
             .iter()
@@ -127,7 +156,7 @@ impl Posterior {
             .collect()
     }
 
-    /// Bounding box of the cells above e⁻¹⁰ of the densest, with one cell of margin, inside the unit box.
+    /// Bounding box of the cells above e⁻¹⁰ of the densest, with one cell of margin.
     fn support(&self) -> (Vec<f64>, Vec<f64>) {
         let largest = self.mass.iter().copied().fold(0.0, f64::max);
         let mut first = vec![usize::MAX; self.dimension()];
@@ -139,14 +168,17 @@ impl Posterior {
             }
         }
         let edge = |d: usize, i: f64| self.low[d] + (self.high[d] - self.low[d]) * i / self.cells as f64;
-        let low = (0..self.dimension()).map(|d| edge(d, first[d] as f64 - 1.0).max(0.0)).collect();
-        let high = (0..self.dimension()).map(|d| edge(d, last[d] as f64 + 2.0).min(1.0)).collect();
+        let low = (0..self.dimension()).map(|d| edge(d, first[d] as f64 - 1.0)).collect();
+        let high = (0..self.dimension()).map(|d| edge(d, last[d] as f64 + 2.0)).collect();
         (low, high)
     }
 
-    /// Marginal quantile of coordinate `d`, linear inside a cell.
+    /// Marginal quantile of coordinate `d`, linear inside a cell, or between the centres of cells of a frame.
     #[must_use]
     pub fn quantile(&self, d: usize, probability: f64) -> f64 {
+        if self.frame.is_some() {
+            return self.quantile_of_centres(d, probability);
+        }
         let mut marginal = vec![0.0; self.cells];
         for (index, mass) in self.mass.iter().enumerate() {
             marginal[self.indices(index)[d]] += mass;
@@ -162,19 +194,73 @@ impl Posterior {
         self.high[d]
     }
 
-    /// Correlation of the first two coordinates; 0 in one dimension.
-    #[must_use]
-    pub fn correlation(&self) -> f64 {
-        if self.dimension() < 2 {
-            return 0.0;
+    fn quantile_of_centres(&self, d: usize, probability: f64) -> f64 {
+        let filled = self.mass.iter().enumerate().filter(|(_, mass)| **mass > 0.0);
+        let mut points: Vec<(f64, f64)> = filled.map(|(index, mass)| (self.centre(index)[d], *mass)).collect();
+        points.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        let (mut below, mut last) = (0.0, points.first().map_or(0.0, |point| point.0));
+        for (u, mass) in points {
+            // A centre stands for half of its cell to either side.
+            let here = below + 0.5 * mass;
+            if here >= probability {
+                return u;
+            }
+            (below, last) = (below + mass, u);
         }
-        let centres: Vec<Vec<f64>> = (0..self.mass.len()).map(|index| self.centre(index)).collect();
+        last
+    }
+
+    /// Correlation of coordinates `a` and `b`.
+    #[must_use]
+    pub fn correlation(&self, a: usize, b: usize) -> f64 {
+        let of_pair = |index: usize| {
+            let centre = self.centre(index);
+            [centre[a], centre[b]]
+        };
+        let centres: Vec<[f64; 2]> = (0..self.mass.len()).map(of_pair).collect();
         let mean = |d: usize| centres.iter().zip(&self.mass).map(|(c, m)| c[d] * m).sum::<f64>();
         let means = [mean(0), mean(1)];
         let moment = |a: usize, b: usize| {
             centres.iter().zip(&self.mass).map(|(c, m)| (c[a] - means[a]) * (c[b] - means[b]) * m).sum::<f64>()
         };
         moment(0, 1) / (moment(0, 0) * moment(1, 1)).sqrt().max(f64::MIN_POSITIVE)
+    }
+
+    /// Correlation of the first two coordinates; 0 of a single one.
+    #[must_use]
+    pub fn first_correlation(&self) -> f64 {
+        if self.dimension() < 2 { 0.0 } else { self.correlation(0, 1) }
+    }
+
+    /// The same over coordinates `a` and `b` alone, the others summed over, along the axes of the unit box: every cell's mass goes to the four
+    /// cells around its centre.
+    #[must_use]
+    pub fn marginal(&self, a: usize, b: usize) -> Self {
+        let largest = self.mass.iter().copied().fold(0.0, f64::max);
+        let felt = self.mass.iter().enumerate().filter(|(_, mass)| **mass > largest * (-10.0_f64).exp());
+        let points: Vec<([f64; 2], f64)> = felt
+            .map(|(index, mass)| {
+                let centre = self.centre(index);
+                ([centre[a], centre[b]], *mass)
+            })
+            .collect();
+        let end = |d: usize, pick: fn(f64, f64) -> f64| points.iter().map(|(u, _)| u[d]).reduce(pick).unwrap_or(0.5);
+        let (least, most) = ([end(0, f64::min), end(1, f64::min)], [end(0, f64::max), end(1, f64::max)]);
+        // Two cells of margin, for what is spread.
+        let side = [0, 1].map(|d| ((most[d] - least[d]) / (PAIR_CELLS as f64 - 4.0)).max(1e-9));
+        let low: Vec<f64> = (0..2).map(|d| least[d] - 2.0 * side[d]).collect();
+        let high: Vec<f64> = (0..2).map(|d| low[d] + PAIR_CELLS as f64 * side[d]).collect();
+        let mut mass = vec![0.0; PAIR_CELLS * PAIR_CELLS];
+        for (u, share) in points {
+            let at = [0, 1].map(|d| (u[d] - low[d]) / side[d] - 0.5);
+            let cell = at.map(f64::floor);
+            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                let weight = |d: usize, k: usize| if k == 1 { at[d] - cell[d] } else { 1.0 - (at[d] - cell[d]) };
+                mass[(cell[0] as usize + i) * PAIR_CELLS + cell[1] as usize + j] += share * weight(0, i) * weight(1, j);
+            }
+        }
+        let Self { log_evidence, best, .. } = *self;
+        Self { low, high, frame: None, cells: PAIR_CELLS, mass, log_evidence, best }
     }
 
     /// Smallest cell mass inside the 90 % highest-density region.
@@ -241,6 +327,11 @@ impl Posterior {
     }
 }
 
+/// SL at a point of the unit box, −∞ outside.
+fn likelihood(cloud: &Cloud, at: &[f64]) -> f64 {
+    if at.iter().all(|u| (0.0..=1.0).contains(u)) { cloud.log_likelihood(at) } else { f64::NEG_INFINITY }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -248,7 +339,7 @@ mod tests {
     fn gaussian(correlation: f64) -> Posterior {
         let cells = 80;
         let mut posterior =
-            Posterior { low: vec![0.0; 2], high: vec![1.0; 2], cells, mass: vec![], log_evidence: 0.0, best: 0.0 };
+            Posterior { low: vec![0.0; 2], high: vec![1.0; 2], frame: None, cells, mass: vec![], log_evidence: 0.0, best: 0.0 };
         let density = |at: &[f64]| {
             let (x, y) = ((at[0] - 0.5) / 0.1, (at[1] - 0.4) / 0.05);
             (-0.5 * (x * x - 2.0 * correlation * x * y + y * y) / (1.0 - correlation * correlation)).exp()
@@ -265,7 +356,7 @@ mod tests {
         // Half a cell is 0.00625; a normal's 95 % quantile lies 1.6449 σ above its mean.
         assert!((posterior.quantile(0, 0.95) - (0.5 + 0.16449)).abs() < 2e-3);
         assert!((posterior.quantile(1, 0.5) - 0.4).abs() < 1e-3);
-        assert!((posterior.correlation() - 0.8).abs() < 1e-2);
+        assert!((posterior.correlation(0, 1) - 0.8).abs() < 1e-2);
     }
 
     #[test]

@@ -13,13 +13,10 @@ use rayon::prelude::*;
 use super::{
     engine::{sampled_scene, trace},
     forward::{Forward, Run},
+    parameter::varied,
 };
 use crate::{
-    model::{
-        self, ModelError, Prepared,
-        chain::{FiniteBodyLaws, ensemble::Variation},
-        reduced::Cache,
-    },
+    model::{self, ModelError, Prepared, chain::FiniteBodyLaws, reduced::Cache},
     scene::{ContactLaw, ModelKind, Scene},
 };
 
@@ -127,7 +124,7 @@ impl Rung {
         loop {
             let mut random = self.chain.generator(number);
             let variation = self.chain.variation(at, &mut random);
-            let scene = self.varied(at, &variation, duration);
+            let scene = Scene { duration, ..varied(&self.scene, &variation) };
             let response = self.prepared.run(&scene, &mut |_| !stopped.load(Ordering::Relaxed));
             if stopped.load(Ordering::Relaxed) {
                 return Err(Stopped);
@@ -139,18 +136,6 @@ impl Rung {
             }
             duration = longest;
         }
-    }
-
-    /// The scene at a point of the box, its nuisances as drawn.
-    fn varied(&self, at: &[f64], variation: &Variation, duration: f64) -> Scene {
-        let mut scene = self.scene.clone();
-        for (parameter, &u) in self.chain.parameters.iter().zip(at) {
-            parameter.set(&mut scene, parameter.value(u));
-        }
-        scene.amplitude_scale = variation.amplitude_scale;
-        scene.chain.gaps.iter_mut().zip(&variation.gap_offsets).for_each(|(gap, offset)| *gap += offset);
-        scene.duration = duration;
-        scene
     }
 }
 

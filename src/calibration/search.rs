@@ -18,8 +18,9 @@ use super::{
     comparison::Comparison,
     descent,
     forward::Run,
+    frame::Frame,
     joint::Joint,
-    likelihood::{Cloud, NEIGHBOURS},
+    likelihood::{Cloud, neighbours},
     parameter::reflect,
     posterior::Posterior,
 };
@@ -30,8 +31,16 @@ pub type SearchState = IterState<Vec<f64>, (), (), (), (), f64>;
 /// Sizes of the elites, one a batch of stage 2.
 const ELITES: [usize; 5] = [24, 20, 16, 12, 10];
 
+/// Batches an elite of each size, for so many parameters.
+const fn rounds(dimension: usize) -> usize {
+    if dimension > 2 { 3 } else { 1 }
+}
+
 /// Step around an elite, in distances to its fifth neighbour.
 const ELITE_STEP: f64 = 0.7;
+
+/// What is added to a step along an elite, so that no direction dies out: standard deviation, unit coordinates.
+const BLUR: f64 = 2e-3;
 
 /// Power on the likelihood from which stage 3 draws.
 const DRAW_POWER: f64 = 0.5;
@@ -68,7 +77,7 @@ pub struct Search {
 }
 
 impl Search {
-    /// A search of `budget` runs (600 is the tested number) for the record, or the records together, behind `problem`.
+    /// A search of `budget` runs ([`Search::tested`]) for the record, or the records together, behind `problem`.
     #[must_use]
     pub fn new(problem: impl Into<Joint>, budget: usize, seed: u64, strategy: Strategy) -> Self {
         let joint = problem.into();
@@ -76,10 +85,12 @@ impl Search {
             joint.records().iter().flat_map(|record| values(&record.comparison)).copied().collect()
         };
         let share = |fraction: f64| ((budget as f64 * fraction).round() as usize).max(1);
-        let (elite, drawn) = (share(58.0 / 600.0), share(75.0 / 600.0));
-        let first = budget.saturating_sub(ELITES.len() * elite + 2 * drawn).max(1);
+        let dimension = joint.parameters().len();
+        let elites = ELITES.len() * rounds(dimension);
+        let (elite, drawn) = (share(290.0 / 600.0 / elites as f64), share(75.0 / 600.0));
+        let first = budget.saturating_sub(elites * elite + 2 * drawn).max(1);
         let mut batches = vec![first];
-        batches.extend([elite; ELITES.len()]);
+        batches.extend(vec![elite; elites]);
         batches.extend([drawn; 2]);
         Self {
             runs: vec![],
@@ -87,13 +98,19 @@ impl Search {
             batch: 0,
             seed,
             strategy,
-            dimension: joint.parameters().len(),
+            dimension,
             observed: of_all(|comparison| &comparison.features),
             nuggets: of_all(|comparison| &comparison.nuggets),
             weights: of_all(|comparison| &comparison.weights),
             parts: joint.records().iter().map(|record| record.comparison.features.len()).collect(),
             power: joint.first().comparison.power,
         }
+    }
+
+    /// Runs of a search for so many parameters whose intervals were tested.
+    #[must_use]
+    pub const fn tested(parameters: usize) -> usize {
+        if parameters > 2 { 1800 } else { 600 }
     }
 
     /// Number of batches made.
@@ -106,21 +123,20 @@ impl Search {
     #[must_use]
     pub fn cloud(&self, count: usize) -> Cloud {
         let finished = self.runs.iter().take(count).filter_map(|run| Some((run.position.as_slice(), run.features()?)));
-        Cloud::new(finished, &self.observed, &self.nuggets, &self.weights, NEIGHBOURS)
-            .parted(&self.parts)
-            .tempered(self.power)
+        let cloud = Cloud::new(finished, &self.observed, &self.nuggets, &self.weights, neighbours(self.dimension));
+        framed(cloud.parted(&self.parts).tempered(self.power), self.dimension)
     }
 
     fn propose(&self) -> Vec<Vec<f64>> {
         let count = self.batches[self.batch];
         let cloud = self.cloud(self.runs.len());
-        if self.batch == 0 || cloud.len() <= NEIGHBOURS {
+        if self.batch == 0 || cloud.len() <= neighbours(self.dimension) {
             return self.scattered(count);
         }
         let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ 0x005E_A2C4);
         random.set_stream(self.batch as u64);
-        match ELITES.get(self.batch - 1) {
-            Some(&size) => around_elite(&cloud, size, count, &mut random),
+        match ELITES.get((self.batch - 1) / rounds(self.dimension)) {
+            Some(&size) => around_elite(&cloud, size * neighbours(self.dimension) / neighbours(2), count, &mut random),
             None => self.drawn(&cloud, count, &mut random).unwrap_or_else(|| self.scattered(count)),
         }
     }
@@ -144,9 +160,25 @@ pub(super) fn scattered(first: usize, count: usize, dimension: usize, seed: u64)
     (first..first + count).map(point).collect()
 }
 
+/// The cloud with distances measured in the frame of its best runs, where there are more than two parameters.
+pub(super) fn framed(cloud: Cloud, dimension: usize) -> Cloud {
+    if dimension <= 2 || cloud.len() <= neighbours(dimension) {
+        return cloud;
+    }
+    let ranked = ranking(&cloud);
+    let best: Vec<&[f64]> = ranked.iter().take(neighbours(dimension)).map(|(_, run)| cloud.position(*run)).collect();
+    match Frame::of(&best) {
+        Some(frame) => cloud.framed(frame),
+        None => cloud,
+    }
+}
+
 /// `count` points around the `size` best runs of a cloud that has any.
 pub(super) fn around_elite(cloud: &Cloud, size: usize, count: usize, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
     let elite: Vec<usize> = ranking(cloud).into_iter().take(size).map(|(_, run)| run).collect();
+    if cloud.frame().is_some() {
+        return along_elite(cloud, &elite, count, random);
+    }
     let spacings: Vec<f64> = elite.iter().map(|&run| cloud.spacing(run, 5)).collect();
     (0..count)
         .map(|_| {
@@ -159,6 +191,19 @@ pub(super) fn around_elite(cloud: &Cloud, size: usize, count: usize, random: &mu
                     reflect(u + ELITE_STEP * spacings[chosen] * draw)
                 })
                 .collect()
+        })
+        .collect()
+}
+
+/// `count` points that step from one of the elite as two others differ (Storn & Price, J. Global Optim. 11 (1997) 341): with many parameters steps
+/// then follow the shape of what is good.
+fn along_elite(cloud: &Cloud, elite: &[usize], count: usize, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
+    (0..count)
+        .map(|_| {
+            let [at, from, to] = [0; 3].map(|_| cloud.position(elite[random.random_range(0..elite.len())]));
+            let differences = from.iter().zip(to).map(|(from, to)| to - from);
+            let blur = |random: &mut ChaCha8Rng| -> f64 { StandardNormal.sample(random) };
+            at.iter().zip(differences).map(|(u, step)| reflect(u + ELITE_STEP * step + BLUR * blur(random))).collect()
         })
         .collect()
 }

@@ -3,6 +3,7 @@
 use super::{
     fit::{DOUBTFUL, Estimate, Fit, Verdict},
     joint::Share,
+    parameter::Target,
     printed::Printed,
 };
 
@@ -66,7 +67,31 @@ pub fn statements(fit: &Fit) -> Vec<String> {
             if fit.shares.is_empty() { "Several drive levels fitted together" } else { "A further, lower drive level" }
         ));
     }
-    for estimate in &fit.estimates {
+    said.extend(further_ridges(fit));
+    let untold: Vec<(&Estimate, Target)> = fit
+        .estimates
+        .iter()
+        .zip(&fit.parameters)
+        .filter(|(estimate, _)| estimate.unidentified)
+        .map(|(estimate, parameter)| (estimate, parameter.target))
+        .collect();
+    if untold.len() > 1 && untold.len() == fit.parameters.len() {
+        said.push(
+            "These data hold none of the parameters that were to be fitted: fewer of them, or more records together."
+                .into(),
+        );
+    }
+    for (estimate, target) in &untold {
+        said.push(format!(
+            "{} is unidentified: its interval ({} to {} {}) is hardly narrower than the box that was searched. {}",
+            estimate.name,
+            short(estimate.low),
+            short(estimate.high),
+            estimate.unit,
+            remedy(*target)
+        ));
+    }
+    for estimate in fit.estimates.iter().filter(|estimate| !estimate.unidentified) {
         if estimate.at_bound {
             said.push(format!(
                 "{} touches a bound of its search: its interval is cut off there. Widen it with --bounds {}=LOW:HIGH.",
@@ -88,6 +113,49 @@ pub fn statements(fit: &Fit) -> Vec<String> {
         ));
     }
     said
+}
+
+/// Ridges of any other pair than the first two.
+fn further_ridges(fit: &Fit) -> Vec<String> {
+    let count = fit.parameters.len();
+    let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b))).filter(|pair| *pair != (0, 1));
+    let on_ridge = pairs.map(|(a, b)| (a, b, fit.posterior.correlation(a, b))).filter(|(.., it)| it.abs() >= RIDGE);
+    on_ridge
+        .map(|(a, b, correlation)| {
+            format!(
+                "{} and {} trade off along a ridge (correlation {correlation:+.2}). {}",
+                fit.parameters[a].name,
+                fit.parameters[b].name,
+                remedy(fit.parameters[b].target)
+            )
+        })
+        .collect()
+}
+
+/// Which further record tells a parameter.
+fn remedy(target: Target) -> &'static str {
+    match target {
+        Target::Alpha => "A record of the horn tip taken at the face that drives the chain tells it apart.",
+        Target::Damping => "A record at a lower drive level, where the response is regular, tells it.",
+        Target::LinearDamping | Target::KuwabaraKonoDamping => {
+            "Records at two drive levels fitted together tell the two dashpots apart: what one of them loses does not depend on the overlap, what \
+             the other loses does."
+        }
+        Target::Precompression => {
+            "A record of a weak pulse through the resting chain tells it, whose speed grows as the sixth root of the force; or a load cell."
+        }
+        Target::SupportStiffness => {
+            "A record with the last bead against a hard flat, fitted together with this one, tells what is not the support's; or its static force \
+             against displacement."
+        }
+        Target::Gap => {
+            "A record at another drive level, fitted together with this one, tells it, for the same gap counts less under a larger drive; or more \
+             quiet samples of the horn tip before the burst."
+        }
+        Target::Bandwidth => {
+            "The decoder's data sheet states it (--bandwidth); or a record of a short pulse by the same vibrometer shows it."
+        }
+    }
 }
 
 /// What several records fitted together say beyond [`statements`]: which of them is not explained, and what fitting them together narrowed.
@@ -181,6 +249,11 @@ pub fn printed(fit: &Fit, printed: &Printed) -> Vec<String> {
 
 fn percent(low: f64, high: f64) -> String {
     format!("{:.1} %", 100.0 * ((high / low).sqrt() - (low / high).sqrt()))
+}
+
+/// Two figures of a number of whatever size.
+fn short(value: f64) -> String {
+    if (0.01..1e5).contains(&value) { format!("{value:.2}") } else { format!("{value:.1e}") }
 }
 
 /// The same of a width ln(high/low).

@@ -11,7 +11,12 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{engine::trace, forward::Uncertainty, observation::Recording, parameter::Parameter};
+use super::{
+    engine::trace,
+    forward::Uncertainty,
+    observation::Recording,
+    parameter::{Parameter, Target},
+};
 use crate::{
     feature::Measurand,
     measurement::{MeasurementError, ReadOptions, Record, RecordKind, read_record_bytes},
@@ -262,19 +267,17 @@ pub fn twin_at(
     random.set_stream(index + 1);
     let mut truth_scene = scene.clone();
     parameters.iter().zip(&values).for_each(|(parameter, value)| parameter.set(&mut truth_scene, *value));
-    for gap in &mut truth_scene.chain.gaps {
-        let draw: f64 = StandardNormal.sample(&mut random);
-        // A bead cannot overlap its neighbour before anything moves.
-        *gap += uncertainty.gap * draw.abs();
-    }
+    draw_nuisances(&mut truth_scene, parameters, uncertainty, &mut random);
     let measurand = if scene.water.is_some() { Measurand::Pressure } else { Measurand::Velocity };
     let made = trace(run(&truth_scene)?, measurand)?;
     let Lab { noise, sample_rate, trigger_offset, baseline } = lab(measurand, &mut random);
     let peak = made.peak();
     let baseline = peak * baseline;
+    let seen = parameters.iter().zip(&values).find(|(parameter, _)| parameter.target == Target::Bandwidth);
+    let bandwidth = seen.map_or(f64::INFINITY, |(_, bandwidth)| *bandwidth);
     let span = PRE_TRIGGER + made.end() - trigger_offset.abs();
     let conditioning = Conditioning {
-        bandwidth: Some(0.45 * sample_rate),
+        bandwidth: Some(f64::min(bandwidth, 0.45 * sample_rate)),
         delay: trigger_offset,
         invert: false,
         start: -PRE_TRIGGER,
@@ -311,6 +314,34 @@ pub fn twin_at(
     let Record { series, noise_rms, bandwidth, .. } = record;
     let recording = Recording { measurand, signal: series, noise_rms, bandwidth };
     Ok(Twin { truth, csv, recording })
+}
+
+/// Put one draw of what the bench leaves open into a scene; what is fitted is not drawn.
+fn draw_nuisances(scene: &mut Scene, parameters: &[Parameter], uncertainty: &Uncertainty, random: &mut ChaCha8Rng) {
+    let mut normal = || -> f64 { StandardNormal.sample(random) };
+    let open = |target| parameters.iter().all(|parameter| parameter.target != target);
+    let Uncertainty { gap: roughness, baseline, precompression, support_stiffness, .. } = *uncertainty;
+    for gap in &mut scene.chain.gaps {
+        // A bead cannot overlap its neighbour before anything moves.
+        *gap += roughness * normal().abs();
+    }
+    if baseline > 0.0 && open(Target::Gap) {
+        scene.chain.gaps[0] = (scene.chain.gaps[0] + baseline * normal()).max(0.0);
+    }
+    if precompression > 0.0 && open(Target::Precompression) {
+        scene.chain.precompression = (scene.chain.precompression + precompression * normal()).abs();
+    }
+    if support_stiffness > 0.0
+        && open(Target::SupportStiffness)
+        && let Some(parameter) =
+            Parameter::named("support_stiffness", scene).ok().and_then(|named| named.first().cloned())
+        && let Some(own) = parameter.get(scene)
+    {
+        parameter.set(scene, own * (support_stiffness * normal()).exp());
+    }
+    if scene.chain.precompression > 0.0 {
+        scene.chain.gaps.fill(0.0);
+    }
 }
 
 /// A horn-tip record as a lab would store it: µs and nm, resolution 0.01 nm, `comments` on top.

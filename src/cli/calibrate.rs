@@ -10,6 +10,7 @@ mod definition;
 mod measured;
 mod page;
 mod rungs;
+pub(super) mod uncertainty;
 
 use std::{
     collections::BTreeMap,
@@ -23,7 +24,7 @@ use self::{
     candidate::{Candidate, candidates},
     companion::{Companion, companions, labels, refuse_twice, refuse_upper},
     definition::Definition,
-    measured::Measured,
+    measured::{Instrument, Measured},
     rungs::{Fitted, FittedLaw, fit_candidates, saved_fits},
 };
 use super::{
@@ -40,6 +41,7 @@ use crate::{
     calibration::{
         comparison::Comparison,
         fit::{Fit, Verdict},
+        forward::Uncertainty,
         outcome::{self, CalibrationOutcome, FittedFeature, InputDigest, LawOutcome, OutcomeFeature, RungOutcome},
         rung::Bodies,
         statement,
@@ -79,7 +81,8 @@ pub struct Arguments {
     /// Mounts of the disc to compare [default for a pressure: clamped,supported,free, or disc.rim where it is set]
     #[arg(long, value_name = "MOUNT,…", value_delimiter = ',', help_heading = "Fit")]
     pub mount: Vec<String>,
-    /// Parameters to fit, of alpha and damping; the others keep the scene's value [default: both]
+    /// Parameters to fit, of alpha, damping, precompression, support_stiffness, gap, bandwidth; the others keep the scene's value [default:
+    /// alpha,damping]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', help_heading = "Fit")]
     pub fit: Vec<String>,
     /// Bounds of a parameter, such as alpha=0.3:1.5 or "damping=0.1 N s/m:1 N s/m"; repeatable
@@ -91,7 +94,11 @@ pub struct Arguments {
     /// How the box is searched; the answer is read from a regression over all runs in any case
     #[arg(long, value_enum, default_value = "likelihood", help_heading = "Fit")]
     pub search: SearchChoice,
-    /// Runs a damping law [default: 600, the number whose intervals were tested]
+    /// Uncertainty of what the bench leaves open, drawn into every run: of gap, baseline, drive, precompression, support_stiffness, such as
+    /// "gap=0.5 nm"; repeatable [default: gap=0.3nm, drive=0.005, baseline as the horn-tip record tells]
+    #[arg(long, value_name = "NAME=VALUE", help_heading = "Fit")]
+    pub uncertainty: Vec<String>,
+    /// Runs a damping law [default: the number whose intervals were tested, 600, or 1200 for more than two parameters or several records]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(200..=100_000), help_heading = "Fit")]
     pub evaluations: Option<u32>,
     /// Drive with the scene's own drive even where a horn_tip.csv lies beside the record
@@ -165,6 +172,8 @@ struct Job {
     /// Further records that are fitted together with the first.
     companions: Vec<Companion>,
     candidates: Vec<Candidate>,
+    /// What is drawn into the runs of the first record.
+    uncertainty: Uncertainty,
     /// The model above the chain that corrects and confirms, where there is one.
     upper: Option<ModelKind>,
     assumptions: Vec<String>,
@@ -244,7 +253,8 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
     let shared = study::Bodies::new(session.cache());
     let shared = upper.into_iter().fold(shared, study::Bodies::holding);
     let plan = EnsemblePlan::new(members, session.seed());
-    let confirmation = job.measured.confirm(&calibrated, &shared, &plan);
+    let seen_by = Instrument::of(&laws[best].fit);
+    let confirmation = job.measured.confirm(&calibrated, &shared, &plan, seen_by);
     let (confirmation, mut unconfirmed) = match confirmation {
         Ok(confirmation) => (Some(confirmation), vec![]),
         Err(error) => (None, vec![format!("{:#}", anyhow!(error))]),
@@ -252,7 +262,7 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
     let mut further = Vec::new();
     for (number, companion) in job.companions.iter().enumerate() {
         let scene = companion_page::fitted_companion(&laws[best], number);
-        match companion.measured.confirm(&scene, &shared, &plan) {
+        match companion.measured.confirm(&scene, &shared, &plan, seen_by) {
             Ok(confirmation) => further.push(Some(confirmation)),
             Err(error) => {
                 unconfirmed.push(format!("{}: {:#}", companion.measured.path().display(), anyhow!(error)));
@@ -300,8 +310,10 @@ fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
         Some("model `chain`: several records are searched and answered on the chain".into())
     };
     let upper = rungs::upper(&scene)?;
+    let uncertainty = definition.uncertainty.of(&scene, experiment.baseline_error())?;
     let companions = companions(&definition, (&experiment, &scene), &mut assumptions)?;
     let candidates = candidates(&definition, &experiment, &companions, &scene, &mut assumptions)?;
+    assumptions.push(uncertainty::said(&uncertainty, &candidates[0].parameters));
     if definition.quantity == Measurand::Pressure
         && let Some(points) = scene.water.as_ref().map(|water| &water.field_points)
         && let Some(first) = points.first()
@@ -316,7 +328,18 @@ fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
     let measured = Measured::read(&definition.measured, &definition, &scene, &mut assumptions)?;
     refuse_twice(&measured, &companions)?;
     let comparison = measured.comparison().weighted(&definition.weights)?;
-    Ok(Job { definition, experiment, measured, comparison, companions, candidates, upper, assumptions, model_taken })
+    Ok(Job {
+        definition,
+        experiment,
+        measured,
+        comparison,
+        companions,
+        candidates,
+        uncertainty,
+        upper,
+        assumptions,
+        model_taken,
+    })
 }
 
 /// A pressure needs water to be heard in.
@@ -428,6 +451,7 @@ fn outcome_of(
         verdict: fit.verdict,
         parameters: outcome::fitted_parameters(fit),
         correlation: fit.correlation,
+        correlations: outcome::correlations(fit),
         misfit: fit.misfit,
         features: confirmation.map_or_else(BTreeMap::new, outcome_features),
         fitted_features: fitted_features

@@ -55,10 +55,25 @@ struct Input {
 #[derive(Deserialize)]
 struct Parameter {
     value: f64,
+    #[serde(default)]
+    unit: String,
 }
 
 /// Parameter of a calibration → scene key.
-const KEYS: [(&str, &str); 2] = [("alpha", "alpha"), ("damping", "damping.coefficient")];
+const KEYS: [(&str, &str); 7] = [
+    ("alpha", "alpha"),
+    ("damping", "damping.coefficient"),
+    ("damping_linear", "damping.linear_coefficient"),
+    ("damping_kuwabara_kono", "damping.kuwabara_kono_coefficient"),
+    ("precompression", "chain.precompression"),
+    ("gap", "chain.gaps.contact1"),
+    ("support_stiffness", SUPPORT_STIFFNESS),
+];
+/// The key of an annulus; a spring, whose unit is N/m, has another.
+const SUPPORT_STIFFNESS: &str = "support.stiffness_factor";
+const SPRING_STIFFNESS: &str = "support.stiffness";
+/// The parameter that belongs to the instrument, not to the scene.
+const OF_THE_INSTRUMENT: &str = "bandwidth";
 
 impl Calibrated {
     /// Read `calibration.json` in `folder` (or the file itself).
@@ -77,12 +92,15 @@ impl Calibrated {
             .with_context(|| format!("{}: expected what `granchain calibrate` writes", path.display()))?;
         let mut overrides = vec![format!("damping.kind={}", outcome.damping_kind)];
         overrides.extend(outcome.mount.as_ref().map(|mount| format!("disc.rim={mount}")));
-        for (name, parameter) in &outcome.parameters {
-            let Some((_, key)) = KEYS.iter().find(|(known, _)| known == name) else {
+        for (name, parameter) in outcome.parameters.iter().filter(|(name, _)| *name != OF_THE_INSTRUMENT) {
+            let Some((_, mut key)) = KEYS.iter().find(|(known, _)| known == name).copied() else {
                 bail!("{}: parameter `{name}` has no scene key; calibrate again with this version", path.display());
             };
             if !parameter.value.is_finite() {
                 bail!("{}: parameter `{name}`: expected a finite value, found {}", path.display(), parameter.value);
+            }
+            if key == SUPPORT_STIFFNESS && parameter.unit == "N/m" {
+                key = SPRING_STIFFNESS;
             }
             overrides.push(format!("{key}={}", parameter.value));
         }

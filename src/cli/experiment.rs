@@ -61,6 +61,7 @@ struct RecordedDrive {
     input: Input,
     displacement: Series,
     frequency: f64,
+    baseline_error: Option<f64>,
 }
 
 impl RecordedDrive {
@@ -83,11 +84,12 @@ impl RecordedDrive {
         let frequency =
             record.drive_frequency().ok_or_else(|| MeasurementError::NoDriveFrequency { path: record.path.clone() })?;
         let statement = record.drive_statement(frequency);
+        let baseline_error = record.baseline_error;
         let mut said = record.assumptions;
         said.extend(record.warnings);
         said.push(format!("drive frequency {:.4} kHz; {statement}", frequency * 1e-3));
         assumptions.extend(said.into_iter().map(|text| format!("{}: {text}", path.display())));
-        Ok(Self { input: Input { path: record.path, sha256: record.sha256 }, displacement, frequency })
+        Ok(Self { input: Input { path: record.path, sha256: record.sha256 }, displacement, frequency, baseline_error })
     }
 }
 
@@ -284,6 +286,11 @@ impl Experiment {
     #[must_use]
     pub fn drive_input(&self) -> Option<&Input> {
         self.recorded.as_ref().map(|recorded| &recorded.input)
+    }
+
+    /// Standard error of the horn's baseline, m, where a record of it tells.
+    pub fn baseline_error(&self) -> Option<f64> {
+        self.recorded.as_ref()?.baseline_error
     }
 }
 

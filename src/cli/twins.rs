@@ -2,7 +2,7 @@
 
 mod levels;
 
-use std::{fmt::Write, path::Path};
+use std::{collections::BTreeMap, fmt::Write, path::Path};
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
@@ -10,19 +10,19 @@ use serde::Serialize;
 use super::{
     Outcome,
     arguments::{OutputArguments, Session, usage},
-    calibrate::QuantityChoice,
+    calibrate::{QuantityChoice, uncertainty::Told},
     interrupt,
     output::OutputFolder,
     progress, summary,
     timing::{self, Timing},
 };
 use crate::{
-    calibration::twin::Flaw,
+    calibration::{forward::Uncertainty, joint::TESTED_TOGETHER, parameter::Parameter, search::Search, twin::Flaw},
     report::{
         number::significant,
         twins::{TwinFit as PageFit, TwinInterval, TwinsReport},
     },
-    scene,
+    scene::{self, DampingKind},
     study::twins::{FittedBy, TwinOutcome, TwinPlan, TwinProof, proof, twins, water_twins},
 };
 
@@ -44,10 +44,10 @@ pub struct Arguments {
     /// Twins of each kind of wrong model: support 30 % softer, other damping law, a missing bead; of a velocity only [default: 1]
     #[arg(long, value_name = "N", help_heading = "Study")]
     pub wrong: Option<u64>,
-    /// Runs of the chain's search, a fit
-    #[arg(long, value_name = "N", default_value_t = 600,
+    /// Runs of the chain's search, a fit [default: 600; 1200 for more than two parameters or several levels]
+    #[arg(long, value_name = "N",
           value_parser = clap::value_parser!(u32).range(200..=100_000), help_heading = "Study")]
-    pub evaluations: u32,
+    pub evaluations: Option<u32>,
     /// Model that makes the twins
     #[arg(long, value_enum, default_value = "chain", help_heading = "Study")]
     pub model: TwinModel,
@@ -57,6 +57,15 @@ pub struct Arguments {
     /// Drive levels each twin is recorded at, every one half the level before, fitted together and each by itself
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=6), help_heading = "Study")]
     pub levels: u32,
+    /// Parameters of the twins, as of `calibrate --fit`
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "alpha,damping", help_heading = "Study")]
+    pub parameters: Vec<String>,
+    /// What is drawn into every truth and into every run of a fit, as of `calibrate --uncertainty`; repeatable
+    #[arg(long, value_name = "NAME=VALUE", help_heading = "Study")]
+    pub uncertainty: Vec<String>,
+    /// Damping law of all twins [default: linear and Kuwabara–Kono alternate]
+    #[arg(long, value_name = "LAW", help_heading = "Study")]
+    pub damping: Option<String>,
     /// What fits them [default: the chain for twins of the chain, else the whole ladder]
     #[arg(long, value_enum, help_heading = "Study")]
     pub fit: Option<FitChoice>,
@@ -102,8 +111,8 @@ struct TwinsSummary<'a> {
 /// # Errors
 /// A folder that cannot be written; Ctrl-C.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { count, quantity, wrong, evaluations, model, mesh_density, levels, fit, output, session } =
-        arguments;
+    let study = plan_of(&arguments)?;
+    let Arguments { quantity, wrong, model, mesh_density, levels, fit, output, session, .. } = arguments;
     let mut timing = Timing::start();
     let pressure = quantity == Some(QuantityChoice::Pressure);
     if levels > 1 {
@@ -114,7 +123,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
                  --wrong do not go with --levels",
             ));
         }
-        return levels::execute(count, levels, evaluations, &output, &session, timing);
+        return levels::execute(study, levels, &output, &session, timing);
     }
     if pressure && (model == TwinModel::Reduced || fit.is_some() || wrong.is_some_and(|wrong| wrong > 0)) {
         return Err(usage(
@@ -142,7 +151,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         (TwinModel::Reduced, Some(FitChoice::FiniteBody)) => FittedBy::FiniteBody,
         (TwinModel::Reduced, _) => FittedBy::Ladder,
     };
-    let plan = TwinPlan { count, wrong, evaluations: evaluations as usize, seed: session.seed(), fit };
+    let plan = TwinPlan { wrong, fit, ..study };
     let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
     let bar = progress::bar(&session, plan.total(), "twins");
     let outcomes = if pressure {
@@ -154,7 +163,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let outcomes = outcomes.ok_or(interrupt::Interrupted)?;
     timing.stage("twins");
     let proof = proof(&outcomes);
-    let summary = TwinsSummary { program: summary::program(), plan, proof: &proof, twins: &outcomes };
+    let summary = TwinsSummary { program: summary::program(), plan: plan.clone(), proof: &proof, twins: &outcomes };
     if let Some(folder) = folder {
         folder.write("twins.json", summary::json(&summary)?)?;
         for (name, bytes) in page(&outcomes, &proof, &plan, (kind, pressure), mesh_density).files()? {
@@ -167,6 +176,30 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     }
     session.result(text(&proof, output.out.as_deref()), &summary)?;
     Ok(Outcome::Done)
+}
+
+/// What flags say of any kind of twins.
+fn plan_of(arguments: &Arguments) -> anyhow::Result<TwinPlan> {
+    let Arguments { count, evaluations, levels, parameters, uncertainty, damping, session, .. } = arguments;
+    if let Some(unknown) = parameters.iter().find(|name| !Parameter::NAMES.contains(&name.as_str())) {
+        return Err(usage(format!("--parameters {unknown}: expected {}", Parameter::NAMES.join(", "))));
+    }
+    let law = |name: &String| {
+        let found = DampingKind::ALL.into_iter().find(|kind| kind.name() == name && *kind != DampingKind::None);
+        found.ok_or_else(|| usage(format!("--damping {name}: expected linear, kuwabara-kono or linear+kuwabara-kono")))
+    };
+    let tested = if *levels > 1 { TESTED_TOGETHER } else { Search::tested(parameters.len()) };
+    let usual = scene::load("annulus", &[])?;
+    Ok(TwinPlan {
+        count: *count,
+        wrong: 0,
+        evaluations: evaluations.map_or(tested, |runs| runs as usize),
+        seed: session.seed(),
+        fit: FittedBy::Chain,
+        parameters: parameters.clone(),
+        uncertainty: Told::new(BTreeMap::new(), uncertainty)?.of(&usual, None)?,
+        law: damping.as_ref().map(law).transpose()?,
+    })
 }
 
 fn statements(proof: &TwinProof) -> Vec<String> {
@@ -268,12 +301,15 @@ fn page(
     };
     let command_line = if pressure {
         format!(
-            "granchain twins --quantity pressure --count {} --evaluations {} --seed {}",
-            plan.count, plan.evaluations, plan.seed
+            "granchain twins --quantity pressure --count {} --evaluations {} --seed {}{}",
+            plan.count,
+            plan.evaluations,
+            plan.seed,
+            further_flags(plan)
         )
     } else {
         format!(
-            "granchain twins --count {} --wrong {} --evaluations {} --seed {} --model {model} --fit {}{}",
+            "granchain twins --count {} --wrong {} --evaluations {} --seed {} --model {model} --fit {}{}{}",
             plan.count,
             plan.wrong,
             plan.evaluations,
@@ -284,16 +320,52 @@ fn page(
                 FittedBy::Ladder => "ladder",
             },
             mesh_density.map_or_else(String::new, |density| format!(" --mesh-density {density}")),
+            further_flags(plan),
         )
     };
     TwinsReport {
         description,
         level: 0.9,
-        parameters: vec!["amplitude scale α".into(), "damping coefficient".into()],
+        parameters: proof.parameters.iter().map(|parameter| shown_name(&parameter.name)).collect(),
         twins: fitted.collect(),
         statements: statements(proof),
         version: env!("CARGO_PKG_VERSION").into(),
         seed: plan.seed,
         command_line,
+    }
+}
+
+/// Flags on what is fitted and drawn, where they differ from the usual.
+fn further_flags(plan: &TwinPlan) -> String {
+    let usual = TwinPlan::default();
+    let mut flags = String::new();
+    if plan.parameters != usual.parameters {
+        let _ = write!(flags, " --parameters {}", plan.parameters.join(","));
+    }
+    let drawn = |uncertainty: &Uncertainty| {
+        let Uncertainty { gap, baseline, drive, precompression, support_stiffness } = *uncertainty;
+        [gap, baseline, drive, precompression, support_stiffness]
+    };
+    let names = ["gap", "baseline", "drive", "precompression", "support_stiffness"];
+    for ((name, value), usual) in names.into_iter().zip(drawn(&plan.uncertainty)).zip(drawn(&usual.uncertainty)) {
+        if value != usual {
+            let _ = write!(flags, " --uncertainty {name}={value}");
+        }
+    }
+    if let Some(law) = plan.law {
+        let _ = write!(flags, " --damping {}", law.name());
+    }
+    flags
+}
+
+/// Name of a parameter for people.
+fn shown_name(name: &str) -> String {
+    match name {
+        "alpha" => "amplitude scale α".into(),
+        "damping" => "damping coefficient".into(),
+        "damping_linear" => "linear damping coefficient".into(),
+        "damping_kuwabara_kono" => "Kuwabara–Kono damping coefficient".into(),
+        "support_stiffness" => "stiffness factor of the annulus".into(),
+        other => other.into(),
     }
 }

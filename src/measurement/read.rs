@@ -160,10 +160,14 @@ pub fn read_record_bytes(
             .or_else(|| line::strongest_line(&raw))
             .ok_or_else(|| MeasurementError::NoDriveFrequency { path: path.into() })
     };
-    let quiet_mean = mean_and_rms(&raw.values[..pretrigger]).0;
+    let (quiet_mean, quiet_rms) = mean_and_rms(&raw.values[..pretrigger]);
+    // Of independent samples with the noise of the quiet ones; the weights of a Hann window count for two thirds of their number.
+    let standard_error = |samples: f64| (pretrigger >= FEWEST_QUIET).then(|| quiet_rms / samples.sqrt());
+    let mut baseline_error = None;
     let baseline = match options.baseline {
         Baseline::Auto if pretrigger >= FEWEST_QUIET => {
             notes.assume(format!("baseline: mean of {pretrigger} quiet samples at the start"));
+            baseline_error = standard_error(pretrigger as f64);
             quiet_mean
         }
         Baseline::Auto => {
@@ -172,6 +176,7 @@ pub fn read_record_bytes(
         }
         Baseline::Pretrigger if pretrigger >= FEWEST_QUIET => {
             notes.assume(format!("baseline: mean of {pretrigger} quiet samples at the start (--baseline pretrigger)"));
+            baseline_error = standard_error(pretrigger as f64);
             quiet_mean
         }
         Baseline::Pretrigger => {
@@ -183,6 +188,7 @@ pub fn read_record_bytes(
         }
         Baseline::Plateau => match plateau_mean(&raw, frequency()?) {
             Ok((mean, periods)) => {
+                baseline_error = standard_error(periods as f64 / (frequency()? * raw.step) / 1.5);
                 notes.assume(format!("baseline: Hann-weighted mean over {periods} drive periods of the plateau"));
                 mean
             }
@@ -248,6 +254,8 @@ pub fn read_record_bytes(
         noise_rms,
         pretrigger,
         baseline,
+        baseline_error: baseline_error
+            .filter(|_| kind != RecordKind::HornTip || recorded == RecordedQuantity::Displacement),
         bandwidth,
         delay,
         trigger,

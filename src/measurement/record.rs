@@ -52,6 +52,9 @@ pub struct Record {
     pub pretrigger: usize,
     /// The offset that was removed from the recorded quantity (before the sign was turned), SI; 0 if none.
     pub baseline: f64,
+    /// Standard error of that offset by the noise of the quiet samples, taken as white, SI; `None` where none are quiet, where no mean was
+    /// taken, or where a horn tip's velocity was integrated.
+    pub baseline_error: Option<f64>,
     /// −6 dB bandwidth of the decoder, Hz, where stated.
     pub bandwidth: Option<f64>,
     /// Delay of the decoder, s, that has been removed.

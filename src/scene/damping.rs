@@ -1,7 +1,10 @@
 //! Dashpots at the contacts.
 
+use serde::{Deserialize, Serialize};
+
 /// Which law the dashpots follow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum DampingKind {
     /// No dashpots.
     None,
@@ -10,10 +13,14 @@ pub enum DampingKind {
     /// F = γ √δ δ̇.
     KuwabaraKono,
     /// The sum of both.
+    #[serde(rename = "linear+kuwabara-kono")]
     LinearAndKuwabaraKono,
 }
 
 impl DampingKind {
+    /// Every law.
+    pub const ALL: [Self; 4] = [Self::None, Self::Linear, Self::KuwabaraKono, Self::LinearAndKuwabaraKono];
+
     /// Its name in scene files, flags and outcomes.
     #[must_use]
     pub const fn name(self) -> &'static str {

@@ -19,23 +19,23 @@ use crate::{
         fit::{Estimate, Fit, Verdict, correct, fit},
         forward::{Forward, Uncertainty},
         observation::{Observation, Recording},
-        parameter::Parameter,
+        parameter::{Parameter, ParameterError},
         rung::{Bodies, Rung, chain_below},
         search::{Search, Strategy},
         statement::preferred,
-        twin::{Flaw, Truth, scene_of, twin, with_other_law},
+        twin::{Flaw, Truth, scene_of, twin, with_law, with_other_law},
     },
     feature::fingerprint::FeatureSet,
     model::{self, ModelError},
     response::Response,
-    scene::{Scene, Support},
+    scene::{DampingKind, Scene, Support},
 };
 
 /// One twin in this many is fitted with both damping laws.
 const BOTH_LAWS_EVERY: u64 = 4;
 
 /// What is to be made and fitted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TwinPlan {
     /// Twins whose model is right.
     pub count: u64,
@@ -47,6 +47,29 @@ pub struct TwinPlan {
     pub seed: u64,
     /// What fits: the chain alone, or the chain corrected on the model that made the twins.
     pub fit: FittedBy,
+    /// Names of the parameters.
+    pub parameters: Vec<String>,
+    /// What is drawn into every truth, and by the fit into every run.
+    pub uncertainty: Uncertainty,
+    /// Damping law of all twins; without one they alternate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub law: Option<DampingKind>,
+}
+
+impl Default for TwinPlan {
+    /// Eighty right models of α and one damping coefficient, 600 runs a fit.
+    fn default() -> Self {
+        Self {
+            count: 80,
+            wrong: 0,
+            evaluations: 600,
+            seed: 1,
+            fit: FittedBy::Chain,
+            parameters: ["alpha", "damping"].map(String::from).to_vec(),
+            uncertainty: Uncertainty::default(),
+            law: None,
+        }
+    }
 }
 
 /// What a twin is fitted by.
@@ -127,6 +150,20 @@ impl TwinPlan {
     pub fn total(&self) -> u64 {
         self.count + 3 * self.wrong
     }
+
+    /// The parameters of a scene that are fitted.
+    fn parameters(&self, scene: &Scene) -> Result<Vec<Parameter>, ParameterError> {
+        let named = self.parameters.iter().map(|name| Parameter::named(name, scene));
+        Ok(named.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+    }
+
+    /// The scene of twin `number`; all stand on the annulus where its stiffness is fitted or drawn, for the rigid wall has none.
+    fn scene(&self, base: &Scene, number: u64) -> Scene {
+        let stiff =
+            self.uncertainty.support_stiffness > 0.0 || self.parameters.iter().any(|name| name == "support_stiffness");
+        let scene = scene_of(base, if stiff { number & !1 } else { number });
+        self.law.map_or_else(|| scene.clone(), |law| with_law(&scene, law))
+    }
 }
 
 /// Make and fit all twins of `base` (six beads, a burst) on the model it asks for, right models first, then the wrong ones.
@@ -183,17 +220,18 @@ impl Workshop {
 fn outcome(workshop: &Workshop, base: &Scene, plan: &TwinPlan, number: u64) -> TwinOutcome {
     // Wrong models are numbered by themselves, so that they are the same whatever the count of right ones.
     let (flaw, scene, number) = if number < plan.count {
-        (Flaw::None, scene_of(base, number), number)
+        (Flaw::None, plan.scene(base, number), number)
     } else {
         let wrong = number - plan.count;
         let flaws = [Flaw::SofterSupport, Flaw::OtherLaw, Flaw::MissingBead];
         (flaws[(wrong / plan.wrong) as usize], scene_of(base, 4 * wrong), wrong)
     };
-    let Some(parameters) = parameters(&scene) else {
-        return TwinOutcome::of(flaw, None, Err("the scene has no damping to fit".into()), None);
+    let parameters = match plan.parameters(&scene) {
+        Ok(parameters) => parameters,
+        Err(error) => return TwinOutcome::of(flaw, None, Err(error.to_string()), None),
     };
     let run = |scene: &Scene| workshop.run(scene, flaw);
-    let made = match twin(&scene, &parameters, &Uncertainty::default(), flaw, number, plan.seed, &run) {
+    let made = match twin(&scene, &parameters, &plan.uncertainty, flaw, number, plan.seed, &run) {
         Ok(made) => made,
         Err(error) => {
             let reason = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
@@ -208,11 +246,12 @@ fn outcome(workshop: &Workshop, base: &Scene, plan: &TwinPlan, number: u64) -> T
     let mut named_law = None;
     // Every fourth twin of each of the four kinds of scene.
     if flaw == Flaw::None
+        && plan.law.is_none()
         && (number / 4).is_multiple_of(BOTH_LAWS_EVERY)
         && let Ok(own) = &fitted
     {
         let other_scene = with_other_law(&scene);
-        let other = self::parameters(&other_scene).and_then(|parameters| fit_to(&other_scene, parameters).ok());
+        let other = plan.parameters(&other_scene).ok().and_then(|parameters| fit_to(&other_scene, parameters).ok());
         named_law = Some(match &other {
             Some(other) => preferred(&[
                 (scene.damping.kind.name().to_owned(), own),
@@ -222,10 +261,6 @@ fn outcome(workshop: &Workshop, base: &Scene, plan: &TwinPlan, number: u64) -> T
         });
     }
     TwinOutcome::of(flaw, Some(made.truth), fitted.as_ref().map(TwinFit::from).map_err(Clone::clone), named_law)
-}
-
-fn parameters(scene: &Scene) -> Option<Vec<Parameter>> {
-    Some(vec![Parameter::alpha(), Parameter::damping(scene.damping.kind)?])
 }
 
 fn fit_one(
@@ -243,7 +278,7 @@ fn fit_one(
         FittedBy::FiniteBody | FittedBy::Ladder => (chain_below(scene), bodies.laws.as_ref()),
     };
     let watch = Arc::new(|_| true);
-    let forward = Forward::with_laws(&below, laws, parameters, observation, Uncertainty::default(), seed, watch)
+    let forward = Forward::with_laws(&below, laws, parameters, observation, plan.uncertainty, seed, watch)
         .map_err(|error| error.to_string())?;
     let search = Search::new(&forward, plan.evaluations, seed, Strategy::Likelihood);
     let chain = fit(&forward, search, None).map_err(|error| error.to_string())?;
@@ -310,8 +345,8 @@ pub fn proof(outcomes: &[TwinOutcome]) -> TwinProof {
     let right: Vec<&TwinOutcome> = outcomes.iter().filter(|outcome| outcome.flaw == Flaw::None).collect();
     let fitted: Vec<(&Truth, &TwinFit)> =
         right.iter().filter_map(|o| Some((o.truth.as_ref()?, o.fit.as_ref().ok()?))).collect();
-    let parameters = ["alpha", "damping"]
-        .iter()
+    let names = fitted.first().map_or(&[][..], |(_, fit)| &fit.estimates[..]).iter().map(|estimate| &estimate.name);
+    let parameters = names
         .enumerate()
         .map(|(d, name)| {
             let covered = |(truth, fit): &&(&Truth, &TwinFit)| {
@@ -321,7 +356,7 @@ pub fn proof(outcomes: &[TwinOutcome]) -> TwinProof {
             let errors: Vec<f64> =
                 fitted.iter().map(|(truth, fit)| (fit.estimates[d].median / truth.values[d]).ln()).collect();
             ParameterProof {
-                name: (*name).into(),
+                name: name.clone(),
                 covered: fitted.iter().filter(covered).count(),
                 count,
                 binomial_error: (0.9 * 0.1 / count.max(1) as f64).sqrt(),

@@ -86,17 +86,16 @@ fn mounts(
             scene.name
         )));
     };
-    let preload = scene.chain.precompression;
+    let pressed = scene.chain.precompression > 0.0 || definition.fits("precompression");
     let mut mounts = Vec::new();
     for name in &definition.mounts {
         let Some(mount) = MOUNTS.into_iter().find(|mount| mount.name() == name) else {
             return Err(usage(format!("--mount {name}: expected clamped, supported or free")));
         };
-        if mount == Rim::Free && preload > 0.0 {
-            return Err(usage(format!(
-                "--mount free cannot be: `chain.precompression` = {preload} N would push a disc away that nothing holds; leave `free` out, or \
-                 set chain.precompression=0"
-            )));
+        if mount == Rim::Free && pressed {
+            return Err(usage(
+                "--mount free cannot be: a precompression would push a disc away that nothing holds; leave `free` out, or the precompression",
+            ));
         }
         if !mounts.contains(&Some(mount)) {
             mounts.push(Some(mount));
@@ -114,7 +113,7 @@ fn mounts(
             .push(format!("mount `{}` alone, as `disc.rim` is set; compare several with --mount", shape.rim.name()));
         return Ok(vec![own]);
     }
-    let possible: Vec<Rim> = MOUNTS.into_iter().filter(|mount| *mount != Rim::Free || preload == 0.0).collect();
+    let possible: Vec<Rim> = MOUNTS.into_iter().filter(|mount| *mount != Rim::Free || !pressed).collect();
     let names: Vec<&str> = possible.iter().map(|mount| mount.name()).collect();
     let left_out = if possible.len() < MOUNTS.len() { "; `free` cannot be under a precompression" } else { "" };
     assumptions.push(format!("mounts compared: {}{left_out}; name some with --mount", names.join(", ")));

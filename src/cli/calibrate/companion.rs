@@ -7,10 +7,15 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 
-use super::{Arguments, definition::Definition, measured::Measured};
+use super::{
+    Arguments,
+    definition::Definition,
+    measured::{Measured, is_published},
+};
 use crate::{
     calibration::{
         comparison::Comparison,
+        forward::Uncertainty,
         joint::{StatedFrequency, at_one_frequency},
         plan::{Plan, RecordPlan},
     },
@@ -46,6 +51,8 @@ pub struct Companion {
     pub measured: Measured,
     /// What its runs are compared with.
     pub comparison: Comparison,
+    /// What is drawn into its runs.
+    pub uncertainty: Uncertainty,
 }
 
 /// The records that flags and plan name, with the drive of each; flags win. `usual` is the scene where none is named.
@@ -169,9 +176,6 @@ pub fn companions(
     lead: (&Experiment, &Scene),
     assumptions: &mut Vec<String>,
 ) -> anyhow::Result<Vec<Companion>> {
-    if definition.companions.is_empty() {
-        return Ok(vec![]);
-    }
     let mut stated = vec![drive_stated(lead.0, definition.origin.as_ref(), &definition.measured, lead.1)];
     let told_apart = definition.scene.drive_frequency.is_none();
     stated.extend(record_stated(&definition.measured).filter(|_| told_apart));
@@ -193,7 +197,8 @@ pub fn companions(
     let read = definition.companions.iter().zip(experiments).map(|(record, (experiment, scene))| {
         let measured = Measured::read(&record.measured, definition, &scene, assumptions)?;
         let comparison = measured.comparison().weighted(&definition.weights)?;
-        Ok(Companion { experiment, measured, comparison })
+        let uncertainty = definition.uncertainty.of(&scene, experiment.baseline_error())?;
+        Ok(Companion { experiment, measured, comparison, uncertainty })
     });
     read.collect()
 }
@@ -249,7 +254,7 @@ fn drive_stated(
 
 /// What a record says of the frequency it was made at, if anything.
 fn record_stated(measured: &Path) -> std::option::IntoIter<StatedFrequency> {
-    let stated = line_of(measured).map(|(line, frequency)| StatedFrequency {
+    let stated = line_of(measured).filter(|_| !is_published(measured)).map(|(line, frequency)| StatedFrequency {
         path: measured.into(),
         line: Some(line),
         frequency,

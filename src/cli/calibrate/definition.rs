@@ -1,6 +1,9 @@
 //! Plan file and flags merged into one checked definition of a fit; flags win.
 
-use std::{collections::BTreeMap, path::PathBuf};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
+};
 
 use anyhow::{Context, bail};
 
@@ -8,18 +11,21 @@ use super::{
     Arguments, ConfirmChoice, FeatureChoice, QuantityChoice, SearchChoice,
     companion::{RecordDefinition, records},
     measured::is_published,
+    uncertainty::Told,
 };
 use crate::{
     calibration::{
-        parameter::Parameter,
+        joint::TESTED_TOGETHER,
+        parameter::{Parameter, ParameterError},
         plan::{Number, Plan},
+        search::Search,
     },
     cli::{
         arguments::{SceneArguments, usage},
         reading::ReadArguments,
     },
     feature::{Measurand, fingerprint::FeatureSet},
-    scene::{DampingKind, Scene},
+    scene::Scene,
     signal::{Quantity, Unit},
 };
 
@@ -27,11 +33,8 @@ use crate::{
 const SCENE: &str = "annulus";
 const SCENE_WITH_WATER: &str = "water";
 
-/// The parameters that can be fitted.
-const FITTABLE: [&str; 2] = ["alpha", "damping"];
-
-/// Tested number of runs.
-const EVALUATIONS: usize = 600;
+/// The parameters that are fitted where none is named.
+const FITTED: [&str; 2] = ["alpha", "damping"];
 
 /// Numbers of runs that can be asked for: fewer give no regression.
 const EVALUATION_RANGE: std::ops::RangeInclusive<usize> = 200..=100_000;
@@ -66,6 +69,8 @@ pub struct Definition {
     pub assumptions: Vec<String>,
     /// The model run once at the answer.
     pub confirm: Option<ConfirmChoice>,
+    /// What was told of what is drawn into every run.
+    pub uncertainty: Told,
     damping: Vec<String>,
     fitted: Vec<String>,
     bounds: BTreeMap<String, (Number, Number)>,
@@ -118,16 +123,23 @@ impl Definition {
                 return Err(usage("flags on how a record is read would do nothing: published features are no record"));
             }
         }
-        let mut fitted =
-            if arguments.fit.is_empty() { FITTABLE.map(String::from).to_vec() } else { arguments.fit.clone() };
-        if let Some(unknown) = fitted.iter().find(|name| !FITTABLE.contains(&name.as_str())) {
-            return Err(usage(format!("--fit {unknown}: expected {}", FITTABLE.join(" or "))));
+        let planned = plan.fit.clone().unwrap_or_else(|| FITTED.map(String::from).to_vec());
+        let mut fitted = if arguments.fit.is_empty() { planned } else { arguments.fit.clone() };
+        let mut seen = BTreeSet::new();
+        fitted.retain(|name| seen.insert(name.clone()));
+        let known = || Parameter::NAMES.join(", ");
+        let unknown = |name: &&String| !Parameter::NAMES.contains(&name.as_str());
+        if let Some(unknown) = fitted.iter().find(unknown) {
+            return Err(usage(format!("--fit {unknown}: expected {}", known())));
+        }
+        if ["gap", "precompression"].iter().all(|name| fitted.iter().any(|fitted| fitted == name)) {
+            return Err(usage(ParameterError::ClosedGap.to_string()));
         }
         if let Some(alpha) = scene.alpha
             && fitted.iter().any(|name| name == "alpha")
         {
-            assumptions.push(format!("alpha fixed at {alpha} by --alpha; only damping is fitted"));
             fitted.retain(|name| name != "alpha");
+            assumptions.push(format!("alpha fixed at {alpha} by --alpha; fitted: {}", fitted.join(", ")));
         }
         if fitted.is_empty() {
             return Err(usage("nothing is left to fit; drop --alpha or name a parameter with --fit"));
@@ -141,17 +153,20 @@ impl Definition {
             };
             bounds.insert(name.trim().into(), (Number::Text(low.trim().into()), Number::Text(high.trim().into())));
         }
-        if let Some(unknown) = bounds.keys().find(|name| !FITTABLE.contains(&name.as_str())) {
-            bail!("bounds of `{unknown}`: expected {}", FITTABLE.join(" or "));
+        if let Some(unknown) = bounds.keys().find(unknown) {
+            bail!("bounds of `{unknown}`: expected {}", known());
         }
-        let evaluations = arguments.evaluations.map(|n| n as usize).or(plan.evaluations).unwrap_or(EVALUATIONS);
+        let several = !companions.is_empty();
+        let tested = if several { TESTED_TOGETHER } else { Search::tested(fitted.len()) };
+        let evaluations = arguments.evaluations.map(|n| n as usize).or(plan.evaluations).unwrap_or(tested);
         if !EVALUATION_RANGE.contains(&evaluations) {
             let (low, high) = (EVALUATION_RANGE.start(), EVALUATION_RANGE.end());
             bail!("`evaluations` of the plan: expected {low} to {high}, found {evaluations}");
         }
+        let uncertainty = Told::new(plan.uncertainty, &arguments.uncertainty)?;
         let mut damping =
             if arguments.damping.is_empty() { plan.damping.unwrap_or_default() } else { arguments.damping };
-        let mut seen = std::collections::BTreeSet::new();
+        let mut seen = BTreeSet::new();
         damping.retain(|law| seen.insert(law.clone()));
         let mounts = if arguments.mount.is_empty() { plan.mount.unwrap_or_default() } else { arguments.mount };
         let features = match arguments.features {
@@ -174,6 +189,7 @@ impl Definition {
             weights: plan.weights,
             assumptions,
             confirm: arguments.confirm,
+            uncertainty,
             damping,
             fitted,
             bounds,
@@ -186,43 +202,45 @@ impl Definition {
         if self.damping.is_empty() { vec![scene.damping.kind.name().into()] } else { self.damping.clone() }
     }
 
+    /// Whether a parameter is fitted.
+    #[must_use]
+    pub fn fits(&self, name: &str) -> bool {
+        self.fitted.iter().any(|fitted| fitted == name)
+    }
+
     /// The parameters of one law with their bounds.
     ///
     /// # Errors
-    /// When the law has no single coefficient, or bounds are no positive, ascending pair of the right unit.
+    /// When the scene has no such parameter, or bounds are no positive, ascending pair of the right unit.
     pub fn parameters(&self, scene: &Scene) -> anyhow::Result<Vec<Parameter>> {
         let mut parameters = Vec::new();
         for name in &self.fitted {
-            let mut parameter = match (name.as_str(), Parameter::damping(scene.damping.kind)) {
-                ("alpha", _) => Parameter::alpha(),
-                (_, Some(damping)) => damping,
-                (_, None) if scene.damping.kind == DampingKind::None => {
-                    bail!("the scene has no damping to fit; name a law with --damping linear, or fit --fit alpha only")
-                }
-                (_, None) => bail!(
-                    "damping law `{}` has two coefficients and `damping` is one; fit --fit alpha only, or one law",
-                    scene.damping.kind.name()
-                ),
-            };
-            if let Some((low, high)) = self.bounds.get(name) {
-                parameter.low = bound(low, &parameter).with_context(|| format!("lower bound of {name}"))?;
-                parameter.high = bound(high, &parameter).with_context(|| format!("upper bound of {name}"))?;
-                if !(parameter.low > 0.0 && parameter.low < parameter.high && parameter.high.is_finite()) {
-                    bail!(
-                        "bounds of {name}: expected 0 < low < high (it is searched in its logarithm), found {} and {}",
-                        parameter.low,
-                        parameter.high
-                    );
-                }
+            parameters.extend(Parameter::named(name, scene)?);
+        }
+        for parameter in &mut parameters {
+            let Some((low, high)) = self.bounds.get(&parameter.name) else { continue };
+            let name = parameter.name.clone();
+            parameter.low = bound(low, parameter).with_context(|| format!("lower bound of {name}"))?;
+            parameter.high = bound(high, parameter).with_context(|| format!("upper bound of {name}"))?;
+            if !(parameter.low > 0.0 && parameter.low < parameter.high && parameter.high.is_finite()) {
+                bail!(
+                    "bounds of {name}: expected 0 < low < high (it is searched in its logarithm), found {} and {}",
+                    parameter.low,
+                    parameter.high
+                );
             }
-            parameters.push(parameter);
         }
         Ok(parameters)
     }
 }
 
-/// A bound in SI; a pure number stands for SI.
+/// A bound in SI.
 fn bound(number: &Number, parameter: &Parameter) -> anyhow::Result<f64> {
+    in_si(number, &parameter.unit)
+}
+
+/// A number in SI; a pure one stands for SI.
+pub(super) fn in_si(number: &Number, unit: &str) -> anyhow::Result<f64> {
     let text = match number {
         Number::Plain(value) => return Ok(*value),
         Number::Text(text) => text,
@@ -230,7 +248,7 @@ fn bound(number: &Number, parameter: &Parameter) -> anyhow::Result<f64> {
     if let Ok(value) = text.parse::<f64>() {
         return Ok(value);
     }
-    Ok(Quantity::parse_as(text, Unit::parse(&parameter.unit)?.dimension)?)
+    Ok(Quantity::parse_as(text, Unit::parse(unit)?.dimension)?)
 }
 
 /// Several records are velocities with waveforms.

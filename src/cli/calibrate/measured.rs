@@ -8,7 +8,9 @@ use super::definition::Definition;
 use crate::{
     calibration::{
         comparison::Comparison,
+        fit::Fit,
         observation::{Observation, Recording},
+        parameter::{Parameter, Target},
         printed::Printed,
     },
     feature::Measurand,
@@ -50,6 +52,29 @@ pub struct MeasuredFeatures {
 /// Whether a file is one of published features.
 pub fn is_published(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
+}
+
+/// What a simulated trace passes through before it is held against the record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Instrument {
+    /// The bandwidth that the record states, if any.
+    AsStated,
+    /// One that was fitted, Hz.
+    Fitted {
+        /// Its cutoff.
+        bandwidth: f64,
+    },
+}
+
+impl Instrument {
+    /// Of a fit.
+    pub fn of(fit: &Fit) -> Self {
+        let fitted = |(parameter, value): (&Parameter, f64)| (parameter.target == Target::Bandwidth).then_some(value);
+        match fit.parameters.iter().zip(fit.values()).find_map(fitted) {
+            Some(bandwidth) => Self::Fitted { bandwidth },
+            None => Self::AsStated,
+        }
+    }
 }
 
 impl Measured {
@@ -149,9 +174,17 @@ impl Measured {
         scene: &Scene,
         bodies: &Bodies,
         plan: &EnsemblePlan,
+        seen_by: Instrument,
     ) -> Result<Confirmation, ConfirmationError> {
         match self {
-            Self::Record(measured) => confirm(scene, bodies, &measured.recording, &measured.observation, plan),
+            Self::Record(measured) => {
+                let bandwidth = match seen_by {
+                    Instrument::AsStated => measured.recording.bandwidth,
+                    Instrument::Fitted { bandwidth } => Some(bandwidth),
+                };
+                let recording = Recording { bandwidth, ..measured.recording.clone() };
+                confirm(scene, bodies, &recording, &measured.observation, plan)
+            }
             Self::Published(measured) => confirm_printed(scene, bodies, &measured.printed, plan),
         }
     }

@@ -2,13 +2,19 @@
 
 use std::{fmt::Write, path::Path};
 
-use super::{FittedLaw, Job, alpha_sweep::alpha_sweep, companion_page, fitted_scene, measured::Measured, rungs};
+use super::{
+    FittedLaw, Job,
+    alpha_sweep::alpha_sweep,
+    companion_page, fitted_scene,
+    measured::{Instrument, Measured},
+    rungs,
+};
 use crate::{
     calibration::{
         comparison::{Comparison, Reduction},
         fit::{self, Fit, Verdict},
         outcome::CalibrationOutcome,
-        parameter::Parameter,
+        parameter::{Parameter, Target},
         posterior::Posterior,
     },
     cli::{Outcome, arguments::Session, experiment::Input, interrupt, output::OutputFolder},
@@ -16,7 +22,8 @@ use crate::{
     measurement::{PublishedFeature, PublishedFeatures, Record, Statement},
     report::{
         calibration::{
-            CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, Provenance, RunPoint,
+            CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, PairMap, Provenance,
+            RunPoint,
         },
         number::significant,
     },
@@ -228,24 +235,48 @@ fn law_name(kind: &str) -> &str {
     }
 }
 
+/// Unit that a parameter is shown in, and what its SI value is multiplied by.
+fn shown_unit(parameter: &Parameter) -> (f64, &str) {
+    match parameter.target {
+        Target::Gap => (1e9, "nm"),
+        Target::Precompression => (1e3, "mN"),
+        Target::Bandwidth => (1e-3, "kHz"),
+        Target::Damping | Target::LinearDamping | Target::KuwabaraKonoDamping if parameter.unit == "N s/m" => {
+            (1.0, "N·s/m")
+        }
+        Target::Damping | Target::LinearDamping | Target::KuwabaraKonoDamping => (1.0, "N·s·m^(-3/2)"),
+        Target::Alpha | Target::SupportStiffness => (1.0, &parameter.unit),
+    }
+}
+
+/// Value of a parameter at a coordinate, in the unit it is shown in.
+fn shown_value(parameter: &Parameter, u: f64) -> f64 {
+    parameter.value(u) * shown_unit(parameter).0
+}
+
 /// One estimate for people.
 pub(super) fn shown_estimate(estimate: &fit::Estimate, parameter: &Parameter, kind: DampingKind) -> Estimate {
+    let (name, symbol) = match parameter.target {
+        Target::Alpha => ("amplitude scale", "α"),
+        Target::Damping if kind == DampingKind::KuwabaraKono => ("damping coefficient", "γ"),
+        Target::Damping => ("damping coefficient", "c"),
+        Target::LinearDamping => ("linear damping coefficient", "c"),
+        Target::KuwabaraKonoDamping => ("Kuwabara–Kono damping coefficient", "γ"),
+        Target::Precompression => ("precompression", "F₀"),
+        Target::SupportStiffness if parameter.unit == "1" => ("stiffness factor of the annulus", "κ"),
+        Target::SupportStiffness => ("stiffness of the spring", "k"),
+        Target::Gap => ("gap before the first bead", "g"),
+        Target::Bandwidth => ("bandwidth of the instrument", "B"),
+    };
+    let (factor, unit) = shown_unit(parameter);
     Estimate {
-        name: if estimate.name == "alpha" { "amplitude scale".into() } else { "damping coefficient".into() },
-        symbol: match (estimate.name.as_str(), kind) {
-            ("alpha", _) => "α".into(),
-            (_, DampingKind::KuwabaraKono) => "γ".into(),
-            _ => "c".into(),
-        },
-        unit: match estimate.unit.as_str() {
-            "N s/m" => "N·s/m".into(),
-            "N s m^-3/2" => "N·s·m^(-3/2)".into(),
-            other => other.into(),
-        },
-        value: estimate.value,
-        low: Some(estimate.low),
-        high: Some(estimate.high),
-        bounds: (parameter.low, parameter.high),
+        name: name.into(),
+        symbol: symbol.into(),
+        unit: unit.into(),
+        value: factor * estimate.value,
+        low: Some(factor * estimate.low),
+        high: Some(factor * estimate.high),
+        bounds: (factor * parameter.low, factor * parameter.high),
         at_bound: estimate.at_bound,
     }
 }
@@ -260,7 +291,7 @@ pub fn law_report(law: &FittedLaw, fit: &Fit, job: &Job) -> LawReport {
     });
     let extent = |lobe: &crate::calibration::posterior::Lobe| {
         let ends = fit.parameters.iter().enumerate();
-        ends.map(|(d, parameter)| (parameter.value(lobe.low[d]), parameter.value(lobe.high[d]))).collect()
+        ends.map(|(d, parameter)| (shown_value(parameter, lobe.low[d]), shown_value(parameter, lobe.high[d]))).collect()
     };
     let misfits = misfits(fit, job);
     let failures = crate::calibration::outcome::failures(fit);
@@ -276,12 +307,13 @@ pub fn law_report(law: &FittedLaw, fit: &Fit, job: &Job) -> LawReport {
         lobes: fit.lobes.iter().map(|lobe| Lobe { mass: lobe.mass, extent: extent(lobe) }).collect(),
         log_evidence: Some(fit.log_evidence),
         map: density_map(fit, &fit.posterior),
+        pairs: pair_maps(fit),
         runs: fit
             .runs
             .iter()
             .zip(misfits)
             .map(|(run, misfit)| RunPoint {
-                parameters: run.position.iter().zip(&fit.parameters).map(|(u, p)| p.value(*u)).collect(),
+                parameters: run.position.iter().zip(&fit.parameters).map(|(u, p)| shown_value(p, *u)).collect(),
                 misfit,
             })
             .collect(),
@@ -307,24 +339,38 @@ fn misfits(fit: &Fit, job: &Job) -> Vec<Option<f64>> {
     fit.runs.iter().map(|run| run.features().filter(|_| !scatter.is_empty()).map(misfit)).collect()
 }
 
-/// The posterior over the first two parameters, relative to its largest value.
+/// Every pair of more than two parameters.
+fn pair_maps(fit: &Fit) -> Vec<PairMap> {
+    let count = if fit.parameters.len() > 2 { fit.parameters.len() } else { 0 };
+    let pairs = (0..count).flat_map(|first| (first + 1..count).map(move |second| (first, second)));
+    let map = |(first, second)| PairMap {
+        first,
+        second,
+        map: pair_map([&fit.parameters[first], &fit.parameters[second]], &fit.posterior.marginal(first, second)),
+    };
+    pairs.map(map).collect()
+}
+
+/// The posterior over both of two parameters, relative to its largest value.
 pub(super) fn density_map(fit: &Fit, posterior: &Posterior) -> Option<DensityMap> {
-    if posterior.dimension() != 2 {
-        return None;
-    }
+    let [first, second] = fit.parameters.as_slice() else { return None };
+    Some(pair_map([first, second], posterior))
+}
+
+fn pair_map(parameters: [&Parameter; 2], posterior: &Posterior) -> DensityMap {
     let cells = posterior.cells;
     let along = |d: usize| {
         (0..cells)
             .map(|i| {
                 let u = posterior.low[d] + (posterior.high[d] - posterior.low[d]) * (i as f64 + 0.5) / cells as f64;
-                fit.parameters[d].value(u)
+                shown_value(parameters[d], u)
             })
             .collect()
     };
     let largest = posterior.mass.iter().copied().fold(0.0, f64::max);
     let density =
         (0..cells * cells).map(|index| posterior.mass[(index % cells) * cells + index / cells] / largest).collect();
-    Some(DensityMap { x: along(0), y: along(1), density, accepted_level: posterior.level() / largest })
+    DensityMap { x: along(0), y: along(1), density, accepted_level: posterior.level() / largest }
 }
 
 pub(super) fn feature_rows(
@@ -396,7 +442,7 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     let plan = EnsemblePlan::new(2, session.seed());
     let mut scene = job.candidates[0].scene.clone();
     scene.model.kind = ModelKind::Chain;
-    let confirmation = job.measured.confirm(&scene, &Bodies::new(None), &plan)?;
+    let confirmation = job.measured.confirm(&scene, &Bodies::new(None), &plan, Instrument::AsStated)?;
     let report = CalibrationReport {
         simulated: Some(simulated_span(&confirmation)),
         alignment: alignment(&confirmation),

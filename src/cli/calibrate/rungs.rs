@@ -13,10 +13,10 @@ use super::{Candidate, Job, SearchChoice, fitted_scene, page::law_report};
 use crate::{
     calibration::{
         checkpoint::{CheckpointError, SearchCheckpoint},
-        correction::{Correction, MOST_PAIRS},
+        correction::{Correction, most_pairs},
         engine::trace,
         fit::{Fit, FitError, correct, fit},
-        forward::{Forward, Uncertainty},
+        forward::Forward,
         joint::Joint,
         outcome::{self, RungFeature, RungOutcome},
         rung::{Bodies, Rung, chain_below, rung_scene},
@@ -139,7 +139,8 @@ pub fn fit_candidates(
     timing: &mut Timing,
 ) -> anyhow::Result<Fitted> {
     let budget = job.definition.evaluations as u64;
-    let corrected = if bodies.is_some() { MOST_PAIRS as u64 * UPPER_COST } else { 0 };
+    let most = job.candidates.iter().map(|candidate| candidate.parameters.len()).max().unwrap_or(0);
+    let corrected = if bodies.is_some() { most_pairs(most) as u64 * UPPER_COST } else { 0 };
     let of_law = budget + corrected;
     let bar = progress::work(session, of_law * job.candidates.len() as u64, "runs");
     let (mut fitted, mut excluded) = (Vec::new(), Vec::new());
@@ -161,20 +162,21 @@ pub fn fit_candidates(
                 anyhow!(error).context(format!("{measured}: {} cannot be fitted", candidate.name()))
             }
         };
-        let (uncertainty, laws) = (Uncertainty::default(), bodies.and_then(|bodies| bodies.laws.as_ref()));
+        let laws = bodies.and_then(|bodies| bodies.laws.as_ref());
         let forward = Forward::with_laws(
             &chain_below(scene),
             laws,
             parameters.clone(),
             job.comparison.clone(),
-            uncertainty,
+            job.uncertainty,
             session.seed(),
             watch,
         )?;
         let mut joint = Joint::from(&forward);
         for (companion, scene) in job.companions.iter().zip(companions) {
             let (parameters, comparison) = (parameters.clone(), companion.comparison.clone());
-            let record = Forward::new(scene, parameters, comparison, uncertainty, session.seed(), Arc::new(|_| true));
+            let (uncertainty, seed) = (companion.uncertainty, session.seed());
+            let record = Forward::new(scene, parameters, comparison, uncertainty, seed, Arc::new(|_| true));
             joint = joint.and(record?);
         }
         let strategy = match job.definition.search {

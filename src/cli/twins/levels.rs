@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::OVERRIDES;
+use super::{OVERRIDES, shown_name};
 use crate::{
     cli::{
         Outcome,
@@ -19,7 +19,7 @@ use crate::{
         twins::{TwinFit as PageFit, TwinInterval, TwinsReport},
     },
     scene,
-    study::twins::{FittedBy, LevelOutcome, LevelProof, TwinPlan, level_proof, level_twins},
+    study::twins::{LevelOutcome, LevelProof, LevelWidths, TwinPlan, level_proof, level_twins},
 };
 
 /// `twins.json`.
@@ -37,9 +37,8 @@ struct LevelsSummary<'a> {
 /// # Errors
 /// A folder that cannot be written; Ctrl-C.
 pub fn execute(
-    count: u64,
+    plan: TwinPlan,
     levels: u32,
-    evaluations: u32,
     output: &OutputArguments,
     session: &Session,
     mut timing: Timing,
@@ -48,17 +47,21 @@ pub fn execute(
     overrides.push("model.kind=chain".into());
     let base = scene::load("annulus", &overrides)?;
     let levels: Vec<f64> = (0..levels as i32).map(|number| 0.5_f64.powi(number)).collect();
-    let plan =
-        TwinPlan { count, wrong: 0, evaluations: evaluations as usize, seed: session.seed(), fit: FittedBy::Chain };
     let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
-    let bar = progress::bar(session, count, "twins");
+    let bar = progress::bar(session, plan.count, "twins");
     let outcomes = level_twins(&base, &plan, &levels, &|| bar.inc(1), &interrupt::requested);
     bar.finish_and_clear();
     let outcomes = outcomes.ok_or(interrupt::Interrupted)?;
     timing.stage("twins");
     let proof = level_proof(&outcomes, &levels);
     let said = statements(&proof, &outcomes);
-    let summary = LevelsSummary { program: summary::program(), plan, levels: &levels, proof: &proof, twins: &outcomes };
+    let summary = LevelsSummary {
+        program: summary::program(),
+        plan: plan.clone(),
+        levels: &levels,
+        proof: &proof,
+        twins: &outcomes,
+    };
     if let Some(folder) = folder {
         folder.write("twins.json", summary::json(&summary)?)?;
         for (name, bytes) in page(&outcomes, &plan, &levels, said.clone()).files()? {
@@ -96,7 +99,8 @@ fn statements(proof: &LevelProof, outcomes: &[LevelOutcome]) -> Vec<String> {
             )
         })
         .collect();
-    for (name, ratio) in ["alpha", "damping"].into_iter().zip(&proof.median_ratio) {
+    let of_all = proof.widths.iter().filter(|row| row.levels == "all");
+    for (LevelWidths { name, .. }, ratio) in of_all.zip(&proof.median_ratio) {
         said.push(format!(
             "{name}: the joint interval is {} times as wide as that of the first level alone, in the median over twins",
             significant(*ratio, 2)
@@ -131,7 +135,10 @@ fn page(outcomes: &[LevelOutcome], plan: &TwinPlan, levels: &[f64], statements: 
             plan.evaluations
         ),
         level: 0.9,
-        parameters: vec!["amplitude scale α".into(), "damping coefficient".into()],
+        parameters: outcomes
+            .iter()
+            .find_map(|it| it.joint.as_ref().ok())
+            .map_or_else(Vec::new, |fit| fit.estimates.iter().map(|it| shown_name(&it.name)).collect()),
         twins: fitted.collect(),
         statements,
         version: env!("CARGO_PKG_VERSION").into(),

@@ -1,7 +1,7 @@
 //! The figures of a calibration.
 
 use super::{
-    CalibrationReport, DensityMap, Estimate, LawReport, RungsReport,
+    CalibrationReport, DensityMap, Estimate, LawReport, PairMap, RungsReport,
     spectrum::{RECORDED, SIMULATED, SpectrumCurve, amplitude_panel, level_panel},
 };
 use crate::{
@@ -214,10 +214,41 @@ pub(super) fn objective(law: &LawReport) -> Vec<Plate> {
         let title = format!("Density over both parameters near the fit, {}.", law.name());
         plates.push(Plate::new(format!("density-{key}"), Figure::new(title).panel(panel)));
     }
+    plates.extend(pairs(law));
     if let Some(plate) = history(law, &key) {
         plates.push(plate);
     }
     plates
+}
+
+/// Density over every pair of more than two parameters.
+fn pairs(law: &LawReport) -> Option<Plate> {
+    if law.pairs.is_empty() {
+        return None;
+    }
+    let title = format!("Density over every pair of parameters near the fit, the others summed over, {}.", law.name());
+    let mut figure = Figure::new(title).sized(PAGE_WIDTH_MM, 2);
+    for PairMap { first, second, map: density } in &law.pairs {
+        let [first, second] = [law.parameters.get(*first)?, law.parameters.get(*second)?];
+        let map = Map { x: density.x.clone(), y: density.y.clone(), values: density.density.clone() };
+        let [x, y] = [axis(first), axis(second)];
+        let panel = Panel::new(x, y)
+            .height(42.0)
+            .layer(Layer::HeatMap {
+                label: "Density over its largest (–)".into(),
+                map: map.clone(),
+                range: Some((0.0, 1.0)),
+            })
+            .layer(Layer::Contour {
+                label: "90 % region".into(),
+                map,
+                level: density.accepted_level,
+                stroke: Stroke::new(Colour::Black).width(1.1),
+            })
+            .points("fit", vec![(first.value, second.value)], Colour::Vermillion, Marker::Ring);
+        figure = figure.panel(panel);
+    }
+    Some(Plate::new(format!("pairs-{}", law.key()), figure))
 }
 
 /// The 90 % regions of the chain and of the rung above it on common axes.

@@ -135,8 +135,11 @@ pub struct LawReport {
     pub lobes: Vec<Lobe>,
     /// ln evidence, where it can be compared with other laws.
     pub log_evidence: Option<f64>,
-    /// Density over the first two parameters.
+    /// Density over both of two parameters.
     pub map: Option<DensityMap>,
+    /// Density over every pair of more than two parameters, the others summed over.
+    #[serde(default)]
+    pub pairs: Vec<PairMap>,
     /// Every run, in the order made.
     pub runs: Vec<RunPoint>,
     /// Search history: (runs made, misfit of the fit judged with the scatter known by then); it may rise as scatter is learnt.
@@ -197,6 +200,17 @@ pub struct RungRow {
     pub difference: f64,
     /// Its standard error, in ln.
     pub standard_error: f64,
+}
+
+/// Density over two of several parameters.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PairMap {
+    /// Index of the parameter along x.
+    pub first: usize,
+    /// Index of the parameter along y.
+    pub second: usize,
+    /// The density.
+    pub map: DensityMap,
 }
 
 impl LawReport {

@@ -14,7 +14,7 @@ use super::page::{Files, ReportError};
 
 pub use crate::calibration::fit::Verdict;
 pub use input::{
-    AlphaSweep, CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, Provenance,
+    AlphaSweep, CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, PairMap, Provenance,
     RecordReport, RunPoint, RungReport, RungRow, RungsReport, ShareReport,
 };
 

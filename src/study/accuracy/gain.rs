@@ -249,16 +249,6 @@ fn parameters(scene: &Scene) -> Vec<Parameter> {
     std::iter::once(Parameter::alpha()).chain(Parameter::damping(scene.damping.kind)).collect()
 }
 
-/// Value of a parameter in a scene, SI.
-fn value(scene: &Scene, parameter: &Parameter) -> f64 {
-    use crate::{calibration::parameter::Target, scene::DampingKind};
-    match (parameter.target, scene.damping.kind) {
-        (Target::Alpha, _) => scene.amplitude_scale,
-        (Target::Damping, DampingKind::KuwabaraKono) => scene.damping.kuwabara_kono,
-        (Target::Damping, _) => scene.damping.linear,
-    }
-}
-
 /// What a rung's fits begin with.
 enum Ready {
     /// Contact laws, where there are any.
@@ -327,7 +317,7 @@ impl<'a> Bench<'a> {
         let watched = Watched::of(&source.scene(setting, &[])?);
         let scene = source.scene(setting, &[watched.output_step(setting.step())])?;
         let parameters = parameters(&scene);
-        let truth: Vec<f64> = parameters.iter().map(|parameter| value(&scene, parameter)).collect();
+        let truth: Vec<f64> = parameters.iter().filter_map(|parameter| parameter.get(&scene)).collect();
         let outside = parameters.iter().zip(&truth).find(|(parameter, value)| {
             let inside = parameter.low..=parameter.high;
             !inside.contains(*value)

@@ -8,15 +8,15 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{TwinFit, TwinPlan, median, parameters};
+use super::{TwinFit, TwinPlan, median};
 use crate::{
     calibration::{
         fit::{Estimate, fit},
-        forward::{Forward, Uncertainty},
+        forward::Forward,
         joint::Joint,
         observation::Observation,
         search::{Search, Strategy},
-        twin::{Truth, Twin, at_level, scene_of, twin_at_level},
+        twin::{Truth, Twin, at_level, twin_at_level},
     },
     feature::fingerprint::FeatureSet,
     model,
@@ -63,7 +63,7 @@ pub fn level_twins(
 }
 
 fn outcome(base: &Scene, plan: &TwinPlan, levels: &[f64], index: u64) -> LevelOutcome {
-    let scene = scene_of(base, index);
+    let scene = plan.scene(base, index);
     let nothing = |shots: Vec<Truth>, reason: String| LevelOutcome {
         index,
         shots,
@@ -71,11 +71,12 @@ fn outcome(base: &Scene, plan: &TwinPlan, levels: &[f64], index: u64) -> LevelOu
         joint: Err(reason),
         shares: vec![],
     };
-    let Some(parameters) = parameters(&scene) else {
-        return nothing(vec![], "the scene has no damping to fit".into());
+    let parameters = match plan.parameters(&scene) {
+        Ok(parameters) => parameters,
+        Err(error) => return nothing(vec![], error.to_string()),
     };
     let run = |scene: &Scene| model::run(scene, &mut |_| true);
-    let uncertainty = Uncertainty::default();
+    let uncertainty = plan.uncertainty;
     let shots: Result<Vec<Twin>, _> = (0..)
         .zip(levels)
         .map(|(number, level)| {
@@ -162,16 +163,17 @@ pub fn level_proof(outcomes: &[LevelOutcome], levels: &[f64]) -> LevelProof {
     let of = |fit: &Result<TwinFit, String>, d: usize| fit.as_ref().ok().map(|fit| fit.estimates[d].clone());
     let joint = |outcome: &LevelOutcome, d: usize| of(&outcome.joint, d);
     let single = |outcome: &LevelOutcome, level: usize, d: usize| of(outcome.single.get(level)?, d);
-    let names = ["alpha", "damping"];
+    let fits = outcomes.iter().find_map(|outcome| outcome.joint.as_ref().ok());
+    let names: Vec<String> = fits.map_or_else(Vec::new, |fit| fit.estimates.iter().map(|it| it.name.clone()).collect());
     let mut widths = Vec::new();
     let mut median_ratio = Vec::new();
-    for (d, name) in names.into_iter().enumerate() {
+    for (d, name) in names.iter().enumerate() {
         let summary = |levels: String, estimate: &dyn Fn(&LevelOutcome) -> Option<Estimate>| {
             let fitted: Vec<(f64, Estimate)> =
                 outcomes.iter().filter_map(|outcome| Some((truth(outcome, d)?, estimate(outcome)?))).collect();
             let holds = |(truth, estimate): &&(f64, Estimate)| (estimate.low..=estimate.high).contains(truth);
             LevelWidths {
-                name: name.into(),
+                name: name.clone(),
                 levels,
                 covered: fitted.iter().filter(holds).count(),
                 count: fitted.len(),

@@ -9,7 +9,7 @@ use super::{TwinFit, TwinOutcome, TwinPlan};
 use crate::{
     calibration::{
         fit::{Fit, Verdict, fit},
-        forward::{Forward, Uncertainty},
+        forward::Forward,
         observation::{Observation, Recording},
         parameter::Parameter,
         search::{Search, Strategy},
@@ -84,14 +84,17 @@ fn outcome(base: &Scene, plan: &TwinPlan, number: u64) -> TwinOutcome {
         named_mount: None,
         mounts: vec![],
     };
-    let Some(parameters) = super::parameters(&scene) else { return without("the scene has no damping to fit".into()) };
+    let parameters = match plan.parameters(&scene) {
+        Ok(parameters) => parameters,
+        Err(error) => return without(error.to_string()),
+    };
     let run = |scene: &Scene| {
         let mut scene = scene.clone();
         scene.model.integrator = Integrator::Symplectic { step: TRUTH_STEP };
         scene.output_step = 2.0 * TRUTH_STEP;
         model::run(&scene, &mut |_| true)
     };
-    let made = match twin(&scene, &parameters, &Uncertainty::default(), Flaw::None, number, plan.seed, &run) {
+    let made = match twin(&scene, &parameters, &plan.uncertainty, Flaw::None, number, plan.seed, &run) {
         Ok(made) => made,
         Err(error) => {
             return without(std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string));
@@ -137,7 +140,7 @@ fn fit_one(
     seed: u64,
 ) -> Result<Fit, String> {
     let observation = Observation::new(recording, &scene.drive, FeatureSet::Full).map_err(|error| error.to_string())?;
-    let forward = Forward::new(scene, parameters, observation, Uncertainty::default(), seed, Arc::new(|_| true))
+    let forward = Forward::new(scene, parameters, observation, plan.uncertainty, seed, Arc::new(|_| true))
         .map_err(|error| error.to_string())?;
     let search = Search::new(&forward, plan.evaluations, seed, Strategy::Likelihood);
     fit(&forward, search, None).map_err(|error| error.to_string())

@@ -1,0 +1,89 @@
+//! A frame in which the best runs are round: with more than two parameters what explains a record is thin along some directions of the unit
+//! box and long along others, and neither neighbours nor cells mean much in the box's own coordinates.
+
+use nalgebra::{Cholesky, DMatrix};
+use serde::{Deserialize, Serialize};
+
+/// Standard deviation below which points are not told apart, unit coordinates.
+const FINEST: f64 = 1e-4;
+
+/// u = u₀ + L y: y of mean 0 and unit covariance over the points it was made of.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Frame {
+    /// u₀, their mean.
+    centre: Vec<f64>,
+    /// Rows of L, lower triangular.
+    rows: Vec<Vec<f64>>,
+}
+
+impl Frame {
+    /// Of points in unit coordinates; `None` of fewer points than coordinates and one more.
+    #[must_use]
+    pub fn of(points: &[&[f64]]) -> Option<Self> {
+        let dimension = points.first()?.len();
+        if points.len() <= dimension + 1 {
+            return None;
+        }
+        let count = points.len() as f64;
+        let centre: Vec<f64> = (0..dimension).map(|d| points.iter().map(|u| u[d]).sum::<f64>() / count).collect();
+        let moment = |a: usize, b: usize| {
+            let sum: f64 = points.iter().map(|u| (u[a] - centre[a]) * (u[b] - centre[b])).sum();
+            sum / (count - 1.0) + if a == b { FINEST * FINEST } else { 0.0 }
+        };
+        let lower = Cholesky::new(DMatrix::from_fn(dimension, dimension, moment))?.unpack();
+        let rows = (0..dimension).map(|a| (0..=a).map(|b| lower[(a, b)]).collect()).collect();
+        Some(Self { centre, rows })
+    }
+
+    /// y of a point u.
+    #[must_use]
+    pub fn inside(&self, u: &[f64]) -> Vec<f64> {
+        let mut y: Vec<f64> = Vec::with_capacity(u.len());
+        for (row, (u, centre)) in self.rows.iter().zip(u.iter().zip(&self.centre)) {
+            let known: f64 = row.iter().zip(&y).map(|(l, y)| l * y).sum();
+            y.push((u - centre - known) / row[y.len()]);
+        }
+        y
+    }
+
+    /// u of a point y.
+    #[must_use]
+    pub fn outside(&self, y: &[f64]) -> Vec<f64> {
+        let moved = |row: &Vec<f64>| row.iter().zip(y).map(|(l, y)| l * y).sum::<f64>();
+        self.rows.iter().zip(&self.centre).map(|(row, centre)| centre + moved(row)).collect()
+    }
+
+    /// Volume in u of a unit of y.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        self.rows.iter().enumerate().map(|(d, row)| row[d]).product()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_round_in_their_own_frame_and_come_back_out_of_it() {
+        let points: Vec<[f64; 3]> = (0..200)
+            .map(|i| {
+                let [a, b, c] = [0, 1, 2].map(|d| f64::from(sobol_burley::sample(i, d, 3)) - 0.5);
+                [0.5 + 0.3 * a, 0.4 + 0.3 * a + 0.01 * b, 0.6 - 0.2 * a + 0.05 * c]
+            })
+            .collect();
+        let points: Vec<&[f64]> = points.iter().map(|point| &point[..]).collect();
+        let frame = Frame::of(&points).unwrap();
+        let inside: Vec<Vec<f64>> = points.iter().map(|point| frame.inside(point)).collect();
+        for a in 0..3 {
+            for b in 0..3 {
+                let moment = inside.iter().map(|y| y[a] * y[b]).sum::<f64>() / 199.0;
+                assert!((moment - f64::from(u8::from(a == b))).abs() < 2e-3, "{a} {b} {moment}");
+            }
+        }
+        for (point, y) in points.iter().zip(&inside) {
+            assert!(frame.outside(y).iter().zip(*point).all(|(a, b)| (a - b).abs() < 1e-12));
+        }
+        assert!(Frame::of(&points[..4]).is_none());
+    }
+}
