@@ -155,6 +155,31 @@ impl Correction {
         }
     }
 
+    /// The correction as it stood after these rounds, none of them made anew; `None` unless it would have ended there.
+    #[must_use]
+    pub fn ended_with(mut self, rounds: Vec<Vec<Pair>>) -> Option<Self> {
+        for round in rounds {
+            if self.is_finished() {
+                return None;
+            }
+            self.take(round);
+        }
+        self.is_finished().then_some(self)
+    }
+
+    /// Take up a round that was made: what it moved, and whether it shows an empty place. Returns misfit and position of the best run.
+    fn take(&mut self, pairs: Vec<Pair>) -> Option<(f64, Vec<f64>)> {
+        self.rounds.push(pairs.len());
+        self.pairs.extend(pairs);
+        self.motion = self.motion();
+        let cloud = self.cloud(self.pairs.len());
+        let best = ranking(&cloud).first().copied();
+        if self.restarted.is_none() && self.is_empty_place(best.map(|(misfit, _)| misfit)) {
+            self.restarted = Some(self.rounds.len());
+        }
+        best.map(|(misfit, run)| (misfit, cloud.position(run).to_vec()))
+    }
+
     /// Whether no further round is needed, or allowed.
     #[must_use]
     pub fn is_finished(&self) -> bool {
@@ -323,16 +348,8 @@ impl Solver<Rung, SearchState> for Correction {
         let positions = self.propose();
         let made = problem.bulk_problem("cost_count", positions.len(), |rung| Ok(rung.pairs(first, &positions)))?;
         let Ok(pairs) = made else { return Ok((state.terminate_with(TerminationReason::Interrupt), None)) };
-        self.rounds.push(pairs.len());
-        self.pairs.extend(pairs);
-        self.motion = self.motion();
-        let cloud = self.cloud(self.pairs.len());
-        let best = ranking(&cloud).first().copied();
-        if self.restarted.is_none() && self.is_empty_place(best.map(|(misfit, _)| misfit)) {
-            self.restarted = Some(self.rounds.len());
-        }
-        let state = match best {
-            Some((misfit, run)) => state.param(cloud.position(run).to_vec()).cost(misfit),
+        let state = match self.take(pairs) {
+            Some((misfit, position)) => state.param(position).cost(misfit),
             None => state,
         };
         Ok((state, None))

@@ -190,7 +190,19 @@ pub enum FitError {
 pub fn fit(problem: impl Into<Joint>, search: Search, checkpoint: Option<SearchCheckpoint>) -> Result<Fit, FitError> {
     let joint = problem.into();
     let parameters = joint.parameters().to_vec();
-    let mut executor = Executor::new(joint, search).ctrlc(false).timer(false);
+    answer(&parameters, searched(joint, search, checkpoint)?)
+}
+
+/// Run a search to its end, from where it stands.
+///
+/// # Errors
+/// When it is stopped.
+pub fn searched(
+    problem: impl Into<Joint>,
+    search: Search,
+    checkpoint: Option<SearchCheckpoint>,
+) -> Result<Search, FitError> {
+    let mut executor = Executor::new(problem.into(), search).ctrlc(false).timer(false);
     if let Some(checkpoint) = checkpoint {
         executor = executor.checkpointing(checkpoint);
     }
@@ -201,11 +213,19 @@ pub fn fit(problem: impl Into<Joint>, search: Search, checkpoint: Option<SearchC
     if stopped && search.batches_made() < search.batches.len() {
         return Err(FitError::Stopped { runs: search.runs.len() });
     }
+    Ok(search)
+}
+
+/// Read the answer from all runs of a search that has ended.
+///
+/// # Errors
+/// When too few runs finished.
+pub fn answer(parameters: &[Parameter], search: Search) -> Result<Fit, FitError> {
     let made = search.runs.len();
     let last_batch = search.batches.last().copied().unwrap_or(0);
     let history = history(search.batches.iter().take(search.batches_made()), |count| search.cloud(count));
     let before = search.cloud(made - last_batch.min(made));
-    read(&parameters, &search.cloud(made), &before, history, search.runs, BEST)
+    read(parameters, &search.cloud(made), &before, history, search.runs, BEST)
 }
 
 /// Run a correction of the chain's fit to its end (from where it stands) and read the answer from the upper rung's runs.
@@ -218,15 +238,32 @@ pub fn correct(
     correction: Correction,
     checkpoint: Option<SearchCheckpoint>,
 ) -> Result<Fit, FitError> {
+    corrected(rung, chain, &paired(rung, correction, checkpoint)?)
+}
+
+/// Run a correction to its end, from where it stands.
+///
+/// # Errors
+/// When it is stopped.
+pub fn paired(
+    rung: &Rung,
+    correction: Correction,
+    checkpoint: Option<SearchCheckpoint>,
+) -> Result<Correction, FitError> {
     let mut executor = Executor::new(rung.clone(), correction).ctrlc(false).timer(false);
     if let Some(checkpoint) = checkpoint {
         executor = executor.checkpointing(checkpoint);
     }
     let correction = executor.run().map_err(FitError::Search)?.solver;
+    if correction.is_finished() { Ok(correction) } else { Err(FitError::Stopped { runs: correction.pairs.len() }) }
+}
+
+/// Read the answer from the upper rung's runs of a correction that has ended; `chain` is the fit that it began from.
+///
+/// # Errors
+/// When too few runs finished.
+pub fn corrected(rung: &Rung, chain: Fit, correction: &Correction) -> Result<Fit, FitError> {
     let made = correction.pairs.len();
-    if !correction.is_finished() {
-        return Err(FitError::Stopped { runs: made });
-    }
     let last_round = correction.rounds.last().copied().unwrap_or(0);
     let runs = correction.pairs.iter().map(|pair| pair.upper.clone()).collect();
     let history = history(correction.rounds.iter(), |count| correction.cloud(count));

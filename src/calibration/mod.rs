@@ -5,6 +5,7 @@ pub mod comparison;
 pub mod correction;
 mod descent;
 pub mod engine;
+pub mod fingerprints;
 pub mod fit;
 pub mod forward;
 pub mod frame;

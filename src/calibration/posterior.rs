@@ -90,8 +90,7 @@ impl Posterior {
         let unit = frame.as_ref().map_or(1.0, Frame::volume);
         let mut grid = Self { low, high, frame, cells, mass: vec![], log_evidence: 0.0, best: 0.0 };
         let count = cells.pow(dimension as u32);
-        let values: Vec<f64> =
-            (0..count).into_par_iter().map(|index| likelihood(cloud, &grid.centre(index))).collect();
+        let values: Vec<f64> = (0..count).into_par_iter().map(|index| likelihood(cloud, &grid.centre(index))).collect();
         let best = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         if !best.is_finite() {
             return None;
@@ -338,8 +337,15 @@ mod tests {
 
     fn gaussian(correlation: f64) -> Posterior {
         let cells = 80;
-        let mut posterior =
-            Posterior { low: vec![0.0; 2], high: vec![1.0; 2], frame: None, cells, mass: vec![], log_evidence: 0.0, best: 0.0 };
+        let mut posterior = Posterior {
+            low: vec![0.0; 2],
+            high: vec![1.0; 2],
+            frame: None,
+            cells,
+            mass: vec![],
+            log_evidence: 0.0,
+            best: 0.0,
+        };
         let density = |at: &[f64]| {
             let (x, y) = ((at[0] - 0.5) / 0.1, (at[1] - 0.4) / 0.05);
             (-0.5 * (x * x - 2.0 * correlation * x * y + y * y) / (1.0 - correlation * correlation)).exp()

@@ -127,6 +127,13 @@ impl Search {
         framed(cloud.parted(&self.parts).tempered(self.power), self.dimension)
     }
 
+    /// The search as it stood after these runs, none of them made anew; `None` unless they are as many as it makes.
+    #[must_use]
+    pub fn ended_with(self, runs: Vec<Run>) -> Option<Self> {
+        let batch = self.batches.len();
+        (runs.len() == self.batches.iter().sum::<usize>()).then_some(Self { runs, batch, ..self })
+    }
+
     fn propose(&self) -> Vec<Vec<f64>> {
         let count = self.batches[self.batch];
         let cloud = self.cloud(self.runs.len());

@@ -7,25 +7,24 @@ mod candidate;
 mod companion;
 mod companion_page;
 mod definition;
+pub(super) mod derived;
+pub(super) mod manifest;
 mod measured;
 mod page;
-mod rungs;
+pub(super) mod rungs;
 pub(super) mod uncertainty;
 
-use std::{
-    collections::BTreeMap,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
-use anyhow::anyhow;
 use clap::{Args, ValueEnum};
 
 use self::{
     candidate::{Candidate, candidates},
     companion::{Companion, companions, labels, refuse_twice, refuse_upper},
     definition::Definition,
-    measured::{Instrument, Measured},
-    rungs::{Fitted, FittedLaw, fit_candidates, saved_fits},
+    derived::Derived,
+    measured::Measured,
+    rungs::{FittedLaw, saved_fits},
 };
 use super::{
     Outcome,
@@ -38,24 +37,10 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
-    calibration::{
-        comparison::Comparison,
-        fit::{Fit, Verdict},
-        forward::Uncertainty,
-        outcome::{self, CalibrationOutcome, FittedFeature, InputDigest, LawOutcome, OutcomeFeature, RungOutcome},
-        rung::Bodies,
-        statement,
-    },
+    calibration::{comparison::Comparison, forward::Uncertainty},
     feature::Measurand,
     scene::{ModelKind, Scene, Support},
-    study::{self, EnsemblePlan, confirmation::Confirmation},
 };
-
-/// Perturbed runs of the chain at each of three drive levels behind the feature table.
-const CONFIRMATION_MEMBERS: usize = 24;
-
-/// The same of a rung above.
-const UPPER_MEMBERS: usize = 8;
 
 /// Arguments of `granchain calibrate`.
 #[derive(Debug, Args)]
@@ -164,14 +149,18 @@ pub enum SearchChoice {
 }
 
 /// Everything read and checked before anything is run.
-struct Job {
-    definition: Definition,
+pub(super) struct Job {
+    /// The arguments that can change a result, as typed.
+    told: Vec<String>,
+    /// The program that the results are said to be of.
+    pub(super) program: String,
+    pub(super) definition: Definition,
     experiment: Experiment,
     measured: Measured,
     comparison: Comparison,
     /// Further records that are fitted together with the first.
     companions: Vec<Companion>,
-    candidates: Vec<Candidate>,
+    pub(super) candidates: Vec<Candidate>,
     /// What is drawn into the runs of the first record.
     uncertainty: Uncertainty,
     /// The model above the chain that corrects and confirms, where there is one.
@@ -203,7 +192,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let mut session = arguments.session.clone();
     let output = arguments.output.clone();
     let (resume, dry_run) = (arguments.resume, arguments.dry_run);
-    let job = prepare(arguments)?;
+    let job = prepare(arguments, manifest::told(std::env::args().skip(1)))?;
     session.seed = session.seed.or(job.definition.seed);
     for assumption in &job.assumptions {
         session.note(format_args!("assumed: {assumption}"));
@@ -229,16 +218,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
 fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing: Timing) -> anyhow::Result<Outcome> {
     // A state that cannot be continued is refused before anything is run, and left as it is: it may be hours of work.
     let saved = saved_fits(job, &folder, session.seed())?;
-    let bodies = job
-        .upper
-        .map(|_| Bodies::new(&job.candidates[0].scene, session.cache().as_ref()))
-        .transpose()
-        .map_err(anyhow::Error::from);
-    if let Some(warning) = bodies.as_ref().ok().and_then(|bodies| bodies.as_ref()?.prepared.warning()) {
-        session.note(format_args!("warning: {warning}"));
-    }
-    timing.stage("prepare");
-    let fitted = match bodies.and_then(|bodies| fit_candidates(job, saved, bodies.as_ref(), session, &mut timing)) {
+    let fitted = match derived::fitted(job, saved, session, &mut timing) {
         Ok(fitted) => fitted,
         Err(error) if error.is::<interrupt::Interrupted>() => return Err(error),
         Err(error) => {
@@ -246,55 +226,23 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
             return Err(error);
         }
     };
-    let (laws, best) = (&fitted.laws, best_law(&fitted.laws));
-    let calibrated = fitted_scene(&laws[best]);
-    let upper = laws[best].upper.as_ref().map(|rung| rung.prepared().clone());
-    let members = if upper.is_some() { UPPER_MEMBERS } else { CONFIRMATION_MEMBERS };
-    let shared = study::Bodies::new(session.cache());
-    let shared = upper.into_iter().fold(shared, study::Bodies::holding);
-    let plan = EnsemblePlan::new(members, session.seed());
-    let seen_by = Instrument::of(&laws[best].fit);
-    let confirmation = job.measured.confirm(&calibrated, &shared, &plan, seen_by);
-    let (confirmation, mut unconfirmed) = match confirmation {
-        Ok(confirmation) => (Some(confirmation), vec![]),
-        Err(error) => (None, vec![format!("{:#}", anyhow!(error))]),
-    };
-    let mut further = Vec::new();
-    for (number, companion) in job.companions.iter().enumerate() {
-        let scene = companion_page::fitted_companion(&laws[best], number);
-        match companion.measured.confirm(&scene, &shared, &plan, seen_by) {
-            Ok(confirmation) => further.push(Some(confirmation)),
-            Err(error) => {
-                unconfirmed.push(format!("{}: {:#}", companion.measured.path().display(), anyhow!(error)));
-                further.push(None);
-            }
-        }
-    }
-    let confirmed = (confirmation.as_ref(), further.as_slice());
-    interrupt::check()?;
-    timing.stage("confirm");
-    let fea =
-        job.definition.confirm.map(|ConfirmChoice::Fea| rungs::confirm_by_fea(&laws[best], session)).transpose()?;
-    if fea.is_some() {
-        timing.stage("fea");
-    }
-    let rungs = rungs::outcome(job, &laws[best], fea.as_deref());
-    let outcome = outcome_of(job, &fitted, best, confirmed, unconfirmed, rungs, session.seed());
-    let report = page::report(job, laws, best, confirmed, &outcome, fea.as_deref())?;
-    timing.stage("report");
-    folder.write("calibration.json", summary::json(&outcome)?)?;
-    for (name, bytes) in report.files()? {
+    let Derived { outcome, files } = derived::derive(job, &fitted, session, &mut timing)?;
+    for (name, bytes) in files {
         folder.write(name, bytes)?;
     }
     timing.stage("write");
-    folder.write(timing::FILE, timing.to_json())?;
+    folder.write(timing::FILE, timing.to_sealed_json())?;
     let place = folder.finish()?;
     let text = page::text(&outcome, job.measured.noun(), &place);
     session.result(text, &outcome)?;
     Ok(Outcome::of(outcome.verdict))
 }
 
-fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
+/// Read and check everything that the arguments name; `told` is what they were on the command line.
+///
+/// # Errors
+/// Whatever is wrong with plan, scene or records.
+pub(super) fn prepare(arguments: Arguments, told: Vec<String>) -> anyhow::Result<Job> {
     let definition = Definition::new(arguments)?;
     let mut assumptions = definition.assumptions.clone();
     let alone = definition.companions.is_empty();
@@ -329,6 +277,8 @@ fn prepare(arguments: Arguments) -> anyhow::Result<Job> {
     refuse_twice(&measured, &companions)?;
     let comparison = measured.comparison().weighted(&definition.weights)?;
     Ok(Job {
+        told,
+        program: summary::program(),
         definition,
         experiment,
         measured,
@@ -352,17 +302,6 @@ fn refuse_silent_scene(definition: &Definition, scene: &Scene) -> anyhow::Result
         _ => ("no disc with water behind it", "take --scene water, or set support.kind=disc"),
     };
     Err(usage(format!("--quantity pressure: the scene `{}` has {found}; {remedy}", scene.name)))
-}
-
-/// The law a report leads with: one that explains the record before one that does not, then by evidence.
-fn best_law(laws: &[FittedLaw]) -> usize {
-    let rank = |law: &FittedLaw| (law.fit.verdict != Verdict::OutsideScatter, law.fit.log_evidence);
-    (0..laws.len())
-        .max_by(|&a, &b| {
-            let (a, b) = (rank(&laws[a]), rank(&laws[b]));
-            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-        })
-        .unwrap_or(0)
 }
 
 /// The scene with the fitted values in it.
@@ -393,116 +332,4 @@ fn default_target(job: &Job) -> PathBuf {
         None => stem,
     };
     Path::new("calibrations").join(name)
-}
-
-fn outcome_of(
-    job: &Job,
-    fitted: &Fitted,
-    best: usize,
-    (confirmation, further): (Option<&Confirmation>, &[Option<Confirmation>]),
-    unconfirmed: Vec<String>,
-    rungs: Vec<RungOutcome>,
-    seed: u64,
-) -> CalibrationOutcome {
-    let laws = &fitted.laws;
-    let law = &laws[best];
-    let fit = &law.fit;
-    let mut statements = statement::statements(fit);
-    statements.extend(statement::together(fit, &job.labels()));
-    statements
-        .extend(job.measured.features().into_iter().flat_map(|features| statement::printed(fit, &features.printed)));
-    statements.extend(unconfirmed);
-    let names = job.comparison.names();
-    let fitted_features = names.iter().enumerate().filter(|(index, _)| job.comparison.weights[*index] > 0.0);
-    let mut inputs = BTreeMap::from([(
-        "measured".to_owned(),
-        InputDigest { path: job.measured.path().display().to_string(), sha256: job.measured.sha256().into() },
-    )]);
-    if let Some(drive) = job.experiment.drive_input() {
-        let digest = InputDigest { path: drive.path.display().to_string(), sha256: drive.sha256.clone() };
-        inputs.insert("drive".into(), digest);
-    }
-    inputs.extend(companion_page::digests(job));
-    let by_law: Vec<(String, &Fit)> = laws.iter().map(|law| (law.kind.clone(), &law.fit)).collect();
-    let mount = |law: &FittedLaw| law.mount.map(|mount| mount.name().to_owned());
-    let by_mount: Vec<(String, &Fit)> = laws.iter().filter_map(|law| Some((mount(law)?, &law.fit))).collect();
-    let several = |value: fn(&Candidate) -> String| {
-        job.candidates.iter().any(|candidate| value(candidate) != value(&job.candidates[0]))
-    };
-    let without_fit: Vec<String> = fitted
-        .excluded
-        .iter()
-        .filter_map(|(candidate, _)| candidate.mount)
-        .map(|mount| mount.name().to_owned())
-        .filter(|name| by_mount.iter().all(|(fitted, _)| fitted != name))
-        .collect();
-    let decision = |named: Option<String>| named.unwrap_or_else(|| "undecided".into());
-    let mut ranked: Vec<&FittedLaw> = laws.iter().collect();
-    ranked.sort_by_key(|other| !std::ptr::eq(*other, law));
-    CalibrationOutcome {
-        program: summary::program(),
-        scene: job.experiment.source().into(),
-        overrides: job.experiment.overrides().to_vec(),
-        model: job.model().into(),
-        rungs,
-        quantity: job.definition.quantity,
-        damping_kind: law.kind.clone(),
-        mount: mount(law),
-        verdict: fit.verdict,
-        parameters: outcome::fitted_parameters(fit),
-        correlation: fit.correlation,
-        correlations: outcome::correlations(fit),
-        misfit: fit.misfit,
-        features: confirmation.map_or_else(BTreeMap::new, outcome_features),
-        fitted_features: fitted_features
-            .map(|(index, name)| {
-                let feature = FittedFeature {
-                    measured: job.comparison.measured(index),
-                    deviation: fit.deviations.get(index).copied(),
-                    unit: job.comparison.unit(index).into(),
-                };
-                (name.to_string(), feature)
-            })
-            .collect(),
-        records: companion_page::outcomes(job, fit, confirmation, further),
-        lobes: outcome::lobes(fit),
-        evaluations: fit.total_runs() as u64,
-        failed_runs: fit.total_failed() as u64,
-        failures: outcome::failures(fit),
-        seed,
-        inputs,
-        statements,
-        laws: ranked
-            .into_iter()
-            .map(|law| LawOutcome {
-                damping_kind: law.kind.clone(),
-                mount: mount(law),
-                verdict: law.fit.verdict,
-                misfit: law.fit.misfit,
-                log_evidence: law.fit.log_evidence,
-                parameters: outcome::fitted_parameters(&law.fit),
-            })
-            .collect(),
-        preferred_law: several(|candidate| candidate.law.clone())
-            .then(|| decision(statement::preferred_of(&by_law, &[]))),
-        preferred_mount: several(|candidate| format!("{:?}", candidate.mount))
-            .then(|| decision(statement::preferred_of(&by_mount, &without_fit))),
-        excluded: fitted.excluded.iter().map(|(candidate, reason)| (candidate.key(), reason.clone())).collect(),
-        assumptions: job.assumptions.clone(),
-    }
-}
-
-fn outcome_features(confirmation: &Confirmation) -> BTreeMap<String, OutcomeFeature> {
-    let entry = |feature: &crate::study::confirmation::ConfirmedFeature| {
-        let simulated = feature.simulated.as_ref();
-        let row = OutcomeFeature {
-            measured: feature.measured,
-            simulated: simulated.map(|spread| spread.mean),
-            scatter: simulated.map(|spread| spread.scatter),
-            sensitivity: simulated.map(|spread| spread.sensitivity),
-            unit: feature.unit.clone(),
-        };
-        (feature.key.clone(), row)
-    };
-    confirmation.features.iter().map(entry).collect()
 }

@@ -20,6 +20,7 @@ pub mod output;
 pub mod progress;
 pub mod reading;
 pub mod replay;
+pub mod report;
 pub mod scene;
 pub mod spectrum;
 pub mod stress;
@@ -99,6 +100,8 @@ enum Command {
     Study(study::Arguments),
     /// Hard cases on every model: criterion, what was measured, pass or fail
     Stress(stress::Arguments),
+    /// Hold a finished report against what it was made from
+    Report(report::Arguments),
     /// List, show, check or start scene files
     Scene(scene::Arguments),
     /// Calibrate against made-up records of known truth: the tool's own proof
@@ -120,6 +123,7 @@ impl Command {
             Self::Accuracy(arguments) => &arguments.session,
             Self::Study(arguments) => &arguments.session,
             Self::Stress(arguments) => &arguments.session,
+            Self::Report(arguments) => &arguments.session,
             Self::Scene(arguments) => &arguments.session,
             Self::Twins(arguments) => &arguments.session,
         }
@@ -139,6 +143,7 @@ impl Command {
             Self::Accuracy(arguments) => accuracy::execute(arguments),
             Self::Study(arguments) => study::execute(arguments),
             Self::Stress(arguments) => stress::execute(arguments),
+            Self::Report(arguments) => report::execute(arguments),
             Self::Scene(arguments) => scene::execute(arguments),
             Self::Twins(arguments) => twins::execute(arguments),
         }

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use serde_json::{Map, Value, json};
+use sha2::{Digest, Sha256};
 
 /// Name of the file.
 pub const FILE: &str = "timing.json";
@@ -47,6 +48,18 @@ impl Timing {
     /// What goes into the file.
     #[must_use]
     pub fn to_json(&self) -> Vec<u8> {
+        format!("{:#}\n", self.value()).into_bytes()
+    }
+
+    /// The same with the digest of all of it: times come out otherwise every time, so nothing else can show that one was altered.
+    #[must_use]
+    pub fn to_sealed_json(&self) -> Vec<u8> {
+        let mut timing = self.value();
+        timing[SEAL] = seal(&timing).into();
+        format!("{timing:#}\n").into_bytes()
+    }
+
+    fn value(&self) -> Value {
         let mut timing = json!({
             "stages": self.stages,
             "total_s": self.started.elapsed().as_secs_f64(),
@@ -59,7 +72,44 @@ impl Timing {
         if let Some(settings) = &self.settings {
             timing["settings"] = settings.clone();
         }
-        format!("{timing:#}\n").into_bytes()
+        timing
+    }
+}
+
+/// Key of the digest.
+const SEAL: &str = "sha256";
+
+/// SHA-256 of a value as it is written, hexadecimal.
+fn seal(value: &Value) -> String {
+    Sha256::digest(format!("{value:#}\n").as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Whether the file is as it was written; `None` where it holds no digest of itself.
+#[must_use]
+pub fn is_as_sealed(bytes: &[u8]) -> Option<bool> {
+    let text = String::from_utf8_lossy(bytes);
+    let mut timing: Value = serde_json::from_str(&text).ok()?;
+    let whole = format!("{timing:#}\n");
+    let told = timing.as_object_mut()?.remove(SEAL)?;
+    Some(whole == text && told.as_str() == Some(&seal(&timing)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_digit_of_a_sealed_file_cannot_be_altered_unseen() {
+        let mut timing = Timing::start();
+        timing.stage("read");
+        let text = String::from_utf8(timing.to_sealed_json()).unwrap();
+        assert_eq!(is_as_sealed(text.as_bytes()), Some(true));
+        for (at, digit) in text.bytes().enumerate().filter(|(_, byte)| byte.is_ascii_digit()) {
+            let mut altered = text.clone().into_bytes();
+            altered[at] = if digit == b'7' { b'3' } else { b'7' };
+            assert_ne!(is_as_sealed(&altered), Some(true), "byte {at} of {text}");
+        }
+        assert_eq!(is_as_sealed(&timing.to_json()), None);
     }
 }
 

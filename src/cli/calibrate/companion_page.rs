@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::{
-    FittedLaw, Job, outcome_features,
+    FittedLaw, Job,
+    derived::outcome_features,
     page::{
         alignment, density_map, drive_displacement, feature_rows, horn_tip, record_label, shown_estimate,
         simulated_span,

@@ -43,6 +43,8 @@ const EVALUATION_RANGE: std::ops::RangeInclusive<usize> = 200..=100_000;
 pub struct Definition {
     /// The record, or the published features; of several records the first.
     pub measured: PathBuf,
+    /// The plan, where there is one.
+    pub plan: Option<PathBuf>,
     /// Plan and line that name it, where a plan names several.
     pub origin: Option<(PathBuf, usize)>,
     /// Further records that are fitted together with it.
@@ -176,6 +178,7 @@ impl Definition {
         };
         Ok(Self {
             measured,
+            plan: arguments.plan,
             origin,
             companions,
             quantity,

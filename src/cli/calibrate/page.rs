@@ -5,7 +5,7 @@ use std::{fmt::Write, path::Path};
 use super::{
     FittedLaw, Job,
     alpha_sweep::alpha_sweep,
-    companion_page, fitted_scene,
+    companion_page, fitted_scene, manifest,
     measured::{Instrument, Measured},
     rungs,
 };
@@ -149,8 +149,8 @@ fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
         label: if job.companions.is_empty() { String::new() } else { job.labels().swap_remove(0) },
         companions: Vec::new(),
         provenance: Provenance {
-            version: env!("CARGO_PKG_VERSION").into(),
-            command_line: command_line(std::env::args()),
+            version: job.program.rsplit(' ').next().unwrap_or_default().into(),
+            command_line: manifest::command_line(&job.told),
             seed,
             inputs,
             settings,
@@ -179,25 +179,6 @@ fn published_notes(published: &PublishedFeatures) -> Vec<String> {
     let told = [&published.title, &published.source].map(|text| text.trim().to_owned());
     notes.extend(told.into_iter().filter(|text| !text.is_empty()));
     notes
-}
-
-/// The command line without what cannot change a result: threads, verbosity, resuming, where results go.
-fn command_line(arguments: impl Iterator<Item = String>) -> String {
-    let mut told = vec!["granchain calibrate".to_owned()];
-    let mut skip = false;
-    for argument in arguments.skip(1).filter(|argument| argument != "calibrate") {
-        if std::mem::take(&mut skip) {
-            continue;
-        }
-        let name = argument.split('=').next().unwrap_or_default();
-        match name {
-            "--resume" | "--quiet" | "--json" | "--force" => {}
-            "--threads" | "--out" => skip = !argument.contains('='),
-            _ if argument.contains(' ') => told.push(format!("'{argument}'")),
-            _ => told.push(argument),
-        }
-    }
-    told.join(" ")
 }
 
 pub(super) fn drive_displacement(scene: &Scene) -> Series {
@@ -381,7 +362,7 @@ pub(super) fn feature_rows(
 ) -> Vec<FeatureRow> {
     let printed = match measured {
         Measured::Record(measured) => {
-            PublishedFeatures::read(&measured.record.path.with_file_name("features.toml")).ok()
+            PublishedFeatures::read(&measured.record.path.with_file_name(manifest::PUBLISHED)).ok()
         }
         Measured::Published(measured) => Some(measured.published.clone()),
     };

@@ -13,13 +13,15 @@ use super::{Candidate, Job, SearchChoice, fitted_scene, page::law_report};
 use crate::{
     calibration::{
         checkpoint::{CheckpointError, SearchCheckpoint},
+        comparison::Comparison,
         correction::{Correction, most_pairs},
         engine::trace,
-        fit::{Fit, FitError, correct, fit},
-        forward::Forward,
+        fingerprints::{self, CandidateRuns, Names},
+        fit::{Fit, FitError, answer, corrected, paired, searched},
+        forward::{Forward, Run},
         joint::Joint,
         outcome::{self, RungFeature, RungOutcome},
-        rung::{Bodies, Rung, chain_below, rung_scene},
+        rung::{Bodies, Pair, Rung, chain_below, rung_scene},
         search::{Search, Strategy},
     },
     cli::{
@@ -61,6 +63,49 @@ pub struct Fitted {
     pub laws: Vec<FittedLaw>,
     /// Mounts of which no run could be compared with the record, and why.
     pub excluded: Vec<(Candidate, String)>,
+    /// Every run of every candidate, of those without an answer too.
+    pub made: Vec<Made>,
+}
+
+/// The runs of one candidate, and what can make them again.
+pub struct Made {
+    /// The runs.
+    pub runs: CandidateRuns,
+    joint: Joint,
+    upper: Option<Rung>,
+}
+
+impl Made {
+    /// Runs of the search made again, each number counted from 0.
+    pub fn searched_again(&self, number: usize) -> Option<(&Run, Run)> {
+        let stored = self.runs.search.iter().flatten().nth(number)?;
+        let again = self.joint.run(number as u64, std::slice::from_ref(&stored.position)).pop()?;
+        Some((stored, again))
+    }
+
+    /// A pair of the correction made again, by its number from 0.
+    pub fn paired_again(&self, number: usize) -> Option<(&Pair, Pair)> {
+        let stored = self.runs.correction.iter().flatten().nth(number)?;
+        let first = self.runs.search.iter().map(Vec::len).sum::<usize>() + number;
+        let position = std::slice::from_ref(&stored.upper.position);
+        let again = self.upper.as_ref()?.pairs(first as u64, position).ok()?.pop()?;
+        Some((stored, again))
+    }
+}
+
+/// What the columns of `fingerprints.csv` are called.
+pub fn names(job: &Job) -> Names {
+    let of = |comparison: &Comparison| comparison.names().iter().map(ToString::to_string).collect();
+    let parameters = job.candidates.first().map_or_else(Vec::new, |candidate| {
+        candidate.parameters.iter().map(|parameter| parameter.name.clone()).collect()
+    });
+    let companions = job.companions.iter().map(|companion| of(&companion.comparison));
+    Names {
+        parameters,
+        features: std::iter::once(of(&job.comparison)).chain(companions).collect(),
+        lower: ModelKind::Chain.name().into(),
+        upper: job.model().into(),
+    }
 }
 
 /// The model above the chain, where the scene has one.
@@ -83,9 +128,19 @@ pub fn upper(scene: &Scene) -> anyhow::Result<Option<ModelKind>> {
 }
 
 /// What an earlier run left on disk of one law.
+#[derive(Default)]
 pub struct SavedFit {
-    search: (SearchCheckpoint, Option<Search>),
-    correction: (SearchCheckpoint, Option<Correction>),
+    search: (Option<SearchCheckpoint>, Option<Search>),
+    correction: (Option<SearchCheckpoint>, Option<Correction>),
+    /// All its runs: nothing is to be run anew.
+    ended: Option<CandidateRuns>,
+}
+
+impl SavedFit {
+    /// A fit that has all its runs.
+    pub fn ended(runs: CandidateRuns) -> Self {
+        Self { ended: Some(runs), ..Self::default() }
+    }
 }
 
 /// The states of all laws.
@@ -99,7 +154,7 @@ pub fn saved_fits(job: &Job, folder: &OutputFolder, seed: u64) -> Result<Vec<Sav
         let search = checkpoint(format!("{kind}.json"));
         let correction = checkpoint(format!("{kind}-{}.json", job.model()));
         let (found, corrected) = (search.restore()?, correction.restore()?);
-        Ok(SavedFit { search: (search, found), correction: (correction, corrected) })
+        Ok(SavedFit { search: (Some(search), found), correction: (Some(correction), corrected), ended: None })
     });
     saved.collect()
 }
@@ -140,10 +195,10 @@ pub fn fit_candidates(
 ) -> anyhow::Result<Fitted> {
     let budget = job.definition.evaluations as u64;
     let most = job.candidates.iter().map(|candidate| candidate.parameters.len()).max().unwrap_or(0);
-    let corrected = if bodies.is_some() { most_pairs(most) as u64 * UPPER_COST } else { 0 };
-    let of_law = budget + corrected;
+    let reckoned = if bodies.is_some() { most_pairs(most) as u64 * UPPER_COST } else { 0 };
+    let of_law = budget + reckoned;
     let bar = progress::work(session, of_law * job.candidates.len() as u64, "runs");
-    let (mut fitted, mut excluded) = (Vec::new(), Vec::new());
+    let (mut fitted, mut excluded, mut made) = (Vec::new(), Vec::new(), Vec::new());
     let (mut searching, mut correcting) = (Duration::ZERO, Duration::ZERO);
     for (number, (candidate, saved)) in job.candidates.iter().zip(saved).enumerate() {
         let Candidate { law: kind, mount, scene, companions, parameters } = candidate;
@@ -152,7 +207,7 @@ pub fn fit_candidates(
         let watch = Arc::new(move |runs: u64| {
             let above = runs.saturating_sub(budget);
             // A correction that had to look for itself makes more pairs than were reckoned with.
-            watched.set_position(done + runs - above + (above * UPPER_COST).min(corrected));
+            watched.set_position(done + runs - above + (above * UPPER_COST).min(reckoned));
             !interrupt::requested()
         });
         let failed = |error| match error {
@@ -186,8 +241,22 @@ pub fn fit_candidates(
         };
         let started = Instant::now();
         let (checkpoint, search) = saved.search;
-        let search = search.unwrap_or_else(|| Search::new(&joint, budget as usize, session.seed(), strategy));
-        let mut answer = match fit(joint, search, Some(checkpoint)) {
+        let fresh = || Search::new(&joint, budget as usize, session.seed(), strategy);
+        let search = match &saved.ended {
+            Some(stored) => {
+                let runs = stored.search.concat();
+                let found = runs.len();
+                fresh().ended_with(runs).ok_or_else(|| other_runs(candidate, found))?
+            }
+            None => searched(joint.clone(), search.unwrap_or_else(fresh), checkpoint).map_err(failed)?,
+        };
+        let runs = CandidateRuns {
+            candidate: candidate.key(),
+            search: parted(&search.runs, &search.batches),
+            correction: Vec::new(),
+        };
+        made.push(Made { runs, joint, upper: None });
+        let mut answer = match answer(parameters, search) {
             Err(error @ FitError::TooFewRuns { .. }) if mount.is_some() && job.candidates.len() > 1 => {
                 excluded.push((candidate.clone(), error.to_string()));
                 bar.set_position(done + of_law);
@@ -201,8 +270,19 @@ pub fn fit_candidates(
         if let Some(rung) = &upper {
             let started = Instant::now();
             let (checkpoint, correction) = saved.correction;
-            let correction = correction.unwrap_or_else(|| Correction::new(rung, &answer.runs, session.seed()));
-            answer = correct(rung, answer, correction, Some(checkpoint)).map_err(failed)?;
+            let fresh = || Correction::new(rung, &answer.runs, session.seed());
+            let correction = match saved.ended {
+                Some(stored) => {
+                    let found = stored.len();
+                    fresh().ended_with(stored.correction).ok_or_else(|| other_runs(candidate, found))?
+                }
+                None => paired(rung, correction.unwrap_or_else(fresh), checkpoint).map_err(failed)?,
+            };
+            answer = corrected(rung, answer, &correction).map_err(failed)?;
+            if let Some(made) = made.last_mut() {
+                made.runs.correction = parted(&correction.pairs, &correction.rounds);
+                made.upper = Some(rung.clone());
+            }
             correcting += started.elapsed();
         }
         bar.set_position(done + of_law);
@@ -219,7 +299,21 @@ pub fn fit_candidates(
     if bodies.is_some() {
         timing.breakdown("fit", &[("chain", searching.as_secs_f64()), (job.model(), correcting.as_secs_f64())]);
     }
-    Ok(Fitted { laws: fitted, excluded })
+    Ok(Fitted { laws: fitted, excluded, made })
+}
+
+/// Runs batch by batch.
+fn parted<T: Clone>(runs: &[T], sizes: &[usize]) -> Vec<Vec<T>> {
+    let mut rest = runs.iter().cloned();
+    sizes.iter().map(|size| rest.by_ref().take(*size).collect()).collect()
+}
+
+fn other_runs(candidate: &Candidate, found: usize) -> anyhow::Error {
+    anyhow!(
+        "{}: expected all runs of the {}, found {found} that do not make a whole fit; verify with --whole, or calibrate again",
+        fingerprints::FILE,
+        candidate.name()
+    )
 }
 
 /// Features z of one finite element run at the answer, through the same conditioning.

@@ -1,0 +1,304 @@
+//! Every run of a calibration on disk: `fingerprints.csv`, from which the answer is read again without running anything.
+//!
+//! One line a run, in the order made:
+//!
+//! | column | content |
+//! |---|---|
+//! | `candidate` | damping law, behind it the mount where mounts compete |
+//! | `stage` | `search` on the chain, or `correction`: a line for each rung of a pair |
+//! | `batch`, `run` | number of the batch or round within the stage, number of the run within the candidate, from 1 |
+//! | `model` | what made the run |
+//! | `u_NAME` | position in the unit box |
+//! | `z_NAME` | z = ½ ln(f² + floor²) of each feature; empty where the run failed. Of a second record `z2_NAME`, and so on |
+//! | `failure` | why it failed |
+//!
+//! Numbers are the shortest decimals that read back to the same bits.
+
+use std::{fmt::Write, io};
+
+use thiserror::Error;
+
+use super::{forward::Run, rung::Pair};
+
+/// Name of the file.
+pub const FILE: &str = "fingerprints.csv";
+
+/// Columns before the positions.
+const LEADING: [&str; 5] = ["candidate", "stage", "batch", "run", "model"];
+
+/// Why stored runs cannot be read.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum FingerprintsError {
+    /// No table.
+    #[error("{FILE}: expected a table of runs; calibrate again to write one")]
+    Form(#[from] csv::Error),
+    /// Other columns.
+    #[error("{FILE}:1: expected the columns `{expected}`, found `{found}`; calibrate again to write them")]
+    Columns {
+        /// What the fit has.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// A cell that means nothing.
+    #[error("{FILE}:{line}: column `{column}`: expected {expected}, found `{found}`")]
+    Cell {
+        /// Line, from 1.
+        line: u64,
+        /// Column by name.
+        column: String,
+        /// What could stand there.
+        expected: &'static str,
+        /// What stands there.
+        found: String,
+    },
+}
+
+/// The runs of one candidate.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct CandidateRuns {
+    /// Damping law, behind it the mount where mounts compete.
+    pub candidate: String,
+    /// The search on the chain, batch by batch.
+    pub search: Vec<Vec<Run>>,
+    /// The rounds of the correction; none where the chain answers.
+    pub correction: Vec<Vec<Pair>>,
+}
+
+impl CandidateRuns {
+    /// Number of runs made, those of a pair counted by themselves.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.search.iter().map(Vec::len).sum::<usize>() + 2 * self.correction.iter().map(Vec::len).sum::<usize>()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// What the columns and the models of a calibration are called.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Names {
+    /// The parameters.
+    pub parameters: Vec<String>,
+    /// The features of each record.
+    pub features: Vec<Vec<String>>,
+    /// The model below, which searches.
+    pub lower: String,
+    /// The model that corrects; the same where none does.
+    pub upper: String,
+}
+
+impl Names {
+    /// The header, cell by cell.
+    #[must_use]
+    pub fn columns(&self) -> Vec<String> {
+        let mut columns = LEADING.map(String::from).to_vec();
+        columns.extend(self.parameters.iter().map(|name| format!("u_{name}")));
+        for (record, features) in self.features.iter().enumerate() {
+            let number = if record == 0 { String::new() } else { (record + 1).to_string() };
+            columns.extend(features.iter().map(|name| format!("z{number}_{name}")));
+        }
+        columns.push("failure".into());
+        columns
+    }
+}
+
+/// The table of all runs.
+///
+/// # Errors
+/// What the writer says of memory that is full.
+pub fn to_csv(names: &Names, candidates: &[CandidateRuns]) -> Result<Vec<u8>, FingerprintsError> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let columns = names.columns();
+    writer.write_record(&columns)?;
+    for candidate in candidates {
+        let mut number = 0;
+        let mut line = |stage: &str, batch: usize, number: usize, model: &str, run: &Run| {
+            let mut cells = vec![candidate.candidate.clone(), stage.into(), (batch + 1).to_string()];
+            cells.extend([number.to_string(), model.to_owned()]);
+            cells.extend(run.position.iter().map(f64::to_string));
+            match &run.outcome {
+                Ok(features) => {
+                    cells.extend(features.iter().map(f64::to_string));
+                    cells.push(String::new());
+                }
+                Err(reason) => {
+                    cells.resize(columns.len() - 1, String::new());
+                    cells.push(reason.clone());
+                }
+            }
+            writer.write_record(&cells)
+        };
+        for (batch, runs) in candidate.search.iter().enumerate() {
+            for run in runs {
+                number += 1;
+                line("search", batch, number, &names.lower, run)?;
+            }
+        }
+        for (round, pairs) in candidate.correction.iter().enumerate() {
+            for pair in pairs {
+                number += 1;
+                line("correction", round, number, &names.lower, &pair.lower)?;
+                line("correction", round, number, &names.upper, &pair.upper)?;
+            }
+        }
+    }
+    writer.into_inner().map_err(|error| csv::Error::from(io::Error::from(error.into_error().kind())).into())
+}
+
+/// Read a table of runs whose columns are `names`'.
+///
+/// # Errors
+/// [`FingerprintsError`] with line and column.
+pub fn from_csv(names: &Names, bytes: &[u8]) -> Result<Vec<CandidateRuns>, FingerprintsError> {
+    let mut reader = csv::Reader::from_reader(bytes);
+    let columns = names.columns();
+    let found: Vec<&str> = reader.headers()?.iter().collect();
+    if columns != found {
+        return Err(FingerprintsError::Columns { expected: columns.join(","), found: found.join(",") });
+    }
+    let mut candidates: Vec<CandidateRuns> = Vec::new();
+    let mut lower: Option<Run> = None;
+    for record in reader.records() {
+        let record = record?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let cell = |column: usize, expected: &'static str| FingerprintsError::Cell {
+            line,
+            column: columns[column].clone(),
+            expected,
+            found: record[column].to_owned(),
+        };
+        let number = |column: usize| {
+            let value: Option<f64> = record[column].parse().ok().filter(|value: &f64| value.is_finite());
+            value.ok_or_else(|| cell(column, "a finite number"))
+        };
+        let batch: usize = record[2].parse().map_err(|_: std::num::ParseIntError| cell(2, "a whole number"))?;
+        let first = LEADING.len() + names.parameters.len();
+        let position = (LEADING.len()..first).map(number).collect::<Result<Vec<_>, _>>()?;
+        let outcome = match &record[columns.len() - 1] {
+            "" => Ok((first..columns.len() - 1).map(number).collect::<Result<Vec<_>, _>>()?),
+            reason => Err(reason.to_owned()),
+        };
+        let run = Run { position, outcome };
+        if candidates.last().is_none_or(|last| last.candidate != record[0]) {
+            candidates.push(CandidateRuns { candidate: record[0].to_owned(), ..CandidateRuns::default() });
+        }
+        let Some(candidate) = candidates.last_mut() else { continue };
+        let misplaced = || cell(2, "the number of the batch before it, or the next");
+        match (&record[1], lower.take()) {
+            ("search", None) if candidate.correction.is_empty() => {
+                batch_of(&mut candidate.search, batch).ok_or_else(misplaced)?.push(run);
+            }
+            ("correction", None) => lower = Some(run),
+            ("correction", Some(lower)) => {
+                let pair = Pair { lower, upper: run };
+                batch_of(&mut candidate.correction, batch).ok_or_else(misplaced)?.push(pair);
+            }
+            _ => return Err(cell(1, "`search`, and then `correction` twice a pair")),
+        }
+    }
+    Ok(candidates)
+}
+
+/// Batch `number`, from 1: the last one, or a new one behind it.
+fn batch_of<T>(batches: &mut Vec<Vec<T>>, number: usize) -> Option<&mut Vec<T>> {
+    if number == batches.len() + 1 {
+        batches.push(Vec::new());
+    }
+    if number == batches.len() { batches.last_mut() } else { None }
+}
+
+/// What differs between a run as stored and as made again, in words; `None` where it is the same to the last bit.
+#[must_use]
+pub fn difference(names: &Names, stored: &Run, again: &Run) -> Option<String> {
+    if stored == again {
+        return None;
+    }
+    let (Ok(expected), Ok(found)) = (&again.outcome, &stored.outcome) else {
+        let told = |run: &Run| run.outcome.as_ref().map_or_else(Clone::clone, |_| "a finished run".into());
+        return Some(format!("expected {}, found {}", told(again), told(stored)));
+    };
+    let columns = names.columns();
+    let first = LEADING.len() + names.parameters.len();
+    let mut text = String::new();
+    for (index, (expected, found)) in expected.iter().zip(found).enumerate() {
+        if expected.to_bits() != found.to_bits() {
+            let separator = if text.is_empty() { "" } else { "; " };
+            let column = columns.get(first + index).map_or("?", String::as_str);
+            // Writing to a string cannot fail.
+            let _ = write!(text, "{separator}column `{column}`: expected {expected}, found {found}");
+        }
+    }
+    Some(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names() -> Names {
+        let own = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        Names {
+            parameters: own(&["alpha", "damping"]),
+            features: vec![own(&["positive_peak", "band_1/3"]), own(&["positive_peak"])],
+            lower: "chain".into(),
+            upper: "reduced".into(),
+        }
+    }
+
+    fn runs() -> Vec<CandidateRuns> {
+        let run = |seed: f64| Run { position: vec![seed / 3.0, 0.25], outcome: Ok(vec![-seed, 1e-300 * seed, -0.0]) };
+        let failed = Run { position: vec![0.1, 0.2], outcome: Err("no onset, \"ever\"".into()) };
+        vec![
+            CandidateRuns {
+                candidate: "linear".into(),
+                search: vec![vec![run(1.0), failed.clone()], vec![run(2.0)]],
+                correction: vec![vec![Pair { lower: run(3.0), upper: failed }], vec![]],
+            },
+            CandidateRuns { candidate: "kuwabara-kono".into(), search: vec![vec![run(4.0)]], correction: vec![] },
+        ]
+    }
+
+    #[test]
+    fn runs_come_back_to_the_last_bit() {
+        let mut runs = runs();
+        runs[0].correction.pop();
+        let bytes = to_csv(&names(), &runs).unwrap();
+        let text = String::from_utf8(bytes.clone()).unwrap();
+        assert!(text.starts_with(
+            "candidate,stage,batch,run,model,u_alpha,u_damping,z_positive_peak,z_band_1/3,z2_positive_peak,failure\n"
+        ));
+        let again = from_csv(&names(), &bytes).unwrap();
+        assert_eq!(again, runs);
+        assert!(again[0].search[0][0].features().unwrap()[2].is_sign_negative());
+        assert_eq!(runs[0].len(), 5);
+    }
+
+    #[test]
+    fn a_broken_cell_is_named_with_line_and_column() {
+        let text = String::from_utf8(to_csv(&names(), &runs()).unwrap()).unwrap();
+        for (from, to, said) in [
+            (",-2,", ",-2x,", "fingerprints.csv:4: column `z_positive_peak`: expected a finite number, found `-2x`"),
+            ("search,2,", "search,4,", "fingerprints.csv:4: column `batch`"),
+            ("search,2,", "searched,2,", "fingerprints.csv:4: column `stage`"),
+            ("z2_", "z3_", "fingerprints.csv:1: expected the columns"),
+        ] {
+            let error = from_csv(&names(), text.replacen(from, to, 1).as_bytes()).unwrap_err().to_string();
+            assert!(error.contains(said), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_run_that_differs_says_in_which_column() {
+        let stored = &runs()[0].search[0][0];
+        let mut again = stored.clone();
+        assert_eq!(difference(&names(), stored, &again), None);
+        again.outcome.as_mut().unwrap()[0] = -1.5;
+        assert_eq!(difference(&names(), stored, &again).unwrap(), "column `z_positive_peak`: expected -1.5, found -1");
+    }
+}

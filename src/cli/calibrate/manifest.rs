@@ -1,0 +1,164 @@
+//! What went into a calibration and what came out: `manifest.json`, from which `granchain report verify` begins.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::{Job, companion::Companion};
+use crate::{
+    calibration::outcome::InputDigest,
+    cli::experiment::{Experiment, Input},
+    report::page::Files,
+    scene::{BUILT_IN, Scene, Support},
+};
+
+/// Name of the file.
+pub const FILE: &str = "manifest.json";
+
+/// Name of the file of printed numbers that is looked for beside a record.
+pub const PUBLISHED: &str = "features.toml";
+
+/// Arguments that cannot change a result and have no value, and those that have one.
+const SILENT: [&str; 4] = ["--resume", "--quiet", "--json", "--force"];
+const SILENT_WITH_VALUE: [&str; 3] = ["--threads", "--out", "--cache"];
+
+/// `manifest.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Program and version.
+    pub program: String,
+    /// What did the arithmetic: last digits depend on it.
+    pub processor: String,
+    /// The arguments of `granchain calibrate` that can change a result, as typed.
+    pub arguments: Vec<String>,
+    /// Every file read, by role: `plan`, `scene`, `mesh-1`, `measured`, `drive`, `published`; of further records `measured-2` and so on.
+    pub inputs: BTreeMap<String, InputDigest>,
+    /// SHA-256 of every file written, but for this one and `timing.json`.
+    pub files: BTreeMap<String, String>,
+}
+
+impl Manifest {
+    /// The manifest of a job and what it made.
+    ///
+    /// # Errors
+    /// When a file that was read is no longer there.
+    pub fn of(job: &Job, files: &Files) -> anyhow::Result<Self> {
+        let digests = files.iter().map(|(name, bytes)| (name.display().to_string(), sha256(bytes)));
+        Ok(Self {
+            program: job.program.clone(),
+            processor: processor(),
+            arguments: job.told.clone(),
+            inputs: inputs(job)?,
+            files: digests.collect(),
+        })
+    }
+}
+
+/// SHA-256 of bytes, hexadecimal.
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Architecture and vector unit.
+pub fn processor() -> String {
+    #[cfg(target_arch = "x86_64")]
+    {
+        let wide = std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma");
+        let with = if wide { "with AVX2 and FMA" } else { "without AVX2 and FMA" };
+        format!("x86_64 {with}")
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    std::env::consts::ARCH.to_owned()
+}
+
+/// The arguments without what cannot change a result: threads, verbosity, cache, resuming, where results go.
+pub fn told(arguments: impl Iterator<Item = String>) -> Vec<String> {
+    let (mut told, mut skip, mut named) = (Vec::new(), false, false);
+    for argument in arguments {
+        if std::mem::take(&mut skip) || (argument == "calibrate" && !std::mem::replace(&mut named, true)) {
+            continue;
+        }
+        let name = argument.split('=').next().unwrap_or_default();
+        if SILENT_WITH_VALUE.contains(&name) {
+            skip = !argument.contains('=');
+        } else if !SILENT.contains(&name) {
+            told.push(argument);
+        }
+    }
+    told
+}
+
+/// The command line that makes it again, as reports show it.
+pub fn command_line(told: &[String]) -> String {
+    let shown = told.iter().map(|text| if text.contains(' ') { format!("'{text}'") } else { text.clone() });
+    std::iter::once("granchain calibrate".to_owned()).chain(shown).collect::<Vec<_>>().join(" ")
+}
+
+fn inputs(job: &Job) -> anyhow::Result<BTreeMap<String, InputDigest>> {
+    let mut inputs = BTreeMap::new();
+    let mut add = |role: String, path: PathBuf, known: Option<String>| -> anyhow::Result<()> {
+        let sha256 = known.map_or_else(|| Ok(Input::digest(path.clone())?.sha256), anyhow::Ok)?;
+        inputs.insert(role, InputDigest { path: path.display().to_string(), sha256 });
+        Ok(())
+    };
+    if let Some(plan) = &job.definition.plan {
+        add("plan".into(), plan.clone(), None)?;
+    }
+    let lead = (&job.experiment, &job.measured, &job.candidates[0].scene);
+    let further = job.companions.iter().zip(&job.candidates[0].companions);
+    let further = further.map(|(Companion { experiment, measured, .. }, scene)| (experiment, measured, scene));
+    for (number, (experiment, measured, scene)) in std::iter::once(lead).chain(further).enumerate() {
+        let of = |role: &str| if number == 0 { role.to_owned() } else { format!("{role}-{}", number + 1) };
+        if let Some(scene) = scene_file(experiment) {
+            add(of("scene"), scene, None)?;
+        }
+        for (index, mesh) in mesh_files(scene).into_iter().enumerate() {
+            add(format!("{}-{}", of("mesh"), index + 1), mesh, None)?;
+        }
+        add(of("measured"), measured.path().into(), Some(measured.sha256().into()))?;
+        if let Some(drive) = experiment.drive_input() {
+            add(of("drive"), drive.path.clone(), Some(drive.sha256.clone()))?;
+        }
+        let published = measured.path().with_file_name(PUBLISHED);
+        if measured.record().is_some() && published.is_file() {
+            add(of("published"), published, None)?;
+        }
+    }
+    Ok(inputs)
+}
+
+/// The file that a scene is read from, unless it is a built-in one.
+fn scene_file(experiment: &Experiment) -> Option<PathBuf> {
+    let source = experiment.source();
+    let built_in = BUILT_IN.iter().any(|built_in| built_in.name == source);
+    (!built_in && Path::new(source).is_file()).then(|| source.into())
+}
+
+fn mesh_files(scene: &Scene) -> Vec<PathBuf> {
+    let beads = scene.chain.beads.iter().filter_map(|bead| bead.mesh.as_ref());
+    let mut paths: Vec<PathBuf> = beads.map(|mesh| mesh.path.clone()).collect();
+    if let Support::Body { mesh, .. } = &scene.support {
+        paths.push(mesh.path.clone());
+    }
+    paths.sort();
+    paths.dedup();
+    paths
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_change_a_result_is_not_told() {
+        let typed = "--seed 3 calibrate --out here --measured calibrate --threads=2 --quiet --cache none --set damping.kind=linear";
+        let told = told(typed.split(' ').map(String::from));
+        assert_eq!(told, ["--seed", "3", "--measured", "calibrate", "--set", "damping.kind=linear"]);
+        let shown = command_line(&["--bounds".into(), "damping=0.1 N s/m:1 N s/m".into()]);
+        assert_eq!(shown, "granchain calibrate --bounds 'damping=0.1 N s/m:1 N s/m'");
+    }
+}

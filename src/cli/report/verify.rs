@@ -1,0 +1,435 @@
+//! `granchain report verify`: whether the numbers in a calibration's folder are those that follow from its inputs.
+//!
+//! Inputs and stored runs → the answer by the same likelihood, the fitted simulation run again, the records measured anew → every file of
+//! the folder made again → what differs from the folder, number by number. The folder is read only.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt::Write as _,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, anyhow, bail};
+use clap::{Args, Parser};
+use serde::Serialize;
+use serde_json::Value;
+
+use super::{
+    difference::{Difference, differences, numbers},
+    inputs,
+};
+use crate::{
+    calibration::{
+        fingerprints::{self, difference},
+        forward::Run,
+        outcome::CalibrationOutcome,
+    },
+    cli::{
+        Outcome,
+        arguments::Session,
+        calibrate::{
+            self, Job,
+            derived::{derive, fitted},
+            manifest::{self, Manifest},
+            rungs::{self, Made, SavedFit},
+        },
+        summary,
+        timing::{self, Timing},
+    },
+    report::page::Files,
+};
+
+/// Stored runs of each candidate that are made again, on the chain and as pairs.
+const RUNS_AGAIN: usize = 12;
+const PAIRS_AGAIN: usize = 3;
+
+/// Differences of one file that are printed.
+const PRINTED: usize = 8;
+
+/// The list of its own files that every folder of results has.
+const OWN_LIST: &str = ".granchain";
+
+/// Arguments of `granchain report verify`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Folder that `granchain calibrate` wrote
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// Folder with the record and the other inputs, under any names: they are known by their digests [default: where they were]
+    #[arg(long, value_name = "DIR")]
+    pub inputs: Option<PathBuf>,
+    /// Make every run of the fit again, in place of taking those stored
+    #[arg(long)]
+    pub whole: bool,
+}
+
+/// The arguments of `calibrate`, from the manifest.
+#[derive(Debug, Parser)]
+#[command(name = "granchain calibrate")]
+struct Line {
+    #[command(flatten)]
+    arguments: calibrate::Arguments,
+}
+
+/// What came of it.
+#[derive(Debug, Serialize)]
+struct Verification {
+    folder: PathBuf,
+    /// Whether nothing differs.
+    verified: bool,
+    /// What the folder says it was written by.
+    written_by: String,
+    verified_by: String,
+    parts: Vec<Part>,
+    differences: Vec<Difference>,
+    /// Files of the manifest that are not in the folder.
+    missing: Vec<String>,
+    /// Files in the folder that the manifest does not know.
+    unknown: Vec<String>,
+}
+
+/// Some of the numbers, and what holds them.
+#[derive(Debug, Serialize)]
+struct Part {
+    what: String,
+    numbers: usize,
+    how: String,
+}
+
+/// Run it.
+///
+/// # Errors
+/// When the folder holds no calibration, an input is missing or another one, or the calibration cannot be derived anew.
+pub fn execute(arguments: &Arguments, session: &Session) -> anyhow::Result<Outcome> {
+    let folder = std::path::absolute(&arguments.folder).context("the current folder cannot be told")?;
+    let stored = read(&folder)?;
+    let manifest = read_manifest(&folder, &stored)?;
+    let mut verification = Verification {
+        folder,
+        verified: false,
+        written_by: manifest.program.clone(),
+        verified_by: summary::program(),
+        parts: Vec::new(),
+        differences: told_twice(&manifest, &stored),
+        missing: manifest.files.keys().filter(|name| !stored.contains_key(*name)).cloned().collect(),
+        unknown: Vec::new(),
+    };
+    let known = |name: &&String| manifest.files.contains_key(*name) || *name == manifest::FILE || *name == timing::FILE;
+    verification.unknown = stored.keys().filter(|name| !known(name)).cloned().collect();
+    if verification.differences.is_empty() {
+        // The folder for the inputs goes when this is dropped.
+        let place = tempfile::tempdir().context("a folder for the inputs cannot be made")?;
+        let session = elsewhere(session)?;
+        provide(&manifest, &stored, arguments.inputs.as_deref(), place.path())?;
+        verify(&manifest, &stored, arguments.whole, &session, &mut verification)?;
+    }
+    verification.verified = verification.differences.is_empty();
+    session.result(text(&verification), &verification)?;
+    Ok(if verification.verified { Outcome::Done } else { Outcome::Broken })
+}
+
+/// Every file of the folder by its name in it.
+fn read(folder: &Path) -> anyhow::Result<BTreeMap<String, Vec<u8>>> {
+    let mut files = BTreeMap::new();
+    let mut open = vec![folder.to_path_buf()];
+    while let Some(place) = open.pop() {
+        for entry in fs::read_dir(&place).with_context(|| format!("{}: cannot be read", place.display()))? {
+            let path = entry?.path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                let bytes = fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+                let name = path.strip_prefix(folder).unwrap_or(&path).display().to_string();
+                files.insert(name, bytes);
+            }
+        }
+    }
+    files.remove(OWN_LIST);
+    Ok(files)
+}
+
+fn read_manifest(folder: &Path, stored: &BTreeMap<String, Vec<u8>>) -> anyhow::Result<Manifest> {
+    for name in [manifest::FILE, fingerprints::FILE] {
+        if !stored.contains_key(name) {
+            bail!(
+                "{}: expected the folder of a calibration, found no {name}; name one that `granchain calibrate` wrote, or calibrate again: \
+                 versions before this file cannot be verified",
+                folder.display()
+            );
+        }
+    }
+    serde_json::from_slice(&stored[manifest::FILE]).with_context(|| {
+        format!("{}: expected a manifest; the file was altered", folder.join(manifest::FILE).display())
+    })
+}
+
+/// What the manifest and another file both say, and say otherwise: without either there is nothing to begin from.
+fn told_twice(manifest: &Manifest, stored: &BTreeMap<String, Vec<u8>>) -> Vec<Difference> {
+    let mut told = Vec::new();
+    let mut compare = |key: &str, other: &str, expected: Option<String>, found: String| {
+        let Some(expected) = expected.filter(|expected| *expected != found) else { return };
+        told.extend(differences(manifest::FILE, expected.as_bytes(), found.as_bytes()).into_iter().map(|difference| {
+            Difference {
+                place: format!("{}: {key}, beside {other}; one of them was altered", manifest::FILE),
+                ..difference
+            }
+        }));
+    };
+    let outcome: Option<Value> = stored.get("calibration.json").and_then(|bytes| serde_json::from_slice(bytes).ok());
+    let program = outcome.as_ref().and_then(|outcome| outcome["program"].as_str().map(String::from));
+    compare("program", "calibration.json: program", program, manifest.program.clone());
+    let shown = stored.get("report.html").and_then(|page| shown_command_line(&String::from_utf8_lossy(page)));
+    compare("arguments", "report.html: command line", shown, manifest::command_line(&manifest.arguments));
+    told
+}
+
+/// The command line that a page shows.
+fn shown_command_line(page: &str) -> Option<String> {
+    let (_, rest) = page.split_once("<pre>granchain calibrate")?;
+    let (line, _) = rest.split_once("</pre>")?;
+    let plain = [("&lt;", "<"), ("&gt;", ">"), ("&quot;", "\""), ("&amp;", "&")]
+        .iter()
+        .fold(line.to_owned(), |line, (escaped, letter)| line.replace(escaped, letter));
+    Some(format!("granchain calibrate{plain}"))
+}
+
+/// The session, good in any folder.
+fn elsewhere(session: &Session) -> anyhow::Result<Session> {
+    let mut session = session.clone();
+    if let Some(cache) = session.cache.take() {
+        let named = cache.as_os_str() != "none";
+        session.cache = Some(if named { std::path::absolute(cache).context("--cache")? } else { cache });
+    }
+    Ok(session)
+}
+
+/// Have every input where the calibration found it, if need be by going elsewhere.
+fn provide(
+    manifest: &Manifest,
+    stored: &BTreeMap<String, Vec<u8>>,
+    folder: Option<&Path>,
+    place: &Path,
+) -> anyhow::Result<()> {
+    if let Some(folder) = folder {
+        let here = inputs::stage(&manifest.inputs, folder, place)?;
+        std::env::set_current_dir(&here).with_context(|| format!("{}: cannot be entered", here.display()))?;
+    }
+    let outcome = stored.get("calibration.json").and_then(|bytes| serde_json::from_slice::<Value>(bytes).ok());
+    let digest = |role: &String| {
+        let digest = outcome.as_ref()?["inputs"][role.as_str()]["sha256"].as_str()?;
+        Some((role.clone(), digest.to_owned()))
+    };
+    inputs::check(&manifest.inputs, &manifest.inputs.keys().filter_map(digest).collect())
+}
+
+fn verify(
+    manifest: &Manifest,
+    stored: &BTreeMap<String, Vec<u8>>,
+    whole: bool,
+    session: &Session,
+    verification: &mut Verification,
+) -> anyhow::Result<()> {
+    let line = std::iter::once("granchain calibrate").chain(manifest.arguments.iter().map(String::as_str));
+    let Line { arguments } = Line::try_parse_from(line)
+        .map_err(|error| anyhow!("{}: arguments: {}", manifest::FILE, error.to_string().trim()))?;
+    let seed = arguments.session.seed;
+    let mut job = calibrate::prepare(arguments, manifest.arguments.clone())?;
+    job.program.clone_from(&manifest.program);
+    let session = Session { seed: seed.or(job.definition.seed), json: false, ..session.clone() };
+    let names = rungs::names(&job);
+
+    let runs = &stored[fingerprints::FILE];
+    let as_told = manifest.files.get(fingerprints::FILE) == Some(&manifest::sha256(runs));
+    if !as_told && !whole {
+        session.note(format_args!(
+            "{} is not what {} says: every run is made again to find what was altered",
+            fingerprints::FILE,
+            manifest::FILE
+        ));
+    }
+    let taken = as_told && !whole;
+    let saved: Vec<SavedFit> = if taken {
+        saved(&job, fingerprints::from_csv(&names, runs)?)?
+    } else {
+        job.candidates.iter().map(|_| SavedFit::default()).collect()
+    };
+    let mut timing = Timing::start();
+    let fitted = fitted(&job, saved, &session, &mut timing)?;
+    let again = if taken { make_again(&fitted.made, &names, &mut verification.differences) } else { 0 };
+    let same = if verification.differences.is_empty() { "all the same to the last digit" } else { "not all the same" };
+    let derived = derive(&job, &fitted, &session, &mut timing)?;
+
+    for (name, bytes) in &derived.files {
+        let name = name.display().to_string();
+        if let Some(found) = stored.get(&name) {
+            verification.differences.extend(differences(&name, bytes, found));
+        }
+    }
+    if stored.get(timing::FILE).is_some_and(|bytes| timing::is_as_sealed(bytes) != Some(true)) {
+        verification.differences.push(Difference {
+            place: format!("{}: sha256", timing::FILE),
+            expected: "the digest of the times beside it".into(),
+            found: "that of others; which of them was altered cannot be told".into(),
+        });
+    }
+    let made: usize = fitted.made.iter().map(|made| made.runs.len()).sum();
+    let how_runs = if taken {
+        format!("SHA-256; {again} of {made} runs made again, {same}")
+    } else {
+        format!("all {made} runs made again")
+    };
+    verification.parts = parts(manifest, stored, &derived.files, &derived.outcome, how_runs, taken);
+    Ok(())
+}
+
+/// The stored runs, candidate by candidate.
+fn saved(job: &Job, runs: Vec<fingerprints::CandidateRuns>) -> anyhow::Result<Vec<SavedFit>> {
+    let expected: Vec<String> = job.candidates.iter().map(|candidate| candidate.key()).collect();
+    let found: Vec<&str> = runs.iter().map(|runs| runs.candidate.as_str()).collect();
+    if expected != found {
+        bail!(
+            "{}: expected runs of {}, found those of {}; verify with --whole, or calibrate again",
+            fingerprints::FILE,
+            expected.join(", "),
+            found.join(", ")
+        );
+    }
+    Ok(runs.into_iter().map(SavedFit::ended).collect())
+}
+
+/// Make some of the stored runs again, evenly spread; returns how many.
+fn make_again(all: &[Made], names: &fingerprints::Names, told: &mut Vec<Difference>) -> usize {
+    let spread = |count: usize, of: usize| (0..of.min(count)).map(move |index| index * count / of.min(count));
+    let mut again = 0;
+    for made in all {
+        let candidate = &made.runs.candidate;
+        let mut compare = |what: String, stored: &Run, anew: &Run| {
+            again += 1;
+            if let Some(difference) = difference(names, stored, anew) {
+                told.push(Difference {
+                    place: format!("{}: {what} of {candidate}", fingerprints::FILE),
+                    expected: "the run made again".into(),
+                    found: difference,
+                });
+            }
+        };
+        for number in spread(made.runs.search.iter().map(Vec::len).sum(), RUNS_AGAIN) {
+            if let Some((stored, anew)) = made.searched_again(number) {
+                compare(format!("run {}", number + 1), stored, &anew);
+            }
+        }
+        let searched: usize = made.runs.search.iter().map(Vec::len).sum();
+        for number in spread(made.runs.correction.iter().map(Vec::len).sum(), PAIRS_AGAIN) {
+            if let Some((stored, anew)) = made.paired_again(number) {
+                compare(format!("run {} on {}", searched + number + 1, names.lower), &stored.lower, &anew.lower);
+                compare(format!("run {} on {}", searched + number + 1, names.upper), &stored.upper, &anew.upper);
+            }
+        }
+    }
+    again
+}
+
+/// What was held against what, with how many numbers.
+fn parts(
+    manifest: &Manifest,
+    stored: &BTreeMap<String, Vec<u8>>,
+    derived: &Files,
+    outcome: &CalibrationOutcome,
+    how_runs: String,
+    taken: bool,
+) -> Vec<Part> {
+    let mut parts = Vec::new();
+    let mut add = |what: &str, numbers, how: &str| parts.push(Part { what: what.into(), numbers, how: how.into() });
+    let roles: Vec<&str> = manifest.inputs.keys().map(String::as_str).collect();
+    add(&format!("inputs: {}", roles.join(", ")), roles.len(), "SHA-256 of each file");
+    let here: BTreeSet<String> = stored.keys().cloned().collect();
+    let mut left: BTreeMap<String, usize> = derived
+        .iter()
+        .map(|(name, bytes)| (name.display().to_string(), numbers(bytes)))
+        .filter(|(name, _)| here.contains(name))
+        .collect();
+    if let Some(count) = left.remove(fingerprints::FILE) {
+        add(fingerprints::FILE, count, &how_runs);
+    }
+    if let Some(count) = left.remove("calibration.json") {
+        let json = serde_json::to_value(outcome).unwrap_or_default();
+        let leaves = |value: &Value| numbers(format!("{value:#}").as_bytes());
+        let features = leaves(&json["features"])
+            + json["records"]
+                .as_array()
+                .map_or(0, |records| records.iter().map(|record| leaves(&record["features"])).sum());
+        add("calibration.json: features", features, "record measured anew, fitted simulation run again");
+        let rest = if taken { "by the likelihood from the runs stored" } else { "by the likelihood from those runs" };
+        add("calibration.json: everything else", count.saturating_sub(features), rest);
+    }
+    let mut group = |what: &str, how: &str, member: &dyn Fn(&str) -> bool| {
+        let counts: Vec<usize> = left.iter().filter(|(name, _)| member(name)).map(|(_, count)| *count).collect();
+        left.retain(|name, _| !member(name));
+        if !counts.is_empty() {
+            let files = if counts.len() == 1 { "1 file".into() } else { format!("{} files", counts.len()) };
+            parts.push(Part { what: format!("{what} ({files})"), numbers: counts.iter().sum(), how: how.into() });
+        }
+    };
+    group("recorded_*.csv", "record read anew", &|name| name.starts_with("recorded_"));
+    group("simulated_*.csv", "fitted simulation run again", &|name| name.starts_with("simulated_"));
+    group("figures", "drawn anew", &|name| name.starts_with("figures"));
+    group("report and tables", "made anew from all of these", &|name| name != manifest::FILE);
+    group(manifest::FILE, "inputs and files digested anew", &|_| true);
+    if let Some(bytes) = stored.get(timing::FILE) {
+        let how = "its own SHA-256 alone: times cannot be derived".to_owned();
+        parts.push(Part { what: timing::FILE.into(), numbers: numbers(bytes), how });
+    }
+    parts
+}
+
+fn text(verification: &Verification) -> String {
+    let mut text = format!("{}: written by {}", verification.folder.display(), verification.written_by);
+    // Writing to a string cannot fail.
+    let _ = if verification.written_by == verification.verified_by {
+        writeln!(text, ", the version that verifies it")
+    } else {
+        writeln!(text, ", verified by {}: another version may come to other numbers", verification.verified_by)
+    };
+    let width = verification.parts.iter().map(|part| part.what.chars().count()).max().unwrap_or(0);
+    if !verification.parts.is_empty() {
+        let _ = writeln!(text, "\n  {:width$}  {:>7}  how", "what", "numbers");
+    }
+    for part in &verification.parts {
+        let _ = writeln!(text, "  {:width$}  {:>7}  {}", part.what, part.numbers, part.how);
+    }
+    for (what, files) in [
+        ("Of the manifest but not in the folder, so not verified", &verification.missing),
+        ("In the folder but not of the manifest, so not verified", &verification.unknown),
+    ] {
+        if !files.is_empty() {
+            let more = files.len().saturating_sub(PRINTED);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            let shown: Vec<&str> = files.iter().take(PRINTED).map(String::as_str).collect();
+            let _ = writeln!(text, "\n{what}: {}{more}", shown.join(", "));
+        }
+    }
+    let _ = writeln!(text);
+    let file = |difference: &Difference| difference.place.split(':').next().unwrap_or_default().to_owned();
+    let mut told: BTreeMap<String, usize> = BTreeMap::new();
+    for difference in &verification.differences {
+        let count = told.entry(file(difference)).or_default();
+        *count += 1;
+        if *count <= PRINTED {
+            let Difference { place, expected, found } = difference;
+            let _ = writeln!(text, "{place}\n    expected {expected}, found {found}");
+        }
+    }
+    for (file, count) in told.into_iter().filter(|(_, count)| *count > PRINTED) {
+        let _ = writeln!(text, "{file}: {} more", count - PRINTED);
+    }
+    let _ = match verification.differences.len() {
+        0 => writeln!(text, "Verified: every number is what this program derives from these inputs."),
+        1 => writeln!(text, "Not verified: one number or word is not what this program derives from these inputs."),
+        count => writeln!(
+            text,
+            "Not verified: {count} numbers or words are not what this program derives from these inputs."
+        ),
+    };
+    text
+}
