@@ -117,6 +117,17 @@ fn width_plate(law: &LawReport) -> Plate {
     Plate::new(format!("widths-{}", law.key()), figure)
 }
 
+/// Where the accepted cells of all maps lie along one axis, with a twentieth of margin to either side in ln.
+fn extent(maps: &[&DensityMap], along: fn(&DensityMap, usize) -> f64) -> Option<(f64, f64)> {
+    let accepted = maps.iter().flat_map(|map| {
+        let cells = map.density.iter().enumerate().filter(|(_, density)| **density >= map.accepted_level);
+        cells.map(|(cell, _)| along(map, cell)).collect::<Vec<_>>()
+    });
+    let (low, high) = accepted.fold((f64::INFINITY, 0.0_f64), |(low, high), at| (low.min(at), high.max(at)));
+    let margin = (high / low).powf(0.05);
+    (low > 0.0 && high > low).then(|| (low / margin, high * margin))
+}
+
 /// The 90 % regions of every record and of all on common axes.
 fn region_plate(law: &LawReport) -> Option<Plate> {
     let [first, second, ..] = law.parameters.as_slice() else { return None };
@@ -128,7 +139,14 @@ fn region_plate(law: &LawReport) -> Option<Plate> {
             stroke,
         })
     };
-    let mut panel = Panel::new(figures::axis(first), figures::axis(second)).height(60.0);
+    let maps: Vec<&DensityMap> = law.shares.iter().filter_map(|share| share.map.as_ref()).chain(&law.map).collect();
+    let bounded = |axis: Axis, along: fn(&DensityMap, usize) -> f64| match extent(&maps, along) {
+        Some((low, high)) => axis.range(low, high),
+        None => axis,
+    };
+    let x = bounded(figures::axis(first), |map, cell| map.x[cell % map.x.len()]);
+    let y = bounded(figures::axis(second), |map, cell| map.y[cell / map.x.len()]);
+    let mut panel = Panel::new(x, y).height(60.0);
     for (index, share) in law.shares.iter().enumerate() {
         let stroke = Stroke::new(COLOURS[index % COLOURS.len()]).width(0.9).dash(DASHES[index % DASHES.len()]);
         panel = region(panel, format!("{} alone", share.label), share.map.as_ref()?, stroke);
