@@ -131,7 +131,71 @@ fn main() {
             }
         }
     }
+    scale(&wanted);
     finite_bodies(wanted);
+}
+
+/// Cost per bead and step of chains of 10, 100 and 1000 beads, and the last over the first.
+fn scale(wanted: &impl Fn(&str) -> bool) {
+    let adaptive = Integrator::DormandPrince853 { tolerance: 1e-8 };
+    let fixed = Integrator::Symplectic { step: 5e-8 };
+    // All contacts pressed throughout; a sample a step or one in ten; beads that rattle, so that steps end where contacts part and meet.
+    let cases = [
+        ("adaptive, pressed, sampled at 0.1 µs", adaptive, 1e-7, true),
+        ("adaptive, pressed, sampled at 5 µs", adaptive, 5e-6, true),
+        ("adaptive, rattling, sampled at 0.1 µs", adaptive, 1e-7, false),
+        ("adaptive, rattling, sampled at 5 µs", adaptive, 5e-6, false),
+        ("fixed 0.05 µs, pressed, sampled at 0.05 µs", fixed, 5e-8, true),
+        ("fixed 0.05 µs, pressed, sampled at 5 µs", fixed, 5e-6, true),
+    ];
+    for (name, integrator, output_step, pressed) in cases {
+        let name = format!("scale: {name}");
+        if !wanted(&name) {
+            continue;
+        }
+        let costs = [10, 100, 1000].map(|beads| {
+            let mut scene = rigid(beads, integrator);
+            scene.output_step = output_step;
+            let mut still = InitialState::at_rest(beads);
+            if pressed {
+                scene.chain.precompression = 1.0;
+                scene.drive.amplitude = 1e-8;
+            } else {
+                // No two neighbours alike, none a multiple of another: a low-discrepancy sequence.
+                let golden = 0.5 * (5f64.sqrt() - 1.0);
+                still
+                    .velocities
+                    .iter_mut()
+                    .enumerate()
+                    .for_each(|(i, v)| *v = 0.1 * ((i as f64 * golden).fract() - 0.5));
+                scene.duration = if beads > 100 { 20e-6 } else { 60e-6 };
+            }
+            let run = || ChainModel.run_from(&scene, &still, &mut |_| true).expect("the scene runs");
+            let work = run().work;
+            let repeats = if beads > 100 { 5 } else { 40 };
+            let (least, median) = timed(repeats, || drop(black_box(run())));
+            let per = beads as f64 * work.steps as f64;
+            line(&format!("{name}, N = {beads}"), (least, median), per * 1e-3, "ns a bead and step");
+            println!("    {} steps, {} events, {} evaluations", work.steps, work.events, work.evaluations);
+            least / per
+        });
+        println!("    1000 beads over 10: {:.2}", costs[2] / costs[0]);
+    }
+    let name = "scale: ensemble of 8";
+    if wanted(name) {
+        let costs = [10, 100, 1000].map(|beads| {
+            let scene = rigid(beads, fixed);
+            let ensemble = Ensemble::new(&scene, Ensemble::STEPS_PER_PERIOD).expect("the scene runs");
+            let variations = vec![Variation::of(&scene); 8];
+            let steps = (scene.duration * scene.drive.frequency * f64::from(Ensemble::STEPS_PER_PERIOD)).ceil();
+            let (least, median) =
+                timed(if beads > 100 { 5 } else { 40 }, || drop(black_box(ensemble.run(&variations))));
+            let per = 8.0 * beads as f64 * steps;
+            line(&format!("{name}, N = {beads}"), (least, median), per * 1e-3, "ns a bead, step and run");
+            least / per
+        });
+        println!("    1000 beads over 10: {:.2}", costs[2] / costs[0]);
+    }
 }
 
 /// Fitting the laws of finite bodies, and runs with them.

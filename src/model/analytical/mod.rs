@@ -10,4 +10,7 @@ pub use collision::Collision;
 pub use piston::{BaffledPiston, struve_1};
 pub use plate::{LAMB_COEFFICIENT, ThinPlate};
 pub use precompressed::{cutoff_frequency, mode_frequency};
-pub use solitary_wave::{DISCRETE_SPEED_FACTOR, NESTERENKO_SPEED_FACTOR, nesterenko_width, solitary_wave_speed};
+pub use solitary_wave::{
+    DISCRETE_SPEED_FACTOR, DiscretePulse, NESTERENKO_SPEED_FACTOR, nesterenko_profile, nesterenko_width,
+    solitary_wave_speed,
+};

@@ -34,7 +34,7 @@ pub(super) struct Control {
 
 /// Steps between two calls of the progress function.
 const STEPS_A_REPORT: u64 = 256;
-/// Changes of mode at one instant after which the run is given up.
+/// Changes of mode at one instant after which the run is given up, beside two of every contact: in a long chain many may part at once.
 const CHANGES_AT_ONCE: usize = 64;
 /// Longest second step after a closing, over the first, both in √(t − t*).
 const SECOND_AFTER_CLOSING: f64 = 0.72;
@@ -267,6 +267,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
     ) -> Result<Pace, ModelError> {
         let mut rejected = false;
         let mut changes_here = 0;
+        let most_changes = CHANGES_AT_ONCE + 2 * self.equation.modes.len();
         loop {
             if !rejected {
                 self.survey();
@@ -274,10 +275,8 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
             }
             let (clock, last) = pace.clock(self.time, stop);
             let length = clock.length();
-            if !(length > 2.0 * f64::EPSILON * self.time && length > f64::MIN_POSITIVE)
-                || changes_here > CHANGES_AT_ONCE
-            {
-                if last && changes_here <= CHANGES_AT_ONCE {
+            if !(length > 2.0 * f64::EPSILON * self.time && length > f64::MIN_POSITIVE) || changes_here > most_changes {
+                if last && changes_here <= most_changes {
                     self.time = stop;
                     return Ok(Pace::Plain { step: self.cruise });
                 }

@@ -13,7 +13,13 @@ use crate::{
     signal::Series,
 };
 
+/// Samples that are gathered before they go into their series: a cache line of each.
+const BLOCK: usize = 8;
+
 /// Collects every series of a response; its buffers are allocated once.
+///
+/// A sample of a long chain belongs into thousands of series, each in memory of its own. So samples are put side by side, and every few of
+/// them go into the series together.
 #[derive(Debug)]
 pub(super) struct Grid {
     step: f64,
@@ -26,6 +32,10 @@ pub(super) struct Grid {
     /// Samples taken.
     taken: usize,
     buffer: Vec<[f64; 4]>,
+    /// The last samples, one behind the other: displacements, velocities, forces.
+    block: Vec<f64>,
+    /// Samples in the block.
+    held: usize,
 }
 
 impl Grid {
@@ -36,7 +46,7 @@ impl Grid {
         let mut piston_displacement = vec![0.0; samples];
         let mut piston_velocity = vec![0.0; samples];
         motion.sample(&times, &mut piston_displacement, &mut piston_velocity);
-        let columns = |count: usize| vec![vec![0.0; samples]; count];
+        let columns = |count: usize| (0..count).map(|_| Vec::with_capacity(samples)).collect::<Vec<Vec<f64>>>();
         Self {
             step: scene.output_step,
             padded: system.padded,
@@ -47,6 +57,8 @@ impl Grid {
             force: columns(system.beads + 1),
             taken: 0,
             buffer: vec![[0.0; 4]; system.padded / 2],
+            block: vec![0.0; BLOCK * (3 * system.beads + 1)],
+            held: 0,
         }
     }
 
@@ -71,16 +83,29 @@ impl Grid {
         u[0] = self.piston_displacement[sample];
         v[0] = self.piston_velocity[sample];
         let force = equation.contact_forces(u, v);
-        for (column, value) in self.displacement.iter_mut().zip(&u[1..]) {
-            column[sample] = *value;
-        }
-        for (column, value) in self.velocity.iter_mut().zip(&v[1..]) {
-            column[sample] = *value;
-        }
-        for (column, value) in self.force.iter_mut().zip(force) {
-            column[sample] = *value;
-        }
+        let beads = self.displacement.len();
+        let width = 3 * beads + 1;
+        let row = &mut self.block[self.held * width..(self.held + 1) * width];
+        row[..beads].copy_from_slice(&u[1..=beads]);
+        row[beads..2 * beads].copy_from_slice(&v[1..=beads]);
+        row[2 * beads..].copy_from_slice(&force[..=beads]);
+        self.held += 1;
         self.taken += 1;
+        if self.held == BLOCK {
+            self.sort_in();
+        }
+    }
+
+    /// Put the samples of the block into their series.
+    #[inline(never)]
+    fn sort_in(&mut self) {
+        let width = 3 * self.displacement.len() + 1;
+        let held = self.held;
+        let series = self.displacement.iter_mut().chain(&mut self.velocity).chain(&mut self.force);
+        for (column, series) in series.enumerate() {
+            series.extend((0..held).map(|row| self.block[row * width + column]));
+        }
+        self.held = 0;
     }
 
     /// Whether all samples are taken.
@@ -99,8 +124,13 @@ impl Grid {
     }
 
     /// The response, with its books.
-    pub fn response(self, energy: EnergyLedger, work: SolverWork) -> Response {
-        let series = |values: Vec<f64>| Series::new(0.0, self.step, values);
+    pub fn response(mut self, energy: EnergyLedger, work: SolverWork) -> Response {
+        self.sort_in();
+        let samples = self.piston_displacement.len();
+        let series = |mut values: Vec<f64>| {
+            values.resize(samples, 0.0);
+            Series::new(0.0, self.step, values)
+        };
         let bead_velocity: Vec<Series> = self.velocity.into_iter().map(series).collect();
         Response {
             piston_displacement: series(self.piston_displacement),
