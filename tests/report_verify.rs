@@ -224,7 +224,7 @@ fn the_runs_the_manifest_and_the_times_are_held(bench: &Bench, written: &BTreeMa
     bytes = with_another_digit(&bytes, places[2 * places.len() / 3]);
     bytes = with_another_digit(
         &bytes,
-        digits(manifest[manifest.find("processor").unwrap()..].as_bytes(), 1)[0] + manifest.find("processor").unwrap(),
+        digits(&manifest.as_bytes()[manifest.find("processor").unwrap()..], 1)[0] + manifest.find("processor").unwrap(),
     );
     let mut altered = written.clone();
     altered.insert("manifest.json".into(), bytes);

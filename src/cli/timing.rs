@@ -94,6 +94,14 @@ pub fn is_as_sealed(bytes: &[u8]) -> Option<bool> {
     Some(whole == text && told.as_str() == Some(&seal(&timing)))
 }
 
+/// Largest resident memory of this process so far, bytes; only Linux tells without further libraries.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024 * kibibytes)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,12 +119,4 @@ mod tests {
         }
         assert_eq!(is_as_sealed(&timing.to_json()), None);
     }
-}
-
-/// Largest resident memory of this process so far, bytes; only Linux tells without further libraries.
-fn peak_memory() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(1024 * kibibytes)
 }
