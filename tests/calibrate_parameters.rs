@@ -150,11 +150,8 @@ fn a_record_at_another_drive_frequency_is_refused_with_its_line() {
 }
 
 /// Both dashpots.
-const BOTH: [&str; 3] = [
-    "damping.kind=linear+kuwabara-kono",
-    "damping.linear_coefficient=0.2",
-    "damping.kuwabara_kono_coefficient=2000",
-];
+const BOTH: [&str; 3] =
+    ["damping.kind=linear+kuwabara-kono", "damping.linear_coefficient=0.2", "damping.kuwabara_kono_coefficient=2000"];
 
 fn bench_scene(sets: &[&str]) -> Scene {
     let sets = [&["chain.beads=2", "duration=420us", "drive.cycles=20", "alpha=0.6"], sets].concat();

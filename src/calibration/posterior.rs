@@ -18,6 +18,9 @@ const CELLS: [usize; 6] = [200, 56, 22, 11, 7, 5];
 /// Half a side of the first grid in the frame of the best runs, in their standard deviations.
 const REACH: f64 = 8.0;
 
+/// Points that stand for a cell where its mass is seen along two of several parameters.
+const SPREAD: u32 = 32;
+
 /// Cells a side of the density over two of several parameters.
 const PAIR_CELLS: usize = 24;
 
@@ -231,16 +234,22 @@ impl Posterior {
         if self.dimension() < 2 { 0.0 } else { self.correlation(0, 1) }
     }
 
-    /// The same over coordinates `a` and `b` alone, the others summed over, along the axes of the unit box: every cell's mass goes to the four
-    /// cells around its centre.
+    /// The same over coordinates `a` and `b` alone, the others summed over, along the axes of the unit box: every cell's mass is spread over points
+    /// within it, and from each to the four cells around it.
     #[must_use]
     pub fn marginal(&self, a: usize, b: usize) -> Self {
         let largest = self.mass.iter().copied().fold(0.0, f64::max);
-        let felt = self.mass.iter().enumerate().filter(|(_, mass)| **mass > largest * (-10.0_f64).exp());
+        let felt = self.mass.iter().enumerate().filter(|(_, mass)| **mass > largest * (-7.0_f64).exp());
+        let side = |d: usize| (self.high[d] - self.low[d]) / self.cells as f64;
         let points: Vec<([f64; 2], f64)> = felt
-            .map(|(index, mass)| {
-                let centre = self.centre(index);
-                ([centre[a], centre[b]], *mass)
+            .flat_map(|(index, mass)| {
+                let centre = self.grid_centre(index);
+                (0..SPREAD).map(move |point| {
+                    let off = |d: usize| f64::from(sobol_burley::sample(point, d as u32, 0)) - 0.5;
+                    let at = centre.iter().enumerate().map(|(d, y)| y + side(d) * off(d)).collect();
+                    let at = self.in_box(at);
+                    ([at[a], at[b]], mass / f64::from(SPREAD))
+                })
             })
             .collect();
         let end = |d: usize, pick: fn(f64, f64) -> f64| points.iter().map(|(u, _)| u[d]).reduce(pick).unwrap_or(0.5);

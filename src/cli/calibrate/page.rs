@@ -469,6 +469,7 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
     let mount = outcome.mount.as_ref().map_or_else(String::new, |mount| format!(", {mount} disc"));
     let law = law_name(&outcome.damping_kind);
     let _ = writeln!(text, "{}: {} with {law} damping{mount}", outcome.verdict, outcome.scene);
+    let widest = outcome.parameters.keys().map(String::len).max().unwrap_or(0).max(8);
     for (name, parameter) in &outcome.parameters {
         let interval = match (parameter.low, parameter.high) {
             (Some(low), Some(high)) => {
@@ -478,7 +479,8 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
         };
         let unit = if parameter.unit == "1" { "" } else { &parameter.unit };
         let bound = if parameter.at_bound { "   at a bound of the search" } else { "" };
-        let _ = writeln!(text, "  {name:<8} {} {unit}{interval}{bound}", significant(parameter.value, 4));
+        let untold = if parameter.unidentified { "   unidentified" } else { "" };
+        let _ = writeln!(text, "  {name:<widest$} {} {unit}{interval}{bound}{untold}", significant(parameter.value, 4));
     }
     for key in ["positive_peak", "negative_peak", "ratio_1/3", "ratio_2/3", "thd"] {
         // The distortion says more of a train of pulses than of a bead's motion.
