@@ -37,13 +37,9 @@ pub const fn neighbours(dimension: usize) -> usize {
 /// Factor on the off-diagonals of the residual covariance.
 const SHRINKAGE: f64 = 0.4;
 
-/// By how much every further record divides the power: at three records 0.36 in place of 0.5, with which 90 % intervals of twins at three drive
-/// levels hold 90 % of truths.
-const IN_COMMON: f64 = 0.2;
-
-/// Factor on the power with more than two parameters: 0.4 in place of 0.5, with which intervals of twins with three and four parameters hold
-/// nine truths of ten or more.
-const MANY_PARAMETERS: f64 = 0.8;
+/// Factor on the power with more than two parameters or several records: 0.4 in place of 0.5, with which intervals of twins with three and four
+/// parameters, and at three drive levels, hold nine truths of ten or more.
+const IN_FRAME: f64 = 0.8;
 
 /// Stands for a weight of zero.
 const SMALLEST_WEIGHT: f64 = 1e-12;
@@ -124,7 +120,7 @@ impl Cloud {
         cloud
     }
 
-    /// The same with another power β on the likelihood of one record.
+    /// The same with another power β on the likelihood of one record and two parameters.
     #[must_use]
     pub fn tempered(mut self, power: f64) -> Self {
         self.power = power;
@@ -168,7 +164,8 @@ impl Cloud {
             neighbours: self.neighbours,
             power: self.power,
             domain: self.domain.clone(),
-            frame: self.frame.clone(),
+            // What one record leaves open is wider than the frame of all.
+            frame: None,
         }
     }
 
@@ -199,12 +196,10 @@ impl Cloud {
         self.domain.clone().unwrap_or_else(|| (vec![0.0; dimension], vec![1.0; dimension]))
     }
 
-    /// β, the power on the likelihood that makes a posterior: that of one record, less the more records there are, for what they have in common
-    /// (the model's own error, the runs that are regressed) no further record averages out; and less with more than two parameters.
+    /// β, the power on the likelihood that makes a posterior: that of one record and two parameters, or less where a frame is needed.
     #[must_use]
     pub fn power(&self) -> f64 {
-        let power = if self.frame.is_some() { MANY_PARAMETERS * self.power } else { self.power };
-        power / (1.0 + IN_COMMON * (self.parts.len() - 1) as f64)
+        if self.frame.is_some() { IN_FRAME * self.power } else { self.power }
     }
 
     /// Number of runs.

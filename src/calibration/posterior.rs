@@ -24,8 +24,8 @@ const SPREAD: u32 = 32;
 /// Cells a side of the density over two of several parameters.
 const PAIR_CELLS: usize = 24;
 
-/// exp(β SL) on the cells of a regular grid over a sub-box, normalised; of more than two parameters in the frame of the best runs
-/// ([`Frame`]), for along the box's own axes nearly all cells would be empty.
+/// exp(β SL) on the cells of a regular grid over a sub-box, normalised; of more than two parameters, or several records, in the frame of the best
+/// runs ([`Frame`]), for along the box's own axes nearly all cells would be empty.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Posterior {
     /// Lower corner of the sub-box, unit coordinates or those of the frame.

@@ -31,9 +31,9 @@ pub type SearchState = IterState<Vec<f64>, (), (), (), (), f64>;
 /// Sizes of the elites, one a batch of stage 2.
 const ELITES: [usize; 5] = [24, 20, 16, 12, 10];
 
-/// Batches an elite of each size, for so many parameters.
-const fn rounds(dimension: usize) -> usize {
-    if dimension > 2 { 3 } else { 1 }
+/// Batches an elite of each size, for so many parameters and records.
+const fn rounds(dimension: usize, records: usize) -> usize {
+    if dimension > 2 || records > 1 { 3 } else { 1 }
 }
 
 /// Step around an elite, in distances to its fifth neighbour.
@@ -86,7 +86,7 @@ impl Search {
         };
         let share = |fraction: f64| ((budget as f64 * fraction).round() as usize).max(1);
         let dimension = joint.parameters().len();
-        let elites = ELITES.len() * rounds(dimension);
+        let elites = ELITES.len() * rounds(dimension, joint.records().len());
         let (elite, drawn) = (share(290.0 / 600.0 / elites as f64), share(75.0 / 600.0));
         let first = budget.saturating_sub(elites * elite + 2 * drawn).max(1);
         let mut batches = vec![first];
@@ -142,7 +142,7 @@ impl Search {
         }
         let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ 0x005E_A2C4);
         random.set_stream(self.batch as u64);
-        match ELITES.get((self.batch - 1) / rounds(self.dimension)) {
+        match ELITES.get((self.batch - 1) / rounds(self.dimension, self.parts.len())) {
             Some(&size) => around_elite(&cloud, size * neighbours(self.dimension) / neighbours(2), count, &mut random),
             None => self.drawn(&cloud, count, &mut random).unwrap_or_else(|| self.scattered(count)),
         }
@@ -167,9 +167,9 @@ pub(super) fn scattered(first: usize, count: usize, dimension: usize, seed: u64)
     (first..first + count).map(point).collect()
 }
 
-/// The cloud with distances measured in the frame of its best runs, where there are more than two parameters.
+/// The cloud with distances measured in the frame of its best runs, where there are more than two parameters or several records.
 pub(super) fn framed(cloud: Cloud, dimension: usize) -> Cloud {
-    if dimension <= 2 || cloud.len() <= neighbours(dimension) {
+    if (dimension <= 2 && cloud.records() == 1) || cloud.len() <= neighbours(dimension) {
         return cloud;
     }
     let ranked = ranking(&cloud);

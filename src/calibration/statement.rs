@@ -22,11 +22,12 @@ pub fn statements(fit: &Fit) -> Vec<String> {
     let mut said = Vec::new();
     match fit.verdict {
         Verdict::OutsideScatter => said.push(format!(
-            "The model does not explain the data: its best runs miss it by {:.1} scatters a feature (1.5 is the limit){}. The \
+            "The model does not explain the data: its best runs miss it by {:.1} scatters a feature ({} is the limit){}. The \
              values are those of the nearest response, no interval is quoted. Check the support, the first gap, the \
              precompression and the damping law before anything else.",
             fit.misfit,
-            if fit.misfit > super::fit::OUTSIDE { "" } else { ", or its expected response is off as a whole" },
+            fit.limit(),
+            if fit.misfit > fit.limit() { "" } else { ", or its expected response is off as a whole" },
         )),
         Verdict::NotConverged => said.push(format!(
             "The answer was still moving: the last batch of runs shifted a median by {:.1} half-widths of its interval. Raise \
@@ -34,9 +35,10 @@ pub fn statements(fit: &Fit) -> Vec<String> {
             fit.drift
         )),
         Verdict::WithinScatter if fit.misfit > DOUBTFUL => said.push(format!(
-            "The agreement is doubtful: the best runs miss the data by {:.1} scatters a feature (1 raises no alarm, 1.5 is \
+            "The agreement is doubtful: the best runs miss the data by {:.1} scatters a feature (1 raises no alarm, {} is \
              the limit).",
-            fit.misfit
+            fit.misfit,
+            fit.limit()
         )),
         Verdict::WithinScatter => {}
     }
@@ -164,7 +166,7 @@ fn remedy(target: Target) -> &'static str {
 pub fn together(fit: &Fit, labels: &[String]) -> Vec<String> {
     let shares = || labels.iter().zip(&fit.shares);
     if fit.verdict == Verdict::OutsideScatter {
-        let outside = |share: &Share| share.misfit > super::fit::OUTSIDE || share.bias > super::fit::BIASED;
+        let outside = |share: &Share| share.misfit > fit.limit() || share.bias > super::fit::BIASED;
         let (missed, held): (Vec<_>, Vec<_>) = shares().partition(|(_, share)| outside(share));
         if missed.is_empty() || held.is_empty() {
             return vec![];

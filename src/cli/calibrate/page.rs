@@ -335,7 +335,10 @@ fn pair_maps(fit: &Fit) -> Vec<PairMap> {
 /// The posterior over both of two parameters, relative to its largest value.
 pub(super) fn density_map(fit: &Fit, posterior: &Posterior) -> Option<DensityMap> {
     let [first, second] = fit.parameters.as_slice() else { return None };
-    Some(pair_map([first, second], posterior))
+    Some(match posterior.frame {
+        Some(_) => pair_map([first, second], &posterior.marginal(0, 1)),
+        None => pair_map([first, second], posterior),
+    })
 }
 
 fn pair_map(parameters: [&Parameter; 2], posterior: &Posterior) -> DensityMap {
