@@ -78,7 +78,8 @@ mod tests {
         for a in 0..3 {
             for b in 0..3 {
                 let moment = inside.iter().map(|y| y[a] * y[b]).sum::<f64>() / 199.0;
-                assert!((moment - f64::from(u8::from(a == b))).abs() < 2e-3, "{a} {b} {moment}");
+                // What is not told apart below FINEST counts for a quarter of a per cent along the thinnest direction.
+                assert!((moment - f64::from(u8::from(a == b))).abs() < 5e-3, "{a} {b} {moment}");
             }
         }
         for (point, y) in points.iter().zip(&inside) {
