@@ -94,7 +94,8 @@ fn mounts(
         };
         if mount == Rim::Free && pressed {
             return Err(usage(
-                "--mount free cannot be: a precompression would push a disc away that nothing holds; leave `free` out, or the precompression",
+                "--mount free cannot be: a precompression would push a disc away that nothing holds; leave `free` out, or set \
+                 chain.precompression=0 and do not fit it",
             ));
         }
         if !mounts.contains(&Some(mount)) {
