@@ -242,6 +242,9 @@ fn uneven_samples_are_interpolated_on_demand_only() {
         read_record_bytes(Path::new("vib.csv"), lost.as_bytes(), Some(RecordKind::Vibrometer), &options).unwrap();
     let plain = plain();
     assert_says("lost", &record, &["interpolated by a cubic spline onto one every 5.0000e-7 s (--resample)"]);
+    // Found by a fuzzer: eight rows that reach over seven median steps.
+    let few = "time_us,velocity_mm_per_s\n0,1\n1,2\n2,3\n3,4\n4,3\n5,2\n6,1\n6.5,0\n";
+    assert!(refused("vib.csv", few, &options).contains("expected at least 8 samples, found 7"));
     assert_eq!(record.raw.len(), 100);
     for (i, (a, b)) in record.raw.values.iter().zip(&plain.raw.values).enumerate() {
         // 27 samples a cycle, 14 across the gap: 20.3/14⁴ of 0.2 m/s, and the file's noise of ±0.25 mm/s.

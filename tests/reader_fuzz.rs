@@ -1,6 +1,10 @@
-//! Whatever bytes a file holds, the reader returns: a record, or a refusal. `PROPTEST_CASES=1000000` for a long run.
+//! Whatever bytes a file holds, the reader returns, within ten times their memory: a record, or a refusal.
+//! `PROPTEST_CASES=100000000` for a long run; `fuzz/` follows the branches taken.
 
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+mod allocator;
+mod harm;
 
 use std::{path::Path, sync::LazyLock};
 
@@ -8,6 +12,7 @@ use granchain::{
     measurement::{Baseline, DecimalSign, Delimiter, Missing, ReadOptions, RecordKind, Sensitivity, read_record_bytes},
     signal::Quantity,
 };
+use harm::{cases, harm, harmed};
 use proptest::prelude::*;
 
 /// Every file in `tests/dialects` with its name.
@@ -22,62 +27,13 @@ static FILES: LazyLock<Vec<(String, Vec<u8>)>> = LazyLock::new(|| {
         .collect()
 });
 
-/// What may happen to a file.
-#[derive(Debug, Clone)]
-enum Harm {
-    Change(usize, u8),
-    Cut(usize, usize),
-    Repeat(usize, usize),
-    Insert(usize, Vec<u8>),
-    End(usize),
-}
-
-fn harm() -> impl Strategy<Value = Harm> {
-    let at = any::<prop::sample::Index>().prop_map(|at| at.index(6000));
-    let words: Vec<Vec<u8>> =
-        ["\n", "\r", "\0", ",", ";", "\t", "\"", "#", "-1", "    -1\n", "e999", "nan", "1e308", "58b", "-"]
-            .iter()
-            .map(|word| word.as_bytes().to_vec())
-            .chain([vec![0xff; 9], vec![0xb5], b"99999999999999999999".to_vec()])
-            .collect();
-    prop_oneof![
-        4 => (at.clone(), any::<u8>()).prop_map(|(at, byte)| Harm::Change(at, byte)),
-        2 => (at.clone(), 1usize..200).prop_map(|(at, length)| Harm::Cut(at, length)),
-        1 => (at.clone(), 1usize..200).prop_map(|(at, length)| Harm::Repeat(at, length)),
-        3 => (at.clone(), prop::sample::select(words)).prop_map(|(at, word)| Harm::Insert(at, word)),
-        1 => at.prop_map(Harm::End),
-    ]
-}
-
-fn harmed(bytes: &[u8], harms: &[Harm]) -> Vec<u8> {
-    let mut bytes = bytes.to_vec();
-    for harm in harms {
-        let within = |at: usize| at % (bytes.len() + 1);
-        match harm {
-            Harm::Change(at, byte) => {
-                let at = within(*at);
-                if let Some(place) = bytes.get_mut(at) {
-                    *place = *byte;
-                }
-            }
-            Harm::Cut(at, length) => {
-                let at = within(*at);
-                let end = (at + length).min(bytes.len());
-                bytes.drain(at..end);
-            }
-            Harm::Repeat(at, length) => {
-                let at = within(*at);
-                let part = bytes[at..(at + length).min(bytes.len())].to_vec();
-                bytes.splice(at..at, part);
-            }
-            Harm::Insert(at, word) => {
-                let at = within(*at);
-                bytes.splice(at..at, word.iter().copied());
-            }
-            Harm::End(at) => bytes.truncate(within(*at)),
-        }
-    }
-    bytes
+/// Signs that mean something in some form of file.
+fn words() -> Vec<Vec<u8>> {
+    ["\n", "\r", "\0", ",", ";", "\t", "\"", "#", "-1", "    -1\n", "e999", "nan", "1e308", "58b", "-"]
+        .iter()
+        .map(|word| word.as_bytes().to_vec())
+        .chain([vec![0xff; 9], vec![0xb5], b"99999999999999999999".to_vec()])
+        .collect()
 }
 
 fn options() -> impl Strategy<Value = ReadOptions> {
@@ -108,7 +64,11 @@ fn options() -> impl Strategy<Value = ReadOptions> {
 /// Read as any kind; a refusal names the file.
 fn try_all(name: &str, bytes: &[u8], options: &ReadOptions) -> usize {
     let kinds = [None, Some(RecordKind::HornTip), Some(RecordKind::Vibrometer)];
-    let read = kinds.map(|kind| read_record_bytes(Path::new(name), bytes, kind, options));
+    let read = kinds.map(|kind| {
+        let (read, peak) = allocator::peak_of(|| read_record_bytes(Path::new(name), bytes, kind, options));
+        assert!(peak <= 10 * bytes.len() + allocator::ANY_FILE, "{peak} bytes of memory for {} of file", bytes.len());
+        read
+    });
     for refused in read.iter().filter_map(|read| read.as_ref().err()) {
         assert!(refused.to_string().starts_with(name), "{refused}");
     }
@@ -130,18 +90,13 @@ fn the_files_are_there_and_are_read_as_they_are() {
     assert_eq!(read.count(), FILES.len() - 3);
 }
 
-fn config() -> ProptestConfig {
-    let cases = std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(4000);
-    ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
-}
-
 proptest! {
-    #![proptest_config(config())]
+    #![proptest_config(cases(300_000))]
 
     #[test]
     fn harmed_files_are_read_or_refused(
         file in any::<prop::sample::Index>(),
-        harms in prop::collection::vec(harm(), 1..6),
+        harms in prop::collection::vec(harm(words()), 1..6),
         options in options(),
     ) {
         let (name, bytes) = &FILES[file.index(FILES.len())];

@@ -63,6 +63,7 @@ fn ten_times_the_file_are_enough() {
     let columns = format!("{}\n", "a,".repeat(2_000_000));
     let comments = "#\n".repeat(2_000_000) + "t,v\n";
     let quotes = format!("time_s,velocity_m_per_s\n\"{}", "1,2\n".repeat(1_000_000));
+    let name = vec![0xff; 4_000_000];
     let promises = String::from_utf8(text.clone()).unwrap().replace(&format!("{ROWS:>10}"), "1999999999");
     for (name, bytes, read) in [
         ("plain", plain.as_bytes(), true),
@@ -73,6 +74,7 @@ fn ten_times_the_file_are_enough() {
         ("58", &text, true),
         ("many columns", columns.as_bytes(), false),
         ("many comments", comments.as_bytes(), false),
+        ("one long name", &name, false),
         ("open quotes", quotes.as_bytes(), false),
         ("a count beyond the file", promises.as_bytes(), false),
     ] {

@@ -208,6 +208,20 @@ fn unknown_scenes_are_refused_with_the_nearest_name() {
 }
 
 #[test]
+fn places_count_letters_wherever_they_stand() {
+    for before in [0, 100, 255, 256, 257, 1000] {
+        let text = format!("description = \"{}\"\n# µ\n\"µµ\".x = 1", "µ".repeat(before));
+        assert!(file_refusal(&text).starts_with("bench/own.toml:3:1: unknown key `µµ.x`"), "{}", file_refusal(&text));
+        let text = format!("drive = {{ kind = \"{}\", amplitude = ? }}", "µ".repeat(before));
+        let column = before + 34;
+        assert!(file_refusal(&text).starts_with(&format!("bench/own.toml:1:{column}: ")), "{}", file_refusal(&text));
+    }
+    // A message repeats the beginning of a long override.
+    let message = refusal(&[&format!("chain.gaps=[{}]", "0,".repeat(2000))]);
+    assert!(message.starts_with("--set chain.gaps=[0,0,") && message.contains('…') && message.len() < 300, "{message}");
+}
+
+#[test]
 fn files_that_are_no_scenes_are_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let missing = folder.path().join("missing.toml");
@@ -219,6 +233,13 @@ fn files_that_are_no_scenes_are_refused_by_name() {
     std::fs::write(&binary, b"name = \"\xff\"").unwrap();
     let message = overridden(binary.to_str().unwrap(), &[]).unwrap_err().to_string();
     assert!(message.contains("is not a text file (byte 8 is no UTF-8)"), "{message}");
+    let record = folder.path().join("record.csv");
+    std::fs::write(&record, "0.1,2.5\n".repeat(200_000)).unwrap();
+    let message = overridden(record.to_str().unwrap(), &[]).unwrap_err().to_string();
+    assert!(
+        message.contains("record.csv` has more than 1048576 bytes, no scene has; a record belongs to `--measured`"),
+        "{message}"
+    );
     let message = file_refusal("[chain]\nbeads = six\n");
     assert!(message.starts_with("bench/own.toml:2:9: not readable as TOML: "), "{message}");
     assert!(message.ends_with("expected lines such as `radius = \"0.5 mm\"` under `[chain]`"), "{message}");

@@ -2,55 +2,11 @@
 //!
 //! Records of a run are reserved at its start, so their number does not grow with the steps either.
 
-#![allow(unsafe_code, reason = "a counting allocator")]
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    cell::Cell,
-};
+mod allocator;
 
 use granchain::{model, scene};
-
-struct Counting;
-
-thread_local! {
-    static COUNT: Cell<u64> = const { Cell::new(0) };
-}
-
-fn count_one() {
-    let _ = COUNT.try_with(|count| count.set(count.get() + 1));
-}
-
-// SAFETY: everything is handed on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count_one();
-        // SAFETY: as our caller promises.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        count_one();
-        // SAFETY: as our caller promises.
-        unsafe { System.alloc_zeroed(layout) }
-    }
-
-    // A vector that grows allocates anew as far as this test is concerned.
-    unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count_one();
-        // SAFETY: as our caller promises.
-        unsafe { System.realloc(place, layout, size) }
-    }
-
-    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
-        // SAFETY: as our caller promises.
-        unsafe { System.dealloc(place, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// The prepared bodies serve the longer run.
 fn compare(name: &str, keys: &[&str], short: f64) {
@@ -59,9 +15,9 @@ fn compare(name: &str, keys: &[&str], short: f64) {
     let prepared = model::prepare(&scene).unwrap();
     let mut count = |duration: f64| {
         scene.duration = duration;
-        let before = COUNT.with(Cell::get);
+        let before = allocator::calls();
         let response = prepared.run(&scene, &mut |_| true).unwrap();
-        (COUNT.with(Cell::get) - before, response.work.steps)
+        (allocator::calls() - before, response.work.steps)
     };
     // What is made once a thread or once a program is made now.
     count(short);

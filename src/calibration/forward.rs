@@ -62,6 +62,18 @@ const FELT: f64 = 1e-9;
 const TOGETHER: f64 = 0.6;
 
 impl Uncertainty {
+    /// Name, SI unit and value of each.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, &'static str, f64); 5] {
+        [
+            ("gap", "m", self.gap),
+            ("baseline", "m", self.baseline),
+            ("drive", "1", self.drive),
+            ("precompression", "N", self.precompression),
+            ("support_stiffness", "1", self.support_stiffness),
+        ]
+    }
+
     /// Factor on the power β of the likelihood.
     fn discount(&self) -> f64 {
         let felt = self.baseline > FELT || self.precompression > 0.0 || self.support_stiffness > 0.0;

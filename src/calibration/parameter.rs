@@ -226,7 +226,7 @@ impl Parameter {
 }
 
 /// The factor of an annulus (1) or the stiffness of a spring (N/m).
-fn support_stiffness(scene: &Scene) -> Option<f64> {
+pub(super) fn support_stiffness(scene: &Scene) -> Option<f64> {
     match &scene.support {
         Support::Annulus { stiffness_factor, .. } => Some(*stiffness_factor),
         Support::Spring { stiffness } => Some(*stiffness),
@@ -234,27 +234,17 @@ fn support_stiffness(scene: &Scene) -> Option<f64> {
     }
 }
 
-fn set_support_stiffness(scene: &mut Scene, value: f64) {
+/// Put it into a scene that has one.
+pub(super) fn set_support_stiffness(scene: &mut Scene, value: f64) {
     match &mut scene.support {
         Support::Annulus { stiffness_factor: own, .. } | Support::Spring { stiffness: own } => *own = value,
         Support::Flat(_) | Support::Disc { .. } | Support::Body { .. } => {}
     }
 }
 
-/// The scene with a variation of it written in. A precompressed chain has every gap closed: what was drawn of gaps is left out.
+/// The scene with a variation of it written in; a gap that an offset would close further is closed.
 pub(super) fn varied(scene: &Scene, variation: &Variation) -> Scene {
-    let mut varied = scene.clone();
-    varied.amplitude_scale = variation.amplitude_scale;
-    varied.damping.linear = variation.linear_damping;
-    varied.damping.kuwabara_kono = variation.kuwabara_kono_damping;
-    varied.chain.precompression = variation.precompression;
-    if let Some(own) = support_stiffness(scene) {
-        set_support_stiffness(&mut varied, own * variation.support_stiffness_factor);
-    }
-    for (gap, offset) in varied.chain.gaps.iter_mut().zip(&variation.gap_offsets) {
-        *gap = if variation.precompression > 0.0 { 0.0 } else { (*gap + offset).max(0.0) };
-    }
-    varied
+    variation.written_into(scene, |gap| gap.max(0.0))
 }
 
 /// Reflect a coordinate at both ends of \[0, 1\].

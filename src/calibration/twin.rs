@@ -15,7 +15,7 @@ use super::{
     engine::trace,
     forward::Uncertainty,
     observation::Recording,
-    parameter::{Parameter, Target},
+    parameter::{Parameter, Target, set_support_stiffness, support_stiffness},
 };
 use crate::{
     feature::Measurand,
@@ -320,7 +320,7 @@ pub fn twin_at(
 fn draw_nuisances(scene: &mut Scene, parameters: &[Parameter], uncertainty: &Uncertainty, random: &mut ChaCha8Rng) {
     let mut normal = || -> f64 { StandardNormal.sample(random) };
     let open = |target| parameters.iter().all(|parameter| parameter.target != target);
-    let Uncertainty { gap: roughness, baseline, precompression, support_stiffness, .. } = *uncertainty;
+    let Uncertainty { gap: roughness, baseline, precompression, support_stiffness: sigma, .. } = *uncertainty;
     for gap in &mut scene.chain.gaps {
         // A bead cannot overlap its neighbour before anything moves.
         *gap += roughness * normal().abs();
@@ -331,13 +331,11 @@ fn draw_nuisances(scene: &mut Scene, parameters: &[Parameter], uncertainty: &Unc
     if precompression > 0.0 && open(Target::Precompression) {
         scene.chain.precompression = (scene.chain.precompression + precompression * normal()).abs();
     }
-    if support_stiffness > 0.0
+    if sigma > 0.0
         && open(Target::SupportStiffness)
-        && let Some(parameter) =
-            Parameter::named("support_stiffness", scene).ok().and_then(|named| named.first().cloned())
-        && let Some(own) = parameter.get(scene)
+        && let Some(own) = support_stiffness(scene)
     {
-        parameter.set(scene, own * (support_stiffness * normal()).exp());
+        set_support_stiffness(scene, own * (sigma * normal()).exp());
     }
     if scene.chain.precompression > 0.0 {
         scene.chain.gaps.fill(0.0);

@@ -17,7 +17,7 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
-    calibration::{forward::Uncertainty, joint::TESTED_TOGETHER, parameter::Parameter, search::Search, twin::Flaw},
+    calibration::{joint::TESTED_TOGETHER, parameter::Parameter, search::Search, twin::Flaw},
     report::{
         number::significant,
         twins::{TwinFit as PageFit, TwinInterval, TwinsReport},
@@ -342,12 +342,7 @@ fn further_flags(plan: &TwinPlan) -> String {
     if plan.parameters != usual.parameters {
         let _ = write!(flags, " --parameters {}", plan.parameters.join(","));
     }
-    let drawn = |uncertainty: &Uncertainty| {
-        let Uncertainty { gap, baseline, drive, precompression, support_stiffness } = *uncertainty;
-        [gap, baseline, drive, precompression, support_stiffness]
-    };
-    let names = ["gap", "baseline", "drive", "precompression", "support_stiffness"];
-    for ((name, value), usual) in names.into_iter().zip(drawn(&plan.uncertainty)).zip(drawn(&usual.uncertainty)) {
+    for ((name, _, value), (.., usual)) in plan.uncertainty.named().into_iter().zip(usual.uncertainty.named()) {
         if value != usual {
             let _ = write!(flags, " --uncertainty {name}={value}");
         }

@@ -260,9 +260,9 @@ pub enum MeasurementError {
     TooFewSamples {
         /// The file.
         path: PathBuf,
-        /// Rows needed.
+        /// Samples needed.
         needed: usize,
-        /// Rows found.
+        /// Samples found, on the even grid.
         found: usize,
     },
     /// No column holds time.

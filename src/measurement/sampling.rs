@@ -68,7 +68,12 @@ pub(super) fn even_series(path: &Path, table: &mut Table, resample: bool) -> Res
             MeasurementError::Uneven { place, expected: median, found, tolerance: SAMPLING_TOLERANCE }
         });
     }
-    let values = interpolated(times, &table.values, start, median, even as usize);
+    // Steps shorter than the median leave fewer samples than rows.
+    let even = even as usize;
+    if even < FEWEST {
+        return Err(MeasurementError::TooFewSamples { path: path.into(), needed: FEWEST, found: even });
+    }
+    let values = interpolated(times, &table.values, start, median, even);
     Ok(Sampled { series: Series::new(start, median, values), resampled: Some((shortest, longest)) })
 }
 

@@ -24,6 +24,8 @@ use super::{
 /// Lines shown by `inspect`, and letters of each.
 const FIRST_LINES: usize = 6;
 const LONGEST_LINE: usize = 160;
+/// Letters of a column's name that are kept.
+const LONGEST_NAME: usize = 1000;
 /// Letters of a cell that a message shows.
 const LONGEST_CELL: usize = 40;
 /// Most columns of a table.
@@ -128,8 +130,9 @@ impl<'a> Rows<'a> {
         false
     }
 
+    /// The cells of a header, each as long as a name can be.
     fn cells(&self) -> Vec<String> {
-        self.record.iter().map(|cell| text(cell).to_owned()).collect()
+        self.record.iter().map(|cell| shortened(text(cell), LONGEST_NAME)).collect()
     }
 
     /// Whether this row is the last line and the file ends within it.

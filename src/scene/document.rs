@@ -2,6 +2,8 @@
 
 use std::{
     collections::BTreeMap,
+    fs::File,
+    io::Read as _,
     path::{Path, PathBuf},
 };
 
@@ -14,7 +16,12 @@ use super::{
     error::{Place, SceneError},
     key::{GOVERNORS, Governor, Key},
     mesh_file,
+    source::{Author, Source, beginning},
 };
+
+/// Largest scene file, bytes: a thousand beads, each unlike the others, are a fifth of it. Every value is kept with its place, in up to a
+/// hundred times the memory of its text.
+pub(super) const MOST_BYTES: u64 = 1 << 20;
 
 /// A value with its place.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,7 +46,7 @@ impl Value {
     pub(super) fn describe(&self) -> String {
         match self {
             Self::Number(number) => format!("the number {number:?}").replace(".0", ""),
-            Self::Text(text) => format!("the text `{text}`"),
+            Self::Text(text) => format!("the text `{}`", beginning(text)),
             Self::Flag(flag) => format!("`{flag}`"),
             Self::List(list) => format!("a list of {}", list.len()),
             Self::Table(_) => "a table".to_owned(),
@@ -54,41 +61,20 @@ pub(super) struct Document {
     pub(super) entries: BTreeMap<String, Entry>,
 }
 
-/// Who wrote a text, to make places from.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Author<'a> {
-    File(&'a Path),
-    BuiltIn(&'static str),
-    Override(&'a str),
-}
-
-impl Author<'_> {
-    fn place(self, text: &str, offset: usize) -> Place {
-        // TOML spans begin at characters; a stray one would be placed at the end.
-        let before = text.get(..offset).unwrap_or(text);
-        let line = before.matches('\n').count() + 1;
-        let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
-        match self {
-            Self::File(path) => Place::File { path: path.to_owned(), line, column },
-            Self::BuiltIn(name) => Place::BuiltIn { name: name.to_owned(), line },
-            Self::Override(text) => Place::Override { text: text.to_owned() },
-        }
-    }
-}
-
 impl Document {
     /// Read TOML text; refuses keys nobody knows.
     pub(super) fn parse(text: &str, author: Author<'_>) -> Result<Self, SceneError> {
+        let source = Source::new(text, author);
         let table = DeTable::parse(text).map_err(|error| SceneError::Syntax {
-            place: author.place(text, error.span().map_or(0, |span| span.start)),
+            place: source.place(error.span().map_or(0, |span| span.start)),
             message: error.message().trim().replace('\n', ", "),
         })?;
         let mut document = Self::default();
         let mut unknown = Vec::new();
-        flatten(table.get_ref(), "", text, author, &mut document, &mut unknown);
+        flatten(table.get_ref(), "", &source, &mut document, &mut unknown);
         unknown.sort_by_key(|(offset, _)| *offset);
         match unknown.into_iter().next() {
-            Some((offset, key)) => Err(unknown_key(key, author.place(text, offset))),
+            Some((offset, key)) => Err(unknown_key(key, source.place(offset))),
             None => Ok(document),
         }
     }
@@ -103,15 +89,15 @@ impl Document {
             if key.is_empty() || value.is_empty() {
                 return Err(refuse());
             }
-            let author = Author::Override(text);
-            let value = override_value(value, author);
+            let source = Source::new(text, Author::Override(text));
+            let value = override_value(value, &source);
             if let Value::Table(entries) = value {
                 // A table stands for its keys.
                 for (name, entry) in entries {
                     document.insert_known(format!("{key}.{name}"), entry)?;
                 }
             } else {
-                document.insert_known(key.to_owned(), Entry { value, place: author.place("", 0) })?;
+                document.insert_known(key.to_owned(), Entry { value, place: source.place(0) })?;
             }
         }
         Ok(document)
@@ -202,15 +188,14 @@ fn unknown_key(key: String, place: Place) -> SceneError {
 fn flatten(
     table: &DeTable<'_>,
     prefix: &str,
-    text: &str,
-    author: Author<'_>,
+    source: &Source<'_>,
     document: &mut Document,
     unknown: &mut Vec<(usize, String)>,
 ) {
     for (key, value) in table.iter() {
         let full = if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
         match value.get_ref() {
-            DeValue::Table(inner) if Key::is_table(&full) => flatten(inner, &full, text, author, document, unknown),
+            DeValue::Table(inner) if Key::is_table(&full) => flatten(inner, &full, source, document, unknown),
             DeValue::Table(inner) if Key::find(&full).is_none() => {
                 // Name the key inside: `[dampng] coefficient` is a misspelt `damping.coefficient`.
                 let leaf = inner.keys().next().map(|leaf| format!("{full}.{}", leaf.get_ref()));
@@ -218,14 +203,14 @@ fn flatten(
             }
             _ if Key::find(&full).is_none() => unknown.push((key.span().start, full)),
             _ => {
-                document.entries.insert(full, read(value, text, author));
+                document.entries.insert(full, read(value, source));
             }
         }
     }
 }
 
-fn read(value: &Spanned<DeValue<'_>>, text: &str, author: Author<'_>) -> Entry {
-    let place = author.place(text, value.span().start);
+fn read(value: &Spanned<DeValue<'_>>, source: &Source<'_>) -> Entry {
+    let place = source.place(value.span().start);
     let value = match value.get_ref() {
         DeValue::String(string) => Value::Text(string.to_string()),
         DeValue::Boolean(flag) => Value::Flag(*flag),
@@ -236,13 +221,13 @@ fn read(value: &Spanned<DeValue<'_>>, text: &str, author: Author<'_>) -> Entry {
         ),
         DeValue::Float(float) => Value::Number(float.as_str().parse().unwrap_or(f64::NAN)),
         DeValue::Datetime(date) => Value::Date(date.to_string()),
-        DeValue::Array(list) => Value::List(list.iter().map(|item| read(item, text, author)).collect()),
+        DeValue::Array(list) => Value::List(list.iter().map(|item| read(item, source)).collect()),
         DeValue::Table(table) => Value::Table(
             table
                 .iter()
                 .map(|(key, value)| {
-                    let entry = read(value, text, author);
-                    (key.get_ref().to_string(), Entry { place: author.place(text, key.span().start), ..entry })
+                    let entry = read(value, source);
+                    (key.get_ref().to_string(), Entry { place: source.place(key.span().start), ..entry })
                 })
                 .collect(),
         ),
@@ -252,9 +237,9 @@ fn read(value: &Spanned<DeValue<'_>>, text: &str, author: Author<'_>) -> Entry {
 
 /// A value on the command line: TOML if it is (numbers, `true`, quoted text, lists), else a word or quantity as it stands; in a list
 /// the items may stand as they are too.
-fn override_value(value: &str, author: Author<'_>) -> Value {
+fn override_value(value: &str, source: &Source<'_>) -> Value {
     if let Ok(parsed) = DeValue::parse(value) {
-        let parsed = read(&parsed, value, author).value;
+        let parsed = read(&parsed, source).value;
         if !matches!(parsed, Value::Date(_)) {
             return parsed;
         }
@@ -263,9 +248,9 @@ fn override_value(value: &str, author: Author<'_>) -> Value {
         && !items.contains(['[', '{'])
     {
         let items = items.split(',').map(str::trim).filter(|item| !item.is_empty());
-        let place = author.place("", 0);
+        let place = source.place(0);
         return Value::List(
-            items.map(|item| Entry { value: override_value(item, author), place: place.clone() }).collect(),
+            items.map(|item| Entry { value: override_value(item, source), place: place.clone() }).collect(),
         );
     }
     Value::Text(value.to_owned())
@@ -276,7 +261,12 @@ pub(super) fn read_text(path: &Path) -> Result<String, SceneError> {
     if path.is_dir() {
         return Err(SceneError::Folder { path: path.to_owned() });
     }
-    let bytes = std::fs::read(path).map_err(|source| SceneError::Unreadable { path: path.to_owned(), source })?;
+    let unreadable = |source| SceneError::Unreadable { path: path.to_owned(), source };
+    let mut bytes = Vec::new();
+    File::open(path).and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(SceneError::TooLarge { path: path.to_owned() });
+    }
     String::from_utf8(bytes)
         .map_err(|error| SceneError::NotText { path: path.to_owned(), offset: error.utf8_error().valid_up_to() })
 }

@@ -4,6 +4,7 @@ use std::{fmt, io, path::PathBuf};
 
 use thiserror::Error;
 
+use super::document::MOST_BYTES;
 use crate::signal::{Dimension, QuantityError};
 
 /// Where a value of a scene was written.
@@ -81,6 +82,12 @@ pub enum SceneError {
     #[error("`{}` is a folder; give the scene file in it, such as `{}`", path.display(), path.join("scene.toml").display())]
     Folder {
         /// The folder.
+        path: PathBuf,
+    },
+    /// A file much larger than any scene.
+    #[error("`{}` has more than {MOST_BYTES} bytes, no scene has; a record belongs to `--measured`, the horn's motion to `drive.file`", path.display())]
+    TooLarge {
+        /// The file.
         path: PathBuf,
     },
     /// A file that is no UTF-8 text.

@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 use super::{
     Bead, Chain, ContactLaw, ContactNormal, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact,
     Material, ModelKind, Scene, Support, builtin, contact_law, disc,
-    document::{Author, Document, read_text, resolved},
+    document::{Document, read_text, resolved},
     error::SceneError,
     key::{CHAIN_INTEGRATORS, DAMPING_KINDS, DRIVE_KINDS, FLAT_KINDS, NORMALS, PLACEMENTS, SUPPORT_KINDS},
     mesh_file,
     reader::{Bound, Reader},
-    settings, water,
+    settings,
+    source::Author,
+    water,
 };
 use crate::signal::{Dimension, Quantity};
 

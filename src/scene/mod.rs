@@ -43,6 +43,7 @@ mod motion;
 mod reader;
 mod reduced;
 mod settings;
+mod source;
 mod support;
 mod water;
 

@@ -133,23 +133,9 @@ pub fn heard<T: Send>(
 
 /// The scene with a variation written into it.
 ///
-/// Models that know only scenes take no negative gap: an offset that would close a gap further opens it by as much instead. Under
-/// precompression the gaps stay closed.
+/// Models that know only scenes take no negative gap: an offset that would close a gap further opens it by as much instead.
 pub(super) fn varied(scene: &Scene, variation: &Variation) -> Scene {
-    let mut scene = scene.clone();
-    scene.amplitude_scale = variation.amplitude_scale;
-    scene.damping.linear = variation.linear_damping;
-    scene.damping.kuwabara_kono = variation.kuwabara_kono_damping;
-    scene.chain.precompression = variation.precompression;
-    if variation.precompression == 0.0 {
-        for (gap, offset) in scene.chain.gaps.iter_mut().zip(&variation.gap_offsets) {
-            *gap = (*gap + offset).abs();
-        }
-    }
-    if let Support::Annulus { stiffness_factor, .. } = &mut scene.support {
-        *stiffness_factor *= variation.support_stiffness_factor;
-    }
-    scene
+    variation.written_into(scene, f64::abs)
 }
 
 #[cfg(test)]

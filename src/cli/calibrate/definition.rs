@@ -223,8 +223,8 @@ impl Definition {
         for parameter in &mut parameters {
             let Some((low, high)) = self.bounds.get(&parameter.name) else { continue };
             let name = parameter.name.clone();
-            parameter.low = bound(low, parameter).with_context(|| format!("lower bound of {name}"))?;
-            parameter.high = bound(high, parameter).with_context(|| format!("upper bound of {name}"))?;
+            parameter.low = in_si(low, &parameter.unit).with_context(|| format!("lower bound of {name}"))?;
+            parameter.high = in_si(high, &parameter.unit).with_context(|| format!("upper bound of {name}"))?;
             if !(parameter.low > 0.0 && parameter.low < parameter.high && parameter.high.is_finite()) {
                 bail!(
                     "bounds of {name}: expected 0 < low < high (it is searched in its logarithm), found {} and {}",
@@ -235,11 +235,6 @@ impl Definition {
         }
         Ok(parameters)
     }
-}
-
-/// A bound in SI.
-fn bound(number: &Number, parameter: &Parameter) -> anyhow::Result<f64> {
-    in_si(number, &parameter.unit)
 }
 
 /// A number in SI; a pure one stands for SI.

@@ -12,10 +12,6 @@ use crate::{
     scene::Scene,
 };
 
-/// Names and units of what can be drawn.
-const NAMES: [(&str, &str); 5] =
-    [("gap", "m"), ("baseline", "m"), ("drive", "1"), ("precompression", "N"), ("support_stiffness", "1")];
-
 /// What was told, by name, SI.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Told(BTreeMap<String, f64>);
@@ -34,8 +30,9 @@ impl Told {
             told.insert(name.trim().into(), Number::Text(value.trim().into()));
         }
         let value = |(name, number): (String, Number)| {
-            let Some((_, unit)) = NAMES.iter().find(|(known, _)| *known == name) else {
-                let known: Vec<&str> = NAMES.iter().map(|(name, _)| *name).collect();
+            let drawn = Uncertainty::default().named();
+            let Some((_, unit, _)) = drawn.iter().find(|(known, ..)| *known == name) else {
+                let known: Vec<&str> = drawn.iter().map(|(name, ..)| *name).collect();
                 return Err(usage(format!("uncertainty of `{name}`: expected one of {}", known.join(", "))));
             };
             let value = in_si(&number, unit).with_context(|| format!("uncertainty of {name}"))?;

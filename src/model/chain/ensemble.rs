@@ -20,7 +20,7 @@ use crate::{
         ModelError,
         contact_law::{Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, dashpots},
     },
-    scene::{DampingPlacement, PistonMotion, Scene},
+    scene::{DampingPlacement, PistonMotion, Scene, Support},
     signal::Series,
 };
 
@@ -57,6 +57,27 @@ impl Variation {
             precompression: scene.chain.precompression,
             support_stiffness_factor: 1.0,
         }
+    }
+
+    /// The scene with this written into it, for models that know only scenes and take no negative gap: `closed` says what becomes of one.
+    /// A precompression closes every gap.
+    #[must_use]
+    pub fn written_into(&self, scene: &Scene, closed: fn(f64) -> f64) -> Scene {
+        let mut scene = scene.clone();
+        scene.amplitude_scale = self.amplitude_scale;
+        scene.damping.linear = self.linear_damping;
+        scene.damping.kuwabara_kono = self.kuwabara_kono_damping;
+        scene.chain.precompression = self.precompression;
+        for (gap, offset) in scene.chain.gaps.iter_mut().zip(&self.gap_offsets) {
+            *gap = if self.precompression > 0.0 { 0.0 } else { closed(*gap + offset) };
+        }
+        match &mut scene.support {
+            Support::Annulus { stiffness_factor: own, .. } | Support::Spring { stiffness: own } => {
+                *own *= self.support_stiffness_factor;
+            }
+            Support::Flat(_) | Support::Disc { .. } | Support::Body { .. } => {}
+        }
+        scene
     }
 
     /// Refuse what cannot be run.
