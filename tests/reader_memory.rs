@@ -36,7 +36,11 @@ fn child(path: &Path) {
     let bytes = std::fs::read(path).unwrap();
     let before = high_water();
     let kind = if path.to_string_lossy().contains("horn") { RecordKind::HornTip } else { RecordKind::Vibrometer };
-    let read = read_record_bytes(path, &bytes, Some(kind), &ReadOptions::default());
+    let options = ReadOptions {
+        sample_rate: path.to_string_lossy().contains("no-time").then_some(2e6),
+        ..ReadOptions::default()
+    };
+    let read = read_record_bytes(path, &bytes, Some(kind), &options);
     println!("cost {} {}", (high_water() - before) as f64 / bytes.len() as f64, read.is_ok());
 }
 
@@ -52,6 +56,10 @@ fn ten_times_the_file_are_enough() {
     }
     let short = (0..ROWS).fold(String::from("time_us,velocity_mm_per_s\n"), |mut text, i| {
         writeln!(text, "{i},{}", (i * i / 7) % 10).unwrap();
+        text
+    });
+    let shortest = (0..20 * ROWS).fold(String::from("velocity_mm_per_s\n"), |mut text, i| {
+        writeln!(text, "{}", (i * i / 7) % 10).unwrap();
         text
     });
     let german = plain.replace(',', ";").replace('.', ",");
@@ -70,6 +78,7 @@ fn ten_times_the_file_are_enough() {
         ("German", german.as_bytes(), true),
         ("UTF-16", &wide, true),
         ("short rows", short.as_bytes(), true),
+        ("no-time", shortest.as_bytes(), true),
         ("58b", &binary, true),
         ("58", &text, true),
         ("many columns", columns.as_bytes(), false),
@@ -79,7 +88,7 @@ fn ten_times_the_file_are_enough() {
         ("a count beyond the file", promises.as_bytes(), false),
     ] {
         for kind in ["vib", "horn"] {
-            let path = folder.path().join(kind);
+            let path = folder.path().join(format!("{kind}-{name}"));
             std::fs::write(&path, bytes).unwrap();
             let mut child = std::process::Command::new(std::env::current_exe().unwrap());
             let output = child
@@ -93,7 +102,9 @@ fn ten_times_the_file_are_enough() {
             let cost: f64 = cost.parse().unwrap();
             println!("{name}, {kind}: {cost:.1} times {} bytes", bytes.len());
             assert_eq!(done.parse(), Ok(read), "{name}");
-            assert!(cost <= 10.0, "{name}, {kind}: {cost:.1} times the file");
+            // Of rows of two bytes, a velocity of the horn, its integral and the same without drift are eight bytes a row each, half the file again and again.
+            let limit = if (name, kind) == ("no-time", "horn") { 13.0 } else { 10.0 };
+            assert!(cost <= limit, "{name}, {kind}: {cost:.1} times the file");
         }
     }
 }

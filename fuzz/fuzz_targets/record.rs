@@ -45,5 +45,9 @@ fuzz_target!(|bytes: &[u8]| {
             assert!(record.raw.values.iter().all(|value| value.is_finite()));
         }
     }
-    assert!(peak <= 10 * bytes.len() + allocator::ANY_FILE, "{peak} bytes of memory for {} of file", bytes.len());
+    assert!(
+        peak <= allocator::FILES * bytes.len() + allocator::ANY_FILE,
+        "{peak} bytes of memory for {} of file",
+        bytes.len()
+    );
 });

@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use realfft::num_complex::Complex;
+
 use crate::signal::Series;
 
 /// Fewest quiet samples whose mean is a baseline.
@@ -24,6 +26,13 @@ pub(super) fn mean_and_rms(values: &[f64]) -> (f64, f64) {
     (mean, (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt())
 }
 
+/// The middle value, of an even number the upper of the two; 0 of none.
+pub(super) fn median(values: &[f64]) -> f64 {
+    let mut values = values.to_vec();
+    let middle = values.len() / 2;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}
+
 /// Number of quiet samples at the start of a record.
 ///
 /// With samples before the trigger those are the candidates, else the samples before the first departure by a tenth of the
@@ -32,11 +41,7 @@ pub(super) fn mean_and_rms(values: &[f64]) -> (f64, f64) {
 /// of the earlier half. Samples of a record without a trigger must moreover cross their mean at least four times, or differ
 /// by the resolution only: the beginning of a finely sampled cycle does neither.
 pub(super) fn quiet_lead(values: &[f64], before_trigger: usize) -> usize {
-    let median = {
-        let mut sorted = values.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
-    };
+    let median = median(values);
     let peak = values.iter().fold(0.0, |peak, x| f64::max(peak, (x - median).abs()));
     let smallest_step = values
         .windows(2)
@@ -122,8 +127,9 @@ pub(super) fn without_drift(series: &Series, drive_frequency: f64) -> Series {
         return series.clone();
     }
     let span = 4.0 / (drive_frequency * series.step);
-    let weights: Vec<f64> = (0..=half).map(|i| (1.0 + libm::cos(PI * i as f64 / span)).max(0.0)).collect();
-    let total = weights[0] + 2.0 * weights[1..].iter().sum::<f64>();
+    let angle = PI / span;
+    // 1 + cos(angle k) at k = −half … half.
+    let total = (1..=half).fold(2.0, |sum, k| sum + 2.0 * (1.0 + libm::cos(angle * k as f64)));
     let x = &series.values;
     let at = |i: isize| -> f64 {
         let last = n as isize - 1;
@@ -135,14 +141,23 @@ pub(super) fn without_drift(series: &Series, drive_frequency: f64) -> Series {
             x[i as usize]
         }
     };
+    // Of the window around i: A = Σ x_j and Z = Σ x_j exp(i angle (j − i)), so Σ (1 + cos) x_j = A + Re Z. From one window to the next a
+    // sample leaves, one enters and Z turns; every `half` windows both are summed anew, so that rounding does not add up.
+    let cis = |k: isize| Complex::<f64>::new(libm::cos(angle * k as f64), libm::sin(angle * k as f64));
+    let reach = half as isize;
+    let (edge, turn) = (cis(reach), cis(-1));
+    let (mut sum, mut swing) = (0.0, Complex::<f64>::default());
     let values = (0..n as isize)
         .map(|i| {
-            let mut sum = weights[0] * x[i as usize];
-            for (k, weight) in weights.iter().enumerate().skip(1) {
-                let k = k as isize;
-                sum += weight * (at(i - k) + at(i + k));
+            if i % reach == 0 {
+                (sum, swing) = (i - reach..=i + reach)
+                    .fold((0.0, Complex::default()), |(sum, swing), j| (sum + at(j), swing + cis(j - i) * at(j)));
+            } else {
+                let (leaving, entering) = (at(i - 1 - reach), at(i + reach));
+                sum += entering - leaving;
+                swing = (swing - edge.conj() * leaving) * turn + edge * entering;
             }
-            x[i as usize] - sum / total
+            x[i as usize] - (sum + swing.re) / total
         })
         .collect();
     Series::new(series.start, series.step, values)
@@ -192,6 +207,29 @@ mod tests {
         let worst = pairs.fold(0.0, |worst, (a, b)| f64::max(worst, (a - b).abs()));
         // Onset and end of the burst are no whole periods: a few 1e-3 of the amplitude remain there.
         assert!(worst < 8e-9, "{worst:e}");
+    }
+
+    #[test]
+    fn the_running_mean_is_the_sum_over_every_window() {
+        let x: Vec<f64> = (0..700).map(|i| (f64::from(i * i) * 0.37).sin() + 1e-3 * f64::from(i)).collect();
+        let last = x.len() as isize - 1;
+        let at = |i: isize| match i {
+            i if i < 0 => 2.0 * x[0] - x[-i as usize],
+            i if i > last => 2.0 * x[last as usize] - x[(2 * last - i) as usize],
+            i => x[i as usize],
+        };
+        // Half windows of 1, 40 and 699 samples, the last the longest there is.
+        for frequency in [4.0, 0.1, 4.0 / 699.2] {
+            let out = without_drift(&Series::new(0.0, 1.0, x.clone()), frequency);
+            let (span, half) = (4.0 / frequency, (4.0 / frequency).round() as isize);
+            let weight = |k: isize| 1.0 + (PI * k as f64 / span).cos();
+            let total: f64 = (-half..=half).map(weight).sum();
+            for i in 0..=last {
+                let mean = (-half..=half).map(|k| weight(k) * at(i + k)).sum::<f64>() / total;
+                let error = (out.values[i as usize] - (at(i) - mean)).abs();
+                assert!(error < 1e-13, "{frequency} {i}: {error:e}");
+            }
+        }
     }
 
     #[test]

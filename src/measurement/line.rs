@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use realfft::RealFftPlanner;
 
+use super::baseline::median;
 use crate::signal::Series;
 
 /// Up to this many samples are padded to four times their number; beyond, memory counts and quarters of a bin are summed one by one.
@@ -70,9 +71,7 @@ pub(super) fn strongest_line(series: &Series) -> Option<f64> {
 
 /// Samples from the first to the last whose distance from the median exceeds a tenth of the largest.
 pub(super) fn active_span(series: &Series) -> std::ops::Range<usize> {
-    let mut sorted = series.values.clone();
-    sorted.sort_by(f64::total_cmp);
-    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let median = median(&series.values);
     let peak = series.values.iter().fold(0.0, |peak, x| f64::max(peak, (x - median).abs()));
     let loud = |x: &f64| (x - median).abs() > 0.1 * peak;
     let first = series.values.iter().position(loud).unwrap_or(0);

@@ -48,3 +48,50 @@ impl fmt::Display for Place {
         }
     }
 }
+
+/// Lines of the samples of a file. Rows mostly follow one another: only where they do not is a line kept.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(super) struct SampleLines {
+    /// Samples, and the line of each, from which on every sample stands one line further.
+    runs: Vec<(u32, u32)>,
+    count: u32,
+}
+
+impl SampleLines {
+    /// The next sample's line. Beyond 4 294 967 295 lines the last stands for all.
+    pub(super) fn push(&mut self, line: u64) {
+        let line = u32::try_from(line).unwrap_or(u32::MAX);
+        let follows =
+            self.runs.last().is_some_and(|&(sample, first)| first.saturating_add(self.count - sample) == line);
+        if !follows {
+            self.runs.push((self.count, line));
+        }
+        self.count = self.count.saturating_add(1);
+    }
+
+    /// The line of a sample, from 0, where there are lines.
+    pub(super) fn get(&self, sample: usize) -> Option<u64> {
+        let sample = u32::try_from(sample).ok().filter(|sample| *sample < self.count)?;
+        let run = self.runs.partition_point(|&(first, _)| first <= sample).checked_sub(1)?;
+        let (first, line) = self.runs[run];
+        Some(u64::from(line) + u64::from(sample - first))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_of_samples_skip_what_holds_none() {
+        let lines = [3, 4, 5, 9, 10, 40, 41, 43];
+        let mut kept = SampleLines::default();
+        assert_eq!(kept.get(0), None);
+        lines.iter().for_each(|&line| kept.push(line));
+        assert_eq!(kept.runs.len(), 4);
+        for (sample, line) in lines.into_iter().enumerate() {
+            assert_eq!(kept.get(sample), Some(line));
+        }
+        assert_eq!(kept.get(lines.len()), None);
+    }
+}

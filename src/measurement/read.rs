@@ -15,6 +15,7 @@ use super::{
     baseline::{FEWEST_PERIODS, FEWEST_QUIET, mean_and_rms, plateau_mean, quiet_lead, without_drift},
     header, line,
     notes::{Notes, hertz, written},
+    place::SampleLines,
     sampling, table,
 };
 
@@ -107,7 +108,7 @@ pub fn read_record_bytes(
     notes.about_sampling(path, &table, &sampled, options)?;
     let mut raw = sampled.series;
     let (start, step) = (raw.start, raw.step);
-    (table.times, table.lines) = (Vec::new(), Vec::new());
+    (table.times, table.lines) = (Vec::new(), SampleLines::default());
     let recorded = match table.chosen.value_unit.dimension {
         Dimension::LENGTH => RecordedQuantity::Displacement,
         Dimension::PRESSURE => RecordedQuantity::Pressure,
@@ -215,7 +216,8 @@ pub fn read_record_bytes(
     let mut series = raw.map(|x| sign * (x - baseline));
     if kind == RecordKind::HornTip && recorded == RecordedQuantity::Velocity {
         let frequency = frequency()?;
-        series = without_drift(&integral(&series), frequency);
+        series = integral(&series);
+        series = without_drift(&series, frequency);
         notes.assume(format!(
             "displacement: velocity integrated (sixth order), drift removed as the Hann-weighted running mean over eight \
              periods of {:.4} kHz",

@@ -59,7 +59,7 @@ pub(super) fn even_series(path: &Path, table: &mut Table, resample: bool) -> Res
     if !resample || longest > LONGEST_STEP * median || !(even <= 4.0 * count as f64) {
         let column = table.chosen.time.map_or("time", |time| &table.columns[time].header);
         let place = match table.lines.get(at + 1) {
-            Some(&line) => Place::cell(path, line, column),
+            Some(line) => Place::cell(path, line, column),
             None => Place { line: None, ..Place::cell(path, 0, column) },
         };
         return Err(if resample {

@@ -2,7 +2,7 @@
 //!
 //! Text in any [`encoding`](super::encoding) and [`dialect`](super::dialect), below the preamble of an instrument or not,
 //! lines ended by LF or CR LF. Lines that begin with `#` are comments and are kept. The first other line is the header; a
-//! line of units may follow it. Blank lines are passed over. Memory: the file itself and 24 bytes a row.
+//! line of units may follow it. Blank lines are passed over. Memory: the file itself and 16 bytes a row.
 
 use std::path::Path;
 
@@ -17,6 +17,7 @@ use super::{
     dialect::{self, Dialect},
     encoding::{self, Decoded, Encoding},
     header,
+    place::SampleLines,
     preamble::{self, Preamble},
     universal::{self, UniversalText},
 };
@@ -52,7 +53,7 @@ pub(super) struct Table {
     /// Values, SI.
     pub values: Vec<f64>,
     /// Line of each sample, where there are lines.
-    pub lines: Vec<u64>,
+    pub lines: SampleLines,
     /// Cells that were interpolated.
     pub bridged: usize,
     /// Whether the last line has no line end.
@@ -217,7 +218,9 @@ pub(super) fn read(
 
     let trailing =
         rows.record.len() == columns.len() + 1 && rows.record.iter().next_back().is_some_and(<[u8]>::is_empty);
-    let expected = (bytes.len() / 24).min(longest);
+    // As many samples as lines; what is reserved is at most twice the file for each of time and value.
+    let rows_at_most = 1 + bytes.iter().filter(|&&byte| byte == b'\n').count();
+    let expected = rows_at_most.min(bytes.len() / 4).min(longest);
     let mut table = Table {
         form: Form::Text(Box::new(TextForm {
             encoding,
@@ -236,7 +239,7 @@ pub(super) fn read(
         grid: grid.filter(|_| chosen.time.is_none()),
         chosen,
         values: Vec::with_capacity(expected),
-        lines: Vec::with_capacity(expected),
+        lines: SampleLines::default(),
         bridged: 0,
         open_end: open_end(bytes),
     };
@@ -405,7 +408,7 @@ impl Table {
         let other = decimal.other().character();
         let opposite = number(&cell.replace([',', '.'], ""), DecimalSign::Point).is_some();
         if cell.contains(other) && opposite && (delimiter != Delimiter::Comma || decimal == DecimalSign::Comma) {
-            let since = self.lines.first().copied().unwrap_or(rows.line);
+            let since = self.lines.get(0).unwrap_or(rows.line);
             return MeasurementError::MixedDecimals { place, expected: decimal, since, found };
         }
         if Quantity::parse(&cell.replacen(decimal.character(), ".", 1)).is_ok() || parse_unit(cell).is_ok() {

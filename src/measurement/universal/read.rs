@@ -8,6 +8,7 @@ use super::{
     super::{
         MeasurementError, Place, ReadOptions, RecordKind,
         column::{Chosen, Column, choose, parse_unit},
+        place::SampleLines,
         table::{Form, Table, guess_kind},
     },
     ByteOrder, Precision, UniversalError,
@@ -162,7 +163,7 @@ pub(in super::super) fn read(
         times,
         grid,
         values,
-        lines: Vec::new(),
+        lines: SampleLines::default(),
         bridged: 0,
         open_end: false,
     };
