@@ -8,7 +8,7 @@ use granchain::{
     feature::{Measurand, Window},
     report::{
         calibration::{
-            CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, Provenance, RunPoint,
+            CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, Provenance, Pull, RunPoint,
             Verdict,
         },
         page::ReportError,
@@ -88,6 +88,11 @@ fn law(kind: &str, verdict: Verdict) -> LawReport {
         damping_kind: kind.into(),
         mount: None,
         verdict,
+        p_value: Some(if quoted { 0.62 } else { 0.002 }),
+        pulls: vec![
+            Pull { name: "positive_peak".into(), pull: 0.4, widened: 1.0 },
+            Pull { name: "band_1/3".into(), pull: if quoted { -1.2 } else { 5.3 }, widened: if quoted { 1.0 } else { 2.4 } },
+        ],
         misfit: 0.83,
         parameters: vec![
             Estimate {
@@ -160,6 +165,8 @@ fn report() -> CalibrationReport {
         title: "measurements/annulus-73khz/vib.csv".into(),
         record_label: "reconstruction".into(),
         record_notes: vec!["The record is a reconstruction from printed values, not a measurement: peaks, drive frequency and the presence of lines are printed, everything else is invented (PROVENANCE.md).".into()],
+        warnings: vec![],
+        diagnosis: vec![],
         scene: "annulus".into(),
         scene_description: "six chrome-steel beads of 1 mm between a piston and a resin annulus".into(),
         model: "chain".into(),

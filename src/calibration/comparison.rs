@@ -58,6 +58,8 @@ pub struct Comparison {
     pub weights: Vec<f64>,
     /// β, the power on the likelihood for which 90 % intervals were found to cover 90 % of twins.
     pub power: f64,
+    /// Standard deviation of the logarithm of an unknown factor on what was recorded, 1.
+    pub sensitivity: f64,
 }
 
 /// Weights that cannot be used.
@@ -97,6 +99,7 @@ impl From<Observation> for Comparison {
                 Measurand::Velocity => POWER,
                 Measurand::Pressure => PRESSURE_POWER,
             },
+            sensitivity: 0.0,
         }
     }
 }
@@ -112,6 +115,7 @@ impl From<Printed> for Comparison {
             weights: vec![1.0; printed.statements().len()],
             reduction: Reduction::Printed(printed),
             power: printed::POWER,
+            sensitivity: 0.0,
         }
     }
 }
@@ -138,6 +142,17 @@ impl Comparison {
                 _ => None,
             },
         }
+    }
+
+    /// How each feature z moves with the logarithm of a factor on the trace: 1 of an amplitude, less where it is lost in the floor, 0 of a ratio.
+    #[must_use]
+    pub fn answers(&self) -> Vec<f64> {
+        let answer = |(index, z): (usize, &f64)| match self.amplitude(index, *z) {
+            _ if self.unit(index) == "1" => 0.0,
+            Some(amplitude) => (amplitude / z.exp()).powi(2),
+            None => 1.0,
+        };
+        self.features.iter().enumerate().map(answer).collect()
     }
 
     /// The number behind a value z of feature `index`, SI; `None` for a printed statement.

@@ -102,6 +102,8 @@ pub struct Correction {
     nuggets: Vec<f64>,
     weights: Vec<f64>,
     power: f64,
+    /// Of one record what is not known of its instrument, and how features answer.
+    sensitivity: (f64, Vec<f64>),
 }
 
 /// One feature of both rungs at one point of the box, z = ½ ln(f² + floor²).
@@ -152,6 +154,7 @@ impl Correction {
             nuggets: chain.comparison.nuggets.clone(),
             weights: chain.comparison.weights.clone(),
             power: chain.comparison.power,
+            sensitivity: (chain.comparison.sensitivity, chain.comparison.answers()),
         }
     }
 
@@ -178,6 +181,12 @@ impl Correction {
             self.restarted = Some(self.rounds.len());
         }
         best.map(|(misfit, run)| (misfit, cloud.position(run).to_vec()))
+    }
+
+    /// Seed of its draws.
+    #[must_use]
+    pub fn seed(&self) -> u64 {
+        self.seed
     }
 
     /// Whether no further round is needed, or allowed.
@@ -245,7 +254,9 @@ impl Correction {
 
     fn cloud_of<'a>(&self, runs: impl Iterator<Item = &'a Run>, neighbours: usize) -> Cloud {
         let finished = runs.filter_map(|run| Some((run.position.as_slice(), run.features()?)));
-        Cloud::new(finished, &self.observed, &self.nuggets, &self.weights, neighbours).tempered(self.power)
+        let (sensitivity, answers) = self.sensitivity.clone();
+        let cloud = Cloud::new(finished, &self.observed, &self.nuggets, &self.weights, neighbours);
+        cloud.tempered(self.power).scaled(sensitivity, answers)
     }
 
     /// Posterior of the first `count` pairs.

@@ -20,7 +20,8 @@ use crate::{
 /// A scene ready to be run under variations, with [`STEPS_PER_CYCLE`] samples a drive period.
 #[derive(Clone)]
 pub(super) enum Engine {
-    Chain(Box<Ensemble>),
+    /// Of whose samples every so many-th is taken.
+    Chain(Box<Ensemble>, usize),
     /// The disc is made ready once; a run begins from a copy of it at rest.
     OnDisc {
         prepared: Arc<Prepared>,
@@ -60,6 +61,17 @@ pub fn trace(response: Response, measurand: Measurand) -> Result<Series, ModelEr
     }
 }
 
+/// Steps of a refined chain in one of a search's.
+const REFINEMENT: usize = 4;
+
+fn ensemble(scene: &Scene, laws: Option<&FiniteBodyLaws>, refinement: usize) -> Result<Ensemble, ModelError> {
+    let steps = (STEPS_PER_CYCLE * refinement) as u32;
+    match laws {
+        Some(laws) => Ensemble::with_laws(scene, laws, steps),
+        None => Ensemble::new(scene, steps),
+    }
+}
+
 impl Engine {
     /// Make a scene ready, its contacts as `laws` have them where there are any.
     ///
@@ -77,16 +89,31 @@ impl Engine {
                 reason: "a scene without a disc makes no sound in water; set `support.kind = \"disc\"`".into(),
             });
         }
-        Ok(Self::Chain(Box::new(match laws {
-            Some(laws) => Ensemble::with_laws(scene, laws, STEPS_PER_CYCLE as u32)?,
-            None => Ensemble::new(scene, STEPS_PER_CYCLE as u32)?,
-        })))
+        Ok(Self::Chain(Box::new(ensemble(scene, laws, 1)?), 1))
+    }
+
+    /// The same with steps a quarter as long and the same samples; before a disc, half as long.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub(super) fn refined(&self, scene: &Scene, laws: Option<&FiniteBodyLaws>) -> Result<Self, ModelError> {
+        match self {
+            Self::Chain(..) => Ok(Self::Chain(Box::new(ensemble(scene, laws, REFINEMENT)?), REFINEMENT)),
+            Self::OnDisc { scene, measurand, .. } => {
+                let mut scene = Scene::clone(scene);
+                if let Integrator::Symplectic { step } = &mut scene.model.integrator {
+                    *step *= 0.5;
+                }
+                let prepared = Arc::new(model::prepare(&scene)?);
+                Ok(Self::OnDisc { prepared, scene: Arc::new(scene), measurand: *measurand })
+            }
+        }
     }
 
     /// Samples of a run.
     pub(super) fn samples(&self) -> usize {
         match self {
-            Self::Chain(ensemble) => ensemble.samples(),
+            Self::Chain(ensemble, stride) => (ensemble.samples() - 1) / stride + 1,
             Self::OnDisc { scene, .. } => scene.samples(),
         }
     }
@@ -94,7 +121,14 @@ impl Engine {
     /// The trace of every variation.
     pub(super) fn run(&self, variations: &[Variation]) -> Vec<Result<Series, ModelError>> {
         match self {
-            Self::Chain(ensemble) => ensemble.run(variations),
+            Self::Chain(ensemble, 1) => ensemble.run(variations),
+            Self::Chain(ensemble, stride) => {
+                let thinned = |trace: Series| {
+                    let values = trace.values.into_iter().step_by(*stride).collect();
+                    Series::new(trace.start, trace.step * *stride as f64, values)
+                };
+                ensemble.run(variations).into_iter().map(|trace| trace.map(thinned)).collect()
+            }
             Self::OnDisc { prepared, scene, measurand } => {
                 let run = |variation: &Variation| {
                     let response = prepared.run(&varied(scene, variation), &mut |_| true)?;

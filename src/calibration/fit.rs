@@ -8,33 +8,24 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{
+    agreement::{self, Agreement},
     checkpoint::SearchCheckpoint,
     correction::{self, Correction, RungDifference},
+    discrepancy::Discrepancy,
     forward::Run,
     joint::{Joint, Share, shares},
     likelihood::Cloud,
     parameter::Parameter,
     posterior::{Lobe, Posterior},
-    rung::Rung,
+    rung::{Rung, Stopped},
     search::{Search, ranking},
 };
-
-/// FIT above which the model does not explain the record.
-pub const OUTSIDE: f64 = 1.5;
-
-/// The same of several records, FIT being that of the worst of them at the runs that are best for all: of 24 twins at three drive levels, whose model is
-/// right, 1.5 would call four outside, 2 calls one, whose search had gone astray.
-pub const OUTSIDE_TOGETHER: f64 = 2.0;
-
-/// FIT above which the agreement is doubtful.
-pub const DOUBTFUL: f64 = 1.0;
 
 /// Runs of a search that FIT is the median misfit of.
 const BEST: usize = 10;
 
-/// Root mean square over features of the expected deviation at the most likely point, in scatters, above which the model
-/// does not explain the record either: single runs may come close by luck where their mean does not.
-pub const BIASED: f64 = 1.2;
+/// Times that features are weighed anew by how far they are off: more moves nothing that is quoted.
+const REWEIGHINGS: usize = 3;
 
 /// What a fit amounts to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -42,7 +33,10 @@ pub enum Verdict {
     /// The model explains the record within the scatter of a single run.
     #[serde(rename = "within scatter")]
     WithinScatter,
-    /// The model does not explain the record: no interval means anything.
+    /// One right model in twenty is as far from its record.
+    #[serde(rename = "doubtful")]
+    Doubtful,
+    /// One right model in a hundred is as far from its record: no interval means anything.
     #[serde(rename = "outside scatter")]
     OutsideScatter,
     /// The answer was still moving, or too few runs finished.
@@ -54,9 +48,18 @@ impl std::fmt::Display for Verdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::WithinScatter => "within scatter",
+            Self::Doubtful => "doubtful",
             Self::OutsideScatter => "outside scatter",
             Self::NotConverged => "not converged",
         })
+    }
+}
+
+impl Verdict {
+    /// Whether intervals mean anything.
+    #[must_use]
+    pub fn explains(self) -> bool {
+        self != Self::OutsideScatter
     }
 }
 
@@ -103,13 +106,19 @@ pub struct Fit {
     /// FIT: median over the ten best runs of a search (the three best of a correction's far fewer) of the misfit per feature, in units
     /// of the local scatter; of several records that of the worst.
     pub misfit: f64,
+    /// Where the record stands among runs taken for records.
+    pub agreement: Agreement,
+    /// γ² of each feature, what was added to its variance relative to it; 0 where it agrees.
+    pub inflation: Vec<f64>,
+    /// What the model was found to be off by.
+    pub discrepancy: Discrepancy,
     /// Deviation z − z₀ expected at the most likely point, in units of the scatter, of each feature.
     pub deviations: Vec<f64>,
     /// Scatter of a single run of each feature, in ln, at the best run.
     pub scatter: Vec<f64>,
     /// How far the medians moved over the last batch, in half-widths of the interval (largest parameter).
     pub drift: f64,
-    /// ln of the evidence of this damping law.
+    /// ln of the evidence of this damping law, no feature down-weighted.
     pub log_evidence: f64,
     /// What it amounts to.
     pub verdict: Verdict,
@@ -152,22 +161,11 @@ impl Fit {
         self.failed() + self.below.as_ref().map_or(0, |below| below.fit.total_failed())
     }
 
-    /// FIT above which the model does not explain the data.
-    #[must_use]
-    pub fn limit(&self) -> f64 {
-        limit_of(&self.shares)
-    }
-
     /// The fitted values, SI, in the order of `parameters`.
     #[must_use]
     pub fn values(&self) -> Vec<f64> {
         self.estimates.iter().map(|estimate| estimate.value).collect()
     }
-}
-
-/// FIT above which the model does not explain the data: of one record, or of several of which each has its share.
-fn limit_of(shares: &[Share]) -> f64 {
-    if shares.is_empty() { OUTSIDE } else { OUTSIDE_TOGETHER }
 }
 
 /// Why there is no fit.
@@ -204,8 +202,8 @@ pub enum FitError {
 /// When it is stopped, or when too few runs finished.
 pub fn fit(problem: impl Into<Joint>, search: Search, checkpoint: Option<SearchCheckpoint>) -> Result<Fit, FitError> {
     let joint = problem.into();
-    let parameters = joint.parameters().to_vec();
-    answer(&parameters, searched(joint, search, checkpoint)?)
+    let search = searched(joint.clone(), search, checkpoint)?;
+    answer(&joint, search)
 }
 
 /// Run a search to its end, from where it stands.
@@ -231,16 +229,23 @@ pub fn searched(
     Ok(search)
 }
 
-/// Read the answer from all runs of a search that has ended.
+/// Read the answer from all runs of a search that has ended, and again with what the runs' own step is found to be off by there.
 ///
 /// # Errors
 /// When too few runs finished.
-pub fn answer(parameters: &[Parameter], search: Search) -> Result<Fit, FitError> {
+pub fn answer(joint: &Joint, search: Search) -> Result<Fit, FitError> {
     let made = search.runs.len();
     let last_batch = search.batches.last().copied().unwrap_or(0);
     let history = history(search.batches.iter().take(search.batches_made()), |count| search.cloud(count));
     let before = search.cloud(made - last_batch.min(made));
-    read(parameters, &search.cloud(made), &before, history, search.runs, BEST)
+    let all = search.cloud(made);
+    let read = |discrepancy: &Discrepancy| {
+        Reading { parameters: joint.parameters(), cloud: &all, before: &before, best: BEST, seed: search.seed() }.read(discrepancy)
+    };
+    let first = read(&Discrepancy::none(&all)).ok_or_else(|| too_few(&search.runs))?;
+    let found = Discrepancy::of_search(joint, &first.most_likely, made as u64);
+    let answer = found.as_ref().and_then(read).unwrap_or(first);
+    Ok(Fit { history, runs: search.runs, ..answer })
 }
 
 /// Run a correction of the chain's fit to its end (from where it stands) and read the answer from the upper rung's runs.
@@ -273,19 +278,31 @@ pub fn paired(
     if correction.is_finished() { Ok(correction) } else { Err(FitError::Stopped { runs: correction.pairs.len() }) }
 }
 
-/// Read the answer from the upper rung's runs of a correction that has ended; `chain` is the fit that it began from.
+/// Read the answer from the upper rung's runs of a correction that has ended, and again with what its bodies are found to be off by there;
+/// `chain` is the fit that it began from.
 ///
 /// # Errors
-/// When too few runs finished.
+/// When too few runs finished, or when it is stopped.
 pub fn corrected(rung: &Rung, chain: Fit, correction: &Correction) -> Result<Fit, FitError> {
     let made = correction.pairs.len();
     let last_round = correction.rounds.last().copied().unwrap_or(0);
-    let runs = correction.pairs.iter().map(|pair| pair.upper.clone()).collect();
+    let runs: Vec<Run> = correction.pairs.iter().map(|pair| pair.upper.clone()).collect();
     let history = history(correction.rounds.iter(), |count| correction.cloud(count));
     let before = correction.cloud(made - last_round.min(made));
     let parameters = &rung.chain().parameters;
-    let mut fit = read(parameters, &correction.cloud(made), &before, history, runs, correction::BEST)?;
-    if correction.leans() && fit.verdict == Verdict::WithinScatter {
+    let all = correction.cloud(made);
+    let read = |discrepancy: &Discrepancy| {
+        Reading { parameters, cloud: &all, before: &before, best: correction::BEST, seed: correction.seed() }.read(discrepancy)
+    };
+    let first = read(&Discrepancy::none(&all)).ok_or_else(|| too_few(&runs))?;
+    let found = match rung.finer() {
+        Some(finer) => Discrepancy::of_rung(rung, finer, &first.most_likely, made as u64)
+            .map_err(|Stopped| FitError::Stopped { runs: made })?,
+        None => None,
+    };
+    let answer = found.as_ref().and_then(read).unwrap_or(first);
+    let mut fit = Fit { history, runs, ..answer };
+    if correction.leans() && fit.verdict.explains() {
         fit.verdict = Verdict::NotConverged;
     }
     let differences = correction.differences(&fit.most_likely);
@@ -293,78 +310,106 @@ pub fn corrected(rung: &Rung, chain: Fit, correction: &Correction) -> Result<Fit
     Ok(fit)
 }
 
-/// Read the answer from a cloud of runs, FIT from its `best` runs; `before` is the cloud without the last batch.
-fn read(
-    parameters: &[Parameter],
-    cloud: &Cloud,
-    before: &Cloud,
-    history: Vec<(u64, f64)>,
-    runs: Vec<Run>,
+fn too_few(runs: &[Run]) -> FitError {
+    let failures: Vec<&String> = runs.iter().filter_map(|run| run.outcome.as_ref().err()).collect();
+    FitError::TooFewRuns {
+        made: runs.len(),
+        failed: failures.len(),
+        reason: failures.last().map_or_else(|| "nothing".into(), |reason| (*reason).clone()),
+    }
+}
+
+/// What an answer is read from.
+struct Reading<'a> {
+    parameters: &'a [Parameter],
+    /// All runs.
+    cloud: &'a Cloud,
+    /// All but the last batch.
+    before: &'a Cloud,
+    /// Runs that FIT is the median misfit of.
     best: usize,
-) -> Result<Fit, FitError> {
-    let dimension = parameters.len();
-    let Some(posterior) = Posterior::of(cloud, dimension) else {
-        let failures: Vec<&String> = runs.iter().filter_map(|run| run.outcome.as_ref().err()).collect();
-        return Err(FitError::TooFewRuns {
-            made: runs.len(),
-            failed: failures.len(),
-            reason: failures.last().map_or_else(|| "nothing".into(), |reason| (*reason).clone()),
+    seed: u64,
+}
+
+impl Reading<'_> {
+    /// The answer, without the runs and their history; `None` where too few finished.
+    fn read(&self, discrepancy: &Discrepancy) -> Option<Fit> {
+        let Self { parameters, before, .. } = *self;
+        let dimension = parameters.len();
+        let plain = self.cloud.clone().corrected(&discrepancy.shift, &discrepancy.nuggets);
+        let mut posterior = Posterior::of(&plain, dimension)?;
+        // Candidates are compared with every feature weighed alike.
+        let log_evidence = posterior.log_evidence;
+        let (mut estimates, mut most_likely) = estimates_of(parameters, &plain, &posterior);
+        let agreement = Agreement::of(&plain, &most_likely, self.seed)?;
+        // Features that no run has are weighed by how far they are off, at the answer that this moves.
+        let (mut cloud, mut inflation) = (plain.clone(), agreement.inflation());
+        for _ in 0..REWEIGHINGS {
+            if inflation.iter().all(|more| *more == 0.0) {
+                break;
+            }
+            cloud = plain.clone().inflated(inflation.clone());
+            posterior = Posterior::of(&cloud, dimension)?;
+            (estimates, most_likely) = estimates_of(parameters, &cloud, &posterior);
+            let Some(pulls) = plain.regress(&most_likely).and_then(|local| Some(local.residue(&local.deviation)?.pulls)) else {
+                break;
+            };
+            inflation = agreement::inflation(&pulls);
+        }
+        let spans: Vec<f64> = parameters.iter().map(Parameter::span).collect();
+        let before = before.clone().corrected(&discrepancy.shift, &discrepancy.nuggets).inflated(inflation.clone());
+        let drift = Posterior::of(&before, dimension).map_or(f64::INFINITY, |before| drift(&before, &posterior, &spans));
+        let ranked = ranking(&plain);
+        let best: Vec<(f64, usize)> = ranked.iter().take(self.best).copied().collect();
+        let misfit = best.get(best.len() / 2).map_or(f64::INFINITY, |entry| entry.0);
+        let deviations = plain.regress(&most_likely).map_or_else(Vec::new, |local| {
+            local.deviation.iter().zip(&local.scatter).map(|(deviation, scatter)| deviation / scatter).collect()
         });
-    };
-    let (estimates, most_likely) = estimates(parameters, cloud, &posterior);
-    let spans: Vec<f64> = parameters.iter().map(Parameter::span).collect();
-    let drift = Posterior::of(before, dimension).map_or(f64::INFINITY, |before| drift(&before, &posterior, &spans));
-    let ranked = ranking(cloud);
-    let best: Vec<(f64, usize)> = ranked.iter().take(best).copied().collect();
-    let misfit = best.get(best.len() / 2).map_or(f64::INFINITY, |entry| entry.0);
-    let deviations = cloud.regress(&most_likely).map_or_else(Vec::new, |local| {
-        local.deviation.iter().zip(&local.scatter).map(|(deviation, scatter)| deviation / scatter).collect()
-    });
-    let scatter = ranked
-        .first()
-        .and_then(|best| cloud.regress(cloud.position(best.1)))
-        .map_or_else(Vec::new, |local| local.scatter);
-    let best: Vec<usize> = best.into_iter().map(|entry| entry.1).collect();
-    let shares = shares(parameters, cloud, &best, (&deviations, &scatter));
-    // A record that is not explained is not made good by others that are.
-    let misfit = shares.iter().map(|share| share.misfit).fold(misfit, f64::max);
-    let bias = shares.iter().map(|share| share.bias).fold(root_mean_square(&deviations), f64::max);
-    let verdict = if misfit > limit_of(&shares) || bias > BIASED {
-        Verdict::OutsideScatter
-    } else if drift > 1.0 {
-        Verdict::NotConverged
-    } else {
-        Verdict::WithinScatter
-    };
-    Ok(Fit {
-        parameters: parameters.to_vec(),
-        estimates,
-        most_likely,
-        lobes: posterior.lobes(),
-        correlation: posterior.first_correlation(),
-        misfit,
-        deviations,
-        scatter,
-        drift,
-        log_evidence: posterior.log_evidence,
-        verdict,
-        history,
-        posterior,
-        runs,
-        below: None,
-        shares,
-    })
+        let scatter = ranked
+            .first()
+            .and_then(|best| plain.regress(plain.position(best.1)))
+            .map_or_else(Vec::new, |local| local.scatter);
+        let best: Vec<usize> = best.into_iter().map(|entry| entry.1).collect();
+        let shares = shares(parameters, &cloud, &best, &agreement.records, &scatter);
+        let misfit = shares.iter().map(|share| share.misfit).fold(misfit, f64::max);
+        let verdict = if agreement.p < agreement::OUTSIDE {
+            Verdict::OutsideScatter
+        } else if drift > 1.0 {
+            Verdict::NotConverged
+        } else if agreement.p < agreement::DOUBTFUL {
+            Verdict::Doubtful
+        } else {
+            Verdict::WithinScatter
+        };
+        Some(Fit {
+            parameters: parameters.to_vec(),
+            estimates,
+            most_likely,
+            lobes: posterior.lobes(),
+            correlation: posterior.first_correlation(),
+            misfit,
+            agreement,
+            inflation,
+            discrepancy: discrepancy.clone(),
+            deviations,
+            scatter,
+            drift,
+            log_evidence,
+            verdict,
+            history: Vec::new(),
+            posterior,
+            runs: Vec::new(),
+            below: None,
+            shares,
+        })
+    }
 }
 
 /// The estimates of all parameters, and the most likely point in unit coordinates.
-pub(super) fn estimates(parameters: &[Parameter], cloud: &Cloud, posterior: &Posterior) -> (Vec<Estimate>, Vec<f64>) {
+pub(super) fn estimates_of(parameters: &[Parameter], cloud: &Cloud, posterior: &Posterior) -> (Vec<Estimate>, Vec<f64>) {
     let most_likely = polish(cloud, posterior);
     let each = parameters.iter().enumerate().map(|(d, parameter)| estimate(parameter, posterior, most_likely[d], d));
     (each.collect(), most_likely)
-}
-
-fn root_mean_square(values: &[f64]) -> f64 {
-    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 fn estimate(parameter: &Parameter, posterior: &Posterior, most_likely: f64, d: usize) -> Estimate {

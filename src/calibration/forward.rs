@@ -12,6 +12,7 @@ use super::{
     comparison::Comparison,
     engine::Engine,
     parameter::{Parameter, Target},
+    posterior::Posterior,
     rung::{Rung, Stopped},
 };
 use crate::{
@@ -33,12 +34,20 @@ pub(super) const STEPS_PER_CYCLE: usize = 160;
 /// How imperfectly known the bench is: every run draws from these.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Uncertainty {
-    /// Scale of each contact's initial gap, m: half-normal, for no bead overlaps its neighbour before anything moves.
+    /// Scale of each contact's initial gap, m: half-normal, for no bead overlaps its neighbour before anything moves. Its mean is 0.8 of the scale,
+    /// the mean of the sum over the seven contacts of six beads 5.6 times.
     pub gap: f64,
+    /// Standard deviation of the logarithm of that scale, one draw a run: how rough a bench is, nobody measures.
+    #[serde(default)]
+    pub gap_scale: f64,
     /// Standard deviation of the first gap over and above that, m: the uncertainty of the horn's baseline.
     pub baseline: f64,
     /// Half-width of a uniform factor on the drive, 1.
     pub drive: f64,
+    /// Standard deviation of the logarithm of the factor on what is recorded, 1: the sensitivity of the instrument. Not drawn but known to the
+    /// likelihood, for it moves all amplitudes alike.
+    #[serde(default)]
+    pub sensitivity: f64,
     /// Standard deviation of the precompression about the scene's own, N; what falls below zero is turned.
     #[serde(default)]
     pub precompression: f64,
@@ -48,9 +57,17 @@ pub struct Uncertainty {
 }
 
 impl Default for Uncertainty {
-    /// Half-normal gaps of scale 0.3 nm, an exact baseline, ±0.5 % of drive.
+    /// Half-normal gaps of scale 0.3 nm, itself known to a factor of 1.5, an exact baseline, ±0.5 % of drive, 0.3 % of sensitivity.
     fn default() -> Self {
-        Self { gap: 3e-10, baseline: 0.0, drive: 0.005, precompression: 0.0, support_stiffness: 0.0 }
+        Self {
+            gap: 3e-10,
+            gap_scale: 0.4,
+            baseline: 0.0,
+            drive: 0.005,
+            sensitivity: 0.003,
+            precompression: 0.0,
+            support_stiffness: 0.0,
+        }
     }
 }
 
@@ -64,11 +81,13 @@ const TOGETHER: f64 = 0.6;
 impl Uncertainty {
     /// Name, SI unit and value of each.
     #[must_use]
-    pub fn named(&self) -> [(&'static str, &'static str, f64); 5] {
+    pub fn named(&self) -> [(&'static str, &'static str, f64); 7] {
         [
             ("gap", "m", self.gap),
+            ("gap_scale", "1", self.gap_scale),
             ("baseline", "m", self.baseline),
             ("drive", "1", self.drive),
+            ("sensitivity", "1", self.sensitivity),
             ("precompression", "N", self.precompression),
             ("support_stiffness", "1", self.support_stiffness),
         ]
@@ -98,6 +117,9 @@ impl Run {
     }
 }
 
+/// Number of the first run that is predicted: beyond those of any search.
+const PREDICTED: u64 = 1 << 32;
+
 /// A run with the time at which it crossed the onset threshold, s; `None` where it did not, or where onsets mean nothing.
 pub type TimedRun = (Run, Option<f64>);
 
@@ -116,6 +138,7 @@ pub struct Forward {
     uncertainty: Uncertainty,
     seed: u64,
     engine: Engine,
+    laws: Option<FiniteBodyLaws>,
     low_pass: LowPass,
     noise_rms: f64,
     watch: Arc<Watch>,
@@ -157,6 +180,7 @@ impl Forward {
         let mut scene = scene.clone();
         let mut comparison = comparison.into();
         comparison.power *= uncertainty.discount();
+        comparison.sensitivity = uncertainty.sensitivity;
         scene.duration = comparison.duration(&scene.drive);
         let engine = Engine::new(&scene, laws, comparison.measurand())?;
         let step = period / STEPS_PER_CYCLE as f64;
@@ -172,11 +196,23 @@ impl Forward {
             uncertainty,
             seed,
             engine,
+            laws: laws.cloned(),
             low_pass,
             noise_rms,
             watch,
             above: None,
         })
+    }
+
+    /// The same runs, with the same draws, made with a finer step; `None` where runs are those of a rung above, whose bodies say what they are
+    /// off by, or where there is no finer one.
+    #[must_use]
+    pub fn refined(&self) -> Option<Self> {
+        if self.above.is_some() {
+            return None;
+        }
+        let engine = self.engine.refined(&self.scene, self.laws.as_ref()).ok()?;
+        Some(Self { engine, ..self.clone() })
     }
 
     /// The runs of `rung` in place of those of the chain below it: all that a search asks for, where a correction makes only those that it
@@ -253,11 +289,13 @@ impl Forward {
         for (parameter, &u) in self.parameters.iter().zip(at) {
             parameter.vary(&self.scene, &mut variation, parameter.value(u));
         }
-        let Uncertainty { gap: roughness, baseline, drive, precompression, support_stiffness } = self.uncertainty;
+        let Uncertainty { gap, gap_scale, baseline, drive, precompression, support_stiffness, .. } = self.uncertainty;
         variation.amplitude_scale *= 1.0 + drive * random.random_range(-1.0..1.0);
-        for gap in &mut variation.gap_offsets {
+        let rougher: f64 = StandardNormal.sample(random);
+        let roughness = gap * (gap_scale * rougher).exp();
+        for offset in &mut variation.gap_offsets {
             let draw: f64 = StandardNormal.sample(random);
-            *gap += roughness * draw.abs();
+            *offset += roughness * draw.abs();
         }
         let mut normal = || -> f64 { StandardNormal.sample(random) };
         // What is fitted is not drawn; an error of the baseline is a gap.
@@ -273,6 +311,17 @@ impl Forward {
             variation.support_stiffness_factor *= (support_stiffness * normal()).exp();
         }
         variation
+    }
+
+    /// What further runs of the bench would be: `count` points drawn from a posterior, each under nuisances drawn anew.
+    #[must_use]
+    pub fn predicted(&self, posterior: &Posterior, count: usize) -> Vec<Variation> {
+        let draw = |number: usize| {
+            let mut random = self.generator(PREDICTED + number as u64);
+            let at = posterior.draw(1.0, &mut random);
+            self.variation(&at, &mut random)
+        };
+        (0..count).map(draw).collect()
     }
 
     /// Features z of a trace (m/s or Pa, 160 samples a drive period) that needs no noise: low-pass, 40 samples a period, features.

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{
-    fit::{Estimate, estimates},
+    fit::{Estimate, estimates_of},
     forward::{Forward, Run},
     likelihood::Cloud,
     parameter::Parameter,
@@ -135,6 +135,13 @@ impl Joint {
         std::iter::once(&self.first).chain(&self.others).collect()
     }
 
+    /// The same, every record's runs made with a finer step; `None` where that cannot be.
+    #[must_use]
+    pub fn refined(&self) -> Option<Self> {
+        let others = self.others.iter().map(Forward::refined).collect::<Option<_>>()?;
+        Some(Self { first: self.first.refined()?, others })
+    }
+
     /// Run the points for every record, the first of which is run number `first` of the search: the fingerprints of all records, one behind
     /// the other. A point fails as soon as one of its runs does.
     #[must_use]
@@ -164,36 +171,28 @@ pub struct Share {
     pub posterior: Posterior,
     /// Misfit per feature of this record at the runs that are best for all, in scatters.
     pub misfit: f64,
-    /// Root mean square of this record's expected deviations at the joint answer, in scatters.
-    pub bias: f64,
+    /// Share of right records that are as far from the model as this one at the joint answer.
+    pub p: f64,
 }
 
-/// What each record of a cloud of several says by itself; empty for one record.
-pub(super) fn shares(
-    parameters: &[Parameter],
-    cloud: &Cloud,
-    best: &[usize],
-    (deviations, scatter): (&[f64], &[f64]),
-) -> Vec<Share> {
+/// What each record of a cloud of several says by itself, `p` being that of each at the joint answer; empty for one record.
+pub(super) fn shares(parameters: &[Parameter], cloud: &Cloud, best: &[usize], p: &[f64], scatter: &[f64]) -> Vec<Share> {
     if cloud.records() < 2 {
         return vec![];
     }
     let share = |record: usize| {
         let alone = cloud.of_record(record);
         let posterior = Posterior::of(&alone, parameters.len())?;
-        let (estimates, _) = estimates(parameters, &alone, &posterior);
-        let part = cloud.part(record);
-        let misfits = alone.misfits(scatter.get(part.clone())?);
+        let (estimates, _) = estimates_of(parameters, &alone, &posterior);
+        let misfits = alone.misfits(scatter.get(cloud.part(record))?);
         let mut misfits: Vec<f64> = best.iter().filter_map(|run| misfits.get(*run).copied()).collect();
         misfits.sort_by(f64::total_cmp);
-        let off = deviations.get(part)?;
-        let bias = (off.iter().map(|value| value * value).sum::<f64>() / off.len().max(1) as f64).sqrt();
         Some(Share {
             estimates,
             correlation: posterior.first_correlation(),
             posterior,
             misfit: misfits.get(misfits.len() / 2).copied().unwrap_or(f64::INFINITY),
-            bias,
+            p: *p.get(record)?,
         })
     };
     // A point at which all records can be judged is one at which each can.

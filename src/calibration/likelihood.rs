@@ -61,6 +61,10 @@ pub struct Cloud {
     domain: Option<(Vec<f64>, Vec<f64>)>,
     /// Where distances are measured, and the runs in it; in the unit box where there is none.
     frame: Option<(Frame, Vec<Vec<f64>>)>,
+    /// γ² of each feature: what is added to its variance, relative to it, where records do not agree with any run.
+    inflation: Vec<f64>,
+    /// Standard deviation of ln of the factor on all amplitudes of a record, and how each feature answers to it.
+    sensitivity: (f64, Vec<f64>),
 }
 
 /// Regressors of so many parameters.
@@ -79,7 +83,18 @@ pub struct Local {
     pub effective: f64,
     /// Degrees of freedom ν that the regression leaves.
     freedom: f64,
+    /// Change of each feature (a column) along each coordinate (a row) over the neighbourhood's radius.
+    slopes: DMatrix<f64>,
     records: Vec<Judged>,
+}
+
+/// What is left of a deviation once the parameters have taken up what they can.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Residue {
+    /// r/σ of each feature, σ the scatter of a single run.
+    pub pulls: Vec<f64>,
+    /// rᵀ Σ⁻¹ r of each record.
+    pub squares: Vec<f64>,
 }
 
 /// What the features of one record are judged by.
@@ -112,6 +127,8 @@ impl Cloud {
             power: super::posterior::POWER,
             domain: None,
             frame: None,
+            inflation: vec![0.0; nuggets.len()],
+            sensitivity: (0.0, vec![0.0; nuggets.len()]),
         };
         for (position, features) in runs {
             cloud.positions.push(position.to_vec());
@@ -124,6 +141,31 @@ impl Cloud {
     #[must_use]
     pub fn tempered(mut self, power: f64) -> Self {
         self.power = power;
+        self
+    }
+
+    /// The same with what is known of the model's own error: `shift` is added to every run's features, `nuggets` to their scatter.
+    #[must_use]
+    pub fn corrected(mut self, shift: &[f64], nuggets: &[f64]) -> Self {
+        for deviation in &mut self.deviations {
+            deviation.iter_mut().zip(shift).for_each(|(deviation, shift)| *deviation += shift);
+        }
+        self.nuggets.iter_mut().zip(nuggets).for_each(|(own, more)| *own = own.hypot(*more));
+        self
+    }
+
+    /// The same with the variance of each feature 1 + γ² times as large.
+    #[must_use]
+    pub fn inflated(mut self, inflation: Vec<f64>) -> Self {
+        self.inflation = inflation;
+        self
+    }
+
+    /// The same with an unknown factor on all amplitudes of a record, of that standard deviation in ln; `answers` says how a feature moves with
+    /// its logarithm. Exact, where a factor drawn into the runs would be lost with the off-diagonals.
+    #[must_use]
+    pub fn scaled(mut self, deviation: f64, answers: Vec<f64>) -> Self {
+        self.sensitivity = (deviation, answers);
         self
     }
 
@@ -164,6 +206,8 @@ impl Cloud {
             neighbours: self.neighbours,
             power: self.power,
             domain: self.domain.clone(),
+            inflation: self.inflation[part.clone()].to_vec(),
+            sensitivity: (self.sensitivity.0, self.sensitivity.1[part.clone()].to_vec()),
             // What one record leaves open is wider than the frame of all.
             frame: None,
         }
@@ -214,21 +258,51 @@ impl Cloud {
         self.positions.is_empty()
     }
 
+    /// Squared distance of every run from `at`, with its number, in the frame where there is one.
+    fn distances(&self, at: &[f64]) -> Vec<(f64, usize)> {
+        let inside = self.frame.as_ref().map(|(frame, _)| frame.inside(at));
+        let at = inside.as_deref().unwrap_or(at);
+        let squared = |position: &Vec<f64>| position.iter().zip(at).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+        self.measured().iter().enumerate().map(|(run, position)| (squared(position), run)).collect()
+    }
+
+    /// Positions as distances are measured.
+    fn measured(&self) -> &[Vec<f64>] {
+        self.frame.as_ref().map_or(&self.positions, |(_, inside)| inside)
+    }
+
+    /// The runs nearest to a point, nearest first.
+    #[must_use]
+    pub fn nearest(&self, at: &[f64], count: usize) -> Vec<usize> {
+        let mut order = self.distances(at);
+        order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        order.into_iter().take(count).map(|(_, run)| run).collect()
+    }
+
     /// Regress at the point `at`; `None` with too few runs or a degenerate neighbourhood.
     #[must_use]
     pub fn regress(&self, at: &[f64]) -> Option<Local> {
+        self.regress_over(at, self.distances(at))
+    }
+
+    /// The same where a run stands, without that run: how far it is from what all others expect there, and that expectation.
+    #[must_use]
+    pub fn regress_leaving(&self, run: usize) -> Option<(&[f64], Local)> {
+        let at = &self.positions[run];
+        let mut order = self.distances(at);
+        order.swap_remove(run);
+        Some((&self.deviations[run], self.regress_over(at, order)?))
+    }
+
+    /// Regress at `at` over runs at such squared distances.
+    fn regress_over(&self, at: &[f64], mut order: Vec<(f64, usize)>) -> Option<Local> {
         let dimension = at.len();
-        if self.len() < self.neighbours + 1 {
+        if order.len() < self.neighbours + 1 {
             return None;
         }
         let inside = self.frame.as_ref().map(|(frame, _)| frame.inside(at));
         let at = inside.as_deref().unwrap_or(at);
-        let positions = self.frame.as_ref().map_or(&self.positions, |(_, inside)| inside);
-        let mut order: Vec<(f64, usize)> = positions
-            .iter()
-            .enumerate()
-            .map(|(i, position)| (position.iter().zip(at).map(|(a, b)| (a - b).powi(2)).sum::<f64>(), i))
-            .collect();
+        let positions = self.measured();
         order.select_nth_unstable_by(self.neighbours, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let radius = order[self.neighbours].0.sqrt();
         if radius <= 0.0 {
@@ -285,7 +359,8 @@ impl Cloud {
         };
         let scatter = records.iter().flat_map(scatter).collect();
         let deviation = (0..features).map(|f| coefficients[(0, f)]).collect();
-        Some(Local { deviation, scatter, effective, freedom: effective - spent, records })
+        let slopes = coefficients.rows(1, dimension).into_owned();
+        Some(Local { deviation, scatter, effective, freedom: effective - spent, slopes, records })
     }
 
     /// The covariance Σ of one record's features, from the residuals of all runs (one a row) and their shares of the weight.
@@ -313,7 +388,16 @@ impl Cloud {
                 covariance[(f, g)] = shrunk;
                 covariance[(g, f)] = shrunk;
             }
-            covariance[(f, f)] = (covariance[(f, f)] * small_sample + self.nuggets[first + f].powi(2)) * extrapolation;
+            let own = (covariance[(f, f)] * small_sample + self.nuggets[first + f].powi(2)) * extrapolation;
+            covariance[(f, f)] = own * (1.0 + self.inflation[first + f]);
+        }
+        let (sensitivity, answers) = &self.sensitivity;
+        if *sensitivity > 0.0 {
+            for f in 0..features {
+                for g in 0..features {
+                    covariance[(f, g)] += sensitivity.powi(2) * answers[first + f] * answers[first + g];
+                }
+            }
         }
         let weights = &self.weights[part.clone()];
         for f in 0..features {
@@ -363,6 +447,12 @@ impl Cloud {
             .collect()
     }
 
+    /// Smallest scatter allowed to each feature.
+    #[must_use]
+    pub fn nuggets(&self) -> &[f64] {
+        &self.nuggets
+    }
+
     /// Distance from a run to its `rank`-th nearest other run, in unit coordinates.
     #[must_use]
     pub fn spacing(&self, run: usize, rank: usize) -> f64 {
@@ -386,6 +476,49 @@ impl Cloud {
 }
 
 impl Local {
+    /// What is left of a deviation (z − z₀ of a run or a record, or of one from the other) once the parameters have moved by δ radii of the
+    /// neighbourhood so that Σ_r rᵀ Σ⁻¹ r + |δ|² is least, r = deviation + Sδ.
+    #[must_use]
+    pub fn residue(&self, deviation: &[f64]) -> Option<Residue> {
+        let dimension = self.slopes.nrows();
+        let factors: Vec<_> =
+            self.records.iter().map(|record| Cholesky::new(record.covariance.clone())).collect::<Option<_>>()?;
+        let of = |record: &Judged| {
+            let slopes = self.slopes.columns(record.features.start, record.features.len()).transpose();
+            (slopes, DVector::from_column_slice(&deviation[record.features.clone()]))
+        };
+        let mut normal: DMatrix<f64> = DMatrix::identity(dimension, dimension);
+        let mut right: DVector<f64> = DVector::zeros(dimension);
+        for (record, factor) in self.records.iter().zip(&factors) {
+            let (slopes, deviation) = of(record);
+            normal += slopes.transpose() * factor.solve(&slopes);
+            right -= slopes.transpose() * factor.solve(&deviation);
+        }
+        let moved = Cholesky::new(normal)?.solve(&right);
+        let mut pulls = vec![0.0; deviation.len()];
+        let mut squares = Vec::with_capacity(self.records.len());
+        for (record, factor) in self.records.iter().zip(&factors) {
+            let (slopes, deviation) = of(record);
+            let left = deviation + slopes * &moved;
+            for (f, at) in record.features.clone().enumerate() {
+                pulls[at] = left[f] / record.covariance[(f, f)].sqrt();
+            }
+            squares.push(left.dot(&factor.solve(&left)));
+        }
+        Some(Residue { pulls, squares })
+    }
+
+    /// Factor of the first record's amplitudes on those expected, by generalised least squares; `answers` says how a feature moves with its logarithm.
+    #[must_use]
+    pub fn factor(&self, answers: &[f64]) -> Option<f64> {
+        let record = self.records.first()?;
+        let factor = Cholesky::new(record.covariance.clone())?;
+        let answers = DVector::from_column_slice(answers.get(record.features.clone())?);
+        let deviation = DVector::from_column_slice(&self.deviation[record.features.clone()]);
+        let weighed = factor.solve(&answers);
+        Some((-weighed.dot(&deviation) / weighed.dot(&answers)).exp())
+    }
+
     /// Sum over records of the Student-t log-density of each.
     fn log_likelihood(self) -> f64 {
         let freedom = self.freedom;

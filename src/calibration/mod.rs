@@ -1,9 +1,12 @@
 //! Parameters, residuals and the search for them: the only user of argmin.
 
+pub mod agreement;
 pub mod checkpoint;
 pub mod comparison;
 pub mod correction;
 mod descent;
+pub mod diagnosis;
+pub mod discrepancy;
 pub mod engine;
 pub mod fingerprints;
 pub mod fit;

@@ -40,6 +40,8 @@ pub struct CalibrationOutcome {
     /// The same of every pair of more than two, named by both.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub correlations: BTreeMap<String, f64>,
+    /// Share of right records that are as far from the model as this one: below 0.05 `doubtful`, below 0.01 `outside scatter`.
+    pub p_value: f64,
     /// Median misfit per feature of the ten best runs, in units of the local scatter.
     pub misfit: f64,
     /// Watched features of record and model.
@@ -126,8 +128,14 @@ pub struct OutcomeFeature {
 pub struct FittedFeature {
     /// Of the record, or as published; absent for a published statement that is no number.
     pub measured: Option<f64>,
-    /// Expected at the most likely point, less the record, in units of the scatter of a single run.
+    /// Expected at the most likely point, less the record, in units of the scatter of a single run; what the verdict is made of.
     pub deviation: Option<f64>,
+    /// By how much its scatter was multiplied, for no run has it: √(1 + γ²); absent where it agrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub widened: Option<f64>,
+    /// ln of the factor that corrects the model's own setting, and what is not known of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model_error: Option<[f64; 2]>,
     /// SI unit, `1` for a pure number.
     pub unit: String,
 }
@@ -141,6 +149,8 @@ pub struct RecordOutcome {
     pub measured: String,
     /// Overrides of its scene.
     pub overrides: Vec<String>,
+    /// Share of right records that are as far from the model as this one at the joint answer.
+    pub p_value: f64,
     /// Misfit per feature of this record at the runs that are best for all, in scatters.
     pub misfit: f64,
     /// Correlation of the logarithms of the first two parameters by this record alone.
@@ -172,6 +182,8 @@ pub struct LawOutcome {
     pub mount: Option<String>,
     /// How its fit ended.
     pub verdict: Verdict,
+    /// Share of right records that are as far from it.
+    pub p_value: f64,
     /// Its misfit.
     pub misfit: f64,
     /// ln of its evidence.
@@ -242,10 +254,23 @@ pub struct InputDigest {
     pub sha256: String,
 }
 
+/// What the fit says of its feature `index`: that many of other records come before it.
+#[must_use]
+pub fn fitted_feature(fit: &Fit, index: usize, measured: Option<f64>, unit: &str) -> FittedFeature {
+    let shift = fit.discrepancy.shift.get(index).copied().filter(|_| fit.discrepancy.pairs > 0);
+    FittedFeature {
+        measured,
+        deviation: fit.agreement.pulls.get(index).copied(),
+        widened: fit.inflation.get(index).filter(|more| **more > 0.0).map(|more| (1.0 + more).sqrt()),
+        model_error: shift.zip(fit.discrepancy.nuggets.get(index).copied()).map(|(shift, left)| [shift, left]),
+        unit: unit.into(),
+    }
+}
+
 /// The fitted parameters by name; intervals only where the verdict allows one.
 #[must_use]
 pub fn fitted_parameters(fit: &Fit) -> BTreeMap<String, FittedParameter> {
-    estimates_by_name(&fit.estimates, &fit.parameters, fit.verdict != Verdict::OutsideScatter)
+    estimates_by_name(&fit.estimates, &fit.parameters, fit.verdict.explains())
 }
 
 /// Estimates of `parameters` by name, with their intervals where those are `quoted`.

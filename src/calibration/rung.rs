@@ -11,6 +11,7 @@ use std::sync::{
 use rayon::prelude::*;
 
 use super::{
+    discrepancy,
     engine::{sampled_scene, trace},
     forward::{Forward, Run},
     parameter::varied,
@@ -30,6 +31,8 @@ pub struct Rung {
     chain: Forward,
     prepared: Arc<Prepared>,
     scene: Scene,
+    /// The same on finer bodies.
+    finer: Option<Arc<Self>>,
 }
 
 /// A scene as a search runs it above the chain: with as many samples a drive period as the chain has steps.
@@ -51,11 +54,21 @@ pub fn chain_below(scene: &Scene) -> Scene {
     chain
 }
 
+/// The scene on a mesh 1.5 times as dense, where its model is the reduced one.
+fn finer_scene(scene: &Scene) -> Option<Scene> {
+    let mut scene = scene.clone();
+    let density = &mut scene.model.reduced.density;
+    *density = (f64::from(*density) * discrepancy::FINER).round() as u32;
+    (scene.model.kind == ModelKind::Reduced).then_some(scene)
+}
+
 /// The bodies of a scene made ready for a search: on its own model, and as contact laws of the chain below.
 #[derive(Debug)]
 pub struct Bodies {
     /// For the scene's own model.
     pub prepared: Arc<Prepared>,
+    /// Those of a finer mesh, which tell what the model's own is off by; `None` of a model that is no reduced one.
+    pub finer: Option<Arc<Prepared>>,
     /// For the chain below; `None` where that has Hertz contacts.
     pub laws: Option<FiniteBodyLaws>,
 }
@@ -68,7 +81,9 @@ impl Bodies {
     pub fn new(scene: &Scene, cache: Option<&Cache>) -> Result<Self, ModelError> {
         let prepared = Arc::new(model::prepare_with(&rung_scene(scene), cache)?);
         let below = model::prepare(&chain_below(scene))?;
-        Ok(Self { prepared, laws: below.contact_laws().cloned() })
+        let finer = finer_scene(&rung_scene(scene));
+        let finer = finer.map(|scene| model::prepare_with(&scene, cache).map(Arc::new)).transpose()?;
+        Ok(Self { prepared, finer, laws: below.contact_laws().cloned() })
     }
 }
 
@@ -78,7 +93,22 @@ impl Rung {
     pub fn new(chain: &Forward, prepared: Arc<Prepared>, scene: &Scene) -> Self {
         let mut scene = rung_scene(scene);
         scene.duration = chain.comparison.duration(&scene.drive);
-        Self { chain: chain.clone(), prepared, scene }
+        Self { chain: chain.clone(), prepared, scene, finer: None }
+    }
+
+    /// The same beside one on finer bodies of the same scene.
+    #[must_use]
+    pub fn with_finer(mut self, prepared: Option<Arc<Prepared>>) -> Self {
+        self.finer = prepared.zip(finer_scene(&self.scene)).map(|(prepared, scene)| {
+            Arc::new(Self { chain: self.chain.clone(), prepared, scene, finer: None })
+        });
+        self
+    }
+
+    /// The same on finer bodies, where there are any.
+    #[must_use]
+    pub fn finer(&self) -> Option<&Self> {
+        self.finer.as_deref()
     }
 
     /// The chain below.

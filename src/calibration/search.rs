@@ -74,6 +74,8 @@ pub struct Search {
     /// Number of features of each record.
     parts: Vec<usize>,
     power: f64,
+    /// Of one record what is not known of its instrument, and how features answer.
+    sensitivity: (f64, Vec<f64>),
 }
 
 impl Search {
@@ -104,6 +106,10 @@ impl Search {
             weights: of_all(|comparison| &comparison.weights),
             parts: joint.records().iter().map(|record| record.comparison.features.len()).collect(),
             power: joint.first().comparison.power,
+            sensitivity: (
+                joint.first().comparison.sensitivity,
+                joint.records().iter().flat_map(|record| record.comparison.answers()).collect(),
+            ),
         }
     }
 
@@ -119,12 +125,19 @@ impl Search {
         self.batch
     }
 
+    /// Seed of its draws.
+    #[must_use]
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
     /// The finished runs as the regression sees them; of the first `count` runs only.
     #[must_use]
     pub fn cloud(&self, count: usize) -> Cloud {
         let finished = self.runs.iter().take(count).filter_map(|run| Some((run.position.as_slice(), run.features()?)));
         let cloud = Cloud::new(finished, &self.observed, &self.nuggets, &self.weights, neighbours(self.dimension));
-        framed(cloud.parted(&self.parts).tempered(self.power), self.dimension)
+        let (sensitivity, answers) = self.sensitivity.clone();
+        framed(cloud.parted(&self.parts).tempered(self.power).scaled(sensitivity, answers), self.dimension)
     }
 
     /// The search as it stood after these runs, none of them made anew; `None` unless they are as many as it makes.

@@ -1,7 +1,8 @@
 //! A fit in words: what the record cannot separate, and which further record would.
 
 use super::{
-    fit::{DOUBTFUL, Estimate, Fit, Verdict},
+    agreement,
+    fit::{Estimate, Fit, Verdict},
     joint::Share,
     parameter::Target,
     printed::Printed,
@@ -22,24 +23,15 @@ pub fn statements(fit: &Fit) -> Vec<String> {
     let mut said = Vec::new();
     match fit.verdict {
         Verdict::OutsideScatter => said.push(format!(
-            "The model does not explain the data: its best runs miss it by {:.1} scatters a feature ({} is the limit){}. The \
-             values are those of the nearest response, no interval is quoted. Check the support, the first gap, the \
-             precompression and the damping law before anything else.",
-            fit.misfit,
-            fit.limit(),
-            if fit.misfit > fit.limit() { "" } else { ", or its expected response is off as a whole" },
+            "The model does not explain the data: {} The values are those of the nearest response, no interval is quoted.",
+            standing(fit)
         )),
         Verdict::NotConverged => said.push(format!(
             "The answer was still moving: the last batch of runs shifted a median by {:.1} half-widths of its interval. Raise \
              --evaluations.",
             fit.drift
         )),
-        Verdict::WithinScatter if fit.misfit > DOUBTFUL => said.push(format!(
-            "The agreement is doubtful: the best runs miss the data by {:.1} scatters a feature (1 raises no alarm, {} is \
-             the limit).",
-            fit.misfit,
-            fit.limit()
-        )),
+        Verdict::Doubtful => said.push(format!("The agreement is doubtful: {}", standing(fit))),
         Verdict::WithinScatter => {}
     }
     if fit.verdict == Verdict::OutsideScatter {
@@ -117,6 +109,13 @@ pub fn statements(fit: &Fit) -> Vec<String> {
     said
 }
 
+/// How many right records are as far from the model.
+fn standing(fit: &Fit) -> String {
+    let p = fit.agreement.p;
+    let share = if p < 1e-3 { "fewer than 0.1 %".into() } else { format!("{:.1} %", 100.0 * p) };
+    format!("of records that the model makes itself {share} are as far from it as this one (p; below 5 % it is doubtful, below 1 % outside).")
+}
+
 /// Ridges of any other pair than the first two.
 fn further_ridges(fit: &Fit) -> Vec<String> {
     let count = fit.parameters.len();
@@ -166,7 +165,7 @@ fn remedy(target: Target) -> &'static str {
 pub fn together(fit: &Fit, labels: &[String]) -> Vec<String> {
     let shares = || labels.iter().zip(&fit.shares);
     if fit.verdict == Verdict::OutsideScatter {
-        let outside = |share: &Share| share.misfit > fit.limit() || share.bias > super::fit::BIASED;
+        let outside = |share: &Share| share.p < agreement::OUTSIDE;
         let (missed, held): (Vec<_>, Vec<_>) = shares().partition(|(_, share)| outside(share));
         if missed.is_empty() || held.is_empty() {
             return vec![];
@@ -267,7 +266,7 @@ fn percent_of_width(width: f64) -> String {
 /// which no run could be compared with it at all: the name of the best, or `None` when undecided.
 #[must_use]
 pub fn preferred_of(fits: &[(String, &Fit)], excluded: &[String]) -> Option<String> {
-    let explains = |fit: &Fit| fit.verdict != Verdict::OutsideScatter;
+    let explains = |fit: &Fit| fit.verdict.explains();
     let mut best: Vec<(String, &Fit)> = Vec::new();
     for (name, fit) in fits {
         match best.iter_mut().find(|(known, _)| known == name) {
@@ -292,7 +291,7 @@ pub fn preferred_of(fits: &[(String, &Fit)], excluded: &[String]) -> Option<Stri
 /// loses whatever its evidence.
 #[must_use]
 pub fn preferred(laws: &[(String, &Fit)]) -> Option<String> {
-    let explains = |fit: &Fit| fit.verdict != Verdict::OutsideScatter;
+    let explains = |fit: &Fit| fit.verdict.explains();
     let mut ranked: Vec<&(String, &Fit)> = laws.iter().collect();
     ranked.sort_by(|a, b| explains(b.1).cmp(&explains(a.1)).then(b.1.log_evidence.total_cmp(&a.1.log_evidence)));
     let (best, second) = (ranked.first()?, ranked.get(1)?);

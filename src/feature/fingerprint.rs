@@ -107,6 +107,8 @@ pub struct Fingerprint {
     late_start: usize,
     late_cycles: usize,
     early_windows: usize,
+    /// Whether only the late window is looked at: the ring-up was not recorded.
+    late_only: bool,
     window: Vec<f64>,
     transform: Arc<dyn RealToComplex<f64>>,
 }
@@ -196,9 +198,17 @@ impl Fingerprint {
             late_start,
             late_cycles,
             early_windows,
+            late_only: false,
             window,
             transform,
         })
+    }
+
+    /// The same without what is measured before the late window, peaks included: for a record that begins inside its burst, whose ring-up nobody
+    /// saw.
+    #[must_use]
+    pub fn late_only(self) -> Self {
+        Self { early_windows: 0, late_only: true, ..self }
     }
 
     /// Fewest drive periods after the onset that make a fingerprint.
@@ -277,7 +287,7 @@ impl Fingerprint {
         let run = &after[..needed];
         let late = &run[self.late_start * SAMPLES_PER_CYCLE..];
         let power = self.power(late);
-        let (highest, lowest) = extremes(run);
+        let (highest, lowest) = extremes(if self.late_only { late } else { run });
         let mut amplitudes = vec![highest, -lowest];
         match self.set {
             FeatureSet::Paper => {

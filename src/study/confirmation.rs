@@ -12,6 +12,7 @@ use thiserror::Error;
 use super::{
     bodies::Bodies,
     ensemble::{self, EnsembleError, EnsembleOutcome, EnsemblePlan, STEPS_PER_PERIOD, Spread},
+    members::perturbations,
     observation::{self, Observation as Watched, watched_of},
 };
 use crate::{
@@ -21,7 +22,7 @@ use crate::{
         printed::Printed,
     },
     feature::{FeatureError, FeatureSettings, Features, Measurand, Similarity, Window, measure, similarity},
-    model::ModelError,
+    model::{ModelError, chain::ensemble::Variation},
     response::Response,
     scene::Scene,
     signal::{Conditioning, Series, low_pass},
@@ -124,7 +125,8 @@ impl Laboratory<'_> {
 }
 
 /// Run `scene` (with the fitted values in it) accurately and perturbed, and hold both against the record; on the model
-/// it asks for, whose bodies may be ready already.
+/// it asks for, whose bodies may be ready already. The perturbed runs are `predicted` where there are any, drawn from what a fit leaves open (their
+/// scatter is then that of a further record), else the plan's.
 ///
 /// # Errors
 /// When the accurate run fails or cannot be compared.
@@ -134,6 +136,7 @@ pub fn confirm(
     recording: &Recording,
     observation: &Observation,
     plan: &EnsemblePlan,
+    predicted: &[Variation],
 ) -> Result<Confirmation, ConfirmationError> {
     let response = bodies.prepared(scene)?.run(scene, &mut |_| true)?;
     let measurand = recording.measurand;
@@ -162,7 +165,9 @@ pub fn confirm(
     let simulated_features = measure(&simulated, &laboratory.settings)?;
     let similarity = similarity(record, &simulated, window, scene.drive.frequency)?;
 
-    let ensemble = ensemble::run_traces(bodies, scene, (measurand, STEPS_PER_PERIOD), plan, |trace| {
+    let own = perturbations(scene, plan);
+    let perturbed = if predicted.is_empty() { &own } else { predicted };
+    let ensemble = ensemble::run_perturbed(bodies, scene, (measurand, STEPS_PER_PERIOD), plan, perturbed, |trace| {
         Watched::of_trace(measurand, &laboratory.sees(trace), &laboratory.settings)
     })?;
     let measured = match measurand {
@@ -184,7 +189,7 @@ pub fn confirm(
 }
 
 /// Run `scene` (with the fitted values in it) accurately and perturbed, and hold both against published numbers; on
-/// the model it asks for, whose bodies may be ready already.
+/// the model it asks for, whose bodies may be ready already. `predicted` as of [`confirm`].
 ///
 /// # Errors
 /// When the accurate run fails or cannot be measured.
@@ -193,6 +198,7 @@ pub fn confirm_printed(
     bodies: &Bodies,
     printed: &Printed,
     plan: &EnsemblePlan,
+    predicted: &[Variation],
 ) -> Result<Confirmation, ConfirmationError> {
     let response = bodies.prepared(scene)?.run(scene, &mut |_| true)?;
     let window = printed.window();
@@ -200,7 +206,10 @@ pub fn confirm_printed(
         FeatureSettings { band: Some(printed.cutoff()), ..FeatureSettings::velocity(scene.drive.frequency, window) };
     let simulated = low_pass(&response.pole_velocity, printed.cutoff());
     let simulated_features = measure(&simulated, &settings)?;
-    let ensemble = ensemble::run_as_seen(bodies, scene, plan, STEPS_PER_PERIOD, |velocity| {
+    let own = perturbations(scene, plan);
+    let perturbed = if predicted.is_empty() { &own } else { predicted };
+    let seen_as = (Measurand::Velocity, STEPS_PER_PERIOD);
+    let ensemble = ensemble::run_perturbed(bodies, scene, seen_as, plan, perturbed, |velocity| {
         Watched::measure(&low_pass(velocity, printed.cutoff()), &settings)
     })?;
     let measured: Vec<Option<f64>> = observation::watched().iter().map(|watched| printed.value(&watched.key)).collect();

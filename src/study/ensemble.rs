@@ -167,10 +167,25 @@ pub fn run_traces(
     plan: &EnsemblePlan,
     watch: impl Fn(&Series) -> Result<Observation, FeatureError> + Sync,
 ) -> Result<EnsembleOutcome, EnsembleError> {
-    if plan.members < 2 {
-        return Err(EnsembleError::TooFew { found: plan.members });
+    run_perturbed(bodies, scene, (measurand, steps_per_period), plan, &perturbations(scene, plan), watch)
+}
+
+/// As [`run_traces`] with the scene varied as `perturbed` has it, in place of the plan's own jitter.
+///
+/// # Errors
+/// As [`run_traces`].
+pub fn run_perturbed(
+    bodies: &Bodies,
+    scene: &Scene,
+    (measurand, steps_per_period): (Measurand, u32),
+    plan: &EnsemblePlan,
+    perturbed: &[Variation],
+    watch: impl Fn(&Series) -> Result<Observation, FeatureError> + Sync,
+) -> Result<EnsembleOutcome, EnsembleError> {
+    let members = perturbed.len();
+    if members < 2 {
+        return Err(EnsembleError::TooFew { found: members });
     }
-    let perturbed = perturbations(scene, plan);
     let levels = [1.0, 1.0 + plan.drive_change, 1.0 - plan.drive_change];
     let variations: Vec<Variation> = levels
         .iter()
@@ -189,7 +204,7 @@ pub fn run_traces(
     let failures: Vec<String> = watched.iter().filter_map(|outcome| outcome.as_ref().err().cloned()).collect();
     let observations: Vec<Option<Observation>> = watched.into_iter().map(Result::ok).collect();
     let [at_scene, above, below] = [0, 1, 2].map(|level| {
-        observations[level * plan.members..(level + 1) * plan.members].iter().flatten().collect::<Vec<_>>()
+        observations[level * members..(level + 1) * members].iter().flatten().collect::<Vec<_>>()
     });
     if at_scene.len() < 2 {
         let first = failures.first().cloned().unwrap_or_default();

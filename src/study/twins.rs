@@ -285,7 +285,7 @@ fn fit_one(
     if plan.fit != FittedBy::Ladder {
         return Ok(chain);
     }
-    let rung = Rung::new(&forward, bodies.prepared.clone(), scene);
+    let rung = Rung::new(&forward, bodies.prepared.clone(), scene).with_finer(bodies.finer.clone());
     let correction = Correction::new(&rung, &chain.runs, seed);
     correct(&rung, chain, correction, None).map_err(|error| error.to_string())
 }

@@ -1,19 +1,30 @@
 //! Watched numbers against α around the fitted value, on the chain.
 
+use rayon::prelude::*;
+
 use crate::{
     calibration::outcome::CalibrationOutcome,
     feature::Measurand,
     report::sweep::{SweepCurve, SweepPoint, SweepReport},
     scene::{ModelKind, Scene},
-    study::{Bodies, EnsembleOutcome, EnsemblePlan, ensemble, observation::watched_of},
+    signal::Series,
+    study::{
+        Bodies, EnsemblePlan,
+        ensemble::Moments,
+        members::{self, Unwatched, perturbations},
+        observation::{Observation, settings, watched_of},
+    },
 };
 
 /// Points of the sweep.
 const POINTS: usize = 21;
 
-/// Perturbed runs a point, of the chain alone and in front of a disc, where a run takes ten times as long.
-const MEMBERS: usize = 4;
+/// Perturbed runs a point, of the chain alone (as many as run side by side) and in front of a disc, where a run takes ten times as long.
+const MEMBERS: usize = 8;
 const MEMBERS_ON_DISC: usize = 2;
+
+/// Steps of the chain a drive period: a curve and its scatter are drawn, no slope is taken.
+const STEPS_PER_PERIOD: u32 = 160;
 
 /// What the sweep shows of a velocity: key, panel, curve.
 const VELOCITY: [(&str, &str, &str); 6] = [
@@ -43,12 +54,23 @@ pub fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome, reference: &str)
     let plan = EnsemblePlan::new(if on_disc { MEMBERS_ON_DISC } else { MEMBERS }, outcome.seed);
     let keys = watched_of(measurand, scene.drive.frequency);
     let bodies = Bodies::new(None);
-    let points: Vec<(f64, Option<EnsembleOutcome>)> = (0..POINTS)
+    let seen = |scene: &Scene| -> Option<Vec<Observation>> {
+        let settings = settings(scene).ok()?;
+        let see = |_, trace: &Series| Observation::of_trace(measurand, trace, &settings);
+        let variations = perturbations(scene, &plan);
+        let runs = match measurand {
+            Measurand::Velocity => members::run(&bodies, scene, &variations, STEPS_PER_PERIOD, &Unwatched, see),
+            Measurand::Pressure => members::heard(&bodies, scene, &variations, &Unwatched, see),
+        };
+        Some(runs.ok()?.into_iter().filter_map(Result::ok).collect())
+    };
+    let points: Vec<(f64, Vec<Observation>)> = (0..POINTS)
+        .into_par_iter()
         .map(|index| {
             let mut scene = scene.clone();
             scene.model.kind = ModelKind::Chain;
             scene.amplitude_scale = centre * (0.5 + index as f64 / (POINTS - 1) as f64);
-            (scene.amplitude_scale, ensemble::run_watching(&bodies, &scene, measurand, &plan).ok())
+            (scene.amplitude_scale, seen(&scene).unwrap_or_default())
         })
         .collect();
     let swept = match measurand {
@@ -57,9 +79,9 @@ pub fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome, reference: &str)
     };
     let curves = swept.iter().filter_map(|(key, group, name)| {
         let index = keys.iter().position(|watched| watched.key == *key)?;
-        let at = |(alpha, outcome): &(f64, Option<EnsembleOutcome>)| {
-            let spread = outcome.as_ref()?.spreads[index].as_ref()?;
-            Some(SweepPoint { at: *alpha, value: spread.mean, scatter: Some(spread.scatter) })
+        let at = |(alpha, runs): &(f64, Vec<Observation>)| {
+            let moments = Moments::of(runs.iter().map(|run| run.0[index]))?;
+            Some(SweepPoint { at: *alpha, value: moments.mean, scatter: Some(moments.deviation) })
         };
         Some(SweepCurve {
             group: (*group).into(),

@@ -12,8 +12,8 @@ use super::{
 };
 use crate::{
     calibration::{
-        fit::{Fit, Verdict},
-        outcome::{FittedFeature, InputDigest, RecordOutcome, estimates_by_name},
+        fit::Fit,
+        outcome::{InputDigest, RecordOutcome, estimates_by_name, fitted_feature},
     },
     report::calibration::{InputFile, RecordReport, ShareReport},
     scene::Scene,
@@ -112,7 +112,7 @@ pub fn outcomes(
     lead: Option<&Confirmation>,
     further: &[Option<Confirmation>],
 ) -> Vec<RecordOutcome> {
-    let quoted = fit.verdict != Verdict::OutsideScatter;
+    let quoted = fit.verdict.explains();
     let others = job.companions.iter().zip(further);
     let others = others.map(|(it, confirmed)| (&it.measured, &it.comparison, &it.experiment, confirmed.as_ref()));
     let sides = std::iter::once((&job.measured, &job.comparison, &job.experiment, lead)).chain(others);
@@ -123,11 +123,7 @@ pub fn outcomes(
         let names = comparison.names();
         let mut fitted_features = BTreeMap::new();
         for (index, name) in names.iter().enumerate().filter(|(index, _)| comparison.weights[*index] > 0.0) {
-            let feature = FittedFeature {
-                measured: comparison.measured(index),
-                deviation: fit.deviations.get(first + index).copied(),
-                unit: comparison.unit(index).into(),
-            };
+            let feature = fitted_feature(fit, first + index, comparison.measured(index), comparison.unit(index));
             fitted_features.insert(name.to_string(), feature);
         }
         first += names.len();
@@ -135,6 +131,7 @@ pub fn outcomes(
             label,
             measured: measured.path().display().to_string(),
             overrides: experiment.overrides().to_vec(),
+            p_value: share.p,
             misfit: share.misfit,
             correlation: share.correlation,
             alone: estimates_by_name(&share.estimates, &fit.parameters, quoted),

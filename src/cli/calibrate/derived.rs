@@ -13,8 +13,8 @@ use super::{
 use crate::{
     calibration::{
         fingerprints,
-        fit::{Fit, Verdict},
-        outcome::{self, CalibrationOutcome, FittedFeature, InputDigest, LawOutcome, OutcomeFeature, RungOutcome},
+        fit::Fit,
+        outcome::{self, CalibrationOutcome, InputDigest, LawOutcome, OutcomeFeature, RungOutcome},
         rung::Bodies,
         statement,
     },
@@ -102,7 +102,7 @@ pub fn derive(job: &Job, fitted: &Fitted, session: &Session, timing: &mut Timing
 
 /// The law a report leads with: one that explains the record before one that does not, then by evidence.
 fn best_law(laws: &[FittedLaw]) -> usize {
-    let rank = |law: &FittedLaw| (law.fit.verdict != Verdict::OutsideScatter, law.fit.log_evidence);
+    let rank = |law: &FittedLaw| (law.fit.verdict.explains(), law.fit.log_evidence);
     (0..laws.len())
         .max_by(|&a, &b| {
             let (a, b) = (rank(&laws[a]), rank(&laws[b]));
@@ -168,16 +168,13 @@ fn outcome_of(
         parameters: outcome::fitted_parameters(fit),
         correlation: fit.correlation,
         correlations: outcome::correlations(fit),
+        p_value: fit.agreement.p,
         misfit: fit.misfit,
         features: confirmation.map_or_else(BTreeMap::new, outcome_features),
         fitted_features: fitted_features
             .map(|(index, name)| {
-                let feature = FittedFeature {
-                    measured: job.comparison.measured(index),
-                    deviation: fit.deviations.get(index).copied(),
-                    unit: job.comparison.unit(index).into(),
-                };
-                (name.to_string(), feature)
+                let (measured, unit) = (job.comparison.measured(index), job.comparison.unit(index));
+                (name.to_string(), outcome::fitted_feature(fit, index, measured, unit))
             })
             .collect(),
         records: companion_page::outcomes(job, fit, confirmation, further),
@@ -194,6 +191,7 @@ fn outcome_of(
                 damping_kind: law.kind.clone(),
                 mount: mount(law),
                 verdict: law.fit.verdict,
+                p_value: law.fit.agreement.p,
                 misfit: law.fit.misfit,
                 log_evidence: law.fit.log_evidence,
                 parameters: outcome::fitted_parameters(&law.fit),

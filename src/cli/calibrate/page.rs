@@ -12,7 +12,7 @@ use super::{
 use crate::{
     calibration::{
         comparison::{Comparison, Reduction},
-        fit::{self, Fit, Verdict},
+        fit::{self, Fit},
         outcome::CalibrationOutcome,
         parameter::{Parameter, Target},
         posterior::Posterior,
@@ -22,7 +22,7 @@ use crate::{
     measurement::{PublishedFeature, PublishedFeatures, Record, Statement},
     report::{
         calibration::{
-            CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, PairMap, Provenance,
+            CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, PairMap, Provenance, Pull,
             RunPoint,
         },
         number::significant,
@@ -125,6 +125,8 @@ fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
         measurand: job.definition.quantity,
         record_label: label.into(),
         record_notes,
+        warnings: Vec::new(),
+        diagnosis: Vec::new(),
         scene: scene.name.clone(),
         scene_description: scene.description.clone(),
         model: job.model().into(),
@@ -265,7 +267,7 @@ pub(super) fn shown_estimate(estimate: &fit::Estimate, parameter: &Parameter, ki
 /// One fit of one law, on whatever rung; the rungs side by side are added by the caller.
 pub fn law_report(law: &FittedLaw, fit: &Fit, job: &Job) -> LawReport {
     let FittedLaw { kind, scene, .. } = law;
-    let quoted = |bound: f64| (fit.verdict != Verdict::OutsideScatter).then_some(bound);
+    let quoted = |bound: f64| (fit.verdict.explains()).then_some(bound);
     let parameters = fit.estimates.iter().zip(&fit.parameters).map(|(estimate, parameter)| {
         let shown = shown_estimate(estimate, parameter, scene.damping.kind);
         Estimate { low: shown.low.and_then(quoted), high: shown.high.and_then(quoted), ..shown }
@@ -282,6 +284,8 @@ pub fn law_report(law: &FittedLaw, fit: &Fit, job: &Job) -> LawReport {
         rungs: None,
         shares: Vec::new(),
         verdict: fit.verdict,
+        p_value: Some(fit.agreement.p),
+        pulls: pulls(fit, job),
         misfit: fit.misfit,
         parameters: parameters.collect(),
         correlation: (fit.parameters.len() > 1).then_some(fit.correlation),
@@ -303,6 +307,19 @@ pub fn law_report(law: &FittedLaw, fit: &Fit, job: &Job) -> LawReport {
         failed_runs: fit.failed() as u64,
         failures: failures.into_iter().map(|(reason, count)| format!("{count} × {reason}")).collect(),
     }
+}
+
+/// What is left of every feature of every record at the answer; of further records with their number.
+fn pulls(fit: &Fit, job: &Job) -> Vec<Pull> {
+    let comparisons = std::iter::once(&job.comparison).chain(job.companions.iter().map(|companion| &companion.comparison));
+    let several = !job.companions.is_empty();
+    let names = comparisons.zip(job.labels()).flat_map(|(comparison, label)| {
+        let name = move |name: std::borrow::Cow<'static, str>| if several { format!("{label} {name}") } else { name.into_owned() };
+        comparison.names().into_iter().map(name).zip(comparison.weights.clone()).collect::<Vec<_>>()
+    });
+    let each = names.zip(&fit.agreement.pulls).zip(&fit.inflation);
+    let counted = each.filter(|(((_, weight), _), _)| *weight > 0.0);
+    counted.map(|(((name, _), pull), more)| Pull { name, pull: *pull, widened: (1.0 + more).sqrt() }).collect()
 }
 
 /// Misfit of each run in units of the scatter at the best; `None` for failed runs.
@@ -494,6 +511,7 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
             let _ = writeln!(text, "  {key:<14} {}", feature_text(feature, measured));
         }
     }
+    let _ = writeln!(text, "  farthest off   {}; p = {}", farthest(outcome), significant(outcome.p_value, 2));
     if let Some(preferred) = &outcome.preferred_law {
         let _ = writeln!(text, "  preferred law: {preferred}");
     }
@@ -517,6 +535,21 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
             .display()
     );
     text
+}
+
+/// The three fitted features that are farthest off, and up to five that no run has.
+fn farthest(outcome: &CalibrationOutcome) -> String {
+    let mut off: Vec<(&String, f64, bool)> = outcome
+        .fitted_features
+        .iter()
+        .filter_map(|(name, feature)| Some((name, feature.deviation?, feature.widened.is_some())))
+        .collect();
+    off.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    let shown = off.iter().filter(|(.., widened)| *widened).count().clamp(3, 5);
+    let said = off.iter().take(shown).map(|(name, deviation, widened)| {
+        format!("{name} {deviation:+.1}{}", if *widened { " (down-weighted)" } else { "" })
+    });
+    format!("{} scatters", said.collect::<Vec<_>>().join(", "))
 }
 
 fn feature_text(feature: &crate::calibration::outcome::OutcomeFeature, measured: &str) -> String {

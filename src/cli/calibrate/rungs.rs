@@ -255,8 +255,8 @@ pub fn fit_candidates(
             search: parted(&search.runs, &search.batches),
             correction: Vec::new(),
         };
-        made.push(Made { runs, joint, upper: None });
-        let mut answer = match answer(parameters, search) {
+        made.push(Made { runs, joint: joint.clone(), upper: None });
+        let mut answer = match answer(&joint, search) {
             Err(error @ FitError::TooFewRuns { .. }) if mount.is_some() && job.candidates.len() > 1 => {
                 excluded.push((candidate.clone(), error.to_string()));
                 bar.set_position(done + of_law);
@@ -266,7 +266,7 @@ pub fn fit_candidates(
         };
         searching += started.elapsed();
         interrupt::check()?;
-        let upper = bodies.map(|bodies| Rung::new(&forward, bodies.prepared.clone(), scene));
+        let upper = bodies.map(|bodies| Rung::new(&forward, bodies.prepared.clone(), scene).with_finer(bodies.finer.clone()));
         if let Some(rung) = &upper {
             let started = Instant::now();
             let (checkpoint, correction) = saved.correction;

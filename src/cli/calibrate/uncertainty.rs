@@ -53,8 +53,10 @@ impl Told {
         let told = |name: &str| self.0.get(name).copied();
         let drawn = Uncertainty {
             gap: told("gap").unwrap_or(usual.gap),
+            gap_scale: told("gap_scale").unwrap_or(usual.gap_scale),
             baseline: told("baseline").or(baseline).unwrap_or(usual.baseline),
             drive: told("drive").unwrap_or(usual.drive),
+            sensitivity: told("sensitivity").unwrap_or(usual.sensitivity),
             precompression: told("precompression").unwrap_or(usual.precompression),
             support_stiffness: told("support_stiffness").unwrap_or(usual.support_stiffness),
         };
@@ -68,8 +70,16 @@ impl Told {
 /// What is drawn, in words; what is fitted is not drawn.
 pub fn said(drawn: &Uncertainty, parameters: &[Parameter]) -> String {
     let fitted = |name: &str| parameters.iter().any(|parameter| parameter.name == name);
-    let mut said = vec![format!("gaps of {} (half-normal) in every contact", engineering(drawn.gap, "m", 2))];
+    let roughness = if drawn.gap_scale > 0.0 {
+        format!(", that scale known to a factor of {:.1}", drawn.gap_scale.exp())
+    } else {
+        String::new()
+    };
+    let mut said = vec![format!("gaps of {} (half-normal{roughness}) in every contact", engineering(drawn.gap, "m", 2))];
     said.push(format!("the drive's level ±{} %", 100.0 * drawn.drive));
+    if drawn.sensitivity > 0.0 {
+        said.push(format!("the instrument's sensitivity ±{:.2} %", 100.0 * drawn.sensitivity));
+    }
     if drawn.baseline > 0.0 && !fitted("gap") {
         said.push(format!("the horn's baseline ±{}", engineering(drawn.baseline, "m", 2)));
     }

@@ -16,6 +16,16 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     if !report.record_notes.is_empty() {
         blocks.push(Block::Notice(report.record_notes.clone()));
     }
+    if !report.warnings.is_empty() {
+        blocks.push(Block::Notice(report.warnings.clone()));
+    }
+    if !report.diagnosis.is_empty() {
+        blocks.push(Block::Heading("What would explain the record".into()));
+        blocks.push(Block::List(report.diagnosis.clone()));
+    }
+    if let Some(law) = report.laws.first() {
+        section(&mut blocks, "What decided", Some(decided(law)), figures::pulls(law));
+    }
     blocks.extend(report.preference.clone().map(Block::Paragraph));
     blocks.push(Block::Table(table::laws(report)));
     if !report.excluded.is_empty() {
@@ -28,7 +38,7 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
         blocks.push(Block::List(report.separation.clone()));
     }
     // Where mounts compete, the regions of those that explain nothing mean nothing.
-    let told = |law: &&LawReport| law.mount.is_none() || law.verdict != Verdict::OutsideScatter;
+    let told = |law: &&LawReport| law.mount.is_none() || law.verdict.explains();
     blocks.extend(report.laws.iter().filter(told).filter_map(table::lobes).map(Block::Table));
     joint::shares(report, &mut blocks);
 
@@ -69,6 +79,22 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
         subtitle: format!("Scene {}: {}", report.scene, report.scene_description),
         blocks,
     }
+}
+
+/// Where the record stands, and by what.
+fn decided(law: &LawReport) -> String {
+    let p = law.p_value.map_or_else(String::new, |p| {
+        format!(
+            "Of records that the model makes itself {} are as far from it as this one (p; below 5 % it is doubtful, below 1 % outside its scatter). ",
+            share(p)
+        )
+    });
+    format!("{p}Each feature below is what the fit compared; deviations are those left once the parameters have taken up what they can.")
+}
+
+/// A probability in per cent.
+fn share(p: f64) -> String {
+    if p < 1e-3 { "fewer than 0.1 %".into() } else { format!("{} %", significant(100.0 * p, 2)) }
 }
 
 /// The rungs of the ladder side by side.
@@ -172,26 +198,27 @@ fn headline(report: &CalibrationReport, law: &LawReport) -> Block {
         "recorded" => format!("the recorded {quantity}"),
         label => format!("the {quantity} record ({label})"),
     };
-    let misfit = significant(law.misfit, 2);
+    let p = law.p_value.map_or_else(|| "unknown".into(), |p| if p < 1e-3 { "below 0.001".into() } else { significant(p, 2) });
+    let explains = if law.verdict == Verdict::Doubtful { "hardly explains" } else { "explains" };
     let (tone, text) = match law.verdict {
-        Verdict::WithinScatter => (
-            if law.misfit > 1.0 || !leaning.is_empty() { Tone::Careful } else { Tone::Good },
+        Verdict::WithinScatter | Verdict::Doubtful => (
+            if law.verdict == Verdict::Doubtful || !leaning.is_empty() { Tone::Careful } else { Tone::Good },
             format!(
-                "With {damping} the {model} model explains {record} within its own scatter at {}. Intervals are 90 %; the misfit per feature is {misfit} of the scatter.{bound}",
+                "With {damping} the {model} model {explains} {record} within its own scatter at {}. Intervals are 90 %; p = {p}.{bound}",
                 values(law, true)
             ),
         ),
         Verdict::OutsideScatter => (
             Tone::Bad,
             format!(
-                "With {damping} the {model} model does not explain {record}: its best runs, near {}, miss by {misfit} times the scatter per feature. No interval is quoted, because none would mean anything.{bound}",
+                "With {damping} the {model} model does not explain {record}: near {}, where it comes closest, p = {p}. No interval is quoted, because none would mean anything.{bound}",
                 values(law, false)
             ),
         ),
         Verdict::NotConverged => (
             Tone::Bad,
             format!(
-                "The search stopped before it could tell. Best so far, {damping}: {} (misfit per feature: {misfit} of the scatter).{bound}",
+                "The search stopped before it could tell. Best so far, {damping}: {} (p = {p}).{bound}",
                 values(law, false)
             ),
         ),

@@ -7,7 +7,7 @@ use super::{
 use crate::{
     feature::{Measurand, Window, amplitude_spectrum},
     report::{
-        figure::{Axis, Colour, Dash, Figure, Layer, Map, Marker, PAGE_WIDTH_MM, Panel, Stroke, trace},
+        figure::{Axis, Colour, Dash, ErrorPoint, Figure, Fill, Layer, Map, Marker, PAGE_WIDTH_MM, Panel, Polygon, Stroke, trace},
         number,
         page::Plate,
         sweep::capitalised,
@@ -42,6 +42,50 @@ pub(super) fn drive(report: &CalibrationReport) -> Vec<Plate> {
     }
     plates
 }
+
+/// What is left of every fitted feature at the answer, in scatters: what decided.
+pub(super) fn pulls(law: &LawReport) -> Vec<Plate> {
+    if law.pulls.is_empty() {
+        return Vec::new();
+    }
+    let count = law.pulls.len();
+    let row = |index: usize| (count - index) as f64;
+    let names = law.pulls.iter().enumerate().map(|(index, pull)| (row(index), pull.name.replace('_', " "))).collect();
+    let farthest = law.pulls.iter().map(|pull| pull.pull.abs()).fold(3.0, f64::max);
+    let shown = farthest.min(FARTHEST_PULL);
+    let ends = 1.08 * shown;
+    let y = Axis::new("", "").range(0.0, count as f64 + 1.0).named_ticks(names);
+    let mut panel = Panel::new(Axis::new("Model − record, scatters of a single run", "1").range(-ends, ends), y);
+    let height = count as f64 + 1.0;
+    for (half, label, tint) in [(2.0, "±2", 0.14), (1.0, "±1", 0.3)] {
+        let corners = vec![(-half, 0.0), (half, 0.0), (half, height), (-half, height)];
+        panel.layers.push(Layer::Polygons {
+            label: label.into(),
+            polygons: vec![Polygon { corners, fill: Fill::Tint(Colour::Grey, tint) }],
+            range: None,
+        });
+    }
+    let of = |widened: bool| {
+        let points = law.pulls.iter().enumerate().filter(move |(_, pull)| (pull.widened > 1.0) == widened);
+        points.map(|(index, pull)| ErrorPoint::exact(pull.pull.clamp(-shown, shown), row(index))).collect::<Vec<_>>()
+    };
+    for (points, label, colour, marker) in [
+        (of(false), "agrees", Colour::Blue, Marker::Disc),
+        (of(true), "down-weighted: no run has it", Colour::Vermillion, Marker::Diamond),
+    ] {
+        if !points.is_empty() {
+            panel.layers.push(Layer::Points { label: label.into(), points, colour, marker });
+        }
+    }
+    let beyond = if farthest > shown { format!(" Beyond ±{shown} points stand at the edge.") } else { String::new() };
+    let figure = Figure::new(format!("Every fitted feature at the answer.{beyond}"))
+        .sized(PAGE_WIDTH_MM, 1)
+        .panel(panel.height(3.4 * count as f64 + 6.0));
+    vec![Plate::new(format!("pulls-{}", law.key()), figure)]
+}
+
+/// Pulls beyond this many scatters are drawn at the edge.
+const FARTHEST_PULL: f64 = 12.0;
 
 /// Recorded and simulated velocity or pressure: whole, ring-up, a few periods of the plateau.
 pub(super) fn traces(report: &CalibrationReport) -> Vec<Plate> {

@@ -23,6 +23,12 @@ pub struct CalibrationReport {
     pub record_label: String,
     /// What a reader must know of the record's origin; shown before any result. Empty for a plain measurement.
     pub record_notes: Vec<String>,
+    /// What looked wrong in the records: shown beside the verdict.
+    #[serde(default)]
+    pub warnings: Vec<String>,
+    /// What would explain a record that the model does not, likeliest first.
+    #[serde(default)]
+    pub diagnosis: Vec<String>,
     /// Name of the scene.
     pub scene: String,
     /// One sentence on the scene.
@@ -125,6 +131,12 @@ pub struct LawReport {
     pub mount: Option<String>,
     /// What the fit says of the model.
     pub verdict: Verdict,
+    /// Share of right records that are as far from the model as this one; absent where it was not told.
+    #[serde(default)]
+    pub p_value: Option<f64>,
+    /// What is left of every fitted feature at the answer: what the verdict is made of.
+    #[serde(default)]
+    pub pulls: Vec<Pull>,
     /// FIT: misfit per feature in units of the local scatter, 1.
     pub misfit: f64,
     /// Free parameters; the first two span the map.
@@ -155,6 +167,17 @@ pub struct LawReport {
     /// What each of several records says by itself.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shares: Vec<ShareReport>,
+}
+
+/// One fitted feature at the answer.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Pull {
+    /// Its name.
+    pub name: String,
+    /// Model less record, in scatters of a single run.
+    pub pull: f64,
+    /// By how much its scatter was multiplied because no run has it; 1 where it agrees.
+    pub widened: f64,
 }
 
 /// The rungs of the ladder at the answer.

@@ -1,6 +1,6 @@
 //! Several records fitted together: what each narrows, and how each is met.
 
-use super::{CalibrationReport, DensityMap, Estimate, LawReport, RecordReport, Verdict, content, figures, table};
+use super::{CalibrationReport, DensityMap, Estimate, LawReport, RecordReport, content, figures, table};
 use crate::report::{
     figure::{Axis, Colour, Dash, ErrorPoint, Figure, Layer, Map, Marker, PAGE_WIDTH_MM, Panel, Stroke},
     number::{significant, unit, with_interval},
@@ -36,7 +36,7 @@ pub(super) fn shares(report: &CalibrationReport, blocks: &mut Vec<Block>) {
     ));
     for law in laws {
         blocks.push(Block::Table(share_table(law)));
-        if law.verdict != Verdict::OutsideScatter {
+        if law.verdict.explains() {
             blocks.push(Block::Plates(vec![width_plate(law)].into_iter().chain(region_plate(law)).collect()));
         }
     }

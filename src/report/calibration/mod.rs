@@ -15,7 +15,7 @@ use super::page::{Files, ReportError};
 pub use crate::calibration::fit::Verdict;
 pub use input::{
     AlphaSweep, CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, PairMap, Provenance,
-    RecordReport, RunPoint, RungReport, RungRow, RungsReport, ShareReport,
+    Pull, RecordReport, RunPoint, RungReport, RungRow, RungsReport, ShareReport,
 };
 
 impl CalibrationReport {

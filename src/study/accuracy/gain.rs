@@ -432,7 +432,7 @@ impl<'a> Bench<'a> {
             (Way::Correction, Ready::Bodies(bodies)) => {
                 let forward = self.chain(scene, ready, number).map_err(broken)?;
                 let chain = search(&forward)?;
-                let rung = Rung::new(&forward, Arc::clone(&bodies.prepared), scene);
+                let rung = Rung::new(&forward, Arc::clone(&bodies.prepared), scene).with_finer(bodies.finer.clone());
                 let correction = Correction::new(&rung, &chain.runs, seed);
                 correct(&rung, chain, correction, None).map_err(said)
             }

@@ -1,0 +1,122 @@
+//! What a model's own setting is off by: pairs of runs at the answer, one at the setting of the fit and one at a finer one, under the same draws.
+//!
+//! Of n pairs the features differ by d̄ on average, ± s/√n. What is known of the error of the fit's setting is then
+//!
+//! - shift = κ e d̄, added to every run's features, with κ = d̄²/(d̄² + s²/n), for where the motion is chaotic pairs part and d̄ says nothing;
+//!   e turns a difference between two settings into the error of the coarser one by its order of convergence;
+//! - nugget² = κ e² s²/n + (shift/2)², added to the variance of each feature: half of an error that was found is taken to be left.
+//!
+//! It is measured at the answer and taken for the same around it.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    forward::Run,
+    joint::Joint,
+    likelihood::Cloud,
+    rung::{Rung, Stopped},
+};
+
+/// Pairs on the chain, whose runs cost next to nothing.
+const CHAIN_PAIRS: usize = 24;
+
+/// Pairs on a rung above.
+const RUNG_PAIRS: usize = 8;
+
+/// Fewest finished pairs that say anything.
+const FEWEST: usize = 4;
+
+/// Error of the chain's step over its difference from one a quarter as long: contacts that touch within a step make it of first order.
+const CHAIN_ERROR: f64 = 4.0 / 3.0;
+
+/// Factor on the mesh density of the finer bodies.
+pub const FINER: f64 = 1.5;
+
+/// Error of a mesh over its difference from one 1.5 times as dense, of second order.
+const MESH_ERROR: f64 = 1.8;
+
+/// Share of a known error that is taken to be left once it has been corrected.
+const LEFT: f64 = 0.5;
+
+/// What each feature of the fit's setting is off by, z.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Discrepancy {
+    /// Added to every run's features.
+    pub shift: Vec<f64>,
+    /// Added to the scatter of each feature, in quadrature.
+    pub nuggets: Vec<f64>,
+    /// Pairs that it was found by.
+    pub pairs: usize,
+}
+
+impl Discrepancy {
+    /// Nothing known.
+    #[must_use]
+    pub fn none(cloud: &Cloud) -> Self {
+        let zero = vec![0.0; cloud.nuggets().len()];
+        Self { shift: zero.clone(), nuggets: zero, pairs: 0 }
+    }
+
+    /// Of the step of a search's runs, at a point of the box, by runs numbered from `first`; `None` where there is no finer one, or too few finish.
+    #[must_use]
+    pub fn of_search(joint: &Joint, at: &[f64], first: u64) -> Option<Self> {
+        let points = vec![at.to_vec(); CHAIN_PAIRS];
+        let finer = joint.refined()?.run(first, &points);
+        Self::of(&joint.run(first, &points), &finer, CHAIN_ERROR)
+    }
+
+    /// Of the bodies of a rung, by the same with finer bodies; `None` where too few finish.
+    ///
+    /// # Errors
+    /// [`Stopped`].
+    pub fn of_rung(rung: &Rung, finer: &Rung, at: &[f64], first: u64) -> Result<Option<Self>, Stopped> {
+        let points = vec![at.to_vec(); RUNG_PAIRS];
+        let upper = |rung: &Rung| -> Result<Vec<Run>, Stopped> {
+            Ok(rung.pairs(first, &points)?.into_iter().map(|pair| pair.upper).collect())
+        };
+        Ok(Self::of(&upper(rung)?, &upper(finer)?, MESH_ERROR))
+    }
+
+    /// Of runs and the same at a finer setting.
+    fn of(runs: &[Run], finer: &[Run], error: f64) -> Option<Self> {
+        let both = runs.iter().zip(finer).filter_map(|(run, finer)| Some((run.features()?, finer.features()?)));
+        let apart: Vec<Vec<f64>> =
+            both.map(|(run, finer)| finer.iter().zip(run).map(|(finer, run)| finer - run).collect()).collect();
+        if apart.len() < FEWEST {
+            return None;
+        }
+        let n = apart.len() as f64;
+        let each = |f: usize| {
+            let mean = apart.iter().map(|d| d[f]).sum::<f64>() / n;
+            let square = apart.iter().map(|d| (d[f] - mean).powi(2)).sum::<f64>() / (n - 1.0) / n;
+            let known = if mean == 0.0 { 0.0 } else { mean * mean / (mean * mean + square) };
+            let shift = known * error * mean;
+            (shift, (known * error * error * square + (LEFT * shift).powi(2)).sqrt())
+        };
+        let (shift, nuggets) = (0..apart[0].len()).map(each).unzip();
+        Some(Self { shift, nuggets, pairs: apart.len() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn runs(features: &[f64]) -> Vec<Run> {
+        features.iter().map(|z| Run { position: vec![0.5], outcome: Ok(vec![*z]) }).collect()
+    }
+
+    #[test]
+    fn an_error_that_all_pairs_show_is_taken_away_and_half_of_it_kept_as_scatter() {
+        let found = Discrepancy::of(&runs(&[1.0, 2.0, 3.0, 4.0]), &runs(&[1.02, 2.02, 3.02, 4.02]), 2.0).unwrap();
+        assert!((found.shift[0] - 0.04).abs() < 1e-9 && (found.nuggets[0] - 0.02).abs() < 1e-9, "{found:?}");
+    }
+
+    #[test]
+    fn pairs_that_chaos_parts_say_next_to_nothing() {
+        // d̄ = 0.05 ± 0.45: κ = 0.012.
+        let found = Discrepancy::of(&runs(&[0.0; 4]), &runs(&[1.0, -1.0, 0.6, -0.4]), 1.0).unwrap();
+        assert!(found.shift[0].abs() < 1e-3 && found.nuggets[0] < 0.06, "{found:?}");
+        assert!(Discrepancy::of(&runs(&[0.0; 3]), &runs(&[0.0; 3]), 1.0).is_none());
+    }
+}
