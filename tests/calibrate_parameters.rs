@@ -169,8 +169,15 @@ fn forward(scene: &Scene, names: &[&str], bandwidth: Option<f64>, uncertainty: U
     Forward::new(scene, parameters, observation, uncertainty, 1, Arc::new(|_| true)).unwrap()
 }
 
-const EXACT: Uncertainty =
-    Uncertainty { gap: 0.0, gap_scale: 0.0, baseline: 0.0, drive: 0.0, sensitivity: 0.0, precompression: 0.0, support_stiffness: 0.0 };
+const EXACT: Uncertainty = Uncertainty {
+    gap: 0.0,
+    gap_scale: 0.0,
+    baseline: 0.0,
+    drive: 0.0,
+    sensitivity: 0.0,
+    precompression: 0.0,
+    support_stiffness: 0.0,
+};
 
 /// Largest |z − z₀| of one run at these values.
 fn off(forward: &Forward, values: &[f64]) -> f64 {

@@ -8,8 +8,8 @@ use granchain::{
     feature::{Measurand, Window},
     report::{
         calibration::{
-            CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, Provenance, Pull, RunPoint,
-            Verdict,
+            CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, Provenance, Pull,
+            RunPoint, Verdict,
         },
         page::ReportError,
         sweep::{SweepCurve, SweepPoint, SweepReport},
@@ -91,7 +91,11 @@ fn law(kind: &str, verdict: Verdict) -> LawReport {
         p_value: Some(if quoted { 0.62 } else { 0.002 }),
         pulls: vec![
             Pull { name: "positive_peak".into(), pull: 0.4, widened: 1.0 },
-            Pull { name: "band_1/3".into(), pull: if quoted { -1.2 } else { 5.3 }, widened: if quoted { 1.0 } else { 2.4 } },
+            Pull {
+                name: "band_1/3".into(),
+                pull: if quoted { -1.2 } else { 5.3 },
+                widened: if quoted { 1.0 } else { 2.4 },
+            },
         ],
         misfit: 0.83,
         parameters: vec![

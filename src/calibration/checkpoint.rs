@@ -66,6 +66,16 @@ impl SearchCheckpoint {
         Self { path: path.to_owned(), key: key.to_owned() }
     }
 
+    /// One beside it for a further search of the same fit; number 0 is itself.
+    #[must_use]
+    pub fn numbered(&self, number: usize) -> Self {
+        let mut numbered = self.clone();
+        if number > 0 {
+            numbered.path.set_extension(format!("{number}.json"));
+        }
+        numbered
+    }
+
     /// The saved search, if there is one.
     ///
     /// # Errors

@@ -186,7 +186,12 @@ impl Case<'_> {
             let (bead, gap) = (own.chain.beads[beads - 1].clone(), own.chain.gaps[0]);
             scene.chain.beads.resize(count, bead);
             scene.chain.gaps.resize(count + 1, gap);
-            suspects.push((Cause::Beads, scene, None, Box::new(move |_| format!("{count} beads instead of {beads} (chain.beads={count})"))));
+            suspects.push((
+                Cause::Beads,
+                scene,
+                None,
+                Box::new(move |_| format!("{count} beads instead of {beads} (chain.beads={count})")),
+            ));
         }
         for factor in [1.0 - RADIUS, 1.0 + RADIUS] {
             let mut scene = own.clone();
@@ -201,13 +206,18 @@ impl Case<'_> {
         }
         for (cause, name) in [(Cause::Support, "support_stiffness"), (Cause::Gap, "gap")] {
             let fitted = self.parameters.iter().any(|parameter| parameter.name == name);
-            let Some(parameter) = Parameter::named(name, own).ok().and_then(|mut named| named.pop()).filter(|_| !fitted) else {
+            let Some(parameter) =
+                Parameter::named(name, own).ok().and_then(|mut named| named.pop()).filter(|_| !fitted)
+            else {
                 continue;
             };
             let said = move |fit: &Fit| {
                 let Some(estimate) = fit.estimates.last() else { return name.to_owned() };
                 match cause {
-                    Cause::Gap => format!("a gap of about {:.0} nm before the first bead (--fit alpha,damping,gap)", estimate.value * 1e9),
+                    Cause::Gap => format!(
+                        "a gap of about {:.0} nm before the first bead (--fit alpha,damping,gap)",
+                        estimate.value * 1e9
+                    ),
                     _ => format!(
                         "a support of {:.2} {} instead of what the scene has (--fit alpha,damping,support_stiffness)",
                         estimate.value,
@@ -245,7 +255,8 @@ impl Case<'_> {
         };
         let (watch, comparison) = (Arc::clone(&self.watch), self.comparison.clone());
         let forward =
-            Forward::with_laws(scene, laws.as_ref(), parameters, comparison, self.uncertainty, self.seed, watch).ok()?;
+            Forward::with_laws(scene, laws.as_ref(), parameters, comparison, self.uncertainty, self.seed, watch)
+                .ok()?;
         let found = fit(&forward, Search::new(&forward, runs, self.seed, Strategy::Likelihood), None).ok()?;
         Some((found.agreement.p, found))
     }
@@ -260,8 +271,10 @@ impl Case<'_> {
         let dimension = self.parameters.len();
         let comparison = self.comparison;
         let finished = runs.iter().filter_map(|run| Some((run.position.as_slice(), run.features()?)));
-        let cloud =
-            || Cloud::new(finished.clone(), features, &comparison.nuggets, &comparison.weights, neighbours(dimension)).tempered(comparison.power);
+        let cloud = || {
+            Cloud::new(finished.clone(), features, &comparison.nuggets, &comparison.weights, neighbours(dimension))
+                .tempered(comparison.power)
+        };
         let scaled = cloud().scaled(factor.max(comparison.sensitivity), comparison.answers());
         let posterior = Posterior::of(&scaled, dimension)?;
         let densest = (0..posterior.mass.len()).max_by(|&a, &b| posterior.mass[a].total_cmp(&posterior.mass[b]))?;

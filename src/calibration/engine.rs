@@ -23,11 +23,7 @@ pub(super) enum Engine {
     /// Of whose samples every so many-th is taken.
     Chain(Box<Ensemble>, usize),
     /// The disc is made ready once; a run begins from a copy of it at rest.
-    OnDisc {
-        prepared: Arc<Prepared>,
-        scene: Arc<Scene>,
-        measurand: Measurand,
-    },
+    OnDisc { prepared: Arc<Prepared>, scene: Arc<Scene>, measurand: Measurand },
 }
 
 /// The scene with `STEPS_PER_CYCLE` output samples a drive period and, in front of a disc, the longest clock not above its own step that

@@ -5,7 +5,7 @@
 //! | column | content |
 //! |---|---|
 //! | `candidate` | damping law, behind it the mount where mounts compete |
-//! | `stage` | `search` on the chain, or `correction`: a line for each rung of a pair |
+//! | `stage` | `search` on the chain, or `correction`: a line for each rung of a pair; `narrow-1` and so on: searches of boxes on whose bounds the best runs pressed |
 //! | `batch`, `run` | number of the batch or round within the stage, number of the run within the candidate, from 1 |
 //! | `model` | what made the run |
 //! | `u_NAME` | position in the unit box |
@@ -60,6 +60,8 @@ pub enum FingerprintsError {
 pub struct CandidateRuns {
     /// Damping law, behind it the mount where mounts compete.
     pub candidate: String,
+    /// Searches of narrower boxes, batch by batch, that were given up for the next.
+    pub narrow: Vec<Vec<Vec<Run>>>,
     /// The search on the chain, batch by batch.
     pub search: Vec<Vec<Run>>,
     /// The rounds of the correction; none where the chain answers.
@@ -70,7 +72,10 @@ impl CandidateRuns {
     /// Number of runs made, those of a pair counted by themselves.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.search.iter().map(Vec::len).sum::<usize>() + 2 * self.correction.iter().map(Vec::len).sum::<usize>()
+        let narrow: usize = self.narrow.iter().flatten().map(Vec::len).sum();
+        narrow
+            + self.search.iter().map(Vec::len).sum::<usize>()
+            + 2 * self.correction.iter().map(Vec::len).sum::<usize>()
     }
 
     /// Whether there are none.
@@ -134,6 +139,13 @@ pub fn to_csv(names: &Names, candidates: &[CandidateRuns]) -> Result<Vec<u8>, Fi
             }
             writer.write_record(&cells)
         };
+        for (narrower, batches) in candidate.narrow.iter().enumerate() {
+            let stage = format!("narrow-{}", narrower + 1);
+            let runs = batches.iter().enumerate().flat_map(|(batch, runs)| runs.iter().map(move |run| (batch, run)));
+            for (number, (batch, run)) in runs.enumerate() {
+                line(&stage, batch, number + 1, &names.lower, run)?;
+            }
+        }
         for (batch, runs) in candidate.search.iter().enumerate() {
             for run in runs {
                 number += 1;
@@ -191,6 +203,13 @@ pub fn from_csv(names: &Names, bytes: &[u8]) -> Result<Vec<CandidateRuns>, Finge
         let Some(candidate) = candidates.last_mut() else { continue };
         let misplaced = || cell(2, "the number of the batch before it, or the next");
         match (&record[1], lower.take()) {
+            (stage, None) if candidate.search.is_empty() && narrower(stage, candidate.narrow.len()).is_some() => {
+                if narrower(stage, candidate.narrow.len()) == Some(candidate.narrow.len()) {
+                    candidate.narrow.push(Vec::new());
+                }
+                let Some(last) = candidate.narrow.last_mut() else { continue };
+                batch_of(last, batch).ok_or_else(misplaced)?.push(run);
+            }
             ("search", None) if candidate.correction.is_empty() => {
                 batch_of(&mut candidate.search, batch).ok_or_else(misplaced)?.push(run);
             }
@@ -203,6 +222,12 @@ pub fn from_csv(names: &Names, bytes: &[u8]) -> Result<Vec<CandidateRuns>, Finge
         }
     }
     Ok(candidates)
+}
+
+/// Which of the narrower boxes a stage is of, from 0: one of `known`, or the next.
+fn narrower(stage: &str, known: usize) -> Option<usize> {
+    let number: usize = stage.strip_prefix("narrow-")?.parse().ok()?;
+    (number >= 1 && (number == known || number == known + 1)).then(|| number - 1)
 }
 
 /// Batch `number`, from 1: the last one, or a new one behind it.
@@ -257,10 +282,16 @@ mod tests {
         vec![
             CandidateRuns {
                 candidate: "linear".into(),
+                narrow: vec![vec![vec![run(5.0)], vec![run(6.0)]], vec![vec![run(7.0)]]],
                 search: vec![vec![run(1.0), failed.clone()], vec![run(2.0)]],
                 correction: vec![vec![Pair { lower: run(3.0), upper: failed }], vec![]],
             },
-            CandidateRuns { candidate: "kuwabara-kono".into(), search: vec![vec![run(4.0)]], correction: vec![] },
+            CandidateRuns {
+                candidate: "kuwabara-kono".into(),
+                narrow: vec![],
+                search: vec![vec![run(4.0)]],
+                correction: vec![],
+            },
         ]
     }
 
@@ -276,16 +307,16 @@ mod tests {
         let again = from_csv(&names(), &bytes).unwrap();
         assert_eq!(again, runs);
         assert!(again[0].search[0][0].features().unwrap()[2].is_sign_negative());
-        assert_eq!(runs[0].len(), 5);
+        assert_eq!(runs[0].len(), 8);
     }
 
     #[test]
     fn a_broken_cell_is_named_with_line_and_column() {
         let text = String::from_utf8(to_csv(&names(), &runs()).unwrap()).unwrap();
         for (from, to, said) in [
-            (",-2,", ",-2x,", "fingerprints.csv:4: column `z_positive_peak`: expected a finite number, found `-2x`"),
-            ("search,2,", "search,4,", "fingerprints.csv:4: column `batch`"),
-            ("search,2,", "searched,2,", "fingerprints.csv:4: column `stage`"),
+            (",-2,", ",-2x,", "fingerprints.csv:7: column `z_positive_peak`: expected a finite number, found `-2x`"),
+            ("search,2,", "search,4,", "fingerprints.csv:7: column `batch`"),
+            ("search,2,", "searched,2,", "fingerprints.csv:7: column `stage`"),
             ("z2_", "z3_", "fingerprints.csv:1: expected the columns"),
         ] {
             let error = from_csv(&names(), text.replacen(from, to, 1).as_bytes()).unwrap_err().to_string();

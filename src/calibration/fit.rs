@@ -161,6 +161,24 @@ impl Fit {
         self.failed() + self.below.as_ref().map_or(0, |below| below.fit.total_failed())
     }
 
+    /// The parameters in a box that reaches beyond the bounds that the answer presses on; `None` where it presses on none that may be moved. One
+    /// that presses on both ends of its box is not told by the record, and no wider box tells it.
+    #[must_use]
+    pub fn widened(&self) -> Option<Vec<Parameter>> {
+        let mut moved = false;
+        let widened = self.parameters.iter().enumerate().map(|(d, parameter)| {
+            let [low, high] = [0.05, 0.95].map(|probability| self.posterior.quantile(d, probability));
+            match Parameter::pressed(low, self.most_likely[d], high) {
+                (false, false) | (true, true) => parameter.clone(),
+                (down, up) => {
+                    parameter.widened(down, up).inspect(|_| moved = true).unwrap_or_else(|| parameter.clone())
+                }
+            }
+        });
+        let widened: Vec<Parameter> = widened.collect();
+        moved.then_some(widened)
+    }
+
     /// The fitted values, SI, in the order of `parameters`.
     #[must_use]
     pub fn values(&self) -> Vec<f64> {
@@ -240,7 +258,8 @@ pub fn answer(joint: &Joint, search: Search) -> Result<Fit, FitError> {
     let before = search.cloud(made - last_batch.min(made));
     let all = search.cloud(made);
     let read = |discrepancy: &Discrepancy| {
-        Reading { parameters: joint.parameters(), cloud: &all, before: &before, best: BEST, seed: search.seed() }.read(discrepancy)
+        Reading { parameters: joint.parameters(), cloud: &all, before: &before, best: BEST, seed: search.seed() }
+            .read(discrepancy)
     };
     let first = read(&Discrepancy::none(&all)).ok_or_else(|| too_few(&search.runs))?;
     let found = Discrepancy::of_search(joint, &first.most_likely, made as u64);
@@ -292,7 +311,8 @@ pub fn corrected(rung: &Rung, chain: Fit, correction: &Correction) -> Result<Fit
     let parameters = &rung.chain().parameters;
     let all = correction.cloud(made);
     let read = |discrepancy: &Discrepancy| {
-        Reading { parameters, cloud: &all, before: &before, best: correction::BEST, seed: correction.seed() }.read(discrepancy)
+        Reading { parameters, cloud: &all, before: &before, best: correction::BEST, seed: correction.seed() }
+            .read(discrepancy)
     };
     let first = read(&Discrepancy::none(&all)).ok_or_else(|| too_few(&runs))?;
     let found = match rung.finer() {
@@ -351,14 +371,17 @@ impl Reading<'_> {
             cloud = plain.clone().inflated(inflation.clone());
             posterior = Posterior::of(&cloud, dimension)?;
             (estimates, most_likely) = estimates_of(parameters, &cloud, &posterior);
-            let Some(pulls) = plain.regress(&most_likely).and_then(|local| Some(local.residue(&local.deviation)?.pulls)) else {
+            let Some(pulls) =
+                plain.regress(&most_likely).and_then(|local| Some(local.residue(&local.deviation)?.pulls))
+            else {
                 break;
             };
             inflation = agreement::inflation(&pulls);
         }
         let spans: Vec<f64> = parameters.iter().map(Parameter::span).collect();
         let before = before.clone().corrected(&discrepancy.shift, &discrepancy.nuggets).inflated(inflation.clone());
-        let drift = Posterior::of(&before, dimension).map_or(f64::INFINITY, |before| drift(&before, &posterior, &spans));
+        let drift =
+            Posterior::of(&before, dimension).map_or(f64::INFINITY, |before| drift(&before, &posterior, &spans));
         let ranked = ranking(&plain);
         let best: Vec<(f64, usize)> = ranked.iter().take(self.best).copied().collect();
         let misfit = best.get(best.len() / 2).map_or(f64::INFINITY, |entry| entry.0);
@@ -406,7 +429,11 @@ impl Reading<'_> {
 }
 
 /// The estimates of all parameters, and the most likely point in unit coordinates.
-pub(super) fn estimates_of(parameters: &[Parameter], cloud: &Cloud, posterior: &Posterior) -> (Vec<Estimate>, Vec<f64>) {
+pub(super) fn estimates_of(
+    parameters: &[Parameter],
+    cloud: &Cloud,
+    posterior: &Posterior,
+) -> (Vec<Estimate>, Vec<f64>) {
     let most_likely = polish(cloud, posterior);
     let each = parameters.iter().enumerate().map(|(d, parameter)| estimate(parameter, posterior, most_likely[d], d));
     (each.collect(), most_likely)
@@ -414,7 +441,7 @@ pub(super) fn estimates_of(parameters: &[Parameter], cloud: &Cloud, posterior: &
 
 fn estimate(parameter: &Parameter, posterior: &Posterior, most_likely: f64, d: usize) -> Estimate {
     let [low, median, high] = [0.05, 0.5, 0.95].map(|probability| posterior.quantile(d, probability));
-    let edge = 0.01;
+    let pressed = Parameter::pressed(low, most_likely, high);
     Estimate {
         name: parameter.name.clone(),
         unit: parameter.unit.clone(),
@@ -423,7 +450,7 @@ fn estimate(parameter: &Parameter, posterior: &Posterior, most_likely: f64, d: u
         low: parameter.value(low),
         high: parameter.value(high),
         unidentified: high - low > UNIDENTIFIED,
-        at_bound: low < edge || high > 1.0 - edge || most_likely < edge || most_likely > 1.0 - edge,
+        at_bound: pressed.0 || pressed.1,
     }
 }
 

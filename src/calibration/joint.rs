@@ -176,7 +176,13 @@ pub struct Share {
 }
 
 /// What each record of a cloud of several says by itself, `p` being that of each at the joint answer; empty for one record.
-pub(super) fn shares(parameters: &[Parameter], cloud: &Cloud, best: &[usize], p: &[f64], scatter: &[f64]) -> Vec<Share> {
+pub(super) fn shares(
+    parameters: &[Parameter],
+    cloud: &Cloud,
+    best: &[usize],
+    p: &[f64],
+    scatter: &[f64],
+) -> Vec<Share> {
     if cloud.records() < 2 {
         return vec![];
     }

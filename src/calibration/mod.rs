@@ -1,26 +1,44 @@
 //! Parameters, residuals and the search for them: the only user of argmin.
+//!
+//! ```text
+//! Plan, Bench, Record ─► Problem ─ fit ─► Fitted ─ outcome ─► CalibrationOutcome
+//! ```
 
 pub mod agreement;
+pub mod bench;
+pub mod candidate;
 pub mod checkpoint;
 pub mod comparison;
 pub mod correction;
 mod descent;
 pub mod diagnosis;
 pub mod discrepancy;
+pub mod drive;
 pub mod engine;
 pub mod fingerprints;
 pub mod fit;
+pub mod fitted;
 pub mod forward;
 pub mod frame;
 pub mod joint;
+pub mod ladder;
 pub mod likelihood;
+pub mod measured;
 pub mod observation;
 pub mod outcome;
 pub mod parameter;
 pub mod plan;
 pub mod posterior;
 pub mod printed;
+pub mod problem;
+pub mod refusal;
 pub mod rung;
 pub mod search;
+pub mod shot;
 pub mod statement;
 pub mod twin;
+pub mod uncertainty;
+
+pub use fitted::{Course, Fitted, FittedCandidate};
+pub use plan::Plan;
+pub use problem::Problem;

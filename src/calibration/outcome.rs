@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::{
+    diagnosis::Finding,
     fit::{Estimate, Fit, Verdict},
     parameter::Parameter,
 };
@@ -78,6 +79,12 @@ pub struct CalibrationOutcome {
     /// Mounts of which no run could be compared with the record, with the reason.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub excluded: BTreeMap<String, String>,
+    /// What would explain the record where the model does not, likeliest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub diagnosis: Vec<Finding>,
+    /// What looks wrong in the records, though they could be read.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// What was understood and assumed on reading.
     pub assumptions: Vec<String>,
 }

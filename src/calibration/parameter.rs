@@ -44,7 +44,15 @@ pub struct Parameter {
     pub low: f64,
     /// Upper bound, SI, above `low`.
     pub high: f64,
+    /// Bounds that a search may widen those to where the best runs press on them, SI; the same where somebody chose them.
+    pub limits: (f64, f64),
 }
+
+/// Unit coordinate from which an answer touches a bound.
+const EDGE: f64 = 0.01;
+
+/// Factor by which a bound is moved that the best runs press on.
+const WIDENING: f64 = 4.0;
 
 /// Why a scene has no such parameter.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -156,7 +164,33 @@ impl Parameter {
     }
 
     fn of(target: Target, name: &str, unit: &str, (low, high): (f64, f64)) -> Self {
-        Self { target, name: name.into(), unit: unit.into(), low, high }
+        let limits = match target {
+            Target::Alpha | Target::Damping | Target::LinearDamping | Target::KuwabaraKonoDamping => {
+                (low / 100.0, 100.0 * high)
+            }
+            Target::Precompression | Target::SupportStiffness | Target::Gap | Target::Bandwidth => (low, high),
+        };
+        Self { target, name: name.into(), unit: unit.into(), low, high, limits }
+    }
+
+    /// The same between bounds that somebody chose: they are not widened.
+    #[must_use]
+    pub fn between(self, low: f64, high: f64) -> Self {
+        Self { low, high, limits: (low, high), ..self }
+    }
+
+    /// Ends of the unit coordinate that an answer between `low` and `high`, most likely at `best`, presses on: lower, upper.
+    #[must_use]
+    pub fn pressed(low: f64, best: f64, high: f64) -> (bool, bool) {
+        (low < EDGE || best < EDGE, high > 1.0 - EDGE || best > 1.0 - EDGE)
+    }
+
+    /// The same with a box that reaches further down, up or both ways; `None` where its limits do not allow that.
+    #[must_use]
+    pub fn widened(&self, down: bool, up: bool) -> Option<Self> {
+        let low = if down { (self.low / WIDENING).max(self.limits.0) } else { self.low };
+        let high = if up { (self.high * WIDENING).min(self.limits.1) } else { self.high };
+        (low < self.low || high > self.high).then(|| Self { low, high, ..self.clone() })
     }
 
     /// Value at coordinate `u`.

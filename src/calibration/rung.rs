@@ -99,9 +99,9 @@ impl Rung {
     /// The same beside one on finer bodies of the same scene.
     #[must_use]
     pub fn with_finer(mut self, prepared: Option<Arc<Prepared>>) -> Self {
-        self.finer = prepared.zip(finer_scene(&self.scene)).map(|(prepared, scene)| {
-            Arc::new(Self { chain: self.chain.clone(), prepared, scene, finer: None })
-        });
+        self.finer = prepared
+            .zip(finer_scene(&self.scene))
+            .map(|(prepared, scene)| Arc::new(Self { chain: self.chain.clone(), prepared, scene, finer: None }));
         self
     }
 

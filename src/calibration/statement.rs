@@ -4,7 +4,7 @@ use super::{
     agreement,
     fit::{Estimate, Fit, Verdict},
     joint::Share,
-    parameter::Target,
+    parameter::{Parameter, Target},
     printed::Printed,
 };
 
@@ -113,7 +113,23 @@ pub fn statements(fit: &Fit) -> Vec<String> {
 fn standing(fit: &Fit) -> String {
     let p = fit.agreement.p;
     let share = if p < 1e-3 { "fewer than 0.1 %".into() } else { format!("{:.1} %", 100.0 * p) };
-    format!("of records that the model makes itself {share} are as far from it as this one (p; below 5 % it is doubtful, below 1 % outside).")
+    format!(
+        "of records that the model makes itself {share} are as far from it as this one (p; below 5 % it is doubtful, below 1 % outside)."
+    )
+}
+
+/// That the box was widened `times` times, and to what.
+#[must_use]
+pub fn widened(fit: &Fit, times: usize) -> Option<String> {
+    let bounds =
+        |parameter: &Parameter| format!("{} {} to {}", parameter.name, short(parameter.low), short(parameter.high));
+    let bounds: Vec<String> = fit.parameters.iter().map(bounds).collect();
+    (times > 0).then(|| {
+        format!(
+            "The best runs pressed on a bound of the search, which was therefore widened and made anew: {}.",
+            bounds.join(", ")
+        )
+    })
 }
 
 /// Ridges of any other pair than the first two.

@@ -6,6 +6,7 @@ use anyhow::Context;
 use clap::{Args, ValueEnum};
 
 use crate::{
+    calibration::problem::DEFAULT_SEED,
     model::{self, ModelError, Prepared, reduced::Cache},
     scene::{ModelKind, Scene},
     signal::{Dimension, Quantity},
@@ -33,9 +34,6 @@ pub struct Session {
     #[arg(long, global = true, value_name = "N", help_heading = "Session")]
     pub seed: Option<u64>,
 }
-
-/// Seed where none is given.
-pub const DEFAULT_SEED: u64 = 1;
 
 impl Session {
     /// The seed given, else [`DEFAULT_SEED`].

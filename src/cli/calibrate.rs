@@ -3,44 +3,28 @@
 //! plan and flags → record and drive → one fit a damping law → the accurate run at the fit → report.
 
 mod alpha_sweep;
-mod candidate;
-mod companion;
-mod companion_page;
-mod definition;
-pub(super) mod derived;
+pub(super) mod definition;
+pub(super) mod files;
 pub(super) mod manifest;
-mod measured;
 mod page;
-pub(super) mod rungs;
-pub(super) mod uncertainty;
+mod records_page;
+mod rungs_page;
 
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use self::{
-    candidate::{Candidate, candidates},
-    companion::{Companion, companions, labels, refuse_twice, refuse_upper},
-    definition::Definition,
-    derived::Derived,
-    measured::Measured,
-    rungs::{FittedLaw, saved_fits},
-};
+use self::{definition::refused, files::Files};
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session, usage},
-    experiment::Experiment,
+    arguments::{OutputArguments, SceneArguments, Session},
     interrupt,
     output::OutputFolder,
     reading::ReadArguments,
     summary,
     timing::{self, Timing},
 };
-use crate::{
-    calibration::{comparison::Comparison, forward::Uncertainty},
-    feature::Measurand,
-    scene::{ModelKind, Scene, Support},
-};
+use crate::calibration::{Problem, refusal::Refusal};
 
 /// Arguments of `granchain calibrate`.
 #[derive(Debug, Args)]
@@ -148,39 +132,17 @@ pub enum SearchChoice {
     ParticleSwarm,
 }
 
-/// Everything read and checked before anything is run.
+/// A problem, and what the command line says besides.
 pub(super) struct Job {
+    pub(super) problem: Problem,
     /// The arguments that can change a result, as typed.
-    told: Vec<String>,
+    arguments: Vec<String>,
     /// The program that the results are said to be of.
     pub(super) program: String,
-    pub(super) definition: Definition,
-    experiment: Experiment,
-    measured: Measured,
-    comparison: Comparison,
-    /// Further records that are fitted together with the first.
-    companions: Vec<Companion>,
-    pub(super) candidates: Vec<Candidate>,
-    /// What is drawn into the runs of the first record.
-    uncertainty: Uncertainty,
-    /// The model above the chain that corrects and confirms, where there is one.
-    upper: Option<ModelKind>,
-    assumptions: Vec<String>,
-    /// Which model was taken, where nobody said, for the terminal.
-    model_taken: Option<String>,
-}
-
-impl Job {
-    /// What the records are called side by side, the first one first.
-    fn labels(&self) -> Vec<String> {
-        let further = self.companions.iter().map(|companion| companion.measured.path());
-        labels(&std::iter::once(self.measured.path()).chain(further).collect::<Vec<_>>())
-    }
-
-    /// The model that answers.
-    fn model(&self) -> &'static str {
-        self.upper.unwrap_or(ModelKind::Chain).name()
-    }
+    /// The plan, where there is one.
+    plan: Option<PathBuf>,
+    /// The model run once at the answer.
+    confirm: Option<ConfirmChoice>,
 }
 
 /// Run it.
@@ -189,19 +151,17 @@ impl Job {
 /// Whatever is wrong with plan, scene, records or runs; a folder that cannot be written.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let mut timing = Timing::start();
-    let mut session = arguments.session.clone();
-    let output = arguments.output.clone();
+    let (session, output) = (arguments.session.clone(), arguments.output.clone());
     let (resume, dry_run) = (arguments.resume, arguments.dry_run);
-    let job = prepare(arguments, manifest::told(std::env::args().skip(1)))?;
-    session.seed = session.seed.or(job.definition.seed);
-    for assumption in &job.assumptions {
+    let job = prepare(arguments, manifest::typed(std::env::args().skip(1)))?;
+    for assumption in job.problem.assumptions.iter().chain(&model_taken(&job.problem)?) {
         session.note(format_args!("assumed: {assumption}"));
     }
-    if let Some(taken) = &job.model_taken {
-        session.note(format_args!("assumed: {taken}"));
+    for warning in job.problem.warnings() {
+        session.note(format_args!("warning: {warning}"));
     }
     timing.stage("read");
-    let target = output.out.clone().unwrap_or_else(|| default_target(&job));
+    let target = output.out.clone().unwrap_or_else(|| default_target(&job.problem));
     if dry_run {
         return page::dry_run(&job, &target, output.force, &session);
     }
@@ -217,8 +177,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
 /// Fit, confirm, report, write. Stopped on the way, the folder keeps its state.
 fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing: Timing) -> anyhow::Result<Outcome> {
     // A state that cannot be continued is refused before anything is run, and left as it is: it may be hours of work.
-    let saved = saved_fits(job, &folder, session.seed())?;
-    let fitted = match derived::fitted(job, saved, session, &mut timing) {
+    let saved = job.problem.saved(&folder.state_path())?;
+    let fitted = match files::fitted(job, saved, session, &mut timing) {
         Ok(fitted) => fitted,
         Err(error) if error.is::<interrupt::Interrupted>() => return Err(error),
         Err(error) => {
@@ -226,102 +186,52 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
             return Err(error);
         }
     };
-    let Derived { outcome, files } = derived::derive(job, &fitted, session, &mut timing)?;
+    let Files { outcome, files } = Files::of(job, &fitted, session, &mut timing)?;
     for (name, bytes) in files {
         folder.write(name, bytes)?;
     }
     timing.stage("write");
     folder.write(timing::FILE, timing.to_sealed_json())?;
     let place = folder.finish()?;
-    let text = page::text(&outcome, job.measured.noun(), &place);
+    let text = page::text(&outcome, job.problem.lead().measured.noun(), &place);
     session.result(text, &outcome)?;
     Ok(Outcome::of(outcome.verdict))
 }
 
-/// Read and check everything that the arguments name; `told` is what they were on the command line.
+/// Read and check everything that the arguments name; `typed` is what they were on the command line.
 ///
 /// # Errors
 /// Whatever is wrong with plan, scene or records.
-pub(super) fn prepare(arguments: Arguments, told: Vec<String>) -> anyhow::Result<Job> {
-    let definition = Definition::new(arguments)?;
-    let mut assumptions = definition.assumptions.clone();
-    let alone = definition.companions.is_empty();
-    let experiment =
-        if alone { Experiment::for_fit(&definition.scene)? } else { Experiment::for_joint_fit(&definition.scene)? };
-    assumptions.extend(experiment.assumptions.iter().cloned());
-    let scene = experiment.scene_with(&[])?;
-    refuse_silent_scene(&definition, &scene)?;
-    let model_taken = if alone {
-        experiment.model_taken()?
-    } else {
-        refuse_upper(&scene)?;
-        Some("model `chain`: several records are searched and answered on the chain".into())
-    };
-    let upper = rungs::upper(&scene)?;
-    let uncertainty = definition.uncertainty.of(&scene, experiment.baseline_error())?;
-    let companions = companions(&definition, (&experiment, &scene), &mut assumptions)?;
-    let candidates = candidates(&definition, &experiment, &companions, &scene, &mut assumptions)?;
-    assumptions.push(uncertainty::said(&uncertainty, &candidates[0].parameters));
-    if definition.quantity == Measurand::Pressure
-        && let Some(points) = scene.water.as_ref().map(|water| &water.field_points)
-        && let Some(first) = points.first()
-    {
-        let others = if points.len() > 1 {
-            ", the first of `water.field_points`"
-        } else {
-            "; set water.field_points for another"
-        };
-        assumptions.push(format!("hydrophone at {first}{others}"));
-    }
-    let measured = Measured::read(&definition.measured, &definition, &scene, &mut assumptions)?;
-    refuse_twice(&measured, &companions)?;
-    let comparison = measured.comparison().weighted(&definition.weights)?;
-    Ok(Job {
-        told,
-        program: summary::program(),
-        definition,
-        experiment,
-        measured,
-        comparison,
-        companions,
-        candidates,
-        uncertainty,
-        upper,
-        assumptions,
-        model_taken,
-    })
+pub(super) fn prepare(arguments: Arguments, typed: Vec<String>) -> anyhow::Result<Job> {
+    let problem = definition::problem(&arguments)?;
+    let Arguments { plan, confirm, .. } = arguments;
+    Ok(Job { problem, arguments: typed, program: summary::program(), plan, confirm })
 }
 
-/// A pressure needs water to be heard in.
-fn refuse_silent_scene(definition: &Definition, scene: &Scene) -> anyhow::Result<()> {
-    if definition.quantity == Measurand::Velocity || scene.water.is_some() {
-        return Ok(());
+/// What a stopped or a refused pipeline is to the terminal.
+fn ended(error: Refusal) -> anyhow::Error {
+    match error {
+        Refusal::Stopped => interrupt::Interrupted.into(),
+        error => refused(error),
     }
-    let (found, remedy) = match &scene.support {
-        Support::Disc { .. } => ("a vacuum behind its disc", "leave `water.medium = \"none\"` out"),
-        _ => ("no disc with water behind it", "take --scene water, or set support.kind=disc"),
-    };
-    Err(usage(format!("--quantity pressure: the scene `{}` has {found}; {remedy}", scene.name)))
 }
 
-/// The scene with the fitted values in it.
-fn fitted_scene(law: &FittedLaw) -> Scene {
-    let mut scene = law.scene.clone();
-    for (parameter, value) in law.fit.parameters.iter().zip(law.fit.values()) {
-        parameter.set(&mut scene, value);
+/// Which model was taken, where nobody said, for the terminal.
+fn model_taken(problem: &Problem) -> anyhow::Result<Option<String>> {
+    if problem.shots.len() > 1 {
+        return Ok(Some("model `chain`: several records are searched and answered on the chain".into()));
     }
-    scene
+    Ok(problem.lead().bench.model_taken()?)
 }
 
 /// `calibrations/NAME`: the record's folder where the record is its `vib.csv` or `hydrophone.csv`, else the record's own name; of several
 /// records the folder that holds them all, else all their names.
-fn default_target(job: &Job) -> PathBuf {
-    let measured = job.definition.measured.as_path();
-    if !job.companions.is_empty() {
-        let folders = measured.ancestors().skip(1);
-        let holds = |folder: &&Path| job.companions.iter().all(|it| it.measured.path().starts_with(folder));
-        let common = folders.into_iter().find(holds).and_then(Path::file_name);
-        let name = common.map_or_else(|| job.labels().join("-"), |name| name.to_string_lossy().into_owned());
+fn default_target(problem: &Problem) -> PathBuf {
+    let measured = problem.lead().measured.path();
+    if problem.shots.len() > 1 {
+        let holds = |folder: &&Path| problem.shots.iter().all(|shot| shot.measured.path().starts_with(folder));
+        let common = measured.ancestors().skip(1).find(holds).and_then(Path::file_name);
+        let name = common.map_or_else(|| problem.labels().join("-"), |name| name.to_string_lossy().into_owned());
         return Path::new("calibrations").join(name);
     }
     let stem = measured.file_stem().map_or_else(|| "record".into(), |stem| stem.to_string_lossy().into_owned());

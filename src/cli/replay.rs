@@ -17,8 +17,7 @@ use super::{
     Outcome,
     arguments::{OutputArguments, SceneArguments, Session, preferred_model},
     calibrated::Calibrated,
-    experiment::Experiment,
-    interrupt,
+    experiment, interrupt,
     output::OutputFolder,
     progress,
     reading::ReadArguments,
@@ -26,6 +25,7 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
+    calibration::bench::Bench,
     feature::{FeatureError, FeatureSettings, Features, PressureFeatures, PressureSettings, Window, measure_pressure},
     model::{ModelError, Prepared, chain::FiniteBodyLaws, fea::PeakStress},
     report::{heard as pressure_page, replay as page, von_mises},
@@ -124,7 +124,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let mut timing = Timing::start();
     let calibrated = arguments.calibration.as_deref().map(Calibrated::read).transpose()?;
     let preferred = preferred_model(calibrated.as_ref(), arguments.ensemble);
-    let experiment = Experiment::new(&arguments.scene, &arguments.reading, calibrated.as_ref(), preferred)?;
+    let experiment = experiment::read(&arguments.scene, &arguments.reading, calibrated.as_ref(), preferred)?;
     let scene = experiment.scene_with(&[])?;
     analysis::refuse_idle(&arguments.analysis, &scene)?;
     field::refuse_idle(&arguments.field, &scene)?;
@@ -168,7 +168,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
 struct Job<'a> {
     arguments: &'a Arguments,
     calibrated: Option<&'a Calibrated>,
-    experiment: &'a Experiment,
+    experiment: &'a Bench,
     scene: &'a Scene,
 }
 
@@ -221,7 +221,7 @@ impl Job<'_> {
 
         let summary = Summary {
             program: summary::program(),
-            scene: experiment.source().into(),
+            scene: experiment.source.clone(),
             pressure,
             energy: response.energy,
             work: response.work,

@@ -7,10 +7,10 @@ use serde::Serialize;
 
 use super::{
     calibrated::Calibrated,
-    experiment::{Experiment, Input},
     replay::{PressureAt, Summary},
 };
 use crate::{
+    calibration::{bench::Bench, drive::Input},
     feature::Ratio,
     model::chain::FiniteBodyLaws,
     report::number::{engineering, fixed, significant},
@@ -23,11 +23,7 @@ use crate::{
     },
 };
 
-/// Name and version of this program.
-#[must_use]
-pub fn program() -> String {
-    format!("granchain {}", env!("CARGO_PKG_VERSION"))
-}
+pub use crate::calibration::problem::program;
 
 /// Pretty JSON with a newline at its end.
 ///
@@ -76,7 +72,7 @@ pub struct Settings {
 impl Settings {
     /// Of a scene as it was run.
     #[must_use]
-    pub fn new(scene: &Scene, experiment: &Experiment, seed: u64) -> Self {
+    pub fn new(scene: &Scene, experiment: &Bench, seed: u64) -> Self {
         let fea = Some(scene.model.fea).filter(|_| scene.model.kind == ModelKind::Fea);
         let reduced = Some(scene.model.reduced).filter(|_| scene.model.kind == ModelKind::Reduced);
         let meshing = Some(scene.model.meshing()).filter(|_| scene.model.kind.is_meshed());
@@ -112,7 +108,7 @@ impl Settings {
                 DampingPlacement::All => "all",
             },
             damping_tension: scene.damping.tension,
-            overrides: experiment.overrides().to_vec(),
+            overrides: experiment.overrides.clone(),
             seed,
         }
     }
@@ -134,10 +130,10 @@ impl Inputs {
     ///
     /// # Errors
     /// When one of them can no longer be read.
-    pub fn new(experiment: &Experiment, calibrated: Option<&Calibrated>) -> anyhow::Result<Self> {
-        let scene = PathBuf::from(experiment.source());
+    pub fn new(experiment: &Bench, calibrated: Option<&Calibrated>) -> anyhow::Result<Self> {
+        let scene = PathBuf::from(&experiment.source);
         Ok(Self {
-            drive: experiment.drive_input().cloned(),
+            drive: experiment.drive.as_ref().map(|drive| drive.input.clone()),
             scene: scene.is_file().then(|| Input::digest(scene)).transpose()?,
             calibration: calibrated.map(|calibrated| Input::digest(calibrated.path.clone())).transpose()?,
         })

@@ -11,7 +11,7 @@ use super::{
     Outcome,
     arguments::{OutputArguments, SceneArguments, Session, preferred_model},
     calibrated::Calibrated,
-    experiment::Experiment,
+    experiment,
     interrupt::{self, Interrupted},
     output::OutputFolder,
     progress,
@@ -78,11 +78,11 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let grid = Grid::new(vary)?;
     let calibrated = calibration.as_deref().map(Calibrated::read).transpose()?;
     let preferred = preferred_model(calibrated.as_ref(), ensemble);
-    let mut experiment = Experiment::new(&flags, &reading, calibrated.as_ref(), preferred)?;
-    experiment.agree_on_model((0..grid.len()).map(|index| grid.overrides(index)));
-    experiment.refuse_drive_keys(grid.axes.iter().map(|axis| axis.key.as_str()))?;
-    let base = experiment.scene_with(&[])?;
-    for assumption in &experiment.assumptions {
+    let mut bench = experiment::read(&flags, &reading, calibrated.as_ref(), preferred)?;
+    experiment::agree_on_model(&mut bench, (0..grid.len()).map(|index| grid.overrides(index)));
+    experiment::refuse_drive_keys(&bench, grid.axes.iter().map(|axis| axis.key.as_str()))?;
+    let base = bench.scene_with(&[])?;
+    for assumption in &bench.assumptions {
         session.note(format_args!("assumed: {assumption}"));
     }
     let ensemble = ensemble.map(|members| EnsemblePlan::new(members as usize, session.seed()));
@@ -104,7 +104,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         super::output::write_atomically(&state.join(PLAN), &plan)?;
     }
     let watch = Bar(progress::bar(&session, grid.len() as u64, "runs"));
-    let build = |overrides: &[String]| experiment.scene_with(overrides);
+    let build = |overrides: &[String]| bench.scene_with(overrides);
     let bodies = Bodies::new(session.cache());
     let outcome = sweep(&grid, &build, &bodies, ensemble.as_ref(), &state.join(RUNS), &watch);
     watch.0.finish_and_clear();
@@ -124,7 +124,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         published: published(&base),
         ensemble: ensemble.is_some(),
     };
-    let summary = table.json(&experiment, calibrated.as_ref(), session.seed())?;
+    let summary = table.json(&bench, calibrated.as_ref(), session.seed())?;
     if let Some(folder) = folder {
         write(&folder, &table, &summary, &mut timing)?;
         let place = folder.finish()?;

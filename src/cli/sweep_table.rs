@@ -6,10 +6,10 @@ use serde_json::{Map, Value as Json, json};
 
 use super::{
     calibrated::Calibrated,
-    experiment::Experiment,
     summary::{self, EnsembleTable},
 };
 use crate::{
+    calibration::bench::Bench,
     report::{
         number::fixed,
         sweep::{SweepCurve, SweepPoint, SweepReport},
@@ -112,7 +112,7 @@ impl SweepTable<'_> {
     ///
     /// # Errors
     /// When an input file can no longer be read for its digest.
-    pub fn json(&self, experiment: &Experiment, calibrated: Option<&Calibrated>, seed: u64) -> anyhow::Result<Json> {
+    pub fn json(&self, experiment: &Bench, calibrated: Option<&Calibrated>, seed: u64) -> anyhow::Result<Json> {
         let points: Vec<Json> = self.runs.iter().enumerate().map(|(index, run)| self.point(index, run)).collect();
         let axes: Vec<Json> = self
             .grid
@@ -123,7 +123,7 @@ impl SweepTable<'_> {
         let failed = self.runs.iter().filter(|run| matches!(run, Run::Failed { .. })).count();
         Ok(json!({
             "program": summary::program(),
-            "scene": experiment.source(),
+            "scene": experiment.source,
             "axes": axes,
             "runs": self.runs.len(),
             "failed_runs": failed,

@@ -2,7 +2,7 @@
 
 mod levels;
 
-use std::{collections::BTreeMap, fmt::Write, path::Path};
+use std::{fmt::Write, path::Path};
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
@@ -10,14 +10,19 @@ use serde::Serialize;
 use super::{
     Outcome,
     arguments::{OutputArguments, Session, usage},
-    calibrate::{QuantityChoice, uncertainty::Told},
+    calibrate::{
+        QuantityChoice,
+        definition::{refused, uncertainties},
+    },
     interrupt,
     output::OutputFolder,
     progress, summary,
     timing::{self, Timing},
 };
 use crate::{
-    calibration::{joint::TESTED_TOGETHER, parameter::Parameter, search::Search, twin::Flaw},
+    calibration::{
+        joint::TESTED_TOGETHER, parameter::Parameter, search::Search, twin::Flaw, uncertainty::StatedUncertainty,
+    },
     report::{
         number::significant,
         twins::{TwinFit as PageFit, TwinInterval, TwinsReport},
@@ -197,7 +202,9 @@ fn plan_of(arguments: &Arguments) -> anyhow::Result<TwinPlan> {
         seed: session.seed(),
         fit: FittedBy::Chain,
         parameters: parameters.clone(),
-        uncertainty: Told::new(BTreeMap::new(), uncertainty)?.of(&usual, None)?,
+        uncertainty: StatedUncertainty::new(&uncertainties(uncertainty)?.into_iter().collect())
+            .and_then(|stated| stated.of(&usual, None))
+            .map_err(refused)?,
         law: damping.as_ref().map(law).transpose()?,
     })
 }

@@ -15,7 +15,7 @@ pub mod figure;
 pub mod heard;
 pub mod interface;
 pub mod mesh;
-pub mod number;
+pub use crate::signal::number;
 pub mod page;
 pub mod paper;
 pub mod precompression;

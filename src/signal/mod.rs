@@ -6,6 +6,7 @@ mod calculus;
 mod conditioning;
 mod filter;
 mod kernel;
+pub mod number;
 mod quantity;
 mod resample;
 mod series;

@@ -7,6 +7,8 @@
 //! Where only published numbers exist there is no lab to pass through: the velocity is low-passed as in the fit and
 //! measured in the model's own time, and the printed values stand where the record's would.
 
+use std::borrow::Cow;
+
 use thiserror::Error;
 
 use super::{
@@ -102,6 +104,27 @@ pub struct RecordedSide {
     pub similarity: Similarity,
 }
 
+/// Further runs of the bench as a fit leaves them open: their scatter is that of a further record.
+#[derive(Debug, Clone)]
+pub struct Predicted {
+    /// The scene as it was before the fit.
+    pub scene: Scene,
+    /// What each run changes in it.
+    pub variations: Vec<Variation>,
+}
+
+/// The scene that is run perturbed, and how: what a fit predicts, else the plan's own jitter.
+fn perturbed<'a>(
+    scene: &'a Scene,
+    plan: &EnsemblePlan,
+    predicted: Option<&'a Predicted>,
+) -> (&'a Scene, Cow<'a, [Variation]>) {
+    match predicted {
+        Some(predicted) => (&predicted.scene, Cow::Borrowed(&predicted.variations)),
+        None => (scene, Cow::Owned(perturbations(scene, plan))),
+    }
+}
+
 /// The lab as it saw this record: what every simulated trace passes through.
 struct Laboratory<'a> {
     recording: &'a Recording,
@@ -136,7 +159,7 @@ pub fn confirm(
     recording: &Recording,
     observation: &Observation,
     plan: &EnsemblePlan,
-    predicted: &[Variation],
+    predicted: Option<&Predicted>,
 ) -> Result<Confirmation, ConfirmationError> {
     let response = bodies.prepared(scene)?.run(scene, &mut |_| true)?;
     let measurand = recording.measurand;
@@ -165,9 +188,8 @@ pub fn confirm(
     let simulated_features = measure(&simulated, &laboratory.settings)?;
     let similarity = similarity(record, &simulated, window, scene.drive.frequency)?;
 
-    let own = perturbations(scene, plan);
-    let perturbed = if predicted.is_empty() { &own } else { predicted };
-    let ensemble = ensemble::run_perturbed(bodies, scene, (measurand, STEPS_PER_PERIOD), plan, perturbed, |trace| {
+    let (varied, perturbed) = perturbed(scene, plan, predicted);
+    let ensemble = ensemble::run_perturbed(bodies, varied, (measurand, STEPS_PER_PERIOD), plan, &perturbed, |trace| {
         Watched::of_trace(measurand, &laboratory.sees(trace), &laboratory.settings)
     })?;
     let measured = match measurand {
@@ -198,7 +220,7 @@ pub fn confirm_printed(
     bodies: &Bodies,
     printed: &Printed,
     plan: &EnsemblePlan,
-    predicted: &[Variation],
+    predicted: Option<&Predicted>,
 ) -> Result<Confirmation, ConfirmationError> {
     let response = bodies.prepared(scene)?.run(scene, &mut |_| true)?;
     let window = printed.window();
@@ -206,10 +228,9 @@ pub fn confirm_printed(
         FeatureSettings { band: Some(printed.cutoff()), ..FeatureSettings::velocity(scene.drive.frequency, window) };
     let simulated = low_pass(&response.pole_velocity, printed.cutoff());
     let simulated_features = measure(&simulated, &settings)?;
-    let own = perturbations(scene, plan);
-    let perturbed = if predicted.is_empty() { &own } else { predicted };
+    let (varied, perturbed) = perturbed(scene, plan, predicted);
     let seen_as = (Measurand::Velocity, STEPS_PER_PERIOD);
-    let ensemble = ensemble::run_perturbed(bodies, scene, seen_as, plan, perturbed, |velocity| {
+    let ensemble = ensemble::run_perturbed(bodies, varied, seen_as, plan, &perturbed, |velocity| {
         Watched::measure(&low_pass(velocity, printed.cutoff()), &settings)
     })?;
     let measured: Vec<Option<f64>> = observation::watched().iter().map(|watched| printed.value(&watched.key)).collect();

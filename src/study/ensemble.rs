@@ -203,9 +203,8 @@ pub fn run_perturbed(
     };
     let failures: Vec<String> = watched.iter().filter_map(|outcome| outcome.as_ref().err().cloned()).collect();
     let observations: Vec<Option<Observation>> = watched.into_iter().map(Result::ok).collect();
-    let [at_scene, above, below] = [0, 1, 2].map(|level| {
-        observations[level * members..(level + 1) * members].iter().flatten().collect::<Vec<_>>()
-    });
+    let [at_scene, above, below] = [0, 1, 2]
+        .map(|level| observations[level * members..(level + 1) * members].iter().flatten().collect::<Vec<_>>());
     if at_scene.len() < 2 {
         let first = failures.first().cloned().unwrap_or_default();
         return Err(EnsembleError::Failed { runs: variations.len(), failed: failures.len(), first });

@@ -6,6 +6,7 @@ pub mod accuracy;
 mod bodies;
 pub mod chain_length;
 pub mod confirmation;
+pub mod confirmed;
 pub mod convergence;
 pub mod decoder;
 pub mod effects;

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
+    calibration::drive::displacement,
     feature::{
         FeatureError, FeatureSettings, Features, Measurand, PressureFeatures, PressureSettings, Ratio, Window, measure,
         measure_pressure,
@@ -181,10 +182,6 @@ pub fn measure_response(response: &Response, settings: &FeatureSettings) -> Resu
 /// # Errors
 /// [`FeatureError`] when the drive has no such window.
 pub fn settings(scene: &Scene) -> Result<FeatureSettings, FeatureError> {
-    let motion = scene.drive.motion(1.0);
-    let samples = (scene.duration / scene.output_step).round() as usize + 1;
-    let displacement = (0..samples).map(|index| motion.at(index as f64 * scene.output_step).0).collect();
-    let drive = Series::new(0.0, scene.output_step, displacement);
-    let window = Window::of_drive(&drive, scene.drive.frequency)?;
+    let window = Window::of_drive(&displacement(scene), scene.drive.frequency)?;
     Ok(FeatureSettings::velocity(scene.drive.frequency, window))
 }

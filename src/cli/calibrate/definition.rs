@@ -1,264 +1,186 @@
-//! Plan file and flags merged into one checked definition of a fit; flags win.
+//! Flags and plan file merged into one plan, its scenes and drives read; flags win.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    path::PathBuf,
-};
+use std::path::PathBuf;
 
-use anyhow::{Context, bail};
-
-use super::{
-    Arguments, ConfirmChoice, FeatureChoice, QuantityChoice, SearchChoice,
-    companion::{RecordDefinition, records},
-    measured::is_published,
-    uncertainty::Told,
-};
+use super::{Arguments, FeatureChoice, QuantityChoice, SearchChoice};
 use crate::{
     calibration::{
-        joint::TESTED_TOGETHER,
-        parameter::{Parameter, ParameterError},
-        plan::{Number, Plan},
-        search::Search,
+        drive::{self, BESIDE},
+        plan::{Bounds, Number, Plan, RecordPlan},
+        problem::Problem,
+        refusal::Refusal,
+        search::Strategy,
+        shot::{ShotPlan, Source},
     },
-    cli::{
-        arguments::{SceneArguments, usage},
-        reading::ReadArguments,
-    },
+    cli::{arguments::usage, experiment},
     feature::{Measurand, fingerprint::FeatureSet},
-    scene::Scene,
-    signal::{Quantity, Unit},
 };
 
-/// The scenes that are taken where none is named.
-const SCENE: &str = "annulus";
-const SCENE_WITH_WATER: &str = "water";
-
-/// The parameters that are fitted where none is named.
-const FITTED: [&str; 2] = ["alpha", "damping"];
-
-/// Numbers of runs that can be asked for: fewer give no regression.
-const EVALUATION_RANGE: std::ops::RangeInclusive<usize> = 200..=100_000;
-
-/// What is fitted to what.
-pub struct Definition {
-    /// The record, or the published features; of several records the first.
-    pub measured: PathBuf,
-    /// The plan, where there is one.
-    pub plan: Option<PathBuf>,
-    /// Plan and line that name it, where a plan names several.
-    pub origin: Option<(PathBuf, usize)>,
-    /// Further records that are fitted together with it.
-    pub companions: Vec<RecordDefinition>,
-    /// What was recorded.
-    pub quantity: Measurand,
-    /// Mounts of the disc asked for, by name; empty for the usual ones.
-    pub mounts: Vec<String>,
-    /// Scene flags with the plan's merged in.
-    pub scene: SceneArguments,
-    /// How the record is read.
-    pub reading: ReadArguments,
-    /// Which features.
-    pub features: FeatureSet,
-    /// How the box is searched.
-    pub search: SearchChoice,
-    /// Runs a law.
-    pub evaluations: usize,
-    /// Seed of the plan; the flag wins.
-    pub seed: Option<u64>,
-    /// Weights of features by name.
-    pub weights: BTreeMap<String, f64>,
-    /// What was assumed.
-    pub assumptions: Vec<String>,
-    /// The model run once at the answer.
-    pub confirm: Option<ConfirmChoice>,
-    /// What was told of what is drawn into every run.
-    pub uncertainty: Told,
-    damping: Vec<String>,
-    fitted: Vec<String>,
-    bounds: BTreeMap<String, (Number, Number)>,
-}
-
-impl Definition {
-    /// Merge plan and flags.
-    ///
-    /// # Errors
-    /// A usage error without a record or with an unknown parameter; whatever is wrong with the plan.
-    pub fn new(arguments: Arguments) -> anyhow::Result<Self> {
-        let plan = arguments.plan.as_deref().map(Plan::read).transpose()?.unwrap_or_default();
-        let mut assumptions = Vec::new();
-        let quantity = match arguments.quantity {
-            Some(QuantityChoice::Velocity) => Measurand::Velocity,
-            Some(QuantityChoice::Pressure) => Measurand::Pressure,
-            None => plan.quantity.unwrap_or_default(),
-        };
-        let usual = if quantity == Measurand::Pressure { SCENE_WITH_WATER } else { SCENE };
-        let mut records = records(&arguments, &plan, usual, &mut assumptions)?;
-        let companions = records.split_off(1);
-        let Some(RecordDefinition { measured, scene, origin }) = records.pop() else {
-            return Err(usage("--measured FILE is needed"));
-        };
-        if !companions.is_empty() {
-            refuse_several(
-                quantity,
-                std::iter::once(&measured).chain(companions.iter().map(|record| &record.measured)),
-            )?;
-        }
-        if quantity == Measurand::Pressure {
-            if is_published(&measured) {
-                return Err(usage(
-                    "--quantity pressure needs a hydrophone's record (CSV): published features are of the velocity only",
-                ));
-            }
-            if arguments.features == Some(FeatureChoice::Paper) || plan.features == Some(FeatureSet::Paper) {
-                return Err(usage(
-                    "the features `paper` are those that the source paper compares of a velocity; leave --features out for a pressure",
-                ));
-            }
-        }
-        if is_published(&measured) {
-            if arguments.features.is_some() || plan.features.is_some() {
-                return Err(usage(
-                    "`features` would do nothing: a file of published features says itself what is compared",
-                ));
-            }
-            if arguments.reading != ReadArguments::default() {
-                return Err(usage("flags on how a record is read would do nothing: published features are no record"));
-            }
-        }
-        let planned = plan.fit.clone().unwrap_or_else(|| FITTED.map(String::from).to_vec());
-        let mut fitted = if arguments.fit.is_empty() { planned } else { arguments.fit.clone() };
-        let mut seen = BTreeSet::new();
-        fitted.retain(|name| seen.insert(name.clone()));
-        let known = || Parameter::NAMES.join(", ");
-        let unknown = |name: &&String| !Parameter::NAMES.contains(&name.as_str());
-        if let Some(unknown) = fitted.iter().find(unknown) {
-            return Err(usage(format!("--fit {unknown}: expected {}", known())));
-        }
-        if ["gap", "precompression"].iter().all(|name| fitted.iter().any(|fitted| fitted == name)) {
-            return Err(usage(ParameterError::ClosedGap.to_string()));
-        }
-        if let Some(alpha) = scene.alpha
-            && fitted.iter().any(|name| name == "alpha")
-        {
-            fitted.retain(|name| name != "alpha");
-            assumptions.push(format!("alpha fixed at {alpha} by --alpha; fitted: {}", fitted.join(", ")));
-        }
-        if fitted.is_empty() {
-            return Err(usage("nothing is left to fit; drop --alpha or name a parameter with --fit"));
-        }
-        let mut bounds: BTreeMap<String, (Number, Number)> =
-            plan.parameters.into_iter().map(|(name, bounds)| (name, (bounds.low, bounds.high))).collect();
-        for text in &arguments.bounds {
-            let parts = text.split_once('=').and_then(|(name, range)| Some((name, range.split_once(':')?)));
-            let Some((name, (low, high))) = parts else {
-                return Err(usage(format!("--bounds {text}: expected NAME=LOW:HIGH such as alpha=0.3:1.5")));
-            };
-            bounds.insert(name.trim().into(), (Number::Text(low.trim().into()), Number::Text(high.trim().into())));
-        }
-        if let Some(unknown) = bounds.keys().find(unknown) {
-            bail!("bounds of `{unknown}`: expected {}", known());
-        }
-        let several = !companions.is_empty();
-        let tested = if several { TESTED_TOGETHER } else { Search::tested(fitted.len()) };
-        let evaluations = arguments.evaluations.map(|n| n as usize).or(plan.evaluations).unwrap_or(tested);
-        if !EVALUATION_RANGE.contains(&evaluations) {
-            let (low, high) = (EVALUATION_RANGE.start(), EVALUATION_RANGE.end());
-            bail!("`evaluations` of the plan: expected {low} to {high}, found {evaluations}");
-        }
-        let uncertainty = Told::new(plan.uncertainty, &arguments.uncertainty)?;
-        let mut damping =
-            if arguments.damping.is_empty() { plan.damping.unwrap_or_default() } else { arguments.damping };
-        let mut seen = BTreeSet::new();
-        damping.retain(|law| seen.insert(law.clone()));
-        let mounts = if arguments.mount.is_empty() { plan.mount.unwrap_or_default() } else { arguments.mount };
-        let features = match arguments.features {
-            Some(FeatureChoice::Full) => FeatureSet::Full,
-            Some(FeatureChoice::Paper) => FeatureSet::Paper,
-            None => plan.features.unwrap_or(FeatureSet::Full),
-        };
-        Ok(Self {
-            measured,
-            plan: arguments.plan,
-            origin,
-            companions,
-            quantity,
-            mounts,
-            scene,
-            reading: arguments.reading,
-            features,
-            search: arguments.search,
-            evaluations,
-            seed: plan.seed,
-            weights: plan.weights,
-            assumptions,
-            confirm: arguments.confirm,
-            uncertainty,
-            damping,
-            fitted,
-            bounds,
-        })
+/// Read and check everything that the arguments name.
+///
+/// # Errors
+/// A usage error for what contradicts itself; whatever is wrong with plan, scene or records.
+pub fn problem(arguments: &Arguments) -> anyhow::Result<Problem> {
+    let mut plan = arguments.plan.as_deref().map(Plan::read).transpose()?.unwrap_or_default();
+    merge(arguments, &mut plan)?;
+    let mut assumptions = Vec::new();
+    let shots = records(arguments, &plan, &mut assumptions)?;
+    let mut fitted = plan.fitted();
+    if let Some(alpha) = arguments.scene.alpha
+        && fitted.iter().any(|name| name == "alpha")
+    {
+        fitted.retain(|name| name != "alpha");
+        assumptions.push(format!("alpha fixed at {alpha} by --alpha; fitted: {}", fitted.join(", ")));
+        plan.fit = Some(fitted);
     }
-
-    /// The damping laws to fit: those asked for, else the scene's own.
-    #[must_use]
-    pub fn laws(&self, scene: &Scene) -> Vec<String> {
-        if self.damping.is_empty() { vec![scene.damping.kind.name().into()] } else { self.damping.clone() }
-    }
-
-    /// Whether a parameter is fitted.
-    #[must_use]
-    pub fn fits(&self, name: &str) -> bool {
-        self.fitted.iter().any(|fitted| fitted == name)
-    }
-
-    /// The parameters of one law with their bounds.
-    ///
-    /// # Errors
-    /// When the scene has no such parameter, or bounds are no positive, ascending pair of the right unit.
-    pub fn parameters(&self, scene: &Scene) -> anyhow::Result<Vec<Parameter>> {
-        let mut parameters = Vec::new();
-        for name in &self.fitted {
-            parameters.extend(Parameter::named(name, scene)?);
-        }
-        for parameter in &mut parameters {
-            let Some((low, high)) = self.bounds.get(&parameter.name) else { continue };
-            let name = parameter.name.clone();
-            parameter.low = in_si(low, &parameter.unit).with_context(|| format!("lower bound of {name}"))?;
-            parameter.high = in_si(high, &parameter.unit).with_context(|| format!("upper bound of {name}"))?;
-            if !(parameter.low > 0.0 && parameter.low < parameter.high && parameter.high.is_finite()) {
-                bail!(
-                    "bounds of {name}: expected 0 < low < high (it is searched in its logarithm), found {} and {}",
-                    parameter.low,
-                    parameter.high
-                );
-            }
-        }
-        Ok(parameters)
-    }
-}
-
-/// A number in SI; a pure one stands for SI.
-pub(super) fn in_si(number: &Number, unit: &str) -> anyhow::Result<f64> {
-    let text = match number {
-        Number::Plain(value) => return Ok(*value),
-        Number::Text(text) => text,
+    let mut problem = Problem::of(&plan, shots).map_err(refused)?;
+    problem.strategy = match arguments.search {
+        SearchChoice::Likelihood => Strategy::Likelihood,
+        SearchChoice::NelderMead => Strategy::NelderMead,
+        SearchChoice::ParticleSwarm => Strategy::ParticleSwarm,
     };
-    if let Ok(value) = text.parse::<f64>() {
-        return Ok(value);
-    }
-    Ok(Quantity::parse_as(text, Unit::parse(unit)?.dimension)?)
+    assumptions.append(&mut problem.assumptions);
+    Ok(Problem { assumptions, ..problem })
 }
 
-/// Several records are velocities with waveforms.
-fn refuse_several<'a>(quantity: Measurand, mut measured: impl Iterator<Item = &'a PathBuf>) -> anyhow::Result<()> {
-    if quantity == Measurand::Pressure {
-        return Err(usage("records of a pressure are fitted one by one: name one hydrophone's record with --measured"));
+/// What contradicts itself is the command line's fault.
+pub fn refused(error: Refusal) -> anyhow::Error {
+    match error {
+        Refusal::Asked(contradiction) => usage(contradiction.to_string()),
+        error => error.into(),
     }
-    match measured.find(|path| is_published(path)) {
-        Some(path) => Err(usage(format!(
-            "{}: published features are fitted by themselves; name records (CSV) where several are fitted together",
-            path.display()
+}
+
+/// Flags in place of what the plan says.
+fn merge(arguments: &Arguments, plan: &mut Plan) -> anyhow::Result<()> {
+    let quantity = arguments.quantity.map(|quantity| match quantity {
+        QuantityChoice::Velocity => Measurand::Velocity,
+        QuantityChoice::Pressure => Measurand::Pressure,
+    });
+    let features = arguments.features.map(|features| match features {
+        FeatureChoice::Full => FeatureSet::Full,
+        FeatureChoice::Paper => FeatureSet::Paper,
+    });
+    let named = |names: &[String]| (!names.is_empty()).then(|| names.to_vec());
+    plan.quantity = quantity.or(plan.quantity);
+    plan.features = features.or(plan.features);
+    plan.fit = named(&arguments.fit).or(plan.fit.take());
+    plan.damping = named(&arguments.damping).or(plan.damping.take());
+    plan.mount = named(&arguments.mount).or(plan.mount.take());
+    plan.evaluations = arguments.evaluations.map(|runs| runs as usize).or(plan.evaluations);
+    plan.seed = arguments.session.seed.or(plan.seed);
+    for text in &arguments.bounds {
+        let parts = text.split_once('=').and_then(|(name, range)| Some((name, range.split_once(':')?)));
+        let Some((name, (low, high))) = parts else {
+            return Err(usage(format!("--bounds {text}: expected NAME=LOW:HIGH such as alpha=0.3:1.5")));
+        };
+        let [low, high] = [low, high].map(|text| Number::Text(text.trim().into()));
+        plan.parameters.insert(name.trim().into(), Bounds { low, high });
+    }
+    for (name, number) in uncertainties(&arguments.uncertainty)? {
+        plan.uncertainty.insert(name, number);
+    }
+    Ok(())
+}
+
+/// `--uncertainty`, by name.
+///
+/// # Errors
+/// A usage error for a text that is no `NAME=VALUE`.
+pub fn uncertainties(flags: &[String]) -> anyhow::Result<Vec<(String, Number)>> {
+    let parsed = flags.iter().map(|text| match text.split_once('=') {
+        Some((name, value)) => Ok((name.trim().into(), Number::Text(value.trim().into()))),
+        None => Err(usage(format!("--uncertainty {text}: expected NAME=VALUE such as \"gap=0.5 nm\""))),
+    });
+    parsed.collect()
+}
+
+/// The records that flags and plan name, with the drive of each; flags win.
+///
+/// # Errors
+/// A usage error without a record, or with flags that do not fit the number of records.
+fn records(arguments: &Arguments, plan: &Plan, assumptions: &mut Vec<String>) -> anyhow::Result<Vec<ShotPlan>> {
+    let (named, usual) = (named(arguments, plan)?, plan.usual_scene());
+    if !arguments.input.is_empty() && arguments.input.len() != named.len() {
+        return Err(usage(format!(
+            "--input: expected a horn-tip record for each of the records, found {} for {}; name them in the order of --measured, or one for all \
+             with --drive",
+            arguments.input.len(),
+            named.len()
+        )));
+    }
+    let own_sets = own_sets(&arguments.record_set, named.len())?;
+    if arguments.scene.scene.is_none() && plan.scene.is_none() && named.iter().any(|record| record.scene.is_none()) {
+        assumptions.push(format!("scene `{usual}`; name another with --scene"));
+    }
+    let several = named.len() > 1;
+    let mut records = Vec::new();
+    for (number, record) in named.into_iter().enumerate() {
+        let mut scene = arguments.scene.clone();
+        let named_scene = record.scene.or_else(|| plan.scene.clone());
+        scene.scene = scene.scene.or_else(|| Some(named_scene.unwrap_or_else(|| usual.into())));
+        let of_record = own_sets.iter().filter(|(of, _)| *of == number).map(|(_, set)| set.clone());
+        scene.set = plan.set.iter().cloned().chain(record.set).chain(scene.set).chain(of_record).collect();
+        if let Some(input) = arguments.input.get(number) {
+            scene.drive = Some(input.clone());
+        } else if scene.drive.is_none() && !arguments.scene_drive {
+            let planned = record.drive.is_some();
+            let beside =
+                if several { format!("beside {}", record.measured.display()) } else { "beside the record".into() };
+            scene.drive = record.drive.or_else(|| drive::beside(&record.measured));
+            match &scene.drive {
+                Some(drive) if planned => assumptions.push(format!("drive {}, named in the plan", drive.display())),
+                Some(drive) => assumptions.push(format!("drive {}, {beside}", drive.display())),
+                None => assumptions.push(format!("the scene's own drive: no {BESIDE} lies {beside}")),
+            }
+        }
+        let origin = arguments.plan.clone().filter(|_| record.line > 0).map(|plan| (plan, record.line));
+        let source = Source::File(record.measured, arguments.reading.options(None));
+        records.push((source, scene, origin));
+    }
+    let of = |(source, scene, origin)| Ok(ShotPlan { source, bench: experiment::for_fit(&scene, several)?, origin });
+    records.into_iter().map(of).collect()
+}
+
+/// The records as named, none of them checked.
+fn named(arguments: &Arguments, plan: &Plan) -> anyhow::Result<Vec<RecordPlan>> {
+    let of = |measured: &PathBuf| RecordPlan {
+        measured: measured.clone(),
+        drive: plan.drive.clone(),
+        ..RecordPlan::default()
+    };
+    if arguments.measured.is_empty() {
+        return plan.records().map_err(|error| usage(error.to_string()));
+    }
+    Ok(arguments.measured.iter().map(of).collect())
+}
+
+/// `N:KEY=VALUE`: number from 0 and override.
+fn own_sets(texts: &[String], count: usize) -> anyhow::Result<Vec<(usize, String)>> {
+    let parsed = texts.iter().map(|text| {
+        let (number, set) = text.split_once(':')?;
+        let number: usize = number.trim().parse().ok()?;
+        ((1..=count).contains(&number) && set.contains('=')).then(|| (number - 1, set.trim().to_owned()))
+    });
+    match parsed.clone().position(|parsed| parsed.is_none()) {
+        None => Ok(parsed.flatten().collect()),
+        Some(index) => Err(usage(format!(
+            "--record-set {}: expected N:KEY=VALUE with N from 1 to {count}, such as 2:chain.beads=7",
+            texts[index]
         ))),
-        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn overrides_of_one_record_are_numbered_from_one() {
+        let sets = own_sets(&["2:chain.beads=7".into()], 2).unwrap();
+        assert_eq!(sets, [(1, "chain.beads=7".to_owned())]);
+        for wrong in ["chain.beads=7", "3:chain.beads=7", "0:a=1", "1:beads"] {
+            assert!(own_sets(&[wrong.into()], 2).is_err(), "{wrong}");
+        }
     }
 }

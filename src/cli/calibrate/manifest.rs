@@ -6,12 +6,16 @@ use std::{
 };
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
-use super::{Job, companion::Companion};
+use super::Job;
 use crate::{
-    calibration::outcome::InputDigest,
-    cli::experiment::{Experiment, Input},
+    calibration::{
+        bench::Bench,
+        drive::{Input, sha256},
+        outcome::InputDigest,
+        problem::Problem,
+        shot::Shot,
+    },
     report::page::Files,
     scene::{BUILT_IN, Scene, Support},
 };
@@ -51,16 +55,11 @@ impl Manifest {
         Ok(Self {
             program: job.program.clone(),
             processor: processor(),
-            arguments: job.told.clone(),
+            arguments: job.arguments.clone(),
             inputs: inputs(job)?,
             files: digests.collect(),
         })
     }
-}
-
-/// SHA-256 of bytes, hexadecimal.
-pub fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Architecture and vector unit.
@@ -76,8 +75,8 @@ pub fn processor() -> String {
 }
 
 /// The arguments without what cannot change a result: threads, verbosity, cache, resuming, where results go.
-pub fn told(arguments: impl Iterator<Item = String>) -> Vec<String> {
-    let (mut told, mut skip, mut named) = (Vec::new(), false, false);
+pub fn typed(arguments: impl Iterator<Item = String>) -> Vec<String> {
+    let (mut kept, mut skip, mut named) = (Vec::new(), false, false);
     for argument in arguments {
         if std::mem::take(&mut skip) || (argument == "calibrate" && !std::mem::replace(&mut named, true)) {
             continue;
@@ -86,15 +85,15 @@ pub fn told(arguments: impl Iterator<Item = String>) -> Vec<String> {
         if SILENT_WITH_VALUE.contains(&name) {
             skip = !argument.contains('=');
         } else if !SILENT.contains(&name) {
-            told.push(argument);
+            kept.push(argument);
         }
     }
-    told
+    kept
 }
 
 /// The command line that makes it again, as reports show it.
-pub fn command_line(told: &[String]) -> String {
-    let shown = told.iter().map(|text| if text.contains(' ') { format!("'{text}'") } else { text.clone() });
+pub fn command_line(arguments: &[String]) -> String {
+    let shown = arguments.iter().map(|text| if text.contains(' ') { format!("'{text}'") } else { text.clone() });
     std::iter::once("granchain calibrate".to_owned()).chain(shown).collect::<Vec<_>>().join(" ")
 }
 
@@ -105,23 +104,21 @@ fn inputs(job: &Job) -> anyhow::Result<BTreeMap<String, InputDigest>> {
         inputs.insert(role, InputDigest { path: path.display().to_string(), sha256 });
         Ok(())
     };
-    if let Some(plan) = &job.definition.plan {
+    if let Some(plan) = &job.plan {
         add("plan".into(), plan.clone(), None)?;
     }
-    let lead = (&job.experiment, &job.measured, &job.candidates[0].scene);
-    let further = job.companions.iter().zip(&job.candidates[0].companions);
-    let further = further.map(|(Companion { experiment, measured, .. }, scene)| (experiment, measured, scene));
-    for (number, (experiment, measured, scene)) in std::iter::once(lead).chain(further).enumerate() {
+    let Problem { shots, candidates, .. } = &job.problem;
+    for (number, (Shot { bench, measured, .. }, scene)) in shots.iter().zip(&candidates[0].scenes).enumerate() {
         let of = |role: &str| if number == 0 { role.to_owned() } else { format!("{role}-{}", number + 1) };
-        if let Some(scene) = scene_file(experiment) {
+        if let Some(scene) = scene_file(bench) {
             add(of("scene"), scene, None)?;
         }
         for (index, mesh) in mesh_files(scene).into_iter().enumerate() {
             add(format!("{}-{}", of("mesh"), index + 1), mesh, None)?;
         }
         add(of("measured"), measured.path().into(), Some(measured.sha256().into()))?;
-        if let Some(drive) = experiment.drive_input() {
-            add(of("drive"), drive.path.clone(), Some(drive.sha256.clone()))?;
+        if let Some(Input { path, sha256 }) = bench.drive.as_ref().map(|drive| &drive.input) {
+            add(of("drive"), path.clone(), Some(sha256.clone()))?;
         }
         let published = measured.path().with_file_name(PUBLISHED);
         if measured.record().is_some() && published.is_file() {
@@ -132,8 +129,8 @@ fn inputs(job: &Job) -> anyhow::Result<BTreeMap<String, InputDigest>> {
 }
 
 /// The file that a scene is read from, unless it is a built-in one.
-fn scene_file(experiment: &Experiment) -> Option<PathBuf> {
-    let source = experiment.source();
+fn scene_file(bench: &Bench) -> Option<PathBuf> {
+    let source = bench.source.as_str();
     let built_in = BUILT_IN.iter().any(|built_in| built_in.name == source);
     (!built_in && Path::new(source).is_file()).then(|| source.into())
 }
@@ -154,10 +151,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_cannot_change_a_result_is_not_told() {
+    fn what_cannot_change_a_result_is_left_out() {
         let typed = "--seed 3 calibrate --out here --measured calibrate --threads=2 --quiet --cache none --set damping.kind=linear";
-        let told = told(typed.split(' ').map(String::from));
-        assert_eq!(told, ["--seed", "3", "--measured", "calibrate", "--set", "damping.kind=linear"]);
+        let kept = super::typed(typed.split(' ').map(String::from));
+        assert_eq!(kept, ["--seed", "3", "--measured", "calibrate", "--set", "damping.kind=linear"]);
         let shown = command_line(&["--bounds".into(), "damping=0.1 N s/m:1 N s/m".into()]);
         assert_eq!(shown, "granchain calibrate --bounds 'damping=0.1 N s/m:1 N s/m'");
     }

@@ -2,22 +2,20 @@
 
 use std::{fmt::Write, path::Path};
 
-use super::{
-    FittedLaw, Job,
-    alpha_sweep::alpha_sweep,
-    companion_page, fitted_scene, manifest,
-    measured::{Instrument, Measured},
-    rungs,
-};
+use super::{Job, alpha_sweep::alpha_sweep, manifest, records_page, rungs_page};
 use crate::{
     calibration::{
-        comparison::{Comparison, Reduction},
+        Fitted, FittedCandidate, Problem,
+        comparison::Reduction,
+        drive::{Input, displacement},
         fit::{self, Fit},
+        measured::Measured,
         outcome::CalibrationOutcome,
         parameter::{Parameter, Target},
         posterior::Posterior,
+        shot::Shot,
     },
-    cli::{Outcome, arguments::Session, experiment::Input, interrupt, output::OutputFolder},
+    cli::{Outcome, arguments::Session, interrupt, output::OutputFolder},
     feature::{Features, Measurand, Peaks, Window},
     measurement::{PublishedFeature, PublishedFeatures, Record, Statement},
     report::{
@@ -29,7 +27,12 @@ use crate::{
     },
     scene::{DampingKind, ModelKind, Scene},
     signal::Series,
-    study::{Bodies, EnsemblePlan, confirmation::Confirmation, published::published},
+    study::{
+        Bodies, EnsemblePlan,
+        confirmation::Confirmation,
+        confirmed::{Confirmed, Instrument, confirm_measured},
+        published::published,
+    },
 };
 
 /// The report of a calibration, plain and in SI.
@@ -38,28 +41,32 @@ use crate::{
 /// When Ctrl-C was pressed on the way.
 pub fn report(
     job: &Job,
-    laws: &[FittedLaw],
-    best: usize,
-    (confirmation, further): (Option<&Confirmation>, &[Option<Confirmation>]),
+    fitted: &Fitted,
+    confirmed: &Confirmed,
     outcome: &CalibrationOutcome,
     fea: Option<&[f64]>,
 ) -> anyhow::Result<CalibrationReport> {
-    let law = &laws[best];
-    let companions = companion_page::records(job, law, further);
-    let scene = fitted_scene(law);
-    let alpha_sweep =
-        alpha_sweep(&scene, outcome, if job.measured.record().is_some() { "of the record" } else { "as published" });
+    let (problem, law) = (&job.problem, fitted.best());
+    let (lead, confirmation) = (problem.lead(), confirmed.confirmations[0].as_ref());
+    let companions = records_page::records(problem, law, &confirmed.confirmations);
+    let scene = law.scene(0);
+    let reference = if lead.measured.record().is_some() { "of the record" } else { "as published" };
+    let alpha_sweep = alpha_sweep(&scene, outcome, reference);
     interrupt::check()?;
-    let order = std::iter::once(law).chain(laws.iter().filter(|other| !std::ptr::eq(*other, law)));
+    let order = std::iter::once(law).chain(fitted.candidates.iter().filter(|other| !std::ptr::eq(*other, law)));
     let laws = order
         .map(|other| {
             let fea = fea.filter(|_| std::ptr::eq(other, law));
-            let shares = companion_page::shares(other, &other.fit, job);
-            LawReport { rungs: rungs::report(job, other, fea), shares, ..law_report(other, &other.fit, job) }
+            let shares = records_page::shares(other, problem);
+            LawReport {
+                rungs: rungs_page::rungs(problem, other, fea),
+                shares,
+                ..law_report(other, &other.fit, problem)
+            }
         })
         .collect();
-    let (subject, undecided, decided) = match &job.measured {
-        Measured::Record(_) if !job.companions.is_empty() => ("The records", "do", "prefer"),
+    let (subject, undecided, decided) = match &lead.measured {
+        Measured::Record(_) if problem.shots.len() > 1 => ("The records", "do", "prefer"),
         Measured::Record(_) => ("The record", "does", "prefers"),
         Measured::Published(_) => ("The published features", "do", "prefer"),
     };
@@ -78,68 +85,58 @@ pub fn report(
         excluded: outcome.excluded.clone().into_iter().collect(),
         preference,
         separation: outcome.statements.clone(),
+        diagnosis: outcome.diagnosis.iter().map(|finding| crate::report::sweep::capitalised(&finding.text)).collect(),
         simulated: confirmation.map(simulated_span),
         alignment: confirmation.map_or_else(String::new, alignment),
         window: confirmation.map(|confirmation| confirmation.window),
-        features: confirmation.map_or_else(Vec::new, |confirmation| {
-            feature_rows(job, (&job.measured, &job.comparison), &scene, confirmation)
-        }),
+        features: confirmation
+            .map_or_else(Vec::new, |confirmation| feature_rows(lead, problem.quantity, &scene, confirmation)),
         companions,
         alpha_sweep,
         energy: confirmation.map(|confirmation| confirmation.response.energy),
-        ..frame(job, &scene, outcome.seed)
+        ..frame(job, &scene)
     })
 }
 
 /// What a report says whatever came of the fit.
-fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
-    let record = job.measured.record();
+fn frame(job: &Job, scene: &Scene) -> CalibrationReport {
+    let (problem, lead) = (&job.problem, job.problem.lead());
+    let (measured, comparison) = (&lead.measured, &lead.comparison);
+    let record = measured.record();
     let label = record.map_or("recorded", record_label);
-    let record_notes = match &job.measured {
+    let record_notes = match measured {
         Measured::Published(measured) => published_notes(&measured.published),
         Measured::Record(_) if label == "recorded" => Vec::new(),
         Measured::Record(_) => record.map_or_else(Vec::new, |record| record.comments.clone()),
     };
     let mut settings = vec![
-        ("runs a damping law".into(), job.definition.evaluations.to_string()),
-        ("cutoff of data and runs".into(), format!("{:.0} kHz", job.comparison.cutoff * 1e-3)),
+        ("runs a damping law".into(), problem.evaluations.to_string()),
+        ("cutoff of data and runs".into(), format!("{:.0} kHz", comparison.cutoff * 1e-3)),
     ];
-    if let Reduction::Fingerprint(fingerprint) = &job.comparison.reduction {
+    if let Reduction::Fingerprint(fingerprint) = &comparison.reduction {
         let threshold = match fingerprint.measurand() {
             Measurand::Velocity => format!("{:.1} mm/s", fingerprint.threshold() * 1e3),
             Measurand::Pressure => format!("{:.3} kPa", fingerprint.threshold() * 1e-3),
         };
         settings.push(("onset threshold".into(), threshold));
     }
-    let mut inputs = vec![InputFile {
-        role: record.map_or_else(|| "published features".into(), |record| format!("{} record", record.kind.name())),
-        path: job.measured.path().display().to_string(),
-        sha256: job.measured.sha256().into(),
-    }];
-    if let Some(drive) = job.experiment.drive_input() {
-        inputs.push(horn_tip(drive));
-    }
-    inputs.extend(companion_page::inputs(job));
     CalibrationReport {
-        title: job.measured.path().display().to_string(),
-        measurand: job.definition.quantity,
+        title: measured.path().display().to_string(),
+        measurand: problem.quantity,
         record_label: label.into(),
         record_notes,
-        warnings: Vec::new(),
+        warnings: problem.warnings(),
         diagnosis: Vec::new(),
         scene: scene.name.clone(),
         scene_description: scene.description.clone(),
-        model: job.model().into(),
+        model: problem.model().into(),
         drive_frequency: scene.drive.frequency,
         laws: Vec::new(),
         excluded: Vec::new(),
         preference: None,
         separation: Vec::new(),
-        drive: drive_displacement(scene),
-        drive_origin: job
-            .experiment
-            .drive_input()
-            .map_or_else(|| "the scene's own drive".into(), |drive| drive.path.display().to_string()),
+        drive: displacement(scene),
+        drive_origin: drive_origin(lead),
         recorded: record.map(|record| record.series.clone()),
         simulated: None,
         alignment: String::new(),
@@ -147,22 +144,40 @@ fn frame(job: &Job, scene: &Scene, seed: u64) -> CalibrationReport {
         features: Vec::new(),
         alpha_sweep: None,
         energy: None,
-        assumptions: job.assumptions.clone(),
-        label: if job.companions.is_empty() { String::new() } else { job.labels().swap_remove(0) },
+        assumptions: problem.assumptions.clone(),
+        label: if problem.shots.len() == 1 { String::new() } else { problem.labels().swap_remove(0) },
         companions: Vec::new(),
         provenance: Provenance {
             version: job.program.rsplit(' ').next().unwrap_or_default().into(),
-            command_line: manifest::command_line(&job.told),
-            seed,
-            inputs,
+            command_line: manifest::command_line(&job.arguments),
+            seed: problem.seed,
+            inputs: problem.shots.iter().flat_map(inputs).collect(),
             settings,
         },
     }
 }
 
-/// A drive among the files read.
-pub(super) fn horn_tip(drive: &Input) -> InputFile {
-    InputFile { role: "horn-tip record".into(), path: drive.path.display().to_string(), sha256: drive.sha256.clone() }
+/// The files of a record.
+fn inputs(shot: &Shot) -> Vec<InputFile> {
+    let kind = |record: &Record| format!("{} record", record.kind.name());
+    let record = InputFile {
+        role: shot.measured.record().map_or_else(|| "published features".into(), kind),
+        path: shot.measured.path().display().to_string(),
+        sha256: shot.measured.sha256().into(),
+    };
+    let drive = shot.bench.drive.as_ref().map(|drive| &drive.input);
+    let horn_tip = |Input { path, sha256 }: &Input| InputFile {
+        role: "horn-tip record".into(),
+        path: path.display().to_string(),
+        sha256: sha256.clone(),
+    };
+    std::iter::once(record).chain(drive.map(horn_tip)).collect()
+}
+
+/// Where a drive comes from, for people.
+pub(super) fn drive_origin(shot: &Shot) -> String {
+    let drive = shot.bench.drive.as_ref();
+    drive.map_or_else(|| "the scene's own drive".into(), |drive| drive.input.path.display().to_string())
 }
 
 /// What a record is called: `recorded`, unless its comments own up to be something else.
@@ -181,13 +196,6 @@ fn published_notes(published: &PublishedFeatures) -> Vec<String> {
     let told = [&published.title, &published.source].map(|text| text.trim().to_owned());
     notes.extend(told.into_iter().filter(|text| !text.is_empty()));
     notes
-}
-
-pub(super) fn drive_displacement(scene: &Scene) -> Series {
-    let motion = scene.drive.motion(1.0);
-    let count = (scene.duration / scene.output_step).round() as usize + 1;
-    let values = (0..count).map(|index| motion.at(index as f64 * scene.output_step).0).collect();
-    Series::new(0.0, scene.output_step, values)
 }
 
 /// The simulated trace where it was simulated: beyond the end of the run there is nothing to draw.
@@ -265,27 +273,26 @@ pub(super) fn shown_estimate(estimate: &fit::Estimate, parameter: &Parameter, ki
 }
 
 /// One fit of one law, on whatever rung; the rungs side by side are added by the caller.
-pub fn law_report(law: &FittedLaw, fit: &Fit, job: &Job) -> LawReport {
-    let FittedLaw { kind, scene, .. } = law;
-    let quoted = |bound: f64| (fit.verdict.explains()).then_some(bound);
+pub fn law_report(law: &FittedCandidate, fit: &Fit, problem: &Problem) -> LawReport {
+    let quoted = |bound: f64| fit.verdict.explains().then_some(bound);
     let parameters = fit.estimates.iter().zip(&fit.parameters).map(|(estimate, parameter)| {
-        let shown = shown_estimate(estimate, parameter, scene.damping.kind);
+        let shown = shown_estimate(estimate, parameter, law.candidate.scene().damping.kind);
         Estimate { low: shown.low.and_then(quoted), high: shown.high.and_then(quoted), ..shown }
     });
     let extent = |lobe: &crate::calibration::posterior::Lobe| {
         let ends = fit.parameters.iter().enumerate();
         ends.map(|(d, parameter)| (shown_value(parameter, lobe.low[d]), shown_value(parameter, lobe.high[d]))).collect()
     };
-    let misfits = misfits(fit, job);
+    let misfits = misfits(fit, problem);
     let failures = crate::calibration::outcome::failures(fit);
     LawReport {
-        damping_kind: law_name(kind).into(),
-        mount: law.mount.map(|mount| mount.name().into()),
+        damping_kind: law_name(&law.candidate.law).into(),
+        mount: law.mount(),
         rungs: None,
         shares: Vec::new(),
         verdict: fit.verdict,
         p_value: Some(fit.agreement.p),
-        pulls: pulls(fit, job),
+        pulls: pulls(fit, problem),
         misfit: fit.misfit,
         parameters: parameters.collect(),
         correlation: (fit.parameters.len() > 1).then_some(fit.correlation),
@@ -310,11 +317,13 @@ pub fn law_report(law: &FittedLaw, fit: &Fit, job: &Job) -> LawReport {
 }
 
 /// What is left of every feature of every record at the answer; of further records with their number.
-fn pulls(fit: &Fit, job: &Job) -> Vec<Pull> {
-    let comparisons = std::iter::once(&job.comparison).chain(job.companions.iter().map(|companion| &companion.comparison));
-    let several = !job.companions.is_empty();
-    let names = comparisons.zip(job.labels()).flat_map(|(comparison, label)| {
-        let name = move |name: std::borrow::Cow<'static, str>| if several { format!("{label} {name}") } else { name.into_owned() };
+fn pulls(fit: &Fit, problem: &Problem) -> Vec<Pull> {
+    let comparisons = problem.shots.iter().map(|shot| &shot.comparison);
+    let several = problem.shots.len() > 1;
+    let names = comparisons.zip(problem.labels()).flat_map(|(comparison, label)| {
+        let name = move |name: std::borrow::Cow<'static, str>| {
+            if several { format!("{label} {name}") } else { name.into_owned() }
+        };
         comparison.names().into_iter().map(name).zip(comparison.weights.clone()).collect::<Vec<_>>()
     });
     let each = names.zip(&fit.agreement.pulls).zip(&fit.inflation);
@@ -323,10 +332,9 @@ fn pulls(fit: &Fit, job: &Job) -> Vec<Pull> {
 }
 
 /// Misfit of each run in units of the scatter at the best; `None` for failed runs.
-fn misfits(fit: &Fit, job: &Job) -> Vec<Option<f64>> {
+fn misfits(fit: &Fit, problem: &Problem) -> Vec<Option<f64>> {
     let scatter = &fit.scatter;
-    let comparisons =
-        || std::iter::once(&job.comparison).chain(job.companions.iter().map(|companion| &companion.comparison));
+    let comparisons = || problem.shots.iter().map(|shot| &shot.comparison);
     let weights: Vec<f64> = comparisons().flat_map(|comparison| comparison.weights.clone()).collect();
     let observed: Vec<f64> = comparisons().flat_map(|comparison| comparison.features.clone()).collect();
     let total: f64 = weights.iter().sum();
@@ -375,8 +383,8 @@ fn pair_map(parameters: [&Parameter; 2], posterior: &Posterior) -> DensityMap {
 }
 
 pub(super) fn feature_rows(
-    job: &Job,
-    (measured, comparison): (&Measured, &Comparison),
+    Shot { measured, comparison, .. }: &Shot,
+    quantity: Measurand,
     scene: &Scene,
     confirmation: &Confirmation,
 ) -> Vec<FeatureRow> {
@@ -405,9 +413,7 @@ pub(super) fn feature_rows(
             // Of a pressure a harmonic's line is compared by the band around it.
             Measured::Record(_) => {
                 let band = feature.key.replace("line_", "band_");
-                let same = |name: &str| {
-                    name == feature.key || (job.definition.quantity == Measurand::Pressure && name == band)
-                };
+                let same = |name: &str| name == feature.key || (quantity == Measurand::Pressure && name == band);
                 comparison.names().iter().any(|name| same(name))
             }
             Measured::Published(published) => published.printed.value(&feature.key).is_some(),
@@ -440,15 +446,17 @@ fn statement_on<'a>(printed: &'a PublishedFeatures, key: &str) -> Option<&'a Pub
 /// # Errors
 /// When the run fails or the folder cannot be written.
 pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyhow::Result<Outcome> {
-    let plan = EnsemblePlan::new(2, session.seed());
-    let mut scene = job.candidates[0].scene.clone();
+    let problem = &job.problem;
+    let plan = EnsemblePlan::new(2, problem.seed);
+    let mut scene = problem.candidates[0].scene().clone();
     scene.model.kind = ModelKind::Chain;
-    let confirmation = job.measured.confirm(&scene, &Bodies::new(None), &plan, Instrument::AsStated)?;
+    let measured = &problem.lead().measured;
+    let confirmation = confirm_measured(measured, &scene, &Bodies::new(None), (&plan, None), Instrument::AsStated)?;
     let report = CalibrationReport {
         simulated: Some(simulated_span(&confirmation)),
         alignment: alignment(&confirmation),
         window: Some(confirmation.window),
-        ..frame(job, &scene, session.seed())
+        ..frame(job, &scene)
     };
     let name =
         target.file_name().map_or_else(|| "dry-run".into(), |name| format!("{}-dry-run", name.to_string_lossy()));
@@ -460,7 +468,7 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     let window: Window = confirmation.window;
     let peaks = |features: &Features| {
         let Peaks { positive, negative, .. } = features.peaks;
-        match job.definition.quantity {
+        match problem.quantity {
             Measurand::Velocity => format!("{:+.0} and {:+.0} mm/s", positive * 1e3, negative * 1e3),
             Measurand::Pressure => format!("{:+.1} and {:+.1} kPa", positive * 1e-3, negative * 1e-3),
         }
@@ -501,6 +509,13 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
         let bound = if parameter.at_bound { "   at a bound of the search" } else { "" };
         let untold = if parameter.unidentified { "   unidentified" } else { "" };
         let _ = writeln!(text, "  {name:<widest$} {} {unit}{interval}{bound}{untold}", significant(parameter.value, 4));
+    }
+    for warning in &outcome.warnings {
+        let _ = writeln!(text, "  warning: {warning}");
+    }
+    for (number, finding) in outcome.diagnosis.iter().enumerate() {
+        let lead = if number == 0 { "  look at: " } else { "       or: " };
+        let _ = writeln!(text, "{lead}{}", finding.text);
     }
     for key in ["positive_peak", "negative_peak", "ratio_1/3", "ratio_2/3", "thd"] {
         // The distortion says more of a train of pulses than of a bead's motion.

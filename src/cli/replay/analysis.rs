@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::{
+    calibration::drive::Input,
     cli::{
         arguments::{Session, positive_time, usage},
-        experiment::Input,
         interrupt::{self, Interrupted},
         output::{OutputFolder, write_atomically},
         progress, summary,

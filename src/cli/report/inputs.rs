@@ -9,8 +9,8 @@ use std::{
 use anyhow::{Context, bail};
 
 use crate::{
-    calibration::outcome::InputDigest,
-    cli::{calibrate::manifest, experiment::Input},
+    calibration::{drive::Input, outcome::InputDigest},
+    cli::calibrate::manifest,
 };
 
 /// Most files of a folder that are looked at.

@@ -21,8 +21,10 @@ use super::{
 };
 use crate::{
     calibration::{
+        drive::sha256,
         fingerprints::{self, difference},
         forward::Run,
+        ladder::{Made, SavedFit},
         outcome::CalibrationOutcome,
     },
     cli::{
@@ -30,14 +32,13 @@ use crate::{
         arguments::Session,
         calibrate::{
             self, Job,
-            derived::{derive, fitted},
+            files::{self, Files},
             manifest::{self, Manifest},
-            rungs::{self, Made, SavedFit},
         },
         summary,
         timing::{self, Timing},
     },
-    report::page::Files,
+    report::page,
 };
 
 /// Stored runs of each candidate that are made again, on the chain and as pairs.
@@ -233,14 +234,13 @@ fn verify(
     let line = std::iter::once("granchain calibrate").chain(manifest.arguments.iter().map(String::as_str));
     let Line { arguments } = Line::try_parse_from(line)
         .map_err(|error| anyhow!("{}: arguments: {}", manifest::FILE, error.to_string().trim()))?;
-    let seed = arguments.session.seed;
     let mut job = calibrate::prepare(arguments, manifest.arguments.clone())?;
     job.program.clone_from(&manifest.program);
-    let session = Session { seed: seed.or(job.definition.seed), json: false, ..session.clone() };
-    let names = rungs::names(&job);
+    let session = Session { json: false, ..session.clone() };
+    let names = job.problem.names();
 
     let runs = &stored[fingerprints::FILE];
-    let as_told = manifest.files.get(fingerprints::FILE) == Some(&manifest::sha256(runs));
+    let as_told = manifest.files.get(fingerprints::FILE) == Some(&sha256(runs));
     if !as_told && !whole {
         session.note(format_args!(
             "{} is not what {} says: every run is made again to find what was altered",
@@ -249,16 +249,12 @@ fn verify(
         ));
     }
     let taken = as_told && !whole;
-    let saved: Vec<SavedFit> = if taken {
-        saved(&job, fingerprints::from_csv(&names, runs)?)?
-    } else {
-        job.candidates.iter().map(|_| SavedFit::default()).collect()
-    };
+    let saved: Vec<SavedFit> = if taken { saved(&job, fingerprints::from_csv(&names, runs)?)? } else { Vec::new() };
     let mut timing = Timing::start();
-    let fitted = fitted(&job, saved, &session, &mut timing)?;
+    let fitted = files::fitted(&job, saved, &session, &mut timing)?;
     let again = if taken { make_again(&fitted.made, &names, &mut verification.differences) } else { 0 };
     let same = if verification.differences.is_empty() { "all the same to the last digit" } else { "not all the same" };
-    let derived = derive(&job, &fitted, &session, &mut timing)?;
+    let derived = Files::of(&job, &fitted, &session, &mut timing)?;
 
     for (name, bytes) in &derived.files {
         let name = name.display().to_string();
@@ -285,7 +281,7 @@ fn verify(
 
 /// The stored runs, candidate by candidate.
 fn saved(job: &Job, runs: Vec<fingerprints::CandidateRuns>) -> anyhow::Result<Vec<SavedFit>> {
-    let expected: Vec<String> = job.candidates.iter().map(|candidate| candidate.key()).collect();
+    let expected: Vec<String> = job.problem.candidates.iter().map(|candidate| candidate.key()).collect();
     let found: Vec<&str> = runs.iter().map(|runs| runs.candidate.as_str()).collect();
     if expected != found {
         bail!(
@@ -334,7 +330,7 @@ fn make_again(all: &[Made], names: &fingerprints::Names, told: &mut Vec<Differen
 fn parts(
     manifest: &Manifest,
     stored: &BTreeMap<String, Vec<u8>>,
-    derived: &Files,
+    derived: &page::Files,
     outcome: &CalibrationOutcome,
     how_runs: String,
     taken: bool,

@@ -89,7 +89,9 @@ fn decided(law: &LawReport) -> String {
             share(p)
         )
     });
-    format!("{p}Each feature below is what the fit compared; deviations are those left once the parameters have taken up what they can.")
+    format!(
+        "{p}Each feature below is what the fit compared; deviations are those left once the parameters have taken up what they can."
+    )
 }
 
 /// A probability in per cent.
@@ -198,7 +200,9 @@ fn headline(report: &CalibrationReport, law: &LawReport) -> Block {
         "recorded" => format!("the recorded {quantity}"),
         label => format!("the {quantity} record ({label})"),
     };
-    let p = law.p_value.map_or_else(|| "unknown".into(), |p| if p < 1e-3 { "below 0.001".into() } else { significant(p, 2) });
+    let p = law
+        .p_value
+        .map_or_else(|| "unknown".into(), |p| if p < 1e-3 { "below 0.001".into() } else { significant(p, 2) });
     let explains = if law.verdict == Verdict::Doubtful { "hardly explains" } else { "explains" };
     let (tone, text) = match law.verdict {
         Verdict::WithinScatter | Verdict::Doubtful => (

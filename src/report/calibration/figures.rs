@@ -7,7 +7,10 @@ use super::{
 use crate::{
     feature::{Measurand, Window, amplitude_spectrum},
     report::{
-        figure::{Axis, Colour, Dash, ErrorPoint, Figure, Fill, Layer, Map, Marker, PAGE_WIDTH_MM, Panel, Polygon, Stroke, trace},
+        figure::{
+            Axis, Colour, Dash, ErrorPoint, Figure, Fill, Layer, Map, Marker, PAGE_WIDTH_MM, Panel, Polygon, Stroke,
+            trace,
+        },
         number,
         page::Plate,
         sweep::capitalised,

@@ -191,6 +191,8 @@ fn of_record(report: &CalibrationReport, record: &RecordReport) -> CalibrationRe
         title: record.title,
         record_label: record.record_label,
         record_notes: record.record_notes,
+        warnings: Vec::new(),
+        diagnosis: Vec::new(),
         drive: record.drive,
         drive_origin: record.drive_origin,
         recorded: record.recorded,

@@ -42,7 +42,7 @@ use crate::{
     feature::fingerprint::FeatureSet,
     model::{self, ModelError, chain::FiniteBodyLaws},
     scene::{Scene, Support},
-    study::members::Watch,
+    study::{confirmed::with_causes, members::Watch},
 };
 
 /// Records that are fitted.
@@ -333,7 +333,7 @@ impl<'a> Bench<'a> {
             let lab = |measurand, random: &mut _| Lab { noise: NOISE, ..Lab::draw(measurand, random) };
             let (values, uncertainty) = (truth.clone(), Uncertainty::default());
             let twin = twin_at(&scene, &parameters, values, &uncertainty, (index, seed), &lab, &run);
-            let said = |error: &dyn std::error::Error| AccuracyError::NoGain { reason: chain_of(error) };
+            let said = |error: &dyn std::error::Error| AccuracyError::NoGain { reason: with_causes(error) };
             let twin = twin.map_err(|error| said(&error))?;
             Observation::new(&twin.recording, &scene.drive, FeatureSet::Full).map_err(|error| said(&error))
         };
@@ -423,11 +423,11 @@ impl<'a> Bench<'a> {
 
     fn fit(&self, scene: &Scene, ready: &Ready, way: Way, number: usize, evaluations: usize) -> Result<Fit, String> {
         let seed = self.fit_seed(number);
-        let said = |error: FitError| chain_of(&error);
+        let said = |error: FitError| with_causes(&error);
         let search = |forward: &Forward| {
             fit(forward, Search::new(forward, evaluations, seed, Strategy::Likelihood), None).map_err(said)
         };
-        let broken = |error: ModelError| chain_of(&error);
+        let broken = |error: ModelError| with_causes(&error);
         match (way, ready) {
             (Way::Correction, Ready::Bodies(bodies)) => {
                 let forward = self.chain(scene, ready, number).map_err(broken)?;
@@ -465,10 +465,4 @@ fn timed<T: Send>(work: impl FnOnce() -> T + Send) -> (T, f64) {
         let result = work();
         (result, clock.seconds() - begun)
     })
-}
-
-/// An error with what caused it.
-fn chain_of(error: &dyn std::error::Error) -> String {
-    let causes = std::iter::successors(error.source(), |cause| cause.source());
-    causes.fold(error.to_string(), |said, cause| format!("{said}: {cause}"))
 }

@@ -2,28 +2,22 @@
 
 use std::path::Path;
 
-use anyhow::Context;
-
-use super::definition::Definition;
+use super::{
+    comparison::Comparison,
+    drive::displacement,
+    observation::{Observation, Recording},
+    printed::Printed,
+    refusal::Refusal,
+};
 use crate::{
-    calibration::{
-        comparison::Comparison,
-        fit::Fit,
-        observation::{Observation, Recording},
-        parameter::{Parameter, Target},
-        printed::Printed,
-    },
-    feature::Measurand,
-    measurement::{PublishedFeatures, Record, RecordKind, read_record},
+    feature::{Measurand, Window, fingerprint::FeatureSet},
+    measurement::{PublishedFeatures, ReadOptions, Record, RecordKind, read_record},
     scene::Scene,
-    study::{
-        Bodies, EnsemblePlan,
-        confirmation::{Confirmation, ConfirmationError, confirm, confirm_printed},
-        observation::settings,
-    },
+    signal::Series,
 };
 
 /// The measurement.
+#[derive(Debug, Clone)]
 pub enum Measured {
     /// A waveform.
     Record(Box<MeasuredRecord>),
@@ -32,6 +26,7 @@ pub enum Measured {
 }
 
 /// A waveform with its fingerprint.
+#[derive(Debug, Clone)]
 pub struct MeasuredRecord {
     /// As read.
     pub record: Record,
@@ -42,6 +37,7 @@ pub struct MeasuredRecord {
 }
 
 /// Printed statements, as read and as the fit sees them.
+#[derive(Debug, Clone)]
 pub struct MeasuredFeatures {
     /// As read.
     pub published: PublishedFeatures,
@@ -50,74 +46,64 @@ pub struct MeasuredFeatures {
 }
 
 /// Whether a file is one of published features.
+#[must_use]
 pub fn is_published(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
 }
 
-/// What a simulated trace passes through before it is held against the record.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Instrument {
-    /// The bandwidth that the record states, if any.
-    AsStated,
-    /// One that was fitted, Hz.
-    Fitted {
-        /// Its cutoff.
-        bandwidth: f64,
-    },
-}
-
-impl Instrument {
-    /// Of a fit.
-    pub fn of(fit: &Fit) -> Self {
-        let fitted = |(parameter, value): (&Parameter, f64)| (parameter.target == Target::Bandwidth).then_some(value);
-        match fit.parameters.iter().zip(fit.values()).find_map(fitted) {
-            Some(bandwidth) => Self::Fitted { bandwidth },
-            None => Self::AsStated,
-        }
-    }
-}
-
 impl Measured {
-    /// Read and check a file of the definition's, for runs of `scene`; what was assumed goes to `assumptions`.
+    /// Read and check a file, for runs of `scene`; what was assumed goes to `assumptions`.
     ///
     /// # Errors
     /// Whatever is wrong with the file, or makes it incomparable with the scene.
     pub fn read(
         path: &Path,
-        definition: &Definition,
+        (quantity, set): (Measurand, FeatureSet),
+        options: &ReadOptions,
         scene: &Scene,
         assumptions: &mut Vec<String>,
-    ) -> anyhow::Result<Self> {
-        let place = path.display();
+    ) -> Result<Self, Refusal> {
         if is_published(path) {
             let published = PublishedFeatures::read(path)?;
-            let window = settings(scene).with_context(|| "the drive has no analysis window")?.window;
-            let window = window.with_context(|| "the drive has no analysis window")?;
-            let printed =
-                Printed::new(&published, scene.drive.frequency, window).with_context(|| format!("{place}"))?;
-            assumptions.extend(printed.assumptions().into_iter().map(|text| format!("{place}: {text}")));
+            let window = Window::of_drive(&displacement(scene), scene.drive.frequency).map_err(Refusal::NoWindow)?;
+            let printed = Printed::new(&published, scene.drive.frequency, window)
+                .map_err(|source| Refusal::Printed { path: path.into(), source })?;
+            assumptions.extend(printed.assumptions().into_iter().map(|text| format!("{}: {text}", path.display())));
             return Ok(Self::Published(Box::new(MeasuredFeatures { published, printed })));
         }
-        let measurand = definition.quantity;
-        let kind = match measurand {
+        let kind = match quantity {
             Measurand::Velocity => RecordKind::Vibrometer,
             Measurand::Pressure => RecordKind::Hydrophone,
         };
-        let record = read_record(path, kind, &definition.reading.options(Some(scene.drive.frequency)))?;
+        let options = ReadOptions { drive_frequency: Some(scene.drive.frequency), ..options.clone() };
+        Self::of(read_record(path, kind, &options)?, set, scene, assumptions)
+    }
+
+    /// Check a record that is read already, of a vibrometer or a hydrophone.
+    ///
+    /// # Errors
+    /// Whatever makes it incomparable with the scene.
+    pub fn of(record: Record, set: FeatureSet, scene: &Scene, assumptions: &mut Vec<String>) -> Result<Self, Refusal> {
         record.check_sampling(scene.drive.frequency)?;
-        assumptions.extend(record.assumptions.iter().chain(&record.warnings).map(|text| format!("{place}: {text}")));
+        let place = record.path.display();
+        assumptions.extend(record.assumptions.iter().map(|text| format!("{place}: {text}")));
+        let measurand = match record.kind {
+            RecordKind::Hydrophone => Measurand::Pressure,
+            _ => Measurand::Velocity,
+        };
         let recording = Recording {
             measurand,
             signal: record.series.clone(),
             noise_rms: record.noise_rms,
             bandwidth: record.bandwidth,
         };
-        let observation = Observation::new(&recording, &scene.drive, definition.features)
-            .with_context(|| format!("{place}: nothing can be fitted to it"))?;
+        let observation = Observation::new(&recording, &scene.drive, set)
+            .map_err(|source| Refusal::Observation { path: record.path.clone(), source })?;
         Ok(Self::Record(Box::new(MeasuredRecord { record, recording, observation })))
     }
 
     /// What every run is compared with.
+    #[must_use]
     pub fn comparison(&self) -> Comparison {
         match self {
             Self::Record(measured) => measured.observation.clone().into(),
@@ -126,6 +112,7 @@ impl Measured {
     }
 
     /// The file.
+    #[must_use]
     pub fn path(&self) -> &Path {
         match self {
             Self::Record(measured) => &measured.record.path,
@@ -134,6 +121,7 @@ impl Measured {
     }
 
     /// SHA-256 of the file.
+    #[must_use]
     pub fn sha256(&self) -> &str {
         match self {
             Self::Record(measured) => &measured.record.sha256,
@@ -142,6 +130,7 @@ impl Measured {
     }
 
     /// The waveform, where there is one.
+    #[must_use]
     pub fn record(&self) -> Option<&Record> {
         match self {
             Self::Record(measured) => Some(&measured.record),
@@ -149,7 +138,17 @@ impl Measured {
         }
     }
 
+    /// The waveform as the fit sees it, where there is one.
+    #[must_use]
+    pub fn trace(&self) -> Option<&Series> {
+        match self {
+            Self::Record(measured) => Some(&measured.observation.trace),
+            Self::Published(_) => None,
+        }
+    }
+
     /// The printed statements, where there is no waveform.
+    #[must_use]
     pub fn features(&self) -> Option<&MeasuredFeatures> {
         match self {
             Self::Record(_) => None,
@@ -158,34 +157,11 @@ impl Measured {
     }
 
     /// One word for it.
+    #[must_use]
     pub fn noun(&self) -> &'static str {
         match self {
             Self::Record(_) => "record",
             Self::Published(_) => "published",
-        }
-    }
-
-    /// Hold `scene` against it, on the model it asks for.
-    ///
-    /// # Errors
-    /// When the accurate run fails or cannot be compared.
-    pub fn confirm(
-        &self,
-        scene: &Scene,
-        bodies: &Bodies,
-        plan: &EnsemblePlan,
-        seen_by: Instrument,
-    ) -> Result<Confirmation, ConfirmationError> {
-        match self {
-            Self::Record(measured) => {
-                let bandwidth = match seen_by {
-                    Instrument::AsStated => measured.recording.bandwidth,
-                    Instrument::Fitted { bandwidth } => Some(bandwidth),
-                };
-                let recording = Recording { bandwidth, ..measured.recording.clone() };
-                confirm(scene, bodies, &recording, &measured.observation, plan)
-            }
-            Self::Published(measured) => confirm_printed(scene, bodies, &measured.printed, plan),
         }
     }
 }

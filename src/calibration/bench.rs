@@ -1,0 +1,105 @@
+//! The bench on which one record was made: a scene by name, what was changed in it, and the drive recorded there.
+
+use std::path::Path;
+
+use super::drive::RecordedDrive;
+use crate::{
+    measurement::{MeasurementError, ReadOptions},
+    scene::{self, ModelKind, Scene, SceneError},
+};
+
+/// A scene under any further overrides.
+#[derive(Debug, Clone)]
+pub struct Bench {
+    /// Built-in scene or scene file, as named.
+    pub source: String,
+    /// The overrides in force, in order.
+    pub overrides: Vec<String>,
+    /// Model where the scene names none.
+    pub preferred: ModelKind,
+    /// What takes the place of the scene's own drive.
+    pub drive: Option<RecordedDrive>,
+    /// Whether the drive's frequency was stated for all files, whatever they say themselves.
+    pub frequency_stated: bool,
+    /// What was assumed on reading, for people.
+    pub assumptions: Vec<String>,
+}
+
+/// How a horn tip is read.
+pub type ReadDrive = fn(&Path, &ReadOptions) -> Result<RecordedDrive, MeasurementError>;
+
+/// Why there is no bench.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BenchError {
+    /// The scene cannot be read.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// Its drive cannot be read.
+    #[error(transparent)]
+    Drive(#[from] MeasurementError),
+}
+
+impl Bench {
+    /// A scene that is driven by the record `drive`, else by what the scene says; where that is a record too it is read here.
+    ///
+    /// # Errors
+    /// [`BenchError`].
+    pub fn read(
+        source: &str,
+        overrides: Vec<String>,
+        preferred: ModelKind,
+        drive: Option<&Path>,
+        (read, options): (ReadDrive, &ReadOptions),
+    ) -> Result<Self, BenchError> {
+        let loaded = scene::load_preferring(source, &overrides, preferred)?;
+        let drive = drive.or_else(|| loaded.scene.pending_record()).map(|path| read(path, options)).transpose()?;
+        let mut assumptions = loaded.notes;
+        assumptions.extend(drive.iter().flat_map(|drive| drive.assumptions.iter().cloned()));
+        let frequency_stated = options.drive_frequency.is_some();
+        Ok(Self { source: source.into(), overrides, preferred, drive, frequency_stated, assumptions })
+    }
+
+    /// The scene, with `more` overrides on top.
+    ///
+    /// # Errors
+    /// [`SceneError`].
+    pub fn scene_with(&self, more: &[String]) -> Result<Scene, SceneError> {
+        let overrides: Vec<String> = self.overrides.iter().chain(more).cloned().collect();
+        let scene = scene::load_preferring(&self.source, &overrides, self.preferred)?.scene;
+        let Some(drive) = &self.drive else { return Ok(scene) };
+        Ok(drive.drive(scene, overrides.iter().any(|set| sets(set, "duration"))))
+    }
+
+    /// Whether an override names `key`.
+    #[must_use]
+    pub fn sets(&self, key: &str) -> bool {
+        self.overrides.iter().any(|set| sets(set, key))
+    }
+
+    /// Which model was taken where neither overrides nor notes name one, in words; `None` where they do.
+    ///
+    /// # Errors
+    /// [`SceneError`].
+    pub fn model_taken(&self) -> Result<Option<String>, SceneError> {
+        if self.sets("model.kind") || self.assumptions.iter().any(|text| text.starts_with("`model.kind`")) {
+            return Ok(None);
+        }
+        let kind = |preferred| Ok(scene::load_preferring(&self.source, &self.overrides, preferred)?.scene.model.kind);
+        let (taken, otherwise) = (kind(self.preferred)?, kind(ModelKind::Chain)?);
+        Ok(Some(match (taken == otherwise, taken) {
+            (true, kind) => format!("model `{}`, which the scene `{}` names", kind.name(), self.source),
+            (false, kind) => format!(
+                "model `{}`, as the scene names none: the chain searches, `{}` answers; --model chain stops at the chain",
+                kind.name(),
+                kind.name()
+            ),
+        }))
+    }
+}
+
+/// Whether `KEY=VALUE` is about this key.
+#[must_use]
+pub fn sets(assignment: &str, key: &str) -> bool {
+    assignment.split('=').next().is_some_and(|name| name.trim() == key)
+}

@@ -1,0 +1,89 @@
+//! From a fit to everything that a calibration leaves behind: what `calibrate` writes, and what `report verify` holds a folder against.
+
+use std::sync::Arc;
+
+use super::{ConfirmChoice, Job, ended, manifest, page};
+use crate::{
+    calibration::{Course, Fitted, fingerprints, ladder::SavedFit, outcome::CalibrationOutcome},
+    cli::{arguments::Session, interrupt, progress, summary, timing::Timing},
+    report,
+    study::confirmed::Confirmed,
+};
+
+/// Everything but the times.
+pub struct Files {
+    /// What `calibration.json` says.
+    pub outcome: CalibrationOutcome,
+    /// Every file, the manifest last.
+    pub files: report::page::Files,
+}
+
+/// Fit every candidate from where it was saved.
+///
+/// # Errors
+/// Bodies that cannot be made ready; Ctrl-C; a candidate that cannot be fitted.
+pub fn fitted(job: &Job, saved: Vec<SavedFit>, session: &Session, timing: &mut Timing) -> anyhow::Result<Fitted> {
+    let problem = &job.problem;
+    let bodies = problem.bodies(session.cache().as_ref())?;
+    if let Some(warning) = bodies.as_ref().and_then(|bodies| bodies.prepared.warning()) {
+        session.note(format_args!("warning: {warning}"));
+    }
+    timing.stage("prepare");
+    let bar = progress::work(session, problem.work(), "runs");
+    let shown = bar.clone();
+    let watch = Arc::new(move |done| {
+        shown.set_position(done);
+        !interrupt::requested()
+    });
+    let fitted = problem.fit(Course { bodies: bodies.as_ref(), saved, watch }).map_err(ended)?;
+    bar.finish_and_clear();
+    timing.stage("fit");
+    if bodies.is_some() {
+        let seconds = [fitted.searching, fitted.correcting].map(|duration| duration.as_secs_f64());
+        timing.breakdown("fit", &[("chain", seconds[0]), (problem.model(), seconds[1])]);
+    }
+    Ok(fitted)
+}
+
+impl Files {
+    /// Run the answer with the accurate integrator, hold it against the records, and make every file.
+    ///
+    /// # Errors
+    /// Ctrl-C; a run of `--confirm` that fails; a report that cannot be drawn.
+    pub fn of(job: &Job, fitted: &Fitted, session: &Session, timing: &mut Timing) -> anyhow::Result<Self> {
+        let problem = &job.problem;
+        let watch = Arc::new(|_| !interrupt::requested());
+        let confirmed = Confirmed::of(problem, fitted, session.cache(), watch);
+        interrupt::check()?;
+        timing.stage("confirm");
+        let fea = job.confirm.map(|ConfirmChoice::Fea| by_fea(fitted, session)).transpose()?;
+        if fea.is_some() {
+            timing.stage("fea");
+        }
+        let outcome = CalibrationOutcome {
+            program: job.program.clone(),
+            rungs: fitted.best().rungs(problem, fea.as_deref()),
+            ..confirmed.outcome(problem, fitted)
+        };
+        let report = page::report(job, fitted, &confirmed, &outcome, fea.as_deref())?;
+        let mut files: report::page::Files = vec![("calibration.json".into(), summary::json(&outcome)?)];
+        files.extend(report.files()?);
+        files.push((fingerprints::FILE.into(), fitted.fingerprints(problem)?));
+        let manifest = manifest::Manifest::of(job, &files)?;
+        files.push((manifest::FILE.into(), summary::json(&manifest)?));
+        timing.stage("report");
+        Ok(Self { outcome, files })
+    }
+}
+
+/// Features of one finite element run at the answer.
+fn by_fea(fitted: &Fitted, session: &Session) -> anyhow::Result<Vec<f64>> {
+    let bar = progress::simulated_time(session, "fea");
+    let features = fitted.best().by_fea(&mut |time, duration| {
+        progress::advance_to(&bar, time, duration);
+        !interrupt::requested()
+    });
+    bar.finish_and_clear();
+    interrupt::check()?;
+    Ok(features?)
+}
