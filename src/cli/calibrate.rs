@@ -248,7 +248,7 @@ pub(super) fn prepare(arguments: Arguments, told: Vec<String>) -> anyhow::Result
     let alone = definition.companions.is_empty();
     let experiment =
         if alone { Experiment::for_fit(&definition.scene)? } else { Experiment::for_joint_fit(&definition.scene)? };
-    assumptions.extend(experiment.assumptions.iter().cloned());
+    assumptions.extend(experiment.assumptions.iter().chain(&experiment.warnings).cloned());
     let scene = experiment.scene_with(&[])?;
     refuse_silent_scene(&definition, &scene)?;
     let model_taken = if alone {

@@ -16,9 +16,8 @@ use super::{
     reading::ReadArguments,
 };
 use crate::{
-    measurement::{Baseline, MeasurementError, ReadOptions, RecordKind, read_record},
+    measurement::{Baseline, HornDrive, MeasurementError, ReadOptions, RecordKind, read_record},
     scene::{self, ModelKind, Scene, SceneError},
-    signal::Series,
 };
 
 /// A file that went into a run.
@@ -53,44 +52,45 @@ pub struct Experiment {
     keep_duration: bool,
     /// What was assumed on the way, for people.
     pub assumptions: Vec<String>,
+    /// What looks wrong with the horn's record and what it spoils.
+    pub warnings: Vec<String>,
 }
 
 /// A horn-tip record, ready to drive.
 #[derive(Debug, Clone)]
 struct RecordedDrive {
     input: Input,
-    displacement: Series,
-    frequency: f64,
+    drive: HornDrive,
     baseline_error: Option<f64>,
 }
 
 impl RecordedDrive {
     /// With the baseline of the plateau, or of the first samples where the burst is too short to have one.
-    fn read_at_plateau(
-        path: &Path,
-        options: &ReadOptions,
-        assumptions: &mut Vec<String>,
-    ) -> Result<Self, MeasurementError> {
+    fn read_at_plateau(path: &Path, options: &ReadOptions, said: &mut Said) -> Result<Self, MeasurementError> {
         let at_plateau = ReadOptions { baseline: Baseline::Plateau, ..options.clone() };
-        match Self::read(path, &at_plateau, assumptions) {
-            Err(MeasurementError::NoPlateau { .. }) => Self::read(path, options, assumptions),
+        match Self::read(path, &at_plateau, said) {
+            Err(MeasurementError::NoPlateau { .. }) => Self::read(path, options, said),
             read => read,
         }
     }
 
-    fn read(path: &Path, options: &ReadOptions, assumptions: &mut Vec<String>) -> Result<Self, MeasurementError> {
+    fn read(path: &Path, options: &ReadOptions, said: &mut Said) -> Result<Self, MeasurementError> {
         let record = read_record(path, RecordKind::HornTip, options)?;
-        let displacement = record.to_drive()?;
-        let frequency =
-            record.drive_frequency().ok_or_else(|| MeasurementError::NoDriveFrequency { path: record.path.clone() })?;
-        let statement = record.drive_statement(frequency);
+        let drive = record.to_drive()?;
         let baseline_error = record.baseline_error;
-        let mut said = record.assumptions;
-        said.extend(record.warnings);
-        said.push(format!("drive frequency {:.4} kHz; {statement}", frequency * 1e-3));
-        assumptions.extend(said.into_iter().map(|text| format!("{}: {text}", path.display())));
-        Ok(Self { input: Input { path: record.path, sha256: record.sha256 }, displacement, frequency, baseline_error })
+        let frequency = format!("drive frequency {:.4} kHz; {}", drive.drive_frequency * 1e-3, drive.statement());
+        let place = |text: String| format!("{}: {text}", path.display());
+        said.assumptions.extend(record.assumptions.into_iter().chain([frequency]).map(place));
+        said.warnings.extend(record.warnings.into_iter().chain(drive.warnings()).map(place));
+        Ok(Self { input: Input { path: record.path, sha256: record.sha256 }, drive, baseline_error })
     }
+}
+
+/// What is said of a record.
+#[derive(Debug, Default)]
+struct Said {
+    assumptions: Vec<String>,
+    warnings: Vec<String>,
 }
 
 impl Experiment {
@@ -182,7 +182,9 @@ impl Experiment {
         }
         overrides.extend(arguments.set.iter().cloned());
         let keep_duration = overrides.iter().any(|set| sets(set, "duration"));
-        let mut experiment = Self { source, overrides, preferred, recorded: None, keep_duration, assumptions };
+        let warnings = Vec::new();
+        let mut experiment =
+            Self { source, overrides, preferred, recorded: None, keep_duration, assumptions, warnings };
 
         let loaded = scene::load_preferring(&experiment.source, &experiment.overrides, preferred)?;
         experiment.assumptions.extend(loaded.notes);
@@ -193,7 +195,10 @@ impl Experiment {
         let record = arguments.drive.clone().or(calibrated_drive);
         if let Some(path) = record.or_else(|| loaded.scene.pending_record().map(Path::to_path_buf)) {
             let read = if plateau { RecordedDrive::read_at_plateau } else { RecordedDrive::read };
-            experiment.recorded = Some(read(&path, &options, &mut experiment.assumptions)?);
+            let mut said = Said::default();
+            experiment.recorded = Some(read(&path, &options, &mut said)?);
+            experiment.assumptions.extend(said.assumptions);
+            experiment.warnings.extend(said.warnings);
             if replaced {
                 experiment.refuse_drive_keys(arguments.set.iter().map(String::as_str))?;
             }
@@ -232,10 +237,11 @@ impl Experiment {
         let mut scene = scene::load_preferring(&self.source, &overrides, self.preferred)?.scene;
         if let Some(recorded) = &self.recorded {
             if !(self.keep_duration || more.iter().any(|set| sets(set, "duration"))) {
-                scene.duration = (recorded.displacement.end() / scene.output_step).floor() * scene.output_step;
+                scene.duration = (recorded.drive.recorded_until / scene.output_step).floor() * scene.output_step;
             }
             let file = Some(recorded.input.path.clone());
-            scene = scene.with_drive_record(recorded.displacement.clone(), recorded.frequency, file);
+            let HornDrive { displacement, recorded_until, drive_frequency, .. } = &recorded.drive;
+            scene = scene.with_continued_record(displacement.clone(), *recorded_until, *drive_frequency, file);
         }
         Ok(scene)
     }
@@ -286,6 +292,12 @@ impl Experiment {
     #[must_use]
     pub fn drive_input(&self) -> Option<&Input> {
         self.recorded.as_ref().map(|recorded| &recorded.input)
+    }
+
+    /// The drive that was made of the record, where there is one.
+    #[must_use]
+    pub fn horn_drive(&self) -> Option<&HornDrive> {
+        self.recorded.as_ref().map(|recorded| &recorded.drive)
     }
 
     /// Standard error of the horn's baseline, m, where a record of it tells.
