@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     fs::write(&horn_file, horn_tip_csv(&horn, &comments))?;
 
     let options = ReadOptions { baseline: Baseline::Plateau, ..ReadOptions::default() };
-    let drive = read_record(&horn_file, RecordKind::HornTip, &options)?.to_drive()?;
+    let drive = read_record(&horn_file, RecordKind::HornTip, &options)?.to_drive()?.displacement;
     let mut truth = scene.clone().with_drive_record(drive, scene.drive.frequency, Some(horn_file));
     truth.amplitude_scale = ALPHA;
     truth.damping.linear = DAMPING;

@@ -35,17 +35,20 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     // 2. The scene, driven by the record in place of its own tone burst.
-    let displacement = horn.to_drive()?;
-    let duration = displacement.end();
-    let mut scene = scene::load("annulus", &["alpha=0.5".into()])?.with_drive_record(displacement, frequency, None);
-    scene.duration = duration;
+    let drive = horn.to_drive()?;
+    println!("assumed: {}", drive.statement());
+    let origin = drive.origin;
+    let mut scene = scene::load("annulus", &["alpha=0.5".into()])?;
+    scene.duration = drive.recorded_until;
+    let scene = scene.with_continued_record(drive.displacement, drive.recorded_until, frequency, None);
 
     // 3. One accurate run.
     let response = model::run(&scene, &mut |_| true)?;
     println!("{} steps, {} contact events", response.work.steps, response.work.events);
 
     // 4. As the laboratory would have seen it: its bandwidth, its instants (the reader has taken out the decoder's delay).
-    let conditioning = Conditioning { bandwidth: seen.bandwidth, ..Conditioning::onto(&seen.series) };
+    // The model's time 0 is `origin` on the records' axis.
+    let conditioning = Conditioning { bandwidth: seen.bandwidth, delay: origin, ..Conditioning::onto(&seen.series) };
     let simulated = conditioning.apply(&response.pole_velocity);
 
     // 5. The same features of both, where the drive's envelope exceeds half its peak.

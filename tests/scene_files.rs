@@ -177,7 +177,11 @@ fn a_record_is_named_relative_to_its_scene_file_and_filled_in_by_the_caller() {
     let series = Series::new(0.0, 1e-6, vec![0.0; 8]);
     let filled = scene.with_drive_record(series.clone(), 73.1e3, None);
     assert_eq!(filled.pending_record(), None);
-    let kind = DriveKind::Record { displacement: series, file: Some(PathBuf::from("bench/horn_tip.csv")) };
+    let kind = DriveKind::Record {
+        recorded_until: series.end(),
+        displacement: series,
+        file: Some(PathBuf::from("bench/horn_tip.csv")),
+    };
     assert_eq!(filled.drive, Drive { kind, amplitude: 1.0, frequency: 73.1e3 });
 }
 

@@ -71,6 +71,12 @@ impl Bench {
         Ok(drive.drive(scene, overrides.iter().any(|set| sets(set, "duration"))))
     }
 
+    /// What looks wrong in the record that drives.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        self.drive.as_ref().map_or(&[], |drive| &drive.warnings)
+    }
+
     /// Whether an override names `key`.
     #[must_use]
     pub fn sets(&self, key: &str) -> bool {

@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 use thiserror::Error;
 
 use crate::{
-    measurement::{Baseline, MeasurementError, ReadOptions, Record, RecordKind, read_record},
+    measurement::{Baseline, HornDrive, MeasurementError, ReadOptions, Record, RecordKind, read_record},
     scene::Scene,
     signal::Series,
 };
@@ -65,10 +65,8 @@ pub fn beside(measured: &Path) -> Option<PathBuf> {
 pub struct RecordedDrive {
     /// The file.
     pub input: Input,
-    /// Displacement of the piston, m.
-    pub displacement: Series,
-    /// f0, Hz.
-    pub frequency: f64,
+    /// The motion that was made of it.
+    pub motion: HornDrive,
     /// Standard error of the horn's baseline, m, where the record tells.
     pub baseline_error: Option<f64>,
     /// What was understood and assumed on reading, for people.
@@ -104,27 +102,25 @@ impl RecordedDrive {
     /// # Errors
     /// [`MeasurementError`] when it cannot drive, or does not tell its frequency.
     pub fn of(record: Record) -> Result<Self, MeasurementError> {
-        let displacement = record.to_drive()?;
-        let frequency =
-            record.drive_frequency().ok_or_else(|| MeasurementError::NoDriveFrequency { path: record.path.clone() })?;
-        let frequency_is =
-            format!("drive frequency {:.4} kHz; {}", frequency * 1e-3, record.drive_statement(frequency));
+        let motion = record.to_drive()?;
+        let frequency = format!("drive frequency {:.4} kHz; {}", motion.drive_frequency * 1e-3, motion.statement());
         let placed = |text: &String| format!("{}: {text}", record.path.display());
-        let assumptions = record.assumptions.iter().chain([&frequency_is]).map(placed).collect();
-        let warnings = record.warnings.iter().map(placed).collect();
+        let assumptions = record.assumptions.iter().chain([&frequency]).map(placed).collect();
+        let warnings = record.warnings.iter().chain(&motion.warnings()).map(placed).collect();
         let baseline_error = record.baseline_error;
         let input = Input { path: record.path, sha256: record.sha256 };
-        Ok(Self { input, displacement, frequency, baseline_error, assumptions, warnings })
+        Ok(Self { input, motion, baseline_error, assumptions, warnings })
     }
 
     /// The scene under this drive, for as long as the record lasts unless it keeps its own duration.
     #[must_use]
     pub fn drive(&self, mut scene: Scene, keep_duration: bool) -> Scene {
+        let HornDrive { displacement, recorded_until, drive_frequency, .. } = &self.motion;
         if !keep_duration {
-            scene.duration = (self.displacement.end() / scene.output_step).floor() * scene.output_step;
+            scene.duration = (recorded_until / scene.output_step).floor() * scene.output_step;
         }
         let file = Some(self.input.path.clone());
-        scene.with_drive_record(self.displacement.clone(), self.frequency, file)
+        scene.with_continued_record(displacement.clone(), *recorded_until, *drive_frequency, file)
     }
 }
 

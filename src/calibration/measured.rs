@@ -4,14 +4,14 @@ use std::path::Path;
 
 use super::{
     comparison::Comparison,
-    drive::displacement,
+    drive::{RecordedDrive, displacement},
     observation::{Observation, Recording},
     printed::Printed,
     refusal::Refusal,
 };
 use crate::{
     feature::{Measurand, Window, fingerprint::FeatureSet},
-    measurement::{PublishedFeatures, ReadOptions, Record, RecordKind, read_record},
+    measurement::{Beginning, PublishedFeatures, ReadOptions, Record, RecordKind, read_record},
     scene::Scene,
     signal::Series,
 };
@@ -52,7 +52,7 @@ pub fn is_published(path: &Path) -> bool {
 }
 
 impl Measured {
-    /// Read and check a file, for runs of `scene`; what was assumed goes to `assumptions`.
+    /// Read and check a file, for runs of `scene` under `drive` where that was recorded; what was assumed goes to `assumptions`.
     ///
     /// # Errors
     /// Whatever is wrong with the file, or makes it incomparable with the scene.
@@ -60,7 +60,7 @@ impl Measured {
         path: &Path,
         (quantity, set): (Measurand, FeatureSet),
         options: &ReadOptions,
-        scene: &Scene,
+        (scene, drive): (&Scene, Option<&RecordedDrive>),
         assumptions: &mut Vec<String>,
     ) -> Result<Self, Refusal> {
         if is_published(path) {
@@ -76,14 +76,19 @@ impl Measured {
             Measurand::Pressure => RecordKind::Hydrophone,
         };
         let options = ReadOptions { drive_frequency: Some(scene.drive.frequency), ..options.clone() };
-        Self::of(read_record(path, kind, &options)?, set, scene, assumptions)
+        Self::of(read_record(path, kind, &options)?, set, (scene, drive), assumptions)
     }
 
     /// Check a record that is read already, of a vibrometer or a hydrophone.
     ///
     /// # Errors
     /// Whatever makes it incomparable with the scene.
-    pub fn of(record: Record, set: FeatureSet, scene: &Scene, assumptions: &mut Vec<String>) -> Result<Self, Refusal> {
+    pub fn of(
+        record: Record,
+        set: FeatureSet,
+        (scene, drive): (&Scene, Option<&RecordedDrive>),
+        assumptions: &mut Vec<String>,
+    ) -> Result<Self, Refusal> {
         record.check_sampling(scene.drive.frequency)?;
         let place = record.path.display();
         assumptions.extend(record.assumptions.iter().map(|text| format!("{place}: {text}")));
@@ -96,6 +101,7 @@ impl Measured {
             signal: record.series.clone(),
             noise_rms: record.noise_rms,
             bandwidth: record.bandwidth,
+            begins_late: drive.is_some_and(|drive| matches!(drive.motion.begins, Beginning::Inside { .. })),
         };
         let observation = Observation::new(&recording, &scene.drive, set)
             .map_err(|source| Refusal::Observation { path: record.path.clone(), source })?;
@@ -144,6 +150,17 @@ impl Measured {
         match self {
             Self::Record(measured) => Some(&measured.observation.trace),
             Self::Published(_) => None,
+        }
+    }
+
+    /// What looks wrong in it, and what is left out for that.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        match self {
+            Self::Record(measured) => {
+                [measured.record.warnings.clone(), measured.observation.warnings.clone()].concat()
+            }
+            Self::Published(_) => vec![],
         }
     }
 

@@ -37,6 +37,8 @@ pub struct Recording {
     pub noise_rms: f64,
     /// Bandwidth of the instrument, Hz, if stated.
     pub bandwidth: Option<f64>,
+    /// Whether the record of the drive begins inside its burst, so that nobody knows what the chain did first.
+    pub begins_late: bool,
 }
 
 /// Why a record cannot be fitted to.
@@ -100,6 +102,8 @@ pub struct Observation {
     pub features: Vec<f64>,
     /// Smallest scatter allowed to each feature, in ln.
     pub nuggets: Vec<f64>,
+    /// What is left out and why, in words; shown beside the verdict.
+    pub warnings: Vec<String>,
 }
 
 impl Observation {
@@ -142,9 +146,27 @@ impl Observation {
             drive_frequency,
         )
         .ok_or(ObservationError::TooShort { available_cycles: available, needed_cycles: Fingerprint::FEWEST_CYCLES })?;
+        // At rest no trace is beyond the threshold within the first quarter of a period.
+        let moving = onset < SAMPLES_PER_CYCLE / 4;
+        let (fingerprint, warnings) = if moving || recording.begins_late {
+            let which = if moving {
+                "the record begins inside the answer"
+            } else {
+                "the drive's record begins inside its burst"
+            };
+            let warning = format!(
+                "{which}: early peaks and the extremes of the whole are not compared, only the {} periods from the {}th on; record \
+                 from before the burst on",
+                fingerprint.cycles_needed() - fingerprint.late_start(),
+                fingerprint.late_start()
+            );
+            (fingerprint.late_only(), vec![warning])
+        } else {
+            (fingerprint, vec![])
+        };
         let features = fingerprint.measure(&trace)?;
         let nuggets = fingerprint.early().iter().map(|&early| if early { EARLY_NUGGET } else { LATE_NUGGET }).collect();
         let bandwidth = recording.bandwidth;
-        Ok(Self { trace, cutoff, bandwidth, noise_density, fingerprint, features, nuggets })
+        Ok(Self { trace, cutoff, bandwidth, noise_density, fingerprint, features, nuggets, warnings })
     }
 }

@@ -237,11 +237,9 @@ impl Problem {
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let of = |shot: &Shot| {
-            let drive = shot.bench.drive.iter().flat_map(|drive| drive.warnings.clone());
-            let record = shot.measured.record().into_iter();
-            let record = record.flat_map(|it| {
-                it.warnings.iter().map(|text| format!("{}: {text}", it.path.display())).collect::<Vec<_>>()
-            });
+            let drive = shot.bench.warnings().iter().cloned();
+            let place = shot.measured.path().display();
+            let record = shot.measured.warnings().into_iter().map(|text| format!("{place}: {text}"));
             record.chain(drive).collect::<Vec<_>>()
         };
         let mut warnings: Vec<String> = Vec::new();

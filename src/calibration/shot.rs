@@ -82,11 +82,12 @@ impl ShotPlan {
         assumptions: &mut Vec<String>,
     ) -> Result<(Measured, Comparison), Refusal> {
         let set = plan.features.unwrap_or(FeatureSet::Full);
+        let driven = (scene, self.bench.drive.as_ref());
         let measured = match &self.source {
             Source::File(path, options) => {
-                Measured::read(path, (plan.quantity.unwrap_or_default(), set), options, scene, assumptions)?
+                Measured::read(path, (plan.quantity.unwrap_or_default(), set), options, driven, assumptions)?
             }
-            Source::Record(record) => Measured::of((**record).clone(), set, scene, assumptions)?,
+            Source::Record(record) => Measured::of((**record).clone(), set, driven, assumptions)?,
         };
         let comparison = measured.comparison().weighted(&plan.weights)?;
         Ok((measured, comparison))

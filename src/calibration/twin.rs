@@ -312,7 +312,7 @@ pub fn twin_at(
     let options = ReadOptions { drive_frequency: Some(scene.drive.frequency), ..ReadOptions::default() };
     let record = read_record_bytes(&name, &csv, Some(kind), &options)?;
     let Record { series, noise_rms, bandwidth, .. } = record;
-    let recording = Recording { measurand, signal: series, noise_rms, bandwidth };
+    let recording = Recording { measurand, signal: series, noise_rms, bandwidth, begins_late: false };
     Ok(Twin { truth, csv, recording })
 }
 

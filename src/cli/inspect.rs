@@ -10,7 +10,8 @@ use serde::Serialize;
 
 use crate::{
     measurement::{
-        PublishedFeatures, ReadOptions, Record, RecordKind, RecordedQuantity, Statement, inspect_record, read_record,
+        NoiseSource, PublishedFeatures, ReadOptions, Record, RecordKind, RecordedQuantity, Statement, inspect_record,
+        read_record,
     },
     signal::Dimension,
 };
@@ -161,7 +162,7 @@ impl Summary {
     fn of(record: &Record, beside: Option<f64>) -> Self {
         let values = &record.series.values;
         let peak = record.series.peak();
-        let noise = (record.pretrigger > 0).then_some(record.noise_rms);
+        let noise = (record.noise_source != NoiseSource::Unknown).then_some(record.noise_rms);
         let (drive_frequency_hz, drive_frequency_from) = match (record.stated_drive_frequency, record.kind, beside) {
             (Some(stated), ..) if record.options.drive_frequency.is_some() => (Some(stated), "--drive-frequency"),
             (Some(stated), ..) => (Some(stated), "the file's header"),

@@ -39,6 +39,9 @@ pub struct ReadArguments {
     /// Instant of the trigger on the file's time axis, such as 50us; it becomes t = 0
     #[arg(long, value_name = "QUANTITY", value_parser = time, allow_hyphen_values = true, help_heading = "Reading")]
     pub trigger: Option<f64>,
+    /// Take the drive frequency as stated, though the strongest line of the horn's record is another
+    #[arg(long, help_heading = "Reading")]
+    pub force_frequency: bool,
     /// What is done about cells such as n/a
     #[arg(long, value_enum, default_value = "refuse", help_heading = "Reading")]
     pub missing: Missing,
@@ -80,6 +83,7 @@ impl ReadArguments {
             delay: self.delay,
             trigger: self.trigger,
             drive_frequency,
+            force_frequency: self.force_frequency,
             missing: self.missing,
             delimiter: self.delimiter,
             decimal: self.decimal,

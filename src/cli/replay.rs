@@ -112,6 +112,12 @@ pub struct Summary {
     pub effects: Vec<Effect>,
     /// What was assumed on the way.
     pub assumptions: Vec<String>,
+    /// What looks wrong with the horn's record, and what it spoils.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
+    /// Instant of the horn's record (t = 0 at its trigger) at time 0 of `response.csv`, where a record drives.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive_origin_s: Option<f64>,
     /// Files that went in.
     pub inputs: summary::Inputs,
 }
@@ -131,6 +137,9 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let Arguments { analysis, output, session, .. } = &arguments;
     for assumption in &experiment.assumptions {
         session.note(format_args!("assumed: {assumption}"));
+    }
+    for warning in experiment.warnings() {
+        session.note(format_args!("warning: {warning}"));
     }
     // A long run is kept when it is stopped.
     let stage = |out| match scene.model.kind {
@@ -232,6 +241,8 @@ impl Job<'_> {
             published: published(scene),
             effects: effects(scene),
             assumptions,
+            warnings: experiment.warnings().to_vec(),
+            drive_origin_s: experiment.drive.as_ref().map(|drive| drive.motion.origin),
             inputs: summary::Inputs::new(experiment, calibrated)?,
             features,
         };

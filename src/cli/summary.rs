@@ -270,7 +270,7 @@ fn drive(scene: &Scene) -> String {
             format!("tone burst of {} cycles and {peak}, ring-up {}", short(*cycles), engineering(*ring_up, "s", 3))
         }
         DriveKind::GaussianBurst { cycles } => format!("Gaussian burst of {} cycles and {peak}", short(*cycles)),
-        DriveKind::Record { displacement, file } => {
+        DriveKind::Record { displacement, file, .. } => {
             let name = file.as_ref().map_or("in memory".into(), |file| file.display().to_string());
             format!("record {name} of {}", engineering(displacement.peak(), "m", 3))
         }

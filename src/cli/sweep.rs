@@ -85,6 +85,9 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     for assumption in &bench.assumptions {
         session.note(format_args!("assumed: {assumption}"));
     }
+    for warning in bench.warnings() {
+        session.note(format_args!("warning: {warning}"));
+    }
     let ensemble = ensemble.map(|members| EnsemblePlan::new(members as usize, session.seed()));
     let plan = plan_of(&base, &grid, ensemble.as_ref())?;
     timing.stage("read");

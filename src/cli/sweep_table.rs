@@ -131,6 +131,8 @@ impl SweepTable<'_> {
             "settings": summary::Settings::new(self.scene, experiment, seed),
             "published": self.published,
             "assumptions": experiment.assumptions,
+            "warnings": experiment.warnings(),
+            "drive_origin_s": experiment.drive.as_ref().map(|drive| drive.motion.origin),
             "inputs": summary::Inputs::new(experiment, calibrated)?,
         }))
     }

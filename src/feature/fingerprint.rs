@@ -255,6 +255,12 @@ impl Fingerprint {
         self.threshold
     }
 
+    /// Drive periods after the onset at which the late window begins.
+    #[must_use]
+    pub fn late_start(&self) -> usize {
+        self.late_start
+    }
+
     /// Drive periods a trace must have after its onset.
     #[must_use]
     pub fn cycles_needed(&self) -> usize {

@@ -13,6 +13,8 @@ pub(super) const FEWEST_PERIODS: usize = 4;
 
 /// Largest rms of quiet samples, as a fraction of the record's peak.
 const QUIET_RMS: f64 = 0.05;
+/// Share of the variance of quiet samples that the drive's lines may explain: of 35 samples of white noise 13 unknowns explain a third.
+const MOVED_SHARE: f64 = 0.6;
 /// The later half of quiet samples may have this many times the rms of the earlier half.
 const QUIET_GROWTH: f64 = 2.0;
 
@@ -35,12 +37,13 @@ pub(super) fn median(values: &[f64]) -> f64 {
 
 /// Number of quiet samples at the start of a record.
 ///
-/// With samples before the trigger those are the candidates, else the samples before the first departure by a tenth of the
+/// The samples before the trigger are the candidates; where there are none or they are not quiet, as of a burst that begins before its trigger, the
+/// samples before the first departure by a tenth of the
 /// peak (and, to stay clear of a slow ring-up, ever shorter parts of them). Candidates are quiet if there are at
 /// least 8, their rms about their mean is below 5 % of the record's peak, and the later half has at most twice the rms
 /// of the earlier half. Samples of a record without a trigger must moreover cross their mean at least four times, or differ
 /// by the resolution only: the beginning of a finely sampled cycle does neither.
-pub(super) fn quiet_lead(values: &[f64], before_trigger: usize) -> usize {
+pub(super) fn quiet_lead(values: &[f64], before_trigger: usize, period: Option<f64>) -> usize {
     let median = median(values);
     let peak = values.iter().fold(0.0, |peak, x| f64::max(peak, (x - median).abs()));
     let smallest_step = values
@@ -58,8 +61,8 @@ pub(super) fn quiet_lead(values: &[f64], before_trigger: usize) -> usize {
         let (early, late) = values[..count].split_at(count / 2);
         rms <= QUIET_RMS * peak && about(late) <= QUIET_GROWTH * about(early) + smallest_step
     };
-    if before_trigger > 0 {
-        return if is_quiet(before_trigger) { before_trigger } else { 0 };
+    if is_quiet(before_trigger) {
+        return before_trigger;
     }
     let level = values.iter().take(FEWEST_QUIET).sum::<f64>() / FEWEST_QUIET.min(values.len()).max(1) as f64;
     let onset = values.iter().position(|x| (x - level).abs() > 0.1 * peak).unwrap_or(0);
@@ -68,11 +71,25 @@ pub(super) fn quiet_lead(values: &[f64], before_trigger: usize) -> usize {
         let crossings = values[..count].windows(2).filter(|pair| (pair[0] > mean) != (pair[1] > mean)).count();
         rms <= smallest_step || crossings >= 4
     };
+    // The first cycles of a slow envelope are small, and motion.
+    let moves = |count: usize| {
+        period.is_some_and(|period| (count as f64) < 0.5 * period || line_share(&values[..count], period) > MOVED_SHARE)
+    };
     [0.8, 0.6, 0.45, 0.3]
         .iter()
         .map(|part| (onset as f64 * part) as usize)
-        .find(|&count| is_quiet(count) && wavers(count))
+        .find(|&count| is_quiet(count) && wavers(count) && !moves(count))
         .unwrap_or(0)
+}
+
+/// Share of the variance of `values` about their mean that lines of `period` (samples) explain, mean and lines fitted together.
+fn line_share(values: &[f64], period: f64) -> f64 {
+    let (mean, rms) = mean_and_rms(values);
+    let reach = values.len();
+    let lines = super::continuation::Continuation::fit(|i| values[i] - mean, reach, 0.0, period);
+    let Some(lines) = lines.filter(|_| rms > 0.0) else { return 0.0 };
+    let left = values.iter().enumerate().map(|(i, x)| (x - mean - lines.at(i as f64)).powi(2)).sum::<f64>();
+    1.0 - left / (reach as f64 * rms * rms)
 }
 
 /// Hann-weighted mean of `series` over the largest whole number of drive periods in its plateau, or how many periods there
@@ -235,16 +252,17 @@ mod tests {
     #[test]
     fn a_ring_up_is_not_quiet_and_a_pretrigger_is() {
         let values = burst(0.0).values;
-        assert_eq!(quiet_lead(&values, 250), 250);
-        assert_eq!(quiet_lead(&values, 900), 0);
-        let detected = quiet_lead(&values, 0);
+        assert_eq!(quiet_lead(&values, 250, None), 250);
+        // The trigger lies inside the burst, which begins at sample 250: the samples before that are quiet all the same.
+        assert_eq!(quiet_lead(&values, 900, None), quiet_lead(&values, 0, None));
+        let detected = quiet_lead(&values, 0, None);
         assert!((60..=300).contains(&detected), "{detected}");
         let tone: Vec<f64> = (0..1000).map(|i| (0.1 * f64::from(i)).sin()).collect();
-        assert_eq!(quiet_lead(&tone, 0), 0);
+        assert_eq!(quiet_lead(&tone, 0, None), 0);
         // A hum of a fifth of the peak before the trigger gives no baseline.
         let hum: Vec<f64> = (0..2000).map(|i| (0.3 * f64::from(i)).sin() * if i < 300 { 0.2 } else { 1.0 }).collect();
-        assert_eq!(quiet_lead(&hum, 300), 0);
+        assert_eq!(quiet_lead(&hum, 300, None), 0);
         let fine: Vec<f64> = (0..10_000).map(|i| (1e-3 * f64::from(i)).sin()).collect();
-        assert_eq!(quiet_lead(&fine, 0), 0);
+        assert_eq!(quiet_lead(&fine, 0, None), 0);
     }
 }

@@ -541,6 +541,21 @@ pub enum MeasurementError {
         /// Drive frequency, Hz.
         frequency: f64,
     },
+    /// The horn moves at another frequency than stated.
+    #[error(
+        "{}: expected a strongest line at the drive frequency of {:.4} kHz ({place}), found it at {:.4} kHz; correct the frequency or the unit of \
+         time, or pass --force-frequency", path.display(), stated / 1e3, found / 1e3
+    )]
+    FrequencyDisagrees {
+        /// The file.
+        path: PathBuf,
+        /// As stated, Hz.
+        stated: f64,
+        /// Where it is stated.
+        place: &'static str,
+        /// The strongest line, Hz.
+        found: f64,
+    },
     /// Too few samples a cycle.
     #[error(
         "{}: expected at least 4 samples a drive cycle ({:.1} kHz for a drive of {:.4} kHz), found a sample rate of \

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::signal::{Dimension, Quantity, Series};
 
 use super::{
-    MeasurementError, Place, ReadOptions,
+    MeasurementError, NoiseSource, Place, ReadOptions, RecordedQuantity,
     dialect::Dialect,
     encoding::Encoding,
     sampling::Sampled,
@@ -229,6 +229,31 @@ impl Notes {
                 hertz(bandwidth),
                 hertz(raw.sample_rate())
             ));
+        }
+    }
+
+    /// How much of what was recorded is noise, and what that was told from.
+    pub(super) fn about_noise_source(
+        &mut self,
+        recorded: RecordedQuantity,
+        rms: f64,
+        source: NoiseSource,
+        step: Option<f64>,
+    ) {
+        let dimension = match recorded {
+            RecordedQuantity::Displacement => Dimension::LENGTH,
+            RecordedQuantity::Velocity => Dimension::VELOCITY,
+            RecordedQuantity::Pressure => Dimension::PRESSURE,
+        };
+        let shown = |value: f64| Quantity::new(format!("{value:.2e}").parse().unwrap_or(value), dimension);
+        match source {
+            NoiseSource::Unknown => self.assume("noise: unknown, taken as none".into()),
+            NoiseSource::Quantisation => {}
+            source => self.assume(format!("noise: {} rms ({})", shown(rms), source.describe())),
+        }
+        if let Some(step) = step {
+            let counts = if source == NoiseSource::Quantisation { ": noise of step/√12" } else { "" };
+            self.assume(format!("quantised in steps of {}{counts}", shown(step)));
         }
     }
 

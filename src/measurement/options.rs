@@ -79,6 +79,8 @@ pub struct ReadOptions {
     pub trigger: Option<f64>,
     /// Drive frequency f0, Hz, where it is known.
     pub drive_frequency: Option<f64>,
+    /// Whether a horn tip's drive frequency is taken as stated though its strongest line is another.
+    pub force_frequency: bool,
     /// What is done about missing cells.
     pub missing: Missing,
     /// What separates the values, where the file can be read in two ways.

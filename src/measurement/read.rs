@@ -11,11 +11,13 @@ use sha2::{Digest, Sha256};
 use crate::signal::{Dimension, Series, Unit, integral};
 
 use super::{
-    Baseline, MeasurementError, ReadOptions, Record, RecordKind, RecordedQuantity, Sensitivity,
+    Baseline, MeasurementError, NoiseSource, ReadOptions, Record, RecordKind, RecordedQuantity, Sensitivity,
     baseline::{FEWEST_PERIODS, FEWEST_QUIET, mean_and_rms, plateau_mean, quiet_lead, without_drift},
-    header, line,
+    estimate, header, line,
+    noise::{noise, noise_band},
     notes::{Notes, hertz, written},
     place::SampleLines,
+    quantisation::quantisation_step,
     sampling, table,
 };
 
@@ -145,7 +147,9 @@ pub fn read_record_bytes(
 
     // Rounded to nothing where the axis is meant to hold the trigger.
     let before_trigger = raw.values.len().min((((trigger - start) / step) - 1e-6).ceil().max(0.0) as usize);
-    let pretrigger = quiet_lead(&raw.values, before_trigger);
+    let stated_drive_frequency = options.drive_frequency.or(said.drive_frequency);
+    let likely = stated_drive_frequency.or_else(|| line::strongest_line(&raw));
+    let pretrigger = quiet_lead(&raw.values, before_trigger, likely.map(|frequency| 1.0 / (frequency * step)));
     if before_trigger >= FEWEST_QUIET && pretrigger == 0 {
         notes.warn(format!(
             "the {before_trigger} samples before the trigger are not quiet, so they give neither baseline nor noise; check \
@@ -153,14 +157,13 @@ pub fn read_record_bytes(
         ));
     } else if before_trigger == 0 && pretrigger > 0 {
         notes.assume(format!("no samples before the trigger; the first {pretrigger} are quiet and are taken as such"));
+    } else if pretrigger < before_trigger && pretrigger > 0 {
+        notes.assume(format!(
+            "motion begins before the trigger; the first {pretrigger} of the {before_trigger} samples before it are quiet and are taken as such"
+        ));
     }
 
-    let stated_drive_frequency = options.drive_frequency.or(said.drive_frequency);
-    let frequency = || {
-        stated_drive_frequency
-            .or_else(|| line::strongest_line(&raw))
-            .ok_or_else(|| MeasurementError::NoDriveFrequency { path: path.into() })
-    };
+    let frequency = || likely.ok_or_else(|| MeasurementError::NoDriveFrequency { path: path.into() });
     let (quiet_mean, quiet_rms) = mean_and_rms(&raw.values[..pretrigger]);
     // Of independent samples with the noise of the quiet ones; the weights of a Hann window count for two thirds of their number.
     let standard_error = |samples: f64| (pretrigger >= FEWEST_QUIET).then(|| quiet_rms / samples.sqrt());
@@ -228,7 +231,19 @@ pub fn read_record_bytes(
     if kind == RecordKind::Hydrophone {
         refuse_absurd_pressure(path, &series, table.chosen.volts)?;
     }
-    let noise_rms = mean_and_rms(&series.values[..pretrigger]).1;
+    let quantisation_step = quantisation_step(&raw.values);
+    let (recorded_noise_rms, noise_source) = noise(&raw, pretrigger, quantisation_step, bandwidth);
+    let integrated = kind == RecordKind::HornTip && recorded == RecordedQuantity::Velocity;
+    let noise_rms = match noise_source {
+        _ if !integrated => recorded_noise_rms,
+        NoiseSource::Quiet => mean_and_rms(&series.values[..pretrigger]).1,
+        // White noise of a velocity, integrated, above what is taken for drift.
+        _ => {
+            let density = recorded_noise_rms.powi(2) / noise_band(raw.sample_rate(), bandwidth);
+            (density / (estimate::DRIFT * frequency()?)).sqrt() / (2.0 * std::f64::consts::PI)
+        }
+    };
+    notes.about_noise_source(recorded, recorded_noise_rms, noise_source, quantisation_step);
     notes.about_clipping(&raw);
     if kind == RecordKind::HornTip {
         notes.about_noise(&series, noise_rms);
@@ -254,6 +269,9 @@ pub fn read_record_bytes(
         series,
         raw,
         noise_rms,
+        noise_source,
+        recorded_noise_rms,
+        quantisation_step,
         pretrigger,
         baseline,
         baseline_error: baseline_error
@@ -273,6 +291,9 @@ pub fn read_record_bytes(
         warnings: notes.warnings,
         options: options.clone(),
     };
+    if kind == RecordKind::HornTip && !options.force_frequency {
+        record.check_stated_frequency()?;
+    }
     if let Some(frequency) = record.drive_frequency() {
         record.check_sampling(frequency)?;
         if kind == RecordKind::HornTip {

@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
-use crate::signal::{Dimension, Series, low_pass};
+use crate::signal::{Dimension, Series};
 
-use super::{MeasurementError, ReadOptions, RecordKind, line};
+use super::{
+    HornDrive, MeasurementError, NoiseSource, ReadOptions, RecordKind, horn_drive::Recorded, line, noise::noise_band,
+};
 
 /// What the file's column held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -46,8 +48,15 @@ pub struct Record {
     pub series: Series,
     /// The recorded quantity as it stands in the file, SI, on the file's own time axis.
     pub raw: Series,
-    /// Rms of the quiet samples before the trigger, unit of `series`; 0 if unknown.
+    /// Noise, unit of `series`, rms: the greater of that of the quiet samples (where there are none, of the spectrum's floor) and step/√12; 0 if
+    /// unknown.
     pub noise_rms: f64,
+    /// What that was told from.
+    pub noise_source: NoiseSource,
+    /// The same of the recorded quantity: of a horn tip's velocity m/s.
+    pub recorded_noise_rms: f64,
+    /// The converter's step, SI unit of the recorded quantity, where it is no finer than what matters.
+    pub quantisation_step: Option<f64>,
     /// Number of quiet samples at the start.
     pub pretrigger: usize,
     /// The offset that was removed from the recorded quantity (before the sign was turned), SI; 0 if none.
@@ -85,8 +94,8 @@ pub struct Record {
     pub options: ReadOptions,
 }
 
-/// Cycles over which a drive fades at its end.
-const FADE_CYCLES: f64 = 2.0;
+/// Largest distance of a stated drive frequency from the strongest line, relative.
+const SAME_FREQUENCY: f64 = 0.005;
 /// Default cutoff of a drive, in drive frequencies.
 const DRIVE_CUTOFF: f64 = 10.0;
 
@@ -139,6 +148,21 @@ impl Record {
         line::strongest_line(&self.series)
     }
 
+    /// Refuse a stated drive frequency that is not the strongest line of a horn tip: more than 0.5 % off, or 0.05 cycles over the burst where that
+    /// is more.
+    ///
+    /// # Errors
+    /// [`MeasurementError::FrequencyDisagrees`].
+    pub(super) fn check_stated_frequency(&self) -> Result<(), MeasurementError> {
+        let (Some(stated), Some(found)) = (self.stated_drive_frequency, self.strongest_line()) else { return Ok(()) };
+        let cycles = line::active_span(&self.series).len() as f64 * self.series.step * stated;
+        if (found - stated).abs() <= stated * f64::max(SAME_FREQUENCY, 0.05 / cycles) {
+            return Ok(());
+        }
+        let place = if self.options.drive_frequency.is_some() { "--drive-frequency" } else { "the file's header" };
+        Err(MeasurementError::FrequencyDisagrees { path: self.path.clone(), stated, place, found })
+    }
+
     /// Refuse a record with fewer than 4 samples a cycle of `drive_frequency` (Hz).
     ///
     /// # Errors
@@ -178,17 +202,18 @@ impl Record {
         self.bandwidth.map_or(cutoff, |bandwidth| cutoff.min(bandwidth))
     }
 
-    /// A horn-tip record as the piston's displacement (m), ready to be interpolated twice differentiably.
+    /// A horn-tip record as the piston's motion: what it shows, whatever t = 0 means.
     ///
-    /// - zero-phase low-pass at [`Record::drive_cutoff`];
-    /// - begins one drive period before the trigger, or where the record begins if that is later, and rises from zero over
-    ///   what there is before the trigger (half a cosine); a record that begins with the burst rises over half a period;
-    /// - falls to zero over the last two drive periods (half a cosine), so that the piston ends at rest;
-    /// - same time axis: t = 0 at the trigger.
+    /// - rest up to where motion begins, which is traced back from its first departure to the zero it left from; no window over what was
+    ///   recorded;
+    /// - continued beyond both ends by what its outermost periods predict, low-passed with zero phase at [`Record::drive_cutoff`];
+    /// - freed of the noise that can be told from it, and of a mean that wanders;
+    /// - a velocity is integrated, and freed of what lies below f0/8;
+    /// - on the model's clock, which is the record's unless motion begins before t = 0.
     ///
     /// # Errors
     /// [`MeasurementError`] when it is no horn-tip record, shorter than two cycles, sampled below 4 f0, or has no line.
-    pub fn to_drive(&self) -> Result<Series, MeasurementError> {
+    pub fn to_drive(&self) -> Result<HornDrive, MeasurementError> {
         if self.kind != RecordKind::HornTip {
             return Err(MeasurementError::NotADrive { path: self.path.clone(), kind: self.kind });
         }
@@ -196,29 +221,26 @@ impl Record {
             self.drive_frequency().ok_or_else(|| MeasurementError::NoDriveFrequency { path: self.path.clone() })?;
         self.check_sampling(frequency)?;
         self.check_cycles(frequency)?;
-        let period = 1.0 / frequency;
-        let mut drive = low_pass(&self.series, self.drive_cutoff(frequency)).window(-period, f64::INFINITY);
-        if drive.is_empty() {
-            return Err(MeasurementError::DriveTooShort { path: self.path.clone(), cycles: 0.0, frequency });
-        }
-        let (start, end) = (drive.start, drive.end());
-        let rise = if start < -0.5 * drive.step { -start } else { 0.5 * period };
-        let fall = (FADE_CYCLES * period).min(0.5 * (end - start));
-        let ease = |u: f64| 0.5 - 0.5 * libm::cos(std::f64::consts::PI * u.clamp(0.0, 1.0));
-        for i in 0..drive.len() {
-            let t = drive.time(i);
-            drive.values[i] *= ease((t - start) / rise) * ease((end - t) / fall);
-        }
-        Ok(drive)
-    }
-
-    /// What [`Record::to_drive`] does with this record, in words.
-    #[must_use]
-    pub fn drive_statement(&self, drive_frequency: f64) -> String {
-        format!(
-            "drive low-passed (zero phase) at {:.0} kHz, rising from zero before the trigger and falling to zero over its \
-             last {FADE_CYCLES} cycles by half cosines",
-            self.drive_cutoff(drive_frequency) / 1e3
-        )
+        let integrated = self.recorded == RecordedQuantity::Velocity;
+        let series = if integrated {
+            let sign = if self.options.invert { -1.0 } else { 1.0 };
+            Series { start: self.series.start, ..self.raw.map(|x| sign * (x - self.baseline)) }
+        } else {
+            self.series.clone()
+        };
+        let noise_band = noise_band(series.sample_rate(), self.bandwidth);
+        let cutoff = self.drive_cutoff(frequency);
+        let recorded = Recorded {
+            series,
+            integrated,
+            quiet: self.pretrigger,
+            sigma: self.recorded_noise_rms,
+            noise_band,
+            quantisation_step: self.quantisation_step,
+            drive_frequency: frequency,
+            cutoff,
+        };
+        let too_short = || MeasurementError::DriveTooShort { path: self.path.clone(), cycles: 0.0, frequency };
+        recorded.drive().ok_or_else(too_short)
     }
 }

@@ -12,7 +12,7 @@ impl Drive {
     /// First motion and end of the burst, s.
     ///
     /// Analytic drives say so themselves; a record begins where it first exceeds 5 % and ends where it last exceeds half
-    /// of its peak.
+    /// of its peak, but no later than it was recorded.
     #[must_use]
     pub fn burst(&self) -> (f64, f64) {
         match &self.kind {
@@ -20,12 +20,12 @@ impl Drive {
             | DriveKind::ToneBurst { cycles, .. }
             | DriveKind::GaussianBurst { cycles } => (0.0, cycles / self.frequency),
             DriveKind::UnreadRecord { .. } => (0.0, 0.0),
-            DriveKind::Record { displacement, .. } => {
+            DriveKind::Record { displacement, recorded_until, .. } => {
                 let peak = displacement.peak();
                 let beyond = |level: f64| move |value: &f64| value.abs() > level * peak;
                 let first = displacement.values.iter().position(beyond(BEGUN)).unwrap_or(0);
                 let last = displacement.values.iter().rposition(beyond(OVER)).unwrap_or(0);
-                (displacement.time(first), displacement.time(last))
+                (displacement.time(first), displacement.time(last).min(*recorded_until))
             }
         }
     }

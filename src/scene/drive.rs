@@ -41,6 +41,8 @@ pub enum DriveKind {
     Record {
         /// Displacement, m.
         displacement: Series,
+        /// Last instant of recorded motion, s: what the series holds behind it was predicted. Its end where nothing was.
+        recorded_until: f64,
         /// Where it was read from.
         file: Option<PathBuf>,
     },

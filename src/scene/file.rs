@@ -438,9 +438,21 @@ impl Scene {
     /// - `frequency`: its drive frequency f0, Hz
     /// - `file`: where it came from, for provenance; a pending file's name stays if `None`
     #[must_use]
-    pub fn with_drive_record(
+    pub fn with_drive_record(self, displacement: crate::signal::Series, frequency: f64, file: Option<PathBuf>) -> Self {
+        let recorded_until = displacement.end();
+        self.with_continued_record(displacement, recorded_until, frequency, file)
+    }
+
+    /// The same scene driven by a record that was continued beyond what was recorded.
+    ///
+    /// - `recorded_until`: last instant of recorded motion, s; burst and comparison end there at the latest
+    ///
+    /// The others as in [`Scene::with_drive_record`].
+    #[must_use]
+    pub fn with_continued_record(
         mut self,
         displacement: crate::signal::Series,
+        recorded_until: f64,
         frequency: f64,
         file: Option<PathBuf>,
     ) -> Self {
@@ -449,7 +461,8 @@ impl Scene {
             DriveKind::Record { file, .. } => file.clone(),
             _ => None,
         });
-        self.drive = Drive { kind: DriveKind::Record { displacement, file }, amplitude: 1.0, frequency };
+        self.drive =
+            Drive { kind: DriveKind::Record { displacement, recorded_until, file }, amplitude: 1.0, frequency };
         self
     }
 }

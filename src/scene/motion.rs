@@ -11,8 +11,8 @@ use crate::signal::spline::{Ends, Spline};
 /// - tone burst: sin ωt · (1 − e^(−t/τ))/(1 − e^(−T/τ)) on 0…T, then sin ωt · e^(−(t − T)/τ); with τ = 0 as the sine.
 /// - Gaussian burst: sin ω(t − T/2) · exp(−½(2.5 x)²), x = (t − T/2)/(T/2), on 0…T. The envelope is 0.044 at its ends, so the velocity
 ///   jumps by that fraction of its peak; the displacement does not if `cycles` is whole.
-/// - record: the quintic spline through the samples (C⁴), in the record's own time. Beyond the samples it returns to 0 within a few
-///   sampling steps; that is smooth and small if the record begins and ends near 0, which the reader of the record sees to.
+/// - record: the quintic spline through the samples (C⁴), in the record's own time. Where the first or the last sample is 0 the motion begins or
+///   ends there, with the velocity that the samples have, which may jump as a sine's does; elsewhere it returns to 0 within a few sampling steps.
 /// - a record not read yet: at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
@@ -64,7 +64,9 @@ impl Motion {
                 (Shape::Gaussian { angular, middle: end / 2.0 }, vec![0.0, end])
             }
             DriveKind::Record { displacement, .. } => {
-                let spline = Spline::new(displacement, Ends::Zero);
+                let end = |value: Option<&f64>| if value == Some(&0.0) { Ends::Natural } else { Ends::Zero };
+                let spline =
+                    Spline::between(displacement, [end(displacement.values.first()), end(displacement.values.last())]);
                 // The tails before the first sample are part of the smooth motion; what lies before t = 0 is cut.
                 let first = spline.support().0.max(0.0);
                 let last = spline.support().1.max(first);
@@ -140,7 +142,10 @@ mod tests {
             drive(DriveKind::ToneBurst { cycles: 7.0, ring_up: 30e-6 }),
             drive(DriveKind::ToneBurst { cycles: 7.0, ring_up: 0.0 }),
             drive(DriveKind::GaussianBurst { cycles: 30.0 }),
-            Drive { amplitude: 1.0, ..drive(DriveKind::Record { displacement: record, file: None }) },
+            Drive {
+                amplitude: 1.0,
+                ..drive(DriveKind::Record { recorded_until: record.end(), displacement: record, file: None })
+            },
         ]
     }
 
@@ -216,8 +221,8 @@ mod tests {
     #[test]
     fn record_is_replayed_through_its_samples_in_its_own_time() {
         let series = Series::new(3e-6, 0.5e-6, (0..80).map(|i| 1e-6 * (0.3 * f64::from(i)).sin()).collect());
-        let motion = Drive { amplitude: 1.0, ..drive(DriveKind::Record { displacement: series.clone(), file: None }) }
-            .motion(1.5);
+        let kind = DriveKind::Record { displacement: series.clone(), recorded_until: series.end(), file: None };
+        let motion = Drive { amplitude: 1.0, ..drive(kind) }.motion(1.5);
         for index in 0..80 {
             assert!((motion.at(series.time(index)).0 - 1.5 * series.values[index]).abs() < 1e-19);
         }

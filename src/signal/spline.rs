@@ -53,27 +53,32 @@ impl Spline {
     /// The spline through all samples of `series`.
     #[must_use]
     pub fn new(series: &Series, ends: Ends) -> Self {
+        Self::between(series, [ends; 2])
+    }
+
+    /// The spline through all samples of `series` with its own kind of end at either side.
+    #[must_use]
+    pub fn between(series: &Series, ends: [Ends; 2]) -> Self {
         let count = series.len();
         if count == 0 {
             return Self { start: series.start, rate: 1.0 / series.step, pieces: Vec::new(), outside: [0.0; 2] };
         }
         let mut samples: Vec<f64> = (0..count + 2 * PADDING)
-            .map(|index| match ends {
-                Ends::Zero => index.checked_sub(PADDING).and_then(|i| series.values.get(i)).copied().unwrap_or(0.0),
-                Ends::Natural => reflected(&series.values, index as isize - PADDING as isize),
+            .map(|index| match (index as isize - PADDING as isize, ends) {
+                (i, [Ends::Zero, _]) if i < 0 => 0.0,
+                (i, [_, Ends::Zero]) if i >= count as isize => 0.0,
+                // Reflection through one end alone where the other is zero.
+                (i, _) if i.unsigned_abs() < 2 * count.max(1) || ends[0] == ends[1] => reflected(&series.values, i),
+                _ => 0.0,
             })
             .collect();
         to_coefficients(&mut samples);
         // Zero ends keep the tails over the padding, natural ends stop at the samples.
-        let (first, last) = match ends {
-            Ends::Zero => (2, count + 2 * PADDING - 3),
-            Ends::Natural => (PADDING, PADDING + count - 1),
-        };
+        let first = if ends[0] == Ends::Zero { 2 } else { PADDING };
+        let last = if ends[1] == Ends::Zero { count + 2 * PADDING - 3 } else { PADDING + count - 1 };
         let pieces: Vec<_> = (first..last).map(|index| polynomial(&samples[index - 2..index + 4])).collect();
-        let outside = match ends {
-            Ends::Zero => [0.0; 2],
-            Ends::Natural => [series.values[0], series.values[count - 1]],
-        };
+        let held = [series.values[0], series.values[count - 1]];
+        let outside = [0, 1].map(|side| if ends[side] == Ends::Zero { 0.0 } else { held[side] });
         let start = series.start + (first as f64 - PADDING as f64) * series.step;
         Self { start, rate: 1.0 / series.step, pieces, outside }
     }

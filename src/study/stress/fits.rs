@@ -92,6 +92,7 @@ fn noise(room: &mut Room<'_>) {
         signal: Series::new(-3e-5, step, values),
         noise_rms: 0.02,
         bandwidth: None,
+        begins_late: false,
     };
     let parameters = Parameter::damping(scene.damping.kind).map(|damping| vec![Parameter::alpha(), damping]);
     match parameters.ok_or("the scene has no damping to fit".to_owned()).and_then(|parameters| {

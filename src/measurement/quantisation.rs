@@ -1,0 +1,121 @@
+//! The step of the converter behind a column: the greatest spacing of which all differences between samples are multiples.
+
+/// Samples that are looked at, evenly over the record.
+const MOST: usize = 1 << 14;
+/// A step below this fraction of half the record's range is finer than anything that matters: 14 bits of twice the range.
+const FINEST: f64 = 1e-4;
+/// Largest distance of a level from a multiple of the step, in steps: what is left of decimals that were rounded.
+const OFF: f64 = 0.15;
+/// Share of the samples whose levels must be multiples; the rest may be bridged cells and the like.
+const ENOUGH: f64 = 0.98;
+/// Fewest levels between which a spacing means anything.
+const FEWEST_LEVELS: usize = 5;
+
+/// The converter's step, unit of `values`; `None` where there is none, or one too fine to matter.
+///
+/// Levels that occur once are left out where the others hold nearly all samples. The smallest distance between levels, or a half, third or
+/// quarter of it where codes are missing, is followed from level to level and refined on the way, v_i = v_0 + k_i q with whole k_i, so that
+/// decimals rounded in the file do no harm.
+pub(super) fn quantisation_step(values: &[f64]) -> Option<f64> {
+    let mut sorted: Vec<f64> = values.iter().copied().step_by(values.len().div_ceil(MOST).max(1)).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let (low, high) = (*sorted.first()?, *sorted.last()?);
+    let range = high - low;
+    if !(range > 0.0 && range.is_finite()) {
+        return None;
+    }
+    let mut levels: Vec<(f64, usize)> = Vec::new();
+    for value in &sorted {
+        match levels.last_mut() {
+            Some((level, count)) if value - *level <= 1e-9 * range => *count += 1,
+            _ => levels.push((*value, 1)),
+        }
+    }
+    let repeated: usize = levels.iter().map(|(_, count)| *count).filter(|count| *count > 1).sum();
+    if repeated as f64 >= ENOUGH * sorted.len() as f64 {
+        levels.retain(|(_, count)| *count > 1);
+    }
+    if levels.len() < FEWEST_LEVELS {
+        return None;
+    }
+    let smallest = levels.windows(2).map(|pair| pair[1].0 - pair[0].0).fold(f64::INFINITY, f64::min);
+    let finest = 0.5 * FINEST * range;
+    (1..=4)
+        .map(|part| smallest / f64::from(part))
+        .take_while(|step| *step >= finest)
+        .find_map(|step| followed(&levels, step))
+}
+
+/// `step` refined along the levels, if they are its multiples.
+fn followed(levels: &[(f64, usize)], step: f64) -> Option<f64> {
+    let (first, mut refined, mut code) = (levels[0].0, step, 0.0);
+    let mut codes = Vec::with_capacity(levels.len());
+    codes.push(0.0);
+    for pair in levels.windows(2) {
+        code += f64::max(1.0, ((pair[1].0 - pair[0].0) / refined).round());
+        codes.push(code);
+        refined = (pair[1].0 - first) / code;
+    }
+    let all: usize = levels.iter().map(|(_, count)| *count).sum();
+    let on: usize = levels
+        .iter()
+        .zip(&codes)
+        .filter(|((level, _), code)| (level - first - *code * refined).abs() <= OFF * refined)
+        .map(|((_, count), _)| *count)
+        .sum();
+    (on as f64 >= ENOUGH * all as f64).then_some(refined)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wave(count: usize) -> impl Iterator<Item = f64> {
+        (0..count).map(|i| {
+            let i = i as f64;
+            (0.0917 * i).sin() * (1.0 - (-i / 300.0).exp()) + 0.004 * (i * i * 0.7133).sin()
+        })
+    }
+
+    fn rounded(x: f64, step: f64) -> f64 {
+        (x / step).round() * step
+    }
+
+    #[test]
+    fn converters_of_8_to_12_bits_are_told_whatever_the_decimals() {
+        for bits in [8, 10, 12] {
+            let step = 2.5 / f64::from(1u32 << bits);
+            for decimal in [1e-4, 1e-6, 1e-15] {
+                let written: Vec<f64> = wave(4000).map(|x| rounded(rounded(x, step), decimal)).collect();
+                let found = quantisation_step(&written).unwrap();
+                assert!((found / step - 1.0).abs() < 2e-3, "{bits} bits, {decimal}: {found} {step}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_single_cycle_that_leaves_codes_out_is_told_too() {
+        let step = 2.5 / 256.0;
+        let written: Vec<f64> = (0..400).map(|i| rounded((0.09 * f64::from(i)).sin(), step)).collect();
+        assert!((quantisation_step(&written).unwrap() / step - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn decimals_that_resolve_everything_and_full_precision_are_no_steps() {
+        let fine: Vec<f64> = wave(4000).map(|x| rounded(x, 1e-5)).collect();
+        assert_eq!(quantisation_step(&fine), None);
+        assert_eq!(quantisation_step(&wave(4000).collect::<Vec<_>>()), None);
+        assert_eq!(quantisation_step(&[1.0; 50]), None);
+        assert_eq!(quantisation_step(&[]), None);
+    }
+
+    #[test]
+    fn bridged_cells_do_not_hide_the_step() {
+        let step = 2.5 / 256.0;
+        let mut written: Vec<f64> = wave(4000).map(|x| rounded(x, step)).collect();
+        for i in (50..3900).step_by(100) {
+            written[i] = 0.5 * (written[i - 1] + written[i + 1]) + 0.1 * step;
+        }
+        assert!((quantisation_step(&written).unwrap() / step - 1.0).abs() < 1e-6);
+    }
+}
