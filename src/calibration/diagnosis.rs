@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     agreement::{Agreement, DOUBTFUL},
     comparison::{Comparison, Reduction},
-    fit::{Fit, fit},
+    fit::{Fit, standing},
     forward::{Forward, Run, Uncertainty, Watch},
     likelihood::{Cloud, neighbours},
     parameter::Parameter,
@@ -158,11 +158,11 @@ impl Case<'_> {
     fn searched(&self) -> Vec<Finding> {
         let mut found: Vec<Finding> = Vec::new();
         for (cause, scene, parameter, said) in self.suspects() {
-            let Some((p, fit)) = self.search(&scene, parameter) else { continue };
+            let Some((p, values)) = self.search(&scene, parameter) else { continue };
             if !self.worth(p) {
                 continue;
             }
-            let text = format!("{}: with it p is {}, without {}", said(&fit), shown(p), shown(self.fit.agreement.p));
+            let text = format!("{}: with it p is {}, without {}", said(&values), shown(p), shown(self.fit.agreement.p));
             let finding = Finding { cause, p_value: Some(p), text };
             match found.iter_mut().find(|known| known.cause == cause) {
                 Some(known) if known.p_value < finding.p_value => *known = finding,
@@ -211,17 +211,15 @@ impl Case<'_> {
             else {
                 continue;
             };
-            let said = move |fit: &Fit| {
-                let Some(estimate) = fit.estimates.last() else { return name.to_owned() };
+            let unit = if parameter.unit == "1" { "times the stiffness".to_owned() } else { parameter.unit.clone() };
+            let said = move |values: &[f64]| {
+                let value = values.last().copied().unwrap_or(f64::NAN);
                 match cause {
-                    Cause::Gap => format!(
-                        "a gap of about {:.0} nm before the first bead (--fit alpha,damping,gap)",
-                        estimate.value * 1e9
-                    ),
+                    Cause::Gap => {
+                        format!("a gap of about {:.0} nm before the first bead (--fit alpha,damping,gap)", value * 1e9)
+                    }
                     _ => format!(
-                        "a support of {:.2} {} instead of what the scene has (--fit alpha,damping,support_stiffness)",
-                        estimate.value,
-                        if estimate.unit == "1" { "times the stiffness" } else { &estimate.unit }
+                        "a support of {value:.2} {unit} instead of what the scene has (--fit alpha,damping,support_stiffness)"
                     ),
                 }
             };
@@ -244,7 +242,7 @@ impl Case<'_> {
     }
 
     /// The fit of another scene on the chain, with a further parameter where there is one.
-    fn search(&self, scene: &Scene, further: Option<Parameter>) -> Option<(f64, Fit)> {
+    fn search(&self, scene: &Scene, further: Option<Parameter>) -> Option<(f64, Vec<f64>)> {
         let named = self.parameters.iter().map(|parameter| Parameter::named(&parameter.name, scene).ok());
         let mut parameters: Vec<Parameter> = named.collect::<Option<Vec<_>>>()?.concat();
         let runs = if further.is_some() { 2 * RUNS } else { RUNS };
@@ -257,8 +255,7 @@ impl Case<'_> {
         let forward =
             Forward::with_laws(scene, laws.as_ref(), parameters, comparison, self.uncertainty, self.seed, watch)
                 .ok()?;
-        let found = fit(&forward, Search::new(&forward, runs, self.seed, Strategy::Likelihood), None).ok()?;
-        Some((found.agreement.p, found))
+        standing(&forward, Search::new(&forward, runs, self.seed, Strategy::Likelihood)).ok()
     }
 
     /// Whether a p is enough better to be named.
@@ -277,8 +274,7 @@ impl Case<'_> {
         };
         let scaled = cloud().scaled(factor.max(comparison.sensitivity), comparison.answers());
         let posterior = Posterior::of(&scaled, dimension)?;
-        let densest = (0..posterior.mass.len()).max_by(|&a, &b| posterior.mass[a].total_cmp(&posterior.mass[b]))?;
-        let at = posterior.centre(densest);
+        let at = posterior.centre(posterior.densest());
         let p = Agreement::of(&scaled, &at, self.seed)?.p;
         let factor = cloud().regress(&at).and_then(|local| local.factor(&comparison.answers()));
         Some(Judgement { p, factor })
@@ -286,7 +282,7 @@ impl Case<'_> {
 }
 
 /// Cause, scene, a further parameter and what is said of it.
-type Suspect = (Cause, Scene, Option<Parameter>, Box<dyn Fn(&Fit) -> String>);
+type Suspect = (Cause, Scene, Option<Parameter>, Box<dyn Fn(&[f64]) -> String>);
 
 /// Where a record stands once something is taken for true.
 struct Judgement {

@@ -35,6 +35,9 @@ pub const FINER: f64 = 1.5;
 /// Error of a mesh over its difference from one 1.5 times as dense, of second order.
 const MESH_ERROR: f64 = 1.8;
 
+/// ln of an amplitude that nothing feels beside the smallest scatter that a feature is allowed, 0.01.
+const FELT: f64 = 1e-3;
+
 /// Share of a known error that is taken to be left once it has been corrected.
 const LEFT: f64 = 0.5;
 
@@ -55,6 +58,12 @@ impl Discrepancy {
     pub fn none(cloud: &Cloud) -> Self {
         let zero = vec![0.0; cloud.nuggets().len()];
         Self { shift: zero.clone(), nuggets: zero, pairs: 0 }
+    }
+
+    /// Whether any feature feels it.
+    #[must_use]
+    pub fn is_felt(&self) -> bool {
+        self.shift.iter().chain(&self.nuggets).any(|z| z.abs() > FELT)
     }
 
     /// Of the step of a search's runs, at a point of the box, by runs numbered from `first`; `None` where there is no finer one, or too few finish.

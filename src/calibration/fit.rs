@@ -25,7 +25,7 @@ use super::{
 const BEST: usize = 10;
 
 /// Times that features are weighed anew by how far they are off: more moves nothing that is quoted.
-const REWEIGHINGS: usize = 3;
+const REWEIGHINGS: usize = 2;
 
 /// What a fit amounts to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -247,6 +247,22 @@ pub fn searched(
     Ok(search)
 }
 
+/// Where the record stands at the answer of a search that has ended, as it is, and that answer in the parameters' own units.
+///
+/// # Errors
+/// When it is stopped, or when too few runs finished.
+pub fn standing(problem: impl Into<Joint>, search: Search) -> Result<(f64, Vec<f64>), FitError> {
+    let joint = problem.into();
+    let search = searched(joint.clone(), search, None)?;
+    let cloud = search.cloud(search.runs.len());
+    let judged = Posterior::of(&cloud, joint.parameters().len()).and_then(|posterior| {
+        let at = posterior.centre(posterior.densest());
+        let values = joint.parameters().iter().zip(&at).map(|(parameter, u)| parameter.value(*u)).collect();
+        Some((Agreement::of(&cloud, &at, search.seed())?.p, values))
+    });
+    judged.ok_or_else(|| too_few(&search.runs))
+}
+
 /// Read the answer from all runs of a search that has ended, and again with what the runs' own step is found to be off by there.
 ///
 /// # Errors
@@ -262,7 +278,7 @@ pub fn answer(joint: &Joint, search: Search) -> Result<Fit, FitError> {
             .read(discrepancy)
     };
     let first = read(&Discrepancy::none(&all)).ok_or_else(|| too_few(&search.runs))?;
-    let found = Discrepancy::of_search(joint, &first.most_likely, made as u64);
+    let found = Discrepancy::of_search(joint, &first.most_likely, made as u64).filter(Discrepancy::is_felt);
     let answer = found.as_ref().and_then(read).unwrap_or(first);
     Ok(Fit { history, runs: search.runs, ..answer })
 }
@@ -495,8 +511,7 @@ impl CostFunction for Surface<'_> {
 
 /// The most likely point: argmin's Nelder–Mead on the likelihood surface, from the densest cell.
 fn polish(cloud: &Cloud, posterior: &Posterior) -> Vec<f64> {
-    let densest = (0..posterior.mass.len()).max_by(|&a, &b| posterior.mass[a].total_cmp(&posterior.mass[b]));
-    let start = posterior.centre(densest.unwrap_or(0));
+    let start = posterior.centre(posterior.densest());
     let mut simplex = vec![start.clone()];
     for d in 0..start.len() {
         let mut corner = start.clone();

@@ -107,6 +107,12 @@ impl Posterior {
         Some(grid)
     }
 
+    /// Number of the densest cell.
+    #[must_use]
+    pub fn densest(&self) -> usize {
+        (0..self.mass.len()).max_by(|&a, &b| self.mass[a].total_cmp(&self.mass[b])).unwrap_or(0)
+    }
+
     /// Number of coordinates.
     #[must_use]
     pub fn dimension(&self) -> usize {

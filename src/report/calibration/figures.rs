@@ -57,7 +57,7 @@ pub(super) fn pulls(law: &LawReport) -> Vec<Plate> {
     let farthest = law.pulls.iter().map(|pull| pull.pull.abs()).fold(3.0, f64::max);
     let shown = farthest.min(FARTHEST_PULL);
     let ends = 1.08 * shown;
-    let y = Axis::new("", "").range(0.0, count as f64 + 1.0).named_ticks(names);
+    let y = Axis::new("Fitted feature", "").range(0.0, count as f64 + 1.0).named_ticks(names);
     let mut panel = Panel::new(Axis::new("Model − record, scatters of a single run", "1").range(-ends, ends), y);
     let height = count as f64 + 1.0;
     for (half, label, tint) in [(2.0, "±2", 0.14), (1.0, "±1", 0.3)] {
