@@ -31,13 +31,13 @@ use super::{
     arguments::{OutputArguments, SceneArguments, Session, usage},
     experiment::Experiment,
     interrupt,
-    output::OutputFolder,
+    output::{NOTHING_SAVED, OutputFolder},
     reading::ReadArguments,
     summary,
     timing::{self, Timing},
 };
 use crate::{
-    calibration::{comparison::Comparison, forward::Uncertainty},
+    calibration::{comparison::Comparison, fit::FitError, forward::Uncertainty},
     feature::Measurand,
     scene::{ModelKind, Scene, Support},
 };
@@ -183,6 +183,11 @@ impl Job {
     }
 }
 
+/// The command, as a state names it.
+const COMMAND: &str = "calibrate";
+/// Results that every calibration has.
+const RESULTS: [&str; 5] = ["calibration.json", "report.html", "report.md", manifest::FILE, timing::FILE];
+
 /// Run it.
 ///
 /// # Errors
@@ -206,7 +211,10 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         return page::dry_run(&job, &target, output.force, &session);
     }
 
-    let folder = OutputFolder::resumable(&target, resume, output.force)?;
+    let folder = OutputFolder::resumable(&target, &RESULTS, COMMAND, resume, output.force)?;
+    if resume && !folder.is_resumed() {
+        session.note(NOTHING_SAVED);
+    }
     let outcome = fit_and_report(&job, folder, &session, timing);
     if outcome.as_ref().is_err_and(|error| error.is::<interrupt::Interrupted>()) {
         session.note("the runs made so far are kept; continue with the same command and --resume");
@@ -222,7 +230,11 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
         Ok(fitted) => fitted,
         Err(error) if error.is::<interrupt::Interrupted>() => return Err(error),
         Err(error) => {
-            folder.discard();
+            // Another failure, such as a full disk, may pass.
+            let final_answer = matches!(error.downcast_ref(), Some(FitError::TooFewRuns { .. }));
+            if final_answer || !folder.is_saved() {
+                folder.discard();
+            }
             return Err(error);
         }
     };
@@ -231,7 +243,7 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
         folder.write(name, bytes)?;
     }
     timing.stage("write");
-    folder.write(timing::FILE, timing.to_sealed_json())?;
+    folder.write(timing::FILE, timing.to_json())?;
     let place = folder.finish()?;
     let text = page::text(&outcome, job.measured.noun(), &place);
     session.result(text, &outcome)?;

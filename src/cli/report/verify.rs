@@ -34,6 +34,7 @@ use crate::{
             manifest::{self, Manifest},
             rungs::{self, Made, SavedFit},
         },
+        output::LIST,
         summary,
         timing::{self, Timing},
     },
@@ -46,9 +47,6 @@ const PAIRS_AGAIN: usize = 3;
 
 /// Differences of one file that are printed.
 const PRINTED: usize = 8;
-
-/// The list of its own files that every folder of results has.
-const OWN_LIST: &str = ".granchain";
 
 /// Arguments of `granchain report verify`.
 #[derive(Debug, Args)]
@@ -145,7 +143,7 @@ fn read(folder: &Path) -> anyhow::Result<BTreeMap<String, Vec<u8>>> {
             }
         }
     }
-    files.remove(OWN_LIST);
+    files.remove(LIST);
     Ok(files)
 }
 
