@@ -80,9 +80,11 @@ impl List {
         }
         let bytes = fs::read(&path).map_err(OutputError::io("read", &path))?;
         let text = String::from_utf8(bytes).map_err(|_| damaged(1, "bytes that are no text"))?;
-        let digests = text.lines().next() == Some(FORM);
+        // Not `lines`, which takes `\r` for part of the end.
+        let lines = || text.split_terminator('\n');
+        let digests = lines().next() == Some(FORM);
         let mut list = Self::default();
-        for (number, line) in text.lines().enumerate().skip(usize::from(digests)) {
+        for (number, line) in lines().enumerate().skip(usize::from(digests)) {
             match if digests { line.split_once("  ") } else { Some(("", line)) } {
                 // An empty folder of version 0.1.0.
                 Some(("", "")) if !digests => {}
