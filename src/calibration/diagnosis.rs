@@ -36,7 +36,7 @@ const RUNS: usize = 300;
 const BETTER: f64 = 30.0;
 
 /// Least p of a cause that is named.
-const LEAST: f64 = 1e-3;
+const LEAST: f64 = 0.01;
 
 /// Standard deviation of ln of a factor that nobody knows.
 const ANY_FACTOR: f64 = 3.0;

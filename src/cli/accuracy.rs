@@ -7,7 +7,7 @@ use super::{
     Outcome,
     arguments::{OutputArguments, Session},
     interrupt::Interrupted,
-    output::OutputFolder,
+    output::{OutputFolder, PAGE_RESULTS},
     progress, study, summary,
     timing::Timing,
 };
@@ -68,7 +68,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let program = summary::program();
     let plan = AccuracyPlan { scene, sets: set, full, calibration, members: MEMBERS, seed: session.seed(), program };
     let ready = Study::new(plan)?;
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
+    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
     timing.stage("read");
     let outcome = if stored {
         ready.shipped()

@@ -136,7 +136,7 @@ pub struct OutputArguments {
     /// Folder for the results; it appears whole at the end, or not at all
     #[arg(long, value_name = "DIR", help_heading = "Output")]
     pub out: Option<PathBuf>,
-    /// Write into a folder that holds files granchain did not write; those are kept
+    /// Write beside files that granchain did not write; none of them is ever replaced or removed
     #[arg(long, help_heading = "Output")]
     pub force: bool,
 }

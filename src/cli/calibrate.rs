@@ -19,12 +19,12 @@ use super::{
     Outcome,
     arguments::{OutputArguments, SceneArguments, Session},
     interrupt,
-    output::OutputFolder,
+    output::{NOTHING_SAVED, OutputFolder},
     reading::ReadArguments,
     summary,
     timing::{self, Timing},
 };
-use crate::calibration::{Problem, refusal::Refusal};
+use crate::calibration::{Problem, fit::FitError, refusal::Refusal};
 
 /// Arguments of `granchain calibrate`.
 #[derive(Debug, Args)]
@@ -145,6 +145,11 @@ pub(super) struct Job {
     confirm: Option<ConfirmChoice>,
 }
 
+/// The command, as a state names it.
+const COMMAND: &str = "calibrate";
+/// Results that every calibration has.
+const RESULTS: [&str; 5] = ["calibration.json", "report.html", "report.md", manifest::FILE, timing::FILE];
+
 /// Run it.
 ///
 /// # Errors
@@ -166,7 +171,10 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         return page::dry_run(&job, &target, output.force, &session);
     }
 
-    let folder = OutputFolder::resumable(&target, resume, output.force)?;
+    let folder = OutputFolder::resumable(&target, &RESULTS, COMMAND, resume, output.force)?;
+    if resume && !folder.is_resumed() {
+        session.note(NOTHING_SAVED);
+    }
     let outcome = fit_and_report(&job, folder, &session, timing);
     if outcome.as_ref().is_err_and(|error| error.is::<interrupt::Interrupted>()) {
         session.note("the runs made so far are kept; continue with the same command and --resume");
@@ -182,7 +190,15 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
         Ok(fitted) => fitted,
         Err(error) if error.is::<interrupt::Interrupted>() => return Err(error),
         Err(error) => {
-            folder.discard();
+            // Another failure, such as a full disk, may pass.
+            let too_few = |cause: &(dyn std::error::Error + 'static)| {
+                matches!(cause.downcast_ref(), Some(FitError::TooFewRuns { .. }))
+                    || matches!(cause.downcast_ref(), Some(Refusal::NoFit { .. }))
+            };
+            let final_answer = error.chain().any(too_few);
+            if final_answer || !folder.is_saved() {
+                folder.discard();
+            }
             return Err(error);
         }
     };
@@ -191,7 +207,7 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
         folder.write(name, bytes)?;
     }
     timing.stage("write");
-    folder.write(timing::FILE, timing.to_sealed_json())?;
+    folder.write(timing::FILE, timing.to_json())?;
     let place = folder.finish()?;
     let text = page::text(&outcome, job.problem.lead().measured.noun(), &place);
     session.result(text, &outcome)?;

@@ -9,7 +9,7 @@ use super::{
     Outcome,
     arguments::{OutputArguments, Session, ValueError, positive_time, time, usage},
     interrupt::{self, Interrupted},
-    output::OutputFolder,
+    output::{OutputFolder, PAGE_RESULTS},
     progress, summary,
     timing::{self, Timing},
 };
@@ -87,7 +87,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         windows_s: windows,
         ..ConvergencePlan::default()
     };
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
+    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
     timing.stage("read");
 
     let bar = progress::Bar(progress::bar(&session, cost(&plan), "runs"));

@@ -156,7 +156,7 @@ fn write(
     arrangement: &Arrangement,
     summary: &Summary,
 ) -> anyhow::Result<PathBuf> {
-    let folder = OutputFolder::stage(out, force)?;
+    let folder = OutputFolder::stage(out, &[], force)?;
     let kinds = arrangement.beads.iter().chain(&arrangement.support);
     let names: Vec<&str> =
         arrangement.beads.iter().map(|_| "bead").chain(arrangement.support.map(|_| "support")).collect();

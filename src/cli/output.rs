@@ -1,10 +1,12 @@
 //! Where results go: standard output that may close, and folders that appear whole or not at all.
 //!
 //! An [`OutputFolder`] is written beside its target under a temporary name and renamed at the end. Every finished folder
-//! holds a `.granchain` list of the files granchain wrote there, so that a later run knows what it may replace: a folder
+//! holds a `.granchain` list of the files granchain wrote there, with their digests, so that a later run knows what it may replace: a folder
 //! with other files in it is refused unless forced, and then those files are kept.
 
 mod folder;
+mod list;
+mod work;
 
 use std::{
     fs,
@@ -12,7 +14,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-pub use folder::{OutputFolder, remove_staged};
+pub use folder::{NOTHING_SAVED, OutputFolder, remove_staged};
+pub use list::LIST;
+
+/// Results that every command with a page has.
+pub const PAGE_RESULTS: &[&str] = &["report.html", "report.md", super::timing::FILE];
 
 /// Why output could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -28,6 +34,56 @@ pub enum OutputError {
         /// The folder.
         folder: PathBuf,
         /// One of the files.
+        found: String,
+    },
+    /// A result is to have the name of something that is not ours.
+    #[error(
+        "{}: `{found}` is in the way of a result of that name, and granchain did not write it; move or rename it, or name another --out: \
+         --force never replaces it",
+        folder.display()
+    )]
+    Taken {
+        /// The folder.
+        folder: PathBuf,
+        /// What is in the way.
+        found: String,
+    },
+    /// A file of ours was changed since.
+    #[error(
+        "{}: `{found}` was changed since granchain wrote it, so it is kept, with --force too; move it elsewhere or rename it, or name \
+         another --out",
+        folder.display()
+    )]
+    Altered {
+        /// The folder.
+        folder: PathBuf,
+        /// The file.
+        found: String,
+    },
+    /// The list of an earlier version names files without their digests.
+    #[error(
+        "{}: its list `.granchain` is of version 0.1.0 and holds no digests, so whether `{found}` still is what granchain wrote cannot be \
+         told; name another --out, or delete the folder yourself",
+        folder.display()
+    )]
+    OldList {
+        /// The folder.
+        folder: PathBuf,
+        /// One of the files.
+        found: String,
+    },
+    /// The list is not one that we write.
+    #[error(
+        "{}:{line}: expected a digest and the plain name of a file below the folder, found `{found}`; granchain wrote no such list and \
+         touches nothing there: name another --out, or delete the folder yourself",
+        path.display()
+    )]
+    DamagedList {
+        /// The list.
+        path: PathBuf,
+        /// Line of it, from 1.
+        line: usize,
+        /// What stands there, escaped.
         found: String,
     },
     /// The target is a file.
@@ -46,16 +102,43 @@ pub enum OutputError {
         path: PathBuf,
     },
     /// There is nothing to resume.
-    #[error("{}: --resume found no unfinished run there; start it without --resume", path.display())]
+    #[error(
+        "{}: --resume found no unfinished run there; {}start it without --resume", path.display(),
+        stands.as_ref().map(|place| format!("finished results stand in {} already; to make them anew, ", place.display())).unwrap_or_default()
+    )]
     NothingToResume {
         /// Where its state should be.
         path: PathBuf,
+        /// Where the results of an earlier run are, if there are such.
+        stands: Option<PathBuf>,
+    },
+    /// The unfinished run is of another command.
+    #[error(
+        "{}: expected an unfinished run of `{expected}`, found one of `{found}`; resume it with that command, name another --out, or pass \
+         --force without --resume to drop it",
+        path.display()
+    )]
+    OtherCommand {
+        /// Its state.
+        path: PathBuf,
+        /// The command that is to go on.
+        expected: &'static str,
+        /// The command that saved it, escaped.
+        found: String,
     },
     /// Another process works there.
     #[error("{}: another run is writing there; wait for it, or name another --out", path.display())]
     InUse {
         /// Where it writes.
         path: PathBuf,
+    },
+    /// The results are made, but could not be put in their place.
+    #[error("{}: the finished results are kept there, for they could not be put in their place", place.display())]
+    Unpublished {
+        /// Where they are.
+        place: PathBuf,
+        /// Why.
+        source: Box<OutputError>,
     },
     /// The file system refused.
     #[error("{}: cannot {action}: {source}", path.display())]

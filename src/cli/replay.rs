@@ -122,6 +122,9 @@ pub struct Summary {
     pub inputs: summary::Inputs,
 }
 
+/// Results that every replay has.
+const RESULTS: [&str; 4] = ["response.csv", "scene.toml", "summary.json", timing::FILE];
+
 /// Run it.
 ///
 /// # Errors
@@ -143,8 +146,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     }
     // A long run is kept when it is stopped.
     let stage = |out| match scene.model.kind {
-        ModelKind::Fea => OutputFolder::resumable(out, analysis.resume, output.force),
-        ModelKind::Chain | ModelKind::Reduced => OutputFolder::stage(out, output.force),
+        ModelKind::Fea => OutputFolder::resumable(out, &RESULTS, analysis::COMMAND, analysis.resume, output.force),
+        ModelKind::Chain | ModelKind::Reduced => OutputFolder::stage(out, &RESULTS, output.force),
     };
     let job = Job { arguments: &arguments, calibrated: calibrated.as_ref(), experiment: &experiment, scene: &scene };
     let settings = observation::settings(&scene)?;
@@ -250,7 +253,7 @@ impl Job<'_> {
         if let Some(folder) = folder {
             field::write(folder, field)?;
             write(folder, scene, &response, peak.as_ref(), &summary, timing)?;
-            analysis::take_frames(folder)?;
+            analysis::take_frames(folder, summary.analysis.as_ref())?;
         }
         Ok((text, summary))
     }

@@ -264,7 +264,7 @@ fn window(
 }
 
 fn write(out: &Path, force: bool, series: &Series, summary: &Summary) -> anyhow::Result<PathBuf> {
-    let folder = OutputFolder::stage(out, force)?;
+    let folder = OutputFolder::stage(out, &[], force)?;
     let spectrum = amplitude_spectrum(series, summary.features.window)?;
     let figure = page::figure(&spectrum, &summary.features);
     folder.write("spectrum.csv", page::csv(&spectrum, &summary.features))?;

@@ -9,7 +9,7 @@ use super::{
     Outcome,
     arguments::{OutputArguments, Session, usage},
     interrupt::{self, Interrupted},
-    output::OutputFolder,
+    output::{OutputFolder, PAGE_RESULTS},
     progress, study, summary,
     timing::Timing,
 };
@@ -53,7 +53,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         return Err(usage(format!("--cases {unknown}: there is no such case; cases are {}", known.join(", "))));
     }
     let plan = StressPlan { quick, cases, overrides: set, seed: session.seed() };
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
+    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
     timing.stage("read");
     let bodies = Bodies::new(session.cache());
     let bar = progress::Bar(progress::bar(&session, count(&plan), "cases"));

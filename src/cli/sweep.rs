@@ -13,7 +13,7 @@ use super::{
     calibrated::Calibrated,
     experiment,
     interrupt::{self, Interrupted},
-    output::OutputFolder,
+    output::{NOTHING_SAVED, OutputFolder},
     progress,
     reading::ReadArguments,
     summary, sweep_table,
@@ -68,6 +68,11 @@ const PLAN: &str = "plan.json";
 /// Name of the log of finished runs.
 const RUNS: &str = "runs.jsonl";
 
+/// The command, as a state names it.
+const COMMAND: &str = "sweep";
+/// Results that every sweep has.
+const RESULTS: [&str; 3] = ["sweep.csv", "sweep.json", timing::FILE];
+
 /// Run it.
 ///
 /// # Errors
@@ -93,7 +98,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     timing.stage("read");
 
     let (folder, scratch) = match &output.out {
-        Some(out) => (Some(OutputFolder::resumable(out, resume, output.force)?), None),
+        Some(out) => (Some(OutputFolder::resumable(out, &RESULTS, COMMAND, resume, output.force)?), None),
         None => (None, Some(tempfile::tempdir()?)),
     };
     let state = match (&folder, &scratch) {
@@ -101,9 +106,13 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         (None, Some(scratch)) => scratch.path().to_path_buf(),
         (None, None) => bail!("no place for the finished runs"),
     };
-    if resume {
+    // A sweep stopped before its first run has nothing that another plan could spoil.
+    if std::fs::metadata(state.join(RUNS)).is_ok_and(|runs| runs.len() > 0) {
         same_plan(&state.join(PLAN), &plan)?;
     } else {
+        if resume {
+            session.note(NOTHING_SAVED);
+        }
         super::output::write_atomically(&state.join(PLAN), &plan)?;
     }
     let watch = Bar(progress::bar(&session, grid.len() as u64, "runs"));

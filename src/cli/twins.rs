@@ -15,7 +15,7 @@ use super::{
         definition::{refused, uncertainties},
     },
     interrupt,
-    output::OutputFolder,
+    output::{OutputFolder, PAGE_RESULTS},
     progress, summary,
     timing::{self, Timing},
 };
@@ -157,7 +157,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         (TwinModel::Reduced, _) => FittedBy::Ladder,
     };
     let plan = TwinPlan { wrong, fit, ..study };
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
+    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
     let bar = progress::bar(&session, plan.total(), "twins");
     let outcomes = if pressure {
         water_twins(&base, &plan, &|| bar.inc(1), &interrupt::requested)

@@ -18,6 +18,9 @@ const MOVED_SHARE: f64 = 0.6;
 /// The later half of quiet samples may have this many times the rms of the earlier half.
 const QUIET_GROWTH: f64 = 2.0;
 
+/// Roughness below which samples are motion: noise that a decoder passes up to a tenth of the sample rate has 0.13.
+const SMOOTH: f64 = 0.1;
+
 /// Mean and rms about it.
 pub(super) fn mean_and_rms(values: &[f64]) -> (f64, f64) {
     if values.is_empty() {
@@ -74,12 +77,27 @@ pub(super) fn quiet_lead(values: &[f64], before_trigger: usize, period: Option<f
     // The first cycles of a slow envelope are small, and motion.
     let moves = |count: usize| {
         period.is_some_and(|period| (count as f64) < 0.5 * period || line_share(&values[..count], period) > MOVED_SHARE)
+            || roughness(&values[..count]).is_some_and(|(rough, rms)| rms > smallest_step && rough < SMOOTH)
     };
     [0.8, 0.6, 0.45, 0.3]
         .iter()
         .map(|part| (onset as f64 * part) as usize)
         .find(|&count| is_quiet(count) && wavers(count) && !moves(count))
         .unwrap_or(0)
+}
+
+/// Mean square of the first differences over the variance about a straight line, and the root of that variance: 2 of white noise, (2π f Δt)² of a motion
+/// at a frequency f that is sampled finely. `None` of samples on a line.
+fn roughness(values: &[f64]) -> Option<(f64, f64)> {
+    let n = values.len() as f64;
+    let middle = 0.5 * (n - 1.0);
+    let (mean, _) = mean_and_rms(values);
+    let slope = values.iter().enumerate().map(|(i, x)| (i as f64 - middle) * (x - mean)).sum::<f64>() * 12.0
+        / (n * (n * n - 1.0));
+    let left =
+        values.iter().enumerate().map(|(i, x)| (x - mean - slope * (i as f64 - middle)).powi(2)).sum::<f64>() / n;
+    let differences = values.windows(2).map(|pair| (pair[1] - pair[0] - slope).powi(2)).sum::<f64>() / (n - 1.0);
+    (left > 0.0).then(|| (differences / left, left.sqrt()))
 }
 
 /// Share of the variance of `values` about their mean that lines of `period` (samples) explain, mean and lines fitted together.

@@ -460,7 +460,7 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     };
     let name =
         target.file_name().map_or_else(|| "dry-run".into(), |name| format!("{}-dry-run", name.to_string_lossy()));
-    let folder = OutputFolder::stage(&target.with_file_name(name), force)?;
+    let folder = OutputFolder::stage(&target.with_file_name(name), &[], force)?;
     for (name, bytes) in report.preview()? {
         folder.write(name, bytes)?;
     }

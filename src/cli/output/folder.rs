@@ -1,15 +1,27 @@
 //! A folder of results, staged.
 
 use std::{
-    fs,
+    fs, io,
     path::{Path, PathBuf},
-    sync::{Mutex, PoisonError},
+    sync::{Mutex, MutexGuard, PoisonError},
 };
 
-use super::{OutputError, sync_folder, write_atomically};
+use super::{
+    OutputError,
+    list::{LIST, List, Standing, digest, digest_of_file, entries, files_below, is_plain},
+    sync_folder,
+    work::{
+        BOTH, DROPPED, RESULTS, STATE, beside, instant, lock, partial, put_back, random, remove, remove_all, rename,
+        replace, sweep,
+    },
+    write_atomically,
+};
 
-/// Name of the list of files that granchain wrote into a finished folder.
-const LIST: &str = ".granchain";
+/// Name of the file in a state that says which command it is of.
+const COMMAND: &str = "command";
+
+/// What to say where a state to resume holds nothing yet.
+pub const NOTHING_SAVED: &str = "nothing was saved before the run was stopped; it is started anew";
 
 /// Staged folders that go when the process is stopped by force.
 static STAGED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -21,7 +33,7 @@ pub fn remove_staged() {
     }
 }
 
-/// A folder of results in the making: write into [`path`](Self::path), then [`finish`](Self::finish).
+/// A folder of results in the making: [`write`](Self::write) into it, then [`finish`](Self::finish).
 ///
 /// Dropped unfinished, a staged folder is removed with any parent it had to create; a resumable one is kept.
 ///
@@ -29,7 +41,7 @@ pub fn remove_staged() {
 /// # use granchain::cli::output::OutputFolder;
 /// # let place = tempfile::tempdir().unwrap();
 /// let target = place.path().join("run1");
-/// let folder = OutputFolder::stage(&target, false)?;
+/// let folder = OutputFolder::stage(&target, &["summary.json"], false)?;
 /// folder.write("summary.json", b"{}")?;
 /// assert!(!target.exists());
 /// folder.finish()?;
@@ -39,63 +51,105 @@ pub fn remove_staged() {
 #[derive(Debug)]
 pub struct OutputFolder {
     target: PathBuf,
-    staged: PathBuf,
+    work: PathBuf,
     force: bool,
+    /// Whether it survives the process.
+    resumable: bool,
+    /// Whether it holds what an earlier run saved.
+    resumed: bool,
     kept: bool,
     /// Parents created on the way, outermost first.
     created: Vec<PathBuf>,
+    /// The files written so far; `None` before the first.
+    written: Mutex<Option<List>>,
     /// Held while the folder is in the making; never read.
-    lock: Option<fs::File>,
+    _lock: fs::File,
 }
 
 impl OutputFolder {
-    /// Stage `target`: nothing is left of it unless it is finished.
+    /// Stage `target`: nothing is left of it unless it is finished. `names` are files known to be written.
     ///
     /// # Errors
-    /// When `target` is a file, holds foreign files (unless `force`), or cannot be written.
-    pub fn stage(target: &Path, force: bool) -> Result<Self, OutputError> {
+    /// When `target` is a file, holds foreign files (unless `force`) or one by such a name, or files of ours that were changed since; when it
+    /// cannot be written.
+    pub fn stage(target: &Path, names: &[&str], force: bool) -> Result<Self, OutputError> {
         let target = absolute(target)?;
-        refuse_foreign(&target, force)?;
+        Standing::of(&target)?.refuse(&target, force, names.iter().copied())?;
         let created = create_parents(&target)?;
-        let staged = beside(&target, &format!("partial-{}", std::process::id()));
-        let folder = Self { target, staged, force, kept: false, created, lock: None };
-        fs::create_dir(&folder.staged).map_err(OutputError::io("create the folder", &folder.staged))?;
-        STAGED.lock().unwrap_or_else(PoisonError::into_inner).push(folder.staged.clone());
-        Ok(folder)
+        sweep(&target);
+        let (work, lock) = partial(&target).inspect_err(|_| remove_empty(&created))?;
+        STAGED.lock().unwrap_or_else(PoisonError::into_inner).push(work.clone());
+        Ok(Self {
+            target,
+            work,
+            force,
+            resumable: false,
+            resumed: false,
+            kept: false,
+            created,
+            written: Mutex::new(None),
+            _lock: lock,
+        })
     }
 
     /// Make `target` in a folder `.NAME.unfinished` beside it that survives Ctrl-C and kill −9.
     ///
-    /// With `resume` the state found there is taken up; without, finding one is an error unless `force` drops it. Work
-    /// files that are not results go to [`state_path`](Self::state_path), which `finish` removes.
+    /// With `resume` the state that the same `command` saved there is taken up; without, finding one is an error unless `force` drops it. Work
+    /// files that are not results go to [`state_path`](Self::state_path), which `finish` removes once the results stand. A refusal leaves
+    /// everything as it was.
     ///
     /// # Errors
-    /// As [`stage`](Self::stage), and when there is something to resume but no `resume`, or the other way round.
-    pub fn resumable(target: &Path, resume: bool, force: bool) -> Result<Self, OutputError> {
+    /// As [`stage`](Self::stage), and when there is something to resume but no `resume`, or the other way round, or that of another command.
+    pub fn resumable(
+        target: &Path,
+        names: &[&str],
+        command: &'static str,
+        resume: bool,
+        force: bool,
+    ) -> Result<Self, OutputError> {
         let target = absolute(target)?;
-        refuse_foreign(&target, force)?;
-        let staged = beside(&target, "unfinished");
-        match (staged.exists(), resume) {
-            (true, false) if !force => return Err(OutputError::Unfinished { path: staged }),
-            (false, true) => return Err(OutputError::NothingToResume { path: staged }),
-            _ => {}
+        let standing = Standing::of(&target)?;
+        standing.refuse(&target, force, names.iter().copied())?;
+        let work = beside(&target, "unfinished");
+        if resume && !work.exists() {
+            let stands = if standing.ours.is_empty() { None } else { Some(relative(&target)) };
+            return Err(OutputError::NothingToResume { path: work, stands });
         }
+        let state = work.join(STATE);
+        let refuse = || match is_saved(&state)? {
+            true if resume => same_command(&state, command),
+            true if !force => Err(OutputError::Unfinished { path: work.clone() }),
+            _ => Ok(()),
+        };
+        refuse()?;
         let created = create_parents(&target)?;
-        let mut folder = Self { target, staged, force, kept: true, created, lock: None };
-        let state = folder.state_path();
-        fs::create_dir_all(&state).map_err(OutputError::io("create the folder", &state))?;
-        folder.lock = Some(lock(&state.join("lock"), &folder.staged)?);
-        folder.clear_results()?;
-        if !resume {
-            folder.clear_state()?;
+        fs::create_dir_all(&work).map_err(OutputError::io("create the folder", &work))?;
+        let Some(lock) = lock(&work)? else { return Err(OutputError::InUse { path: work }) };
+        // Another run may have worked there until now.
+        refuse()?;
+        sweep(&target);
+        put_back(&work, &target)?;
+        let resumed = resume && is_saved(&state)?;
+        if !resumed {
+            begin_state(&work, command)?;
         }
-        Ok(folder)
+        Ok(Self {
+            target,
+            work,
+            force,
+            resumable: true,
+            resumed,
+            kept: true,
+            created,
+            written: Mutex::new(None),
+            _lock: lock,
+        })
     }
 
-    /// Where to write now.
+    /// Where the work lies until it is finished.
     #[must_use]
     pub fn path(&self) -> &Path {
-        &self.staged
+        &self.work
     }
 
     /// Where the results will be.
@@ -107,7 +161,13 @@ impl OutputFolder {
     /// Folder of work files that are no results.
     #[must_use]
     pub fn state_path(&self) -> PathBuf {
-        self.staged.join("state")
+        self.work.join(STATE)
+    }
+
+    /// Whether there is something that an earlier run saved.
+    #[must_use]
+    pub fn is_resumed(&self) -> bool {
+        self.resumed
     }
 
     /// Write one file, whole, in a subfolder if its name has one; returns where it is now.
@@ -115,116 +175,207 @@ impl OutputFolder {
     /// # Errors
     /// [`OutputError::Io`].
     pub fn write(&self, name: impl AsRef<Path>, bytes: impl AsRef<[u8]>) -> Result<PathBuf, OutputError> {
-        let path = self.staged.join(name);
+        let bytes = bytes.as_ref();
+        self.put(name.as_ref(), |name, path| {
+            write_atomically(path, bytes)?;
+            Ok(digest(name, bytes))
+        })
+    }
+
+    /// Take a file of the state into the results; it stays in the state, so that work stopped before its end loses nothing.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn take(&self, from: &Path, name: impl AsRef<Path>) -> Result<PathBuf, OutputError> {
+        self.put(name.as_ref(), |name, path| {
+            // Files of the state are replaced, never written into, so that the two names may share one file.
+            if fs::hard_link(from, path).is_err() {
+                let bytes = fs::read(from).map_err(OutputError::io("read", from))?;
+                write_atomically(path, &bytes)?;
+            }
+            digest_of_file(name, path)
+        })
+    }
+
+    fn put(
+        &self,
+        name: &Path,
+        make: impl FnOnce(&str, &Path) -> Result<String, OutputError>,
+    ) -> Result<PathBuf, OutputError> {
+        let path = self.work.join(RESULTS).join(name);
+        let Some(name) = name.to_str().filter(|name| is_plain(name)) else {
+            return Err(OutputError::io("write", &path)(io::ErrorKind::InvalidFilename.into()));
+        };
+        let mut written = self.written()?;
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent).map_err(OutputError::io("create the folder", parent))?;
         }
-        write_atomically(&path, bytes.as_ref())?;
+        let digest = make(name, &path)?;
+        if let Some(list) = written.as_mut() {
+            list.add(name.into(), digest);
+        }
         Ok(path)
     }
 
-    /// Drop a resumable folder that failed for good instead of keeping it.
-    pub fn discard(mut self) {
-        self.kept = false;
+    /// The list of the files written; before the first, what a stopped run was writing is dropped.
+    fn written(&self) -> Result<MutexGuard<'_, Option<List>>, OutputError> {
+        let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+        if written.is_none() {
+            let results = self.work.join(RESULTS);
+            remove_all(&results)?;
+            fs::create_dir(&results).map_err(OutputError::io("create the folder", &results))?;
+            *written = Some(List::default());
+        }
+        Ok(written)
     }
 
-    /// Move the results to their place and return it, relative to the current folder where it lies below.
+    /// Whether the state holds anything that a later run could take up.
+    #[must_use]
+    pub fn is_saved(&self) -> bool {
+        is_saved(&self.state_path()).unwrap_or(true)
+    }
+
+    /// Drop a resumable folder that failed for good instead of keeping it; one that was taken up is kept in any case.
+    pub fn discard(mut self) {
+        self.kept = self.resumed;
+    }
+
+    /// Move the results to their place, then drop the state, and return the place, relative to the current folder where it lies below.
     ///
     /// # Errors
-    /// [`OutputError::Io`]; the earlier results are then still there.
-    pub fn finish(self) -> Result<PathBuf, OutputError> {
-        let state = self.state_path();
-        if state.exists() {
-            fs::remove_dir_all(&state).map_err(OutputError::io("remove", &state))?;
-        }
-        let mut files = files_below(&self.staged)?;
-        files.retain(|file| file != LIST);
-        write_atomically(&self.staged.join(LIST), format!("{}\n", files.join("\n")).as_bytes())?;
-        refuse_foreign(&self.target, self.force)?;
-        let stays = foreign(&self.target)?.is_some() || std::env::current_dir().is_ok_and(|here| here == self.target);
-        if !self.target.exists() {
-            fs::rename(&self.staged, &self.target).map_err(OutputError::io("rename to", &self.target))?;
-        } else if stays {
-            self.move_in(files)?;
-        } else {
-            self.swap()?;
+    /// [`OutputError::Unpublished`]: the earlier results are then still there, and the new ones are kept beside them.
+    pub fn finish(mut self) -> Result<PathBuf, OutputError> {
+        // From here on a second Ctrl-C must not take the results.
+        self.unregister();
+        if let Err(source) = self.seal().and_then(|list| self.publish(&list)) {
+            let place = self.keep_results();
+            return Err(OutputError::Unpublished { place, source: Box::new(source) });
         }
         if let Some(parent) = self.target.parent() {
             sync_folder(parent);
         }
+        self.kept = false;
+        // The results stand: parents stay, and what is left of the work is not worth an error.
+        self.created.clear();
         Ok(relative(&self.target))
     }
 
-    /// Replace an earlier output of ours as a whole.
-    fn swap(&self) -> Result<(), OutputError> {
-        let old = beside(&self.target, &format!("old-{}", std::process::id()));
-        fs::rename(&self.target, &old).map_err(OutputError::io("move away", &self.target))?;
-        if let Err(source) = fs::rename(&self.staged, &self.target) {
-            let _ = fs::rename(&old, &self.target);
-            return Err(OutputError::Io { action: "rename to", path: self.target.clone(), source });
+    /// Leave nothing but the files written, and their list.
+    fn seal(&self) -> Result<List, OutputError> {
+        let list = self.written()?.clone().unwrap_or_default();
+        let results = self.work.join(RESULTS);
+        for stray in files_below(&results)?.into_iter().filter(|name| !list.contains(name)) {
+            remove_all(&results.join(stray))?;
         }
-        fs::remove_dir_all(&old).map_err(OutputError::io("remove", &old))
+        instant();
+        write_atomically(&results.join(LIST), list.text().as_bytes())?;
+        Ok(list)
+    }
+
+    fn publish(&self, list: &List) -> Result<(), OutputError> {
+        let results = self.work.join(RESULTS);
+        let standing = Standing::of(&self.target)?;
+        standing.refuse(&self.target, self.force, list.names())?;
+        let inside = std::env::current_dir().is_ok_and(|here| here.starts_with(&self.target));
+        if !self.target.exists() {
+            rename(&results, &self.target)
+        } else if inside || standing.foreign.is_some() {
+            self.move_in(list, &standing)
+        } else {
+            replace(&self.work, &results, &self.target)
+        }
     }
 
     /// Move the results into a folder that keeps its other files; what an earlier run wrote there goes.
-    fn move_in(&self, files: Vec<String>) -> Result<(), OutputError> {
-        for file in listed(&self.target).into_iter().filter(|file| !files.contains(file)) {
-            let path = self.target.join(file);
-            if path.is_file() {
-                fs::remove_file(&path).map_err(OutputError::io("remove", &path))?;
-            }
+    ///
+    /// Meanwhile the list holds the old files and the new ones, so that at any instant each of them can be told to be ours.
+    fn move_in(&self, list: &List, standing: &Standing) -> Result<(), OutputError> {
+        let (both, results) = (self.work.join(BOTH), self.work.join(RESULTS));
+        let mut union = standing.list.clone();
+        union.extend(list);
+        write_atomically(&both, union.text().as_bytes())?;
+        rename(&both, &self.target.join(LIST))?;
+        for gone in standing.ours.iter().filter(|name| !list.contains(name)) {
+            remove_all(&self.target.join(gone))?;
         }
-        for file in files.iter().map(String::as_str).chain([LIST]) {
-            let (from, to) = (self.staged.join(file), self.target.join(file));
+        for name in list.names().chain([LIST]) {
+            let to = self.target.join(name);
             if let Some(parent) = to.parent() {
                 fs::create_dir_all(parent).map_err(OutputError::io("create the folder", parent))?;
             }
-            fs::rename(&from, &to).map_err(OutputError::io("rename to", &to))?;
+            rename(&results.join(name), &to)?;
         }
-        fs::remove_dir_all(&self.staged).map_err(OutputError::io("remove", &self.staged))
-    }
-
-    /// Drop the results a run was writing when it was stopped: the next may write others.
-    fn clear_results(&self) -> Result<(), OutputError> {
-        let state = self.state_path();
-        for entry in entries(&self.staged)?.into_iter().filter(|path| *path != state) {
-            remove(&entry)?;
-        }
+        sync_folder(&self.target);
         Ok(())
     }
 
-    /// Drop what an earlier run saved, but for the lock.
-    fn clear_state(&self) -> Result<(), OutputError> {
-        let state = self.state_path();
-        for entry in entries(&state)?.into_iter().filter(|path| *path != state.join("lock")) {
-            remove(&entry)?;
+    /// Keep finished results that could not be put in their place; returns where they are.
+    fn keep_results(&mut self) -> PathBuf {
+        let results = self.work.join(RESULTS);
+        if !self.resumable {
+            // Out of a folder that is swept.
+            match random(&self.target, "kept").and_then(|kept| rename(&results, &kept).map(|()| kept)) {
+                Ok(kept) => return kept,
+                Err(_) => self.kept = true,
+            }
         }
-        Ok(())
+        results
+    }
+
+    fn unregister(&self) {
+        STAGED.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| *path != self.work);
     }
 }
 
 impl Drop for OutputFolder {
     fn drop(&mut self) {
-        STAGED.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| *path != self.staged);
-        if self.kept || self.target.exists() && !self.staged.exists() {
+        self.unregister();
+        if self.kept {
             return;
         }
-        let _ = fs::remove_dir_all(&self.staged);
-        for parent in self.created.iter().rev() {
-            // Only an empty one goes.
-            let _ = fs::remove_dir(parent);
+        // A state goes at once or not at all: under a name that nobody resumes.
+        if self.resumable {
+            match random(&self.target, "partial").and_then(|away| rename(&self.work, &away).map(|()| away)) {
+                Ok(away) => self.work = away,
+                Err(_) => return,
+            }
         }
+        let _ = remove(&self.work);
+        remove_empty(&self.created);
     }
 }
 
-/// An exclusive lock that the system releases when the process ends, however it ends.
-fn lock(path: &Path, folder: &Path) -> Result<fs::File, OutputError> {
-    let file = fs::File::create(path).map_err(OutputError::io("create", path))?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(fs::TryLockError::WouldBlock) => Err(OutputError::InUse { path: folder.into() }),
-        Err(fs::TryLockError::Error(source)) => Err(OutputError::Io { action: "lock", path: path.into(), source }),
+/// Whether a state holds anything but the name of its command and files that were never finished.
+fn is_saved(state: &Path) -> Result<bool, OutputError> {
+    let passing = |name: &str| name == COMMAND || name.starts_with(".granchain-") || name.starts_with(".tmp");
+    Ok(state.exists()
+        && entries(state)?.iter().any(|path| !path.file_name().and_then(|name| name.to_str()).is_some_and(passing)))
+}
+
+/// Refuse the state of another command.
+fn same_command(state: &Path, command: &'static str) -> Result<(), OutputError> {
+    let path = state.join(COMMAND);
+    let found = match fs::read(&path) {
+        Ok(found) => String::from_utf8_lossy(&found).trim_end().chars().take(80).collect(),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => "an unknown command".to_owned(),
+        Err(source) => return Err(OutputError::io("read", &path)(source)),
+    };
+    if found == command {
+        return Ok(());
     }
+    Err(OutputError::OtherCommand { path: state.into(), expected: command, found: found.escape_debug().to_string() })
+}
+
+/// An empty state of `command` in the place of any other.
+fn begin_state(work: &Path, command: &str) -> Result<(), OutputError> {
+    let (state, dropped) = (work.join(STATE), work.join(DROPPED));
+    remove_all(&dropped)?;
+    if state.exists() {
+        rename(&state, &dropped)?;
+    }
+    fs::create_dir(&state).map_err(OutputError::io("create the folder", &state))?;
+    write_atomically(&state.join(COMMAND), format!("{command}\n").as_bytes())?;
+    remove_all(&dropped)
 }
 
 /// A path as a person would give it: relative where it lies below the current folder.
@@ -240,12 +391,6 @@ fn absolute(target: &Path) -> Result<PathBuf, OutputError> {
         .map_err(OutputError::io("find", target))
 }
 
-/// `.NAME.suffix` in the folder of `target`.
-fn beside(target: &Path, suffix: &str) -> PathBuf {
-    let name = target.file_name().map_or_else(|| "output".into(), |name| name.to_string_lossy().into_owned());
-    target.with_file_name(format!(".{name}.{suffix}"))
-}
-
 fn create_parents(target: &Path) -> Result<Vec<PathBuf>, OutputError> {
     let mut missing: Vec<PathBuf> =
         target.ancestors().skip(1).take_while(|path| !path.exists()).map(Path::to_path_buf).collect();
@@ -256,130 +401,12 @@ fn create_parents(target: &Path) -> Result<Vec<PathBuf>, OutputError> {
     Ok(missing)
 }
 
-fn refuse_foreign(target: &Path, force: bool) -> Result<(), OutputError> {
-    if target.exists() && !target.is_dir() {
-        return Err(OutputError::NotAFolder { path: target.into() });
+/// Remove parents created on the way, if nothing is in them.
+fn remove_empty(created: &[PathBuf]) {
+    for parent in created.iter().rev() {
+        let _ = fs::remove_dir(parent);
     }
-    match foreign(target)? {
-        Some(found) if !force => Err(OutputError::Foreign { folder: target.into(), found }),
-        _ => Ok(()),
-    }
-}
-
-/// The first file below `target` that no earlier run of ours listed.
-fn foreign(target: &Path) -> Result<Option<String>, OutputError> {
-    if !target.exists() {
-        return Ok(None);
-    }
-    let ours = listed(target);
-    Ok(files_below(target)?.into_iter().find(|file| file != LIST && !ours.contains(file)))
-}
-
-fn listed(target: &Path) -> Vec<String> {
-    fs::read_to_string(target.join(LIST)).map(|text| text.lines().map(str::to_owned).collect()).unwrap_or_default()
-}
-
-fn entries(folder: &Path) -> Result<Vec<PathBuf>, OutputError> {
-    let mut paths = fs::read_dir(folder)
-        .and_then(|entries| entries.map(|entry| entry.map(|entry| entry.path())).collect::<Result<Vec<_>, _>>())
-        .map_err(OutputError::io("read the folder", folder))?;
-    paths.sort();
-    Ok(paths)
-}
-
-fn remove(path: &Path) -> Result<(), OutputError> {
-    if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) }
-        .map_err(OutputError::io("remove", path))
-}
-
-/// Every file below `folder`, relative, with `/`, sorted.
-fn files_below(folder: &Path) -> Result<Vec<String>, OutputError> {
-    let mut found = Vec::new();
-    let mut open = vec![folder.to_path_buf()];
-    while let Some(place) = open.pop() {
-        for path in entries(&place)? {
-            if path.is_dir() && !path.is_symlink() {
-                open.push(path);
-            } else if let Ok(relative) = path.strip_prefix(folder) {
-                let parts: Vec<_> = relative.iter().map(|part| part.to_string_lossy()).collect();
-                found.push(parts.join("/"));
-            }
-        }
-    }
-    found.sort();
-    Ok(found)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn names(folder: &Path) -> Vec<String> {
-        let mut names: Vec<String> =
-            fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-        names.sort();
-        names
-    }
-
-    #[test]
-    fn a_failed_run_leaves_nothing_behind_not_even_new_parents() {
-        let place = tempfile::tempdir().unwrap();
-        let folder = OutputFolder::stage(&place.path().join("a/b/run"), false).unwrap();
-        folder.write("x.csv", b"1").unwrap();
-        drop(folder);
-        assert!(names(place.path()).is_empty());
-    }
-
-    #[test]
-    fn an_earlier_output_is_replaced_whole() {
-        let place = tempfile::tempdir().unwrap();
-        let target = place.path().join("run");
-        for file in ["old.csv", "new.csv"] {
-            let folder = OutputFolder::stage(&target, false).unwrap();
-            folder.write(file, b"1").unwrap();
-            folder.finish().unwrap();
-        }
-        assert_eq!(names(&target), [".granchain", "new.csv"]);
-        assert_eq!(names(place.path()), ["run"]);
-    }
-
-    #[test]
-    fn foreign_files_are_refused_and_survive_force() {
-        let place = tempfile::tempdir().unwrap();
-        let target = place.path().join("run");
-        fs::create_dir(&target).unwrap();
-        fs::write(target.join("thesis.tex"), "years of work").unwrap();
-        assert!(matches!(OutputFolder::stage(&target, false), Err(OutputError::Foreign { .. })));
-        let folder = OutputFolder::stage(&target, true).unwrap();
-        folder.write("x.csv", b"1").unwrap();
-        folder.finish().unwrap();
-        assert_eq!(names(&target), [".granchain", "thesis.tex", "x.csv"]);
-        assert_eq!(names(place.path()), ["run"]);
-    }
-
-    #[test]
-    fn a_resumable_folder_is_kept_found_again_and_guarded() {
-        let place = tempfile::tempdir().unwrap();
-        let target = place.path().join("run");
-        assert!(matches!(OutputFolder::resumable(&target, true, false), Err(OutputError::NothingToResume { .. })));
-        let folder = OutputFolder::resumable(&target, false, false).unwrap();
-        fs::write(folder.state_path().join("runs.jsonl"), "{}\n").unwrap();
-        assert!(matches!(OutputFolder::resumable(&target, true, false), Err(OutputError::InUse { .. })));
-        drop(folder);
-        assert!(matches!(OutputFolder::resumable(&target, false, false), Err(OutputError::Unfinished { .. })));
-        let folder = OutputFolder::resumable(&target, true, false).unwrap();
-        assert!(folder.state_path().join("runs.jsonl").exists());
-        folder.write("x.csv", b"1").unwrap();
-        folder.finish().unwrap();
-        assert_eq!(names(&target), [".granchain", "x.csv"]);
-        assert_eq!(names(place.path()), ["run"]);
-    }
-
-    #[test]
-    fn a_file_is_no_folder() {
-        let place = tempfile::tempdir().unwrap();
-        let target = place.path().join("run");
-        fs::write(&target, "x").unwrap();
-        assert!(matches!(OutputFolder::stage(&target, true), Err(OutputError::NotAFolder { .. })));
-    }
-}
+pub(super) mod tests;

@@ -16,7 +16,7 @@ use crate::{
     cli::{
         arguments::{Session, positive_time, usage},
         interrupt::{self, Interrupted},
-        output::{OutputFolder, write_atomically},
+        output::{NOTHING_SAVED, OutputFolder, write_atomically},
         progress, summary,
     },
     model::fea::{Control, Cut, Frames, Peak, PeakStress, Simulation, Snapshot, control::Complementarity},
@@ -45,6 +45,8 @@ pub struct AnalysisArguments {
     pub resume: bool,
 }
 
+/// The command, as a state names it.
+pub const COMMAND: &str = "replay --model fea";
 /// Name of the plan among the state files.
 const PLAN: &str = "plan.json";
 /// Name of the saved state.
@@ -167,7 +169,7 @@ impl<'a> Analysis<'a> {
         let mut peak = Peak::default();
         if let Some(folder) = folder {
             let place = folder.state_path().join(PLAN);
-            if flags.resume {
+            if is_saved(folder) {
                 same_plan(&place, &plan)?;
                 let state = folder.state_path().join(CHECKPOINT);
                 let bytes = std::fs::read(&state).with_context(|| format!("{}: cannot be read", state.display()))?;
@@ -178,6 +180,11 @@ impl<'a> Analysis<'a> {
                 peak = saved.peak;
                 session.note(format_args!("resumed at {}", engineering(simulation.time(), "s", 4)));
             } else {
+                if flags.resume {
+                    session.note(NOTHING_SAVED);
+                    // Frames that belong to no saved state.
+                    let _ = std::fs::remove_dir_all(folder.state_path().join(FIELDS));
+                }
                 write_atomically(&place, &plan)?;
             }
         }
@@ -247,10 +254,11 @@ impl<'a> Analysis<'a> {
             }
             progress::advance_to(bar, self.simulation.time(), self.scene.duration);
         }
-        Ok(())
+        // What is stopped from here on has only to be written again; water is in no saved state.
+        if matches!(self.scene.support, Support::Disc { .. }) { Ok(()) } else { self.save() }
     }
 
-    /// Join the pictures of all frames into one animation, and drop them.
+    /// Join the pictures of all frames into one animation; they go with the state.
     fn animate(&self) -> anyhow::Result<()> {
         let (Some(raster), Some(steps), Some(folder)) = (&self.raster, self.frame, self.frames_folder()) else {
             return Ok(());
@@ -261,11 +269,7 @@ impl<'a> Analysis<'a> {
             let picture = std::fs::read(path).with_context(|| format!("{}: cannot be read", path.display()))?;
             frames.push((number as f64 * self.interval, picture));
         }
-        write_atomically(&folder.join(ANIMATION), raster.svg(&frames).as_bytes())?;
-        for path in names {
-            std::fs::remove_file(&path).with_context(|| format!("{}: cannot be removed", path.display()))?;
-        }
-        Ok(())
+        Ok(write_atomically(&folder.join(ANIMATION), raster.svg(&frames).as_bytes())?)
     }
 
     /// Keep what the figure of the stress needs, where it will be drawn.
@@ -365,14 +369,16 @@ impl Analysis<'_> {
     }
 }
 
-/// Move the frames to the results.
+/// Take the frames into the results, with their list and the animation; all of them stay in the state until the results stand.
 ///
 /// # Errors
-/// When the file system refuses.
-pub fn take_frames(folder: &OutputFolder) -> anyhow::Result<()> {
-    let (from, to) = (folder.state_path().join(FIELDS), folder.path().join(FIELDS));
-    if from.exists() {
-        std::fs::rename(&from, &to).with_context(|| format!("{}: cannot be moved to the results", from.display()))?;
+/// When the file system refuses, or one is missing.
+pub fn take_frames(folder: &OutputFolder, analysis: Option<&AnalysisSummary>) -> anyhow::Result<()> {
+    let Some(frames) = analysis.and_then(|analysis| analysis.field_frames) else { return Ok(()) };
+    let fields = folder.state_path().join(FIELDS);
+    let animation = fields.join(ANIMATION).exists().then(|| ANIMATION.to_owned());
+    for name in (0..frames).map(frame_name).chain([SERIES.to_owned()]).chain(animation) {
+        folder.take(&fields.join(&name), Path::new(FIELDS).join(&name))?;
     }
     Ok(())
 }

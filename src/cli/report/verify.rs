@@ -35,6 +35,7 @@ use crate::{
             files::{self, Files},
             manifest::{self, Manifest},
         },
+        output::LIST,
         summary,
         timing::{self, Timing},
     },
@@ -47,9 +48,6 @@ const PAIRS_AGAIN: usize = 3;
 
 /// Differences of one file that are printed.
 const PRINTED: usize = 8;
-
-/// The list of its own files that every folder of results has.
-const OWN_LIST: &str = ".granchain";
 
 /// Arguments of `granchain report verify`.
 #[derive(Debug, Args)]
@@ -146,7 +144,7 @@ fn read(folder: &Path) -> anyhow::Result<BTreeMap<String, Vec<u8>>> {
             }
         }
     }
-    files.remove(OWN_LIST);
+    files.remove(LIST);
     Ok(files)
 }
 

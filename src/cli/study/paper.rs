@@ -11,7 +11,7 @@ use crate::{
         Outcome,
         arguments::{OutputArguments, Session},
         interrupt::{self, Interrupted},
-        output::OutputFolder,
+        output::{OutputFolder, PAGE_RESULTS},
         progress, summary,
         timing::Timing,
     },
@@ -56,7 +56,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     let study = Study::new(plan, &arguments.study.overrides(), Bodies::new(session.cache()))?;
     let reconstruction = reconstruction(&study.scenes()[0])?;
     let output = &arguments.output;
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
+    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
     timing.stage("read");
     let (own, on_chain) = study.plan().runs();
     let scene = &study.scenes()[0];

@@ -10,7 +10,7 @@ use crate::{
         Outcome,
         arguments::{OutputArguments, Session},
         interrupt::Interrupted,
-        output::OutputFolder,
+        output::{OutputFolder, PAGE_RESULTS},
         progress, summary,
         timing::Timing,
     },
@@ -81,7 +81,7 @@ pub(super) fn execute<S: Study>(arguments: Arguments, session: &Session) -> anyh
     let plan = TrendPlan { members, seed: session.seed() };
     let overrides = study.overrides();
     let scene = LAWS[0].scene(&overrides)?;
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
+    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
     timing.stage("read");
     let bodies = Bodies::new(session.cache());
     let total = S::runs(&plan);

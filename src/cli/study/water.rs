@@ -11,7 +11,7 @@ use crate::{
         Outcome,
         arguments::{ModelChoice, OutputArguments, Session, usage},
         interrupt::Interrupted,
-        output::OutputFolder,
+        output::{OutputFolder, PAGE_RESULTS},
         progress, summary,
         timing::Timing,
     },
@@ -57,7 +57,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     let overrides: Vec<String> =
         std::iter::once(format!("model.kind={}", model.name())).chain(shared.set.iter().cloned()).collect();
     let study = Study::new(plan, &overrides, Bodies::new(session.cache()))?;
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
+    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
     timing.stage("read");
     let runs = study.plan().runs();
     // Bodies are made by the first run and not counted; so are those of the soft baffle, whose elements are stepped once for each mount.
