@@ -34,6 +34,8 @@ const MISSED: f64 = 1.5;
 const REFLECTED: f64 = 2.0;
 /// Fewest samples a drive period that a drive is given, so that the spline through them is exact.
 const FINEST: f64 = 20.0;
+/// Fewest periods from first to last motion.
+const SHORTEST: f64 = 1.5;
 /// Periods of rest behind the burst that make its end an end.
 const RESTED: f64 = 0.25;
 /// Motion at the end of a record, in fractions of the peak, that makes the comparison shorter.
@@ -169,11 +171,12 @@ impl Recorded {
         };
         drop(reversed);
         let (from, to) = (first.place.ceil().max(0.0) as usize, (last.place.floor() as usize).min(count - 1));
-        if to < from + (2.0 * period) as usize {
+        if to < from + (SHORTEST * period) as usize {
             return None;
         }
         let burst = &self.series.values[from..=to];
-        let kernel = 11.0 / (cutoff * step) + 48.0;
+        // As far as low-pass and resampling reach, where the record is that long.
+        let kernel = f64::min(11.0 / (cutoff * step), count as f64) + 48.0;
         let margin = |periods: f64, fade: f64| {
             let flat = (f64::max(periods * period, kernel)).ceil() as usize;
             let fade = (fade * period).ceil() as usize;
@@ -182,9 +185,11 @@ impl Recorded {
         let before = if first.rests { margin(CONTINUED, FADED) } else { margin(LED_IN, RISEN) };
         let after = margin(CONTINUED, FADED);
         let lead = before.0 + before.1;
-        let mut values = continued(burst, (from as f64 - first.place, first.rests), period, before, true, sigma);
+        // Of a velocity the longer fit counts: what it is continued by must not drift.
+        let tolerated = if integrated { f64::INFINITY } else { sigma };
+        let mut values = continued(burst, (from as f64 - first.place, first.rests), period, before, true, tolerated);
         values.extend_from_slice(burst);
-        values.extend(continued(burst, (last.place - to as f64, last.rests), period, after, false, sigma));
+        values.extend(continued(burst, (last.place - to as f64, last.rests), period, after, false, tolerated));
         let values = LowPass::new(step, values.len(), cutoff).apply(&values);
         let mut extended = Series::new(-(lead as f64), 1.0, values);
         let drift = if integrated { 0.0 } else { take_drift(&mut extended, lead..lead + burst.len(), period, sigma) };
@@ -425,7 +430,7 @@ fn continued(
     period: f64,
     (flat, fade): (usize, usize),
     before: bool,
-    sigma: f64,
+    tolerated: f64,
 ) -> Vec<f64> {
     let inwards = |i: usize| if before { burst[i] } else { burst[burst.len() - 1 - i] };
     let fitted = |periods: f64| {
@@ -440,7 +445,7 @@ fn continued(
     };
     let long = fitted(FITTED_PERIODS);
     let lines = match fitted(SHORTER * FITTED_PERIODS) {
-        Some(short) if long.as_ref().is_none_or(|long| missed(long) > MISSED * f64::max(missed(&short), sigma)) => {
+        Some(short) if long.as_ref().is_none_or(|long| missed(long) > MISSED * f64::max(missed(&short), tolerated)) => {
             Some(short)
         }
         _ => long,
