@@ -1,5 +1,6 @@
 //! `granchain twins`: make records with known truth, fit them, count.
 
+mod laboratory;
 mod levels;
 
 use std::{fmt::Write, path::Path};
@@ -28,6 +29,7 @@ use crate::{
         twins::{TwinFit as PageFit, TwinInterval, TwinsReport},
     },
     scene::{self, DampingKind},
+    study::laboratory::LaboratoryPlan,
     study::twins::{FittedBy, TwinOutcome, TwinPlan, TwinProof, proof, twins, water_twins},
 };
 
@@ -37,12 +39,19 @@ const OVERRIDES: [&str; 1] = ["duration=900us"];
 /// The same of the built-in scene with water: the sound of the burst has passed.
 const WATER_OVERRIDES: [&str; 1] = ["duration=480us"];
 
+/// Twins of each condition of a laboratory.
+const LABORATORY_COUNT: u64 = 8;
+
 /// Arguments of `granchain twins`.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Twins whose model is right: both supports, both damping laws, 0–3 % noise, five sample rates
-    #[arg(long, value_name = "N", default_value_t = 80, help_heading = "Study")]
-    pub count: u64,
+    /// Twins whose model is right: both supports, both damping laws, 0–3 % noise, five sample rates [default: 80; 8 of each --laboratory]
+    #[arg(long, value_name = "N", help_heading = "Study")]
+    pub count: Option<u64>,
+    /// Records as other laboratories store them, made by a path that no fit shares and put through the whole of `calibrate`: all, right, wrong, or
+    /// conditions by name, such as pretrigger,eight-bit
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', help_heading = "Study")]
+    pub laboratory: Vec<String>,
     /// What the twins record: velocity on annulus and rigid wall, or pressure behind a disc on three mounts [default: velocity]
     #[arg(long, value_enum, help_heading = "Study")]
     pub quantity: Option<QuantityChoice>,
@@ -117,6 +126,10 @@ struct TwinsSummary<'a> {
 /// A folder that cannot be written; Ctrl-C.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let study = plan_of(&arguments)?;
+    if !arguments.laboratory.is_empty() {
+        let plan = laboratory_plan(&arguments, &study)?;
+        return laboratory::execute(&plan, &arguments.output, &arguments.session, Timing::start());
+    }
     let Arguments { quantity, wrong, model, mesh_density, levels, fit, output, session, .. } = arguments;
     let mut timing = Timing::start();
     let pressure = quantity == Some(QuantityChoice::Pressure);
@@ -196,7 +209,7 @@ fn plan_of(arguments: &Arguments) -> anyhow::Result<TwinPlan> {
     let tested = if *levels > 1 { TESTED_TOGETHER } else { Search::tested(parameters.len()) };
     let usual = scene::load("annulus", &[])?;
     Ok(TwinPlan {
-        count: *count,
+        count: count.unwrap_or(TwinPlan::default().count),
         wrong: 0,
         evaluations: evaluations.map_or(tested, |runs| runs as usize),
         seed: session.seed(),
@@ -206,6 +219,31 @@ fn plan_of(arguments: &Arguments) -> anyhow::Result<TwinPlan> {
             .and_then(|stated| stated.of(&usual, None))
             .map_err(refused)?,
         law: damping.as_ref().map(law).transpose()?,
+    })
+}
+
+/// What flags say of records of other laboratories.
+fn laboratory_plan(arguments: &Arguments, study: &TwinPlan) -> anyhow::Result<LaboratoryPlan> {
+    let usual = TwinPlan::default();
+    let drawn_otherwise =
+        study.parameters != usual.parameters || study.uncertainty != usual.uncertainty || study.law.is_some();
+    let other = arguments.quantity == Some(QuantityChoice::Pressure) || arguments.levels > 1 || arguments.fit.is_some();
+    if drawn_otherwise || other || arguments.wrong.is_some() {
+        return Err(usage(
+            "records of other laboratories are velocities from which α and one damping coefficient are fitted, and their conditions say what is \
+             drawn: --quantity pressure, --levels, --fit, --wrong, --parameters, --uncertainty and --damping do not go with --laboratory",
+        ));
+    }
+    if arguments.mesh_density.is_some() && arguments.model == TwinModel::Chain {
+        return Err(usage("--mesh-density would do nothing: the chain has no bodies; add --model reduced"));
+    }
+    Ok(LaboratoryPlan {
+        conditions: laboratory::conditions(&arguments.laboratory)?,
+        count: arguments.count.unwrap_or(LABORATORY_COUNT),
+        seed: study.seed,
+        evaluations: study.evaluations,
+        model: if arguments.model == TwinModel::Chain { "chain" } else { "reduced" }.into(),
+        mesh_density: arguments.mesh_density,
     })
 }
 

@@ -14,6 +14,7 @@ pub mod effects;
 pub mod figure;
 pub mod heard;
 pub mod interface;
+pub mod laboratory;
 pub mod mesh;
 pub use crate::signal::number;
 pub mod page;

@@ -13,6 +13,7 @@ pub mod effects;
 pub mod ensemble;
 pub mod failure;
 pub mod grid;
+pub mod laboratory;
 pub mod members;
 pub mod observation;
 pub mod paper;

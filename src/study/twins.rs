@@ -3,6 +3,7 @@
 //! Twins made on the reduced model can be fitted by the whole ladder, or by the chain alone: the second shows what the chain leaves out.
 
 mod levels;
+mod product;
 mod water;
 
 pub use levels::{LevelOutcome, LevelProof, LevelWidths, level_proof, level_twins};
@@ -11,24 +12,19 @@ pub use water::{MountFit, water_twins};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use std::sync::Arc;
-
 use crate::{
     calibration::{
-        correction::Correction,
-        fit::{Estimate, Fit, Verdict, correct, fit},
-        forward::{Forward, Uncertainty},
-        observation::{Observation, Recording},
+        fit::{Estimate, Fit, Verdict},
+        forward::Uncertainty,
         parameter::{Parameter, ParameterError},
-        rung::{Bodies, Rung, chain_below},
-        search::{Search, Strategy},
+        rung::{Bodies, chain_below},
         statement::preferred,
         twin::{Flaw, Truth, scene_of, twin, with_law, with_other_law},
     },
-    feature::fingerprint::FeatureSet,
+    feature::Measurand,
     model::{self, ModelError},
     response::Response,
-    scene::{DampingKind, Scene, Support},
+    scene::{DampingKind, ModelKind, Scene, Support},
 };
 
 /// One twin in this many is fitted with both damping laws.
@@ -238,11 +234,11 @@ fn outcome(workshop: &Workshop, base: &Scene, plan: &TwinPlan, number: u64) -> T
             return TwinOutcome::of(flaw, None, Err(reason), None);
         }
     };
-    let fit_to = |scene: &Scene, parameters| {
+    let fit_to = |scene: &Scene| {
         let seed = plan.seed.wrapping_add(1000 * (number + 1));
-        fit_one(workshop, scene, parameters, &made.recording, plan, seed)
+        fit_one(workshop, scene, &made.csv, plan, seed)
     };
-    let fitted = fit_to(&scene, parameters);
+    let fitted = fit_to(&scene);
     let mut named_law = None;
     // Every fourth twin of each of the four kinds of scene.
     if flaw == Flaw::None
@@ -251,8 +247,7 @@ fn outcome(workshop: &Workshop, base: &Scene, plan: &TwinPlan, number: u64) -> T
         && let Ok(own) = &fitted
     {
         let other_scene = with_other_law(&scene);
-        let other = plan.parameters(&other_scene).ok().and_then(|parameters| fit_to(&other_scene, parameters).ok());
-        named_law = Some(match &other {
+        named_law = Some(match &fit_to(&other_scene).ok() {
             Some(other) => preferred(&[
                 (scene.damping.kind.name().to_owned(), own),
                 (other_scene.damping.kind.name().to_owned(), other),
@@ -263,31 +258,16 @@ fn outcome(workshop: &Workshop, base: &Scene, plan: &TwinPlan, number: u64) -> T
     TwinOutcome::of(flaw, Some(made.truth), fitted.as_ref().map(TwinFit::from).map_err(Clone::clone), named_law)
 }
 
-fn fit_one(
-    workshop: &Workshop,
-    scene: &Scene,
-    parameters: Vec<Parameter>,
-    recording: &Recording,
-    plan: &TwinPlan,
-    seed: u64,
-) -> Result<Fit, String> {
-    let observation = Observation::new(recording, &scene.drive, FeatureSet::Full).map_err(|error| error.to_string())?;
-    let bodies = workshop.bodies(scene);
-    let (below, laws) = match plan.fit {
-        FittedBy::Chain => (scene.clone(), None),
-        FittedBy::FiniteBody | FittedBy::Ladder => (chain_below(scene), bodies.laws.as_ref()),
+/// What fits a twin, through the calls that `calibrate` makes.
+fn fit_one(workshop: &Workshop, scene: &Scene, csv: &[u8], plan: &TwinPlan, seed: u64) -> Result<Fit, String> {
+    let mut fitted_by = match plan.fit {
+        FittedBy::FiniteBody => chain_below(scene),
+        FittedBy::Chain | FittedBy::Ladder => scene.clone(),
     };
-    let watch = Arc::new(|_| true);
-    let forward = Forward::with_laws(&below, laws, parameters, observation, plan.uncertainty, seed, watch)
-        .map_err(|error| error.to_string())?;
-    let search = Search::new(&forward, plan.evaluations, seed, Strategy::Likelihood);
-    let chain = fit(&forward, search, None).map_err(|error| error.to_string())?;
     if plan.fit != FittedBy::Ladder {
-        return Ok(chain);
+        fitted_by.model.kind = ModelKind::Chain;
     }
-    let rung = Rung::new(&forward, bodies.prepared.clone(), scene).with_finer(bodies.finer.clone());
-    let correction = Correction::new(&rung, &chain.runs, seed);
-    correct(&rung, chain, correction, None).map_err(|error| error.to_string())
+    product::fit(&plan.definition(Measurand::Velocity, seed), &fitted_by, csv, Some(workshop.bodies(scene)))
 }
 
 /// What all twins together say of one parameter.

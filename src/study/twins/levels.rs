@@ -3,22 +3,16 @@
 //! Shot 0 of a twin is the same record as the twin of a single level, and its own fit is the same fit: what is gained by the further levels is
 //! read twin by twin.
 
-use std::sync::Arc;
-
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{TwinFit, TwinPlan, median};
+use super::{TwinFit, TwinPlan, median, product};
 use crate::{
     calibration::{
-        fit::{Estimate, fit},
-        forward::Forward,
-        joint::Joint,
-        observation::Observation,
-        search::{Search, Strategy},
+        fit::Estimate,
         twin::{Truth, Twin, at_level, twin_at_level},
     },
-    feature::fingerprint::FeatureSet,
+    feature::Measurand,
     model,
     scene::Scene,
 };
@@ -92,29 +86,16 @@ fn outcome(base: &Scene, plan: &TwinPlan, levels: &[f64], index: u64) -> LevelOu
     };
     let truths: Vec<Truth> = shots.iter().map(|shot| shot.truth.clone()).collect();
     let seed = plan.seed.wrapping_add(1000 * (index + 1));
-    let forward = |(shot, level): (&Twin, &f64)| {
-        let scene = at_level(&scene, *level);
-        let observation =
-            Observation::new(&shot.recording, &scene.drive, FeatureSet::Full).map_err(|error| error.to_string())?;
-        let watch = Arc::new(|_| true);
-        Forward::new(&scene, parameters.clone(), observation, uncertainty, seed, watch)
-            .map_err(|error| error.to_string())
-    };
-    let forwards: Result<Vec<Forward>, String> = shots.iter().zip(levels).map(forward).collect();
-    let forwards = match forwards {
-        Ok(forwards) => forwards,
-        Err(reason) => return nothing(truths, reason),
-    };
-    let answer = |joint: &Joint| {
-        let search = Search::new(joint, plan.evaluations, seed, Strategy::Likelihood);
-        fit(joint, search, None).map_err(|error| error.to_string())
-    };
-    let single =
-        forwards.iter().map(|forward| answer(&forward.into()).as_ref().map(TwinFit::from).map_err(Clone::clone));
-    let single = single.collect();
-    let mut all = forwards.into_iter();
-    let Some(first) = all.next() else { return nothing(truths, "no drive level".into()) };
-    let joint = answer(&all.fold(Joint::from(first), Joint::and));
+    let records: Vec<(Scene, &[u8])> =
+        shots.iter().zip(levels).map(|(shot, level)| (at_level(&scene, *level), shot.csv.as_slice())).collect();
+    let definition = plan.definition(Measurand::Velocity, seed);
+    let single = records
+        .iter()
+        .map(|(scene, csv)| {
+            product::fit(&definition, scene, csv, None).as_ref().map(TwinFit::from).map_err(Clone::clone)
+        })
+        .collect();
+    let joint = product::fitted(&definition, &records, None).map(|fitted| fitted.best().fit.clone());
     let shares = joint
         .as_ref()
         .map_or_else(|_| vec![], |joint| joint.shares.iter().map(|share| share.estimates.clone()).collect());

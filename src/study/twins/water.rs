@@ -1,22 +1,17 @@
 //! Twins of a hydrophone's record: three mounts of the disc, each twin fitted on every one of them.
 
-use std::sync::Arc;
-
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{TwinFit, TwinOutcome, TwinPlan};
+use super::{TwinFit, TwinOutcome, TwinPlan, product};
 use crate::{
     calibration::{
-        fit::{Fit, Verdict, fit},
-        forward::Forward,
-        observation::{Observation, Recording},
-        parameter::Parameter,
-        search::{Search, Strategy},
+        Plan,
+        fit::{Fit, Verdict},
         statement::preferred_of,
         twin::{Flaw, twin, with_law},
     },
-    feature::fingerprint::FeatureSet,
+    feature::Measurand,
     model,
     scene::{DampingKind, Integrator, Rim, Scene, Support},
 };
@@ -101,9 +96,12 @@ fn outcome(base: &Scene, plan: &TwinPlan, number: u64) -> TwinOutcome {
         }
     };
     let seed = plan.seed.wrapping_add(1000 * (number + 1));
+    // Mount by mount, so that one without an answer leaves the others theirs.
+    let definition =
+        |mount: Rim| Plan { mount: Some(vec![mount.name().into()]), ..plan.definition(Measurand::Pressure, seed) };
     let fits: Vec<(Rim, Result<Fit, String>)> = MOUNTS
         .into_iter()
-        .map(|mount| (mount, fit_one(&mounted(&scene, mount), parameters.clone(), &made.recording, plan, seed)))
+        .map(|mount| (mount, product::fit(&definition(mount), &mounted(&scene, mount), &made.csv, None)))
         .collect();
     let fitted: Vec<(String, &Fit)> =
         fits.iter().filter_map(|(mount, fit)| Some((mount.name().to_owned(), fit.as_ref().ok()?))).collect();
@@ -130,18 +128,4 @@ fn outcome(base: &Scene, plan: &TwinPlan, number: u64) -> TwinOutcome {
         named_mount: Some(preferred_of(&fitted, &excluded)),
         mounts: mounts.collect(),
     }
-}
-
-fn fit_one(
-    scene: &Scene,
-    parameters: Vec<Parameter>,
-    recording: &Recording,
-    plan: &TwinPlan,
-    seed: u64,
-) -> Result<Fit, String> {
-    let observation = Observation::new(recording, &scene.drive, FeatureSet::Full).map_err(|error| error.to_string())?;
-    let forward = Forward::new(scene, parameters, observation, plan.uncertainty, seed, Arc::new(|_| true))
-        .map_err(|error| error.to_string())?;
-    let search = Search::new(&forward, plan.evaluations, seed, Strategy::Likelihood);
-    fit(&forward, search, None).map_err(|error| error.to_string())
 }

@@ -1,0 +1,63 @@
+//! Records of other laboratories through the whole of `calibrate`, few of them: that the study runs, is the same whatever the threads, and sees
+//! what is plainly right and plainly wrong. What the intervals are worth is `granchain twins --laboratory all`; see `docs/calibration.md`.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
+use granchain::{
+    calibration::fit::Verdict,
+    study::laboratory::{Condition, LaboratoryCount, LaboratoryPlan, LaboratoryTwin, laboratory},
+};
+
+fn plan(conditions: &[&str], count: u64, evaluations: usize) -> LaboratoryPlan {
+    LaboratoryPlan {
+        conditions: conditions.iter().map(|name| Condition::named(name).unwrap()).collect(),
+        count,
+        seed: 500_000,
+        evaluations,
+        model: "chain".into(),
+        mesh_density: None,
+    }
+}
+
+fn made(plan: &LaboratoryPlan) -> Vec<LaboratoryTwin> {
+    laboratory(plan, &|| {}, &|| false).unwrap().unwrap()
+}
+
+#[test]
+fn the_same_with_one_thread_and_with_two() {
+    let plan = plan(&["pretrigger", "sign"], 1, 200);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let twins = pool.install(|| made(&plan));
+        serde_json::to_string(&(LaboratoryCount::of(&twins), &twins)).unwrap()
+    };
+    assert_eq!(with(1), with(2));
+}
+
+#[test]
+fn right_records_end_with_the_truth_held() {
+    let twins = made(&plan(&["pretrigger", "bits"], 2, 300));
+    let count = LaboratoryCount::of(&twins);
+    assert_eq!(count.conditions.len(), 2);
+    let all = count.all.unwrap();
+    assert_eq!(all.refused, 0, "{twins:?}");
+    for parameter in &all.parameters {
+        // With a true coverage of 0.9, fewer than 2 of 4 happen in 0.4 % of all seeds.
+        assert!(parameter.held >= 2, "{parameter:?}");
+        assert!(parameter.median_error < 0.1, "{parameter:?}");
+    }
+}
+
+#[test]
+fn a_wrong_sign_and_a_wrong_unit_are_seen_and_named() {
+    for twin in made(&plan(&["sign", "scale-up"], 1, 300)) {
+        let name = twin.setting.condition.name();
+        assert!(twin.fit.as_ref().is_ok_and(|fit| fit.verdict != Verdict::WithinScatter), "{name}: {twin:?}");
+        assert!(twin.named(), "{name}: {twin:?}");
+    }
+}
+
+#[test]
+fn stopping_leaves_no_result() {
+    assert!(laboratory(&plan(&["pretrigger"], 1, 200), &|| {}, &|| true).unwrap().is_none());
+}
