@@ -19,7 +19,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let plan = Plan {
         measured: Some(folder.join("vib.csv")),
         scene: Some("annulus".into()),
-        set: ["model.kind=reduced", "model.mesh_density=3", "model.modes=0", "model.step=0.2us"].map(String::from).to_vec(),
+        set: ["model.kind=reduced", "model.mesh_density=3", "model.modes=0", "model.step=0.2us"]
+            .map(String::from)
+            .to_vec(),
         evaluations: Some(200),
         ..Plan::default()
     };
