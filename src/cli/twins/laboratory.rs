@@ -9,7 +9,7 @@ use crate::{
         Outcome,
         arguments::{OutputArguments, Session, usage},
         interrupt,
-        output::OutputFolder,
+        output::{OutputFolder, PAGE_RESULTS},
         progress, summary,
         timing::{self, Timing},
     },
@@ -60,7 +60,7 @@ pub fn execute(
     session: &Session,
     mut timing: Timing,
 ) -> anyhow::Result<Outcome> {
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, output.force)).transpose()?;
+    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
     let bar = progress::bar(session, plan.conditions.len() as u64 * plan.count, "records");
     let twins = laboratory(plan, &|| bar.inc(1), &interrupt::requested)?;
     bar.finish_and_clear();
