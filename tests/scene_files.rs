@@ -180,6 +180,7 @@ fn a_record_is_named_relative_to_its_scene_file_and_filled_in_by_the_caller() {
     let kind = DriveKind::Record {
         recorded_until: series.end(),
         displacement: series,
+        shakes: vec![],
         file: Some(PathBuf::from("bench/horn_tip.csv")),
     };
     assert_eq!(filled.drive, Drive { kind, amplitude: 1.0, frequency: 73.1e3 });

@@ -310,6 +310,8 @@ impl Forward {
         if support_stiffness > 0.0 && !fitted(Target::SupportStiffness) {
             variation.support_stiffness_factor *= (support_stiffness * normal()).exp();
         }
+        let shakes = self.scene.drive.shakes_count();
+        variation.shaken = (0..shakes).map(|_| normal() / (shakes as f64).sqrt()).collect();
         variation
     }
 

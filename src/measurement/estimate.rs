@@ -2,7 +2,10 @@
 
 use std::f64::consts::PI;
 
+use rand::Rng;
 use realfft::{RealFftPlanner, num_complex::Complex};
+
+use crate::signal::Series;
 
 /// Frequencies over which a spectrum is smoothed before it is compared with the noise, in drive frequencies, to either side.
 const SMOOTHED: f64 = 1.0 / 24.0;
@@ -31,6 +34,38 @@ impl Remainder {
     #[must_use]
     pub fn rms(&self) -> f64 {
         (self.density.iter().sum::<f64>() * self.frequency_step).sqrt()
+    }
+
+    /// A realisation at the instants of `like`, m; zero at both ends, where a drive rests, over `settle` s.
+    #[must_use]
+    pub fn realisation(&self, like: &Series, settle: f64, random: &mut impl Rng) -> Series {
+        let n = (like.len() + like.len() % 2).max(2);
+        let plan = RealFftPlanner::<f64>::new().plan_fft_inverse(n);
+        let apart = 1.0 / (n as f64 * like.step);
+        let mut spectrum = plan.make_input_vec();
+        for (k, bin) in spectrum.iter_mut().enumerate().skip(1) {
+            let phase = 2.0 * PI * random.random::<f64>();
+            let half = 0.5 * (2.0 * self.at(k as f64 * apart) * apart).sqrt();
+            *bin = Complex::new(half * libm::cos(phase), half * libm::sin(phase));
+        }
+        if let Some(last) = spectrum.last_mut() {
+            last.im = 0.0;
+        }
+        let mut values = plan.make_output_vec();
+        // Sizes come from the plan.
+        if plan.process(&mut spectrum, &mut values).is_err() {
+            values.fill(0.0);
+        }
+        values.truncate(like.len());
+        let reach = ((settle / like.step).ceil() as usize).clamp(1, like.len());
+        for i in 0..reach {
+            let part = i as f64 / reach as f64;
+            let eased = part * part * (3.0 - 2.0 * part);
+            let last = values.len() - 1 - i;
+            values[i] *= eased;
+            values[last] *= eased;
+        }
+        Series::new(like.start, like.step, values)
     }
 
     /// S at a frequency (Hz), m²/Hz; 0 beyond the last.

@@ -43,6 +43,8 @@ pub enum DriveKind {
         displacement: Series,
         /// Last instant of recorded motion, s: what the series holds behind it was predicted. Its end where nothing was.
         recorded_until: f64,
+        /// Realisations of what is not known of the displacement, m, at its instants: a run may add any mixture of them. None where it is known.
+        shakes: Vec<Series>,
         /// Where it was read from.
         file: Option<PathBuf>,
     },

@@ -440,12 +440,13 @@ impl Scene {
     #[must_use]
     pub fn with_drive_record(self, displacement: crate::signal::Series, frequency: f64, file: Option<PathBuf>) -> Self {
         let recorded_until = displacement.end();
-        self.with_continued_record(displacement, recorded_until, frequency, file)
+        self.with_continued_record(displacement, recorded_until, vec![], frequency, file)
     }
 
     /// The same scene driven by a record that was continued beyond what was recorded.
     ///
     /// - `recorded_until`: last instant of recorded motion, s; burst and comparison end there at the latest
+    /// - `shakes`: realisations of what is not known of the displacement, m, at its instants
     ///
     /// The others as in [`Scene::with_drive_record`].
     #[must_use]
@@ -453,6 +454,7 @@ impl Scene {
         mut self,
         displacement: crate::signal::Series,
         recorded_until: f64,
+        shakes: Vec<crate::signal::Series>,
         frequency: f64,
         file: Option<PathBuf>,
     ) -> Self {
@@ -462,7 +464,7 @@ impl Scene {
             _ => None,
         });
         self.drive =
-            Drive { kind: DriveKind::Record { displacement, recorded_until, file }, amplitude: 1.0, frequency };
+            Drive { kind: DriveKind::Record { displacement, recorded_until, shakes, file }, amplitude: 1.0, frequency };
         self
     }
 }

@@ -144,7 +144,12 @@ mod tests {
             drive(DriveKind::GaussianBurst { cycles: 30.0 }),
             Drive {
                 amplitude: 1.0,
-                ..drive(DriveKind::Record { recorded_until: record.end(), displacement: record, file: None })
+                ..drive(DriveKind::Record {
+                    recorded_until: record.end(),
+                    displacement: record,
+                    shakes: vec![],
+                    file: None,
+                })
             },
         ]
     }
@@ -221,7 +226,8 @@ mod tests {
     #[test]
     fn record_is_replayed_through_its_samples_in_its_own_time() {
         let series = Series::new(3e-6, 0.5e-6, (0..80).map(|i| 1e-6 * (0.3 * f64::from(i)).sin()).collect());
-        let kind = DriveKind::Record { displacement: series.clone(), recorded_until: series.end(), file: None };
+        let (displacement, recorded_until) = (series.clone(), series.end());
+        let kind = DriveKind::Record { displacement, recorded_until, shakes: vec![], file: None };
         let motion = Drive { amplitude: 1.0, ..drive(kind) }.motion(1.5);
         for index in 0..80 {
             assert!((motion.at(series.time(index)).0 - 1.5 * series.values[index]).abs() < 1e-19);

@@ -20,7 +20,7 @@ use crate::{
         ModelError,
         contact_law::{Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, dashpots},
     },
-    scene::{DampingPlacement, PistonMotion, Scene, Support},
+    scene::{DampingPlacement, Drive, DriveKind, PistonMotion, Scene, Support},
     signal::Series,
 };
 
@@ -39,6 +39,8 @@ pub struct Variation {
     pub precompression: f64,
     /// Factor on the support's force, over and above the scene's own, 1.
     pub support_stiffness_factor: f64,
+    /// How much of each of the scene's realisations of what is not known of its drive, 1; none for none.
+    pub shaken: Vec<f64>,
 }
 
 impl Variation {
@@ -56,6 +58,7 @@ impl Variation {
             gap_offsets: vec![0.0; contacts],
             precompression: scene.chain.precompression,
             support_stiffness_factor: 1.0,
+            shaken: Vec::new(),
         }
     }
 
@@ -76,6 +79,11 @@ impl Variation {
                 *own *= self.support_stiffness_factor;
             }
             Support::Flat(_) | Support::Disc { .. } | Support::Body { .. } => {}
+        }
+        if let DriveKind::Record { displacement, shakes, .. } = &mut scene.drive.kind {
+            for (part, shake) in self.shaken.iter().zip(shakes) {
+                displacement.values.iter_mut().zip(&shake.values).for_each(|(x, more)| *x += part * more);
+            }
         }
         scene
     }
@@ -102,6 +110,9 @@ impl Variation {
         for (contact, offset) in self.gap_offsets.iter().enumerate() {
             need(offset.is_finite(), &format!("gap_offsets[{contact}]"), "a finite length, m", *offset)?;
         }
+        for (number, part) in self.shaken.iter().enumerate() {
+            need(part.is_finite(), &format!("shaken[{number}]"), "a finite factor", *part)?;
+        }
         if let Some((contact, gap)) = scene.chain.first_open_gap().filter(|_| force > 0.0) {
             return Err(ModelError::OpenGapUnderPrecompression { force, contact, gap });
         }
@@ -119,6 +130,8 @@ pub struct Ensemble {
     inverse_mass: Vec<f64>,
     /// Displacement (m) and velocity (m/s) of the piston at α = 1, every half step.
     drive: Vec<(f64, f64)>,
+    /// The same of each realisation of what is not known of it.
+    shakes: Vec<Vec<(f64, f64)>>,
     steps: usize,
     step: f64,
 }
@@ -163,11 +176,15 @@ impl Ensemble {
             return Err(ModelError::Unphysical { quantity, expected, found: scene.drive.frequency });
         }
         let steps = (scene.duration / step * (1.0 + 1e-12)).floor() as usize;
-        let motion = scene.drive.concrete_motion(1.0);
-        let drive = (0..=2 * steps).map(|half| motion.at(0.5 * half as f64 * step)).collect();
+        let sampled = |drive: &Drive| -> Vec<(f64, f64)> {
+            let motion = drive.concrete_motion(1.0);
+            (0..=2 * steps).map(|half| motion.at(0.5 * half as f64 * step)).collect()
+        };
+        let drive = sampled(&scene.drive);
+        let shakes = scene.drive.shakes().iter().map(sampled).collect();
         let inverse_mass = system.inverse_mass[1..=system.beads].to_vec();
         let System { laws, coupling, .. } = system;
-        Ok(Self { scene: scene.clone(), laws, coupling, inverse_mass, drive, steps, step })
+        Ok(Self { scene: scene.clone(), laws, coupling, inverse_mass, drive, shakes, steps, step })
     }
 
     /// Interval between two samples of the result, s.
@@ -219,6 +236,8 @@ impl Ensemble {
 struct Work {
     beads: usize,
     amplitude_scale: Lane,
+    /// Of each realisation of what is not known of the drive.
+    shaken: Vec<Lane>,
     /// N + 1 contacts each.
     offset: Vec<Lane>,
     /// k of a Hertz contact, K of a spring, the factor of the annulus.
@@ -249,6 +268,7 @@ impl Work {
         Self {
             beads,
             amplitude_scale: Lane::ZERO,
+            shaken: vec![Lane::ZERO; ensemble.shakes.len()],
             offset: contacts(),
             stiffness: contacts(),
             linear: contacts(),
@@ -280,6 +300,9 @@ impl Work {
         for place in 0..WIDTH {
             let variation = &variations[*chunk.get(place).unwrap_or(&chunk[0])];
             self.amplitude_scale.0[place] = variation.amplitude_scale;
+            for (number, shaken) in self.shaken.iter_mut().enumerate() {
+                shaken.0[place] = variation.shaken.get(number).copied().unwrap_or(0.0);
+            }
             for contact in 0..=last {
                 let mut law = ensemble.laws[contact];
                 if contact == last {
@@ -352,7 +375,7 @@ impl Work {
         let beads = self.beads;
         self.pole[0] = self.velocity[beads - 1];
         for step in 0..ensemble.steps {
-            let drive = &ensemble.drive[2 * step..2 * step + 3];
+            let drive = [0, 1, 2].map(|half| self.piston(ensemble, 2 * step + half));
             self.forces::<LINEAR, KUWABARA_KONO, SUPPORT, 0>(drive[0], true);
             self.stage::<0>(0.5 * h, 0.0);
             self.forces::<LINEAR, KUWABARA_KONO, SUPPORT, 1>(drive[1], false);
@@ -368,6 +391,19 @@ impl Work {
             }
             self.pole[step + 1] = self.velocity[beads - 1];
         }
+    }
+
+    /// Displacement (m) and velocity (m/s) of the pistons at a half step.
+    #[inline(always)]
+    fn piston(&self, ensemble: &Ensemble, half: usize) -> (Lane, Lane) {
+        let (displacement, velocity) = ensemble.drive[half];
+        let mut piston = (self.amplitude_scale * displacement, self.amplitude_scale * velocity);
+        for (shaken, shake) in self.shaken.iter().zip(&ensemble.shakes) {
+            let part = self.amplitude_scale * *shaken;
+            piston.0 = piston.0 + part * shake[half].0;
+            piston.1 = piston.1 + part * shake[half].1;
+        }
+        piston
     }
 
     /// Stage state after stage `STAGE`: u + c v + d a_{STAGE−1}, v + c a_STAGE.
@@ -387,7 +423,7 @@ impl Work {
     #[inline(always)]
     fn forces<const LINEAR: bool, const KUWABARA_KONO: bool, const SUPPORT: u8, const STAGE: usize>(
         &mut self,
-        (displacement, velocity): (f64, f64),
+        piston: (Lane, Lane),
         at_start: bool,
     ) {
         let beads = self.beads;
@@ -400,7 +436,7 @@ impl Work {
         let (linear, kuwabara_kono) = (&self.linear[..=beads], &self.kuwabara_kono[..=beads]);
         let acceleration = &mut self.acceleration[STAGE][..beads];
         let inverse_mass = &self.inverse_mass[..beads];
-        let mut before = (self.amplitude_scale * displacement, self.amplitude_scale * velocity);
+        let mut before = piston;
         let mut before_force = Lane::ZERO;
         if SUPPORT >= COUPLED {
             self.coupled.settle::<SUPPORT>(before.0, u, offset, stiffness, &self.annulus);

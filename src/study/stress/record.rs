@@ -89,7 +89,7 @@ fn peak(room: &mut Room<'_>, rate: f64, flaw: Option<Flaw>, missing: Missing) ->
             .map_err(|error| error.to_string())?;
     let drive = record.to_drive().map_err(|error| error.to_string())?;
     let frequency = scene.drive.frequency;
-    let scene = scene.with_continued_record(drive.displacement, drive.recorded_until, frequency, None);
+    let scene = scene.with_continued_record(drive.displacement, drive.recorded_until, vec![], frequency, None);
     let ran = room.run(&scene)?;
     let name = flaw.map_or("clean".to_owned(), |flaw| format!("{flaw:?}"));
     room.sound(&format!("{name}, {} MHz", 1e-6 * rate), &ran, Balance::DAMPED);
