@@ -144,6 +144,19 @@ impl Comparison {
         }
     }
 
+    /// The same of a record whose every amplitude is `factor` times as large.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Option<Self> {
+        let Reduction::Fingerprint(fingerprint) = &self.reduction else { return None };
+        let scaled = |(index, z): (usize, &f64)| if self.unit(index) == "1" { *z } else { z + factor.ln() };
+        Some(Self {
+            features: self.features.iter().enumerate().map(scaled).collect(),
+            noise_density: factor * factor * self.noise_density,
+            reduction: Reduction::Fingerprint(fingerprint.clone().scaled(factor)),
+            ..self.clone()
+        })
+    }
+
     /// How each feature z moves with the logarithm of a factor on the trace: 1 of an amplitude, less where it is lost in the floor, 0 of a ratio.
     #[must_use]
     pub fn answers(&self) -> Vec<f64> {

@@ -26,6 +26,12 @@ use crate::{
     signal::Series,
 };
 
+/// p from which a cause leaves nothing to look for.
+const EXPLAINED: f64 = 0.3;
+
+/// Factors of a unit or a range that was mistaken.
+const DECADES: [f64; 4] = [10.0, 0.1, 1e3, 1e-3];
+
 /// Most causes that are named.
 const NAMED: usize = 3;
 
@@ -107,7 +113,12 @@ impl Case<'_> {
     pub fn diagnose(&self, warned: &[String]) -> Vec<Finding> {
         let mut findings: Vec<Finding> = [self.sign(), self.scale()].into_iter().flatten().collect();
         // A sign or a unit that explains all leaves nothing to look for.
-        if findings.iter().all(|finding| finding.p_value.is_none_or(|p| p < DOUBTFUL)) {
+        let explained =
+            |findings: &[Finding]| findings.iter().any(|finding| finding.p_value.is_some_and(|p| p >= EXPLAINED));
+        if !explained(&findings) {
+            findings.extend(self.decades());
+        }
+        if !explained(&findings) {
             findings.extend(self.searched());
         }
         findings.sort_by(|a, b| b.p_value.unwrap_or(0.0).total_cmp(&a.p_value.unwrap_or(0.0)));
@@ -154,11 +165,34 @@ impl Case<'_> {
         })
     }
 
+    /// A power of ten in all amplitudes: too far for the runs there are, so each is searched.
+    fn decades(&self) -> Option<Finding> {
+        let tried = DECADES.iter().filter_map(|factor| {
+            // A record ten times too large is compared as a tenth of it.
+            let comparison = self.comparison.scaled(1.0 / factor)?;
+            let (p, _) = self.search(self.scene, None, &comparison)?;
+            self.worth(p).then_some((p, *factor))
+        });
+        let (p, factor) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let peak = self.comparison.features.first().and_then(|z| self.comparison.amplitude(0, *z)).unwrap_or(0.0);
+        Some(Finding {
+            cause: Cause::Scale,
+            p_value: Some(p),
+            text: format!(
+                "amplitudes {factor} times as large as they should be (the peak is {peak:.3} {}): without that factor p is {}, as read {}; check the \
+                 unit of the column and the sensitivity (--unit, --scale)",
+                self.comparison.unit(0),
+                shown(p),
+                shown(self.fit.agreement.p)
+            ),
+        })
+    }
+
     /// Causes that take runs of their own.
     fn searched(&self) -> Vec<Finding> {
         let mut found: Vec<Finding> = Vec::new();
         for (cause, scene, parameter, said) in self.suspects() {
-            let Some((p, values)) = self.search(&scene, parameter) else { continue };
+            let Some((p, values)) = self.search(&scene, parameter, self.comparison) else { continue };
             if !self.worth(p) {
                 continue;
             }
@@ -242,7 +276,7 @@ impl Case<'_> {
     }
 
     /// The fit of another scene on the chain, with a further parameter where there is one.
-    fn search(&self, scene: &Scene, further: Option<Parameter>) -> Option<(f64, Vec<f64>)> {
+    fn search(&self, scene: &Scene, further: Option<Parameter>, comparison: &Comparison) -> Option<(f64, Vec<f64>)> {
         let named = self.parameters.iter().map(|parameter| Parameter::named(&parameter.name, scene).ok());
         let mut parameters: Vec<Parameter> = named.collect::<Option<Vec<_>>>()?.concat();
         let runs = if further.is_some() { 2 * RUNS } else { RUNS };
@@ -251,7 +285,7 @@ impl Case<'_> {
             ContactLaw::FiniteBody => model::prepare(scene).ok()?.contact_laws().cloned(),
             _ => None,
         };
-        let (watch, comparison) = (Arc::clone(&self.watch), self.comparison.clone());
+        let (watch, comparison) = (Arc::clone(&self.watch), comparison.clone());
         let forward =
             Forward::with_laws(scene, laws.as_ref(), parameters, comparison, self.uncertainty, self.seed, watch)
                 .ok()?;

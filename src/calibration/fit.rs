@@ -415,7 +415,9 @@ impl Reading<'_> {
             Verdict::OutsideScatter
         } else if drift > 1.0 {
             Verdict::NotConverged
-        } else if agreement.p < agreement::DOUBTFUL {
+        } else if agreement.p < agreement::DOUBTFUL
+            || estimates.iter().zip(parameters).any(|(estimate, parameter)| parameter.is_unusual(estimate.value))
+        {
             Verdict::Doubtful
         } else {
             Verdict::WithinScatter

@@ -14,7 +14,7 @@ use super::{
     drive::Input,
     engine::trace,
     fingerprints,
-    fit::{Fit, FitError},
+    fit::{Fit, FitError, Verdict},
     forward::{Forward, Watch},
     ladder::{Climbed, Made, SavedFit, climb},
     outcome::{
@@ -247,7 +247,9 @@ impl Fitted {
     #[must_use]
     pub fn diagnose(&self, problem: &Problem, watch: Arc<Watch>) -> Vec<Finding> {
         let (best, shot) = (self.best(), problem.lead());
-        if best.fit.agreement.p >= DOUBTFUL {
+        if best.fit.verdict == Verdict::WithinScatter
+            || best.fit.verdict == Verdict::NotConverged && best.fit.agreement.p >= DOUBTFUL
+        {
             return vec![];
         }
         let case = Case {

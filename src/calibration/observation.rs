@@ -71,7 +71,7 @@ pub enum ObservationError {
     },
     /// Too few drive periods after the onset.
     #[error(
-        "the record has {available_cycles:.1} drive periods after its onset, expected at least {needed_cycles}; record \
+        "the record ends {available_cycles:.1} drive periods after its onset, expected at least {needed_cycles}; record \
          longer, or check --drive-frequency"
     )]
     TooShort {

@@ -48,6 +48,12 @@ pub struct Parameter {
     pub limits: (f64, f64),
 }
 
+/// Factor by which a box may be widened in all.
+const FARTHEST: f64 = 100.0;
+
+/// Factor beyond the first box from which a value is unusual.
+const UNUSUAL: f64 = 3.0;
+
 /// Unit coordinate from which an answer touches a bound.
 const EDGE: f64 = 0.01;
 
@@ -166,7 +172,7 @@ impl Parameter {
     fn of(target: Target, name: &str, unit: &str, (low, high): (f64, f64)) -> Self {
         let limits = match target {
             Target::Alpha | Target::Damping | Target::LinearDamping | Target::KuwabaraKonoDamping => {
-                (low / 100.0, 100.0 * high)
+                (low / FARTHEST, FARTHEST * high)
             }
             Target::Precompression | Target::SupportStiffness | Target::Gap | Target::Bandwidth => (low, high),
         };
@@ -183,6 +189,13 @@ impl Parameter {
     #[must_use]
     pub fn pressed(low: f64, best: f64, high: f64) -> (bool, bool) {
         (low < EDGE || best < EDGE, high > 1.0 - EDGE || best > 1.0 - EDGE)
+    }
+
+    /// Whether a value lies far outside the box that was searched first, where nobody chose another: no such bench is known.
+    #[must_use]
+    pub fn is_unusual(&self, value: f64) -> bool {
+        let (low, high) = (FARTHEST * self.limits.0, self.limits.1 / FARTHEST);
+        low < high && !(low / UNUSUAL..=high * UNUSUAL).contains(&value)
     }
 
     /// The same with a box that reaches further down, up or both ways; `None` where its limits do not allow that.

@@ -31,7 +31,20 @@ pub fn statements(fit: &Fit) -> Vec<String> {
              --evaluations.",
             fit.drift
         )),
-        Verdict::Doubtful => said.push(format!("The agreement is doubtful: {}", standing(fit))),
+        Verdict::Doubtful => {
+            if fit.agreement.p < agreement::DOUBTFUL {
+                said.push(format!("The agreement is doubtful: {}", standing(fit)));
+            }
+            let unusual = fit.estimates.iter().zip(&fit.parameters).filter(|(it, parameter)| parameter.is_unusual(it.value));
+            said.extend(unusual.map(|(estimate, _)| {
+                format!(
+                    "{} = {} lies far outside what such benches have: check unit and sensitivity of both records (α of a recorded horn is 1 where both \
+                     are right).",
+                    estimate.name,
+                    short(estimate.value)
+                )
+            }));
+        }
         Verdict::WithinScatter => {}
     }
     if fit.verdict == Verdict::OutsideScatter {

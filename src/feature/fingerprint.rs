@@ -204,6 +204,12 @@ impl Fingerprint {
         })
     }
 
+    /// The same for traces of which every amplitude is `factor` times as large.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { threshold: factor * self.threshold, scale: factor * self.scale, ..self }
+    }
+
     /// The same without what is measured before the late window, peaks included: for a record that begins inside its burst, whose ring-up nobody
     /// saw.
     #[must_use]

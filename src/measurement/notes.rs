@@ -23,6 +23,8 @@ const NEAR_NOTHING: f64 = 0.02;
 
 /// Noise of a horn tip, as a fraction of its peak, that shows in what the chain answers: 1 nm of 1 µm moves peaks by some per cent.
 const LOUD_NOISE: f64 = 0.003;
+/// Noise of a record over its peak up to which intervals were tested.
+const TESTED_NOISE: f64 = 0.05;
 /// Wander of a vibration's middle, as a fraction of its peak, that is no rounding of a period to whole samples.
 const LARGE_DRIFT: f64 = 0.1;
 
@@ -270,10 +272,12 @@ impl Notes {
         }
     }
 
-    /// A vibration whose middle moves: its mean over a drive period (f0, Hz), at any time.
-    pub(super) fn about_drift(&mut self, displacement: &Series, drive_frequency: f64) {
-        let period = (displacement.sample_rate() / drive_frequency).round() as usize;
-        if period < 4 || displacement.len() < 4 * period {
+    /// A vibration whose middle moves: its mean over a drive period (f0, Hz) of a horn, over twelve of a bead or a pressure, which may have lines at
+    /// f0/2, f0/3, f0/4 and f0/6.
+    pub(super) fn about_drift(&mut self, displacement: &Series, drive_frequency: f64, kind: RecordKind) {
+        let periods = if kind == RecordKind::HornTip { 1.0 } else { 12.0 };
+        let period = (periods * displacement.sample_rate() / drive_frequency).round() as usize;
+        if period < 4 || displacement.len() < 3 * period {
             return;
         }
         let mut sum = 0.0;
@@ -287,11 +291,33 @@ impl Notes {
         let moved = means().fold(f64::NEG_INFINITY, f64::max) - means().fold(f64::INFINITY, f64::min);
         let peak = displacement.peak();
         if moved > LARGE_DRIFT * peak {
+            let (what, remedy) = match kind {
+                RecordKind::HornTip => (
+                    "a drift or step drives the chain as a motion of the horn would",
+                    "couple the decoder to AC, or record the velocity",
+                ),
+                RecordKind::Vibrometer | RecordKind::Hydrophone => (
+                    "hum or a drift adds to its peaks and early features",
+                    "couple the decoder to AC, or find the ground loop",
+                ),
+            };
             self.warn(format!(
-                "the baseline moves by {} within the record, {:.0} % of the peak: a drift or step drives the chain as a motion of the horn \
-                 would; couple the decoder to AC, or record the velocity",
-                Quantity::new(moved, Dimension::LENGTH),
+                "the baseline moves by {} within the record, {:.0} % of the peak: {what}; {remedy}",
+                Quantity::new(moved, kind.dimension()),
                 100.0 * moved / peak
+            ));
+        }
+    }
+
+    /// Noise of a bead or a pressure beyond what intervals were tested with.
+    pub(super) fn about_loud_noise(&mut self, series: &Series, noise_rms: f64) {
+        let share = noise_rms / series.peak();
+        if share > TESTED_NOISE {
+            self.warn(format!(
+                "noise of {:.0} % of the peak: intervals were tested with up to {:.0} %, and the smallest features drown in it; average several \
+                 shots, or use a decoder of less bandwidth",
+                100.0 * share,
+                100.0 * TESTED_NOISE
             ));
         }
     }

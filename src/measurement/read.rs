@@ -245,11 +245,14 @@ pub fn read_record_bytes(
     };
     notes.about_noise_source(recorded, recorded_noise_rms, noise_source, quantisation_step);
     notes.about_clipping(&raw);
-    if kind == RecordKind::HornTip {
-        notes.about_noise(&series, noise_rms);
-        if let Some(frequency) = stated_drive_frequency.or_else(|| line::strongest_line(&raw)) {
-            notes.about_drift(&series, frequency);
-        }
+    match kind {
+        RecordKind::HornTip => notes.about_noise(&series, noise_rms),
+        RecordKind::Vibrometer | RecordKind::Hydrophone => notes.about_loud_noise(&series, noise_rms),
+    }
+    // The strongest line of a bead may be a subharmonic.
+    let strongest = || likely.filter(|_| kind == RecordKind::HornTip);
+    if let Some(frequency) = stated_drive_frequency.or_else(strongest) {
+        notes.about_drift(&series, frequency, kind);
     }
     notes.about_range(path, &raw, &table, options)?;
     notes.about_decimation(&raw, &table, bandwidth);
