@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::signal::{Dimension, Quantity, Series};
 
 use super::{
-    MeasurementError, NoiseSource, Place, ReadOptions, RecordedQuantity,
+    MeasurementError, NoiseSource, Place, ReadOptions, RecordKind, RecordedQuantity,
     dialect::Dialect,
     encoding::Encoding,
     sampling::Sampled,
