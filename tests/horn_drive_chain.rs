@@ -93,15 +93,38 @@ fn the_first_forty_microseconds_are_those_of_the_motion_that_was_recorded() {
             ("16 samples a cycle", -2.21, 16.0, 0.0, 0.0, None, false, 0.02),
             ("200 samples a cycle", -2.21, 200.0, 0.0, 0.0, None, false, 0.02),
             ("velocity", -2.2, rate, 0.0, 0.0, None, true, 0.02),
-            ("velocity, 0.3 %", -2.2, rate, 0.0, 3e-3, None, true, 0.2),
+            ("velocity, 0.3 %", -2.2, rate, 0.0, 3e-3, None, true, 0.3),
             ("12 bits", -2.2, rate, 0.0, 0.0, Some(12), false, 0.05),
             ("8 bits", -2.2, rate, 0.0, 0.0, Some(8), false, 0.3),
-            ("0.1 %", -2.2, rate, 0.0, 1e-3, None, false, 0.05),
-            ("1 %", -2.2, rate, 0.0, 1e-2, None, false, 0.5),
+            ("0.1 %", -2.2, rate, 0.0, 1e-3, None, false, 0.15),
+            ("1 %", -2.2, rate, 0.0, 1e-2, None, false, 1.0),
         ] {
             let found = error(&scene, &text(&scene, from, rate, trigger, noise, bits, velocity), trigger);
+            // Of an envelope that begins in the noise the first impulses are as weak as that.
             println!("{name}, {case}: {:.2} %", 100.0 * found);
             assert!(found < most, "{name}, {case}: {found}");
         }
     }
+}
+
+#[test]
+fn half_a_period_eased_in_would_be_seen() {
+    let scene = scene(&["drive.kind=sine", "drive.cycles=40"]);
+    let truth = model::run(&scene, &mut |_| true).unwrap().pole_velocity;
+    let text = text(&scene, 0.0, 5e6 / F0, 0.0, 0.0, None, false);
+    let record =
+        read_record_bytes(Path::new("horn.csv"), text.as_bytes(), Some(RecordKind::HornTip), &ReadOptions::default())
+            .unwrap();
+    let mut drive = record.to_drive().unwrap().displacement;
+    for i in 0..drive.len() {
+        let part = (2.0 * F0 * drive.time(i)).min(1.0);
+        drive.values[i] *= 0.5 - 0.5 * (std::f64::consts::PI * part).cos();
+    }
+    let found = model::run(&scene.with_drive_record(drive, F0, None), &mut |_| true).unwrap().pole_velocity;
+    let count = (40e-6 / truth.step) as usize;
+    let peak = truth.values[..count].iter().fold(0.0, |peak, x| f64::max(peak, x.abs()));
+    let worst =
+        truth.values[..count].iter().zip(&found.values).fold(0.0, |worst, (a, b)| f64::max(worst, (a - b).abs()));
+    println!("eased over half a period: {:.0} %", 100.0 * worst / peak);
+    assert!(worst > 0.2 * peak, "{}", worst / peak);
 }

@@ -216,11 +216,11 @@ impl Recorded {
                 end = nearest_zero(&spline, end, 0.75 + 0.02 * period).unwrap_or(end);
             }
         }
-        Some(self.from_rest_to_rest(&extended, (from, begin, end), (begins, ends), remainder, drift))
+        Some(self.between_rests(&extended, (from, begin, end), (begins, ends), remainder, drift))
     }
 
     /// On the model's clock: from zero where motion begins to zero where it ends.
-    fn from_rest_to_rest(
+    fn between_rests(
         &self,
         extended: &Series,
         (from, mut begin, end): (usize, f64, f64),

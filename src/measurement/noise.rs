@@ -38,6 +38,8 @@ impl NoiseSource {
 const MOST: usize = 1 << 15;
 /// The band that holds the floor, as fractions of what the decoder passes.
 const FLOOR_BAND: (f64, f64) = (0.6, 0.9);
+/// A floor below this fraction of the peak is rounding.
+const ROUNDING: f64 = 1e-6;
 /// A floor above this fraction of the peak is motion that was sampled too slowly, not noise.
 const HIGHEST_FLOOR: f64 = 0.02;
 
@@ -91,8 +93,12 @@ fn floor(raw: &Series, bandwidth: Option<f64>) -> Option<f64> {
     // The window's weights 1 − cos have a mean square of 3/2: |X|² of white noise is 3/2 n σ² over all of the Nyquist band.
     let density = median / LN_2 / (1.5 * n as f64);
     let rms = (density * band / (0.5 * sample_rate)).sqrt();
-    (rms.is_finite() && rms <= HIGHEST_FLOOR * raw.values.iter().fold(0.0, |peak, x| f64::max(peak, (x - mean).abs())))
-        .then_some(rms)
+    let peak = values.iter().fold(0.0, |peak, x| f64::max(peak, (x - mean).abs()));
+    match rms / peak {
+        share if share < ROUNDING => Some(0.0),
+        share if share <= HIGHEST_FLOOR => Some(rms),
+        _ => None,
+    }
 }
 
 #[cfg(test)]
@@ -118,7 +124,7 @@ mod tests {
             assert!((found / noise_rms - 1.0).abs() < 0.1, "{noise_rms}: {found}");
             assert_eq!(source, NoiseSource::SpectrumFloor);
         }
-        assert!(noise(&tone(0.0), 0, None, None).0 < 1e-6);
+        assert_eq!(noise(&tone(0.0), 0, None, None), (0.0, NoiseSource::SpectrumFloor));
     }
 
     #[test]

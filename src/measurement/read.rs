@@ -294,14 +294,14 @@ pub fn read_record_bytes(
         warnings: notes.warnings,
         options: options.clone(),
     };
-    if kind == RecordKind::HornTip && !options.force_frequency {
-        record.check_stated_frequency()?;
-    }
     if let Some(frequency) = record.drive_frequency() {
         record.check_sampling(frequency)?;
         if kind == RecordKind::HornTip {
             record.check_cycles(frequency)?;
         }
+    }
+    if kind == RecordKind::HornTip && !options.force_frequency {
+        record.check_stated_frequency()?;
     }
     Ok(record)
 }

@@ -148,15 +148,15 @@ impl Record {
         line::strongest_line(&self.series)
     }
 
-    /// Refuse a stated drive frequency that is not the strongest line of a horn tip: more than 0.5 % off, or 0.05 cycles over the burst where that
-    /// is more.
+    /// Refuse a stated drive frequency that is not the strongest line of a horn tip: more than 0.5 % off, or of a burst of n < 10 cycles
+    /// 0.5/n², as far as its own ends pull its line.
     ///
     /// # Errors
     /// [`MeasurementError::FrequencyDisagrees`].
     pub(super) fn check_stated_frequency(&self) -> Result<(), MeasurementError> {
         let (Some(stated), Some(found)) = (self.stated_drive_frequency, self.strongest_line()) else { return Ok(()) };
         let cycles = line::active_span(&self.series).len() as f64 * self.series.step * stated;
-        if (found - stated).abs() <= stated * f64::max(SAME_FREQUENCY, 0.05 / cycles) {
+        if (found - stated).abs() <= stated * f64::max(SAME_FREQUENCY, 0.5 / (cycles * cycles)) {
             return Ok(());
         }
         let place = if self.options.drive_frequency.is_some() { "--drive-frequency" } else { "the file's header" };
