@@ -331,11 +331,8 @@ fn refuse_silence(quantity: Measurand, scene: &Scene) -> Result<(), Contradictio
     Err(Contradiction::Silent { scene: scene.name.clone(), disc })
 }
 
-/// Several records are made at one frequency, whoever says so.
+/// Drives and records are of one frequency, whoever states it: of a single record too.
 fn refuse_frequencies(asked: &[ShotPlan], scenes: &[Scene]) -> Result<(), Refusal> {
-    if asked.len() < 2 {
-        return Ok(());
-    }
     let every = !asked[0].bench.frequency_stated;
     let mut stated = Vec::new();
     for (number, (shot, scene)) in asked.iter().zip(scenes).enumerate() {
