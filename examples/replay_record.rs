@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let origin = drive.origin;
     let mut scene = scene::load("annulus", &["alpha=0.5".into()])?;
     scene.duration = drive.recorded_until;
-    let scene = scene.with_continued_record(drive.displacement, drive.recorded_until, frequency, None);
+    let scene = scene.with_continued_record(drive.displacement, drive.recorded_until, vec![], frequency, None);
 
     // 3. One accurate run.
     let response = model::run(&scene, &mut |_| true)?;
