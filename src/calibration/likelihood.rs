@@ -37,10 +37,6 @@ pub const fn neighbours(dimension: usize) -> usize {
 /// Factor on the off-diagonals of the residual covariance.
 const SHRINKAGE: f64 = 0.4;
 
-/// Factor on the power with more than two parameters or several records: 0.4 in place of 0.5, with which intervals of twins with three and four
-/// parameters, and at three drive levels, hold nine truths of ten or more.
-const IN_FRAME: f64 = 0.8;
-
 /// Stands for a weight of zero.
 const SMALLEST_WEIGHT: f64 = 1e-12;
 
@@ -137,7 +133,7 @@ impl Cloud {
         cloud
     }
 
-    /// The same with another power β on the likelihood of one record and two parameters.
+    /// The same with another power β on the likelihood.
     #[must_use]
     pub fn tempered(mut self, power: f64) -> Self {
         self.power = power;
@@ -240,10 +236,10 @@ impl Cloud {
         self.domain.clone().unwrap_or_else(|| (vec![0.0; dimension], vec![1.0; dimension]))
     }
 
-    /// β, the power on the likelihood that makes a posterior: that of one record and two parameters, or less where a frame is needed.
+    /// β, the power on the likelihood that makes a posterior.
     #[must_use]
     pub fn power(&self) -> f64 {
-        if self.frame.is_some() { IN_FRAME * self.power } else { self.power }
+        self.power
     }
 
     /// Number of runs.
