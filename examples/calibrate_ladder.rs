@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     show(problem.model(), &best.fit);
 
     // 3. The answer run accurately and held against the record.
-    let outcome = Confirmed::of(&problem, &fitted, None).outcome(&problem, &fitted);
+    let outcome = Confirmed::of(&problem, &fitted, None, std::sync::Arc::new(|_| true)).outcome(&problem, &fitted);
     let peak = &outcome.features["positive_peak"];
     println!("positive peak: record {:?}, model {:?} ± {:?} m/s", peak.measured, peak.simulated, peak.scatter);
     for statement in &outcome.statements {

@@ -66,7 +66,7 @@ fn error(scene: &Scene, text: &str, trigger: f64) -> f64 {
     // Model time of the truth's 0.
     let shift = -trigger / F0 - drive.origin;
     driven.duration = scene.duration + (shift / scene.output_step).ceil().max(0.0) * scene.output_step;
-    let driven = driven.with_continued_record(drive.displacement, drive.recorded_until, F0, None);
+    let driven = driven.with_continued_record(drive.displacement, drive.recorded_until, vec![], F0, None);
     let found = model::run(&driven, &mut |_| true).unwrap().pole_velocity;
     let count = (40e-6 / truth.step).round() as usize + 1;
     let found = resample(&found, shift, truth.step, count);
