@@ -17,7 +17,7 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::likelihood::{Cloud, Residue};
+use super::{likelihood::Cloud, residue::Residue};
 
 /// p below which the model does not explain the record.
 pub const OUTSIDE: f64 = 0.01;

@@ -80,26 +80,17 @@ pub struct Local {
     /// Degrees of freedom ν that the regression leaves.
     freedom: f64,
     /// Change of each feature (a column) along each coordinate (a row) over the neighbourhood's radius.
-    slopes: DMatrix<f64>,
-    records: Vec<Judged>,
-}
-
-/// What is left of a deviation once the parameters have taken up what they can.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Residue {
-    /// r/σ of each feature, σ the scatter of a single run.
-    pub pulls: Vec<f64>,
-    /// rᵀ Σ⁻¹ r of each record.
-    pub squares: Vec<f64>,
+    pub(super) slopes: DMatrix<f64>,
+    pub(super) records: Vec<Judged>,
 }
 
 /// What the features of one record are judged by.
 #[derive(Debug, Clone)]
-struct Judged {
-    features: Range<usize>,
+pub(super) struct Judged {
+    pub(super) features: Range<usize>,
     /// Features that count.
     counted: usize,
-    covariance: DMatrix<f64>,
+    pub(super) covariance: DMatrix<f64>,
 }
 
 impl Cloud {
@@ -472,49 +463,6 @@ impl Cloud {
 }
 
 impl Local {
-    /// What is left of a deviation (z − z₀ of a run or a record, or of one from the other) once the parameters have moved by δ radii of the
-    /// neighbourhood so that Σ_r rᵀ Σ⁻¹ r + |δ|² is least, r = deviation + Sδ.
-    #[must_use]
-    pub fn residue(&self, deviation: &[f64]) -> Option<Residue> {
-        let dimension = self.slopes.nrows();
-        let factors: Vec<_> =
-            self.records.iter().map(|record| Cholesky::new(record.covariance.clone())).collect::<Option<_>>()?;
-        let of = |record: &Judged| {
-            let slopes = self.slopes.columns(record.features.start, record.features.len()).transpose();
-            (slopes, DVector::from_column_slice(&deviation[record.features.clone()]))
-        };
-        let mut normal: DMatrix<f64> = DMatrix::identity(dimension, dimension);
-        let mut right: DVector<f64> = DVector::zeros(dimension);
-        for (record, factor) in self.records.iter().zip(&factors) {
-            let (slopes, deviation) = of(record);
-            normal += slopes.transpose() * factor.solve(&slopes);
-            right -= slopes.transpose() * factor.solve(&deviation);
-        }
-        let moved = Cholesky::new(normal)?.solve(&right);
-        let mut pulls = vec![0.0; deviation.len()];
-        let mut squares = Vec::with_capacity(self.records.len());
-        for (record, factor) in self.records.iter().zip(&factors) {
-            let (slopes, deviation) = of(record);
-            let left = deviation + slopes * &moved;
-            for (f, at) in record.features.clone().enumerate() {
-                pulls[at] = left[f] / record.covariance[(f, f)].sqrt();
-            }
-            squares.push(left.dot(&factor.solve(&left)));
-        }
-        Some(Residue { pulls, squares })
-    }
-
-    /// Factor of the first record's amplitudes on those expected, by generalised least squares; `answers` says how a feature moves with its logarithm.
-    #[must_use]
-    pub fn factor(&self, answers: &[f64]) -> Option<f64> {
-        let record = self.records.first()?;
-        let factor = Cholesky::new(record.covariance.clone())?;
-        let answers = DVector::from_column_slice(answers.get(record.features.clone())?);
-        let deviation = DVector::from_column_slice(&self.deviation[record.features.clone()]);
-        let weighed = factor.solve(&answers);
-        Some((-weighed.dot(&deviation) / weighed.dot(&answers)).exp())
-    }
-
     /// Sum over records of the Student-t log-density of each.
     fn log_likelihood(self) -> f64 {
         let freedom = self.freedom;

@@ -302,7 +302,7 @@ impl Problem {
         let drive = |shot: &Shot| shot.bench.drive.as_ref().map(|drive| drive.input.sha256.clone());
         let lead = self.lead();
         let mut text = format!(
-            "{} {} {} {:?} {} {:?} {:?} {:?}\n{}\n{:?}",
+            "{} {} {} {:?} {} {:?} {:?} {:?} {:?}\n{}\n{:?}",
             program(),
             self.seed,
             self.evaluations,
@@ -310,13 +310,14 @@ impl Problem {
             lead.measured.sha256(),
             drive(lead),
             lead.comparison.features,
+            lead.uncertainty,
             candidate.parameters,
             candidate.scene().to_toml(),
             self.weights,
         );
         for (shot, scene) in self.shots.iter().zip(&candidate.scenes).skip(1) {
             let (measured, features) = (shot.measured.sha256(), &shot.comparison.features);
-            text += &format!("\n{measured} {:?} {features:?}\n{}", drive(shot), scene.to_toml());
+            text += &format!("\n{measured} {:?} {features:?} {:?}\n{}", drive(shot), shot.uncertainty, scene.to_toml());
         }
         sha256(text.as_bytes())
     }
