@@ -162,7 +162,8 @@ impl Drive {
         frequency: Option<f64>,
         session: &Session,
     ) -> anyhow::Result<Option<Self>> {
-        let options = ReadOptions { drive_frequency: frequency, ..ReadOptions::default() };
+        // A drive that says otherwise is warned of; here it only tells the window.
+        let options = ReadOptions { drive_frequency: frequency, force_frequency: true, ..ReadOptions::default() };
         let read = |path: &Path, options: &ReadOptions, named: String| -> anyhow::Result<Option<Self>> {
             let horn = read_with_warnings(path, RecordKind::HornTip, options, session)?;
             let frequency = horn.drive_frequency();

@@ -48,7 +48,11 @@ const HIGHEST_FLOOR: f64 = 0.02;
 pub(super) fn noise(raw: &Series, quiet: usize, step: Option<f64>, bandwidth: Option<f64>) -> (f64, NoiseSource) {
     let rounding = step.map_or(0.0, |step| step / 12f64.sqrt());
     let (rms, source) = if quiet >= FEWEST_QUIET {
-        (mean_and_rms(&raw.values[..quiet]).1, NoiseSource::Quiet)
+        let quiet = &raw.values[..quiet];
+        let rms = mean_and_rms(quiet).1;
+        // The mean of equal samples is off by its rounding.
+        let rounded = 16.0 * f64::EPSILON * quiet.iter().fold(0.0, |peak, x| f64::max(peak, x.abs()));
+        (if rms <= rounded { 0.0 } else { rms }, NoiseSource::Quiet)
     } else {
         match floor(raw, bandwidth) {
             Some(rms) => (rms, NoiseSource::SpectrumFloor),
