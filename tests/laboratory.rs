@@ -50,7 +50,7 @@ fn right_records_end_with_the_truth_held() {
 
 #[test]
 fn a_wrong_sign_and_a_wrong_unit_are_seen_and_named() {
-    // Two regular motions. Not all are: of eight wrong signs and eight wrong units at 300 runs one (chaotic) ended within scatter and ten were named.
+    // Two regular motions. Not all are: of eight wrong signs and eight wrong units at 300 runs two (chaotic) ended within scatter, nine were named.
     let plan = LaboratoryPlan { seed: 4, ..plan(&["sign", "scale-up"], 1, 300) };
     let twins = made(&plan);
     assert_eq!(twins.len(), 2);

@@ -186,7 +186,7 @@ impl Condition {
             BeadFewer | BeadMore => (Cause::Beads, &[]),
             Radius => (Cause::Radius, &[]),
             FirstGap => (Cause::Gap, &[]),
-            Sign => (Cause::Sign, &["--invert", "record's unit and sign"]),
+            Sign => (Cause::Sign, &["--invert"]),
             ScaleUp | ScaleDown => (Cause::Scale, &["--scale", "--unit", "record's unit"]),
             Frequency => (Cause::Record, &["frequency", "strongest line"]),
             Clipped60 | Clipped85 => (Cause::Record, &["clipped", "overload"]),
