@@ -187,7 +187,7 @@ impl Condition {
             Radius => (Cause::Radius, &[]),
             FirstGap => (Cause::Gap, &[]),
             Sign => (Cause::Sign, &["--invert"]),
-            ScaleUp | ScaleDown => (Cause::Scale, &["--scale", "--unit"]),
+            ScaleUp | ScaleDown => (Cause::Scale, &["--scale", "--unit", "record's unit"]),
             Frequency => (Cause::Record, &["frequency", "strongest line"]),
             Clipped60 | Clipped85 => (Cause::Record, &["clipped", "overload"]),
             StrongHum => (Cause::Record, &["hum", "50 hz", "baseline moves", "drift"]),
