@@ -543,12 +543,14 @@ pub enum MeasurementError {
     },
     /// The horn moves at another frequency than stated.
     #[error(
-        "{}: expected a strongest line at the drive frequency of {:.4} kHz ({place}), found it at {:.4} kHz; correct the frequency or the unit of \
+        "{}{line}: expected a strongest line at the drive frequency of {:.4} kHz ({place}), found it at {:.4} kHz; correct the frequency or the unit of \
          time, or pass --force-frequency", path.display(), stated / 1e3, found / 1e3
     )]
     FrequencyDisagrees {
         /// The file.
         path: PathBuf,
+        /// `:` and the line that states it, where one does.
+        line: String,
         /// As stated, Hz.
         stated: f64,
         /// Where it is stated.

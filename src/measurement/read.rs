@@ -301,7 +301,7 @@ pub fn read_record_bytes(
         }
     }
     if kind == RecordKind::HornTip && !options.force_frequency {
-        record.check_stated_frequency()?;
+        record.check_stated_frequency(|| Some(header::drive_frequency_line(&String::from_utf8_lossy(bytes))?.0))?;
     }
     Ok(record)
 }

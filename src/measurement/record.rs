@@ -153,14 +153,16 @@ impl Record {
     ///
     /// # Errors
     /// [`MeasurementError::FrequencyDisagrees`].
-    pub(super) fn check_stated_frequency(&self) -> Result<(), MeasurementError> {
+    pub(super) fn check_stated_frequency(&self, line: impl Fn() -> Option<usize>) -> Result<(), MeasurementError> {
         let (Some(stated), Some(found)) = (self.stated_drive_frequency, self.strongest_line()) else { return Ok(()) };
         let cycles = line::active_span(&self.series).len() as f64 * self.series.step * stated;
         if (found - stated).abs() <= stated * f64::max(SAME_FREQUENCY, 0.5 / (cycles * cycles)) {
             return Ok(());
         }
-        let place = if self.options.drive_frequency.is_some() { "--drive-frequency" } else { "the file's header" };
-        Err(MeasurementError::FrequencyDisagrees { path: self.path.clone(), stated, place, found })
+        let told = self.options.drive_frequency.is_some();
+        let place = if told { "--drive-frequency" } else { "the file's header" };
+        let line = line().filter(|_| !told).map_or_else(String::new, |line| format!(":{line}"));
+        Err(MeasurementError::FrequencyDisagrees { path: self.path.clone(), line, stated, place, found })
     }
 
     /// Refuse a record with fewer than 4 samples a cycle of `drive_frequency` (Hz).
