@@ -86,10 +86,11 @@ fn another_drive_frequency_is_refused_with_file_line_and_remedy() {
     let record = fs::read_to_string(bench.path("half/vib.csv")).unwrap();
     let horn = fs::read_to_string(bench.path("lab/horn_tip.csv")).unwrap();
     // The same motion at 80 kHz: every instant comes earlier.
-    let sooner = |line: &str| match line.split_once(',').and_then(|(time, rest)| Some((time.parse::<f64>().ok()?, rest))) {
-        Some((time, rest)) => format!("{:.9},{rest}\n", time * 73.0 / 80.0),
-        None => format!("{line}\n"),
-    };
+    let sooner =
+        |line: &str| match line.split_once(',').and_then(|(time, rest)| Some((time.parse::<f64>().ok()?, rest))) {
+            Some((time, rest)) => format!("{:.9},{rest}\n", time * 73.0 / 80.0),
+            None => format!("{line}\n"),
+        };
     let horn: String = horn.lines().map(sooner).collect();
     let set = format!("2:{half}");
     let stated = |frequency: &str, text: &str| format!("# a comment\n# drive frequency: {frequency}\n{text}");

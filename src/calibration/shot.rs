@@ -27,7 +27,7 @@ const STEMS: [&str; 2] = ["vib", "hydrophone"];
 #[derive(Debug, Clone)]
 pub enum Source {
     /// A record, or a file of published features, and how it is read.
-    File(PathBuf, ReadOptions),
+    File(PathBuf, Box<ReadOptions>),
     /// A record as read.
     Record(Box<Record>),
 }
@@ -71,7 +71,7 @@ impl ShotPlan {
     /// A file on a bench, read as it says itself.
     #[must_use]
     pub fn of(path: &Path, bench: Bench) -> Self {
-        Self { source: Source::File(path.into(), ReadOptions::default()), bench, origin: None }
+        Self { source: Source::File(path.into(), Box::default()), bench, origin: None }
     }
 
     /// Read and check it, for runs of `scene`.
@@ -115,7 +115,7 @@ impl ShotPlan {
 
     /// Whether nothing is said of how its file is read.
     pub(super) fn is_read_as_stated(&self) -> bool {
-        matches!(&self.source, Source::File(_, options) if *options == ReadOptions::default())
+        matches!(&self.source, Source::File(_, options) if **options == ReadOptions::default())
     }
 }
 

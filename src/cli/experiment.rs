@@ -32,13 +32,15 @@ pub fn read(
 }
 
 /// The same for a fit, whose horn tip is read at its plateau. A scene that names no model is fitted by the ladder up to the reduced one, or,
-/// with several records together, on the chain.
+/// with several records together, on the chain. The flags of `reading` are the record's own; that the stated frequency holds, whatever the horn's
+/// strongest line, is said of both.
 ///
 /// # Errors
 /// As [`read`].
-pub fn for_fit(arguments: &SceneArguments, together: bool) -> anyhow::Result<Bench> {
+pub fn for_fit(arguments: &SceneArguments, reading: &ReadArguments, together: bool) -> anyhow::Result<Bench> {
     let preferred = if together { ModelKind::Chain } else { ModelKind::Reduced };
-    assemble(arguments, &ReadArguments::default(), None, preferred, true)
+    let of_horn = ReadArguments { force_frequency: reading.force_frequency, ..ReadArguments::default() };
+    assemble(arguments, &of_horn, None, preferred, true)
 }
 
 fn assemble(

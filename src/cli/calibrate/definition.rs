@@ -135,10 +135,12 @@ fn records(arguments: &Arguments, plan: &Plan, assumptions: &mut Vec<String>) ->
             }
         }
         let origin = arguments.plan.clone().filter(|_| record.line > 0).map(|plan| (plan, record.line));
-        let source = Source::File(record.measured, arguments.reading.options(None));
+        let source = Source::File(record.measured, Box::new(arguments.reading.options(None)));
         records.push((source, scene, origin));
     }
-    let of = |(source, scene, origin)| Ok(ShotPlan { source, bench: experiment::for_fit(&scene, several)?, origin });
+    let of = |(source, scene, origin)| {
+        Ok(ShotPlan { source, bench: experiment::for_fit(&scene, &arguments.reading, several)?, origin })
+    };
     records.into_iter().map(of).collect()
 }
 

@@ -120,10 +120,9 @@ pub fn sweep(target: &Path) {
             let _ = fs::remove_dir(work);
         } else if work.join(LOCK).is_file()
             && found.iter().all(|path| known.contains(&path.file_name().unwrap_or_default()))
+            && let Ok(Some(_held)) = lock(work)
         {
-            if let Ok(Some(_held)) = lock(work) {
-                let _ = put_back(work, target).and_then(|()| remove(work));
-            }
+            let _ = put_back(work, target).and_then(|()| remove(work));
         }
     }
 }

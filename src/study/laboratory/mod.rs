@@ -252,7 +252,7 @@ fn fit(
         uncertainty: setting.uncertainty.iter().map(|(name, value)| (name.clone(), Number::Plain(*value))).collect(),
         ..Plan::default()
     };
-    let shot = ShotPlan { source: Source::File(vibrometer, options), bench, origin: None };
+    let shot = ShotPlan { source: Source::File(vibrometer, Box::new(options)), bench, origin: None };
     let problem = Problem::of(&definition, vec![shot])?;
     let course = Course { bodies, watch: Arc::new(move |_| !stop()), ..Course::default() };
     let fitted = problem.fit(course)?;
