@@ -200,29 +200,30 @@ fn headline(report: &CalibrationReport, law: &LawReport) -> Block {
         "recorded" => format!("the recorded {quantity}"),
         label => format!("the {quantity} record ({label})"),
     };
-    let p = law
-        .p_value
-        .map_or_else(|| "unknown".into(), |p| if p < 1e-3 { "below 0.001".into() } else { significant(p, 2) });
+    let p = law.p_value.map_or_else(
+        || "unknown".into(),
+        |p| if p < 1e-3 { "below 0.001".into() } else { format!("= {}", significant(p, 2)) },
+    );
     let explains = if law.verdict == Verdict::Doubtful { "hardly explains" } else { "explains" };
     let (tone, text) = match law.verdict {
         Verdict::WithinScatter | Verdict::Doubtful => (
             if law.verdict == Verdict::Doubtful || !leaning.is_empty() { Tone::Careful } else { Tone::Good },
             format!(
-                "With {damping} the {model} model {explains} {record} within its own scatter at {}. Intervals are 90 %; p = {p}.{bound}",
+                "With {damping} the {model} model {explains} {record} within its own scatter at {}. Intervals are 90 %; p {p}.{bound}",
                 values(law, true)
             ),
         ),
         Verdict::OutsideScatter => (
             Tone::Bad,
             format!(
-                "With {damping} the {model} model does not explain {record}: near {}, where it comes closest, p = {p}. No interval is quoted, because none would mean anything.{bound}",
+                "With {damping} the {model} model does not explain {record}: near {}, where it comes closest, p {p}. No interval is quoted, because none would mean anything.{bound}",
                 values(law, false)
             ),
         ),
         Verdict::NotConverged => (
             Tone::Bad,
             format!(
-                "The search stopped before it could tell. Best so far, {damping}: {} (p = {p}).{bound}",
+                "The search stopped before it could tell. Best so far, {damping}: {} (p {p}).{bound}",
                 values(law, false)
             ),
         ),

@@ -105,7 +105,7 @@ pub(super) fn laws(report: &CalibrationReport) -> Table {
         Column::words("Runs"),
     ]);
     Table {
-        caption: "Fitted parameters with 90 % intervals, where they may be quoted. Misfit: per feature, in units of the local scatter (≤ 1 no alarm, 1 to 1.5 doubtful, above: not explained).".into(),
+        caption: "Fitted parameters with 90 % intervals, where they may be quoted. Misfit: per feature, in units of the local scatter; p decides, not it.".into(),
         columns,
         rows,
     }

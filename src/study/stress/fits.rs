@@ -36,15 +36,15 @@ fn scene(room: &Room<'_>) -> Result<Scene, String> {
     room.scene("annulus", &["damping.kind=kuwabara-kono"])
 }
 
-fn record(room: &Room<'_>, scene: &Scene, parameters: &[Parameter]) -> Result<(Recording, Vec<f64>), String> {
+fn record(scene: &Scene, parameters: &[Parameter], seed: u64) -> Result<(Recording, Vec<f64>), String> {
     let run = |scene: &Scene| model::run(scene, &mut |_| true);
-    let made = twin(scene, parameters, &Uncertainty::default(), Flaw::None, 2, room.plan.seed, &run);
+    let made = twin(scene, parameters, &Uncertainty::default(), Flaw::None, 2, seed, &run);
     made.map(|made| (made.recording, made.truth.values)).map_err(|error| error.to_string())
 }
 
-fn fitted(room: &Room<'_>, scene: &Scene, parameters: Vec<Parameter>, recording: &Recording) -> Result<Fit, String> {
+fn fitted(scene: &Scene, parameters: Vec<Parameter>, recording: &Recording, seed: u64) -> Result<Fit, String> {
     let observation = Observation::new(recording, &scene.drive, FeatureSet::Full).map_err(|error| error.to_string())?;
-    let (seed, watch) = (room.plan.seed, Arc::new(|_| true));
+    let watch = Arc::new(|_| true);
     let forward = Forward::new(scene, parameters, observation, Uncertainty::default(), seed, watch)
         .map_err(|error| error.to_string())?;
     let search = Search::new(&forward, 600, seed, Strategy::Likelihood);
@@ -65,11 +65,11 @@ fn empty_half(room: &mut Room<'_>) -> Result<(), String> {
     let scene = scene(room)?;
     let damping = Parameter::damping(scene.damping.kind).ok_or("the scene has no damping to fit")?;
     let usual = vec![Parameter::alpha(), damping.clone()];
-    let (recording, truth) = record(room, &scene, &usual)?;
+    let (recording, truth) = record(&scene, &usual, room.plan.seed)?;
     // As many decades of nothing as the box has of something.
     let alpha = Parameter::alpha();
     let wide = Parameter { low: alpha.low * alpha.low / alpha.high, ..alpha };
-    let fit = fitted(room, &scene, vec![wide, damping], &recording)?;
+    let fit = fitted(&scene, vec![wide, damping], &recording, room.plan.seed)?;
     room.check(format!("{which}: a false answer"), false_answer(&fit, &truth), Limit::AtMost(0.0), "1");
     let failed = fit.failed() as f64 / fit.runs.len() as f64;
     room.check(format!("{which}: share of runs without an answer"), failed, Limit::AtLeast(0.05), "1");
@@ -96,7 +96,7 @@ fn noise(room: &mut Room<'_>) {
     };
     let parameters = Parameter::damping(scene.damping.kind).map(|damping| vec![Parameter::alpha(), damping]);
     match parameters.ok_or("the scene has no damping to fit".to_owned()).and_then(|parameters| {
-        let fit = fitted(room, &scene, parameters, &recording)?;
+        let fit = fitted(&scene, parameters, &recording, room.plan.seed)?;
         Ok(fit.verdict)
     }) {
         Ok(verdict) => {
@@ -107,6 +107,9 @@ fn noise(room: &mut Room<'_>) {
     }
 }
 
+/// Records of a parameter without effect: chance draws runs together along it, so one alone says little.
+const REDUNDANT: u64 = 5;
+
 /// A parameter that has no effect beside one that has: the interval of the first says nothing, that of the second holds.
 fn redundant(room: &mut Room<'_>) -> Result<(), String> {
     let which = "two parameters, one of them without effect";
@@ -115,18 +118,25 @@ fn redundant(room: &mut Room<'_>) -> Result<(), String> {
     let alpha = Parameter::alpha();
     // Of two values for α the scene takes the second.
     let twice = vec![Parameter { name: "without effect".into(), ..alpha.clone() }, alpha];
-    let (recording, truth) = record(room, &scene, &twice)?;
-    let fit = fitted(room, &scene, twice, &recording)?;
-    let share = |index: usize| {
-        let (estimate, parameter) = (&fit.estimates[index], &fit.parameters[index]);
-        (estimate.high / estimate.low).ln() / parameter.span()
-    };
-    let name = format!("{which}: its interval over the box");
-    // 0.9 were exact; half a decade of ignorance deceives nobody.
-    room.check(name, share(0), Limit::AtLeast(0.5), "1");
-    let name = format!("{which}: interval of the other over the box");
-    room.check(name, share(1), Limit::AtMost(0.2), "1");
-    let truth = [fit.estimates[0].value, truth[1]];
-    room.check(format!("{which}: a false answer"), false_answer(&fit, &truth), Limit::AtMost(0.0), "1");
+    let mut shares: Vec<f64> = Vec::new();
+    let (mut widest, mut false_answers): (f64, f64) = (0.0, 0.0);
+    for seed in (0..REDUNDANT).map(|number| room.plan.seed.wrapping_add(number)) {
+        let (recording, truth) = record(&scene, &twice, seed)?;
+        let fit = fitted(&scene, twice.clone(), &recording, seed)?;
+        let share = |index: usize| {
+            let (estimate, parameter) = (&fit.estimates[index], &fit.parameters[index]);
+            (estimate.high / estimate.low).ln() / parameter.span()
+        };
+        shares.push(share(0));
+        widest = widest.max(share(1));
+        false_answers += false_answer(&fit, &[fit.estimates[0].value, truth[1]]);
+    }
+    shares.sort_by(f64::total_cmp);
+    let name = format!("{which}: its interval over the box, median of five");
+    // 0.9 were exact; half a decade of ignorance deceives nobody. A single one is anything from 0.03 to 0.8.
+    room.check(name, shares[shares.len() / 2], Limit::AtLeast(0.5), "1");
+    let name = format!("{which}: interval of the other over the box, widest of five");
+    room.check(name, widest, Limit::AtMost(0.2), "1");
+    room.check(format!("{which}: false answers of five"), false_answers, Limit::AtMost(0.0), "1");
     Ok(())
 }
