@@ -343,7 +343,7 @@ fn a_record_that_ends_inside_says_so_and_is_continued() {
         let drive = bench.record().to_drive().unwrap();
         assert_eq!(drive.ends, Ending::Inside);
         assert!(drive.warnings()[0].contains("ends inside the burst, 20."), "{:?}", drive.warnings());
-        let until = (drive.last_recorded_motion() + drive.origin) * F0;
+        let until = (drive.recorded_until + drive.origin) * F0;
         assert!((until - to).abs() < 0.02, "{until}");
         // Two periods on the prediction is the motion still.
         let beyond = Bench { to: 22.0, ..bench };

@@ -89,12 +89,6 @@ impl Agreement {
         };
         Some(Self { p, records, pulls: own.pulls, references: references.len() })
     }
-
-    /// γ² of each feature.
-    #[must_use]
-    pub fn inflation(&self) -> Vec<f64> {
-        inflation(&self.pulls)
-    }
 }
 
 /// γ² of features with these pulls: the most likely ones under an exponential prior. 0 up to some three scatters.

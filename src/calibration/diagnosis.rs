@@ -1,8 +1,8 @@
 //! Why a record is not explained, by cause: each cause that a laboratory knows is taken for true, and asked whether the record then stands where
 //! a right one would.
 //!
-//! Two need no further run, for the runs of the fit are judged anew: the other sign, and a factor on all amplitudes (a unit, a sensitivity).
-//! The others are searched on the chain with a few hundred runs each: one bead more or fewer, other beads, another support, an open first gap,
+//! Two need no further run, for the runs of the fit are judged anew: the other sign, and a factor on all amplitudes (a sensitivity).
+//! The others are searched on the chain with a few hundred runs each: powers of ten (a unit), one bead more or fewer, other beads, another support, an open first gap,
 //! the other damping law. What explains the record is named, most likely first; nothing is named that does not.
 
 use std::sync::Arc;
@@ -21,7 +21,7 @@ use super::{
     twin::with_law,
 };
 use crate::{
-    model,
+    model::{self, chain::FiniteBodyLaws},
     scene::{ContactLaw, DampingKind, Scene},
     signal::Series,
 };
@@ -91,6 +91,8 @@ pub struct Finding {
 pub struct Case<'a> {
     /// The scene on the chain, with the law that was fitted.
     pub scene: &'a Scene,
+    /// The contact laws of its bodies, where they are known already.
+    pub laws: Option<&'a FiniteBodyLaws>,
     /// What its runs are compared with.
     pub comparison: &'a Comparison,
     /// The record at the comparison's samples; absent of published features.
@@ -149,20 +151,24 @@ impl Case<'_> {
         let features = &self.comparison.features;
         let judged = self.judged(&self.fit.runs, features, ANY_FACTOR)?;
         let factor = judged.factor.filter(|factor| factor.ln().abs() > FACTOR)?;
-        self.worth(judged.p).then(|| {
-            let peak = features.first().and_then(|z| self.comparison.amplitude(0, *z)).unwrap_or(0.0);
-            Finding {
-                cause: Cause::Scale,
-                p_value: Some(judged.p),
-                text: format!(
-                    "a factor of {factor:.3} on all amplitudes (its peak is {peak:.3} {}): with it p is {}, without {}; check the unit of the \
-                     column and the sensitivity (--unit, --scale)",
-                    self.comparison.unit(0),
-                    shown(judged.p),
-                    shown(self.fit.agreement.p)
-                ),
-            }
+        self.worth(judged.p).then(|| Finding {
+            cause: Cause::Scale,
+            p_value: Some(judged.p),
+            text: format!(
+                "a factor of {factor:.3} on all amplitudes (its peak is {}): with it p is {}, without {}; check the unit of the \
+                 column and the sensitivity (--unit, --scale)",
+                self.peak(),
+                shown(judged.p),
+                shown(self.fit.agreement.p)
+            ),
         })
+    }
+
+    /// The record's peak with its unit.
+    fn peak(&self) -> String {
+        let comparison = self.comparison;
+        let peak = comparison.features.first().and_then(|z| comparison.amplitude(0, *z)).unwrap_or(0.0);
+        format!("{peak:.3} {}", comparison.unit(0))
     }
 
     /// A power of ten in all amplitudes: too far for the runs there are, so each is searched.
@@ -174,14 +180,13 @@ impl Case<'_> {
             self.worth(p).then_some((p, *factor))
         });
         let (p, factor) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let peak = self.comparison.features.first().and_then(|z| self.comparison.amplitude(0, *z)).unwrap_or(0.0);
         Some(Finding {
             cause: Cause::Scale,
             p_value: Some(p),
             text: format!(
-                "amplitudes {factor} times as large as they should be (the peak is {peak:.3} {}): without that factor p is {}, as read {}; check the \
+                "amplitudes {factor} times as large as they should be (the peak is {}): without that factor p is {}, as read {}; check the \
                  unit of the column and the sensitivity (--unit, --scale)",
-                self.comparison.unit(0),
+                self.peak(),
                 shown(p),
                 shown(self.fit.agreement.p)
             ),
@@ -281,9 +286,11 @@ impl Case<'_> {
         let mut parameters: Vec<Parameter> = named.collect::<Option<Vec<_>>>()?.concat();
         let runs = if further.is_some() { 2 * RUNS } else { RUNS };
         parameters.extend(further);
-        let laws = match scene.contact_law {
-            ContactLaw::FiniteBody => model::prepare(scene).ok()?.contact_laws().cloned(),
-            _ => None,
+        let laws = match (scene.contact_law, self.laws) {
+            // Other beads are other bodies.
+            (ContactLaw::FiniteBody, Some(laws)) if scene.chain.beads == self.scene.chain.beads => Some(laws.clone()),
+            (ContactLaw::FiniteBody, _) => model::prepare(scene).ok()?.contact_laws().cloned(),
+            (ContactLaw::Hertz, _) => None,
         };
         let (watch, comparison) = (Arc::clone(&self.watch), comparison.clone());
         let forward =

@@ -5,11 +5,10 @@ use std::path::{Path, PathBuf};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
-use sha2::{Digest, Sha256};
 use thiserror::Error;
 
 use crate::{
-    measurement::{Baseline, HornDrive, MeasurementError, ReadOptions, Record, RecordKind, read_record},
+    measurement::{Baseline, HornDrive, MeasurementError, ReadOptions, Record, RecordKind, read_record, sha256},
     scene::Scene,
     signal::Series,
 };
@@ -58,12 +57,6 @@ impl Input {
     }
 }
 
-/// SHA-256 of bytes, hexadecimal.
-#[must_use]
-pub fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
 /// The horn-tip record in the folder of a record, where there is one.
 #[must_use]
 pub fn beside(measured: &Path) -> Option<PathBuf> {
@@ -78,6 +71,8 @@ pub struct RecordedDrive {
     pub input: Input,
     /// The motion that was made of it.
     pub motion: HornDrive,
+    /// Realisations of the noise that is left in it, m.
+    shakes: Vec<Series>,
     /// Standard error of the horn's baseline, m, where the record tells.
     pub baseline_error: Option<f64>,
     /// What was understood and assumed on reading, for people.
@@ -120,7 +115,8 @@ impl RecordedDrive {
         let warnings = record.warnings.iter().chain(&motion.warnings()).map(placed).collect();
         let baseline_error = record.baseline_error;
         let input = Input { path: record.path, sha256: record.sha256 };
-        Ok(Self { input, motion, baseline_error, assumptions, warnings })
+        let shakes = Self::shakes_of(&motion);
+        Ok(Self { input, motion, shakes, baseline_error, assumptions, warnings })
     }
 
     /// The scene under this drive, for as long as the record lasts unless it keeps its own duration.
@@ -131,13 +127,12 @@ impl RecordedDrive {
             scene.duration = (recorded_until / scene.output_step).floor() * scene.output_step;
         }
         let file = Some(self.input.path.clone());
-        let shakes = self.shakes();
-        scene.with_continued_record(displacement.clone(), *recorded_until, shakes, *drive_frequency, file)
+        scene.with_continued_record(displacement.clone(), *recorded_until, self.shakes.clone(), *drive_frequency, file)
     }
 
-    /// Realisations of the noise that is left in the motion, the same every time; none where it is not known, or too weak to be felt.
-    fn shakes(&self) -> Vec<Series> {
-        let HornDrive { displacement, remainder, drive_frequency, .. } = &self.motion;
+    /// Realisations of the noise that is left in a motion, the same every time; none where it is not known, or too weak to be felt.
+    fn shakes_of(motion: &HornDrive) -> Vec<Series> {
+        let HornDrive { displacement, remainder, drive_frequency, .. } = motion;
         let Some(remainder) = remainder.as_ref().filter(|remainder| remainder.rms() > FELT * displacement.peak())
         else {
             return vec![];

@@ -379,7 +379,7 @@ impl Reading<'_> {
         let (mut estimates, mut most_likely) = estimates_of(parameters, &plain, &posterior);
         let agreement = Agreement::of(&plain, &most_likely, self.seed)?;
         // Features that no run has are weighed by how far they are off, at the answer that this moves.
-        let (mut cloud, mut inflation) = (plain.clone(), agreement.inflation());
+        let (mut cloud, mut inflation) = (plain.clone(), agreement::inflation(&agreement.pulls));
         for _ in 0..REWEIGHINGS {
             if inflation.iter().all(|more| *more == 0.0) {
                 break;

@@ -254,6 +254,7 @@ impl Fitted {
         }
         let case = Case {
             scene: &chain_below(best.candidate.scene()),
+            laws: best.forward.laws(),
             comparison: &shot.comparison,
             trace: shot.measured.trace(),
             parameters: &best.fit.parameters,

@@ -204,6 +204,12 @@ impl Forward {
         })
     }
 
+    /// The contact laws that its runs were given, where they are not the scene's own.
+    #[must_use]
+    pub fn laws(&self) -> Option<&FiniteBodyLaws> {
+        self.laws.as_ref()
+    }
+
     /// The same runs, with the same draws, made with a finer step; `None` where runs are those of a rung above, whose bodies say what they are
     /// off by, or where there is no finer one.
     #[must_use]

@@ -14,7 +14,7 @@ use super::{
     candidate::{Candidate, candidates},
     checkpoint::{CheckpointError, SearchCheckpoint},
     comparison::Comparison,
-    drive::{RecordedDrive, beside, sha256},
+    drive::{RecordedDrive, beside},
     fingerprints::Names,
     joint::{TESTED_TOGETHER, at_one_frequency},
     ladder::SavedFit,
@@ -29,7 +29,7 @@ use super::{
 };
 use crate::{
     feature::{Measurand, fingerprint::FeatureSet},
-    measurement::ReadOptions,
+    measurement::{ReadOptions, sha256},
     model::{ModelError, reduced::Cache},
     scene::{ModelKind, Scene, Support},
 };

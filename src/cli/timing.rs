@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use serde_json::{Map, Value, json};
-use sha2::{Digest, Sha256};
+
+use crate::measurement::sha256;
 
 /// Name of the file.
 pub const FILE: &str = "timing.json";
@@ -76,7 +77,7 @@ const SEAL: &str = "sha256";
 
 /// SHA-256 of a value as it is written, hexadecimal.
 fn seal(value: &Value) -> String {
-    Sha256::digest(format!("{value:#}\n").as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+    sha256(format!("{value:#}\n").as_bytes())
 }
 
 /// Whether the file is as it was written; `None` where it holds no digest of itself.

@@ -414,12 +414,6 @@ impl HornDrive {
         }
         warnings
     }
-
-    /// Last instant of recorded motion, model's clock, s.
-    #[must_use]
-    pub fn last_recorded_motion(&self) -> f64 {
-        self.recorded_until
-    }
 }
 
 /// What lies beyond one end of `burst`, in the order of time: `flat` samples of its continuation and `fade` over which it fades. The edge lies

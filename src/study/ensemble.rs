@@ -122,41 +122,13 @@ pub fn run_on(bodies: &Bodies, scene: &Scene, plan: &EnsemblePlan) -> Result<Ens
         return Err(EnsembleError::TooFew { found: plan.members });
     }
     let settings = observation::settings(scene)?;
-    run_as_seen(bodies, scene, plan, STEPS_PER_PERIOD, |velocity| Observation::measure(velocity, &settings))
-}
-
-/// As [`run_on`], watching the pole's velocity or the pressure at the first field point.
-///
-/// # Errors
-/// As [`run`].
-pub fn run_watching(
-    bodies: &Bodies,
-    scene: &Scene,
-    measurand: Measurand,
-    plan: &EnsemblePlan,
-) -> Result<EnsembleOutcome, EnsembleError> {
-    let settings = observation::settings(scene)?;
-    run_traces(bodies, scene, (measurand, STEPS_PER_PERIOD), plan, |trace| {
-        Observation::of_trace(measurand, trace, &settings)
+    run_traces(bodies, scene, (Measurand::Velocity, STEPS_PER_PERIOD), plan, |velocity| {
+        Observation::measure(velocity, &settings)
     })
 }
 
-/// As [`run_on`], with a step of T0/`steps_per_period` of the chain and every pole velocity (m/s) watched by `watch`: a laboratory with
-/// its own bandwidth, instants and window.
-///
-/// # Errors
-/// [`EnsembleError`]; single failed runs are counted in the outcome instead.
-pub fn run_as_seen(
-    bodies: &Bodies,
-    scene: &Scene,
-    plan: &EnsemblePlan,
-    steps_per_period: u32,
-    watch: impl Fn(&Series) -> Result<Observation, FeatureError> + Sync,
-) -> Result<EnsembleOutcome, EnsembleError> {
-    run_traces(bodies, scene, (Measurand::Velocity, steps_per_period), plan, watch)
-}
-
-/// As [`run_as_seen`] for any measurand: `watch` sees its trace, m/s or Pa.
+/// As [`run_on`] for any measurand, with a step of T0/`steps_per_period` of the chain: `watch` sees every trace, m/s or Pa, as a laboratory with its
+/// own bandwidth, instants and window does.
 ///
 /// # Errors
 /// [`EnsembleError`]; single failed runs are counted in the outcome instead.

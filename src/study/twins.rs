@@ -375,7 +375,8 @@ pub fn proof(outcomes: &[TwinOutcome]) -> TwinProof {
     }
 }
 
-fn median(values: impl Iterator<Item = f64>) -> f64 {
+/// NaN of nothing.
+pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_by(f64::total_cmp);
     match sorted.len() {

@@ -9,13 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Job;
 use crate::{
-    calibration::{
-        bench::Bench,
-        drive::{Input, sha256},
-        outcome::InputDigest,
-        problem::Problem,
-        shot::Shot,
-    },
+    calibration::{bench::Bench, drive::Input, outcome::InputDigest, problem::Problem, shot::Shot},
+    measurement::sha256,
     report::page::Files,
     scene::{BUILT_IN, Scene, Support},
 };

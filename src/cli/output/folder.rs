@@ -62,8 +62,8 @@ pub struct OutputFolder {
     created: Vec<PathBuf>,
     /// The files written so far; `None` before the first.
     written: Mutex<Option<List>>,
-    /// Held while the folder is in the making; never read.
-    _lock: fs::File,
+    /// Held while the folder is in the making.
+    lock: fs::File,
 }
 
 impl OutputFolder {
@@ -88,7 +88,7 @@ impl OutputFolder {
             kept: false,
             created,
             written: Mutex::new(None),
-            _lock: lock,
+            lock,
         })
     }
 
@@ -133,17 +133,7 @@ impl OutputFolder {
         if !resumed {
             begin_state(&work, command)?;
         }
-        Ok(Self {
-            target,
-            work,
-            force,
-            resumable: true,
-            resumed,
-            kept: true,
-            created,
-            written: Mutex::new(None),
-            _lock: lock,
-        })
+        Ok(Self { target, work, force, resumable: true, resumed, kept: true, created, written: Mutex::new(None), lock })
     }
 
     /// Where the work lies until it is finished.
@@ -325,10 +315,9 @@ impl OutputFolder {
     fn unregister(&self) {
         STAGED.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| *path != self.work);
     }
-}
 
-impl Drop for OutputFolder {
-    fn drop(&mut self) {
+    /// Leave no unfinished folder behind.
+    fn clear(&mut self) {
         self.unregister();
         if self.kept {
             return;
@@ -342,6 +331,14 @@ impl Drop for OutputFolder {
         }
         let _ = remove(&self.work);
         remove_empty(&self.created);
+    }
+}
+
+impl Drop for OutputFolder {
+    fn drop(&mut self) {
+        self.clear();
+        // A process that another thread is just starting may share the open file: closing ours alone would leave the lock to it.
+        let _ = self.lock.unlock();
     }
 }
 

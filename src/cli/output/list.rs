@@ -17,7 +17,7 @@ use std::{
 use sha2::{Digest, Sha256};
 
 use super::OutputError;
-use crate::cli::timing;
+use crate::{cli::timing, measurement::sha256};
 
 /// Name of the list in a finished folder.
 pub const LIST: &str = ".granchain";
@@ -177,7 +177,7 @@ pub fn digest(name: &str, bytes: &[u8]) -> String {
     if name == timing::FILE && timing::is_as_sealed(bytes) == Some(true) {
         return SEALED.into();
     }
-    hexadecimal(&Sha256::digest(bytes))
+    sha256(bytes)
 }
 
 /// The same of a file on disk.

@@ -9,7 +9,6 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use clap::Args;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use crate::{
     calibration::drive::Input,
@@ -19,6 +18,7 @@ use crate::{
         output::{NOTHING_SAVED, OutputFolder, write_atomically},
         progress, summary,
     },
+    measurement::sha256,
     model::fea::{Control, Cut, Frames, Peak, PeakStress, Simulation, Snapshot, control::Complementarity},
     report::{
         animation::{MOST_FRAMES, Raster},
@@ -164,7 +164,7 @@ impl<'a> Analysis<'a> {
             }
         }
         let plan = plan_of(scene, &meshes, frame, flags.animation)?;
-        let identity = hexadecimal(&Sha256::digest(&plan));
+        let identity = sha256(&plan);
         let mut simulation = Simulation::new(scene, Control::default())?;
         let mut peak = Peak::default();
         if let Some(folder) = folder {
@@ -436,14 +436,10 @@ fn mesh_files(scene: &Scene) -> Vec<PathBuf> {
 /// Everything that decides what the state is.
 fn plan_of(scene: &Scene, meshes: &[Input], frame: Option<usize>, animation: bool) -> anyhow::Result<Vec<u8>> {
     // The debug form holds every number of the scene, recorded drive included, to the last bit.
-    let scene = hexadecimal(&Sha256::digest(format!("{scene:?}")));
+    let scene = sha256(format!("{scene:?}").as_bytes());
     summary::json(&serde_json::json!({
         "program": summary::program(), "scene_sha256": scene, "meshes": meshes, "steps_a_frame": frame, "animation": animation,
     }))
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn same_plan(path: &Path, plan: &[u8]) -> anyhow::Result<()> {

@@ -21,7 +21,6 @@ use super::{
 };
 use crate::{
     calibration::{
-        drive::sha256,
         fingerprints::{self, difference},
         forward::Run,
         ladder::{Made, SavedFit},
@@ -39,6 +38,7 @@ use crate::{
         summary,
         timing::{self, Timing},
     },
+    measurement::sha256,
     report::page,
 };
 

@@ -268,7 +268,7 @@ impl Work {
         Self {
             beads,
             amplitude_scale: Lane::ZERO,
-            shaken: vec![Lane::ZERO; ensemble.shakes.len()],
+            shaken: Vec::with_capacity(ensemble.shakes.len()),
             offset: contacts(),
             stiffness: contacts(),
             linear: contacts(),
@@ -297,6 +297,9 @@ impl Work {
     /// Put runs into the lanes; places left over repeat the first.
     fn load(&mut self, ensemble: &Ensemble, variations: &[Variation], chunk: &[usize]) {
         let last = self.beads;
+        // Where no run of the group shakes, none pays for it.
+        let shaken = chunk.iter().any(|index| !variations[*index].shaken.is_empty());
+        self.shaken.resize(if shaken { ensemble.shakes.len() } else { 0 }, Lane::ZERO);
         for place in 0..WIDTH {
             let variation = &variations[*chunk.get(place).unwrap_or(&chunk[0])];
             self.amplitude_scale.0[place] = variation.amplitude_scale;

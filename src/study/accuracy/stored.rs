@@ -1,14 +1,13 @@
 //! References and fronts of the built-in scenes, as `granchain accuracy --full` made them.
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use super::{
     gain::Gain,
     ladder::{Rung, Setting, Varied},
     run::Cost,
 };
-use crate::{response::SolverWork, scene::BUILT_IN};
+use crate::{measurement::sha256, response::SolverWork, scene::BUILT_IN};
 
 /// A waveform that others are measured against.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -193,7 +192,7 @@ impl Stored {
 #[must_use]
 pub fn digest(scene: &str) -> Option<String> {
     let scene = BUILT_IN.iter().find(|built_in| built_in.name == scene)?;
-    Some(Sha256::digest(scene.toml).iter().map(|byte| format!("{byte:02x}")).collect())
+    Some(sha256(scene.toml.as_bytes()))
 }
 
 /// Eight significant digits: what a file keeps.

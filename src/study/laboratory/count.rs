@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Condition, LaboratoryFit, LaboratoryTwin, Regime};
+use super::{super::twins::median, Condition, LaboratoryFit, LaboratoryTwin, Regime};
 use crate::calibration::{
     agreement::{DOUBTFUL, OUTSIDE},
     diagnosis::{Cause, Finding},
@@ -234,15 +234,5 @@ impl WrongTally {
             warned: count(LaboratoryTwin::warned),
             refused: count(|twin| twin.fit.is_err()),
         }
-    }
-}
-
-/// NaN of nothing.
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_by(f64::total_cmp);
-    match sorted.len() {
-        0 => f64::NAN,
-        n => 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]),
     }
 }

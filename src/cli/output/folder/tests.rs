@@ -258,6 +258,17 @@ fn a_state_that_holds_nothing_is_begun_anew_with_and_without_resume() {
     assert!(names(place.path()).is_empty());
 }
 
+/// As a process does that is being started when the folder is dropped: until it runs its program it shares every open file.
+#[test]
+fn a_dropped_folder_is_free_even_if_its_lock_is_still_open_elsewhere() {
+    let place = tempfile::tempdir().unwrap();
+    let target = place.path().join("run");
+    let folder = resumable(&target, false, false).unwrap();
+    let _shared = folder.lock.try_clone().unwrap();
+    drop(folder);
+    resumable(&target, false, false).unwrap();
+}
+
 #[test]
 fn nothing_is_published_but_the_files_written() {
     let place = tempfile::tempdir().unwrap();
