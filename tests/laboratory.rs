@@ -20,7 +20,7 @@ fn plan(conditions: &[&str], count: u64, evaluations: usize) -> LaboratoryPlan {
 }
 
 fn made(plan: &LaboratoryPlan) -> Vec<LaboratoryTwin> {
-    laboratory(plan, &|| {}, &|| false).unwrap().unwrap()
+    laboratory(plan, &|_, _| {}, &|| false).unwrap().unwrap()
 }
 
 #[test]
@@ -63,5 +63,5 @@ fn a_wrong_sign_and_a_wrong_unit_are_seen_and_named() {
 
 #[test]
 fn stopping_leaves_no_result() {
-    assert!(laboratory(&plan(&["pretrigger"], 1, 200), &|| {}, &|| true).unwrap().is_none());
+    assert!(laboratory(&plan(&["pretrigger"], 1, 200), &|_, _| {}, &|| true).unwrap().is_none());
 }

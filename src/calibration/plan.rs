@@ -37,13 +37,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::feature::{Measurand, fingerprint::FeatureSet};
 
 /// A fit definition. Every key may be left out and given on the command line instead, which wins.
-#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
     /// The record.
@@ -55,7 +55,7 @@ pub struct Plan {
     /// Built-in scene or scene file.
     pub scene: Option<String>,
     /// Overrides of the scene, `KEY=VALUE`.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub set: Vec<String>,
     /// Damping laws to fit.
     pub damping: Option<Vec<String>>,
@@ -70,21 +70,21 @@ pub struct Plan {
     /// Seed.
     pub seed: Option<u64>,
     /// Records that are fitted together, in place of `measured` and `drive`.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub record: Vec<RecordPlan>,
     /// Bounds, or a fixed value, of the parameters by name.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, Bounds>,
     /// What is drawn into every run, by name.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub uncertainty: BTreeMap<String, Number>,
     /// Weight of single features by name.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub weights: BTreeMap<String, f64>,
 }
 
 /// One of several records: `[[record]]`.
-#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordPlan {
     /// The record.
@@ -94,7 +94,7 @@ pub struct RecordPlan {
     /// Its scene, where it is not the plan's.
     pub scene: Option<String>,
     /// Overrides of its scene, behind the plan's own.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub set: Vec<String>,
     /// Line of the plan where it begins, from 1.
     #[serde(skip)]
@@ -102,7 +102,7 @@ pub struct RecordPlan {
 }
 
 /// Search bounds of one parameter: a plain number is SI, a text carries its unit.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Bounds {
     /// Lower bound.
@@ -112,7 +112,7 @@ pub struct Bounds {
 }
 
 /// A number in SI, or a text with its unit.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Number {
     /// SI.

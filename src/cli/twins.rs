@@ -52,6 +52,9 @@ pub struct Arguments {
     /// conditions by name, such as pretrigger,eight-bit
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', help_heading = "Study")]
     pub laboratory: Vec<String>,
+    /// Keep the files of every --laboratory record and the plan that fits them, in records/ below --out
+    #[arg(long, requires_all = ["laboratory", "out"], help_heading = "Study")]
+    pub records: bool,
     /// What the twins record: velocity on annulus and rigid wall, or pressure behind a disc on three mounts [default: velocity]
     #[arg(long, value_enum, help_heading = "Study")]
     pub quantity: Option<QuantityChoice>,
@@ -128,7 +131,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let study = plan_of(&arguments)?;
     if !arguments.laboratory.is_empty() {
         let plan = laboratory_plan(&arguments, &study)?;
-        return laboratory::execute(&plan, &arguments.output, &arguments.session, Timing::start());
+        return laboratory::execute(&plan, arguments.records, &arguments.output, &arguments.session, Timing::start());
     }
     let Arguments { quantity, wrong, model, mesh_density, levels, fit, output, session, .. } = arguments;
     let mut timing = Timing::start();

@@ -17,6 +17,8 @@ const QUIET_RMS: f64 = 0.05;
 const MOVED_SHARE: f64 = 0.6;
 /// The later half of quiet samples may have this many times the rms of the earlier half.
 const QUIET_GROWTH: f64 = 2.0;
+/// The same of samples that no trigger calls quiet, in standard errors of what noise alone does.
+const GROWN: f64 = 1.5;
 
 /// Roughness below which samples are motion: noise that a decoder passes up to a tenth of the sample rate has 0.13.
 const SMOOTH: f64 = 0.1;
@@ -55,16 +57,16 @@ pub(super) fn quiet_lead(values: &[f64], before_trigger: usize, period: Option<f
         .filter(|step| *step > 0.0)
         .fold(f64::INFINITY, f64::min)
         .min(peak);
-    let is_quiet = |count: usize| {
+    let is_quiet = |count: usize, growth: f64| {
         if count < FEWEST_QUIET {
             return false;
         }
         let (mean, rms) = mean_and_rms(&values[..count]);
         let about = |part: &[f64]| (part.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / part.len() as f64).sqrt();
         let (early, late) = values[..count].split_at(count / 2);
-        rms <= QUIET_RMS * peak && about(late) <= QUIET_GROWTH * about(early) + smallest_step
+        rms <= QUIET_RMS * peak && about(late) <= growth * about(early) + smallest_step
     };
-    if is_quiet(before_trigger) {
+    if is_quiet(before_trigger, QUIET_GROWTH) {
         return before_trigger;
     }
     let level = values.iter().take(FEWEST_QUIET).sum::<f64>() / FEWEST_QUIET.min(values.len()).max(1) as f64;
@@ -79,10 +81,12 @@ pub(super) fn quiet_lead(values: &[f64], before_trigger: usize, period: Option<f
         period.is_some_and(|period| (count as f64) < 0.5 * period || line_share(&values[..count], period) > MOVED_SHARE)
             || roughness(&values[..count]).is_some_and(|(rough, rms)| rms > smallest_step && rough < SMOOTH)
     };
-    [0.8, 0.6, 0.45, 0.3]
+    // Two halves of noise differ by √(2/n) in the logarithm of their rms; what first arrives swells slowly, and is not noise.
+    let growth = |count: usize| (GROWN * (2.0 / count.max(1) as f64).sqrt()).exp().min(QUIET_GROWTH);
+    [0.8, 0.6, 0.45, 0.3, 0.2]
         .iter()
         .map(|part| (onset as f64 * part) as usize)
-        .find(|&count| is_quiet(count) && wavers(count) && !moves(count))
+        .find(|&count| is_quiet(count, growth(count)) && wavers(count) && !moves(count))
         .unwrap_or(0)
 }
 

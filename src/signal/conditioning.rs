@@ -75,6 +75,34 @@ impl Conditioner {
     }
 }
 
+/// What is left of samples about their running mean over `width` of them: about that of the first and last `width` nearer to an end, about the whole
+/// of fewer samples. Offset, drift and hum of an instrument go, and lines of which `width` holds whole periods pass as they are.
+///
+/// ```
+/// use granchain::signal::about_running_mean;
+///
+/// // One period is four samples: what is added to it goes, the wave stays.
+/// let wave: Vec<f64> = (0..40).map(|i| [0.0, 1.0, 0.0, -1.0][i % 4]).collect();
+/// let raised: Vec<f64> = wave.iter().map(|value| value + 0.3).collect();
+/// let left = about_running_mean(&raised, 8);
+/// assert!(left.iter().zip(&wave).all(|(left, wave)| (left - wave).abs() < 1e-12));
+/// ```
+#[must_use]
+pub fn about_running_mean(values: &[f64], width: usize) -> Vec<f64> {
+    let width = width.min(values.len());
+    let mut sum: f64 = values[..width].iter().sum();
+    let mut first = 0;
+    let about = |(index, value): (usize, &f64)| {
+        let wanted = index.saturating_sub(width / 2).min(values.len() - width);
+        while first < wanted {
+            sum += values[first + width] - values[first];
+            first += 1;
+        }
+        value - sum / width as f64
+    };
+    values.iter().enumerate().map(about).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

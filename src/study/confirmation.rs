@@ -23,11 +23,14 @@ use crate::{
         observation::{Observation, Recording},
         printed::Printed,
     },
-    feature::{FeatureError, FeatureSettings, Features, Measurand, Similarity, Window, measure, similarity},
+    feature::{
+        FeatureError, FeatureSettings, Features, Measurand, Similarity, Window, fingerprint::MEAN_CYCLES, measure,
+        similarity,
+    },
     model::{ModelError, chain::ensemble::Variation},
     response::Response,
     scene::Scene,
-    signal::{Conditioning, Series, low_pass},
+    signal::{Conditioning, Series, about_running_mean, low_pass},
 };
 
 /// Why a calibrated scene could not be confirmed.
@@ -145,6 +148,12 @@ impl Laboratory<'_> {
         }
         .apply(trace)
     }
+
+    /// As the fit's features have it: what is measured of a record must not be its instrument's hum.
+    fn settled(&self, trace: &Series) -> Series {
+        let width = MEAN_CYCLES as f64 / (self.settings.drive_frequency * trace.step);
+        Series::new(trace.start, trace.step, about_running_mean(&trace.values, width.round() as usize))
+    }
 }
 
 /// Run `scene` (with the fitted values in it) accurately and perturbed, and hold both against the record; on the model
@@ -182,19 +191,20 @@ pub fn confirm(
     };
     let noisy =
         FeatureSettings { noise_rms: recording.noise_rms, noise_bandwidth: recording.bandwidth, ..settings.clone() };
-    let recorded_features = measure(record, &noisy)?;
     let laboratory = Laboratory { recording, settings, offset };
+    let settled = laboratory.settled(record);
+    let recorded_features = measure(&settled, &noisy)?;
     let simulated = laboratory.sees(made);
-    let simulated_features = measure(&simulated, &laboratory.settings)?;
+    let simulated_features = measure(&laboratory.settled(&simulated), &laboratory.settings)?;
     let similarity = similarity(record, &simulated, window, scene.drive.frequency)?;
 
     let (varied, perturbed) = perturbed(scene, plan, predicted);
     let ensemble = ensemble::run_perturbed(bodies, varied, (measurand, STEPS_PER_PERIOD), plan, &perturbed, |trace| {
-        Watched::of_trace(measurand, &laboratory.sees(trace), &laboratory.settings)
+        Watched::of_trace(measurand, &laboratory.settled(&laboratory.sees(trace)), &laboratory.settings)
     })?;
     let measured = match measurand {
         Measurand::Velocity => Watched::of(&recorded_features),
-        Measurand::Pressure => Watched::of_trace(measurand, record, &noisy)?,
+        Measurand::Pressure => Watched::of_trace(measurand, &settled, &noisy)?,
     };
     let keys = watched_of(measurand, scene.drive.frequency);
     Ok(Confirmation {

@@ -1,6 +1,9 @@
 //! `granchain twins --laboratory`: records as other laboratories store them, through the whole of `calibrate`.
 
-use std::fmt::Write;
+use std::{
+    fmt::Write,
+    sync::{Mutex, PoisonError},
+};
 
 use serde::Serialize;
 
@@ -17,7 +20,9 @@ use crate::{
         laboratory::{LaboratoryReport, tables},
         page::Table,
     },
-    study::laboratory::{Condition, LaboratoryCount, LaboratoryPlan, LaboratoryTwin, laboratory},
+    study::laboratory::{
+        Condition, Files, LaboratoryCount, LaboratoryPlan, LaboratoryTwin, NAMES, Setting, laboratory,
+    },
 };
 
 /// `laboratory.json`.
@@ -56,15 +61,28 @@ pub fn conditions(names: &[String]) -> anyhow::Result<Vec<Condition>> {
 /// A folder that cannot be written; Ctrl-C.
 pub fn execute(
     plan: &LaboratoryPlan,
+    records: bool,
     output: &OutputArguments,
     session: &Session,
     mut timing: Timing,
 ) -> anyhow::Result<Outcome> {
     let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
     let bar = progress::bar(session, plan.conditions.len() as u64 * plan.count, "records");
-    let twins = laboratory(plan, &|| bar.inc(1), &interrupt::requested)?;
+    let unwritten = Mutex::new(None);
+    let keep = |twin: &LaboratoryTwin, files: Option<&Files>| {
+        if let (true, Some(folder), Some(files)) = (records, &folder, files)
+            && let Err(error) = keep(folder, plan, &twin.setting, files)
+        {
+            unwritten.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        }
+        bar.inc(1);
+    };
+    let twins = laboratory(plan, &keep, &interrupt::requested)?;
     bar.finish_and_clear();
     let twins = twins.ok_or(interrupt::Interrupted)?;
+    if let Some(error) = unwritten.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        return Err(error);
+    }
     timing.stage("twins");
     let count = LaboratoryCount::of(&twins);
     let summary = LaboratorySummary { program: summary::program(), plan, count: &count, twins: &twins };
@@ -83,6 +101,22 @@ pub fn execute(
     }
     session.result(text, &summary)?;
     Ok(Outcome::Done)
+}
+
+/// `records/CONDITION-NUMBER/`: the two files, and the plan by which `calibrate` fits them.
+fn keep(folder: &OutputFolder, plan: &LaboratoryPlan, setting: &Setting, files: &Files) -> anyhow::Result<()> {
+    let place = format!("records/{}-{}", setting.condition.name(), setting.number);
+    let [horn, vibrometer] = NAMES.map(|name| format!("{place}/{name}"));
+    folder.write(horn, &files.horn)?;
+    folder.write(vibrometer, &files.vibrometer)?;
+    let told = format!(
+        "# {}; fitted by: granchain calibrate --plan {place}/plan.toml --drive-frequency {}Hz\n{}",
+        setting.condition.words(),
+        setting.told_frequency_hz,
+        toml::to_string(&plan.definition(setting))?
+    );
+    folder.write(format!("{place}/plan.toml"), told)?;
+    Ok(())
 }
 
 /// A table for the terminal: caption, head and rows, columns two blanks apart.

@@ -46,6 +46,9 @@ use crate::{
 /// The scene of every bench.
 const SCENE: &str = "annulus";
 
+/// The files of a record: the horn's and the vibrometer's.
+pub const NAMES: [&str; 2] = ["horn_tip.csv", "vib.csv"];
+
 /// Mesh of a truth over that of its fit; a fit measures its own error on one 1.5 times as dense.
 const FINER: f64 = 1.75;
 
@@ -100,13 +103,13 @@ pub struct LaboratoryFit {
 
 /// Make and fit all twins.
 ///
-/// `finished` is told after each; once `stop` says so the fits in hand end, and the result is `None`.
+/// `finished` is given each with its files; once `stop` says so the fits in hand end, and the result is `None`.
 ///
 /// # Errors
 /// When the bodies of a bench cannot be made ready.
 pub fn laboratory(
     plan: &LaboratoryPlan,
-    finished: &(dyn Fn() + Sync),
+    finished: &(dyn Fn(&LaboratoryTwin, Option<&Files>) + Sync),
     stop: &'static (dyn Fn() -> bool + Sync),
 ) -> Result<Option<Vec<LaboratoryTwin>>, ModelError> {
     let all: Vec<(Condition, u64)> =
@@ -118,10 +121,13 @@ pub fn laboratory(
             if stop() {
                 return None;
             }
-            let twin = twin(plan, &workshop, (condition, number), stop);
-            finished();
+            let (twin, files) = twin(plan, &workshop, (condition, number), stop);
             // A fit that was stopped in hand is none.
-            if stop() { None } else { Some(twin) }
+            if stop() {
+                return None;
+            }
+            finished(&twin, files.as_ref());
+            Some(twin)
         })
         .collect();
     Ok(twins)
@@ -169,6 +175,26 @@ impl LaboratoryPlan {
         scene::load(SCENE, &self.overrides(setting))
     }
 
+    /// What its fit is told: the plan beside the two files.
+    #[must_use]
+    pub fn definition(&self, setting: &Setting) -> Plan {
+        let [horn, vibrometer] = NAMES.map(|name| Some(name.into()));
+        Plan {
+            measured: vibrometer,
+            drive: horn,
+            scene: Some(SCENE.into()),
+            set: self.overrides(setting),
+            evaluations: Some(self.evaluations),
+            seed: Some(self.seed.wrapping_add(1000 * (setting.number + 1))),
+            uncertainty: setting
+                .uncertainty
+                .iter()
+                .map(|(name, value)| (name.clone(), Number::Plain(*value)))
+                .collect(),
+            ..Plan::default()
+        }
+    }
+
     /// The truth, on a finer mesh where it has one.
     fn truth(&self, setting: &Setting) -> Result<Scene, scene::SceneError> {
         let mut overrides = self.overrides(setting);
@@ -198,7 +224,7 @@ fn twin(
     workshop: &Workshop,
     (condition, number): (Condition, u64),
     stop: &'static (dyn Fn() -> bool + Sync),
-) -> LaboratoryTwin {
+) -> (LaboratoryTwin, Option<Files>) {
     let (setting, mut random) = Setting::draw(condition, number, plan.seed);
     let made = workshop.0.get(&plan.bodies_key(&setting));
     let run = |scene: &Scene| match made {
@@ -212,10 +238,13 @@ fn twin(
     let regime = files.as_ref().ok().map(|files| files.regime);
     let folder = tempfile::tempdir();
     let place = folder.as_ref().map(|folder| format!("{}/", folder.path().display())).unwrap_or_default();
-    let fit = match (files, &folder) {
-        (Ok(files), Ok(folder)) => fit(plan, &setting, &files, made.map(|(bodies, _)| bodies), folder.path(), stop),
-        (Err(error), _) => Err(error),
-        (_, Err(error)) => Err(io::Error::new(error.kind(), error.to_string()).into()),
+    let (files, fit) = match (files, &folder) {
+        (Ok(files), Ok(folder)) => {
+            let fit = fit(plan, &setting, &files, made.map(|(bodies, _)| bodies), folder.path(), stop);
+            (Some(files), fit)
+        }
+        (Err(error), _) => (None, Err(error)),
+        (_, Err(error)) => (None, Err(io::Error::new(error.kind(), error.to_string()).into())),
     };
     // Where the files lay is of no interest, and another every time.
     let placeless = |text: &str| if place.is_empty() { text.to_owned() } else { text.replace(&place, "") };
@@ -227,7 +256,7 @@ fn twin(
         }
         Err(error) => Err(placeless(&with_causes(&error))),
     };
-    LaboratoryTwin { setting, regime, fit }
+    (LaboratoryTwin { setting, regime, fit }, files)
 }
 
 /// Write the files, and do with them what `calibrate` does.
@@ -239,19 +268,14 @@ fn fit(
     folder: &Path,
     stop: &'static (dyn Fn() -> bool + Sync),
 ) -> Result<LaboratoryFit, NoFit> {
-    let [horn, vibrometer] = ["horn_tip.csv", "vib.csv"].map(|name| folder.join(name));
+    let definition = plan.definition(setting);
+    let [horn, vibrometer] = NAMES.map(|name| folder.join(name));
     fs::write(&horn, &files.horn)?;
     fs::write(&vibrometer, &files.vibrometer)?;
     let options = ReadOptions { drive_frequency: Some(setting.told_frequency_hz), ..ReadOptions::default() };
     let how = (RecordedDrive::read_at_plateau as _, &options);
-    let bench = Bench::read(SCENE, plan.overrides(setting), ModelKind::Reduced, Some(&horn), how);
+    let bench = Bench::read(SCENE, definition.set.clone(), ModelKind::Reduced, Some(&horn), how);
     let bench = bench.map_err(Refusal::from)?;
-    let definition = Plan {
-        evaluations: Some(plan.evaluations),
-        seed: Some(plan.seed.wrapping_add(1000 * (setting.number + 1))),
-        uncertainty: setting.uncertainty.iter().map(|(name, value)| (name.clone(), Number::Plain(*value))).collect(),
-        ..Plan::default()
-    };
     let shot = ShotPlan { source: Source::File(vibrometer, Box::new(options)), bench, origin: None };
     let problem = Problem::of(&definition, vec![shot])?;
     let course = Course { bodies, watch: Arc::new(move |_| !stop()), ..Course::default() };
