@@ -56,7 +56,7 @@
 //!
 //! let scene = scene::load("annulus", &["alpha=0.5".into(), "damping.coefficient=0.3 N s/m".into()])?;
 //! let response = model::run(&scene, &mut |_| true)?;
-//! let features = feature::measure(&response.pole_velocity, &observation::settings(&scene)?)?;
+//! let features = feature::measure(response.observed_velocity(), &observation::settings(&scene)?)?;
 //! assert!((0.25..0.35).contains(&features.peaks.positive)); // m/s; the source paper prints 0.296
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

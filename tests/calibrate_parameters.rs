@@ -171,6 +171,7 @@ fn forward(scene: &Scene, names: &[&str], bandwidth: Option<f64>, uncertainty: U
 }
 
 const EXACT: Uncertainty = Uncertainty {
+    droop: 0.0,
     gap: 0.0,
     gap_scale: 0.0,
     baseline: 0.0,

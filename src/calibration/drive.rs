@@ -75,6 +75,8 @@ pub struct RecordedDrive {
     shakes: Vec<Series>,
     /// Standard error of the horn's baseline, m, where the record tells.
     pub baseline_error: Option<f64>,
+    /// Bandwidth of its decoder, Hz, where the record states it.
+    pub bandwidth: Option<f64>,
     /// What was understood and assumed on reading, for people.
     pub assumptions: Vec<String>,
     /// What looks wrong, though it could be read.
@@ -113,10 +115,10 @@ impl RecordedDrive {
         let placed = |text: &String| format!("{}: {text}", record.path.display());
         let assumptions = record.assumptions.iter().chain([&frequency]).map(placed).collect();
         let warnings = record.warnings.iter().chain(&motion.warnings()).map(placed).collect();
-        let baseline_error = record.baseline_error;
+        let (baseline_error, bandwidth) = (record.baseline_error, record.bandwidth);
         let input = Input { path: record.path, sha256: record.sha256 };
         let shakes = Self::shakes_of(&motion);
-        Ok(Self { input, motion, shakes, baseline_error, assumptions, warnings })
+        Ok(Self { input, motion, shakes, baseline_error, bandwidth, assumptions, warnings })
     }
 
     /// The scene under this drive, for as long as the record lasts unless it keeps its own duration.

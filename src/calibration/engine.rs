@@ -38,13 +38,13 @@ pub fn sampled_scene(scene: &Scene) -> Scene {
     scene
 }
 
-/// The trace of a measurand: the pole's velocity, or the pressure at the scene's first field point.
+/// The trace of a measurand: the velocity of the point a laser looks at, or the pressure at the scene's first field point.
 ///
 /// # Errors
 /// [`ModelError::Unsupported`] for the pressure of a scene without water.
 pub fn trace(response: Response, measurand: Measurand) -> Result<Series, ModelError> {
     match measurand {
-        Measurand::Velocity => Ok(response.pole_velocity),
+        Measurand::Velocity => Ok(response.observed_velocity().clone()),
         Measurand::Pressure => {
             let heard = response.disc.and_then(|disc| disc.pressure.into_iter().next());
             heard.ok_or_else(|| ModelError::Unsupported {

@@ -54,6 +54,9 @@ pub struct Uncertainty {
     /// Standard deviation of the logarithm of the support's stiffness about the scene's own, 1.
     #[serde(default)]
     pub support_stiffness: f64,
+    /// Largest share of the drive that the decoder of its record may have taken: how steeply that falls is not known. Drawn evenly from none to all.
+    #[serde(default)]
+    pub droop: f64,
 }
 
 impl Default for Uncertainty {
@@ -67,6 +70,7 @@ impl Default for Uncertainty {
             sensitivity: 0.003,
             precompression: 0.0,
             support_stiffness: 0.0,
+            droop: 0.0,
         }
     }
 }
@@ -126,6 +130,45 @@ pub type TimedRun = (Run, Option<f64>);
 /// Called with the number of runs finished; returning `false` stops the search after the current batch.
 pub type Watch = dyn Fn(u64) -> bool + Send + Sync;
 
+/// A decoder of which the bandwidth alone is stated: it may fall as steeply as a digital filter or as slowly as a Bessel filter. Every run draws where
+/// in between.
+#[derive(Debug, Clone)]
+struct Decoder {
+    bandwidth: f64,
+    steep: LowPass,
+    slow: LowPass,
+}
+
+/// Bandwidth over the highest frequency that is compared, from which even a slow decoder takes less than 5 % of it.
+const UNFELT: f64 = 4.0;
+
+impl Decoder {
+    /// Of what a record states, where it is felt in what is compared; none where the bandwidth is fitted.
+    fn of(comparison: &Comparison, parameters: &[Parameter], (step, len): (f64, usize)) -> Option<Self> {
+        let stated = comparison.bandwidth.filter(|stated| *stated < UNFELT * comparison.cutoff)?;
+        let fitted = parameters.iter().any(|parameter| parameter.target == Target::Bandwidth);
+        (!fitted).then(|| Self {
+            bandwidth: stated,
+            steep: LowPass::new(step, len, stated),
+            slow: LowPass::gaussian(step, len, stated),
+        })
+    }
+
+    fn passes(&self, trace: &mut Series, random: &mut ChaCha8Rng) {
+        let (step, len) = (trace.step, trace.len());
+        let [steep, slow] = if len == self.steep.len() {
+            [self.steep.apply(&trace.values), self.slow.apply(&trace.values)]
+        } else {
+            [LowPass::new(step, len, self.bandwidth), LowPass::gaussian(step, len, self.bandwidth)]
+                .map(|filter| filter.apply(&trace.values))
+        };
+        let share: f64 = random.random();
+        for ((value, steep), slow) in trace.values.iter_mut().zip(steep).zip(slow) {
+            *value = slow + share * (steep - slow);
+        }
+    }
+}
+
 /// The scene, ready to be run at any point of the box and compared with one record.
 #[derive(Clone)]
 pub struct Forward {
@@ -140,6 +183,7 @@ pub struct Forward {
     engine: Engine,
     laws: Option<FiniteBodyLaws>,
     low_pass: LowPass,
+    decoder: Option<Decoder>,
     noise_rms: f64,
     watch: Arc<Watch>,
     /// What makes the runs in place of the chain.
@@ -186,6 +230,7 @@ impl Forward {
         let step = period / STEPS_PER_CYCLE as f64;
         let len = engine.samples();
         let low_pass = LowPass::new(step, len, comparison.cutoff);
+        let decoder = Decoder::of(&comparison, &parameters, (step, len));
         let noise_rms = (comparison.noise_density * 0.5 / step).sqrt();
         let base = Variation::of(&scene);
         Ok(Self {
@@ -198,6 +243,7 @@ impl Forward {
             engine,
             laws: laws.cloned(),
             low_pass,
+            decoder,
             noise_rms,
             watch,
             above: None,
@@ -295,7 +341,8 @@ impl Forward {
         for (parameter, &u) in self.parameters.iter().zip(at) {
             parameter.vary(&self.scene, &mut variation, parameter.value(u));
         }
-        let Uncertainty { gap, gap_scale, baseline, drive, precompression, support_stiffness, .. } = self.uncertainty;
+        let Uncertainty { gap, gap_scale, baseline, drive, precompression, support_stiffness, droop, .. } =
+            self.uncertainty;
         variation.amplitude_scale *= 1.0 + drive * random.random_range(-1.0..1.0);
         let rougher: f64 = StandardNormal.sample(random);
         let roughness = gap * (gap_scale * rougher).exp();
@@ -318,6 +365,9 @@ impl Forward {
         }
         let shakes = self.scene.drive.shakes_count();
         variation.shaken = (0..shakes).map(|_| normal() / (shakes as f64).sqrt()).collect();
+        if droop > 0.0 {
+            variation.amplitude_scale /= 1.0 - droop * random.random::<f64>();
+        }
         variation
     }
 
@@ -355,7 +405,9 @@ impl Forward {
 
     /// The instrument's bandwidth, the record's own noise, the cutoff of both.
     fn condition(&self, position: &[f64], mut trace: Series, random: &mut ChaCha8Rng) -> Series {
-        if let Some(bandwidth) = self.bandwidth(position) {
+        if let Some(decoder) = &self.decoder {
+            decoder.passes(&mut trace, random);
+        } else if let Some(bandwidth) = self.fitted_bandwidth(position) {
             trace.values = LowPass::new(trace.step, trace.len(), bandwidth).apply(&trace.values);
         }
         if self.noise_rms > 0.0 {
@@ -367,13 +419,10 @@ impl Forward {
         self.filtered(&trace)
     }
 
-    /// Of the instrument, Hz: as fitted, or as stated where it cuts what is compared.
-    fn bandwidth(&self, position: &[f64]) -> Option<f64> {
+    /// Of the instrument, Hz, where it is fitted.
+    fn fitted_bandwidth(&self, position: &[f64]) -> Option<f64> {
         let mut fitted = self.parameters.iter().zip(position).filter(|(it, _)| it.target == Target::Bandwidth);
-        match fitted.next() {
-            Some((parameter, u)) => Some(parameter.value(*u)),
-            None => self.comparison.bandwidth.filter(|stated| *stated < self.comparison.cutoff),
-        }
+        fitted.next().map(|(parameter, u)| parameter.value(*u))
     }
 
     fn filtered(&self, trace: &Series) -> Series {

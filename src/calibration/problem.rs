@@ -182,9 +182,7 @@ impl Problem {
         }
         let upper = upper(scene)?;
         let stated = StatedUncertainty::new(&plan.uncertainty)?;
-        let drawn = |(bench, scene): (&&Bench, &Scene)| {
-            stated.of(scene, bench.drive.as_ref().and_then(|drive| drive.baseline_error))
-        };
+        let drawn = |(bench, scene): (&&Bench, &Scene)| stated.of(scene, bench.drive.as_ref());
         let uncertainties = benches.iter().zip(&scenes).map(drawn).collect::<Result<Vec<_>, _>>()?;
         refuse_frequencies(&asked, &scenes)?;
         let mut assumptions: Vec<String> = Vec::new();

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{
+    drive::RecordedDrive,
     forward::Uncertainty,
     parameter::Parameter,
     plan::Number,
@@ -10,7 +11,10 @@ use super::{
 };
 use crate::{
     scene::Scene,
-    signal::{Quantity, QuantityError, Unit, number::engineering},
+    signal::{
+        LowPass, Quantity, QuantityError, Unit,
+        number::{engineering, significant},
+    },
 };
 
 impl Number {
@@ -55,11 +59,13 @@ impl StatedUncertainty {
         Ok(Self(stated.iter().map(value).collect::<Result<_, _>>()?))
     }
 
-    /// What is drawn into the runs of `scene`, whose horn's baseline is known to `baseline` (m) by its record.
+    /// What is drawn into the runs of `scene` under the horn's record, which says how well its baseline is known, and by what decoder it was made.
     ///
     /// # Errors
     /// A stiffness of a support that has none.
-    pub fn of(&self, scene: &Scene, baseline: Option<f64>) -> Result<Uncertainty, Refusal> {
+    pub fn of(&self, scene: &Scene, drive: Option<&RecordedDrive>) -> Result<Uncertainty, Refusal> {
+        let baseline = drive.and_then(|drive| drive.baseline_error);
+        let bandwidth = drive.and_then(|drive| drive.bandwidth);
         let usual = Uncertainty::default();
         let stated = |name: &str| self.0.get(name).copied();
         let drawn = Uncertainty {
@@ -70,6 +76,7 @@ impl StatedUncertainty {
             sensitivity: stated("sensitivity").unwrap_or(usual.sensitivity),
             precompression: stated("precompression").unwrap_or(usual.precompression),
             support_stiffness: stated("support_stiffness").unwrap_or(usual.support_stiffness),
+            droop: bandwidth.map_or(0.0, |bandwidth| 1.0 - LowPass::gaussian_gain(scene.drive.frequency, bandwidth)),
         };
         if drawn.support_stiffness > 0.0 {
             Parameter::named("support_stiffness", scene).map_err(Refusal::UncertainStiffness)?;
@@ -90,6 +97,12 @@ pub fn in_words(drawn: &Uncertainty, parameters: &[Parameter]) -> String {
     let mut words =
         vec![format!("gaps of {} (half-normal{roughness}) in every contact", engineering(drawn.gap, "m", 2))];
     words.push(format!("the drive's level ±{} %", 100.0 * drawn.drive));
+    if drawn.droop > 0.0 {
+        words.push(format!(
+            "up to {} % of the drive that its decoder may have taken",
+            significant(100.0 * drawn.droop, 2)
+        ));
+    }
     if drawn.sensitivity > 0.0 {
         words.push(format!("the instrument's sensitivity ±{:.2} %", 100.0 * drawn.sensitivity));
     }

@@ -1,4 +1,4 @@
-//! The figures of one run: what the piston and the pole did, how the pulses ran through the chain, and the spectrum.
+//! The figures of one run: what the piston and the last bead did, how the pulses ran through the chain, and the spectrum.
 
 use super::{
     figure::{Axis, Colour, Figure, Layer, Map, PAGE_WIDTH_MM, Panel, Stroke, trace},
@@ -18,7 +18,7 @@ const LOWEST_LEVEL: f64 = 1e-4;
 /// File name (without ending) and figure, for each figure of a run.
 ///
 /// # Errors
-/// When the spectrum of the pole's velocity cannot be taken.
+/// When the spectrum of the last bead's velocity cannot be taken.
 pub fn figures(response: &Response, features: &Features) -> Result<Vec<(&'static str, Figure)>, FeatureError> {
     let mut figures = vec![("response", response_figure(response))];
     figures.extend(chain_figure(response, features.drive_frequency_hz).map(|figure| ("chain", figure)));
@@ -33,14 +33,15 @@ fn response_figure(response: &Response) -> Figure {
         trace(&response.piston_displacement),
         Stroke::new(Colour::Blue),
     );
-    let pole = Panel::new(time(), Axis::new("Velocity", "mm/s").times(1e3))
-        .titled("(b) pole of the last bead")
+    let place = response.observed.name();
+    let seen = Panel::new(time(), Axis::new("Velocity", "mm/s").times(1e3))
+        .titled(format!("(b) {place} of the last bead"))
         .height(45.0)
-        .line("", trace(&response.pole_velocity), Stroke::new(Colour::Vermillion));
-    Figure::new("Displacement of the piston and velocity of the last bead's pole")
+        .line("", trace(response.observed_velocity()), Stroke::new(Colour::Vermillion));
+    Figure::new(format!("Displacement of the piston and velocity of the last bead's {place}"))
         .sized(PAGE_WIDTH_MM, 1)
         .panel(piston)
-        .panel(pole)
+        .panel(seen)
 }
 
 /// Drive periods shown of the pulses in the chain, from the first motion of the last bead on.
@@ -52,11 +53,11 @@ const MAP_COLUMNS: usize = 400;
 
 /// The velocities of the beads one above the other and the contact forces as a map, over the first periods.
 fn chain_figure(response: &Response, drive_frequency: f64) -> Option<Figure> {
-    let start = response.pole_velocity.start;
-    let moving = 0.02 * response.pole_velocity.peak();
-    let first = response.pole_velocity.values.iter().position(|velocity| velocity.abs() > moving)?;
-    let onset = response.pole_velocity.time(first);
-    let end = (onset + PERIODS_SHOWN / drive_frequency).min(response.pole_velocity.end());
+    let start = response.observed_velocity().start;
+    let moving = 0.02 * response.observed_velocity().peak();
+    let first = response.observed_velocity().values.iter().position(|velocity| velocity.abs() > moving)?;
+    let onset = response.observed_velocity().time(first);
+    let end = (onset + PERIODS_SHOWN / drive_frequency).min(response.observed_velocity().end());
     let time = || Axis::new("Time", "µs").times(1e6).range(start, end);
 
     let beads: Vec<(usize, Series)> = response
@@ -129,7 +130,7 @@ fn force_map(response: &Response, start: f64, end: f64) -> Option<Map> {
 }
 
 fn spectrum_figure(response: &Response, features: &Features) -> Result<Figure, FeatureError> {
-    let spectrum = amplitude_spectrum(&response.pole_velocity, features.window)?;
+    let spectrum = amplitude_spectrum(response.observed_velocity(), features.window)?;
     let drive = features.line(Ratio::ONE).map_or(0.0, |line| line.amplitude);
     let largest = spectrum.amplitudes.iter().copied().fold(drive, f64::max);
     let highest = HIGHEST_RATIO * features.drive_frequency_hz;
@@ -149,7 +150,7 @@ fn spectrum_figure(response: &Response, features: &Features) -> Result<Figure, F
             panel.mark_x(ratio.value() * features.drive_frequency_hz, ratio.to_string())
         })
         .line("", points, Stroke::new(Colour::Vermillion));
-    Ok(Figure::new("Spectrum of the velocity of the last bead's pole, Hann window over the drive; fractions of the drive frequency marked")
+    Ok(Figure::new(format!("Spectrum of the velocity of the last bead's {}, Hann window over the drive; fractions of the drive frequency marked", response.observed.name()))
         .sized(PAGE_WIDTH_MM, 1)
         .panel(panel))
 }

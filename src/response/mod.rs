@@ -25,8 +25,11 @@ pub struct Response {
     pub bead_displacement: Vec<Series>,
     /// Velocity of each bead, m/s.
     pub bead_velocity: Vec<Series>,
-    /// Velocity of the last bead's far pole, where the laser looks, m/s.
+    /// Velocity of the last bead's far pole, m/s.
     pub pole_velocity: Series,
+    /// Where on the last bead a laser looks.
+    #[serde(default)]
+    pub observed: ObservedPoint,
     /// Force of each of the N + 1 contacts, N, ≥ 0 pressing.
     pub contact_force: Vec<Series>,
     /// Radius of each of the N + 1 contacts, m, ≥ 0, 0 where open: half the width of the pressed zone along the surface. Only where the
@@ -40,6 +43,45 @@ pub struct Response {
     pub energy: EnergyLedger,
     /// What the run cost, in counts that do not depend on the machine.
     pub work: SolverWork,
+}
+
+/// Where on the last bead a laser looks: one definition for every model. Beads of the chain are rigid, so there both move alike.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ObservedPoint {
+    /// The far pole, of a bead that a ring holds at its side; before a disc the point that touches it.
+    #[default]
+    Pole,
+    /// The centre, where the pole is pressed on a wall or a spring: a point that stands still as long as it is pressed tells nothing of the bead.
+    Centre,
+}
+
+impl ObservedPoint {
+    /// Of a bead whose far pole is pressed on a wall or a spring, or not.
+    #[must_use]
+    pub fn of(pole_is_pressed: bool) -> Self {
+        if pole_is_pressed { Self::Centre } else { Self::Pole }
+    }
+
+    /// In words.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pole => "pole",
+            Self::Centre => "centre",
+        }
+    }
+}
+
+impl Response {
+    /// Velocity of the point of the last bead that a laser looks at, m/s: what a vibrometer's record is held against.
+    #[must_use]
+    pub fn observed_velocity(&self) -> &Series {
+        match self.observed {
+            ObservedPoint::Pole => &self.pole_velocity,
+            ObservedPoint::Centre => self.bead_velocity.last().unwrap_or(&self.pole_velocity),
+        }
+    }
 }
 
 /// What a disc did, and what was heard behind it.

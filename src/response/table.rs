@@ -73,6 +73,7 @@ mod tests {
             bead_displacement: vec![series([0.0, 0.0])],
             bead_velocity: vec![series([0.0, -0.1])],
             pole_velocity: series([0.0, -0.1]),
+            observed: crate::response::ObservedPoint::Pole,
             contact_force: vec![series([0.0, 1.0 / 3.0]), series([0.0, 0.0])],
             contact_radius: None,
             disc: None,

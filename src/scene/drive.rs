@@ -72,6 +72,12 @@ pub trait PistonMotion: Send + Sync {
 
     /// Instants (s) where the motion is not smooth, ascending: an integrator must not step across them.
     fn breaks(&self) -> &[f64];
+
+    /// Longest step that meets the piston on each of its ways (s), for an integrator that does not feel it: nothing touches it.
+    fn longest_step(&self) -> f64 {
+        f64::INFINITY
+    }
+
     /// Displacements (m) and velocities (m/s) at all of `times` (s): one dispatch for all stages of a step.
     fn sample(&self, times: &[f64], displacements: &mut [f64], velocities: &mut [f64]) {
         for ((time, displacement), velocity) in times.iter().zip(displacements).zip(velocities) {
@@ -92,6 +98,10 @@ impl<M: PistonMotion + ?Sized> PistonMotion for &M {
 
     fn breaks(&self) -> &[f64] {
         (**self).breaks()
+    }
+
+    fn longest_step(&self) -> f64 {
+        (**self).longest_step()
     }
 
     fn sample(&self, times: &[f64], displacements: &mut [f64], velocities: &mut [f64]) {

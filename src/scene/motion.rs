@@ -20,6 +20,8 @@ pub struct Motion {
     /// α × amplitude, m.
     scale: f64,
     breaks: Vec<f64>,
+    /// 1/f0, s.
+    period: f64,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -74,7 +76,7 @@ impl Motion {
             }
             DriveKind::UnreadRecord { .. } => (Shape::Rest, Vec::new()),
         };
-        Self { shape, scale, breaks }
+        Self { shape, scale, breaks, period: 1.0 / drive.frequency }
     }
 }
 
@@ -115,6 +117,10 @@ impl PistonMotion for Motion {
 
     fn breaks(&self) -> &[f64] {
         &self.breaks
+    }
+
+    fn longest_step(&self) -> f64 {
+        self.period / 8.0
     }
 }
 

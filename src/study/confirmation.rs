@@ -236,7 +236,7 @@ pub fn confirm_printed(
     let window = printed.window();
     let settings =
         FeatureSettings { band: Some(printed.cutoff()), ..FeatureSettings::velocity(scene.drive.frequency, window) };
-    let simulated = low_pass(&response.pole_velocity, printed.cutoff());
+    let simulated = low_pass(response.observed_velocity(), printed.cutoff());
     let simulated_features = measure(&simulated, &settings)?;
     let (varied, perturbed) = perturbed(scene, plan, predicted);
     let seen_as = (Measurand::Velocity, STEPS_PER_PERIOD);

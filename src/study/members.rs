@@ -102,7 +102,7 @@ pub fn run<T: Send>(
     let prepared = bodies.prepared(scene)?;
     let run = |(index, variation): (usize, &Variation)| {
         let response = prepared.run(&varied(scene, variation), &mut |_| !watch.stop());
-        seen(index, response.map(|response| response.pole_velocity))
+        seen(index, response.map(|response| response.observed_velocity().clone()))
     };
     Ok(variations.par_iter().enumerate().with_max_len(1).map(run).collect())
 }
@@ -163,7 +163,7 @@ mod tests {
             .enumerate()
             .map(|(i, variation)| {
                 let response = model::run(&varied(&scene, variation), &mut |_| true).unwrap();
-                Ok((i, response.pole_velocity.peak()))
+                Ok((i, response.observed_velocity().peak()))
             })
             .collect();
         assert_eq!(peaks(1), own);

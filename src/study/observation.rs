@@ -1,4 +1,4 @@
-//! The numbers watched when a scene is run many times: both peaks, the lines, the distortion of the pole's velocity.
+//! The numbers watched when a scene is run many times: both peaks, the lines, the distortion of the observed velocity.
 
 use serde::{Deserialize, Serialize};
 
@@ -161,13 +161,13 @@ impl Heard {
     }
 }
 
-/// Features of the pole's velocity of a run. A bead that a disc has left behind flies on at a constant velocity, in which there is nothing to
+/// Features of the observed velocity of a run ([`Response::observed_velocity`]). A bead that a disc has left behind flies on at a constant velocity, in which there is nothing to
 /// measure: then over the whole record.
 ///
 /// # Errors
 /// [`FeatureError`] when the velocity cannot be measured.
 pub fn measure_response(response: &Response, settings: &FeatureSettings) -> Result<Features, FeatureError> {
-    let velocity = &response.pole_velocity;
+    let velocity = response.observed_velocity();
     match measure(velocity, settings) {
         Err(FeatureError::Constant { .. }) if response.disc.is_some() => {
             measure(velocity, &FeatureSettings { window: Some(Window::whole(velocity)), ..settings.clone() })

@@ -202,7 +202,7 @@ fn published_notes(published: &PublishedFeatures) -> Vec<String> {
 /// The simulated trace where it was simulated: beyond the end of the run there is nothing to draw.
 pub(super) fn simulated_span(confirmation: &Confirmation) -> Series {
     let simulated = &confirmation.simulated;
-    simulated.window(simulated.start, confirmation.response.pole_velocity.end() + confirmation.offset)
+    simulated.window(simulated.start, confirmation.response.observed_velocity().end() + confirmation.offset)
 }
 
 pub(super) fn alignment(confirmation: &Confirmation) -> String {

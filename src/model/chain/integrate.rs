@@ -271,7 +271,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         loop {
             if !rejected {
                 self.survey();
-                pace = self.look_ahead(pace, stop);
+                pace = self.look_ahead(self.watching_piston(pace), stop);
             }
             let (clock, last) = pace.clock(self.time, stop);
             let length = clock.length();
@@ -372,6 +372,16 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
     /// Whether the end of the contact's overlap is the end of its force, in a singular way.
     fn opens_singularly(&self, switch: usize) -> bool {
         self.equation.modes[switch] == Mode::Pressed && !self.equation.may_clip(switch)
+    }
+
+    /// A piston that touches nothing enters no error: a step across one of its ways would miss that it meets its bead.
+    fn watching_piston(&self, pace: Pace) -> Pace {
+        match pace {
+            Pace::Plain { step } if self.equation.modes[0] == Mode::Open => {
+                Pace::Plain { step: step.min(self.motion.longest_step()) }
+            }
+            pace => pace,
+        }
     }
 
     /// Aim the step at the first opening of a contact without dashpot, if one is expected within it.

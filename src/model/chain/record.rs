@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     model::contact_law::ElasticLaw,
-    response::{EnergyLedger, Response, SolverWork},
+    response::{EnergyLedger, ObservedPoint, Response, SolverWork},
     scene::{PistonMotion, Scene},
     signal::Series,
 };
@@ -137,6 +137,7 @@ impl Grid {
             bead_displacement: self.displacement.into_iter().map(series).collect(),
             pole_velocity: bead_velocity[bead_velocity.len() - 1].clone(),
             bead_velocity,
+            observed: ObservedPoint::Pole,
             contact_force: self.force.into_iter().map(series).collect(),
             contact_radius: None,
             disc: None,

@@ -304,7 +304,7 @@ impl<'a> Simulation<'a> {
     /// Everything recorded so far.
     #[must_use]
     pub fn response(&self) -> Response {
-        let mut response = self.trace.response(&self.ledger);
+        let mut response = self.trace.response(&self.watched, &self.ledger);
         if let (Some(wet), Some(front), Some(water)) = (&self.wet, &self.arrangement.front, &self.water) {
             wet.disc.count(&mut response.work);
             wet.record.enter(front, water, wet.energies, &mut response);

@@ -7,7 +7,11 @@ use super::{
     energy::Ledger,
     motion::Motion,
 };
-use crate::{response::Response, scene::Scene, signal::Series};
+use crate::{
+    response::{ObservedPoint, Response},
+    scene::Scene,
+    signal::Series,
+};
 
 /// Series taken at the samples; the far pole is followed at every step.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -73,6 +77,8 @@ pub struct Watched {
     pub centres: Vec<u32>,
     /// Axial unknown of the last bead's far pole.
     pub pole: u32,
+    /// Which of the last bead's a laser looks at.
+    pub observed: ObservedPoint,
 }
 
 impl Watched {
@@ -81,7 +87,8 @@ impl Watched {
     pub fn new(arrangement: &Arrangement) -> Self {
         let centres = arrangement.beads.iter().map(|&kind| axis_node(arrangement, kind, 0.5)).collect();
         let pole = arrangement.beads.last().map_or(0, |&kind| axis_node(arrangement, kind, 1.0));
-        Self { centres, pole }
+        let observed = ObservedPoint::of(arrangement.support.is_none() && arrangement.front.is_none());
+        Self { centres, pole, observed }
     }
 }
 
@@ -174,7 +181,7 @@ impl Trace {
 
     /// The response. The far pole may carry no mass, so its velocity is the central difference of its displacement over two steps.
     #[must_use]
-    pub fn response(&self, ledger: &Ledger) -> Response {
+    pub fn response(&self, watched: &Watched, ledger: &Ledger) -> Response {
         let output_step = self.sampling.output_step;
         let series = |values: &Vec<f64>| Series::new(0.0, output_step, values.clone());
         let all = |columns: &Vec<Vec<f64>>| columns.iter().map(series).collect::<Vec<_>>();
@@ -184,6 +191,7 @@ impl Trace {
             bead_displacement: all(&self.displacement),
             bead_velocity: all(&self.velocity),
             pole_velocity: Series::new(0.0, output_step, pole_velocity),
+            observed: watched.observed,
             contact_force: all(&self.force),
             contact_radius: Some(all(&self.radius)),
             disc: None,
@@ -256,7 +264,7 @@ mod tests {
         (0..3).for_each(|_| trace.sample(&arrangement, &watched, &motion, 1e-6, &open));
         // z = 3 t² at steps of 0.1 µs: 6 t is met by the central difference, the ends are one-sided.
         trace.pole = (0..5).map(|i| 3.0 * (1e-7 * f64::from(i)).powi(2)).collect();
-        let response = trace.response(&Ledger::default());
+        let response = trace.response(&watched, &Ledger::default());
         let expected = [3e-7, 12e-7, 3.0 * 7e-7];
         for (found, expected) in response.pole_velocity.values.iter().zip(expected) {
             assert!((found - expected).abs() < 1e-18, "{found:e} {expected:e}");

@@ -6,7 +6,7 @@ use crate::{
         energy::Ledger,
         trace::{Sampling, edge_radius},
     },
-    response::Response,
+    response::{ObservedPoint, Response},
     signal::Series,
 };
 
@@ -98,7 +98,7 @@ impl Record {
         }
     }
 
-    pub(super) fn response(self, ledger: &Ledger) -> Response {
+    pub(super) fn response(self, observed: ObservedPoint, ledger: &Ledger) -> Response {
         let series = |values: Vec<f64>| Series::new(0.0, self.sampling.output_step, values);
         let all = |columns: Vec<Vec<f64>>| columns.into_iter().map(series).collect::<Vec<_>>();
         let mut velocity = all(self.velocity);
@@ -108,6 +108,7 @@ impl Record {
             bead_displacement: all(self.displacement),
             bead_velocity: velocity,
             pole_velocity,
+            observed,
             contact_force: all(self.force),
             contact_radius: Some(all(self.radius)),
             disc: None,

@@ -18,7 +18,7 @@ use crate::{
         need_drive, tally,
         water::{behind::DiscBehind, front::WaterRecord},
     },
-    response::{Response, SolverWork},
+    response::{ObservedPoint, Response, SolverWork},
     scene::{PistonMotion, Scene},
 };
 
@@ -120,7 +120,8 @@ impl Reduction {
         if let Some(wet) = &run.wet {
             wet.disc.count(&mut run.ledger.work);
         }
-        let mut response = record.response(&run.ledger);
+        let observed = ObservedPoint::of(self.support.is_none() && self.front.is_none());
+        let mut response = record.response(observed, &run.ledger);
         if let (Some(heard), Some(front), Some(water), Some(wet)) = (heard, &self.front, &scene.water, &mut run.wet) {
             heard.enter(front, water, wet.disc.energies(), &mut response);
         }

@@ -25,7 +25,7 @@ use super::{
 };
 use crate::{
     model::{ModelError, Progress, contact_law::dashpots},
-    response::{DiscResponse, EnergyLedger, Response, SolverWork},
+    response::{DiscResponse, EnergyLedger, ObservedPoint, Response, SolverWork},
     scene::{Baffle, ContactLaw, DiscShape, Integrator, PistonMotion, Rim, Scene, Support, WaterMethod, WaterSettings},
     signal::{Dimension, Quantity, Series},
 };
@@ -288,6 +288,7 @@ impl DiscSupport {
             bead_displacement: displacement.collect(),
             pole_velocity: bead_velocity.last().cloned().unwrap_or_else(|| series(Vec::new())),
             bead_velocity,
+            observed: ObservedPoint::Pole,
             contact_force: force.into_iter().map(series).collect(),
             contact_radius: None,
             disc: Some(DiscResponse { velocity: series(back), pressure: pressure.into_iter().map(series).collect() }),

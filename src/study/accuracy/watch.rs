@@ -115,7 +115,7 @@ impl Watched {
         let feature = |key: &str, unit, value| Feature { key: key.to_owned(), unit, value };
         match self {
             Self::Velocity => {
-                let seen = Decoder::of_reconstruction(0).passes(&response.pole_velocity);
+                let seen = Decoder::of_reconstruction(0).passes(response.observed_velocity());
                 let observed = Observation::measure(&seen, &settings)?;
                 let keys = [("positive_peak", "m/s"), ("negative_peak", "m/s"), ("line_1", "m/s"), ("ratio_1/3", "1")];
                 Ok(keys.map(|(key, unit)| feature(key, unit, observed.get(key))).to_vec())
@@ -213,6 +213,7 @@ mod tests {
             bead_displacement: Vec::new(),
             bead_velocity: Vec::new(),
             pole_velocity: nothing,
+            observed: crate::response::ObservedPoint::Pole,
             contact_force: Vec::new(),
             contact_radius: None,
             disc: None,

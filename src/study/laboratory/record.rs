@@ -122,7 +122,7 @@ pub fn files(
 ) -> Result<Files, ModelError> {
     let lab = &setting.laboratory;
     let frequency = truth.drive.frequency;
-    let velocity = run(truth)?.pole_velocity;
+    let velocity = run(truth)?.observed_velocity().clone();
     // The middle of a Gaussian burst, else its end; of a record that was cut, the cut.
     let (_, end) = truth.drive.burst();
     let end = if setting.drive == "gaussian-burst" { 0.5 * end + LATE as f64 / 2.0 / frequency } else { end };

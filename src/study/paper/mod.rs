@@ -281,7 +281,7 @@ impl Study {
             source => StudyError::Run { what: what(), source },
         })?;
         let unmeasured = |source| StudyError::Feature { what: what(), source };
-        let velocity = self.decoder.passes(&response.pole_velocity);
+        let velocity = self.decoder.passes(response.observed_velocity());
         let single = Portrait::of(&velocity, &self.settings).map_err(unmeasured)?;
         let window = self.settings.window.unwrap_or_else(|| crate::feature::Window::whole(&velocity));
         let spectrum = amplitude_spectrum(&velocity, window).map_err(unmeasured)?;

@@ -84,6 +84,5 @@ fn simulate(kind: ModelKind, overrides: &[String], bodies: &Bodies, watch: &dyn 
     };
     let prepared = bodies.prepared(&scene).map_err(failed)?;
     let response = prepared.run(&scene, &mut |_| !watch.stop()).map_err(failed)?;
-    let last = response.bead_velocity.last().cloned().unwrap_or_else(|| response.pole_velocity.clone());
-    Ok(moving_average(&last, FILTER))
+    Ok(moving_average(response.observed_velocity(), FILTER))
 }
