@@ -163,8 +163,14 @@ fn forward(scene: &Scene, names: &[&str], bandwidth: Option<f64>, uncertainty: U
     let made = model::run(scene, &mut |_| true).unwrap().pole_velocity;
     let lab = Conditioning { bandwidth, delay: 0.0, invert: false, start: 0.0, step: 2e-7, count: 2100 };
     let signal: Series = lab.apply(&made);
-    let recording =
-        Recording { measurand: Measurand::Velocity, signal, noise_rms: 0.0, bandwidth: None, begins_late: false };
+    let recording = Recording {
+        measurand: Measurand::Velocity,
+        signal,
+        noise_rms: 0.0,
+        bandwidth: None,
+        quiet: 0,
+        begins_late: false,
+    };
     let observation = Observation::new(&recording, &scene.drive, FeatureSet::Full).unwrap();
     let parameters = names.iter().flat_map(|name| Parameter::named(name, scene).unwrap()).collect();
     Forward::new(scene, parameters, observation, uncertainty, 1, Arc::new(|_| true)).unwrap()

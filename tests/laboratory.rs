@@ -3,10 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
-use granchain::{
-    calibration::fit::Verdict,
-    study::laboratory::{Condition, LaboratoryCount, LaboratoryPlan, LaboratoryTwin, laboratory},
-};
+use granchain::study::laboratory::{Condition, LaboratoryCount, LaboratoryPlan, LaboratoryTwin, laboratory};
 
 fn plan(conditions: &[&str], count: u64, evaluations: usize) -> LaboratoryPlan {
     LaboratoryPlan {
@@ -48,16 +45,22 @@ fn right_records_end_with_the_truth_held() {
     }
 }
 
+/// One record of every mistake that a bench can make: refused with its cause, named by the diagnosis, or warned of beside the verdict.
 #[test]
-fn a_wrong_sign_and_a_wrong_unit_are_seen_and_named() {
-    // Two regular motions. Not all are: of eight wrong signs and eight wrong units at 300 runs two (chaotic) ended within scatter, nine were named.
-    let plan = LaboratoryPlan { seed: 4, ..plan(&["sign", "scale-up"], 1, 300) };
-    let twins = made(&plan);
-    assert_eq!(twins.len(), 2);
-    for twin in twins {
+fn every_mistake_is_named() {
+    let wrong = Condition::all().into_iter().filter(|condition| condition.expected().is_some());
+    // What is wrong with a model is counted, not promised: see `granchain twins --laboratory wrong`.
+    let of_model = ["softer-support", "other-law", "bead-fewer", "bead-more", "radius", "first-gap"];
+    let names: Vec<&str> = wrong.map(Condition::name).filter(|name| !of_model.contains(name)).collect();
+    assert_eq!(names.len(), 16);
+    let twins = made(&LaboratoryPlan { seed: 4, ..plan(&names, 1, 300) });
+    for twin in &twins {
         let name = twin.setting.condition.name();
-        assert!(twin.fit.as_ref().is_ok_and(|fit| fit.verdict != Verdict::WithinScatter), "{name}: {twin:?}");
-        assert!(twin.named(), "{name}: {twin:?}");
+        assert!(twin.named() || twin.warned(), "{name}: {twin:?}");
+    }
+    let unmasked = |name: &str| twins.iter().find(|twin| twin.setting.condition.name() == name).unwrap().unmasked();
+    for name in ["sign", "scale-up", "scale-down", "unit-up", "unit-down", "frequency", "swapped", "pure-noise"] {
+        assert!(unmasked(name), "{name}");
     }
 }
 

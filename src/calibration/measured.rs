@@ -101,6 +101,7 @@ impl Measured {
             signal: record.series.clone(),
             noise_rms: record.noise_rms,
             bandwidth: record.bandwidth,
+            quiet: record.pretrigger,
             begins_late: drive.is_some_and(|drive| matches!(drive.motion.begins, Beginning::Inside { .. })),
         };
         let observation = Observation::new(&recording, &scene.drive, set)

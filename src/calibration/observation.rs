@@ -37,8 +37,29 @@ pub struct Recording {
     pub noise_rms: f64,
     /// Bandwidth of the instrument, Hz, if stated.
     pub bandwidth: Option<f64>,
+    /// Number of quiet samples at the start.
+    pub quiet: usize,
     /// Whether the record of the drive begins inside its burst, so that nobody knows what the chain did first.
     pub begins_late: bool,
+}
+
+impl Recording {
+    /// One-sided density of its noise in what is compared, given the signal below `cutoff` (Hz): white up to half the sample rate, as that of a
+    /// converter; up to the bandwidth, as that which a decoder shapes; in between, as the quiet samples have it.
+    fn noise_density(&self, filtered: &[f64], cutoff: f64) -> f64 {
+        let half = 0.5 * self.signal.sample_rate();
+        let (white, shaped) =
+            (self.noise_rms.powi(2) / half, self.noise_rms.powi(2) / self.bandwidth.unwrap_or(half).min(half));
+        // Clear of the motion that the filter spreads, and enough of them that their rms is known to a tenth.
+        let clear = self.quiet.saturating_sub((2.0 / (cutoff * self.signal.step)).ceil() as usize);
+        if (clear as f64) * self.signal.step * cutoff < 25.0 {
+            return shaped;
+        }
+        let quiet = &filtered[..clear];
+        let mean = quiet.iter().sum::<f64>() / clear as f64;
+        let seen = quiet.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / clear as f64;
+        (seen / cutoff).clamp(white, shaped)
+    }
 }
 
 /// Why a record cannot be fitted to.
@@ -124,10 +145,9 @@ impl Observation {
             return Err(ObservationError::Constant { measurand, value: first });
         }
         let rate = signal.sample_rate();
-        let stated = recording.bandwidth.unwrap_or(f64::INFINITY);
         let cutoff = f64::min(0.42 * rate, highest_cutoff(drive_frequency));
-        let noise_density = recording.noise_rms.powi(2) / f64::min(0.5 * rate, stated);
         let filtered = LowPass::new(signal.step, signal.len(), cutoff).apply(&signal.values);
+        let noise_density = recording.noise_density(&filtered, cutoff);
         let step = 1.0 / (drive_frequency * SAMPLES_PER_CYCLE as f64);
         let count = ((signal.end() - signal.start) / step).floor() as usize + 1;
         let resampler = Resampler::interpolating(signal.start, signal.step, signal.len(), signal.start, step, count);

@@ -237,7 +237,8 @@ impl Problem {
         let of = |shot: &Shot| {
             let drive = shot.bench.warnings().iter().cloned();
             let place = shot.measured.path().display();
-            let record = shot.measured.warnings().into_iter().map(|text| format!("{place}: {text}"));
+            let record = shot.swapped().into_iter().chain(shot.measured.warnings());
+            let record = record.map(|text| format!("{place}: {text}"));
             record.chain(drive).collect::<Vec<_>>()
         };
         let mut warnings: Vec<String> = Vec::new();

@@ -15,9 +15,10 @@ use super::{
     refusal::Refusal,
 };
 use crate::{
-    feature::fingerprint::FeatureSet,
+    feature::{Window, fingerprint::FeatureSet, line_amplitude},
     measurement::{ReadOptions, Record, drive_frequency_line},
     scene::Scene,
+    signal::Series,
 };
 
 /// Stems of records that are told apart by their folder.
@@ -116,6 +117,39 @@ impl ShotPlan {
     /// Whether nothing is said of how its file is read.
     pub(super) fn is_read_as_stated(&self) -> bool {
         matches!(&self.source, Source::File(_, options) if **options == ReadOptions::default())
+    }
+}
+
+/// Share of a horn's motion, and of a bead's, at the drive frequency: a horn hardly moves otherwise, a bead that is struck does.
+const PURE: f64 = 0.9;
+const STRUCK: f64 = 0.8;
+
+impl Shot {
+    /// That the two files may be swapped: what is said to be the horn moves as a struck bead, and the other way round.
+    pub(super) fn swapped(&self) -> Option<String> {
+        let (drive, velocity) = (self.bench.drive.as_ref()?, self.measured.record().map(|record| &record.series)?);
+        let (frequency, x) = (drive.motion.drive_frequency, &drive.motion.displacement);
+        let share = |series: &Series| {
+            let window = Window::of_trace(series, frequency).ok()?;
+            let samples = &series.values[window.indices(series)];
+            let mean = samples.iter().sum::<f64>() / samples.len() as f64;
+            let square = samples.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / samples.len() as f64;
+            Some(0.5 * line_amplitude(series, window, frequency).powi(2) / square)
+        };
+        let (horn, bead) = (
+            share(&Series::new(x.start, x.step, x.values.windows(2).map(|pair| pair[1] - pair[0]).collect()))?,
+            share(velocity)?,
+        );
+        (horn < STRUCK && bead > PURE).then(|| {
+            format!(
+                "{:.0} % of its motion is at {:.4} kHz, of what is said to be the horn's ({}) {:.0} %: a horn hardly moves otherwise, a bead does; \
+                 swap --measured and --drive if the files are swapped",
+                100.0 * bead,
+                frequency * 1e-3,
+                drive.input.path.display(),
+                100.0 * horn
+            )
+        })
     }
 }
 

@@ -45,6 +45,9 @@ fn other_record(kind: RecordKind, found: Dimension) -> &'static str {
         (RecordKind::Hydrophone, Dimension::VELOCITY) => {
             "; a vibrometer's record is calibrated on without --quantity pressure"
         }
+        (RecordKind::Vibrometer, Dimension::LENGTH) => {
+            "; a horn tip's record is given with --drive: are the two files swapped?"
+        }
         _ => "",
     }
 }

@@ -68,6 +68,12 @@ pub enum Condition {
     ScaleUp,
     /// The velocity ten times too small.
     ScaleDown,
+    /// The velocity a thousand times too large: m/s in a column that says mm/s, or the other way round.
+    UnitUp,
+    /// The velocity a thousand times too small.
+    UnitDown,
+    /// The two files swapped, the horn's a velocity too.
+    Swapped,
     /// 40 kHz told of a record at 73 kHz.
     Frequency,
     /// The velocity clipped at 60 % of its peak.
@@ -105,11 +111,11 @@ use Condition::{
     BeadFewer, BeadMore, Benches, Bits, BurstOnly, Clipped60, Clipped85, Clipped95, Clock, Coupling, Cut, Decoder,
     Drift, EightBit, Envelopes, FirstGap, Frequency, HornVelocity, Hum, Late, LateTrigger, LowDrive, Noisy, OtherLaw,
     Pretrigger, PureNoise, Radius, ScaleDown, ScaleUp, Sensitivity, ShortHorn, ShortVibrometer, Sign, SofterSupport,
-    StrongHum,
+    StrongHum, Swapped, UnitDown, UnitUp,
 };
 
 /// Name and words of each, the right ones first.
-const TABLE: [(Condition, &str, &str); 35] = [
+const TABLE: [(Condition, &str, &str); 38] = [
     (Pretrigger, "pretrigger", "20 cycles before the trigger, 1 % noise, horn 0.1 %, offsets, unknown trigger"),
     (BurstOnly, "burst-only", "both records begin with the burst, 0–1 % noise"),
     (EightBit, "eight-bit", "8 bits, range 1.25 × peak, both channels"),
@@ -135,6 +141,9 @@ const TABLE: [(Condition, &str, &str); 35] = [
     (Sign, "sign", "sign of the velocity turned"),
     (ScaleUp, "scale-up", "velocity ten times too large"),
     (ScaleDown, "scale-down", "velocity ten times too small"),
+    (UnitUp, "unit-up", "velocity a thousand times too large"),
+    (UnitDown, "unit-down", "velocity a thousand times too small"),
+    (Swapped, "swapped", "files of horn and bead swapped, both velocities"),
     (Frequency, "frequency", "40 kHz told of 73 kHz"),
     (Clipped60, "clipped-60", "velocity clipped at 60 % of its peak"),
     (Clipped85, "clipped-85", "velocity clipped at 85 % of its peak"),
@@ -187,8 +196,9 @@ impl Condition {
             Radius => (Cause::Radius, &[]),
             FirstGap => (Cause::Gap, &[]),
             Sign => (Cause::Sign, &["--invert"]),
-            ScaleUp | ScaleDown => (Cause::Scale, &["--scale", "--unit", "record's unit"]),
+            ScaleUp | ScaleDown | UnitUp | UnitDown => (Cause::Scale, &["--scale", "--unit", "record's unit"]),
             Frequency => (Cause::Record, &["frequency", "strongest line"]),
+            Swapped => (Cause::Record, &["swap"]),
             Clipped60 | Clipped85 => (Cause::Record, &["clipped", "overload"]),
             StrongHum => (Cause::Record, &["hum", "50 hz", "baseline moves", "drift"]),
             Drift => (Cause::Record, &["drift", "baseline moves"]),
@@ -261,6 +271,9 @@ pub struct Laboratory {
     pub vibrometer_end: Option<f64>,
     /// Whether the vibrometer records nothing but noise.
     pub silent: bool,
+    /// Whether each file has the other's name.
+    #[serde(default)]
+    pub swapped: bool,
 }
 
 /// What one twin is made with, and what its fit is told.
@@ -339,6 +352,7 @@ impl Setting {
             horn_end: None,
             vibrometer_end: None,
             silent: false,
+            swapped: false,
         };
         let lab = &mut laboratory;
         let (mut kind, mut beads, mut radius, mut material) = ("tone-burst", 6_u64, 0.5e-3_f64, "chrome-steel");
@@ -413,6 +427,9 @@ impl Setting {
             Sign => lab.gain = -1.0,
             ScaleUp => lab.gain = 10.0,
             ScaleDown => lab.gain = 0.1,
+            UnitUp => lab.gain = 1e3,
+            UnitDown => lab.gain = 1e-3,
+            Swapped => (lab.horn_velocity, lab.swapped) = (true, true),
             Frequency => told_frequency = Some(40e3),
             Clipped60 => lab.clip = Some(0.6),
             Clipped85 => lab.clip = Some(0.85),

@@ -190,11 +190,15 @@ pub fn files(
     // Where the burst begins in each file.
     let zero = lab.lost.map_or(-lab.start_s, |_| horn.start);
     let (unit, column) = if lab.horn_velocity { (1e3, "velocity_mm_per_s") } else { (1e9, "displacement_nm") };
-    Ok(Files {
-        horn: csv(&horn, -zero, (unit, column), &head),
-        vibrometer: csv(&velocity, lab.shift_s - zero, (1e3, "velocity_mm_per_s"), &head),
-        regime,
-    })
+    let mut files = [
+        csv(&horn, -zero, (unit, column), &head),
+        csv(&velocity, lab.shift_s - zero, (1e3, "velocity_mm_per_s"), &head),
+    ];
+    if lab.swapped {
+        files.reverse();
+    }
+    let [horn, vibrometer] = files;
+    Ok(Files { horn, vibrometer, regime })
 }
 
 /// When a record's samples are taken, on the bench's time.

@@ -92,6 +92,7 @@ fn noise(room: &mut Room<'_>) {
         signal: Series::new(-3e-5, step, values),
         noise_rms: 0.02,
         bandwidth: None,
+        quiet: 0,
         begins_late: false,
     };
     let parameters = Parameter::damping(scene.damping.kind).map(|damping| vec![Parameter::alpha(), damping]);
