@@ -169,6 +169,7 @@ fn forward(scene: &Scene, names: &[&str], bandwidth: Option<f64>, uncertainty: U
         noise_rms: 0.0,
         bandwidth: None,
         quiet: 0,
+        clipped: [None; 2],
         begins_late: false,
     };
     let observation = Observation::new(&recording, &scene.drive, FeatureSet::Full).unwrap();

@@ -37,9 +37,6 @@ const COUNTED: usize = 5;
 /// Mean of the exponential prior of γ, as in `BSLmisspec` (Frazier & Drovandi, J. Comput. Graph. Stat. 30 (2021) 958).
 const PRIOR: f64 = 0.5;
 
-/// γ from which a feature is named: three scatters or so.
-const NAMED: f64 = 0.25;
-
 /// The record among runs taken for records.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Agreement {
@@ -96,15 +93,6 @@ impl Agreement {
 pub fn inflation(pulls: &[f64]) -> Vec<f64> {
     pulls.iter().map(|pull| most_likely_inflation(*pull)).collect()
 }
-
-/// Features that are down-weighted enough to be named, worst first.
-#[must_use]
-pub fn disagreeing(inflation: &[f64]) -> Vec<usize> {
-    let mut named: Vec<usize> = (0..inflation.len()).filter(|f| inflation[*f].sqrt() >= NAMED).collect();
-    named.sort_by(|a, b| inflation[*b].total_cmp(&inflation[*a]));
-    named
-}
-
 /// γ² at which ½ ln(1 + γ²) + ½ pull²/(1 + γ²) + γ/mean is least.
 fn most_likely_inflation(pull: f64) -> f64 {
     let cost = |gamma: f64| {
@@ -193,6 +181,5 @@ mod tests {
         assert_eq!(most_likely_inflation(2.0), 0.0);
         let far = most_likely_inflation(8.0);
         assert!(far > 4.0 && far < 64.0, "{far}");
-        assert_eq!(disagreeing(&[0.0, 4.0, 0.01, 9.0]), [3, 1]);
     }
 }

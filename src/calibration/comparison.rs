@@ -46,6 +46,8 @@ pub struct Comparison {
     pub cutoff: f64,
     /// Stated bandwidth of the instrument that recorded, Hz: runs pass through it too where it is below the cutoff.
     pub bandwidth: Option<f64>,
+    /// Where every run is clipped after its noise, below and above, m/s or Pa: as the record's input was.
+    pub clipped: [Option<f64>; 2],
     /// Spectral density of the noise every run is given, one-sided, (m/s)²/Hz or Pa²/Hz.
     pub noise_density: f64,
     /// How runs are reduced.
@@ -90,6 +92,7 @@ impl From<Observation> for Comparison {
         Self {
             cutoff: observation.cutoff,
             bandwidth: observation.bandwidth,
+            clipped: observation.clipped,
             noise_density: observation.noise_density,
             weights: vec![1.0; observation.features.len()],
             reduction: Reduction::Fingerprint(observation.fingerprint),
@@ -109,6 +112,7 @@ impl From<Printed> for Comparison {
         Self {
             cutoff: printed.cutoff(),
             bandwidth: None,
+            clipped: [None; 2],
             noise_density: 0.0,
             features: printed.targets(),
             nuggets: printed.nuggets(),
@@ -152,6 +156,7 @@ impl Comparison {
         Some(Self {
             features: self.features.iter().enumerate().map(scaled).collect(),
             noise_density: factor * factor * self.noise_density,
+            clipped: self.clipped.map(|limit| limit.map(|limit| factor * limit)),
             reduction: Reduction::Fingerprint(fingerprint.clone().scaled(factor)),
             ..self.clone()
         })

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     comparison::Comparison,
     engine::Engine,
+    observation::clip,
     parameter::{Parameter, Target},
     posterior::Posterior,
     rung::{Rung, Stopped},
@@ -416,6 +417,7 @@ impl Forward {
                 *value += self.noise_rms * draw;
             }
         }
+        clip(&mut trace.values, self.comparison.clipped);
         self.filtered(&trace)
     }
 

@@ -102,6 +102,7 @@ impl Measured {
             noise_rms: record.noise_rms,
             bandwidth: record.bandwidth,
             quiet: record.pretrigger,
+            clipped: record.clipped,
             begins_late: drive.is_some_and(|drive| matches!(drive.motion.begins, Beginning::Inside { .. })),
         };
         let observation = Observation::new(&recording, &scene.drive, set)

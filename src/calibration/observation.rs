@@ -17,6 +17,13 @@ const EARLY_NUGGET: f64 = 0.02;
 /// Nugget of a late feature, in ln.
 pub(super) const LATE_NUGGET: f64 = 0.01;
 
+/// Largest value at the beginning of a record without quiet samples that may be an offset, over its peak.
+const UNKNOWN_OFFSET: f64 = 0.03;
+
+/// Share of the periods that could be compared below which a record is called short, and their number.
+const SHORT: f64 = 0.75;
+const MOST_COMPARED: f64 = 40.0;
+
 /// Highest cutoff, Hz: above it a laser vibrometer of this class records little but noise.
 const HIGHEST_CUTOFF: f64 = 1.25e6;
 
@@ -39,8 +46,18 @@ pub struct Recording {
     pub bandwidth: Option<f64>,
     /// Number of quiet samples at the start.
     pub quiet: usize,
+    /// Where its input was clipped, below and above, unit of the signal.
+    pub clipped: [Option<f64>; 2],
     /// Whether the record of the drive begins inside its burst, so that nobody knows what the chain did first.
     pub begins_late: bool,
+}
+
+/// Samples as an input shows them that was clipped there, if it was.
+pub fn clip(values: &mut [f64], [low, high]: [Option<f64>; 2]) {
+    let (low, high) = (low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY));
+    if low < high && (low.is_finite() || high.is_finite()) {
+        values.iter_mut().for_each(|value| *value = value.clamp(low, high));
+    }
 }
 
 impl Recording {
@@ -80,7 +97,7 @@ pub enum ObservationError {
     /// Noise hides the onset.
     #[error(
         "the noise of the record ({noise:.3e} {} rms) hides its onset: 6 σ exceeds a quarter of its peak \
-         ({peak:.3e} {}); average more shots or lower --bandwidth", measurand.unit(), measurand.unit()
+         ({peak:.3e} {}); average more shots, lower --bandwidth, or record longer if the answer had hardly come", measurand.unit(), measurand.unit()
     )]
     NoisyOnset {
         /// What was recorded.
@@ -115,6 +132,8 @@ pub struct Observation {
     pub cutoff: f64,
     /// Stated bandwidth of the instrument, Hz.
     pub bandwidth: Option<f64>,
+    /// Where the instrument's input was clipped, below and above, m/s or Pa.
+    pub clipped: [Option<f64>; 2],
     /// Spectral density of the record's noise, one-sided, (m/s)²/Hz or Pa²/Hz.
     pub noise_density: f64,
     /// How traces are reduced.
@@ -166,9 +185,18 @@ impl Observation {
             drive_frequency,
         )
         .ok_or(ObservationError::TooShort { available_cycles: available, needed_cycles: Fingerprint::FEWEST_CYCLES })?;
-        // At rest no trace is beyond the threshold within the first quarter of a period.
-        let moving = onset < SAMPLES_PER_CYCLE / 4;
-        let (fingerprint, warnings) = if moving || recording.begins_late {
+        // At rest no trace is beyond the threshold within the first quarter of a period, nor, before a wave can have come through, beyond what an unknown
+        // offset and noise explain.
+        let unseen = f64::max(6.0 * noise, UNKNOWN_OFFSET * peak);
+        let first = &trace.values[..usize::min(SAMPLES_PER_CYCLE / 4, trace.len())];
+        let moving = onset < first.len() || recording.quiet == 0 && first.iter().any(|value| value.abs() > unseen);
+        let ended = (available < SHORT * drive_cycles.min(MOST_COMPARED)).then(|| {
+            format!(
+                "the record ends {available:.1} drive periods after its onset, in a burst of {drive_cycles:.0}: nothing later is compared; record \
+                 to the end of the burst"
+            )
+        });
+        let (fingerprint, mut warnings) = if moving || recording.begins_late {
             let which = if moving {
                 "the record begins inside the answer"
             } else {
@@ -184,9 +212,61 @@ impl Observation {
         } else {
             (fingerprint, vec![])
         };
+        warnings.extend(ended);
         let features = fingerprint.measure(&trace)?;
         let nuggets = fingerprint.early().iter().map(|&early| if early { EARLY_NUGGET } else { LATE_NUGGET }).collect();
-        let bandwidth = recording.bandwidth;
-        Ok(Self { trace, cutoff, bandwidth, noise_density, fingerprint, features, nuggets, warnings })
+        let Recording { bandwidth, clipped, .. } = *recording;
+        Ok(Self { trace, cutoff, bandwidth, clipped, noise_density, fingerprint, features, nuggets, warnings })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+
+    /// White noise of rms 1 at 10 MHz, as a converter adds it behind a decoder of 0.5 MHz.
+    fn recording(bandwidth: Option<f64>) -> Recording {
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let values = (0..8000).map(|_| StandardNormal.sample(&mut random)).collect();
+        let measurand = Measurand::Velocity;
+        let signal = Series::new(0.0, 1e-7, values);
+        Recording { measurand, signal, noise_rms: 1.0, bandwidth, quiet: 4000, clipped: [None; 2], begins_late: false }
+    }
+
+    #[test]
+    fn noise_beyond_a_stated_band_is_told_by_the_quiet_samples() {
+        let cutoff = 1.25e6;
+        let density = |recording: &Recording, shaped: bool| {
+            let mut filtered = LowPass::new(1e-7, 8000, cutoff).apply(&recording.signal.values);
+            if shaped {
+                // As loud, all of it below 0.5 MHz.
+                let low = LowPass::new(1e-7, 8000, 0.5e6).apply(&recording.signal.values);
+                filtered = low.iter().map(|value| value * 10f64.sqrt()).collect();
+            }
+            recording.noise_density(&filtered, cutoff)
+        };
+        let (white, shaped) = (1.0 / 5e6, 1.0 / 0.5e6);
+        assert!((density(&recording(Some(0.5e6)), false) / white - 1.0).abs() < 0.15);
+        // Of 0.5 MHz 0.4 µs are independent: a thousand samples.
+        assert!((density(&recording(Some(0.5e6)), true) * cutoff / (shaped * 0.5e6) - 1.0).abs() < 0.2);
+        assert_eq!(density(&recording(None), false), white);
+        let unseen = Recording { quiet: 100, ..recording(Some(0.5e6)) };
+        assert_eq!(density(&unseen, false), shaped);
+    }
+
+    #[test]
+    fn an_input_is_clipped_at_the_ends_that_are_known() {
+        let clipped = |limits| {
+            let mut values = vec![-2.0, -0.5, 0.5, 2.0];
+            clip(&mut values, limits);
+            values
+        };
+        assert_eq!(clipped([None, None]), [-2.0, -0.5, 0.5, 2.0]);
+        assert_eq!(clipped([None, Some(1.0)]), [-2.0, -0.5, 0.5, 1.0]);
+        assert_eq!(clipped([Some(-1.0), Some(1.0)]), [-1.0, -0.5, 0.5, 1.0]);
     }
 }

@@ -16,6 +16,7 @@ use super::{
     comparison::Comparison,
     drive::{RecordedDrive, beside},
     fingerprints::Names,
+    fit::Fit,
     joint::{TESTED_TOGETHER, at_one_frequency},
     ladder::SavedFit,
     measured::{Measured, is_published},
@@ -249,6 +250,20 @@ impl Problem {
             }
         }
         warnings
+    }
+
+    /// Misfit of each run of a fit in units of the scatter at its best; `None` for failed runs.
+    #[must_use]
+    pub fn misfits(&self, fit: &Fit) -> Vec<Option<f64>> {
+        let compared = || self.shots.iter().map(|shot| &shot.comparison);
+        let weights: Vec<f64> = compared().flat_map(|comparison| comparison.weights.clone()).collect();
+        let observed: Vec<f64> = compared().flat_map(|comparison| comparison.features.clone()).collect();
+        let total: f64 = weights.iter().sum();
+        let misfit = |features: &[f64]| {
+            let each = features.iter().zip(&observed).zip(&fit.scatter).zip(&weights);
+            each.map(|(((z, z0), s), weight)| weight * ((z - z0).abs() / s).min(5.0).powi(2)).sum::<f64>() / total
+        };
+        fit.runs.iter().map(|run| run.features().filter(|_| !fit.scatter.is_empty()).map(misfit)).collect()
     }
 
     /// What the records are called side by side, the first one first.

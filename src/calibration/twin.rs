@@ -311,8 +311,8 @@ pub fn twin_at(
     let name = std::path::PathBuf::from(format!("twin-{index}.csv"));
     let options = ReadOptions { drive_frequency: Some(scene.drive.frequency), ..ReadOptions::default() };
     let record = read_record_bytes(&name, &csv, Some(kind), &options)?;
-    let Record { series, noise_rms, bandwidth, pretrigger: quiet, .. } = record;
-    let recording = Recording { measurand, signal: series, noise_rms, bandwidth, quiet, begins_late: false };
+    let Record { series, noise_rms, bandwidth, pretrigger: quiet, clipped, .. } = record;
+    let recording = Recording { measurand, signal: series, noise_rms, bandwidth, quiet, clipped, begins_late: false };
     Ok(Twin { truth, csv, recording })
 }
 

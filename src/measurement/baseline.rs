@@ -20,6 +20,13 @@ const QUIET_GROWTH: f64 = 2.0;
 /// The same of samples that no trigger calls quiet, in standard errors of what noise alone does.
 const GROWN: f64 = 1.5;
 
+/// Fewest samples that are told to be white noise.
+const FEWEST_LOUD: usize = 64;
+/// Their roughness, of which white noise has 2.
+const WHITE: f64 = 1.2;
+/// Largest share of their variance that lines of the drive explain.
+const LINELESS: f64 = 0.2;
+
 /// Roughness below which samples are motion: noise that a decoder passes up to a tenth of the sample rate has 0.13.
 const SMOOTH: f64 = 0.1;
 
@@ -69,6 +76,11 @@ pub(super) fn quiet_lead(values: &[f64], before_trigger: usize, period: Option<f
     if is_quiet(before_trigger, QUIET_GROWTH) {
         return before_trigger;
     }
+    // Two halves of noise differ by √(2/n) in the logarithm of their rms; what first arrives swells slowly, and is not noise.
+    let growth = |count: usize| (GROWN * (2.0 / count.max(1) as f64).sqrt()).exp().min(QUIET_GROWTH);
+    if before_trigger >= FEWEST_LOUD && is_loud_noise(&values[..before_trigger], period) {
+        return before_trigger;
+    }
     let level = values.iter().take(FEWEST_QUIET).sum::<f64>() / FEWEST_QUIET.min(values.len()).max(1) as f64;
     let onset = values.iter().position(|x| (x - level).abs() > 0.1 * peak).unwrap_or(0);
     let wavers = |count: usize| {
@@ -81,13 +93,20 @@ pub(super) fn quiet_lead(values: &[f64], before_trigger: usize, period: Option<f
         period.is_some_and(|period| (count as f64) < 0.5 * period || line_share(&values[..count], period) > MOVED_SHARE)
             || roughness(&values[..count]).is_some_and(|(rough, rms)| rms > smallest_step && rough < SMOOTH)
     };
-    // Two halves of noise differ by √(2/n) in the logarithm of their rms; what first arrives swells slowly, and is not noise.
-    let growth = |count: usize| (GROWN * (2.0 / count.max(1) as f64).sqrt()).exp().min(QUIET_GROWTH);
     [0.8, 0.6, 0.45, 0.3, 0.2]
         .iter()
         .map(|part| (onset as f64 * part) as usize)
         .find(|&count| is_quiet(count, growth(count)) && wavers(count) && !moves(count))
         .unwrap_or(0)
+}
+
+/// Whether samples are white noise however loud: as loud in either half, rough, and with no line of the drive's.
+fn is_loud_noise(values: &[f64], period: Option<f64>) -> bool {
+    let (early, late) = values.split_at(values.len() / 2);
+    let ratio = mean_and_rms(late).1 / mean_and_rms(early).1.max(f64::MIN_POSITIVE);
+    let rough = roughness(values).is_some_and(|(rough, _)| rough > WHITE);
+    let alike = ratio.ln().abs() < 2.0 * GROWN * (2.0 / values.len() as f64).sqrt();
+    rough && alike && period.is_some_and(|period| line_share(values, period) < LINELESS)
 }
 
 /// Mean square of the first differences over the variance about a straight line, and the root of that variance: 2 of white noise, (2π f Δt)² of a motion
@@ -286,5 +305,48 @@ mod tests {
         assert_eq!(quiet_lead(&hum, 300, None), 0);
         let fine: Vec<f64> = (0..10_000).map(|i| (1e-3 * f64::from(i)).sin()).collect();
         assert_eq!(quiet_lead(&fine, 0, None), 0);
+    }
+
+    /// Gaussian enough: the sum of four even draws, of rms 1.
+    fn noise(seed: &mut u64) -> f64 {
+        let mut even = || {
+            *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (*seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        (0..4).map(|_| even()).sum::<f64>() * 3f64.sqrt()
+    }
+
+    #[test]
+    fn noise_of_a_tenth_of_the_peak_is_quiet_and_a_burst_as_loud_is_not() {
+        let period = 1.0 / (73e3 * 2e-7);
+        for seed in 0..20 {
+            let mut random = seed;
+            let loud: Vec<f64> = (0..4000)
+                .map(|i| {
+                    let tone = if i < 1000 { 0.0 } else { libm::sin(2.0 * PI * f64::from(i) / period) };
+                    tone + 0.1 * noise(&mut random)
+                })
+                .collect();
+            assert_eq!(quiet_lead(&loud, 1000, Some(period)), 1000, "{seed}");
+            // Triggered a thousand samples into the burst.
+            assert_eq!(quiet_lead(&loud[1000..], 1000, Some(period)), 0, "{seed}");
+        }
+    }
+
+    #[test]
+    fn what_swells_before_the_first_arrival_is_no_noise() {
+        let mut random = 3;
+        // 25 µs of noise of 1e-3, then a wave that grows with the square of time to its peak at 600 µs.
+        let period = 1.0 / (73e3 * 2e-7);
+        let values: Vec<f64> = (0..4000)
+            .map(|i| {
+                let grown = (f64::from(i - 125).max(0.0) / 3000.0).powi(2).min(1.0);
+                grown * libm::sin(2.0 * PI * f64::from(i) / period) + 1e-3 * noise(&mut random)
+            })
+            .collect();
+        let quiet = quiet_lead(&values, 0, Some(period));
+        assert!(quiet >= 125, "{quiet}");
+        let rms = mean_and_rms(&values[..quiet]).1;
+        assert!((0.8e-3..1.2e-3).contains(&rms), "{quiet}: {rms:e}");
     }
 }

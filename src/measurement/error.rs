@@ -52,6 +52,12 @@ fn other_record(kind: RecordKind, found: Dimension) -> &'static str {
     }
 }
 
+/// What a strongest line at a fraction of the drive frequency may mean.
+fn subharmonic(stated: f64, found: f64) -> &'static str {
+    let is = |parts: f64| (found * parts / stated - 1.0).abs() < 0.05;
+    if is(2.0) || is(3.0) { "; a bead answers so, a horn does not: are the two files swapped?" } else { "" }
+}
+
 /// Why a record cannot be used.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -547,7 +553,7 @@ pub enum MeasurementError {
     /// The horn moves at another frequency than stated.
     #[error(
         "{}{line}: expected a strongest line at the drive frequency of {:.4} kHz ({place}), found it at {:.4} kHz; correct the frequency or the unit of \
-         time, or pass --force-frequency", path.display(), stated / 1e3, found / 1e3
+         time, or pass --force-frequency{}", path.display(), stated / 1e3, found / 1e3, subharmonic(*stated, *found)
     )]
     FrequencyDisagrees {
         /// The file.

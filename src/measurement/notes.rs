@@ -27,6 +27,8 @@ const LOUD_NOISE: f64 = 0.003;
 const TESTED_NOISE: f64 = 0.05;
 /// Wander of a vibration's middle, as a fraction of its peak, that is no rounding of a period to whole samples.
 const LARGE_DRIFT: f64 = 0.1;
+/// Way that a bead itself may move on within a few periods as it is pushed into its support, m.
+const MOVES_ON: f64 = 1e-6;
 
 /// How the file is written, on one line.
 pub(super) fn written(table: &Table) -> String {
@@ -290,7 +292,9 @@ impl Notes {
         let means = || sums.windows(period + 1).map(|part| (part[period] - part[0]) / period as f64);
         let moved = means().fold(f64::NEG_INFINITY, f64::max) - means().fold(f64::INFINITY, f64::min);
         let peak = displacement.peak();
-        if moved > LARGE_DRIFT * peak {
+        // A bead that moves on by this much in twelve periods has no drift.
+        let own = if kind == RecordKind::Vibrometer { MOVES_ON * drive_frequency / periods } else { 0.0 };
+        if moved > f64::max(LARGE_DRIFT * peak, own) {
             let (what, remedy) = match kind {
                 RecordKind::HornTip => (
                     "a drift or step drives the chain as a motion of the horn would",
@@ -322,8 +326,9 @@ impl Notes {
         }
     }
 
-    /// Runs of one extreme value that are entered by a jump.
-    pub(super) fn about_clipping(&mut self, raw: &Series) {
+    /// Runs of one extreme value that are entered by a jump: where the input was clipped, below and above, unit of the samples.
+    pub(super) fn about_clipping(&mut self, raw: &Series) -> [Option<f64>; 2] {
+        let mut clipped = [None, None];
         let values = &raw.values;
         let (low, high) =
             values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)));
@@ -331,10 +336,10 @@ impl Notes {
             self.warn(
                 "every sample has the same value: the input may be disconnected, or the wrong column was read".into(),
             );
-            return;
+            return clipped;
         }
         let finest = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
-        for (extreme, which) in [(high, "largest"), (low, "smallest")] {
+        for (end, extreme, which) in [(1, high, "largest"), (0, low, "smallest")] {
             let (mut runs, mut longest, mut i) = (0, 0, 0);
             while i < values.len() {
                 if values[i] != extreme {
@@ -350,11 +355,13 @@ impl Notes {
                 i = past;
             }
             if runs >= 2 || longest >= 5 {
+                clipped[end] = Some(extreme);
                 self.warn(format!(
                     "the {which} value occurs in {runs} flat run(s) of up to {longest} samples: the input was probably \
                      clipped, so peaks are too small; record with a larger range"
                 ));
             }
         }
+        clipped
     }
 }

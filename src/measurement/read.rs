@@ -245,7 +245,8 @@ pub fn read_record_bytes(
         }
     };
     notes.about_noise_source(recorded, recorded_noise_rms, noise_source, quantisation_step);
-    notes.about_clipping(&raw);
+    let clipped = notes.about_clipping(&raw).map(|limit| limit.map(|limit| sign * (limit - baseline)));
+    let clipped = if options.invert { [clipped[1], clipped[0]] } else { clipped };
     match kind {
         RecordKind::HornTip => notes.about_noise(&series, noise_rms),
         RecordKind::Vibrometer | RecordKind::Hydrophone => notes.about_loud_noise(&series, noise_rms),
@@ -276,6 +277,7 @@ pub fn read_record_bytes(
         noise_source,
         recorded_noise_rms,
         quantisation_step,
+        clipped,
         pretrigger,
         baseline,
         baseline_error: baseline_error

@@ -57,6 +57,8 @@ pub struct Record {
     pub recorded_noise_rms: f64,
     /// The converter's step, SI unit of the recorded quantity, where it is no finer than what matters.
     pub quantisation_step: Option<f64>,
+    /// Where the input was clipped, below and above, as `series` has it; of a horn tip's velocity before it was integrated.
+    pub clipped: [Option<f64>; 2],
     /// Number of quiet samples at the start.
     pub pretrigger: usize,
     /// The offset that was removed from the recorded quantity (before the sign was turned), SI; 0 if none.

@@ -20,7 +20,7 @@ use super::{
 use crate::{
     calibration::{
         engine::trace,
-        observation::{Observation, Recording},
+        observation::{Observation, Recording, clip},
         printed::Printed,
     },
     feature::{
@@ -138,7 +138,7 @@ struct Laboratory<'a> {
 impl Laboratory<'_> {
     fn sees(&self, trace: &Series) -> Series {
         let record = &self.recording.signal;
-        Conditioning {
+        let mut seen = Conditioning {
             bandwidth: self.recording.bandwidth.filter(|bandwidth| *bandwidth < 0.5 / trace.step),
             delay: self.offset,
             invert: false,
@@ -146,7 +146,9 @@ impl Laboratory<'_> {
             step: record.step,
             count: record.len(),
         }
-        .apply(trace)
+        .apply(trace);
+        clip(&mut seen.values, self.recording.clipped);
+        seen
     }
 
     /// As the fit's features have it: what is measured of a record must not be its instrument's hum.

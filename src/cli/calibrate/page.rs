@@ -284,7 +284,7 @@ pub fn law_report(law: &FittedCandidate, fit: &Fit, problem: &Problem) -> LawRep
         let ends = fit.parameters.iter().enumerate();
         ends.map(|(d, parameter)| (shown_value(parameter, lobe.low[d]), shown_value(parameter, lobe.high[d]))).collect()
     };
-    let misfits = misfits(fit, problem);
+    let misfits = problem.misfits(fit);
     let failures = crate::calibration::outcome::failures(fit);
     LawReport {
         damping_kind: law_name(&law.candidate.law).into(),
@@ -330,20 +330,6 @@ fn pulls(fit: &Fit, problem: &Problem) -> Vec<Pull> {
     let each = names.zip(&fit.agreement.pulls).zip(&fit.inflation);
     let counted = each.filter(|(((_, weight), _), _)| *weight > 0.0);
     counted.map(|(((name, _), pull), more)| Pull { name, pull: *pull, widened: (1.0 + more).sqrt() }).collect()
-}
-
-/// Misfit of each run in units of the scatter at the best; `None` for failed runs.
-fn misfits(fit: &Fit, problem: &Problem) -> Vec<Option<f64>> {
-    let scatter = &fit.scatter;
-    let comparisons = || problem.shots.iter().map(|shot| &shot.comparison);
-    let weights: Vec<f64> = comparisons().flat_map(|comparison| comparison.weights.clone()).collect();
-    let observed: Vec<f64> = comparisons().flat_map(|comparison| comparison.features.clone()).collect();
-    let total: f64 = weights.iter().sum();
-    let misfit = |features: &[f64]| {
-        let each = features.iter().zip(&observed).zip(scatter).zip(&weights);
-        each.map(|(((z, z0), s), weight)| weight * ((z - z0).abs() / s).min(5.0).powi(2)).sum::<f64>() / total
-    };
-    fit.runs.iter().map(|run| run.features().filter(|_| !scatter.is_empty()).map(misfit)).collect()
 }
 
 /// Every pair of more than two parameters.

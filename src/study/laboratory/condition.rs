@@ -204,7 +204,7 @@ impl Condition {
             Drift => (Cause::Record, &["drift", "baseline moves"]),
             Noisy | PureNoise => (Cause::Record, &["noise of", "% noise", "noise beyond", "noise alone", "but noise"]),
             ShortHorn => (Cause::Record, &["ends", "shorter"]),
-            ShortVibrometer => (Cause::Record, &["ends", "shorter", "too short"]),
+            ShortVibrometer => (Cause::Record, &["ends", "shorter", "too short", "record longer"]),
             Late => (Cause::Record, &["begins", "missing", "lost"]),
             _ => return None,
         };
@@ -422,7 +422,11 @@ impl Setting {
             OtherLaw => told_law = !linear,
             BeadFewer => true_beads = Some(beads - 1),
             BeadMore => true_beads = Some(beads + 1),
-            Radius => truth.push(format!("chain.radius={}", 1.1 * radius)),
+            Radius => {
+                // The law of the annulus is that of beads of 0.5 mm.
+                support = if support == "annulus" { "rigid" } else { support };
+                truth.push(format!("chain.radius={}", 1.1 * radius));
+            }
             FirstGap => first_gap = 20e-9,
             Sign => lab.gain = -1.0,
             ScaleUp => lab.gain = 10.0,

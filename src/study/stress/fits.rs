@@ -93,6 +93,7 @@ fn noise(room: &mut Room<'_>) {
         noise_rms: 0.02,
         bandwidth: None,
         quiet: 0,
+        clipped: [None; 2],
         begins_late: false,
     };
     let parameters = Parameter::damping(scene.damping.kind).map(|damping| vec![Parameter::alpha(), damping]);
