@@ -14,6 +14,7 @@ use std::{
 };
 
 use calibrate_bench::{Bench, code, stderr};
+use granchain::measurement::seal::unsealed;
 use serde_json::Value;
 
 const FIT: [&str; 4] = ["--evaluations", "400", "--damping", "linear,kuwabara-kono"];
@@ -25,7 +26,9 @@ fn fit(bench: &Bench, more: &[&str]) -> Command {
 fn batches(state: &Path) -> u64 {
     // The file is renamed into place, so it is there whole or not at all.
     fs::read(state)
-        .map(|bytes| serde_json::from_slice::<Value>(&bytes).unwrap()["search"]["batch"].as_u64().unwrap())
+        .map(|bytes| {
+            serde_json::from_slice::<Value>(unsealed(&bytes).unwrap()).unwrap()["search"]["batch"].as_u64().unwrap()
+        })
         .unwrap_or(0)
 }
 
@@ -81,6 +84,11 @@ fn killed_at_half_and_resumed_gives_the_bytes_of_an_unbroken_fit() {
     refused(&swapped, &[".broken.unfinished/state/", "record"]);
     fs::write(&second, &saved[..saved.len() / 2]).unwrap();
     refused(&resumed(&["--resume"]), &["kuwabara-kono.json", "damaged", "--force"]);
+    // Another number that is read as well as the first.
+    let text = String::from_utf8(saved.clone()).unwrap();
+    let digit = text.rfind(".1").unwrap() + 1;
+    fs::write(&second, format!("{}2{}", &text[..digit], &text[digit + 1..])).unwrap();
+    refused(&resumed(&["--resume"]), &["kuwabara-kono.json", "altered", "--force"]);
     fs::write(&second, &saved).unwrap();
 
     let output = resumed(&["--resume", "--threads", "2"]);

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use thiserror::Error as ThisError;
 
 use super::search::SearchState;
+use crate::measurement::seal::{BrokenSeal, sealed, unsealed};
 
 /// Why a saved state cannot be used.
 #[derive(Debug, ThisError)]
@@ -34,6 +35,14 @@ pub enum CheckpointError {
         path: PathBuf,
         /// Where.
         source: serde_json::Error,
+    },
+    /// Its seal is broken.
+    #[error("{path}: the saved search is not used: {source}; pass --force without --resume to begin anew", path = path.display())]
+    Broken {
+        /// The file.
+        path: PathBuf,
+        /// How.
+        source: BrokenSeal,
     },
     /// It belongs to another fit.
     #[error(
@@ -87,7 +96,8 @@ impl SearchCheckpoint {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(source) => return Err(CheckpointError::Unreadable { path, source }),
         };
-        let saved: Saved<S> = match serde_json::from_slice(&bytes) {
+        let body = unsealed(&bytes).map_err(|source| CheckpointError::Broken { path: path.clone(), source })?;
+        let saved: Saved<S> = match serde_json::from_slice(body) {
             Ok(saved) => saved,
             Err(source) => return Err(CheckpointError::Damaged { path, source }),
         };
@@ -100,8 +110,8 @@ impl<S: Serialize + Clone> Checkpoint<S, SearchState> for SearchCheckpoint {
         let folder = self.path.parent().unwrap_or(Path::new("."));
         fs::create_dir_all(folder)?;
         let mut file = tempfile::NamedTempFile::new_in(folder)?;
-        serde_json::to_writer(&mut file, &Saved { key: self.key.clone(), search: solver.clone() })?;
-        file.flush()?;
+        let body = serde_json::to_vec(&Saved { key: self.key.clone(), search: solver.clone() })?;
+        file.write_all(&sealed(&body))?;
         file.as_file().sync_all()?;
         file.persist(&self.path)?;
         Ok(())

@@ -115,7 +115,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         }
         super::output::write_atomically(&state.join(PLAN), &plan)?;
     }
-    let watch = Bar(progress::bar(&session, grid.len() as u64, "runs"));
+    let watch = Bar(progress::bar(&session, grid.len() as u64, "runs"), &session);
     let build = |overrides: &[String]| bench.scene_with(overrides);
     let bodies = Bodies::new(session.cache());
     let outcome = sweep(&grid, &build, &bodies, ensemble.as_ref(), &state.join(RUNS), &watch);
@@ -215,14 +215,18 @@ fn stopped(error: SweepError, folder: Option<OutputFolder>) -> anyhow::Error {
     }
 }
 
-struct Bar(ProgressBar);
+struct Bar<'a>(ProgressBar, &'a Session);
 
-impl Watch for Bar {
+impl Watch for Bar<'_> {
     fn finished(&self, points: usize) {
         self.0.set_position(points as u64);
     }
 
     fn stop(&self) -> bool {
         interrupt::requested()
+    }
+
+    fn warn(&self, text: &str) {
+        self.0.suspend(|| self.1.note(format_args!("warning: {text}")));
     }
 }

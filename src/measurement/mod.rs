@@ -31,6 +31,7 @@ mod read;
 mod record;
 mod sampling;
 mod scale;
+pub mod seal;
 mod table;
 mod universal;
 

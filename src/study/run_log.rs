@@ -1,7 +1,7 @@
 //! The runs of a study, kept as they finish: one JSON line a run, appended and synced.
 //!
-//! A process may die between any two bytes. What counts on reading is every line that ends in a newline; a torn last
-//! line is cut off before more is appended.
+//! A process may die between any two bytes. What counts on reading is every line that ends in a newline and whose seal is whole; a torn last
+//! line is cut off before more is appended, an altered one is named and its run made again.
 
 use std::{
     collections::BTreeMap,
@@ -13,6 +13,8 @@ use std::{
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use thiserror::Error;
+
+use crate::measurement::seal::{sealed, unsealed};
 
 /// Why the log cannot be used.
 #[derive(Debug, Error)]
@@ -28,16 +30,6 @@ pub enum RunLogError {
         /// What the system said.
         source: io::Error,
     },
-    /// A whole line is not what we write.
-    #[error("{}:{line}: expected one finished run, found something else ({source}); start anew without --resume", path.display())]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// What is wrong.
-        source: serde_json::Error,
-    },
 }
 
 /// An append-only file of finished runs.
@@ -45,6 +37,8 @@ pub enum RunLogError {
 pub struct RunLog {
     path: PathBuf,
     file: Mutex<File>,
+    /// Lines that are not used, from 1.
+    damaged: Vec<usize>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -57,7 +51,7 @@ impl RunLog {
     /// Open or create the log and read the runs in it, by index.
     ///
     /// # Errors
-    /// When the file cannot be read or written, or holds a whole line that is no run.
+    /// When the file cannot be read or written.
     pub fn open<T: DeserializeOwned>(path: &Path) -> Result<(Self, BTreeMap<usize, T>), RunLogError> {
         let io = |action| move |source| RunLogError::Io { action, path: path.into(), source };
         let mut file =
@@ -65,21 +59,32 @@ impl RunLog {
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(io("read"))?;
         let whole = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |last| last + 1);
-        let mut runs = BTreeMap::new();
+        let (mut runs, mut damaged) = (BTreeMap::new(), Vec::new());
         for (index, line) in bytes[..whole].split(|&byte| byte == b'\n').enumerate() {
             if line.is_empty() {
                 continue;
             }
-            let entry: Entry<T> = serde_json::from_slice(line).map_err(|source| RunLogError::Damaged {
-                path: path.into(),
-                line: index + 1,
-                source,
-            })?;
-            runs.insert(entry.index, entry.run);
+            match unsealed(line).ok().and_then(|body| serde_json::from_slice::<Entry<T>>(body).ok()) {
+                Some(entry) => drop(runs.insert(entry.index, entry.run)),
+                None => damaged.push(index + 1),
+            }
         }
         file.set_len(whole as u64).map_err(io("cut"))?;
         file.seek(SeekFrom::End(0)).map_err(io("seek"))?;
-        Ok((Self { path: path.into(), file: Mutex::new(file) }, runs))
+        Ok((Self { path: path.into(), file: Mutex::new(file), damaged }, runs))
+    }
+
+    /// What is to be said of lines that were altered since they were written; nothing where there are none.
+    #[must_use]
+    pub fn damage(&self) -> Option<String> {
+        let lines: Vec<String> = self.damaged.iter().map(ToString::to_string).collect();
+        (!lines.is_empty()).then(|| {
+            let path = self.path.display();
+            format!(
+                "{path}:{}: altered or damaged since it was written; what stood there is run again",
+                lines.join(", ")
+            )
+        })
     }
 
     /// Keep one finished run; when this returns, it survives a kill.
@@ -88,7 +93,7 @@ impl RunLog {
     /// When it cannot be written.
     pub fn keep(&self, index: usize, run: &impl Serialize) -> Result<(), RunLogError> {
         let io = |source| RunLogError::Io { action: "append", path: self.path.clone(), source };
-        let mut line = serde_json::to_vec(&Entry { index, run }).map_err(|error| io(error.into()))?;
+        let mut line = sealed(&serde_json::to_vec(&Entry { index, run }).map_err(|error| io(error.into()))?);
         line.push(b'\n');
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         file.write_all(&line).and_then(|()| file.sync_data()).map_err(io)
@@ -121,11 +126,26 @@ mod tests {
     }
 
     #[test]
-    fn a_whole_line_of_something_else_is_an_error_with_its_line() {
+    fn whatever_is_altered_is_named_and_what_is_whole_is_kept() {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("runs.jsonl");
-        fs::write(&path, "{\"index\":0,\"run\":1.0}\nhello\n").unwrap();
-        let error = RunLog::open::<f64>(&path).unwrap_err().to_string();
-        assert!(error.contains("runs.jsonl:2"), "{error}");
+        let (log, _) = RunLog::open::<f64>(&path).unwrap();
+        assert_eq!(log.damage(), None);
+        for (index, run) in [0.1, 0.25, 1.0 / 3.0].iter().enumerate() {
+            log.keep(index, run).unwrap();
+        }
+        drop(log);
+        let whole = fs::read(&path).unwrap();
+        let known = BTreeMap::from([(0, 0.1), (1, 0.25), (2, 1.0 / 3.0)]);
+        for (place, bit) in (0..whole.len()).flat_map(|place| (0..8).map(move |bit| (place, bit))) {
+            let mut flipped = whole.clone();
+            flipped[place] ^= 1 << bit;
+            fs::write(&path, &flipped).unwrap();
+            let (log, runs) = RunLog::open::<f64>(&path).unwrap();
+            // A newline more or less spoils a line or the one behind it; nothing is ever another number.
+            assert!(runs.len() < 3 && runs.iter().all(|(index, run)| known.get(index) == Some(run)), "{place} {bit}");
+            let last = whole.len() - 1;
+            assert!(log.damage().is_some() || runs.len() == 2 && place == last, "{place} {bit}: {runs:?}");
+        }
     }
 }

@@ -85,6 +85,8 @@ pub trait Watch: Sync {
     fn finished(&self, points: usize);
     /// Whether to stop now.
     fn stop(&self) -> bool;
+    /// Something that a person should read.
+    fn warn(&self, _text: &str) {}
 }
 
 /// Run every point of `grid` that `log_path` does not hold yet.
@@ -108,6 +110,9 @@ pub fn sweep<E: StdError + Send + Sync + 'static>(
     let points = grid.len();
     refuse_hopeless(grid, build)?;
     let (log, mut runs) = RunLog::open::<Run>(log_path)?;
+    if let Some(damage) = log.damage() {
+        watch.warn(&damage);
+    }
     if let Some((&index, _)) = runs.last_key_value().filter(|(index, _)| **index >= points) {
         return Err(SweepError::OtherGrid { index, points });
     }

@@ -18,7 +18,10 @@ use crate::{
         output::{NOTHING_SAVED, OutputFolder, write_atomically},
         progress, summary,
     },
-    measurement::sha256,
+    measurement::{
+        seal::{sealed, unsealed},
+        sha256,
+    },
     model::fea::{Control, Cut, Frames, Peak, PeakStress, Simulation, Snapshot, control::Complementarity},
     report::{
         animation::{MOST_FRAMES, Raster},
@@ -173,9 +176,10 @@ impl<'a> Analysis<'a> {
                 same_plan(&place, &plan)?;
                 let state = folder.state_path().join(CHECKPOINT);
                 let bytes = std::fs::read(&state).with_context(|| format!("{}: cannot be read", state.display()))?;
-                let saved: Checkpoint = serde_json::from_slice(&bytes).with_context(|| {
-                    format!("{}: no saved state of this program; start anew with --force", state.display())
-                })?;
+                let of_ours =
+                    || format!("{}: no saved state of this program; start anew with --force", state.display());
+                let saved: Checkpoint =
+                    serde_json::from_slice(unsealed(&bytes).with_context(of_ours)?).with_context(of_ours)?;
                 simulation.restore(saved.simulation, &identity)?;
                 peak = saved.peak;
                 session.note(format_args!("resumed at {}", engineering(simulation.time(), "s", 4)));
@@ -297,7 +301,7 @@ impl<'a> Analysis<'a> {
         let Some(folder) = self.folder else { return Ok(()) };
         let saved = Checkpoint { simulation: self.simulation.snapshot(&self.identity), peak: self.peak.clone() };
         let saved = serde_json::to_vec(&saved).context("the state of the analysis cannot be written")?;
-        Ok(write_atomically(&folder.state_path().join(CHECKPOINT), &saved)?)
+        Ok(write_atomically(&folder.state_path().join(CHECKPOINT), sealed(&saved))?)
     }
 
     fn frames_folder(&self) -> Option<PathBuf> {
