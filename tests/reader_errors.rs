@@ -211,7 +211,7 @@ fn unknown_missing_and_wrong_units() {
     assert_eq!(
         refused(&file("time_ms,displacement_um", &rows(20))),
         "vib.csv:2: column `displacement_um`: expected a velocity, found the unit `um` of a length; name another column with \
-         --column, or correct the unit"
+         --column, or correct the unit; a horn tip's record is given with --drive: are the two files swapped?"
     );
 }
 
@@ -239,6 +239,15 @@ fn repeated_and_decreasing_time() {
         "vib.csv:43: column `time_ms`: expected a time later than 3.9e-5 s, found 2e-6 s; sort the rows by time, or keep one \
          sweep only"
     );
+}
+
+#[test]
+fn a_value_whose_interpolation_overflows_is_refused_with_its_cell() {
+    let options = ReadOptions { resample: true, ..ReadOptions::default() };
+    let text = with_row(40, "0.0386,1e307");
+    let message = Bench::new().refused_as(text.as_bytes(), RecordKind::Vibrometer, &options);
+    assert!(message.starts_with("vib.csv:43: column `velocity"), "{message}");
+    assert!(message.contains("expected a finite number, found `1e304`"), "{message}");
 }
 
 #[test]
