@@ -301,7 +301,7 @@ impl<'a> Analysis<'a> {
         let Some(folder) = self.folder else { return Ok(()) };
         let saved = Checkpoint { simulation: self.simulation.snapshot(&self.identity), peak: self.peak.clone() };
         let saved = serde_json::to_vec(&saved).context("the state of the analysis cannot be written")?;
-        Ok(write_atomically(&folder.state_path().join(CHECKPOINT), sealed(&saved))?)
+        Ok(write_atomically(&folder.state_path().join(CHECKPOINT), &sealed(&saved))?)
     }
 
     fn frames_folder(&self) -> Option<PathBuf> {
