@@ -79,7 +79,7 @@ pub(super) fn even_series(path: &Path, table: &mut Table, resample: bool) -> Res
         let largest = (0..count).max_by(|&a, &b| table.values[a].abs().total_cmp(&table.values[b].abs())).unwrap_or(0);
         let line = table.lines.get(largest).unwrap_or(0);
         let place = Place::cell(path, line, &table.columns[table.chosen.value].header);
-        return Err(MeasurementError::Infinite { place, found: format!("{:e}", table.values[largest]) });
+        return Err(MeasurementError::Infinite { place, found: format!("{:.3e}", table.values[largest]) });
     }
     Ok(Sampled { series: Series::new(start, median, values), resampled: Some((shortest, longest)) })
 }
