@@ -28,7 +28,7 @@ const TESTED_NOISE: f64 = 0.05;
 /// Wander of a vibration's middle, as a fraction of its peak, that is no rounding of a period to whole samples.
 const LARGE_DRIFT: f64 = 0.1;
 /// Way that a bead itself may move on within a few periods as it is pushed into its support, m.
-const MOVES_ON: f64 = 1e-6;
+const MOVES_ON: f64 = 2.5e-7;
 
 /// How the file is written, on one line.
 pub(super) fn written(table: &Table) -> String {
