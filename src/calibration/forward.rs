@@ -136,6 +136,7 @@ pub type Watch = dyn Fn(u64) -> bool + Send + Sync;
 #[derive(Debug, Clone)]
 struct Decoder {
     bandwidth: f64,
+    len: usize,
     steep: LowPass,
     slow: LowPass,
 }
@@ -150,6 +151,7 @@ impl Decoder {
         let fitted = parameters.iter().any(|parameter| parameter.target == Target::Bandwidth);
         (!fitted).then(|| Self {
             bandwidth: stated,
+            len,
             steep: LowPass::new(step, len, stated),
             slow: LowPass::gaussian(step, len, stated),
         })
@@ -157,7 +159,7 @@ impl Decoder {
 
     fn passes(&self, trace: &mut Series, random: &mut ChaCha8Rng) {
         let (step, len) = (trace.step, trace.len());
-        let [steep, slow] = if len == self.steep.len() {
+        let [steep, slow] = if len == self.len {
             [self.steep.apply(&trace.values), self.slow.apply(&trace.values)]
         } else {
             [LowPass::new(step, len, self.bandwidth), LowPass::gaussian(step, len, self.bandwidth)]

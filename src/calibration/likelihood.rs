@@ -413,11 +413,7 @@ impl Cloud {
         let total: f64 = self.weights.iter().sum();
         self.deviations
             .iter()
-            .map(|deviation| {
-                let each = deviation.iter().zip(scatter).map(|(d, s)| (d.abs() / s).min(5.0).powi(2));
-                let sum: f64 = each.zip(&self.weights).map(|(misfit, weight)| misfit * weight).sum();
-                sum / total
-            })
+            .map(|deviation| misfit(deviation.iter().copied(), scatter, &self.weights, total))
             .collect()
     }
 
@@ -481,6 +477,12 @@ impl Local {
         }
         sum
     }
+}
+
+/// Mean of min(|z − z₀|/s, 5)² over features, by their weights, of which `total` is the sum.
+pub(super) fn misfit(deviations: impl Iterator<Item = f64>, scatter: &[f64], weights: &[f64], total: f64) -> f64 {
+    let each = deviations.zip(scatter).map(|(deviation, s)| (deviation.abs() / s).min(5.0).powi(2));
+    each.zip(weights).map(|(misfit, weight)| misfit * weight).sum::<f64>() / total
 }
 
 #[cfg(test)]

@@ -10,10 +10,10 @@ use super::{
     refusal::Refusal,
 };
 use crate::{
-    feature::{Measurand, Window, fingerprint::FeatureSet},
+    feature::{Measurand, Window, fingerprint::FeatureSet, line_amplitude},
     measurement::{Beginning, PublishedFeatures, ReadOptions, Record, RecordKind, read_record},
     scene::Scene,
-    signal::Series,
+    signal::{Series, about_running_mean, wander},
 };
 
 /// The measurement.
@@ -84,7 +84,7 @@ impl Measured {
     /// # Errors
     /// Whatever makes it incomparable with the scene.
     pub fn of(
-        record: Record,
+        mut record: Record,
         set: FeatureSet,
         (scene, drive): (&Scene, Option<&RecordedDrive>),
         assumptions: &mut Vec<String>,
@@ -92,19 +92,11 @@ impl Measured {
         record.check_sampling(scene.drive.frequency)?;
         let place = record.path.display();
         assumptions.extend(record.assumptions.iter().map(|text| format!("{place}: {text}")));
-        let measurand = match record.kind {
-            RecordKind::Hydrophone => Measurand::Pressure,
-            _ => Measurand::Velocity,
-        };
-        let recording = Recording {
-            measurand,
-            signal: record.series.clone(),
-            noise_rms: record.noise_rms,
-            bandwidth: record.bandwidth,
-            quiet: record.pretrigger,
-            clipped: record.clipped,
-            begins_late: drive.is_some_and(|drive| matches!(drive.motion.begins, Beginning::Inside { .. })),
-        };
+        if let Some(text) = drive.and_then(|drive| swapped(&record, drive)) {
+            record.warnings.insert(0, text);
+        }
+        let begins_late = drive.is_some_and(|drive| matches!(drive.motion.begins, Beginning::Inside { .. }));
+        let recording = Recording::of(&record, begins_late);
         let observation = Observation::new(&recording, &scene.drive, set)
             .map_err(|source| Refusal::Observation { path: record.path.clone(), source })?;
         Ok(Self::Record(Box::new(MeasuredRecord { record, recording, observation })))
@@ -183,4 +175,40 @@ impl Measured {
             Self::Published(_) => "published",
         }
     }
+}
+
+/// Share of a horn's velocity at the drive frequency, at least: it hardly moves otherwise.
+const PURE: f64 = 0.9;
+/// The same of a bead that is struck, at most.
+const STRUCK: f64 = 0.8;
+/// Way by which a bead moves on as it is pushed into its support, over the amplitude that is left of it, at least; a horn comes back.
+const MOVED_ON: f64 = 0.5;
+
+/// That the two files may be swapped: what is said to be the horn moves as a struck bead, and the bead as a horn.
+fn swapped(record: &Record, drive: &RecordedDrive) -> Option<String> {
+    let (frequency, x) = (drive.motion.drive_frequency, &drive.motion.displacement);
+    let share = |series: &Series| {
+        let window = Window::of_trace(series, frequency).ok()?;
+        let samples = &series.values[window.indices(series)];
+        let mean = samples.iter().sum::<f64>() / samples.len() as f64;
+        let square = samples.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / samples.len() as f64;
+        // A burst that still grows is a little more than its mean line.
+        Some((0.5 * line_amplitude(series, window, frequency).powi(2) / square).min(1.0))
+    };
+    let rates = x.values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let (horn, bead) = (share(&Series::new(x.start, x.step, rates))?, share(&record.series)?);
+    let period = (1.0 / (frequency * x.step)).round() as usize;
+    let left = about_running_mean(&x.values, period);
+    let moved_on = wander(&x.values, period) / left.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+    (bead > PURE && (horn < STRUCK || moved_on > MOVED_ON)).then(|| {
+        format!(
+            "{:.0} % of its motion is at {:.4} kHz as a horn's is; of what is said to be the horn's ({}) {:.0} %, and it moves on by {:.0} % of its \
+             amplitude as a struck bead does: swap --measured and --drive if the files are swapped",
+            100.0 * bead,
+            frequency * 1e-3,
+            drive.input.path.display(),
+            100.0 * horn,
+            100.0 * moved_on
+        )
+    })
 }

@@ -7,6 +7,7 @@ use crate::{
         Measurand,
         fingerprint::{FeatureSet, Fingerprint, FingerprintError, SAMPLES_PER_CYCLE, onset_threshold},
     },
+    measurement::{Record, RecordKind},
     scene::Drive,
     signal::{LowPass, Resampler, Series},
 };
@@ -61,6 +62,24 @@ pub fn clip(values: &mut [f64], [low, high]: [Option<f64>; 2]) {
 }
 
 impl Recording {
+    /// Of a bead's or a hydrophone's record; `begins_late` as of the field.
+    #[must_use]
+    pub fn of(record: &Record, begins_late: bool) -> Self {
+        let measurand = match record.kind {
+            RecordKind::Hydrophone => Measurand::Pressure,
+            RecordKind::HornTip | RecordKind::Vibrometer => Measurand::Velocity,
+        };
+        Self {
+            measurand,
+            signal: record.series.clone(),
+            noise_rms: record.noise_rms,
+            bandwidth: record.bandwidth,
+            quiet: record.pretrigger,
+            clipped: record.clipped,
+            begins_late,
+        }
+    }
+
     /// One-sided density of its noise in what is compared, given the signal below `cutoff` (Hz): white up to half the sample rate, as that of a
     /// converter; up to the bandwidth, as that which a decoder shapes; in between, as the quiet samples have it.
     fn noise_density(&self, filtered: &[f64], cutoff: f64) -> f64 {

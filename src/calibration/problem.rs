@@ -19,6 +19,7 @@ use super::{
     fit::Fit,
     joint::{TESTED_TOGETHER, at_one_frequency},
     ladder::SavedFit,
+    likelihood::misfit,
     measured::{Measured, is_published},
     parameter::{Parameter, ParameterError},
     plan::{Plan, RecordPlan},
@@ -238,8 +239,7 @@ impl Problem {
         let of = |shot: &Shot| {
             let drive = shot.bench.warnings().iter().cloned();
             let place = shot.measured.path().display();
-            let record = shot.swapped().into_iter().chain(shot.measured.warnings());
-            let record = record.map(|text| format!("{place}: {text}"));
+            let record = shot.measured.warnings().into_iter().map(|text| format!("{place}: {text}"));
             record.chain(drive).collect::<Vec<_>>()
         };
         let mut warnings: Vec<String> = Vec::new();
@@ -260,8 +260,7 @@ impl Problem {
         let observed: Vec<f64> = compared().flat_map(|comparison| comparison.features.clone()).collect();
         let total: f64 = weights.iter().sum();
         let misfit = |features: &[f64]| {
-            let each = features.iter().zip(&observed).zip(&fit.scatter).zip(&weights);
-            each.map(|(((z, z0), s), weight)| weight * ((z - z0).abs() / s).min(5.0).powi(2)).sum::<f64>() / total
+            misfit(features.iter().zip(&observed).map(|(z, z0)| z - z0), &fit.scatter, &weights, total)
         };
         fit.runs.iter().map(|run| run.features().filter(|_| !fit.scatter.is_empty()).map(misfit)).collect()
     }

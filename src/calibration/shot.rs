@@ -15,10 +15,9 @@ use super::{
     refusal::Refusal,
 };
 use crate::{
-    feature::{Window, fingerprint::FeatureSet, line_amplitude},
+    feature::fingerprint::FeatureSet,
     measurement::{ReadOptions, Record, drive_frequency_line},
     scene::Scene,
-    signal::{Series, about_running_mean},
 };
 
 /// Stems of records that are told apart by their folder.
@@ -117,48 +116,6 @@ impl ShotPlan {
     /// Whether nothing is said of how its file is read.
     pub(super) fn is_read_as_stated(&self) -> bool {
         matches!(&self.source, Source::File(_, options) if **options == ReadOptions::default())
-    }
-}
-
-/// Share of a horn's velocity at the drive frequency, at least: it hardly moves otherwise.
-const PURE: f64 = 0.9;
-/// The same of a bead that is struck, at most.
-const STRUCK: f64 = 0.8;
-/// Way by which a bead moves on as it is pushed into its support, over the amplitude that is left of it, at least; a horn comes back.
-const MOVED_ON: f64 = 0.5;
-
-impl Shot {
-    /// That the two files may be swapped: what is said to be the horn moves as a struck bead, and the bead as a horn.
-    pub(super) fn swapped(&self) -> Option<String> {
-        let (drive, velocity) = (self.bench.drive.as_ref()?, self.measured.record().map(|record| &record.series)?);
-        let (frequency, x) = (drive.motion.drive_frequency, &drive.motion.displacement);
-        let share = |series: &Series| {
-            let window = Window::of_trace(series, frequency).ok()?;
-            let samples = &series.values[window.indices(series)];
-            let mean = samples.iter().sum::<f64>() / samples.len() as f64;
-            let square = samples.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / samples.len() as f64;
-            // A burst that still grows is a little more than its mean line.
-            Some((0.5 * line_amplitude(series, window, frequency).powi(2) / square).min(1.0))
-        };
-        let rates = x.values.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let (horn, bead) = (share(&Series::new(x.start, x.step, rates))?, share(velocity)?);
-        let left = about_running_mean(&x.values, (1.0 / (frequency * x.step)).round() as usize);
-        let (low, high) =
-            x.values.iter().zip(&left).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (x, left)| {
-                (low.min(x - left), high.max(x - left))
-            });
-        let moved_on = (high - low) / left.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
-        (bead > PURE && (horn < STRUCK || moved_on > MOVED_ON)).then(|| {
-            format!(
-                "{:.0} % of its motion is at {:.4} kHz as a horn's is; of what is said to be the horn's ({}) {:.0} %, and it moves on by {:.0} % of its \
-                 amplitude as a struck bead does: swap --measured and --drive if the files are swapped",
-                100.0 * bead,
-                frequency * 1e-3,
-                drive.input.path.display(),
-                100.0 * horn,
-                100.0 * moved_on
-            )
-        })
     }
 }
 

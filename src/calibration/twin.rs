@@ -19,7 +19,7 @@ use super::{
 };
 use crate::{
     feature::Measurand,
-    measurement::{MeasurementError, ReadOptions, Record, RecordKind, read_record_bytes},
+    measurement::{MeasurementError, ReadOptions, RecordKind, read_record_bytes},
     model::ModelError,
     response::Response,
     scene::{DampingKind, FlatContact, Scene, Support},
@@ -311,9 +311,7 @@ pub fn twin_at(
     let name = std::path::PathBuf::from(format!("twin-{index}.csv"));
     let options = ReadOptions { drive_frequency: Some(scene.drive.frequency), ..ReadOptions::default() };
     let record = read_record_bytes(&name, &csv, Some(kind), &options)?;
-    let Record { series, noise_rms, bandwidth, pretrigger: quiet, clipped, .. } = record;
-    let recording = Recording { measurand, signal: series, noise_rms, bandwidth, quiet, clipped, begins_late: false };
-    Ok(Twin { truth, csv, recording })
+    Ok(Twin { truth, csv, recording: Recording::of(&record, false) })
 }
 
 /// Put one draw of what the bench leaves open into a scene; what is fitted is not drawn.

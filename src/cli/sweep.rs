@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::Args;
 use indicatif::ProgressBar;
-use sha2::{Digest, Sha256};
 
 use super::{
     Outcome,
@@ -20,6 +19,7 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
+    measurement::sha256,
     report::sweep::sweep_figure,
     scene::Scene,
     study::{
@@ -172,8 +172,7 @@ fn write(
 /// Everything that decides what the runs are.
 fn plan_of(base: &Scene, grid: &Grid, ensemble: Option<&EnsemblePlan>) -> anyhow::Result<Vec<u8>> {
     // The debug form holds every number of the scene, recorded drive included, to the last bit.
-    let digest = Sha256::digest(format!("{base:?}"));
-    let scene: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+    let scene = sha256(format!("{base:?}").as_bytes());
     summary::json(&serde_json::json!({
         "program": summary::program(), "scene_sha256": scene, "grid": grid, "ensemble": ensemble,
     }))

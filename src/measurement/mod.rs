@@ -45,7 +45,7 @@ pub use noise::NoiseSource;
 pub use options::{Baseline, Missing, ReadOptions, RecordKind};
 pub use place::Place;
 pub use published::{PublishedCase, PublishedError, PublishedFeature, PublishedFeatures, Statement};
-pub use read::{inspect_record, read_record, read_record_bytes, sha256};
+pub use read::{hexadecimal, inspect_record, read_record, read_record_bytes, sha256};
 pub use record::{Record, RecordedQuantity};
 pub use sampling::SAMPLING_TOLERANCE;
 pub use scale::{Sensitivity, SensitivityError};

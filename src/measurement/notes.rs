@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::signal::{Dimension, Quantity, Series};
+use crate::signal::{Dimension, Quantity, Series, wander};
 
 use super::{
     MeasurementError, NoiseSource, Place, ReadOptions, RecordKind, RecordedQuantity,
@@ -282,15 +282,7 @@ impl Notes {
         if period < 4 || displacement.len() < 3 * period {
             return;
         }
-        let mut sum = 0.0;
-        let sums: Vec<f64> = std::iter::once(0.0)
-            .chain(displacement.values.iter().map(|value| {
-                sum += value;
-                sum
-            }))
-            .collect();
-        let means = || sums.windows(period + 1).map(|part| (part[period] - part[0]) / period as f64);
-        let moved = means().fold(f64::NEG_INFINITY, f64::max) - means().fold(f64::INFINITY, f64::min);
+        let moved = wander(&displacement.values, period);
         let peak = displacement.peak();
         // A bead that moves on by this much in twelve periods has no drift.
         let own = if kind == RecordKind::Vibrometer { MOVES_ON * drive_frequency / periods } else { 0.0 };

@@ -77,7 +77,13 @@ fn nearest(path: &Path) -> Option<String> {
 /// SHA-256 of `bytes`, hexadecimal.
 #[must_use]
 pub fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().fold(String::with_capacity(64), |mut text, byte| {
+    hexadecimal(&Sha256::digest(bytes))
+}
+
+/// Two hexadecimal digits a byte.
+#[must_use]
+pub fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
         // Writing to a String cannot fail.
         let _ = write!(text, "{byte:02x}");
         text
@@ -245,8 +251,10 @@ pub fn read_record_bytes(
         }
     };
     notes.about_noise_source(recorded, recorded_noise_rms, noise_source, quantisation_step);
-    let clipped = notes.about_clipping(&raw).map(|limit| limit.map(|limit| sign * (limit - baseline)));
-    let clipped = if options.invert { [clipped[1], clipped[0]] } else { clipped };
+    let mut clipped = notes.about_clipping(&raw).map(|limit| Some(sign * (limit? - baseline)));
+    if options.invert {
+        clipped.reverse();
+    }
     match kind {
         RecordKind::HornTip => notes.about_noise(&series, noise_rms),
         RecordKind::Vibrometer | RecordKind::Hydrophone => notes.about_loud_noise(&series, noise_rms),

@@ -53,11 +53,12 @@ const MAP_COLUMNS: usize = 400;
 
 /// The velocities of the beads one above the other and the contact forces as a map, over the first periods.
 fn chain_figure(response: &Response, drive_frequency: f64) -> Option<Figure> {
-    let start = response.observed_velocity().start;
-    let moving = 0.02 * response.observed_velocity().peak();
-    let first = response.observed_velocity().values.iter().position(|velocity| velocity.abs() > moving)?;
-    let onset = response.observed_velocity().time(first);
-    let end = (onset + PERIODS_SHOWN / drive_frequency).min(response.observed_velocity().end());
+    let seen = response.observed_velocity();
+    let start = seen.start;
+    let moving = 0.02 * seen.peak();
+    let first = seen.values.iter().position(|velocity| velocity.abs() > moving)?;
+    let onset = seen.time(first);
+    let end = (onset + PERIODS_SHOWN / drive_frequency).min(seen.end());
     let time = || Axis::new("Time", "µs").times(1e6).range(start, end);
 
     let beads: Vec<(usize, Series)> = response

@@ -103,6 +103,30 @@ pub fn about_running_mean(values: &[f64], width: usize) -> Vec<f64> {
     values.iter().enumerate().map(about).collect()
 }
 
+/// By how much the mean over `width` samples wanders, from smallest to largest; 0 of fewer samples.
+///
+/// ```
+/// use granchain::signal::wander;
+///
+/// let ramp: Vec<f64> = (0..10).map(f64::from).collect();
+/// assert_eq!(wander(&ramp, 4), 6.0);
+/// ```
+#[must_use]
+pub fn wander(values: &[f64], width: usize) -> f64 {
+    if width == 0 || values.len() < width {
+        return 0.0;
+    }
+    let mut sum = 0.0;
+    let sums: Vec<f64> = std::iter::once(0.0)
+        .chain(values.iter().map(|value| {
+            sum += value;
+            sum
+        }))
+        .collect();
+    let means = || sums.windows(width + 1).map(|part| (part[width] - part[0]) / width as f64);
+    means().fold(f64::NEG_INFINITY, f64::max) - means().fold(f64::INFINITY, f64::min)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

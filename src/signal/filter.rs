@@ -70,13 +70,6 @@ impl LowPass {
         Self::planned(len, exact, |x| (-0.5 * (x / sigma).powi(2)).exp())
     }
 
-    /// Samples of a series that it is planned for.
-    #[must_use]
-    #[allow(clippy::len_without_is_empty, reason = "a filter is not empty")]
-    pub fn len(&self) -> usize {
-        self.len
-    }
-
     /// Gain of [`LowPass::gaussian`] at a frequency, Hz.
     #[must_use]
     pub fn gaussian_gain(frequency: f64, cutoff: f64) -> f64 {

@@ -14,7 +14,7 @@ pub mod spline;
 mod unit;
 
 pub use calculus::{derivative, integral};
-pub use conditioning::{Conditioner, Conditioning, about_running_mean};
+pub use conditioning::{Conditioner, Conditioning, about_running_mean, wander};
 pub use filter::{LowPass, low_pass};
 pub use quantity::{Dimension, Quantity, QuantityError};
 pub use resample::{Resampler, resample};

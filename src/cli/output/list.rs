@@ -17,7 +17,10 @@ use std::{
 use sha2::{Digest, Sha256};
 
 use super::OutputError;
-use crate::{cli::timing, measurement::sha256};
+use crate::{
+    cli::timing,
+    measurement::{hexadecimal, sha256},
+};
 
 /// Name of the list in a finished folder.
 pub const LIST: &str = ".granchain";
@@ -195,10 +198,6 @@ pub fn digest_of_file(name: &str, path: &Path) -> Result<String, OutputError> {
         }
     };
     read().map_err(OutputError::io("read", path))
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn is_digest(text: &str) -> bool {

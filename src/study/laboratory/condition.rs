@@ -383,8 +383,6 @@ impl Setting {
             Benches => {
                 (beads, radius) = (r.random_range(3..=8), (r.random_range(0.4e-3_f64..1e-3) * 1e5).round() / 1e5);
                 frequency = (r.random_range(40e3_f64..100e3) / 100.0).round() * 100.0;
-                // The law of the annulus is that of beads of 0.5 mm.
-                support = if support == "annulus" { "rigid" } else { support };
                 let aluminium = r.random();
                 material = if aluminium { "aluminium" } else { material };
                 ring_up *= 73e3 / frequency;
@@ -422,11 +420,7 @@ impl Setting {
             OtherLaw => told_law = !linear,
             BeadFewer => true_beads = Some(beads - 1),
             BeadMore => true_beads = Some(beads + 1),
-            Radius => {
-                // The law of the annulus is that of beads of 0.5 mm.
-                support = if support == "annulus" { "rigid" } else { support };
-                truth.push(format!("chain.radius={}", 1.1 * radius));
-            }
+            Radius => truth.push(format!("chain.radius={}", 1.1 * radius)),
             FirstGap => first_gap = 20e-9,
             Sign => lab.gain = -1.0,
             ScaleUp => lab.gain = 10.0,
@@ -450,6 +444,10 @@ impl Setting {
                 lab.lost = Some(r.random_range(6.0..10.0));
                 (lab.before, lab.start_s, lab.shift_s) = (0.0, 0.0, 0.0);
             }
+        }
+        // The law of the annulus is that of beads of 0.5 mm.
+        if matches!(condition, Benches | Radius) && support == "annulus" {
+            support = "rigid";
         }
         if condition != Cut {
             lab.end = cycles + 12.0;
