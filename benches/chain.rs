@@ -40,6 +40,7 @@ fn rigid(beads: usize, integrator: Integrator) -> Scene {
         contact_law: ContactLaw::Hertz,
         duration: 120e-6,
         output_step: 1e-7,
+        vibrometer_bandwidth: 1.5e6,
         model: ModelSettings::chain(integrator),
     }
 }

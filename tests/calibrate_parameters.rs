@@ -8,13 +8,17 @@ use calibrate_bench::{ALPHA, Bench, code, stderr, table};
 use granchain::{
     calibration::{
         forward::{Forward, Uncertainty},
-        observation::{Observation, Recording},
+        observation::{Observation, Passband, Recording},
         parameter::Parameter,
     },
     feature::{Measurand, fingerprint::FeatureSet},
-    model,
+    model::{self, chain::ensemble::Variation},
     scene::{self, Scene},
-    signal::{Conditioning, Series},
+    signal::{Conditioning, LowPass, Series},
+    study::{
+        Bodies, EnsemblePlan,
+        confirmation::{Predicted, confirm},
+    },
 };
 use serde_json::Value;
 use std::sync::Arc;
@@ -158,12 +162,12 @@ fn bench_scene(sets: &[&str]) -> Scene {
     scene::load("annulus", &sets.iter().map(|set| (*set).to_owned()).collect::<Vec<_>>()).unwrap()
 }
 
-/// A forward model of `names` for a record of `scene` seen through `bandwidth`.
-fn forward(scene: &Scene, names: &[&str], bandwidth: Option<f64>, uncertainty: Uncertainty) -> Forward {
+/// A record of `scene` seen through `bandwidth`, which it does not state.
+fn recording(scene: &Scene, bandwidth: Option<f64>) -> Recording {
     let made = model::run(scene, &mut |_| true).unwrap().pole_velocity;
     let lab = Conditioning { bandwidth, delay: 0.0, invert: false, start: 0.0, step: 2e-7, count: 2100 };
     let signal: Series = lab.apply(&made);
-    let recording = Recording {
+    Recording {
         measurand: Measurand::Velocity,
         signal,
         noise_rms: 0.0,
@@ -171,8 +175,12 @@ fn forward(scene: &Scene, names: &[&str], bandwidth: Option<f64>, uncertainty: U
         quiet: 0,
         clipped: [None; 2],
         begins_late: false,
-    };
-    let observation = Observation::new(&recording, &scene.drive, FeatureSet::Full).unwrap();
+    }
+}
+
+/// A forward model of `names` for a record.
+fn forward(scene: &Scene, names: &[&str], recording: &Recording, uncertainty: Uncertainty) -> Forward {
+    let observation = Observation::new(recording, &scene.drive, FeatureSet::Full).unwrap();
     let parameters = names.iter().flat_map(|name| Parameter::named(name, scene).unwrap()).collect();
     Forward::new(scene, parameters, observation, uncertainty, 1, Arc::new(|_| true)).unwrap()
 }
@@ -204,22 +212,26 @@ fn every_parameter_meets_its_own_record_at_its_truth_and_misses_it_elsewhere() {
         ("support_stiffness", "support.stiffness_factor=0.6", 0.6, 1.2),
         ("gap", "chain.gaps.contact1=40nm", 4e-8, 2e-7),
     ] {
-        let forward = forward(&bench_scene(&[set]), &[name], None, EXACT);
+        let scene = bench_scene(&[set]);
+        let forward = forward(&scene, &[name], &recording(&scene, None), EXACT);
         let (there, away) = (off(&forward, &[value]), off(&forward, &[elsewhere]));
         assert!(there < 0.03 && away > 5.0 * there && away > 0.1, "{name}: {there} {away}");
     }
-    let slow = forward(&bench_scene(&[]), &["bandwidth"], Some(3e5), EXACT);
+    let scene = bench_scene(&[]);
+    let slow = forward(&scene, &["bandwidth"], &recording(&scene, Some(3e5)), EXACT);
     let (there, away) = (off(&slow, &[3e5]), off(&slow, &[9e5]));
     assert!(there < 0.03 && away > 0.1, "bandwidth: {there} {away}");
-    let both = forward(&bench_scene(&BOTH), &["damping"], None, EXACT);
+    let scene = bench_scene(&BOTH);
+    let both = forward(&scene, &["damping"], &recording(&scene, None), EXACT);
     assert!(off(&both, &[0.2, 2000.0]) < 0.03 && off(&both, &[0.2, 200.0]) > 0.1 && off(&both, &[0.02, 2000.0]) > 0.05);
 }
 
 #[test]
 fn every_nuisance_is_drawn_anew_and_what_is_fitted_is_not() {
     let scene = bench_scene(&[]);
+    let recording = recording(&scene, None);
     let spread = |names: &[&str], uncertainty| {
-        let forward = forward(&scene, names, None, uncertainty);
+        let forward = forward(&scene, names, &recording, uncertainty);
         let at: Vec<f64> = vec![0.4; forward.parameters.len()];
         let runs = forward.run(0, &[at.clone(), at.clone(), at]);
         let peaks: Vec<f64> = runs.iter().map(|run| run.features().unwrap()[0]).collect();
@@ -234,4 +246,35 @@ fn every_nuisance_is_drawn_anew_and_what_is_fitted_is_not() {
         assert!(spread(&["alpha"], drawn) > 1e-4, "{name}");
         assert_eq!(spread(&["alpha", name], drawn), 0.0, "{name}");
     }
+}
+
+/// Of identical runs the drive's line scatters by what the fall of the decoder leaves of it: between all and the Gaussian's gain at f0.
+#[test]
+fn what_is_not_known_of_a_decoder_is_in_the_prediction() {
+    let scene = bench_scene(&[]);
+    let bandwidth = 3e5;
+    let recording = Recording { bandwidth: Some(bandwidth), ..recording(&scene, Some(bandwidth)) };
+    let forward = forward(&scene, &["alpha"], &recording, EXACT);
+    let position = [forward.parameters[0].coordinate(0.6)];
+    let passbands: Vec<Option<Passband>> =
+        (0..12).map(|number| forward.passband(&position, || f64::from(number) / 11.0)).collect();
+    let variations = vec![Variation::of(&scene); passbands.len()];
+    let observation = Observation::new(&recording, &scene.drive, FeatureSet::Full).unwrap();
+    let predicted = Predicted { scene: scene.clone(), variations, passbands };
+    let plan = EnsemblePlan::new(12, 1);
+    let confirmed =
+        confirm(&scene, &Bodies::new(None), &recording, &observation, (&plan, Some(&predicted)), recording.passband());
+    let line =
+        confirmed.unwrap().features.into_iter().find(|feature| feature.key == "line_1").unwrap().simulated.unwrap();
+    let slow = LowPass::gaussian_gain(scene.drive.frequency, bandwidth);
+    // Deviation of a sample of n even steps from 0 to 1: √(n (n + 1)/12)/(n − 1). A burst of 20 cycles has a line 10 % wide, and the loss grows
+    // as the square of the frequency: 4 %.
+    let deviation = (1.0 - slow) * 13f64.sqrt() / 11.0;
+    let share = line.scatter / line.mean;
+    assert!((share / (deviation / (0.5 * (1.0 + slow))) - 1.0).abs() < 0.04, "{share} {deviation}");
+    // A fitted band is what the fit says, with nothing left open.
+    let fitted = self::forward(&scene, &["bandwidth"], &recording, EXACT);
+    let at = [fitted.parameters[0].coordinate(2.5e5)];
+    let passband = fitted.passband(&at, || 0.3).unwrap();
+    assert!((passband.bandwidth / 2.5e5 - 1.0).abs() < 1e-12 && passband.steepness == 1.0, "{passband:?}");
 }

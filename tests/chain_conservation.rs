@@ -29,6 +29,7 @@ fn scene(support: Support, kind: DampingKind) -> Scene {
         contact_law: ContactLaw::Hertz,
         duration: 200e-6,
         output_step: 1e-7,
+        vibrometer_bandwidth: 1.5e6,
         model: ModelSettings::chain(Integrator::DormandPrince853 { tolerance: 1e-9 }),
     }
 }

@@ -45,6 +45,7 @@ fn rigid(tolerance: f64) -> Scene {
         contact_law: ContactLaw::Hertz,
         duration: 120e-6,
         output_step: 1e-7,
+        vibrometer_bandwidth: 1.5e6,
         model: ModelSettings::chain(Integrator::DormandPrince853 { tolerance }),
     }
 }

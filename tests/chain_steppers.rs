@@ -34,6 +34,7 @@ fn scene(support: Support, kind: DampingKind) -> Scene {
         contact_law: ContactLaw::Hertz,
         duration: 200e-6,
         output_step: 1.0 / (73e3 * 160.0),
+        vibrometer_bandwidth: 1.5e6,
         model: ModelSettings::chain(Integrator::DormandPrince853 { tolerance: 1e-10 }),
     }
 }

@@ -184,6 +184,12 @@ impl Fit {
     pub fn values(&self) -> Vec<f64> {
         self.estimates.iter().map(|estimate| estimate.value).collect()
     }
+
+    /// The same in unit coordinates.
+    #[must_use]
+    pub fn position(&self) -> Vec<f64> {
+        self.parameters.iter().zip(self.values()).map(|(parameter, value)| parameter.coordinate(value)).collect()
+    }
 }
 
 /// Why there is no fit.

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     comparison::Comparison,
     engine::Engine,
-    observation::clip,
+    observation::{Passband, clip},
     parameter::{Parameter, Target},
     posterior::Posterior,
     rung::{Rung, Stopped},
@@ -131,46 +131,8 @@ pub type TimedRun = (Run, Option<f64>);
 /// Called with the number of runs finished; returning `false` stops the search after the current batch.
 pub type Watch = dyn Fn(u64) -> bool + Send + Sync;
 
-/// A decoder of which the bandwidth alone is stated: it may fall as steeply as a digital filter or as slowly as a Bessel filter. Every run draws where
-/// in between.
-#[derive(Debug, Clone)]
-struct Decoder {
-    bandwidth: f64,
-    len: usize,
-    steep: LowPass,
-    slow: LowPass,
-}
-
 /// Bandwidth over the highest frequency that is compared, from which even a slow decoder takes less than 5 % of it.
 const UNFELT: f64 = 4.0;
-
-impl Decoder {
-    /// Of what a record states, where it is felt in what is compared; none where the bandwidth is fitted.
-    fn of(comparison: &Comparison, parameters: &[Parameter], (step, len): (f64, usize)) -> Option<Self> {
-        let stated = comparison.bandwidth.filter(|stated| *stated < UNFELT * comparison.cutoff)?;
-        let fitted = parameters.iter().any(|parameter| parameter.target == Target::Bandwidth);
-        (!fitted).then(|| Self {
-            bandwidth: stated,
-            len,
-            steep: LowPass::new(step, len, stated),
-            slow: LowPass::gaussian(step, len, stated),
-        })
-    }
-
-    fn passes(&self, trace: &mut Series, random: &mut ChaCha8Rng) {
-        let (step, len) = (trace.step, trace.len());
-        let [steep, slow] = if len == self.len {
-            [self.steep.apply(&trace.values), self.slow.apply(&trace.values)]
-        } else {
-            [LowPass::new(step, len, self.bandwidth), LowPass::gaussian(step, len, self.bandwidth)]
-                .map(|filter| filter.apply(&trace.values))
-        };
-        let share: f64 = random.random();
-        for ((value, steep), slow) in trace.values.iter_mut().zip(steep).zip(slow) {
-            *value = slow + share * (steep - slow);
-        }
-    }
-}
 
 /// The scene, ready to be run at any point of the box and compared with one record.
 #[derive(Clone)]
@@ -186,7 +148,6 @@ pub struct Forward {
     engine: Engine,
     laws: Option<FiniteBodyLaws>,
     low_pass: LowPass,
-    decoder: Option<Decoder>,
     noise_rms: f64,
     watch: Arc<Watch>,
     /// What makes the runs in place of the chain.
@@ -233,7 +194,6 @@ impl Forward {
         let step = period / STEPS_PER_CYCLE as f64;
         let len = engine.samples();
         let low_pass = LowPass::new(step, len, comparison.cutoff);
-        let decoder = Decoder::of(&comparison, &parameters, (step, len));
         let noise_rms = (comparison.noise_density * 0.5 / step).sqrt();
         let base = Variation::of(&scene);
         Ok(Self {
@@ -246,7 +206,6 @@ impl Forward {
             engine,
             laws: laws.cloned(),
             low_pass,
-            decoder,
             noise_rms,
             watch,
             above: None,
@@ -374,13 +333,15 @@ impl Forward {
         variation
     }
 
-    /// What further runs of the bench would be: `count` points drawn from a posterior, each under nuisances drawn anew.
+    /// What further runs of the bench would be, and what the instrument would let through of each: `count` points drawn from a posterior, each under
+    /// nuisances drawn anew.
     #[must_use]
-    pub fn predicted(&self, posterior: &Posterior, count: usize) -> Vec<Variation> {
+    pub fn predicted(&self, posterior: &Posterior, count: usize) -> Vec<(Variation, Option<Passband>)> {
         let draw = |number: usize| {
             let mut random = self.generator(PREDICTED + number as u64);
             let at = posterior.draw(1.0, &mut random);
-            self.variation(&at, &mut random)
+            let variation = self.variation(&at, &mut random);
+            (variation, self.passband(&at, || random.random()))
         };
         (0..count).map(draw).collect()
     }
@@ -408,10 +369,8 @@ impl Forward {
 
     /// The instrument's bandwidth, the record's own noise, the cutoff of both.
     fn condition(&self, position: &[f64], mut trace: Series, random: &mut ChaCha8Rng) -> Series {
-        if let Some(decoder) = &self.decoder {
-            decoder.passes(&mut trace, random);
-        } else if let Some(bandwidth) = self.fitted_bandwidth(position) {
-            trace.values = LowPass::new(trace.step, trace.len(), bandwidth).apply(&trace.values);
+        if let Some(passband) = self.passband(position, || random.random()) {
+            trace = passband.pass(&trace);
         }
         if self.noise_rms > 0.0 {
             for value in &mut trace.values {
@@ -423,10 +382,15 @@ impl Forward {
         self.filtered(&trace)
     }
 
-    /// Of the instrument, Hz, where it is fitted.
-    fn fitted_bandwidth(&self, position: &[f64]) -> Option<f64> {
-        let mut fitted = self.parameters.iter().zip(position).filter(|(it, _)| it.target == Target::Bandwidth);
-        fitted.next().map(|(parameter, u)| parameter.value(*u))
+    /// What the instrument lets through of a run at `position`, where that is felt in what is compared. A fitted band falls as a digital filter. One of
+    /// which the bandwidth alone is stated may fall as steeply as that or as slowly as a Bessel filter: `steepness` says how this one does.
+    pub fn passband(&self, position: &[f64], steepness: impl FnOnce() -> f64) -> Option<Passband> {
+        let mut parameters = self.parameters.iter().zip(position);
+        if let Some((fitted, &u)) = parameters.find(|(parameter, _)| parameter.target == Target::Bandwidth) {
+            return Some(Passband { bandwidth: fitted.value(u), steepness: 1.0 });
+        }
+        let stated = self.comparison.bandwidth.filter(|stated| *stated < UNFELT * self.comparison.cutoff)?;
+        Some(Passband { bandwidth: stated, steepness: steepness() })
     }
 
     fn filtered(&self, trace: &Series) -> Series {

@@ -53,6 +53,27 @@ pub struct Recording {
     pub begins_late: bool,
 }
 
+/// Steepness of an instrument of which nothing but the bandwidth is stated, where one has to be chosen: halfway between what it may be.
+pub const HALFWAY: f64 = 0.5;
+
+/// What an instrument passes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passband {
+    /// Its −6 dB point, Hz.
+    pub bandwidth: f64,
+    /// How it falls beyond: 1 as a digital filter, 0 as a Gaussian; [`LowPass::falling`].
+    pub steepness: f64,
+}
+
+impl Passband {
+    /// What is left of a trace.
+    #[must_use]
+    pub fn pass(&self, trace: &Series) -> Series {
+        let low_pass = LowPass::falling(trace.step, trace.len(), self.bandwidth, self.steepness);
+        Series::new(trace.start, trace.step, low_pass.apply(&trace.values))
+    }
+}
+
 /// Samples as an input shows them that was clipped there, if it was.
 pub fn clip(values: &mut [f64], [low, high]: [Option<f64>; 2]) {
     let (low, high) = (low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY));
@@ -78,6 +99,12 @@ impl Recording {
             clipped: record.clipped,
             begins_late,
         }
+    }
+
+    /// What its instrument lets through, as far as it is stated.
+    #[must_use]
+    pub fn passband(&self) -> Option<Passband> {
+        self.bandwidth.map(|bandwidth| Passband { bandwidth, steepness: HALFWAY })
     }
 
     /// One-sided density of its noise in what is compared, given the signal below `cutoff` (Hz): white up to half the sample rate, as that of a

@@ -29,7 +29,7 @@ use crate::{
     feature::{FeatureError, FeatureSettings, Features, PressureFeatures, PressureSettings, Window, measure_pressure},
     model::{ModelError, Prepared, chain::FiniteBodyLaws, fea::PeakStress},
     report::{heard as pressure_page, replay as page, von_mises},
-    response::{EnergyLedger, Response, SolverWork, write_csv},
+    response::{EnergyLedger, ObservedPoint, Response, SolverWork, write_csv},
     scene::{Effect, ModelKind, Scene, effects},
     study::{
         Bodies, EnsemblePlan, ensemble, observation,
@@ -85,7 +85,9 @@ pub struct Summary {
     pub program: String,
     /// Scene as named on the command line.
     pub scene: String,
-    /// What was measured on the pole's velocity.
+    /// Where on the last bead its velocity was measured, below the scene's `vibrometer.bandwidth`.
+    pub observed: ObservedPoint,
+    /// What was measured of it.
     pub features: Features,
     /// What was measured on the pressure at each field point, where there is water.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -218,7 +220,7 @@ impl Job<'_> {
             (response, None, None)
         };
         timing.stage("run");
-        let features = observation::measure_response(&response, settings)?;
+        let features = observation::measure_response(scene, &response, settings)?;
         let pressure = heard(scene, &response, features.window)?;
         timing.stage("features");
         let plan = arguments.ensemble.map(|members| EnsemblePlan::new(members as usize, session.seed()));
@@ -245,6 +247,7 @@ impl Job<'_> {
             effects: effects(scene),
             assumptions,
             warnings: experiment.warnings().to_vec(),
+            observed: response.observed,
             drive_origin_s: experiment.drive.as_ref().map(|drive| drive.motion.origin),
             inputs: summary::Inputs::new(experiment, calibrated)?,
             features,
@@ -299,7 +302,7 @@ fn write(
     folder.write("summary.json", summary::json(summary)?)?;
     interrupt::check()?;
     timing.stage("write");
-    let mut figures = page::figures(response, &summary.features)?;
+    let mut figures = page::figures(response, &observation::seen(scene, response), &summary.features)?;
     figures.extend(pressure_page::figures(response, summary.pressure.iter().map(|heard| &heard.features))?);
     let stress = peak.map(|peak| ("von_mises", von_mises::figure(peak)));
     for (name, figure) in figures.into_iter().chain(stress) {

@@ -19,7 +19,6 @@ use crate::{
     study::{
         EnsembleOutcome, EnsemblePlan, Spread,
         observation::{Watched, watched},
-        published::Published,
     },
 };
 
@@ -197,7 +196,7 @@ pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) 
         ),
     );
     row("damping", damping(scene));
-    row("peaks", peaks(features.peaks.positive, features.peaks.negative, summary.published.as_ref()));
+    row("peaks", peaks(scene, summary));
     row("lines", lines(summary));
     row("distortion", format!("{} (rms of the drive's harmonics over total rms)", fixed(features.thd, 3)));
     row(
@@ -299,10 +298,16 @@ fn damping(scene: &Scene) -> String {
     }
 }
 
-fn peaks(positive: f64, negative: f64, published: Option<&Published>) -> String {
+fn peaks(scene: &Scene, summary: &Summary) -> String {
     let pair = |positive: f64, negative: f64| format!("+{}/{}", fixed(1e3 * positive, 0), fixed(1e3 * negative, 0));
-    let mut text = format!("{} mm/s at the pole of the last bead", pair(positive, negative));
-    if let Some(published) = published {
+    let found = &summary.features.peaks;
+    let mut text = format!(
+        "{} mm/s at the {} of the last bead, below {}",
+        pair(found.positive, found.negative),
+        summary.observed.name(),
+        engineering(scene.vibrometer_bandwidth, "Hz", 3)
+    );
+    if let Some(published) = &summary.published {
         let measured = published.measured;
         let _ = write!(text, "; printed: measured {}", pair(measured.positive_m_per_s, measured.negative_m_per_s));
         if let Some(simulated) = published.simulated {

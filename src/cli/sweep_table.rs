@@ -11,7 +11,7 @@ use super::{
 use crate::{
     calibration::bench::Bench,
     report::{
-        number::fixed,
+        number::{engineering, fixed},
         sweep::{SweepCurve, SweepPoint, SweepReport},
     },
     scene::{Key, Scene, ValueKind},
@@ -303,7 +303,8 @@ impl SweepTable<'_> {
         if self.runs.len() > MOST_ROWS {
             let _ = writeln!(text, "… {} rows more", self.runs.len() - MOST_ROWS);
         }
-        text.push_str("Peaks at the pole of the last bead; ratios are amplitudes over the drive line's.\n");
+        let below = engineering(self.scene.vibrometer_bandwidth, "Hz", 3);
+        let _ = writeln!(text, "Peaks of the last bead below {below}; ratios are amplitudes over the drive line's.");
         if has_water {
             text.push_str("Pressure at the first field point; dB: level at 0.95 MHz re the drive's line.\n");
         }

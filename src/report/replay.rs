@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     feature::{FeatureError, Features, Ratio, amplitude_spectrum},
-    response::Response,
+    response::{ObservedPoint, Response},
     signal::Series,
 };
 
@@ -19,14 +19,18 @@ const LOWEST_LEVEL: f64 = 1e-4;
 ///
 /// # Errors
 /// When the spectrum of the last bead's velocity cannot be taken.
-pub fn figures(response: &Response, features: &Features) -> Result<Vec<(&'static str, Figure)>, FeatureError> {
-    let mut figures = vec![("response", response_figure(response))];
+pub fn figures(
+    response: &Response,
+    seen: &Series,
+    features: &Features,
+) -> Result<Vec<(&'static str, Figure)>, FeatureError> {
+    let mut figures = vec![("response", response_figure(response, seen))];
     figures.extend(chain_figure(response, features.drive_frequency_hz).map(|figure| ("chain", figure)));
-    figures.push(("spectrum", spectrum_figure(response, features)?));
+    figures.push(("spectrum", spectrum_figure(response.observed, seen, features)?));
     Ok(figures)
 }
 
-fn response_figure(response: &Response) -> Figure {
+fn response_figure(response: &Response, seen: &Series) -> Figure {
     let time = || Axis::new("Time", "µs").times(1e6);
     let piston = Panel::new(time(), Axis::new("Displacement", "µm").times(1e6)).titled("(a) piston").height(30.0).line(
         "",
@@ -37,7 +41,7 @@ fn response_figure(response: &Response) -> Figure {
     let seen = Panel::new(time(), Axis::new("Velocity", "mm/s").times(1e3))
         .titled(format!("(b) {place} of the last bead"))
         .height(45.0)
-        .line("", trace(response.observed_velocity()), Stroke::new(Colour::Vermillion));
+        .line("", trace(seen), Stroke::new(Colour::Vermillion));
     Figure::new(format!("Displacement of the piston and velocity of the last bead's {place}"))
         .sized(PAGE_WIDTH_MM, 1)
         .panel(piston)
@@ -130,8 +134,8 @@ fn force_map(response: &Response, start: f64, end: f64) -> Option<Map> {
     Some(Map { x: (0..columns).map(middle).collect(), y: (0..forces.len()).map(|j| j as f64).collect(), values })
 }
 
-fn spectrum_figure(response: &Response, features: &Features) -> Result<Figure, FeatureError> {
-    let spectrum = amplitude_spectrum(response.observed_velocity(), features.window)?;
+fn spectrum_figure(observed: ObservedPoint, seen: &Series, features: &Features) -> Result<Figure, FeatureError> {
+    let spectrum = amplitude_spectrum(seen, features.window)?;
     let drive = features.line(Ratio::ONE).map_or(0.0, |line| line.amplitude);
     let largest = spectrum.amplitudes.iter().copied().fold(drive, f64::max);
     let highest = HIGHEST_RATIO * features.drive_frequency_hz;
@@ -151,7 +155,7 @@ fn spectrum_figure(response: &Response, features: &Features) -> Result<Figure, F
             panel.mark_x(ratio.value() * features.drive_frequency_hz, ratio.to_string())
         })
         .line("", points, Stroke::new(Colour::Vermillion));
-    Ok(Figure::new(format!("Spectrum of the velocity of the last bead's {}, Hann window over the drive; fractions of the drive frequency marked", response.observed.name()))
+    Ok(Figure::new(format!("Spectrum of the velocity of the last bead's {}, Hann window over the drive; fractions of the drive frequency marked", observed.name()))
         .sized(PAGE_WIDTH_MM, 1)
         .panel(panel))
 }

@@ -18,6 +18,8 @@ use crate::signal::{Dimension, Quantity};
 
 /// Default interval of the output samples, s.
 pub const DEFAULT_OUTPUT_STEP: f64 = 1e-7;
+/// `vibrometer.bandwidth` unless set, Hz: of a decoder of this class; the lowest mode of a 1 mm steel bead rings at 2.6 MHz.
+pub const DEFAULT_VIBROMETER_BANDWIDTH: f64 = 1.5e6;
 /// Default of c, N·s/m: the paper's linear dashpots.
 pub const DEFAULT_LINEAR_DAMPING: f64 = 0.3;
 /// Default of γ, N·s·m^(-3/2): the paper's Kuwabara–Kono dashpots.
@@ -197,6 +199,12 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
         let expected = format!("at most {MOST_SAMPLES} samples in {}", time(duration));
         return Err(reader.out_of_range("output_step", expected, time(output_step)));
     }
+    let bandwidth = reader.quantity("vibrometer.bandwidth", Dimension::FREQUENCY, Bound::Positive)?;
+    let vibrometer_bandwidth = bandwidth.unwrap_or(DEFAULT_VIBROMETER_BANDWIDTH);
+    if bandwidth.is_some_and(|bandwidth| bandwidth <= drive.frequency) {
+        let expected = format!("above the drive frequency {}", frequency(drive.frequency));
+        return Err(reader.out_of_range("vibrometer.bandwidth", expected, frequency(vibrometer_bandwidth)));
+    }
     let support = support(reader, &chain)?;
     let water = match &support {
         Support::Disc { shape, .. } => water::read(reader, shape)?,
@@ -217,11 +225,16 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
         amplitude_scale,
         duration,
         output_step,
+        vibrometer_bandwidth,
     })
 }
 
 pub(super) fn length(value: f64) -> String {
     Quantity::new(value, Dimension::LENGTH).to_string()
+}
+
+fn frequency(value: f64) -> String {
+    Quantity::new(value, Dimension::FREQUENCY).to_string()
 }
 
 pub(super) fn time(value: f64) -> String {

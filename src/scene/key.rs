@@ -72,6 +72,11 @@ pub const KEYS: &[Key] = &[
     quantity("alpha", Dimension::NONE, "α, factor on the drive"),
     quantity("duration", Dimension::TIME, "simulated time"),
     quantity("output_step", Dimension::TIME, "interval of the output samples"),
+    quantity(
+        "vibrometer.bandwidth",
+        Dimension::FREQUENCY,
+        "bandwidth (−6 dB) below which simulated velocities are measured; of half the output's sample rate, all of it",
+    ),
     key("chain.beads", ValueKind::Count, "number of beads N, 1 to 1000"),
     quantity("chain.radius", Dimension::LENGTH, "radius of a bead"),
     key("chain.material", ValueKind::Text, "material of the beads"),

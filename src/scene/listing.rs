@@ -153,6 +153,7 @@ impl Scene {
         settings.quantity("alpha", self.amplitude_scale, Dimension::NONE);
         settings.quantity("duration", self.duration, Dimension::TIME);
         settings.quantity("output_step", self.output_step, Dimension::TIME);
+        settings.quantity("vibrometer.bandwidth", self.vibrometer_bandwidth, Dimension::FREQUENCY);
         self.chain_settings(&mut settings);
         settings.text("piston.contact", flat_word(self.piston));
         self.drive_settings(&mut settings);

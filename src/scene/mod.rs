@@ -59,8 +59,8 @@ pub use fea::{
     ContactMass, DEFAULT_CONTACT_PATCH, DEFAULT_FEA_STEP, DEFAULT_MESH_DENSITY, Elements, FeaSettings, Scheme,
 };
 pub use file::{
-    DEFAULT_KUWABARA_KONO_DAMPING, DEFAULT_LINEAR_DAMPING, DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, Loaded, MOST_BEADS,
-    load, load_preferring, load_text, load_with_notes,
+    DEFAULT_KUWABARA_KONO_DAMPING, DEFAULT_LINEAR_DAMPING, DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE,
+    DEFAULT_VIBROMETER_BANDWIDTH, Loaded, MOST_BEADS, load, load_preferring, load_text, load_with_notes,
 };
 pub use key::{KEYS, Key, ValueKind};
 pub use listing::{Setting, SettingValue};
@@ -104,6 +104,8 @@ pub struct Scene {
     /// Interval of the output samples, s. Where a model has a fixed step of its own (finite elements, reduced, any in front of a disc), it is a whole multiple of it: on loading, a
     /// step that does not divide it is shortened to the next that does, and a note says so.
     pub output_step: f64,
+    /// Bandwidth (−6 dB) of the vibrometer's decoder, Hz: what is measured of a simulated velocity is measured below it. Output is not filtered.
+    pub vibrometer_bandwidth: f64,
     /// How the run is computed.
     pub model: ModelSettings,
 }

@@ -50,24 +50,37 @@ impl LowPass {
     /// Plan for series of `len` samples every `step` seconds and a −6 dB point at `cutoff` (Hz, positive).
     #[must_use]
     pub fn new(step: f64, len: usize, cutoff: f64) -> Self {
-        let cutoff = cutoff * step;
-        if len < 2 || cutoff >= 0.5 {
-            return Self { len, plan: None };
-        }
-        let exact = half_length(TRANSITION * cutoff).min((len - 1) as f64);
-        Self::planned(len, exact, |x| windowed_sinc(x, cutoff, exact))
+        Self::falling(step, len, cutoff, 1.0)
     }
 
     /// The same with the slow fall of a Bessel filter or an analogue decoder: gain exp(−ln 2 (f/cutoff)²), 0.84 at half the cutoff, ½ at it.
     #[must_use]
     pub fn gaussian(step: f64, len: usize, cutoff: f64) -> Self {
-        // σ of the kernel, samples: its transform exp(−2 (π σ f)²) is ½ at the cutoff.
-        let sigma = (0.5 * std::f64::consts::LN_2).sqrt() / (std::f64::consts::PI * cutoff * step);
-        if len < 2 || sigma < 0.2 {
+        Self::falling(step, len, cutoff, 0.0)
+    }
+
+    /// Between the two: `steepness` of [`LowPass::new`], the rest of [`LowPass::gaussian`].
+    #[must_use]
+    pub fn falling(step: f64, len: usize, cutoff: f64, steepness: f64) -> Self {
+        let longest = len.saturating_sub(1);
+        let cycles = cutoff * step;
+        // σ of the Gaussian kernel, samples: its transform exp(−2 (π σ f)²) is ½ at the cutoff.
+        let sigma = (0.5 * std::f64::consts::LN_2).sqrt() / (std::f64::consts::PI * cycles);
+        let steep = (steepness > 0.0 && cycles < 0.5).then(|| {
+            let exact = half_length(TRANSITION * cycles).min(longest as f64);
+            symmetric(exact, longest, |x| windowed_sinc(x, cycles, exact))
+        });
+        let slow = (steepness < 1.0 && sigma >= 0.2)
+            .then(|| symmetric((6.0 * sigma).min(longest as f64), longest, |x| (-0.5 * (x / sigma).powi(2)).exp()));
+        if len < 2 || steep.is_none() && slow.is_none() {
             return Self { len, plan: None };
         }
-        let exact = (6.0 * sigma).min((len - 1) as f64);
-        Self::planned(len, exact, |x| (-0.5 * (x / sigma).powi(2)).exp())
+        let [steep, slow] = [steep, slow].map(|kernel| kernel.unwrap_or_else(|| vec![1.0]));
+        let mixed = (0..usize::max(steep.len(), slow.len())).map(|i| {
+            let at = |kernel: &[f64]| kernel.get(i).copied().unwrap_or(0.0);
+            steepness * at(&steep) + (1.0 - steepness) * at(&slow)
+        });
+        Self::planned(len, &mixed.collect::<Vec<_>>())
     }
 
     /// Gain of [`LowPass::gaussian`] at a frequency, Hz.
@@ -76,23 +89,20 @@ impl LowPass {
         (-std::f64::consts::LN_2 * (frequency / cutoff).powi(2)).exp()
     }
 
-    /// Of a symmetric kernel that reaches `exact` samples.
-    fn planned(len: usize, exact: f64, kernel_at: impl Fn(f64) -> f64) -> Self {
-        let half = (exact.ceil() as usize).min(len - 1);
+    /// Of the right half of a symmetric kernel.
+    fn planned(len: usize, right: &[f64]) -> Self {
+        let half = right.len() - 1;
         let size = fast_size(len + 2 * half);
         let mut kernel = vec![0.0; size];
-        let mut sum = 0.0;
-        for i in 0..=half {
-            let weight = kernel_at(i as f64);
+        for (i, &weight) in right.iter().enumerate() {
             kernel[i] = weight;
             kernel[(size - i) % size] = weight;
-            sum += if i == 0 { weight } else { 2.0 * weight };
         }
         let mut planner = RealFftPlanner::new();
         let (forward, backward) = (planner.plan_fft_forward(size), planner.plan_fft_inverse(size));
         let mut spectrum = forward.make_output_vec();
         transform(forward.as_ref(), &mut kernel, &mut spectrum);
-        let scale = 1.0 / (sum * size as f64);
+        let scale = 1.0 / size as f64;
         // Symmetric kernel: the spectrum is real.
         let gain = spectrum.iter().map(|bin| bin.re * scale).collect();
         Self { len, plan: Some(Plan { half, gain, forward, backward }) }
@@ -131,6 +141,15 @@ impl LowPass {
         work.truncate(len);
         work
     }
+}
+
+/// Right half of a symmetric kernel of sum 1 that reaches `exact` samples, of which the series has `longest` to either side.
+fn symmetric(exact: f64, longest: usize, kernel_at: impl Fn(f64) -> f64) -> Vec<f64> {
+    let half = (exact.ceil() as usize).min(longest);
+    let mut right: Vec<f64> = (0..=half).map(|i| kernel_at(i as f64)).collect();
+    let sum = right[0] + 2.0 * right[1..].iter().sum::<f64>();
+    right.iter_mut().for_each(|weight| *weight /= sum);
+    right
 }
 
 fn transform(plan: &dyn RealToComplex<f64>, input: &mut [f64], output: &mut [realfft::num_complex::Complex<f64>]) {
@@ -187,6 +206,20 @@ mod tests {
                 assert!((seen[i] - gain * tone[i]).abs() < 1e-6, "{frequency}: {} {}", seen[i], gain * tone[i]);
             }
         }
+    }
+
+    #[test]
+    fn between_steep_and_gaussian_it_is_the_mixture_of_both() {
+        let series = tone(0.9e6, 0.4);
+        let pass = |steepness| LowPass::falling(STEP, 8000, 1.25e6, steepness).apply(&series.values);
+        let (slow, mixed, steep) = (pass(0.0), pass(0.3), pass(1.0));
+        assert_eq!(steep, low_pass(&series, 1.25e6).values);
+        for i in 0..8000 {
+            assert!((mixed[i] - (0.3 * steep[i] + 0.7 * slow[i])).abs() < 1e-13, "{i}");
+        }
+        // A cutoff beyond half the sample rate: all of the steep part passes.
+        let wide = |steepness| LowPass::falling(STEP, 8000, 6e6, steepness).apply(&series.values)[4000];
+        assert!((wide(0.5) - 0.5 * (series.values[4000] + wide(0.0))).abs() < 1e-13);
     }
 
     #[test]

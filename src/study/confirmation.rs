@@ -20,7 +20,7 @@ use super::{
 use crate::{
     calibration::{
         engine::trace,
-        observation::{Observation, Recording, clip},
+        observation::{Observation, Passband, Recording, clip},
         printed::Printed,
     },
     feature::{
@@ -114,6 +114,8 @@ pub struct Predicted {
     pub scene: Scene,
     /// What each run changes in it.
     pub variations: Vec<Variation>,
+    /// What the instrument lets through of each; none lets all through.
+    pub passbands: Vec<Option<Passband>>,
 }
 
 /// The scene that is run perturbed, and how: what a fit predicts, else the plan's own jitter.
@@ -136,17 +138,10 @@ struct Laboratory<'a> {
 }
 
 impl Laboratory<'_> {
-    fn sees(&self, trace: &Series) -> Series {
-        let record = &self.recording.signal;
-        let mut seen = Conditioning {
-            bandwidth: self.recording.bandwidth.filter(|bandwidth| *bandwidth < 0.5 / trace.step),
-            delay: self.offset,
-            invert: false,
-            start: record.start,
-            step: record.step,
-            count: record.len(),
-        }
-        .apply(trace);
+    fn sees(&self, trace: &Series, passband: Option<Passband>) -> Series {
+        let passed = passband.map(|passband| passband.pass(trace));
+        let onto = Conditioning { delay: self.offset, ..Conditioning::onto(&self.recording.signal) };
+        let mut seen = onto.apply(passed.as_ref().unwrap_or(trace));
         clip(&mut seen.values, self.recording.clipped);
         seen
     }
@@ -160,7 +155,8 @@ impl Laboratory<'_> {
 
 /// Run `scene` (with the fitted values in it) accurately and perturbed, and hold both against the record; on the model
 /// it asks for, whose bodies may be ready already. The perturbed runs are `predicted` where there are any, drawn from what a fit leaves open (their
-/// scatter is then that of a further record), else the plan's.
+/// scatter is then that of a further record), else the plan's. `passband` is what the instrument lets through of the accurate run, and of runs that
+/// are not predicted.
 ///
 /// # Errors
 /// When the accurate run fails or cannot be compared.
@@ -169,8 +165,8 @@ pub fn confirm(
     bodies: &Bodies,
     recording: &Recording,
     observation: &Observation,
-    plan: &EnsemblePlan,
-    predicted: Option<&Predicted>,
+    (plan, predicted): (&EnsemblePlan, Option<&Predicted>),
+    passband: Option<Passband>,
 ) -> Result<Confirmation, ConfirmationError> {
     let response = bodies.prepared(scene)?.run(scene, &mut |_| true)?;
     let measurand = recording.measurand;
@@ -196,13 +192,15 @@ pub fn confirm(
     let laboratory = Laboratory { recording, settings, offset };
     let settled = laboratory.settled(record);
     let recorded_features = measure(&settled, &noisy)?;
-    let simulated = laboratory.sees(made);
+    let simulated = laboratory.sees(made, passband);
     let simulated_features = measure(&laboratory.settled(&simulated), &laboratory.settings)?;
     let similarity = similarity(record, &simulated, window, scene.drive.frequency)?;
 
     let (varied, perturbed) = perturbed(scene, plan, predicted);
-    let ensemble = ensemble::run_perturbed(bodies, varied, (measurand, STEPS_PER_PERIOD), plan, &perturbed, |trace| {
-        Watched::of_trace(measurand, &laboratory.settled(&laboratory.sees(trace)), &laboratory.settings)
+    let seen_as = (measurand, STEPS_PER_PERIOD);
+    let ensemble = ensemble::run_perturbed(bodies, varied, seen_as, plan, &perturbed, |member, trace| {
+        let passband = predicted.map_or(passband, |predicted| predicted.passbands[member]);
+        Watched::of_trace(measurand, &laboratory.settled(&laboratory.sees(trace, passband)), &laboratory.settings)
     })?;
     let measured = match measurand {
         Measurand::Velocity => Watched::of(&recorded_features),
@@ -231,8 +229,7 @@ pub fn confirm_printed(
     scene: &Scene,
     bodies: &Bodies,
     printed: &Printed,
-    plan: &EnsemblePlan,
-    predicted: Option<&Predicted>,
+    (plan, predicted): (&EnsemblePlan, Option<&Predicted>),
 ) -> Result<Confirmation, ConfirmationError> {
     let response = bodies.prepared(scene)?.run(scene, &mut |_| true)?;
     let window = printed.window();
@@ -242,7 +239,7 @@ pub fn confirm_printed(
     let simulated_features = measure(&simulated, &settings)?;
     let (varied, perturbed) = perturbed(scene, plan, predicted);
     let seen_as = (Measurand::Velocity, STEPS_PER_PERIOD);
-    let ensemble = ensemble::run_perturbed(bodies, varied, seen_as, plan, &perturbed, |velocity| {
+    let ensemble = ensemble::run_perturbed(bodies, varied, seen_as, plan, &perturbed, |_, velocity| {
         Watched::measure(&low_pass(velocity, printed.cutoff()), &settings)
     })?;
     let measured: Vec<Option<f64>> = observation::watched().iter().map(|watched| printed.value(&watched.key)).collect();

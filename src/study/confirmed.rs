@@ -11,12 +11,10 @@ use crate::{
     calibration::{
         Fitted, FittedCandidate, Problem,
         diagnosis::Finding,
-        fit::Fit,
         forward::Watch,
         measured::Measured,
-        observation::Recording,
+        observation::{HALFWAY, Passband},
         outcome::{CalibrationOutcome, OutcomeFeature},
-        parameter::{Parameter, Target},
     },
     model::reduced::Cache,
     scene::Scene,
@@ -28,31 +26,8 @@ const MEMBERS: usize = 24;
 /// The same of a rung above.
 const UPPER_MEMBERS: usize = 8;
 
-/// What a simulated trace passes through before it is held against the record.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Instrument {
-    /// The bandwidth that the record states, if any.
-    AsStated,
-    /// One that was fitted, Hz.
-    Fitted {
-        /// Its cutoff.
-        bandwidth: f64,
-    },
-}
-
-impl Instrument {
-    /// Of a fit.
-    #[must_use]
-    pub fn of(fit: &Fit) -> Self {
-        let fitted = |(parameter, value): (&Parameter, f64)| (parameter.target == Target::Bandwidth).then_some(value);
-        match fit.parameters.iter().zip(fit.values()).find_map(fitted) {
-            Some(bandwidth) => Self::Fitted { bandwidth },
-            None => Self::AsStated,
-        }
-    }
-}
-
-/// Hold `scene` against what was measured, on the model it asks for.
+/// Hold `scene` against what was measured, on the model it asks for; of runs that nothing else is said of the
+/// instrument lets through what `passband` says, or what its record states.
 ///
 /// # Errors
 /// When the accurate run fails or cannot be compared.
@@ -60,19 +35,15 @@ pub fn confirm_measured(
     measured: &Measured,
     scene: &Scene,
     bodies: &Bodies,
-    (plan, predicted): (&EnsemblePlan, Option<&Predicted>),
-    seen_by: Instrument,
+    how: (&EnsemblePlan, Option<&Predicted>),
+    passband: Option<Passband>,
 ) -> Result<Confirmation, ConfirmationError> {
     match measured {
         Measured::Record(measured) => {
-            let bandwidth = match seen_by {
-                Instrument::AsStated => measured.recording.bandwidth,
-                Instrument::Fitted { bandwidth } => Some(bandwidth),
-            };
-            let recording = Recording { bandwidth, ..measured.recording.clone() };
-            confirm(scene, bodies, &recording, &measured.observation, plan, predicted)
+            let passband = passband.or_else(|| measured.recording.passband());
+            confirm(scene, bodies, &measured.recording, &measured.observation, how, passband)
         }
-        Measured::Published(measured) => confirm_printed(scene, bodies, &measured.printed, plan, predicted),
+        Measured::Published(measured) => confirm_printed(scene, bodies, &measured.printed, how),
     }
 }
 
@@ -97,15 +68,13 @@ impl Confirmed {
         let plan = EnsemblePlan::new(members, problem.seed);
         let forwards = fitted.best_made().joint.records();
         let bodies = upper.into_iter().fold(Bodies::new(cache), Bodies::holding);
-        let seen_by = Instrument::of(&best.fit);
         let (mut confirmations, mut failures) = (Vec::new(), Vec::new());
         for (number, shot) in problem.shots.iter().enumerate() {
-            let predicted = Predicted {
-                scene: best.candidate.scenes[number].clone(),
-                variations: forwards[number].predicted(&best.fit.posterior, members),
-            };
+            let (variations, passbands) = forwards[number].predicted(&best.fit.posterior, members).into_iter().unzip();
+            let predicted = Predicted { scene: best.candidate.scenes[number].clone(), variations, passbands };
+            let passband = forwards[number].passband(&best.fit.position(), || HALFWAY);
             let how = (&plan, Some(&predicted));
-            let confirmation = confirm_measured(&shot.measured, &best.scene(number), &bodies, how, seen_by);
+            let confirmation = confirm_measured(&shot.measured, &best.scene(number), &bodies, how, passband);
             if let Err(error) = &confirmation {
                 let place = if number == 0 { String::new() } else { format!("{}: ", shot.measured.path().display()) };
                 failures.push(place + &with_causes(error));

@@ -18,7 +18,7 @@ use crate::{
     feature::{FeatureError, Measurand},
     model::{ModelError, chain::ensemble::Variation},
     scene::Scene,
-    signal::Series,
+    signal::{Series, low_pass},
 };
 
 /// Fixed steps of the chain a drive period. In a regular regime 160 leave 7 % of error in a sensitivity, 640 leave 0.5 %.
@@ -123,7 +123,7 @@ pub fn run_on(bodies: &Bodies, scene: &Scene, plan: &EnsemblePlan) -> Result<Ens
     }
     let settings = observation::settings(scene)?;
     run_traces(bodies, scene, (Measurand::Velocity, STEPS_PER_PERIOD), plan, |velocity| {
-        Observation::measure(velocity, &settings)
+        Observation::measure(&low_pass(velocity, scene.vibrometer_bandwidth), &settings)
     })
 }
 
@@ -139,10 +139,11 @@ pub fn run_traces(
     plan: &EnsemblePlan,
     watch: impl Fn(&Series) -> Result<Observation, FeatureError> + Sync,
 ) -> Result<EnsembleOutcome, EnsembleError> {
-    run_perturbed(bodies, scene, (measurand, steps_per_period), plan, &perturbations(scene, plan), watch)
+    let perturbed = perturbations(scene, plan);
+    run_perturbed(bodies, scene, (measurand, steps_per_period), plan, &perturbed, |_, trace| watch(trace))
 }
 
-/// As [`run_traces`] with the scene varied as `perturbed` has it, in place of the plan's own jitter.
+/// As [`run_traces`] with the scene varied as `perturbed` has it, in place of the plan's own jitter; `watch` is told which of them a trace is of.
 ///
 /// # Errors
 /// As [`run_traces`].
@@ -152,7 +153,7 @@ pub fn run_perturbed(
     (measurand, steps_per_period): (Measurand, u32),
     plan: &EnsemblePlan,
     perturbed: &[Variation],
-    watch: impl Fn(&Series) -> Result<Observation, FeatureError> + Sync,
+    watch: impl Fn(usize, &Series) -> Result<Observation, FeatureError> + Sync,
 ) -> Result<EnsembleOutcome, EnsembleError> {
     let members = perturbed.len();
     if members < 2 {
@@ -168,7 +169,7 @@ pub fn run_perturbed(
             })
         })
         .collect();
-    let see = |_, trace: &Series| watch(trace);
+    let see = |run: usize, trace: &Series| watch(run % members, trace);
     let watched: Vec<Result<Observation, String>> = match measurand {
         Measurand::Velocity => members::run(bodies, scene, &variations, steps_per_period, &Unwatched, see)?,
         Measurand::Pressure => members::heard(bodies, scene, &variations, &Unwatched, see)?,

@@ -181,7 +181,7 @@ fn run_point<E: StdError>(
         Err(error) => return failed(&error),
     };
     let observation =
-        match observation::measure_response(&response, &settings).map(|features| Observation::of(&features)) {
+        match observation::measure_response(&scene, &response, &settings).map(|features| Observation::of(&features)) {
             Ok(observation) => observation,
             Err(error) => return failed(&error),
         };

@@ -31,7 +31,7 @@ use crate::{
     study::{
         Bodies, EnsemblePlan,
         confirmation::Confirmation,
-        confirmed::{Confirmed, Instrument, confirm_measured},
+        confirmed::{Confirmed, confirm_measured},
         published::published,
     },
 };
@@ -438,7 +438,7 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     let mut scene = problem.candidates[0].scene().clone();
     scene.model.kind = ModelKind::Chain;
     let measured = &problem.lead().measured;
-    let confirmation = confirm_measured(measured, &scene, &Bodies::new(None), (&plan, None), Instrument::AsStated)?;
+    let confirmation = confirm_measured(measured, &scene, &Bodies::new(None), (&plan, None), None)?;
     let report = CalibrationReport {
         simulated: Some(simulated_span(&confirmation)),
         alignment: alignment(&confirmation),

@@ -6,10 +6,7 @@ use crate::{
     response::Response,
     scene::Scene,
     signal::{LowPass, Series},
-    study::{
-        decoder::Decoder,
-        observation::{self, Heard, Observation},
-    },
+    study::observation::{self, Heard, Observation},
 };
 
 /// Interval of the mean velocities that are compared, s: the undamped centres ring at 2.65 MHz and above, which no laser sees.
@@ -115,8 +112,7 @@ impl Watched {
         let feature = |key: &str, unit, value| Feature { key: key.to_owned(), unit, value };
         match self {
             Self::Velocity => {
-                let seen = Decoder::of_reconstruction(0).passes(response.observed_velocity());
-                let observed = Observation::measure(&seen, &settings)?;
+                let observed = Observation::measure(&observation::seen(scene, response), &settings)?;
                 let keys = [("positive_peak", "m/s"), ("negative_peak", "m/s"), ("line_1", "m/s"), ("ratio_1/3", "1")];
                 Ok(keys.map(|(key, unit)| feature(key, unit, observed.get(key))).to_vec())
             }
