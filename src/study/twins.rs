@@ -3,7 +3,7 @@
 //! Twins made on the reduced model can be fitted by the whole ladder, or by the chain alone: the second shows what the chain leaves out.
 
 mod levels;
-mod product;
+pub(in crate::study) mod product;
 mod water;
 
 pub use levels::{LevelOutcome, LevelProof, LevelWidths, level_proof, level_twins};

@@ -1,6 +1,6 @@
 //! Calibrations that have no answer, or only half a one.
 
-use std::sync::Arc;
+use std::collections::BTreeMap;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -9,17 +9,17 @@ use rand_distr::{Distribution, StandardNormal};
 use super::{Limit, room::Room};
 use crate::{
     calibration::{
-        fit::{Fit, Verdict, fit},
-        forward::{Forward, Uncertainty},
-        observation::{Observation, Recording},
+        Plan,
+        fit::{Estimate, Fit, Verdict},
+        forward::Uncertainty,
         parameter::Parameter,
-        search::{Search, Strategy},
-        twin::{Flaw, twin},
+        plan::{Bounds, Number},
+        twin::{Flaw, Twin, twin, vibrometer_csv},
     },
-    feature::{Measurand, fingerprint::FeatureSet},
     model,
     scene::Scene,
     signal::Series,
+    study::twins::product,
 };
 
 pub(super) fn examine(room: &mut Room<'_>) {
@@ -36,25 +36,42 @@ fn scene(room: &Room<'_>) -> Result<Scene, String> {
     room.scene("annulus", &["damping.kind=kuwabara-kono"])
 }
 
-fn record(scene: &Scene, parameters: &[Parameter], seed: u64) -> Result<(Recording, Vec<f64>), String> {
-    let run = |scene: &Scene| model::run(scene, &mut |_| true);
-    let made = twin(scene, parameters, &Uncertainty::default(), Flaw::None, 2, seed, &run);
-    made.map(|made| (made.recording, made.truth.values)).map_err(|error| error.to_string())
+/// Parameters by name, between bounds (SI) where some are given.
+type Fitted<'a> = [(&'a str, Option<[f64; 2]>)];
+
+fn parameters(scene: &Scene, fitted: &Fitted<'_>) -> Result<Vec<Parameter>, String> {
+    let named = |(name, bounds): &(&str, Option<[f64; 2]>)| {
+        let named = Parameter::named(name, scene).map_err(|error| error.to_string())?;
+        Ok(named.into_iter().map(|it| bounds.map_or(it.clone(), |[low, high]| it.between(low, high))).collect())
+    };
+    fitted.iter().map(named).collect::<Result<Vec<Vec<_>>, String>>().map(|named| named.concat())
 }
 
-fn fitted(scene: &Scene, parameters: Vec<Parameter>, recording: &Recording, seed: u64) -> Result<Fit, String> {
-    let observation = Observation::new(recording, &scene.drive, FeatureSet::Full).map_err(|error| error.to_string())?;
-    let watch = Arc::new(|_| true);
-    let forward = Forward::new(scene, parameters, observation, Uncertainty::default(), seed, watch)
-        .map_err(|error| error.to_string())?;
-    let search = Search::new(&forward, 600, seed, Strategy::Likelihood);
-    fit(&forward, search, None).map_err(|error| error.to_string())
+fn record(scene: &Scene, fitted: &Fitted<'_>, seed: u64) -> Result<Twin, String> {
+    let run = |scene: &Scene| model::run(scene, &mut |_| true);
+    twin(scene, &parameters(scene, fitted)?, &Uncertainty::default(), Flaw::None, 2, seed, &run)
+        .map_err(|error| error.to_string())
+}
+
+/// As `calibrate` makes it of the record's file.
+fn fitted(scene: &Scene, fitted: &Fitted<'_>, csv: &[u8], seed: u64) -> Result<Fit, String> {
+    let bounds = |(name, bounds): &(&str, Option<[f64; 2]>)| {
+        let [low, high] = (*bounds)?.map(Number::Plain);
+        Some(((*name).to_owned(), Bounds { low, high }))
+    };
+    let definition = Plan {
+        fit: Some(fitted.iter().map(|(name, _)| (*name).to_owned()).collect()),
+        parameters: fitted.iter().filter_map(bounds).collect::<BTreeMap<_, _>>(),
+        evaluations: Some(600),
+        seed: Some(seed),
+        ..Plan::default()
+    };
+    product::fit(&definition, scene, csv, None)
 }
 
 /// 1 where a fit ends as a false answer: said to explain the record, its interval of 90 % without the truth.
 fn false_answer(fit: &Fit, truth: &[f64]) -> f64 {
-    let misses =
-        |(estimate, truth): (&crate::calibration::fit::Estimate, &f64)| !(estimate.low..=estimate.high).contains(truth);
+    let misses = |(estimate, truth): (&Estimate, &f64)| !(estimate.low..=estimate.high).contains(truth);
     let missed = fit.estimates.iter().zip(truth).any(misses);
     f64::from(u8::from(missed && fit.verdict == Verdict::WithinScatter))
 }
@@ -63,13 +80,12 @@ fn false_answer(fit: &Fit, truth: &[f64]) -> f64 {
 fn empty_half(room: &mut Room<'_>) -> Result<(), String> {
     let which = "half the box fails";
     let scene = scene(room)?;
-    let damping = Parameter::damping(scene.damping.kind).ok_or("the scene has no damping to fit")?;
-    let usual = vec![Parameter::alpha(), damping.clone()];
-    let (recording, truth) = record(&scene, &usual, room.plan.seed)?;
+    let made = record(&scene, &[("alpha", None), ("damping", None)], room.plan.seed)?;
     // As many decades of nothing as the box has of something.
     let alpha = Parameter::alpha();
-    let wide = Parameter { low: alpha.low * alpha.low / alpha.high, ..alpha };
-    let fit = fitted(&scene, vec![wide, damping], &recording, room.plan.seed)?;
+    let wide = [alpha.low * alpha.low / alpha.high, alpha.high];
+    let fit = fitted(&scene, &[("alpha", Some(wide)), ("damping", None)], &made.csv, room.plan.seed)?;
+    let truth = made.truth.values;
     room.check(format!("{which}: a false answer"), false_answer(&fit, &truth), Limit::AtMost(0.0), "1");
     let failed = fit.failed() as f64 / fit.runs.len() as f64;
     room.check(format!("{which}: share of runs without an answer"), failed, Limit::AtLeast(0.05), "1");
@@ -87,20 +103,8 @@ fn noise(room: &mut Room<'_>) {
     let step = 4e-7;
     let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
     let values = (0..2000).map(|_| 0.02 * draw()).collect();
-    let recording = Recording {
-        measurand: Measurand::Velocity,
-        signal: Series::new(-3e-5, step, values),
-        noise_rms: 0.02,
-        bandwidth: None,
-        quiet: 0,
-        clipped: [None; 2],
-        begins_late: false,
-    };
-    let parameters = Parameter::damping(scene.damping.kind).map(|damping| vec![Parameter::alpha(), damping]);
-    match parameters.ok_or("the scene has no damping to fit".to_owned()).and_then(|parameters| {
-        let fit = fitted(&scene, parameters, &recording, room.plan.seed)?;
-        Ok(fit.verdict)
-    }) {
+    let csv = vibrometer_csv(&Series::new(-3e-5, step, values), &[]);
+    match fitted(&scene, &[("alpha", None), ("damping", None)], &csv, room.plan.seed).map(|fit| fit.verdict) {
         Ok(verdict) => {
             let explained = f64::from(u8::from(verdict == Verdict::WithinScatter));
             room.check(format!("{which}: said to be explained"), explained, Limit::AtMost(0.0), "1");
@@ -117,21 +121,20 @@ fn redundant(room: &mut Room<'_>) -> Result<(), String> {
     let which = "two parameters, one of them without effect";
     let mut scene = scene(room)?;
     scene.damping.kuwabara_kono = 3660.0;
-    let alpha = Parameter::alpha();
-    // Of two values for α the scene takes the second.
-    let twice = vec![Parameter { name: "without effect".into(), ..alpha.clone() }, alpha];
+    // Far below the roughness that every run draws.
+    let both = [("gap", Some([1e-14, 1e-12])), ("alpha", None)];
     let mut shares: Vec<f64> = Vec::new();
     let (mut widest, mut false_answers): (f64, f64) = (0.0, 0.0);
     for seed in (0..REDUNDANT).map(|number| room.plan.seed.wrapping_add(number)) {
-        let (recording, truth) = record(&scene, &twice, seed)?;
-        let fit = fitted(&scene, twice.clone(), &recording, seed)?;
+        let made = record(&scene, &both, seed)?;
+        let fit = fitted(&scene, &both, &made.csv, seed)?;
         let share = |index: usize| {
             let (estimate, parameter) = (&fit.estimates[index], &fit.parameters[index]);
             (estimate.high / estimate.low).ln() / parameter.span()
         };
         shares.push(share(0));
         widest = widest.max(share(1));
-        false_answers += false_answer(&fit, &[fit.estimates[0].value, truth[1]]);
+        false_answers += false_answer(&fit, &[fit.estimates[0].value, made.truth.values[1]]);
     }
     shares.sort_by(f64::total_cmp);
     let name = format!("{which}: its interval over the box, median of five");

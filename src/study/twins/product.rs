@@ -47,7 +47,12 @@ pub(super) fn fitted(definition: &Plan, records: &[(Scene, &[u8])], bodies: Opti
 }
 
 /// The answer for one record.
-pub(super) fn fit(definition: &Plan, scene: &Scene, csv: &[u8], bodies: Option<&Bodies>) -> Result<Fit, String> {
+pub(in crate::study) fn fit(
+    definition: &Plan,
+    scene: &Scene,
+    csv: &[u8],
+    bodies: Option<&Bodies>,
+) -> Result<Fit, String> {
     fitted(definition, &[(scene.clone(), csv)], bodies).map(|fitted| fitted.best().fit.clone())
 }
 
