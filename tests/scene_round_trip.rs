@@ -4,7 +4,7 @@ use std::path::Path;
 
 use granchain::scene::{
     Absorption, Baffle, Bead, Chain, ContactLaw, ContactMass, ContactNormal, DEFAULT_TOLERANCE, Damping, DampingKind,
-    DampingPlacement, DiscShape, Drive, DriveKind, Elements, FeaSettings, FieldPoint, FlatContact, Integrator,
+    DampingPlacement, DiscShape, Drive, DriveKind, Elements, FeaSettings, FieldPoint, FlatContact, Integrator, Limits,
     Material, Medium, MeshFile, ModelKind, ModelSettings, ReducedSettings, Rim, Scene, Scheme, Support, Water,
     WaterMesh, WaterMethod, WaterSettings, load_text,
 };
@@ -224,6 +224,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
             integrator: if kind.is_meshed() { unused } else { integrator },
             reduced: ReducedSettings::default(),
             fea: FeaSettings::default(),
+            limits: Limits::default(),
         }
     });
     (

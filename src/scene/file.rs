@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::{
     Bead, Chain, ContactLaw, ContactNormal, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact,
-    Material, ModelKind, Scene, Support, builtin, contact_law, disc,
-    document::{Document, read_text, resolved},
+    Material, ModelKind, Scene, SceneText, Support, builtin, contact_law, disc,
+    document::{Document, resolved},
     error::SceneError,
     key::{CHAIN_INTEGRATORS, DAMPING_KINDS, DRIVE_KINDS, FLAT_KINDS, NORMALS, PLACEMENTS, SUPPORT_KINDS},
     mesh_file,
@@ -80,19 +80,7 @@ pub fn load_with_notes(name_or_path: &str, overrides: &[String]) -> Result<Loade
 /// # Errors
 /// As [`load`].
 pub fn load_preferring(name_or_path: &str, overrides: &[String], preferred: ModelKind) -> Result<Loaded, SceneError> {
-    let path = Path::new(name_or_path);
-    let looks_like_path = name_or_path.contains(['/', '\\', '.']) || path.exists();
-    let built_in = match builtin::find(name_or_path, None) {
-        Err(SceneError::UnknownScene { .. }) if looks_like_path => None,
-        found => Some(found?),
-    };
-    match built_in {
-        Some(scene) => {
-            let document = Document::parse(scene.toml, Author::BuiltIn(scene.name))?;
-            assemble(document, overrides, &format!("built-in scene `{}`", scene.name), scene.name, preferred)
-        }
-        None => parse(&read_text(path)?, path, overrides, preferred),
-    }
+    SceneText::read(name_or_path)?.load(overrides, preferred)
 }
 
 /// Read a scene from TOML text; `path` names it in messages, and what it points to is relative to the folder of `path`.
@@ -103,7 +91,7 @@ pub fn load_text(text: &str, path: &Path, overrides: &[String]) -> Result<Loaded
     parse(text, path, overrides, ModelKind::Chain)
 }
 
-fn parse(text: &str, path: &Path, overrides: &[String], preferred: ModelKind) -> Result<Loaded, SceneError> {
+pub(super) fn parse(text: &str, path: &Path, overrides: &[String], preferred: ModelKind) -> Result<Loaded, SceneError> {
     let own = Document::parse(text, Author::File(path))?;
     let document = match own.entries.get("extends") {
         None => own,
@@ -126,7 +114,7 @@ fn parse(text: &str, path: &Path, overrides: &[String], preferred: ModelKind) ->
     assemble(document, overrides, &path.display().to_string(), &stem, preferred)
 }
 
-fn assemble(
+pub(super) fn assemble(
     mut document: Document,
     overrides: &[String],
     origin: &str,
@@ -235,7 +223,7 @@ fn flat(word: Option<&str>) -> FlatContact {
 fn chain(reader: &Reader<'_>) -> Result<Chain, SceneError> {
     let count = reader.beads()?;
     let radius =
-        reader.required("chain.radius", Dimension::LENGTH, Bound::Positive, None, "chain.radius = \"0.5 mm\"")?;
+        reader.required("chain.radius", Dimension::LENGTH, Bound::Radius, None, "chain.radius = \"0.5 mm\"")?;
     let material = reader.material("chain.material")?;
     let mesh = mesh_file::read(reader, "chain.mesh", "chain.mesh_unit")?;
     let mut beads = vec![Bead { radius, material, mesh }; count];
