@@ -134,7 +134,7 @@ fn absurd_work_is_refused_before_the_run_with_its_estimate_and_the_flag_that_lif
         (&["--model", "chain", "--set", "chain.beads=1000", "--set", "duration=1"], &["GiB", "8.0 GiB", "--no-limits"]),
         (
             &["--model", "chain", "--set", "damping.kind=linear", "--set", "damping.coefficient=1e6"],
-            &["1e6", "--no-limits"],
+            &["1.0e6", "--no-limits"],
         ),
         (&["--model", "chain", "--set", "damping.kind=linear", "--set", "damping.coefficient=1e15"], &["--no-limits"]),
         (&["--set", "materials.chrome-steel.youngs_modulus=1e30"], &["youngs_modulus", "1e15 Pa"]),

@@ -47,6 +47,14 @@ impl Bound {
             }
     }
 
+    /// What is asked for before any range.
+    fn sign(self) -> Self {
+        match self {
+            Self::Radius | Self::Modulus | Self::Density => Self::Positive,
+            other => other,
+        }
+    }
+
     fn describe(self) -> String {
         match self {
             Self::Finite => "a finite value".to_owned(),
@@ -457,7 +465,8 @@ pub(super) fn quantity(entry: &Entry, key: &str, dimension: Dimension, bound: Bo
     Err(SceneError::OutOfRange {
         place: entry.place.clone(),
         key: key.to_owned(),
-        expected: bound.describe(),
+        // A range is told only to a number that could lie in it.
+        expected: if value > 0.0 && value.is_finite() { bound } else { bound.sign() }.describe(),
         found: if value.is_finite() { Quantity::new(value, dimension).to_string() } else { value.to_string() },
     })
 }
