@@ -276,6 +276,8 @@ mod tests {
         }
     }
 
+    type Forgery = (&'static str, fn(&mut Reduction));
+
     #[test]
     fn a_forged_file_with_the_right_digest_is_made_anew() {
         let place = tempfile::tempdir().unwrap();
@@ -283,7 +285,7 @@ mod tests {
         for support in ["annulus", "rigid"] {
             let scene = scene(&[&format!("support.kind={support}")]);
             let (made, _) = cache.reduction(&scene).unwrap();
-            let forgeries: [(&str, fn(&mut Reduction)); 18] = [
+            let forgeries: [Forgery; 18] = [
                 ("beads", |it| _ = it.beads.pop()),
                 ("bead", |it| it.beads[1] = 99),
                 ("support", |it| it.support = it.support.map_or(Some(0), |_| None)),
