@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 use granchain::{
     calibration::twin::vibrometer_csv,
     model,
-    scene::{self, ModelKind},
+    scene::{self, Limits, ModelKind},
     study::{
         accuracy::{
             AccuracyError, AccuracyPlan, Study, Watched,
@@ -23,7 +23,16 @@ const KEPT: [&str; 3] = ["rigid", "annulus", "water"];
 
 fn plan(scene: &str, full: bool) -> AccuracyPlan {
     let (sets, program) = (Vec::new(), "granchain".to_owned());
-    AccuracyPlan { scene: scene.into(), sets, full, calibration: false, members: 2, seed: 1, program }
+    AccuracyPlan {
+        scene: scene.into(),
+        sets,
+        full,
+        calibration: false,
+        members: 2,
+        seed: 1,
+        limits: Limits::default(),
+        program,
+    }
 }
 
 fn line(scene: &str, key: &str) -> OwnErrors {

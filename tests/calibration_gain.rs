@@ -14,7 +14,8 @@ use granchain::{
         twin::{Lab, twin_at},
     },
     feature::fingerprint::FeatureSet,
-    model, scene,
+    model,
+    scene::{self, Limits},
     study::{
         accuracy::{
             AccuracyError, AccuracyPlan, Study,
@@ -31,7 +32,17 @@ const SMALL: [&str; 3] = ["chain.beads=3", "drive.cycles=20", "duration=420 us"]
 fn study(alpha: f64) -> Study {
     let sets = SMALL.map(str::to_owned).into_iter().chain([format!("alpha={alpha}")]).collect();
     let (scene, program) = ("annulus".to_owned(), "granchain".to_owned());
-    Study::new(AccuracyPlan { scene, sets, full: true, calibration: true, members: 2, seed: 1, program }).unwrap()
+    Study::new(AccuracyPlan {
+        scene,
+        sets,
+        full: true,
+        calibration: true,
+        members: 2,
+        seed: 1,
+        limits: Limits::default(),
+        program,
+    })
+    .unwrap()
 }
 
 fn path(setting: Setting) -> Path {

@@ -78,6 +78,7 @@ fn usage_errors_end_with_2_and_say_so_on_stderr() {
         &["replay", "--scene", "rigid", "--alpha", "-1"],
         &["replay", "--scene", "rigid", "--set", "alpha"],
         &["replay", "--scene", "rigid", "--threads", "0"],
+        &["replay", "--scene", "rigid", "--threads", "100000"],
         &["replay", "--scene", "rigid", "--model", "magic"],
         &["sweep", "--scene", "rigid"],
         &["sweep", "--scene", "rigid", "--vary", "alpha=1:2"],
@@ -118,6 +119,45 @@ fn failures_end_with_1_name_what_is_wrong_and_leave_no_folder() {
         assert!(stderr(&output).contains(expected), "{arguments:?}: {}", stderr(&output));
         assert_eq!(entries(place.path()), [""; 0], "{arguments:?}");
     }
+}
+
+#[test]
+fn absurd_work_is_refused_before_the_run_with_its_estimate_and_the_flag_that_lifts_it() {
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().join("out");
+    let nested = format!("duration=100 {}us", "(".repeat(100_000));
+    let cases: [(&[&str], &[&str]); 11] = [
+        (&["--model", "fea", "--set", "model.step=1e-15"], &["unknowns × steps", "1e11", "--no-limits"]),
+        (&["--model", "reduced", "--set", "model.step=1e-15"], &["unknowns × steps", "1e11", "--no-limits"]),
+        (&["--ensemble", "1000000000"], &["unknowns × steps", "--no-limits"]),
+        (&["--model", "reduced", "--ensemble", "1000000000"], &["unknowns × steps", "--no-limits"]),
+        (&["--model", "chain", "--set", "chain.beads=1000", "--set", "duration=1"], &["GiB", "8.0 GiB", "--no-limits"]),
+        (
+            &["--model", "chain", "--set", "damping.kind=linear", "--set", "damping.coefficient=1e6"],
+            &["1.0e6", "--no-limits"],
+        ),
+        (&["--model", "chain", "--set", "damping.kind=linear", "--set", "damping.coefficient=1e15"], &["--no-limits"]),
+        (&["--set", "materials.chrome-steel.youngs_modulus=1e30"], &["youngs_modulus", "1e15 Pa"]),
+        (&["--set", "materials.chrome-steel.density=1e300"], &["density", "1e9 kg/m^3"]),
+        (&["--set", "chain.radius=1e308"], &["chain.radius", "1 km"]),
+        (&["--set", &nested], &["duration", "32 parentheses"]),
+    ];
+    for (arguments, told) in cases {
+        let output = run(&[&["replay", "--scene", "rigid", "--quiet", "--out", text(&out)], arguments].concat());
+        let said = stderr(&output);
+        assert_eq!(code(&output), 1, "{arguments:?}: {said}");
+        assert!(told.iter().all(|told| said.contains(told)), "{arguments:?}: {said}");
+        assert!(said.len() < 200_000 + 1000 && entries(place.path()).is_empty(), "{arguments:?}");
+    }
+    let sweep = ["sweep", "--scene", "rigid", "--vary", "alpha=0.5,1", "--ensemble", "1000000000"];
+    let output = run(&sweep);
+    assert!(code(&output) == 1 && stderr(&output).contains("--no-limits"), "{}", stderr(&output));
+
+    let stiff = ["--model", "chain", "--set", "damping.kind=kuwabara-kono", "--set", "damping.coefficient=2e9"];
+    let base = ["replay", "--scene", "rigid", "--quiet"];
+    assert_eq!(code(&run(&[&base[..], &stiff].concat())), 1);
+    let lifted = run(&[&base[..], &stiff, &["--no-limits"]].concat());
+    assert_eq!(code(&lifted), 0, "{}", stderr(&lifted));
 }
 
 #[test]

@@ -3,7 +3,10 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use granchain::{
-    model::{self, ModelError, fea::FeaError},
+    model::{
+        self, ModelError,
+        fea::{FeaError, arrangement::Arrangement},
+    },
     response::Response,
     scene,
 };
@@ -64,6 +67,22 @@ fn a_mesh_too_coarse_to_feel_a_touch_is_refused_with_the_gap_it_would_make() {
     let message = refused.to_string();
     for part in ["bead 1", "`front`", "r = ", "refine"] {
         assert!(message.contains(part), "{message}");
+    }
+}
+
+#[test]
+fn whether_a_mesh_is_too_coarse_does_not_depend_on_the_size_of_the_body() {
+    for (radius, unit) in [("0.5 um", "1 um"), ("0.5 mm", "1 mm"), ("0.5 m", "1 m")] {
+        for (name, refused) in [("bead-fine-binary", false), ("bead-triangles", true)] {
+            let mesh = mesh(name);
+            let sets = ["model.kind=fea", "drive.amplitude=1 nm", "chain.beads=1"].map(String::from);
+            let body = [("radius", radius), ("mesh", &mesh), ("mesh_unit", unit)];
+            let body = body.map(|(key, value)| format!("chain.{key}={value}"));
+            let scene = scene::load("rigid", &[&sets[..], &body].concat()).unwrap();
+            let made = Arrangement::new(&scene);
+            assert_eq!(matches!(made, Err(FeaError::Pair(_))), refused, "{name}, {radius}: {:?}", made.err());
+            assert!(refused || made.is_ok(), "{name}, {radius}: {:?}", made.err());
+        }
     }
 }
 

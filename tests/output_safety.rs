@@ -209,3 +209,41 @@ fn a_run_stopped_before_anything_was_saved_is_started_anew_by_resume_which_says_
         }
     }
 }
+
+#[test]
+fn text_from_files_and_paths_never_steers_the_terminal() {
+    let place = tempfile::tempdir().unwrap();
+    let steering = "\u{1b}[2J\u{9b}31m\u{7}\r";
+    // The reader of records refuses those below U+0020 itself.
+    let turning = "\u{9b}31m\u{202e}";
+    let row = |i: usize| format!("{:e},{:e}\n", i as f64 * 1e-7, (i as f64 * 0.046).sin());
+    let rows: String = (0..2000).map(row).collect();
+    let named = format!("{steering}vib.csv");
+    let write = |name: &str, text: String| fs::write(place.path().join(name), text).unwrap();
+    write("cell.csv", format!("time_s,velocity_m_per_s\n0,1\n1e-7,n/a{turning}\n"));
+    write("header.csv", format!("time_s,velocity_m_per_s{turning}\n{rows}"));
+    write(&named, format!("time_s,velocity_m_per_s\n{rows}"));
+    write("scene.toml", "extends = \"rigid\"\n\"rad\\u001b[2Jius\" = 1\n".into());
+    write("name.toml", "extends = \"rigid\"\nname = \"a\\u001b[2J\\u009bb\"\n".into());
+    let plain = |arguments: &[&str]| {
+        let output = granchain(place.path(), &[arguments, &["--out", "out"]]);
+        fs::remove_dir_all(place.path().join("out")).ok();
+        let shown = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+        for text in &shown {
+            let steers = |letter: char| letter.is_control() && !matches!(letter, '\n' | '\t');
+            assert!(!text.contains(steers), "{arguments:?}: {text:?}");
+        }
+        shown.concat()
+    };
+    for (arguments, shown) in [
+        (&["spectrum", "cell.csv", "--drive-frequency", "73kHz"][..], "\\u{9b}31m\\u{202e}"),
+        (&["spectrum", "header.csv", "--column", "2", "--drive-frequency", "73kHz"], "\\u{9b}31m"),
+        (&["spectrum", &named, "--drive-frequency", "73kHz"], "\\u{1b}[2J"),
+        (&["spectrum", &named, "--drive-frequency", "73kHz", "--json"], "\\u001b[2J\\u009b31m"),
+        (&["replay", "--scene", "scene.toml"], "\\u{1b}[2J"),
+        (&["replay", "--scene", "name.toml", "--model", "chain", "--set", "duration=60us"], ""),
+    ] {
+        let found = plain(arguments);
+        assert!(found.contains(shown), "{arguments:?}: {found}");
+    }
+}

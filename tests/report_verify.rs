@@ -333,3 +333,15 @@ fn the_sample_reports_are_what_follows_from_the_shipped_records() {
         assert!(stdout(&output).contains("not in the folder, so not verified: figures/"), "{}", stdout(&output));
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn a_folder_without_a_manifest_is_refused_before_anything_in_it_is_read() {
+    let place = tempfile::tempdir().unwrap();
+    // Reading it fails.
+    std::os::unix::fs::symlink("nowhere", place.path().join("a.bin")).unwrap();
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_granchain"));
+    let output = command.args(["report", "verify"]).arg(place.path()).output().unwrap();
+    assert_eq!(code(&output), 1);
+    assert!(stderr(&output).contains("found no manifest.json"), "{}", stderr(&output));
+}

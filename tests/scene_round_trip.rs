@@ -4,7 +4,7 @@ use std::path::Path;
 
 use granchain::scene::{
     Absorption, Baffle, Bead, Chain, ContactLaw, ContactMass, ContactNormal, DEFAULT_TOLERANCE, Damping, DampingKind,
-    DampingPlacement, DiscShape, Drive, DriveKind, Elements, FeaSettings, FieldPoint, FlatContact, Integrator,
+    DampingPlacement, DiscShape, Drive, DriveKind, Elements, FeaSettings, FieldPoint, FlatContact, Integrator, Limits,
     Material, Medium, MeshFile, ModelKind, ModelSettings, ReducedSettings, Rim, Scene, Scheme, Support, Water,
     WaterMesh, WaterMethod, WaterSettings, load_text,
 };
@@ -224,6 +224,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
             integrator: if kind.is_meshed() { unused } else { integrator },
             reduced: ReducedSettings::default(),
             fea: FeaSettings::default(),
+            limits: Limits::default(),
         }
     });
     (
@@ -235,6 +236,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
         .prop_map(|(first, second, analysis, water)| {
             let (name, description, chain, drive, support) = first;
             let (damping, steel, amplitude_scale, duration, output_step, model) = second;
+            let vibrometer_bandwidth = drive.frequency + 0.3 / output_step;
             let piston = if steel { FlatContact::Steel } else { FlatContact::Rigid };
             let mut scene = Scene {
                 name,
@@ -250,6 +252,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
                 contact_law: ContactLaw::Hertz,
                 duration,
                 output_step,
+                vibrometer_bandwidth,
                 model,
             };
             let steps = analysis.steps;

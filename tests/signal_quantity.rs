@@ -170,3 +170,14 @@ proptest! {
         let _ = Quantity::parse(&format!("1 {unit}"));
     }
 }
+
+#[test]
+fn parentheses_nested_without_end_are_refused() {
+    let nested = |depth: usize| Unit::parse(&format!("{}m{}", "(".repeat(depth), ")".repeat(depth)));
+    assert_eq!(nested(32).unwrap().dimension, Dimension::LENGTH);
+    for depth in [33, 1_000_000] {
+        let error = nested(depth).unwrap_err();
+        assert!(matches!(error, QuantityError::Nested { .. }), "{error}");
+        assert!(error.to_string().len() < 200);
+    }
+}

@@ -40,7 +40,10 @@ use std::{
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::feature::{Measurand, fingerprint::FeatureSet};
+use crate::{
+    feature::{Measurand, fingerprint::FeatureSet},
+    measurement::sha256,
+};
 
 /// A fit definition. Every key may be left out and given on the command line instead, which wins.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -81,6 +84,9 @@ pub struct Plan {
     /// Weight of single features by name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub weights: BTreeMap<String, f64>,
+    /// SHA-256 of the file that it was read from, hexadecimal; empty of one that was not.
+    #[serde(skip)]
+    pub sha256: String,
 }
 
 /// One of several records: `[[record]]`.
@@ -160,6 +166,7 @@ impl Plan {
             line: error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1),
             message: error.message().to_owned(),
         })?;
+        plan.sha256 = sha256(text.as_bytes());
         let folder = path.parent().unwrap_or(Path::new("."));
         let begins =
             |(index, line): (usize, &str)| line.replace(' ', "").starts_with("[[record]]").then_some(index + 1);
@@ -197,6 +204,16 @@ fn from_here(path: PathBuf) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_digest_is_of_the_bytes_that_were_read() {
+        let place = tempfile::tempdir().unwrap();
+        let file = place.path().join("fit.toml");
+        fs::write(&file, "seed = 1\n").unwrap();
+        let plan = Plan::read(&file).unwrap();
+        fs::write(&file, "seed = 2\n").unwrap();
+        assert_eq!((plan.seed, plan.sha256), (Some(1), sha256(b"seed = 1\n")));
+    }
 
     #[test]
     fn paths_are_relative_to_the_plan() {

@@ -32,7 +32,7 @@ use super::{
 use crate::{
     feature::{Measurand, fingerprint::FeatureSet},
     measurement::{ReadOptions, sha256},
-    model::{ModelError, reduced::Cache},
+    model::{Estimate, ModelError, reduced::Cache},
     scene::{ModelKind, Scene, Support},
 };
 
@@ -177,6 +177,7 @@ impl Problem {
         plan.check(&asked)?;
         let benches: Vec<&Bench> = asked.iter().map(|shot| &shot.bench).collect();
         let scenes: Vec<Scene> = benches.iter().map(|bench| bench.scene_with(&[])).collect::<Result<_, _>>()?;
+        scenes.iter().try_for_each(|scene| Estimate::of(scene).check(&scene.model.limits))?;
         let (scene, quantity) = (&scenes[0], plan.quantity.unwrap_or_default());
         refuse_silence(quantity, scene)?;
         if let Some(above) = scenes.iter().find(|it| scenes.len() > 1 && it.model.kind != ModelKind::Chain) {

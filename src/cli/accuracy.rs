@@ -66,7 +66,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         command_line.push_str(&format!(" --seed {seed}"));
     }
     let program = summary::program();
-    let plan = AccuracyPlan { scene, sets: set, full, calibration, members: MEMBERS, seed: session.seed(), program };
+    let (seed, limits) = (session.seed(), session.limits());
+    let plan = AccuracyPlan { scene, sets: set, full, calibration, members: MEMBERS, seed, limits, program };
     let ready = Study::new(plan)?;
     let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
     timing.stage("read");

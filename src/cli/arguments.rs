@@ -8,11 +8,19 @@ use clap::{Args, ValueEnum};
 use crate::{
     calibration::problem::DEFAULT_SEED,
     model::{self, ModelError, Prepared, reduced::Cache},
-    scene::{ModelKind, Scene},
+    scene::{Limits, ModelKind, Scene},
     signal::{Dimension, Quantity},
 };
 
-use super::{calibrated::Calibrated, level::level, output::print};
+use super::{
+    calibrated::Calibrated,
+    level::level,
+    output::{print, visible, visible_json},
+};
+
+/// Most threads a core, and how many are no matter on any machine.
+const THREADS_A_CORE: usize = 8;
+const FEWEST_MOST_THREADS: usize = 64;
 
 /// Flags of every subcommand: how much is said, on how many threads, from which seed.
 #[derive(Debug, Clone, Default, Args)]
@@ -26,13 +34,16 @@ pub struct Session {
     /// Worker threads; results do not depend on it [default: one a core]
     #[arg(long, global = true, value_name = "N", help_heading = "Session")]
     pub threads: Option<NonZeroUsize>,
-    /// Folder in which reduced bodies are kept from run to run, or `none` [default: granchain in $XDG_CACHE_HOME or
+    /// Folder in which reduced bodies are kept from run to run, at most 2 GiB, or `none` [default: granchain in $XDG_CACHE_HOME or
     /// ~/.cache]
     #[arg(long, global = true, value_name = "DIR", help_heading = "Session")]
     pub cache: Option<PathBuf>,
     /// Seed of everything drawn at random [default: 1]
     #[arg(long, global = true, value_name = "N", help_heading = "Session")]
     pub seed: Option<u64>,
+    /// Run what is estimated to take more work or memory than is sensible, instead of refusing it
+    #[arg(long, global = true, help_heading = "Session")]
+    pub no_limits: bool,
 }
 
 impl Session {
@@ -40,6 +51,12 @@ impl Session {
     #[must_use]
     pub fn seed(&self) -> u64 {
         self.seed.unwrap_or(DEFAULT_SEED)
+    }
+
+    /// What a run may ask for.
+    #[must_use]
+    pub fn limits(&self) -> Limits {
+        if self.no_limits { Limits::NONE } else { Limits::default() }
     }
 
     /// Where reduced bodies are kept; none with `--cache none`, or where the user has no folder for such things.
@@ -68,9 +85,16 @@ impl Session {
     /// Set up the worker threads; called once by the frame before the subcommand runs.
     ///
     /// # Errors
-    /// When the threads cannot be started.
+    /// A usage error for far more threads than cores; when the threads cannot be started.
     pub fn start(&self) -> anyhow::Result<()> {
         let Some(threads) = self.threads else { return Ok(()) };
+        let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        let most = (THREADS_A_CORE * cores).max(FEWEST_MOST_THREADS);
+        if threads.get() > most {
+            return Err(usage(format!(
+                "--threads {threads}: expected at most {most}; this machine has {cores} cores, and more threads than those gain nothing"
+            )));
+        }
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads.get())
             .build_global()
@@ -91,9 +115,9 @@ impl Session {
     pub fn result(&self, text: impl std::fmt::Display, value: &impl serde::Serialize) -> anyhow::Result<()> {
         if self.json {
             let json = serde_json::to_string_pretty(value).context("the summary cannot be written as JSON")?;
-            print(format_args!("{json}\n"))
+            print(format_args!("{}\n", visible_json(&json)))
         } else {
-            print(text)
+            print(visible(&text.to_string()))
         }
     }
 }
@@ -101,7 +125,7 @@ impl Session {
 fn eprintln_quietly(text: &dyn std::fmt::Display) {
     use std::io::Write;
     // A closed standard error is no reason to stop a run.
-    let _ = writeln!(std::io::stderr().lock(), "{text}");
+    let _ = writeln!(std::io::stderr().lock(), "{}", visible(&text.to_string()));
 }
 
 /// `--scene`, `--model`, `--drive`, `--drive-frequency`, `--alpha`, `--set`: which experiment is simulated, and how.

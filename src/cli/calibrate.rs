@@ -10,7 +10,10 @@ mod page;
 mod records_page;
 mod rungs_page;
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+};
 
 use clap::{Args, ValueEnum};
 
@@ -24,7 +27,10 @@ use super::{
     summary,
     timing::{self, Timing},
 };
-use crate::calibration::{Problem, fit::FitError, refusal::Refusal};
+use crate::{
+    calibration::{Problem, drive::Input, fit::FitError, refusal::Refusal},
+    scene::Scene,
+};
 
 /// Arguments of `granchain calibrate`.
 #[derive(Debug, Args)]
@@ -140,7 +146,9 @@ pub(super) struct Job {
     /// The program that the results are said to be of.
     pub(super) program: String,
     /// The plan, where there is one.
-    plan: Option<PathBuf>,
+    plan: Option<Input>,
+    /// The mesh files of all scenes as they were before the first run.
+    meshes: Vec<Input>,
     /// The model run once at the answer.
     confirm: Option<ConfirmChoice>,
 }
@@ -219,9 +227,12 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
 /// # Errors
 /// Whatever is wrong with plan, scene or records.
 pub(super) fn prepare(arguments: Arguments, typed: Vec<String>) -> anyhow::Result<Job> {
-    let problem = definition::problem(&arguments)?;
-    let Arguments { plan, confirm, .. } = arguments;
-    Ok(Job { problem, arguments: typed, program: summary::program(), plan, confirm })
+    let (problem, plan) = definition::problem(&arguments)?;
+    let scenes = problem.candidates.iter().flat_map(|candidate| &candidate.scenes);
+    let files: BTreeSet<PathBuf> = scenes.flat_map(Scene::mesh_files).collect();
+    let meshes = files.into_iter().map(Input::digest).collect::<Result<_, _>>()?;
+    let confirm = arguments.confirm;
+    Ok(Job { problem, arguments: typed, program: summary::program(), plan, meshes, confirm })
 }
 
 /// What a stopped or a refused pipeline is to the terminal.

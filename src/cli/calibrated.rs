@@ -9,13 +9,13 @@ use std::{
 use anyhow::{Context, bail};
 use serde::Deserialize;
 
-use crate::scene::ModelKind;
+use crate::{calibration::drive, measurement::sha256, scene::ModelKind};
 
 /// What a calibration says about a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibrated {
-    /// Where it was read.
-    pub path: PathBuf,
+    /// Where it was read, and the digest of that.
+    pub input: drive::Input,
     /// The scene it was made for, as on its command line.
     pub scene: Option<String>,
     /// What it was told of the scene on its command line or in its plan, `KEY=VALUE`.
@@ -106,7 +106,16 @@ impl Calibrated {
         }
         let Outcome { scene, model, verdict, overrides: told, mut inputs, .. } = outcome;
         let model = if model == ModelKind::Reduced.name() { ModelKind::Reduced } else { ModelKind::Chain };
-        Ok(Self { path, model, scene, told, overrides, drive: inputs.remove("drive").map(|drive| drive.path), verdict })
+        let input = drive::Input { sha256: sha256(text.as_bytes()), path };
+        Ok(Self {
+            input,
+            model,
+            scene,
+            told,
+            overrides,
+            drive: inputs.remove("drive").map(|drive| drive.path),
+            verdict,
+        })
     }
 }
 

@@ -12,6 +12,7 @@ use super::{
 };
 use crate::{
     model::{
+        Estimate,
         contact_law::{Annulus, ElasticLaw, FiniteBody, Hertz, bead_flat_stiffness, bead_pair_stiffness},
         fea::statics::{Curve, Loading, StaticState, Touching},
     },
@@ -106,7 +107,9 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let mut timing = Timing::start();
     let source = source.unwrap_or_else(|| if pair == PairChoice::BeadAnnulus { "annulus" } else { "rigid" }.into());
     let overrides: Vec<String> = std::iter::once("model.kind=fea".to_owned()).chain(set).collect();
-    let scene = scene::load(&source, &overrides)?;
+    let scene = scene::load(&source, &overrides)?.with_limits(session.limits());
+    // Of the bodies alone: nothing is stepped.
+    Estimate { work: 0.0, ..Estimate::of(&scene) }.check(&scene.model.limits)?;
     if approaches.is_empty() {
         approaches = pair.approaches();
     }

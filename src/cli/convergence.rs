@@ -14,6 +14,7 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
+    model::Estimate,
     report::{
         convergence::{ConvergenceReport, name},
         number::{fixed, significant},
@@ -70,15 +71,18 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         arguments;
     let mut timing = Timing::start();
     let overrides: Vec<String> = std::iter::once("model.kind=fea".to_owned()).chain(set.iter().cloned()).collect();
-    let scene = scene::load(&source, &overrides)?;
+    let scene = scene::load(&source, &overrides)?.with_limits(session.limits());
+    let check = |more: &[String]| -> anyhow::Result<()> {
+        Ok(Estimate::of(&scene::load(&source, more)?).check(&scene.model.limits)?)
+    };
     // A density or step that no scene may have is refused as one of the scene is, before anything runs.
     for density in densities.iter().chain([&reference_density]) {
         let more = [&overrides[..], &[format!("model.mesh_density={density}")]].concat();
-        scene::load(&source, &more)?;
+        check(&more)?;
     }
     for step in steps.iter().chain([&reference_step]) {
         let more = [&overrides[..], &[format!("model.step={step}"), format!("output_step={step}")]].concat();
-        scene::load(&source, &more)?;
+        check(&more)?;
     }
     let plan = ConvergencePlan {
         densities,

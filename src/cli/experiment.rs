@@ -75,7 +75,7 @@ fn assemble(
         if let Some(drive) = &calibrated_drive {
             assumptions.push(format!("drive {}, for which the calibration was made", drive.display()));
         }
-        assumptions.push(format!("{} from {}", calibration.overrides.join(", "), calibration.path.display()));
+        assumptions.push(format!("{} from {}", calibration.overrides.join(", "), calibration.input.path.display()));
         if calibration.verdict != "within scatter" {
             assumptions.push(format!("that calibration ended `{}`: do not lean on it", calibration.verdict));
         }

@@ -12,9 +12,12 @@ use super::{
     output::OutputFolder,
 };
 use crate::{
-    model::fea::{
-        arrangement::Arrangement,
-        mesh::{HalfTorus, Quality, quality},
+    model::{
+        Estimate,
+        fea::{
+            arrangement::Arrangement,
+            mesh::{HalfTorus, Quality, quality},
+        },
     },
     report::{
         mesh::{Bench, Standing, Window, chain, contacts, revolved},
@@ -87,11 +90,14 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     for note in &loaded.notes {
         session.note(format_args!("assumed: {note}"));
     }
-    let scene = loaded.scene;
+    let scene = loaded.scene.with_limits(session.limits());
+    // Of the bodies alone: nothing is stepped.
+    Estimate { work: 0.0, ..Estimate::of(&scene) }.check(&scene.model.limits)?;
+    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, &[], output.force)).transpose()?;
     let arrangement = Arrangement::new(&scene).with_context(|| format!("scene `{name}` cannot be meshed"))?;
     let summary = summary(&scene, &arrangement);
-    if let Some(out) = &output.out {
-        let place = write(out, output.force, &scene, &arrangement, &summary)?;
+    if let Some(folder) = folder {
+        let place = write(folder, &scene, &arrangement, &summary)?;
         session.note(format_args!("written to {}", place.display()));
     }
     session.result(Text(&summary), &summary)?;
@@ -149,14 +155,7 @@ fn support_mass(scene: &Scene) -> Option<f64> {
     }
 }
 
-fn write(
-    out: &std::path::Path,
-    force: bool,
-    scene: &Scene,
-    arrangement: &Arrangement,
-    summary: &Summary,
-) -> anyhow::Result<PathBuf> {
-    let folder = OutputFolder::stage(out, &[], force)?;
+fn write(folder: OutputFolder, scene: &Scene, arrangement: &Arrangement, summary: &Summary) -> anyhow::Result<PathBuf> {
     let kinds = arrangement.beads.iter().chain(&arrangement.support);
     let names: Vec<&str> =
         arrangement.beads.iter().map(|_| "bead").chain(arrangement.support.map(|_| "support")).collect();

@@ -204,7 +204,7 @@ fn report_failure(error: &anyhow::Error) {
         said = cause;
     }
     // Without a standard error there is nobody left to tell.
-    let _ = writeln!(std::io::stderr().lock(), "{message}");
+    let _ = writeln!(std::io::stderr().lock(), "{}", output::visible(&message));
 }
 
 #[cfg(test)]

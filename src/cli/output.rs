@@ -6,6 +6,7 @@
 
 mod folder;
 mod list;
+mod terminal;
 mod work;
 
 use std::{
@@ -15,7 +16,8 @@ use std::{
 };
 
 pub use folder::{NOTHING_SAVED, OutputFolder, remove_staged};
-pub use list::LIST;
+pub use list::{LIST, files_below};
+pub use terminal::{visible, visible_json};
 
 /// Results that every command with a page has.
 pub const PAGE_RESULTS: &[&str] = &["report.html", "report.md", super::timing::FILE];
@@ -130,6 +132,12 @@ pub enum OutputError {
     #[error("{}: another run is writing there; wait for it, or name another --out", path.display())]
     InUse {
         /// Where it writes.
+        path: PathBuf,
+    },
+    /// A result that was written is gone.
+    #[error("{}: the file was written and then removed by another program; run again", path.display())]
+    Vanished {
+        /// The file.
         path: PathBuf,
     },
     /// The results are made, but could not be put in their place.

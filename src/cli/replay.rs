@@ -27,7 +27,7 @@ use super::{
 use crate::{
     calibration::bench::Bench,
     feature::{FeatureError, FeatureSettings, Features, PressureFeatures, PressureSettings, Window, measure_pressure},
-    model::{ModelError, Prepared, chain::FiniteBodyLaws, fea::PeakStress},
+    model::{Estimate, ModelError, Prepared, chain::FiniteBodyLaws, fea::PeakStress},
     report::{heard as pressure_page, replay as page, von_mises},
     response::{EnergyLedger, ObservedPoint, Response, SolverWork, write_csv},
     scene::{Effect, ModelKind, Scene, effects},
@@ -135,11 +135,17 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let mut timing = Timing::start();
     let calibrated = arguments.calibration.as_deref().map(Calibrated::read).transpose()?;
     let preferred = preferred_model(calibrated.as_ref(), arguments.ensemble);
-    let experiment = experiment::read(&arguments.scene, &arguments.reading, calibrated.as_ref(), preferred)?;
+    let mut experiment = experiment::read(&arguments.scene, &arguments.reading, calibrated.as_ref(), preferred)?;
+    experiment.limits = arguments.session.limits();
     let scene = experiment.scene_with(&[])?;
     analysis::refuse_idle(&arguments.analysis, &scene)?;
     field::refuse_idle(&arguments.field, &scene)?;
     let Arguments { analysis, output, session, .. } = &arguments;
+    Estimate::of(&scene).check(&scene.model.limits)?;
+    let plan = arguments.ensemble.map(|members| EnsemblePlan::new(members as usize, session.seed()));
+    if let Some(plan) = &plan {
+        plan.estimate(&scene, ensemble::STEPS_PER_PERIOD).check(&scene.model.limits)?;
+    }
     for assumption in &experiment.assumptions {
         session.note(format_args!("assumed: {assumption}"));
     }
@@ -151,7 +157,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         ModelKind::Fea => OutputFolder::resumable(out, &RESULTS, analysis::COMMAND, analysis.resume, output.force),
         ModelKind::Chain | ModelKind::Reduced => OutputFolder::stage(out, &RESULTS, output.force),
     };
-    let job = Job { arguments: &arguments, calibrated: calibrated.as_ref(), experiment: &experiment, scene: &scene };
+    let calibrated = calibrated.as_ref();
+    let job = Job { arguments: &arguments, calibrated, experiment: &experiment, scene: &scene, plan };
     let settings = observation::settings(&scene)?;
     let folder = output.out.as_deref().map(stage).transpose()?;
     timing.stage("read");
@@ -184,6 +191,7 @@ struct Job<'a> {
     calibrated: Option<&'a Calibrated>,
     experiment: &'a Bench,
     scene: &'a Scene,
+    plan: Option<EnsemblePlan>,
 }
 
 impl Job<'_> {
@@ -194,7 +202,7 @@ impl Job<'_> {
         settings: &FeatureSettings,
         timing: &mut Timing,
     ) -> anyhow::Result<(String, Summary)> {
-        let Self { arguments, calibrated, experiment, scene } = *self;
+        let Self { arguments, calibrated, experiment, scene, plan } = *self;
         let session = &arguments.session;
         let mut assumptions = experiment.assumptions.clone();
         let (mut contact_laws, mut kept) = (None, None);
@@ -223,7 +231,6 @@ impl Job<'_> {
         let features = observation::measure_response(scene, &response, settings)?;
         let pressure = heard(scene, &response, features.window)?;
         timing.stage("features");
-        let plan = arguments.ensemble.map(|members| EnsemblePlan::new(members as usize, session.seed()));
         let spread = plan.map(|plan| ensemble::run_on(&Bodies::new(session.cache()), scene, &plan)).transpose()?;
         interrupt::check()?;
         timing.stage("ensemble");
@@ -249,7 +256,7 @@ impl Job<'_> {
             warnings: experiment.warnings().to_vec(),
             observed: response.observed,
             drive_origin_s: experiment.drive.as_ref().map(|drive| drive.motion.origin),
-            inputs: summary::Inputs::new(experiment, calibrated)?,
+            inputs: summary::Inputs::new(experiment, calibrated),
             features,
         };
         let text = summary::text(scene, &summary, spread.as_ref());

@@ -90,7 +90,7 @@ fn load(session: &Session, name: &str, overrides: &[String]) -> anyhow::Result<S
     for note in &loaded.notes {
         session.note(format_args!("note: {note}"));
     }
-    Ok(loaded.scene)
+    Ok(loaded.scene.with_limits(session.limits()))
 }
 
 fn list(session: &Session) -> anyhow::Result<()> {

@@ -89,6 +89,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         return Err(usage(format!("--from {from:e} s must come before --to {to:e} s")));
     }
     let options = reading.options(drive_frequency);
+    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, &[], output.force)).transpose()?;
     let ours = is_response(&file);
     let record = if ours {
         // A simulation has neither an offset nor noise, and its free flights are no clipping.
@@ -126,8 +127,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         features,
         assumptions: record.assumptions.clone(),
     };
-    if let Some(out) = &output.out {
-        let place = write(out, output.force, &record.series, &summary)?;
+    if let Some(folder) = folder {
+        let place = write(folder, &record.series, &summary)?;
         session.note(format_args!("written to {}", place.display()));
     }
     session.result(Text(&summary), &summary)?;
@@ -264,8 +265,7 @@ fn window(
     Ok((window.overridden(from, to), said))
 }
 
-fn write(out: &Path, force: bool, series: &Series, summary: &Summary) -> anyhow::Result<PathBuf> {
-    let folder = OutputFolder::stage(out, &[], force)?;
+fn write(folder: OutputFolder, series: &Series, summary: &Summary) -> anyhow::Result<PathBuf> {
     let spectrum = amplitude_spectrum(series, summary.features.window)?;
     let figure = page::figure(&spectrum, &summary.features);
     folder.write("spectrum.csv", page::csv(&spectrum, &summary.features))?;

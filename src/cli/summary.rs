@@ -1,6 +1,6 @@
 //! What `summary.json` says of a run besides its features, and the same for people.
 
-use std::{fmt::Write, path::PathBuf};
+use std::fmt::Write;
 
 use anyhow::Context;
 use serde::Serialize;
@@ -125,17 +125,14 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// With the digests of the files as they are now.
-    ///
-    /// # Errors
-    /// When one of them can no longer be read.
-    pub fn new(experiment: &Bench, calibrated: Option<&Calibrated>) -> anyhow::Result<Self> {
-        let scene = PathBuf::from(&experiment.source);
-        Ok(Self {
+    /// With the digests of what was read.
+    #[must_use]
+    pub fn new(experiment: &Bench, calibrated: Option<&Calibrated>) -> Self {
+        Self {
             drive: experiment.drive.as_ref().map(|drive| drive.input.clone()),
-            scene: scene.is_file().then(|| Input::digest(scene)).transpose()?,
-            calibration: calibrated.map(|calibrated| Input::digest(calibrated.path.clone())).transpose()?,
-        })
+            scene: experiment.scene_file(),
+            calibration: calibrated.map(|calibrated| calibrated.input.clone()),
+        }
     }
 }
 

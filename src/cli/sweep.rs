@@ -19,11 +19,14 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
+    calibration::bench::Bench,
     measurement::sha256,
+    model::{Estimate, ModelError},
     report::sweep::sweep_figure,
-    scene::Scene,
+    scene::{Limits, Scene},
     study::{
         Axis, Bodies, EnsemblePlan, Grid,
+        ensemble::STEPS_PER_PERIOD,
         grid::GridError,
         published::published,
         sweep::{Run, SweepError, Watch, sweep},
@@ -84,6 +87,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let calibrated = calibration.as_deref().map(Calibrated::read).transpose()?;
     let preferred = preferred_model(calibrated.as_ref(), ensemble);
     let mut bench = experiment::read(&flags, &reading, calibrated.as_ref(), preferred)?;
+    bench.limits = session.limits();
     experiment::agree_on_model(&mut bench, (0..grid.len()).map(|index| grid.overrides(index)));
     experiment::refuse_drive_keys(&bench, grid.axes.iter().map(|axis| axis.key.as_str()))?;
     let base = bench.scene_with(&[])?;
@@ -94,6 +98,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         session.note(format_args!("warning: {warning}"));
     }
     let ensemble = ensemble.map(|members| EnsemblePlan::new(members as usize, session.seed()));
+    refuse_excess(&bench, &base, &grid, ensemble.as_ref())?;
     let plan = plan_of(&base, &grid, ensemble.as_ref())?;
     timing.stage("read");
 
@@ -150,6 +155,18 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
+/// Refuse a grid whose points together are estimated above the limits. Points that are no scene count nothing: they are tabled as such.
+fn refuse_excess(bench: &Bench, base: &Scene, grid: &Grid, ensemble: Option<&EnsemblePlan>) -> Result<(), ModelError> {
+    let mut all = Estimate { work: 0.0, memory: 0.0 };
+    for point in 0..grid.len() {
+        let Ok(scene) = bench.scene_with(&grid.overrides(point)) else { continue };
+        let one = ensemble.map_or(Estimate::of(&scene), |plan| plan.estimate(&scene, STEPS_PER_PERIOD));
+        all = Estimate { work: all.work + one.work, memory: all.memory.max(one.memory) };
+        all.check(&base.model.limits)?;
+    }
+    Ok(())
+}
+
 fn write(
     folder: &OutputFolder,
     table: &sweep_table::SweepTable<'_>,
@@ -172,7 +189,8 @@ fn write(
 /// Everything that decides what the runs are.
 fn plan_of(base: &Scene, grid: &Grid, ensemble: Option<&EnsemblePlan>) -> anyhow::Result<Vec<u8>> {
     // The debug form holds every number of the scene, recorded drive included, to the last bit.
-    let scene = sha256(format!("{base:?}").as_bytes());
+    let scene = base.clone().with_limits(Limits::default());
+    let scene = sha256(format!("{scene:?}").as_bytes());
     summary::json(&serde_json::json!({
         "program": summary::program(), "scene_sha256": scene, "grid": grid, "ensemble": ensemble,
     }))

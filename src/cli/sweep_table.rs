@@ -133,7 +133,7 @@ impl SweepTable<'_> {
             "assumptions": experiment.assumptions,
             "warnings": experiment.warnings(),
             "drive_origin_s": experiment.drive.as_ref().map(|drive| drive.motion.origin),
-            "inputs": summary::Inputs::new(experiment, calibrated)?,
+            "inputs": summary::Inputs::new(experiment, calibrated),
         }))
     }
 

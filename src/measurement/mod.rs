@@ -35,6 +35,7 @@ pub mod seal;
 mod table;
 mod universal;
 
+pub use crate::signal::{hexadecimal, sha256};
 pub use decimal::DecimalSign;
 pub use dialect::Delimiter;
 pub use error::MeasurementError;
@@ -45,7 +46,7 @@ pub use noise::NoiseSource;
 pub use options::{Baseline, Missing, ReadOptions, RecordKind};
 pub use place::Place;
 pub use published::{PublishedCase, PublishedError, PublishedFeature, PublishedFeatures, Statement};
-pub use read::{hexadecimal, inspect_record, read_record, read_record_bytes, sha256};
+pub use read::{inspect_record, read_record, read_record_bytes};
 pub use record::{Record, RecordedQuantity};
 pub use sampling::SAMPLING_TOLERANCE;
 pub use scale::{Sensitivity, SensitivityError};

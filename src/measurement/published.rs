@@ -38,10 +38,7 @@ use toml::Spanned;
 
 use crate::signal::{Dimension, Quantity};
 
-use super::{
-    MeasurementError,
-    read::{read_file, sha256},
-};
+use super::{MeasurementError, read::read_file, sha256};
 
 pub use error::PublishedError;
 

@@ -1,14 +1,11 @@
 //! From a file to a [`Record`].
 
 use std::{
-    fmt::Write as _,
     fs, io,
     path::{Path, PathBuf},
 };
 
-use sha2::{Digest, Sha256};
-
-use crate::signal::{Dimension, Series, Unit, integral};
+use crate::signal::{Dimension, Series, Unit, integral, sha256};
 
 use super::{
     Baseline, MeasurementError, NoiseSource, ReadOptions, Record, RecordKind, RecordedQuantity, Sensitivity,
@@ -72,22 +69,6 @@ fn nearest(path: &Path) -> Option<String> {
         .filter(|(likeness, _)| *likeness > 0.8)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, name)| name)
-}
-
-/// SHA-256 of `bytes`, hexadecimal.
-#[must_use]
-pub fn sha256(bytes: &[u8]) -> String {
-    hexadecimal(&Sha256::digest(bytes))
-}
-
-/// Two hexadecimal digits a byte.
-#[must_use]
-pub fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
-        // Writing to a String cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
 }
 
 /// Read a record from bytes already in memory; `path` names them in messages. Without a kind it is told from name and units.

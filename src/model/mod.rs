@@ -3,13 +3,17 @@
 pub mod analytical;
 pub mod chain;
 pub mod contact_law;
+mod estimate;
 pub mod fea;
 mod prepared;
 pub mod reduced;
 mod tally;
+mod vector_unit;
 pub mod water;
 
+pub use estimate::Estimate;
 pub use prepared::{Prepared, prepare, prepare_with};
+pub use vector_unit::vector_unit;
 
 use thiserror::Error;
 
@@ -48,6 +52,9 @@ impl From<fea::FeaError> for ModelError {
         Self::Fea(Box::new(error))
     }
 }
+
+/// Bytes of a GiB.
+const GIB: f64 = 1024.0 * 1024.0 * 1024.0;
 
 /// Why a run failed.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -140,6 +147,63 @@ pub enum ModelError {
         residual_j: f64,
         /// Largest energy seen, J.
         largest_j: f64,
+    },
+    /// More work than anyone waits for.
+    #[error(
+        "the run is estimated at {work:.1e} unknowns × steps, above the limit of {limit:.0e}; shorten `duration`, lengthen the step, take fewer \
+         beads or runs, or lift the limits with --no-limits (in a program, `Scene::with_limits`)"
+    )]
+    TooMuchWork {
+        /// Unknowns × steps, 1.
+        work: f64,
+        /// Most of them, 1.
+        limit: f64,
+    },
+    /// More memory than a machine has.
+    #[error(
+        "the run is estimated at {:.1} GiB of memory, above the limit of {:.1} GiB; lengthen `output_step`, shorten `duration`, take fewer beads \
+         or runs or a coarser mesh, or lift the limits with --no-limits (in a program, `Scene::with_limits`)",
+        memory / GIB, limit / GIB
+    )]
+    TooMuchMemory {
+        /// Bytes.
+        memory: f64,
+        /// Most of them.
+        limit: f64,
+    },
+    /// A dashpot so fast that the adaptive integrator would creep.
+    #[error(
+        "the dashpot of contact {contact} (1 = piston), {coefficient:.1e} N·s/m, is {ratio:.1e} times as fast as the contact, above the limit of \
+         {limit:.0e}: the chain's steps would shrink with it; lower `damping.coefficient`, give the bodies that it holds together as one, or lift \
+         the limits with --no-limits (in a program, `Scene::with_limits`)"
+    )]
+    StiffDashpot {
+        /// Contact, counted from 1 at the piston.
+        contact: usize,
+        /// Its dashpot at the overlap of an impact, N·s/m.
+        coefficient: f64,
+        /// 4 c/m of the lightest bead × the contacts' natural time, 1.
+        ratio: f64,
+        /// Most of it, 1.
+        limit: f64,
+    },
+    /// The adaptive steps are so short that the run would not end.
+    #[error(
+        "after {steps} steps the run is at {time:.9e} s of {end:.3e} s and would take {expected:.1e} steps, above the limit of {limit:.1e}; look for \
+         a stiffness, damping or bead out of range, loosen `model.tolerance`, or lift the limits with --no-limits (in a program, \
+         `Scene::with_limits`)"
+    )]
+    TooManySteps {
+        /// Steps taken.
+        steps: u64,
+        /// Simulated time, s.
+        time: f64,
+        /// End of the run, s.
+        end: f64,
+        /// Steps to the end at the pace of the last, 1.
+        expected: f64,
+        /// Most of them, 1.
+        limit: f64,
     },
     /// The contact finite element analysis could not be run, or failed.
     #[error(transparent)]

@@ -3,6 +3,7 @@
 use super::{
     ModelError, Progress,
     chain::{ChainModel, FiniteBodyLaws, InitialState},
+    estimate::refuse_excess,
     fea::FeaModel,
     reduced::{Cache, Origin, Reduction},
     tally,
@@ -68,6 +69,7 @@ pub fn prepare_with(scene: &Scene, cache: Option<&Cache>) -> Result<Prepared, Mo
 }
 
 fn rung(scene: &Scene, cache: Option<&Cache>) -> Result<Rung, ModelError> {
+    refuse_excess(scene)?;
     Ok(match scene.model.kind {
         ModelKind::Chain if matches!(scene.support, Support::Disc { .. }) => {
             super::need_drive(scene, "chain")?;
@@ -111,6 +113,7 @@ impl Prepared {
         if let Some(part) = self.bodies.difference(scene) {
             return Err(ModelError::OtherBodies { part });
         }
+        refuse_excess(scene)?;
         match &self.rung {
             Rung::Chain(fitted) => {
                 let still = InitialState::at_rest(scene.chain.beads.len());

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::{
     Bead, Chain, ContactLaw, ContactNormal, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact,
-    Material, ModelKind, Scene, Support, builtin, contact_law, disc,
-    document::{Document, read_text, resolved},
+    Material, ModelKind, Scene, SceneText, Support, builtin, contact_law, disc,
+    document::{Document, resolved},
     error::SceneError,
     key::{CHAIN_INTEGRATORS, DAMPING_KINDS, DRIVE_KINDS, FLAT_KINDS, NORMALS, PLACEMENTS, SUPPORT_KINDS},
     mesh_file,
@@ -18,7 +18,7 @@ use crate::signal::{Dimension, Quantity};
 
 /// Default interval of the output samples, s.
 pub const DEFAULT_OUTPUT_STEP: f64 = 1e-7;
-/// `vibrometer.bandwidth` unless set, Hz: of a decoder of this class; the lowest mode of a 1 mm steel bead rings at 2.6 MHz.
+/// `vibrometer.bandwidth` unless set, Hz, or four drive frequencies where that is more: of a decoder of this class; the lowest mode of a 1 mm steel bead rings at 2.6 MHz.
 pub const DEFAULT_VIBROMETER_BANDWIDTH: f64 = 1.5e6;
 /// Default of c, N·s/m: the paper's linear dashpots.
 pub const DEFAULT_LINEAR_DAMPING: f64 = 0.3;
@@ -82,19 +82,7 @@ pub fn load_with_notes(name_or_path: &str, overrides: &[String]) -> Result<Loade
 /// # Errors
 /// As [`load`].
 pub fn load_preferring(name_or_path: &str, overrides: &[String], preferred: ModelKind) -> Result<Loaded, SceneError> {
-    let path = Path::new(name_or_path);
-    let looks_like_path = name_or_path.contains(['/', '\\', '.']) || path.exists();
-    let built_in = match builtin::find(name_or_path, None) {
-        Err(SceneError::UnknownScene { .. }) if looks_like_path => None,
-        found => Some(found?),
-    };
-    match built_in {
-        Some(scene) => {
-            let document = Document::parse(scene.toml, Author::BuiltIn(scene.name))?;
-            assemble(document, overrides, &format!("built-in scene `{}`", scene.name), scene.name, preferred)
-        }
-        None => parse(&read_text(path)?, path, overrides, preferred),
-    }
+    SceneText::read(name_or_path)?.load(overrides, preferred)
 }
 
 /// Read a scene from TOML text; `path` names it in messages, and what it points to is relative to the folder of `path`.
@@ -105,7 +93,7 @@ pub fn load_text(text: &str, path: &Path, overrides: &[String]) -> Result<Loaded
     parse(text, path, overrides, ModelKind::Chain)
 }
 
-fn parse(text: &str, path: &Path, overrides: &[String], preferred: ModelKind) -> Result<Loaded, SceneError> {
+pub(super) fn parse(text: &str, path: &Path, overrides: &[String], preferred: ModelKind) -> Result<Loaded, SceneError> {
     let own = Document::parse(text, Author::File(path))?;
     let document = match own.entries.get("extends") {
         None => own,
@@ -128,7 +116,7 @@ fn parse(text: &str, path: &Path, overrides: &[String], preferred: ModelKind) ->
     assemble(document, overrides, &path.display().to_string(), &stem, preferred)
 }
 
-fn assemble(
+pub(super) fn assemble(
     mut document: Document,
     overrides: &[String],
     origin: &str,
@@ -200,8 +188,8 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
         return Err(reader.out_of_range("output_step", expected, time(output_step)));
     }
     let bandwidth = reader.quantity("vibrometer.bandwidth", Dimension::FREQUENCY, Bound::Positive)?;
-    let vibrometer_bandwidth = bandwidth.unwrap_or(DEFAULT_VIBROMETER_BANDWIDTH);
-    if bandwidth.is_some_and(|bandwidth| bandwidth <= drive.frequency) {
+    let vibrometer_bandwidth = bandwidth.unwrap_or(f64::max(DEFAULT_VIBROMETER_BANDWIDTH, 4.0 * drive.frequency));
+    if vibrometer_bandwidth <= drive.frequency {
         let expected = format!("above the drive frequency {}", frequency(drive.frequency));
         return Err(reader.out_of_range("vibrometer.bandwidth", expected, frequency(vibrometer_bandwidth)));
     }
@@ -248,7 +236,7 @@ fn flat(word: Option<&str>) -> FlatContact {
 fn chain(reader: &Reader<'_>) -> Result<Chain, SceneError> {
     let count = reader.beads()?;
     let radius =
-        reader.required("chain.radius", Dimension::LENGTH, Bound::Positive, None, "chain.radius = \"0.5 mm\"")?;
+        reader.required("chain.radius", Dimension::LENGTH, Bound::Radius, None, "chain.radius = \"0.5 mm\"")?;
     let material = reader.material("chain.material")?;
     let mesh = mesh_file::read(reader, "chain.mesh", "chain.mesh_unit")?;
     let mut beads = vec![Bead { radius, material, mesh }; count];

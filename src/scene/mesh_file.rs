@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::{
-    Chain, Material, Support,
+    Chain, Material, Scene, Support,
     document::{Value, resolved},
     error::SceneError,
     reader::{Bound, Reader},
@@ -52,5 +52,20 @@ pub(super) fn strip_overrides(value: &mut Value) {
         if let Value::Table(table) = &mut item.value {
             table.retain(|(word, _)| !matches!(word.as_str(), "mesh" | "mesh_unit"));
         }
+    }
+}
+
+impl Scene {
+    /// The mesh files of its bodies, each once, sorted.
+    #[must_use]
+    pub fn mesh_files(&self) -> Vec<PathBuf> {
+        let beads = self.chain.beads.iter().filter_map(|bead| bead.mesh.as_ref());
+        let mut paths: Vec<PathBuf> = beads.map(|mesh| mesh.path.clone()).collect();
+        if let Support::Body { mesh, .. } = &self.support {
+            paths.push(mesh.path.clone());
+        }
+        paths.sort();
+        paths.dedup();
+        paths
     }
 }

@@ -36,6 +36,7 @@ mod error;
 mod fea;
 mod file;
 mod key;
+mod limits;
 mod listing;
 mod material;
 mod mesh_file;
@@ -45,6 +46,7 @@ mod reduced;
 mod settings;
 mod source;
 mod support;
+mod text;
 mod water;
 
 pub use builtin::{BUILT_IN, BuiltIn};
@@ -63,6 +65,7 @@ pub use file::{
     DEFAULT_VIBROMETER_BANDWIDTH, Loaded, MOST_BEADS, load, load_preferring, load_text, load_with_notes,
 };
 pub use key::{KEYS, Key, ValueKind};
+pub use limits::Limits;
 pub use listing::{Setting, SettingValue};
 pub use material::Material;
 pub use mesh_file::MeshFile;
@@ -70,6 +73,7 @@ pub use motion::Motion;
 pub use reduced::{DEFAULT_MODES, DEFAULT_REDUCED_DENSITY, DEFAULT_REDUCED_STEP, ReducedSettings};
 pub use settings::{Integrator, Meshing, ModelKind, ModelSettings};
 pub use support::{ContactNormal, FlatContact, Support};
+pub use text::SceneText;
 pub use water::{
     Absorption, Baffle, DEFAULT_WATER_STEP, FieldPoint, Medium, Water, WaterMesh, WaterMethod, WaterSettings,
 };

@@ -16,6 +16,12 @@ pub(super) enum Bound {
     Positive,
     NotNegative,
     Between(f64, f64),
+    /// 1 nm to 1 km: bodies of a bench, with room.
+    Radius,
+    /// 1 Pa to 10¹⁵ Pa: foam to a thousand times diamond.
+    Modulus,
+    /// 1 g/m³ to 10⁹ kg/m³.
+    Density,
     /// 0 to 1/3.
     UpToAThird,
     /// 0 to 1/2.
@@ -32,10 +38,21 @@ impl Bound {
                 Self::Positive => value > 0.0,
                 Self::NotNegative => value >= 0.0,
                 Self::Between(low, high) => (low..=high).contains(&value),
+                Self::Radius => (1e-9..=1e3).contains(&value),
+                Self::Modulus => (1.0..=1e15).contains(&value),
+                Self::Density => (1e-3..=1e9).contains(&value),
                 Self::UpToAThird => (0.0..=1.0 / 3.0).contains(&value),
                 Self::UpToAHalf => (0.0..=0.5).contains(&value),
                 Self::PoissonsRatio => value > -1.0 && value < 0.5,
             }
+    }
+
+    /// What is asked for before any range.
+    fn sign(self) -> Self {
+        match self {
+            Self::Radius | Self::Modulus | Self::Density => Self::Positive,
+            other => other,
+        }
     }
 
     fn describe(self) -> String {
@@ -44,6 +61,9 @@ impl Bound {
             Self::Positive => "a positive, finite value".to_owned(),
             Self::NotNegative => "a finite value of 0 or more".to_owned(),
             Self::Between(low, high) => format!("a value between {low:e} and {high:e}"),
+            Self::Radius => "a length between 1 nm and 1 km".to_owned(),
+            Self::Modulus => "a modulus between 1 Pa and 1e15 Pa".to_owned(),
+            Self::Density => "a density between 1e-3 kg/m^3 and 1e9 kg/m^3".to_owned(),
             Self::UpToAThird => "a value from 0 to 1/3".to_owned(),
             Self::UpToAHalf => "a value from 0 to 0.5".to_owned(),
             Self::PoissonsRatio => "Poisson's ratio above −1 and below 0.5".to_owned(),
@@ -250,7 +270,7 @@ impl<'a> Reader<'a> {
             youngs_modulus: property(
                 "youngs_modulus",
                 Dimension::PRESSURE,
-                Bound::Positive,
+                Bound::Modulus,
                 of(|steel| steel.youngs_modulus),
             )?,
             poissons_ratio: property(
@@ -259,7 +279,7 @@ impl<'a> Reader<'a> {
                 Bound::PoissonsRatio,
                 of(|steel| steel.poissons_ratio),
             )?,
-            density: property("density", Dimension::DENSITY, Bound::Positive, of(|steel| steel.density))?,
+            density: property("density", Dimension::DENSITY, Bound::Density, of(|steel| steel.density))?,
         })
     }
 
@@ -322,7 +342,7 @@ impl<'a> Reader<'a> {
                 return Err(SceneError::RepeatedBead { place: number.place.clone(), bead: index + 1 });
             }
             if let Some(radius) = find("radius") {
-                beads[index].radius = quantity(radius, "chain.override.radius", Dimension::LENGTH, Bound::Positive)?;
+                beads[index].radius = quantity(radius, "chain.override.radius", Dimension::LENGTH, Bound::Radius)?;
             }
             if let Some(material) = find("material") {
                 let key = "chain.override.material";
@@ -445,7 +465,8 @@ pub(super) fn quantity(entry: &Entry, key: &str, dimension: Dimension, bound: Bo
     Err(SceneError::OutOfRange {
         place: entry.place.clone(),
         key: key.to_owned(),
-        expected: bound.describe(),
+        // A range is told only to a number that could lie in it.
+        expected: if value > 0.0 && value.is_finite() { bound } else { bound.sign() }.describe(),
         found: if value.is_finite() { Quantity::new(value, dimension).to_string() } else { value.to_string() },
     })
 }

@@ -1,7 +1,7 @@
 //! How a run is computed.
 
 use super::{
-    ContactLaw, ContactMass, DEFAULT_FEA_STEP, DEFAULT_REDUCED_STEP, DEFAULT_WATER_STEP, Elements, FeaSettings,
+    ContactLaw, ContactMass, DEFAULT_FEA_STEP, DEFAULT_REDUCED_STEP, DEFAULT_WATER_STEP, Elements, FeaSettings, Limits,
     ReducedSettings, contact_law,
     error::SceneError,
     fea,
@@ -50,6 +50,8 @@ pub struct ModelSettings {
     pub reduced: ReducedSettings,
     /// Settings of the finite element analysis.
     pub fea: FeaSettings,
+    /// What a run may ask for; no scene file says so.
+    pub limits: Limits,
 }
 
 /// How bodies are meshed.
@@ -70,7 +72,7 @@ impl ModelSettings {
     #[must_use]
     pub fn chain(integrator: Integrator) -> Self {
         let (reduced, fea) = (ReducedSettings::default(), FeaSettings::default());
-        Self { kind: ModelKind::Chain, integrator, reduced, fea }
+        Self { kind: ModelKind::Chain, integrator, reduced, fea, limits: Limits::default() }
     }
 
     /// How the bodies of this model are meshed; for the chain, which has none, as for the finite element analysis.
@@ -129,6 +131,7 @@ pub(super) fn read(
         integrator: Integrator::DormandPrince853 { tolerance: DEFAULT_TOLERANCE },
         reduced: ReducedSettings::default(),
         fea: FeaSettings::default(),
+        limits: Limits::default(),
     };
     if contact_law::read(reader)? == ContactLaw::FiniteBody {
         let default = FeaSettings::default();

@@ -4,6 +4,7 @@
 
 mod calculus;
 mod conditioning;
+mod digest;
 mod filter;
 mod kernel;
 pub mod number;
@@ -15,6 +16,7 @@ mod unit;
 
 pub use calculus::{derivative, integral};
 pub use conditioning::{Conditioner, Conditioning, about_running_mean, wander};
+pub use digest::{hexadecimal, sha256};
 pub use filter::{LowPass, low_pass};
 pub use quantity::{Dimension, Quantity, QuantityError};
 pub use resample::{Resampler, resample};

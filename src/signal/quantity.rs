@@ -7,7 +7,7 @@ use std::{fmt, str::FromStr};
 
 use thiserror::Error;
 
-use super::unit::{Scale, Unit};
+use super::unit::{MOST_OPEN, Scale, Unit};
 
 /// Exponents of metre, kilogram, second and volt, each in halves (`metre: 2` is m¹, `metre: -3` is m^(-3/2)).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -232,6 +232,12 @@ pub enum QuantityError {
         /// What could not be read.
         rest: String,
         /// The text as given.
+        found: String,
+    },
+    /// Parentheses in parentheses without end.
+    #[error("expected a unit with at most {MOST_OPEN} parentheses in one another, found more in `{found}…`")]
+    Nested {
+        /// The beginning of the text.
         found: String,
     },
     /// A number without a unit where one is needed.

@@ -99,7 +99,7 @@ impl Scale {
 
     /// Read a whole unit; `found` is the text it stands in, for messages.
     pub(super) fn parse(text: &str, found: &str) -> Result<Self, QuantityError> {
-        let mut reader = Reader { rest: text, found };
+        let mut reader = Reader { rest: text, found, open: 0 };
         let scale = reader.product()?;
         if reader.rest.is_empty() { Ok(scale) } else { Err(reader.malformed()) }
     }
@@ -136,7 +136,12 @@ impl Scale {
 struct Reader<'a> {
     rest: &'a str,
     found: &'a str,
+    /// Parentheses that are open.
+    open: usize,
 }
+
+/// Most parentheses in one another.
+pub(super) const MOST_OPEN: usize = 32;
 
 impl<'a> Reader<'a> {
     fn malformed(&self) -> QuantityError {
@@ -189,7 +194,12 @@ impl<'a> Reader<'a> {
     /// A symbol or a product in parentheses, and twice its exponent.
     fn factor(&mut self) -> Result<(Scale, i32), QuantityError> {
         let scale = if self.eat(&["("]) {
+            if self.open == MOST_OPEN {
+                return Err(QuantityError::Nested { found: self.found.chars().take(40).collect() });
+            }
+            self.open += 1;
             let scale = self.product()?;
+            self.open -= 1;
             if !self.eat(&[")"]) {
                 return Err(self.malformed());
             }

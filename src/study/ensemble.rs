@@ -16,8 +16,8 @@ use super::{
 };
 use crate::{
     feature::{FeatureError, Measurand},
-    model::{ModelError, chain::ensemble::Variation},
-    scene::Scene,
+    model::{Estimate, ModelError, chain::ensemble::Variation},
+    scene::{ModelKind, Scene, Support},
     signal::{Series, low_pass},
 };
 
@@ -44,6 +44,18 @@ impl EnsemblePlan {
     #[must_use]
     pub fn new(members: usize, seed: u64) -> Self {
         Self { members, seed, gap_jitter_m: 3e-10, drive_jitter: 1e-4, drive_change: 0.01 }
+    }
+
+    /// What all its runs of a scene take, with a step of T0/`steps_per_period` of the chain.
+    #[must_use]
+    pub fn estimate(&self, scene: &Scene, steps_per_period: u32) -> Estimate {
+        let (members, beads) = (self.members as f64, scene.chain.beads.len() as f64);
+        let mut one = Estimate::of(scene);
+        if scene.model.kind == ModelKind::Chain && !matches!(scene.support, Support::Disc { .. }) {
+            one.work = beads * scene.duration * scene.drive.frequency * f64::from(steps_per_period);
+        }
+        // A variation with its gaps, and what was watched of its run.
+        one.times(3.0 * members, 8.0 * (beads + 32.0))
     }
 }
 
@@ -121,6 +133,7 @@ pub fn run_on(bodies: &Bodies, scene: &Scene, plan: &EnsemblePlan) -> Result<Ens
     if plan.members < 2 {
         return Err(EnsembleError::TooFew { found: plan.members });
     }
+    plan.estimate(scene, STEPS_PER_PERIOD).check(&scene.model.limits)?;
     let settings = observation::settings(scene)?;
     run_traces(bodies, scene, (Measurand::Velocity, STEPS_PER_PERIOD), plan, |velocity| {
         Observation::measure(&low_pass(velocity, scene.vibrometer_bandwidth), &settings)

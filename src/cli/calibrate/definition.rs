@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::{Arguments, FeatureChoice, QuantityChoice, SearchChoice};
 use crate::{
     calibration::{
-        drive::{self, BESIDE},
+        drive::{self, BESIDE, Input},
         plan::{Bounds, Number, Plan, RecordPlan},
         problem::Problem,
         refusal::Refusal,
@@ -16,12 +16,13 @@ use crate::{
     feature::{Measurand, fingerprint::FeatureSet},
 };
 
-/// Read and check everything that the arguments name.
+/// Read and check everything that the arguments name; the plan file too, where there is one.
 ///
 /// # Errors
 /// A usage error for what contradicts itself; whatever is wrong with plan, scene or records.
-pub fn problem(arguments: &Arguments) -> anyhow::Result<Problem> {
+pub fn problem(arguments: &Arguments) -> anyhow::Result<(Problem, Option<Input>)> {
     let mut plan = arguments.plan.as_deref().map(Plan::read).transpose()?.unwrap_or_default();
+    let read = arguments.plan.clone().map(|path| Input { path, sha256: plan.sha256.clone() });
     merge(arguments, &mut plan)?;
     let mut assumptions = Vec::new();
     let shots = records(arguments, &plan, &mut assumptions)?;
@@ -40,7 +41,7 @@ pub fn problem(arguments: &Arguments) -> anyhow::Result<Problem> {
         SearchChoice::ParticleSwarm => Strategy::ParticleSwarm,
     };
     assumptions.append(&mut problem.assumptions);
-    Ok(Problem { assumptions, ..problem })
+    Ok((Problem { assumptions, ..problem }, read))
 }
 
 /// What contradicts itself is the command line's fault.
@@ -139,7 +140,9 @@ fn records(arguments: &Arguments, plan: &Plan, assumptions: &mut Vec<String>) ->
         records.push((source, scene, origin));
     }
     let of = |(source, scene, origin)| {
-        Ok(ShotPlan { source, bench: experiment::for_fit(&scene, &arguments.reading, several)?, origin })
+        let mut bench = experiment::for_fit(&scene, &arguments.reading, several)?;
+        bench.limits = arguments.session.limits();
+        Ok(ShotPlan { source, bench, origin })
     };
     records.into_iter().map(of).collect()
 }

@@ -1,18 +1,16 @@
 //! What went into a calibration and what came out: `manifest.json`, from which `granchain report verify` begins.
 
-use std::{
-    collections::BTreeMap,
-    path::{Path, PathBuf},
-};
+use std::{collections::BTreeMap, path::PathBuf};
 
+use anyhow::bail;
 use serde::{Deserialize, Serialize};
 
 use super::Job;
 use crate::{
-    calibration::{bench::Bench, drive::Input, outcome::InputDigest, problem::Problem, shot::Shot},
+    calibration::{drive::Input, outcome::InputDigest, problem::Problem, shot::Shot},
     measurement::sha256,
+    model::vector_unit,
     report::page::Files,
-    scene::{BUILT_IN, Scene, Support},
 };
 
 /// Name of the file.
@@ -44,29 +42,17 @@ impl Manifest {
     /// The manifest of a job and what it made.
     ///
     /// # Errors
-    /// When a file that was read is no longer there.
+    /// When a file that was read is no longer there, or a mesh was changed meanwhile.
     pub fn of(job: &Job, files: &Files) -> anyhow::Result<Self> {
         let digests = files.iter().map(|(name, bytes)| (name.display().to_string(), sha256(bytes)));
         Ok(Self {
             program: job.program.clone(),
-            processor: processor(),
+            processor: vector_unit(),
             arguments: job.arguments.clone(),
             inputs: inputs(job)?,
             files: digests.collect(),
         })
     }
-}
-
-/// Architecture and vector unit.
-pub fn processor() -> String {
-    #[cfg(target_arch = "x86_64")]
-    {
-        let wide = std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma");
-        let with = if wide { "with AVX2 and FMA" } else { "without AVX2 and FMA" };
-        format!("x86_64 {with}")
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    std::env::consts::ARCH.to_owned()
 }
 
 /// The arguments without what cannot change a result: threads, verbosity, cache, resuming, where results go.
@@ -100,16 +86,17 @@ fn inputs(job: &Job) -> anyhow::Result<BTreeMap<String, InputDigest>> {
         Ok(())
     };
     if let Some(plan) = &job.plan {
-        add("plan".into(), plan.clone(), None)?;
+        add("plan".into(), plan.path.clone(), Some(plan.sha256.clone()))?;
     }
     let Problem { shots, candidates, .. } = &job.problem;
     for (number, (Shot { bench, measured, .. }, scene)) in shots.iter().zip(&candidates[0].scenes).enumerate() {
         let of = |role: &str| if number == 0 { role.to_owned() } else { format!("{role}-{}", number + 1) };
-        if let Some(scene) = scene_file(bench) {
-            add(of("scene"), scene, None)?;
+        if let Some(Input { path, sha256 }) = bench.scene_file() {
+            add(of("scene"), path, Some(sha256))?;
         }
-        for (index, mesh) in mesh_files(scene).into_iter().enumerate() {
-            add(format!("{}-{}", of("mesh"), index + 1), mesh, None)?;
+        for (index, mesh) in scene.mesh_files().into_iter().enumerate() {
+            let Input { path, sha256 } = unchanged(mesh, &job.meshes)?;
+            add(format!("{}-{}", of("mesh"), index + 1), path, Some(sha256))?;
         }
         add(of("measured"), measured.path().into(), Some(measured.sha256().into()))?;
         if let Some(Input { path, sha256 }) = bench.drive.as_ref().map(|drive| &drive.input) {
@@ -123,27 +110,29 @@ fn inputs(job: &Job) -> anyhow::Result<BTreeMap<String, InputDigest>> {
     Ok(inputs)
 }
 
-/// The file that a scene is read from, unless it is a built-in one.
-fn scene_file(bench: &Bench) -> Option<PathBuf> {
-    let source = bench.source.as_str();
-    let built_in = BUILT_IN.iter().any(|built_in| built_in.name == source);
-    (!built_in && Path::new(source).is_file()).then(|| source.into())
-}
-
-fn mesh_files(scene: &Scene) -> Vec<PathBuf> {
-    let beads = scene.chain.beads.iter().filter_map(|bead| bead.mesh.as_ref());
-    let mut paths: Vec<PathBuf> = beads.map(|mesh| mesh.path.clone()).collect();
-    if let Support::Body { mesh, .. } = &scene.support {
-        paths.push(mesh.path.clone());
+/// A mesh file, which every fit read anew, if it still is what it was before the first run.
+fn unchanged(mesh: PathBuf, before: &[Input]) -> anyhow::Result<Input> {
+    let now = Input::digest(mesh)?;
+    if !before.contains(&now) {
+        bail!("{}: the mesh was changed while the calibration ran; run it again", now.path.display());
     }
-    paths.sort();
-    paths.dedup();
-    paths
+    Ok(now)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_mesh_that_was_changed_meanwhile_certifies_nothing() {
+        let place = tempfile::tempdir().unwrap();
+        let mesh = place.path().join("ring.msh");
+        std::fs::write(&mesh, "before").unwrap();
+        let before = [Input::digest(mesh.clone()).unwrap()];
+        assert_eq!(unchanged(mesh.clone(), &before).unwrap(), before[0]);
+        std::fs::write(&mesh, "after").unwrap();
+        assert!(unchanged(mesh, &before).unwrap_err().to_string().contains("was changed"));
+    }
 
     #[test]
     fn what_cannot_change_a_result_is_left_out() {

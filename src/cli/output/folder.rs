@@ -254,7 +254,12 @@ impl OutputFolder {
     fn seal(&self) -> Result<List, OutputError> {
         let list = self.written()?.clone().unwrap_or_default();
         let results = self.work.join(RESULTS);
-        for stray in files_below(&results)?.into_iter().filter(|name| !list.contains(name)) {
+        let found = files_below(&results)?;
+        if let Some(gone) = list.names().find(|name| found.binary_search_by(|other| other.as_str().cmp(name)).is_err())
+        {
+            return Err(OutputError::Vanished { path: results.join(gone) });
+        }
+        for stray in found.iter().filter(|name| !list.contains(name)) {
             remove_all(&results.join(stray))?;
         }
         instant();

@@ -22,13 +22,16 @@ use crate::{
         seal::{sealed, unsealed},
         sha256,
     },
-    model::fea::{Control, Cut, Frames, Peak, PeakStress, Simulation, Snapshot, control::Complementarity},
+    model::{
+        Estimate,
+        fea::{Control, Cut, Frames, Peak, PeakStress, Simulation, Snapshot, control::Complementarity},
+    },
     report::{
         animation::{MOST_FRAMES, Raster},
         number::engineering,
     },
     response::{Response, write_pvd, write_vtu},
-    scene::{ModelKind, Scene, Support},
+    scene::{Limits, ModelKind, Scene, Support},
 };
 
 /// Flags of a finite element run.
@@ -154,10 +157,11 @@ impl<'a> Analysis<'a> {
         folder: Option<&'a OutputFolder>,
         session: &'a Session,
     ) -> anyhow::Result<Self> {
+        Estimate::of(scene).check(&scene.model.limits)?;
         let step = scene.model.fea.step;
         let frame = flags.fields.map(|interval| whole_steps("--fields", interval, step)).transpose()?;
         let save = flags.checkpoint.map(|interval| whole_steps("--checkpoint", interval, step)).transpose()?;
-        let meshes = mesh_files(scene).into_iter().map(Input::digest).collect::<Result<Vec<_>, _>>()?;
+        let meshes = scene.mesh_files().into_iter().map(Input::digest).collect::<Result<Vec<_>, _>>()?;
         if let Some(steps) = frame.filter(|_| flags.animation) {
             let count = (scene.duration / step).round() as usize / steps + 1;
             if count > MOST_FRAMES {
@@ -426,20 +430,10 @@ fn whole_steps(flag: &str, interval: f64, step: f64) -> anyhow::Result<usize> {
     Err(usage(format!("{flag} {interval}: expected a whole number of steps of {step} (model.step)")))
 }
 
-fn mesh_files(scene: &Scene) -> Vec<PathBuf> {
-    let mut paths: Vec<PathBuf> =
-        scene.chain.beads.iter().filter_map(|bead| bead.mesh.as_ref()).map(|mesh| mesh.path.clone()).collect();
-    if let Support::Body { mesh, .. } = &scene.support {
-        paths.push(mesh.path.clone());
-    }
-    paths.sort();
-    paths.dedup();
-    paths
-}
-
 /// Everything that decides what the state is.
 fn plan_of(scene: &Scene, meshes: &[Input], frame: Option<usize>, animation: bool) -> anyhow::Result<Vec<u8>> {
     // The debug form holds every number of the scene, recorded drive included, to the last bit.
+    let scene = scene.clone().with_limits(Limits::default());
     let scene = sha256(format!("{scene:?}").as_bytes());
     summary::json(&serde_json::json!({
         "program": summary::program(), "scene_sha256": scene, "meshes": meshes, "steps_a_frame": frame, "animation": animation,

@@ -34,7 +34,7 @@ use crate::{
             files::{self, Files},
             manifest::{self, Manifest},
         },
-        output::LIST,
+        output::{LIST, files_below},
         summary,
         timing::{self, Timing},
     },
@@ -102,8 +102,8 @@ struct Part {
 /// When the folder holds no calibration, an input is missing or another one, or the calibration cannot be derived anew.
 pub fn execute(arguments: &Arguments, session: &Session) -> anyhow::Result<Outcome> {
     let folder = std::path::absolute(&arguments.folder).context("the current folder cannot be told")?;
-    let stored = read(&folder)?;
-    let manifest = read_manifest(&folder, &stored)?;
+    let manifest = read_manifest(&folder)?;
+    let Stored { files: stored, unknown } = read(&folder, &manifest)?;
     let mut verification = Verification {
         folder,
         verified: false,
@@ -112,10 +112,8 @@ pub fn execute(arguments: &Arguments, session: &Session) -> anyhow::Result<Outco
         parts: Vec::new(),
         differences: told_twice(&manifest, &stored),
         missing: manifest.files.keys().filter(|name| !stored.contains_key(*name)).cloned().collect(),
-        unknown: Vec::new(),
+        unknown,
     };
-    let known = |name: &&String| manifest.files.contains_key(*name) || *name == manifest::FILE || *name == timing::FILE;
-    verification.unknown = stored.keys().filter(|name| !known(name)).cloned().collect();
     if verification.differences.is_empty() {
         // The folder for the inputs goes when this is dropped.
         let place = tempfile::tempdir().context("a folder for the inputs cannot be made")?;
@@ -128,29 +126,18 @@ pub fn execute(arguments: &Arguments, session: &Session) -> anyhow::Result<Outco
     Ok(if verification.verified { Outcome::Done } else { Outcome::Broken })
 }
 
-/// Every file of the folder by its name in it.
-fn read(folder: &Path) -> anyhow::Result<BTreeMap<String, Vec<u8>>> {
-    let mut files = BTreeMap::new();
-    let mut open = vec![folder.to_path_buf()];
-    while let Some(place) = open.pop() {
-        for entry in fs::read_dir(&place).with_context(|| format!("{}: cannot be read", place.display()))? {
-            let path = entry?.path();
-            if path.is_dir() {
-                open.push(path);
-            } else {
-                let bytes = fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
-                let name = path.strip_prefix(folder).unwrap_or(&path).display().to_string();
-                files.insert(name, bytes);
-            }
-        }
-    }
-    files.remove(LIST);
-    Ok(files)
+/// The files of a calibration's folder.
+struct Stored {
+    /// Those that the manifest knows, and itself, by their names.
+    files: BTreeMap<String, Vec<u8>>,
+    /// Names of the others, which are not read.
+    unknown: Vec<String>,
 }
 
-fn read_manifest(folder: &Path, stored: &BTreeMap<String, Vec<u8>>) -> anyhow::Result<Manifest> {
+/// The manifest, before anything else of the folder is read.
+fn read_manifest(folder: &Path) -> anyhow::Result<Manifest> {
     for name in [manifest::FILE, fingerprints::FILE] {
-        if !stored.contains_key(name) {
+        if !folder.join(name).is_file() {
             bail!(
                 "{}: expected the folder of a calibration, found no {name}; name one that `granchain calibrate` wrote, or calibrate again: \
                  versions before this file cannot be verified",
@@ -158,9 +145,26 @@ fn read_manifest(folder: &Path, stored: &BTreeMap<String, Vec<u8>>) -> anyhow::R
             );
         }
     }
-    serde_json::from_slice(&stored[manifest::FILE]).with_context(|| {
-        format!("{}: expected a manifest; the file was altered", folder.join(manifest::FILE).display())
-    })
+    let path = folder.join(manifest::FILE);
+    let bytes = fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    serde_json::from_slice(&bytes)
+        .with_context(|| format!("{}: expected a manifest; the file was altered", path.display()))
+}
+
+/// Look through the folder.
+fn read(folder: &Path, manifest: &Manifest) -> anyhow::Result<Stored> {
+    let mut stored = Stored { files: BTreeMap::new(), unknown: Vec::new() };
+    let own = [manifest::FILE, fingerprints::FILE, timing::FILE];
+    for name in files_below(folder)?.into_iter().filter(|name| name != LIST) {
+        if manifest.files.contains_key(&name) || own.contains(&name.as_str()) {
+            let path = folder.join(&name);
+            let bytes = fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+            stored.files.insert(name, bytes);
+        } else {
+            stored.unknown.push(name);
+        }
+    }
+    Ok(stored)
 }
 
 /// What the manifest and another file both say, and say otherwise: without either there is nothing to begin from.

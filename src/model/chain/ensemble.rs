@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     model::{
-        ModelError,
+        Estimate, ModelError,
         contact_law::{Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, dashpots},
     },
     scene::{DampingPlacement, Drive, DriveKind, PistonMotion, Scene, Support},
@@ -168,13 +168,17 @@ impl Ensemble {
     }
 
     fn on(scene: &Scene, fitted: Option<&FiniteBodyLaws>, steps_per_period: u32) -> Result<Self, ModelError> {
-        let system = System::new(scene, fitted)?;
         let step = 1.0 / (scene.drive.frequency * f64::from(steps_per_period));
         if !(step > 0.0 && step.is_finite()) {
             let (quantity, expected) =
                 ("drive.frequency".into(), "a positive frequency, Hz, and at least one step a period");
             return Err(ModelError::Unphysical { quantity, expected, found: scene.drive.frequency });
         }
+        let work = scene.chain.beads.len() as f64 * scene.duration / step;
+        // The drive and each of its realisations at half steps: two numbers.
+        let memory = 32.0 * scene.duration / step * (1 + scene.drive.shakes().len()) as f64;
+        Estimate { work, memory }.check(&scene.model.limits)?;
+        let system = System::new(scene, fitted)?;
         let steps = (scene.duration / step * (1.0 + 1e-12)).floor() as usize;
         let sampled = |drive: &Drive| -> Vec<(f64, f64)> {
             let motion = drive.concrete_motion(1.0);

@@ -5,6 +5,7 @@ use super::{
     dormand_prince::{Clock, Flow, SmoothInterval, Stepper},
     equation::{Equation, Instant, Mode},
     event::Resolution,
+    forecast::Forecast,
     record::Recording,
     system::System,
 };
@@ -30,6 +31,8 @@ pub(super) struct Control {
     pub velocity_scale: f64,
     /// End of the run, s.
     pub end: f64,
+    /// Most steps of the run, taken and expected.
+    pub most_steps: f64,
 }
 
 /// Steps between two calls of the progress function.
@@ -109,6 +112,7 @@ struct Run<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L> {
     initial_energy: f64,
     largest_energy: f64,
     work: SolverWork,
+    forecast: Forecast,
     /// Length of steps away from events, s.
     cruise: f64,
     /// Length of the first step after a closing, s.
@@ -168,6 +172,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
             initial_energy,
             largest_energy: initial_energy,
             work: SolverWork { unknowns: 2 * beads as u64, ..SolverWork::default() },
+            forecast: Forecast::new(control.end, control.most_steps),
             cruise: 0.02 * system.natural_time,
             after_closing: 0.02 * system.natural_time,
             before_opening: 0.1 * system.natural_time,
@@ -343,6 +348,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
             if self.work.steps.is_multiple_of(STEPS_A_REPORT) && !progress(self.time) {
                 return Err(ModelError::Stopped { time: self.time });
             }
+            self.forecast.look(self.work.steps, self.time)?;
         }
     }
 

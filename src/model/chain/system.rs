@@ -12,7 +12,7 @@ use crate::{
         contact_law::{Dashpot, ElasticLaw, Law, dashpots},
         need_drive,
     },
-    scene::{MeshFile, Scene, Support},
+    scene::{Limits, MeshFile, Scene, Support},
 };
 
 /// The assembled chain.
@@ -101,6 +101,21 @@ impl System {
                 static_time.min(moving.powf(0.2))
             })
             .fold(f64::INFINITY, f64::min);
+    }
+
+    /// Refuse a dashpot that is far faster than the contacts: with the natural time T of motions of order `velocity` (m/s), and d = c + γ √δ at an
+    /// overlap δ of order `velocity` T over the static one, 4 d/m T is the stiffness ratio.
+    pub fn refuse_stiffness(&self, velocity: f64, limits: &Limits) -> Result<(), ModelError> {
+        let lightest = self.mass[1..=self.beads].iter().copied().fold(f64::INFINITY, f64::min);
+        for (contact, (dashpot, law)) in self.dashpots.iter().zip(&self.laws).enumerate() {
+            let overlap = law.overlap(self.precompression) + velocity * self.natural_time;
+            let coefficient = dashpot.linear + dashpot.kuwabara_kono * overlap.sqrt();
+            let (ratio, limit) = (4.0 * coefficient / lightest * self.natural_time, limits.stiffness);
+            if ratio > limit {
+                return Err(ModelError::StiffDashpot { contact: contact + 1, coefficient, ratio, limit });
+            }
+        }
+        Ok(())
     }
 
     /// Elastic energy of every contact at the state's overlaps, J.

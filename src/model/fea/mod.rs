@@ -42,7 +42,7 @@ pub use frame::Frames;
 pub use peak::{Peak, PeakStress};
 pub use simulation::{Simulation, Snapshot};
 
-use super::{Model, ModelError, Progress, need_drive};
+use super::{Model, ModelError, Progress, estimate::refuse_excess, need_drive};
 use crate::{
     response::Response,
     scene::{PistonMotion, Scene},
@@ -73,6 +73,7 @@ impl FeaModel {
         progress: Progress<'_>,
     ) -> Result<Response, ModelError> {
         need_drive(scene, "fea")?;
+        refuse_excess(scene)?;
         let mut simulation = Simulation::with_motion(scene, Box::new(motion), Control::default())?;
         let mut steps = 0_usize;
         while !simulation.is_done() {

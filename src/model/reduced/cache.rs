@@ -2,12 +2,14 @@
 //!
 //! A file is named by the SHA-256 of everything its content follows from: meshes, materials, interface, settings and the version of the
 //! program. It begins with a line that holds the SHA-256 of the rest; a file that does not agree with it, or cannot be read as what it should be, is
-//! made anew. Files appear whole, by renaming, so that several programs may share a folder. Numbers are kept to the bit.
+//! made anew. Files appear whole, by renaming, so that several programs may share a folder. Numbers are kept to the bit. A folder holds 2 GiB at most:
+//! what was used longest ago goes first.
 
 use std::{
     fs, io,
     io::Write,
     path::{Path, PathBuf},
+    time::SystemTime,
 };
 
 use sha2::{Digest, Sha256};
@@ -21,19 +23,27 @@ use crate::{
             arrangement::{bead_mesh, support_mesh},
             mesh::Mesh,
         },
+        vector_unit,
     },
     scene::{Material, Scene, Support},
+    signal::{hexadecimal, sha256},
 };
 
 /// Raise it when anything changes that the numbers of a [`Reduction`] follow from; the version of the program does so with a release.
 const GENERATION: u32 = 2;
 /// What every file begins with.
 const HEADER: &str = "granchain reduction";
+/// What the name of every file begins and ends with.
+const NAME: (&str, &str) = ("reduction-", ".json");
+/// Most that a folder holds, bytes; at a mesh density of 12 a chain takes half a megabyte.
+const LARGEST: u64 = 2 << 30;
 
 /// A folder of reduced bodies.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Cache {
     folder: PathBuf,
+    /// Most that it holds, bytes.
+    largest: u64,
 }
 
 /// Where a reduction comes from.
@@ -55,7 +65,7 @@ impl Cache {
     /// In that folder, which is made when first needed.
     #[must_use]
     pub fn new(folder: impl Into<PathBuf>) -> Self {
-        Self { folder: folder.into() }
+        Self { folder: folder.into(), largest: LARGEST }
     }
 
     /// Where it is.
@@ -71,8 +81,10 @@ impl Cache {
     pub fn reduction(&self, scene: &Scene) -> Result<(Reduction, Origin), ModelError> {
         refuse_turning(scene)?;
         let key = key(scene)?;
-        let path = self.folder.join(format!("reduction-{key}.json"));
-        if let Some(reduction) = read(&path, &key) {
+        let path = self.folder.join(format!("{}{key}{}", NAME.0, NAME.1));
+        if let Some(reduction) = read(&path, &key).filter(|reduction| reduction.is_consistent(scene)) {
+            // Kept for having been used; where that cannot be noted it goes the sooner.
+            let _ = fs::File::open(&path).and_then(|file| file.set_modified(SystemTime::now()));
             return Ok((reduction, Origin::Read { path }));
         }
         let reduction = Reduction::new(scene)?;
@@ -84,35 +96,70 @@ impl Cache {
     fn keep(&self, path: &Path, key: &str, reduction: &Reduction) -> io::Result<()> {
         fs::create_dir_all(&self.folder)?;
         let body = serde_json::to_string(reduction)?;
-        let mut file = tempfile::NamedTempFile::new_in(&self.folder)?;
-        writeln!(file, "{HEADER} {key} {}", hexadecimal(Sha256::digest(&body)))?;
+        let mut builder = tempfile::Builder::new();
+        #[cfg(unix)]
+        {
+            // rw-rw-rw- less the umask: a folder may be shared.
+            use std::os::unix::fs::PermissionsExt;
+            builder.permissions(fs::Permissions::from_mode(0o666));
+        }
+        let mut file = builder.tempfile_in(&self.folder)?;
+        writeln!(file, "{HEADER} {key} {}", sha256(body.as_bytes()))?;
         file.write_all(body.as_bytes())?;
         file.flush()?;
         file.persist(path)?;
+        self.make_room(path)
+    }
+
+    /// Remove what was used longest ago until the rest is small enough; `kept` stays.
+    fn make_room(&self, kept: &Path) -> io::Result<()> {
+        let mut files = Vec::new();
+        for entry in fs::read_dir(&self.folder)? {
+            let path = entry?.path();
+            let is_ours = path.file_name().and_then(|name| name.to_str()).is_some_and(|name| {
+                name.strip_prefix(NAME.0).and_then(|rest| rest.strip_suffix(NAME.1)).is_some_and(is_digest)
+            });
+            // Another program may have removed it meanwhile.
+            if is_ours && let Ok(file) = fs::symlink_metadata(&path) {
+                files.push((file.modified()?, file.len(), path));
+            }
+        }
+        files.sort();
+        let mut total: u64 = files.iter().map(|(_, length, _)| length).sum();
+        for (_, length, path) in files.iter().filter(|(_, _, path)| path != kept) {
+            if total <= self.largest {
+                break;
+            }
+            match fs::remove_file(path) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+                _ => total -= length,
+            }
+        }
         Ok(())
     }
+}
+
+/// Whether a text is a digest as files are named by.
+fn is_digest(text: &str) -> bool {
+    text.len() == 64 && text.bytes().all(|byte| byte.is_ascii_hexdigit())
 }
 
 /// The file's content if it is whole and of that key.
 fn read(path: &Path, key: &str) -> Option<Reduction> {
     let text = fs::read_to_string(path).ok()?;
     let (header, body) = text.split_once('\n')?;
-    let expected = format!("{HEADER} {key} {}", hexadecimal(Sha256::digest(body)));
+    let expected = format!("{HEADER} {key} {}", sha256(body.as_bytes()));
     if header != expected {
         return None;
     }
     serde_json::from_str(body).ok()
 }
 
-fn hexadecimal(digest: impl AsRef<[u8]>) -> String {
-    digest.as_ref().iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
 /// SHA-256 of everything the reduced bodies of a scene follow from.
 fn key(scene: &Scene) -> Result<String, FeaError> {
     let scene = plain(scene);
     let mut digest = Sha256::new();
-    digest.update(format!("{HEADER} {} {GENERATION}\n", env!("CARGO_PKG_VERSION")));
+    digest.update(format!("{HEADER} {} {GENERATION} {}\n", env!("CARGO_PKG_VERSION"), vector_unit()));
     digest.update(format!("{:?} modes {}\n", scene.model.meshing(), scene.model.reduced.modes));
     let mut known = Vec::new();
     for bead in &scene.chain.beads {
@@ -136,7 +183,7 @@ fn key(scene: &Scene) -> Result<String, FeaError> {
     if let Some((mesh, materials)) = support_mesh(&scene)? {
         add(&mut digest, &mesh, &materials);
     }
-    Ok(hexadecimal(digest.finalize()))
+    Ok(hexadecimal(&digest.finalize()))
 }
 
 fn add(digest: &mut Sha256, mesh: &Mesh, materials: &[Material]) {
@@ -226,6 +273,77 @@ mod tests {
             let (again, origin) = cache.reduction(&scene(&[])).unwrap();
             assert_eq!((&again, origin), (&made, Origin::Made { not_kept: None }));
             assert_eq!(fs::read(&path).unwrap(), whole);
+        }
+    }
+
+    type Forgery = (&'static str, fn(&mut Reduction));
+
+    #[test]
+    fn a_forged_file_with_the_right_digest_is_made_anew() {
+        let place = tempfile::tempdir().unwrap();
+        let cache = Cache::new(place.path());
+        for support in ["annulus", "rigid"] {
+            let scene = scene(&[&format!("support.kind={support}")]);
+            let (made, _) = cache.reduction(&scene).unwrap();
+            let forgeries: [Forgery; 18] = [
+                ("beads", |it| _ = it.beads.pop()),
+                ("bead", |it| it.beads[1] = 99),
+                ("support", |it| it.support = it.support.map_or(Some(0), |_| None)),
+                ("contacts", |it| _ = it.contacts.pop()),
+                ("contact", |it| it.contacts[0] = 99),
+                ("mass", |it| it.kinds[0].mass = -1.0),
+                ("squares", |it| it.kinds[0].squares[0] = f64::NAN),
+                ("modes", |it| _ = it.kinds[0].squares.pop()),
+                ("face's kind", |it| it.faces[0].kind = 99),
+                ("axial", |it| _ = it.faces[0].axial.pop()),
+                ("shapes", |it| _ = it.faces[0].shapes.pop()),
+                ("compliance", |it| it.faces[0].compliance[0] = f64::INFINITY),
+                ("member's front", |it| it.members[0].front = 99),
+                ("member's back", |it| it.members[0].back = None),
+                ("crossing", |it| _ = it.members[0].crossing.pop()),
+                ("watched", |it| it.members[0].watched.clear()),
+                ("answer", |it| _ = it.members[0].watched[0].front.pop()),
+                ("gaps", |it| it.geometries[0].gaps.clear()),
+            ];
+            for (what, forge) in forgeries {
+                let mut forged = made.clone();
+                forge(&mut forged);
+                let key = key(&scene).unwrap();
+                cache.keep(&place.path().join(format!("reduction-{key}.json")), &key, &forged).unwrap();
+                let (again, origin) = cache.reduction(&scene).unwrap();
+                assert_eq!((&again, origin), (&made, Origin::Made { not_kept: None }), "{support}: {what}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_was_used_longest_ago_goes_when_the_folder_is_full() {
+        let place = tempfile::tempdir().unwrap();
+        let mut cache = Cache::new(place.path());
+        let path = |scene: &Scene| place.path().join(format!("reduction-{}.json", key(scene).unwrap()));
+        let scenes = ["model.modes=1", "model.modes=2", "model.modes=3"].map(|modes| scene(&[modes]));
+        let foreign = place.path().join("reduction-of-mine.json");
+        fs::write(&foreign, "x").unwrap();
+        for scene in &scenes[..2] {
+            cache.reduction(scene).unwrap();
+        }
+        for (scene, hours) in scenes[..2].iter().zip([2, 1]) {
+            let then = SystemTime::now() - std::time::Duration::from_secs(3600 * hours);
+            fs::File::open(path(scene)).unwrap().set_modified(then).unwrap();
+        }
+        // Used again, it is the younger.
+        cache.reduction(&scenes[0]).unwrap();
+        cache.largest = 2 * fs::metadata(path(&scenes[0])).unwrap().len() + 20_000;
+        let (_, origin) = cache.reduction(&scenes[2]).unwrap();
+        assert_eq!(origin, Origin::Made { not_kept: None });
+        assert_eq!(scenes.each_ref().map(|scene| path(scene).exists()), [true, false, true]);
+        assert!(foreign.exists());
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            let readable = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o044;
+            // As any file of this process.
+            assert_eq!(readable(&path(&scenes[2])), readable(&foreign));
         }
     }
 

@@ -19,6 +19,7 @@ mod array;
 pub mod basis;
 mod cache;
 mod chain;
+mod consistency;
 mod contact;
 mod damper;
 mod mechanics;

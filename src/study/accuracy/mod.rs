@@ -38,7 +38,7 @@ use crate::{
     feature::FeatureError,
     model::ModelError,
     response::SolverWork,
-    scene::{self, Scene, SceneError},
+    scene::{self, Limits, Scene, SceneError},
 };
 
 /// What is to be done.
@@ -56,6 +56,8 @@ pub struct AccuracyPlan {
     pub members: usize,
     /// Seed of the perturbations.
     pub seed: u64,
+    /// What a run may ask for.
+    pub limits: Limits,
     /// Program and version.
     pub program: String,
 }
@@ -134,7 +136,7 @@ impl Study {
     /// # Errors
     /// [`AccuracyError::Scene`]; [`AccuracyError::NotStored`] for the quick form of a scene that is not a built-in one as it is.
     pub fn new(plan: AccuracyPlan) -> Result<Self, AccuracyError> {
-        let scene = scene::load(&plan.scene, &plan.sets)?;
+        let scene = scene::load(&plan.scene, &plan.sets)?.with_limits(plan.limits);
         let stored = if plan.full {
             None
         } else if plan.sets.is_empty() {
@@ -213,7 +215,7 @@ impl Study {
     }
 
     fn source(&self) -> Source<'_> {
-        Source { name: &self.plan.scene, sets: &self.plan.sets }
+        Source { name: &self.plan.scene, sets: &self.plan.sets, limits: self.plan.limits }
     }
 
     /// What is stored, nothing of it measured now.

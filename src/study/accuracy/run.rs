@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 use super::{AccuracyError, ladder::Setting};
 use crate::{
     model::{
-        self, ModelError,
+        self, Estimate, ModelError,
         fea::{Control, Simulation},
     },
     response::Response,
-    scene::{self, ModelKind, Scene},
+    scene::{self, Limits, ModelKind, Scene},
     study::members::Watch,
 };
 
@@ -68,18 +68,21 @@ pub(super) struct Source<'a> {
     pub name: &'a str,
     /// Overrides of the caller, under those of the settings.
     pub sets: &'a [String],
+    /// What a run may ask for.
+    pub limits: Limits,
 }
 
 impl Source<'_> {
     /// The scene at a setting, with more overrides.
     pub fn scene(&self, setting: &Setting, more: &[String]) -> Result<Scene, AccuracyError> {
         let sets: Vec<String> = self.sets.iter().chain(&setting.sets).chain(more).cloned().collect();
-        Ok(scene::load(self.name, &sets)?)
+        Ok(scene::load(self.name, &sets)?.with_limits(self.limits))
     }
 }
 
 /// One run of a scene, its bodies made anew.
 pub(super) fn once(scene: &Scene, watch: &dyn Watch) -> Result<(Response, f64, f64), ModelError> {
+    Estimate::of(scene).check(&scene.model.limits)?;
     let clock = Clock::start();
     let started = clock.seconds();
     let stopped = || ModelError::Stopped { time: 0.0 };

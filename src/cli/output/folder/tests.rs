@@ -120,6 +120,19 @@ fn a_link_to_nowhere_is_no_folder() {
 }
 
 #[test]
+fn a_result_that_vanished_on_the_way_is_told_and_nothing_is_published() {
+    let place = tempfile::tempdir().unwrap();
+    let target = place.path().join("run");
+    let folder = stage(&target, false).unwrap();
+    folder.write("fields.pvd", "names frame.vtu").unwrap();
+    fs::remove_file(folder.write("frame.vtu", "x").unwrap()).unwrap();
+    let error = folder.finish().unwrap_err();
+    let OutputError::Unpublished { source, .. } = error else { panic!("{error}") };
+    assert!(matches!(*source, OutputError::Vanished { path } if path.ends_with("frame.vtu")));
+    assert!(!target.exists());
+}
+
+#[test]
 fn a_list_that_we_never_write_is_refused_whatever_the_flag() {
     let place = tempfile::tempdir().unwrap();
     let target = place.path().join("run");

@@ -77,7 +77,7 @@ pub enum PairError {
     /// The mesh is too coarse to feel a touch.
     #[error(
         "{body}, boundary `{boundary}`: its first node off the axis lies at r = {radius:e} m, {gap:e} m behind the pole, so that touch would be \
-         felt that much too late; refine the mesh there until this is below {most:e} m (vertices about 4 um apart on a 1 mm sphere)"
+         felt that much too late; refine the mesh there until this is below {most:e} m (vertices about 8e-3 of the radius apart on a sphere)"
     )]
     TooCoarse {
         /// Which body.
@@ -101,8 +101,9 @@ pub enum PairError {
     },
 }
 
-/// False gap that a mesh may have, m: a hundredth of the overlaps of interest changes no peak by a per cent.
-const LARGEST_FALSE_GAP: f64 = 5e-9;
+/// False gap that a mesh may have over the size of its body, 1: of a bead of 1 mm 5 nm, a hundredth of the overlaps of interest, which changes no peak by
+/// a per cent.
+const LARGEST_FALSE_GAP: f64 = 1e-5;
 
 impl Pole<'_> {
     /// Refuse a mesh whose first point touches too late.
@@ -110,12 +111,25 @@ impl Pole<'_> {
         let Some(first) = points.first() else {
             return Err(PairError::NothingFaces { body: self.name.into(), boundary: self.boundary });
         };
-        let gap = self.depth(first.radius, &first.place);
-        if gap <= LARGEST_FALSE_GAP {
+        let (gap, most) = (self.depth(first.radius, &first.place), LARGEST_FALSE_GAP * self.size());
+        if gap <= most {
             return Ok(());
         }
         let (body, boundary) = (self.name.into(), self.boundary);
-        Err(PairError::TooCoarse { body, boundary, radius: first.radius, gap, most: LARGEST_FALSE_GAP })
+        Err(PairError::TooCoarse { body, boundary, radius: first.radius, gap, most })
+    }
+
+    /// Radius of a sphere, half the largest extent of any other body, m.
+    fn size(&self) -> f64 {
+        match self.profile {
+            Profile::Sphere { radius } => radius,
+            Profile::Meshed => {
+                let nodes = || self.body.mesh().nodes.iter();
+                let most = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::NEG_INFINITY, f64::max);
+                let radius = most(&mut nodes().map(|[r, _]| *r));
+                radius.max(0.5 * (most(&mut nodes().map(|[_, z]| *z)) + most(&mut nodes().map(|[_, z]| -z))))
+            }
+        }
     }
 
     fn nodes(&self) -> Result<&[u32], PairError> {
