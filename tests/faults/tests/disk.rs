@@ -1,0 +1,97 @@
+//! A disk that is full, or broken, from every change on or for that change alone: the command says so and keeps its state, and taken up
+//! again it ends in the same bytes with at most one batch made twice.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+mod bench;
+
+use bench::{CALIBRATE, Case, FEA, Fault, Place, SWEEP, TWINS, compare, count, ended, judge, recover, said};
+
+fn fail_everywhere(case: &Case) {
+    let begin = std::time::Instant::now();
+    let arguments = [case.arguments, &["--out", "out"]];
+    let unbroken = Place::of(case);
+    let before = unbroken.copy();
+    let (output, whole) = unbroken.run(&arguments, Fault::None, 0);
+    assert!(output.status.success(), "{}", said(&output));
+    let batches = count(&whole, case.keeps);
+    let expected = unbroken.contents("work");
+    for fault in [Fault::Full, Fault::FullOnce, Fault::Broken, Fault::BrokenOnce] {
+        let (mut points, mut refused, mut unharmed, mut most_lost, mut failures) = (0, 0, 0, 0, Vec::new());
+        for at in 1..=whole.len() {
+            let change = &whole[at - 1];
+            points += 1;
+            let place = before.copy();
+            let (output, log) = place.run(&arguments, fault, at);
+            let what = format!("{} {fault:?} at {at} of {} ({} {:?})", case.name, whole.len(), change.call, change.paths);
+            let kept = count(&log[..at - 1], case.keeps);
+            let mut check = || -> Result<(), String> {
+                match ended(&output)? {
+                    0 => {
+                        // What it could do without: the results stand.
+                        unharmed += 1;
+                        compare(&place, "work/out", &sub(&expected))?;
+                    }
+                    1 => {
+                        refused += 1;
+                        let told = ["No space left on device", "Input/output error"].iter().any(|text| said(&output).contains(text));
+                        if !told || !said(&output).contains('/') {
+                            return Err(format!("the message does not say what is wrong and where: {}", said(&output)));
+                        }
+                        let there = place.contents("work/out");
+                        if !there.is_empty() && there != sub(&expected) {
+                            return Err("a part of the results stands".into());
+                        }
+                    }
+                    code => return Err(format!("exit code {code}: {}", said(&output))),
+                }
+                let done = output.status.success();
+                let (_, log) = recover(&place, &arguments, case.resumes)?;
+                compare(&place, "work", &expected)?;
+                if !done {
+                    let lost = (kept + count(&log, case.keeps)).saturating_sub(batches);
+                    most_lost = most_lost.max(lost);
+                    if lost > 1 {
+                        return Err(format!("{lost} batches that were kept were made again"));
+                    }
+                }
+                Ok(())
+            };
+            if let Err(why) = check() {
+                failures.push(format!("{what}: {why}"));
+            }
+        }
+        println!(
+            "disk {fault:?} | {} | {points} fault points | {refused} said so, {unharmed} finished all the same | at most {most_lost} of {batches} \
+             batches made again | {} failed | {:.0} s",
+            case.name,
+            failures.len(),
+            begin.elapsed().as_secs_f64()
+        );
+        judge(case.name, &failures);
+    }
+}
+
+/// What is in `out`.
+fn sub(work: &bench::Contents) -> bench::Contents {
+    work.iter().filter_map(|(name, bytes)| Some((name.strip_prefix("out/")?.to_owned(), bytes.clone()))).filter(|(name, _)| !name.is_empty()).collect()
+}
+
+#[test]
+fn a_sweep() {
+    fail_everywhere(&SWEEP);
+}
+
+#[test]
+fn a_calibration() {
+    fail_everywhere(&CALIBRATE);
+}
+
+#[test]
+fn a_finite_element_analysis() {
+    fail_everywhere(&FEA);
+}
+
+#[test]
+fn twins() {
+    fail_everywhere(&TWINS);
+}
