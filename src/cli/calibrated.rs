@@ -9,6 +9,7 @@ use std::{
 use anyhow::{Context, bail};
 use serde::Deserialize;
 
+use super::output;
 use crate::scene::ModelKind;
 
 /// What a calibration says about a scene.
@@ -88,6 +89,14 @@ impl Calibrated {
                 path.display()
             )
         })?;
+        if output::is_altered(&path)? {
+            bail!(
+                "{}: expected what `granchain calibrate` wrote, found a file that was changed since (`{}` beside it holds another digest); \
+                 calibrate again, or copy it to another folder to use it as it is",
+                path.display(),
+                output::LIST
+            );
+        }
         let outcome: Outcome = serde_json::from_str(&text)
             .with_context(|| format!("{}: expected what `granchain calibrate` writes", path.display()))?;
         let mut overrides = vec![format!("damping.kind={}", outcome.damping_kind)];

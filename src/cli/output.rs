@@ -15,7 +15,7 @@ use std::{
 };
 
 pub use folder::{NOTHING_SAVED, OutputFolder, remove_staged};
-pub use list::LIST;
+pub use list::{LIST, is_altered};
 
 /// Results that every command with a page has.
 pub const PAGE_RESULTS: &[&str] = &["report.html", "report.md", super::timing::FILE];

@@ -29,6 +29,8 @@ use crate::{
 const GENERATION: u32 = 2;
 /// What every file begins with.
 const HEADER: &str = "granchain reduction";
+/// Begin of the name of a file that is being written.
+const PART: &str = ".reduction-";
 
 /// A folder of reduced bodies.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -83,12 +85,28 @@ impl Cache {
 
     fn keep(&self, path: &Path, key: &str, reduction: &Reduction) -> io::Result<()> {
         fs::create_dir_all(&self.folder)?;
+        self.sweep()?;
         let body = serde_json::to_string(reduction)?;
-        let mut file = tempfile::NamedTempFile::new_in(&self.folder)?;
+        let mut file = tempfile::Builder::new().prefix(PART).tempfile_in(&self.folder)?;
+        // Where files cannot be locked, none is swept either.
+        let _ = file.as_file().try_lock();
         writeln!(file, "{HEADER} {key} {}", hexadecimal(Sha256::digest(&body)))?;
         file.write_all(body.as_bytes())?;
         file.flush()?;
         file.persist(path)?;
+        Ok(())
+    }
+
+    /// Remove the files that dead programs were writing; those of live ones are locked.
+    fn sweep(&self) -> io::Result<()> {
+        for entry in fs::read_dir(&self.folder)? {
+            let path = entry?.path();
+            let is_part = path.file_name().and_then(|name| name.to_str()).is_some_and(|name| name.starts_with(PART));
+            if is_part && fs::File::open(&path).is_ok_and(|file| file.try_lock().is_ok()) {
+                // What cannot be removed harms nobody.
+                let _ = fs::remove_file(&path);
+            }
+        }
         Ok(())
     }
 }

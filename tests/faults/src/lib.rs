@@ -11,7 +11,7 @@
 //! | `FAULTS_ROOT` | the folder; without it nothing is done |
 //! | `FAULTS_LOG` | file outside of it that gets a line a call: number, name, path, second path |
 //! | `FAULTS_AT` | K, from 1; 0 or none: only count |
-//! | `FAULTS_DO` | `kill` before the call · `tear`: half of a write, then kill · `full`: `ENOSPC` for this call and all after it that take space · `full-once`: for this call alone · `broken`, `broken-once`: `EIO`, for every call |
+//! | `FAULTS_DO` | `count` · `stop` before every call from K on, and in the middle of every write (`SIGSTOP`) · `kill` before the call · `tear`: half of a write, then kill · `full`: `ENOSPC` for this call and all after it that take space · `full-once`: for this call alone · `broken`, `broken-once`: `EIO`, for every call |
 //!
 //! Under `full` a first write is cut in half, as a disk that fills up does it; the next call is the first that fails.
 
@@ -20,7 +20,7 @@ compile_error!("the filter and the registers are those of Linux on x86-64");
 
 use std::{
     ffi::{CStr, c_char, c_int, c_long, c_void},
-    sync::atomic::{AtomicBool, AtomicI32, AtomicU64, AtomicU8, AtomicUsize, Ordering},
+    sync::atomic::{AtomicBool, AtomicI32, AtomicU8, AtomicU64, AtomicUsize, Ordering},
 };
 
 /// Sixth argument of a call that is let through.
@@ -98,13 +98,16 @@ const WRITING: c_int = libc::O_WRONLY | libc::O_RDWR | libc::O_CREAT | libc::O_T
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Act {
     Count,
+    Stop,
     Kill,
     Tear,
     Full,
     Broken,
 }
 
-const ACTS: [(&[u8], Act, bool); 6] = [
+const ACTS: [(&[u8], Act, bool); 8] = [
+    (b"count", Act::Count, false),
+    (b"stop", Act::Stop, false),
     (b"kill", Act::Kill, false),
     (b"tear", Act::Tear, false),
     (b"full", Act::Full, false),
@@ -139,7 +142,8 @@ extern "C" fn begin() {
     if let Some(path) = variable(c"FAULTS_LOG") {
         // SAFETY: plain calls with texts ended by a zero byte. The descriptor goes where nobody counts on a lower one.
         unsafe {
-            let file = libc::open(path.as_ptr(), libc::O_WRONLY | libc::O_CREAT | libc::O_APPEND | libc::O_CLOEXEC, 0o644);
+            let file =
+                libc::open(path.as_ptr(), libc::O_WRONLY | libc::O_CREAT | libc::O_APPEND | libc::O_CLOEXEC, 0o644);
             LOG.store(libc::fcntl(file, libc::F_DUPFD_CLOEXEC, 500), Ordering::SeqCst);
             libc::close(file);
         }
@@ -147,7 +151,9 @@ extern "C" fn begin() {
     let at = variable(c"FAULTS_AT").and_then(|text| text.to_str().ok()?.parse().ok()).unwrap_or(0);
     AT.store(at, Ordering::SeqCst);
     if let Some(wanted) = variable(c"FAULTS_DO") {
-        let Some((_, act, once)) = ACTS.iter().find(|(name, ..)| *name == wanted.to_bytes()) else { refuse("FAULTS_DO") };
+        let Some((_, act, once)) = ACTS.iter().find(|(name, ..)| *name == wanted.to_bytes()) else {
+            refuse("FAULTS_DO")
+        };
         ACT.store(*act as u8, Ordering::SeqCst);
         ONCE.store(*once, Ordering::SeqCst);
     }
@@ -166,7 +172,12 @@ fn catch() {
         libc::sock_filter { code: (libc::BPF_LD | libc::BPF_W | libc::BPF_ABS) as u16, jt: 0, jf: 0, k: offset as u32 }
     }
     const fn equal(value: u32, then: u8, otherwise: u8) -> libc::sock_filter {
-        libc::sock_filter { code: (libc::BPF_JMP | libc::BPF_JEQ | libc::BPF_K) as u16, jt: then, jf: otherwise, k: value }
+        libc::sock_filter {
+            code: (libc::BPF_JMP | libc::BPF_JEQ | libc::BPF_K) as u16,
+            jt: then,
+            jf: otherwise,
+            k: value,
+        }
     }
     const fn end(value: u32) -> libc::sock_filter {
         libc::sock_filter { code: (libc::BPF_RET | libc::BPF_K) as u16, jt: 0, jf: 0, k: value }
@@ -239,13 +250,27 @@ fn answer(number: c_long, arguments: [u64; 5]) -> i64 {
     if at == 0 || count < at {
         return pass(number, arguments);
     }
-    let half = || (call.form == Form::Write && arguments[2] >= 2).then(|| pass(number, halved(arguments)));
+    let [first_half, second_half] = halves(arguments);
+    let half = || (call.form == Form::Write && arguments[2] >= 2).then(|| pass(number, first_half));
     let once = ONCE.load(Ordering::SeqCst);
     match ACTS.iter().map(|act| act.1).find(|act| *act as u8 == ACT.load(Ordering::SeqCst)).unwrap_or(Act::Count) {
-        Act::Kill if count == at => kill(),
+        Act::Stop => {
+            signal(libc::SIGSTOP);
+            let Some(written) = half() else { return pass(number, arguments) };
+            if written != first_half[2] as i64 {
+                return written;
+            }
+            signal(libc::SIGSTOP);
+            match pass(number, second_half) {
+                more @ 0.. => written + more,
+                _ => written,
+            }
+        }
+        Act::Kill if count == at => signal(libc::SIGKILL),
         Act::Tear if count == at => {
-            let _ = half();
-            kill()
+            let written = half();
+            signal(libc::SIGKILL);
+            written.unwrap_or(0)
         }
         Act::Full if call.takes_space && (!once || count == at) => match (count == at).then(half).flatten() {
             Some(written) => {
@@ -267,19 +292,19 @@ fn answer(number: c_long, arguments: [u64; 5]) -> i64 {
     }
 }
 
-fn halved(mut arguments: [u64; 5]) -> [u64; 5] {
-    arguments[2] /= 2;
-    arguments
+/// A write as two.
+fn halves(arguments: [u64; 5]) -> [[u64; 5]; 2] {
+    let (mut first, mut second) = (arguments, arguments);
+    first[2] /= 2;
+    second[1] += first[2];
+    second[2] -= first[2];
+    [first, second]
 }
 
-fn kill() -> ! {
-    // SAFETY: ends this process.
-    unsafe {
-        libc::kill(libc::getpid(), libc::SIGKILL);
-    }
-    loop {
-        std::hint::spin_loop();
-    }
+/// Stop or end this process; nothing of it goes on until the signal is there.
+fn signal(signal: c_int) -> i64 {
+    // SAFETY: a plain call.
+    unsafe { libc::kill(libc::getpid(), signal) }.into()
 }
 
 /// Carry out a call with [`PASS`].

@@ -22,7 +22,8 @@ fn fail_everywhere(case: &Case) {
             points += 1;
             let place = before.copy();
             let (output, log) = place.run(&arguments, fault, at);
-            let what = format!("{} {fault:?} at {at} of {} ({} {:?})", case.name, whole.len(), change.call, change.paths);
+            let what =
+                format!("{} {fault:?} at {at} of {} ({} {:?})", case.name, whole.len(), change.call, change.paths);
             let kept = count(&log[..at - 1], case.keeps);
             let mut check = || -> Result<(), String> {
                 match ended(&output)? {
@@ -33,7 +34,9 @@ fn fail_everywhere(case: &Case) {
                     }
                     1 => {
                         refused += 1;
-                        let told = ["No space left on device", "Input/output error"].iter().any(|text| said(&output).contains(text));
+                        let told = ["No space left on device", "Input/output error"]
+                            .iter()
+                            .any(|text| said(&output).contains(text));
                         if !told || !said(&output).contains('/') {
                             return Err(format!("the message does not say what is wrong and where: {}", said(&output)));
                         }
@@ -73,7 +76,10 @@ fn fail_everywhere(case: &Case) {
 
 /// What is in `out`.
 fn sub(work: &bench::Contents) -> bench::Contents {
-    work.iter().filter_map(|(name, bytes)| Some((name.strip_prefix("out/")?.to_owned(), bytes.clone()))).filter(|(name, _)| !name.is_empty()).collect()
+    work.iter()
+        .filter_map(|(name, bytes)| Some((name.strip_prefix("out/")?.to_owned(), bytes.clone())))
+        .filter(|(name, _)| !name.is_empty())
+        .collect()
 }
 
 #[test]

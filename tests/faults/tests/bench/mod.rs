@@ -7,7 +7,7 @@ use std::{
     fs,
     os::unix::process::ExitStatusExt,
     path::{Path, PathBuf},
-    process::{Command, Output},
+    process::{Command, Output, Stdio},
     sync::OnceLock,
 };
 
@@ -25,50 +25,106 @@ pub struct Case {
 
 pub const SWEEP: Case = Case {
     name: "sweep",
-    arguments: &["sweep", "--scene", "rigid", "--model", "chain", "--set", "duration=100us", "--vary", "alpha=0.5,0.7,0.9,1.1"],
+    arguments: &[
+        "sweep",
+        "--scene",
+        "rigid",
+        "--model",
+        "chain",
+        "--set",
+        "duration=100us",
+        "--vary",
+        "alpha=0.5,0.7,0.9,1.1",
+    ],
     resumes: true,
     keeps: Some(("fdatasync", "/state/runs.jsonl")),
 };
 /// Writes into the folder of reduced bodies too.
 pub const REDUCED: Case = Case {
     name: "sweep, reduced",
-    arguments: &["sweep", "--scene", "rigid", "--model", "reduced", "--set", "duration=100us", "--vary", "alpha=0.5,0.7"],
+    arguments: &[
+        "sweep",
+        "--scene",
+        "rigid",
+        "--model",
+        "reduced",
+        "--set",
+        "duration=100us",
+        "--vary",
+        "alpha=0.5,0.7",
+    ],
     resumes: true,
     keeps: Some(("fdatasync", "/state/runs.jsonl")),
 };
 pub const CALIBRATE: Case = Case {
     name: "calibrate",
-    arguments: &["calibrate", "--scene", "bench.toml", "--measured", "lab/vib.csv", "--evaluations", "200"],
+    arguments: &[
+        "calibrate",
+        "--scene",
+        "bench.toml",
+        "--measured",
+        "lab/vib.csv",
+        "--evaluations",
+        "200",
+        "--features",
+        "paper",
+        "--fit",
+        "alpha",
+    ],
     resumes: true,
     keeps: Some(("rename", "/state/linear.json")),
 };
 pub const FEA: Case = Case {
     name: "replay --model fea",
     arguments: &[
-        "replay", "--scene", "rigid", "--model", "fea", "--set", "model.mesh_density=2", "--set", "duration=10us", "--fields", "5us",
-        "--animation", "--checkpoint", "5us",
+        "replay",
+        "--scene",
+        "rigid",
+        "--model",
+        "fea",
+        "--set",
+        "model.mesh_density=3",
+        "--set",
+        "duration=10us",
+        "--fields",
+        "5us",
+        "--animation",
+        "--checkpoint",
+        "5us",
     ],
     resumes: true,
     keeps: Some(("rename", "/state/checkpoint.json")),
 };
 pub const TWINS: Case = Case {
     name: "twins",
-    arguments: &["twins", "--count", "1", "--wrong", "0", "--evaluations", "200", "--parameters", "alpha", "--damping", "linear"],
+    arguments: &[
+        "twins",
+        "--count",
+        "1",
+        "--wrong",
+        "0",
+        "--evaluations",
+        "200",
+        "--parameters",
+        "alpha",
+        "--damping",
+        "linear",
+    ],
     resumes: false,
     keeps: None,
 };
 
 const SCENE: &str = r#"extends = "annulus"
 name = "bench"
-description = "two beads on the annulus, short burst"
+description = "one bead on the annulus, short burst"
 alpha = 0.6
-duration = "420 us"
+duration = "150 us"
 
 [chain]
-beads = 2
+beads = 1
 
 [drive]
-cycles = 20
+cycles = 5
 
 [model]
 kind = "chain"
@@ -90,15 +146,15 @@ pub enum Fault {
 }
 
 impl Fault {
-    fn word(self) -> Option<&'static str> {
+    fn word(self) -> &'static str {
         match self {
-            Self::None => None,
-            Self::Kill => Some("kill"),
-            Self::Tear => Some("tear"),
-            Self::Full => Some("full"),
-            Self::FullOnce => Some("full-once"),
-            Self::Broken => Some("broken"),
-            Self::BrokenOnce => Some("broken-once"),
+            Self::None => "count",
+            Self::Kill => "kill",
+            Self::Tear => "tear",
+            Self::Full => "full",
+            Self::FullOnce => "full-once",
+            Self::Broken => "broken",
+            Self::BrokenOnce => "broken-once",
         }
     }
 }
@@ -114,6 +170,16 @@ impl Change {
     fn is(&self, (call, end): (&str, &str)) -> bool {
         self.call == call && self.paths.last().is_some_and(|path| path.ends_with(end))
     }
+}
+
+/// The log of a run.
+fn log(path: &Path) -> Vec<Change> {
+    let log = fs::read_to_string(path).unwrap_or_default();
+    let changes = log.lines().map(|line| {
+        let mut parts = line.split('\t').skip(1).map(String::from);
+        Change { call: parts.next().unwrap(), paths: parts.filter(|path| !path.is_empty()).collect() }
+    });
+    changes.collect()
 }
 
 /// How often the log holds that call.
@@ -168,21 +234,41 @@ impl Place {
 
     /// Run; with it what was changed.
     pub fn run(&self, arguments: &[&[&str]], fault: Fault, at: usize) -> (Output, Vec<Change>) {
+        let output = self.faulty(arguments, fault.word(), at).output().unwrap();
+        (output, log(&self.0.path().join("log")))
+    }
+
+    /// Run, stopped before every change and in the middle of every write: `see` is told which, and whether it is half done. What stands
+    /// on disk then is what a kill at this instant leaves.
+    pub fn stopped(&self, arguments: &[&[&str]], mut see: impl FnMut(&Change, bool)) {
+        let path = self.0.path().join("log");
+        let mut command = self.faulty(arguments, "stop", 1);
+        let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let process = child.id() as libc::pid_t;
+        let mut seen = 0;
+        loop {
+            let mut status = 0;
+            // SAFETY: our child, which nobody else waits for, and a place for its status.
+            assert_eq!(unsafe { libc::waitpid(process, &raw mut status, libc::WUNTRACED) }, process);
+            if !libc::WIFSTOPPED(status) {
+                assert_eq!(status, 0, "the run that was stopped and continued failed");
+                return;
+            }
+            let changes = log(&path);
+            see(changes.last().unwrap(), changes.len() == seen);
+            seen = changes.len();
+            // SAFETY: the same child.
+            assert_eq!(unsafe { libc::kill(process, libc::SIGCONT) }, 0);
+        }
+    }
+
+    fn faulty(&self, arguments: &[&[&str]], act: &str, at: usize) -> Command {
         let log = self.0.path().join("log");
         let _ = fs::remove_file(&log);
         let mut command = self.command(arguments);
         command.env("LD_PRELOAD", library()).env("FAULTS_ROOT", self.root()).env("FAULTS_LOG", &log);
-        command.env("FAULTS_AT", at.to_string());
-        if let Some(word) = fault.word() {
-            command.env("FAULTS_DO", word);
-        }
-        let output = command.output().unwrap();
-        let log = fs::read_to_string(&log).unwrap_or_default();
-        let changes = log.lines().map(|line| {
-            let mut parts = line.split('\t').skip(1).map(String::from);
-            Change { call: parts.next().unwrap(), paths: parts.filter(|path| !path.is_empty()).collect() }
-        });
-        (output, changes.collect())
+        command.env("FAULTS_AT", at.to_string()).env("FAULTS_DO", act);
+        command
     }
 
     /// Run without counting.
@@ -261,7 +347,8 @@ fn program() -> &'static Path {
         }
         let project = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
-        let built = Command::new(cargo).current_dir(&project).args(["build", "--release", "--bin", "granchain"]).status();
+        let built =
+            Command::new(cargo).current_dir(&project).args(["build", "--release", "--bin", "granchain"]).status();
         assert!(built.unwrap().success());
         let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
         project.join(target).join("release/granchain")
