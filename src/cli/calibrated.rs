@@ -142,6 +142,24 @@ mod tests {
     }
 
     #[test]
+    fn a_calibration_changed_since_it_was_written_is_refused_where_its_list_stands_beside_it() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path().join("fit");
+        let text = r#"{"parameters": {"alpha": {"value": 0.5}}, "damping_kind": "linear", "verdict": ""}"#;
+        let staged = output::OutputFolder::stage(&folder, &[], false).unwrap();
+        staged.write("calibration.json", text).unwrap();
+        staged.finish().unwrap();
+        assert_eq!(Calibrated::read(&folder).unwrap().overrides[1], "alpha=0.5");
+        let (file, other) = (folder.join("calibration.json"), text.replace("0.5", "0.4"));
+        fs::write(&file, &other).unwrap();
+        for place in [&folder, &file] {
+            let error = Calibrated::read(place).unwrap_err().to_string();
+            assert!(error.contains("calibration.json") && error.contains("changed since"), "{error}");
+        }
+        assert_eq!(read(&other).unwrap().overrides[1], "alpha=0.4");
+    }
+
+    #[test]
     fn what_is_no_calibration_is_refused_with_its_path() {
         for text in ["", "{}", r#"{"parameters": {"colour": {"value": 1}}, "damping_kind": "linear", "verdict": ""}"#] {
             let error = read(text).unwrap_err();

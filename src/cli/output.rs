@@ -169,7 +169,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
         _ => Path::new("."),
     };
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".granchain-");
+    builder.prefix(work::PART);
     #[cfg(unix)]
     {
         // rw-rw-rw- less the umask: results are for colleagues too.

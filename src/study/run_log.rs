@@ -141,6 +141,24 @@ mod tests {
     }
 
     #[test]
+    fn a_run_kept_behind_a_line_that_the_disk_took_a_part_of_is_kept() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("runs.jsonl");
+        let (log, _) = RunLog::open::<f64>(&path).unwrap();
+        log.keep(0, &0.1).unwrap();
+        // A disk that is full after six bytes, and then no more.
+        log.end.lock().unwrap().file.write_all(b"granch").unwrap();
+        let writable = std::mem::replace(&mut log.end.lock().unwrap().file, File::open(&path).unwrap());
+        log.keep(1, &0.25).unwrap_err();
+        log.end.lock().unwrap().file = writable;
+        log.keep(2, &(1.0 / 3.0)).unwrap();
+        drop(log);
+        let (log, runs) = RunLog::open::<f64>(&path).unwrap();
+        assert_eq!(runs, BTreeMap::from([(0, 0.1), (2, 1.0 / 3.0)]));
+        assert!(log.damage().is_some_and(|told| told.contains("runs.jsonl:2:")));
+    }
+
+    #[test]
     fn whatever_is_altered_is_named_and_what_is_whole_is_kept() {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("runs.jsonl");

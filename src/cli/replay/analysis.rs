@@ -1,8 +1,8 @@
 //! A finite element analysis behind `granchain replay`: advanced step by step, with fields and saved states on the way.
 //!
 //! Work in progress lies in the state folder of a resumable output: `plan.json` (what the state belongs to), `checkpoint.json` (the last
-//! saved state), `fields/` (the frames written so far, whose digests the saved state holds). A frame's name is its number, so a frame computed again
-//! after a resume replaces itself; frames beyond the saved state are dropped first.
+//! saved state), `fields/` (the frames written so far, whose digests the saved state holds). A frame's name is its number, so a frame
+//! computed again after a resume replaces itself; frames beyond the saved state are dropped first.
 
 use std::{
     collections::BTreeMap,

@@ -248,6 +248,20 @@ mod tests {
     }
 
     #[test]
+    fn what_a_dead_program_was_writing_is_swept_what_a_live_one_writes_is_not() {
+        let place = tempfile::tempdir().unwrap();
+        let [dead, live, other] = [".reduction-dead", ".reduction-live", "notes"].map(|name| place.path().join(name));
+        for path in [&dead, &live, &other] {
+            fs::write(path, "half").unwrap();
+        }
+        let writing = fs::File::open(&live).unwrap();
+        writing.lock().unwrap();
+        Cache::new(place.path()).reduction(&scene(&[])).unwrap();
+        assert_eq!([&dead, &live, &other].map(|path| path.exists()), [false, true, true]);
+        assert_eq!(fs::read_dir(place.path()).unwrap().count(), 3);
+    }
+
+    #[test]
     fn a_folder_that_cannot_be_written_is_said_and_no_error() {
         let place = tempfile::tempdir().unwrap();
         let file = place.path().join("file");

@@ -4,7 +4,10 @@
 
 mod bench;
 
-use bench::{CALIBRATE, Case, FEA, Fault, Place, SWEEP, TWINS, compare, count, ended, judge, recover, said};
+use bench::{
+    CALIBRATE, Case, FEA, Fault, Place, SWEEP, TWINS, compare, count, drop_kept, ended, judge, recover, representative,
+    said,
+};
 
 fn fail_everywhere(case: &Case) {
     let begin = std::time::Instant::now();
@@ -17,14 +20,16 @@ fn fail_everywhere(case: &Case) {
     let expected = unbroken.contents("work");
     for fault in [Fault::Full, Fault::FullOnce, Fault::Broken, Fault::BrokenOnce] {
         let (mut points, mut refused, mut unharmed, mut most_lost, mut failures) = (0, 0, 0, 0, Vec::new());
-        for at in 1..=whole.len() {
+        for at in representative(&whole) {
             let change = &whole[at - 1];
             points += 1;
             let place = before.copy();
             let (output, log) = place.run(&arguments, fault, at);
             let what =
                 format!("{} {fault:?} at {at} of {} ({} {:?})", case.name, whole.len(), change.call, change.paths);
-            let kept = count(&log[..at - 1], case.keeps);
+            // The call that failed is no batch kept; none after it is, where all fail.
+            let last = if matches!(fault, Fault::FullOnce | Fault::BrokenOnce) { log.len() } else { at - 1 };
+            let kept = count(&log[..at - 1], case.keeps) + count(log.get(at + 1..last).unwrap_or_default(), case.keeps);
             let mut check = || -> Result<(), String> {
                 match ended(&output)? {
                     0 => {
@@ -48,6 +53,7 @@ fn fail_everywhere(case: &Case) {
                     code => return Err(format!("exit code {code}: {}", said(&output))),
                 }
                 let done = output.status.success();
+                drop_kept(&place, &said(&output));
                 let (_, log) = recover(&place, &arguments, case.resumes)?;
                 compare(&place, "work", &expected)?;
                 if !done {

@@ -5,7 +5,7 @@ use std::{
     collections::BTreeMap,
     fmt::Write as _,
     fs,
-    os::unix::process::ExitStatusExt,
+    os::unix::process::{CommandExt, ExitStatusExt},
     path::{Path, PathBuf},
     process::{Command, Output, Stdio},
     sync::OnceLock,
@@ -240,10 +240,12 @@ impl Place {
 
     /// Run, stopped before every change and in the middle of every write: `see` is told which, and whether it is half done. What stands
     /// on disk then is what a kill at this instant leaves.
+    #[allow(clippy::zombie_processes, reason = "waited for by its number, which tells of stops too")]
     pub fn stopped(&self, arguments: &[&[&str]], mut see: impl FnMut(&Change, bool)) {
         let path = self.0.path().join("log");
         let mut command = self.faulty(arguments, "stop", 1);
-        let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        // In a group of its own: one that is orphaned with a stopped process in it is hung up.
+        let child = command.process_group(0).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         let process = child.id() as libc::pid_t;
         let mut seen = 0;
         loop {
@@ -402,6 +404,24 @@ pub fn recover(place: &Place, arguments: &[&[&str]], resumes: bool) -> Result<(R
         0 => Ok((Recovery::Again, log)),
         code => Err(format!("the command again was refused with {code}: {}", said(&output))),
     }
+}
+
+/// Remove the results that could not be put in their place and of which the message says where they are kept: they are the user's.
+pub fn drop_kept(place: &Place, told: &str) {
+    for path in fs::read_dir(place.work("")).unwrap().map(|entry| entry.unwrap().path()) {
+        let name = path.file_name().unwrap().to_str().unwrap();
+        if name.starts_with(".out.kept-") && told.contains(name) {
+            fs::remove_dir_all(&path).unwrap();
+        }
+    }
+}
+
+/// The numbers of the changes, without those to the result files between the first and the last three: each is written as these are.
+pub fn representative(whole: &[Change]) -> Vec<usize> {
+    let is_result = |change: &Change| change.paths.iter().any(|path| path.contains("/results"));
+    let results: Vec<usize> = (1..=whole.len()).filter(|at| is_result(&whole[at - 1])).collect();
+    let kept = |at: &usize| results.binary_search(at).map_or(true, |place| place < 18 || place + 20 > results.len());
+    (1..=whole.len()).filter(kept).collect()
 }
 
 /// What is not as it should be below a folder of the root.
