@@ -9,7 +9,8 @@ use bench::{
     said,
 };
 
-fn fail_everywhere(case: &Case) {
+/// `wholly`: at every change, and for one call alone too; else at the representative ones.
+fn fail_everywhere(case: &Case, wholly: bool) {
     let begin = std::time::Instant::now();
     let arguments = [case.arguments, &["--out", "out"]];
     let unbroken = Place::of(case);
@@ -18,9 +19,11 @@ fn fail_everywhere(case: &Case) {
     assert!(output.status.success(), "{}", said(&output));
     let batches = count(&whole, case.keeps);
     let expected = unbroken.contents("work");
-    for fault in [Fault::Full, Fault::FullOnce, Fault::Broken, Fault::BrokenOnce] {
+    let chosen = if wholly { (1..=whole.len()).collect() } else { representative(&whole) };
+    let faults = [Fault::Full, Fault::Broken, Fault::FullOnce, Fault::BrokenOnce];
+    for fault in faults.into_iter().take(if wholly { 4 } else { 2 }) {
         let (mut points, mut refused, mut unharmed, mut most_lost, mut failures) = (0, 0, 0, 0, Vec::new());
-        for at in representative(&whole) {
+        for &at in &chosen {
             let change = &whole[at - 1];
             points += 1;
             let place = before.copy();
@@ -90,20 +93,20 @@ fn sub(work: &bench::Contents) -> bench::Contents {
 
 #[test]
 fn a_sweep() {
-    fail_everywhere(&SWEEP);
+    fail_everywhere(&SWEEP, true);
 }
 
 #[test]
 fn a_calibration() {
-    fail_everywhere(&CALIBRATE);
+    fail_everywhere(&CALIBRATE, false);
 }
 
 #[test]
 fn a_finite_element_analysis() {
-    fail_everywhere(&FEA);
+    fail_everywhere(&FEA, false);
 }
 
 #[test]
 fn twins() {
-    fail_everywhere(&TWINS);
+    fail_everywhere(&TWINS, false);
 }

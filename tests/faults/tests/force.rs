@@ -78,7 +78,7 @@ fn replace_everywhere(way: &Way) {
         at += usize::from(!half);
         see(&stopped.copy(), &format!("{} killed at {at} ({change:?})", way.name), at);
     });
-    for fault in [Fault::Full, Fault::FullOnce, Fault::Broken, Fault::BrokenOnce] {
+    for fault in [Fault::Full, Fault::BrokenOnce] {
         // From the list of the results on; before it nothing is changed that stands.
         let list =
             whole.iter().position(|change| change.paths.last().unwrap().ends_with("/results/.granchain")).unwrap();

@@ -416,12 +416,12 @@ pub fn drop_kept(place: &Place, told: &str) {
     }
 }
 
-/// The numbers of the changes, without those to the result files between the first and the last three: each is written as these are.
+/// The numbers of the changes, without those to the result files between the first and the last two: each is written as these are.
 pub fn representative(whole: &[Change]) -> Vec<usize> {
     let is_result = |change: &Change| change.paths.iter().any(|path| path.contains("/results"));
     let results: Vec<usize> = (1..=whole.len()).filter(|at| is_result(&whole[at - 1])).collect();
-    let kept = |at: &usize| results.binary_search(at).map_or(true, |place| place < 18 || place + 20 > results.len());
-    (1..=whole.len()).filter(kept).collect()
+    let taken = |at: &usize| results.binary_search(at).map_or(true, |place| place < 8 || place + 14 > results.len());
+    (1..=whole.len()).filter(taken).collect()
 }
 
 /// What is not as it should be below a folder of the root.
