@@ -186,6 +186,27 @@ fn results_that_could_not_be_put_in_their_place_are_made_again_from_the_state_to
 }
 
 #[test]
+fn a_frame_damaged_before_the_resume_is_named_and_the_list_of_frames_is_written_again() {
+    let command = [&ANALYSIS[..], &FRAMES].concat();
+    let place = unfinished(&command);
+    let fields = place.path().join(".out.unfinished/state/fields");
+    for name in ["field_000001.vtu", "picture_000000.png"] {
+        let (path, whole) = (fields.join(name), fs::read(fields.join(name)).unwrap());
+        let mut flipped = whole.clone();
+        flipped[whole.len() / 2] ^= 1;
+        fs::write(&path, flipped).unwrap();
+        refused(&granchain(place.path(), &[&command, &["--resume"]]), &[name, "damaged", "--force"]);
+        fs::remove_file(&path).unwrap();
+        refused(&granchain(place.path(), &[&command, &["--resume"]]), &[name, "cannot be read", "--force"]);
+        fs::write(&path, whole).unwrap();
+    }
+    fs::write(fields.join("fields.pvd"), "<VTKFile/>").unwrap();
+    done(&granchain(place.path(), &[&command, &["--resume"]]));
+    done(&granchain(place.path(), &[&command, &["--out", "whole"]]));
+    assert!(results(&place.path().join("out")) == results(&place.path().join("whole")));
+}
+
+#[test]
 fn a_run_stopped_before_anything_was_saved_is_started_anew_by_resume_which_says_so() {
     for command in [&SWEEP[..], &ANALYSIS] {
         let place = tempfile::tempdir().unwrap();

@@ -345,7 +345,10 @@ fn unphysical_values_are_refused() {
         ("alpha=-1", "`alpha`: expected a finite value of 0 or more, found -1"),
         ("alpha=nan", "`alpha`: expected a finite value of 0 or more, found NaN"),
         ("duration=0s", "`duration`: expected a positive, finite value, found 0 s"),
-        ("vibrometer.bandwidth=50kHz", "`vibrometer.bandwidth`: expected above the drive frequency 73 kHz, found 50 kHz"),
+        (
+            "vibrometer.bandwidth=50kHz",
+            "`vibrometer.bandwidth`: expected above the drive frequency 73 kHz, found 50 kHz",
+        ),
         ("output_step=1ms", "`output_step`: expected at most the duration 120 µs, found 1 ms"),
         ("output_step=1e-15", "`output_step`: expected at most 20000000 samples in 120 µs, found 1e-9 µs"),
         ("drive.frequency=0Hz", "`drive.frequency`: expected a positive, finite value, found 0 Hz"),

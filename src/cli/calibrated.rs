@@ -9,6 +9,7 @@ use std::{
 use anyhow::{Context, bail};
 use serde::Deserialize;
 
+use super::output;
 use crate::{calibration::drive, measurement::sha256, scene::ModelKind};
 
 /// What a calibration says about a scene.
@@ -60,7 +61,7 @@ struct Parameter {
 }
 
 /// Parameter of a calibration → scene key.
-const KEYS: [(&str, &str); 7] = [
+const KEYS: [(&str, &str); 8] = [
     ("alpha", "alpha"),
     ("damping", "damping.coefficient"),
     ("damping_linear", "damping.linear_coefficient"),
@@ -68,12 +69,11 @@ const KEYS: [(&str, &str); 7] = [
     ("precompression", "chain.precompression"),
     ("gap", "chain.gaps.contact1"),
     ("support_stiffness", SUPPORT_STIFFNESS),
+    ("bandwidth", "vibrometer.bandwidth"),
 ];
 /// The key of an annulus; a spring, whose unit is N/m, has another.
 const SUPPORT_STIFFNESS: &str = "support.stiffness_factor";
 const SPRING_STIFFNESS: &str = "support.stiffness";
-/// The parameter that belongs to the instrument, not to the scene.
-const OF_THE_INSTRUMENT: &str = "bandwidth";
 
 impl Calibrated {
     /// Read `calibration.json` in `folder` (or the file itself).
@@ -88,11 +88,19 @@ impl Calibrated {
                 path.display()
             )
         })?;
+        if output::is_altered(&path)? {
+            bail!(
+                "{}: expected what `granchain calibrate` wrote, found a file that was changed since (`{}` beside it holds another digest); \
+                 calibrate again, or copy it to another folder to use it as it is",
+                path.display(),
+                output::LIST
+            );
+        }
         let outcome: Outcome = serde_json::from_str(&text)
             .with_context(|| format!("{}: expected what `granchain calibrate` writes", path.display()))?;
         let mut overrides = vec![format!("damping.kind={}", outcome.damping_kind)];
         overrides.extend(outcome.mount.as_ref().map(|mount| format!("disc.rim={mount}")));
-        for (name, parameter) in outcome.parameters.iter().filter(|(name, _)| *name != OF_THE_INSTRUMENT) {
+        for (name, parameter) in &outcome.parameters {
             let Some((_, mut key)) = KEYS.iter().find(|(known, _)| known == name).copied() else {
                 bail!("{}: parameter `{name}` has no scene key; calibrate again with this version", path.display());
             };
@@ -139,6 +147,24 @@ mod tests {
         .unwrap();
         assert_eq!(calibrated.overrides, ["damping.kind=linear", "alpha=0.5", "damping.coefficient=0.31"]);
         assert_eq!(calibrated.scene.as_deref(), Some("annulus"));
+    }
+
+    #[test]
+    fn a_calibration_changed_since_it_was_written_is_refused_where_its_list_stands_beside_it() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path().join("fit");
+        let text = r#"{"parameters": {"alpha": {"value": 0.5}}, "damping_kind": "linear", "verdict": ""}"#;
+        let staged = output::OutputFolder::stage(&folder, &[], false).unwrap();
+        staged.write("calibration.json", text).unwrap();
+        staged.finish().unwrap();
+        assert_eq!(Calibrated::read(&folder).unwrap().overrides[1], "alpha=0.5");
+        let (file, other) = (folder.join("calibration.json"), text.replace("0.5", "0.4"));
+        fs::write(&file, &other).unwrap();
+        for place in [&folder, &file] {
+            let error = Calibrated::read(place).unwrap_err().to_string();
+            assert!(error.contains("calibration.json") && error.contains("changed since"), "{error}");
+        }
+        assert_eq!(read(&other).unwrap().overrides[1], "alpha=0.4");
     }
 
     #[test]

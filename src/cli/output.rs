@@ -16,7 +16,7 @@ use std::{
 };
 
 pub use folder::{NOTHING_SAVED, OutputFolder, remove_staged};
-pub use list::{LIST, files_below};
+pub use list::{LIST, files_below, is_altered};
 pub use terminal::{visible, visible_json};
 
 /// Results that every command with a page has.
@@ -177,7 +177,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
         _ => Path::new("."),
     };
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".granchain-");
+    builder.prefix(work::PART);
     #[cfg(unix)]
     {
         // rw-rw-rw- less the umask: results are for colleagues too.

@@ -36,9 +36,17 @@ pub enum RunLogError {
 #[derive(Debug)]
 pub struct RunLog {
     path: PathBuf,
-    file: Mutex<File>,
+    end: Mutex<End>,
     /// Lines that are not used, from 1.
     damaged: Vec<usize>,
+}
+
+/// Where lines are appended.
+#[derive(Debug)]
+struct End {
+    file: File,
+    /// Whether the last line may be torn: no other may begin in it.
+    torn: bool,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -71,7 +79,7 @@ impl RunLog {
         }
         file.set_len(whole as u64).map_err(io("cut"))?;
         file.seek(SeekFrom::End(0)).map_err(io("seek"))?;
-        Ok((Self { path: path.into(), file: Mutex::new(file), damaged }, runs))
+        Ok((Self { path: path.into(), end: Mutex::new(End { file, torn: false }), damaged }, runs))
     }
 
     /// What is to be said of lines that were altered since they were written; nothing where there are none.
@@ -95,8 +103,15 @@ impl RunLog {
         let io = |source| RunLogError::Io { action: "append", path: self.path.clone(), source };
         let mut line = sealed(&serde_json::to_vec(&Entry { index, run }).map_err(|error| io(error.into()))?);
         line.push(b'\n');
-        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        file.write_all(&line).and_then(|()| file.sync_data()).map_err(io)
+        let mut end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
+        if end.torn {
+            line.insert(0, b'\n');
+        }
+        // A disk that is full for a moment takes a part of a line; another thread may find room again.
+        end.torn = true;
+        end.file.write_all(&line).and_then(|()| end.file.sync_data()).map_err(io)?;
+        end.torn = false;
+        Ok(())
     }
 }
 
@@ -123,6 +138,24 @@ mod tests {
             log.keep(2, &(1.0 / 3.0)).unwrap();
             assert_eq!(fs::read(&path).unwrap(), whole);
         }
+    }
+
+    #[test]
+    fn a_run_kept_behind_a_line_that_the_disk_took_a_part_of_is_kept() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("runs.jsonl");
+        let (log, _) = RunLog::open::<f64>(&path).unwrap();
+        log.keep(0, &0.1).unwrap();
+        // A disk that is full after six bytes, and then no more.
+        log.end.lock().unwrap().file.write_all(b"granch").unwrap();
+        let writable = std::mem::replace(&mut log.end.lock().unwrap().file, File::open(&path).unwrap());
+        log.keep(1, &0.25).unwrap_err();
+        log.end.lock().unwrap().file = writable;
+        log.keep(2, &(1.0 / 3.0)).unwrap();
+        drop(log);
+        let (log, runs) = RunLog::open::<f64>(&path).unwrap();
+        assert_eq!(runs, BTreeMap::from([(0, 0.1), (2, 1.0 / 3.0)]));
+        assert!(log.damage().is_some_and(|told| told.contains("runs.jsonl:2:")));
     }
 
     #[test]

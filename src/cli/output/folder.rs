@@ -11,8 +11,8 @@ use super::{
     list::{LIST, List, Standing, digest, digest_of_file, entries, files_below, is_plain},
     sync_folder,
     work::{
-        BOTH, DROPPED, RESULTS, STATE, beside, instant, lock, partial, put_back, random, remove, remove_all, rename,
-        replace, sweep,
+        BOTH, DROPPED, PART, RESULTS, STATE, beside, instant, lock, partial, put_back, random, remove, remove_all,
+        rename, replace, sweep,
     },
     write_atomically,
 };
@@ -349,7 +349,7 @@ impl Drop for OutputFolder {
 
 /// Whether a state holds anything but the name of its command and files that were never finished.
 fn is_saved(state: &Path) -> Result<bool, OutputError> {
-    let passing = |name: &str| name == COMMAND || name.starts_with(".granchain-") || name.starts_with(".tmp");
+    let passing = |name: &str| name == COMMAND || name.starts_with(PART) || name.starts_with(".tmp");
     Ok(state.exists()
         && entries(state)?.iter().any(|path| !path.file_name().and_then(|name| name.to_str()).is_some_and(passing)))
 }

@@ -61,6 +61,14 @@ impl List {
         self.0.contains_key(name)
     }
 
+    /// Whether a file of the folder is as the list says; `None` where the list does not name it, or has no digest of it.
+    fn is_as_written(&self, folder: &Path, name: &str) -> Result<Option<bool>, OutputError> {
+        let Some(digests) = self.0.get(name).filter(|digests| !digests.is_empty()) else { return Ok(None) };
+        let path = folder.join(name);
+        let plain = fs::symlink_metadata(&path).is_ok_and(|file| file.is_file());
+        Ok(Some(plain && digests.contains(&digest_of_file(name, &path)?)))
+    }
+
     /// What stands in the file.
     pub fn text(&self) -> String {
         let lines = self.0.iter().flat_map(|(name, digests)| digests.iter().map(move |digest| (digest, name)));
@@ -134,9 +142,7 @@ impl Standing {
             if digests.is_empty() {
                 return Err(OutputError::OldList { folder: folder.into(), found: name });
             }
-            let path = folder.join(&name);
-            let plain = fs::symlink_metadata(&path).is_ok_and(|file| file.is_file());
-            if !plain || !digests.contains(&digest_of_file(&name, &path)?) {
+            if standing.list.is_as_written(folder, &name)? == Some(false) {
                 return Err(OutputError::Altered { folder: folder.into(), found: name });
             }
             standing.ours.insert(name);
@@ -173,6 +179,16 @@ impl Standing {
             (!free).then(|| way.display().to_string())
         })
     }
+}
+
+/// Whether a file is another one than the list beside it says; `false` where nothing is said of it.
+///
+/// # Errors
+/// A list that is damaged, or a file that cannot be read.
+pub fn is_altered(file: &Path) -> Result<bool, OutputError> {
+    let folder = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Some(name) = file.file_name().and_then(|name| name.to_str()) else { return Ok(false) };
+    Ok(List::read(folder)?.is_as_written(folder, name)? == Some(false))
 }
 
 /// What the list says of a file with these bytes.

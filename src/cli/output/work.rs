@@ -21,6 +21,9 @@ pub const DROPPED: &str = "dropped";
 /// The list that holds while files are moved in.
 pub const BOTH: &str = "both";
 
+/// Begin of the name of a file that is being written.
+pub const PART: &str = ".granchain-";
+
 /// Tries to make a folder that no sweep of another process takes away.
 const TRIES: usize = 16;
 
@@ -112,14 +115,17 @@ pub fn sweep(target: &Path) {
         let rest = path.file_name().and_then(|name| name.to_str()?.strip_prefix(prefix));
         rest.is_some_and(|rest| rest.bytes().all(|byte| byte.is_ascii_alphanumeric())) && !path.is_symlink()
     };
-    let known = [LOCK, RESULTS, STATE, OLD, DROPPED, BOTH].map(std::ffi::OsStr::new);
+    let is_known = |path: &PathBuf| {
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        [LOCK, RESULTS, STATE, OLD, DROPPED, BOTH].contains(&name) || name.starts_with(PART)
+    };
     for work in entries(parent).unwrap_or_default().iter().filter(|path| is_left(path)) {
         let Ok(found) = entries(work) else { continue };
         if found.is_empty() {
             // Fails where a run just begins in it.
             let _ = fs::remove_dir(work);
         } else if work.join(LOCK).is_file()
-            && found.iter().all(|path| known.contains(&path.file_name().unwrap_or_default()))
+            && found.iter().all(is_known)
             && let Ok(Some(_held)) = lock(work)
         {
             let _ = put_back(work, target).and_then(|()| remove(work));

@@ -1,10 +1,13 @@
 //! A finite element analysis behind `granchain replay`: advanced step by step, with fields and saved states on the way.
 //!
 //! Work in progress lies in the state folder of a resumable output: `plan.json` (what the state belongs to), `checkpoint.json` (the last
-//! saved state), `fields/` (the frames written so far). A frame's name is its number, so a frame computed again after a resume replaces
-//! itself; frames beyond the saved state are dropped first.
+//! saved state), `fields/` (the frames written so far, whose digests the saved state holds). A frame's name is its number, so a frame
+//! computed again after a resume replaces itself; frames beyond the saved state are dropped first.
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context, bail};
 use clap::Args;
@@ -124,6 +127,7 @@ pub fn refuse_idle(flags: &AnalysisArguments, scene: &Scene) -> anyhow::Result<(
 struct Checkpoint {
     simulation: Snapshot,
     peak: Peak,
+    frames: BTreeMap<String, String>,
 }
 
 /// A run in the making.
@@ -135,6 +139,8 @@ pub struct Analysis<'a> {
     identity: String,
     simulation: Simulation<'static>,
     frames: Frames,
+    /// SHA-256 of the frames written, and of their pictures, by name.
+    written: BTreeMap<String, String>,
     /// Followed where results are written.
     peak: Peak,
     /// Steps a frame and steps a saved state.
@@ -173,7 +179,7 @@ impl<'a> Analysis<'a> {
         let plan = plan_of(scene, &meshes, frame, flags.animation)?;
         let identity = sha256(&plan);
         let mut simulation = Simulation::new(scene, Control::default())?;
-        let mut peak = Peak::default();
+        let (mut peak, mut written) = (Peak::default(), BTreeMap::new());
         if let Some(folder) = folder {
             let place = folder.state_path().join(PLAN);
             if is_saved(folder) {
@@ -185,7 +191,7 @@ impl<'a> Analysis<'a> {
                 let saved: Checkpoint =
                     serde_json::from_slice(unsealed(&bytes).with_context(of_ours)?).with_context(of_ours)?;
                 simulation.restore(saved.simulation, &identity)?;
-                peak = saved.peak;
+                (peak, written) = (saved.peak, saved.frames);
                 session.note(format_args!("resumed at {}", engineering(simulation.time(), "s", 4)));
             } else {
                 if flags.resume {
@@ -200,6 +206,7 @@ impl<'a> Analysis<'a> {
         let raster = flags.animation.then(|| Raster::new(&frames.field(&simulation)));
         let analysis = Self {
             frames,
+            written,
             peak,
             scene,
             session,
@@ -303,7 +310,11 @@ impl<'a> Analysis<'a> {
 
     fn save(&self) -> anyhow::Result<()> {
         let Some(folder) = self.folder else { return Ok(()) };
-        let saved = Checkpoint { simulation: self.simulation.snapshot(&self.identity), peak: self.peak.clone() };
+        let saved = Checkpoint {
+            simulation: self.simulation.snapshot(&self.identity),
+            peak: self.peak.clone(),
+            frames: self.written.clone(),
+        };
         let saved = serde_json::to_vec(&saved).context("the state of the analysis cannot be written")?;
         Ok(write_atomically(&folder.state_path().join(CHECKPOINT), &sealed(&saved))?)
     }
@@ -330,45 +341,47 @@ impl<'a> Analysis<'a> {
 }
 
 impl Analysis<'_> {
-    /// Drop frames beyond the state taken up, and see that those before it are there.
+    /// Drop what belongs to no saved state, and see that the frames before it are as they were written.
     fn check_frames(&self) -> anyhow::Result<()> {
         let (Some(steps), Some(folder)) = (self.frame, self.frames_folder()) else { return Ok(()) };
         std::fs::create_dir_all(&folder).with_context(|| format!("{}: cannot be made", folder.display()))?;
-        let taken = self.taken();
-        let expected = if taken == 0 { 0 } else { taken / steps + 1 };
-        let mut found = 0;
         for entry in std::fs::read_dir(&folder).with_context(|| format!("{}: cannot be read", folder.display()))? {
             let path = entry?.path();
-            let number = path.file_name().and_then(|name| frame_number(name.to_str()?));
-            match number {
-                Some(number) if number < expected => found += 1,
-                Some(_) => {
-                    std::fs::remove_file(&path).with_context(|| format!("{}: cannot be removed", path.display()))?
-                }
-                None => {}
+            let known =
+                path.file_name().and_then(|name| name.to_str()).is_some_and(|name| self.written.contains_key(name));
+            if !known {
+                std::fs::remove_file(&path).with_context(|| format!("{}: cannot be removed", path.display()))?;
             }
         }
-        if found < expected {
-            bail!(
-                "{}: {found} of the {expected} frames before the saved state are there; start anew with --force",
-                folder.display()
-            );
+        for (name, digest) in &self.written {
+            let path = folder.join(name);
+            let frame = std::fs::read(&path)
+                .with_context(|| format!("{}: cannot be read; start anew with --force", path.display()))?;
+            if sha256(&frame) != *digest {
+                bail!("{}: altered or damaged since it was written; start anew with --force", path.display());
+            }
         }
-        Ok(())
+        if self.written.is_empty() { Ok(()) } else { self.write_series(&folder, self.taken() / steps) }
     }
 
     /// Write the frame of this instant, and the list of all so far.
-    fn write_frame(&self) -> anyhow::Result<()> {
+    fn write_frame(&mut self) -> anyhow::Result<()> {
         let (Some(steps), Some(folder)) = (self.frame, self.frames_folder()) else { return Ok(()) };
         let number = self.taken() / steps;
         let field = self.frames.field(&self.simulation);
-        // The picture first: a frame counts by its field file.
-        if let Some(raster) = &self.raster {
-            write_atomically(&folder.join(picture_name(number)), &raster.png(&field)?)?;
-        }
         let mut bytes = Vec::new();
         write_vtu(&field, &mut bytes)?;
-        write_atomically(&folder.join(frame_name(number)), &bytes)?;
+        let picture = self.raster.as_ref().map(|raster| raster.png(&field)).transpose()?;
+        let picture = picture.map(|picture| (picture_name(number), picture));
+        for (name, bytes) in picture.into_iter().chain([(frame_name(number), bytes)]) {
+            write_atomically(&folder.join(&name), &bytes)?;
+            self.written.insert(name, sha256(&bytes));
+        }
+        self.write_series(&folder, number)
+    }
+
+    /// Write the list of the frames up to that number.
+    fn write_series(&self, folder: &Path, number: usize) -> anyhow::Result<()> {
         let names: Vec<String> = (0..=number).map(frame_name).collect();
         let list = names.iter().enumerate().map(|(number, name)| (number as f64 * self.interval, name.as_str()));
         let mut bytes = Vec::new();
@@ -403,10 +416,6 @@ fn picture_name(number: usize) -> String {
 
 fn frame_name(number: usize) -> String {
     format!("field_{number:06}.vtu")
-}
-
-fn frame_number(name: &str) -> Option<usize> {
-    name.strip_prefix("field_")?.strip_suffix(".vtu")?.parse().ok()
 }
 
 fn cut_note(cut: &Cut) -> String {

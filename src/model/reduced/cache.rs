@@ -35,6 +35,8 @@ const GENERATION: u32 = 2;
 const HEADER: &str = "granchain reduction";
 /// What the name of every file begins and ends with.
 const NAME: (&str, &str) = ("reduction-", ".json");
+/// Begin of the name of a file that is being written.
+const PART: &str = ".reduction-";
 /// Most that a folder holds, bytes; at a mesh density of 12 a chain takes half a megabyte.
 const LARGEST: u64 = 2 << 30;
 
@@ -95,8 +97,10 @@ impl Cache {
 
     fn keep(&self, path: &Path, key: &str, reduction: &Reduction) -> io::Result<()> {
         fs::create_dir_all(&self.folder)?;
+        self.sweep()?;
         let body = serde_json::to_string(reduction)?;
         let mut builder = tempfile::Builder::new();
+        builder.prefix(PART);
         #[cfg(unix)]
         {
             // rw-rw-rw- less the umask: a folder may be shared.
@@ -104,6 +108,8 @@ impl Cache {
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
         let mut file = builder.tempfile_in(&self.folder)?;
+        // Where files cannot be locked, none is swept either.
+        let _ = file.as_file().try_lock();
         writeln!(file, "{HEADER} {key} {}", sha256(body.as_bytes()))?;
         file.write_all(body.as_bytes())?;
         file.flush()?;
@@ -133,6 +139,19 @@ impl Cache {
             match fs::remove_file(path) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
                 _ => total -= length,
+            }
+        }
+        Ok(())
+    }
+
+    /// Remove the files that dead programs were writing; those of live ones are locked.
+    fn sweep(&self) -> io::Result<()> {
+        for entry in fs::read_dir(&self.folder)? {
+            let path = entry?.path();
+            let is_part = path.file_name().and_then(|name| name.to_str()).is_some_and(|name| name.starts_with(PART));
+            if is_part && fs::File::open(&path).is_ok_and(|file| file.try_lock().is_ok()) {
+                // What cannot be removed harms nobody.
+                let _ = fs::remove_file(&path);
             }
         }
         Ok(())
@@ -345,6 +364,20 @@ mod tests {
             // As any file of this process.
             assert_eq!(readable(&path(&scenes[2])), readable(&foreign));
         }
+    }
+
+    #[test]
+    fn what_a_dead_program_was_writing_is_swept_what_a_live_one_writes_is_not() {
+        let place = tempfile::tempdir().unwrap();
+        let [dead, live, other] = [".reduction-dead", ".reduction-live", "notes"].map(|name| place.path().join(name));
+        for path in [&dead, &live, &other] {
+            fs::write(path, "half").unwrap();
+        }
+        let writing = fs::File::open(&live).unwrap();
+        writing.lock().unwrap();
+        Cache::new(place.path()).reduction(&scene(&[])).unwrap();
+        assert_eq!([&dead, &live, &other].map(|path| path.exists()), [false, true, true]);
+        assert_eq!(fs::read_dir(place.path()).unwrap().count(), 3);
     }
 
     #[test]

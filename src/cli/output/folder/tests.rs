@@ -302,6 +302,7 @@ fn what_dead_runs_left_is_swept_what_live_ones_write_is_not() {
     let dead = place.path().join(".run.partial-dead01");
     fs::create_dir_all(dead.join(RESULTS)).unwrap();
     fs::write(dead.join("lock"), "").unwrap();
+    fs::write(dead.join(".granchain-abcdef"), "half a list").unwrap();
     fs::create_dir(place.path().join(".run.partial-dead02")).unwrap();
     // Not ours: no lock, or something else in it, or of another target.
     for foreign in [".run.partial-old/x.csv", ".run.partial-mine/notes", ".run.partial-x.unfinished/results"] {
