@@ -10,7 +10,7 @@
 //! cargo run --release --example reconstruct_annulus [FOLDER]
 //! ```
 //!
-//! The result is the same bytes every time (`tests/reader_shipped.rs` compares).
+//! The result is the same bytes every time (`tests/record/reader_shipped.rs` compares).
 
 use std::{f64::consts::PI, fmt::Write as _, fs, path::PathBuf};
 

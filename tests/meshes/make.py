@@ -1,4 +1,4 @@
-"""Makes the Gmsh files of tests/fea_gmsh.rs: python3 make.py, with gmsh 4.15 (pip install gmsh).
+"""Makes the Gmsh files of tests/model/fea_gmsh.rs: python3 make.py, with gmsh 4.15 (pip install gmsh).
 
 Sections lie in x = r, y = z; lengths in mm. The files ending in -binary are binary, the others text.
 """

@@ -1,7 +1,7 @@
 //! The solitary wave of an uncompressed chain.
 
 /// κ of the discrete chain: a number of the project's table of reference values, not a closed form. A run of 200 beads
-/// (`tests/chain_exact.rs`) confirms it to 1e-6, [`DiscretePulse`] to 1e-8; the further digits are taken over from the table.
+/// (`tests/model/chain_exact.rs`) confirms it to 1e-6, [`DiscretePulse`] to 1e-8; the further digits are taken over from the table.
 pub const DISCRETE_SPEED_FACTOR: f64 = 0.907_470_078_412;
 
 /// κ of Nesterenko's continuum, (4/5)^(2/5) = 0.9146…: Nesterenko (2001), *Dynamics of Heterogeneous Materials*, §1.3.

@@ -5,7 +5,7 @@
 //! each run scales it. The runs of a group lie in arrays of eight, and every operation is element by element, so the result
 //! of a run has the same bits whatever its neighbours, its place, and the number of threads that callers spread chunks over.
 //!
-//! Measured against the adaptive integrator (largest error of the pole's velocity over its peak): see `tests/chain_steppers.rs`. Behind
+//! Measured against the adaptive integrator (largest error of the pole's velocity over its peak): see `tests/model/chain_steppers.rs`. Behind
 //! a rigid wall with linear dashpots, whose force jumps at touch, it is 3e-4 in the first 30 µs and 1e-3 to 4e-2 by 70 µs, depending on where
 //! in a step each touch falls (`docs/contact-laws.md`). Where the motion is chaotic, two runs of any two integrators part anyway.
 

@@ -9,7 +9,7 @@
 //! h^(5/2) without dashpot, h² with a Kuwabara–Kono one, h with a linear one, whose force jumps.
 //!
 //! Largest error of the last bead's velocity over its peak, against the adaptive integrator: six beads between rigid flats, five cycles
-//! at 73 kHz, 1 µm, first 70 µs (`tests/chain_steppers.rs` holds it to this table). A damped step is the worse for the force that a linear
+//! at 73 kHz, 1 µm, first 70 µs (`tests/model/chain_steppers.rs` holds it to this table). A damped step is the worse for the force that a linear
 //! dashpot starts with at every closing.
 //!
 //! | step | no dampers | linear 0.3 N·s/m | Kuwabara–Kono 3660 N·s·m^(-3/2) |

@@ -1,0 +1,277 @@
+//! More than α and one damping coefficient: precompression, stiffness of the support, first gap, bandwidth, both dashpots; and what the
+//! bench leaves open, drawn into every run.
+
+use crate::calibrate_bench::{ALPHA, Bench, code, stderr, table};
+use granchain::{
+    calibration::{
+        forward::{Forward, Uncertainty},
+        observation::{Observation, Passband, Recording},
+        parameter::Parameter,
+    },
+    feature::{Measurand, fingerprint::FeatureSet},
+    model::{self, chain::ensemble::Variation},
+    scene::{self, Scene},
+    signal::{Conditioning, LowPass, Series},
+    study::{
+        Bodies, EnsemblePlan,
+        confirmation::{Predicted, confirm},
+    },
+};
+use serde_json::Value;
+use std::sync::Arc;
+
+/// The interval of a parameter.
+fn interval(outcome: &Value, name: &str) -> (f64, f64) {
+    let parameter = &outcome["parameters"][name];
+    (parameter["low"].as_f64().unwrap(), parameter["high"].as_f64().unwrap())
+}
+
+fn width(outcome: &Value, name: &str) -> f64 {
+    let (low, high) = interval(outcome, name);
+    (high / low).ln()
+}
+
+/// A calibration of the bench that has to end with an answer.
+fn fitted(bench: &Bench, more: &[&str], out: &str) -> Value {
+    let output = bench.calibrate(&[more, &["--quiet", "--out", out]].concat());
+    assert!([0, 3].contains(&code(&output)), "{}", stderr(&output));
+    bench.outcome(out)
+}
+
+#[test]
+fn three_parameters_are_found_again_and_shown_pair_by_pair() {
+    let bench = Bench::new();
+    let flags = ["--fit", "alpha,damping,support_stiffness", "--evaluations", "1200"];
+    let outcome = fitted(&bench, &flags, "out");
+    for (name, truth) in [("alpha", ALPHA), ("damping", 0.4), ("support_stiffness", 1.0)] {
+        let (low, high) = interval(&outcome, name);
+        assert!(low <= truth && truth <= high && (high / low).ln() < 0.7, "{name}: {low} to {high}");
+    }
+    let pairs: Vec<&String> = outcome["correlations"].as_object().unwrap().keys().collect();
+    assert_eq!(pairs, ["alpha,damping", "alpha,support_stiffness", "damping,support_stiffness"]);
+    assert!(bench.path("out/figures/pairs-linear.png").is_file());
+    let runs = std::fs::read_to_string(bench.path("out/runs-linear.csv")).unwrap();
+    assert!(runs.lines().next().unwrap().contains("stiffness factor of the annulus"), "{runs:.120}");
+    // A replay takes all three up.
+    let replayed = bench.granchain(&["replay", "--calibration", "out", "--json", "--quiet"]).output().unwrap();
+    assert_eq!(code(&replayed), 0, "{}", stderr(&replayed));
+    let stiffness = outcome["parameters"]["support_stiffness"]["value"].as_f64().unwrap();
+    let said = String::from_utf8(replayed.stdout).unwrap();
+    assert!(said.contains(&format!("support.stiffness_factor={stiffness}")), "{said:.2000}");
+}
+
+#[test]
+fn both_coefficients_of_a_law_with_two_are_found_again() {
+    let bench = Bench::new();
+    let made = model::run(&bench_scene(&BOTH), &mut |_| true).unwrap();
+    bench.write("lab/vib.csv", table("velocity_mm_per_s", &made.pole_velocity, 1e3, 3.0));
+    let flags = ["--damping", "linear+kuwabara-kono", "--evaluations", "1200"];
+    let outcome = fitted(&bench, &flags, "out");
+    let names: Vec<&String> = outcome["parameters"].as_object().unwrap().keys().collect();
+    assert_eq!(names, ["alpha", "damping_kuwabara_kono", "damping_linear"]);
+    for (name, truth) in [("alpha", ALPHA), ("damping_linear", 0.2), ("damping_kuwabara_kono", 2000.0)] {
+        let (low, high) = interval(&outcome, name);
+        assert!(low <= truth && truth <= high, "{name}: {low} to {high}");
+    }
+}
+
+#[test]
+fn what_a_record_cannot_tell_is_called_unidentified_with_the_record_that_would() {
+    let bench = Bench::new();
+    // The chain touches its piston: any gap up to a few nanometres is as good.
+    let outcome =
+        fitted(&bench, &["--fit", "alpha,gap", "--bounds", "gap=0.01nm:0.3nm", "--evaluations", "300"], "out");
+    assert_eq!(outcome["parameters"]["gap"]["unidentified"], true, "{}", outcome["parameters"]);
+    assert!(outcome["parameters"]["alpha"].get("unidentified").is_none());
+    let statements = outcome["statements"].to_string();
+    assert!(statements.contains("gap is unidentified") && statements.contains("another drive level"), "{statements}");
+}
+
+#[test]
+fn what_the_bench_leaves_open_widens_the_interval() {
+    let bench = Bench::new();
+    let sharp = fitted(&bench, &["--fit", "alpha"], "sharp");
+    let open = ["--fit", "alpha", "--uncertainty", "support_stiffness=0.3", "--uncertainty", "baseline=10 nm"];
+    let open = fitted(&bench, &open, "open");
+    assert!(
+        width(&open, "alpha") > 2.0 * width(&sharp, "alpha"),
+        "{} {}",
+        width(&sharp, "alpha"),
+        width(&open, "alpha")
+    );
+    let assumed = open["assumptions"].to_string();
+    assert!(assumed.contains("the horn's baseline ±10 nm") && assumed.contains("stiffness ±30 %"), "{assumed}");
+    // The same said by a plan; what is fitted is not drawn.
+    let plan = "fit = [\"alpha\", \"gap\"]\n[uncertainty]\nsupport_stiffness = 0.3\nbaseline = \"10 nm\"\n";
+    bench.write("plan.toml", plan);
+    let planned = fitted(&bench, &["--plan", "plan.toml"], "planned");
+    let assumed = planned["assumptions"].to_string();
+    assert!(assumed.contains("stiffness ±30 %") && !assumed.contains("baseline ±"), "{assumed}");
+}
+
+#[test]
+fn parameters_that_cannot_be_are_refused_with_the_remedy() {
+    let bench = Bench::new();
+    for (flags, told) in [
+        (&["--fit", "alpha,colour"][..], &["colour", "support_stiffness", "bandwidth"][..]),
+        (&["--fit", "gap,precompression"], &["every gap closed", "one of the two"]),
+        (&["--fit", "gap", "--set", "chain.precompression=0.1N"], &["every gap closed"]),
+        (&["--fit", "support_stiffness", "--set", "support.kind=rigid"], &["annulus or the stiffness of a spring"]),
+        (&["--fit", "damping_linear"], &["linear+kuwabara-kono", "fit `damping`"]),
+        (&["--uncertainty", "colour=1"], &["colour", "precompression"]),
+        (&["--uncertainty", "gap=-1 nm"], &["gap", "≥ 0"]),
+        (&["--uncertainty", "gap=1 N"], &["gap"]),
+        (&["--uncertainty", "gap"], &["NAME=VALUE"]),
+        (
+            &["--uncertainty", "support_stiffness=0.1", "--set", "support.kind=rigid"],
+            &["annulus or the stiffness of a spring"],
+        ),
+    ] {
+        let output = bench.calibrate(flags);
+        let said = stderr(&output);
+        assert!([1, 2].contains(&code(&output)) && output.stdout.is_empty(), "{flags:?}: {said}");
+        for part in told {
+            assert!(said.contains(part), "{flags:?}: {part} missing in {said}");
+        }
+    }
+}
+
+#[test]
+fn a_record_at_another_drive_frequency_is_refused_with_its_line() {
+    let bench = Bench::new();
+    bench.add_horn_tip();
+    let text = std::fs::read_to_string(bench.path("lab/vib.csv")).unwrap();
+    bench.write("lab/vib.csv", format!("# drive frequency: 80 kHz\n{text}"));
+    let output = bench.calibrate(&["--dry-run"]);
+    let said = stderr(&output);
+    assert_eq!(code(&output), 1, "{said}");
+    for part in ["lab/vib.csv:1", "80.0000 kHz", "73.0", "--drive-frequency"] {
+        assert!(said.contains(part), "{part} missing in {said}");
+    }
+}
+
+/// Both dashpots.
+const BOTH: [&str; 3] =
+    ["damping.kind=linear+kuwabara-kono", "damping.linear_coefficient=0.2", "damping.kuwabara_kono_coefficient=2000"];
+
+fn bench_scene(sets: &[&str]) -> Scene {
+    let sets = [&["chain.beads=2", "duration=420us", "drive.cycles=20", "alpha=0.6"], sets].concat();
+    scene::load("annulus", &sets.iter().map(|set| (*set).to_owned()).collect::<Vec<_>>()).unwrap()
+}
+
+/// A record of `scene` seen through `bandwidth`, which it does not state.
+fn recording(scene: &Scene, bandwidth: Option<f64>) -> Recording {
+    let made = model::run(scene, &mut |_| true).unwrap().pole_velocity;
+    let lab = Conditioning { bandwidth, delay: 0.0, invert: false, start: 0.0, step: 2e-7, count: 2100 };
+    let signal: Series = lab.apply(&made);
+    Recording {
+        measurand: Measurand::Velocity,
+        signal,
+        noise_rms: 0.0,
+        bandwidth: None,
+        quiet: 0,
+        clipped: [None; 2],
+        begins_late: false,
+    }
+}
+
+/// A forward model of `names` for a record.
+fn forward(scene: &Scene, names: &[&str], recording: &Recording, uncertainty: Uncertainty) -> Forward {
+    let observation = Observation::new(recording, &scene.drive, FeatureSet::Full).unwrap();
+    let parameters = names.iter().flat_map(|name| Parameter::named(name, scene).unwrap()).collect();
+    Forward::new(scene, parameters, observation, uncertainty, 1, Arc::new(|_| true)).unwrap()
+}
+
+const EXACT: Uncertainty = Uncertainty {
+    droop: 0.0,
+    gap: 0.0,
+    gap_scale: 0.0,
+    baseline: 0.0,
+    drive: 0.0,
+    sensitivity: 0.0,
+    precompression: 0.0,
+    support_stiffness: 0.0,
+};
+
+/// Largest |z − z₀| of one run at these values.
+fn off(forward: &Forward, values: &[f64]) -> f64 {
+    let at: Vec<f64> = forward.parameters.iter().zip(values).map(|(it, value)| it.coordinate(*value)).collect();
+    let run = forward.run(0, &[at]).remove(0);
+    let features = run.features().unwrap_or_else(|| panic!("{:?}", run.outcome));
+    features.iter().zip(&forward.comparison.features).map(|(z, z0)| (z - z0).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn every_parameter_meets_its_own_record_at_its_truth_and_misses_it_elsewhere() {
+    // The fixed step of a search is good to some thousandths here; elsewhere features move by tenths.
+    for (name, set, value, elsewhere) in [
+        ("precompression", "chain.precompression=20mN", 0.02, 0.2),
+        ("support_stiffness", "support.stiffness_factor=0.6", 0.6, 1.2),
+        ("gap", "chain.gaps.contact1=40nm", 4e-8, 2e-7),
+    ] {
+        let scene = bench_scene(&[set]);
+        let forward = forward(&scene, &[name], &recording(&scene, None), EXACT);
+        let (there, away) = (off(&forward, &[value]), off(&forward, &[elsewhere]));
+        assert!(there < 0.03 && away > 5.0 * there && away > 0.1, "{name}: {there} {away}");
+    }
+    let scene = bench_scene(&[]);
+    let slow = forward(&scene, &["bandwidth"], &recording(&scene, Some(3e5)), EXACT);
+    let (there, away) = (off(&slow, &[3e5]), off(&slow, &[9e5]));
+    assert!(there < 0.03 && away > 0.1, "bandwidth: {there} {away}");
+    let scene = bench_scene(&BOTH);
+    let both = forward(&scene, &["damping"], &recording(&scene, None), EXACT);
+    assert!(off(&both, &[0.2, 2000.0]) < 0.03 && off(&both, &[0.2, 200.0]) > 0.1 && off(&both, &[0.02, 2000.0]) > 0.05);
+}
+
+#[test]
+fn every_nuisance_is_drawn_anew_and_what_is_fitted_is_not() {
+    let scene = bench_scene(&[]);
+    let recording = recording(&scene, None);
+    let spread = |names: &[&str], uncertainty| {
+        let forward = forward(&scene, names, &recording, uncertainty);
+        let at: Vec<f64> = vec![0.4; forward.parameters.len()];
+        let runs = forward.run(0, &[at.clone(), at.clone(), at]);
+        let peaks: Vec<f64> = runs.iter().map(|run| run.features().unwrap()[0]).collect();
+        peaks.iter().copied().fold(f64::MIN, f64::max) - peaks.iter().copied().fold(f64::MAX, f64::min)
+    };
+    assert_eq!(spread(&["alpha"], EXACT), 0.0);
+    for (name, drawn) in [
+        ("gap", Uncertainty { baseline: 2e-8, ..EXACT }),
+        ("precompression", Uncertainty { precompression: 0.05, ..EXACT }),
+        ("support_stiffness", Uncertainty { support_stiffness: 0.3, ..EXACT }),
+    ] {
+        assert!(spread(&["alpha"], drawn) > 1e-4, "{name}");
+        assert_eq!(spread(&["alpha", name], drawn), 0.0, "{name}");
+    }
+}
+
+/// Of identical runs the drive's line scatters by what the fall of the decoder leaves of it: between all and the Gaussian's gain at f0.
+#[test]
+fn what_is_not_known_of_a_decoder_is_in_the_prediction() {
+    let scene = bench_scene(&[]);
+    let bandwidth = 3e5;
+    let recording = Recording { bandwidth: Some(bandwidth), ..recording(&scene, Some(bandwidth)) };
+    let forward = forward(&scene, &["alpha"], &recording, EXACT);
+    let position = [forward.parameters[0].coordinate(0.6)];
+    let passbands: Vec<Option<Passband>> =
+        (0..12).map(|number| forward.passband(&position, || f64::from(number) / 11.0)).collect();
+    let variations = vec![Variation::of(&scene); passbands.len()];
+    let observation = Observation::new(&recording, &scene.drive, FeatureSet::Full).unwrap();
+    let predicted = Predicted { scene: scene.clone(), variations, passbands };
+    let plan = EnsemblePlan::new(12, 1);
+    let confirmed =
+        confirm(&scene, &Bodies::new(None), &recording, &observation, (&plan, Some(&predicted)), recording.passband());
+    let line =
+        confirmed.unwrap().features.into_iter().find(|feature| feature.key == "line_1").unwrap().simulated.unwrap();
+    let slow = LowPass::gaussian_gain(scene.drive.frequency, bandwidth);
+    // Deviation of a sample of n even steps from 0 to 1: √(n (n + 1)/12)/(n − 1). A burst of 20 cycles has a line 10 % wide, and the loss grows
+    // as the square of the frequency: 4 %.
+    let deviation = (1.0 - slow) * 13f64.sqrt() / 11.0;
+    let share = line.scatter / line.mean;
+    assert!((share / (deviation / (0.5 * (1.0 + slow))) - 1.0).abs() < 0.04, "{share} {deviation}");
+    // A fitted band is what the fit says, with nothing left open.
+    let fitted = self::forward(&scene, &["bandwidth"], &recording, EXACT);
+    let at = [fitted.parameters[0].coordinate(2.5e5)];
+    let passband = fitted.passband(&at, || 0.3).unwrap();
+    assert!((passband.bandwidth / 2.5e5 - 1.0).abs() < 1e-12 && passband.steepness == 1.0, "{passband:?}");
+}

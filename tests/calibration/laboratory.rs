@@ -1,0 +1,68 @@
+//! Records of other laboratories through the whole of `calibrate`, few of them: that the study runs, is the same whatever the threads, and sees
+//! what is plainly right and plainly wrong. What the intervals are worth is `granchain twins --laboratory all`; see `docs/calibration.md`.
+
+use granchain::study::laboratory::{Condition, LaboratoryCount, LaboratoryPlan, LaboratoryTwin, laboratory};
+
+fn plan(conditions: &[&str], count: u64, evaluations: usize) -> LaboratoryPlan {
+    LaboratoryPlan {
+        conditions: conditions.iter().map(|name| Condition::named(name).unwrap()).collect(),
+        count,
+        seed: 500_000,
+        evaluations,
+        model: "chain".into(),
+        mesh_density: None,
+    }
+}
+
+fn made(plan: &LaboratoryPlan) -> Vec<LaboratoryTwin> {
+    laboratory(plan, &|_, _| {}, &|| false).unwrap().unwrap()
+}
+
+#[test]
+fn the_same_with_one_thread_and_with_two() {
+    let plan = plan(&["pretrigger", "sign"], 1, 200);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let twins = pool.install(|| made(&plan));
+        serde_json::to_string(&(LaboratoryCount::of(&twins), &twins)).unwrap()
+    };
+    assert_eq!(with(1), with(2));
+}
+
+#[test]
+fn right_records_end_with_the_truth_held() {
+    let twins = made(&plan(&["pretrigger", "bits"], 2, 300));
+    let count = LaboratoryCount::of(&twins);
+    assert_eq!(count.conditions.len(), 2);
+    let all = count.all.unwrap();
+    assert_eq!(all.refused, 0, "{twins:?}");
+    for parameter in &all.parameters {
+        // With a true coverage of 0.9, fewer than 2 of 4 happen in 0.4 % of all seeds.
+        assert!(parameter.held >= 2, "{parameter:?}");
+        assert!(parameter.median_error < 0.1, "{parameter:?}");
+    }
+}
+
+/// One record of every mistake that a bench can make: refused with its cause, named by the diagnosis, or warned of beside the verdict.
+#[test]
+fn every_mistake_is_named() {
+    let wrong = Condition::all().into_iter().filter(|condition| condition.expected().is_some());
+    // What is wrong with a model is counted, not promised: see `granchain twins --laboratory wrong`.
+    let of_model = ["softer-support", "other-law", "bead-fewer", "bead-more", "radius", "first-gap"];
+    let names: Vec<&str> = wrong.map(Condition::name).filter(|name| !of_model.contains(name)).collect();
+    assert_eq!(names.len(), 16);
+    let twins = made(&LaboratoryPlan { seed: 4, ..plan(&names, 1, 300) });
+    for twin in &twins {
+        let name = twin.setting.condition.name();
+        assert!(twin.named() || twin.warned(), "{name}: {twin:?}");
+    }
+    let unmasked = |name: &str| twins.iter().find(|twin| twin.setting.condition.name() == name).unwrap().unmasked();
+    for name in ["sign", "scale-up", "scale-down", "unit-up", "unit-down", "frequency", "swapped", "pure-noise"] {
+        assert!(unmasked(name), "{name}");
+    }
+}
+
+#[test]
+fn stopping_leaves_no_result() {
+    assert!(laboratory(&plan(&["pretrigger"], 1, 200), &|_, _| {}, &|| true).unwrap().is_none());
+}

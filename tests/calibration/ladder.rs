@@ -1,0 +1,169 @@
+//! The ladder: a search on the chain, corrected on a rung above.
+
+use std::sync::{
+    Arc,
+    atomic::{AtomicU64, Ordering},
+};
+
+use granchain::{
+    calibration::{
+        checkpoint::SearchCheckpoint,
+        correction::Correction,
+        fit::{Estimate, Fit, FitError, correct, fit},
+        forward::{Forward, Uncertainty, Watch},
+        observation::{Observation, Recording},
+        parameter::Parameter,
+        rung::{Bodies, Rung},
+        search::{Search, Strategy},
+        twin::{Flaw, twin},
+    },
+    feature::fingerprint::FeatureSet,
+    model::{self, Prepared},
+    scene::{self, DampingKind, Scene},
+};
+
+const SEED: u64 = 5;
+
+/// Two beads on the annulus under a short burst: a run costs a hundredth of a second on the reduced model.
+fn bench(model: &[&str]) -> Scene {
+    let told = ["chain.beads=2", "drive.cycles=20", "duration=420us", "damping.kind=linear", "damping.coefficient=0.4"];
+    let told: Vec<String> = told.iter().chain(model).map(|text| (*text).to_owned()).collect();
+    scene::load("annulus", &told).unwrap()
+}
+
+fn bodies(scene: &Scene) -> Arc<Prepared> {
+    Bodies::new(scene, None).unwrap().prepared
+}
+
+fn parameters() -> Vec<Parameter> {
+    vec![Parameter::alpha(), Parameter::damping(DampingKind::Linear).unwrap()]
+}
+
+/// A record of `scene` by its own model, with the truth behind it: twin 1 has α = 0.30 and c = 0.16 N·s/m.
+fn record(scene: &Scene) -> (Recording, Vec<f64>) {
+    let run = |scene: &Scene| model::run(scene, &mut |_| true);
+    let made = twin(scene, &parameters(), &Uncertainty::default(), Flaw::None, 1, SEED, &run).unwrap();
+    (made.recording, made.truth.values)
+}
+
+fn forward(scene: &Scene, recording: &Recording, watch: Arc<Watch>) -> Forward {
+    let observation = Observation::new(recording, &scene.drive, FeatureSet::Full).unwrap();
+    Forward::new(scene, parameters(), observation, Uncertainty::default(), SEED, watch).unwrap()
+}
+
+fn searched(forward: &Forward) -> Fit {
+    fit(forward, Search::new(forward, 600, SEED, Strategy::Likelihood), None).unwrap()
+}
+
+fn holds(estimate: &Estimate, truth: f64) -> bool {
+    (estimate.low..=estimate.high).contains(&truth)
+}
+
+#[test]
+fn both_runs_of_a_pair_are_made_under_the_same_nuisances() {
+    // The rung above is here the chain's own accurate integrator: all that may differ is the fixed step.
+    let scene = bench(&[]);
+    let (recording, truth) = record(&scene);
+    let forward = forward(&scene, &recording, Arc::new(|_| true));
+    let rung = Rung::new(&forward, bodies(&scene), &scene);
+    let at: Vec<f64> = parameters().iter().zip(&truth).map(|(parameter, value)| parameter.coordinate(*value)).collect();
+    let pairs = rung.pairs(7, &vec![at; 6]).unwrap();
+    let largest = |apart: &dyn Fn(usize) -> Vec<f64>| {
+        (0..pairs.len()).flat_map(apart).fold(0.0, |most: f64, d| most.max(d.abs()))
+    };
+    let apart = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
+    let within =
+        largest(&|index| apart(pairs[index].lower.features().unwrap(), pairs[index].upper.features().unwrap()));
+    let across = largest(&|index| {
+        let other = &pairs[(index + 1) % pairs.len()];
+        apart(pairs[index].lower.features().unwrap(), other.upper.features().unwrap())
+    });
+    // A fixed step of T0/160 is good to 4e-3 of the peak; a band 20 dB below it moves by ten times that in ln.
+    assert!(within < 0.04, "{within}");
+    assert!(across > 2.0 * within, "{across} {within}");
+}
+
+#[test]
+fn a_correction_broken_off_and_taken_up_again_ends_in_the_same_bytes() {
+    let scene = bench(&[]);
+    let (recording, _) = record(&scene);
+    let prepared = bodies(&scene);
+    let whole = {
+        let forward = forward(&scene, &recording, Arc::new(|_| true));
+        let rung = Rung::new(&forward, prepared.clone(), &scene);
+        let chain = searched(&forward);
+        let correction = Correction::new(&rung, &chain.runs, SEED);
+        serde_json::to_vec(&correct(&rung, chain, correction, None).unwrap()).unwrap()
+    };
+
+    // Stopped in the middle of the second round: the first is kept, the rest made again.
+    let left = Arc::new(AtomicU64::new(u64::MAX));
+    let counted = left.clone();
+    let watch = move |_| counted.fetch_sub(1, Ordering::Relaxed) > 1;
+    let forward = forward(&scene, &recording, Arc::new(watch));
+    let rung = Rung::new(&forward, prepared, &scene);
+    let chain = searched(&forward);
+    let place = tempfile::tempdir().unwrap();
+    let checkpoint = SearchCheckpoint::new(&place.path().join("state.json"), "key");
+    left.store(60, Ordering::Relaxed);
+    let stopped = correct(&rung, chain.clone(), Correction::new(&rung, &chain.runs, SEED), Some(checkpoint.clone()));
+    assert!(matches!(stopped, Err(FitError::Stopped { runs: 48 })), "{stopped:?}");
+    left.store(u64::MAX, Ordering::Relaxed);
+    let saved: Correction = checkpoint.restore().unwrap().unwrap();
+    assert_eq!(saved.pairs.len(), 48);
+    let resumed = correct(&rung, chain, saved, Some(checkpoint)).unwrap();
+    assert!(serde_json::to_vec(&resumed).unwrap() == whole);
+}
+
+#[test]
+fn the_ladder_holds_the_truth_of_a_reduced_record_that_the_chain_alone_misses() {
+    let scene = bench(&["model.kind=reduced", "model.mesh_density=6"]);
+    let (recording, truth) = record(&scene);
+    let forward = forward(&scene, &recording, Arc::new(|_| true));
+    let chain = searched(&forward);
+    let [alpha, _] = chain.estimates.as_slice() else { panic!("{:?}", chain.estimates) };
+    assert!(!holds(alpha, truth[0]), "{alpha:?} {truth:?}");
+    let rung = Rung::new(&forward, bodies(&scene), &scene);
+    let correction = Correction::new(&rung, &chain.runs, SEED);
+    let corrected = correct(&rung, chain, correction, None).unwrap();
+    for (estimate, truth) in corrected.estimates.iter().zip(&truth) {
+        assert!(holds(estimate, *truth), "{estimate:?} {truth}");
+        assert!((estimate.high / estimate.low).ln() < 0.2, "{estimate:?}");
+    }
+    let below = corrected.below.unwrap();
+    assert_eq!(below.differences.len(), forward.comparison.features.len());
+    // The rungs differ, by more than the pairs scatter about it.
+    assert!(below.differences.iter().any(|feature| feature.difference.abs() > 5.0 * feature.standard_error));
+}
+
+#[test]
+fn a_correction_led_to_an_empty_place_looks_for_itself_and_finds_the_truths_place() {
+    let scene = bench(&[]);
+    let (recording, truth) = record(&scene);
+    let forward = forward(&scene, &recording, Arc::new(|_| true));
+    let rung = Rung::new(&forward, bodies(&scene), &scene);
+    let chain = searched(&forward);
+    let right = Correction::new(&rung, &chain.runs, SEED);
+    // What the chain found, moved into the corner of weakest drive and strongest damping, where no run resembles the record.
+    let mut misled = chain.runs.clone();
+    for run in &mut misled {
+        run.position = vec![0.05 * run.position[0], 0.95 + 0.05 * run.position[1]];
+    }
+    let misled = Correction::new(&rung, &misled, SEED);
+    let place = tempfile::tempdir().unwrap();
+    let mut ended = Vec::new();
+    for (name, correction) in [("right", right), ("misled", misled)] {
+        let checkpoint = SearchCheckpoint::new(&place.path().join(name), "key");
+        let fit = correct(&rung, chain.clone(), correction, Some(checkpoint.clone())).unwrap();
+        for (estimate, truth) in fit.estimates.iter().zip(&truth) {
+            // Without a restart α ends 0.33 off in ln. The place is what is asked for here, not the interval of one draw: the misled
+            // damping's, [0.1569, 0.1609], begins 0.9 % above its truth, 0.1556.
+            assert!((estimate.median / truth).ln().abs() < 0.05, "{name}: {estimate:?} {truth}");
+            assert!((estimate.high / estimate.low).ln() < 0.2, "{name}: {estimate:?}");
+        }
+        let saved: Correction = checkpoint.restore().unwrap().unwrap();
+        ended.push((saved.restarted(), saved.rounds[0], saved.rounds.get(1).copied()));
+    }
+    assert_eq!(ended[0], (false, 48, Some(36)));
+    assert_eq!(ended[1], (true, 48, Some(96)));
+}

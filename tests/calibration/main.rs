@@ -1,0 +1,16 @@
+//! Fits, from a record on the disk to the verdict.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+mod calibrate_bench;
+mod calibrate_contract;
+mod calibrate_interrupt;
+mod calibrate_joint;
+mod calibrate_ladder;
+mod calibrate_parameters;
+mod calibrate_pressure;
+mod calibrate_refusal;
+mod calibration_gain;
+mod laboratory;
+mod ladder;
+mod published_features;
+mod twins;

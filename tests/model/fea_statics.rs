@@ -1,0 +1,109 @@
+//! Static contacts of the finite element analysis against Hertz, the finite body's own laws and the annulus' forces.
+
+use granchain::{
+    model::fea::statics::{Curve, Loading, StaticState, Touching},
+    scene,
+};
+
+fn curve(touching: Touching, loading: Loading, overrides: &[&str]) -> Curve {
+    let all: Vec<String> = ["model.kind=fea"].iter().chain(overrides).map(|text| (*text).to_owned()).collect();
+    Curve::new(&scene::load("annulus", &all).unwrap(), touching, loading).unwrap()
+}
+
+/// `count` approaches from 0.3 to 3 µm, evenly spaced in the logarithm, m.
+fn approaches(count: usize) -> Vec<f64> {
+    (0..count).map(|i| 0.3e-6 * 10_f64.powf(i as f64 / (count - 1) as f64)).collect()
+}
+
+/// F/F_H at the given approaches.
+fn over_hertz(curve: &Curve, approaches: &[f64]) -> Vec<f64> {
+    approaches.iter().map(|&d| curve.at(d).unwrap().force / curve.hertz_force(d).unwrap()).collect()
+}
+
+/// 1 + a √(δ/µm) + b δ/µm.
+fn law((a, b): (f64, f64), approach: f64) -> f64 {
+    let microns = 1e6 * approach;
+    1.0 + a * microns.sqrt() + b * microns
+}
+
+#[test]
+fn bead_forces_follow_the_laws_of_the_finite_body_within_four_per_mille() {
+    // The laws are mesh-converged fits of a prototype; 4e-3 is what a mesh of density 12 is asked to keep, 4.0e-3 and 1.7e-3 measured.
+    let cases = [
+        (Touching::BeadBead, Loading::OneSided, (0.0249, 0.0024), 40),
+        (Touching::BeadFlat, Loading::OneSided, (0.0359, 0.0042), 40),
+        (Touching::BeadBead, Loading::BothPoles, (0.0126, 0.0023), 8),
+    ];
+    for (touching, loading, coefficients, count) in cases {
+        let approaches = approaches(count);
+        let found = over_hertz(&curve(touching, loading, &[]), &approaches);
+        for (found, &approach) in found.iter().zip(&approaches) {
+            let wanted = law(coefficients, approach);
+            assert!((found / wanted - 1.0).abs() < 4e-3, "{touching:?} {loading:?} {approach:e}: {found} {wanted}");
+        }
+    }
+}
+
+#[test]
+fn the_force_converges_with_the_square_of_the_element_size() {
+    let approaches = approaches(40);
+    let at = |density: &str| over_hertz(&curve(Touching::BeadBead, Loading::OneSided, &[density]), &approaches);
+    let fine = at("model.mesh_density=48");
+    let error = |density: &str| {
+        let square: f64 = at(density).iter().zip(&fine).map(|(a, b)| (a / b - 1.0).powi(2)).sum();
+        (square / approaches.len() as f64).sqrt()
+    };
+    // The edge of the contact falls anywhere in an element, so single errors jump; their mean over a decade falls with slope 2. Measured
+    // 1.9 between these two.
+    let slope = (error("model.mesh_density=5") / error("model.mesh_density=20")).log(4.0);
+    assert!((1.7..2.3).contains(&slope), "{slope}");
+}
+
+#[test]
+fn radius_and_peak_pressure_are_hertzian() {
+    for touching in [Touching::BeadBead, Touching::BeadFlat] {
+        let curve = curve(touching, Loading::OneSided, &[]);
+        for approach in approaches(8) {
+            let StaticState { force, radius, pressure, .. } = curve.at(approach).unwrap();
+            // Hertz' contact of the same force: radius and pressure go as its third root.
+            let root = (force / curve.hertz_force(approach).unwrap()).cbrt();
+            let hertz = root * curve.hertz_radius(approach).unwrap();
+            let place = pressure.iter().position(|&(r, _)| r > hertz).unwrap();
+            // Points are vertices and middles: one element is two points.
+            let element = pressure[place + 1].0 - pressure[place - 1].0;
+            assert!((radius - hertz).abs() < element, "{radius:e} {hertz:e} {element:e}");
+            let (r, peak) = pressure[0];
+            let wanted = root * curve.hertz_pressure(approach, r).unwrap();
+            // 2 % asked; half a per cent is left of a pressure held at nodes.
+            assert!((peak / wanted - 1.0).abs() < 0.01, "{touching:?} {approach:e}: {peak:e} {wanted:e}");
+        }
+    }
+}
+
+#[test]
+fn the_annulus_carries_the_prototypes_forces() {
+    let curve = curve(Touching::BeadAnnulus, Loading::OneSided, &[]);
+    for (approach, force) in [(0.1, 0.0498), (0.5, 0.298), (1.0, 0.653), (2.0, 1.444), (5.0, 4.198)] {
+        let found = curve.at(1e-6 * approach).unwrap().force;
+        // 1 % asked; 0.5 % measured at the smallest approach, where the prototype's mesh is as coarse as ours.
+        assert!((found / force - 1.0).abs() < 0.01, "{approach} µm: {found} {force}");
+    }
+}
+
+#[test]
+fn a_fixed_normal_overestimates_the_annulus_by_two_per_mille_a_micrometre() {
+    let fixed = curve(Touching::BeadAnnulus, Loading::OneSided, &[]);
+    let moving = curve(Touching::BeadAnnulus, Loading::OneSided, &["support.normal=moving"]);
+    for microns in [1.0, 3.0, 5.0] {
+        let [fixed, moving] = [&fixed, &moving].map(|curve| curve.at(1e-6 * microns).unwrap().force);
+        let rate = (fixed / moving - 1.0) / microns;
+        // The prototype's 0.19 % a µm; it is no constant and falls to 0.18 at 5 µm.
+        assert!((rate - 1.9e-3).abs() < 2e-4, "{microns}: {rate:e}");
+    }
+}
+
+#[test]
+fn an_approach_beyond_the_patch_is_refused() {
+    let message = curve(Touching::BeadFlat, Loading::OneSided, &[]).at(2e-5).unwrap_err().to_string();
+    assert!(message.contains("finely meshed patch"), "{message}");
+}

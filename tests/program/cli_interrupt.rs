@@ -1,0 +1,123 @@
+//! Stopping in the middle: kill −9, Ctrl-C, a closed pipe.
+
+#![cfg(unix)]
+
+use std::{
+    fs,
+    io::Read,
+    os::unix::process::ExitStatusExt,
+    path::Path,
+    process::{Child, Command, Stdio},
+    time::{Duration, Instant},
+};
+
+const POINTS: &str = "alpha=0.3:1.5:0.04";
+
+fn sweep(out: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_granchain"));
+    command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
+    command.args(["sweep", "--scene", "annulus", "--vary", POINTS, "--out", out.to_str().unwrap()]);
+    command.stdout(Stdio::null()).stderr(Stdio::piped());
+    command
+}
+
+/// Wait until some runs are kept, but by far not all of the 31.
+fn wait_for_runs(log: &Path, child: &mut Child) {
+    let patience = Instant::now() + Duration::from_secs(60);
+    while fs::read_to_string(log).unwrap_or_default().lines().count() < 3 {
+        assert!(child.try_wait().unwrap().is_none(), "the sweep ended before it could be stopped");
+        assert!(Instant::now() < patience, "no run was kept");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+fn results(out: &Path) -> Vec<Vec<u8>> {
+    ["sweep.csv", "sweep.json", "sweep.svg", "sweep.png", ".granchain"]
+        .map(|name| fs::read(out.join(name)).unwrap())
+        .to_vec()
+}
+
+fn send(signal: &str, child: &Child) {
+    let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+}
+
+#[test]
+fn a_killed_sweep_resumes_to_the_same_bytes() {
+    let place = tempfile::tempdir().unwrap();
+    let (whole, broken) = (place.path().join("whole"), place.path().join("broken"));
+    assert!(sweep(&whole).status().unwrap().success());
+
+    let state = place.path().join(".broken.unfinished/state");
+    let mut child = sweep(&broken).spawn().unwrap();
+    wait_for_runs(&state.join("runs.jsonl"), &mut child);
+    child.kill().unwrap();
+    assert_eq!(child.wait().unwrap().signal(), Some(9));
+    assert!(!broken.exists());
+
+    let refused = sweep(&broken).output().unwrap();
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("--resume"));
+
+    let other = sweep(&broken).args(["--resume", "--set", "damping.coefficient=0.4"]).output().unwrap();
+    assert_eq!(other.status.code(), Some(1));
+
+    let resumed = sweep(&broken).args(["--resume", "--threads", "1"]).output().unwrap();
+    assert!(resumed.status.success(), "{}", String::from_utf8_lossy(&resumed.stderr));
+    assert!(results(&whole) == results(&broken));
+    assert!(!state.exists());
+}
+
+#[test]
+fn ctrl_c_keeps_the_finished_runs_says_so_and_ends_with_130() {
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().join("out");
+    let log = place.path().join(".out.unfinished/state/runs.jsonl");
+    let mut child = sweep(&out).spawn().unwrap();
+    wait_for_runs(&log, &mut child);
+    send("-INT", &child);
+    let mut said = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{said}");
+    assert!(said.contains("--resume"), "{said}");
+    assert!(log.exists() && !out.exists());
+    assert!(sweep(&out).arg("--resume").status().unwrap().success());
+    assert!(out.join("sweep.json").exists());
+}
+
+#[test]
+fn ctrl_c_in_a_replay_leaves_nothing() {
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().join("out");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_granchain"))
+        .env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"))
+        .args(["replay", "--scene", "rigid", "--set", "duration=1 s", "--set", "drive.cycles=60000"])
+        .args(["--out", out.to_str().unwrap()])
+        .stderr(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let patience = Instant::now() + Duration::from_secs(60);
+    while fs::read_dir(place.path()).unwrap().count() == 0 {
+        assert!(Instant::now() < patience && child.try_wait().unwrap().is_none());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    send("-INT", &child);
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn a_closed_pipe_ends_quietly() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_granchain"))
+        .env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"))
+        .args(["sweep", "--scene", "rigid", "--vary", "alpha=0.5,1"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let mut said = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    assert_eq!((child.wait().unwrap().code(), said.as_str()), (Some(0), ""));
+}

@@ -1,0 +1,51 @@
+//! `granchain convert` writes what it reads.
+
+use std::path::Path;
+
+use assert_cmd::Command;
+use granchain::measurement::{ReadOptions, RecordKind, read_record};
+
+fn convert(arguments: &[&str]) -> (String, String, i32) {
+    let output = Command::new(env!("CARGO_BIN_EXE_granchain"))
+        .arg("convert")
+        .args(arguments)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    (text(output.stdout), text(output.stderr), output.status.code().unwrap())
+}
+
+#[test]
+fn a_record_goes_through_table_and_universal_file_unchanged() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/dialects/plain.csv");
+    let plain = read_record(&plain, RecordKind::Vibrometer, &ReadOptions::default()).unwrap();
+    for (name, more, rounding) in [("a.csv", &[][..], 0.0), ("b.uff", &[], 0.0), ("c.unv", &["--text"], 0.5e-12)] {
+        let out = folder.path().join(name);
+        let arguments = ["tests/dialects/german.csv", out.to_str().unwrap(), "--kind", "vibrometer"];
+        let (said, err, code) = convert(&[&arguments, more].concat());
+        assert_eq!((err.as_str(), code), ("", 0), "{name}");
+        assert!(said.contains("100 samples of tests/dialects/german.csv (semicolons, decimal commas, UTF-8"), "{said}");
+        let again = read_record(&out, RecordKind::Vibrometer, &ReadOptions::default()).unwrap();
+        let pairs = again.raw.values.iter().zip(&plain.raw.values);
+        assert!(pairs.clone().all(|(a, b)| (a - b).abs() <= rounding * b.abs()), "{name}");
+        assert_eq!(again.raw.len(), plain.raw.len(), "{name}");
+        assert!((again.raw.start - plain.raw.start).abs() < 1e-17 && (again.raw.step - plain.raw.step).abs() < 1e-17);
+    }
+}
+
+#[test]
+fn what_is_there_is_not_overwritten_and_other_names_are_refused() {
+    let (_, err, code) = convert(&["tests/dialects/german.csv", "tests/dialects/plain.csv"]);
+    assert_eq!(code, 1);
+    assert!(err.contains("the file exists; name another, or delete it first"), "{err}");
+    let (_, err, code) = convert(&["tests/dialects/german.csv", "a.xlsx"]);
+    assert_eq!(code, 2);
+    assert!(err.contains("expected a name that ends in .uff, .unv or .csv"), "{err}");
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("a.uff");
+    let (_, err, code) = convert(&["tests/dialects/volts.csv", out.to_str().unwrap()]);
+    assert_eq!(code, 1);
+    assert!(err.contains("--scale '125 mm/s/V'") && !out.exists(), "{err}");
+}

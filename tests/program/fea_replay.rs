@@ -1,0 +1,195 @@
+//! `granchain replay --model fea`: what it writes, what it refuses, stopping and going on.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::Path,
+    process::{Command, Output},
+};
+
+/// A mesh and a duration that take a tenth of a second.
+const SMALL: [&str; 8] =
+    ["--scene", "rigid", "--model", "fea", "--set", "model.mesh_density=3", "--set", "duration=40us"];
+
+fn replay(flags: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_granchain"));
+    command.arg("replay").args(flags);
+    command
+}
+
+fn small(out: &Path, more: &[&str]) -> Command {
+    let mut command = replay(&SMALL);
+    command.args(["--out", out.to_str().unwrap()]).args(more);
+    command
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Every file below a folder but for the times.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for sub in ["", "fields"] {
+        for entry in fs::read_dir(folder.join(sub)).unwrap().map(|entry| entry.unwrap()) {
+            let name = format!("{sub}/{}", entry.file_name().to_str().unwrap());
+            if entry.path().is_file() && name != "/timing.json" {
+                found.insert(name, fs::read(entry.path()).unwrap());
+            }
+        }
+    }
+    found
+}
+
+fn header(folder: &Path) -> String {
+    fs::read_to_string(folder.join("response.csv")).unwrap().lines().next().unwrap().to_owned()
+}
+
+#[test]
+fn an_analysis_writes_the_contract_of_a_replay_with_radii_behind_it() {
+    let place = tempfile::tempdir().unwrap();
+    let (chain, fea) = (place.path().join("chain"), place.path().join("fea"));
+    let flags = ["--scene", "rigid", "--model", "chain", "--set", "duration=40us", "--out", chain.to_str().unwrap()];
+    let chained = replay(&flags);
+    assert!({ chained }.status().unwrap().success());
+    let output = small(&fea, &[]).output().unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    let radii: String = (1..=7).map(|contact| format!(",contact{contact}_radius_m")).collect();
+    assert_eq!(header(&fea), header(&chain) + &radii);
+
+    let summary: serde_json::Value = serde_json::from_slice(&fs::read(fea.join("summary.json")).unwrap()).unwrap();
+    let settings = &summary["settings"];
+    assert_eq!((&settings["model"], &settings["integrator"]), (&"fea".into(), &"trapezoid".into()));
+    assert_eq!((&settings["mesh_density"], &settings["contact_mass"]), (&3.into(), &"massless".into()));
+    let analysis = &summary["analysis"];
+    assert_eq!(analysis["complementarity"]["violations"], 0);
+    assert_eq!(analysis["contact_points"].as_array().unwrap().len(), 7);
+    assert!(summary["work"]["unknowns"].as_u64().unwrap() > 1000);
+    assert_eq!(summary["work"]["factorisations"], 1);
+    assert!(!fea.join("fields").exists());
+    assert!(fea.join("von_mises.svg").exists() && fea.join("von_mises.png").exists());
+    assert!(!chain.join("von_mises.png").exists());
+    // What the chain does not do is not in its summary.
+    let plain: serde_json::Value = serde_json::from_slice(&fs::read(chain.join("summary.json")).unwrap()).unwrap();
+    assert!(plain.get("analysis").is_none() && plain["work"].get("factorisations").is_none());
+    // The last bead's velocity, roughly: a coarse mesh and 3 % of step error, over the first pulse.
+    let peak = |folder: &Path| {
+        let text = fs::read_to_string(folder.join("response.csv")).unwrap();
+        let column = header(folder).split(',').position(|name| name == "bead6_velocity_m_per_s").unwrap();
+        text.lines()
+            .skip(1)
+            .map(|line| line.split(',').nth(column).unwrap().parse::<f64>().unwrap())
+            .fold(0.0, |largest: f64, value| largest.max(value.abs()))
+    };
+    assert!((peak(&fea) / peak(&chain) - 1.0).abs() < 0.1, "{} {}", peak(&fea), peak(&chain));
+}
+
+#[test]
+fn frames_are_at_their_times_and_listed_once() {
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().join("out");
+    let output = small(&out, &["--fields", "10us"]).output().unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    let list = fs::read_to_string(out.join("fields/fields.pvd")).unwrap();
+    let document = roxmltree::Document::parse(&list).unwrap();
+    let frames: Vec<(f64, String)> = document
+        .descendants()
+        .filter(|node| node.has_tag_name("DataSet"))
+        .map(|node| (node.attribute("timestep").unwrap().parse().unwrap(), node.attribute("file").unwrap().to_owned()))
+        .collect();
+    assert_eq!(frames.len(), 5);
+    for (number, (time, file)) in frames.iter().enumerate() {
+        // One rounding of the product.
+        assert!((time - 1e-5 * number as f64).abs() < 1e-20);
+        assert!(fs::read_to_string(out.join("fields").join(file)).unwrap().contains("von_mises"));
+    }
+    assert_eq!(fs::read_dir(out.join("fields")).unwrap().count(), 6);
+    let summary = fs::read_to_string(out.join("summary.json")).unwrap();
+    assert!(summary.contains("\"field_frames\": 5"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_stopped_run_goes_on_to_the_same_bytes_with_every_frame_once() {
+    use std::{
+        process::Stdio,
+        time::{Duration, Instant},
+    };
+
+    let place = tempfile::tempdir().unwrap();
+    let (whole, broken) = (place.path().join("whole"), place.path().join("broken"));
+    // Long enough to be met in the middle.
+    let flags = ["--set", "duration=400us", "--fields", "40us", "--animation", "--checkpoint", "20us"];
+    let output = small(&whole, &flags).output().unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    let state = place.path().join(".broken.unfinished/state");
+    for (signal, code) in [("-INT", Some(130)), ("-KILL", None)] {
+        // Stopped twice: once politely, once not.
+        let resume: &[&str] = if code.is_some() { &[] } else { &["--resume"] };
+        let saved = fs::metadata(state.join("checkpoint.json")).and_then(|file| file.modified()).ok();
+        let mut command = small(&broken, &[&flags[..], resume].concat());
+        let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let patience = Instant::now() + Duration::from_secs(60);
+        while fs::metadata(state.join("checkpoint.json")).and_then(|file| file.modified()).ok() == saved {
+            assert!(child.try_wait().unwrap().is_none(), "the run ended before it could be stopped");
+            assert!(Instant::now() < patience, "no state was saved");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        assert_eq!(child.wait().unwrap().code(), code);
+        assert!(!broken.exists() && state.join("fields/fields.pvd").exists());
+    }
+    let refused = small(&broken, &flags).output().unwrap();
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(said(&refused).contains("--resume"), "{}", said(&refused));
+    let other = small(&broken, &[&flags[..], &["--resume", "--alpha", "0.9"]].concat()).output().unwrap();
+    assert!(said(&other).contains("has another scene, mesh file, --fields"), "{}", said(&other));
+    let resumed = small(&broken, &[&flags[..], &["--resume", "--threads", "1"]].concat()).output().unwrap();
+    assert!(resumed.status.success() && said(&resumed).contains("resumed at"), "{}", said(&resumed));
+    let (whole, broken) = (files(&whole), files(&broken));
+    assert_eq!(whole.keys().collect::<Vec<_>>(), broken.keys().collect::<Vec<_>>());
+    assert_eq!(whole.keys().filter(|name| name.ends_with(".vtu")).count(), 11);
+    assert!(whole.contains_key("/von_mises.svg") && whole.contains_key("fields/animation.svg"));
+    for (name, bytes) in &whole {
+        assert!(*bytes == broken[name], "{name}");
+    }
+    assert!(!state.exists());
+}
+
+#[test]
+fn flags_that_a_run_does_not_use_and_intervals_between_steps_are_usage_errors() {
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().join("out");
+    let refused = |command: &mut Command, what: &str| {
+        let output = command.output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+        assert!(said(&output).contains(what), "{}", said(&output));
+        assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
+    };
+    let chain = ["--scene", "rigid", "--out", out.to_str().unwrap()];
+    refused(replay(&chain).args(["--fields", "5us"]), "--fields belongs to --model fea");
+    refused(replay(&chain).args(["--checkpoint", "5us"]), "--checkpoint belongs to --model fea");
+    refused(replay(&chain).arg("--resume"), "--resume belongs to --model fea");
+    refused(replay(&SMALL).args(["--fields", "5us"]), "--out");
+    refused(&mut small(&out, &["--fields", "1.05us"]), "expected a whole number of steps of 100");
+    refused(&mut small(&out, &["--fields", "5"]), "unit");
+    refused(&mut small(&out, &["--fields", "0.1us", "--animation"]), "at most 300 frames");
+    refused(&mut small(&out, &["--animation"]), "--fields");
+}
+
+#[test]
+fn a_run_that_cannot_be_made_leaves_nothing_behind() {
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().join("out");
+    let output = small(&out, &["--set", "piston.contact=steel"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(said(&output).contains("piston.contact"), "{}", said(&output));
+    let output = small(&out, &["--set", "chain.mesh=none.msh"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(said(&output).contains("none.msh"), "{}", said(&output));
+    let output = small(&out, &["--set", "model.step=1us"]).output().unwrap();
+    assert!(said(&output).contains("a twentieth of a drive period"), "{}", said(&output));
+    let output = small(&out, &["--resume"]).output().unwrap();
+    assert!(said(&output).contains("found no unfinished run"), "{}", said(&output));
+    assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
+}

@@ -1,0 +1,20 @@
+//! The program as somebody uses it: commands, folders of results, reports.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+#[path = "../calibration/calibrate_bench/mod.rs"]
+mod calibrate_bench;
+mod cli_contract;
+mod cli_interrupt;
+mod contact_command;
+mod convert_command;
+mod fea_replay;
+mod inspect_command;
+mod mesh_command;
+mod output_safety;
+mod reduced_replay;
+mod report_calibration;
+mod report_figure;
+mod report_verify;
+mod scene_command;
+mod spectrum_command;
+mod water_command;

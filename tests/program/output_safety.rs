@@ -1,0 +1,268 @@
+//! What is not ours stays as it is, and what is done is not lost: hostile lists, files of the same name, states of other commands, runs ended in
+//! the middle.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::Path,
+    process::{Command, Output},
+};
+
+use tempfile::TempDir;
+
+const REPLAY: [&str; 5] = ["replay", "--scene", "rigid", "--set", "duration=100us"];
+const SWEEP: [&str; 7] = ["sweep", "--scene", "rigid", "--set", "duration=100us", "--vary", "alpha=0.5,0.7"];
+const ANALYSIS: [&str; 9] =
+    ["replay", "--scene", "rigid", "--model", "fea", "--set", "model.mesh_density=3", "--set", "duration=40us"];
+const FRAMES: [&str; 3] = ["--fields", "10us", "--animation"];
+
+/// Run in `place` with `--out out`.
+fn granchain(place: &Path, arguments: &[&[&str]]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_granchain"));
+    command.current_dir(place).env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR")).args(arguments.concat());
+    if !arguments.concat().contains(&"--out") {
+        command.args(["--out", "out"]);
+    }
+    command.output().unwrap()
+}
+
+fn done(output: &Output) {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+fn refused(output: &Output, told: &[&str]) {
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(told.iter().all(|expected| said.contains(expected)), "{told:?}: {said}");
+}
+
+/// Every file below a folder, but for locks.
+fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let (mut found, mut open) = (BTreeMap::new(), vec![folder.to_path_buf()]);
+    while let Some(place) = open.pop() {
+        for path in fs::read_dir(place).unwrap().map(|entry| entry.unwrap().path()) {
+            let name = path.strip_prefix(folder).unwrap().display().to_string();
+            if path.is_dir() {
+                open.push(path);
+            } else if !name.ends_with("lock") {
+                found.insert(name, fs::read(&path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+/// The results but for the times.
+fn results(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = contents(folder);
+    found.remove("timing.json").unwrap();
+    found
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_list_from_elsewhere_removes_nothing_outside_its_folder_and_nothing_in_it() {
+    let outer = tempfile::tempdir().unwrap();
+    let place = outer.path().join("work");
+    fs::create_dir(&place).unwrap();
+    let (victim, here) = (outer.path().join("victim.txt"), place.join("thesis.tex"));
+    for list in ["../victim.txt", "../../victim.txt", victim.to_str().unwrap(), "thesis.tex"] {
+        for (out, force) in [(".", false), (".", true), ("out", true)] {
+            let folder = place.join(out);
+            fs::create_dir_all(&folder).unwrap();
+            fs::write(&victim, "x").unwrap();
+            fs::write(folder.join("thesis.tex"), "years of work").unwrap();
+            fs::write(folder.join(".granchain"), format!("{list}\n")).unwrap();
+            let force: &[&str] = if force { &["--force"] } else { &[] };
+            refused(&granchain(&place, &[&REPLAY, &["--out", out], force]), &["granchain", "--out"]);
+            assert!(victim.exists() && folder.join("thesis.tex").exists(), "{list} {out}");
+            let _ = fs::remove_file(place.join(".granchain"));
+            let _ = fs::remove_file(&here);
+            let _ = fs::remove_dir_all(place.join("out"));
+        }
+    }
+}
+
+#[test]
+fn a_strangers_file_of_the_name_of_a_result_is_refused_before_the_run() {
+    let place = tempfile::tempdir().unwrap();
+    for (command, name) in [(&REPLAY[..], "response.csv"), (&SWEEP, "sweep.csv"), (&ANALYSIS, "summary.json")] {
+        let out = place.path().join("out");
+        fs::create_dir(&out).unwrap();
+        fs::write(out.join(name), "mine").unwrap();
+        let before = contents(place.path());
+        refused(&granchain(place.path(), &[command]), &[name, "--force"]);
+        refused(&granchain(place.path(), &[command, &["--force"]]), &[name, "in the way"]);
+        assert_eq!((contents(place.path()), names(place.path())), (before, vec!["out".to_owned()]));
+        fs::remove_dir_all(&out).unwrap();
+    }
+}
+
+#[test]
+fn a_strangers_file_that_only_the_end_of_the_run_meets_is_kept_and_so_are_the_results() {
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().join("out");
+    fs::create_dir(&out).unwrap();
+    done(&granchain(place.path(), &[&REPLAY, &["--out", "plain"]]));
+    let taken = names(&place.path().join("plain")).into_iter().find(|name| name.ends_with(".svg")).unwrap();
+    fs::write(out.join(&taken), "mine").unwrap();
+    let output = granchain(place.path(), &[&REPLAY, &["--force"]]);
+    refused(&output, &[&taken, "the finished results are kept", ".out.kept-"]);
+    assert_eq!(contents(&out), BTreeMap::from([(taken, b"mine".to_vec())]));
+    let kept = names(place.path()).into_iter().find(|name| name.starts_with(".out.kept-")).unwrap();
+    assert_eq!(results(&place.path().join(kept)), results(&place.path().join("plain")));
+}
+
+#[test]
+fn a_result_that_was_edited_is_kept() {
+    let place = tempfile::tempdir().unwrap();
+    done(&granchain(place.path(), &[&REPLAY]));
+    done(&granchain(place.path(), &[&REPLAY]));
+    for name in ["scene.toml", "timing.json"] {
+        let path = place.path().join("out").join(name);
+        let whole = fs::read(&path).unwrap();
+        fs::write(&path, "edited").unwrap();
+        for force in [&[][..], &["--force"]] {
+            refused(&granchain(place.path(), &[&REPLAY, force]), &[name, "was changed since"]);
+        }
+        assert_eq!(fs::read(&path).unwrap(), b"edited");
+        fs::write(&path, whole).unwrap();
+    }
+}
+
+/// A run that has everything but its place: folders of a stranger stand where its figures would.
+fn unfinished(command: &[&str]) -> TempDir {
+    let place = tempfile::tempdir().unwrap();
+    for figure in ["sweep.svg", "von_mises.svg"] {
+        fs::create_dir_all(place.path().join("out").join(figure)).unwrap();
+        fs::write(place.path().join("out").join(figure).join("mine"), "").unwrap();
+    }
+    refused(&granchain(place.path(), &[command, &["--force"]]), &["the finished results are kept", ".out.unfinished"]);
+    fs::remove_dir_all(place.path().join("out")).unwrap();
+    place
+}
+
+#[test]
+fn the_state_of_another_command_is_refused_and_not_a_byte_of_it_touched() {
+    let calibrate = ["calibrate", "--features", "paper", "--measured", "measurements/annulus-73khz/vib.csv"];
+    let record = Path::new(env!("CARGO_MANIFEST_DIR")).join(calibrate[4]);
+    let calibrate = [&calibrate[..4], &[record.to_str().unwrap()]].concat();
+    for (own, others) in [(&SWEEP[..], [&ANALYSIS[..], &calibrate]), (&ANALYSIS, [&SWEEP, &calibrate])] {
+        let place = unfinished(own);
+        let before = contents(place.path());
+        for other in others {
+            refused(&granchain(place.path(), &[other, &["--resume"]]), &["expected an unfinished run of", own[0]]);
+            assert!(before == contents(place.path()), "{other:?}");
+        }
+        // The right command with other flags.
+        refused(&granchain(place.path(), &[own, &["--resume", "--alpha", "0.9"]]), &["has another scene"]);
+        assert!(before == contents(place.path()));
+    }
+}
+
+#[test]
+fn results_that_could_not_be_put_in_their_place_are_made_again_from_the_state_to_the_same_bytes() {
+    for command in [&SWEEP[..], &[&ANALYSIS[..], &FRAMES].concat()] {
+        let place = unfinished(command);
+        let resumed = granchain(place.path(), &[command, &["--resume"]]);
+        done(&resumed);
+        if command[0] == "replay" {
+            let said = String::from_utf8_lossy(&resumed.stderr).into_owned();
+            assert!(said.contains("resumed at 40.00 µs"), "{said}");
+        }
+        done(&granchain(place.path(), &[command, &["--out", "whole"]]));
+        assert!(results(&place.path().join("out")) == results(&place.path().join("whole")));
+        assert_eq!(names(place.path()), ["out", "whole"]);
+        refused(&granchain(place.path(), &[command, &["--resume"]]), &["finished results stand in out already"]);
+    }
+}
+
+#[test]
+fn a_frame_damaged_before_the_resume_is_named_and_the_list_of_frames_is_written_again() {
+    let command = [&ANALYSIS[..], &FRAMES].concat();
+    let place = unfinished(&command);
+    let fields = place.path().join(".out.unfinished/state/fields");
+    for name in ["field_000001.vtu", "picture_000000.png"] {
+        let (path, whole) = (fields.join(name), fs::read(fields.join(name)).unwrap());
+        let mut flipped = whole.clone();
+        flipped[whole.len() / 2] ^= 1;
+        fs::write(&path, flipped).unwrap();
+        refused(&granchain(place.path(), &[&command, &["--resume"]]), &[name, "damaged", "--force"]);
+        fs::remove_file(&path).unwrap();
+        refused(&granchain(place.path(), &[&command, &["--resume"]]), &[name, "cannot be read", "--force"]);
+        fs::write(&path, whole).unwrap();
+    }
+    fs::write(fields.join("fields.pvd"), "<VTKFile/>").unwrap();
+    done(&granchain(place.path(), &[&command, &["--resume"]]));
+    done(&granchain(place.path(), &[&command, &["--out", "whole"]]));
+    assert!(results(&place.path().join("out")) == results(&place.path().join("whole")));
+}
+
+#[test]
+fn a_run_stopped_before_anything_was_saved_is_started_anew_by_resume_which_says_so() {
+    for command in [&SWEEP[..], &ANALYSIS] {
+        let place = tempfile::tempdir().unwrap();
+        done(&granchain(place.path(), &[command, &["--out", "whole"]]));
+        let (state, name) = (
+            place.path().join(".out.unfinished/state"),
+            if command[0] == "sweep" { "sweep" } else { "replay --model fea" },
+        );
+        // Ended before the state was made, before its command was told, and before the plan was whole.
+        for left in 0..3 {
+            fs::create_dir_all(if left == 0 { state.parent().unwrap() } else { &state }).unwrap();
+            if left == 2 {
+                fs::write(state.join("command"), format!("{name}\n")).unwrap();
+                fs::write(state.join("plan.json"), "{}").unwrap();
+            }
+            let output = granchain(place.path(), &[command, &["--resume"]]);
+            done(&output);
+            assert!(String::from_utf8_lossy(&output.stderr).contains("started anew"), "{left}");
+            assert!(results(&place.path().join("out")) == results(&place.path().join("whole")));
+            assert_eq!(names(place.path()), ["out", "whole"]);
+        }
+    }
+}
+
+#[test]
+fn text_from_files_and_paths_never_steers_the_terminal() {
+    let place = tempfile::tempdir().unwrap();
+    let steering = "\u{1b}[2J\u{9b}31m\u{7}\r";
+    // The reader of records refuses those below U+0020 itself.
+    let turning = "\u{9b}31m\u{202e}";
+    let row = |i: usize| format!("{:e},{:e}\n", i as f64 * 1e-7, (i as f64 * 0.046).sin());
+    let rows: String = (0..2000).map(row).collect();
+    let named = format!("{steering}vib.csv");
+    let write = |name: &str, text: String| fs::write(place.path().join(name), text).unwrap();
+    write("cell.csv", format!("time_s,velocity_m_per_s\n0,1\n1e-7,n/a{turning}\n"));
+    write("header.csv", format!("time_s,velocity_m_per_s{turning}\n{rows}"));
+    write(&named, format!("time_s,velocity_m_per_s\n{rows}"));
+    write("scene.toml", "extends = \"rigid\"\n\"rad\\u001b[2Jius\" = 1\n".into());
+    write("name.toml", "extends = \"rigid\"\nname = \"a\\u001b[2J\\u009bb\"\n".into());
+    let plain = |arguments: &[&str]| {
+        let output = granchain(place.path(), &[arguments, &["--out", "out"]]);
+        fs::remove_dir_all(place.path().join("out")).ok();
+        let shown = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+        for text in &shown {
+            let steers = |letter: char| letter.is_control() && !matches!(letter, '\n' | '\t');
+            assert!(!text.contains(steers), "{arguments:?}: {text:?}");
+        }
+        shown.concat()
+    };
+    for (arguments, shown) in [
+        (&["spectrum", "cell.csv", "--drive-frequency", "73kHz"][..], "\\u{9b}31m\\u{202e}"),
+        (&["spectrum", "header.csv", "--column", "2", "--drive-frequency", "73kHz"], "\\u{9b}31m"),
+        (&["spectrum", &named, "--drive-frequency", "73kHz"], "\\u{1b}[2J"),
+        (&["spectrum", &named, "--drive-frequency", "73kHz", "--json"], "\\u001b[2J\\u009b31m"),
+        (&["replay", "--scene", "scene.toml"], "\\u{1b}[2J"),
+        (&["replay", "--scene", "name.toml", "--model", "chain", "--set", "duration=60us"], ""),
+    ] {
+        let found = plain(arguments);
+        assert!(found.contains(shown), "{arguments:?}: {found}");
+    }
+}

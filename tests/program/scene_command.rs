@@ -1,0 +1,125 @@
+//! `granchain scene …` as a person runs it.
+
+use std::path::Path;
+
+use assert_cmd::Command;
+
+fn granchain(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::cargo_bin("granchain").unwrap().current_dir(folder).args(arguments).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+}
+
+#[test]
+fn list_names_every_built_in_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, out, err) = granchain(folder.path(), &["scene", "list"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    let names: Vec<_> = out.lines().filter_map(|line| line.split_whitespace().next()).collect();
+    assert_eq!(names, ["rigid", "annulus", "chain", "water"]);
+    assert!(out.lines().all(|line| line.contains("six steel beads")), "{out}");
+}
+
+#[test]
+fn show_prints_every_key_with_value_unit_and_meaning() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, out, _) = granchain(folder.path(), &["scene", "show", "annulus", "--set", "chain.radius=0.495mm"]);
+    assert_eq!(code, 0);
+    let row = |key: &str| out.lines().find(|line| line.starts_with(key)).unwrap_or_else(|| panic!("{key}: {out}"));
+    let words = |key: &str| row(key).split("  ").map(str::trim).filter(|word| !word.is_empty()).collect::<Vec<_>>();
+    assert_eq!(words("chain.radius"), ["chain.radius", "495 µm", "m", "radius of a bead"]);
+    assert_eq!(words("damping.coefficient")[..3], ["damping.coefficient", "0.3 N·s/m", "N·s/m"]);
+    // As JSON the values are SI.
+    let (_, out, _) = granchain(folder.path(), &["scene", "show", "annulus", "--json"]);
+    let rows: Vec<serde_json::Value> = serde_json::from_str(&out).unwrap();
+    let radius = rows.iter().find(|row| row["key"] == "chain.radius").unwrap();
+    assert_eq!((radius["value"].as_f64(), radius["unit"].as_str()), (Some(0.5e-3), Some("m")));
+}
+
+#[test]
+fn show_as_toml_is_a_scene_file_of_the_same_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, first, _) = granchain(folder.path(), &["scene", "show", "annulus", "--toml", "--set", "alpha=0.7"]);
+    std::fs::write(folder.path().join("own.toml"), &first).unwrap();
+    let (code, second, _) = granchain(folder.path(), &["scene", "show", "own.toml", "--toml"]);
+    assert_eq!((code, second), (0, first));
+}
+
+#[test]
+fn check_prints_what_follows_from_a_scene_and_notes_what_was_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, out, err) =
+        granchain(folder.path(), &["scene", "check", "annulus", "--set", "damping.kind=kuwabara-kono"]);
+    assert_eq!(code, 0);
+    assert!(out.contains("mass of a bead                  4.10135 mg"), "{out}");
+    assert!(out.contains("Hertz stiffness, beads 1 and 2  2.32827e9 N·m^(-3/2)"), "{out}");
+    assert!(out.contains("Kuwabara–Kono dampers          γ = 3660 N·s·m^(-3/2)"), "{out}");
+    assert!(err.starts_with("note: `damping.coefficient` is not given"), "{err}");
+    let (_, _, err) =
+        granchain(folder.path(), &["scene", "check", "annulus", "--set", "damping.kind=kuwabara-kono", "--quiet"]);
+    assert_eq!(err, "");
+}
+
+#[test]
+fn check_of_a_broken_scene_ends_with_1_and_the_place_of_the_fault() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("own.toml"), "extends = \"annulus\"\n[chain]\nradius = \"-0.5 mm\"\n").unwrap();
+    let (code, out, err) = granchain(folder.path(), &["scene", "check", "own.toml"]);
+    assert_eq!((code, out.as_str()), (1, ""));
+    assert_eq!(err, "error: own.toml:3:10: `chain.radius`: expected a positive, finite value, found -0.5 mm\n");
+    std::fs::write(
+        folder.path().join("own.toml"),
+        "extends = \"annulus\"\ndrive.kind = \"record\"\ndrive.file = \"x.csv\"",
+    )
+    .unwrap();
+    let (code, _, err) = granchain(folder.path(), &["scene", "check", "own.toml"]);
+    assert_eq!(code, 1);
+    assert_eq!(err, "error: `drive.file`: there is no file x.csv; the path is relative to the scene file's folder\n");
+}
+
+#[test]
+fn init_writes_a_commented_scene_that_checks_and_never_replaces_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    for (file, from) in [("a.toml", "annulus"), ("b.toml", "rigid"), ("c.toml", "chain"), ("w.toml", "water")] {
+        let (code, _, err) = granchain(folder.path(), &["scene", "init", file, "--from", from]);
+        assert_eq!((code, err.as_str()), (0, ""));
+        let (code, out, _) = granchain(folder.path(), &["scene", "check", file]);
+        assert_eq!(code, 0);
+        assert!(out.starts_with(&format!("{file}: scene `{}` is valid", &file[..1])), "{out}");
+    }
+    let before = std::fs::read_to_string(folder.path().join("a.toml")).unwrap();
+    assert!(before.contains("# Reading: "));
+    let (code, _, err) = granchain(folder.path(), &["scene", "init", "a.toml", "--from", "rigid"]);
+    assert_eq!((code, err.as_str()), (1, "error: a.toml: the file exists; name another, or delete it first\n"));
+    assert_eq!(std::fs::read_to_string(folder.path().join("a.toml")).unwrap(), before);
+    let (code, _, err) = granchain(folder.path(), &["scene", "init", "d.toml", "--from", "wader"]);
+    assert_eq!(code, 1);
+    assert!(err.contains("did you mean `water`?"), "{err}");
+    assert!(!folder.path().join("d.toml").exists());
+}
+
+#[test]
+fn explain_lists_every_effect_at_once_and_measures_on_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, out, err) = granchain(folder.path(), &["scene", "explain", "annulus"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert!(out.contains("on   linear dampers") && out.contains("c = 0.3"), "{out}");
+    assert!(out.contains("off  absorption in the water") && out.contains("off  checkpoint"), "{out}");
+    let (code, _, err) = granchain(folder.path(), &["scene", "explain", "annulus", "--out", "page"]);
+    assert!(code == 2 && err.contains("--measure"), "{code} {err}");
+
+    let arguments = ["scene", "explain", "rigid", "--set", "duration=30us", "--set", "model.kind=chain"];
+    let measured = [&arguments[..], &["--accuracy", "1%", "--out", "page"]].concat();
+    let (code, out, err) = granchain(folder.path(), &measured);
+    assert_eq!(code, 0, "{err}");
+    assert!(out.contains("For 1 %") || out.contains("For 1.0 %"), "{out}");
+    let page = folder.path().join("page");
+    for file in ["report.html", "report.md", "effects.json", "figures/effects.svg", "timing.json"] {
+        assert!(page.join(file).is_file(), "{file}");
+    }
+    let json: serde_json::Value = serde_json::from_slice(&std::fs::read(page.join("effects.json")).unwrap()).unwrap();
+    let rows = json["costs"]["effects"].as_array().unwrap();
+    let bodies = rows.iter().find(|row| row["name"] == "elastic bodies").unwrap();
+    assert!(bodies["on"] == false && bodies["measured"]["change"]["waveform"].as_f64().unwrap() > 0.0);
+    assert!(json["advice"]["target"] == 0.01);
+}

@@ -1,0 +1,257 @@
+//! Settings of the finite element analysis in scene files: what they default to, what is refused, what a change of model drops.
+
+use std::path::Path;
+
+use granchain::scene::{
+    self, ContactMass, ContactNormal, DEFAULT_FEA_STEP, DEFAULT_WATER_STEP, Elements, FeaSettings, Integrator, Loaded,
+    Material, MeshFile, ModelKind, Scene, SceneError, Scheme, Support, load_text, load_with_notes,
+};
+
+fn loaded(name: &str, overrides: &[&str]) -> Result<Loaded, SceneError> {
+    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+    load_with_notes(name, &overrides)
+}
+
+fn overridden(name: &str, overrides: &[&str]) -> Scene {
+    loaded(name, overrides).unwrap().scene
+}
+
+fn refusal(name: &str, overrides: &[&str]) -> String {
+    loaded(name, overrides).unwrap_err().to_string()
+}
+
+fn on(scene: &Scene) -> Vec<&'static str> {
+    scene::effects(scene).iter().filter(|effect| effect.on).map(|effect| effect.name).collect()
+}
+
+#[test]
+fn every_built_in_scene_runs_as_finite_elements_by_its_kind_alone() {
+    for built_in in scene::BUILT_IN {
+        let Loaded { scene, notes, .. } = loaded(built_in.name, &["model.kind=fea"]).unwrap();
+        let default = FeaSettings::default();
+        // In front of water the step resolves 1 MHz.
+        let step = if scene.water.is_some() { DEFAULT_WATER_STEP } else { default.step };
+        assert_eq!((scene.model.kind, scene.model.fea), (ModelKind::Fea, FeaSettings { step, ..default }));
+        assert_eq!(notes, [""; 0]);
+        assert!(on(&scene).contains(&"elastic bodies"));
+    }
+    let default = FeaSettings::default();
+    assert_eq!((default.density, default.step, default.elements), (12, 0.1e-6, Elements::Quadrilaterals));
+    assert_eq!((default.contact_mass, default.scheme), (ContactMass::Massless, Scheme::Trapezoid));
+    let chain = overridden("annulus", &[]);
+    assert_eq!(chain.model.fea, default);
+    assert!(!on(&chain).contains(&"elastic bodies"));
+}
+
+#[test]
+fn every_setting_has_its_key() {
+    let scene = overridden(
+        "annulus",
+        &[
+            "model.kind=fea",
+            "model.mesh_density=16",
+            "model.contact_patch=0.2",
+            "model.elements=mixed",
+            "model.step=0.02us",
+            "model.contact_mass=consistent",
+            "model.integrator=hht",
+            "model.numerical_dissipation=0.1",
+            "support.normal=moving",
+            "materials.resin.youngs_modulus=2GPa",
+        ],
+    );
+    let expected = FeaSettings {
+        contact_patch: 0.2,
+        density: 16,
+        elements: Elements::Mixed,
+        step: 0.02e-6,
+        contact_mass: ContactMass::Consistent,
+        scheme: Scheme::HilberHughesTaylor { dissipation: 0.1 },
+    };
+    assert_eq!(scene.model.fea, expected);
+    let material = Material { youngs_modulus: 2e9, ..Material::resin() };
+    assert_eq!(scene.support, Support::Annulus { stiffness_factor: 1.0, material, normal: ContactNormal::Moving });
+    assert_eq!(
+        on(&scene)[4..],
+        ["elastic bodies", "mass at the contact nodes", "numerical dissipation", "moving contact normal"]
+    );
+    let newmark = ["model.kind=fea", "model.integrator=newmark", "model.numerical_dissipation=0.1"];
+    let scheme = overridden("rigid", &newmark).model.fea.scheme;
+    assert_eq!(scheme, Scheme::Newmark { dissipation: 0.1 });
+}
+
+#[test]
+fn schemes_without_numerical_damping_are_the_trapezoid_and_with_it_stay_stable() {
+    for dissipation in [0.0, 0.05, 1.0 / 3.0] {
+        for scheme in [Scheme::HilberHughesTaylor { dissipation }, Scheme::Newmark { dissipation }] {
+            let (beta, gamma) = (scheme.beta(), scheme.gamma());
+            // Unconditional stability of Newmark's family: 2β ≥ γ ≥ ½; largest damping at infinity: β = (½ + γ)²/4.
+            assert!(2.0 * beta >= gamma && gamma >= 0.5);
+            assert!((beta - (0.5 + gamma).powi(2) / 4.0).abs() < 1e-15);
+        }
+    }
+    assert_eq!((Scheme::Trapezoid.beta(), Scheme::Trapezoid.gamma(), Scheme::Trapezoid.lag()), (0.25, 0.5, 0.0));
+    assert_eq!(Scheme::HilberHughesTaylor { dissipation: 0.1 }.lag(), 0.1);
+    assert_eq!(Scheme::Newmark { dissipation: 0.1 }.lag(), 0.0);
+}
+
+#[test]
+fn a_step_that_cannot_resolve_the_drive_is_refused_with_the_limit() {
+    assert_eq!(
+        refusal("rigid", &["model.kind=fea", "model.step=1us"]),
+        "--set model.step=1us: `model.step`: expected at most 684 ns, a twentieth of a drive period, found 1 µs"
+    );
+    // The default, too.
+    assert_eq!(
+        refusal("rigid", &["model.kind=fea", "drive.frequency=1MHz"]),
+        "built-in scene `rigid`: `model.step`: expected at most 50 ns, a twentieth of a drive period, found 0.1 µs"
+    );
+    assert!(refusal("rigid", &["model.kind=fea", "model.step=0s"]).contains("a positive, finite value, found 0"));
+}
+
+#[test]
+fn numbers_out_of_their_range_are_refused() {
+    for (integrator, text, expected) in [
+        ("trapezoid", "model.mesh_density=1", "a whole number from 2 to 128, found 1"),
+        ("trapezoid", "model.mesh_density=2.5", "a whole number from 2 to 128, found 2.5"),
+        ("hht", "model.numerical_dissipation=0.34", "a value from 0 to 1/3, found 0.34"),
+        ("hht", "model.numerical_dissipation=-0.1", "a value from 0 to 1/3, found -0.1"),
+        ("newmark", "model.numerical_dissipation=0.6", "a value from 0 to 0.5, found 0.6"),
+        ("trapezoid", "materials.resin.poissons_ratio=0.5", "Poisson's ratio above −1 and below 0.5, found 0.5"),
+        ("trapezoid", "materials.resin.poissons_ratio=-1", "Poisson's ratio above −1 and below 0.5, found -1"),
+    ] {
+        let key = text.split('=').next().unwrap();
+        let mut overrides = vec!["model.kind=fea".to_owned(), format!("model.integrator={integrator}")];
+        if integrator != "trapezoid" {
+            overrides.push("model.numerical_dissipation=0.1".to_owned());
+        }
+        overrides.push(text.to_owned());
+        let overrides: Vec<&str> = overrides.iter().map(String::as_str).collect();
+        assert_eq!(refusal("annulus", &overrides), format!("--set {text}: `{key}`: expected {expected}"));
+    }
+    assert_eq!(
+        refusal("rigid", &["model.kind=fea", "model.integrator=hht"]),
+        "built-in scene `rigid`: `model.numerical_dissipation` is missing (schemes with numerical damping need it); \
+         add `model.numerical_dissipation = 0.1`, or pass it with --set"
+    );
+}
+
+#[test]
+fn a_step_that_does_not_divide_the_output_step_is_shortened_and_said() {
+    let step = |overrides: &[&str]| {
+        let Loaded { scene, notes, .. } = loaded("rigid", &[&["model.kind=fea"], overrides].concat()).unwrap();
+        // Written out, the step needs no remark any more.
+        let again = load_text(&scene.to_toml(), Path::new("own.toml"), &[]).unwrap();
+        assert_eq!((again.scene, again.notes.len()), (scene.clone(), 0));
+        (scene.model.fea.step, notes)
+    };
+    assert_eq!(step(&["model.step=20ns"]), (20e-9, vec![]));
+    // 0.1 µs/(1/30 µs) is 3 up to rounding.
+    assert_eq!(step(&["model.step=3.3333333333333333e-8"]).1, [""; 0]);
+    let (shortened, notes) = step(&["model.step=60ns"]);
+    // The division itself.
+    assert!((shortened - 50e-9).abs() < 1e-22);
+    assert_eq!(
+        notes,
+        [
+            "`model.step` 60 ns does not divide `output_step` 0.1 µs; taken as 50 ns, so that every sample is a computed state"
+        ]
+    );
+    let (shortened, notes) = step(&["output_step=30ns"]);
+    assert_eq!((shortened, notes.len()), (30e-9, 1));
+    assert_eq!(step(&["output_step=0.3us"]), (DEFAULT_FEA_STEP, vec![]));
+}
+
+#[test]
+fn a_change_of_model_drops_what_only_the_other_uses() {
+    let own = "extends = \"annulus\"\n[chain]\nmesh = \"bead.msh\"\noverride = [{ bead = 2, mesh = \"b.msh\", radius = 4e-4 }]\n\
+               [support]\nnormal = \"moving\"\n[model]\nkind = \"fea\"\nintegrator = \"newmark\"\n\
+               numerical_dissipation = 0.1\nstep = \"50 ns\"\nmesh_density = 8";
+    let read = |overrides: &[&str]| {
+        let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+        load_text(own, Path::new("bench/own.toml"), &overrides).unwrap().scene
+    };
+    let fea = read(&[]);
+    assert_eq!(fea.model.fea.step, 50e-9);
+    assert_eq!(fea.chain.beads[1].mesh.as_ref().unwrap().path, Path::new("bench/b.msh"));
+    let chain = read(&["model.kind=chain"]);
+    assert_eq!(chain.model, overridden("annulus", &[]).model);
+    assert_eq!((chain.chain.beads[1].radius, &chain.chain.beads[1].mesh), (4e-4, &None));
+    assert_eq!(chain.support, Support::resin_annulus(1.0));
+    let trapezoid = read(&["model.integrator=trapezoid"]).model.fea;
+    assert_eq!((trapezoid.scheme, trapezoid.step, trapezoid.density), (Scheme::Trapezoid, 50e-9, 8));
+    // And from the chain's fixed step to the finite elements.
+    let own = "extends = \"rigid\"\nmodel = { integrator = \"symplectic\", step = 1e-8 }";
+    let scene = load_text(own, Path::new("own.toml"), &["model.kind=fea".into()]).unwrap().scene;
+    assert_eq!(scene.model.fea, FeaSettings::default());
+    assert_eq!(scene.model.integrator, Integrator::DormandPrince853 { tolerance: scene::DEFAULT_TOLERANCE });
+}
+
+#[test]
+fn keys_of_the_other_model_are_refused_with_the_model_they_belong_to() {
+    for key in ["model.modes=2", "model.contact_mass=massless", "support.normal=fixed", "chain.mesh=bead.msh"] {
+        let message = refusal("annulus", &[key]);
+        assert!(message.contains("has no effect with `model.kind = \"chain\"`"), "{message}");
+        let owner = if key.contains("modes") { "reduced" } else { "fea" };
+        assert!(message.contains("it belongs to `model.kind = \"") && message.contains(owner), "{message}");
+    }
+    let unfitted = refusal("annulus", &["model.mesh_density=8"]);
+    assert!(unfitted.contains("it belongs to `contact.law = \"finite-body\"`"), "{unfitted}");
+    let bead = refusal("rigid", &["chain.override=[{bead=2,mesh=\"b.msh\"}]"]);
+    assert!(bead.contains("`chain.override.mesh` has no effect with `model.kind = \"chain\"`"), "{bead}");
+    assert!(
+        refusal("rigid", &["model.kind=fea", "model.tolerance=1e-9"])
+            .contains("it belongs to `model.kind = \"chain\"`")
+    );
+    assert_eq!(
+        refusal("rigid", &["model.kind=fea", "model.integrator=symplectic", "model.step=1e-8"]),
+        "--set model.integrator=symplectic: `model.integrator`: expected one of `trapezoid`, `hht`, `newmark`, found \
+         `symplectic`"
+    );
+    assert!(refusal("rigid", &["model.integrator=hht"]).contains("expected one of `dormand-prince-853`, `symplectic`"));
+    // Without effect although no integrator is named.
+    let own = "extends = \"rigid\"\nmodel = { kind = \"fea\", numerical_dissipation = 0.1 }";
+    let message = load_text(own, Path::new("own.toml"), &[]).unwrap_err().to_string();
+    assert!(message.contains("has no effect with `model.integrator = \"trapezoid\"`"), "{message}");
+}
+
+#[test]
+fn mesh_files_are_named_for_all_beads_for_one_and_for_the_support() {
+    let own = "extends = \"annulus\"\n[chain]\nmesh = \"bead.msh\"\nmesh_unit = \"1 mm\"\n\
+               override = [{ bead = 2, mesh = \"/lab/b.msh\", mesh_unit = \"1 um\" }, { bead = 3, radius = 4e-4 }]\n\
+               [support]\nkind = \"body\"\nmesh = \"ring.msh\"\nmaterial = \"glass\"\n[model]\nkind = \"fea\"\n\
+               [materials.glass]\nyoungs_modulus = 7e10\npoissons_ratio = 0.2\ndensity = 2500";
+    let scene = load_text(own, Path::new("bench/own.toml"), &[]).unwrap().scene;
+    let file = |path: &str, unit| MeshFile { path: path.into(), unit };
+    assert_eq!(scene.chain.beads[0].mesh, Some(file("bench/bead.msh", 1e-3)));
+    assert_eq!(scene.chain.beads[1].mesh, Some(file("/lab/b.msh", 1e-6)));
+    assert_eq!(scene.chain.beads[2].mesh, Some(file("bench/bead.msh", 1e-3)));
+    let Support::Body { mesh, material, normal } = &scene.support else { panic!("{:?}", scene.support) };
+    assert_eq!((mesh, &*material.name, *normal), (&file("bench/ring.msh", 1.0), "glass", ContactNormal::Fixed));
+    let names: Vec<_> = scene.materials.iter().map(|material| material.name.as_str()).collect();
+    assert_eq!(names, ["acrylic", "aluminium", "chrome-steel", "glass", "resin", "vitreous-carbon"]);
+    assert!(on(&scene).contains(&"bodies from mesh files"));
+    // Nothing is carried along where no body is a file.
+    assert_eq!(overridden("annulus", &["model.kind=fea"]).materials, []);
+}
+
+#[test]
+fn supports_that_a_model_cannot_hold_a_bead_with_are_refused() {
+    assert_eq!(
+        refusal("annulus", &["materials.resin.youngs_modulus=2GPa"]),
+        "built-in scene `annulus`, line 51: `support.material`: `resin` is not the resin (1.4 GPa, ν 0.35) of which the \
+         force law of the annulus is; use `support.stiffness_factor`, or `model.kind = \"fea\"`, which meshes the annulus"
+    );
+    assert!(refusal("annulus", &["support.material=amber"]).contains("unknown material `amber`"));
+    assert_eq!(overridden("annulus", &["model.kind=fea", "chain.radius=0.6mm"]).chain.beads[5].radius, 0.6e-3);
+    assert_eq!(
+        refusal("annulus", &["model.kind=fea", "chain.radius=0.25mm"]),
+        "built-in scene `annulus`, line 49: the last bead has radius 250 µm and falls through the annulus, whose opening \
+         has 0.3 mm; use a larger bead or another `support.kind`"
+    );
+    assert!(refusal("annulus", &["model.kind=fea", "support.kind=body"]).contains("`support.mesh` is missing"));
+    assert!(refusal("annulus", &["support.kind=body"]).contains("expected a support with a force law"));
+    assert!(
+        refusal("rigid", &["model.kind=fea", "chain.mesh_unit=1mm"]).contains("expected this key beside `chain.mesh`")
+    );
+}
