@@ -34,6 +34,7 @@ const OWNED_CRATES: &[(&str, &str)] = &[
     ("anyhow", "cli"),
     ("indicatif", "cli"),
     ("ctrlc", "cli"),
+    ("signal_hook", "cli"),
     ("encoding_rs", "measurement"),
 ];
 

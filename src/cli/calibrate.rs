@@ -166,7 +166,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let mut timing = Timing::start();
     let (session, output) = (arguments.session.clone(), arguments.output.clone());
     let (resume, dry_run) = (arguments.resume, arguments.dry_run);
-    let job = prepare(arguments, manifest::typed(std::env::args().skip(1)))?;
+    let job = prepare(arguments, manifest::typed(super::typed().skip(1)))?;
     for assumption in job.problem.assumptions.iter().chain(&model_taken(&job.problem)?) {
         session.note(format_args!("assumed: {assumption}"));
     }

@@ -193,7 +193,7 @@ impl Job<'_> {
             loadings,
             warnings,
             statements: self.statements(),
-            command_line: std::env::args().collect::<Vec<_>>().join(" "),
+            command_line: super::typed().collect::<Vec<_>>().join(" "),
         })
     }
 

@@ -1,30 +1,47 @@
-//! Ctrl-C: the first asks the running work to stop, the second stops the process.
+//! Ctrl-C, and what else asks a process to end: the first time the running work is asked to stop, the second time the process is stopped.
 //!
 //! Long work polls [`requested`] (the progress callback of a model is the place) and returns an error, so that staged
-//! output is removed on the way out and saved state is left whole. The exit code is then 130, as shells expect of a
-//! command ended by SIGINT.
+//! output is removed on the way out and saved state is left whole. The exit code is then 128 + the number of the signal, as shells expect
+//! of a command ended by one: 130 for Ctrl-C (SIGINT), 143 for SIGTERM, 129 for SIGHUP. A SIGHUP that `nohup` asked to be ignored is ignored.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicU8, Ordering};
 
 use super::output;
 
-/// Exit code of a run stopped by Ctrl-C: 128 + SIGINT.
-pub const EXIT_CODE: u8 = 130;
+const SIGHUP: u8 = 1;
+const SIGINT: u8 = 2;
+const SIGTERM: u8 = 15;
 
-static REQUESTED: AtomicBool = AtomicBool::new(false);
+/// The signal that asked; 0 before.
+static REQUESTED: AtomicU8 = AtomicU8::new(0);
 
 /// Why a command ended early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("stopped by Ctrl-C")]
+#[error("stopped by {}", name(REQUESTED.load(Ordering::Relaxed)))]
 pub struct Interrupted;
 
-/// Whether Ctrl-C was pressed.
-#[must_use]
-pub fn requested() -> bool {
-    REQUESTED.load(Ordering::Relaxed)
+fn name(signal: u8) -> &'static str {
+    match signal {
+        SIGHUP => "SIGHUP",
+        SIGTERM => "SIGTERM",
+        _ => "Ctrl-C",
+    }
 }
 
-/// `Err(Interrupted)` once Ctrl-C was pressed.
+/// Whether the process was asked to stop.
+#[must_use]
+pub fn requested() -> bool {
+    REQUESTED.load(Ordering::Relaxed) != 0
+}
+
+/// Exit code of a run that was asked to stop; none of one that was not.
+#[must_use]
+pub fn exit_code() -> Option<u8> {
+    let signal = REQUESTED.load(Ordering::Relaxed);
+    (signal != 0).then_some(128 + signal)
+}
+
+/// `Err(Interrupted)` once the process was asked to stop.
 ///
 /// # Errors
 /// [`Interrupted`].
@@ -32,15 +49,41 @@ pub fn check() -> Result<(), Interrupted> {
     if requested() { Err(Interrupted) } else { Ok(()) }
 }
 
+fn ask(signal: u8) {
+    if REQUESTED.swap(signal, Ordering::SeqCst) != 0 {
+        output::remove_staged();
+        std::process::exit(128 + i32::from(signal));
+    }
+}
+
 /// Start listening; called once by the frame.
 ///
 /// # Errors
 /// When the operating system refuses a handler.
+#[cfg(unix)]
+pub fn watch() -> std::io::Result<()> {
+    let watched = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| *signal != SIGHUP || !ignored(SIGHUP));
+    let mut signals = signal_hook::iterator::Signals::new(watched.map(i32::from))?;
+    std::thread::Builder::new().name("signals".into()).spawn(move || {
+        signals.forever().filter_map(|signal| u8::try_from(signal).ok()).for_each(ask);
+    })?;
+    Ok(())
+}
+
+/// Whether whoever started the process had a signal ignored. Where that cannot be told, it is left alone as if so.
+#[cfg(unix)]
+fn ignored(signal: u8) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_none_or(|mask| mask >> (signal - 1) & 1 == 1)
+}
+
+/// Start listening; called once by the frame.
+///
+/// # Errors
+/// When the operating system refuses a handler.
+#[cfg(not(unix))]
 pub fn watch() -> Result<(), ctrlc::Error> {
-    ctrlc::set_handler(|| {
-        if REQUESTED.swap(true, Ordering::SeqCst) {
-            output::remove_staged();
-            std::process::exit(i32::from(EXIT_CODE));
-        }
-    })
+    ctrlc::set_handler(|| ask(SIGINT))
 }

@@ -71,8 +71,8 @@ struct CommandLine {
     command: Command,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done; 1 input or run failed; 2 usage; 3 finished unconverged; 130 stopped by \
-Ctrl-C.\nQuantities carry their unit: 73kHz, 0.5um, \"0.3 N s/m\".";
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 input or run failed; 2 usage; 3 finished unconverged; 130, 143, 129 stopped by \
+Ctrl-C, SIGTERM, SIGHUP.\nQuantities carry their unit: 73kHz, 0.5um, \"0.3 N s/m\".";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -156,6 +156,11 @@ pub fn run() -> ExitCode {
     run_with(std::env::args_os())
 }
 
+/// The process's own arguments as text, the program first: what is no UTF-8 in them is shown as U+FFFD.
+fn typed() -> impl Iterator<Item = String> {
+    std::env::args_os().map(|argument| argument.to_string_lossy().into_owned())
+}
+
 /// Run `granchain SUBCOMMAND …` with the process's own arguments behind it.
 #[must_use]
 pub fn run_as_subcommand(subcommand: &str) -> ExitCode {
@@ -186,7 +191,7 @@ fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
         Err(error) => {
             report_failure(&error);
-            if interrupt::requested() { ExitCode::from(interrupt::EXIT_CODE) } else { ExitCode::from(1) }
+            ExitCode::from(interrupt::exit_code().unwrap_or(1))
         }
     }
 }

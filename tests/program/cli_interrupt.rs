@@ -69,20 +69,61 @@ fn a_killed_sweep_resumes_to_the_same_bytes() {
 }
 
 #[test]
-fn ctrl_c_keeps_the_finished_runs_says_so_and_ends_with_130() {
+fn whoever_stops_a_sweep_the_finished_runs_are_kept_it_says_so_and_ends_with_128_and_the_signal() {
+    for (signal, name, code) in [("-INT", "Ctrl-C", 130), ("-TERM", "SIGTERM", 143), ("-HUP", "SIGHUP", 129)] {
+        let place = tempfile::tempdir().unwrap();
+        let out = place.path().join("out");
+        let log = place.path().join(".out.unfinished/state/runs.jsonl");
+        let mut child = sweep(&out).spawn().unwrap();
+        wait_for_runs(&log, &mut child);
+        send(signal, &child);
+        let mut said = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(code), "{said}");
+        assert!(said.contains("--resume") && said.contains(name), "{said}");
+        assert!(log.exists() && !out.exists());
+        assert!(sweep(&out).arg("--resume").status().unwrap().success());
+        assert!(out.join("sweep.json").exists());
+    }
+}
+
+/// `nohup` has SIGHUP ignored, and its sweep goes on.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_hang_up_that_is_to_be_ignored_stops_nothing() {
     let place = tempfile::tempdir().unwrap();
     let out = place.path().join("out");
-    let log = place.path().join(".out.unfinished/state/runs.jsonl");
-    let mut child = sweep(&out).spawn().unwrap();
-    wait_for_runs(&log, &mut child);
-    send("-INT", &child);
-    let mut said = String::new();
-    child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(130), "{said}");
-    assert!(said.contains("--resume"), "{said}");
-    assert!(log.exists() && !out.exists());
-    assert!(sweep(&out).arg("--resume").status().unwrap().success());
+    let kept = sweep(&out);
+    let mut nohup = Command::new("nohup");
+    nohup.arg(kept.get_program()).args(kept.get_args()).stdout(Stdio::null()).stderr(Stdio::null());
+    let mut child = nohup.spawn().unwrap();
+    wait_for_runs(&place.path().join(".out.unfinished/state/runs.jsonl"), &mut child);
+    send("-HUP", &child);
+    assert_eq!(child.wait().unwrap().code(), Some(0));
     assert!(out.join("sweep.json").exists());
+}
+
+/// A path in Latin-1 is a path.
+#[cfg(target_os = "linux")]
+#[test]
+fn arguments_that_are_no_text_do_not_end_in_a_panic() {
+    use std::os::unix::ffi::OsStringExt;
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().join(std::ffi::OsString::from_vec(b"r\xe9sultats".to_vec()));
+    let contact = Command::new(env!("CARGO_BIN_EXE_granchain"))
+        .env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"))
+        .args(["contact", "--pair", "bead-flat", "--approaches", "0.2um", "--quiet", "--out"])
+        .arg(&out)
+        .output()
+        .unwrap();
+    assert_eq!(contact.status.code(), Some(0), "{}", String::from_utf8_lossy(&contact.stderr));
+    assert!(out.is_dir());
+    let calibrate = Command::new(env!("CARGO_BIN_EXE_granchain"))
+        .args(["calibrate", "--measured"])
+        .arg(out.join(std::ffi::OsString::from_vec(b"v\xefb.csv".to_vec())))
+        .output()
+        .unwrap();
+    assert_eq!(calibrate.status.code(), Some(1), "{}", String::from_utf8_lossy(&calibrate.stderr));
 }
 
 #[test]
