@@ -1,0 +1,172 @@
+//! Whatever a file that the program reads back or is handed holds, it is read or refused: plans, printed numbers, tables of runs, sealed states,
+//! logs of runs, meshes. `PROPTEST_CASES=10000000` for a long run; records and scenes have tests of their own, kept bodies theirs beside the code.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+mod harm;
+
+use std::{fs, path::PathBuf, sync::LazyLock};
+
+use granchain::{
+    calibration::{
+        Plan,
+        fingerprints::{self, CandidateRuns, Names},
+        forward::Run,
+    },
+    measurement::{
+        PublishedFeatures,
+        seal::{sealed, unsealed},
+    },
+    model::fea::mesh::gmsh::parse,
+    study::{run_log::RunLog, sweep},
+};
+use harm::{cases, harm, harmed};
+use proptest::prelude::*;
+
+fn shipped(name: &str) -> Vec<u8> {
+    fs::read(PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(name)).unwrap()
+}
+
+static PLANS: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
+    let of = |name: &str| shipped(&format!("calibrations/{name}.toml"));
+    ["annulus-73khz", "twin-annulus", "twin-levels", "twin-water"].map(of).to_vec()
+});
+
+static MESHES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
+    let of = |name: &str| shipped(&format!("tests/meshes/{name}.msh"));
+    ["bead-quadrilaterals-binary", "ring-linear", "ring-unnamed", "bead-nine-nodes"].map(of).to_vec()
+});
+
+static PRINTED: LazyLock<Vec<u8>> = LazyLock::new(|| shipped("measurements/annulus-73khz/features.toml"));
+
+/// Two runs of each of two stages, one of them failed.
+static TABLE: LazyLock<(Names, Vec<u8>)> = LazyLock::new(|| {
+    let names = Names {
+        parameters: vec!["alpha".into(), "damping".into()],
+        features: vec![vec!["peak".into(), "line_1/3".into()]],
+        lower: "chain".into(),
+        upper: "reduced".into(),
+    };
+    let run = |u: f64| Run { position: vec![u, 0.5], outcome: Ok(vec![-1.5 * u, 3e-7]) };
+    let failed = Run { position: vec![0.1, 0.9], outcome: Err("stopped, \"at\" once".into()) };
+    let search = vec![vec![run(0.25), failed], vec![run(0.75)]];
+    let runs = CandidateRuns { candidate: "linear".into(), search, ..CandidateRuns::default() };
+    let table = fingerprints::to_csv(&names, &[runs]).unwrap();
+    (names, table)
+});
+
+/// One finished point of a sweep, and one that failed.
+const RUNS: [&str; 2] = [
+    r#"{"index":0,"run":{"finished":{"observation":[0.5,-0.25,null,1e-9],"energy_residual":1e-9,"ensemble":null}}}"#,
+    r#"{"index":1,"run":{"failed":{"reason":"no"}}}"#,
+];
+
+fn words() -> Vec<Vec<u8>> {
+    let signs = [
+        "\n",
+        "=",
+        "\"",
+        "[",
+        "]",
+        "{",
+        "}",
+        ",",
+        ":",
+        "-1",
+        "0",
+        "1e308",
+        "1e999",
+        "nan",
+        "null",
+        "99999999999999999999",
+        "\u{1b}",
+        "\0",
+    ];
+    let own = [
+        "[[record]]\n",
+        "[parameters.alpha]\n",
+        "low",
+        "$Nodes\n",
+        "$EndNodes\n",
+        "search",
+        "correction",
+        "narrow-1",
+        "index",
+        "run",
+    ];
+    signs.into_iter().chain(own).map(|word| word.as_bytes().to_vec()).collect()
+}
+
+/// What may happen to a file.
+fn harms() -> impl Strategy<Value = Vec<harm::Harm>> {
+    prop::collection::vec(harm(words()), 1..6)
+}
+
+proptest! {
+    #![proptest_config(cases(20_000))]
+
+    #[test]
+    fn harmed_plans_and_printed_numbers_are_read_or_refused(plan in 0..4usize, harms in harms()) {
+        let place = tempfile::NamedTempFile::new().unwrap();
+        fs::write(place.path(), harmed(&PLANS[plan], &harms)).unwrap();
+        if let Ok(plan) = Plan::read(place.path()) {
+            let _ = plan.records();
+            let _ = plan.fitted();
+        }
+        if let Ok(printed) = PublishedFeatures::from_bytes(place.path(), &harmed(&PRINTED, &harms)) {
+            let _ = printed.value("positive_peak");
+        }
+    }
+
+    #[test]
+    fn harmed_tables_of_runs_are_read_or_refused(harms in harms()) {
+        let (names, table) = &*TABLE;
+        if let Ok(candidates) = fingerprints::from_csv(names, &harmed(table, &harms)) {
+            // What was read can be written, and is read as the same.
+            let again = fingerprints::to_csv(names, &candidates).unwrap();
+            prop_assert_eq!(format!("{:?}", fingerprints::from_csv(names, &again).unwrap()), format!("{candidates:?}"));
+        }
+    }
+
+    #[test]
+    fn a_seal_passes_nothing_but_what_was_sealed(body in prop::collection::vec(any::<u8>(), 0..200), harms in harms()) {
+        let whole = sealed(&body);
+        let broken = harmed(&whole, &harms);
+        match unsealed(&broken) {
+            Ok(read) => prop_assert!(broken == whole && read == body),
+            Err(refused) => prop_assert!(!refused.to_string().is_empty()),
+        }
+    }
+
+    #[test]
+    fn harmed_logs_give_the_runs_that_are_whole_and_no_others(harms in harms()) {
+        let place = tempfile::NamedTempFile::new().unwrap();
+        let lines: Vec<u8> = RUNS.iter().flat_map(|run| [sealed(run.as_bytes()), vec![b'\n']].concat()).collect();
+        fs::write(place.path(), harmed(&lines, &harms)).unwrap();
+        let expected: Vec<sweep::Run> = RUNS
+            .iter()
+            .map(|run| serde_json::from_value(serde_json::from_str::<serde_json::Value>(run).unwrap()["run"].take()).unwrap())
+            .collect();
+        let (_, runs) = RunLog::open::<sweep::Run>(place.path()).unwrap();
+        for (index, run) in runs {
+            prop_assert_eq!(&run, &expected[index]);
+        }
+    }
+
+    /// Forged: harmed first, sealed then.
+    #[test]
+    fn forged_logs_are_read_or_left_out(harms in harms()) {
+        let place = tempfile::NamedTempFile::new().unwrap();
+        let lines: Vec<u8> =
+            RUNS.iter().flat_map(|run| [sealed(&harmed(run.as_bytes(), &harms)), vec![b'\n']].concat()).collect();
+        fs::write(place.path(), lines).unwrap();
+        let _ = RunLog::open::<sweep::Run>(place.path()).unwrap();
+    }
+
+    #[test]
+    fn harmed_meshes_are_read_or_refused(mesh in 0..4usize, harms in harms()) {
+        match parse(&harmed(&MESHES[mesh], &harms), 1e-3) {
+            Ok((mesh, _)) => prop_assert!(mesh.nodes.iter().flatten().all(|place| place.is_finite())),
+            Err(refused) => prop_assert!(!refused.to_string().is_empty()),
+        }
+    }
+}
