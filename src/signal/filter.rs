@@ -68,19 +68,28 @@ impl LowPass {
         let sigma = (0.5 * std::f64::consts::LN_2).sqrt() / (std::f64::consts::PI * cycles);
         let steep = (steepness > 0.0 && cycles < 0.5).then(|| {
             let exact = half_length(TRANSITION * cycles).min(longest as f64);
-            symmetric(exact, longest, |x| windowed_sinc(x, cycles, exact))
+            Kernel::new(exact, longest, |x| windowed_sinc(x, cycles, exact))
         });
         let slow = (steepness < 1.0 && sigma >= 0.2)
-            .then(|| symmetric((6.0 * sigma).min(longest as f64), longest, |x| (-0.5 * (x / sigma).powi(2)).exp()));
+            .then(|| Kernel::new((6.0 * sigma).min(longest as f64), longest, |x| (-0.5 * (x / sigma).powi(2)).exp()));
         if len < 2 || steep.is_none() && slow.is_none() {
             return Self { len, plan: None };
         }
-        let [steep, slow] = [steep, slow].map(|kernel| kernel.unwrap_or_else(|| vec![1.0]));
-        let mixed = (0..usize::max(steep.len(), slow.len())).map(|i| {
-            let at = |kernel: &[f64]| kernel.get(i).copied().unwrap_or(0.0);
-            steepness * at(&steep) + (1.0 - steepness) * at(&slow)
-        });
-        Self::planned(len, &mixed.collect::<Vec<_>>())
+        let share = |kernel: Option<Kernel>, share: f64| {
+            let Kernel { right, sum } = kernel.unwrap_or_else(|| Kernel { right: vec![1.0], sum: 1.0 });
+            right.into_iter().map(move |weight| share * weight / sum)
+        };
+        match (steep, slow) {
+            (Some(pure), _) if steepness >= 1.0 => Self::planned(len, &pure),
+            (_, Some(pure)) if steepness <= 0.0 => Self::planned(len, &pure),
+            (steep, slow) => {
+                let mut right: Vec<f64> = share(steep, steepness).collect();
+                let slow: Vec<f64> = share(slow, 1.0 - steepness).collect();
+                right.resize(usize::max(right.len(), slow.len()), 0.0);
+                right.iter_mut().zip(slow).for_each(|(weight, slow)| *weight += slow);
+                Self::planned(len, &Kernel { right, sum: 1.0 })
+            }
+        }
     }
 
     /// Gain of [`LowPass::gaussian`] at a frequency, Hz.
@@ -89,8 +98,7 @@ impl LowPass {
         (-std::f64::consts::LN_2 * (frequency / cutoff).powi(2)).exp()
     }
 
-    /// Of the right half of a symmetric kernel.
-    fn planned(len: usize, right: &[f64]) -> Self {
+    fn planned(len: usize, Kernel { right, sum }: &Kernel) -> Self {
         let half = right.len() - 1;
         let size = fast_size(len + 2 * half);
         let mut kernel = vec![0.0; size];
@@ -102,7 +110,7 @@ impl LowPass {
         let (forward, backward) = (planner.plan_fft_forward(size), planner.plan_fft_inverse(size));
         let mut spectrum = forward.make_output_vec();
         transform(forward.as_ref(), &mut kernel, &mut spectrum);
-        let scale = 1.0 / size as f64;
+        let scale = 1.0 / (sum * size as f64);
         // Symmetric kernel: the spectrum is real.
         let gain = spectrum.iter().map(|bin| bin.re * scale).collect();
         Self { len, plan: Some(Plan { half, gain, forward, backward }) }
@@ -143,13 +151,23 @@ impl LowPass {
     }
 }
 
-/// Right half of a symmetric kernel of sum 1 that reaches `exact` samples, of which the series has `longest` to either side.
-fn symmetric(exact: f64, longest: usize, kernel_at: impl Fn(f64) -> f64) -> Vec<f64> {
-    let half = (exact.ceil() as usize).min(longest);
-    let mut right: Vec<f64> = (0..=half).map(|i| kernel_at(i as f64)).collect();
-    let sum = right[0] + 2.0 * right[1..].iter().sum::<f64>();
-    right.iter_mut().for_each(|weight| *weight /= sum);
-    right
+/// A symmetric kernel.
+struct Kernel {
+    /// Its middle and what follows.
+    right: Vec<f64>,
+    /// Of the whole.
+    sum: f64,
+}
+
+impl Kernel {
+    /// One that reaches `exact` samples, of which the series has `longest` to either side.
+    fn new(exact: f64, longest: usize, at: impl Fn(f64) -> f64) -> Self {
+        let half = (exact.ceil() as usize).min(longest);
+        let right: Vec<f64> = (0..=half).map(|i| at(i as f64)).collect();
+        let sum =
+            right.iter().enumerate().fold(0.0, |sum, (i, weight)| sum + if i == 0 { *weight } else { 2.0 * weight });
+        Self { right, sum }
+    }
 }
 
 fn transform(plan: &dyn RealToComplex<f64>, input: &mut [f64], output: &mut [realfft::num_complex::Complex<f64>]) {
