@@ -384,6 +384,7 @@ impl Forward {
 
     /// What the instrument lets through of a run at `position`, where that is felt in what is compared. A fitted band falls as a digital filter. One of
     /// which the bandwidth alone is stated may fall as steeply as that or as slowly as a Bessel filter: `steepness` says how this one does.
+    #[must_use]
     pub fn passband(&self, position: &[f64], steepness: impl FnOnce() -> f64) -> Option<Passband> {
         let mut parameters = self.parameters.iter().zip(position);
         if let Some((fitted, &u)) = parameters.find(|(parameter, _)| parameter.target == Target::Bandwidth) {

@@ -108,8 +108,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let source = source.unwrap_or_else(|| if pair == PairChoice::BeadAnnulus { "annulus" } else { "rigid" }.into());
     let overrides: Vec<String> = std::iter::once("model.kind=fea".to_owned()).chain(set).collect();
     let scene = scene::load(&source, &overrides)?.with_limits(session.limits());
-    // Of the bodies alone: nothing is stepped.
-    Estimate { work: 0.0, ..Estimate::of(&scene) }.check(&scene.model.limits)?;
+    Estimate::of_bodies(&scene).check(&scene.model.limits)?;
     if approaches.is_empty() {
         approaches = pair.approaches();
     }

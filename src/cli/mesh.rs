@@ -91,8 +91,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         session.note(format_args!("assumed: {note}"));
     }
     let scene = loaded.scene.with_limits(session.limits());
-    // Of the bodies alone: nothing is stepped.
-    Estimate { work: 0.0, ..Estimate::of(&scene) }.check(&scene.model.limits)?;
+    Estimate::of_bodies(&scene).check(&scene.model.limits)?;
     let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, &[], output.force)).transpose()?;
     let arrangement = Arrangement::new(&scene).with_context(|| format!("scene `{name}` cannot be meshed"))?;
     let summary = summary(&scene, &arrangement);

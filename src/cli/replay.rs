@@ -309,7 +309,8 @@ fn write(
     folder.write("summary.json", summary::json(summary)?)?;
     interrupt::check()?;
     timing.stage("write");
-    let mut figures = page::figures(response, &observation::seen(scene, response), &summary.features)?;
+    let mut figures =
+        page::figures(response, &observation::seen(scene, response.observed_velocity()), &summary.features)?;
     figures.extend(pressure_page::figures(response, summary.pressure.iter().map(|heard| &heard.features))?);
     let stress = peak.map(|peak| ("von_mises", von_mises::figure(peak)));
     for (name, figure) in figures.into_iter().chain(stress) {

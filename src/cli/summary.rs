@@ -12,10 +12,11 @@ use super::{
 use crate::{
     calibration::{bench::Bench, drive::Input},
     feature::Ratio,
+    measurement::sha256,
     model::chain::FiniteBodyLaws,
     report::number::{engineering, fixed, significant},
     response::SolverWork,
-    scene::{DampingKind, DampingPlacement, DriveKind, Integrator, ModelKind, Scene},
+    scene::{DampingKind, DampingPlacement, DriveKind, Integrator, Limits, ModelKind, Scene},
     study::{
         EnsembleOutcome, EnsemblePlan, Spread,
         observation::{Watched, watched},
@@ -171,6 +172,12 @@ impl EnsembleTable {
                 .collect(),
         }
     }
+}
+
+/// SHA-256 of everything that decides what a scene's runs are: its debug form holds every number, recorded drive included, to the last bit. What a
+/// run may ask for decides nothing.
+pub fn scene_digest(scene: &Scene) -> String {
+    sha256(format!("{:?}", scene.clone().with_limits(Limits::default())).as_bytes())
 }
 
 /// A run's short report.

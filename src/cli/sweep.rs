@@ -20,10 +20,9 @@ use super::{
 };
 use crate::{
     calibration::bench::Bench,
-    measurement::sha256,
     model::{Estimate, ModelError},
     report::sweep::sweep_figure,
-    scene::{Limits, Scene},
+    scene::Scene,
     study::{
         Axis, Bodies, EnsemblePlan, Grid,
         ensemble::STEPS_PER_PERIOD,
@@ -188,11 +187,8 @@ fn write(
 
 /// Everything that decides what the runs are.
 fn plan_of(base: &Scene, grid: &Grid, ensemble: Option<&EnsemblePlan>) -> anyhow::Result<Vec<u8>> {
-    // The debug form holds every number of the scene, recorded drive included, to the last bit.
-    let scene = base.clone().with_limits(Limits::default());
-    let scene = sha256(format!("{scene:?}").as_bytes());
     summary::json(&serde_json::json!({
-        "program": summary::program(), "scene_sha256": scene, "grid": grid, "ensemble": ensemble,
+        "program": summary::program(), "scene_sha256": summary::scene_digest(base), "grid": grid, "ensemble": ensemble,
     }))
 }
 

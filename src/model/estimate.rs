@@ -61,6 +61,12 @@ impl Estimate {
         }
     }
 
+    /// Of the scene's bodies alone, of which nothing is stepped.
+    #[must_use]
+    pub fn of_bodies(scene: &Scene) -> Self {
+        Self { work: 0.0, ..Self::of(scene) }
+    }
+
     /// Of `runs` runs one after another, of which `kept` bytes each are kept.
     #[must_use]
     pub fn times(self, runs: f64, kept: f64) -> Self {

@@ -1,7 +1,10 @@
 //! Zero-phase low-pass filter.
 
-use std::fmt;
-use std::sync::Arc;
+use std::{
+    collections::BTreeMap,
+    fmt,
+    sync::{Arc, Mutex, PoisonError},
+};
 
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
@@ -36,8 +39,32 @@ pub struct LowPass {
 struct Plan {
     half: usize,
     gain: Vec<f64>,
-    forward: Arc<dyn RealToComplex<f64>>,
-    backward: Arc<dyn ComplexToReal<f64>>,
+    transforms: Transforms,
+}
+
+/// There and back.
+type Transforms = (Arc<dyn RealToComplex<f64>>, Arc<dyn ComplexToReal<f64>>);
+
+/// Largest size of which transforms are kept, and of how many sizes: at most some 60 MB.
+const LARGEST_KEPT: usize = 1 << 16;
+const SIZES_KEPT: usize = 32;
+
+/// The transforms of a size. Planning them takes five times as long as a filter's use, and every run may fall otherwise, so they are kept from filter to
+/// filter. Each size has a planner of its own: what one is made of must not depend on those that were made before.
+fn transforms(size: usize) -> Transforms {
+    static KEPT: Mutex<BTreeMap<usize, Transforms>> = Mutex::new(BTreeMap::new());
+    let plan = || {
+        let mut planner = RealFftPlanner::new();
+        (planner.plan_fft_forward(size), planner.plan_fft_inverse(size))
+    };
+    if size > LARGEST_KEPT {
+        return plan();
+    }
+    let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    if kept.len() == SIZES_KEPT && !kept.contains_key(&size) {
+        kept.clear();
+    }
+    kept.entry(size).or_insert_with(plan).clone()
 }
 
 impl fmt::Debug for LowPass {
@@ -75,7 +102,7 @@ impl LowPass {
         if len < 2 || steep.is_none() && slow.is_none() {
             return Self { len, plan: None };
         }
-        let share = |kernel: Option<Kernel>, share: f64| {
+        let scaled = |kernel: Option<Kernel>, share: f64| {
             let Kernel { right, sum } = kernel.unwrap_or_else(|| Kernel { right: vec![1.0], sum: 1.0 });
             right.into_iter().map(move |weight| share * weight / sum)
         };
@@ -83,8 +110,8 @@ impl LowPass {
             (Some(pure), _) if steepness >= 1.0 => Self::planned(len, &pure),
             (_, Some(pure)) if steepness <= 0.0 => Self::planned(len, &pure),
             (steep, slow) => {
-                let mut right: Vec<f64> = share(steep, steepness).collect();
-                let slow: Vec<f64> = share(slow, 1.0 - steepness).collect();
+                let mut right: Vec<f64> = scaled(steep, steepness).collect();
+                let slow: Vec<f64> = scaled(slow, 1.0 - steepness).collect();
                 right.resize(usize::max(right.len(), slow.len()), 0.0);
                 right.iter_mut().zip(slow).for_each(|(weight, slow)| *weight += slow);
                 Self::planned(len, &Kernel { right, sum: 1.0 })
@@ -106,14 +133,14 @@ impl LowPass {
             kernel[i] = weight;
             kernel[(size - i) % size] = weight;
         }
-        let mut planner = RealFftPlanner::new();
-        let (forward, backward) = (planner.plan_fft_forward(size), planner.plan_fft_inverse(size));
+        let transforms = transforms(size);
+        let forward = transforms.0.as_ref();
         let mut spectrum = forward.make_output_vec();
-        transform(forward.as_ref(), &mut kernel, &mut spectrum);
+        transform(forward, &mut kernel, &mut spectrum);
         let scale = 1.0 / (sum * size as f64);
         // Symmetric kernel: the spectrum is real.
         let gain = spectrum.iter().map(|bin| bin.re * scale).collect();
-        Self { len, plan: Some(Plan { half, gain, forward, backward }) }
+        Self { len, plan: Some(Plan { half, gain, transforms }) }
     }
 
     /// The filtered samples.
@@ -125,14 +152,15 @@ impl LowPass {
         assert_eq!(values.len(), self.len, "LowPass planned for another length");
         let Some(plan) = &self.plan else { return values.to_vec() };
         let (half, len) = (plan.half, values.len());
-        let mut work = plan.forward.make_input_vec();
+        let (forward, backward) = &plan.transforms;
+        let mut work = forward.make_input_vec();
         for i in 0..half {
             work[i] = continued(values, i as isize - half as isize);
             work[half + len + i] = continued(values, (len + i) as isize);
         }
         work[half..half + len].copy_from_slice(values);
-        let mut spectrum = plan.forward.make_output_vec();
-        transform(plan.forward.as_ref(), &mut work, &mut spectrum);
+        let mut spectrum = forward.make_output_vec();
+        transform(forward.as_ref(), &mut work, &mut spectrum);
         for (bin, gain) in spectrum.iter_mut().zip(&plan.gain) {
             *bin *= gain;
         }
@@ -143,7 +171,7 @@ impl LowPass {
         if let Some(bin) = spectrum.last_mut() {
             bin.im = 0.0;
         }
-        let outcome = plan.backward.process(&mut spectrum, &mut work);
+        let outcome = backward.process(&mut spectrum, &mut work);
         debug_assert!(outcome.is_ok(), "sizes come from the plan");
         work.copy_within(half..half + len, 0);
         work.truncate(len);

@@ -8,7 +8,8 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::{
     feature::FeatureSettings,
-    signal::{LowPass, Series},
+    scene::DEFAULT_VIBROMETER_BANDWIDTH,
+    signal::{Series, low_pass},
 };
 
 /// White noise of `noise_rms` and a zero-phase low-pass at `bandwidth`.
@@ -26,14 +27,13 @@ impl Decoder {
     /// What the studies look through: 1.5 MHz and 1 mm/s, as the reconstruction; invented, no record is published.
     #[must_use]
     pub fn of_reconstruction(seed: u64) -> Self {
-        Self { noise_rms: 1e-3, bandwidth: 1.5e6, seed }
+        Self { noise_rms: 1e-3, bandwidth: DEFAULT_VIBROMETER_BANDWIDTH, seed }
     }
 
     /// The velocity (m/s) within the bandwidth, without noise.
     #[must_use]
     pub fn passes(&self, velocity: &Series) -> Series {
-        let low_pass = LowPass::new(velocity.step, velocity.len(), self.bandwidth);
-        Series::new(velocity.start, velocity.step, low_pass.apply(&velocity.values))
+        low_pass(velocity, self.bandwidth)
     }
 
     /// The velocity (m/s) within the bandwidth, with noise number `index` on it.

@@ -18,7 +18,7 @@ use crate::{
     feature::{FeatureError, Measurand},
     model::{Estimate, ModelError, chain::ensemble::Variation},
     scene::{ModelKind, Scene, Support},
-    signal::{Series, low_pass},
+    signal::Series,
 };
 
 /// Fixed steps of the chain a drive period. In a regular regime 160 leave 7 % of error in a sensitivity, 640 leave 0.5 %.
@@ -136,7 +136,7 @@ pub fn run_on(bodies: &Bodies, scene: &Scene, plan: &EnsemblePlan) -> Result<Ens
     plan.estimate(scene, STEPS_PER_PERIOD).check(&scene.model.limits)?;
     let settings = observation::settings(scene)?;
     run_traces(bodies, scene, (Measurand::Velocity, STEPS_PER_PERIOD), plan, |velocity| {
-        Observation::measure(&low_pass(velocity, scene.vibrometer_bandwidth), &settings)
+        Observation::measure(&observation::seen(scene, velocity), &settings)
     })
 }
 

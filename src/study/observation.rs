@@ -161,11 +161,11 @@ impl Heard {
     }
 }
 
-/// The observed velocity of a run ([`Response::observed_velocity`], m/s) as the scene's vibrometer passes it: bodies of the finer models ring at
-/// 2.6 MHz and above, far beyond what a decoder passes, and without it their peaks would be the ringing's.
+/// An observed velocity ([`Response::observed_velocity`], m/s) as the scene's vibrometer passes it: bodies of the finer models ring at 2.6 MHz and
+/// above, far beyond what a decoder passes, and without it their peaks would be the ringing's.
 #[must_use]
-pub fn seen(scene: &Scene, response: &Response) -> Series {
-    low_pass(response.observed_velocity(), scene.vibrometer_bandwidth)
+pub fn seen(scene: &Scene, velocity: &Series) -> Series {
+    low_pass(velocity, scene.vibrometer_bandwidth)
 }
 
 /// Features of what is [`seen`] of a run. A bead that a disc has left behind flies on at a constant velocity, in which there is nothing to
@@ -178,7 +178,7 @@ pub fn measure_response(
     response: &Response,
     settings: &FeatureSettings,
 ) -> Result<Features, FeatureError> {
-    let velocity = seen(scene, response);
+    let velocity = seen(scene, response.observed_velocity());
     match measure(&velocity, settings) {
         Err(FeatureError::Constant { .. }) if response.disc.is_some() => {
             measure(&velocity, &FeatureSettings { window: Some(Window::whole(&velocity)), ..settings.clone() })

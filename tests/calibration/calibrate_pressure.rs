@@ -2,19 +2,13 @@
 
 use std::{fs, path::Path, process::Command};
 
+use crate::harness::granchain;
 use serde_json::Value;
 
 const RECORD: &str = "measurements/twin-water/hydrophone.csv";
 
 fn calibrate(arguments: &[&str]) -> (String, String, i32) {
-    let output = Command::new(env!("CARGO_BIN_EXE_granchain"))
-        .arg("calibrate")
-        .args(arguments)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (text(output.stdout), text(output.stderr), output.status.code().unwrap())
+    granchain("calibrate", arguments)
 }
 
 fn refused(arguments: &[&str]) -> String {

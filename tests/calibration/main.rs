@@ -10,6 +10,8 @@ mod calibrate_parameters;
 mod calibrate_pressure;
 mod calibrate_refusal;
 mod calibration_gain;
+#[path = "../harness/mod.rs"]
+mod harness;
 mod laboratory;
 mod ladder;
 mod published_features;

@@ -2,18 +2,11 @@
 
 use std::path::Path;
 
-use assert_cmd::Command;
+use crate::harness::granchain;
 use granchain::measurement::{ReadOptions, RecordKind, read_record};
 
 fn convert(arguments: &[&str]) -> (String, String, i32) {
-    let output = Command::new(env!("CARGO_BIN_EXE_granchain"))
-        .arg("convert")
-        .args(arguments)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (text(output.stdout), text(output.stderr), output.status.code().unwrap())
+    granchain("convert", arguments)
 }
 
 #[test]

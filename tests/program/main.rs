@@ -8,6 +8,8 @@ mod cli_interrupt;
 mod contact_command;
 mod convert_command;
 mod fea_replay;
+#[path = "../harness/mod.rs"]
+mod harness;
 mod inspect_command;
 mod mesh_command;
 mod output_safety;

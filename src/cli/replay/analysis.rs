@@ -25,16 +25,13 @@ use crate::{
         seal::{sealed, unsealed},
         sha256,
     },
-    model::{
-        Estimate,
-        fea::{Control, Cut, Frames, Peak, PeakStress, Simulation, Snapshot, control::Complementarity},
-    },
+    model::fea::{Control, Cut, Frames, Peak, PeakStress, Simulation, Snapshot, control::Complementarity},
     report::{
         animation::{MOST_FRAMES, Raster},
         number::engineering,
     },
     response::{Response, write_pvd, write_vtu},
-    scene::{Limits, ModelKind, Scene, Support},
+    scene::{ModelKind, Scene, Support},
 };
 
 /// Flags of a finite element run.
@@ -163,7 +160,6 @@ impl<'a> Analysis<'a> {
         folder: Option<&'a OutputFolder>,
         session: &'a Session,
     ) -> anyhow::Result<Self> {
-        Estimate::of(scene).check(&scene.model.limits)?;
         let step = scene.model.fea.step;
         let frame = flags.fields.map(|interval| whole_steps("--fields", interval, step)).transpose()?;
         let save = flags.checkpoint.map(|interval| whole_steps("--checkpoint", interval, step)).transpose()?;
@@ -441,11 +437,8 @@ fn whole_steps(flag: &str, interval: f64, step: f64) -> anyhow::Result<usize> {
 
 /// Everything that decides what the state is.
 fn plan_of(scene: &Scene, meshes: &[Input], frame: Option<usize>, animation: bool) -> anyhow::Result<Vec<u8>> {
-    // The debug form holds every number of the scene, recorded drive included, to the last bit.
-    let scene = scene.clone().with_limits(Limits::default());
-    let scene = sha256(format!("{scene:?}").as_bytes());
     summary::json(&serde_json::json!({
-        "program": summary::program(), "scene_sha256": scene, "meshes": meshes, "steps_a_frame": frame, "animation": animation,
+        "program": summary::program(), "scene_sha256": summary::scene_digest(scene), "meshes": meshes, "steps_a_frame": frame, "animation": animation,
     }))
 }
 

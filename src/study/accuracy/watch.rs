@@ -112,7 +112,8 @@ impl Watched {
         let feature = |key: &str, unit, value| Feature { key: key.to_owned(), unit, value };
         match self {
             Self::Velocity => {
-                let observed = Observation::measure(&observation::seen(scene, response), &settings)?;
+                let observed =
+                    Observation::measure(&observation::seen(scene, response.observed_velocity()), &settings)?;
                 let keys = [("positive_peak", "m/s"), ("negative_peak", "m/s"), ("line_1", "m/s"), ("ratio_1/3", "1")];
                 Ok(keys.map(|(key, unit)| feature(key, unit, observed.get(key))).to_vec())
             }
