@@ -238,10 +238,11 @@ fn batch_of<T>(batches: &mut Vec<Vec<T>>, number: usize) -> Option<&mut Vec<T>> 
     if number == batches.len() { batches.last_mut() } else { None }
 }
 
-/// What differs between a run as stored and as made again, in words; `None` where it is the same to the last bit.
+/// What differs between a run as stored and as made again, in words; `None` where it is the same to the last bit or, if `allowed` is above 0, where no number
+/// is further away than that.
 #[must_use]
-pub fn difference(names: &Names, stored: &Run, again: &Run) -> Option<String> {
-    if stored == again {
+pub fn difference(names: &Names, stored: &Run, again: &Run, allowed: f64) -> Option<String> {
+    if stored == again || distance(stored, again).is_some_and(|distance| distance <= allowed) {
         return None;
     }
     let (Ok(expected), Ok(found)) = (&again.outcome, &stored.outcome) else {
@@ -260,6 +261,19 @@ pub fn difference(names: &Names, stored: &Run, again: &Run) -> Option<String> {
         }
     }
     Some(text)
+}
+
+/// The largest distance of a number of two runs at the same point; `None` where either failed and the other did not, or otherwise.
+#[must_use]
+pub fn distance(a: &Run, b: &Run) -> Option<f64> {
+    match (&a.outcome, &b.outcome) {
+        (Ok(a), Ok(b)) if a.len() == b.len() => {
+            let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+            apart.clone().all(f64::is_finite).then(|| apart.fold(0.0, f64::max))
+        }
+        (Err(a), Err(b)) if a == b => Some(0.0),
+        _ => None,
+    }
 }
 
 #[cfg(test)]
@@ -328,8 +342,12 @@ mod tests {
     fn a_run_that_differs_says_in_which_column() {
         let stored = &runs()[0].search[0][0];
         let mut again = stored.clone();
-        assert_eq!(difference(&names(), stored, &again), None);
+        assert_eq!(difference(&names(), stored, &again, 0.0), None);
         again.outcome.as_mut().unwrap()[0] = -1.5;
-        assert_eq!(difference(&names(), stored, &again).unwrap(), "column `z_positive_peak`: expected -1.5, found -1");
+        let told = "column `z_positive_peak`: expected -1.5, found -1";
+        for allowed in [0.0, 0.49] {
+            assert_eq!(difference(&names(), stored, &again, allowed).unwrap(), told);
+        }
+        assert_eq!(difference(&names(), stored, &again, 0.5), None);
     }
 }

@@ -56,23 +56,31 @@ pub struct Made {
 }
 
 impl Made {
-    /// Runs of the search made again, each number counted from 0.
+    /// A run of the search made again, its number counted from 0, at a point that is `aside` widths of the box from the stored one.
     #[must_use]
-    pub fn searched_again(&self, number: usize) -> Option<(&Run, Run)> {
+    pub fn searched_again(&self, number: usize, aside: f64) -> Option<(&Run, Run)> {
         let stored = self.runs.search.iter().flatten().nth(number)?;
-        let again = self.joint.run(number as u64, std::slice::from_ref(&stored.position)).pop()?;
+        let again = self.joint.run(number as u64, &[beside(&stored.position, aside)]).pop()?;
         Some((stored, again))
     }
 
-    /// A pair of the correction made again, by its number from 0.
+    /// A pair of the correction made again, by its number from 0, `aside` as of [`searched_again`](Self::searched_again).
     #[must_use]
-    pub fn paired_again(&self, number: usize) -> Option<(&Pair, Pair)> {
+    pub fn paired_again(&self, number: usize, aside: f64) -> Option<(&Pair, Pair)> {
         let stored = self.runs.correction.iter().flatten().nth(number)?;
         let first = self.runs.search.iter().map(Vec::len).sum::<usize>() + number;
-        let position = std::slice::from_ref(&stored.upper.position);
-        let again = self.upper.as_ref()?.pairs(first as u64, position).ok()?.pop()?;
+        let again = self.upper.as_ref()?.pairs(first as u64, &[beside(&stored.upper.position, aside)]).ok()?.pop()?;
         Some((stored, again))
     }
+}
+
+/// A point of the box `aside` widths of it along its first parameter, towards the middle.
+fn beside(position: &[f64], aside: f64) -> Vec<f64> {
+    let mut point = position.to_vec();
+    if let Some(first) = point.first_mut() {
+        *first += if *first > 0.5 { -aside } else { aside };
+    }
+    point
 }
 
 /// Times that a box is widened at most.

@@ -1,11 +1,16 @@
 //! The frequency of a line.
 
 use super::{
-    FeatureError, MINIMUM_LINE_PERIODS, USABLE_NYQUIST_FRACTION, Window,
+    FeatureError, MINIMUM_LINE_PERIODS, USABLE_NYQUIST_FRACTION, Window, amplitude_spectrum,
     line::{Moments, moments},
     line_amplitude,
+    spectrum::largest,
 };
 use crate::signal::Series;
+
+/// Widest span that is searched point by point, in resolutions of the window: 320 periods of the drive. Beyond, each of the points, whose number
+/// grows with the window, would take a pass over all of it.
+const LONG_SPAN: f64 = 16.0;
 
 /// Frequency of the line nearest `guess`, Hz: where A(f) over the drive's window is largest.
 ///
@@ -35,16 +40,14 @@ fn refine_in(series: &Series, window: Window, guess: f64) -> Result<f64, Feature
     if resolution > 0.5 * guess {
         return Err(missing);
     }
-    // A quarter of a bin apart the largest sample lies well inside Newton's basin (the lobe's inflexion is at 0.8 bins).
-    let steps = (4.0 * span / resolution).ceil();
-    let candidates = (0..=2 * steps as usize).map(|index| guess + span * (index as f64 / steps - 1.0));
-    let (mut frequency, mut best) = (guess, 0.0);
-    for candidate in candidates {
-        let amplitude = line_amplitude(series, window, candidate);
-        if amplitude > best {
-            (frequency, best) = (candidate, amplitude);
-        }
-    }
+    let (mut frequency, best) = if span > LONG_SPAN * resolution {
+        amplitude_spectrum(series, window)?.largest(guess - span..=guess + span)
+    } else {
+        // A quarter of a bin apart the largest sample lies well inside Newton's basin (the lobe's inflexion is at 0.8 bins).
+        let steps = (4.0 * span / resolution).ceil();
+        let candidates = (0..=2 * steps as usize).map(|index| guess + span * (index as f64 / steps - 1.0));
+        largest(candidates.map(|candidate| (candidate, line_amplitude(series, window, candidate))))
+    };
     if best <= 0.0 {
         return Err(missing);
     }
@@ -126,16 +129,10 @@ fn explained(series: &Series, window: Window, frequency: f64) -> Option<f64> {
 /// An empty, constant or non-finite series.
 pub fn strongest_frequency(series: &Series, window: Window) -> Result<f64, FeatureError> {
     let window = window.on(series)?;
-    let spectrum = super::amplitude_spectrum(series, window)?;
+    let spectrum = amplitude_spectrum(series, window)?;
     let lowest = MINIMUM_LINE_PERIODS / window.duration();
     let highest = 0.5 * USABLE_NYQUIST_FRACTION * series.sample_rate();
-    let (mut frequency, mut best) = (0.0, 0.0);
-    for (index, &amplitude) in spectrum.amplitudes.iter().enumerate() {
-        let candidate = spectrum.frequency(index);
-        if (lowest..=highest).contains(&candidate) && amplitude > best {
-            (frequency, best) = (candidate, amplitude);
-        }
-    }
+    let (frequency, best) = spectrum.largest(lowest..=highest);
     if best <= 0.0 {
         return Err(FeatureError::Constant { from_s: window.from, to_s: window.to });
     }

@@ -21,12 +21,46 @@ pub struct Difference {
     pub found: String,
 }
 
-/// What differs between a file as derived and as found; empty where they are the same to the byte.
-pub fn differences(file: &str, expected: &[u8], found: &[u8]) -> Vec<Difference> {
+/// What another processor may make of a number: how far apart both may be, relative to the larger of them, and in any unit where they are next to nothing.
+pub const ROUNDING: f64 = 1e-6;
+const NOTHING: f64 = 1e-15;
+
+/// Numbers that are another processor's rounding apart.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Rounded {
+    /// How many.
+    pub numbers: usize,
+    /// The largest distance among them, relative.
+    pub largest: f64,
+}
+
+impl Rounded {
+    /// Whether both words are numbers no further apart than [`ROUNDING`]; counted if they are.
+    fn passes(&mut self, expected: &str, found: &str) -> bool {
+        if !is_number(expected) || !is_number(found) {
+            return false;
+        }
+        let (Ok(a), Ok(b)) = (value(expected), value(found)) else { return false };
+        let (apart, size) = ((a - b).abs(), a.abs().max(b.abs()));
+        let passes = apart <= f64::max(ROUNDING * size, NOTHING);
+        if passes {
+            self.numbers += 1;
+            self.largest = self.largest.max(if apart > NOTHING { apart / size } else { 0.0 });
+        }
+        passes
+    }
+}
+
+/// What differs between a file as derived and as found; empty where they are the same to the byte or, if `rounded` is given, to rounding. Of what is no
+/// text, rounding cannot be told from more: nothing is said about it then.
+pub fn differences(file: &str, expected: &[u8], found: &[u8], mut rounded: Option<&mut Rounded>) -> Vec<Difference> {
     if expected == found {
         return Vec::new();
     }
     let (Ok(derived), Ok(stored)) = (std::str::from_utf8(expected), std::str::from_utf8(found)) else {
+        if rounded.is_some() {
+            return Vec::new();
+        }
         let at = expected.iter().zip(found).position(|(a, b)| a != b).unwrap_or(expected.len().min(found.len()));
         let byte = |bytes: &[u8]| bytes.get(at).map_or_else(|| "the end".into(), |byte| format!("0x{byte:02x}"));
         return vec![Difference { place: format!("{file}: byte {at}"), expected: byte(expected), found: byte(found) }];
@@ -36,7 +70,8 @@ pub fn differences(file: &str, expected: &[u8], found: &[u8]) -> Vec<Difference>
     let mut start = 0;
     for (index, (line, other)) in lines.iter().zip(&others).enumerate() {
         for (at, expected, found) in differing_words(line, other) {
-            if told.len() < MOST {
+            let passes = rounded.as_mut().is_some_and(|rounded| rounded.passes(expected, found));
+            if !passes && told.len() < MOST {
                 let (expected, found) = shortened(expected, found);
                 told.push(Difference { place: place(file, derived, index, start, at), expected, found });
             }
@@ -50,7 +85,7 @@ pub fn differences(file: &str, expected: &[u8], found: &[u8]) -> Vec<Difference>
         let (expected, found) = (format!("{} lines", lines.len()), format!("{} lines", others.len()));
         told.push(Difference { place: file.into(), expected, found });
     }
-    if told.is_empty() {
+    if told.is_empty() && rounded.is_none() {
         told.push(Difference {
             place: file.into(),
             expected: "LF at every end of a line".into(),
@@ -67,7 +102,11 @@ pub fn numbers(bytes: &[u8]) -> usize {
 }
 
 fn is_number(word: &str) -> bool {
-    word.contains(|letter: char| letter.is_ascii_digit()) && word.replace('−', "-").parse::<f64>().is_ok()
+    word.contains(|letter: char| letter.is_ascii_digit()) && value(word).is_ok()
+}
+
+fn value(word: &str) -> Result<f64, std::num::ParseFloatError> {
+    word.replace('−', "-").parse()
 }
 
 fn is_part_of_word(letter: char) -> bool {
@@ -234,7 +273,7 @@ mod tests {
     use super::*;
 
     fn only(file: &str, expected: &str, found: &str) -> Difference {
-        let mut all = differences(file, expected.as_bytes(), found.as_bytes());
+        let mut all = differences(file, expected.as_bytes(), found.as_bytes(), None);
         assert_eq!(all.len(), 1, "{all:?}");
         all.remove(0)
     }
@@ -273,9 +312,12 @@ mod tests {
             ("é1", "é 1"),
             ("1", ""),
         ] {
-            assert!(!differences("x.md", expected.as_bytes(), found.as_bytes()).is_empty(), "{expected:?} {found:?}");
+            assert!(
+                !differences("x.md", expected.as_bytes(), found.as_bytes(), None).is_empty(),
+                "{expected:?} {found:?}"
+            );
         }
-        assert_eq!(differences("x.png", &[0xff, 1], &[0xff, 2])[0].place, "x.png: byte 1");
+        assert_eq!(differences("x.png", &[0xff, 1], &[0xff, 2], None)[0].place, "x.png: byte 1");
         let long = "A".repeat(300);
         let told = only("x.html", &format!("{long}5{long}"), &format!("{long}6{long}"));
         assert!(
@@ -289,9 +331,28 @@ mod tests {
         for (at, digit) in text.bytes().enumerate().filter(|(_, byte)| byte.is_ascii_digit()) {
             let mut altered = text.as_bytes().to_vec();
             altered[at] = if digit == b'7' { b'3' } else { b'7' };
-            let told = differences("x.json", text.as_bytes(), &altered);
+            let told = differences("x.json", text.as_bytes(), &altered, None);
             assert_eq!(told.len(), 1, "{told:?}");
             assert_ne!(told[0].expected, told[0].found);
+        }
+    }
+
+    #[test]
+    fn rounding_passes_and_nothing_else_does() {
+        let text = "{\"a\": 0.7006123456789, \"b\": -1.387e-17, \"c\": 600, \"d\": \"linear\"}";
+        let told = |from: &str, to: &str| {
+            let mut rounded = Rounded::default();
+            let found = text.replace(from, to);
+            (differences("x.json", text.as_bytes(), found.as_bytes(), Some(&mut rounded)).len(), rounded)
+        };
+        let (differing, rounded) = told("0.7006123456789", "0.7006123456123");
+        assert_eq!((differing, rounded.numbers), (0, 1));
+        assert!((rounded.largest / 9.5e-11 - 1.0).abs() < 0.01, "{rounded:?}");
+        assert_eq!(told("-1.387e-17", "1.2e-17"), (0, Rounded { numbers: 1, largest: 0.0 }));
+        for (from, to) in
+            [("0.7006123", "0.7006143"), ("600", "601"), ("linear", "nonlinear"), ("0.70", "-0.70"), ("600", "NaN")]
+        {
+            assert_eq!(told(from, to), (1, Rounded::default()), "{from} {to}");
         }
     }
 

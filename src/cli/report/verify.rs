@@ -16,12 +16,12 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::{
-    difference::{Difference, differences, numbers},
+    difference::{Difference, ROUNDING, Rounded, differences, numbers},
     inputs,
 };
 use crate::{
     calibration::{
-        fingerprints::{self, difference},
+        fingerprints::{self, difference, distance},
         forward::Run,
         ladder::{Made, SavedFit},
         outcome::CalibrationOutcome,
@@ -39,12 +39,16 @@ use crate::{
         timing::{self, Timing},
     },
     measurement::sha256,
-    report::page,
+    model::vector_unit,
+    report::{number::significant, page},
 };
 
 /// Stored runs of each candidate that are made again, on the chain and as pairs.
 const RUNS_AGAIN: usize = 12;
 const PAIRS_AGAIN: usize = 3;
+
+/// How far aside runs are made once more to see what rounding does to them, widths of the box: far above what any processor's rounding is.
+const ASIDE: f64 = 1e-12;
 
 /// Differences of one file that are printed.
 const PRINTED: usize = 8;
@@ -80,6 +84,11 @@ struct Verification {
     /// What the folder says it was written by.
     written_by: String,
     verified_by: String,
+    /// What did the arithmetic then, and what does it now.
+    written_on: String,
+    verified_on: String,
+    /// Numbers that are another processor's rounding apart; none are allowed where it is the same.
+    rounded: Option<Rounded>,
     parts: Vec<Part>,
     differences: Vec<Difference>,
     /// Files of the manifest that are not in the folder.
@@ -109,6 +118,9 @@ pub fn execute(arguments: &Arguments, session: &Session) -> anyhow::Result<Outco
         verified: false,
         written_by: manifest.program.clone(),
         verified_by: summary::program(),
+        written_on: manifest.processor.clone(),
+        verified_on: vector_unit(),
+        rounded: (manifest.processor != vector_unit()).then(Rounded::default),
         parts: Vec::new(),
         differences: told_twice(&manifest, &stored),
         missing: manifest.files.keys().filter(|name| !stored.contains_key(*name)).cloned().collect(),
@@ -172,12 +184,9 @@ fn told_twice(manifest: &Manifest, stored: &BTreeMap<String, Vec<u8>>) -> Vec<Di
     let mut told = Vec::new();
     let mut compare = |key: &str, other: &str, expected: Option<String>, found: String| {
         let Some(expected) = expected.filter(|expected| *expected != found) else { return };
-        told.extend(differences(manifest::FILE, expected.as_bytes(), found.as_bytes()).into_iter().map(|difference| {
-            Difference {
-                place: format!("{}: {key}, beside {other}; one of them was altered", manifest::FILE),
-                ..difference
-            }
-        }));
+        let place = format!("{}: {key}, beside {other}; one of them was altered", manifest::FILE);
+        let differing = differences(manifest::FILE, expected.as_bytes(), found.as_bytes(), None);
+        told.extend(differing.into_iter().map(|difference| Difference { place: place.clone(), ..difference }));
     };
     let outcome: Option<Value> = stored.get("calibration.json").and_then(|bytes| serde_json::from_slice(bytes).ok());
     let program = outcome.as_ref().and_then(|outcome| outcome["program"].as_str().map(String::from));
@@ -254,14 +263,23 @@ fn verify(
     let saved: Vec<SavedFit> = if taken { saved(&job, fingerprints::from_csv(&names, runs)?)? } else { Vec::new() };
     let mut timing = Timing::start();
     let fitted = files::fitted(&job, saved, &session, &mut timing)?;
-    let again = if taken { make_again(&fitted.made, &names, &mut verification.differences) } else { 0 };
-    let same = if verification.differences.is_empty() { "all the same to the last digit" } else { "not all the same" };
-    let derived = Files::of(&job, &fitted, &session, &mut timing)?;
+    let rounds = verification.rounded.is_some();
+    let again = if taken { make_again(&fitted.made, &names, rounds, &mut verification.differences) } else { 0 };
+    let same = match (verification.differences.is_empty(), rounds) {
+        (true, false) => "all the same to the last digit",
+        (true, true) => "all the same but for rounding",
+        (false, _) => "not all the same",
+    };
+    let mut derived = Files::of(&job, &fitted, &session, &mut timing)?;
+    if let Some((_, bytes)) = derived.files.iter_mut().find(|(name, _)| rounds && name == Path::new(manifest::FILE)) {
+        *bytes = as_written(bytes, manifest, stored)?;
+    }
 
     for (name, bytes) in &derived.files {
         let name = name.display().to_string();
         if let Some(found) = stored.get(&name) {
-            verification.differences.extend(differences(&name, bytes, found));
+            let rounded = verification.rounded.as_mut().filter(|_| name != manifest::FILE);
+            verification.differences.extend(differences(&name, bytes, found, rounded));
         }
     }
     if stored.get(timing::FILE).is_some_and(|bytes| timing::is_as_sealed(bytes) != Some(true)) {
@@ -281,6 +299,18 @@ fn verify(
     Ok(())
 }
 
+/// The manifest derived, with the digests of the files as they are stored: where another processor made them, those made here have others.
+fn as_written(derived: &[u8], manifest: &Manifest, stored: &BTreeMap<String, Vec<u8>>) -> anyhow::Result<Vec<u8>> {
+    let mut derived: Manifest = serde_json::from_slice(derived)?;
+    derived.processor.clone_from(&manifest.processor);
+    for (name, digest) in &mut derived.files {
+        if let Some(bytes) = stored.get(name) {
+            *digest = sha256(bytes);
+        }
+    }
+    summary::json(&derived)
+}
+
 /// The stored runs, candidate by candidate.
 fn saved(job: &Job, runs: Vec<fingerprints::CandidateRuns>) -> anyhow::Result<Vec<SavedFit>> {
     let expected: Vec<String> = job.problem.candidates.iter().map(|candidate| candidate.key()).collect();
@@ -296,15 +326,17 @@ fn saved(job: &Job, runs: Vec<fingerprints::CandidateRuns>) -> anyhow::Result<Ve
     Ok(runs.into_iter().map(SavedFit::ended).collect())
 }
 
-/// Make some of the stored runs again, evenly spread; returns how many.
-fn make_again(all: &[Made], names: &fingerprints::Names, told: &mut Vec<Difference>) -> usize {
+/// Make some of the stored runs again, evenly spread; returns how many. Where another processor `rounds` otherwise, a run may differ by as much as
+/// it does from the one [`ASIDE`] of it.
+fn make_again(all: &[Made], names: &fingerprints::Names, rounds: bool, told: &mut Vec<Difference>) -> usize {
     let spread = |count: usize, of: usize| (0..of.min(count)).map(move |index| index * count / of.min(count));
     let mut again = 0;
     for made in all {
         let candidate = &made.runs.candidate;
-        let mut compare = |what: String, stored: &Run, anew: &Run| {
+        let mut compare = |what: String, stored: &Run, anew: &Run, beside: Option<&Run>| {
             again += 1;
-            if let Some(difference) = difference(names, stored, anew) {
+            let moved = |beside: &Run| ROUNDING + distance(anew, beside).unwrap_or(f64::INFINITY);
+            if let Some(difference) = difference(names, stored, anew, beside.map_or(0.0, moved)) {
                 told.push(Difference {
                     place: format!("{}: {what} of {candidate}", fingerprints::FILE),
                     expected: "the run made again".into(),
@@ -312,16 +344,19 @@ fn make_again(all: &[Made], names: &fingerprints::Names, told: &mut Vec<Differen
                 });
             }
         };
-        for number in spread(made.runs.search.iter().map(Vec::len).sum(), RUNS_AGAIN) {
-            if let Some((stored, anew)) = made.searched_again(number) {
-                compare(format!("run {}", number + 1), stored, &anew);
+        let searched: usize = made.runs.search.iter().map(Vec::len).sum();
+        for number in spread(searched, RUNS_AGAIN) {
+            if let Some((stored, anew)) = made.searched_again(number, 0.0) {
+                let beside = rounds.then(|| made.searched_again(number, ASIDE)).flatten().map(|(_, run)| run);
+                compare(format!("run {}", number + 1), stored, &anew, beside.as_ref());
             }
         }
-        let searched: usize = made.runs.search.iter().map(Vec::len).sum();
         for number in spread(made.runs.correction.iter().map(Vec::len).sum(), PAIRS_AGAIN) {
-            if let Some((stored, anew)) = made.paired_again(number) {
-                compare(format!("run {} on {}", searched + number + 1, names.lower), &stored.lower, &anew.lower);
-                compare(format!("run {} on {}", searched + number + 1, names.upper), &stored.upper, &anew.upper);
+            if let Some((stored, anew)) = made.paired_again(number, 0.0) {
+                let beside = rounds.then(|| made.paired_again(number, ASIDE)).flatten().map(|(_, pair)| pair);
+                let of = |model: &str| format!("run {} on {model}", searched + number + 1);
+                compare(of(&names.lower), &stored.lower, &anew.lower, beside.as_ref().map(|pair| &pair.lower));
+                compare(of(&names.upper), &stored.upper, &anew.upper, beside.as_ref().map(|pair| &pair.upper));
             }
         }
     }
@@ -421,13 +456,33 @@ fn text(verification: &Verification) -> String {
     for (file, count) in told.into_iter().filter(|(_, count)| *count > PRINTED) {
         let _ = writeln!(text, "{file}: {} more", count - PRINTED);
     }
-    let _ = match verification.differences.len() {
-        0 => writeln!(text, "Verified: every number is what this program derives from these inputs."),
-        1 => writeln!(text, "Not verified: one number or word is not what this program derives from these inputs."),
-        count => writeln!(
-            text,
-            "Not verified: {count} numbers or words are not what this program derives from these inputs."
-        ),
-    };
+    let _ = writeln!(text, "{}", verdict(verification));
     text
+}
+
+/// The last line, or two.
+fn verdict(verification: &Verification) -> String {
+    let of = "what this program derives from these inputs";
+    let differing = match verification.differences.len() {
+        0 => None,
+        1 => Some(format!("Not verified: one number or word is not {of}.")),
+        count => Some(format!("Not verified: {count} numbers or words are not {of}.")),
+    };
+    let Some(rounded) = &verification.rounded else {
+        return differing.unwrap_or_else(|| format!("Verified: every number is {of}."));
+    };
+    let (then, now) = (&verification.written_on, &verification.verified_on);
+    match differing {
+        None => format!(
+            "Verified to rounding: the folder was written by another processor ({then}; here {now}). Every number is {of} to {ROUNDING:e} of it; {} are not the \
+             same to the last digit, the farthest by {} of it. Pictures (PNG) were held by their digests alone.",
+            rounded.numbers,
+            significant(rounded.largest, 1)
+        ),
+        Some(differing) => format!(
+            "{differing}\nThe folder was written by another processor ({then}; here {now}): {} more differ by rounding, up to {ROUNDING:e}. Where the motion is \
+             chaotic, rounding grows to the first digit within some ten periods; on a processor like the first, nothing but what was altered differs.",
+            rounded.numbers
+        ),
+    }
 }
