@@ -31,6 +31,7 @@ const OWNED_CRATES: &[(&str, &str)] = &[
     ("png", "report"),
     ("maud", "report"),
     ("argmin", "calibration"),
+    ("clap", "cli"),
     ("anyhow", "cli"),
     ("indicatif", "cli"),
     ("ctrlc", "cli"),

@@ -1,9 +1,10 @@
-//! Reading takes at most ten times the size of a file in memory, whatever is in it.
+//! Reading takes at most ten times the size of a file in memory, whatever is in it; a spectrum of a scope's long memory four times, and what is no text next to
+//! nothing.
 
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
-use std::{fmt::Write as _, path::Path};
+use std::{fmt::Write as _, path::Path, process::Stdio};
 
 use granchain::{
     measurement::{
@@ -15,9 +16,64 @@ use granchain::{
 
 /// Largest resident size of this process so far, bytes.
 fn high_water() -> usize {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
-    1024 * line.trim().trim_end_matches("kB").trim().parse::<usize>().unwrap()
+    high_water_of("self").unwrap()
+}
+
+/// Of any process; `None` once it has ended.
+fn high_water_of(process: &str) -> Option<usize> {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(1024 * line.trim().trim_end_matches("kB").trim().parse::<usize>().unwrap())
+}
+
+/// Largest resident size of the program while it ran, bytes, and whether it ended well.
+fn program(arguments: &[&str], file: &Path) -> (usize, bool) {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_granchain"));
+    let mut child = command.args(arguments).arg(file).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let process = child.id().to_string();
+    let mut largest = 0;
+    loop {
+        largest = largest.max(high_water_of(&process).unwrap_or(0));
+        if let Some(status) = child.try_wait().unwrap() {
+            return (largest, status.success());
+        }
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+}
+
+/// What the program takes of itself.
+const ITSELF: usize = 16 << 20;
+
+#[test]
+fn a_spectrum_of_a_long_memory_takes_four_times_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("vib.csv");
+    let mut text = String::from("time_us,velocity_mm_per_s\n");
+    for i in 0..(1_500_000) {
+        writeln!(text, "{:.2},{:.2}", 0.05 * f64::from(i), 1e3 * value(i as usize)).unwrap();
+    }
+    std::fs::write(&path, &text).unwrap();
+    let (memory, read) = program(&["spectrum", "--json"], &path);
+    println!("{:.1} times {} bytes", memory as f64 / text.len() as f64, text.len());
+    assert!(read && memory > text.len(), "{memory}");
+    assert!(memory <= 4 * text.len() + ITSELF, "{memory} bytes for {} of file", text.len());
+}
+
+#[test]
+fn what_is_no_text_is_refused_by_its_first_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, head) in
+        [("zeros.csv", &b""[..]), ("book.csv", b"PK\x03\x04"), ("late.csv", b"time_s,velocity_m_per_s\n0,1\n")]
+    {
+        let path = folder.path().join(name);
+        std::fs::write(&path, head).unwrap();
+        // Sparse: zeros that take no room on the disk.
+        std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(1 << 30).unwrap();
+        for subcommand in ["inspect", "spectrum"] {
+            let (memory, read) = program(&[subcommand], &path);
+            assert!(!read && memory < 2 * ITSELF, "{subcommand} {name}: {memory} bytes");
+        }
+    }
 }
 
 /// Names the file that a child process is to read.

@@ -90,6 +90,9 @@ impl Measured {
         assumptions: &mut Vec<String>,
     ) -> Result<Self, Refusal> {
         record.check_sampling(scene.drive.frequency)?;
+        if let Some(text) = without_tail(&mut record, scene) {
+            record.assumptions.push(text);
+        }
         let place = record.path.display();
         assumptions.extend(record.assumptions.iter().map(|text| format!("{place}: {text}")));
         if let Some(text) = drive.and_then(|drive| swapped(&record, drive)) {
@@ -177,6 +180,30 @@ impl Measured {
     }
 }
 
+/// How long a record is kept behind its motion, in durations of the scene: what is compared ends with the burst.
+const KEPT: f64 = 2.0;
+
+/// Take off what a scope's long memory holds behind the motion, which would cost memory and time in every step from here on and take part in none; returns
+/// what was done.
+fn without_tail(record: &mut Record, scene: &Scene) -> Option<String> {
+    let last = Window::of_trace(&record.series, scene.drive.frequency).ok()?.to;
+    let (until, end) = (last + KEPT * scene.duration, record.series.end());
+    let kept = ((until - record.series.start) / record.series.step).ceil() as usize + 1;
+    if kept >= record.series.len() {
+        return None;
+    }
+    for values in [&mut record.series.values, &mut record.raw.values] {
+        values.truncate(kept);
+        values.shrink_to_fit();
+    }
+    Some(format!(
+        "the last motion is at {:.4} ms; of the record, which goes on to {:.4} ms, what lies behind {:.4} ms is left out",
+        1e3 * last,
+        1e3 * end,
+        1e3 * until
+    ))
+}
+
 /// Share of a horn's velocity at the drive frequency, at least: it hardly moves otherwise.
 const PURE: f64 = 0.9;
 /// The same of a bead that is struck, at most.
@@ -211,4 +238,42 @@ fn swapped(record: &Record, drive: &RecordedDrive) -> Option<String> {
             100.0 * moved_on
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+
+    use super::*;
+    use crate::scene::load;
+
+    #[test]
+    fn what_a_long_memory_holds_behind_the_motion_changes_no_feature() {
+        let scene = load("annulus", &["model.kind=chain".to_owned()]).unwrap();
+        let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("measurements/twin-annulus/vib.csv");
+        let mut text = std::fs::read_to_string(&shipped).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let measured = |path: &Path| {
+            let mut assumptions = Vec::new();
+            let compared = (Measurand::Velocity, FeatureSet::Full);
+            let read = Measured::read(path, compared, &ReadOptions::default(), (&scene, None), &mut assumptions);
+            let Measured::Record(measured) = read.unwrap() else { panic!("a record") };
+            (measured, assumptions)
+        };
+        let (short, assumed) = measured(&shipped);
+        assert!(!assumed.iter().any(|text| text.contains("is left out")), "{assumed:?}");
+        // 20 ms behind the 0.8 ms of the record, at the value it ends with.
+        for i in 1..=100_000 {
+            writeln!(text, "{:.4},4.000", 800.0 + 0.2 * f64::from(i)).unwrap();
+        }
+        let path = folder.path().join("vib.csv");
+        std::fs::write(&path, text).unwrap();
+        let (long, assumed) = measured(&path);
+        assert!(assumed.iter().any(|text| text.contains("goes on to 20.8000 ms")), "{assumed:?}");
+        assert!(long.record.series.len() < 3 * short.record.series.len(), "{}", long.record.series.len());
+        assert_eq!(long.record.series.len(), long.record.raw.len());
+        for (a, b) in short.observation.features.iter().zip(&long.observation.features) {
+            assert!((a - b).abs() < 1e-9 * a.abs(), "{a:e} {b:e}");
+        }
+    }
 }

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     feature::fingerprint::FeatureSet,
-    measurement::{ReadOptions, Record, drive_frequency_line},
+    measurement::{ReadOptions, Record, drive_frequency_line, read_head},
     scene::Scene,
 };
 
@@ -121,7 +121,7 @@ impl ShotPlan {
 
 /// The line of a file that states the drive frequency; a file that cannot be read is refused where it is read.
 fn line_of(path: &Path) -> Option<(usize, f64)> {
-    drive_frequency_line(&String::from_utf8_lossy(&std::fs::read(path).ok()?))
+    drive_frequency_line(&String::from_utf8_lossy(&read_head(path).ok()?.0))
 }
 
 /// What records are called side by side: the folder of a `vib.csv`, else the file's own name; numbered where that is not enough.

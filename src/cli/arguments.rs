@@ -280,18 +280,6 @@ pub struct UsageError {
     pub message: String,
 }
 
-/// What runs on the chain only would, beside another model, be the answer to another question.
-///
-/// # Errors
-/// A usage error naming `what` when the scene's model is not the chain.
-pub fn need_chain(what: &str, scene: &Scene) -> anyhow::Result<()> {
-    if scene.model.kind == ModelKind::Chain {
-        return Ok(());
-    }
-    let kind = scene.model.kind.name();
-    Err(usage(format!("{what} runs on the chain, not on model `{kind}`; use --model chain")))
-}
-
 /// The model of a scene that names none: the reduced one; that of a calibration taken up; the chain where an ensemble runs on it.
 #[must_use]
 pub fn preferred_model(calibrated: Option<&Calibrated>, ensemble: Option<u32>) -> ModelKind {

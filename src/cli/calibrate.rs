@@ -73,7 +73,7 @@ pub struct Arguments {
     /// "gap=0.5 nm"; repeatable [default: gap=0.3nm, drive=0.005, baseline as the horn-tip record tells]
     #[arg(long, value_name = "NAME=VALUE", help_heading = "Fit")]
     pub uncertainty: Vec<String>,
-    /// Runs a damping law [default: the number whose intervals were tested, 600, or 1200 for more than two parameters or several records]
+    /// Runs a damping law [default: the number whose intervals were tested, 600, or 1800 for more than two parameters, or 1200 for several records]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(200..=100_000), help_heading = "Fit")]
     pub evaluations: Option<u32>,
     /// Drive with the scene's own drive even where a horn_tip.csv lies beside the record

@@ -1,9 +1,12 @@
 //! Flags that say how a record is to be read, shared by every subcommand that reads one.
 
-use clap::Args;
+use clap::{
+    Args,
+    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
+};
 
 use crate::{
-    measurement::{Baseline, DecimalSign, Delimiter, Missing, ReadOptions, Sensitivity, SensitivityError},
+    measurement::{Baseline, Choice, DecimalSign, Delimiter, Missing, ReadOptions, Sensitivity, SensitivityError},
     signal::{Dimension, Quantity, QuantityError, Unit},
 };
 
@@ -25,7 +28,7 @@ pub struct ReadArguments {
     #[arg(long, value_name = "UNIT", value_parser = time_unit, help_heading = "Reading")]
     pub time_unit: Option<String>,
     /// Which offset is removed
-    #[arg(long, value_enum, default_value = "auto", help_heading = "Reading")]
+    #[arg(long, value_parser = choice::<Baseline>(), default_value = "auto", help_heading = "Reading")]
     pub baseline: Baseline,
     /// Turn the sign: positive must be from piston to support
     #[arg(long, help_heading = "Reading")]
@@ -43,13 +46,13 @@ pub struct ReadArguments {
     #[arg(long, help_heading = "Reading")]
     pub force_frequency: bool,
     /// What is done about cells such as n/a
-    #[arg(long, value_enum, default_value = "refuse", help_heading = "Reading")]
+    #[arg(long, value_parser = choice::<Missing>(), default_value = "refuse", help_heading = "Reading")]
     pub missing: Missing,
     /// What separates the values [default: told from the rows]
-    #[arg(long, value_enum, help_heading = "Reading")]
+    #[arg(long, value_parser = choice::<Delimiter>(), help_heading = "Reading")]
     pub delimiter: Option<Delimiter>,
     /// How decimals are written [default: told from the rows]
-    #[arg(long, value_enum, help_heading = "Reading")]
+    #[arg(long, value_parser = choice::<DecimalSign>(), help_heading = "Reading")]
     pub decimal: Option<DecimalSign>,
     /// Sample rate of a file without a column of time, such as 5MHz
     #[arg(long, value_name = "QUANTITY", value_parser = frequency, help_heading = "Reading")]
@@ -94,6 +97,12 @@ impl ReadArguments {
             dataset: self.dataset,
         }
     }
+}
+
+/// A parser of the words of a choice; `--help` says what each means.
+fn choice<C: Choice>() -> impl TypedValueParser<Value = C> {
+    let values = C::WORDS.iter().map(|(word, _, meaning)| PossibleValue::new(*word).help(meaning.trim()));
+    PossibleValuesParser::new(values).map(|word| C::of_word(&word).unwrap_or_default())
 }
 
 /// Why a unit flag is refused.

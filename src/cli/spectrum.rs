@@ -2,8 +2,7 @@
 
 use std::{
     fmt,
-    fs::File,
-    io::{BufRead, BufReader},
+    io::BufRead as _,
     path::{Path, PathBuf},
 };
 
@@ -22,7 +21,7 @@ use crate::{
     feature::{
         FeatureSettings, Features, Ratio, Window, amplitude_spectrum, measure, refine_frequency, strongest_frequency,
     },
-    measurement::{Baseline, ReadOptions, Record, RecordKind, inspect_record, read_record},
+    measurement::{Baseline, ReadOptions, Record, RecordKind, inspect_record, read_head, read_record},
     report::{
         number::{engineering, fixed, significant},
         spectrum as page,
@@ -138,8 +137,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
 /// Whether the first line that is no comment names the columns of our `response.csv`.
 fn is_response(path: &Path) -> bool {
     // A file that cannot be opened is told of by the reader.
-    let Ok(file) = File::open(path) else { return false };
-    let mut lines = BufReader::new(file).lines().map_while(Result::ok);
+    let Ok((head, _)) = read_head(path) else { return false };
+    let mut lines = head.lines().map_while(Result::ok);
     let header = lines.find(|line| !line.trim_start().starts_with('#') && !line.trim().is_empty());
     header.is_some_and(|header| {
         let mut columns = header.split(',').map(str::trim);

@@ -61,7 +61,7 @@ pub struct Arguments {
     /// Twins of each kind of wrong model: support 30 % softer, other damping law, a missing bead; of a velocity only [default: 1]
     #[arg(long, value_name = "N", help_heading = "Study")]
     pub wrong: Option<u64>,
-    /// Runs of the chain's search, a fit [default: 600; 1200 for more than two parameters or several levels]
+    /// Runs of the chain's search, a fit [default: 600; 1800 for more than two parameters; 1200 for several levels]
     #[arg(long, value_name = "N",
           value_parser = clap::value_parser!(u32).range(200..=100_000), help_heading = "Study")]
     pub evaluations: Option<u32>,

@@ -1,14 +1,16 @@
 //! Decimal numbers written with a point or with a comma.
 
-/// What stands between the whole part of a number and its fraction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum DecimalSign {
-    /// 0.5
-    #[default]
-    Point,
-    /// 0,5
-    Comma,
+use super::choice::choice;
+
+choice! {
+    /// What stands between the whole part of a number and its fraction.
+    pub enum DecimalSign {
+        /// 0.5
+        #[default]
+        Point = "point",
+        /// 0,5
+        Comma = "comma",
+    }
 }
 
 impl DecimalSign {

@@ -2,19 +2,19 @@
 
 use std::path::Path;
 
-use super::{DecimalSign, MeasurementError, Place, ReadOptions, decimal, table::is_missing};
+use super::{DecimalSign, MeasurementError, Place, ReadOptions, choice::choice, decimal, table::is_missing};
 
-/// What stands between two cells of a row.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Delimiter {
-    /// ,
-    #[default]
-    Comma,
-    /// ;
-    Semicolon,
-    /// A tabulator
-    Tab,
+choice! {
+    /// What stands between two cells of a row.
+    pub enum Delimiter {
+        /// ,
+        #[default]
+        Comma = "comma",
+        /// ;
+        Semicolon = "semicolon",
+        /// A tabulator
+        Tab = "tab",
+    }
 }
 
 impl Delimiter {

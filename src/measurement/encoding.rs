@@ -4,7 +4,7 @@ use std::{borrow::Cow, path::Path};
 
 use encoding_rs::{UTF_16BE, UTF_16LE, WINDOWS_1252};
 
-use super::{MeasurementError, Place};
+use super::{MeasurementError, Place, universal::is_universal};
 
 /// How the characters of a file are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,26 +47,47 @@ const MAGIC: [(&[u8], &str); 6] = [
     (b"\x1f\x8b", "gzip-compressed data"),
 ];
 
+/// What the first bytes of a file already show to be no text, so that the rest need not be read. Of UTF-16, that is seen later.
+pub(super) fn refuse_early(path: &Path, head: &[u8]) -> Result<(), MeasurementError> {
+    if is_universal(head) {
+        return Ok(());
+    }
+    refuse_magic(path, head)?;
+    if sixteen_bits(head).is_some() { Ok(()) } else { refuse_control(path, head) }
+}
+
+fn binary(path: &Path, found: &str) -> MeasurementError {
+    MeasurementError::Binary { path: path.into(), found: found.into() }
+}
+
+fn refuse_magic(path: &Path, bytes: &[u8]) -> Result<(), MeasurementError> {
+    let magic = MAGIC.iter().find(|(magic, _)| bytes.starts_with(magic));
+    magic.map_or(Ok(()), |(_, what)| Err(binary(path, what)))
+}
+
+fn refuse_empty(path: &Path, bytes: &[u8]) -> Result<(), MeasurementError> {
+    if bytes.trim_ascii().is_empty() { Err(MeasurementError::Empty { path: path.into() }) } else { Ok(()) }
+}
+
 /// Bytes → text, or what else the bytes seem to be. UTF-8 costs no copy.
 ///
 /// Bytes that are no UTF-8 are read as Windows-1252 (where µ is 0xb5), unless one of them means nothing there: a foreign
 /// character in a name or a comment does no harm, and within a unit or a number it is refused later.
 pub(super) fn decode<'a>(path: &Path, bytes: &'a [u8]) -> Result<Decoded<'a>, MeasurementError> {
-    let binary = |found: &str| MeasurementError::Binary { path: path.into(), found: found.into() };
-    if let Some((_, what)) = MAGIC.iter().find(|(magic, _)| bytes.starts_with(magic)) {
-        return Err(binary(what));
-    }
+    refuse_magic(path, bytes)?;
     let plain = |text, encoding| Decoded { text, encoding, foreign: None };
     if let Some((encoding, name)) = sixteen_bits(bytes) {
         let (text, broken) = encoding.decode_with_bom_removal(bytes);
         if broken {
-            return Err(binary("UTF-16 text with characters cut in half"));
+            return Err(binary(path, "UTF-16 text with characters cut in half"));
         }
+        refuse_empty(path, text.as_bytes())?;
         refuse_control(path, text.as_bytes())?;
         return Ok(plain(text, name));
     }
     let marked = bytes.strip_prefix(b"\xef\xbb\xbf");
     let (bytes, encoding) = marked.map_or((bytes, Encoding::Utf8), |rest| (rest, Encoding::Utf8Marked));
+    refuse_empty(path, bytes)?;
     refuse_control(path, bytes)?;
     let error = match std::str::from_utf8(bytes) {
         Ok(text) => return Ok(plain(Cow::Borrowed(text), encoding)),
@@ -106,15 +127,9 @@ fn sixteen_bits(bytes: &[u8]) -> Option<(&'static encoding_rs::Encoding, Encodin
 }
 
 fn refuse_control(path: &Path, bytes: &[u8]) -> Result<(), MeasurementError> {
-    if bytes.trim_ascii().is_empty() {
-        return Err(MeasurementError::Empty { path: path.into() });
-    }
     let odd = |byte: u8| (byte < 0x20 && !matches!(byte, b'\t' | b'\n' | b'\r' | 0x0c)) || byte == 0x7f;
     match bytes.iter().position(|&byte| odd(byte)) {
-        Some(at) => Err(MeasurementError::Binary {
-            path: path.into(),
-            found: format!("byte 0x{:02x} at offset {at}", bytes[at]),
-        }),
+        Some(at) => Err(binary(path, &format!("byte 0x{:02x} at offset {at}", bytes[at]))),
         None => Ok(()),
     }
 }

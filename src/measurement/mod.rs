@@ -9,6 +9,7 @@
 //! ([`MeasurementError`]).
 
 mod baseline;
+mod choice;
 mod column;
 mod continuation;
 mod decimal;
@@ -36,6 +37,7 @@ mod table;
 mod universal;
 
 pub use crate::signal::{hexadecimal, sha256};
+pub use choice::Choice;
 pub use decimal::DecimalSign;
 pub use dialect::Delimiter;
 pub use error::MeasurementError;
@@ -46,7 +48,7 @@ pub use noise::NoiseSource;
 pub use options::{Baseline, Missing, ReadOptions, RecordKind};
 pub use place::Place;
 pub use published::{PublishedCase, PublishedError, PublishedFeature, PublishedFeatures, Statement};
-pub use read::{inspect_record, read_record, read_record_bytes};
+pub use read::{inspect_record, read_head, read_record, read_record_bytes};
 pub use record::{Record, RecordedQuantity};
 pub use sampling::SAMPLING_TOLERANCE;
 pub use scale::{Sensitivity, SensitivityError};

@@ -2,7 +2,7 @@
 
 use crate::signal::Quantity;
 
-use super::{DecimalSign, Delimiter, Sensitivity};
+use super::{DecimalSign, Delimiter, Sensitivity, choice::choice};
 
 /// What was recorded where.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -28,32 +28,32 @@ impl RecordKind {
     }
 }
 
-/// Which offset is taken off the recorded quantity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Baseline {
-    /// The pre-trigger mean if there are at least 8 quiet samples, else none
-    #[default]
-    Auto,
-    /// The mean of the quiet samples before the trigger; refused if there are fewer than 8
-    Pretrigger,
-    /// The mean of the whole record
-    Mean,
-    /// The Hann-weighted mean over a whole number of drive periods in the plateau of the burst
-    Plateau,
-    /// Nothing is removed
-    None,
+choice! {
+    /// Which offset is taken off the recorded quantity.
+    pub enum Baseline {
+        /// The pre-trigger mean if there are at least 8 quiet samples, else none
+        #[default]
+        Auto = "auto",
+        /// The mean of the quiet samples before the trigger; refused if there are fewer than 8
+        Pretrigger = "pretrigger",
+        /// The mean of the whole record
+        Mean = "mean",
+        /// The Hann-weighted mean over a whole number of drive periods in the plateau of the burst
+        Plateau = "plateau",
+        /// Nothing is removed
+        None = "none",
+    }
 }
 
-/// What is done about cells such as `n/a`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Missing {
-    /// They are refused
-    #[default]
-    Refuse,
-    /// Up to five in a row are bridged by a straight line
-    Interpolate,
+choice! {
+    /// What is done about cells such as `n/a`.
+    pub enum Missing {
+        /// They are refused
+        #[default]
+        Refuse = "refuse",
+        /// Up to five in a row are bridged by a straight line
+        Interpolate = "interpolate",
+    }
 }
 
 /// How a record is to be read. Whatever is `None` is taken from the file's header, or from a stated assumption.

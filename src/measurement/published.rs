@@ -184,7 +184,7 @@ impl PublishedFeatures {
     /// # Errors
     /// [`PublishedError`] with file and line.
     pub fn read(path: &Path) -> Result<Self, PublishedError> {
-        Self::from_bytes(path, &read_file(path)?)
+        Self::from_bytes(path, &read_file(path, |_, _| Ok(()))?)
     }
 
     /// Read from bytes already in memory; `path` names them in messages.

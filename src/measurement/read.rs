@@ -1,7 +1,8 @@
 //! From a file to a [`Record`].
 
 use std::{
-    fs, io,
+    fs::{self, File},
+    io::{self, Read as _},
     path::{Path, PathBuf},
 };
 
@@ -10,7 +11,7 @@ use crate::signal::{Dimension, Series, Unit, integral, sha256};
 use super::{
     Baseline, MeasurementError, NoiseSource, ReadOptions, Record, RecordKind, RecordedQuantity, Sensitivity,
     baseline::{FEWEST_PERIODS, FEWEST_QUIET, mean_and_rms, plateau_mean, quiet_lead, without_drift},
-    estimate, header, line,
+    encoding, estimate, header, line,
     noise::{noise, noise_band},
     notes::{Notes, hertz, written},
     place::SampleLines,
@@ -23,7 +24,7 @@ use super::{
 /// # Errors
 /// [`MeasurementError`] with file, line and column.
 pub fn read_record(path: &Path, kind: RecordKind, options: &ReadOptions) -> Result<Record, MeasurementError> {
-    read_record_bytes(path, &read_file(path)?, Some(kind), options)
+    read_record_bytes(path, &read_file(path, refuse_early)?, Some(kind), options)
 }
 
 /// Read a record whose kind is told from its name and its units: `horn`, `tip` or `drive` in the file name, or a displacement
@@ -32,18 +33,44 @@ pub fn read_record(path: &Path, kind: RecordKind, options: &ReadOptions) -> Resu
 /// # Errors
 /// [`MeasurementError`] with file, line and column.
 pub fn inspect_record(path: &Path, options: &ReadOptions) -> Result<Record, MeasurementError> {
-    read_record_bytes(path, &read_file(path)?, None, options)
+    read_record_bytes(path, &read_file(path, refuse_early)?, None, options)
 }
 
-/// The bytes of a file, or why they cannot be had.
-pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, MeasurementError> {
+/// The first MiB of a file, more than any header is long, and the file open behind it.
+///
+/// # Errors
+/// When it cannot be opened or read.
+pub fn read_head(path: &Path) -> io::Result<(Vec<u8>, File)> {
+    let mut file = File::open(path)?;
+    let mut head = Vec::with_capacity(1 << 20);
+    file.by_ref().take(1 << 20).read_to_end(&mut head)?;
+    Ok((head, file))
+}
+
+/// Why a file whose first bytes are these is no record.
+fn refuse_early(path: &Path, head: &[u8]) -> Result<(), MeasurementError> {
+    refuse_polytec_binary(path)?;
+    encoding::refuse_early(path, head)
+}
+
+/// The bytes of a file, or why they cannot be had; one whose first bytes are refused is not read to its end.
+pub(super) fn read_file(
+    path: &Path,
+    refused: impl Fn(&Path, &[u8]) -> Result<(), MeasurementError>,
+) -> Result<Vec<u8>, MeasurementError> {
     if path.is_dir() {
         return Err(MeasurementError::Folder { path: path.into(), files: csv_files(path) });
     }
-    fs::read(path).map_err(|source| match source.kind() {
+    let unread = |source: io::Error| match source.kind() {
         io::ErrorKind::NotFound => MeasurementError::NotFound { path: path.into(), nearest: nearest(path) },
         _ => MeasurementError::Io { path: path.into(), source },
-    })
+    };
+    let (mut bytes, mut file) = read_head(path).map_err(unread)?;
+    refused(path, &bytes)?;
+    let length = file.metadata().map_or(0, |metadata| metadata.len() as usize);
+    bytes.reserve_exact(length.saturating_sub(bytes.len()));
+    file.read_to_end(&mut bytes).map_err(unread)?;
+    Ok(bytes)
 }
 
 fn folder_of(path: &Path) -> PathBuf {
@@ -81,9 +108,7 @@ pub fn read_record_bytes(
     kind: Option<RecordKind>,
     options: &ReadOptions,
 ) -> Result<Record, MeasurementError> {
-    if let Some(extension) = polytec_binary(path) {
-        return Err(MeasurementError::PolytecBinary { path: path.into(), extension });
-    }
+    refuse_polytec_binary(path)?;
     let (mut table, kind) = table::read(path, bytes, kind, options)?;
     let sampled = sampling::even_series(path, &mut table, options.resample)?;
     let said = header::stated(&table.comments);
@@ -318,8 +343,11 @@ fn refuse_absurd_pressure(
     Err(MeasurementError::AbsurdPressure { path: path.into(), peak, from })
 }
 
-/// The extension of a file in Polytec's own binary form.
-fn polytec_binary(path: &Path) -> Option<String> {
-    let extension = path.extension()?.to_str()?.to_lowercase();
-    ["svd", "pvd"].contains(&extension.as_str()).then(|| format!(".{extension}"))
+/// A file in Polytec's own binary form is known by its extension.
+fn refuse_polytec_binary(path: &Path) -> Result<(), MeasurementError> {
+    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_lowercase();
+    if ["svd", "pvd"].contains(&extension.as_str()) {
+        return Err(MeasurementError::PolytecBinary { path: path.into(), extension: format!(".{extension}") });
+    }
+    Ok(())
 }

@@ -154,7 +154,10 @@ fn of_the_chain(document: &Document) -> Option<String> {
         return Some(format!("the half-space of `{key}` = \"steel\" has no body that could be meshed"));
     }
     if document.text("support.kind") == Some("disc") {
-        return Some("the disc of `support.kind` = \"disc\" stands behind the chain only".to_owned());
+        return Some(
+            "it is the usual model before the disc of `support.kind` = \"disc\"; reduced and fea run there when named"
+                .to_owned(),
+        );
     }
     let is_own = document.entries.contains_key("model.tolerance")
         || document.text("model.integrator").is_some_and(|word| CHAIN_INTEGRATORS.contains(&word));

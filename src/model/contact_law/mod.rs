@@ -4,7 +4,7 @@
 //!
 //! F = F_el(δ) + (c + γ √δ) δ̇ for δ > 0, and 0 once separated,
 //!
-//! never negative unless the dashpot may pull ([`Contact::tension`]). Friction, adhesion, plasticity and the retardation of
+//! never negative unless the dashpot may pull (`damping.tension`). Friction, adhesion, plasticity and the retardation of
 //! waves inside the bodies are left out.
 
 mod annulus;
@@ -118,38 +118,6 @@ impl ElasticLaw for Law {
             Self::Annulus(law) => law.overlap(force),
             Self::Spring(law) => law.overlap(force),
         }
-    }
-}
-
-/// One contact, whole: elastic law, dashpot, and whether the dashpot may pull.
-///
-/// ```
-/// # use granchain::model::contact_law::{Contact, Dashpot, Hertz, Law};
-/// let law = Law::Hertz(Hertz { stiffness: 2.328e9 });
-/// let contact = Contact { law, dashpot: Dashpot { linear: 0.3, kuwabara_kono: 0.0 }, tension: false };
-/// assert!(contact.force(1e-6, 0.0) > 2.3); // about 2.3 N at 1 µm
-/// assert_eq!(contact.force(1e-9, -1.0), 0.0); // parting: the dashpot would pull
-/// assert_eq!(contact.force(-1e-9, 1.0), 0.0); // open
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Contact {
-    /// F_el(δ).
-    pub law: Law,
-    /// (c + γ √δ) δ̇.
-    pub dashpot: Dashpot,
-    /// Whether the total force may be negative while a contact parts.
-    pub tension: bool,
-}
-
-impl Contact {
-    /// Total force (N) at the overlap δ (m) and its rate δ̇ (m/s).
-    #[must_use]
-    pub fn force(&self, overlap: f64, rate: f64) -> f64 {
-        if overlap <= 0.0 {
-            return 0.0;
-        }
-        let total = self.law.force(overlap) + self.dashpot.force(overlap, rate);
-        if self.tension { total } else { total.max(0.0) }
     }
 }
 

@@ -45,12 +45,6 @@ impl UnitResponse {
         convolve(&self.pressure[point], forces)
     }
 
-    /// Displacement of the front under the forces F(n Δ) (N), m.
-    #[must_use]
-    pub fn pole_under(&self, forces: &[f64]) -> Vec<f64> {
-        convolve(&self.pole, forces)
-    }
-
     /// The recorded disc, at rest, for a run of at most as many steps as there are values.
     #[must_use]
     pub fn played(&self) -> Played<'_> {
