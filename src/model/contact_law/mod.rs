@@ -168,16 +168,4 @@ mod tests {
             assert_eq!(law.overlap(0.0), 0.0);
         }
     }
-
-    #[test]
-    fn a_contact_never_pulls_unless_told_so() {
-        let law = Law::Hertz(Hertz { stiffness: 2.3e9 });
-        let dashpot = Dashpot { linear: 0.3, kuwabara_kono: 3660.0 };
-        let clipped = Contact { law, dashpot, tension: false };
-        let pulling = Contact { law, dashpot, tension: true };
-        assert_eq!(clipped.force(1e-8, -1.0), 0.0);
-        assert!(pulling.force(1e-8, -1.0) < -0.3);
-        assert_eq!(pulling.force(0.0, -1.0), 0.0);
-        assert_eq!(clipped.force(1e-8, 0.5), pulling.force(1e-8, 0.5));
-    }
 }
