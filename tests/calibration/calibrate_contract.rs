@@ -2,7 +2,10 @@
 
 use std::{fs, process::Command};
 
-use crate::calibrate_bench::{ALPHA, Bench, DAMPING, code, stderr, stdout};
+use crate::{
+    calibrate_bench::{ALPHA, Bench, DAMPING},
+    harness::{code, stderr, stdout},
+};
 use serde_json::Value;
 
 fn keys(value: &Value) -> Vec<&str> {

@@ -10,7 +10,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::calibrate_bench::{Bench, code, stderr};
+use crate::{
+    calibrate_bench::Bench,
+    harness::{code, stderr},
+};
 use granchain::measurement::seal::unsealed;
 use serde_json::Value;
 

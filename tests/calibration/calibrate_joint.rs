@@ -2,7 +2,10 @@
 
 use std::fs;
 
-use crate::calibrate_bench::{ALPHA, Bench, DAMPING, code, stderr, table};
+use crate::{
+    calibrate_bench::{ALPHA, Bench, DAMPING, table},
+    harness::{code, stderr},
+};
 use granchain::{calibration::twin::at_level, model, scene};
 use serde_json::Value;
 

@@ -7,7 +7,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::calibrate_bench::{Bench, code, stderr};
+use crate::{
+    calibrate_bench::Bench,
+    harness::{code, stderr},
+};
 use serde_json::Value;
 
 const LADDER: [&str; 4] = ["--model", "reduced", "--set", "model.mesh_density=6"];

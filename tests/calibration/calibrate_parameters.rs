@@ -1,7 +1,10 @@
 //! More than α and one damping coefficient: precompression, stiffness of the support, first gap, bandwidth, both dashpots; and what the
 //! bench leaves open, drawn into every run.
 
-use crate::calibrate_bench::{ALPHA, Bench, code, stderr, table};
+use crate::{
+    calibrate_bench::{ALPHA, Bench, table},
+    harness::{code, stderr},
+};
 use granchain::{
     calibration::{
         forward::{Forward, Uncertainty},

@@ -2,17 +2,17 @@
 
 use std::{fs, path::Path, process::Command};
 
-use crate::harness::granchain;
+use crate::harness::{PROJECT, granchain};
 use serde_json::Value;
 
 const RECORD: &str = "measurements/twin-water/hydrophone.csv";
 
-fn calibrate(arguments: &[&str]) -> (String, String, i32) {
-    granchain("calibrate", arguments)
+fn calibrate(arguments: &[&str]) -> (i32, String, String) {
+    granchain(PROJECT, &[&["calibrate"], arguments].concat())
 }
 
 fn refused(arguments: &[&str]) -> String {
-    let (_, said, code) = calibrate(arguments);
+    let (code, _, said) = calibrate(arguments);
     assert_ne!(code, 0, "{arguments:?} was not refused");
     said
 }
@@ -26,7 +26,7 @@ fn the_shipped_twin_is_found_again_with_its_mount() {
     let place = tempfile::tempdir().unwrap();
     let out = place.path().join("water");
     let plan = "calibrations/twin-water.toml";
-    let (text, said, code) = calibrate(&[
+    let (code, text, said) = calibrate(&[
         "--plan",
         plan,
         "--mount",
@@ -101,10 +101,10 @@ fn a_velocity_s_terminal_says_which_model_was_taken() {
     let place = tempfile::tempdir().unwrap();
     let out = place.path().join("look");
     let velocity = "measurements/twin-annulus/vib.csv";
-    let (_, said, code) = calibrate(&["--measured", velocity, "--dry-run", "--out", out.to_str().unwrap()]);
+    let (code, _, said) = calibrate(&["--measured", velocity, "--dry-run", "--out", out.to_str().unwrap()]);
     assert_eq!(code, 0, "{said}");
     assert!(said.contains("model `reduced`, as the scene names none: the chain searches"), "{said}");
-    let (_, said, _) = calibrate(&[
+    let (_, _, said) = calibrate(&[
         "--measured",
         velocity,
         "--model",

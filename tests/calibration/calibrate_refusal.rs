@@ -3,7 +3,10 @@
 
 use std::{fs, path::Path};
 
-use crate::calibrate_bench::{Bench, code, stderr};
+use crate::{
+    calibrate_bench::Bench,
+    harness::{code, stderr},
+};
 
 /// One way to break an experiment.
 struct Case {

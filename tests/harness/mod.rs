@@ -1,15 +1,31 @@
-//! The program, run in the project's folder.
+//! The program as a test runs it.
 
-use std::process::Command;
+use std::{
+    path::Path,
+    process::{Command, Output},
+};
 
-/// Standard output, standard error and exit code of a subcommand.
-pub fn granchain(subcommand: &str, arguments: &[&str]) -> (String, String, i32) {
-    let output = Command::new(env!("CARGO_BIN_EXE_granchain"))
-        .arg(subcommand)
-        .args(arguments)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (text(output.stdout), text(output.stderr), output.status.code().unwrap())
+/// The project's folder.
+pub const PROJECT: &str = env!("CARGO_MANIFEST_DIR");
+
+/// Exit code, standard output and standard error of a run in a folder.
+pub fn granchain(folder: impl AsRef<Path>, arguments: &[&str]) -> (i32, String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_granchain"));
+    let output = command.args(arguments).current_dir(folder).output().unwrap();
+    (code(&output), stdout(&output), stderr(&output))
+}
+
+/// Exit code.
+pub fn code(output: &Output) -> i32 {
+    output.status.code().unwrap()
+}
+
+/// Standard output.
+pub fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+/// Standard error.
+pub fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
 }

@@ -9,6 +9,8 @@ use std::{
 
 use serde_json::Value;
 
+use crate::harness::{code, stderr, stdout};
+
 fn granchain() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_granchain"));
     command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
@@ -17,18 +19,6 @@ fn granchain() -> Command {
 
 fn run(arguments: &[&str]) -> Output {
     granchain().args(arguments).output().unwrap()
-}
-
-fn code(output: &Output) -> i32 {
-    output.status.code().unwrap()
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).unwrap()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
 }
 
 fn entries(folder: &Path) -> Vec<String> {

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use crate::harness::granchain;
+use crate::harness::{PROJECT, granchain};
 use granchain::measurement::{ReadOptions, RecordKind, read_record};
 
-fn convert(arguments: &[&str]) -> (String, String, i32) {
-    granchain("convert", arguments)
+fn convert(arguments: &[&str]) -> (i32, String, String) {
+    granchain(PROJECT, &[&["convert"], arguments].concat())
 }
 
 #[test]
@@ -17,7 +17,7 @@ fn a_record_goes_through_table_and_universal_file_unchanged() {
     for (name, more, rounding) in [("a.csv", &[][..], 0.0), ("b.uff", &[], 0.0), ("c.unv", &["--text"], 0.5e-12)] {
         let out = folder.path().join(name);
         let arguments = ["tests/dialects/german.csv", out.to_str().unwrap(), "--kind", "vibrometer"];
-        let (said, err, code) = convert(&[&arguments, more].concat());
+        let (code, said, err) = convert(&[&arguments, more].concat());
         assert_eq!((err.as_str(), code), ("", 0), "{name}");
         assert!(said.contains("100 samples of tests/dialects/german.csv (semicolons, decimal commas, UTF-8"), "{said}");
         let again = read_record(&out, RecordKind::Vibrometer, &ReadOptions::default()).unwrap();
@@ -30,15 +30,15 @@ fn a_record_goes_through_table_and_universal_file_unchanged() {
 
 #[test]
 fn what_is_there_is_not_overwritten_and_other_names_are_refused() {
-    let (_, err, code) = convert(&["tests/dialects/german.csv", "tests/dialects/plain.csv"]);
+    let (code, _, err) = convert(&["tests/dialects/german.csv", "tests/dialects/plain.csv"]);
     assert_eq!(code, 1);
     assert!(err.contains("the file exists; name another, or delete it first"), "{err}");
-    let (_, err, code) = convert(&["tests/dialects/german.csv", "a.xlsx"]);
+    let (code, _, err) = convert(&["tests/dialects/german.csv", "a.xlsx"]);
     assert_eq!(code, 2);
     assert!(err.contains("expected a name that ends in .uff, .unv or .csv"), "{err}");
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("a.uff");
-    let (_, err, code) = convert(&["tests/dialects/volts.csv", out.to_str().unwrap()]);
+    let (code, _, err) = convert(&["tests/dialects/volts.csv", out.to_str().unwrap()]);
     assert_eq!(code, 1);
     assert!(err.contains("--scale '125 mm/s/V'") && !out.exists(), "{err}");
 }

@@ -2,22 +2,22 @@
 
 use std::{fs, path::Path};
 
-use crate::harness::granchain;
+use crate::harness::{PROJECT, granchain};
 use serde_json::Value;
 
-fn inspect(arguments: &[&str]) -> (String, String, i32) {
-    granchain("inspect", arguments)
+fn inspect(arguments: &[&str]) -> (i32, String, String) {
+    granchain(PROJECT, &[&["inspect"], arguments].concat())
 }
 
 fn json(arguments: &[&str]) -> Value {
-    let (out, err, code) = inspect(&[arguments, &["--json"]].concat());
+    let (code, out, err) = inspect(&[arguments, &["--json"]].concat());
     assert_eq!(code, 0, "{err}");
     serde_json::from_str(&out).unwrap()
 }
 
 #[test]
 fn a_vibrometer_record_is_described() {
-    let (out, err, code) = inspect(&["measurements/annulus-73khz/vib.csv"]);
+    let (code, out, err) = inspect(&["measurements/annulus-73khz/vib.csv"]);
     assert_eq!((err.as_str(), code), ("", 0));
     let digest = out.lines().find(|line| line.contains("sha-256")).unwrap();
     insta::assert_snapshot!(out.replace(digest.trim(), "sha-256           …"), @r#"
@@ -120,7 +120,7 @@ fn reading_flags_reach_the_reader() {
 
 #[test]
 fn published_features_are_described() {
-    let (out, _, code) = inspect(&["measurements/annulus-73khz/features.toml"]);
+    let (code, out, _) = inspect(&["measurements/annulus-73khz/features.toml"]);
     assert_eq!(code, 0);
     for part in ["positive_peak     289 mm/s", "amplitude scale 0.5: 296 mm/s", "line at 1/3 f0 absent"] {
         assert!(out.contains(part), "{out}");
@@ -129,17 +129,17 @@ fn published_features_are_described() {
 
 #[test]
 fn refusals_go_to_standard_error_with_exit_code_1_or_2() {
-    let (out, err, code) = inspect(&["measurements/annulus-73khz/vibb.csv"]);
+    let (code, out, err) = inspect(&["measurements/annulus-73khz/vibb.csv"]);
     assert_eq!((out.as_str(), code), ("", 1));
     assert!(
         err.starts_with("error: measurements/annulus-73khz/vibb.csv: expected a record, found no such file"),
         "{err}"
     );
     assert!(err.contains("did you mean `vib.csv`?"), "{err}");
-    let (_, err, code) = inspect(&["measurements/annulus-73khz/vib.csv", "--unit", "V"]);
+    let (code, _, err) = inspect(&["measurements/annulus-73khz/vib.csv", "--unit", "V"]);
     assert_eq!(code, 1);
     assert!(err.contains("volts (`V`), which need the decoder's sensitivity; pass it as --scale"), "{err}");
-    let (_, err, code) = inspect(&["measurements/annulus-73khz/vib.csv", "--delay", "3"]);
+    let (code, _, err) = inspect(&["measurements/annulus-73khz/vib.csv", "--delay", "3"]);
     assert_eq!(code, 2);
     assert!(err.contains("without a unit"), "{err}");
 }

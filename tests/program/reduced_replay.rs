@@ -9,13 +9,11 @@ use std::{
 
 use serde_json::Value;
 
+use crate::harness::stderr;
+
 fn run(arguments: &[&str], cache: &Path) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_granchain"));
     command.args(arguments).args(["--set", "duration=30 us"]).env("XDG_CACHE_HOME", cache).output().unwrap()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
 }
 
 /// Every file but the one that holds times.

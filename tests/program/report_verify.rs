@@ -7,7 +7,10 @@ use std::{
     process::{Command, Output},
 };
 
-use crate::calibrate_bench::{Bench, code, stderr, stdout};
+use crate::{
+    calibrate_bench::Bench,
+    harness::{code, stderr, stdout},
+};
 use serde_json::Value;
 
 /// Put the files of an outcome at a place of their own.

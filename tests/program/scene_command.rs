@@ -1,14 +1,6 @@
 //! `granchain scene …` as a person runs it.
 
-use std::path::Path;
-
-use assert_cmd::Command;
-
-fn granchain(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
-    let output = Command::cargo_bin("granchain").unwrap().current_dir(folder).args(arguments).output().unwrap();
-    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
-    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
-}
+use crate::harness::granchain;
 
 #[test]
 fn list_names_every_built_in_scene() {

@@ -158,18 +158,3 @@ pub fn table(column: &str, series: &Series, factor: f64, noise: f64) -> String {
     }
     text
 }
-
-/// Exit code.
-pub fn code(output: &Output) -> i32 {
-    output.status.code().unwrap()
-}
-
-/// Standard output.
-pub fn stdout(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).unwrap()
-}
-
-/// Standard error.
-pub fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
-}
