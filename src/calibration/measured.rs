@@ -180,14 +180,14 @@ impl Measured {
     }
 }
 
-/// How long a record is kept from its motion on, in durations of the scene: what is compared ends within one.
-const KEPT: f64 = 3.0;
+/// How long a record is kept behind its motion, in durations of the scene: what is compared ends with the burst.
+const KEPT: f64 = 2.0;
 
 /// Take off what a scope's long memory holds behind all that is compared, which would cost memory and time in every step from here on; returns what was
 /// done.
 fn without_tail(record: &mut Record, scene: &Scene) -> Option<String> {
-    let first = Window::of_trace(&record.series, scene.drive.frequency).ok()?.from;
-    let (until, end) = (first + KEPT * scene.duration, record.series.end());
+    let last = Window::of_trace(&record.series, scene.drive.frequency).ok()?.to;
+    let (until, end) = (last + KEPT * scene.duration, record.series.end());
     let kept = ((until - record.series.start) / record.series.step).ceil() as usize + 1;
     if kept >= record.series.len() {
         return None;

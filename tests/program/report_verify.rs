@@ -291,6 +291,14 @@ fn another_processor_is_held_to_rounding(bench: &Bench, written: &BTreeMap<Strin
     for name in texts {
         assert!(places.iter().any(|place| place.starts_with(name)), "{name}: {places:?}");
     }
+    // What was taken out is told of, no more.
+    let mut less = others(1e-10);
+    less.remove("report.md").unwrap();
+    fs::remove_dir_all(bench.path("altered")).unwrap();
+    lay(&less, &bench.path("altered"));
+    let output = verify(bench, &["altered"]);
+    assert_eq!(code(&output), 0, "{}", stdout(&output));
+    assert!(stdout(&output).contains("not in the folder, so not verified: report.md"), "{}", stdout(&output));
     // A picture is held by its digest.
     let mut altered = others(1e-10);
     let picture = altered.keys().find(|name| name.ends_with(".png")).unwrap().clone();

@@ -304,8 +304,9 @@ fn as_written(derived: &[u8], manifest: &Manifest, stored: &BTreeMap<String, Vec
     let mut derived: Manifest = serde_json::from_slice(derived)?;
     derived.processor.clone_from(&manifest.processor);
     for (name, digest) in &mut derived.files {
-        if let Some(bytes) = stored.get(name) {
-            *digest = sha256(bytes);
+        // A file that was taken out of the folder is told of elsewhere.
+        if let Some(found) = stored.get(name).map(|bytes| sha256(bytes)).or_else(|| manifest.files.get(name).cloned()) {
+            *digest = found;
         }
     }
     summary::json(&derived)
