@@ -49,7 +49,7 @@ fn a_spectrum_of_a_long_memory_takes_four_times_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("vib.csv");
     let mut text = String::from("time_us,velocity_mm_per_s\n");
-    for i in 0..(1_500_000) {
+    for i in 0..1_500_000 {
         writeln!(text, "{:.2},{:.2}", 0.05 * f64::from(i), 1e3 * value(i as usize)).unwrap();
     }
     std::fs::write(&path, &text).unwrap();

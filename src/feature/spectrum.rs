@@ -158,7 +158,10 @@ mod tests {
         assert_eq!(points(1 << 20), 1 << 22);
         for samples in [(1 << 20) + 1, 3_000_000, 10_000_000, 41_943_041] {
             let points = points(samples);
-            assert!(points >= samples && 3 * points <= 4 * samples + 64 && points % 2 == 0, "{samples}: {points}");
+            assert!(
+                points >= samples && 3 * points <= 4 * samples + 64 && points.is_multiple_of(2),
+                "{samples}: {points}"
+            );
         }
     }
 
