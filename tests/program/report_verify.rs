@@ -259,7 +259,7 @@ fn another_processor_is_held_to_rounding(bench: &Bench, written: &BTreeMap<Strin
             let text = String::from_utf8(written[name].clone()).unwrap();
             // The first number with more digits than a constant of the scene.
             let is_long = |word: &&str| word.len() > 15 && word.contains('.') && word.parse::<f64>().is_ok();
-            let number = text.split(|letter: char| matches!(letter, ',' | ' ' | '\n')).find(is_long).unwrap();
+            let number = text.split([',', ' ', '\n']).find(is_long).unwrap();
             let other = number.parse::<f64>().unwrap() * (1.0 + change);
             let text = text.replacen(number, &format!("{other}"), 1).into_bytes();
             manifest = manifest.replace(&digest(&written[name]), &digest(&text));
