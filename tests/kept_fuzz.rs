@@ -4,7 +4,11 @@
 
 mod harm;
 
-use std::{fs, path::PathBuf, sync::LazyLock};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::LazyLock,
+};
 
 use granchain::{
     calibration::{
@@ -96,6 +100,12 @@ fn words() -> Vec<Vec<u8>> {
     signs.into_iter().chain(own).map(|word| word.as_bytes().to_vec()).collect()
 }
 
+/// A file in memory, where the system has such a place: the disk took longer than all the reading.
+fn place() -> tempfile::NamedTempFile {
+    let memory = Path::new("/dev/shm");
+    if memory.is_dir() { tempfile::NamedTempFile::new_in(memory) } else { tempfile::NamedTempFile::new() }.unwrap()
+}
+
 /// What may happen to a file.
 fn harms() -> impl Strategy<Value = Vec<harm::Harm>> {
     prop::collection::vec(harm(words()), 1..6)
@@ -106,7 +116,7 @@ proptest! {
 
     #[test]
     fn harmed_plans_and_printed_numbers_are_read_or_refused(plan in 0..4usize, harms in harms()) {
-        let place = tempfile::NamedTempFile::new().unwrap();
+        let place = place();
         fs::write(place.path(), harmed(&PLANS[plan], &harms)).unwrap();
         if let Ok(plan) = Plan::read(place.path()) {
             let _ = plan.records();
@@ -139,7 +149,7 @@ proptest! {
 
     #[test]
     fn harmed_logs_give_the_runs_that_are_whole_and_no_others(harms in harms()) {
-        let place = tempfile::NamedTempFile::new().unwrap();
+        let place = place();
         let lines: Vec<u8> = RUNS.iter().flat_map(|run| [sealed(run.as_bytes()), vec![b'\n']].concat()).collect();
         fs::write(place.path(), harmed(&lines, &harms)).unwrap();
         let expected: Vec<sweep::Run> = RUNS
@@ -155,7 +165,7 @@ proptest! {
     /// Forged: harmed first, sealed then.
     #[test]
     fn forged_logs_are_read_or_left_out(harms in harms()) {
-        let place = tempfile::NamedTempFile::new().unwrap();
+        let place = place();
         let lines: Vec<u8> =
             RUNS.iter().flat_map(|run| [sealed(&harmed(run.as_bytes(), &harms)), vec![b'\n']].concat()).collect();
         fs::write(place.path(), lines).unwrap();
