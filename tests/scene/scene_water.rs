@@ -180,5 +180,5 @@ fn effects_and_listing_name_disc_and_water() {
 fn a_disc_that_names_no_model_is_behind_the_chain() {
     let loaded = load_preferring("rigid", &["support.kind=disc".into()], ModelKind::Reduced).unwrap();
     assert_eq!(loaded.scene.model.kind, ModelKind::Chain);
-    assert!(loaded.notes[0].contains("stands behind the chain"), "{:?}", loaded.notes);
+    assert!(loaded.notes[0].contains("usual model before the disc"), "{:?}", loaded.notes);
 }
