@@ -4,11 +4,7 @@
 
 mod harm;
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-    sync::LazyLock,
-};
+use std::{fs, path::PathBuf, sync::LazyLock};
 
 use granchain::{
     calibration::{
@@ -102,8 +98,7 @@ fn words() -> Vec<Vec<u8>> {
 
 /// A file in memory, where the system has such a place: the disk took longer than all the reading.
 fn place() -> tempfile::NamedTempFile {
-    let memory = Path::new("/dev/shm");
-    if memory.is_dir() { tempfile::NamedTempFile::new_in(memory) } else { tempfile::NamedTempFile::new() }.unwrap()
+    tempfile::NamedTempFile::new_in("/dev/shm").or_else(|_| tempfile::NamedTempFile::new()).unwrap()
 }
 
 /// What may happen to a file.
