@@ -3,20 +3,16 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
 mod harm;
+mod kept;
 
 use std::{fs, path::PathBuf, sync::LazyLock};
 
 use granchain::{
     calibration::{
-        Plan,
-        fingerprints::{self, CandidateRuns, Names},
+        fingerprints::{self, CandidateRuns},
         forward::Run,
     },
-    measurement::{
-        PublishedFeatures,
-        seal::{sealed, unsealed},
-    },
-    model::fea::mesh::gmsh::parse,
+    measurement::seal::{sealed, unsealed},
     study::{run_log::RunLog, sweep},
 };
 use harm::{cases, harm, harmed};
@@ -39,19 +35,12 @@ static MESHES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
 static PRINTED: LazyLock<Vec<u8>> = LazyLock::new(|| shipped("measurements/annulus-73khz/features.toml"));
 
 /// Two runs of each of two stages, one of them failed.
-static TABLE: LazyLock<(Names, Vec<u8>)> = LazyLock::new(|| {
-    let names = Names {
-        parameters: vec!["alpha".into(), "damping".into()],
-        features: vec![vec!["peak".into(), "line_1/3".into()]],
-        lower: "chain".into(),
-        upper: "reduced".into(),
-    };
+static TABLE: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let run = |u: f64| Run { position: vec![u, 0.5], outcome: Ok(vec![-1.5 * u, 3e-7]) };
     let failed = Run { position: vec![0.1, 0.9], outcome: Err("stopped, \"at\" once".into()) };
     let search = vec![vec![run(0.25), failed], vec![run(0.75)]];
     let runs = CandidateRuns { candidate: "linear".into(), search, ..CandidateRuns::default() };
-    let table = fingerprints::to_csv(&names, &[runs]).unwrap();
-    (names, table)
+    fingerprints::to_csv(&kept::names(), &[runs]).unwrap()
 });
 
 /// One finished point of a sweep, and one that failed.
@@ -111,25 +100,13 @@ proptest! {
 
     #[test]
     fn harmed_plans_and_printed_numbers_are_read_or_refused(plan in 0..4usize, harms in harms()) {
-        let place = place();
-        fs::write(place.path(), harmed(&PLANS[plan], &harms)).unwrap();
-        if let Ok(plan) = Plan::read(place.path()) {
-            let _ = plan.records();
-            let _ = plan.fitted();
-        }
-        if let Ok(printed) = PublishedFeatures::from_bytes(place.path(), &harmed(&PRINTED, &harms)) {
-            let _ = printed.value("positive_peak");
-        }
+        kept::plan(place().path(), &harmed(&PLANS[plan], &harms));
+        kept::printed(&harmed(&PRINTED, &harms));
     }
 
     #[test]
     fn harmed_tables_of_runs_are_read_or_refused(harms in harms()) {
-        let (names, table) = &*TABLE;
-        if let Ok(candidates) = fingerprints::from_csv(names, &harmed(table, &harms)) {
-            // What was read can be written, and is read as the same.
-            let again = fingerprints::to_csv(names, &candidates).unwrap();
-            prop_assert_eq!(format!("{:?}", fingerprints::from_csv(names, &again).unwrap()), format!("{candidates:?}"));
-        }
+        kept::table(&harmed(&TABLE, &harms));
     }
 
     #[test]
@@ -160,18 +137,11 @@ proptest! {
     /// Forged: harmed first, sealed then.
     #[test]
     fn forged_logs_are_read_or_left_out(harms in harms()) {
-        let place = place();
-        let lines: Vec<u8> =
-            RUNS.iter().flat_map(|run| [sealed(&harmed(run.as_bytes(), &harms)), vec![b'\n']].concat()).collect();
-        fs::write(place.path(), lines).unwrap();
-        let _ = RunLog::open::<sweep::Run>(place.path()).unwrap();
+        kept::forged_log(place().path(), RUNS.iter().map(|run| harmed(run.as_bytes(), &harms)));
     }
 
     #[test]
     fn harmed_meshes_are_read_or_refused(mesh in 0..4usize, harms in harms()) {
-        match parse(&harmed(&MESHES[mesh], &harms), 1e-3) {
-            Ok((mesh, _)) => prop_assert!(mesh.nodes.iter().flatten().all(|place| place.is_finite())),
-            Err(refused) => prop_assert!(!refused.to_string().is_empty()),
-        }
+        kept::mesh(&harmed(&MESHES[mesh], &harms));
     }
 }

@@ -11,6 +11,7 @@ use crate::{
     calibrate_bench::Bench,
     harness::{code, stderr, stdout},
 };
+use granchain::measurement::sha256;
 use serde_json::Value;
 
 /// Put the files of an outcome at a place of their own.
@@ -36,11 +37,6 @@ fn with_another_digit(bytes: &[u8], at: usize) -> Vec<u8> {
     let mut altered = bytes.to_vec();
     altered[at] = if altered[at] == b'7' { b'3' } else { b'7' };
     altered
-}
-
-fn digest(bytes: &[u8]) -> String {
-    use sha2::Digest;
-    sha2::Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The word around a byte, as long as it may be cut in what is printed.
@@ -212,7 +208,7 @@ fn the_runs_the_manifest_and_the_times_are_held(bench: &Bench, written: &BTreeMa
     let z = first.split(',').nth(9).unwrap();
     let forged = text.replacen(z, &format!("{}1", &z[..z.len() - 1]), 1);
     let manifest = std::str::from_utf8(&written["manifest.json"]).unwrap();
-    altered.insert("manifest.json".into(), manifest.replace(&digest(runs), &digest(forged.as_bytes())).into_bytes());
+    altered.insert("manifest.json".into(), manifest.replace(&sha256(runs), &sha256(forged.as_bytes())).into_bytes());
     altered.insert("fingerprints.csv".into(), forged.into_bytes());
     lay(&altered, &bench.path("altered"));
     let output = verify(bench, &["altered"]);
@@ -262,7 +258,7 @@ fn another_processor_is_held_to_rounding(bench: &Bench, written: &BTreeMap<Strin
             let number = text.split([',', ' ', '\n']).find(is_long).unwrap();
             let other = number.parse::<f64>().unwrap() * (1.0 + change);
             let text = text.replacen(number, &format!("{other}"), 1).into_bytes();
-            manifest = manifest.replace(&digest(&written[name]), &digest(&text));
+            manifest = manifest.replace(&sha256(&written[name]), &sha256(&text));
             folder.insert(name.into(), text);
         }
         let (before, rest) = manifest.split_once("\"processor\": \"").unwrap();

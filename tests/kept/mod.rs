@@ -1,0 +1,63 @@
+//! What holds of any bytes in the place of a file that the program reads back or is handed, for tests and for the fuzz target.
+
+use std::{fs, path::Path};
+
+use granchain::{
+    calibration::{
+        Plan,
+        fingerprints::{self, Names},
+    },
+    measurement::{PublishedFeatures, seal::sealed},
+    model::fea::mesh::gmsh::parse,
+    study::{run_log::RunLog, sweep},
+};
+
+/// Columns of the tables that are tried.
+pub fn names() -> Names {
+    Names {
+        parameters: vec!["alpha".into(), "damping".into()],
+        features: vec![vec!["peak".into(), "line_1/3".into()]],
+        lower: "chain".into(),
+        upper: "reduced".into(),
+    }
+}
+
+/// A plan, in a file at `place`.
+pub fn plan(place: &Path, bytes: &[u8]) {
+    fs::write(place, bytes).unwrap();
+    if let Ok(plan) = Plan::read(place) {
+        let _ = plan.records();
+        let _ = plan.fitted();
+    }
+}
+
+/// Printed numbers.
+pub fn printed(bytes: &[u8]) {
+    if let Ok(printed) = PublishedFeatures::from_bytes(Path::new("features.toml"), bytes) {
+        let _ = printed.value("positive_peak");
+    }
+}
+
+/// A table of runs: what was read can be written, and is read as the same.
+pub fn table(bytes: &[u8]) {
+    if let Ok(candidates) = fingerprints::from_csv(&names(), bytes) {
+        let again = fingerprints::to_csv(&names(), &candidates).unwrap();
+        let again = fingerprints::from_csv(&names(), &again).unwrap();
+        assert_eq!(format!("{again:?}"), format!("{candidates:?}"));
+    }
+}
+
+/// A forged log of runs, in a file at `place`: the seal of every line is right.
+pub fn forged_log(place: &Path, lines: impl IntoIterator<Item = impl AsRef<[u8]>>) {
+    let lines = lines.into_iter().flat_map(|line| [sealed(line.as_ref()), vec![b'\n']].concat());
+    fs::write(place, lines.collect::<Vec<u8>>()).unwrap();
+    let _ = RunLog::open::<sweep::Run>(place).unwrap();
+}
+
+/// A mesh.
+pub fn mesh(bytes: &[u8]) {
+    match parse(bytes, 1e-3) {
+        Ok((mesh, _)) => assert!(mesh.nodes.iter().flatten().all(|place| place.is_finite())),
+        Err(refused) => assert!(!refused.to_string().is_empty()),
+    }
+}
