@@ -86,13 +86,11 @@
 //! [`calibration::posterior`]; the procedure in words, with what it was tested on: `docs/calibration.md`. Every file form:
 //! `docs/formats.md`. Why things are as they are: `docs/decisions/`. One question a program: `examples/`.
 
-pub mod calibration;
 pub mod cli;
-pub mod feature;
-pub mod measurement;
-pub mod model;
 pub mod report;
-pub mod response;
-pub mod scene;
-pub mod signal;
-pub mod study;
+
+pub use granchain_calibration as calibration;
+pub use granchain_model::{self as model, response, scene};
+pub use granchain_record as measurement;
+pub use granchain_signal::{self as signal, feature};
+pub use granchain_studies as study;

@@ -1,0 +1,185 @@
+//! How far a record is from the model, measured by how far single runs of the model are from it.
+//!
+//! Near the answer every run is in turn taken for the record: it is left out, what all others expect at its place is found by the regression of
+//! [`super::likelihood`], the parameters may take up what they can, and what is left is
+//!
+//! T = Σ_records rᵀ Σ⁻¹ r.
+//!
+//! The record's own T stands in the distribution of these: p is the share of runs that are as far from the model as the record, so a right model
+//! is called wrong as often as p says, whatever the model, the features and the number of records, and no further run is made for it. Where the
+//! record lies beyond all runs the tail is that of ln T as a Student t.
+//!
+//! Runs come from the model itself: what the model is known to be off by (the nuggets) is drawn into them, since the record has it too.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::{likelihood::Cloud, residue::Residue};
+
+/// p below which the model does not explain the record.
+pub const OUTSIDE: f64 = 0.01;
+
+/// p below which the agreement is doubtful.
+pub const DOUBTFUL: f64 = 0.05;
+
+/// Runs nearest to the answer that are taken for records.
+const REFERENCES: usize = 150;
+
+/// Fewest that make a distribution.
+const FEWEST: usize = 30;
+
+/// Runs at least as far as the record from which their share is p; with fewer the tail is a model.
+const COUNTED: usize = 5;
+
+/// Mean of the exponential prior of γ, as in `BSLmisspec` (Frazier & Drovandi, J. Comput. Graph. Stat. 30 (2021) 958).
+const PRIOR: f64 = 0.5;
+
+/// The record among runs taken for records.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Agreement {
+    /// Share of right records that are as far from the model as this one; of several records the least of theirs, times their number, or that
+    /// of all together, twice whichever is less.
+    pub p: f64,
+    /// p of each record by itself.
+    pub records: Vec<f64>,
+    /// What is left of the record's features at the answer, r/σ.
+    pub pulls: Vec<f64>,
+    /// Runs that were taken for records.
+    pub references: usize,
+}
+
+impl Agreement {
+    /// Of the record at the point `at` of the box; `None` where too few runs lie around it.
+    #[must_use]
+    pub fn of(cloud: &Cloud, at: &[f64], seed: u64) -> Option<Self> {
+        let local = cloud.regress(at)?;
+        let own = local.residue(&local.deviation)?;
+        let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x00A6_4EE5);
+        let mut drawn = || -> f64 { StandardNormal.sample(&mut random) };
+        let reference = |run| {
+            let (of_run, local) = cloud.regress_leaving(run)?;
+            let known = cloud.nuggets().iter().map(|nugget| nugget * drawn());
+            let apart: Vec<f64> =
+                local.deviation.iter().zip(of_run).zip(known).map(|((all, own), known)| all - own + known).collect();
+            local.residue(&apart)
+        };
+        let references: Vec<Residue> = cloud.nearest(at, REFERENCES).into_iter().filter_map(reference).collect();
+        if references.len() < FEWEST {
+            return None;
+        }
+        let of_record = |record: usize| {
+            let others: Vec<f64> = references.iter().map(|residue| residue.squares[record]).collect();
+            share_beyond(own.squares[record], others)
+        };
+        let records: Vec<f64> = (0..own.squares.len()).map(of_record).collect();
+        let together = |residue: &Residue| residue.squares.iter().sum::<f64>();
+        let all = share_beyond(together(&own), references.iter().map(together).collect());
+        let p = match records.as_slice() {
+            [_] => all,
+            several => {
+                let least = several.iter().copied().fold(1.0, f64::min) * several.len() as f64;
+                (2.0 * least.min(all)).min(1.0)
+            }
+        };
+        Some(Self { p, records, pulls: own.pulls, references: references.len() })
+    }
+}
+
+/// γ² of features with these pulls: the most likely ones under an exponential prior. 0 up to some three scatters.
+#[must_use]
+pub fn inflation(pulls: &[f64]) -> Vec<f64> {
+    pulls.iter().map(|pull| most_likely_inflation(*pull)).collect()
+}
+/// γ² at which ½ ln(1 + γ²) + ½ pull²/(1 + γ²) + γ/mean is least.
+fn most_likely_inflation(pull: f64) -> f64 {
+    let cost = |gamma: f64| {
+        let variance = 1.0 + gamma * gamma;
+        0.5 * variance.ln() + 0.5 * pull * pull / variance + gamma / PRIOR
+    };
+    // The cost has one maximum before its minimum at most: a grid up to where the pull is explained finds the better end.
+    const GRID: usize = 400;
+    let most = pull.abs();
+    let gamma = (0..=GRID).map(|i| most * i as f64 / GRID as f64).min_by(|a, b| cost(*a).total_cmp(&cost(*b)));
+    gamma.unwrap_or(0.0).powi(2)
+}
+
+/// Probability of a statistic as large as `own`, told by those of `others`.
+fn share_beyond(own: f64, others: Vec<f64>) -> f64 {
+    let count = others.len() as f64;
+    let beyond = others.iter().filter(|other| **other >= own).count();
+    let counted = (beyond as f64 + 1.0) / (count + 1.0);
+    if beyond >= COUNTED || own <= 0.0 {
+        return counted;
+    }
+    let logarithms: Vec<f64> = others.iter().filter(|other| **other > 0.0).map(|other| other.ln()).collect();
+    let n = logarithms.len() as f64;
+    let mean = logarithms.iter().sum::<f64>() / n;
+    let deviation = (logarithms.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+    let Ok(student) = StudentsT::new(0.0, 1.0, n - 1.0) else { return counted };
+    let tail = student.sf((own.ln() - mean) / (deviation * (1.0 + 1.0 / n).sqrt()));
+    // Where none of so many lies beyond, p is no larger than the first of them would make it.
+    tail.min(counted)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::Rng;
+
+    use super::*;
+    use crate::likelihood::NEIGHBOURS;
+
+    /// Runs whose five features answer to two parameters and scatter, as heavy-tailed as told; a record of the same, off by `off` in its last.
+    fn p_of(seed: u64, heavy: bool, off: f64) -> f64 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let slopes: [[f64; 2]; 5] = [[1.0, 0.2], [0.3, -1.0], [0.5, 0.5], [-0.2, 0.8], [0.0, 0.1]];
+        let run = |at: &[f64], random: &mut ChaCha8Rng| -> Vec<f64> {
+            let scatter = |random: &mut ChaCha8Rng| -> f64 {
+                let draw: f64 = StandardNormal.sample(random);
+                let scale: f64 = if heavy && random.random::<f64>() < 0.1 { 4.0 } else { 1.0 };
+                0.05 * scale * draw
+            };
+            slopes.iter().map(|slope| slope[0] * at[0] + slope[1] * at[1] + scatter(random)).collect()
+        };
+        let runs: Vec<(Vec<f64>, Vec<f64>)> = (0..300)
+            .map(|_| {
+                let at = vec![random.random::<f64>(), random.random::<f64>()];
+                let z = run(&at, &mut random);
+                (at, z)
+            })
+            .collect();
+        let truth = [0.5, 0.5];
+        let mut observed = run(&truth, &mut random);
+        observed[4] += off;
+        let pairs = runs.iter().map(|(at, z)| (at.as_slice(), z.as_slice()));
+        let cloud = Cloud::new(pairs, &observed, &[1e-3; 5], &[1.0; 5], NEIGHBOURS);
+        Agreement::of(&cloud, &truth, seed).unwrap().p
+    }
+
+    #[test]
+    fn a_right_model_is_called_wrong_as_often_as_p_says() {
+        for heavy in [false, true] {
+            let p: Vec<f64> = (0..400).map(|seed| p_of(seed, heavy, 0.0)).collect();
+            let share = |limit: f64| p.iter().filter(|p| **p < limit).count();
+            // Binomial: 4 ± 2, 20 ± 4.4 and 200 ± 10 of 400; three of that.
+            assert!(share(OUTSIDE) <= 10 && share(DOUBTFUL) <= 33, "{heavy}: {} {}", share(OUTSIDE), share(DOUBTFUL));
+            assert!((170..=230).contains(&share(0.5)), "{heavy}: {}", share(0.5));
+        }
+    }
+
+    #[test]
+    fn a_feature_that_no_run_has_is_found() {
+        // Six scatters.
+        let found = (0..50).filter(|seed| p_of(*seed, false, 0.3) < OUTSIDE).count();
+        assert!(found >= 48, "{found} of 50");
+    }
+
+    #[test]
+    fn what_agrees_is_not_inflated_and_what_does_not_is_explained() {
+        assert_eq!(most_likely_inflation(2.0), 0.0);
+        let far = most_likely_inflation(8.0);
+        assert!(far > 4.0 && far < 64.0, "{far}");
+    }
+}

@@ -1,0 +1,128 @@
+//! The state of a search on disk, so that a killed fit goes on where it was.
+
+use std::{
+    fs,
+    io::Write,
+    path::{Path, PathBuf},
+};
+
+use argmin::core::{
+    Error,
+    checkpointing::{Checkpoint, CheckpointingFrequency},
+};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use thiserror::Error as ThisError;
+
+use super::search::SearchState;
+use granchain_record::seal::{BrokenSeal, sealed, unsealed};
+
+/// Why a saved state cannot be used.
+#[derive(Debug, ThisError)]
+#[non_exhaustive]
+pub enum CheckpointError {
+    /// It cannot be read.
+    #[error("{path}: the saved search cannot be read; pass --force without --resume to begin anew", path = path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// It is damaged.
+    #[error("{path}: the saved search is damaged; pass --force without --resume to begin anew", path = path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where.
+        source: serde_json::Error,
+    },
+    /// Its seal is broken.
+    #[error("{path}: the saved search is not used: {source}; pass --force without --resume to begin anew", path = path.display())]
+    Broken {
+        /// The file.
+        path: PathBuf,
+        /// How.
+        source: BrokenSeal,
+    },
+    /// It belongs to another fit.
+    #[error(
+        "{path}: the saved search belongs to another fit (other record, drive, scene, bounds, seed or version); repeat \
+         the command that began it, give another --out, or pass --force without --resume to begin anew", path = path.display()
+    )]
+    OtherFit {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+/// A file that always holds the last whole batch: written beside, then renamed.
+#[derive(Debug, Clone)]
+pub struct SearchCheckpoint {
+    path: PathBuf,
+    key: String,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Saved<S> {
+    key: String,
+    search: S,
+}
+
+impl SearchCheckpoint {
+    /// A checkpoint at `path` for the fit whose inputs and settings digest to `key`.
+    #[must_use]
+    pub fn new(path: &Path, key: &str) -> Self {
+        Self { path: path.to_owned(), key: key.to_owned() }
+    }
+
+    /// One beside it for a further search of the same fit; number 0 is itself.
+    #[must_use]
+    pub fn numbered(&self, number: usize) -> Self {
+        let mut numbered = self.clone();
+        if number > 0 {
+            numbered.path.set_extension(format!("{number}.json"));
+        }
+        numbered
+    }
+
+    /// The saved search, if there is one.
+    ///
+    /// # Errors
+    /// When it is unreadable, damaged or of another fit.
+    pub fn restore<S: DeserializeOwned>(&self) -> Result<Option<S>, CheckpointError> {
+        let path = self.path.clone();
+        let bytes = match fs::read(&path) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(source) => return Err(CheckpointError::Unreadable { path, source }),
+        };
+        let body = unsealed(&bytes).map_err(|source| CheckpointError::Broken { path: path.clone(), source })?;
+        let saved: Saved<S> = match serde_json::from_slice(body) {
+            Ok(saved) => saved,
+            Err(source) => return Err(CheckpointError::Damaged { path, source }),
+        };
+        if saved.key == self.key { Ok(Some(saved.search)) } else { Err(CheckpointError::OtherFit { path }) }
+    }
+}
+
+impl<S: Serialize + Clone> Checkpoint<S, SearchState> for SearchCheckpoint {
+    fn save(&self, solver: &S, _state: &SearchState) -> Result<(), Error> {
+        let folder = self.path.parent().unwrap_or(Path::new("."));
+        fs::create_dir_all(folder)?;
+        let mut file = tempfile::NamedTempFile::new_in(folder)?;
+        let body = serde_json::to_vec(&Saved { key: self.key.clone(), search: solver.clone() })?;
+        file.write_all(&sealed(&body))?;
+        file.as_file().sync_all()?;
+        file.persist(&self.path)?;
+        Ok(())
+    }
+
+    /// Restoring is done before the executor is made, where it can fail with a message of its own.
+    fn load(&self) -> Result<Option<(S, SearchState)>, Error> {
+        Ok(None)
+    }
+
+    fn frequency(&self) -> CheckpointingFrequency {
+        CheckpointingFrequency::Always
+    }
+}

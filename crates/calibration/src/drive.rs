@@ -1,0 +1,153 @@
+//! What drove the chain while a record was made: a horn tip as read, and how it enters a scene.
+
+use std::path::{Path, PathBuf};
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+use thiserror::Error;
+
+use granchain_model::scene::Scene;
+use granchain_record::{Baseline, HornDrive, MeasurementError, ReadOptions, Record, RecordKind, read_record, sha256};
+use granchain_signal::Series;
+
+/// The file name that a drive record beside a record is looked for under.
+pub const BESIDE: &str = "horn_tip.csv";
+
+/// Realisations of a horn's noise that runs mix.
+const SHAKES: usize = 4;
+
+/// Seed of them.
+const SHAKEN: u64 = 0x5AC3;
+
+/// Noise left in a drive below which no run draws it, over its peak: a tenth of the gaps' scale beside a drive of 1 µm.
+const FELT: f64 = 3e-5;
+
+/// A file that went into a run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Input {
+    /// As given.
+    pub path: PathBuf,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+}
+
+/// A file that cannot be digested.
+#[derive(Debug, Error)]
+#[error("{}: cannot be read", path.display())]
+pub struct InputError {
+    /// The file.
+    pub path: PathBuf,
+    /// Why.
+    pub source: std::io::Error,
+}
+
+impl Input {
+    /// The file as it is now.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn digest(path: PathBuf) -> Result<Self, InputError> {
+        match std::fs::read(&path) {
+            Ok(bytes) => Ok(Self { path, sha256: sha256(&bytes) }),
+            Err(source) => Err(InputError { path, source }),
+        }
+    }
+}
+
+/// The horn-tip record in the folder of a record, where there is one.
+#[must_use]
+pub fn beside(measured: &Path) -> Option<PathBuf> {
+    let beside = measured.with_file_name(BESIDE);
+    (beside.is_file() && beside != measured).then_some(beside)
+}
+
+/// A horn-tip record, ready to drive.
+#[derive(Debug, Clone)]
+pub struct RecordedDrive {
+    /// The file.
+    pub input: Input,
+    /// The motion that was made of it.
+    pub motion: HornDrive,
+    /// Realisations of the noise that is left in it, m.
+    shakes: Vec<Series>,
+    /// Standard error of the horn's baseline, m, where the record tells.
+    pub baseline_error: Option<f64>,
+    /// Bandwidth of its decoder, Hz, where the record states it.
+    pub bandwidth: Option<f64>,
+    /// What was understood and assumed on reading, for people.
+    pub assumptions: Vec<String>,
+    /// What looks wrong, though it could be read.
+    pub warnings: Vec<String>,
+}
+
+impl RecordedDrive {
+    /// Read a horn tip for a fit: with the baseline of the plateau, or of the first samples where the burst is too short to have one. An error
+    /// in the baseline is a gap to the chain, and the plateau's mean is far better known than the first samples'.
+    ///
+    /// # Errors
+    /// [`MeasurementError`].
+    pub fn read_at_plateau(path: &Path, options: &ReadOptions) -> Result<Self, MeasurementError> {
+        let at_plateau = ReadOptions { baseline: Baseline::Plateau, ..options.clone() };
+        match Self::read(path, &at_plateau) {
+            Err(MeasurementError::NoPlateau { .. }) => Self::read(path, options),
+            read => read,
+        }
+    }
+
+    /// Read a horn tip.
+    ///
+    /// # Errors
+    /// [`MeasurementError`].
+    pub fn read(path: &Path, options: &ReadOptions) -> Result<Self, MeasurementError> {
+        Self::of(read_record(path, RecordKind::HornTip, options)?)
+    }
+
+    /// A horn tip that is read already.
+    ///
+    /// # Errors
+    /// [`MeasurementError`] when it cannot drive, or does not tell its frequency.
+    pub fn of(record: Record) -> Result<Self, MeasurementError> {
+        let motion = record.to_drive()?;
+        let frequency = format!("drive frequency {:.4} kHz; {}", motion.drive_frequency * 1e-3, motion.statement());
+        let placed = |text: &String| format!("{}: {text}", record.path.display());
+        let assumptions = record.assumptions.iter().chain([&frequency]).map(placed).collect();
+        let warnings = record.warnings.iter().chain(&motion.warnings()).map(placed).collect();
+        let (baseline_error, bandwidth) = (record.baseline_error, record.bandwidth);
+        let input = Input { path: record.path, sha256: record.sha256 };
+        let shakes = Self::shakes_of(&motion);
+        Ok(Self { input, motion, shakes, baseline_error, bandwidth, assumptions, warnings })
+    }
+
+    /// The scene under this drive, for as long as the record lasts unless it keeps its own duration.
+    #[must_use]
+    pub fn drive(&self, mut scene: Scene, keep_duration: bool) -> Scene {
+        let HornDrive { displacement, recorded_until, drive_frequency, .. } = &self.motion;
+        if !keep_duration {
+            scene.duration = (recorded_until / scene.output_step).floor() * scene.output_step;
+        }
+        let file = Some(self.input.path.clone());
+        scene.with_continued_record(displacement.clone(), *recorded_until, self.shakes.clone(), *drive_frequency, file)
+    }
+
+    /// Realisations of the noise that is left in a motion, the same every time; none where it is not known, or too weak to be felt.
+    fn shakes_of(motion: &HornDrive) -> Vec<Series> {
+        let HornDrive { displacement, remainder, drive_frequency, .. } = motion;
+        let Some(remainder) = remainder.as_ref().filter(|remainder| remainder.rms() > FELT * displacement.peak())
+        else {
+            return vec![];
+        };
+        let mut random = ChaCha8Rng::seed_from_u64(SHAKEN);
+        let settle = 0.25 / drive_frequency;
+        (0..SHAKES).map(|_| remainder.realisation(displacement, settle, &mut random)).collect()
+    }
+}
+
+/// The piston's displacement under a scene's drive at α = 1, m, over its duration.
+#[must_use]
+pub fn displacement(scene: &Scene) -> Series {
+    let motion = scene.drive.motion(1.0);
+    let count = (scene.duration / scene.output_step).round() as usize + 1;
+    let values = (0..count).map(|index| motion.at(index as f64 * scene.output_step).0).collect();
+    Series::new(0.0, scene.output_step, values)
+}

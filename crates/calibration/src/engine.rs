@@ -1,0 +1,168 @@
+//! What makes the traces of a search: the chain alone, eight runs side by side, or the chain in front of a disc, one by one on the disc's clock.
+
+use std::sync::Arc;
+
+use super::{forward::STEPS_PER_CYCLE, parameter::varied};
+use granchain_model::{
+    self as model, ModelError, Prepared,
+    chain::{
+        FiniteBodyLaws,
+        ensemble::{Ensemble, Variation},
+    },
+    response::Response,
+    scene::{Integrator, Scene, Support},
+};
+use granchain_signal::{Series, feature::Measurand};
+
+/// A scene ready to be run under variations, with [`STEPS_PER_CYCLE`] samples a drive period.
+#[derive(Clone)]
+pub(super) enum Engine {
+    /// Of whose samples every so many-th is taken.
+    Chain(Box<Ensemble>, usize),
+    /// The disc is made ready once; a run begins from a copy of it at rest.
+    OnDisc { prepared: Arc<Prepared>, scene: Arc<Scene>, measurand: Measurand },
+}
+
+/// The scene with `STEPS_PER_CYCLE` output samples a drive period and, in front of a disc, the longest clock not above its own step that
+/// divides them.
+#[must_use]
+pub fn sampled_scene(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.output_step = 1.0 / (scene.drive.frequency * STEPS_PER_CYCLE as f64);
+    if let (Support::Disc { .. }, Integrator::Symplectic { step }) = (&scene.support, &mut scene.model.integrator) {
+        *step = scene.output_step / (scene.output_step / *step - 1e-9).ceil().max(1.0);
+    }
+    scene
+}
+
+/// The trace of a measurand: the velocity of the point a laser looks at, or the pressure at the scene's first field point.
+///
+/// # Errors
+/// [`ModelError::Unsupported`] for the pressure of a scene without water.
+pub fn trace(response: Response, measurand: Measurand) -> Result<Series, ModelError> {
+    match measurand {
+        Measurand::Velocity => Ok(response.observed_velocity().clone()),
+        Measurand::Pressure => {
+            let heard = response.disc.and_then(|disc| disc.pressure.into_iter().next());
+            heard.ok_or_else(|| ModelError::Unsupported {
+                model: "chain",
+                reason:
+                    "the scene has no water to be heard in; take `scene = \"water\"` or set `support.kind = \"disc\"`"
+                        .into(),
+            })
+        }
+    }
+}
+
+/// Steps of a refined chain in one of a search's.
+const REFINEMENT: usize = 4;
+
+fn ensemble(scene: &Scene, laws: Option<&FiniteBodyLaws>, refinement: usize) -> Result<Ensemble, ModelError> {
+    let steps = (STEPS_PER_CYCLE * refinement) as u32;
+    match laws {
+        Some(laws) => Ensemble::with_laws(scene, laws, steps),
+        None => Ensemble::new(scene, steps),
+    }
+}
+
+impl Engine {
+    /// Make a scene ready, its contacts as `laws` have them where there are any.
+    ///
+    /// # Errors
+    /// When the scene cannot be run at a fixed step, or has nothing of the measurand.
+    pub(super) fn new(scene: &Scene, laws: Option<&FiniteBodyLaws>, measurand: Measurand) -> Result<Self, ModelError> {
+        if matches!(scene.support, Support::Disc { .. }) {
+            let scene = Arc::new(sampled_scene(scene));
+            let prepared = Arc::new(model::prepare(&scene)?);
+            return Ok(Self::OnDisc { prepared, scene, measurand });
+        }
+        if measurand == Measurand::Pressure {
+            return Err(ModelError::Unsupported {
+                model: "chain",
+                reason: "a scene without a disc makes no sound in water; set `support.kind = \"disc\"`".into(),
+            });
+        }
+        Ok(Self::Chain(Box::new(ensemble(scene, laws, 1)?), 1))
+    }
+
+    /// The same with steps a quarter as long and the same samples; before a disc, half as long.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub(super) fn refined(&self, scene: &Scene, laws: Option<&FiniteBodyLaws>) -> Result<Self, ModelError> {
+        match self {
+            Self::Chain(..) => Ok(Self::Chain(Box::new(ensemble(scene, laws, REFINEMENT)?), REFINEMENT)),
+            Self::OnDisc { scene, measurand, .. } => {
+                let mut scene = Scene::clone(scene);
+                if let Integrator::Symplectic { step } = &mut scene.model.integrator {
+                    *step *= 0.5;
+                }
+                let prepared = Arc::new(model::prepare(&scene)?);
+                Ok(Self::OnDisc { prepared, scene: Arc::new(scene), measurand: *measurand })
+            }
+        }
+    }
+
+    /// Samples of a run.
+    pub(super) fn samples(&self) -> usize {
+        match self {
+            Self::Chain(ensemble, stride) => (ensemble.samples() - 1) / stride + 1,
+            Self::OnDisc { scene, .. } => scene.samples(),
+        }
+    }
+
+    /// The trace of every variation.
+    pub(super) fn run(&self, variations: &[Variation]) -> Vec<Result<Series, ModelError>> {
+        match self {
+            Self::Chain(ensemble, 1) => ensemble.run(variations),
+            Self::Chain(ensemble, stride) => {
+                let thinned = |trace: Series| {
+                    let values = trace.values.into_iter().step_by(*stride).collect();
+                    Series::new(trace.start, trace.step * *stride as f64, values)
+                };
+                ensemble.run(variations).into_iter().map(|trace| trace.map(thinned)).collect()
+            }
+            Self::OnDisc { prepared, scene, measurand } => {
+                let run = |variation: &Variation| {
+                    let response = prepared.run(&varied(scene, variation), &mut |_| true)?;
+                    trace(response, *measurand)
+                };
+                variations.iter().map(run).collect()
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use granchain_model::scene;
+
+    #[test]
+    fn the_clock_of_a_disc_divides_the_samples_and_is_no_longer_than_the_scene_s() {
+        let scene = sampled_scene(&scene::load("water", &[]).unwrap());
+        let Integrator::Symplectic { step } = scene.model.integrator else { panic!("no fixed step") };
+        let parts = scene.output_step / step;
+        assert!((parts - parts.round()).abs() < 1e-9 && step <= 2.5e-8 && step > 2e-8, "{step:e} {parts}");
+        assert!((scene.output_step * 73e3 * STEPS_PER_CYCLE as f64 - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_scene_without_water_has_no_pressure() {
+        let scene = scene::load("annulus", &[]).unwrap();
+        assert!(matches!(Engine::new(&scene, None, Measurand::Pressure), Err(ModelError::Unsupported { .. })));
+    }
+
+    #[test]
+    fn a_run_before_a_disc_is_the_scene_s_own_run_at_the_same_clock() {
+        let mut scene = scene::load("water", &["duration=60us".into(), "damping.at=beads".into()]).unwrap();
+        let engine = Engine::new(&scene, None, Measurand::Pressure).unwrap();
+        let mut variation = Variation::of(&scene);
+        (variation.amplitude_scale, variation.linear_damping) = (0.7, 0.2);
+        let made = engine.run(&[variation]).remove(0).unwrap();
+        (scene.amplitude_scale, scene.damping.linear) = (0.7, 0.2);
+        let own = model::run(&sampled_scene(&scene), &mut |_| true).unwrap();
+        assert_eq!(made, own.disc.unwrap().pressure[0]);
+        assert_eq!(made.len(), engine.samples());
+    }
+}

@@ -1,0 +1,414 @@
+//! What came of a problem: every candidate fitted on all its rungs, and what that amounts to.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+    time::Duration,
+};
+
+use super::{
+    agreement::DOUBTFUL,
+    candidate::Candidate,
+    correction::most_pairs,
+    diagnosis::{Case, Finding},
+    drive::Input,
+    engine::trace,
+    fingerprints,
+    fit::{Fit, FitError, Verdict},
+    forward::{Forward, Watch},
+    ladder::{Climbed, Made, SavedFit, climb},
+    outcome::{
+        self, CalibrationOutcome, FittedFeature, InputDigest, LawOutcome, RecordOutcome, RungFeature, RungOutcome,
+    },
+    problem::{Problem, program},
+    refusal::Refusal,
+    rung::{Bodies, Rung, chain_below, rung_scene},
+    shot::Shot,
+    statement,
+};
+use granchain_model::{
+    self as model,
+    scene::{ModelKind, Scene},
+};
+
+/// Runs of the chain that cost as much as one above it, for the time left.
+const UPPER_COST: u64 = 150;
+
+/// A candidate with its answer.
+pub struct FittedCandidate {
+    /// Law and mount, with their scenes.
+    pub candidate: Candidate,
+    /// The answer of the top rung.
+    pub fit: Fit,
+    /// The runs of the chain for the first record.
+    pub forward: Forward,
+    /// The rung above the chain, where there is one.
+    pub upper: Option<Rung>,
+}
+
+/// What came of all candidates.
+pub struct Fitted {
+    /// Those with an answer, in the order asked for.
+    pub candidates: Vec<FittedCandidate>,
+    /// Mounts of which no run could be compared with the record, and why.
+    pub excluded: Vec<(Candidate, String)>,
+    /// Every run of every candidate, of those without an answer too.
+    pub made: Vec<Made>,
+    /// What the searches on the chain took.
+    pub searching: Duration,
+    /// What the corrections took.
+    pub correcting: Duration,
+}
+
+/// How a fit is run; by default from its beginning, unwatched, on bodies of its own.
+pub struct Course<'a> {
+    /// The bodies of [`Problem::bodies`], where they are ready.
+    pub bodies: Option<&'a Bodies>,
+    /// What an earlier run left, candidate by candidate.
+    pub saved: Vec<SavedFit>,
+    /// Told of the work done, of [`Problem::work`]; returning `false` ends the fit after the batch in hand.
+    pub watch: Arc<Watch>,
+}
+
+impl Default for Course<'_> {
+    fn default() -> Self {
+        Self { bodies: None, saved: Vec::new(), watch: Arc::new(|_| true) }
+    }
+}
+
+impl Problem {
+    /// Work to be done, in runs of the chain; a correction that has to look for itself does more.
+    #[must_use]
+    pub fn work(&self) -> u64 {
+        self.candidates.len() as u64 * (self.evaluations as u64 + self.work_above())
+    }
+
+    /// Of one candidate, above the chain.
+    fn work_above(&self) -> u64 {
+        let most = self.candidates.iter().map(|candidate| candidate.parameters.len()).max().unwrap_or(0);
+        self.upper.map_or(0, |_| most_pairs(most) as u64 * UPPER_COST)
+    }
+
+    /// Search every candidate on the chain and correct it on the rung above. A mount of which no run can be compared with the record, while
+    /// others can, is left out with its reason.
+    ///
+    /// # Errors
+    /// [`Refusal::Stopped`] when whoever watches says so; a candidate that cannot be fitted.
+    pub fn fit(&self, course: Course<'_>) -> Result<Fitted, Refusal> {
+        let own = if course.bodies.is_none() { self.bodies(None)? } else { None };
+        let bodies = course.bodies.or(own.as_ref()).filter(|_| self.upper.is_some());
+        let (budget, reckoned) = (self.evaluations as u64, self.work_above());
+        let (mut candidates, mut excluded, mut made) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut searching, mut correcting) = (Duration::ZERO, Duration::ZERO);
+        let mut saved = course.saved.into_iter();
+        for (number, candidate) in self.candidates.iter().enumerate() {
+            let done = number as u64 * (budget + reckoned);
+            let watched = Arc::clone(&course.watch);
+            let watch: Arc<Watch> = Arc::new(move |runs| {
+                let above = runs.saturating_sub(budget);
+                // A correction that had to look for itself makes more pairs than were reckoned with.
+                watched(done + runs - above + (above * UPPER_COST).min(reckoned))
+            });
+            let climbed = climb(self, candidate, bodies, saved.next().unwrap_or_default(), &watch)?;
+            (searching, correcting) = (searching + climbed.searching, correcting + climbed.correcting);
+            let Climbed { made: runs, fit, .. } = climbed;
+            match fit {
+                Ok(fit) => {
+                    let (forward, upper) = (runs.joint.first().clone(), runs.upper.clone());
+                    candidates.push(FittedCandidate { candidate: candidate.clone(), fit, forward, upper });
+                }
+                Err(error @ FitError::TooFewRuns { .. }) if candidate.mount.is_some() && self.candidates.len() > 1 => {
+                    excluded.push((candidate.clone(), error.to_string()));
+                }
+                Err(source) => {
+                    let (path, candidate) = (self.lead().measured.path().into(), candidate.name());
+                    return Err(Refusal::Fit { path, candidate, source });
+                }
+            }
+            made.push(runs);
+            let _ = (course.watch)(done + budget + reckoned);
+        }
+        if candidates.is_empty() {
+            let reasons: Vec<String> =
+                excluded.iter().map(|(candidate, why)| format!("{}: {why}", candidate.name())).collect();
+            let path = self.lead().measured.path().into();
+            return Err(Refusal::NoFit { path, reasons: reasons.join("; ") });
+        }
+        Ok(Fitted { candidates, excluded, made, searching, correcting })
+    }
+}
+
+impl FittedCandidate {
+    /// The scene of a record, the first number 0, with the fitted values in it.
+    #[must_use]
+    pub fn scene(&self, number: usize) -> Scene {
+        let mut scene = self.candidate.scenes[number].clone();
+        for (parameter, value) in self.fit.parameters.iter().zip(self.fit.values()) {
+            parameter.set(&mut scene, value);
+        }
+        scene
+    }
+
+    /// Name of its mount, where mounts are compared.
+    #[must_use]
+    pub fn mount(&self) -> Option<String> {
+        self.candidate.mount.map(|mount| mount.name().to_owned())
+    }
+
+    /// Features z of one finite element run at the answer, through the same conditioning; `advance` is told of the simulated time of how much
+    /// (s), and says whether to go on.
+    ///
+    /// # Errors
+    /// When the run fails or cannot be measured.
+    pub fn by_fea(&self, advance: &mut dyn FnMut(f64, f64) -> bool) -> Result<Vec<f64>, Refusal> {
+        let mut scene = rung_scene(&self.scene(0));
+        scene.model.kind = ModelKind::Fea;
+        let reduced = &self.candidate.scene().model;
+        if reduced.kind == ModelKind::Reduced {
+            (scene.model.fea.density, scene.model.fea.elements) = (reduced.reduced.density, reduced.reduced.elements);
+        }
+        scene.duration = self.forward.comparison.duration(&scene.drive);
+        let duration = scene.duration;
+        let response = model::run(&scene, &mut |time| advance(time, duration)).map_err(Refusal::FeaRun)?;
+        let reduced = self.forward.features(trace(response, self.forward.comparison.measurand())?);
+        reduced.map_err(|reason| Refusal::FeaResponse { reason })
+    }
+
+    /// What each rung says, the lowest first, with the features each expects at the answer; last those of [`FittedCandidate::by_fea`].
+    #[must_use]
+    pub fn rungs(&self, problem: &Problem, fea: Option<&[f64]>) -> Vec<RungOutcome> {
+        let comparison = &problem.lead().comparison;
+        let names = comparison.names();
+        let features = |z: &dyn Fn(usize) -> Option<(f64, Option<f64>)>| -> BTreeMap<String, RungFeature> {
+            let feature = |(index, name): (usize, &std::borrow::Cow<'static, str>)| {
+                let (z, scatter) = z(index)?;
+                let unit = comparison.unit(index).to_owned();
+                Some((name.to_string(), RungFeature { value: comparison.amplitude(index, z)?, scatter, unit }))
+            };
+            names.iter().enumerate().filter_map(feature).collect()
+        };
+        let mut rungs = Vec::new();
+        if let Some(below) = &self.fit.below {
+            let of_chain = |index: usize| {
+                let rung = below.differences.get(index)?;
+                Some((rung.lower, Some(rung.lower_scatter)))
+            };
+            rungs.push(RungOutcome::of(ModelKind::Chain.name(), &below.fit, features(&of_chain)));
+            let of_upper = |index: usize| {
+                let rung = below.differences.get(index)?;
+                Some((rung.upper, Some(rung.upper_scatter)))
+            };
+            rungs.push(RungOutcome::of(problem.model(), &self.fit, features(&of_upper)));
+        } else {
+            let expected = |index: usize| {
+                let scatter = *self.fit.scatter.get(index)?;
+                Some((comparison.features.get(index)? + self.fit.deviations.get(index)? * scatter, Some(scatter)))
+            };
+            rungs.push(RungOutcome::of(problem.model(), &self.fit, features(&expected)));
+        }
+        if let Some(z) = fea {
+            let single = |index: usize| Some((*z.get(index)?, None));
+            let parameters = outcome::fitted_parameters(&self.fit);
+            rungs.push(RungOutcome::single(ModelKind::Fea.name(), parameters, features(&single)));
+        }
+        rungs
+    }
+}
+
+impl Fitted {
+    /// Number of the candidate that a report leads with: one that explains the record before one that does not, then by evidence.
+    #[must_use]
+    pub fn best_index(&self) -> usize {
+        let rank = |fitted: &FittedCandidate| (fitted.fit.verdict.explains(), fitted.fit.log_evidence);
+        (0..self.candidates.len())
+            .max_by(|&a, &b| {
+                let (a, b) = (rank(&self.candidates[a]), rank(&self.candidates[b]));
+                a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+            })
+            .unwrap_or(0)
+    }
+
+    /// That candidate.
+    #[must_use]
+    pub fn best(&self) -> &FittedCandidate {
+        &self.candidates[self.best_index()]
+    }
+
+    /// Its runs, and what made them.
+    #[must_use]
+    pub fn best_made(&self) -> &Made {
+        let key = self.best().candidate.key();
+        let of_best = self.made.iter().position(|made| made.runs.candidate == key);
+        &self.made[of_best.unwrap_or(0)]
+    }
+
+    /// What would explain the first record, where the best candidate does not: likeliest first, up to three. Searches of its own are made on the
+    /// chain, of which `watch` is told.
+    #[must_use]
+    pub fn diagnose(&self, problem: &Problem, watch: Arc<Watch>) -> Vec<Finding> {
+        let (best, shot) = (self.best(), problem.lead());
+        if best.fit.verdict == Verdict::WithinScatter
+            || best.fit.verdict == Verdict::NotConverged && best.fit.agreement.p >= DOUBTFUL
+        {
+            return vec![];
+        }
+        let case = Case {
+            scene: &chain_below(best.candidate.scene()),
+            laws: best.forward.laws(),
+            comparison: &shot.comparison,
+            trace: shot.measured.trace(),
+            parameters: &best.fit.parameters,
+            uncertainty: shot.uncertainty,
+            seed: problem.seed,
+            fit: &best.fit,
+            watch,
+        };
+        case.diagnose(&problem.warnings())
+    }
+
+    /// The law that the record prefers, or `undecided`; `None` where one was fitted.
+    #[must_use]
+    pub fn preferred_law(&self) -> Option<String> {
+        let fits: Vec<_> = self.candidates.iter().map(|it| (it.candidate.law.clone(), &it.fit)).collect();
+        self.several(|candidate| candidate.law.clone()).then(|| decision(statement::preferred_of(&fits, &[])))
+    }
+
+    /// The mount that the record prefers, or `undecided`; `None` where one was fitted.
+    #[must_use]
+    pub fn preferred_mount(&self) -> Option<String> {
+        let fits: Vec<_> = self.candidates.iter().filter_map(|it| Some((it.mount()?, &it.fit))).collect();
+        let excluded = self.excluded.iter().filter_map(|(candidate, _)| candidate.mount);
+        let excluded = excluded.map(|mount| mount.name().to_owned());
+        let without_fit: Vec<String> = excluded.filter(|name| fits.iter().all(|(fitted, _)| fitted != name)).collect();
+        let several = self.several(|candidate| format!("{:?}", candidate.mount));
+        several.then(|| decision(statement::preferred_of(&fits, &without_fit)))
+    }
+
+    /// Whether candidates differ in a choice.
+    fn several(&self, choice: fn(&Candidate) -> String) -> bool {
+        let all = self.candidates.iter().map(|fitted| &fitted.candidate);
+        let all = all.chain(self.excluded.iter().map(|(candidate, _)| candidate));
+        all.map(choice).collect::<BTreeSet<_>>().len() > 1
+    }
+
+    /// Every run as a table: `fingerprints.csv`.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn fingerprints(&self, problem: &Problem) -> Result<Vec<u8>, fingerprints::FingerprintsError> {
+        let runs: Vec<_> = self.made.iter().map(|made| made.runs.clone()).collect();
+        fingerprints::to_csv(&problem.names(), &runs)
+    }
+
+    /// What it amounts to. No run is made for it, so what the accurate integrator says of the answer is left open.
+    #[must_use]
+    pub fn outcome(&self, problem: &Problem) -> CalibrationOutcome {
+        let best = self.best();
+        let (fit, lead) = (&best.fit, problem.lead());
+        let mut statements = statement::statements(fit);
+        statements.extend(statement::together(fit, &problem.labels()));
+        statements.extend(statement::widened(fit, self.best_made().runs.narrow.len()));
+        statements.extend(lead.measured.features().into_iter().flat_map(|it| statement::printed(fit, &it.printed)));
+        let mut ranked: Vec<&FittedCandidate> = self.candidates.iter().collect();
+        ranked.sort_by_key(|other| !std::ptr::eq(*other, best));
+        CalibrationOutcome {
+            program: program(),
+            scene: lead.bench.source.clone(),
+            overrides: lead.bench.overrides.clone(),
+            model: problem.model().into(),
+            rungs: best.rungs(problem, None),
+            quantity: problem.quantity,
+            damping_kind: best.candidate.law.clone(),
+            mount: best.mount(),
+            verdict: fit.verdict,
+            parameters: outcome::fitted_parameters(fit),
+            correlation: fit.correlation,
+            correlations: outcome::correlations(fit),
+            p_value: fit.agreement.p,
+            misfit: fit.misfit,
+            features: BTreeMap::new(),
+            fitted_features: fitted_features(lead, fit, 0),
+            records: records(problem, fit),
+            lobes: outcome::lobes(fit),
+            evaluations: fit.total_runs() as u64,
+            failed_runs: fit.total_failed() as u64,
+            failures: outcome::failures(fit),
+            seed: problem.seed,
+            inputs: inputs(problem),
+            statements,
+            laws: ranked.into_iter().map(law_outcome).collect(),
+            preferred_law: self.preferred_law(),
+            preferred_mount: self.preferred_mount(),
+            excluded: self.excluded.iter().map(|(candidate, reason)| (candidate.key(), reason.clone())).collect(),
+            diagnosis: Vec::new(),
+            warnings: problem.warnings(),
+            assumptions: problem.assumptions.clone(),
+        }
+    }
+}
+
+fn decision(named: Option<String>) -> String {
+    named.unwrap_or_else(|| "undecided".into())
+}
+
+fn law_outcome(fitted: &FittedCandidate) -> LawOutcome {
+    LawOutcome {
+        damping_kind: fitted.candidate.law.clone(),
+        mount: fitted.mount(),
+        verdict: fitted.fit.verdict,
+        p_value: fitted.fit.agreement.p,
+        misfit: fitted.fit.misfit,
+        log_evidence: fitted.fit.log_evidence,
+        parameters: outcome::fitted_parameters(&fitted.fit),
+    }
+}
+
+/// The features of a record that are compared, whose deviations in `fit` begin at number `first`.
+fn fitted_features(shot: &Shot, fit: &Fit, first: usize) -> BTreeMap<String, FittedFeature> {
+    let comparison = &shot.comparison;
+    let names = comparison.names();
+    let compared = names.iter().enumerate().filter(|(index, _)| comparison.weights[*index] > 0.0);
+    let feature = |(index, name): (usize, &std::borrow::Cow<'static, str>)| {
+        let feature = outcome::fitted_feature(fit, first + index, comparison.measured(index), comparison.unit(index));
+        (name.to_string(), feature)
+    };
+    compared.map(feature).collect()
+}
+
+/// Every record in the outcome; empty for one record.
+fn records(problem: &Problem, fit: &Fit) -> Vec<RecordOutcome> {
+    let quoted = fit.verdict.explains();
+    let mut first = 0;
+    let shares = problem.labels().into_iter().zip(&fit.shares).zip(&problem.shots);
+    let record = |((label, share), shot): ((String, &super::joint::Share), &Shot)| {
+        let fitted_features = fitted_features(shot, fit, first);
+        first += shot.comparison.features.len();
+        RecordOutcome {
+            label,
+            measured: shot.measured.path().display().to_string(),
+            overrides: shot.bench.overrides.clone(),
+            p_value: share.p,
+            misfit: share.misfit,
+            correlation: share.correlation,
+            alone: outcome::estimates_by_name(&share.estimates, &fit.parameters, quoted),
+            features: BTreeMap::new(),
+            fitted_features,
+        }
+    };
+    shares.map(record).collect()
+}
+
+/// The records and their drives by role: `measured`, `drive`, of a second record `measured-2`, `drive-2` and so on.
+fn inputs(problem: &Problem) -> BTreeMap<String, InputDigest> {
+    let mut inputs = BTreeMap::new();
+    for (number, shot) in problem.shots.iter().enumerate() {
+        let role = |role: &str| if number == 0 { role.to_owned() } else { format!("{role}-{}", number + 1) };
+        let path = shot.measured.path().display().to_string();
+        inputs.insert(role("measured"), InputDigest { path, sha256: shot.measured.sha256().into() });
+        if let Some(Input { path, sha256 }) = shot.bench.drive.as_ref().map(|drive| &drive.input) {
+            let digest = InputDigest { path: path.display().to_string(), sha256: sha256.clone() };
+            inputs.insert(role("drive"), digest);
+        }
+    }
+    inputs
+}

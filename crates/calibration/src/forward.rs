@@ -1,0 +1,404 @@
+//! From a point of the parameter box to a fingerprint: one simulated run with every nuisance drawn anew.
+
+use std::sync::Arc;
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::{
+    comparison::Comparison,
+    engine::Engine,
+    observation::{Passband, clip},
+    parameter::{Parameter, Target},
+    posterior::Posterior,
+    rung::{Rung, Stopped},
+};
+use granchain_model::{
+    ModelError,
+    chain::{FiniteBodyLaws, ensemble::Variation},
+    scene::Scene,
+};
+use granchain_signal::{LowPass, Series, feature::fingerprint::SAMPLES_PER_CYCLE};
+
+/// Runs integrated side by side.
+const LANES: usize = 8;
+
+/// Steps a drive period: accurate to some 1e-3 of the peak where the motion is regular and soft, 1e-2 behind a rigid wall with linear dashpots.
+pub(super) const STEPS_PER_CYCLE: usize = 160;
+
+/// How imperfectly known the bench is: every run draws from these.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Uncertainty {
+    /// Scale of each contact's initial gap, m: half-normal, for no bead overlaps its neighbour before anything moves. Its mean is 0.8 of the scale,
+    /// the mean of the sum over the seven contacts of six beads 5.6 times.
+    pub gap: f64,
+    /// Standard deviation of the logarithm of that scale, one draw a run: how rough a bench is, nobody measures.
+    #[serde(default)]
+    pub gap_scale: f64,
+    /// Standard deviation of the first gap over and above that, m: the uncertainty of the horn's baseline.
+    pub baseline: f64,
+    /// Half-width of a uniform factor on the drive, 1.
+    pub drive: f64,
+    /// Standard deviation of the logarithm of the factor on what is recorded, 1: the sensitivity of the instrument. Not drawn but known to the
+    /// likelihood, for it moves all amplitudes alike.
+    #[serde(default)]
+    pub sensitivity: f64,
+    /// Standard deviation of the precompression about the scene's own, N; what falls below zero is turned.
+    #[serde(default)]
+    pub precompression: f64,
+    /// Standard deviation of the logarithm of the support's stiffness about the scene's own, 1.
+    #[serde(default)]
+    pub support_stiffness: f64,
+    /// Largest share of the drive that the decoder of its record may have taken: how steeply that falls is not known. Drawn evenly from none to all.
+    #[serde(default)]
+    pub droop: f64,
+}
+
+impl Default for Uncertainty {
+    /// Half-normal gaps of scale 0.3 nm, itself known to a factor of 1.5, an exact baseline, ±0.5 % of drive, 0.3 % of sensitivity.
+    fn default() -> Self {
+        Self {
+            gap: 3e-10,
+            gap_scale: 0.4,
+            baseline: 0.0,
+            drive: 0.005,
+            sensitivity: 0.003,
+            precompression: 0.0,
+            support_stiffness: 0.0,
+            droop: 0.0,
+        }
+    }
+}
+
+/// Error of the baseline from which it moves what a record shows, m: a few times the roughness that every run has.
+const FELT: f64 = 1e-9;
+
+/// Factor on the power of the likelihood where a drawn quantity moves all features together: a covariance shrunk towards independent features
+/// takes them for more evidence than they are.
+const TOGETHER: f64 = 0.6;
+
+impl Uncertainty {
+    /// Name, SI unit and value of each.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, &'static str, f64); 7] {
+        [
+            ("gap", "m", self.gap),
+            ("gap_scale", "1", self.gap_scale),
+            ("baseline", "m", self.baseline),
+            ("drive", "1", self.drive),
+            ("sensitivity", "1", self.sensitivity),
+            ("precompression", "N", self.precompression),
+            ("support_stiffness", "1", self.support_stiffness),
+        ]
+    }
+
+    /// Factor on the power β of the likelihood.
+    fn discount(&self) -> f64 {
+        let felt = self.baseline > FELT || self.precompression > 0.0 || self.support_stiffness > 0.0;
+        if felt { TOGETHER } else { 1.0 }
+    }
+}
+
+/// One simulated run: where in the box, and what came of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    /// Unit coordinates.
+    pub position: Vec<f64>,
+    /// Fingerprint z, or why there is none.
+    pub outcome: Result<Vec<f64>, String>,
+}
+
+impl Run {
+    /// The fingerprint of a finished run.
+    #[must_use]
+    pub fn features(&self) -> Option<&[f64]> {
+        self.outcome.as_deref().ok()
+    }
+}
+
+/// Number of the first run that is predicted: beyond those of any search.
+const PREDICTED: u64 = 1 << 32;
+
+/// A run with the time at which it crossed the onset threshold, s; `None` where it did not, or where onsets mean nothing.
+pub type TimedRun = (Run, Option<f64>);
+
+/// Called with the number of runs finished; returning `false` stops the search after the current batch.
+pub type Watch = dyn Fn(u64) -> bool + Send + Sync;
+
+/// Bandwidth over the highest frequency that is compared, from which even a slow decoder takes less than 5 % of it.
+const UNFELT: f64 = 4.0;
+
+/// The scene, ready to be run at any point of the box and compared with one record.
+#[derive(Clone)]
+pub struct Forward {
+    /// The fitted parameters.
+    pub parameters: Vec<Parameter>,
+    /// What the runs are compared with.
+    pub comparison: Comparison,
+    base: Variation,
+    scene: Scene,
+    uncertainty: Uncertainty,
+    seed: u64,
+    engine: Engine,
+    laws: Option<FiniteBodyLaws>,
+    low_pass: LowPass,
+    noise_rms: f64,
+    watch: Arc<Watch>,
+    /// What makes the runs in place of the chain.
+    above: Option<Arc<Rung>>,
+}
+
+impl Forward {
+    /// Prepare `scene` for runs long enough to be compared: with a record (an
+    /// [`Observation`](super::observation::Observation)) or with whatever else a [`Comparison`] holds.
+    ///
+    /// # Errors
+    /// When the scene cannot be run at a fixed step.
+    pub fn new(
+        scene: &Scene,
+        parameters: Vec<Parameter>,
+        comparison: impl Into<Comparison>,
+        uncertainty: Uncertainty,
+        seed: u64,
+        watch: Arc<Watch>,
+    ) -> Result<Self, ModelError> {
+        Self::with_laws(scene, None, parameters, comparison, uncertainty, seed, watch)
+    }
+
+    /// As [`Forward::new`], with contact laws fitted to finite bodies before; where there are none the scene's own.
+    ///
+    /// # Errors
+    /// As [`Forward::new`], or when the laws are not those of the scene's bodies.
+    pub fn with_laws(
+        scene: &Scene,
+        laws: Option<&FiniteBodyLaws>,
+        parameters: Vec<Parameter>,
+        comparison: impl Into<Comparison>,
+        uncertainty: Uncertainty,
+        seed: u64,
+        watch: Arc<Watch>,
+    ) -> Result<Self, ModelError> {
+        let period = 1.0 / scene.drive.frequency;
+        let mut scene = scene.clone();
+        let mut comparison = comparison.into();
+        comparison.power *= uncertainty.discount();
+        comparison.sensitivity = uncertainty.sensitivity;
+        scene.duration = comparison.duration(&scene.drive);
+        let engine = Engine::new(&scene, laws, comparison.measurand())?;
+        let step = period / STEPS_PER_CYCLE as f64;
+        let len = engine.samples();
+        let low_pass = LowPass::new(step, len, comparison.cutoff);
+        let noise_rms = (comparison.noise_density * 0.5 / step).sqrt();
+        let base = Variation::of(&scene);
+        Ok(Self {
+            parameters,
+            comparison,
+            base,
+            scene,
+            uncertainty,
+            seed,
+            engine,
+            laws: laws.cloned(),
+            low_pass,
+            noise_rms,
+            watch,
+            above: None,
+        })
+    }
+
+    /// The contact laws that its runs were given, where they are not the scene's own.
+    #[must_use]
+    pub fn laws(&self) -> Option<&FiniteBodyLaws> {
+        self.laws.as_ref()
+    }
+
+    /// The same runs, with the same draws, made with a finer step; `None` where runs are those of a rung above, whose bodies say what they are
+    /// off by, or where there is no finer one.
+    #[must_use]
+    pub fn refined(&self) -> Option<Self> {
+        if self.above.is_some() {
+            return None;
+        }
+        let engine = self.engine.refined(&self.scene, self.laws.as_ref()).ok()?;
+        Some(Self { engine, ..self.clone() })
+    }
+
+    /// The runs of `rung` in place of those of the chain below it: all that a search asks for, where a correction makes only those that it
+    /// needs.
+    #[must_use]
+    pub fn above(rung: Rung) -> Self {
+        let chain = rung.chain().clone();
+        Self { above: Some(Arc::new(rung)), ..chain }
+    }
+
+    /// The same, drawing from a seed that is `by` further.
+    pub(super) fn reseeded(mut self, by: u64) -> Self {
+        self.seed = self.seed.wrapping_add(by);
+        self
+    }
+
+    /// Run the points, the first of which is run number `first` of the search.
+    ///
+    /// The draws of a run depend on the seed and its number alone, so neither threads nor batches change a result.
+    #[must_use]
+    pub fn run(&self, first: u64, positions: &[Vec<f64>]) -> Vec<Run> {
+        let Some(rung) = &self.above else {
+            return self.timed(first, positions).into_iter().map(|(run, _)| run).collect();
+        };
+        match rung.pairs(first, positions) {
+            Ok(pairs) => pairs.into_iter().map(|pair| pair.upper).collect(),
+            Err(Stopped) => {
+                let stopped = |at: &Vec<f64>| Run { position: at.clone(), outcome: Err("stopped".into()) };
+                positions.iter().map(stopped).collect()
+            }
+        }
+    }
+
+    /// As [`Forward::run`], with the onset of every run.
+    #[must_use]
+    pub fn timed(&self, first: u64, positions: &[Vec<f64>]) -> Vec<TimedRun> {
+        let chunks: Vec<Vec<TimedRun>> = positions
+            .par_chunks(LANES)
+            .enumerate()
+            .map(|(chunk, positions)| {
+                let number = first + (chunk * LANES) as u64;
+                let mut generators: Vec<ChaCha8Rng> =
+                    (0..positions.len()).map(|lane| self.generator(number + lane as u64)).collect();
+                let variations: Vec<Variation> =
+                    positions.iter().zip(&mut generators).map(|(at, random)| self.variation(at, random)).collect();
+                let traces = self.engine.run(&variations);
+                positions
+                    .iter()
+                    .zip(traces)
+                    .zip(&mut generators)
+                    .map(|((position, trace), random)| self.finish(position, trace, random))
+                    .collect()
+            })
+            .collect();
+        chunks.into_iter().flatten().collect()
+    }
+
+    /// Tell whoever watches how many runs are done; whether to go on.
+    #[must_use]
+    pub fn report(&self, runs: u64) -> bool {
+        (self.watch)(runs)
+    }
+
+    /// Where the draws of run `number` come from.
+    pub(super) fn generator(&self, number: u64) -> ChaCha8Rng {
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        random.set_stream(number + 1);
+        random
+    }
+
+    /// A point of the box under nuisances drawn from `random`.
+    pub(super) fn variation(&self, at: &[f64], random: &mut ChaCha8Rng) -> Variation {
+        let mut variation = self.base.clone();
+        for (parameter, &u) in self.parameters.iter().zip(at) {
+            parameter.vary(&self.scene, &mut variation, parameter.value(u));
+        }
+        let Uncertainty { gap, gap_scale, baseline, drive, precompression, support_stiffness, droop, .. } =
+            self.uncertainty;
+        variation.amplitude_scale *= 1.0 + drive * random.random_range(-1.0..1.0);
+        let rougher: f64 = StandardNormal.sample(random);
+        let roughness = gap * (gap_scale * rougher).exp();
+        for offset in &mut variation.gap_offsets {
+            let draw: f64 = StandardNormal.sample(random);
+            *offset += roughness * draw.abs();
+        }
+        let mut normal = || -> f64 { StandardNormal.sample(random) };
+        // What is fitted is not drawn; an error of the baseline is a gap.
+        let fitted = |target| self.parameters.iter().any(|parameter| parameter.target == target);
+        let draw = normal();
+        if !fitted(Target::Gap) {
+            variation.gap_offsets[0] += baseline * draw;
+        }
+        if precompression > 0.0 && !fitted(Target::Precompression) {
+            variation.precompression = (variation.precompression + precompression * normal()).abs();
+        }
+        if support_stiffness > 0.0 && !fitted(Target::SupportStiffness) {
+            variation.support_stiffness_factor *= (support_stiffness * normal()).exp();
+        }
+        let shakes = self.scene.drive.shakes_count();
+        variation.shaken = (0..shakes).map(|_| normal() / (shakes as f64).sqrt()).collect();
+        if droop > 0.0 {
+            variation.amplitude_scale /= 1.0 - droop * random.random::<f64>();
+        }
+        variation
+    }
+
+    /// What further runs of the bench would be, and what the instrument would let through of each: `count` points drawn from a posterior, each under
+    /// nuisances drawn anew.
+    #[must_use]
+    pub fn predicted(&self, posterior: &Posterior, count: usize) -> Vec<(Variation, Option<Passband>)> {
+        let draw = |number: usize| {
+            let mut random = self.generator(PREDICTED + number as u64);
+            let at = posterior.draw(1.0, &mut random);
+            let variation = self.variation(&at, &mut random);
+            (variation, self.passband(&at, || random.random()))
+        };
+        (0..count).map(draw).collect()
+    }
+
+    /// Features z of a trace (m/s or Pa, 160 samples a drive period) that needs no noise: low-pass, 40 samples a period, features.
+    ///
+    /// # Errors
+    /// What the comparison says of a trace without them.
+    pub fn features(&self, trace: Series) -> Result<Vec<f64>, String> {
+        self.comparison.reduce(&self.filtered(&trace))
+    }
+
+    /// The record's own noise, the record's own low-pass, 40 samples a period, features.
+    pub(super) fn finish(
+        &self,
+        position: &[f64],
+        trace: Result<Series, ModelError>,
+        random: &mut ChaCha8Rng,
+    ) -> TimedRun {
+        let conditioned = trace.map_err(|error| error.to_string()).map(|trace| self.condition(position, trace, random));
+        let onset = conditioned.as_ref().ok().and_then(|trace| self.comparison.onset(trace));
+        let outcome = conditioned.and_then(|trace| self.comparison.reduce(&trace));
+        (Run { position: position.to_vec(), outcome }, onset)
+    }
+
+    /// The instrument's bandwidth, the record's own noise, the cutoff of both.
+    fn condition(&self, position: &[f64], mut trace: Series, random: &mut ChaCha8Rng) -> Series {
+        if let Some(passband) = self.passband(position, || random.random()) {
+            trace = passband.pass(&trace);
+        }
+        if self.noise_rms > 0.0 {
+            for value in &mut trace.values {
+                let draw: f64 = StandardNormal.sample(random);
+                *value += self.noise_rms * draw;
+            }
+        }
+        clip(&mut trace.values, self.comparison.clipped);
+        self.filtered(&trace)
+    }
+
+    /// What the instrument lets through of a run at `position`, where that is felt in what is compared. A fitted band falls as a digital filter. One of
+    /// which the bandwidth alone is stated may fall as steeply as that or as slowly as a Bessel filter: `steepness` says how this one does.
+    #[must_use]
+    pub fn passband(&self, position: &[f64], steepness: impl FnOnce() -> f64) -> Option<Passband> {
+        let mut parameters = self.parameters.iter().zip(position);
+        if let Some((fitted, &u)) = parameters.find(|(parameter, _)| parameter.target == Target::Bandwidth) {
+            return Some(Passband { bandwidth: fitted.value(u), steepness: 1.0 });
+        }
+        let stated = self.comparison.bandwidth.filter(|stated| *stated < UNFELT * self.comparison.cutoff)?;
+        Some(Passband { bandwidth: stated, steepness: steepness() })
+    }
+
+    fn filtered(&self, trace: &Series) -> Series {
+        let filtered = if trace.len() == self.engine.samples() {
+            self.low_pass.apply(&trace.values)
+        } else {
+            LowPass::new(trace.step, trace.len(), self.comparison.cutoff).apply(&trace.values)
+        };
+        let stride = STEPS_PER_CYCLE / SAMPLES_PER_CYCLE;
+        let values = filtered.into_iter().step_by(stride).collect();
+        Series::new(trace.start, trace.step * stride as f64, values)
+    }
+}

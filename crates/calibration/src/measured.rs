@@ -1,0 +1,279 @@
+//! What a scene is fitted to: the record of a vibrometer or a hydrophone, or published features where no waveform exists.
+
+use std::path::Path;
+
+use super::{
+    comparison::Comparison,
+    drive::{RecordedDrive, displacement},
+    observation::{Observation, Recording},
+    printed::Printed,
+    refusal::Refusal,
+};
+use granchain_model::scene::Scene;
+use granchain_record::{Beginning, PublishedFeatures, ReadOptions, Record, RecordKind, read_record};
+use granchain_signal::{
+    Series, about_running_mean,
+    feature::{Measurand, Window, fingerprint::FeatureSet, line_amplitude},
+    wander,
+};
+
+/// The measurement.
+#[derive(Debug, Clone)]
+pub enum Measured {
+    /// A waveform.
+    Record(Box<MeasuredRecord>),
+    /// Printed statements.
+    Published(Box<MeasuredFeatures>),
+}
+
+/// A waveform with its fingerprint.
+#[derive(Debug, Clone)]
+pub struct MeasuredRecord {
+    /// As read.
+    pub record: Record,
+    /// As the lab's chain sees simulated traces.
+    pub recording: Recording,
+    /// As the fit sees it.
+    pub observation: Observation,
+}
+
+/// Printed statements, as read and as the fit sees them.
+#[derive(Debug, Clone)]
+pub struct MeasuredFeatures {
+    /// As read.
+    pub published: PublishedFeatures,
+    /// As the fit sees them.
+    pub printed: Printed,
+}
+
+/// Whether a file is one of published features.
+#[must_use]
+pub fn is_published(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
+}
+
+impl Measured {
+    /// Read and check a file, for runs of `scene` under `drive` where that was recorded; what was assumed goes to `assumptions`.
+    ///
+    /// # Errors
+    /// Whatever is wrong with the file, or makes it incomparable with the scene.
+    pub fn read(
+        path: &Path,
+        (quantity, set): (Measurand, FeatureSet),
+        options: &ReadOptions,
+        (scene, drive): (&Scene, Option<&RecordedDrive>),
+        assumptions: &mut Vec<String>,
+    ) -> Result<Self, Refusal> {
+        if is_published(path) {
+            let published = PublishedFeatures::read(path)?;
+            let window = Window::of_drive(&displacement(scene), scene.drive.frequency).map_err(Refusal::NoWindow)?;
+            let printed = Printed::new(&published, scene.drive.frequency, window)
+                .map_err(|source| Refusal::Printed { path: path.into(), source })?;
+            assumptions.extend(printed.assumptions().into_iter().map(|text| format!("{}: {text}", path.display())));
+            return Ok(Self::Published(Box::new(MeasuredFeatures { published, printed })));
+        }
+        let kind = match quantity {
+            Measurand::Velocity => RecordKind::Vibrometer,
+            Measurand::Pressure => RecordKind::Hydrophone,
+        };
+        let options = ReadOptions { drive_frequency: Some(scene.drive.frequency), ..options.clone() };
+        Self::of(read_record(path, kind, &options)?, set, (scene, drive), assumptions)
+    }
+
+    /// Check a record that is read already, of a vibrometer or a hydrophone.
+    ///
+    /// # Errors
+    /// Whatever makes it incomparable with the scene.
+    pub fn of(
+        mut record: Record,
+        set: FeatureSet,
+        (scene, drive): (&Scene, Option<&RecordedDrive>),
+        assumptions: &mut Vec<String>,
+    ) -> Result<Self, Refusal> {
+        record.check_sampling(scene.drive.frequency)?;
+        if let Some(text) = without_tail(&mut record, scene) {
+            record.assumptions.push(text);
+        }
+        let place = record.path.display();
+        assumptions.extend(record.assumptions.iter().map(|text| format!("{place}: {text}")));
+        if let Some(text) = drive.and_then(|drive| swapped(&record, drive)) {
+            record.warnings.insert(0, text);
+        }
+        let begins_late = drive.is_some_and(|drive| matches!(drive.motion.begins, Beginning::Inside { .. }));
+        let recording = Recording::of(&record, begins_late);
+        let observation = Observation::new(&recording, &scene.drive, set)
+            .map_err(|source| Refusal::Observation { path: record.path.clone(), source })?;
+        Ok(Self::Record(Box::new(MeasuredRecord { record, recording, observation })))
+    }
+
+    /// What every run is compared with.
+    #[must_use]
+    pub fn comparison(&self) -> Comparison {
+        match self {
+            Self::Record(measured) => measured.observation.clone().into(),
+            Self::Published(measured) => measured.printed.clone().into(),
+        }
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Record(measured) => &measured.record.path,
+            Self::Published(measured) => &measured.published.path,
+        }
+    }
+
+    /// SHA-256 of the file.
+    #[must_use]
+    pub fn sha256(&self) -> &str {
+        match self {
+            Self::Record(measured) => &measured.record.sha256,
+            Self::Published(measured) => &measured.published.sha256,
+        }
+    }
+
+    /// The waveform, where there is one.
+    #[must_use]
+    pub fn record(&self) -> Option<&Record> {
+        match self {
+            Self::Record(measured) => Some(&measured.record),
+            Self::Published(_) => None,
+        }
+    }
+
+    /// The waveform as the fit sees it, where there is one.
+    #[must_use]
+    pub fn trace(&self) -> Option<&Series> {
+        match self {
+            Self::Record(measured) => Some(&measured.observation.trace),
+            Self::Published(_) => None,
+        }
+    }
+
+    /// What looks wrong in it, and what is left out for that.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        match self {
+            Self::Record(measured) => {
+                [measured.record.warnings.clone(), measured.observation.warnings.clone()].concat()
+            }
+            Self::Published(_) => vec![],
+        }
+    }
+
+    /// The printed statements, where there is no waveform.
+    #[must_use]
+    pub fn features(&self) -> Option<&MeasuredFeatures> {
+        match self {
+            Self::Record(_) => None,
+            Self::Published(measured) => Some(measured),
+        }
+    }
+
+    /// One word for it.
+    #[must_use]
+    pub fn noun(&self) -> &'static str {
+        match self {
+            Self::Record(_) => "record",
+            Self::Published(_) => "published",
+        }
+    }
+}
+
+/// How long a record is kept behind its motion, in durations of the scene: what is compared ends with the burst.
+const KEPT: f64 = 2.0;
+
+/// Take off what a scope's long memory holds behind all that is compared, which would cost memory and time in every step from here on; returns what was
+/// done.
+fn without_tail(record: &mut Record, scene: &Scene) -> Option<String> {
+    let last = Window::of_trace(&record.series, scene.drive.frequency).ok()?.to;
+    let (until, end) = (last + KEPT * scene.duration, record.series.end());
+    let kept = ((until - record.series.start) / record.series.step).ceil() as usize + 1;
+    if kept >= record.series.len() {
+        return None;
+    }
+    for values in [&mut record.series.values, &mut record.raw.values] {
+        values.truncate(kept);
+        values.shrink_to_fit();
+    }
+    Some(format!(
+        "of the record, which goes on to {:.4} ms, what lies behind {:.4} ms is left out: nothing of it is compared",
+        1e3 * end,
+        1e3 * until
+    ))
+}
+
+/// Share of a horn's velocity at the drive frequency, at least: it hardly moves otherwise.
+const PURE: f64 = 0.9;
+/// The same of a bead that is struck, at most.
+const STRUCK: f64 = 0.8;
+/// Way by which a bead moves on as it is pushed into its support, over the amplitude that is left of it, at least; a horn comes back.
+const MOVED_ON: f64 = 0.5;
+
+/// That the two files may be swapped: what is said to be the horn moves as a struck bead, and the bead as a horn.
+fn swapped(record: &Record, drive: &RecordedDrive) -> Option<String> {
+    let (frequency, x) = (drive.motion.drive_frequency, &drive.motion.displacement);
+    let share = |series: &Series| {
+        let window = Window::of_trace(series, frequency).ok()?;
+        let samples = &series.values[window.indices(series)];
+        let mean = samples.iter().sum::<f64>() / samples.len() as f64;
+        let square = samples.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / samples.len() as f64;
+        // A burst that still grows is a little more than its mean line.
+        Some((0.5 * line_amplitude(series, window, frequency).powi(2) / square).min(1.0))
+    };
+    let rates = x.values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let (horn, bead) = (share(&Series::new(x.start, x.step, rates))?, share(&record.series)?);
+    let period = (1.0 / (frequency * x.step)).round() as usize;
+    let left = about_running_mean(&x.values, period);
+    let moved_on = wander(&x.values, period) / left.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+    (bead > PURE && (horn < STRUCK || moved_on > MOVED_ON)).then(|| {
+        format!(
+            "{:.0} % of its motion is at {:.4} kHz as a horn's is; of what is said to be the horn's ({}) {:.0} %, and it moves on by {:.0} % of its \
+             amplitude as a struck bead does: swap --measured and --drive if the files are swapped",
+            100.0 * bead,
+            frequency * 1e-3,
+            drive.input.path.display(),
+            100.0 * horn,
+            100.0 * moved_on
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+
+    use super::*;
+    use granchain_model::scene::load;
+
+    #[test]
+    fn what_a_long_memory_holds_behind_the_motion_changes_no_feature() {
+        let scene = load("annulus", &["model.kind=chain".to_owned()]).unwrap();
+        let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../measurements/twin-annulus/vib.csv");
+        let mut text = std::fs::read_to_string(&shipped).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let measured = |path: &Path| {
+            let mut assumptions = Vec::new();
+            let compared = (Measurand::Velocity, FeatureSet::Full);
+            let read = Measured::read(path, compared, &ReadOptions::default(), (&scene, None), &mut assumptions);
+            let Measured::Record(measured) = read.unwrap() else { panic!("a record") };
+            (measured, assumptions)
+        };
+        let (short, assumed) = measured(&shipped);
+        assert!(!assumed.iter().any(|text| text.contains("is left out")), "{assumed:?}");
+        // 20 ms behind the 0.8 ms of the record, at the value it ends with.
+        for i in 1..=100_000 {
+            writeln!(text, "{:.4},4.000", 800.0 + 0.2 * f64::from(i)).unwrap();
+        }
+        let path = folder.path().join("vib.csv");
+        std::fs::write(&path, text).unwrap();
+        let (long, assumed) = measured(&path);
+        assert!(assumed.iter().any(|text| text.contains("goes on to 20.8000 ms")), "{assumed:?}");
+        assert!(long.record.series.len() < 4 * short.record.series.len(), "{}", long.record.series.len());
+        assert_eq!(long.record.series.len(), long.record.raw.len());
+        for (a, b) in short.observation.features.iter().zip(&long.observation.features) {
+            assert!((a - b).abs() < 1e-9 * a.abs(), "{a:e} {b:e}");
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! What a fit is held against: the record, conditioned, with its fingerprint.
+
+use thiserror::Error;
+
+use granchain_model::scene::Drive;
+use granchain_record::{Record, RecordKind};
+use granchain_signal::{
+    LowPass, Resampler, Series,
+    feature::{
+        Measurand,
+        fingerprint::{FeatureSet, Fingerprint, FingerprintError, SAMPLES_PER_CYCLE, onset_threshold},
+    },
+};
+
+/// Nugget of an early feature, in ln.
+const EARLY_NUGGET: f64 = 0.02;
+
+/// Nugget of a late feature, in ln.
+pub(super) const LATE_NUGGET: f64 = 0.01;
+
+/// Largest value at the beginning of a record without quiet samples that may be an offset, over its peak.
+const UNKNOWN_OFFSET: f64 = 0.03;
+
+/// Share of the periods that could be compared below which a record is called short, and their number.
+const SHORT: f64 = 0.75;
+const MOST_COMPARED: f64 = 40.0;
+
+/// Highest cutoff, Hz: above it a laser vibrometer of this class records little but noise.
+const HIGHEST_CUTOFF: f64 = 1.25e6;
+
+/// The cutoff of traces whose own sampling sets no lower one: 1.25 MHz, or what 40 samples a drive period carry, Hz.
+#[must_use]
+pub fn highest_cutoff(drive_frequency: f64) -> f64 {
+    f64::min(HIGHEST_CUTOFF, 0.42 * SAMPLES_PER_CYCLE as f64 * drive_frequency)
+}
+
+/// A recorded velocity or pressure and what is known of how it was recorded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// What it is of.
+    pub measurand: Measurand,
+    /// Velocity (m/s) or pressure (Pa), baseline removed, sign as in the model.
+    pub signal: Series,
+    /// σ of its noise, unit of the signal; 0 when unknown.
+    pub noise_rms: f64,
+    /// Bandwidth of the instrument, Hz, if stated.
+    pub bandwidth: Option<f64>,
+    /// Number of quiet samples at the start.
+    pub quiet: usize,
+    /// Where its input was clipped, below and above, unit of the signal.
+    pub clipped: [Option<f64>; 2],
+    /// Whether the record of the drive begins inside its burst, so that nobody knows what the chain did first.
+    pub begins_late: bool,
+}
+
+/// Steepness of an instrument of which nothing but the bandwidth is stated, where one has to be chosen: halfway between what it may be.
+pub const HALFWAY: f64 = 0.5;
+
+/// What an instrument passes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passband {
+    /// Its −6 dB point, Hz.
+    pub bandwidth: f64,
+    /// How it falls beyond: 1 as a digital filter, 0 as a Gaussian; [`LowPass::falling`].
+    pub steepness: f64,
+}
+
+impl Passband {
+    /// What is left of a trace.
+    #[must_use]
+    pub fn pass(&self, trace: &Series) -> Series {
+        let low_pass = LowPass::falling(trace.step, trace.len(), self.bandwidth, self.steepness);
+        Series::new(trace.start, trace.step, low_pass.apply(&trace.values))
+    }
+}
+
+/// Samples as an input shows them that was clipped there, if it was.
+pub fn clip(values: &mut [f64], [low, high]: [Option<f64>; 2]) {
+    let (low, high) = (low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY));
+    if low < high && (low.is_finite() || high.is_finite()) {
+        values.iter_mut().for_each(|value| *value = value.clamp(low, high));
+    }
+}
+
+impl Recording {
+    /// Of a bead's or a hydrophone's record; `begins_late` as of the field.
+    #[must_use]
+    pub fn of(record: &Record, begins_late: bool) -> Self {
+        let measurand = match record.kind {
+            RecordKind::Hydrophone => Measurand::Pressure,
+            RecordKind::HornTip | RecordKind::Vibrometer => Measurand::Velocity,
+        };
+        Self {
+            measurand,
+            signal: record.series.clone(),
+            noise_rms: record.noise_rms,
+            bandwidth: record.bandwidth,
+            quiet: record.pretrigger,
+            clipped: record.clipped,
+            begins_late,
+        }
+    }
+
+    /// What its instrument lets through, as far as it is stated.
+    #[must_use]
+    pub fn passband(&self) -> Option<Passband> {
+        self.bandwidth.map(|bandwidth| Passband { bandwidth, steepness: HALFWAY })
+    }
+
+    /// One-sided density of its noise in what is compared, given the signal below `cutoff` (Hz): white up to half the sample rate, as that of a
+    /// converter; up to the bandwidth, as that which a decoder shapes; in between, as the quiet samples have it.
+    fn noise_density(&self, filtered: &[f64], cutoff: f64) -> f64 {
+        let half = 0.5 * self.signal.sample_rate();
+        let (white, shaped) =
+            (self.noise_rms.powi(2) / half, self.noise_rms.powi(2) / self.bandwidth.unwrap_or(half).min(half));
+        // Clear of the motion that the filter spreads, and enough of them that their rms is known to a tenth.
+        let clear = self.quiet.saturating_sub((2.0 / (cutoff * self.signal.step)).ceil() as usize);
+        if (clear as f64) * self.signal.step * cutoff < 25.0 {
+            return shaped;
+        }
+        let quiet = &filtered[..clear];
+        let mean = quiet.iter().sum::<f64>() / clear as f64;
+        let seen = quiet.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / clear as f64;
+        (seen / cutoff).clamp(white, shaped)
+    }
+}
+
+/// Why a record cannot be fitted to.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ObservationError {
+    /// Every sample is the same.
+    #[error(
+        "expected a signal, found {value:e} {} in every sample; check that the input was connected and that this \
+         is the right column (--column)", measurand.unit()
+    )]
+    Constant {
+        /// What was recorded.
+        measurand: Measurand,
+        /// That value, after the baseline is removed, unit of the measurand.
+        value: f64,
+    },
+    /// Noise hides the onset.
+    #[error(
+        "the noise of the record ({noise:.3e} {} rms) hides its onset: 6 σ exceeds a quarter of its peak \
+         ({peak:.3e} {}); average more shots, lower --bandwidth, or record longer if the answer had hardly come", measurand.unit(), measurand.unit()
+    )]
+    NoisyOnset {
+        /// What was recorded.
+        measurand: Measurand,
+        /// σ, unit of the measurand.
+        noise: f64,
+        /// Peak, likewise.
+        peak: f64,
+    },
+    /// Too few drive periods after the onset.
+    #[error(
+        "the record ends {available_cycles:.1} drive periods after its onset, expected at least {needed_cycles}; record \
+         longer, or check --drive-frequency"
+    )]
+    TooShort {
+        /// Periods after the onset.
+        available_cycles: f64,
+        /// Periods needed.
+        needed_cycles: usize,
+    },
+    /// The record has no fingerprint.
+    #[error("the record has no fingerprint")]
+    Fingerprint(#[from] FingerprintError),
+}
+
+/// The record as the fit sees it.
+#[derive(Debug, Clone)]
+pub struct Observation {
+    /// The record at [`SAMPLES_PER_CYCLE`] a drive period, low-passed, m/s or Pa.
+    pub trace: Series,
+    /// Cutoff applied to record and runs alike, Hz.
+    pub cutoff: f64,
+    /// Stated bandwidth of the instrument, Hz.
+    pub bandwidth: Option<f64>,
+    /// Where the instrument's input was clipped, below and above, m/s or Pa.
+    pub clipped: [Option<f64>; 2],
+    /// Spectral density of the record's noise, one-sided, (m/s)²/Hz or Pa²/Hz.
+    pub noise_density: f64,
+    /// How traces are reduced.
+    pub fingerprint: Fingerprint,
+    /// Features z₀ of the record.
+    pub features: Vec<f64>,
+    /// Smallest scatter allowed to each feature, in ln.
+    pub nuggets: Vec<f64>,
+    /// What is left out and why, in words; shown beside the verdict.
+    pub warnings: Vec<String>,
+}
+
+impl Observation {
+    /// Condition and reduce a record.
+    ///
+    /// - `drive`: what was driven with; the record is used no longer after its onset than the burst lasts
+    ///
+    /// # Errors
+    /// When the onset cannot be told from noise or too little follows it.
+    pub fn new(recording: &Recording, drive: &Drive, set: FeatureSet) -> Result<Self, ObservationError> {
+        let drive_frequency = drive.frequency;
+        let (begins, ends) = drive.burst();
+        let drive_cycles = (ends - begins) * drive_frequency;
+        let Recording { measurand, ref signal, .. } = *recording;
+        if let Some(&first) = signal.values.first()
+            && signal.values.iter().all(|&value| value == first)
+        {
+            return Err(ObservationError::Constant { measurand, value: first });
+        }
+        let rate = signal.sample_rate();
+        let cutoff = f64::min(0.42 * rate, highest_cutoff(drive_frequency));
+        let filtered = LowPass::new(signal.step, signal.len(), cutoff).apply(&signal.values);
+        let noise_density = recording.noise_density(&filtered, cutoff);
+        let step = 1.0 / (drive_frequency * SAMPLES_PER_CYCLE as f64);
+        let count = ((signal.end() - signal.start) / step).floor() as usize + 1;
+        let resampler = Resampler::interpolating(signal.start, signal.step, signal.len(), signal.start, step, count);
+        let trace = resampler.series(&filtered);
+        let noise = (noise_density * cutoff).sqrt();
+        let peak = trace.peak();
+        let threshold =
+            onset_threshold(&trace, noise).ok_or(ObservationError::NoisyOnset { measurand, noise, peak })?;
+        let onset = trace.values.iter().position(|v| v.abs() >= threshold).unwrap_or(0);
+        let available = (trace.len() - onset) as f64 / SAMPLES_PER_CYCLE as f64;
+        let fingerprint = Fingerprint::of(
+            measurand,
+            set,
+            (threshold, peak),
+            f64::min(available, drive_cycles).floor() as usize,
+            drive_frequency,
+        )
+        .ok_or(ObservationError::TooShort { available_cycles: available, needed_cycles: Fingerprint::FEWEST_CYCLES })?;
+        // At rest no trace is beyond the threshold within the first quarter of a period, nor, before a wave can have come through, beyond what an unknown
+        // offset and noise explain.
+        let unseen = f64::max(6.0 * noise, UNKNOWN_OFFSET * peak);
+        let first = &trace.values[..usize::min(SAMPLES_PER_CYCLE / 4, trace.len())];
+        let moving = onset < first.len() || recording.quiet == 0 && first.iter().any(|value| value.abs() > unseen);
+        let ended = (available < SHORT * drive_cycles.min(MOST_COMPARED)).then(|| {
+            format!(
+                "the record ends {available:.1} drive periods after its onset, in a burst of {drive_cycles:.0}: nothing later is compared; record \
+                 to the end of the burst"
+            )
+        });
+        let (fingerprint, mut warnings) = if moving || recording.begins_late {
+            let which = if moving {
+                "the record begins inside the answer"
+            } else {
+                "the drive's record begins inside its burst"
+            };
+            let warning = format!(
+                "{which}: early peaks and the extremes of the whole are not compared, only the {} periods from the {}th on; record \
+                 from before the burst on",
+                fingerprint.cycles_needed() - fingerprint.late_start(),
+                fingerprint.late_start()
+            );
+            (fingerprint.late_only(), vec![warning])
+        } else {
+            (fingerprint, vec![])
+        };
+        warnings.extend(ended);
+        let features = fingerprint.measure(&trace)?;
+        let nuggets = fingerprint.early().iter().map(|&early| if early { EARLY_NUGGET } else { LATE_NUGGET }).collect();
+        let Recording { bandwidth, clipped, .. } = *recording;
+        Ok(Self { trace, cutoff, bandwidth, clipped, noise_density, fingerprint, features, nuggets, warnings })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+
+    /// White noise of rms 1 at 10 MHz, as a converter adds it behind a decoder of 0.5 MHz.
+    fn recording(bandwidth: Option<f64>) -> Recording {
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let values = (0..8000).map(|_| StandardNormal.sample(&mut random)).collect();
+        let measurand = Measurand::Velocity;
+        let signal = Series::new(0.0, 1e-7, values);
+        Recording { measurand, signal, noise_rms: 1.0, bandwidth, quiet: 4000, clipped: [None; 2], begins_late: false }
+    }
+
+    #[test]
+    fn noise_beyond_a_stated_band_is_told_by_the_quiet_samples() {
+        let cutoff = 1.25e6;
+        let density = |recording: &Recording, shaped: bool| {
+            let mut filtered = LowPass::new(1e-7, 8000, cutoff).apply(&recording.signal.values);
+            if shaped {
+                // As loud, all of it below 0.5 MHz.
+                let low = LowPass::new(1e-7, 8000, 0.5e6).apply(&recording.signal.values);
+                filtered = low.iter().map(|value| value * 10f64.sqrt()).collect();
+            }
+            recording.noise_density(&filtered, cutoff)
+        };
+        let (white, shaped) = (1.0 / 5e6, 1.0 / 0.5e6);
+        assert!((density(&recording(Some(0.5e6)), false) / white - 1.0).abs() < 0.15);
+        // Of 0.5 MHz 0.4 µs are independent: a thousand samples.
+        assert!((density(&recording(Some(0.5e6)), true) * cutoff / (shaped * 0.5e6) - 1.0).abs() < 0.2);
+        assert_eq!(density(&recording(None), false), white);
+        let unseen = Recording { quiet: 100, ..recording(Some(0.5e6)) };
+        assert_eq!(density(&unseen, false), shaped);
+    }
+
+    #[test]
+    fn an_input_is_clipped_at_the_ends_that_are_known() {
+        let clipped = |limits| {
+            let mut values = vec![-2.0, -0.5, 0.5, 2.0];
+            clip(&mut values, limits);
+            values
+        };
+        assert_eq!(clipped([None, None]), [-2.0, -0.5, 0.5, 2.0]);
+        assert_eq!(clipped([None, Some(1.0)]), [-2.0, -0.5, 0.5, 1.0]);
+        assert_eq!(clipped([Some(-1.0), Some(1.0)]), [-1.0, -0.5, 0.5, 1.0]);
+    }
+}

@@ -1,0 +1,346 @@
+//! What a calibration leaves behind: `calibration.json`.
+//!
+//! Scripts depend on its keys. It holds no times, no command line and nothing that depends on the number of threads.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    diagnosis::Finding,
+    fit::{Estimate, Fit, Verdict},
+    parameter::Parameter,
+};
+use granchain_signal::feature::Measurand;
+
+/// `calibration.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CalibrationOutcome {
+    /// Program and version.
+    pub program: String,
+    /// Scene as named on the command line or in the plan.
+    pub scene: String,
+    /// Overrides of the scene.
+    pub overrides: Vec<String>,
+    /// Which model was run.
+    pub model: String,
+    /// What was recorded; absent for a velocity.
+    #[serde(default, skip_serializing_if = "is_velocity")]
+    pub quantity: Measurand,
+    /// The damping law the values are for.
+    pub damping_kind: String,
+    /// The mount of the disc the values are for, where mounts are compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mount: Option<String>,
+    /// `within scatter`, `outside scatter`, `not converged`.
+    pub verdict: Verdict,
+    /// The fitted parameters by name.
+    pub parameters: BTreeMap<String, FittedParameter>,
+    /// Correlation of the logarithms of the first two parameters.
+    pub correlation: f64,
+    /// The same of every pair of more than two, named by both.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub correlations: BTreeMap<String, f64>,
+    /// Share of right records that are as far from the model as this one: below 0.05 `doubtful`, below 0.01 `outside scatter`.
+    pub p_value: f64,
+    /// Median misfit per feature of the ten best runs, in units of the local scatter.
+    pub misfit: f64,
+    /// Watched features of record and model.
+    pub features: BTreeMap<String, OutcomeFeature>,
+    /// Features the fit itself compared.
+    pub fitted_features: BTreeMap<String, FittedFeature>,
+    /// Every record where several were fitted together; `features` and `fitted_features` above are those of the first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub records: Vec<RecordOutcome>,
+    /// Connected parts of the 90 % region, heaviest first.
+    pub lobes: Vec<OutcomeLobe>,
+    /// What each rung of the ladder said, the lowest first; the one that answers is that of `model`.
+    pub rungs: Vec<RungOutcome>,
+    /// Runs made, on all rungs.
+    pub evaluations: u64,
+    /// Runs that failed, on all rungs.
+    pub failed_runs: u64,
+    /// Why runs failed, with how many did so.
+    pub failures: BTreeMap<String, u64>,
+    /// Seed.
+    pub seed: u64,
+    /// Files that went in, by role.
+    pub inputs: BTreeMap<String, InputDigest>,
+    /// What the data cannot separate, and which further record would.
+    pub statements: Vec<String>,
+    /// Every law fitted, best first.
+    pub laws: Vec<LawOutcome>,
+    /// Which law the record prefers, or `undecided`; absent when only one was fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preferred_law: Option<String>,
+    /// Which mount the record prefers, or `undecided`; absent when only one was fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preferred_mount: Option<String>,
+    /// Mounts of which no run could be compared with the record, with the reason.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub excluded: BTreeMap<String, String>,
+    /// What would explain the record where the model does not, likeliest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub diagnosis: Vec<Finding>,
+    /// What looks wrong in the records, though they could be read.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
+    /// What was understood and assumed on reading.
+    pub assumptions: Vec<String>,
+}
+
+fn is_velocity(quantity: &Measurand) -> bool {
+    *quantity == Measurand::Velocity
+}
+
+/// One fitted parameter, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FittedParameter {
+    /// The jointly most likely value.
+    pub value: f64,
+    /// Lower end of the 90 % interval; absent where no interval means anything.
+    pub low: Option<f64>,
+    /// Upper end of the 90 % interval; absent where no interval means anything.
+    pub high: Option<f64>,
+    /// Marginal median.
+    pub median: f64,
+    /// SI unit, `1` for a pure number.
+    pub unit: String,
+    /// Whether the value or the interval touches a bound of the search.
+    pub at_bound: bool,
+    /// Whether the interval is hardly narrower than the box.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub unidentified: bool,
+    /// Bounds of the search.
+    pub bounds: [f64; 2],
+}
+
+/// One watched feature of record and calibrated model, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OutcomeFeature {
+    /// Of the record.
+    pub measured: Option<f64>,
+    /// Of the model, mean over perturbed runs.
+    pub simulated: Option<f64>,
+    /// Standard deviation over perturbed runs: the chaos floor.
+    pub scatter: Option<f64>,
+    /// Change for +1 % drive.
+    pub sensitivity: Option<f64>,
+    /// SI unit, `1` for a pure number.
+    pub unit: String,
+}
+
+/// One feature of the fit, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FittedFeature {
+    /// Of the record, or as published; absent for a published statement that is no number.
+    pub measured: Option<f64>,
+    /// Expected at the most likely point, less the record, in units of the scatter of a single run; what the verdict is made of.
+    pub deviation: Option<f64>,
+    /// By how much its scatter was multiplied, for no run has it: √(1 + γ²); absent where it agrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub widened: Option<f64>,
+    /// ln of the factor that corrects the model's own setting, and what is not known of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model_error: Option<[f64; 2]>,
+    /// SI unit, `1` for a pure number.
+    pub unit: String,
+}
+
+/// One of several records that were fitted together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RecordOutcome {
+    /// What it is called beside the others.
+    pub label: String,
+    /// The file.
+    pub measured: String,
+    /// Overrides of its scene.
+    pub overrides: Vec<String>,
+    /// Share of right records that are as far from the model as this one at the joint answer.
+    pub p_value: f64,
+    /// Misfit per feature of this record at the runs that are best for all, in scatters.
+    pub misfit: f64,
+    /// Correlation of the logarithms of the first two parameters by this record alone.
+    pub correlation: f64,
+    /// What it says by itself, by the runs made for all.
+    pub alone: BTreeMap<String, FittedParameter>,
+    /// Watched features of record and model.
+    pub features: BTreeMap<String, OutcomeFeature>,
+    /// Features of it that the fit compared.
+    pub fitted_features: BTreeMap<String, FittedFeature>,
+}
+
+/// A connected part of the 90 % region, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OutcomeLobe {
+    /// Its share of the posterior.
+    pub mass: f64,
+    /// Lower and upper end of each parameter.
+    pub extent: BTreeMap<String, [f64; 2]>,
+}
+
+/// One of several damping laws.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LawOutcome {
+    /// The law.
+    pub damping_kind: String,
+    /// The mount of the disc, where mounts are compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mount: Option<String>,
+    /// How its fit ended.
+    pub verdict: Verdict,
+    /// Share of right records that are as far from it.
+    pub p_value: f64,
+    /// Its misfit.
+    pub misfit: f64,
+    /// ln of its evidence.
+    pub log_evidence: f64,
+    /// Its parameters.
+    pub parameters: BTreeMap<String, FittedParameter>,
+}
+
+/// One rung of the ladder.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RungOutcome {
+    /// Its model.
+    pub model: String,
+    /// Runs made on it.
+    pub runs: u64,
+    /// Of them failed.
+    pub failed_runs: u64,
+    /// How its own fit ended; absent where it was only run at the answer.
+    pub verdict: Option<Verdict>,
+    /// What it found, or was run at.
+    pub parameters: BTreeMap<String, FittedParameter>,
+    /// What it expects at the answer.
+    pub features: BTreeMap<String, RungFeature>,
+}
+
+/// One fitted feature as a rung expects it at the answer, SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RungFeature {
+    /// Expected.
+    pub value: f64,
+    /// Standard deviation of its logarithm over runs; absent of a single run.
+    pub scatter: Option<f64>,
+    /// SI unit, `1` for a pure number.
+    pub unit: String,
+}
+
+impl RungOutcome {
+    /// A rung with a fit of its own.
+    #[must_use]
+    pub fn of(model: &str, fit: &Fit, features: BTreeMap<String, RungFeature>) -> Self {
+        Self {
+            model: model.into(),
+            runs: fit.runs.len() as u64,
+            failed_runs: fit.failed() as u64,
+            verdict: Some(fit.verdict),
+            parameters: fitted_parameters(fit),
+            features,
+        }
+    }
+
+    /// A rung that was run once, at the answer.
+    #[must_use]
+    pub fn single(
+        model: &str,
+        parameters: BTreeMap<String, FittedParameter>,
+        features: BTreeMap<String, RungFeature>,
+    ) -> Self {
+        Self { model: model.into(), runs: 1, failed_runs: 0, verdict: None, parameters, features }
+    }
+}
+
+/// A file that went in.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct InputDigest {
+    /// As given.
+    pub path: String,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+}
+
+/// What the fit says of its feature `index`: that many of other records come before it.
+#[must_use]
+pub fn fitted_feature(fit: &Fit, index: usize, measured: Option<f64>, unit: &str) -> FittedFeature {
+    let shift = fit.discrepancy.shift.get(index).copied().filter(|_| fit.discrepancy.pairs > 0);
+    FittedFeature {
+        measured,
+        deviation: fit.agreement.pulls.get(index).copied(),
+        widened: fit.inflation.get(index).filter(|more| **more > 0.0).map(|more| (1.0 + more).sqrt()),
+        model_error: shift.zip(fit.discrepancy.nuggets.get(index).copied()).map(|(shift, left)| [shift, left]),
+        unit: unit.into(),
+    }
+}
+
+/// The fitted parameters by name; intervals only where the verdict allows one.
+#[must_use]
+pub fn fitted_parameters(fit: &Fit) -> BTreeMap<String, FittedParameter> {
+    estimates_by_name(&fit.estimates, &fit.parameters, fit.verdict.explains())
+}
+
+/// Estimates of `parameters` by name, with their intervals where those are `quoted`.
+#[must_use]
+pub fn estimates_by_name(
+    estimates: &[Estimate],
+    parameters: &[Parameter],
+    quoted: bool,
+) -> BTreeMap<String, FittedParameter> {
+    let entry = |(estimate, parameter): (&Estimate, &Parameter)| {
+        let fitted = FittedParameter {
+            value: estimate.value,
+            low: quoted.then_some(estimate.low),
+            high: quoted.then_some(estimate.high),
+            median: estimate.median,
+            unit: estimate.unit.clone(),
+            at_bound: estimate.at_bound,
+            unidentified: estimate.unidentified,
+            bounds: [parameter.low, parameter.high],
+        };
+        (estimate.name.clone(), fitted)
+    };
+    estimates.iter().zip(parameters).map(entry).collect()
+}
+
+/// Correlations of every pair of more than two parameters.
+#[must_use]
+pub fn correlations(fit: &Fit) -> BTreeMap<String, f64> {
+    let count = if fit.parameters.len() > 2 { fit.parameters.len() } else { 0 };
+    let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
+    let name = |index: usize| fit.parameters[index].name.as_str();
+    pairs.map(|(a, b)| (format!("{},{}", name(a), name(b)), fit.posterior.correlation(a, b))).collect()
+}
+
+/// Failure messages with how often each occurred, numbers in them left out so that alike ones meet.
+#[must_use]
+pub fn failures(fit: &Fit) -> BTreeMap<String, u64> {
+    let mut counted = BTreeMap::new();
+    for reason in fit.runs.iter().filter_map(|run| run.outcome.as_ref().err()) {
+        *counted.entry(without_numbers(reason)).or_insert(0) += 1;
+    }
+    counted
+}
+
+fn without_numbers(reason: &str) -> String {
+    reason
+        .split(' ')
+        .map(|word| if word.starts_with(|c: char| c.is_ascii_digit()) { "…" } else { word })
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// The lobes in SI.
+#[must_use]
+pub fn lobes(fit: &Fit) -> Vec<OutcomeLobe> {
+    let extent = |lobe: &super::posterior::Lobe| {
+        fit.parameters
+            .iter()
+            .enumerate()
+            .map(|(d, parameter)| {
+                (parameter.name.clone(), [parameter.value(lobe.low[d]), parameter.value(lobe.high[d])])
+            })
+            .collect()
+    };
+    fit.lobes.iter().map(|lobe| OutcomeLobe { mass: lobe.mass, extent: extent(lobe) }).collect()
+}

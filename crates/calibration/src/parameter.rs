@@ -1,0 +1,351 @@
+//! What is fitted: named parameters in a box, searched in their logarithms.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::observation::highest_cutoff;
+use granchain_model::{
+    chain::ensemble::Variation,
+    scene::{DampingKind, Scene, Support},
+};
+
+/// A quantity of the scene, or of the instrument, that a fit may change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Target {
+    /// α, the factor on the drive.
+    Alpha,
+    /// c or γ, whichever the scene's damping law has.
+    Damping,
+    /// c beside γ.
+    LinearDamping,
+    /// γ beside c.
+    KuwabaraKonoDamping,
+    /// F₀, the static force through the chain.
+    Precompression,
+    /// The factor on the annulus' law, or the stiffness of the spring.
+    SupportStiffness,
+    /// The gap between the resting piston and the first bead.
+    Gap,
+    /// The cutoff of the instrument that recorded.
+    Bandwidth,
+}
+
+/// One fitted parameter with its bounds; its coordinate is u = ln(value/low)/ln(high/low) ∈ \[0, 1\].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Parameter {
+    /// What it changes.
+    pub target: Target,
+    /// Name in plans and outcomes.
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// Lower bound, SI, positive.
+    pub low: f64,
+    /// Upper bound, SI, above `low`.
+    pub high: f64,
+    /// Bounds that a search may widen those to where the best runs press on them, SI; the same where somebody chose them.
+    pub limits: (f64, f64),
+}
+
+/// Factor by which a box may be widened in all.
+const FARTHEST: f64 = 100.0;
+
+/// Factor beyond the first box from which a value is unusual.
+const UNUSUAL: f64 = 3.0;
+
+/// Unit coordinate from which an answer touches a bound.
+const EDGE: f64 = 0.01;
+
+/// Factor by which a bound is moved that the best runs press on.
+const WIDENING: f64 = 4.0;
+
+/// Why a scene has no such parameter.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum ParameterError {
+    /// No parameter is called that.
+    #[error("parameter `{name}`: expected one of {}", Parameter::NAMES.join(", "))]
+    Unknown {
+        /// The name.
+        name: String,
+    },
+    /// Nothing damps.
+    #[error("the scene has no damping to fit; name a law with --damping linear, or leave `damping` out of --fit")]
+    NoDamping,
+    /// A coefficient of a law that the scene does not have.
+    #[error(
+        "`{name}` belongs to the damping law `linear+kuwabara-kono`, and the scene's is `{law}`: fit `damping`, its one coefficient"
+    )]
+    OneCoefficient {
+        /// The name.
+        name: String,
+        /// The scene's law.
+        law: &'static str,
+    },
+    /// A gap in a chain that a static force closes.
+    #[error(
+        "`gap`: a precompressed chain has every gap closed, and this one has a precompression, or is fitted for one; fit one of the two"
+    )]
+    ClosedGap,
+    /// A support without a stiffness that is a number of its own.
+    #[error(
+        "`support_stiffness` is the factor of an annulus or the stiffness of a spring, and the scene has neither: set support.kind=annulus or \
+         support.kind=spring, or leave it out of --fit"
+    )]
+    NoStiffness,
+}
+
+impl Parameter {
+    /// What can be fitted, by name; `damping` stands for both coefficients where the law has two.
+    pub const NAMES: [&'static str; 8] = [
+        "alpha",
+        "damping",
+        "damping_linear",
+        "damping_kuwabara_kono",
+        "precompression",
+        "support_stiffness",
+        "gap",
+        "bandwidth",
+    ];
+
+    /// α between 0.2 and 2 (the source paper swept 0.3 … 1.5).
+    #[must_use]
+    pub fn alpha() -> Self {
+        Self::of(Target::Alpha, "alpha", "1", (0.2, 2.0))
+    }
+
+    /// The damping coefficient of a law: c in 0.03 … 3 N·s/m, γ in 300 … 30 000 N·s·m^(-3/2); `None` for a law without
+    /// a coefficient or with two.
+    #[must_use]
+    pub fn damping(kind: DampingKind) -> Option<Self> {
+        match kind {
+            DampingKind::Linear => Some(Self::of(Target::Damping, "damping", "N s/m", (0.03, 3.0))),
+            DampingKind::KuwabaraKono => Some(Self::of(Target::Damping, "damping", "N s m^-3/2", (300.0, 3e4))),
+            DampingKind::None | DampingKind::LinearAndKuwabaraKono => None,
+        }
+    }
+
+    /// The parameters that `name` stands for in `scene`, with the bounds they are searched between unless told otherwise:
+    ///
+    /// - `alpha`, `damping`: [`Parameter::alpha`], [`Parameter::damping`];
+    /// - the two coefficients of `linear+kuwabara-kono`: c in 0.01 … 3 N·s/m, γ in 100 … 30 000 N·s·m^(-3/2), each down to where
+    ///   hardly a record feels it, for either may be all there is;
+    /// - `precompression`: 0.1 mN … 1 N (the paper's impulses vanish between 10 and 20 mN);
+    /// - `support_stiffness`: a quarter to four times the scene's own;
+    /// - `gap`: 0.3 nm (what is drawn into every contact of every run) … 300 nm;
+    /// - `bandwidth`: 1.5 f0 … the highest frequency that is compared.
+    ///
+    /// # Errors
+    /// [`ParameterError`].
+    pub fn named(name: &str, scene: &Scene) -> Result<Vec<Self>, ParameterError> {
+        let kind = scene.damping.kind;
+        let linear = || Self::of(Target::LinearDamping, "damping_linear", "N s/m", (0.01, 3.0));
+        let viscoelastic =
+            || Self::of(Target::KuwabaraKonoDamping, "damping_kuwabara_kono", "N s m^-3/2", (100.0, 3e4));
+        let both = kind == DampingKind::LinearAndKuwabaraKono;
+        Ok(vec![match name {
+            "alpha" => Self::alpha(),
+            "damping" if both => return Ok(vec![linear(), viscoelastic()]),
+            "damping" => Self::damping(kind).ok_or(ParameterError::NoDamping)?,
+            "damping_linear" if both => linear(),
+            "damping_kuwabara_kono" if both => viscoelastic(),
+            "damping_linear" | "damping_kuwabara_kono" => {
+                return Err(ParameterError::OneCoefficient { name: name.into(), law: kind.name() });
+            }
+            "precompression" => Self::of(Target::Precompression, name, "N", (1e-4, 1.0)),
+            "support_stiffness" => {
+                let own = support_stiffness(scene).ok_or(ParameterError::NoStiffness)?;
+                let unit = if matches!(scene.support, Support::Spring { .. }) { "N/m" } else { "1" };
+                Self::of(Target::SupportStiffness, name, unit, (0.25 * own, 4.0 * own))
+            }
+            "gap" if scene.chain.precompression > 0.0 => return Err(ParameterError::ClosedGap),
+            "gap" => Self::of(Target::Gap, name, "m", (3e-10, 3e-7)),
+            "bandwidth" => {
+                let f0 = scene.drive.frequency;
+                Self::of(Target::Bandwidth, name, "Hz", (1.5 * f0, highest_cutoff(f0)))
+            }
+            _ => return Err(ParameterError::Unknown { name: name.into() }),
+        }])
+    }
+
+    fn of(target: Target, name: &str, unit: &str, (low, high): (f64, f64)) -> Self {
+        let limits = match target {
+            Target::Alpha | Target::Damping | Target::LinearDamping | Target::KuwabaraKonoDamping => {
+                (low / FARTHEST, FARTHEST * high)
+            }
+            Target::Precompression | Target::SupportStiffness | Target::Gap | Target::Bandwidth => (low, high),
+        };
+        Self { target, name: name.into(), unit: unit.into(), low, high, limits }
+    }
+
+    /// The same between bounds that somebody chose: they are not widened.
+    #[must_use]
+    pub fn between(self, low: f64, high: f64) -> Self {
+        Self { low, high, limits: (low, high), ..self }
+    }
+
+    /// Ends of the unit coordinate that an answer between `low` and `high`, most likely at `best`, presses on: lower, upper.
+    #[must_use]
+    pub fn pressed(low: f64, best: f64, high: f64) -> (bool, bool) {
+        (low < EDGE || best < EDGE, high > 1.0 - EDGE || best > 1.0 - EDGE)
+    }
+
+    /// Whether a value lies far outside the box that was searched first, where nobody chose another: no such bench is known.
+    #[must_use]
+    pub fn is_unusual(&self, value: f64) -> bool {
+        let (low, high) = (FARTHEST * self.limits.0, self.limits.1 / FARTHEST);
+        low < high && !(low / UNUSUAL..=high * UNUSUAL).contains(&value)
+    }
+
+    /// The same with a box that reaches further down, up or both ways; `None` where its limits do not allow that.
+    #[must_use]
+    pub fn widened(&self, down: bool, up: bool) -> Option<Self> {
+        let low = if down { (self.low / WIDENING).max(self.limits.0) } else { self.low };
+        let high = if up { (self.high * WIDENING).min(self.limits.1) } else { self.high };
+        (low < self.low || high > self.high).then(|| Self { low, high, ..self.clone() })
+    }
+
+    /// Value at coordinate `u`.
+    #[must_use]
+    pub fn value(&self, u: f64) -> f64 {
+        self.low * (self.high / self.low).powf(u)
+    }
+
+    /// Coordinate of `value`.
+    #[must_use]
+    pub fn coordinate(&self, value: f64) -> f64 {
+        (value / self.low).ln() / self.span()
+    }
+
+    /// ln(high/low): a width in u times this is a width in the logarithm of the parameter.
+    #[must_use]
+    pub fn span(&self) -> f64 {
+        (self.high / self.low).ln()
+    }
+
+    /// Put `value` into a scene; the bandwidth of an instrument is none of the scene's.
+    pub fn set(&self, scene: &mut Scene, value: f64) {
+        match self.target {
+            Target::Alpha => scene.amplitude_scale = value,
+            Target::Damping if scene.damping.kind == DampingKind::KuwabaraKono => scene.damping.kuwabara_kono = value,
+            Target::Damping | Target::LinearDamping => scene.damping.linear = value,
+            Target::KuwabaraKonoDamping => scene.damping.kuwabara_kono = value,
+            Target::Precompression => scene.chain.precompression = value,
+            Target::SupportStiffness => set_support_stiffness(scene, value),
+            Target::Gap => scene.chain.gaps[0] = value,
+            Target::Bandwidth => {}
+        }
+    }
+
+    /// What a scene has of it; `None` where that is no number of the scene's own.
+    #[must_use]
+    pub fn get(&self, scene: &Scene) -> Option<f64> {
+        match self.target {
+            Target::Alpha => Some(scene.amplitude_scale),
+            Target::Damping if scene.damping.kind == DampingKind::KuwabaraKono => Some(scene.damping.kuwabara_kono),
+            Target::Damping | Target::LinearDamping => Some(scene.damping.linear),
+            Target::KuwabaraKonoDamping => Some(scene.damping.kuwabara_kono),
+            Target::Precompression => Some(scene.chain.precompression),
+            Target::SupportStiffness => support_stiffness(scene),
+            Target::Gap => scene.chain.gaps.first().copied(),
+            Target::Bandwidth => None,
+        }
+    }
+
+    /// Put `value` into a variation of `scene`.
+    pub(super) fn vary(&self, scene: &Scene, variation: &mut Variation, value: f64) {
+        match self.target {
+            Target::Alpha => variation.amplitude_scale = value,
+            Target::Damping if scene.damping.kind == DampingKind::KuwabaraKono => {
+                variation.kuwabara_kono_damping = value;
+            }
+            Target::Damping | Target::LinearDamping => variation.linear_damping = value,
+            Target::KuwabaraKonoDamping => variation.kuwabara_kono_damping = value,
+            Target::Precompression => variation.precompression = value,
+            Target::SupportStiffness => {
+                variation.support_stiffness_factor = value / support_stiffness(scene).unwrap_or(value);
+            }
+            Target::Gap => variation.gap_offsets[0] += value - scene.chain.gaps[0],
+            Target::Bandwidth => {}
+        }
+    }
+}
+
+/// The factor of an annulus (1) or the stiffness of a spring (N/m).
+pub(super) fn support_stiffness(scene: &Scene) -> Option<f64> {
+    match &scene.support {
+        Support::Annulus { stiffness_factor, .. } => Some(*stiffness_factor),
+        Support::Spring { stiffness } => Some(*stiffness),
+        Support::Flat(_) | Support::Disc { .. } | Support::Body { .. } => None,
+    }
+}
+
+/// Put it into a scene that has one.
+pub(super) fn set_support_stiffness(scene: &mut Scene, value: f64) {
+    match &mut scene.support {
+        Support::Annulus { stiffness_factor: own, .. } | Support::Spring { stiffness: own } => *own = value,
+        Support::Flat(_) | Support::Disc { .. } | Support::Body { .. } => {}
+    }
+}
+
+/// The scene with a variation of it written in; a gap that an offset would close further is closed.
+pub(super) fn varied(scene: &Scene, variation: &Variation) -> Scene {
+    variation.written_into(scene, |gap| gap.max(0.0))
+}
+
+/// Reflect a coordinate at both ends of \[0, 1\].
+#[must_use]
+pub fn reflect(u: f64) -> f64 {
+    let folded = u.rem_euclid(2.0);
+    if folded > 1.0 { 2.0 - folded } else { folded }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use granchain_model::scene;
+
+    #[test]
+    fn coordinates_run_from_bound_to_bound_in_the_logarithm() {
+        let alpha = Parameter::alpha();
+        assert!((alpha.value(0.0) - 0.2).abs() < 1e-15 && (alpha.value(1.0) - 2.0).abs() < 1e-14);
+        assert!((alpha.coordinate(alpha.value(0.37)) - 0.37).abs() < 1e-14);
+    }
+
+    #[test]
+    fn reflection_keeps_every_coordinate_in_the_box() {
+        for (outside, inside) in [(1.2, 0.8), (-0.3, 0.3), (2.1, 0.1), (0.4, 0.4)] {
+            assert!((reflect(outside) - inside).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_value_varied_is_the_value_set() {
+        let sets = ["damping.kind=linear+kuwabara-kono", "chain.gaps.contact1=20nm", "support.stiffness_factor=0.8"];
+        let scene = scene::load("annulus", &sets.map(String::from)).unwrap();
+        for name in Parameter::NAMES.into_iter().filter(|name| !["damping", "bandwidth"].contains(name)) {
+            let parameter = Parameter::named(name, &scene).unwrap().remove(0);
+            let value = parameter.value(0.4);
+            let (mut set, mut variation) = (scene.clone(), Variation::of(&scene));
+            parameter.set(&mut set, value);
+            parameter.vary(&scene, &mut variation, value);
+            assert_eq!(parameter.get(&set), Some(value), "{name}");
+            let made = varied(&scene, &variation);
+            let got = parameter.get(&made).unwrap();
+            assert!((got / value - 1.0).abs() < 1e-12, "{name}: {got} {value}");
+            if name != "precompression" {
+                assert!((made.chain.gaps[0] / set.chain.gaps[0] - 1.0).abs() < 1e-12, "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_scene_does_not_have_is_refused() {
+        let scene = scene::load("rigid", &[]).unwrap();
+        let refused = |name| Parameter::named(name, &scene).unwrap_err();
+        assert_eq!(refused("support_stiffness"), ParameterError::NoStiffness);
+        assert_eq!(refused("colour"), ParameterError::Unknown { name: "colour".into() });
+        assert!(matches!(refused("damping_linear"), ParameterError::NoDamping | ParameterError::OneCoefficient { .. }));
+    }
+}

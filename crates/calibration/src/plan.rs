@@ -1,0 +1,257 @@
+//! Fit definitions: TOML files that say what is fitted to what.
+//!
+//! ```toml
+//! measured = "../measurements/annulus-73khz/vib.csv" # relative to this file
+//! drive = "../measurements/annulus-73khz/horn_tip.csv"
+//! scene = "annulus"
+//! set = ["damping.at=all"]
+//! damping = ["linear", "kuwabara-kono"]
+//! fit = ["alpha", "damping", "support_stiffness"]
+//! features = "full"
+//! evaluations = 600
+//! seed = 1
+//! # several records with one set of parameters, in place of `measured` and `drive`:
+//! # [[record]]
+//! # measured = "low/vib.csv"
+//! # drive = "low/horn_tip.csv"
+//! # set = ["chain.beads=7"] # of this record alone, behind the plan's own
+//! # of a hydrophone's record besides:
+//! # quantity = "pressure"
+//! # mount = ["clamped", "supported", "free"]
+//!
+//! [parameters.alpha]
+//! low = 0.2
+//! high = 2.0
+//!
+//! [uncertainty] # drawn into every run
+//! gap = "0.3 nm"
+//! precompression = "2 mN"
+//!
+//! [weights]
+//! band_3 = 0.5 # half the weight; 0 leaves a feature out
+//! ```
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use granchain_record::sha256;
+use granchain_signal::feature::{Measurand, fingerprint::FeatureSet};
+
+/// A fit definition. Every key may be left out and given on the command line instead, which wins.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plan {
+    /// The record.
+    pub measured: Option<PathBuf>,
+    /// What was recorded.
+    pub quantity: Option<Measurand>,
+    /// The horn-tip record.
+    pub drive: Option<PathBuf>,
+    /// Built-in scene or scene file.
+    pub scene: Option<String>,
+    /// Overrides of the scene, `KEY=VALUE`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub set: Vec<String>,
+    /// Damping laws to fit.
+    pub damping: Option<Vec<String>>,
+    /// Mounts of the disc to compare.
+    pub mount: Option<Vec<String>>,
+    /// Names of the parameters to fit.
+    pub fit: Option<Vec<String>>,
+    /// Which features.
+    pub features: Option<FeatureSet>,
+    /// Number of runs a law.
+    pub evaluations: Option<usize>,
+    /// Seed.
+    pub seed: Option<u64>,
+    /// Records that are fitted together, in place of `measured` and `drive`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub record: Vec<RecordPlan>,
+    /// Bounds, or a fixed value, of the parameters by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, Bounds>,
+    /// What is drawn into every run, by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub uncertainty: BTreeMap<String, Number>,
+    /// Weight of single features by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub weights: BTreeMap<String, f64>,
+    /// SHA-256 of the file that it was read from, hexadecimal; empty of one that was not.
+    #[serde(skip)]
+    pub sha256: String,
+}
+
+/// One of several records: `[[record]]`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecordPlan {
+    /// The record.
+    pub measured: PathBuf,
+    /// The horn-tip record that drove it.
+    pub drive: Option<PathBuf>,
+    /// Its scene, where it is not the plan's.
+    pub scene: Option<String>,
+    /// Overrides of its scene, behind the plan's own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub set: Vec<String>,
+    /// Line of the plan where it begins, from 1.
+    #[serde(skip)]
+    pub line: usize,
+}
+
+/// Search bounds of one parameter: a plain number is SI, a text carries its unit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bounds {
+    /// Lower bound.
+    pub low: Number,
+    /// Upper bound.
+    pub high: Number,
+}
+
+/// A number in SI, or a text with its unit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Number {
+    /// SI.
+    Plain(f64),
+    /// With its unit.
+    Text(String),
+}
+
+/// Why a plan cannot be used.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// The file cannot be read.
+    #[error("{}: the plan cannot be read", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Not TOML, an unknown key, or a value of the wrong type.
+    #[error(
+        "{}:{line}: {message}; a plan has the keys measured, quantity, drive, scene, set, damping, mount, features, \
+         evaluations, fit, seed, [[record]] measured, drive, scene and set, [parameters.NAME] low and high, [uncertainty], [weights]", path.display()
+    )]
+    Form {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong there.
+        message: String,
+    },
+}
+
+impl Plan {
+    /// Read a plan; paths in it are relative to the file.
+    ///
+    /// # Errors
+    /// [`PlanError`] with file and line.
+    pub fn read(path: &Path) -> Result<Self, PlanError> {
+        let text = fs::read_to_string(path).map_err(|source| PlanError::Unreadable { path: path.into(), source })?;
+        let mut plan: Self = toml::from_str(&text).map_err(|error| PlanError::Form {
+            path: path.into(),
+            line: error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1),
+            message: error.message().to_owned(),
+        })?;
+        plan.sha256 = sha256(text.as_bytes());
+        let folder = path.parent().unwrap_or(Path::new("."));
+        let begins =
+            |(index, line): (usize, &str)| line.replace(' ', "").starts_with("[[record]]").then_some(index + 1);
+        let lines: Vec<usize> = text.lines().enumerate().filter_map(begins).collect();
+        for (number, record) in plan.record.iter_mut().enumerate() {
+            // Records written as one array have no line of their own.
+            record.line = lines.get(number).copied().unwrap_or(1);
+        }
+        let of_records = plan.record.iter_mut();
+        let (files, scenes): (Vec<_>, Vec<_>) = of_records
+            .map(|RecordPlan { measured, drive, scene, .. }| ([Some(measured), drive.as_mut()], scene.as_mut()))
+            .unzip();
+        let files = files.into_iter().flatten().chain([plan.measured.as_mut(), plan.drive.as_mut()]);
+        for file in files.flatten() {
+            *file = from_here(folder.join(&*file));
+        }
+        for scene in scenes.into_iter().chain([plan.scene.as_mut()]).flatten() {
+            if folder.join(&*scene).is_file() {
+                *scene = from_here(folder.join(&*scene)).display().to_string();
+            }
+        }
+        Ok(plan)
+    }
+}
+
+/// `path` without detours where it lies below the current folder, as a user would type it: reports show it.
+fn from_here(path: PathBuf) -> PathBuf {
+    let below = || {
+        let here = std::env::current_dir().ok()?.canonicalize().ok()?;
+        Some(path.canonicalize().ok()?.strip_prefix(here).ok()?.to_path_buf())
+    };
+    below().unwrap_or(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_digest_is_of_the_bytes_that_were_read() {
+        let place = tempfile::tempdir().unwrap();
+        let file = place.path().join("fit.toml");
+        fs::write(&file, "seed = 1\n").unwrap();
+        let plan = Plan::read(&file).unwrap();
+        fs::write(&file, "seed = 2\n").unwrap();
+        assert_eq!((plan.seed, plan.sha256), (Some(1), sha256(b"seed = 1\n")));
+    }
+
+    #[test]
+    fn paths_are_relative_to_the_plan() {
+        let place = tempfile::tempdir().unwrap();
+        let file = place.path().join("fit.toml");
+        fs::write(&file, "measured = \"vib.csv\"\n[parameters.alpha]\nlow = 0.3\nhigh = \"1.5\"\n").unwrap();
+        let plan = Plan::read(&file).unwrap();
+        assert_eq!(plan.measured.unwrap(), place.path().join("vib.csv"));
+        assert_eq!(plan.parameters["alpha"].high, Number::Text("1.5".into()));
+    }
+
+    #[test]
+    fn records_of_a_plan_know_their_line_and_lie_beside_it() {
+        let place = tempfile::tempdir().unwrap();
+        let file = place.path().join("fit.toml");
+        let text = "scene = \"annulus\"\n\n[[record]]\nmeasured = \"low.csv\"\n\n[[record]]\nmeasured = \"high.csv\"\n\
+                    drive = \"horn.csv\"\nset = [\"chain.beads=7\"]\n";
+        fs::write(&file, text).unwrap();
+        let plan = Plan::read(&file).unwrap();
+        let told: Vec<_> = plan.record.iter().map(|record| (record.line, record.measured.clone())).collect();
+        assert_eq!(told, [(3, place.path().join("low.csv")), (6, place.path().join("high.csv"))]);
+        assert_eq!(plan.record[1].drive, Some(place.path().join("horn.csv")));
+        assert_eq!(plan.record[1].set, ["chain.beads=7"]);
+        fs::write(&file, text.replace("drive =", "horn =")).unwrap();
+        assert!(Plan::read(&file).unwrap_err().to_string().contains("fit.toml:8"));
+    }
+
+    #[test]
+    fn the_shipped_plan_names_its_files_as_a_user_would_type_them() {
+        let plan = Plan::read(Path::new("../../calibrations/annulus-73khz.toml")).unwrap();
+        assert_eq!(plan.measured.unwrap(), Path::new("../../measurements/annulus-73khz/vib.csv"));
+        assert_eq!(plan.drive.unwrap(), Path::new("../../measurements/annulus-73khz/horn_tip.csv"));
+    }
+
+    #[test]
+    fn an_unknown_key_is_refused_with_its_line() {
+        let place = tempfile::tempdir().unwrap();
+        let file = place.path().join("fit.toml");
+        fs::write(&file, "seed = 1\nmesured = \"vib.csv\"\n").unwrap();
+        let error = Plan::read(&file).unwrap_err().to_string();
+        assert!(error.contains("fit.toml:2") && error.contains("mesured"), "{error}");
+    }
+}

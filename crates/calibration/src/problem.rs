@@ -1,0 +1,380 @@
+//! A calibration to be made: what is fitted to what, read and checked before anything is run.
+//!
+//! ```text
+//! Plan, benches, records ─► Problem ─ fit ─► Fitted ─ outcome ─► CalibrationOutcome
+//! ```
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+};
+
+use super::{
+    bench::Bench,
+    candidate::{Candidate, candidates},
+    checkpoint::{CheckpointError, SearchCheckpoint},
+    comparison::Comparison,
+    drive::{RecordedDrive, beside},
+    fingerprints::Names,
+    fit::Fit,
+    joint::{TESTED_TOGETHER, at_one_frequency},
+    ladder::SavedFit,
+    likelihood::misfit,
+    measured::{Measured, is_published},
+    parameter::{Parameter, ParameterError},
+    plan::{Plan, RecordPlan},
+    refusal::{Contradiction, Refusal},
+    rung::Bodies,
+    search::{Search, Strategy},
+    shot::{Shot, ShotPlan, labels, refuse_twice},
+    uncertainty::{StatedUncertainty, in_words},
+};
+use granchain_model::{
+    Estimate, ModelError,
+    reduced::Cache,
+    scene::{ModelKind, Scene, Support},
+};
+use granchain_record::{ReadOptions, sha256};
+use granchain_signal::feature::{Measurand, fingerprint::FeatureSet};
+
+/// The scenes that are taken where none is named.
+const SCENE: &str = "annulus";
+const SCENE_WITH_WATER: &str = "water";
+
+/// The parameters that are fitted where none is named.
+const FITTED: [&str; 2] = ["alpha", "damping"];
+
+/// Numbers of runs that can be asked for: fewer give no regression.
+pub const EVALUATION_RANGE: std::ops::RangeInclusive<usize> = 200..=100_000;
+
+/// Seed where none is given.
+pub const DEFAULT_SEED: u64 = 1;
+
+/// Name and version of this program.
+#[must_use]
+pub fn program() -> String {
+    format!("granchain {}", env!("CARGO_PKG_VERSION"))
+}
+
+/// Everything read and checked.
+#[derive(Debug, Clone)]
+pub struct Problem {
+    /// What was recorded.
+    pub quantity: Measurand,
+    /// The records, at least one; the first leads.
+    pub shots: Vec<Shot>,
+    /// What is compared, at least one.
+    pub candidates: Vec<Candidate>,
+    /// The model above the chain that corrects, where there is one.
+    pub upper: Option<ModelKind>,
+    /// Runs of the chain a candidate.
+    pub evaluations: usize,
+    /// How the box is searched.
+    pub strategy: Strategy,
+    /// Seed of everything drawn.
+    pub seed: u64,
+    /// Weights of features by name, which the comparisons have already.
+    pub weights: BTreeMap<String, f64>,
+    /// What was understood and assumed on reading, for people.
+    pub assumptions: Vec<String>,
+}
+
+impl Plan {
+    /// The records it names, none of them checked.
+    ///
+    /// # Errors
+    /// When it names none, or one and several.
+    pub fn records(&self) -> Result<Vec<RecordPlan>, Contradiction> {
+        match (&self.measured, self.record.as_slice()) {
+            (Some(measured), []) => {
+                let drive = self.drive.clone();
+                Ok(vec![RecordPlan { measured: measured.clone(), drive, ..RecordPlan::default() }])
+            }
+            (None, []) => Err(Contradiction::NoRecord),
+            (None, records) if self.drive.is_none() => Ok(records.to_vec()),
+            (_, records) => Err(Contradiction::OneAndSeveral { records: records.len() }),
+        }
+    }
+
+    /// The scene where a record names none.
+    #[must_use]
+    pub fn usual_scene(&self) -> &'static str {
+        if self.quantity == Some(Measurand::Pressure) { SCENE_WITH_WATER } else { SCENE }
+    }
+
+    /// Names of the parameters that are fitted, each once.
+    #[must_use]
+    pub fn fitted(&self) -> Vec<String> {
+        let mut fitted = self.fit.clone().unwrap_or_else(|| FITTED.map(String::from).to_vec());
+        let mut seen = BTreeSet::new();
+        fitted.retain(|name| seen.insert(name.clone()));
+        fitted
+    }
+
+    /// What can be seen to be wrong before any record is read.
+    fn check(&self, asked: &[ShotPlan]) -> Result<(), Refusal> {
+        let Some(lead) = asked.first() else { return Err(Contradiction::NoRecord.into()) };
+        let pressure = self.quantity == Some(Measurand::Pressure);
+        let published = asked.iter().map(|shot| shot.source.path()).find(|path| is_published(path));
+        let fitted = self.fitted();
+        let unknown = |name: &&String| !Parameter::NAMES.contains(&name.as_str());
+        let fits = |name: &str| fitted.iter().any(|fitted| fitted == name);
+        let wrong = if asked.len() > 1 && pressure {
+            Some(Contradiction::SeveralPressures)
+        } else if let (Some(path), true) = (published, asked.len() > 1) {
+            Some(Contradiction::SeveralPublished { path: path.into() })
+        } else if published.is_some() && pressure {
+            Some(Contradiction::PublishedPressure)
+        } else if pressure && self.features == Some(FeatureSet::Paper) {
+            Some(Contradiction::PaperPressure)
+        } else if published.is_some() && self.features.is_some() {
+            Some(Contradiction::PublishedSet)
+        } else if published.is_some() && !lead.is_read_as_stated() {
+            Some(Contradiction::PublishedReading)
+        } else if let Some(name) = fitted.iter().find(unknown) {
+            Some(Contradiction::Parameter { name: name.clone() })
+        } else if fits("gap") && fits("precompression") {
+            Some(Contradiction::Parameters(ParameterError::ClosedGap))
+        } else {
+            fitted.is_empty().then_some(Contradiction::NothingFitted)
+        };
+        if let Some(wrong) = wrong {
+            return Err(wrong.into());
+        }
+        if let Some(name) = self.parameters.keys().find(unknown) {
+            return Err(Refusal::UnknownBounds { name: name.clone() });
+        }
+        match self.evaluations.filter(|found| !EVALUATION_RANGE.contains(found)) {
+            Some(found) => Err(Refusal::Evaluations { found }),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Problem {
+    /// Read what a plan names: its scenes, its records, and the drive of each, named or beside it.
+    ///
+    /// # Errors
+    /// Whatever is wrong with plan, scene or records.
+    pub fn read(plan: &Plan) -> Result<Self, Refusal> {
+        let records = plan.records()?;
+        let preferred = if records.len() > 1 { ModelKind::Chain } else { ModelKind::Reduced };
+        let shot = |record: RecordPlan| {
+            let scene = record.scene.as_deref().or(plan.scene.as_deref()).unwrap_or(plan.usual_scene());
+            let set = plan.set.iter().cloned().chain(record.set).collect();
+            let drive = record.drive.or_else(|| beside(&record.measured));
+            let options = ReadOptions::default();
+            let how = (RecordedDrive::read_at_plateau as _, &options);
+            Ok(ShotPlan::of(&record.measured, Bench::read(scene, set, preferred, drive.as_deref(), how)?))
+        };
+        Self::of(plan, records.into_iter().map(shot).collect::<Result<_, Refusal>>()?)
+    }
+
+    /// What a plan says of records on benches that are ready; its own files and scenes are left alone.
+    ///
+    /// # Errors
+    /// Whatever is wrong with plan, scene or records.
+    pub fn of(plan: &Plan, asked: Vec<ShotPlan>) -> Result<Self, Refusal> {
+        plan.check(&asked)?;
+        let benches: Vec<&Bench> = asked.iter().map(|shot| &shot.bench).collect();
+        let scenes: Vec<Scene> = benches.iter().map(|bench| bench.scene_with(&[])).collect::<Result<_, _>>()?;
+        scenes.iter().try_for_each(|scene| Estimate::of(scene).check(&scene.model.limits))?;
+        let (scene, quantity) = (&scenes[0], plan.quantity.unwrap_or_default());
+        refuse_silence(quantity, scene)?;
+        if let Some(above) = scenes.iter().find(|it| scenes.len() > 1 && it.model.kind != ModelKind::Chain) {
+            return Err(Contradiction::Together { model: above.model.kind.name() }.into());
+        }
+        let upper = upper(scene)?;
+        let stated = StatedUncertainty::new(&plan.uncertainty)?;
+        let drawn = |(bench, scene): (&&Bench, &Scene)| stated.of(scene, bench.drive.as_ref());
+        let uncertainties = benches.iter().zip(&scenes).map(drawn).collect::<Result<Vec<_>, _>>()?;
+        refuse_frequencies(&asked, &scenes)?;
+        let mut assumptions: Vec<String> = Vec::new();
+        for text in benches.iter().flat_map(|bench| &bench.assumptions) {
+            // Several records on one scene assume the same.
+            if benches.len() == 1 || !assumptions.contains(text) {
+                assumptions.push(text.clone());
+            }
+        }
+        let mut further = Vec::new();
+        for (shot, scene) in asked.iter().zip(&scenes).skip(1) {
+            further.push(shot.measured(plan, scene, &mut assumptions)?);
+        }
+        let candidates = candidates(plan, &benches, &mut assumptions)?;
+        assumptions.push(in_words(&uncertainties[0], &candidates[0].parameters));
+        assumptions.extend(hydrophone(quantity, scene));
+        let lead = asked[0].measured(plan, scene, &mut assumptions)?;
+        let read: Vec<(Measured, Comparison)> = std::iter::once(lead).chain(further).collect();
+        refuse_twice(&read.iter().map(|(measured, _)| measured).collect::<Vec<_>>())?;
+        let shots = asked.into_iter().zip(read).zip(uncertainties);
+        let shots: Vec<Shot> = shots
+            .map(|((asked, (measured, comparison)), uncertainty)| Shot {
+                bench: asked.bench,
+                measured,
+                comparison,
+                uncertainty,
+            })
+            .collect();
+        let tested = if shots.len() > 1 { TESTED_TOGETHER } else { Search::tested(plan.fitted().len()) };
+        Ok(Self {
+            quantity,
+            shots,
+            candidates,
+            upper,
+            evaluations: plan.evaluations.unwrap_or(tested),
+            strategy: Strategy::Likelihood,
+            seed: plan.seed.unwrap_or(DEFAULT_SEED),
+            weights: plan.weights.clone(),
+            assumptions,
+        })
+    }
+
+    /// The record that leads.
+    #[must_use]
+    pub fn lead(&self) -> &Shot {
+        &self.shots[0]
+    }
+
+    /// What looks wrong in the records and their drives, though they could be read: where, what was seen, what it does, what to do.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let of = |shot: &Shot| {
+            let drive = shot.bench.warnings().iter().cloned();
+            let place = shot.measured.path().display();
+            let record = shot.measured.warnings().into_iter().map(|text| format!("{place}: {text}"));
+            record.chain(drive).collect::<Vec<_>>()
+        };
+        let mut warnings: Vec<String> = Vec::new();
+        for text in self.shots.iter().flat_map(of) {
+            // Several records may share a drive.
+            if !warnings.contains(&text) {
+                warnings.push(text);
+            }
+        }
+        warnings
+    }
+
+    /// Misfit of each run of a fit in units of the scatter at its best; `None` for failed runs.
+    #[must_use]
+    pub fn misfits(&self, fit: &Fit) -> Vec<Option<f64>> {
+        let compared = || self.shots.iter().map(|shot| &shot.comparison);
+        let weights: Vec<f64> = compared().flat_map(|comparison| comparison.weights.clone()).collect();
+        let observed: Vec<f64> = compared().flat_map(|comparison| comparison.features.clone()).collect();
+        let total: f64 = weights.iter().sum();
+        let misfit = |features: &[f64]| {
+            misfit(features.iter().zip(&observed).map(|(z, z0)| z - z0), &fit.scatter, &weights, total)
+        };
+        fit.runs.iter().map(|run| run.features().filter(|_| !fit.scatter.is_empty()).map(misfit)).collect()
+    }
+
+    /// What the records are called side by side, the first one first.
+    #[must_use]
+    pub fn labels(&self) -> Vec<String> {
+        labels(&self.shots.iter().map(|shot| shot.measured.path()).collect::<Vec<_>>())
+    }
+
+    /// The model that answers.
+    #[must_use]
+    pub fn model(&self) -> &'static str {
+        self.upper.unwrap_or(ModelKind::Chain).name()
+    }
+
+    /// What the columns of `fingerprints.csv` are called.
+    #[must_use]
+    pub fn names(&self) -> Names {
+        let of = |shot: &Shot| shot.comparison.names().iter().map(ToString::to_string).collect();
+        Names {
+            parameters: self.candidates[0].parameters.iter().map(|parameter| parameter.name.clone()).collect(),
+            features: self.shots.iter().map(of).collect(),
+            lower: ModelKind::Chain.name().into(),
+            upper: self.model().into(),
+        }
+    }
+
+    /// The bodies of the model above the chain, where there is one, taken from `cache` where they lie there.
+    ///
+    /// # Errors
+    /// When they cannot be made ready.
+    pub fn bodies(&self, cache: Option<&Cache>) -> Result<Option<Bodies>, ModelError> {
+        self.upper.map(|_| Bodies::new(self.candidates[0].scene(), cache)).transpose()
+    }
+
+    /// The states of all candidates in a folder, and where they are to be kept.
+    ///
+    /// # Errors
+    /// A state that is damaged or belongs to another fit.
+    pub fn saved(&self, folder: &Path) -> Result<Vec<SavedFit>, CheckpointError> {
+        let saved = |candidate: &Candidate| {
+            let (name, key) = (candidate.key(), self.key(candidate));
+            let checkpoint = |name: String| SearchCheckpoint::new(&folder.join(name), &key);
+            SavedFit::restore(checkpoint(format!("{name}.json")), checkpoint(format!("{name}-{}.json", self.model())))
+        };
+        self.candidates.iter().map(saved).collect()
+    }
+
+    /// What a saved search must have been made from to be continued: everything that could change a run.
+    fn key(&self, candidate: &Candidate) -> String {
+        let drive = |shot: &Shot| shot.bench.drive.as_ref().map(|drive| drive.input.sha256.clone());
+        let lead = self.lead();
+        let mut text = format!(
+            "{} {} {} {:?} {} {:?} {:?} {:?} {:?}\n{}\n{:?}",
+            program(),
+            self.seed,
+            self.evaluations,
+            self.strategy,
+            lead.measured.sha256(),
+            drive(lead),
+            lead.comparison.features,
+            lead.uncertainty,
+            candidate.parameters,
+            candidate.scene().to_toml(),
+            self.weights,
+        );
+        for (shot, scene) in self.shots.iter().zip(&candidate.scenes).skip(1) {
+            let (measured, features) = (shot.measured.sha256(), &shot.comparison.features);
+            text += &format!("\n{measured} {:?} {features:?} {:?}\n{}", drive(shot), shot.uncertainty, scene.to_toml());
+        }
+        sha256(text.as_bytes())
+    }
+}
+
+/// A pressure needs water to be heard in.
+fn refuse_silence(quantity: Measurand, scene: &Scene) -> Result<(), Contradiction> {
+    if quantity == Measurand::Velocity || scene.water.is_some() {
+        return Ok(());
+    }
+    let disc = matches!(scene.support, Support::Disc { .. });
+    Err(Contradiction::Silent { scene: scene.name.clone(), disc })
+}
+
+/// Drives and records are of one frequency, whoever states it: of a single record too.
+fn refuse_frequencies(asked: &[ShotPlan], scenes: &[Scene]) -> Result<(), Refusal> {
+    let every = !asked[0].bench.frequency_stated;
+    let mut stated = Vec::new();
+    for (number, (shot, scene)) in asked.iter().zip(scenes).enumerate() {
+        let (of_drive, of_record) = (shot.drive_stated(scene), shot.stated().filter(|_| every));
+        // Of the first the drive says what holds, of the others the record is asked first.
+        let (first, second) = if number == 0 { (Some(of_drive), of_record) } else { (of_record, Some(of_drive)) };
+        stated.extend(first.into_iter().chain(second));
+    }
+    Ok(at_one_frequency(&stated)?)
+}
+
+/// The model above the chain, where the scene has one: not the finite element analysis, which is far too slow to be fitted, and none before a
+/// disc.
+fn upper(scene: &Scene) -> Result<Option<ModelKind>, Contradiction> {
+    match scene.model.kind {
+        ModelKind::Reduced if matches!(scene.support, Support::Disc { .. }) => Err(Contradiction::UpperBeforeDisc),
+        ModelKind::Chain => Ok(None),
+        ModelKind::Reduced => Ok(Some(ModelKind::Reduced)),
+        ModelKind::Fea => Err(Contradiction::Fea),
+    }
+}
+
+/// Where a pressure is heard, in words.
+fn hydrophone(quantity: Measurand, scene: &Scene) -> Option<String> {
+    let points = scene.water.as_ref().filter(|_| quantity == Measurand::Pressure).map(|water| &water.field_points)?;
+    let others =
+        if points.len() > 1 { ", the first of `water.field_points`" } else { "; set water.field_points for another" };
+    Some(format!("hydrophone at {}{others}", points.first()?))
+}

@@ -1,0 +1,164 @@
+//! The records of a problem: how each is driven, what was recorded, what its runs are compared with, and the checks that hold for all of them.
+//!
+//! The first record leads: model, candidates and the report are its own. Every further one has its own drive, its own overrides of the scene and
+//! its own reading.
+
+use std::path::{Path, PathBuf};
+
+use super::{
+    bench::Bench,
+    comparison::Comparison,
+    forward::Uncertainty,
+    joint::StatedFrequency,
+    measured::{Measured, is_published},
+    plan::Plan,
+    refusal::Refusal,
+};
+use granchain_model::scene::Scene;
+use granchain_record::{ReadOptions, Record, drive_frequency_line, read_head};
+use granchain_signal::feature::fingerprint::FeatureSet;
+
+/// Stems of records that are told apart by their folder.
+const STEMS: [&str; 2] = ["vib", "hydrophone"];
+
+/// What was recorded, to be read or as read.
+#[derive(Debug, Clone)]
+pub enum Source {
+    /// A record, or a file of published features, and how it is read.
+    File(PathBuf, Box<ReadOptions>),
+    /// A record as read.
+    Record(Box<Record>),
+}
+
+impl Source {
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::File(path, _) => path,
+            Self::Record(record) => &record.path,
+        }
+    }
+}
+
+/// A record to be fitted, and the bench it was made on.
+#[derive(Debug, Clone)]
+pub struct ShotPlan {
+    /// What was recorded.
+    pub source: Source,
+    /// Where.
+    pub bench: Bench,
+    /// Plan and line that name it, where a plan names several.
+    pub origin: Option<(PathBuf, usize)>,
+}
+
+/// One record of a problem.
+#[derive(Debug, Clone)]
+pub struct Shot {
+    /// How it is simulated.
+    pub bench: Bench,
+    /// As read.
+    pub measured: Measured,
+    /// What its runs are compared with.
+    pub comparison: Comparison,
+    /// What is drawn into its runs.
+    pub uncertainty: Uncertainty,
+}
+
+impl ShotPlan {
+    /// A file on a bench, read as it says itself.
+    #[must_use]
+    pub fn of(path: &Path, bench: Bench) -> Self {
+        Self { source: Source::File(path.into(), Box::default()), bench, origin: None }
+    }
+
+    /// Read and check it, for runs of `scene`.
+    pub(super) fn measured(
+        &self,
+        plan: &Plan,
+        scene: &Scene,
+        assumptions: &mut Vec<String>,
+    ) -> Result<(Measured, Comparison), Refusal> {
+        let set = plan.features.unwrap_or(FeatureSet::Full);
+        let driven = (scene, self.bench.drive.as_ref());
+        let measured = match &self.source {
+            Source::File(path, options) => {
+                Measured::read(path, (plan.quantity.unwrap_or_default(), set), options, driven, assumptions)?
+            }
+            Source::Record(record) => Measured::of((**record).clone(), set, driven, assumptions)?,
+        };
+        let comparison = measured.comparison().weighted(&plan.weights)?;
+        Ok((measured, comparison))
+    }
+
+    /// Who says the frequency of its drive: the horn-tip record, else the plan's lines on it, else the record.
+    pub(super) fn drive_stated(&self, scene: &Scene) -> StatedFrequency {
+        let (path, line) = match (&self.bench.drive, &self.origin) {
+            (Some(drive), _) => {
+                let path = &drive.input.path;
+                (path.clone(), line_of(path).map(|(line, _)| line))
+            }
+            (None, Some((plan, line))) => (plan.clone(), Some(*line)),
+            (None, None) => (self.source.path().into(), None),
+        };
+        StatedFrequency { path, line, frequency: scene.drive.frequency }
+    }
+
+    /// What it says itself of the frequency it was made at, if anything.
+    pub(super) fn stated(&self) -> Option<StatedFrequency> {
+        let path = self.source.path();
+        let (line, frequency) = line_of(path).filter(|_| !is_published(path))?;
+        Some(StatedFrequency { path: path.into(), line: Some(line), frequency })
+    }
+
+    /// Whether nothing is said of how its file is read.
+    pub(super) fn is_read_as_stated(&self) -> bool {
+        matches!(&self.source, Source::File(_, options) if **options == ReadOptions::default())
+    }
+}
+
+/// The line of a file that states the drive frequency; a file that cannot be read is refused where it is read.
+fn line_of(path: &Path) -> Option<(usize, f64)> {
+    drive_frequency_line(&String::from_utf8_lossy(&read_head(path).ok()?.0))
+}
+
+/// What records are called side by side: the folder of a `vib.csv`, else the file's own name; numbered where that is not enough.
+#[must_use]
+pub fn labels(paths: &[&Path]) -> Vec<String> {
+    let name = |path: &&Path| {
+        let text = |part: Option<&std::ffi::OsStr>| part.map(|part| part.to_string_lossy().into_owned());
+        let stem = text(path.file_stem()).unwrap_or_else(|| "record".into());
+        let folder = text(path.parent().and_then(Path::file_name));
+        folder.filter(|_| STEMS.contains(&stem.as_str())).unwrap_or(stem)
+    };
+    let names: Vec<String> = paths.iter().map(name).collect();
+    let unique = |name: &String| names.iter().filter(|other| *other == name).count() == 1;
+    let numbered = |(index, name): (usize, &String)| {
+        if unique(name) { name.clone() } else { format!("{name} {}", index + 1) }
+    };
+    names.iter().enumerate().map(numbered).collect()
+}
+
+/// Refuse a record that is given twice: what it says would count twice.
+///
+/// # Errors
+/// With both files.
+pub(super) fn refuse_twice(measured: &[&Measured]) -> Result<(), Refusal> {
+    for (number, record) in measured.iter().enumerate() {
+        if let Some(known) = measured[..number].iter().find(|known| known.sha256() == record.sha256()) {
+            return Err(Refusal::Twice { path: record.path().into(), known: known.path().into() });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn records_are_called_by_folder_or_name_and_numbered_where_alike() {
+        let paths = ["lab/low/vib.csv", "lab/high/vib.csv", "lab/x.csv", "other/x.csv"].map(Path::new);
+        assert_eq!(labels(&paths), ["low", "high", "x 3", "x 4"]);
+    }
+}

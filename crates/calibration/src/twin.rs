@@ -1,0 +1,378 @@
+//! Twins: records made with known parameters, to prove that the stated intervals hold.
+//!
+//! Each twin is simulated by the accurate integrator at its truth, with its own draw of gaps, and passes through a lab
+//! of its own: sample rate, trigger offset, baseline, white noise. It is then fitted as any record.
+
+use std::fmt::Write;
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::{
+    engine::trace,
+    forward::Uncertainty,
+    observation::Recording,
+    parameter::{Parameter, Target, set_support_stiffness, support_stiffness},
+};
+use granchain_model::{
+    ModelError,
+    response::Response,
+    scene::{DampingKind, FlatContact, Scene, Support},
+};
+use granchain_record::{MeasurementError, ReadOptions, RecordKind, read_record_bytes};
+use granchain_signal::{Conditioning, Series, feature::Measurand};
+
+/// What a twin was made with.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Truth {
+    /// Number of the twin.
+    pub index: u64,
+    /// `rigid`, `annulus` or the mount of a disc, such as `clamped`.
+    pub support: String,
+    /// Damping law.
+    pub damping_kind: String,
+    /// Values of the parameters, SI.
+    pub values: Vec<f64>,
+    /// σ of the noise relative to the peak, 1.
+    pub noise: f64,
+    /// Sample rate, Hz.
+    pub sample_rate_hz: f64,
+    /// How much later than the drive's start the record's time zero is, s.
+    pub trigger_offset_s: f64,
+    /// Offset of the record of a velocity, m/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub baseline_m_per_s: Option<f64>,
+    /// Offset of the record of a pressure, Pa.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub baseline_pa: Option<f64>,
+}
+
+/// Why there is no twin.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum TwinError {
+    /// The truth cannot be simulated.
+    #[error("the truth cannot be simulated")]
+    Model(#[from] ModelError),
+    /// The lab's reader refuses the record.
+    #[error("the twin's record cannot be read")]
+    Record(#[from] MeasurementError),
+}
+
+/// A record with known truth, as the lab would hand it over.
+#[derive(Debug, Clone)]
+pub struct Twin {
+    /// What it was made with.
+    pub truth: Truth,
+    /// The record as a CSV file.
+    pub csv: Vec<u8>,
+    /// The record as the reader understands the file.
+    pub recording: Recording,
+}
+
+/// Share of the box, in each coordinate, from which truths are drawn: intervals at its edge are cut off.
+const INNER: (f64, f64) = (0.12, 0.88);
+
+/// Sample rates of the lab's vibrometer, Hz.
+const SAMPLE_RATES: [f64; 5] = [1.25e6, 2.5e6, 4e6, 5e6, 10e6];
+
+/// Sample rates of its hydrophone, Hz.
+const HYDROPHONE_RATES: [f64; 5] = [2.5e6, 4e6, 5e6, 10e6, 20e6];
+
+/// What its hydrophone gives for a pressure, as a header states it, and in V/Pa.
+const HYDROPHONE: (&str, f64) = ("250 nV/Pa", 250e-9);
+
+/// Largest noise relative to the peak.
+const NOISE: f64 = 0.03;
+
+/// Largest trigger offset, s.
+const TRIGGER: f64 = 10e-6;
+
+/// Largest offset relative to the peak.
+const BASELINE: f64 = 0.05;
+
+/// Recorded time before the drive starts, s.
+const PRE_TRIGGER: f64 = 30e-6;
+
+/// What a twin's record passes through.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lab {
+    /// σ of the noise relative to the peak, 1.
+    pub noise: f64,
+    /// Sample rate, Hz.
+    pub sample_rate: f64,
+    /// How much later than the drive's start the record's time zero is, s.
+    pub trigger_offset: f64,
+    /// Offset relative to the peak, 1.
+    pub baseline: f64,
+}
+
+impl Lab {
+    /// One of the usual: up to 3 % of noise, a common sample rate, a trigger within 10 µs, an offset up to 5 %.
+    pub fn draw(measurand: Measurand, random: &mut ChaCha8Rng) -> Self {
+        let rates = if measurand == Measurand::Pressure { HYDROPHONE_RATES } else { SAMPLE_RATES };
+        Self {
+            noise: random.random_range(0.0..NOISE),
+            sample_rate: rates[random.random_range(0..rates.len())],
+            trigger_offset: random.random_range(-TRIGGER..TRIGGER),
+            baseline: random.random_range(-BASELINE..BASELINE),
+        }
+    }
+}
+
+/// How the truth differs from the model that is fitted to it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Flaw {
+    /// Not at all.
+    None,
+    /// The annulus is 30 % softer.
+    SofterSupport,
+    /// The other of the two damping laws, its coefficient [`EQUIVALENT`].
+    OtherLaw,
+    /// One bead fewer.
+    MissingBead,
+}
+
+/// γ/c of two dampers of comparable loss: the paper's 3660 N·s·m^(-3/2) against 0.3 N·s/m.
+pub const EQUIVALENT: f64 = 12_200.0;
+
+/// The scene of twin `index` (without its truth): the supports alternate, the laws alternate half as fast.
+#[must_use]
+pub fn scene_of(base: &Scene, index: u64) -> Scene {
+    let mut scene = base.clone();
+    scene.support =
+        if index.is_multiple_of(2) { Support::resin_annulus(1.0) } else { Support::Flat(FlatContact::Rigid) };
+    set_law(&mut scene, if (index / 2).is_multiple_of(2) { DampingKind::Linear } else { DampingKind::KuwabaraKono });
+    scene
+}
+
+/// The same scene with the other of the two damping laws, no coefficient set.
+#[must_use]
+pub fn with_other_law(scene: &Scene) -> Scene {
+    let mut other = scene.clone();
+    let linear = scene.damping.kind == DampingKind::Linear;
+    set_law(&mut other, if linear { DampingKind::KuwabaraKono } else { DampingKind::Linear });
+    other
+}
+
+/// The scene with a damping law, no coefficient set.
+#[must_use]
+pub fn with_law(scene: &Scene, kind: DampingKind) -> Scene {
+    let mut scene = scene.clone();
+    set_law(&mut scene, kind);
+    scene
+}
+
+fn set_law(scene: &mut Scene, kind: DampingKind) {
+    scene.damping.kind = kind;
+    scene.damping.linear = 0.0;
+    scene.damping.kuwabara_kono = 0.0;
+}
+
+/// The scene with a flaw that the fitted model will not know of.
+fn flawed(scene: &Scene, flaw: Flaw) -> Scene {
+    let mut flawed = scene.clone();
+    match flaw {
+        Flaw::None => {}
+        Flaw::SofterSupport => flawed.support = Support::resin_annulus(0.7),
+        Flaw::OtherLaw => {
+            flawed = with_other_law(scene);
+            flawed.damping.linear = scene.damping.kuwabara_kono / EQUIVALENT;
+            flawed.damping.kuwabara_kono = scene.damping.linear * EQUIVALENT;
+        }
+        Flaw::MissingBead => {
+            flawed.chain.beads.pop();
+            flawed.chain.gaps.pop();
+        }
+    }
+    flawed
+}
+
+/// Draw truth and lab of twin `index`, simulate by `run`, write the record and read it back: of a scene with water a hydrophone's at its first
+/// field point, of any other a vibrometer's.
+///
+/// # Errors
+/// When the simulation fails or the reader refuses the record.
+pub fn twin(
+    scene: &Scene,
+    parameters: &[Parameter],
+    uncertainty: &Uncertainty,
+    flaw: Flaw,
+    index: u64,
+    seed: u64,
+    run: &dyn Fn(&Scene) -> Result<Response, ModelError>,
+) -> Result<Twin, TwinError> {
+    let values = drawn_truth(parameters, index, seed);
+    twin_at(scene, parameters, values, uncertainty, (index, seed), &Lab::draw, &|scene| run(&flawed(scene, flaw)))
+}
+
+/// The truth of twin `index`: a point of the box's inner part.
+fn drawn_truth(parameters: &[Parameter], index: u64, seed: u64) -> Vec<f64> {
+    let value = |(d, parameter): (usize, &Parameter)| {
+        let u = f64::from(sobol_burley::sample(index as u32, d as u32, seed as u32));
+        parameter.value(INNER.0 + (INNER.1 - INNER.0) * u)
+    };
+    parameters.iter().enumerate().map(value).collect()
+}
+
+/// Shot `number` of twin `index` at `level` times the scene's drive amplitude: the same truth as every shot of that twin, gaps and lab of its own.
+/// Shot 0 at level 1 is [`twin`] itself.
+///
+/// # Errors
+/// As [`twin`].
+pub fn twin_at_level(
+    scene: &Scene,
+    parameters: &[Parameter],
+    uncertainty: &Uncertainty,
+    level: f64,
+    (index, number): (u64, u64),
+    seed: u64,
+    run: &dyn Fn(&Scene) -> Result<Response, ModelError>,
+) -> Result<Twin, TwinError> {
+    let (scene, values) = (at_level(scene, level), drawn_truth(parameters, index, seed));
+    // Shots draw from streams of their own, as twins do.
+    let drawn_by = index + (number << 32);
+    let mut made = twin_at(&scene, parameters, values, uncertainty, (drawn_by, seed), &Lab::draw, run)?;
+    made.truth.index = index;
+    Ok(made)
+}
+
+/// The scene with `level` times its drive amplitude.
+#[must_use]
+pub fn at_level(scene: &Scene, level: f64) -> Scene {
+    let mut scene = scene.clone();
+    scene.drive.amplitude *= level;
+    scene
+}
+
+/// Twin `index` of a seed with its truth given, its gaps drawn, its `lab` drawn for what it records: what [`twin`] draws of a lab, or less.
+///
+/// # Errors
+/// When the simulation fails or the reader refuses the record.
+pub fn twin_at(
+    scene: &Scene,
+    parameters: &[Parameter],
+    values: Vec<f64>,
+    uncertainty: &Uncertainty,
+    (index, seed): (u64, u64),
+    lab: &dyn Fn(Measurand, &mut ChaCha8Rng) -> Lab,
+    run: &dyn Fn(&Scene) -> Result<Response, ModelError>,
+) -> Result<Twin, TwinError> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(index + 1);
+    let mut truth_scene = scene.clone();
+    parameters.iter().zip(&values).for_each(|(parameter, value)| parameter.set(&mut truth_scene, *value));
+    draw_nuisances(&mut truth_scene, parameters, uncertainty, &mut random);
+    let measurand = if scene.water.is_some() { Measurand::Pressure } else { Measurand::Velocity };
+    let made = trace(run(&truth_scene)?, measurand)?;
+    let Lab { noise, sample_rate, trigger_offset, baseline } = lab(measurand, &mut random);
+    let peak = made.peak();
+    let baseline = peak * baseline;
+    let seen = parameters.iter().zip(&values).find(|(parameter, _)| parameter.target == Target::Bandwidth);
+    let bandwidth = seen.map_or(f64::INFINITY, |(_, bandwidth)| *bandwidth);
+    let span = PRE_TRIGGER + made.end() - trigger_offset.abs();
+    let conditioning = Conditioning {
+        bandwidth: Some(f64::min(bandwidth, 0.45 * sample_rate)),
+        delay: trigger_offset,
+        invert: false,
+        start: -PRE_TRIGGER,
+        step: 1.0 / sample_rate,
+        count: (span * sample_rate) as usize,
+    };
+    let mut signal = conditioning.apply(&made);
+    for value in &mut signal.values {
+        let draw: f64 = StandardNormal.sample(&mut random);
+        *value += baseline + noise * peak * draw;
+    }
+    let truth = Truth {
+        index,
+        support: match &scene.support {
+            Support::Annulus { .. } => "annulus".into(),
+            Support::Disc { shape, .. } => shape.rim.name().into(),
+            _ => "rigid".into(),
+        },
+        damping_kind: scene.damping.kind.name().into(),
+        values,
+        noise,
+        sample_rate_hz: sample_rate,
+        trigger_offset_s: trigger_offset,
+        baseline_m_per_s: (measurand == Measurand::Velocity).then_some(baseline),
+        baseline_pa: (measurand == Measurand::Pressure).then_some(baseline),
+    };
+    let (csv, kind) = match measurand {
+        Measurand::Velocity => (vibrometer_csv(&signal, &[]), RecordKind::Vibrometer),
+        Measurand::Pressure => (hydrophone_csv(&signal, &[]), RecordKind::Hydrophone),
+    };
+    let name = std::path::PathBuf::from(format!("twin-{index}.csv"));
+    let options = ReadOptions { drive_frequency: Some(scene.drive.frequency), ..ReadOptions::default() };
+    let record = read_record_bytes(&name, &csv, Some(kind), &options)?;
+    Ok(Twin { truth, csv, recording: Recording::of(&record, false) })
+}
+
+/// Put one draw of what the bench leaves open into a scene; what is fitted is not drawn.
+fn draw_nuisances(scene: &mut Scene, parameters: &[Parameter], uncertainty: &Uncertainty, random: &mut ChaCha8Rng) {
+    let mut normal = || -> f64 { StandardNormal.sample(random) };
+    let open = |target| parameters.iter().all(|parameter| parameter.target != target);
+    let Uncertainty { gap: roughness, baseline, precompression, support_stiffness: sigma, .. } = *uncertainty;
+    for gap in &mut scene.chain.gaps {
+        // A bead cannot overlap its neighbour before anything moves.
+        *gap += roughness * normal().abs();
+    }
+    if baseline > 0.0 && open(Target::Gap) {
+        scene.chain.gaps[0] = (scene.chain.gaps[0] + baseline * normal()).max(0.0);
+    }
+    if precompression > 0.0 && open(Target::Precompression) {
+        scene.chain.precompression = (scene.chain.precompression + precompression * normal()).abs();
+    }
+    if sigma > 0.0
+        && open(Target::SupportStiffness)
+        && let Some(own) = support_stiffness(scene)
+    {
+        set_support_stiffness(scene, own * (sigma * normal()).exp());
+    }
+    if scene.chain.precompression > 0.0 {
+        scene.chain.gaps.fill(0.0);
+    }
+}
+
+/// A horn-tip record as a lab would store it: µs and nm, resolution 0.01 nm, `comments` on top.
+#[must_use]
+pub fn horn_tip_csv(displacement: &Series, comments: &[String]) -> Vec<u8> {
+    let mut text = head(comments);
+    text.push_str("time_us,displacement_nm\n");
+    for (index, value) in displacement.values.iter().enumerate() {
+        let _ = writeln!(text, "{:.1},{:.2}", displacement.time(index) * 1e6, value * 1e9);
+    }
+    text.into_bytes()
+}
+
+/// A vibrometer record as a lab would store it: µs and mm/s, resolution 1 µm/s, `comments` on top.
+#[must_use]
+pub fn vibrometer_csv(velocity: &Series, comments: &[String]) -> Vec<u8> {
+    let mut text = head(comments);
+    text.push_str("time_us,velocity_mm_per_s\n");
+    for (index, value) in velocity.values.iter().enumerate() {
+        let _ = writeln!(text, "{:.4},{:.3}", velocity.time(index) * 1e6, value * 1e3);
+    }
+    text.into_bytes()
+}
+
+/// A hydrophone's record as a lab would store it: µs and mV of an instrument of 250 nV/Pa, resolution 0.1 µV (0.4 Pa), `comments` on top.
+#[must_use]
+pub fn hydrophone_csv(pressure: &Series, comments: &[String]) -> Vec<u8> {
+    let mut text = head(comments);
+    let _ = writeln!(text, "# sensitivity: {}\ntime_us,hydrophone_mV", HYDROPHONE.0);
+    for (index, value) in pressure.values.iter().enumerate() {
+        let _ = writeln!(text, "{:.4},{:.4}", pressure.time(index) * 1e6, value * HYDROPHONE.1 * 1e3);
+    }
+    text.into_bytes()
+}
+
+/// The comments a record begins with.
+fn head(comments: &[String]) -> String {
+    comments.iter().map(|comment| format!("# {comment}\n")).collect()
+}

@@ -1,0 +1,405 @@
+//! The equations of motion, m_i ü_i = F_{i−1} − F_i, as a right-hand side without branches.
+
+use super::{
+    coupling::{Coupling, Survey},
+    system::System,
+};
+use crate::contact_law::{Dashpot, ElasticLaw, Law};
+
+/// Any law of any contact, the contacts coupled through the bodies: see [`Coupling`].
+///
+/// Elastic force and dashpot of a contact then begin and end apart, the force with the overlap δ of the contact, the dashpot with that of
+/// the rigid motions, so each contact has two switches: 0…N the elastic ones, N + 1…2N + 1 the dashpots, if there are any.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Coupled(pub Law);
+
+impl ElasticLaw for Coupled {
+    const IS_HERTZ: bool = false;
+    const IS_COUPLED: bool = true;
+
+    fn force(&self, overlap: f64) -> f64 {
+        self.0.force(overlap)
+    }
+
+    fn tangent_stiffness(&self, overlap: f64) -> f64 {
+        self.0.tangent_stiffness(overlap)
+    }
+
+    fn energy(&self, overlap: f64) -> f64 {
+        self.0.energy(overlap)
+    }
+
+    fn overlap(&self, force: f64) -> f64 {
+        self.0.overlap(force)
+    }
+}
+
+/// What a contact does at present; frozen within a step, switched at located instants between steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Mode {
+    /// Carries the full law.
+    Pressed,
+    /// Still overlapping but parting so fast that the dashpot would pull: no force.
+    Clipped,
+    /// Separated: no force.
+    Open,
+}
+
+/// Right-hand side of one chain with the present modes of its contacts.
+///
+/// The state is [displacements | velocities | piston work, dissipated energy, 0, 0], the first two blocks padded as in [`System`]. A
+/// contact that is not pressed has its coefficients set to zero, so the inner loop knows no modes; which effects exist at all is a
+/// type parameter, so a run without dampers spends nothing on them.
+#[derive(Debug, Clone)]
+pub(super) struct Equation<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L> {
+    pub system: &'a System,
+    /// Law of the last contact when it is not Hertz's.
+    support: L,
+    /// Present coefficients: k (0 for a support of another law), c and γ.
+    hertz: Vec<f64>,
+    linear: Vec<f64>,
+    kuwabara_kono: Vec<f64>,
+    /// 1 while the support carries force, else 0.
+    support_pressed: f64,
+    force: Vec<f64>,
+    /// Mode of every switch: one a contact, unless coupled.
+    pub modes: Vec<Mode>,
+    pub coupled: Option<CoupledState<'a>>,
+}
+
+/// What coupled contacts need besides.
+#[derive(Debug, Clone)]
+pub(super) struct CoupledState<'a> {
+    coupling: &'a Coupling,
+    /// 1 where the elastic force is on, 1 where the dashpot is clipped, else 0.
+    elastic: Vec<f64>,
+    clipped: Vec<f64>,
+    rigid: Vec<f64>,
+    overlap: Vec<f64>,
+    elastic_force: Vec<f64>,
+    /// At the start of the step, at its end, and within.
+    surveys: [Survey; 3],
+    /// Room for a state within the step.
+    pub within: Vec<[f64; 4]>,
+}
+
+/// Where in a step a state lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Instant {
+    Start,
+    End,
+    Within,
+}
+
+impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<'a, LINEAR, KUWABARA_KONO, L> {
+    /// All contacts open; `support` is the law of the last contact.
+    pub fn new(system: &'a System, support: L) -> Self {
+        let zeros = vec![0.0; system.padded];
+        let coupled = system.coupling.as_ref().filter(|_| L::IS_COUPLED).map(|coupling| CoupledState {
+            coupling,
+            elastic: zeros.clone(),
+            clipped: zeros.clone(),
+            rigid: zeros.clone(),
+            overlap: zeros.clone(),
+            elastic_force: zeros.clone(),
+            surveys: std::array::from_fn(|_| Survey::new(system.padded)),
+            within: vec![[0.0; 4]; system.padded / 2],
+        });
+        let switches = if coupled.is_some() && (LINEAR || KUWABARA_KONO) { 2 } else { 1 };
+        Self {
+            system,
+            support,
+            hertz: zeros.clone(),
+            linear: zeros.clone(),
+            kuwabara_kono: zeros.clone(),
+            support_pressed: 0.0,
+            force: zeros,
+            modes: vec![Mode::Open; switches * (system.beads + 1)],
+            coupled,
+        }
+    }
+
+    /// Contact of a switch.
+    #[inline(always)]
+    pub fn contact(&self, switch: usize) -> usize {
+        if L::IS_COUPLED { switch % (self.system.beads + 1) } else { switch }
+    }
+
+    /// Whether a switch is that of a dashpot alone.
+    #[inline(always)]
+    pub fn is_dashpot(&self, switch: usize) -> bool {
+        L::IS_COUPLED && switch > self.system.beads
+    }
+
+    /// Length of the state.
+    pub fn state_length(&self) -> usize {
+        2 * self.system.padded + 4
+    }
+
+    /// Whether a switch is that of the elastic force of a coupled contact.
+    #[inline(always)]
+    pub fn is_coupled_force(&self, switch: usize) -> bool {
+        L::IS_COUPLED && switch <= self.system.beads
+    }
+
+    /// Whether a switch has nothing to switch: the dashpot of a contact without one.
+    #[inline(always)]
+    pub fn is_idle(&self, switch: usize) -> bool {
+        self.is_dashpot(switch) && self.system.dashpots[self.contact(switch)].is_absent()
+    }
+
+    /// Put a switch into a mode.
+    pub fn set_mode(&mut self, switch: usize, mode: Mode) {
+        let contact = self.contact(switch);
+        let pressed = if mode == Mode::Pressed { 1.0 } else { 0.0 };
+        let Dashpot { linear, kuwabara_kono } = self.system.dashpots[contact];
+        self.modes[switch] = mode;
+        if let Some(coupled) = &mut self.coupled {
+            if switch == contact {
+                coupled.elastic[contact] = pressed;
+            } else {
+                self.linear[contact] = pressed * linear;
+                self.kuwabara_kono[contact] = pressed * kuwabara_kono;
+                coupled.clipped[contact] = if mode == Mode::Clipped { 1.0 } else { 0.0 };
+            }
+            return;
+        }
+        self.linear[contact] = pressed * linear;
+        self.kuwabara_kono[contact] = pressed * kuwabara_kono;
+        match &self.system.laws[contact] {
+            Law::Hertz(hertz) => self.hertz[contact] = pressed * hertz.stiffness,
+            Law::FiniteHertz(_) | Law::Annulus(_) | Law::Spring(_) => self.support_pressed = pressed,
+        }
+    }
+
+    /// Contact forces with the present modes into `self.force`, and the power lost in the dashpots (W).
+    ///
+    /// Four contacts at a time; neighbours are moved between registers, since reading back what was just stored at another
+    /// alignment would wait for the store.
+    #[inline(always)]
+    fn evaluate_forces(&mut self, u: &[f64], v: &[f64]) -> f64 {
+        if L::IS_COUPLED {
+            return self.evaluate_coupled(u, v);
+        }
+        let (u, _) = u.as_chunks::<4>();
+        let (v, _) = v.as_chunks::<4>();
+        let blocks = u.len();
+        let v = &v[..blocks];
+        let offset = &self.system.offset.as_chunks::<4>().0[..blocks];
+        let hertz = &self.hertz.as_chunks::<4>().0[..blocks];
+        let linear = &self.linear.as_chunks::<4>().0[..blocks];
+        let kuwabara_kono = &self.kuwabara_kono.as_chunks::<4>().0[..blocks];
+        let force = &mut self.force.as_chunks_mut::<4>().0[..blocks];
+        let mut lost = [0.0; 4];
+        for block in 0..blocks {
+            let shifted = |x: &[[f64; 4]]| {
+                let here = x[block];
+                let next = if block + 1 < blocks { x[block + 1][0] } else { 0.0 };
+                (here, [here[1], here[2], here[3], next])
+            };
+            let (lower, upper) = shifted(u);
+            let mut pressed = [0.0; 4];
+            let mut root = [0.0; 4];
+            let mut total = [0.0; 4];
+            for i in 0..4 {
+                let overlap = offset[block][i] + lower[i] - upper[i];
+                pressed[i] = if overlap > 0.0 { overlap } else { 0.0 };
+            }
+            for i in 0..4 {
+                root[i] = pressed[i].sqrt();
+            }
+            for i in 0..4 {
+                total[i] = hertz[block][i] * pressed[i] * root[i];
+            }
+            if LINEAR || KUWABARA_KONO {
+                let (lower_rate, upper_rate) = shifted(v);
+                for i in 0..4 {
+                    let rate = lower_rate[i] - upper_rate[i];
+                    let mut coefficient = 0.0;
+                    if LINEAR {
+                        coefficient += linear[block][i];
+                    }
+                    if KUWABARA_KONO {
+                        coefficient += kuwabara_kono[block][i] * root[i];
+                    }
+                    let viscous = coefficient * rate;
+                    total[i] += viscous;
+                    lost[i] += viscous * rate;
+                }
+            }
+            force[block] = total;
+        }
+        if !L::IS_HERTZ {
+            let last = self.system.beads;
+            let (u, offset) = (u.as_flattened(), self.system.offset[last]);
+            self.force[last] += self.support_pressed * self.support.force(offset + u[last] - u[last + 1]);
+        }
+        lost.iter().sum()
+    }
+
+    /// The same of coupled contacts: a dashpot that is clipped takes up what the elastic force would push with.
+    #[inline(always)]
+    fn evaluate_coupled(&mut self, u: &[f64], v: &[f64]) -> f64 {
+        let Some(coupled) = &mut self.coupled else { return 0.0 };
+        let system = self.system;
+        let contacts = system.beads + 1;
+        for contact in 0..contacts {
+            coupled.rigid[contact] = system.offset[contact] + u[contact] - u[contact + 1];
+        }
+        let CoupledState { coupling, elastic, rigid, overlap, elastic_force, clipped, .. } = coupled;
+        coupling.settle(rigid, elastic, overlap, elastic_force);
+        self.force.copy_from_slice(elastic_force);
+        if !(LINEAR || KUWABARA_KONO) {
+            return 0.0;
+        }
+        let mut lost = 0.0;
+        for contact in 0..contacts {
+            let rate = v[contact] - v[contact + 1];
+            let coefficient = self.linear[contact] + self.kuwabara_kono[contact] * rigid[contact].max(0.0).sqrt();
+            let viscous = coefficient * rate - clipped[contact] * elastic_force[contact];
+            self.force[contact] += viscous;
+            lost += viscous * rate;
+        }
+        lost
+    }
+
+    /// `weight` × the time derivative of `state`, into `derivative`; the piston's displacement (m) and velocity (m/s) are written into
+    /// their slots of `state` first.
+    #[inline(always)]
+    pub fn evaluate(&mut self, weight: f64, piston: (f64, f64), state: &mut [f64], derivative: &mut [f64]) {
+        let padded = self.system.padded;
+        let (u, rest) = state.split_at_mut(padded);
+        let (v, _) = rest.split_at_mut(padded);
+        u[0] = piston.0;
+        v[0] = piston.1;
+        let lost = self.evaluate_forces(u, v);
+        let (du, rest) = derivative.split_at_mut(padded);
+        let (dv, work) = rest.split_at_mut(padded);
+        let blocks = padded / 4;
+        let (du, dv) = (&mut du.as_chunks_mut::<4>().0[..blocks], &mut dv.as_chunks_mut::<4>().0[..blocks]);
+        let v = &v.as_chunks::<4>().0[..blocks];
+        let inverse_mass = &self.system.inverse_mass.as_chunks::<4>().0[..blocks];
+        let force = &self.force.as_chunks::<4>().0[..blocks];
+        let mut before = 0.0;
+        for block in 0..blocks {
+            let after = force[block];
+            let left = [before, after[0], after[1], after[2]];
+            before = after[3];
+            for i in 0..4 {
+                du[block][i] = weight * v[block][i];
+            }
+            for i in 0..4 {
+                dv[block][i] = weight * (left[i] - after[i]) * inverse_mass[block][i];
+            }
+        }
+        work[0] = weight * self.force[0] * piston.1;
+        work[1] = weight * lost;
+    }
+
+    /// Total force of each contact at a state, N: what the response reports.
+    #[inline(always)]
+    pub fn contact_forces(&mut self, u: &[f64], v: &[f64]) -> &[f64] {
+        self.evaluate_forces(u, v);
+        let force = &mut self.force[..=self.system.beads];
+        if let Some(coupled) = &self.coupled {
+            for (i, force) in force.iter_mut().enumerate() {
+                if coupled.rigid[i] <= 0.0 {
+                    *force = coupled.elastic_force[i];
+                }
+                if !self.system.tension && *force < 0.0 {
+                    *force = 0.0;
+                }
+            }
+            return force;
+        }
+        for (i, force) in force.iter_mut().enumerate() {
+            // A frozen dashpot may outlive its contact by less than a step; the response shows the law itself.
+            let separated = self.system.offset[i] + u[i] - u[i + 1] <= 0.0;
+            if separated || (!self.system.tension && *force < 0.0) {
+                *force = 0.0;
+            }
+        }
+        force
+    }
+
+    /// Elastic force (N) of a contact as last evaluated, or by its own law at `overlap` (m).
+    pub fn elastic_force(&self, contact: usize, overlap: f64) -> f64 {
+        match &self.coupled {
+            Some(coupled) => coupled.elastic_force[contact],
+            None => self.system.laws[contact].force(overlap),
+        }
+    }
+
+    /// Whether the switch's force may end before its overlap does.
+    pub fn may_clip(&self, switch: usize) -> bool {
+        let has_dashpot = (LINEAR || KUWABARA_KONO) && !self.system.tension;
+        if L::IS_COUPLED && !self.is_dashpot(switch) {
+            return false;
+        }
+        has_dashpot && !self.system.dashpots[self.contact(switch)].is_absent()
+    }
+
+    /// A continuous function of overlap and rate with the sign of the total force of a pressed contact: the force itself, N, or
+    /// without linear dashpot the force over √δ, which is not singular at closing.
+    pub fn pull_indicator(&self, contact: usize, overlap: f64, rate: f64) -> f64 {
+        let pressed = overlap.max(0.0);
+        self.pull_of(contact, self.system.laws[contact].force(pressed), pressed, rate)
+    }
+
+    fn pull_of(&self, contact: usize, elastic: f64, pressed: f64, rate: f64) -> f64 {
+        let Dashpot { linear, kuwabara_kono } = self.system.dashpots[contact];
+        if linear > 0.0 {
+            elastic + (linear + kuwabara_kono * pressed.sqrt()) * rate
+        } else if pressed > 0.0 {
+            elastic / pressed.sqrt() + kuwabara_kono * rate
+        } else {
+            kuwabara_kono * rate
+        }
+    }
+
+    /// Look at all contacts of a state, its piston in place; nothing to do where none feels another.
+    #[inline(always)]
+    pub fn survey(&mut self, instant: Instant, state: &[f64]) {
+        if let Some(coupled) = &mut self.coupled {
+            let system = self.system;
+            let survey = &mut coupled.surveys[instant as usize];
+            for contact in 0..=system.beads {
+                survey.rigid_rate[contact] = state[system.padded + contact] - state[system.padded + contact + 1];
+            }
+            system.survey(coupled.coupling, state, survey);
+            coupled.coupling.rates(&system.laws, survey);
+        }
+    }
+
+    /// δ (m) and δ̇ (m/s) that a switch follows, at a state that has been surveyed.
+    #[inline(always)]
+    pub fn overlap_and_rate(&self, instant: Instant, switch: usize, state: &[f64]) -> (f64, f64) {
+        match &self.coupled {
+            Some(coupled) if L::IS_COUPLED => {
+                let survey = &coupled.surveys[instant as usize];
+                let contact = self.contact(switch);
+                if self.is_dashpot(switch) {
+                    (survey.rigid[contact], survey.rigid_rate[contact])
+                } else {
+                    (survey.overlap[contact], survey.rate[contact])
+                }
+            }
+            _ => {
+                let padded = self.system.padded;
+                (self.system.overlap(switch, state), state[padded + switch] - state[padded + switch + 1])
+            }
+        }
+    }
+
+    /// [`Equation::pull_indicator`] of a switch at an instant that has been surveyed.
+    #[inline(always)]
+    pub fn pull(&self, instant: Instant, switch: usize, (overlap, rate): (f64, f64)) -> f64 {
+        match &self.coupled {
+            Some(coupled) if L::IS_COUPLED => {
+                let contact = self.contact(switch);
+                self.pull_of(contact, coupled.surveys[instant as usize].force[contact], overlap.max(0.0), rate)
+            }
+            _ => self.pull_indicator(switch, overlap, rate),
+        }
+    }
+}

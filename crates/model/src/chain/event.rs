@@ -1,0 +1,257 @@
+//! Where contacts close, open and stop being pulled, located on the continuous extension.
+
+use super::{
+    dormand_prince::{Clock, Stepper},
+    equation::{Equation, Instant, Mode},
+};
+use crate::{contact_law::ElasticLaw, scene::PistonMotion};
+
+/// Smallest overlap (m) and force indicator that count as a change of mode: far below any tolerance, so that contacts which touch
+/// with rounding errors do not chatter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Resolution {
+    pub overlap: f64,
+    pub pull: f64,
+}
+
+/// A switch (a contact, unless coupled) changes its mode at σ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Event {
+    pub switch: usize,
+    pub sigma: f64,
+}
+
+impl<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<'_, LINEAR, KUWABARA_KONO, L> {
+    /// The mode a switch belongs in at δ, δ̇ at the start of a step, coming from its present one.
+    pub fn settled_mode(&self, switch: usize, (overlap, rate): (f64, f64), resolution: &Resolution) -> Mode {
+        if self.is_idle(switch) {
+            return Mode::Open;
+        }
+        let may_clip = self.may_clip(switch);
+        let pull = || self.pull(Instant::Start, switch, (overlap, rate));
+        if overlap < -resolution.overlap {
+            return Mode::Open;
+        }
+        if overlap <= resolution.overlap && !(may_clip && self.modes[switch] == Mode::Clipped) {
+            if self.is_coupled_force(switch) {
+                // A contact at rest that its neighbour's force is about to draw open shows no rate yet: it stays what the event made it.
+                return self.modes[switch];
+            }
+            // Touching: pressed as long as it was, or as it is not parting.
+            return match self.modes[switch] {
+                Mode::Pressed if may_clip && pull() < -resolution.pull => Mode::Open,
+                Mode::Pressed => Mode::Pressed,
+                _ if rate < 0.0 => Mode::Open,
+                _ => Mode::Pressed,
+            };
+        }
+        match self.modes[switch] {
+            Mode::Pressed if may_clip && pull() < -resolution.pull => Mode::Clipped,
+            Mode::Pressed => Mode::Pressed,
+            _ if may_clip && pull() <= resolution.pull => Mode::Clipped,
+            _ => Mode::Pressed,
+        }
+    }
+
+    /// Whether a switch that was at (δ₀, δ̇₀) has to change its mode within a step that ends at (δ₁, δ̇₁): surely, perhaps (look
+    /// inside), or not.
+    #[inline(always)]
+    fn crossing(
+        &self,
+        switch: usize,
+        start: (f64, f64),
+        end: (f64, f64),
+        clock: &Clock,
+        resolution: &Resolution,
+    ) -> Crossing {
+        if self.is_idle(switch) {
+            return Crossing::None;
+        }
+        match self.modes[switch] {
+            Mode::Pressed if self.may_clip(switch) => {
+                if self.pull(Instant::End, switch, end) < -resolution.pull {
+                    Crossing::Sure
+                } else {
+                    Crossing::None
+                }
+            }
+            Mode::Pressed => {
+                if end.0 < -resolution.overlap {
+                    Crossing::Sure
+                } else if start.1 < 0.0 && end.1 > 0.0 && hermite_extremum(start, end, clock) < 0.0 {
+                    Crossing::Perhaps
+                } else {
+                    Crossing::None
+                }
+            }
+            Mode::Open => {
+                if end.0 > resolution.overlap {
+                    Crossing::Sure
+                } else if start.1 > 0.0 && end.1 < 0.0 && hermite_extremum(start, end, clock) > 0.0 {
+                    Crossing::Perhaps
+                } else {
+                    Crossing::None
+                }
+            }
+            Mode::Clipped => {
+                let repressed = end.0 > 0.0 && self.pull(Instant::End, switch, end) > resolution.pull;
+                if repressed { Crossing::Sure } else { Crossing::None }
+            }
+        }
+    }
+
+    /// Whether any contact may have to change its mode within the finished step.
+    #[inline(always)]
+    pub fn may_switch(&mut self, stepper: &Stepper, clock: &Clock, resolution: &Resolution) -> bool {
+        let (start, end) = (stepper.state.as_flattened(), stepper.end_state.as_flattened());
+        self.survey(Instant::End, end);
+        (0..self.modes.len()).any(|switch| {
+            let start = self.overlap_and_rate(Instant::Start, switch, start);
+            let end = self.overlap_and_rate(Instant::End, switch, end);
+            self.crossing(switch, start, end, clock, resolution) != Crossing::None
+        })
+    }
+
+    /// The first change of mode within the finished and extended step.
+    pub fn first_event(
+        &mut self,
+        stepper: &Stepper,
+        clock: &Clock,
+        motion: &dyn PistonMotion,
+        resolution: &Resolution,
+    ) -> Option<Event> {
+        let mut first: Option<Event> = None;
+        for switch in 0..self.modes.len() {
+            let start = self.overlap_and_rate(Instant::Start, switch, stepper.state.as_flattened());
+            let end = self.overlap_and_rate(Instant::End, switch, stepper.end_state.as_flattened());
+            let crossing = self.crossing(switch, start, end, clock, resolution);
+            if crossing == Crossing::None {
+                continue;
+            }
+            // Positive while the mode holds.
+            let margin = |sigma: f64| {
+                let (overlap, rate) = self.overlap_and_rate_within(switch, stepper, clock, motion, sigma);
+                match self.modes[switch] {
+                    Mode::Pressed if self.may_clip(switch) => self.pull(Instant::Within, switch, (overlap, rate)),
+                    Mode::Pressed => overlap,
+                    Mode::Open => -overlap,
+                    Mode::Clipped if overlap > 0.0 => -self.pull(Instant::Within, switch, (overlap, rate)),
+                    Mode::Clipped => f64::MIN_POSITIVE,
+                }
+            };
+            if let Some(sigma) = first_root(margin, crossing == Crossing::Sure)
+                && first.is_none_or(|event| sigma < event.sigma)
+            {
+                first = Some(Event { switch, sigma });
+            }
+        }
+        first
+    }
+
+    /// δ (m) and δ̇ (m/s) that a switch follows, within the extended step.
+    fn overlap_and_rate_within(
+        &mut self,
+        switch: usize,
+        stepper: &Stepper,
+        clock: &Clock,
+        motion: &dyn PistonMotion,
+        sigma: f64,
+    ) -> (f64, f64) {
+        let padded = self.system.padded;
+        if let Some(coupled) = &mut self.coupled {
+            // Every contact takes part in the overlap of every other.
+            let mut within = std::mem::take(&mut coupled.within);
+            stepper.values(sigma, &mut within);
+            let state = within.as_flattened_mut();
+            (state[0], state[padded]) = motion.at(clock.at(sigma));
+            self.survey(Instant::Within, state);
+            let found = self.overlap_and_rate(Instant::Within, switch, state);
+            if let Some(coupled) = &mut self.coupled {
+                coupled.within = within;
+            }
+            return found;
+        }
+        let (before, before_rate) = if switch == 0 {
+            motion.at(clock.at(sigma))
+        } else {
+            (stepper.value(switch, sigma), stepper.value(padded + switch, sigma))
+        };
+        let (after, after_rate) = if switch == self.system.beads {
+            (0.0, 0.0)
+        } else {
+            (stepper.value(switch + 1, sigma), stepper.value(padded + switch + 1, sigma))
+        };
+        (self.system.offset[switch] + before - after, before_rate - after_rate)
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Crossing {
+    None,
+    Perhaps,
+    Sure,
+}
+
+/// The extreme of the cubic through overlaps and rates at both ends, which have rates of opposite sign; widened by a tenth of its
+/// distance from the ends, so that a step which only nearly touches is looked into.
+fn hermite_extremum(start: (f64, f64), end: (f64, f64), clock: &Clock) -> f64 {
+    let (slope0, slope1) = (start.1 * clock.rate(0.0), end.1 * clock.rate(1.0));
+    let middle = 0.5 * (start.0 + end.0) + 0.125 * (slope0 - slope1);
+    let chord = 0.5 * (start.0 + end.0);
+    // The cubic's extreme is at most a few per cent beyond its middle for steps the error control admits.
+    middle + 0.3 * (middle - chord)
+}
+
+/// First σ at which `margin` falls through zero; `sure` when it is known to be negative at σ = 1.
+fn first_root(mut margin: impl FnMut(f64) -> f64, sure: bool) -> Option<f64> {
+    const PARTS: u32 = 8;
+    let mut held: Option<(f64, f64)> = None;
+    for part in 0..=PARTS {
+        let sigma = f64::from(part) / f64::from(PARTS);
+        let value = margin(sigma);
+        if value > 0.0 {
+            held = Some((sigma, value));
+        } else if let Some(held) = held {
+            return Some(bracketed_root(&mut margin, held, (sigma, value)));
+        }
+    }
+    // It never held: it has to change at once.
+    if sure && held.is_none() { Some(0.0) } else { None }
+}
+
+/// Root between a point where the function is positive and one where it is not: false position (Illinois), bisected when slow.
+fn bracketed_root(mut function: impl FnMut(f64) -> f64, positive: (f64, f64), negative: (f64, f64)) -> f64 {
+    let (mut a, mut fa) = positive;
+    let (mut b, mut fb) = negative;
+    for iteration in 0..80 {
+        if (b - a).abs() <= 4.0 * f64::EPSILON * b.abs() || fb == 0.0 {
+            break;
+        }
+        let secant = (a * fb - b * fa) / (fb - fa);
+        let inside = secant > a.min(b) && secant < a.max(b);
+        let c = if inside && iteration % 8 != 7 { secant } else { 0.5 * (a + b) };
+        let fc = function(c);
+        if (fc > 0.0) == (fb > 0.0) {
+            fa *= 0.5;
+        } else {
+            (a, fa) = (b, fb);
+        }
+        (b, fb) = (c, fc);
+    }
+    b
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_of_several_roots_is_found_to_rounding() {
+        let root = first_root(|s| (0.3 - s) * (0.7 - s) * (0.95 - s), true).unwrap();
+        assert!((root - 0.3).abs() < 1e-15, "{root}");
+        let steep = first_root(|s| 1e-9 - s * s * s, true).unwrap();
+        assert!((steep - 1e-3).abs() < 1e-15, "{steep}");
+        assert_eq!(first_root(|s| -1.0 - s, true), Some(0.0));
+        assert_eq!(first_root(|s| 1.0 + s, false), None);
+    }
+}

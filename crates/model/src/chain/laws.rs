@@ -1,0 +1,50 @@
+//! Which law each contact of a chain has.
+
+use super::{
+    finite_body::FiniteBodyLaws,
+    system::{meshed, moving_disc},
+};
+use crate::{
+    ModelError,
+    contact_law::{Annulus, Hertz, Law, Spring, bead_flat_stiffness, bead_pair_stiffness},
+    scene::{ContactLaw, Scene, Support},
+};
+
+/// Elastic laws of the N + 1 contacts, and how they feel one another.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct ContactLaws {
+    /// Law of each contact.
+    pub laws: Vec<Law>,
+    /// Coupling through each of the N beads, m/N; none with the law of Hertz.
+    pub couplings: Option<Vec<f64>>,
+}
+
+impl ContactLaws {
+    /// Those the scene asks for; `fitted` are the laws of its bodies where they are known already.
+    ///
+    /// # Errors
+    /// For a support that has no force law, bodies that cannot be meshed, and fitted laws of other bodies.
+    pub fn of(scene: &Scene, fitted: Option<&FiniteBodyLaws>) -> Result<Self, ModelError> {
+        match (scene.contact_law, fitted) {
+            (ContactLaw::Hertz, _) => Self::hertz(scene),
+            (ContactLaw::FiniteBody, Some(fitted)) => fitted.contact_laws(scene),
+            (ContactLaw::FiniteBody, None) => FiniteBodyLaws::fit(scene)?.contact_laws(scene),
+        }
+    }
+
+    /// The law of Hertz for all but annulus and spring.
+    pub fn hertz(scene: &Scene) -> Result<Self, ModelError> {
+        let beads = &scene.chain.beads;
+        let hertz = |stiffness| Law::Hertz(Hertz { stiffness });
+        let mut laws = vec![hertz(bead_flat_stiffness(&beads[0], scene.piston))];
+        laws.extend(beads.windows(2).map(|pair| hertz(bead_pair_stiffness(&pair[0], &pair[1]))));
+        laws.push(match &scene.support {
+            Support::Flat(flat) => hertz(bead_flat_stiffness(&beads[beads.len() - 1], *flat)),
+            Support::Annulus { stiffness_factor, .. } => Law::Annulus(Annulus::new(*stiffness_factor)),
+            Support::Spring { stiffness } => Law::Spring(Spring { stiffness: *stiffness }),
+            Support::Body { mesh, .. } => return Err(meshed(mesh)),
+            Support::Disc { .. } => return Err(moving_disc()),
+        });
+        Ok(Self { laws, couplings: None })
+    }
+}

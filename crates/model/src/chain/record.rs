@@ -1,0 +1,199 @@
+//! The run on the scene's output grid.
+
+use super::{
+    dormand_prince::{Clock, Stepper},
+    equation::Equation,
+    system::System,
+    trajectory::Trajectory,
+};
+use crate::{
+    contact_law::ElasticLaw,
+    response::{EnergyLedger, ObservedPoint, Response, SolverWork},
+    scene::{PistonMotion, Scene},
+};
+use granchain_signal::Series;
+
+/// Samples that are gathered before they go into their series: a cache line of each.
+const BLOCK: usize = 8;
+
+/// Collects every series of a response; its buffers are allocated once.
+///
+/// A sample of a long chain belongs into thousands of series, each in memory of its own. So samples are put side by side, and every few of
+/// them go into the series together.
+#[derive(Debug)]
+pub(super) struct Grid {
+    step: f64,
+    padded: usize,
+    piston_displacement: Vec<f64>,
+    piston_velocity: Vec<f64>,
+    displacement: Vec<Vec<f64>>,
+    velocity: Vec<Vec<f64>>,
+    force: Vec<Vec<f64>>,
+    /// Samples taken.
+    taken: usize,
+    buffer: Vec<[f64; 4]>,
+    /// The last samples, one behind the other: displacements, velocities, forces.
+    block: Vec<f64>,
+    /// Samples in the block.
+    held: usize,
+}
+
+impl Grid {
+    /// Instants 0, step, 2 step … up to the scene's duration, with the piston sampled at all of them.
+    pub fn new(scene: &Scene, system: &System, motion: &dyn PistonMotion) -> Self {
+        let samples = scene.samples();
+        let times: Vec<f64> = (0..samples).map(|i| i as f64 * scene.output_step).collect();
+        let mut piston_displacement = vec![0.0; samples];
+        let mut piston_velocity = vec![0.0; samples];
+        motion.sample(&times, &mut piston_displacement, &mut piston_velocity);
+        let columns = |count: usize| (0..count).map(|_| Vec::with_capacity(samples)).collect::<Vec<Vec<f64>>>();
+        Self {
+            step: scene.output_step,
+            padded: system.padded,
+            piston_displacement,
+            piston_velocity,
+            displacement: columns(system.beads),
+            velocity: columns(system.beads),
+            force: columns(system.beads + 1),
+            taken: 0,
+            buffer: vec![[0.0; 4]; system.padded / 2],
+            block: vec![0.0; BLOCK * (3 * system.beads + 1)],
+            held: 0,
+        }
+    }
+
+    /// Instant of the last sample, s.
+    pub fn end(&self) -> f64 {
+        (self.piston_displacement.len() - 1) as f64 * self.step
+    }
+
+    /// Largest speed of the piston at the samples, m/s.
+    pub fn piston_speed(&self) -> f64 {
+        self.piston_velocity.iter().fold(0.0, |speed, v| f64::max(speed, v.abs()))
+    }
+
+    /// Store the state in the buffer as the next sample.
+    #[inline(always)]
+    pub fn store<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
+        &mut self,
+        equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
+    ) {
+        let sample = self.taken;
+        let (u, v) = self.buffer.as_flattened_mut().split_at_mut(self.padded);
+        u[0] = self.piston_displacement[sample];
+        v[0] = self.piston_velocity[sample];
+        let force = equation.contact_forces(u, v);
+        let beads = self.displacement.len();
+        let width = 3 * beads + 1;
+        let row = &mut self.block[self.held * width..(self.held + 1) * width];
+        row[..beads].copy_from_slice(&u[1..=beads]);
+        row[beads..2 * beads].copy_from_slice(&v[1..=beads]);
+        row[2 * beads..].copy_from_slice(&force[..=beads]);
+        self.held += 1;
+        self.taken += 1;
+        if self.held == BLOCK {
+            self.sort_in();
+        }
+    }
+
+    /// Put the samples of the block into their series.
+    #[inline(never)]
+    fn sort_in(&mut self) {
+        let width = 3 * self.displacement.len() + 1;
+        let held = self.held;
+        let series = self.displacement.iter_mut().chain(&mut self.velocity).chain(&mut self.force);
+        for (column, series) in series.enumerate() {
+            series.extend((0..held).map(|row| self.block[row * width + column]));
+        }
+        self.held = 0;
+    }
+
+    /// Whether all samples are taken.
+    pub fn is_full(&self) -> bool {
+        self.taken == self.piston_displacement.len()
+    }
+
+    /// Instant of the next sample, s.
+    pub fn next_time(&self) -> f64 {
+        self.taken as f64 * self.step
+    }
+
+    /// Where the next sample's displacements and velocities are to be put before [`Grid::store`].
+    pub fn buffer(&mut self) -> &mut [f64] {
+        self.buffer.as_flattened_mut()
+    }
+
+    /// The response, with its books.
+    pub fn response(mut self, energy: EnergyLedger, work: SolverWork) -> Response {
+        self.sort_in();
+        let samples = self.piston_displacement.len();
+        let series = |mut values: Vec<f64>| {
+            values.resize(samples, 0.0);
+            Series::new(0.0, self.step, values)
+        };
+        let bead_velocity: Vec<Series> = self.velocity.into_iter().map(series).collect();
+        Response {
+            piston_displacement: series(self.piston_displacement),
+            bead_displacement: self.displacement.into_iter().map(series).collect(),
+            pole_velocity: bead_velocity[bead_velocity.len() - 1].clone(),
+            bead_velocity,
+            observed: ObservedPoint::Pole,
+            contact_force: self.force.into_iter().map(series).collect(),
+            contact_radius: None,
+            disc: None,
+            energy,
+            work,
+        }
+    }
+}
+
+/// Where the pieces of an adaptive run go: onto the grid, or into a trajectory.
+#[derive(Debug)]
+pub(super) enum Recording {
+    Grid(Grid),
+    Trajectory(Trajectory),
+}
+
+impl Recording {
+    /// Whether the continuous extension of a step up to `to` (s) is needed.
+    #[inline(always)]
+    pub fn wants(&self, to: f64) -> bool {
+        match self {
+            Self::Grid(grid) => !grid.is_full() && grid.next_time() <= to,
+            Self::Trajectory(_) => true,
+        }
+    }
+
+    /// Take the part of an extended step from its start up to `to` (s).
+    #[inline(always)]
+    pub fn take<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
+        &mut self,
+        equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
+        stepper: &Stepper,
+        clock: &Clock,
+        to: f64,
+    ) {
+        match self {
+            Self::Grid(grid) => {
+                while !grid.is_full() && grid.next_time() <= to {
+                    stepper.values(clock.sigma(grid.next_time()), &mut grid.buffer);
+                    grid.store(equation);
+                }
+            }
+            Self::Trajectory(trajectory) => trajectory.take(stepper, clock, to),
+        }
+    }
+
+    /// Take the state at time zero.
+    pub fn begin<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
+        &mut self,
+        equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
+        state: &[f64],
+    ) {
+        if let Self::Grid(grid) = self {
+            let length = grid.buffer().len();
+            grid.buffer().copy_from_slice(&state[..length]);
+            grid.store(equation);
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! The chain as the integrators see it: masses, stiffnesses and rest positions in flat, padded arrays.
+
+use super::{
+    InitialState,
+    coupling::{Coupling, Survey},
+    finite_body::FiniteBodyLaws,
+    laws::ContactLaws,
+};
+use crate::{
+    ModelError,
+    contact_law::{Dashpot, ElasticLaw, Law, dashpots},
+    need_drive,
+    scene::{Limits, MeshFile, Scene, Support},
+};
+
+/// The assembled chain.
+///
+/// Contact i (0 at the piston, N at the support) lies between slot i and slot i + 1 of the state: slot 0 is the piston, slots
+/// 1…N the beads, slot N + 1 the fixed wall. Its overlap is δ_i = `offset`_i + u_i − u_{i+1}.
+#[derive(Debug, Clone)]
+pub(super) struct System {
+    /// N.
+    pub beads: usize,
+    /// Length of every array below and of a block of the state: N + 2 rounded up to a multiple of four.
+    pub padded: usize,
+    /// Mass of the bead in each slot, kg; 0 where there is none.
+    pub mass: Vec<f64>,
+    /// 1/m, 1/kg; 0 where there is no bead.
+    pub inverse_mass: Vec<f64>,
+    /// Overlap of each contact with all displacements zero, m; −∞ in the padding.
+    pub offset: Vec<f64>,
+    /// Elastic law of each contact.
+    pub laws: Vec<Law>,
+    /// Dashpot of each contact.
+    pub dashpots: Vec<Dashpot>,
+    /// Whether a dashpot may pull.
+    pub tension: bool,
+    /// Smallest of the natural times of the contacts, s: (m²/k²v)^(1/5) or √(m/k).
+    pub natural_time: f64,
+    /// Static force F₀, N.
+    pub precompression: f64,
+    /// How the contacts of finite bodies feel one another; none with the law of Hertz.
+    pub coupling: Option<Coupling>,
+}
+
+impl System {
+    /// Assemble the scene's chain; `fitted` are the laws of its bodies where it asks for such and they are known already.
+    pub fn new(scene: &Scene, fitted: Option<&FiniteBodyLaws>) -> Result<Self, ModelError> {
+        check(scene)?;
+        let chain = &scene.chain;
+        let beads = chain.beads.len();
+        let padded = (beads + 2).next_multiple_of(4);
+        let mut mass = vec![0.0; padded];
+        for (slot, bead) in mass[1..].iter_mut().zip(&chain.beads) {
+            *slot = bead.mass();
+        }
+        let inverse_mass = mass.iter().map(|&m| if m > 0.0 { 1.0 / m } else { 0.0 }).collect();
+        let ContactLaws { laws, couplings } = ContactLaws::of(scene, fitted)?;
+        let coupling = couplings.map(|beads| Coupling::new(&laws, &beads, padded));
+        let force = chain.precompression;
+        let mut offset: Vec<f64> = laws.iter().zip(&chain.gaps).map(|(law, gap)| law.overlap(force) - gap).collect();
+        if let Some(coupling) = &coupling {
+            offset.iter_mut().enumerate().for_each(|(contact, offset)| *offset += coupling.under(contact, force));
+        }
+        offset.resize(padded, f64::NEG_INFINITY);
+        Ok(Self {
+            beads,
+            padded,
+            mass,
+            inverse_mass,
+            offset,
+            natural_time: 0.0,
+            precompression: force,
+            dashpots: dashpots(&scene.damping, beads + 1),
+            tension: scene.damping.tension,
+            laws,
+            coupling,
+        })
+    }
+
+    /// Contacts with a dashpot.
+    pub fn damped_contacts(&self) -> u64 {
+        self.dashpots.iter().filter(|dashpot| !dashpot.is_absent()).count() as u64
+    }
+
+    /// Set the natural time for motions with velocities of order `velocity` (m/s).
+    pub fn set_natural_time(&mut self, velocity: f64) {
+        let lightest = self.mass[1..=self.beads].iter().copied().fold(f64::INFINITY, f64::min);
+        self.natural_time = self
+            .laws
+            .iter()
+            .map(|law| {
+                let static_time = (lightest / law.tangent_stiffness(law.overlap(self.precompression))).sqrt();
+                let moving = match law {
+                    Law::Hertz(hertz) => (lightest / hertz.stiffness).powi(2) / velocity,
+                    Law::FiniteHertz(law) => (lightest / law.stiffness).powi(2) / velocity,
+                    Law::Annulus(_) | Law::Spring(_) => (lightest / law.tangent_stiffness(1e-6)).powf(2.5),
+                };
+                static_time.min(moving.powf(0.2))
+            })
+            .fold(f64::INFINITY, f64::min);
+    }
+
+    /// Refuse a dashpot that is far faster than the contacts: with the natural time T of motions of order `velocity` (m/s), and d = c + γ √δ at an
+    /// overlap δ of order `velocity` T over the static one, 4 d/m T is the stiffness ratio.
+    pub fn refuse_stiffness(&self, velocity: f64, limits: &Limits) -> Result<(), ModelError> {
+        let lightest = self.mass[1..=self.beads].iter().copied().fold(f64::INFINITY, f64::min);
+        for (contact, (dashpot, law)) in self.dashpots.iter().zip(&self.laws).enumerate() {
+            let overlap = law.overlap(self.precompression) + velocity * self.natural_time;
+            let coefficient = dashpot.linear + dashpot.kuwabara_kono * overlap.sqrt();
+            let (ratio, limit) = (4.0 * coefficient / lightest * self.natural_time, limits.stiffness);
+            if ratio > limit {
+                return Err(ModelError::StiffDashpot { contact: contact + 1, coefficient, ratio, limit });
+            }
+        }
+        Ok(())
+    }
+
+    /// Elastic energy of every contact at the state's overlaps, J.
+    pub fn stored_energy(&self, displacement: &[f64]) -> f64 {
+        if let Some(coupling) = &self.coupling {
+            let mut survey = Survey::new(self.padded);
+            self.survey(coupling, displacement, &mut survey);
+            return coupling.energy(&self.laws, &survey.overlap, &survey.force);
+        }
+        (0..=self.beads).map(|i| self.laws[i].energy(self.overlap(i, displacement))).sum()
+    }
+
+    /// Kinetic energy, J.
+    pub fn kinetic_energy(&self, velocity: &[f64]) -> f64 {
+        self.mass.iter().zip(velocity).map(|(m, v)| 0.5 * m * v * v).sum()
+    }
+
+    /// δ_i, m.
+    pub fn overlap(&self, contact: usize, displacement: &[f64]) -> f64 {
+        self.offset[contact] + displacement[contact] - displacement[contact + 1]
+    }
+
+    /// Overlaps and elastic forces of coupled contacts at a state's displacements.
+    pub fn survey(&self, coupling: &Coupling, displacement: &[f64], survey: &mut Survey) {
+        for contact in 0..=self.beads {
+            survey.rigid[contact] = self.overlap(contact, displacement);
+        }
+        let Survey { rigid, overlap, force, .. } = survey;
+        coupling.settle(rigid, &coupling.all, overlap, force);
+    }
+
+    /// Displacements and velocities of `initial`, with the piston's and the wall's slots at zero.
+    pub fn initial_blocks(&self, initial: &InitialState) -> Result<(Vec<f64>, Vec<f64>), ModelError> {
+        let block = |values: &[f64], quantity: &'static str| {
+            if values.len() != self.beads {
+                return Err(ModelError::Count { quantity, expected: self.beads, found: values.len() });
+            }
+            if let Some(&found) = values.iter().find(|value| !value.is_finite()) {
+                return Err(ModelError::Unphysical { quantity: quantity.into(), expected: "finite numbers", found });
+            }
+            let mut block = vec![0.0; self.padded];
+            block[1..=self.beads].copy_from_slice(values);
+            Ok(block)
+        };
+        Ok((block(&initial.displacements, "displacements")?, block(&initial.velocities, "velocities")?))
+    }
+}
+
+pub(super) fn meshed(mesh: &MeshFile) -> ModelError {
+    let reason = format!(
+        "a support from the mesh {} has no force law; use `model.kind = \"fea\"`, or another `support.kind`",
+        mesh.path.display()
+    );
+    ModelError::Unsupported { model: "chain", reason }
+}
+
+/// A disc has no force law of its own: it moves.
+pub(super) fn moving_disc() -> ModelError {
+    let reason = "a disc moves and has no force law: its scene is run by `model::prepare`, one run at a time";
+    ModelError::Unsupported { model: "chain", reason: reason.into() }
+}
+
+/// Refuse what the chain cannot run.
+fn check(scene: &Scene) -> Result<(), ModelError> {
+    need_drive(scene, "chain")?;
+    let chain = &scene.chain;
+    let need = |holds: bool, quantity: &str, expected: &'static str, found: f64| {
+        if holds { Ok(()) } else { Err(ModelError::Unphysical { quantity: quantity.into(), expected, found }) }
+    };
+    let positive = |value: f64| value > 0.0 && value.is_finite();
+    let not_negative = |value: f64| value >= 0.0 && value.is_finite();
+    if !(1..=1000).contains(&chain.beads.len()) {
+        return Err(ModelError::Unsupported {
+            model: "chain",
+            reason: format!("it runs 1 to 1000 beads, found {}; change `chain.beads`", chain.beads.len()),
+        });
+    }
+    if chain.gaps.len() != chain.beads.len() + 1 {
+        let expected = chain.beads.len() + 1;
+        return Err(ModelError::Count { quantity: "chain.gaps", expected, found: chain.gaps.len() });
+    }
+    for bead in &chain.beads {
+        need(positive(bead.radius), "radius", "a positive length, m", bead.radius)?;
+        let material = &bead.material;
+        need(positive(material.youngs_modulus), "youngs_modulus", "a positive modulus, Pa", material.youngs_modulus)?;
+        need(positive(material.density), "density", "a positive density, kg/m³", material.density)?;
+        let ratio = material.poissons_ratio;
+        need(ratio > -1.0 && ratio <= 0.5, "poissons_ratio", "a number between −1 and 0.5", ratio)?;
+    }
+    for (contact, &gap) in chain.gaps.iter().enumerate() {
+        need(gap >= 0.0, &format!("chain.gaps[{contact}]"), "a gap ≥ 0, m: bodies may not overlap at the start", gap)?;
+        if chain.precompression > 0.0 && gap > 0.0 {
+            return Err(ModelError::OpenGapUnderPrecompression {
+                force: chain.precompression,
+                contact: contact + 1,
+                gap,
+            });
+        }
+    }
+    need(not_negative(chain.precompression), "chain.precompression", "a force ≥ 0, N", chain.precompression)?;
+    match &scene.support {
+        Support::Flat(_) => {}
+        Support::Body { mesh, .. } => return Err(meshed(mesh)),
+        Support::Disc { .. } => return Err(moving_disc()),
+        Support::Annulus { stiffness_factor, .. } => {
+            let stiffness_factor = *stiffness_factor;
+            need(positive(stiffness_factor), "support.stiffness_factor", "a positive factor", stiffness_factor)?;
+        }
+        Support::Spring { stiffness } => {
+            need(positive(*stiffness), "support.stiffness", "a positive stiffness, N/m", *stiffness)?;
+        }
+    }
+    let damping = &scene.damping;
+    need(not_negative(damping.linear), "damping.linear", "a coefficient ≥ 0, N·s/m", damping.linear)?;
+    let kuwabara_kono = damping.kuwabara_kono;
+    need(not_negative(kuwabara_kono), "damping.kuwabara_kono", "a coefficient ≥ 0, N·s·m^(-3/2)", kuwabara_kono)?;
+    need(scene.amplitude_scale.is_finite(), "alpha", "a finite factor", scene.amplitude_scale)?;
+    need(not_negative(scene.duration), "duration", "a time ≥ 0, s", scene.duration)?;
+    need(positive(scene.output_step), "output_step", "a positive time, s", scene.output_step)
+}

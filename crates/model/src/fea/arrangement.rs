@@ -1,0 +1,347 @@
+//! From a scene to bodies, how they stand, and the geometry of their contacts.
+
+use super::{
+    FeaError,
+    body::{self, Body},
+    contact::pair::{Pair, Pole, Profile},
+    factor::FactorError,
+    mesh::{self, AnnulusMesh, BeadMesh, HalfTorus, Mesh, PatchElements},
+    modes::ModesError,
+    trace::poles,
+};
+use crate::{
+    contact_law::{Dashpot, dashpots},
+    scene::{Bead, ContactMass, Elements, FlatContact, Material, MeshFile, Scene, Support},
+    water::{
+        disc::{Disc, DiscError},
+        front::Front,
+    },
+};
+
+/// The bodies of a scene, one of each kind, and their contacts.
+#[derive(Debug, Clone)]
+pub struct Arrangement {
+    /// The different bodies; equal beads share one.
+    pub kinds: Vec<Body>,
+    /// Kind of every bead.
+    pub beads: Vec<usize>,
+    /// Kind of the support; none where it is rigid.
+    pub support: Option<usize>,
+    /// The different contact geometries.
+    pub pairs: Vec<Pair>,
+    /// Geometry of every contact, N + 1.
+    pub contacts: Vec<usize>,
+    /// Stiffness of the spring behind the last contact's flat, N/m; infinite where the flat is rigid.
+    pub spring: f64,
+    /// Factor on the support's stiffness, 1.
+    pub stiffness_factor: f64,
+    /// The front of the disc, where the support is a disc on water; none of the bodies then.
+    pub front: Option<Front>,
+    /// Dashpot of every contact.
+    pub dashpots: Vec<Dashpot>,
+    /// z of the origin of every body's coordinates while all just touch, m: beads, then the support; the piston's face lies at 0.
+    pub origins: Vec<f64>,
+}
+
+impl Arrangement {
+    /// Mesh the bodies of a scene and lay them side by side.
+    ///
+    /// # Errors
+    /// [`FeaError`]: a mesh that cannot be made or read, a support the analysis does not have, surfaces that do not face each other.
+    pub fn new(scene: &Scene) -> Result<Self, FeaError> {
+        let beads = &scene.chain.beads;
+        if scene.piston == FlatContact::Steel {
+            return Err(FeaError::HalfSpace { key: "piston.contact" });
+        }
+        let settings = scene.model.meshing();
+        let mass = match settings.contact_mass {
+            ContactMass::Massless => body::ContactMass::Massless,
+            ContactMass::Consistent => body::ContactMass::Consistent,
+        };
+        let mut kinds = Vec::new();
+        let mut known: Vec<&Bead> = Vec::new();
+        let mut of_bead = Vec::with_capacity(beads.len());
+        for (i, bead) in beads.iter().enumerate() {
+            let kind = match known.iter().position(|other| *other == bead) {
+                Some(kind) => kind,
+                None => {
+                    known.push(bead);
+                    kinds.push(bead_body(bead, i + 1, scene, mass)?);
+                    kinds.len() - 1
+                }
+            };
+            of_bead.push(kind);
+        }
+        let last = beads.len() - 1;
+        let names: Vec<String> = (1..=beads.len()).map(|bead| format!("bead {bead}")).collect();
+        let pole = |bead: usize, boundary: &'static str| Pole {
+            name: &names[bead],
+            body: &kinds[of_bead[bead]],
+            boundary,
+            normal: if boundary == "back" { 1.0 } else { -1.0 },
+            profile: match beads[bead].mesh {
+                None => Profile::Sphere { radius: beads[bead].radius },
+                Some(_) if is_sphere(kinds[of_bead[bead]].mesh(), boundary, beads[bead].radius) => {
+                    Profile::Sphere { radius: beads[bead].radius }
+                }
+                Some(_) => Profile::Meshed,
+            },
+        };
+        let mut pairs = vec![Pair::on_flat(pole(0, "front"), true)?];
+        let mut keys = vec![None];
+        let mut contacts = vec![0];
+        for i in 0..last {
+            let key = Some((of_bead[i], of_bead[i + 1]));
+            let pair = match keys.iter().position(|other| *other == key) {
+                Some(pair) => pair,
+                None => {
+                    keys.push(key);
+                    pairs.push(Pair::of_poles(pole(i, "back"), pole(i + 1, "front"))?);
+                    pairs.len() - 1
+                }
+            };
+            contacts.push(pair);
+        }
+        let mut origins = Vec::with_capacity(beads.len() + 1);
+        let mut face = 0.0;
+        for &kind in &of_bead {
+            let (front, back) = poles(Body::mesh(&kinds[kind]));
+            origins.push(face - front);
+            face += back - front;
+        }
+        let (mut spring, mut stiffness_factor, mut front) = (f64::INFINITY, 1.0, None);
+        let mut resting = |sphere: &Body, support: Body, torus: Option<&HalfTorus>| -> Result<Body, FeaError> {
+            if beads[last].mesh.is_some() {
+                return Err(FeaError::SphereNeeded { bead: last + 1 });
+            }
+            let pair = Pair::on_ring(sphere, beads[last].radius, &support, torus)?;
+            if let Some(ring) = &pair.ring {
+                origins.push(origins[last] - ring.centre);
+            }
+            pairs.push(pair);
+            Ok(support)
+        };
+        let support = match &scene.support {
+            Support::Flat(FlatContact::Rigid) => {
+                pairs.push(Pair::on_flat(pole(last, "back"), false)?);
+                None
+            }
+            Support::Flat(FlatContact::Steel) => return Err(FeaError::HalfSpace { key: "support.kind" }),
+            Support::Disc { shape, mesh_density } => {
+                let failed = |source: DiscError| FeaError::Front(Box::new(source.into()));
+                let disc = Disc::for_contact(shape, *mesh_density as usize).map_err(failed)?;
+                let touched = Pole {
+                    name: "the disc",
+                    body: disc.body(),
+                    boundary: "front",
+                    normal: -1.0,
+                    profile: Profile::Meshed,
+                };
+                let pair = Pair::of_poles(pole(last, "back"), touched)?;
+                origins.push(face);
+                // On water it is no body by itself: both step together.
+                let dry = match &scene.water {
+                    None => Some(disc.into_body()),
+                    Some(water) => {
+                        front = Some(Front::new(disc, &pair.after, water).map_err(failed)?);
+                        None
+                    }
+                };
+                pairs.push(pair);
+                dry
+            }
+            Support::Spring { stiffness } => {
+                spring = *stiffness;
+                pairs.push(Pair::on_flat(pole(last, "back"), false)?);
+                None
+            }
+            Support::Annulus { .. } | Support::Body { .. } => {
+                let torus = match scene.support {
+                    Support::Annulus { stiffness_factor: factor, .. } => {
+                        stiffness_factor = factor;
+                        Some(torus(scene))
+                    }
+                    _ => None,
+                };
+                match support_mesh(scene)? {
+                    Some((mesh, materials)) => {
+                        let body = support_body(mesh, &materials, mass)?;
+                        Some(resting(&kinds[of_bead[last]], body, torus.as_ref())?)
+                    }
+                    None => None,
+                }
+            }
+        };
+        contacts.push(pairs.len() - 1);
+        let support = support.map(|body| {
+            kinds.push(body);
+            kinds.len() - 1
+        });
+        Ok(Self {
+            kinds,
+            beads: of_bead,
+            support,
+            pairs,
+            contacts,
+            spring,
+            stiffness_factor,
+            front,
+            dashpots: dashpots(&scene.damping, beads.len() + 1),
+            origins,
+        })
+    }
+
+    /// Kind of the body in slot 0…N + 1 (piston, beads, support); none where it is rigid.
+    #[must_use]
+    pub fn kind(&self, slot: usize) -> Option<usize> {
+        match slot.checked_sub(1) {
+            None => None,
+            Some(bead) if bead < self.beads.len() => Some(self.beads[bead]),
+            Some(_) => self.support,
+        }
+    }
+
+    /// Energy (J) of the spring behind the last contact under its force (N); 0 where there is none.
+    #[must_use]
+    pub fn spring_energy(&self, force: f64) -> f64 {
+        0.5 * force * force / self.spring
+    }
+
+    /// What stands in a slot, for messages.
+    #[must_use]
+    pub fn name(&self, slot: usize) -> String {
+        match slot {
+            0 => "piston".into(),
+            slot if slot <= self.beads.len() => format!("bead {slot}"),
+            _ => "support".into(),
+        }
+    }
+
+    pub(crate) fn modes_error(&self, kind: usize, source: ModesError) -> FeaError {
+        let slot = (0..self.beads.len() + 2).find(|&slot| self.kind(slot) == Some(kind)).unwrap_or(0);
+        FeaError::Modes { body: self.name(slot), source }
+    }
+
+    pub(crate) fn factor_error(&self, kind: usize, source: FactorError) -> FeaError {
+        let slot = (0..self.beads.len() + 2).find(|&slot| self.kind(slot) == Some(kind)).unwrap_or(0);
+        FeaError::Factor { body: self.name(slot), source }
+    }
+
+    /// Unknowns of all bodies, without those of a disc on water.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        self.beads.iter().chain(&self.support).map(|&kind| self.kinds[kind].dofs().free().len()).sum()
+    }
+
+    /// Unknowns of one kind that any contact measures, ascending.
+    #[must_use]
+    pub fn interface(&self, kind: usize) -> Vec<u32> {
+        let mut unknowns = Vec::new();
+        for (contact, &pair) in self.contacts.iter().enumerate() {
+            let pair = &self.pairs[pair];
+            for (slot, face) in [(contact, &pair.before), (contact + 1, &pair.after)] {
+                if self.kind(slot) == Some(kind) {
+                    unknowns.extend(face.unknowns());
+                }
+            }
+        }
+        unknowns.sort_unstable();
+        unknowns.dedup();
+        unknowns
+    }
+}
+
+fn patch_elements(elements: Elements) -> PatchElements {
+    match elements {
+        Elements::Quadrilaterals => PatchElements::Quadrilateral,
+        Elements::Mixed => PatchElements::Mixed,
+    }
+}
+
+/// Whether the nodes of a pole's boundary lie on a sphere of that radius (m), to a millionth of it: then its gaps are known between them too.
+fn is_sphere(mesh: &Mesh, boundary: &str, radius: f64) -> bool {
+    let (front, back) = poles(mesh);
+    let centre = if boundary == "back" { back - radius } else { front + radius };
+    mesh.boundary(boundary).is_some_and(|boundary| {
+        boundary.nodes.iter().all(|&node| {
+            let [r, z] = mesh.nodes[node as usize];
+            (r.hypot(z - centre) - radius).abs() <= 1e-6 * radius
+        })
+    })
+}
+
+/// Mesh of a bead of a scene, and the materials its elements name.
+///
+/// # Errors
+/// [`FeaError`]: a mesh that cannot be made or read.
+pub fn bead_mesh(bead: &Bead, scene: &Scene) -> Result<(Mesh, Vec<Material>), FeaError> {
+    let settings = scene.model.meshing();
+    match &bead.mesh {
+        None => {
+            let form = BeadMesh {
+                elements: patch_elements(settings.elements),
+                patch_radius: settings.contact_patch,
+                ..BeadMesh::of_density(settings.density as usize)
+            };
+            Ok((mesh::bead(bead.radius, &form)?, vec![bead.material.clone()]))
+        }
+        Some(file) => imported(file, &bead.material, scene),
+    }
+}
+
+/// Mesh of the support of a scene, and the materials its elements name; none where it is a flat.
+///
+/// # Errors
+/// [`FeaError`]: a mesh that cannot be made or read.
+pub fn support_mesh(scene: &Scene) -> Result<Option<(Mesh, Vec<Material>)>, FeaError> {
+    match &scene.support {
+        Support::Flat(_) | Support::Spring { .. } => Ok(None),
+        Support::Disc { shape, mesh_density } => {
+            let disc = Disc::for_contact(shape, *mesh_density as usize)
+                .map_err(|source| FeaError::Front(Box::new(source.into())))?;
+            Ok(Some((disc.into_body().mesh().clone(), vec![shape.material.clone()])))
+        }
+        Support::Annulus { stiffness_factor: factor, material, .. } => {
+            let settings = scene.model.meshing();
+            let form = AnnulusMesh {
+                elements: patch_elements(settings.elements),
+                ..AnnulusMesh::of_density(settings.density as usize)
+            };
+            // A stiffer or softer support is the same body of another modulus.
+            let material = Material { youngs_modulus: factor * material.youngs_modulus, ..material.clone() };
+            Ok(Some((mesh::annulus(&torus(scene), &form)?, vec![material])))
+        }
+        Support::Body { mesh, material, .. } => imported(mesh, material, scene).map(Some),
+    }
+}
+
+/// The published half-torus with the radius of the bead that rests on it.
+fn torus(scene: &Scene) -> HalfTorus {
+    let bead_radius = scene.chain.beads.last().map_or(0.0, |bead| bead.radius);
+    HalfTorus { bead_radius, ..HalfTorus::published() }
+}
+
+fn bead_body(bead: &Bead, number: usize, scene: &Scene, mass: body::ContactMass) -> Result<Body, FeaError> {
+    let (mesh, materials) = bead_mesh(bead, scene)?;
+    let named = |source| FeaError::Body { body: format!("bead {number}"), source };
+    Body::new(mesh, &materials, &[], &["front", "back"], mass).map_err(named)
+}
+
+fn support_body(mesh: Mesh, materials: &[Material], mass: body::ContactMass) -> Result<Body, FeaError> {
+    let named = |source| FeaError::Body { body: "support".into(), source };
+    Body::new(mesh, materials, &["clamped"], &["contact"], mass).map_err(named)
+}
+
+fn imported(file: &MeshFile, material: &Material, scene: &Scene) -> Result<(Mesh, Vec<Material>), FeaError> {
+    let (mesh, names) = mesh::gmsh::import(&file.path, file.unit)?;
+    let materials = names.iter().map(|name| {
+        // A surface without a name is of the body's own material.
+        if name.is_empty() || *name == material.name {
+            return Ok(material.clone());
+        }
+        let found = scene.materials.iter().find(|material| material.name == *name);
+        found.cloned().ok_or_else(|| FeaError::UnknownMaterial { file: file.path.clone(), name: name.clone() })
+    });
+    let materials = materials.collect::<Result<_, _>>()?;
+    Ok((mesh, materials))
+}

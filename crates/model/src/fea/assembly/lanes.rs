@@ -1,0 +1,164 @@
+//! The arithmetic of columns side by side: one row of numbers at a time, in vector registers.
+
+use std::marker::PhantomData;
+
+use pulp::Simd;
+
+/// A row of numbers, or a block of one, as the machine holds it.
+pub(in crate::fea) trait Arithmetic: Copy {
+    /// The numbers.
+    type Row: Copy;
+
+    /// Zeros.
+    fn zero(self) -> Self::Row;
+    /// factor × row.
+    fn scale(self, factor: f64, row: Self::Row) -> Self::Row;
+    /// sum + factor × row, fused where the machine can; results of two machines differ by that rounding alone.
+    fn plus(self, sum: Self::Row, factor: f64, row: Self::Row) -> Self::Row;
+    /// sum − factor × row.
+    fn minus(self, sum: Self::Row, factor: f64, row: Self::Row) -> Self::Row;
+    /// Numbers as rows.
+    fn rows(numbers: &[f64]) -> &[Self::Row];
+    /// Numbers as rows.
+    fn rows_mut(numbers: &mut [f64]) -> &mut [Self::Row];
+}
+
+/// Work on rows of one length, whatever holds them.
+pub(in crate::fea) trait Kernel {
+    /// Run on rows of `step` blocks each.
+    fn run<A: Arithmetic>(self, arithmetic: A, step: usize);
+}
+
+/// Run a kernel on rows of `width` numbers, in blocks of `WIDEST` at most: widths are 1, 2, 4, 8 or multiples of 8.
+pub(in crate::fea) fn run<const WIDEST: usize>(width: usize, kernel: impl Kernel) {
+    pulp::Arch::new().dispatch(Dispatch::<_, WIDEST> { width, kernel });
+}
+
+struct Dispatch<K, const WIDEST: usize> {
+    width: usize,
+    kernel: K,
+}
+
+impl<K: Kernel, const WIDEST: usize> pulp::WithSimd for Dispatch<K, WIDEST> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { width, kernel } = self;
+        let block = match width {
+            1 | 2 | 4 | 8 => width,
+            _ if WIDEST == 16 && width.is_multiple_of(16) => 16,
+            _ if width.is_multiple_of(8) => 8,
+            _ => 1,
+        };
+        let step = width / block;
+        // Vectors a block; a block of one or two numbers is left to the compiler.
+        match (block, block / S::F64_LANES) {
+            (1, _) => kernel.run(Numbers::<S, 1>(PhantomData), step),
+            (2, _) => kernel.run(Numbers::<S, 2>(PhantomData), step),
+            (_, 1) => kernel.run(Vectors::<S, 1>(simd), step),
+            (_, 2) => kernel.run(Vectors::<S, 2>(simd), step),
+            (_, 4) => kernel.run(Vectors::<S, 4>(simd), step),
+            _ => kernel.run(Numbers::<S, 1>(PhantomData), width),
+        }
+    }
+}
+
+/// Rows of W plain numbers.
+struct Numbers<S, const W: usize>(PhantomData<S>);
+
+impl<S, const W: usize> Clone for Numbers<S, W> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S, const W: usize> Copy for Numbers<S, W> {}
+
+impl<S: Simd, const W: usize> Arithmetic for Numbers<S, W> {
+    type Row = [f64; W];
+
+    #[inline(always)]
+    fn zero(self) -> Self::Row {
+        [0.0; W]
+    }
+
+    #[inline(always)]
+    fn scale(self, factor: f64, row: Self::Row) -> Self::Row {
+        row.map(|value| factor * value)
+    }
+
+    #[inline(always)]
+    fn plus(self, sum: Self::Row, factor: f64, row: Self::Row) -> Self::Row {
+        let mut out = sum;
+        for (sum, value) in out.iter_mut().zip(row) {
+            *sum = if S::F64_LANES > 1 { factor.mul_add(value, *sum) } else { *sum + factor * value };
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn minus(self, sum: Self::Row, factor: f64, row: Self::Row) -> Self::Row {
+        self.plus(sum, -factor, row)
+    }
+
+    #[inline(always)]
+    fn rows(numbers: &[f64]) -> &[Self::Row] {
+        numbers.as_chunks().0
+    }
+
+    #[inline(always)]
+    fn rows_mut(numbers: &mut [f64]) -> &mut [Self::Row] {
+        numbers.as_chunks_mut().0
+    }
+}
+
+/// Rows of R vectors.
+#[derive(Clone, Copy)]
+struct Vectors<S, const R: usize>(S);
+
+impl<S: Simd, const R: usize> Arithmetic for Vectors<S, R> {
+    type Row = [S::f64s; R];
+
+    #[inline(always)]
+    fn zero(self) -> Self::Row {
+        [self.0.splat_f64s(0.0); R]
+    }
+
+    #[inline(always)]
+    fn scale(self, factor: f64, row: Self::Row) -> Self::Row {
+        let factor = self.0.splat_f64s(factor);
+        row.map(|row| self.0.mul_f64s(factor, row))
+    }
+
+    #[inline(always)]
+    fn plus(self, sum: Self::Row, factor: f64, row: Self::Row) -> Self::Row {
+        let factor = self.0.splat_f64s(factor);
+        let mut out = sum;
+        for (sum, row) in out.iter_mut().zip(row) {
+            *sum = self.0.mul_add_e_f64s(factor, row, *sum);
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn minus(self, sum: Self::Row, factor: f64, row: Self::Row) -> Self::Row {
+        let factor = self.0.splat_f64s(factor);
+        let mut out = sum;
+        for (sum, row) in out.iter_mut().zip(row) {
+            *sum = self.0.negate_mul_add_e_f64s(factor, row, *sum);
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn rows(numbers: &[f64]) -> &[Self::Row] {
+        S::as_simd_f64s(numbers).0.as_chunks().0
+    }
+
+    #[inline(always)]
+    fn rows_mut(numbers: &mut [f64]) -> &mut [Self::Row] {
+        S::as_mut_simd_f64s(numbers).0.as_chunks_mut().0
+    }
+}

@@ -1,0 +1,60 @@
+//! How many eigenvalues lie below a number: Sylvester's law of inertia.
+
+use faer::{
+    Par, Side,
+    dyn_stack::{MemBuffer, MemStack},
+    linalg::cholesky::ldlt::factor::{LdltError, LdltRegularization},
+    sparse::{FaerError, SparseColMatRef, linalg::cholesky::supernodal::SupernodalLdltRef},
+};
+
+use super::{
+    FactorError,
+    cholesky::{analyse, supernodal},
+    ordering::Ordering,
+};
+use crate::{fea::body::Body, tally};
+
+/// Number of eigenvalues λ = ω² of K x = λ M x below `shift` (1/s²): the negative pivots of K − shift M = L D Lᵀ.
+///
+/// Massless nodes add only positive pivots, so the count is of the finite eigenvalues. No pivoting: the count is right as long as the
+/// shift is not within rounding of an eigenvalue of a leading block, which moving it by a percent mends.
+///
+/// # Errors
+/// [`FactorError::Singular`] when the shift is an eigenvalue to rounding.
+///
+/// Parlett (1998), *The Symmetric Eigenvalue Problem*, §3.3.
+pub fn eigenvalues_below(body: &Body, shift: f64) -> Result<usize, FactorError> {
+    let ordering = Ordering::interface_last(body, &[], None)?;
+    let matrix = ordering.matrix(body, 1.0, -shift);
+    let size = |source| FactorError::Size { unknowns: matrix.order(), source };
+    tally::add(|made| made.factorisations += 1);
+    let symbolic = analyse(&matrix).map_err(size)?;
+    let mut values = vec![0.0; symbolic.len_val()];
+    let needed = symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, faer::Spec::default());
+    let mut memory = MemBuffer::try_new(needed).map_err(|_| size(FaerError::OutOfMemory))?;
+    symbolic
+        .factorize_numeric_ldlt(
+            &mut values,
+            SparseColMatRef::new(matrix.pattern(), &matrix.values),
+            Side::Upper,
+            LdltRegularization::default(),
+            Par::Seq,
+            MemStack::new(&mut memory),
+            faer::Spec::default(),
+        )
+        .map_err(|LdltError::ZeroPivot { .. }| FactorError::Singular { mass_scale: shift })?;
+    let Some(pattern) = supernodal(&symbolic) else { return Ok(0) };
+    let factor = SupernodalLdltRef::new(pattern, &values);
+    let mut below = 0;
+    for index in 0..pattern.n_supernodes() {
+        let block = factor.supernode(index).val();
+        for k in 0..block.ncols() {
+            let pivot = block[(k, k)];
+            if !pivot.is_finite() {
+                return Err(FactorError::Singular { mass_scale: shift });
+            }
+            below += usize::from(pivot < 0.0);
+        }
+    }
+    Ok(below)
+}

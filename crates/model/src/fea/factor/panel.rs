@@ -1,0 +1,226 @@
+//! Triangular solves with several right-hand sides side by side.
+//!
+//! A supernode of L is cut into panels of at most four columns, stored row by row: one panel is a straight run through memory, its
+//! columns' unknowns stay in registers, and each entry multiplies all right-hand sides in one or two vector instructions.
+
+use faer::{Mat, sparse::linalg::cholesky::supernodal::SupernodeRef};
+
+use crate::fea::assembly::{Arithmetic, Kernel, run};
+
+/// Columns of a panel at most.
+const PANEL: usize = 4;
+
+/// Some neighbouring columns of L with a common pattern.
+#[derive(Debug, Clone, Copy)]
+struct Panel {
+    /// First column.
+    start: u32,
+    /// Number of columns, 1 to [`PANEL`].
+    width: u32,
+    /// Rows of the same supernode right below: they follow one another.
+    inner: u32,
+    /// Rows below the supernode: where their numbers begin, and how many.
+    pattern: u32,
+    outer: u32,
+    /// Where its entries begin: the triangle on the diagonal by columns with inverted pivots (`width`² numbers), then row by row.
+    values: usize,
+}
+
+/// A lower triangular factor, ready for solving.
+#[derive(Debug, Clone, Default)]
+pub struct Panels {
+    panels: Vec<Panel>,
+    rows: Vec<u32>,
+    values: Vec<f64>,
+    stored: usize,
+}
+
+impl Panels {
+    /// From faer's supernodes.
+    pub fn new<'a>(supernodes: impl Iterator<Item = SupernodeRef<'a, u32, f64>>) -> Self {
+        let mut out = Self::default();
+        for supernode in supernodes {
+            let block = supernode.val();
+            out.push(supernode.start(), block.ncols(), supernode.pattern(), |row, column| block[(row, column)]);
+        }
+        out.values.shrink_to_fit();
+        out
+    }
+
+    /// From a dense lower triangle.
+    pub fn dense(triangle: &Mat<f64>) -> Self {
+        let mut out = Self::default();
+        out.push(0, triangle.ncols(), &[], |row, column| triangle[(row, column)]);
+        out
+    }
+
+    /// Add the supernode of the columns `start`…, with the rows `below` it; its entries by place in the supernode, row ≥ column.
+    pub fn push(&mut self, start: usize, columns: usize, below: &[u32], entry: impl Fn(usize, usize) -> f64) {
+        let pattern = self.rows.len() as u32;
+        self.rows.extend(below);
+        let mut first = 0;
+        while first < columns {
+            let width = PANEL.min(columns - first);
+            self.panels.push(Panel {
+                start: (start + first) as u32,
+                width: width as u32,
+                inner: (columns - first - width) as u32,
+                pattern,
+                outer: below.len() as u32,
+                values: self.values.len(),
+            });
+            for column in first..first + width {
+                for row in first..first + width {
+                    self.values.push(match row.cmp(&column) {
+                        std::cmp::Ordering::Less => 0.0,
+                        std::cmp::Ordering::Equal => 1.0 / entry(row, column),
+                        std::cmp::Ordering::Greater => entry(row, column),
+                    });
+                }
+            }
+            for row in first + width..columns + below.len() {
+                self.values.extend((first..first + width).map(|column| entry(row, column)));
+            }
+            self.stored += width * (width + 1) / 2 + width * (columns - first - width + below.len());
+            first += width;
+        }
+    }
+
+    /// Entries of L held.
+    pub fn stored(&self) -> usize {
+        self.stored
+    }
+
+    /// x ← L⁻¹ x for rows of `width` numbers (1, 2, 4, 8 or a multiple of 8).
+    pub fn forward(&self, x: &mut [f64], width: usize) {
+        run::<8>(width, Solve::<true> { panels: self, x });
+    }
+
+    /// x ← L⁻ᵀ x for rows of `width` numbers (1, 2, 4, 8 or a multiple of 8).
+    pub fn backward(&self, x: &mut [f64], width: usize) {
+        run::<8>(width, Solve::<false> { panels: self, x });
+    }
+
+    /// The triangle on the diagonal, the rows of the same supernode below it, the rows further below with their numbers.
+    #[inline(always)]
+    fn parts<const P: usize>(&self, panel: &Panel) -> Parts<'_, P> {
+        let (inner, outer) = (panel.inner as usize, panel.outer as usize);
+        let (entries, _) = self.values[panel.values..][..P * (P + inner + outer)].as_chunks::<P>();
+        let (triangle, rest) = entries.split_at(P);
+        let (near, far) = rest.split_at(inner);
+        Parts { start: panel.start as usize, triangle, near, far, rows: &self.rows[panel.pattern as usize..][..outer] }
+    }
+}
+
+struct Parts<'a, const P: usize> {
+    start: usize,
+    triangle: &'a [[f64; P]],
+    near: &'a [[f64; P]],
+    far: &'a [[f64; P]],
+    rows: &'a [u32],
+}
+
+struct Solve<'a, const FORWARD: bool> {
+    panels: &'a Panels,
+    x: &'a mut [f64],
+}
+
+impl<const FORWARD: bool> Kernel for Solve<'_, FORWARD> {
+    #[inline(always)]
+    fn run<A: Arithmetic>(self, a: A, step: usize) {
+        let panels = self.panels;
+        let x = A::rows_mut(self.x);
+        for block in 0..step {
+            let mut at = Place { a, x, step, block };
+            if FORWARD {
+                for panel in &panels.panels {
+                    match panel.width {
+                        1 => at.down(&panels.parts::<1>(panel)),
+                        2 => at.down(&panels.parts::<2>(panel)),
+                        3 => at.down(&panels.parts::<3>(panel)),
+                        _ => at.down(&panels.parts::<PANEL>(panel)),
+                    }
+                }
+            } else {
+                for panel in panels.panels.iter().rev() {
+                    match panel.width {
+                        1 => at.up(&panels.parts::<1>(panel)),
+                        2 => at.up(&panels.parts::<2>(panel)),
+                        3 => at.up(&panels.parts::<3>(panel)),
+                        _ => at.up(&panels.parts::<PANEL>(panel)),
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// One block of columns in rows of `step` blocks.
+struct Place<'a, A: Arithmetic> {
+    a: A,
+    x: &'a mut [A::Row],
+    step: usize,
+    block: usize,
+}
+
+impl<A: Arithmetic> Place<'_, A> {
+    #[inline(always)]
+    fn row(&mut self, number: usize) -> &mut A::Row {
+        &mut self.x[number * self.step + self.block]
+    }
+
+    #[inline(always)]
+    fn down<const P: usize>(&mut self, parts: &Parts<'_, P>) {
+        let a = self.a;
+        let mut own: [A::Row; P] = std::array::from_fn(|k| *self.row(parts.start + k));
+        for k in 0..P {
+            own[k] = a.scale(parts.triangle[k][k], own[k]);
+            for i in k + 1..P {
+                own[i] = a.minus(own[i], parts.triangle[k][i], own[k]);
+            }
+            *self.row(parts.start + k) = own[k];
+        }
+        for (row, entries) in (parts.start + P..).zip(parts.near) {
+            let row = self.row(row);
+            let mut sum = *row;
+            for k in 0..P {
+                sum = a.minus(sum, entries[k], own[k]);
+            }
+            *row = sum;
+        }
+        for (&row, entries) in parts.rows.iter().zip(parts.far) {
+            let row = self.row(row as usize);
+            let mut sum = *row;
+            for k in 0..P {
+                sum = a.minus(sum, entries[k], own[k]);
+            }
+            *row = sum;
+        }
+    }
+
+    #[inline(always)]
+    fn up<const P: usize>(&mut self, parts: &Parts<'_, P>) {
+        // Rows last to first: the whole solve then runs backwards through memory in one line.
+        let a = self.a;
+        let mut own: [A::Row; P] = std::array::from_fn(|k| *self.row(parts.start + k));
+        for (&row, entries) in parts.rows.iter().zip(parts.far).rev() {
+            let row = *self.row(row as usize);
+            for k in 0..P {
+                own[k] = a.minus(own[k], entries[k], row);
+            }
+        }
+        for (row, entries) in (parts.start + P..parts.start + P + parts.near.len()).zip(parts.near).rev() {
+            let row = *self.row(row);
+            for k in 0..P {
+                own[k] = a.minus(own[k], entries[k], row);
+            }
+        }
+        for k in (0..P).rev() {
+            for i in k + 1..P {
+                own[k] = a.minus(own[k], parts.triangle[k][i], own[i]);
+            }
+            own[k] = a.scale(parts.triangle[k][k], own[k]);
+            *self.row(parts.start + k) = own[k];
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! The contact finite element analysis: axisymmetric bodies in quadratic elements, frictionless contact by Lagrange multipliers.
+//!
+//! Every body b (beads, annulus) is linear elastic and axisymmetric about the chain's axis, u = (u_r, u_z)(r, z, t):
+//!
+//! ```text
+//! M_b ü_b + K_b u_b = f_b + Σ_c B_{bc}ᵀ λ_c        in each body, f the dashpots on its rigid motion
+//! λ_c ≥ 0,  g_c(u) ≥ 0,  λ_c g_c = 0               at every surface node of contact c: it presses or it is open
+//! ```
+//!
+//! The gap g is the analytic distance of the undeformed profiles plus the normal displacements; it never comes from meshed coordinates.
+//! Everything but the contact is linear: one factor a kind of body and step size serves all beads and all steps.
+//!
+//! Data flows mesh → element → assembly → body → contact → statics and transient.
+
+pub mod arrangement;
+pub mod assembly;
+pub mod body;
+pub mod contact;
+pub mod control;
+pub mod element;
+pub mod energy;
+pub mod equilibrium;
+mod error;
+pub mod factor;
+mod frame;
+pub mod mesh;
+pub mod modes;
+pub mod motion;
+pub mod operator;
+mod peak;
+pub mod profile;
+pub(crate) mod resolution;
+pub mod scheme;
+pub mod simulation;
+pub mod statics;
+pub mod trace;
+mod turning;
+
+pub use control::{Control, Cut};
+pub use error::FeaError;
+pub use frame::Frames;
+pub use peak::{Peak, PeakStress};
+pub use simulation::{Simulation, Snapshot};
+
+use super::{Model, ModelError, Progress, estimate::refuse_excess, need_drive};
+use crate::{
+    response::Response,
+    scene::{PistonMotion, Scene},
+};
+
+/// The contact finite element analysis as a model; mesh, scheme and step come from the scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FeaModel;
+
+/// Steps from one call of the progress function to the next.
+const STEPS_PER_REPORT: usize = 8;
+
+impl Model for FeaModel {
+    fn run(&self, scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError> {
+        self.run_with(scene, scene.drive.motion(scene.amplitude_scale).as_ref(), progress)
+    }
+}
+
+impl FeaModel {
+    /// As [`Model::run`], with the piston moving as `motion` instead of the scene's drive.
+    ///
+    /// # Errors
+    /// As [`Model::run`].
+    pub fn run_with(
+        &self,
+        scene: &Scene,
+        motion: &dyn PistonMotion,
+        progress: Progress<'_>,
+    ) -> Result<Response, ModelError> {
+        need_drive(scene, "fea")?;
+        refuse_excess(scene)?;
+        let mut simulation = Simulation::with_motion(scene, Box::new(motion), Control::default())?;
+        let mut steps = 0_usize;
+        while !simulation.is_done() {
+            simulation.advance()?;
+            steps += 1;
+            if steps.is_multiple_of(STEPS_PER_REPORT) && !progress(simulation.time()) {
+                return Err(ModelError::Stopped { time: simulation.time() });
+            }
+        }
+        Ok(simulation.response())
+    }
+}

@@ -1,0 +1,228 @@
+//! Free modes of a body: K x = ω² M x with the contact faces unloaded.
+//!
+//! Lanczos on A⁻¹ M with A = K + σ M, orthogonal in the product of M, every new vector made orthogonal to all before it:
+//!
+//! ```text
+//! A⁻¹ M x = θ x,   ω² = 1/θ − σ,   xᵀ M x = 1
+//! ```
+//!
+//! σ = E / (ρ d²) with d the body's size, so that A is definite and the lowest modes lead. The rigid translation of a free body is known
+//! and taken out beforehand. Massless nodes follow the others statically; one last product with A⁻¹ M puts them there.
+//! How many modes there are below a frequency comes from the inertia of K − ω² M, independent of Lanczos: none is missed silently.
+//!
+//! Ericsson & Ruhe (1980), *Math. Comp.* 35, 1251 (shifted and inverted); Nour-Omid, Parlett, Ericsson & Jensen (1987), *Math. Comp.* 48, 663 (singular M).
+
+mod lanczos;
+
+use std::f64::consts::TAU;
+
+use faer::Mat;
+use thiserror::Error;
+
+use self::lanczos::Lanczos;
+use super::{
+    assembly::Columns,
+    body::Body,
+    factor::{Factor, FactorError, eigenvalues_below},
+};
+use crate::tally;
+
+/// Why there are no modes.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ModesError {
+    /// More modes asked for than there are.
+    #[error(
+        "{asked} modes: expected 1 to {available}, about half of the body's unknowns with mass; ask for fewer or refine the mesh"
+    )]
+    Count {
+        /// How many were asked for.
+        asked: usize,
+        /// How many can be had.
+        available: usize,
+    },
+    /// Lanczos stopped short.
+    #[error("{converged} of {asked} modes within {tolerance:e} after {steps} Lanczos steps; ask for fewer modes")]
+    NotConverged {
+        /// How many were asked for.
+        asked: usize,
+        /// How many are good.
+        converged: usize,
+        /// Steps taken.
+        steps: usize,
+        /// Relative error of 1/(ω² + σ) allowed, 1.
+        tolerance: f64,
+    },
+    /// The inertia says otherwise.
+    #[error(
+        "below {frequency:.6e} Hz there are {counted} modes by inertia, but {found} were found; ask for more modes"
+    )]
+    Missed {
+        /// Where it was counted, Hz.
+        frequency: f64,
+        /// Modes by inertia.
+        counted: usize,
+        /// Modes found.
+        found: usize,
+    },
+    /// K + σ M or K − ω² M has no factor.
+    #[error("modes: {0}")]
+    Factor(#[from] FactorError),
+}
+
+/// A count of modes below a frequency that agrees with those found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SturmCount {
+    /// Where it was counted, Hz.
+    pub frequency: f64,
+    /// Modes below it, the rigid one included.
+    pub modes: usize,
+}
+
+/// Free modes, from the lowest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Modes {
+    /// ω/2π, Hz, ascending; the first is 0 for a free body: its rigid translation.
+    pub frequencies: Vec<f64>,
+    /// Column k is mode k by the body's unknowns, 1/√kg, normalised to xᵀ M x = 1; massless nodes follow statically.
+    pub shapes: Mat<f64>,
+    /// ‖A⁻¹ M x − θ x‖/θ in the norm of M: bounds the relative error of ω² + σ.
+    pub residuals: Vec<f64>,
+    /// The count that confirmed them.
+    pub sturm: SturmCount,
+    /// Lanczos steps taken.
+    pub steps: usize,
+}
+
+/// Largest residual of a mode that counts as found.
+const TOLERANCE: f64 = 1e-9;
+
+/// Modes computed beyond those asked for, so that the Sturm count has a gap to stand in.
+const BEYOND: usize = 3;
+
+/// The `count` lowest free modes of a body, the rigid one included.
+///
+/// # Errors
+/// [`ModesError`]: more modes than the mesh can carry, Lanczos not converged, or a count by inertia that differs.
+pub fn modes(body: &Body, count: usize) -> Result<Modes, ModesError> {
+    let moving = body.dofs().free().iter().filter(|&&dof| body.node_mass()[(dof / 2) as usize] != 0.0).count();
+    let available = (moving / 2).saturating_sub(BEYOND);
+    if count == 0 || count > available {
+        return Err(ModesError::Count { asked: count, available });
+    }
+    tally::add(|made| made.modes += count as u64);
+    let shift = shift(body);
+    let factor = Factor::new(body, 1.0, shift, &[])?;
+    let mut lanczos = Lanczos::new(body, &factor);
+    let rigid = usize::from(body.is_free());
+    let wanted = count + BEYOND - rigid;
+    let most = moving.min(6 * wanted + 120);
+    let pairs = loop {
+        let steps = (lanczos.steps() + 8.max(wanted / 4)).max(wanted + 16).min(most);
+        let is_spent = lanczos.extend(steps);
+        let pairs = lanczos.pairs(wanted);
+        let converged = pairs.iter().take_while(|pair| pair.error < 1e-3 * TOLERANCE).count();
+        if converged >= wanted {
+            break pairs;
+        }
+        if is_spent || steps == most {
+            let asked = count;
+            return Err(ModesError::NotConverged { asked, converged, steps, tolerance: TOLERANCE });
+        }
+    };
+
+    let mut shapes = Mat::zeros(body.dofs().len(), count);
+    let mut squares = vec![0.0; rigid];
+    let mut residuals = vec![0.0; rigid];
+    if rigid == 1 {
+        let scale = 1.0 / body.total_mass().sqrt();
+        shapes.col_mut(0).iter_mut().zip(body.rigid()).for_each(|(out, value)| *out = scale * value);
+    }
+    let mut polish = Polish::new(body, &factor, shift);
+    for pair in &pairs {
+        let (vector, square, residual) = polish.refine(&lanczos.vector(pair), pair.theta);
+        if squares.len() < count {
+            let column = shapes.col_mut(squares.len());
+            column.iter_mut().zip(&vector).for_each(|(out, value)| *out = *value);
+            residuals.push(residual);
+        }
+        squares.push(square);
+    }
+    let frequencies: Vec<f64> = squares.iter().map(|square| square.max(0.0).sqrt() / TAU).collect();
+    // Where neighbours are furthest apart, counting from the last mode asked for.
+    let gap = |k: &usize| frequencies[*k] - frequencies[*k - 1];
+    let place = (count..frequencies.len()).max_by(|a, b| gap(a).total_cmp(&gap(b))).unwrap_or(count);
+    let sturm = confirm(body, &frequencies, 0.5 * (frequencies[place - 1] + frequencies[place]))?;
+    let steps = lanczos.steps();
+    Ok(Modes { frequencies: frequencies[..count].to_vec(), shapes, residuals, sturm, steps })
+}
+
+/// Check that `found` (Hz) holds every mode below `frequency` (Hz), by the inertia of K − ω² M.
+///
+/// # Errors
+/// [`ModesError::Missed`] when the numbers differ, [`ModesError::Factor`] when a mode lies at `frequency`.
+pub fn confirm(body: &Body, found: &[f64], frequency: f64) -> Result<SturmCount, ModesError> {
+    let counted = eigenvalues_below(body, (TAU * frequency).powi(2))?;
+    let found = found.iter().filter(|&&mode| mode < frequency).count();
+    if counted == found {
+        Ok(SturmCount { frequency, modes: counted })
+    } else {
+        Err(ModesError::Missed { frequency, counted, found })
+    }
+}
+
+/// E / (ρ d²) of the slowest material, d the diagonal of the body's bounding box, 1/s².
+fn shift(body: &Body) -> f64 {
+    let [mut low, mut high] = [[f64::MAX; 2], [f64::MIN; 2]];
+    for place in &body.mesh().nodes {
+        for axis in 0..2 {
+            low[axis] = low[axis].min(place[axis]);
+            high[axis] = high[axis].max(place[axis]);
+        }
+    }
+    let size = (high[0] - low[0]).powi(2) + (high[1] - low[1]).powi(2);
+    let speed =
+        body.materials().iter().map(|material| material.youngs_modulus / material.density).fold(f64::MAX, f64::min);
+    speed / size
+}
+
+/// Puts massless nodes in their place and measures what is left.
+struct Polish<'a> {
+    body: &'a Body,
+    factor: &'a Factor,
+    shift: f64,
+    x: Columns,
+    image: Columns,
+    work: Columns,
+}
+
+impl<'a> Polish<'a> {
+    fn new(body: &'a Body, factor: &'a Factor, shift: f64) -> Self {
+        Self { body, factor, shift, x: body.columns(1), image: body.columns(1), work: factor.columns(1) }
+    }
+
+    /// image = A⁻¹ M x.
+    fn apply(&mut self) {
+        let mut force = std::mem::replace(&mut self.image, Columns::new(0, 1));
+        self.body.multiply_mass(&self.x, &mut force);
+        let mut out = self.body.columns(1);
+        self.factor.solve(&force, &mut self.work, &mut out);
+        self.image = out;
+    }
+
+    /// Mode, ω² and residual from a Ritz vector.
+    fn refine(&mut self, ritz: &[f64], theta: f64) -> (Vec<f64>, f64, f64) {
+        self.x.set_column(0, ritz);
+        self.apply();
+        let mut vector: Vec<f64> = self.image.as_slice().iter().map(|value| value / theta).collect();
+        let norm = lanczos::mass_product(self.body, &vector, &vector).sqrt();
+        vector.iter_mut().for_each(|value| *value /= norm);
+        self.x.set_column(0, &vector);
+        self.apply();
+        // Rayleigh's quotient of A⁻¹ M: its error is the square of the vector's.
+        let theta = lanczos::mass_product(self.body, &vector, self.image.as_slice());
+        let rest: Vec<f64> = self.image.as_slice().iter().zip(&vector).map(|(image, x)| image - theta * x).collect();
+        let residual = lanczos::mass_product(self.body, &rest, &rest).max(0.0).sqrt() / theta;
+        (vector, 1.0 / theta - self.shift, residual)
+    }
+}

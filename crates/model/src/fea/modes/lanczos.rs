@@ -1,0 +1,165 @@
+//! Lanczos' recurrence in the product of the mass matrix.
+
+use nalgebra::{DMatrix, SymmetricEigen};
+
+use crate::fea::{assembly::Columns, body::Body, factor::Factor};
+
+/// xᵀ M y.
+pub(super) fn mass_product(body: &Body, x: &[f64], y: &[f64]) -> f64 {
+    let mut out = body.columns(1);
+    body.multiply_mass(&Columns::from_vector(y), &mut out);
+    dot(x, out.as_slice())
+}
+
+fn dot(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
+}
+
+/// One pair of the projected problem.
+#[derive(Debug, Clone)]
+pub(super) struct Pair {
+    /// θ.
+    pub theta: f64,
+    /// Bound of its relative error, 1.
+    pub error: f64,
+    weights: Vec<f64>,
+}
+
+/// A basis Q with Qᵀ M Q = 1 and Qᵀ M A⁻¹ M Q = T tridiagonal.
+pub(super) struct Lanczos<'a> {
+    body: &'a Body,
+    factor: &'a Factor,
+    /// The rigid mode, if there is one, then the basis; and M times each.
+    basis: Vec<Vec<f64>>,
+    weighted: Vec<Vec<f64>>,
+    known: usize,
+    diagonal: Vec<f64>,
+    below: Vec<f64>,
+    /// The next direction before normalisation.
+    next: Vec<f64>,
+    work: Columns,
+}
+
+impl<'a> Lanczos<'a> {
+    pub fn new(body: &'a Body, factor: &'a Factor) -> Self {
+        let known = usize::from(body.is_free());
+        let mut out = Self {
+            body,
+            factor,
+            basis: Vec::new(),
+            weighted: Vec::new(),
+            known: 0,
+            diagonal: Vec::new(),
+            below: Vec::new(),
+            next: Vec::new(),
+            work: factor.columns(1),
+        };
+        if known == 1 {
+            out.next = body.rigid();
+            out.admit();
+            out.known = known;
+        }
+        // Arbitrary but reproducible; the first product puts massless nodes where they belong.
+        let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+        let start: Vec<f64> = (0..body.dofs().len() as u32)
+            .map(|dof| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                if body.dofs().is_free(dof) { (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5 } else { 0.0 }
+            })
+            .collect();
+        let mut force = body.columns(1);
+        body.multiply_mass(&Columns::from_vector(&start), &mut force);
+        out.next = out.solve(&force);
+        out.orthogonalise();
+        out
+    }
+
+    /// Vectors of the basis.
+    pub fn steps(&self) -> usize {
+        self.diagonal.len()
+    }
+
+    fn solve(&mut self, force: &Columns) -> Vec<f64> {
+        let mut out = self.body.columns(1);
+        self.factor.solve(force, &mut self.work, &mut out);
+        out.as_slice().to_vec()
+    }
+
+    /// Make the next direction orthogonal to the whole basis; twice is enough.
+    fn orthogonalise(&mut self) {
+        for _ in 0..2 {
+            for (vector, weighted) in self.basis.iter().zip(&self.weighted) {
+                let part = dot(weighted, &self.next);
+                self.next.iter_mut().zip(vector).for_each(|(next, value)| *next -= part * value);
+            }
+        }
+    }
+
+    /// Normalise the next direction and add it to the basis; its length before.
+    fn admit(&mut self) -> f64 {
+        let mut weighted = self.body.columns(1);
+        self.body.multiply_mass(&Columns::from_vector(&self.next), &mut weighted);
+        let length = dot(&self.next, weighted.as_slice()).max(0.0).sqrt();
+        let scale = if length > 0.0 { 1.0 / length } else { 0.0 };
+        self.basis.push(self.next.iter().map(|value| scale * value).collect());
+        self.weighted.push(weighted.as_slice().iter().map(|value| scale * value).collect());
+        length
+    }
+
+    /// Extend the basis to `steps` vectors; `true` when the space is spent before.
+    pub fn extend(&mut self, steps: usize) -> bool {
+        while self.steps() < steps {
+            let length = self.admit();
+            if !(length > 1e-14 * self.diagonal.first().copied().unwrap_or(0.0)) {
+                self.basis.pop();
+                self.weighted.pop();
+                return true;
+            }
+            if !self.diagonal.is_empty() {
+                self.below.push(length);
+            }
+            let force = Columns::from_vector(&self.weighted[self.weighted.len() - 1]);
+            self.next = self.solve(&force);
+            self.diagonal.push(dot(&self.weighted[self.weighted.len() - 1], &self.next));
+            self.orthogonalise();
+        }
+        false
+    }
+
+    /// The `count` largest pairs of T (fewer if it is smaller), largest θ first.
+    pub fn pairs(&self, count: usize) -> Vec<Pair> {
+        let size = self.steps();
+        let scale = self.diagonal.iter().copied().fold(0.0, f64::max);
+        if size == 0 || scale == 0.0 {
+            return Vec::new();
+        }
+        let projected = DMatrix::from_fn(size, size, |row, column| match row.abs_diff(column) {
+            0 => self.diagonal[row] / scale,
+            1 => self.below[row.min(column)] / scale,
+            _ => 0.0,
+        });
+        let eigen = SymmetricEigen::new(projected);
+        let mut order: Vec<usize> = (0..size).collect();
+        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+        let rest = mass_product(self.body, &self.next, &self.next).max(0.0).sqrt();
+        order
+            .into_iter()
+            .take(count)
+            .map(|k| {
+                let theta = scale * eigen.eigenvalues[k];
+                let weights: Vec<f64> = eigen.eigenvectors.column(k).iter().copied().collect();
+                let error = rest * weights.last().copied().unwrap_or(1.0).abs() / theta;
+                Pair { theta, error, weights }
+            })
+            .collect()
+    }
+
+    /// The vector of a pair by the body's unknowns.
+    pub fn vector(&self, pair: &Pair) -> Vec<f64> {
+        let mut out = vec![0.0; self.body.dofs().len()];
+        for (vector, weight) in self.basis[self.known..].iter().zip(&pair.weights) {
+            out.iter_mut().zip(vector).for_each(|(out, value)| *out += weight * value);
+        }
+        out
+    }
+}

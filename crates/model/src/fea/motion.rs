@@ -1,0 +1,482 @@
+//! Displacements, velocities and accelerations of all bodies, and what a step does to them between its contacts.
+
+use super::{
+    arrangement::Arrangement,
+    assembly::{Columns, Direction, DofMap},
+    contact::{
+        chain::{ContactState, RigidPrediction, net_force},
+        face::Face,
+    },
+    operator::{Interfaces, Operator},
+    profile::Profile,
+    scheme::Coefficients,
+};
+
+/// All bodies of one kind.
+#[derive(Debug, Clone)]
+struct Group {
+    /// Slots of its bodies (piston 0, beads 1…N, support N + 1), in the order of the columns.
+    slots: Vec<usize>,
+    displacement: Columns,
+    velocity: Columns,
+    acceleration: Columns,
+    /// ũ of the coming step.
+    predicted: Columns,
+    /// Right-hand side, then the new displacements.
+    solution: Columns,
+    /// The solution between its two halves, in the factor's order.
+    half: Columns,
+    /// Interface displacements without new contact forces.
+    free: Columns,
+    /// Unknowns of nodes without mass.
+    massless: Vec<u32>,
+    /// Forces on the interface unknowns.
+    forces: Columns,
+    /// The same of one body.
+    own_forces: Vec<f64>,
+}
+
+/// Mass-mean motion of one body along z.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+struct Rigid {
+    displacement: f64,
+    velocity: f64,
+    acceleration: f64,
+}
+
+/// The state of all bodies.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    /// One a kind of body.
+    groups: Vec<Group>,
+    /// Kind and column of the body in each slot; none where it is rigid.
+    columns: Vec<Option<(usize, usize)>>,
+    rigid: Vec<Rigid>,
+    /// Step for which ũ is known, s.
+    predicted_for: Option<f64>,
+}
+
+/// The state of all bodies, to be saved: one list a body, in the order of slots, rigid ones empty.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Saved {
+    displacement: Vec<Vec<f64>>,
+    velocity: Vec<Vec<f64>>,
+    acceleration: Vec<Vec<f64>>,
+    rigid: Vec<Rigid>,
+}
+
+impl Motion {
+    /// At rest, with the given displacements (m; one list a slot, none where the body is undeformed).
+    #[must_use]
+    pub fn at_rest(arrangement: &Arrangement, interfaces: &Interfaces, displacements: &[Option<Vec<f64>>]) -> Self {
+        let slots = arrangement.beads.len() + 2;
+        let mut columns = vec![None; slots];
+        let mut groups = Vec::new();
+        for (kind, body) in arrangement.kinds.iter().enumerate() {
+            let members: Vec<usize> = (0..slots).filter(|&slot| arrangement.kind(slot) == Some(kind)).collect();
+            let zeros = body.columns(members.len());
+            let mut displacement = zeros.clone();
+            for (column, &slot) in members.iter().enumerate() {
+                columns[slot] = Some((kind, column));
+                if let Some(values) = &displacements[slot] {
+                    displacement.set_column(column, values);
+                }
+            }
+            let interface = Columns::new(interfaces.unknowns[kind].len(), members.len());
+            groups.push(Group {
+                displacement,
+                velocity: zeros.clone(),
+                acceleration: zeros.clone(),
+                predicted: zeros.clone(),
+                solution: zeros,
+                half: Columns::new(body.dofs().free().len(), members.len()),
+                free: interface.clone(),
+                massless: (0..body.mesh().nodes.len() as u32)
+                    .filter(|&node| body.mass().get(node, node) == 0.0)
+                    .flat_map(|node| [2 * node, 2 * node + 1])
+                    .collect(),
+                own_forces: vec![0.0; interface.rows()],
+                forces: interface,
+                slots: members,
+            });
+        }
+        Self { groups, columns, rigid: vec![Rigid::default(); slots], predicted_for: None }
+    }
+
+    /// Displacements without new contact forces: right-hand sides, forward substitution, interface displacements.
+    pub fn predict(
+        &mut self,
+        arrangement: &Arrangement,
+        interfaces: &Interfaces,
+        operator: &Operator,
+        before: &[ContactState],
+        profile: &mut Profile,
+    ) {
+        let c = operator.coefficients;
+        let known = self.predicted_for == Some(c.step);
+        let mut lap = profile.start();
+        for (kind, group) in self.groups.iter_mut().enumerate() {
+            let body = &arrangement.kinds[kind];
+            if !known {
+                group.predict(&c);
+            }
+            body.multiply_mass(&group.predicted, &mut group.solution);
+        }
+        if c.lag > 0.0 {
+            self.lag(arrangement, interfaces, &c, before);
+        }
+        self.predicted_for = Some(c.step);
+        profile.mass += lap.lap();
+        for (factor, group) in operator.factors.iter().zip(&mut self.groups) {
+            factor.forward(&group.solution, &mut group.half);
+            factor.interface_displacement(&group.half, &mut group.free);
+        }
+        profile.forward += lap.lap();
+    }
+
+    /// Add what the old forces still do to the right-hand sides: α β h² (f₀ − K u₀).
+    fn lag(&mut self, arrangement: &Arrangement, interfaces: &Interfaces, c: &Coefficients, before: &[ContactState]) {
+        let gain = c.lag * c.gain;
+        for (kind, group) in self.groups.iter_mut().enumerate() {
+            let body = &arrangement.kinds[kind];
+            body.multiply_stiffness(&group.displacement, &mut group.predicted);
+            let (solution, product) = (group.solution.as_mut_slice(), group.predicted.as_slice());
+            solution.iter_mut().zip(product).for_each(|(s, p)| *s -= gain * p);
+            for (column, &slot) in group.slots.iter().enumerate() {
+                interfaces.press(slot, |contact| Some(&before.get(contact)?.forces), &mut group.own_forces);
+                for (&unknown, force) in interfaces.unknowns[kind].iter().zip(&group.own_forces) {
+                    let value = group.solution.get(unknown as usize, column) + gain * force;
+                    group.solution.set(unknown as usize, column, value);
+                }
+                let damping = net_force(before, slot, |contact| contact.damping) / body.total_mass();
+                if damping != 0.0 && body.is_free() {
+                    for (node, mass) in body.node_mass().iter().enumerate() {
+                        let unknown = DofMap::dof(node as u32, Direction::Axial) as usize;
+                        let value = group.solution.get(unknown, column) + gain * damping * mass;
+                        group.solution.set(unknown, column, value);
+                    }
+                }
+            }
+            // The product took ũ's place.
+            group.predict(c);
+        }
+    }
+
+    /// Rigid motions without new forces, m and m/s; the piston's slot is left alone.
+    pub fn predict_rigid(
+        &self,
+        arrangement: &Arrangement,
+        c: &Coefficients,
+        before: &[ContactState],
+        out: &mut [RigidPrediction],
+    ) {
+        for (slot, (out, rigid)) in out.iter_mut().zip(&self.rigid).enumerate().skip(1) {
+            let Some(kind) = arrangement.kind(slot).filter(|&kind| arrangement.kinds[kind].is_free()) else { continue };
+            let Rigid { displacement: u, velocity: v, acceleration: a } = *rigid;
+            let lagging = if c.lag > 0.0 {
+                c.lag * net_force(before, slot, ContactState::total) / arrangement.kinds[kind].total_mass()
+            } else {
+                0.0
+            };
+            *out = RigidPrediction {
+                displacement: c.predicted(u, v, a) + c.gain * lagging,
+                velocity: c.velocity(v, a, lagging),
+            };
+        }
+    }
+
+    /// Interface displacements without new contact forces of the kind of the body in a slot, and its column; none where it is rigid.
+    #[must_use]
+    pub fn free_interface(&self, slot: usize) -> Option<(&Columns, usize)> {
+        self.columns[slot].map(|(kind, column)| (&self.groups[kind].free, column))
+    }
+
+    /// Complete the displacements with the new forces: into the `solution`, the state untouched.
+    pub fn complete(
+        &mut self,
+        arrangement: &Arrangement,
+        interfaces: &Interfaces,
+        operator: &Operator,
+        contacts: &[ContactState],
+        profile: &mut Profile,
+    ) {
+        let mut lap = profile.start();
+        let gain = operator.coefficients.new_force_gain();
+        for (kind, (factor, group)) in operator.factors.iter().zip(&mut self.groups).enumerate() {
+            if group.slots.iter().any(|&slot| pressed(contacts, slot)) {
+                for (column, &slot) in group.slots.iter().enumerate() {
+                    interfaces.press(slot, |contact| Some(&contacts.get(contact)?.forces), &mut group.own_forces);
+                    for (row, force) in group.own_forces.iter().enumerate() {
+                        group.forces.set(row, column, gain * force);
+                    }
+                }
+                factor.add_interface_force(&mut group.forces, &mut group.half);
+            }
+            factor.backward(&mut group.half, &mut group.solution);
+            let body = &arrangement.kinds[kind];
+            for (column, &slot) in group.slots.iter().enumerate() {
+                let damping = net_force(contacts, slot, |contact| contact.damping);
+                if damping != 0.0 && body.is_free() {
+                    // A body force of constant density moves a free body as a whole.
+                    let shift = gain * damping / body.total_mass();
+                    let width = group.solution.width();
+                    for row in group.solution.as_mut_slice().chunks_exact_mut(2 * width) {
+                        row[width + column] += shift;
+                    }
+                }
+            }
+        }
+        profile.backward += lap.lap();
+    }
+
+    /// Slot of the first body whose new displacements are not finite.
+    #[must_use]
+    pub fn not_finite(&self) -> Option<usize> {
+        self.groups.iter().find_map(|group| {
+            let (values, width) = (group.solution.as_slice(), group.solution.width());
+            // One sum tells of all bodies; which it is matters only if one is not finite.
+            if values.iter().sum::<f64>().is_finite() {
+                return None;
+            }
+            let sum = |column: usize| values.iter().skip(column).step_by(width).sum::<f64>();
+            group.slots.iter().enumerate().find(|(column, _)| !sum(*column).is_finite()).map(|(_, &slot)| slot)
+        })
+    }
+
+    /// Make the new displacements the state.
+    pub fn accept(
+        &mut self,
+        arrangement: &Arrangement,
+        c: &Coefficients,
+        contacts: &[ContactState],
+        before: &[ContactState],
+        profile: &mut Profile,
+    ) {
+        let mut lap = profile.start();
+        for group in &mut self.groups {
+            group.accept(c);
+        }
+        for slot in 1..self.rigid.len() {
+            let Some(kind) = arrangement.kind(slot).filter(|&kind| arrangement.kinds[kind].is_free()) else { continue };
+            let mass = arrangement.kinds[kind].total_mass();
+            let old = if c.lag > 0.0 { c.lag * net_force(before, slot, ContactState::total) } else { 0.0 };
+            let new = ((1.0 - c.lag) * net_force(contacts, slot, ContactState::total) + old) / mass;
+            let Rigid { displacement: u, velocity: v, acceleration: a } = self.rigid[slot];
+            self.rigid[slot] = Rigid {
+                displacement: c.predicted(u, v, a) + c.gain * new,
+                velocity: c.velocity(v, a, new),
+                acceleration: new,
+            };
+        }
+        profile.update += lap.lap();
+    }
+
+    /// ũ must be made anew: the step changes.
+    pub fn forget_prediction(&mut self) {
+        self.predicted_for = None;
+    }
+
+    /// Displacement of one unknown of the body in a slot, m.
+    #[must_use]
+    pub fn displacement(&self, slot: usize, unknown: u32) -> f64 {
+        self.columns[slot].map_or(0.0, |(kind, column)| self.groups[kind].displacement.get(unknown as usize, column))
+    }
+
+    /// Velocity of one unknown of the body in a slot, m/s; at a massless node its mean over the last step.
+    #[must_use]
+    pub fn velocity(&self, slot: usize, unknown: u32) -> f64 {
+        self.columns[slot].map_or(0.0, |(kind, column)| self.groups[kind].velocity.get(unknown as usize, column))
+    }
+
+    /// Rigid displacement of a body, m.
+    #[must_use]
+    pub fn rigid_displacement(&self, slot: usize) -> f64 {
+        self.rigid[slot].displacement
+    }
+
+    /// Put the piston where it is, m.
+    pub fn move_piston(&mut self, displacement: f64) {
+        self.rigid[0].displacement = displacement;
+    }
+
+    /// All displacements of the bodies of a kind, with the column of a slot.
+    #[must_use]
+    pub fn columns(&self, slot: usize) -> Option<(&Columns, &Columns, usize)> {
+        self.columns[slot].map(|(kind, column)| {
+            let group = &self.groups[kind];
+            (&group.displacement, &group.velocity, column)
+        })
+    }
+
+    /// Outward normal displacement of point i of a face (numbered over the interface) of the body in a slot, m.
+    #[must_use]
+    pub fn normal_displacement(&self, interfaces: &Interfaces, slot: usize, face: &Face, point: usize) -> f64 {
+        let Some((kind, column)) = self.columns[slot] else { return 0.0 };
+        let values = &self.groups[kind].displacement;
+        face.terms(point)
+            .map(|(local, coefficient)| coefficient * values.get(interfaces.unknowns[kind][local] as usize, column))
+            .sum()
+    }
+
+    /// Kinetic and elastic energy of all bodies, J; overwrites work space only.
+    pub fn energy(&mut self, arrangement: &Arrangement) -> (f64, f64) {
+        let (mut kinetic, mut stored) = (0.0, 0.0);
+        for (body, group) in arrangement.kinds.iter().zip(&mut self.groups) {
+            let dot = |a: &Columns, b: &Columns| a.as_slice().iter().zip(b.as_slice()).map(|(a, b)| a * b).sum::<f64>();
+            body.multiply_mass(&group.velocity, &mut group.solution);
+            kinetic += 0.5 * dot(&group.velocity, &group.solution);
+            body.multiply_stiffness(&group.displacement, &mut group.solution);
+            stored += 0.5 * dot(&group.displacement, &group.solution);
+        }
+        (kinetic, stored)
+    }
+
+    /// What must be saved to go on later.
+    #[must_use]
+    pub fn save(&self) -> Saved {
+        let all = |part: fn(&Group) -> &Columns| {
+            let of_slot = |place: &Option<(usize, usize)>| {
+                place.map_or_else(Vec::new, |(kind, column)| part(&self.groups[kind]).column(column))
+            };
+            self.columns.iter().map(of_slot).collect()
+        };
+        Saved {
+            displacement: all(|group| &group.displacement),
+            velocity: all(|group| &group.velocity),
+            acceleration: all(|group| &group.acceleration),
+            rigid: self.rigid.clone(),
+        }
+    }
+
+    /// Take a saved state; false (and nothing taken) if it is of other bodies.
+    pub fn restore(&mut self, saved: &Saved) -> bool {
+        let fits = |values: &[Vec<f64>]| {
+            values.len() == self.columns.len()
+                && values.iter().zip(&self.columns).all(|(values, place)| {
+                    values.len() == place.map_or(0, |(kind, _)| self.groups[kind].displacement.rows())
+                })
+        };
+        let Saved { displacement, velocity, acceleration, rigid } = saved;
+        if ![displacement, velocity, acceleration].iter().all(|values| fits(values)) || rigid.len() != self.rigid.len()
+        {
+            return false;
+        }
+        for (slot, place) in self.columns.iter().enumerate() {
+            if let Some((kind, column)) = *place {
+                let group = &mut self.groups[kind];
+                group.displacement.set_column(column, &displacement[slot]);
+                group.velocity.set_column(column, &velocity[slot]);
+                group.acceleration.set_column(column, &acceleration[slot]);
+            }
+        }
+        self.rigid.clone_from(rigid);
+        self.predicted_for = None;
+        true
+    }
+}
+
+impl Group {
+    fn predict(&mut self, c: &Coefficients) {
+        let (u, v, a) = (self.displacement.as_slice(), self.velocity.as_slice(), self.acceleration.as_slice());
+        for (((predicted, &u), &v), &a) in self.predicted.as_mut_slice().iter_mut().zip(u).zip(v).zip(a) {
+            *predicted = c.predicted(u, v, a);
+        }
+    }
+
+    /// a₁, v₁, u₁, and ũ of the next step of the same size, in one pass.
+    fn accept(&mut self, c: &Coefficients) {
+        let inverse = 1.0 / c.gain;
+        std::mem::swap(&mut self.displacement, &mut self.solution);
+        let u = self.displacement.as_slice();
+        let v = self.velocity.as_mut_slice();
+        let a = self.acceleration.as_mut_slice();
+        for (((&u, v), a), predicted) in u.iter().zip(v).zip(a).zip(self.predicted.as_mut_slice()) {
+            let new = inverse * (u - *predicted);
+            *v = c.velocity(*v, *a, new);
+            *a = new;
+            *predicted = c.predicted(u, *v, new);
+        }
+        // Nodes without mass follow at once: their velocity is what they just did.
+        let old = self.solution.as_slice();
+        for &unknown in &self.massless {
+            let row = unknown as usize * self.velocity.width();
+            for place in row..row + self.velocity.width() {
+                self.velocity.as_mut_slice()[place] = (u[place] - old[place]) / c.step;
+                self.acceleration.as_mut_slice()[place] = 0.0;
+            }
+        }
+    }
+}
+
+/// Whether any point of the contacts around a slot is pressed.
+fn pressed(contacts: &[ContactState], slot: usize) -> bool {
+    contacts[slot - 1].pressing != 0.0 || contacts.get(slot).is_some_and(|contact| contact.pressing != 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        fea::arrangement::Arrangement,
+        scene::{self, Scheme},
+    };
+
+    fn bench(overrides: &[&str]) -> (Arrangement, Interfaces) {
+        let mut all = vec!["model.kind=fea".to_owned(), "model.mesh_density=4".to_owned()];
+        all.extend(overrides.iter().map(|text| (*text).to_owned()));
+        let arrangement = Arrangement::new(&scene::load("rigid", &all).unwrap()).unwrap();
+        let interfaces = Interfaces::new(&arrangement);
+        (arrangement, interfaces)
+    }
+
+    #[test]
+    fn a_body_in_flight_keeps_its_shape_and_its_velocity() {
+        let (arrangement, interfaces) = bench(&["chain.beads=2"]);
+        let mut motion = Motion::at_rest(&arrangement, &interfaces, &vec![None; 4]);
+        let body = &arrangement.kinds[0];
+        let flight: Vec<f64> = body.rigid().iter().map(|part| 0.3 * part).collect();
+        motion.groups[0].velocity.set_column(1, &flight);
+        motion.rigid[2].velocity = 0.3;
+        let c = Coefficients::new(Scheme::Trapezoid, 1e-7);
+        let operator = Operator::new(&arrangement, &interfaces, c, false).unwrap();
+        let open: Vec<_> =
+            arrangement.contacts.iter().map(|&pair| ContactState::open(arrangement.pairs[pair].len())).collect();
+        let mut profile = Profile::default();
+        for _ in 0..50 {
+            motion.predict(&arrangement, &interfaces, &operator, &open, &mut profile);
+            motion.complete(&arrangement, &interfaces, &operator, &open, &mut profile);
+            motion.accept(&arrangement, &c, &open, &open, &mut profile);
+        }
+        let moved = 50.0 * 1e-7 * 0.3;
+        assert!((motion.rigid_displacement(2) - moved).abs() < 1e-20 && motion.rigid_displacement(1) == 0.0);
+        for &unknown in body.dofs().free() {
+            let expected = if unknown % 2 == 1 { moved } else { 0.0 };
+            // Rounding of 50 solutions.
+            assert!((motion.displacement(2, unknown) - expected).abs() < 1e-10 * moved);
+            assert_eq!(motion.displacement(1, unknown), 0.0);
+        }
+        let (kinetic, stored) = motion.energy(&arrangement);
+        let expected = 0.5 * body.total_mass() * 0.09;
+        // Rounding of K times a rigid motion.
+        assert!((kinetic / expected - 1.0).abs() < 1e-9 && stored.abs() < 1e-9 * kinetic, "{kinetic:e} {stored:e}");
+        assert_eq!(motion.not_finite(), None);
+    }
+
+    #[test]
+    fn a_saved_motion_is_taken_up_whole_or_not_at_all() {
+        let (arrangement, interfaces) = bench(&["chain.beads=2"]);
+        let mut motion = Motion::at_rest(&arrangement, &interfaces, &vec![None; 4]);
+        let values: Vec<f64> = (0..motion.groups[0].displacement.rows()).map(|i| (i as f64).sin()).collect();
+        motion.groups[0].displacement.set_column(1, &values);
+        motion.rigid[2].velocity = 0.3;
+        let saved = motion.save();
+        let mut other = Motion::at_rest(&arrangement, &interfaces, &vec![None; 4]);
+        assert!(other.restore(&saved));
+        assert_eq!((other.save(), other.displacement(2, 5)), (saved.clone(), values[5]));
+        let (longer, its_interfaces) = bench(&["chain.beads=3"]);
+        let mut longer_motion = Motion::at_rest(&longer, &its_interfaces, &vec![None; 5]);
+        let before = longer_motion.save();
+        assert!(!longer_motion.restore(&saved));
+        assert_eq!(longer_motion.save(), before);
+    }
+}

@@ -1,0 +1,592 @@
+//! The transient analysis, one step after another.
+//!
+//! A step predicts every body without the new contact forces (one forward substitution a kind of body, all bodies of the kind at once),
+//! solves the contacts on the condensed compliances, and completes the displacements (one backward substitution). Nothing is factored or
+//! allocated in it. A step without a solution, or one in which contacts make energy from nothing, leaves no trace: it is tried again as two
+//! steps of half the size, whose factor is made when it is first needed and kept.
+
+use std::fmt;
+
+use super::{
+    FeaError,
+    arrangement::Arrangement,
+    contact::chain::{Behind, ContactState, RigidPrediction, Workspace},
+    control::{Cause, Complementarity, Control, Cut, PENETRATION},
+    energy::Ledger,
+    equilibrium::Rest,
+    motion::{Motion, Saved},
+    operator::{Interfaces, Operator},
+    profile::Profile,
+    resolution,
+    scheme::Coefficients,
+    trace::{Sampling, Trace, Watched},
+    turning::{Turned, Turning},
+};
+use crate::{
+    response::{Response, SolverWork},
+    scene::{PistonMotion, Scene, Scheme, WaterSettings},
+    tally,
+    water::{behind::DiscBehind, front::WaterRecord},
+};
+
+/// Travel of the last bead into a ring up to which undeformed normals may be kept, m: the force is then 1 % too large.
+pub const FIXED_NORMAL_TRAVEL: f64 = 5e-6;
+
+/// Steps from one look at the energies of all bodies to the next: two matrix products are too much for every step.
+const STEPS_PER_AUDIT: usize = 10;
+
+/// Everything that must be saved to go on later, exactly.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Snapshot {
+    /// What the state belongs to: a text that differs when anything that matters differs.
+    pub identity: String,
+    taken: usize,
+    travel: f64,
+    motion: Saved,
+    contacts: Vec<ContactState>,
+    trace: Trace,
+    ledger: Ledger,
+    complementarity: Complementarity,
+    cuts: Vec<Cut>,
+}
+
+/// A transient analysis that can be advanced, saved and taken up again.
+pub struct Simulation<'a> {
+    arrangement: Arrangement,
+    interfaces: Interfaces,
+    scheme: Scheme,
+    tension: bool,
+    step: f64,
+    sampling: Sampling,
+    control: Control,
+    drive: Box<dyn PistonMotion + 'a>,
+    /// Operators of the step halved 0, 1, 2 … times, made when first needed.
+    operators: Vec<Option<Operator>>,
+    motion: Motion,
+    /// Gap of every contact's points (m) and rigid overlap of every contact (m) at zero displacement.
+    rest_gaps: Vec<Vec<f64>>,
+    rest_overlaps: Vec<f64>,
+    contacts: Vec<ContactState>,
+    before: Vec<ContactState>,
+    predicted_gaps: Vec<Vec<f64>>,
+    rigid: Vec<RigidPrediction>,
+    workspace: Workspace,
+    turning: Option<Turning>,
+    water: Option<WaterSettings>,
+    wet: Option<Wet>,
+    watched: Watched,
+    /// Nominal steps taken.
+    taken: usize,
+    piston: f64,
+    /// Largest overlap of the last bead's rigid motion with its support, m.
+    travel: f64,
+    trace: Trace,
+    ledger: Ledger,
+    complementarity: Complementarity,
+    cuts: Vec<Cut>,
+    profile: Profile,
+}
+
+/// The disc on the water behind the last contact.
+struct Wet {
+    disc: DiscBehind,
+    record: WaterRecord,
+    /// Energy of the disc and work on the water at the last look, J.
+    energies: [f64; 2],
+}
+
+impl fmt::Debug for Simulation<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Simulation").field("taken", &self.taken).field("step", &self.step).finish_non_exhaustive()
+    }
+}
+
+impl<'a> Simulation<'a> {
+    /// Mesh, assemble and factor a scene; precompress it where asked for.
+    ///
+    /// # Errors
+    /// [`FeaError`].
+    pub fn new(scene: &Scene, control: Control) -> Result<Self, FeaError> {
+        Self::with_motion(scene, scene.drive.motion(scene.amplitude_scale), control)
+    }
+
+    /// As [`Simulation::new`], with the piston moving as `drive` instead of the scene's.
+    ///
+    /// # Errors
+    /// [`FeaError`].
+    pub fn with_motion(scene: &Scene, drive: Box<dyn PistonMotion + 'a>, control: Control) -> Result<Self, FeaError> {
+        let mut profile = Profile::default();
+        let mut lap = profile.start();
+        let arrangement = Arrangement::new(scene)?;
+        resolution::check(
+            scene,
+            arrangement.pairs.iter().filter(|pair| pair.ring.is_none()).map(|pair| &pair.gaps[..]),
+        )?;
+        let interfaces = Interfaces::new(&arrangement);
+        profile.assembly += lap.lap();
+        let settings = &scene.model.fea;
+        let sampling = Sampling::new(scene, settings.step);
+        let (step, samples) = (sampling.step(), sampling.samples);
+        let Rest { contacts, gaps: rest_gaps, overlaps: rest_overlaps, displacements, sweeps } =
+            Rest::new(&arrangement, &interfaces, &scene.chain)?;
+        let motion = Motion::at_rest(&arrangement, &interfaces, &displacements);
+        let (scheme, tension) = (settings.scheme, scene.damping.tension);
+        let mut operator = Operator::new(&arrangement, &interfaces, Coefficients::new(scheme, step), tension)?;
+        let mut work = SolverWork { equilibrium_sweeps: u64::from(sweeps), ..SolverWork::default() };
+        let wet = match (&arrangement.front, &scene.water) {
+            (Some(front), Some(water)) => {
+                let is_damped = arrangement.dashpots.last().is_some_and(|dashpot| !dashpot.is_absent());
+                let held = contacts.last().filter(|_| scene.chain.precompression > 0.0);
+                let held = held.map_or(&[][..], |contact| &contact.forces);
+                let (disc, made) = tally::during(|| DiscBehind::new(front, water, step, is_damped, held));
+                (work.factorisations, work.kernels) = (made.factorisations, made.kernels);
+                let disc = disc.map_err(Box::new)?;
+                operator.soften_last(&arrangement, disc.compliance())?;
+                operator.contacts.behind = Behind { coupling: disc.coupling().to_vec(), mobility: disc.mobility() };
+                Some(Wet { disc, record: WaterRecord::new(water, samples), energies: [0.0; 2] })
+            }
+            _ => None,
+        };
+        // Disc and water have one factor: their clock has one step.
+        let control = if wet.is_some() { Control { halvings: 0, ..control } } else { control };
+        let workspace = Workspace::new(&operator.contacts);
+        let mut operators = vec![None; control.halvings as usize + 1];
+        operators[0] = Some(operator);
+        profile.factorisation += lap.lap();
+        let times: Vec<f64> = (0..samples).map(|sample| sample as f64 * scene.output_step).collect();
+        let (mut positions, mut speeds) = (vec![0.0; samples], vec![0.0; samples]);
+        drive.sample(&times, &mut positions, &mut speeds);
+        let speed = speeds.iter().fold(0.0, |most: f64, speed| most.max(speed.abs()));
+        let mut ledger = Ledger::new(0.5 * arrangement.kinds[arrangement.beads[0]].total_mass() * speed * speed);
+        work.unknowns = arrangement.unknowns() as u64;
+        work.factorisations += arrangement.kinds.len() as u64;
+        ledger.work = work;
+        let piston = drive.at(0.0).0;
+        let turning = Turning::new(scene, &arrangement, &interfaces)?;
+        let mut simulation = Self {
+            turning,
+            water: scene.water.clone(),
+            wet,
+            trace: Trace::new(&arrangement, sampling),
+            watched: Watched::new(&arrangement),
+            predicted_gaps: rest_gaps.clone(),
+            before: contacts.clone(),
+            rigid: vec![RigidPrediction::default(); arrangement.beads.len() + 2],
+            complementarity: Complementarity::default(),
+            cuts: Vec::new(),
+            travel: 0.0,
+            taken: 0,
+            arrangement,
+            interfaces,
+            scheme,
+            tension,
+            step,
+            sampling,
+            control,
+            drive,
+            operators,
+            motion,
+            rest_gaps,
+            rest_overlaps,
+            contacts,
+            workspace,
+            piston,
+            ledger,
+            profile,
+        };
+        simulation.measure_contacts();
+        simulation.before.clone_from(&simulation.contacts);
+        let energy = simulation.energy();
+        simulation.ledger.begin(energy);
+        simulation.record();
+        Ok(simulation)
+    }
+
+    /// The bodies and contacts.
+    #[must_use]
+    pub fn arrangement(&self) -> &Arrangement {
+        &self.arrangement
+    }
+
+    /// Displacements and velocities.
+    #[must_use]
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// Forces and gaps of every contact.
+    #[must_use]
+    pub fn contacts(&self) -> &[ContactState] {
+        &self.contacts
+    }
+
+    /// Displacement of the piston, m.
+    #[must_use]
+    pub fn piston(&self) -> f64 {
+        self.piston
+    }
+
+    /// Time reached, s.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.taken as f64 * self.step
+    }
+
+    /// Whether the last sample is taken.
+    #[must_use]
+    pub fn is_done(&self) -> bool {
+        self.taken >= self.sampling.steps()
+    }
+
+    /// Steps taken back so far.
+    #[must_use]
+    pub fn cuts(&self) -> &[Cut] {
+        &self.cuts
+    }
+
+    /// How well the contact conditions were met.
+    #[must_use]
+    pub fn complementarity(&self) -> Complementarity {
+        self.complementarity
+    }
+
+    /// The books.
+    #[must_use]
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+
+    /// What a reader of the results must know: limits of the model that the run came near or passed.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let is_ring = self.arrangement.contacts.last().is_some_and(|&pair| self.arrangement.pairs[pair].ring.is_some());
+        if is_ring && self.turning.is_none() && self.travel > FIXED_NORMAL_TRAVEL {
+            warnings.push(format!(
+                "the last bead travelled {:.1} um into its support; with a fixed normal its force is too large by 0.19 % per um, and past 5 um \
+                 `support.normal = \"moving\"` is needed",
+                1e6 * self.travel
+            ));
+        }
+        if !self.cuts.is_empty() {
+            let first = self.cuts[0];
+            warnings.push(format!(
+                "{} steps were taken back and tried smaller, first at {:.4} us, contact {}: {}",
+                self.cuts.len(),
+                1e6 * first.time_s,
+                first.contact,
+                first.cause
+            ));
+        }
+        if self.complementarity.violations > 0 {
+            warnings.push(format!(
+                "{} steps violated the contact conditions, by up to {:.2e} m and {:.2e} N",
+                self.complementarity.violations, self.complementarity.penetration_m, self.complementarity.adhesion_n
+            ));
+        }
+        warnings
+    }
+
+    /// Where the time went.
+    #[must_use]
+    pub fn profile(&self) -> &Profile {
+        &self.profile
+    }
+
+    /// Non-zeros of the factors of the nominal step, each counted once a kind of body.
+    #[must_use]
+    pub fn factor_nonzeros(&self) -> usize {
+        self.operators[0].iter().flat_map(|operator| &operator.factors).map(super::factor::Factor::nonzeros).sum()
+    }
+
+    /// Everything recorded so far.
+    #[must_use]
+    pub fn response(&self) -> Response {
+        let mut response = self.trace.response(&self.watched, &self.ledger);
+        if let (Some(wet), Some(front), Some(water)) = (&self.wet, &self.arrangement.front, &self.water) {
+            wet.disc.count(&mut response.work);
+            wet.record.enter(front, water, wet.energies, &mut response);
+        }
+        response
+    }
+
+    /// Take one nominal step.
+    ///
+    /// # Errors
+    /// [`FeaError::StepGivenUp`] when even the smallest part of it had no solution; [`FeaError::EnergyMade`].
+    pub fn advance(&mut self) -> Result<(), FeaError> {
+        self.advance_part(0, 0)?;
+        self.taken += 1;
+        let mut lap = self.profile.start();
+        self.trace.follow(&self.watched, &self.motion);
+        if self.taken.is_multiple_of(self.sampling.steps_per_sample) {
+            self.record();
+        }
+        if self.taken.is_multiple_of(STEPS_PER_AUDIT) || self.is_done() {
+            let energy = self.energy();
+            self.ledger.sample(energy);
+            if let Some((made_j, given_j)) = self.ledger.made() {
+                let time = self.taken as f64 * self.step;
+                return Err(FeaError::EnergyMade { time, step: self.step, made_j, given_j });
+            }
+        }
+        self.profile.record += lap.lap();
+        Ok(())
+    }
+
+    /// Advance by the nominal step halved `level` times, from the tick `begin` of the current nominal step (of 2^halvings ticks).
+    fn advance_part(&mut self, level: u32, begin: u64) -> Result<(), FeaError> {
+        self.factor(level)?;
+        let halvings = self.control.halvings;
+        let ticks = 1_u64 << (halvings - level);
+        let at = |ticks: u64| (self.taken as f64 + ticks as f64 / (1_u64 << halvings) as f64) * self.step;
+        let (start, end) = (at(begin), at(begin + ticks));
+        let Err((cause, contact)) = self.attempt(level, end) else { return Ok(()) };
+        let (time, step, contact) = (start, self.step / f64::from(1_u32 << level), contact + 1);
+        self.cuts.push(Cut { time_s: time, step_s: step, contact, cause });
+        self.ledger.work.rejected_steps += 1;
+        self.contacts.iter_mut().zip(&self.before).for_each(|(contact, before)| contact.copy_from(before));
+        self.motion.forget_prediction();
+        if level == halvings {
+            return Err(FeaError::StepGivenUp { time, step, contact, cause });
+        }
+        self.advance_part(level + 1, begin)?;
+        self.advance_part(level + 1, begin + ticks / 2)
+    }
+
+    /// Make the operator of a level if there is none yet.
+    fn factor(&mut self, level: u32) -> Result<(), FeaError> {
+        let place = &mut self.operators[level as usize];
+        if place.is_none() {
+            let mut lap = self.profile.start();
+            let coefficients = Coefficients::new(self.scheme, self.step / f64::from(1_u32 << level));
+            *place = Some(Operator::new(&self.arrangement, &self.interfaces, coefficients, self.tension)?);
+            self.ledger.work.factorisations += self.arrangement.kinds.len() as u64;
+            self.profile.factorisation += lap.lap();
+        }
+        Ok(())
+    }
+
+    /// One step that either happens whole or leaves bodies and books as they were. On failure the cause and the contact.
+    fn attempt(&mut self, level: u32, end: f64) -> Result<(), (Cause, usize)> {
+        let Self { arrangement, interfaces, operators, motion, contacts, before, profile, ledger, .. } = self;
+        let Some(operator) = &mut operators[level as usize] else { return Err((Cause::NotFinite, 0)) };
+        let c = operator.coefficients;
+        let (piston, piston_velocity) = self.drive.at(end);
+        before.iter_mut().zip(contacts.iter()).for_each(|(before, contact)| before.copy_from(contact));
+        ledger.work.solves += arrangement.kinds.len() as u64;
+        motion.predict(arrangement, interfaces, operator, before, profile);
+
+        let mut lap = profile.start();
+        motion.predict_rigid(arrangement, &c, before, &mut self.rigid);
+        self.rigid[0] = RigidPrediction { displacement: piston, velocity: piston_velocity };
+        if let (Some(Wet { disc, .. }), Some(behind)) = (&mut self.wet, self.rigid.last_mut()) {
+            disc.predict();
+            let [displacement, velocity] = disc.predicted_modes();
+            *behind = RigidPrediction { displacement, velocity };
+        }
+        if let Some(turning) = &mut self.turning {
+            turning.follow(motion, interfaces, arrangement, &self.rest_overlaps, &mut self.rest_gaps);
+            operator.turn_last(arrangement, interfaces);
+        }
+        loop {
+            let value = |slot, row| motion.free_interface(slot).map(|(free, column)| free.get(row, column));
+            let (rest, links) = (&self.rest_gaps, &operator.contacts.links);
+            interfaces.gaps(rest, links, piston, value, &mut self.predicted_gaps);
+            if let (Some(wet), Some(gaps)) = (&self.wet, self.predicted_gaps.last_mut()) {
+                gaps.iter_mut().zip(wet.disc.predicted()).for_each(|(gap, retreat)| *gap += retreat);
+            }
+            let effort = operator
+                .contacts
+                .solve(&self.predicted_gaps, &self.rigid, &self.rest_overlaps, contacts, &mut self.workspace)
+                .map_err(Cause::of)?;
+            ledger.work.contact_sweeps += u64::from(effort.sweeps);
+            ledger.work.active_sets += u64::from(effort.sets);
+            ledger.work.dashpot_evaluations += u64::from(effort.dashpots);
+            let Some(turning) = &mut self.turning else { break };
+            ledger.work.normal_turns += 1;
+            let last = contacts.len() - 1;
+            let moved = turning.turn(
+                operator,
+                motion,
+                interfaces,
+                arrangement,
+                contacts,
+                &self.rigid[last],
+                self.rest_overlaps[last],
+                &mut self.rest_gaps[last],
+            );
+            match moved {
+                Turned::Settled => break,
+                Turned::Moved => operator.turn_last(arrangement, interfaces),
+                Turned::TooOften => return Err((Cause::NotSettled, last)),
+            }
+        }
+        let mut contact_energy = 0.0;
+        for (contact, (new, old)) in contacts.iter().zip(before.iter()).enumerate() {
+            let pair = &arrangement.pairs[arrangement.contacts[contact]];
+            let ends = |i: usize| new.forces[i] > 0.0;
+            if ends(pair.len() - 1) && !pair.is_flat() || (pair.ring.is_some() && ends(0)) {
+                return Err((Cause::PatchExceeded, contact));
+            }
+            let made = 0.5
+                * new
+                    .forces
+                    .iter()
+                    .zip(&old.forces)
+                    .zip(new.gaps.iter().zip(&old.gaps))
+                    .fold(0.0, |sum, ((new_force, old_force), (new_gap, old_gap))| {
+                        sum + old_force * new_gap - new_force * old_gap
+                    });
+            if made.abs() > self.control.contact_energy * ledger.scale() {
+                return Err((Cause::ContactEnergy, contact));
+            }
+            contact_energy += made;
+        }
+        profile.contact += lap.lap();
+
+        motion.complete(arrangement, interfaces, operator, contacts, profile);
+        let mut lap = profile.start();
+        if let Some(slot) = motion.not_finite() {
+            return Err((Cause::NotFinite, slot - 1));
+        }
+        profile.record += lap.lap();
+        let moved = |motion: &Motion, slot: usize| motion.rigid_displacement(slot);
+        let mut dissipated = 0.0;
+        for contact in 0..contacts.len() {
+            let force = contacts[contact].damping + before[contact].damping;
+            if force != 0.0 {
+                dissipated -= 0.5 * force * (moved(motion, contact) - moved(motion, contact + 1));
+            }
+        }
+        if let (Some(wet), Some(last)) = (&mut self.wet, contacts.last()) {
+            wet.disc.push(&last.forces, last.damping);
+            dissipated -= 0.5 * (last.damping + before[contacts.len() - 1].damping) * wet.disc.moved();
+        }
+        let old_piston = self.piston;
+        motion.accept(arrangement, &c, contacts, before, profile);
+        motion.move_piston(piston);
+        let mut lap = profile.start();
+        for contact in 0..contacts.len() {
+            let force = contacts[contact].damping + before[contact].damping;
+            if force != 0.0 {
+                dissipated += 0.5 * force * (moved(motion, contact) - moved(motion, contact + 1));
+            }
+        }
+        let work = 0.5 * (contacts[0].total() + before[0].total()) * (piston - old_piston);
+        ledger.step(work, dissipated, contact_energy);
+        ledger.work.steps += 1;
+        self.piston = piston;
+        let last = contacts.len() - 1;
+        self.travel = self.travel.max(motion.rigid_displacement(last) + self.rest_overlaps[last]);
+        self.measure_contacts();
+        self.profile.record += lap.lap();
+        Ok(())
+    }
+
+    /// Measure all gaps anew from the displacements, and hold them against the contact conditions.
+    fn measure_contacts(&mut self) {
+        let (mut penetration, mut adhesion, mut product): (f64, f64, f64) = (0.0, 0.0, 0.0);
+        let last = self.contacts.len() - 1;
+        for (contact, state) in self.contacts.iter_mut().enumerate() {
+            let pair = &self.arrangement.pairs[self.arrangement.contacts[contact]];
+            let [before, after] = &self.interfaces.faces[contact];
+            for i in 0..pair.len() {
+                let near = if contact == 0 {
+                    pair.axial_before[i] * self.piston
+                } else {
+                    self.motion.normal_displacement(&self.interfaces, contact, before, i)
+                };
+                let far = self.motion.normal_displacement(&self.interfaces, contact + 1, after, i);
+                let retreat = match &self.wet {
+                    Some(wet) if contact == last => wet.disc.retreat()[i],
+                    _ => 0.0,
+                };
+                let flat = if pair.after.is_empty() {
+                    pair.axial_after[i] * state.pressing / self.arrangement.spring
+                } else {
+                    0.0
+                };
+                let gap = self.rest_gaps[contact][i] - near - far - flat + retreat;
+                penetration = penetration.max(-gap);
+                adhesion = adhesion.max(-state.forces[i]);
+                product = product.max((state.forces[i] * gap).abs());
+            }
+        }
+        let all = &mut self.complementarity;
+        all.penetration_m = all.penetration_m.max(penetration);
+        all.adhesion_n = all.adhesion_n.max(adhesion);
+        all.product_j = all.product_j.max(product);
+        let violated = penetration > PENETRATION || adhesion > 0.0;
+        all.violations += u64::from(violated);
+        debug_assert!(
+            !violated,
+            "contact conditions at {:e} s: {penetration:e} m deep, {adhesion:e} N pulling",
+            self.time()
+        );
+    }
+
+    fn energy(&mut self) -> (f64, f64) {
+        let (kinetic, stored) = self.motion.energy(&self.arrangement);
+        let force = self.contacts.last().map_or(0.0, |contact| contact.pressing);
+        let wet = self.wet.as_mut().map_or(0.0, |wet| {
+            wet.energies = wet.disc.energies();
+            wet.energies.iter().sum()
+        });
+        (kinetic, stored + self.arrangement.spring_energy(force) + wet)
+    }
+
+    fn record(&mut self) {
+        if self.taken == 0 {
+            self.trace.follow(&self.watched, &self.motion);
+        }
+        self.trace.sample(&self.arrangement, &self.watched, &self.motion, self.piston, &self.contacts);
+        if let Some(Wet { disc, record, .. }) = &mut self.wet {
+            disc.sample(record);
+        }
+    }
+
+    /// Save everything that is needed to go on later; `identity` says what the state belongs to.
+    #[must_use]
+    pub fn snapshot(&self, identity: &str) -> Snapshot {
+        Snapshot {
+            identity: identity.into(),
+            taken: self.taken,
+            travel: self.travel,
+            motion: self.motion.save(),
+            contacts: self.contacts.clone(),
+            trace: self.trace.clone(),
+            ledger: self.ledger,
+            complementarity: self.complementarity,
+            cuts: self.cuts.clone(),
+        }
+    }
+
+    /// Go on from a saved state: the run then ends in the same bytes as if it had never stopped.
+    ///
+    /// # Errors
+    /// [`FeaError::OtherState`] when the state is of another analysis.
+    pub fn restore(&mut self, snapshot: Snapshot, identity: &str) -> Result<(), FeaError> {
+        if self.wet.is_some() {
+            return Err(FeaError::WaterNotKept);
+        }
+        let points =
+            |contacts: &[ContactState]| contacts.iter().map(|contact| contact.forces.len()).collect::<Vec<_>>();
+        let fits = snapshot.identity == identity && points(&snapshot.contacts) == points(&self.contacts);
+        if !fits || !self.motion.restore(&snapshot.motion) {
+            return Err(FeaError::OtherState { expected: identity.into(), found: snapshot.identity });
+        }
+        let Snapshot { taken, travel, contacts, trace, ledger, complementarity, cuts, .. } = snapshot;
+        // The factors that the saved run had made: levels are made in order, one factor a kind of body.
+        let made = ledger.work.factorisations as usize / self.arrangement.kinds.len().max(1);
+        for level in 1..made.min(self.operators.len()) {
+            self.factor(level as u32)?;
+        }
+        (self.taken, self.travel, self.contacts, self.trace) = (taken, travel, contacts, trace);
+        (self.ledger, self.complementarity, self.cuts) = (ledger, complementarity, cuts);
+        self.before.clone_from(&self.contacts);
+        self.piston = self.drive.at(self.time()).0;
+        self.motion.move_piston(self.piston);
+        Ok(())
+    }
+}

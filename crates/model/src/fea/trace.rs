@@ -1,0 +1,274 @@
+//! What is recorded of a run.
+
+use super::{
+    arrangement::Arrangement,
+    assembly::{Direction, DofMap},
+    contact::{chain::ContactState, pair::Pair},
+    energy::Ledger,
+    motion::Motion,
+};
+use crate::{
+    response::{ObservedPoint, Response},
+    scene::Scene,
+};
+use granchain_signal::Series;
+
+/// Series taken at the samples; the far pole is followed at every step.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Trace {
+    sampling: Sampling,
+    piston: Vec<f64>,
+    displacement: Vec<Vec<f64>>,
+    velocity: Vec<Vec<f64>>,
+    force: Vec<Vec<f64>>,
+    radius: Vec<Vec<f64>>,
+    pole: Vec<f64>,
+}
+
+/// Steps and samples of a run: a whole number of steps a sample.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Sampling {
+    /// Interval of the samples, s.
+    pub output_step: f64,
+    /// Steps a sample.
+    pub steps_per_sample: usize,
+    /// Samples, the one at the start included.
+    pub samples: usize,
+}
+
+impl Sampling {
+    /// Of a scene, with the step nearest the wanted one (s) that divides the scene's output step.
+    #[must_use]
+    pub fn new(scene: &Scene, wanted: f64) -> Self {
+        let output_step = scene.output_step;
+        let steps_per_sample = (output_step / wanted).round().max(1.0) as usize;
+        Self { output_step, steps_per_sample, samples: scene.samples() }
+    }
+
+    /// Step, s.
+    #[must_use]
+    pub fn step(&self) -> f64 {
+        self.output_step / self.steps_per_sample as f64
+    }
+
+    /// Steps of the whole run.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        (self.samples - 1) * self.steps_per_sample
+    }
+}
+
+/// Velocity (m/s) at every sample from displacements (m) at every step: central differences over two steps, one-sided at the ends.
+#[must_use]
+pub fn central_velocity(steps: &[f64], sampling: &Sampling, samples: usize) -> Vec<f64> {
+    let last = steps.len().saturating_sub(1);
+    let at = |sample: usize| {
+        let here = sample * sampling.steps_per_sample;
+        let (a, b) = (here.saturating_sub(1), (here + 1).min(last));
+        if b > a { (steps[b] - steps[a]) / ((b - a) as f64 * sampling.step()) } else { 0.0 }
+    };
+    (0..samples).map(at).collect()
+}
+
+/// Unknowns that are watched.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Watched {
+    /// Axial unknown of every bead's centre.
+    pub centres: Vec<u32>,
+    /// Axial unknown of the last bead's far pole.
+    pub pole: u32,
+    /// Which of the last bead's a laser looks at.
+    pub observed: ObservedPoint,
+}
+
+impl Watched {
+    /// Centres (the axis node nearest the middle between the poles) and the far pole.
+    #[must_use]
+    pub fn new(arrangement: &Arrangement) -> Self {
+        let centres = arrangement.beads.iter().map(|&kind| axis_node(arrangement, kind, 0.5)).collect();
+        let pole = arrangement.beads.last().map_or(0, |&kind| axis_node(arrangement, kind, 1.0));
+        let observed = ObservedPoint::of(arrangement.support.is_none() && arrangement.front.is_none());
+        Self { centres, pole, observed }
+    }
+}
+
+/// Axial unknown of the axis node nearest a fraction of the way from front pole to back pole.
+fn axis_node(arrangement: &Arrangement, kind: usize, fraction: f64) -> u32 {
+    let mesh = arrangement.kinds[kind].mesh();
+    let (front, back) = poles(mesh);
+    let wanted = front + fraction * (back - front);
+    let nearest = mesh
+        .nodes
+        .iter()
+        .enumerate()
+        .filter(|(_, place)| place[0] == 0.0)
+        .min_by(|(_, a), (_, b)| (a[1] - wanted).abs().total_cmp(&(b[1] - wanted).abs()));
+    DofMap::dof(nearest.map_or(0, |(node, _)| node as u32), Direction::Axial)
+}
+
+/// z of the front and the back pole, m: the ends of the axis in the mesh.
+pub(super) fn poles(mesh: &super::mesh::Mesh) -> (f64, f64) {
+    let axis = || mesh.nodes.iter().filter(|place| place[0] == 0.0).map(|place| place[1]);
+    (axis().fold(f64::INFINITY, f64::min), axis().fold(f64::NEG_INFINITY, f64::max))
+}
+
+/// Contact radius, m: half-way between the last pressed point and the next at a pole, half the width of the pressed band on a ring.
+#[must_use]
+pub fn contact_radius(pair: &Pair, state: &ContactState) -> f64 {
+    let Some(last) = state.forces.iter().rposition(|&force| force > 0.0) else { return 0.0 };
+    let first = state.forces.iter().position(|&force| force > 0.0).unwrap_or(0);
+    edge_radius(&pair.positions, pair.ring.is_some(), [first, last + 1])
+}
+
+/// The same, m, from where the points lie (m), whether it is a ring, and the points from the first pressed to behind the last.
+#[must_use]
+pub fn edge_radius(positions: &[f64], is_ring: bool, [first, end]: [usize; 2]) -> f64 {
+    let edge = |inner: usize, outer: usize| 0.5 * (positions[inner] + positions[outer]);
+    let outer = edge(end - 1, end.min(positions.len() - 1));
+    if is_ring { 0.5 * (outer - edge(first, first.saturating_sub(1))).abs() } else { outer }
+}
+
+impl Trace {
+    /// For a run of that sampling.
+    #[must_use]
+    pub fn new(arrangement: &Arrangement, sampling: Sampling) -> Self {
+        let (beads, contacts) = (arrangement.beads.len(), arrangement.contacts.len());
+        let column = || Vec::with_capacity(sampling.samples);
+        let columns = |count: usize| (0..count).map(|_| column()).collect::<Vec<_>>();
+        Self {
+            sampling,
+            piston: column(),
+            displacement: columns(beads),
+            velocity: columns(beads),
+            force: columns(contacts),
+            radius: columns(contacts),
+            pole: Vec::with_capacity(sampling.steps() + 1),
+        }
+    }
+
+    /// Follow the far pole by one step.
+    pub fn follow(&mut self, watched: &Watched, motion: &Motion) {
+        let last = watched.centres.len();
+        self.pole.push(motion.displacement(last, watched.pole));
+    }
+
+    /// Take a sample.
+    pub fn sample(
+        &mut self,
+        arrangement: &Arrangement,
+        watched: &Watched,
+        motion: &Motion,
+        piston: f64,
+        contacts: &[ContactState],
+    ) {
+        self.piston.push(piston);
+        for (bead, &unknown) in watched.centres.iter().enumerate() {
+            self.displacement[bead].push(motion.displacement(bead + 1, unknown));
+            self.velocity[bead].push(motion.velocity(bead + 1, unknown));
+        }
+        for (contact, state) in contacts.iter().enumerate() {
+            let total = state.total();
+            self.force[contact].push(total);
+            self.radius[contact].push(contact_radius(&arrangement.pairs[arrangement.contacts[contact]], state));
+        }
+    }
+
+    /// Samples taken.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.piston.len()
+    }
+
+    /// The response. The far pole may carry no mass, so its velocity is the central difference of its displacement over two steps.
+    #[must_use]
+    pub fn response(&self, watched: &Watched, ledger: &Ledger) -> Response {
+        let output_step = self.sampling.output_step;
+        let series = |values: &Vec<f64>| Series::new(0.0, output_step, values.clone());
+        let all = |columns: &Vec<Vec<f64>>| columns.iter().map(series).collect::<Vec<_>>();
+        let pole_velocity = central_velocity(&self.pole, &self.sampling, self.samples());
+        Response {
+            piston_displacement: series(&self.piston),
+            bead_displacement: all(&self.displacement),
+            bead_velocity: all(&self.velocity),
+            pole_velocity: Series::new(0.0, output_step, pole_velocity),
+            observed: watched.observed,
+            contact_force: all(&self.force),
+            contact_radius: Some(all(&self.radius)),
+            disc: None,
+            energy: ledger.books(),
+            work: ledger.work,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        fea::{contact::complementarity::Ordering, operator::Interfaces},
+        scene::{self, Scene},
+    };
+
+    fn pair(positions: &[f64], ring: bool) -> Pair {
+        let scene = scene();
+        let arrangement = Arrangement::new(&scene).unwrap();
+        let mut pair = arrangement.pairs[if ring { arrangement.pairs.len() - 1 } else { 0 }].clone();
+        pair.positions = positions.to_vec();
+        pair.gaps = vec![0.0; positions.len()];
+        assert_eq!(pair.ring.is_some(), ring);
+        assert_eq!(pair.ordering == Ordering::Any, ring);
+        pair
+    }
+
+    fn scene() -> Scene {
+        scene::load("annulus", &["model.kind=fea".into(), "model.mesh_density=4".into()]).unwrap()
+    }
+
+    fn pressed(forces: &[f64]) -> ContactState {
+        ContactState { forces: forces.to_vec(), ..ContactState::open(forces.len()) }
+    }
+
+    #[test]
+    fn the_edge_of_a_contact_lies_half_way_from_the_last_pressed_point_to_the_next() {
+        let pole = pair(&[1e-6, 2e-6, 4e-6, 7e-6], false);
+        assert_eq!(contact_radius(&pole, &pressed(&[0.0; 4])), 0.0);
+        assert!((contact_radius(&pole, &pressed(&[1.0, 0.5, 0.0, 0.0])) - 3e-6).abs() < 1e-18);
+        let ring = pair(&[-4e-6, -1e-6, 1e-6, 3e-6], true);
+        assert!((contact_radius(&ring, &pressed(&[0.0, 1.0, 1.0, 0.0])) - 0.5 * (2e-6 + 2.5e-6)).abs() < 1e-18);
+    }
+
+    #[test]
+    fn centres_and_the_far_pole_are_watched_where_they_are() {
+        let arrangement = Arrangement::new(&scene()).unwrap();
+        let watched = Watched::new(&arrangement);
+        let place = |bead: usize, unknown: u32| {
+            let (node, direction) = DofMap::place(unknown);
+            assert_eq!(direction, Direction::Axial);
+            arrangement.kinds[arrangement.beads[bead]].mesh().nodes[node as usize]
+        };
+        for (bead, &unknown) in watched.centres.iter().enumerate() {
+            assert_eq!(place(bead, unknown), [0.0, 0.0]);
+        }
+        assert_eq!(place(5, watched.pole), [0.0, 0.5e-3]);
+    }
+
+    #[test]
+    fn the_poles_velocity_is_the_central_difference_of_every_step_at_the_samples() {
+        let arrangement = Arrangement::new(&scene()).unwrap();
+        let interfaces = Interfaces::new(&arrangement);
+        let watched = Watched::new(&arrangement);
+        let motion = Motion::at_rest(&arrangement, &interfaces, &vec![None; 8]);
+        let mut trace = Trace::new(&arrangement, Sampling { output_step: 2e-7, steps_per_sample: 2, samples: 3 });
+        let open: Vec<_> =
+            arrangement.contacts.iter().map(|&pair| ContactState::open(arrangement.pairs[pair].len())).collect();
+        (0..3).for_each(|_| trace.sample(&arrangement, &watched, &motion, 1e-6, &open));
+        // z = 3 t² at steps of 0.1 µs: 6 t is met by the central difference, the ends are one-sided.
+        trace.pole = (0..5).map(|i| 3.0 * (1e-7 * f64::from(i)).powi(2)).collect();
+        let response = trace.response(&watched, &Ledger::default());
+        let expected = [3e-7, 12e-7, 3.0 * 7e-7];
+        for (found, expected) in response.pole_velocity.values.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-18, "{found:e} {expected:e}");
+        }
+        assert_eq!((trace.samples(), response.piston_displacement.values), (3, vec![1e-6; 3]));
+    }
+}

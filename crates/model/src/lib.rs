@@ -1,0 +1,222 @@
+//! Physics: from a scene to a response, or to a typed failure.
+
+pub mod analytical;
+pub mod chain;
+pub mod contact_law;
+mod estimate;
+pub mod fea;
+mod prepared;
+pub mod reduced;
+pub mod response;
+pub mod scene;
+mod tally;
+mod vector_unit;
+pub mod water;
+
+pub use estimate::Estimate;
+pub use prepared::{Prepared, prepare, prepare_with};
+pub use vector_unit::vector_unit;
+
+use thiserror::Error;
+
+use crate::{response::Response, scene::Scene};
+
+/// Called by a model now and then with the simulated time (s); returning `false` stops the run.
+pub type Progress<'a> = &'a mut dyn FnMut(f64) -> bool;
+
+/// A model turns a scene into a response.
+pub trait Model {
+    /// Run the scene from rest (or precompressed equilibrium) to its duration.
+    ///
+    /// # Errors
+    /// A typed [`ModelError`] when the scene cannot be run or the run failed; never NaN in a response.
+    fn run(&self, scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError>;
+}
+
+/// Refuse a scene whose drive record has not been read, for `model`.
+fn need_drive(scene: &Scene, model: &'static str) -> Result<(), ModelError> {
+    let Some(file) = scene.pending_record() else { return Ok(()) };
+    let reason =
+        format!("the drive record {} has not been read; hand it over with `with_drive_record`", file.display());
+    Err(ModelError::Unsupported { model, reason })
+}
+
+/// Run a scene on the model it asks for: [`prepare`], then [`Prepared::run`].
+///
+/// # Errors
+/// As both.
+pub fn run(scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError> {
+    prepare(scene)?.run(scene, progress)
+}
+
+impl From<fea::FeaError> for ModelError {
+    fn from(error: fea::FeaError) -> Self {
+        Self::Fea(Box::new(error))
+    }
+}
+
+/// Bytes of a GiB.
+const GIB: f64 = 1024.0 * 1024.0 * 1024.0;
+
+/// Why a run failed.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// The model cannot run this scene.
+    #[error("model `{model}`: {reason}")]
+    Unsupported {
+        /// Which model.
+        model: &'static str,
+        /// What it cannot do, and what to do instead.
+        reason: String,
+    },
+    /// Bodies were made ready for another scene.
+    #[error("`{part}` differs from the scene the bodies were prepared for; prepare this scene")]
+    OtherBodies {
+        /// What differs, as a scene key.
+        part: &'static str,
+    },
+    /// A number of the scene is physically void.
+    #[error("`{quantity}`: expected {expected}, found {found:e}; correct the scene")]
+    Unphysical {
+        /// Which number, as a scene key.
+        quantity: String,
+        /// What it should be, with unit.
+        expected: &'static str,
+        /// What it is, SI.
+        found: f64,
+    },
+    /// A list of the scene or of the caller has the wrong length.
+    #[error("`{quantity}`: expected {expected} values, found {found}")]
+    Count {
+        /// Which list.
+        quantity: &'static str,
+        /// How many it needs.
+        expected: usize,
+        /// How many it has.
+        found: usize,
+    },
+    /// Precompression asked for while a gap is open.
+    #[error(
+        "`chain.precompression` {force:e} N needs every gap closed, but gap {contact} (1 = piston) is {gap:e} m; \
+         set that gap or the precompression to zero"
+    )]
+    OpenGapUnderPrecompression {
+        /// F₀, N.
+        force: f64,
+        /// Contact, counted from 1 at the piston.
+        contact: usize,
+        /// Its gap, m.
+        gap: f64,
+    },
+    /// The state is no longer finite.
+    #[error(
+        "the state of bead {bead} is not finite at {time:.9e} s (step {step:.3e} s); the drive, the stiffnesses or a \
+         fixed step are out of range"
+    )]
+    NonFinite {
+        /// Simulated time, s.
+        time: f64,
+        /// Step attempted, s.
+        step: f64,
+        /// Bead, counted from 1 at the piston.
+        bead: usize,
+    },
+    /// The adaptive step fell below what the clock can resolve.
+    #[error(
+        "the step shrank to {step:.3e} s at {time:.9e} s, last at contact {contact} (1 = piston), without meeting \
+         tolerance {tolerance:e}; loosen `model.tolerance` or look for a stiffness or damping out of range"
+    )]
+    StepUnderflow {
+        /// Simulated time, s.
+        time: f64,
+        /// Step attempted, s.
+        step: f64,
+        /// Contact beside the largest error, counted from 1 at the piston.
+        contact: usize,
+        /// Relative tolerance asked for, 1.
+        tolerance: f64,
+    },
+    /// A fixed step was too long: the run is finite but not a solution.
+    #[error(
+        "a fixed step of {step:.3e} s is too long: {residual_j:.3e} J of at most {largest_j:.3e} J are unaccounted for; \
+         shorten `model.step` or use the adaptive integrator"
+    )]
+    EnergyNotConserved {
+        /// The fixed step, s.
+        step: f64,
+        /// Energy unaccounted for at the end, J.
+        residual_j: f64,
+        /// Largest energy seen, J.
+        largest_j: f64,
+    },
+    /// More work than anyone waits for.
+    #[error(
+        "the run is estimated at {work:.1e} unknowns × steps, above the limit of {limit:.0e}; shorten `duration`, lengthen the step, take fewer \
+         beads or runs, or lift the limits with --no-limits (in a program, `Scene::with_limits`)"
+    )]
+    TooMuchWork {
+        /// Unknowns × steps, 1.
+        work: f64,
+        /// Most of them, 1.
+        limit: f64,
+    },
+    /// More memory than a machine has.
+    #[error(
+        "the run is estimated at {:.1} GiB of memory, above the limit of {:.1} GiB; lengthen `output_step`, shorten `duration`, take fewer beads \
+         or runs or a coarser mesh, or lift the limits with --no-limits (in a program, `Scene::with_limits`)",
+        memory / GIB, limit / GIB
+    )]
+    TooMuchMemory {
+        /// Bytes.
+        memory: f64,
+        /// Most of them.
+        limit: f64,
+    },
+    /// A dashpot so fast that the adaptive integrator would creep.
+    #[error(
+        "the dashpot of contact {contact} (1 = piston), {coefficient:.1e} N·s/m, is {ratio:.1e} times as fast as the contact, above the limit of \
+         {limit:.0e}: the chain's steps would shrink with it; lower `damping.coefficient`, give the bodies that it holds together as one, or lift \
+         the limits with --no-limits (in a program, `Scene::with_limits`)"
+    )]
+    StiffDashpot {
+        /// Contact, counted from 1 at the piston.
+        contact: usize,
+        /// Its dashpot at the overlap of an impact, N·s/m.
+        coefficient: f64,
+        /// 4 c/m of the lightest bead × the contacts' natural time, 1.
+        ratio: f64,
+        /// Most of it, 1.
+        limit: f64,
+    },
+    /// The adaptive steps are so short that the run would not end.
+    #[error(
+        "after {steps} steps the run is at {time:.9e} s of {end:.3e} s and would take {expected:.1e} steps, above the limit of {limit:.1e}; look for \
+         a stiffness, damping or bead out of range, loosen `model.tolerance`, or lift the limits with --no-limits (in a program, \
+         `Scene::with_limits`)"
+    )]
+    TooManySteps {
+        /// Steps taken.
+        steps: u64,
+        /// Simulated time, s.
+        time: f64,
+        /// End of the run, s.
+        end: f64,
+        /// Steps to the end at the pace of the last, 1.
+        expected: f64,
+        /// Most of them, 1.
+        limit: f64,
+    },
+    /// The contact finite element analysis could not be run, or failed.
+    #[error(transparent)]
+    Fea(#[from] Box<fea::FeaError>),
+    /// There is no disc on the water, or the run in front of it failed.
+    #[error(transparent)]
+    Water(Box<water::WaterError>),
+    /// The run was stopped by its caller.
+    #[error("stopped at {time:.6e} s")]
+    Stopped {
+        /// Simulated time reached, s.
+        time: f64,
+    },
+}

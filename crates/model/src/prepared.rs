@@ -1,0 +1,271 @@
+//! Bodies made ready once, for any number of runs.
+
+use super::{
+    ModelError, Progress,
+    chain::{ChainModel, FiniteBodyLaws, InitialState},
+    estimate::refuse_excess,
+    fea::FeaModel,
+    reduced::{Cache, Origin, Reduction},
+    tally,
+    water::DiscSupport,
+};
+use crate::{
+    response::{Preparation, Response},
+    scene::{
+        Bead, ContactLaw, FlatContact, Integrator, Meshing, ModelKind, PistonMotion, ReducedSettings, Scene, Support,
+        WaterSettings,
+    },
+};
+
+/// A scene's bodies made ready once, to be run any number of times with another drive, α, damping, gaps, precompression, stiffness of
+/// the support or duration.
+///
+/// ```
+/// use granchain_model::{self as model, scene};
+///
+/// let mut scene = scene::load("rigid", &["duration=10 us".into()])?;
+/// let prepared = model::prepare(&scene)?;
+/// for alpha in [0.5, 1.0] {
+///     scene.amplitude_scale = alpha;
+///     let response = prepared.run(&scene, &mut |_| true)?;
+///     assert_eq!(response.bead_velocity.len(), 6);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Prepared {
+    bodies: Bodies,
+    rung: Rung,
+    made: Preparation,
+}
+
+#[derive(Debug)]
+enum Rung {
+    Chain(Option<FiniteBodyLaws>),
+    /// The chain in front of a disc.
+    OnDisc(Box<DiscSupport>),
+    Reduced {
+        reduction: Box<Reduction>,
+        origin: Origin,
+    },
+    Fea,
+}
+
+/// Make the bodies of a scene ready for the model it asks for.
+///
+/// # Errors
+/// A typed [`ModelError`] when there is no such model of these bodies.
+pub fn prepare(scene: &Scene) -> Result<Prepared, ModelError> {
+    prepare_with(scene, None)
+}
+
+/// As [`prepare`], with reduced bodies read from a cache that holds them, and kept there where it does not. Results are the same to the bit.
+///
+/// # Errors
+/// As [`prepare`]; a cache that cannot be read or written is none.
+pub fn prepare_with(scene: &Scene, cache: Option<&Cache>) -> Result<Prepared, ModelError> {
+    let (rung, made) = tally::during(|| rung(scene, cache));
+    Ok(Prepared { bodies: Bodies::of(scene), rung: rung?, made })
+}
+
+fn rung(scene: &Scene, cache: Option<&Cache>) -> Result<Rung, ModelError> {
+    refuse_excess(scene)?;
+    Ok(match scene.model.kind {
+        ModelKind::Chain if matches!(scene.support, Support::Disc { .. }) => {
+            super::need_drive(scene, "chain")?;
+            Rung::OnDisc(Box::new(DiscSupport::new(scene)?))
+        }
+        ModelKind::Chain if scene.contact_law == ContactLaw::FiniteBody => {
+            Rung::Chain(Some(FiniteBodyLaws::fit(scene)?))
+        }
+        ModelKind::Chain => Rung::Chain(None),
+        ModelKind::Reduced => {
+            let (reduction, origin) = match cache {
+                // A disc on water is made anew: its modes and the water's answer are not kept.
+                Some(cache) if scene.water.is_none() => cache.reduction(scene)?,
+                _ => (Reduction::new(scene)?, Origin::Made { not_kept: None }),
+            };
+            Rung::Reduced { reduction: Box::new(reduction), origin }
+        }
+        ModelKind::Fea => Rung::Fea,
+    })
+}
+
+impl Prepared {
+    /// Run a scene with these bodies from rest (or precompressed equilibrium) to its duration.
+    ///
+    /// # Errors
+    /// [`ModelError::OtherBodies`] for a scene with other bodies, else as [`super::Model::run`].
+    pub fn run(&self, scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError> {
+        self.run_with(scene, scene.drive.motion(scene.amplitude_scale).as_ref(), progress)
+    }
+
+    /// As [`Prepared::run`], with the piston moving as `motion` instead of the scene's drive.
+    ///
+    /// # Errors
+    /// As [`Prepared::run`].
+    pub fn run_with(
+        &self,
+        scene: &Scene,
+        motion: &dyn PistonMotion,
+        progress: Progress<'_>,
+    ) -> Result<Response, ModelError> {
+        if let Some(part) = self.bodies.difference(scene) {
+            return Err(ModelError::OtherBodies { part });
+        }
+        refuse_excess(scene)?;
+        match &self.rung {
+            Rung::Chain(fitted) => {
+                let still = InitialState::at_rest(scene.chain.beads.len());
+                match fitted {
+                    Some(fitted) => ChainModel.run_with_laws(scene, fitted, motion, &still, progress),
+                    None => ChainModel.run_with(scene, motion, &still, progress),
+                }
+            }
+            Rung::OnDisc(disc) => {
+                super::need_drive(scene, "chain")?;
+                disc.run(scene, motion, progress)
+            }
+            Rung::Reduced { reduction, .. } => reduction.run_with(scene, motion, progress),
+            Rung::Fea => FeaModel.run_with(scene, motion, progress),
+        }
+    }
+
+    /// What making them ready took: nothing of what a cache held, nothing of what a run makes itself, such as the bodies of `fea`.
+    #[must_use]
+    pub fn work(&self) -> Preparation {
+        self.made
+    }
+
+    /// Why reduced bodies could not be kept for the next time, if they could not.
+    #[must_use]
+    pub fn warning(&self) -> Option<&str> {
+        match &self.rung {
+            Rung::Reduced { origin: Origin::Made { not_kept }, .. } => not_kept.as_deref(),
+            Rung::Reduced { .. } | Rung::Chain(_) | Rung::OnDisc(_) | Rung::Fea => None,
+        }
+    }
+
+    /// What a reader of a run's results must know besides: limits of the model that it passed.
+    #[must_use]
+    pub fn warnings(&self, scene: &Scene, response: &Response) -> Vec<String> {
+        match &self.rung {
+            Rung::Reduced { reduction, .. } => reduction.warnings(response),
+            Rung::OnDisc(disc) => disc.warnings(scene.drive.frequency, response),
+            Rung::Chain(_) | Rung::Fea => Vec::new(),
+        }
+    }
+
+    /// Whether a scene has these bodies.
+    #[must_use]
+    pub fn fits(&self, scene: &Scene) -> bool {
+        self.bodies.difference(scene).is_none()
+    }
+
+    /// The reduced bodies and where they come from, where the model is the reduced one.
+    #[must_use]
+    pub fn reduction(&self) -> Option<(&Reduction, &Origin)> {
+        match &self.rung {
+            Rung::Reduced { reduction, origin } => Some((reduction, origin)),
+            Rung::Chain(_) | Rung::OnDisc(_) | Rung::Fea => None,
+        }
+    }
+
+    /// The contact laws fitted to the bodies, where the model is the chain and its law that of finite bodies: what
+    /// [`super::chain::ensemble::Ensemble::with_laws`] takes.
+    #[must_use]
+    pub fn contact_laws(&self) -> Option<&FiniteBodyLaws> {
+        match &self.rung {
+            Rung::Chain(fitted) => fitted.as_ref(),
+            Rung::Reduced { .. } | Rung::OnDisc(_) | Rung::Fea => None,
+        }
+    }
+}
+
+/// What bodies are made from: the parts of a scene that may not differ from run to run.
+#[derive(Debug, Clone, PartialEq)]
+struct Bodies {
+    kind: ModelKind,
+    contact_law: ContactLaw,
+    beads: Vec<Bead>,
+    piston: FlatContact,
+    support: Support,
+    water: Option<WaterSettings>,
+    /// The clock of a disc, s.
+    clock: Option<f64>,
+    meshing: Meshing,
+    reduced: ReducedSettings,
+}
+
+impl Bodies {
+    fn of(scene: &Scene) -> Self {
+        let mut support = scene.support.clone();
+        // Factors on a compliance, which a run applies itself.
+        match &mut support {
+            Support::Annulus { stiffness_factor, .. } => *stiffness_factor = 1.0,
+            Support::Spring { stiffness } => *stiffness = 1.0,
+            Support::Flat(_) | Support::Body { .. } | Support::Disc { .. } => {}
+        }
+        Self {
+            kind: scene.model.kind,
+            contact_law: scene.contact_law,
+            beads: scene.chain.beads.clone(),
+            piston: scene.piston,
+            water: scene.water.clone(),
+            clock: match (&support, scene.model.integrator) {
+                (Support::Disc { .. }, Integrator::Symplectic { step }) => Some(step),
+                _ => None,
+            },
+            support,
+            meshing: scene.model.meshing(),
+            reduced: scene.model.reduced,
+        }
+    }
+
+    /// What a scene has otherwise.
+    fn difference(&self, scene: &Scene) -> Option<&'static str> {
+        let other = Self::of(scene);
+        [
+            (self.kind == other.kind, "model.kind"),
+            (self.contact_law == other.contact_law, "contact.law"),
+            (self.beads == other.beads, "chain.beads"),
+            (self.piston == other.piston, "piston.contact"),
+            (self.support == other.support, "support"),
+            (self.water == other.water, "water"),
+            (self.clock == other.clock, "model.step"),
+            (self.meshing == other.meshing, "model.mesh_density"),
+            (self.kind != ModelKind::Reduced || self.reduced == other.reduced, "model.modes"),
+        ]
+        .into_iter()
+        .find_map(|(is_same, part)| (!is_same).then_some(part))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene;
+
+    #[test]
+    fn a_scene_with_other_bodies_is_refused_by_name() {
+        let scene = scene::load("rigid", &["duration=1 us".into()]).unwrap();
+        let prepared = prepare(&scene).unwrap();
+        let refused = |change: fn(&mut Scene)| {
+            let mut other = scene.clone();
+            change(&mut other);
+            match prepared.run(&other, &mut |_| true) {
+                Err(ModelError::OtherBodies { part }) => Some(part),
+                Ok(_) => None,
+                Err(error) => panic!("{error}"),
+            }
+        };
+        assert_eq!(refused(|other| other.chain.beads[2].radius *= 1.001), Some("chain.beads"));
+        assert_eq!(refused(|other| other.piston = FlatContact::Steel), Some("piston.contact"));
+        assert_eq!(refused(|other| other.support = Support::Spring { stiffness: 1e6 }), Some("support"));
+        assert_eq!(refused(|other| other.model.kind = ModelKind::Fea), Some("model.kind"));
+        assert_eq!(refused(|other| other.model.fea.density += 1), Some("model.mesh_density"));
+        assert_eq!(refused(|other| other.amplitude_scale = 0.3), None);
+        assert_eq!(refused(|other| other.chain.gaps[1] = 1e-9), None);
+        assert_eq!(refused(|other| other.damping.linear = 0.1), None);
+    }
+}

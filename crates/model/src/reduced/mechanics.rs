@@ -1,0 +1,222 @@
+//! Everything linear of one run: bodies with the modes its step can follow, contacts condensed on what is left.
+
+use super::{
+    contact::{Condensed, dot},
+    rank::Crossing,
+    reduction::{Face, Member, Reduction, Watch},
+};
+use crate::{
+    fea::FeaError,
+    scene::{Scene, Support},
+};
+
+/// Largest ω h of a mode that is kept, rad.
+pub const LARGEST_PHASE: f64 = 2.0;
+
+/// The linear part of a run.
+#[derive(Debug)]
+pub(super) struct Mechanics {
+    /// ω² of the modes kept, by kind.
+    pub(super) squares: Vec<Vec<f64>>,
+    /// Surfaces of the bodies, as [`Reduction::faces`].
+    pub(super) surfaces: Vec<Surface>,
+    /// Watched places of every member.
+    pub(super) watched: Vec<Vec<Watch>>,
+    /// The different contacts.
+    pub(super) condensed: Vec<Condensed>,
+    /// Which of them every contact is.
+    pub(super) of_contact: Vec<usize>,
+}
+
+/// Normal displacements of the points of a face by the rigid motion and the modes kept.
+#[derive(Debug)]
+pub(super) struct Surface {
+    points: usize,
+    /// Rigid motion, then mode by mode.
+    columns: Vec<f64>,
+    /// Modes only, point by point.
+    rows: Vec<f64>,
+    /// Least and largest value of every column.
+    bounds: Vec<[f64; 2]>,
+}
+
+/// Which flexibility the contacts have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Flexibility {
+    /// Without that of the modes up to this angular frequency, rad/s, which are followed in time.
+    Residual(f64),
+    /// All of it, at rest.
+    Static,
+}
+
+impl Surface {
+    fn new(face: &Face, modes: usize) -> Self {
+        let points = face.axial.len();
+        let mut columns = face.axial.clone();
+        columns.extend_from_slice(&face.shapes[..modes * points]);
+        let rows = (0..points).flat_map(|i| (0..modes).map(move |k| face.shapes[k * points + i])).collect();
+        let bounds = columns
+            .chunks_exact(points)
+            .map(|column| {
+                column.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(*v), high.max(*v)])
+            })
+            .collect();
+        Self { points, columns, rows, bounds }
+    }
+
+    /// Take the displacements of rigid motion (m) and modes from the gaps.
+    pub(super) fn close(&self, rigid: f64, modal: &[f64], gaps: &mut [f64]) {
+        for (amount, column) in std::iter::once(&rigid).chain(modal).zip(self.columns.chunks_exact(self.points)) {
+            gaps.iter_mut().zip(column).for_each(|(gap, shape)| *gap -= amount * shape);
+        }
+    }
+
+    /// A lower bound of how much that adds to any gap, m.
+    pub(super) fn least(&self, rigid: f64, modal: &[f64]) -> f64 {
+        let amounts = std::iter::once(&rigid).chain(modal);
+        -amounts.zip(&self.bounds).map(|(amount, [low, high])| (amount * low).max(amount * high)).sum::<f64>()
+    }
+
+    /// Add the forces on the points (N, pressing inwards) to those on the modes.
+    pub(super) fn press(&self, forces: &[f64], [first, end]: [usize; 2], modal: &mut [f64]) {
+        let modes = modal.len();
+        if modes == 0 {
+            return;
+        }
+        let rows = self.rows.chunks_exact(modes).zip(forces);
+        for (row, force) in rows.take(end).skip(first) {
+            modal.iter_mut().zip(row).for_each(|(out, shape)| *out -= shape * force);
+        }
+    }
+}
+
+impl Mechanics {
+    /// Of a scene with these bodies.
+    ///
+    /// `further`: what the last contact gives way besides, row by row (m/N); empty for nothing.
+    ///
+    /// # Errors
+    /// [`FeaError::Compliance`] when a condensed compliance is not positive definite.
+    pub(super) fn new(
+        reduction: &Reduction,
+        scene: &Scene,
+        flexibility: Flexibility,
+        further: &[f64],
+    ) -> Result<Self, FeaError> {
+        let support = reduction.support.map(|member| reduction.members[member].kind);
+        let factor = match &scene.support {
+            Support::Annulus { stiffness_factor, .. } => *stiffness_factor,
+            _ => 1.0,
+        };
+        // A stiffer support: the same shapes, all ω² and 1/S in proportion.
+        let factor = |kind: usize| if support == Some(kind) { factor } else { 1.0 };
+        let squares: Vec<Vec<f64>> = (reduction.kinds.iter().enumerate())
+            .map(|(kind, body)| {
+                let all = body.squares.iter().map(|square| square * factor(kind));
+                match flexibility {
+                    Flexibility::Residual(limit) => all.take_while(|square| square.sqrt() <= limit).collect(),
+                    Flexibility::Static => Vec::new(),
+                }
+            })
+            .collect();
+        let surfaces = reduction.faces.iter().map(|face| Surface::new(face, squares[face.kind].len())).collect();
+        let compliances: Vec<Vec<f64>> = (reduction.faces.iter())
+            .map(|face| residual(&face.compliance, factor(face.kind), face, face, &squares[face.kind]))
+            .collect();
+        let crossings: Vec<Crossing> = (reduction.members.iter())
+            .map(|member| {
+                let (front, squares) = (&reduction.faces[member.front], &squares[member.kind]);
+                member.back.map_or_else(Crossing::default, |back| {
+                    let matrix = residual(&member.crossing, 1.0, &reduction.faces[back], front, squares);
+                    Crossing::of(matrix, front.axial.len())
+                })
+            })
+            .collect();
+        let watched = reduction
+            .members
+            .iter()
+            .map(|member| member.watched.iter().map(|watch| reduction.watch(member, watch, &squares)).collect())
+            .collect();
+        let spring = if let Support::Spring { stiffness } = scene.support { 1.0 / stiffness } else { 0.0 };
+        let last = reduction.contacts.len() - 1;
+        let (mut condensed, mut of_contact, mut known) = (Vec::new(), Vec::new(), Vec::new());
+        for (contact, &geometry) in reduction.contacts.iter().enumerate() {
+            let [before, after] = [contact, contact + 1].map(|slot| reduction.member(slot));
+            let key = (geometry, before, after);
+            if let Some(found) = known.iter().position(|other| *other == key) {
+                of_contact.push(found);
+                continue;
+            }
+            let n = reduction.geometries[geometry].gaps.len();
+            // The flat on a spring gives way by F/K wherever it is pressed.
+            let mut matrix = vec![if contact == last { spring } else { 0.0 }; n * n];
+            let faces = [
+                before.and_then(|member| reduction.members[member].back),
+                after.map(|member| reduction.members[member].front),
+            ];
+            if contact == last {
+                matrix.iter_mut().zip(further).for_each(|(sum, value)| *sum += value);
+            }
+            for face in faces.into_iter().flatten() {
+                matrix.iter_mut().zip(&compliances[face]).for_each(|(sum, value)| *sum += value);
+            }
+            let [before, after] = [before, after].map(|member| member.map(|member| &crossings[member]));
+            let ordering = reduction.geometries[geometry].ordering();
+            let own = Condensed::new(matrix, n, ordering, before, after)
+                .map_err(|_| FeaError::Compliance { contact: contact + 1 })?;
+            known.push(key);
+            of_contact.push(condensed.len());
+            condensed.push(own);
+        }
+        Ok(Self { squares, surfaces, watched, condensed, of_contact })
+    }
+}
+
+impl Reduction {
+    /// Member in a slot (piston 0, beads 1…N, support N + 1); none where it is rigid.
+    pub(super) fn member(&self, slot: usize) -> Option<usize> {
+        match slot.checked_sub(1) {
+            None => None,
+            Some(bead) if bead < self.beads.len() => Some(self.beads[bead]),
+            Some(_) => self.support,
+        }
+    }
+
+    /// A watched place with the static answer of what is left of the modes.
+    fn watch(&self, member: &Member, watch: &Watch, squares: &[Vec<f64>]) -> Watch {
+        let squares = &squares[member.kind];
+        let shapes = watch.shapes[..squares.len()].to_vec();
+        let left = |answer: &[f64], face: &Face| {
+            let mut answer = answer.to_vec();
+            let modes = shapes.iter().zip(squares).zip(face.shapes.chunks_exact(answer.len().max(1)));
+            for ((here, square), shape) in modes {
+                answer.iter_mut().zip(shape).for_each(|(value, there)| *value -= here * there / square);
+            }
+            answer
+        };
+        let front = left(&watch.front, &self.faces[member.front]);
+        let back = member.back.map_or_else(Vec::new, |back| left(&watch.back, &self.faces[back]));
+        Watch { shapes, front, back }
+    }
+}
+
+/// S/factor − Σ φ φᵀ/ω², row by row.
+fn residual(compliance: &[f64], factor: f64, to: &Face, from: &Face, squares: &[f64]) -> Vec<f64> {
+    let (rows, columns) = (to.axial.len(), from.axial.len());
+    let mut matrix: Vec<f64> = compliance.iter().map(|value| value / factor).collect();
+    let shapes = to.shapes.chunks_exact(rows).zip(from.shapes.chunks_exact(columns));
+    for (square, (there, here)) in squares.iter().zip(shapes) {
+        for (row, a) in matrix.chunks_exact_mut(columns).zip(there) {
+            row.iter_mut().zip(here).for_each(|(value, b)| *value -= a * b / square);
+        }
+    }
+    matrix
+}
+
+impl Watch {
+    /// Displacement (m) of the place in a body that moved by `rigid` (m) and `modal` under the forces of its front and back (N).
+    pub(super) fn displacement(&self, rigid: f64, modal: &[f64], front: &[f64], back: &[f64]) -> f64 {
+        let bent = dot(&self.front, front) + dot(&self.back, back);
+        rigid + dot(&self.shapes, modal) - bent
+    }
+}

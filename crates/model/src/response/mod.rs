@@ -1,0 +1,119 @@
+//! What a run produced: traces tagged by place, the energy ledger, the solver's work.
+
+mod field;
+mod npy;
+mod table;
+mod vtu;
+mod work;
+
+pub use field::{CellKind, Field, FieldBody, FieldError, FieldMesh};
+pub use npy::write_npy;
+pub use table::write_csv;
+pub use vtu::{VtuError, write_pvd, write_vtu};
+pub use work::{Preparation, SolverWork};
+
+use serde::{Deserialize, Serialize};
+
+use granchain_signal::Series;
+
+/// Everything a run produced, unfiltered, positive from piston to support, all series on one time grid.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Response {
+    /// Piston displacement, m.
+    pub piston_displacement: Series,
+    /// Displacement of each bead, m.
+    pub bead_displacement: Vec<Series>,
+    /// Velocity of each bead, m/s.
+    pub bead_velocity: Vec<Series>,
+    /// Velocity of the last bead's far pole, m/s.
+    pub pole_velocity: Series,
+    /// Where on the last bead a laser looks.
+    #[serde(default)]
+    pub observed: ObservedPoint,
+    /// Force of each of the N + 1 contacts, N, ≥ 0 pressing.
+    pub contact_force: Vec<Series>,
+    /// Radius of each of the N + 1 contacts, m, ≥ 0, 0 where open: half the width of the pressed zone along the surface. Only where the
+    /// model resolves it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_radius: Option<Vec<Series>>,
+    /// What the disc at the far end and the water behind it did. Only where the scene has a disc.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disc: Option<DiscResponse>,
+    /// Where the work of the piston went.
+    pub energy: EnergyLedger,
+    /// What the run cost, in counts that do not depend on the machine.
+    pub work: SolverWork,
+}
+
+/// Where on the last bead a laser looks: one definition for every model. Beads of the chain are rigid, so there both move alike.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ObservedPoint {
+    /// The far pole, of a bead that a ring holds at its side; before a disc the point that touches it.
+    #[default]
+    Pole,
+    /// The centre, where the pole is pressed on a wall or a spring: a point that stands still as long as it is pressed tells nothing of the bead.
+    Centre,
+}
+
+impl ObservedPoint {
+    /// Of a bead whose far pole is pressed on a wall or a spring, or not.
+    #[must_use]
+    pub fn of(pole_is_pressed: bool) -> Self {
+        if pole_is_pressed { Self::Centre } else { Self::Pole }
+    }
+
+    /// In words.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pole => "pole",
+            Self::Centre => "centre",
+        }
+    }
+}
+
+impl Response {
+    /// Velocity of the point of the last bead that a laser looks at, m/s: what a vibrometer's record is held against.
+    #[must_use]
+    pub fn observed_velocity(&self) -> &Series {
+        match self.observed {
+            ObservedPoint::Pole => &self.pole_velocity,
+            ObservedPoint::Centre => self.bead_velocity.last().unwrap_or(&self.pole_velocity),
+        }
+    }
+}
+
+/// What a disc did, and what was heard behind it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DiscResponse {
+    /// Velocity of the middle of its back, m/s.
+    pub velocity: Series,
+    /// Pressure at each field point of the scene, Pa, about the ambient one; none in a vacuum.
+    pub pressure: Vec<Series>,
+}
+
+/// Energies at the end of the run and the works done on the way, J.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct EnergyLedger {
+    /// Energy at the start: stored in the contacts (precompression) and kinetic, J.
+    pub initial_j: f64,
+    /// Work done by the piston on the chain, J.
+    pub piston_work_j: f64,
+    /// Kinetic energy at the end, J.
+    pub kinetic_j: f64,
+    /// Elastic energy in the contacts at the end, J.
+    pub stored_j: f64,
+    /// Energy lost in the dashpots, J, ≥ 0.
+    pub dissipated_j: f64,
+    /// Energy of the disc at the end, kinetic and elastic, J; where only disc and water together are known, none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disc_j: Option<f64>,
+    /// Work done on the water, or on disc and water together, J.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub water_j: Option<f64>,
+    /// initial + piston work − kinetic − stored − dissipated − disc − water, J: the integrator's error.
+    pub residual_j: f64,
+    /// Largest total energy seen, J: what the residual is to be held against.
+    pub largest_j: f64,
+}

@@ -1,0 +1,51 @@
+//! When the piston is at work.
+
+use super::{Drive, DriveKind};
+use granchain_signal::Series;
+
+/// Level, relative to the peak, at which a recorded burst counts as begun.
+const BEGUN: f64 = 0.05;
+
+/// Level, relative to the peak, below which a recorded burst counts as over.
+const OVER: f64 = 0.5;
+
+impl Drive {
+    /// Number of realisations of what is not known of the drive.
+    #[must_use]
+    pub fn shakes_count(&self) -> usize {
+        if let DriveKind::Record { shakes, .. } = &self.kind { shakes.len() } else { 0 }
+    }
+
+    /// Realisations of what is not known of a recorded drive, each as a drive of its own; none of any other.
+    #[must_use]
+    pub fn shakes(&self) -> Vec<Self> {
+        let DriveKind::Record { shakes, .. } = &self.kind else { return vec![] };
+        let drive = |shake: &Series| {
+            let (displacement, recorded_until) = (shake.clone(), shake.end());
+            let kind = DriveKind::Record { displacement, recorded_until, shakes: vec![], file: None };
+            Self { kind, ..self.clone() }
+        };
+        shakes.iter().map(drive).collect()
+    }
+
+    /// First motion and end of the burst, s.
+    ///
+    /// Analytic drives say so themselves; a record begins where it first exceeds 5 % and ends where it last exceeds half
+    /// of its peak, but no later than it was recorded.
+    #[must_use]
+    pub fn burst(&self) -> (f64, f64) {
+        match &self.kind {
+            DriveKind::SineCycles { cycles }
+            | DriveKind::ToneBurst { cycles, .. }
+            | DriveKind::GaussianBurst { cycles } => (0.0, cycles / self.frequency),
+            DriveKind::UnreadRecord { .. } => (0.0, 0.0),
+            DriveKind::Record { displacement, recorded_until, .. } => {
+                let peak = displacement.peak();
+                let beyond = |level: f64| move |value: &f64| value.abs() > level * peak;
+                let first = displacement.values.iter().position(beyond(BEGUN)).unwrap_or(0);
+                let last = displacement.values.iter().rposition(beyond(OVER)).unwrap_or(0);
+                (displacement.time(first), displacement.time(last).min(*recorded_until))
+            }
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! The matching disc between the chain and the water.
+
+use super::{
+    Material, Support,
+    error::SceneError,
+    file::length,
+    key::RIMS,
+    listing::{SettingValue, Settings},
+    reader::{Bound, Reader},
+};
+use granchain_signal::Dimension;
+
+/// Default radius and thickness of the disc, m: the paper's.
+pub const DEFAULT_DISC: (f64, f64) = (1e-3, 0.25e-3);
+/// Default mesh density of the disc, 1.
+pub const DEFAULT_DISC_DENSITY: u32 = 6;
+/// Coarsest and finest mesh.
+const DENSITIES: (u32, u32) = (1, 64);
+
+/// How the lateral face of the disc is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rim {
+    /// u = 0 on the whole lateral face.
+    Clamped,
+    /// u_z = 0 on the whole lateral face, u_r free: a frictionless guide. (A support along one circle is no model here: in the continuum
+    /// it carries no load, and on a mesh its stiffness is that of the elements beside it.)
+    Supported,
+    /// Not held at all: the disc drifts once it is pushed.
+    Free,
+}
+
+impl Rim {
+    /// Its name in scene files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Clamped => "clamped",
+            Self::Supported => "supported",
+            Self::Free => "free",
+        }
+    }
+}
+
+/// What a disc is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DiscShape {
+    /// Radius a, m.
+    pub radius: f64,
+    /// Thickness h < a, m.
+    pub thickness: f64,
+    /// What it is made of.
+    pub material: Material,
+    /// How it is held.
+    pub rim: Rim,
+}
+
+/// Read the disc of a scene.
+pub(super) fn read(reader: &Reader<'_>) -> Result<Support, SceneError> {
+    let size = |key, default| Ok(reader.quantity(key, Dimension::LENGTH, Bound::Positive)?.unwrap_or(default));
+    let (radius, thickness) = (size("disc.radius", DEFAULT_DISC.0)?, size("disc.thickness", DEFAULT_DISC.1)?);
+    if thickness >= radius {
+        let expected = format!("a thickness below the disc's radius {}: a plate, no rod", length(radius));
+        let key = if reader.has("disc.thickness") { "disc.thickness" } else { "disc.radius" };
+        return Err(reader.out_of_range(key, expected, length(thickness)));
+    }
+    let key = "disc.material";
+    let name = reader.text(key)?.map_or_else(|| Material::vitreous_carbon().name, str::to_owned);
+    let material = reader.material_named(&name, key, || reader.place(key))?;
+    let rim = match reader.choice("disc.rim", RIMS)? {
+        Some("supported") => Rim::Supported,
+        Some("free") => Rim::Free,
+        _ => Rim::Clamped,
+    };
+    let mesh_density = reader.count("disc.mesh_density", DENSITIES)?.unwrap_or(DEFAULT_DISC_DENSITY);
+    Ok(Support::Disc { shape: DiscShape { radius, thickness, material, rim }, mesh_density })
+}
+
+/// Write the disc of a scene.
+pub(super) fn list(shape: &DiscShape, mesh_density: u32, settings: &mut Settings) {
+    settings.quantity("disc.radius", shape.radius, Dimension::LENGTH);
+    settings.quantity("disc.thickness", shape.thickness, Dimension::LENGTH);
+    settings.text("disc.material", &shape.material.name);
+    settings.text("disc.rim", shape.rim.name());
+    settings.add("disc.mesh_density", SettingValue::Count(mesh_density as usize));
+}

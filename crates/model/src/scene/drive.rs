@@ -1,0 +1,124 @@
+//! The prescribed motion of the piston.
+
+use std::path::PathBuf;
+
+use granchain_signal::Series;
+
+use super::motion::Motion;
+
+/// How the piston moves, before `amplitude_scale`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drive {
+    /// The waveform.
+    pub kind: DriveKind,
+    /// Peak displacement, m; 1 for a record, which carries its own.
+    pub amplitude: f64,
+    /// Drive frequency f0, Hz.
+    pub frequency: f64,
+}
+
+/// Shape of the drive.
+#[derive(Debug, Clone, PartialEq)]
+pub enum DriveKind {
+    /// sin 2πf0 t for a number of cycles from t = 0, then zero.
+    SineCycles {
+        /// Number of cycles.
+        cycles: f64,
+    },
+    /// sin 2πf0 t under (1 − exp(−t/τ))/(1 − exp(−T/τ)) up to T = cycles/f0, then decaying with exp(−(t − T)/τ).
+    ToneBurst {
+        /// Number of cycles up to the end of the burst.
+        cycles: f64,
+        /// τ, s; 0 is a rectangular burst.
+        ring_up: f64,
+    },
+    /// sin 2πf0 (t − T/2) under exp(−½(2.5 x)²), x = (t − T/2)/(T/2), T = cycles/f0; zero outside 0…T.
+    GaussianBurst {
+        /// Number of cycles under the envelope.
+        cycles: f64,
+    },
+    /// A horn-tip record: displacement in m, positive towards the chain, already band-limited.
+    Record {
+        /// Displacement, m.
+        displacement: Series,
+        /// Last instant of recorded motion, s: what the series holds behind it was predicted. Its end where nothing was.
+        recorded_until: f64,
+        /// Realisations of what is not known of the displacement, m, at its instants: a run may add any mixture of them. None where it is known.
+        shakes: Vec<Series>,
+        /// Where it was read from.
+        file: Option<PathBuf>,
+    },
+    /// A record that has not been read yet; no model runs it. The caller reads it and uses `Scene::with_drive_record`.
+    UnreadRecord {
+        /// Where it is.
+        file: PathBuf,
+    },
+}
+
+/// A piston motion that can be evaluated at any instant: displacement (m), velocity (m/s).
+///
+/// The motion is smooth between its [breaks](PistonMotion::breaks). Piece 0 lies before the first break, piece i between break
+/// i − 1 and break i. An integrator that stays within one piece at a time and asks [`PistonMotion::on_piece`] sees a smooth
+/// function up to and including both ends, whatever jumps there.
+pub trait PistonMotion: Send + Sync {
+    /// Displacement (m) and velocity (m/s) at time `t` (s); at a break the values just after it.
+    fn at(&self, t: f64) -> (f64, f64) {
+        let piece = self.breaks().partition_point(|instant| *instant <= t);
+        self.on_piece(piece, t)
+    }
+
+    /// The formula of one piece at time `t` (s), also at its ends.
+    fn on_piece(&self, piece: usize, t: f64) -> (f64, f64);
+
+    /// Instants (s) where the motion is not smooth, ascending: an integrator must not step across them.
+    fn breaks(&self) -> &[f64];
+
+    /// Longest step that meets the piston on each of its ways (s), for an integrator that does not feel it: nothing touches it.
+    fn longest_step(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Displacements (m) and velocities (m/s) at all of `times` (s): one dispatch for all stages of a step.
+    fn sample(&self, times: &[f64], displacements: &mut [f64], velocities: &mut [f64]) {
+        for ((time, displacement), velocity) in times.iter().zip(displacements).zip(velocities) {
+            (*displacement, *velocity) = self.at(*time);
+        }
+    }
+}
+
+/// A borrowed motion is a motion.
+impl<M: PistonMotion + ?Sized> PistonMotion for &M {
+    fn at(&self, t: f64) -> (f64, f64) {
+        (**self).at(t)
+    }
+
+    fn on_piece(&self, piece: usize, t: f64) -> (f64, f64) {
+        (**self).on_piece(piece, t)
+    }
+
+    fn breaks(&self) -> &[f64] {
+        (**self).breaks()
+    }
+
+    fn longest_step(&self) -> f64 {
+        (**self).longest_step()
+    }
+
+    fn sample(&self, times: &[f64], displacements: &mut [f64], velocities: &mut [f64]) {
+        (**self).sample(times, displacements, velocities);
+    }
+}
+
+impl Drive {
+    /// The motion α·drive, ready to be evaluated.
+    #[must_use]
+    pub fn motion(&self, amplitude_scale: f64) -> Box<dyn PistonMotion> {
+        Box::new(self.concrete_motion(amplitude_scale))
+    }
+
+    /// The motion α·drive as a concrete type, for loops that should not call through a pointer.
+    #[must_use]
+    pub fn concrete_motion(&self, amplitude_scale: f64) -> Motion {
+        Motion::new(self, amplitude_scale)
+    }
+}

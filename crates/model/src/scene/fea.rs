@@ -1,0 +1,225 @@
+//! Settings of the contact finite element analysis.
+
+use super::{
+    error::SceneError,
+    file::time,
+    key::{CONTACT_MASSES, ELEMENTS, FEA_INTEGRATORS},
+    reader::{Bound, Reader},
+    settings::check_step,
+};
+use granchain_signal::Dimension;
+
+/// Default mesh density, 1.
+pub const DEFAULT_MESH_DENSITY: u32 = 12;
+/// Radius of a polar patch over the bead's unless the scene says otherwise: three times the contact radius at 1 µm overlap of 1 mm steel beads.
+pub const DEFAULT_CONTACT_PATCH: f64 = 0.1;
+/// Default step of the finite element analysis, s: the paper's.
+pub const DEFAULT_FEA_STEP: f64 = 1e-7;
+/// Coarsest and finest mesh.
+const DENSITIES: (u32, u32) = (2, 128);
+
+/// Shape of the elements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Elements {
+    /// 8-node quadrilaterals throughout.
+    Quadrilaterals,
+    /// 6-node triangles in the patches around the contacts, 8-node quadrilaterals elsewhere.
+    Mixed,
+}
+
+/// Whether the nodes that may touch carry mass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ContactMass {
+    /// They carry none; the rest of each touched element carries all of its mass. The contact is then quasi-static, and its force
+    /// converges as the step falls.
+    Massless,
+    /// The consistent mass of the elements, as commercial programs have it. The error of the contact force grows as the step falls.
+    Consistent,
+}
+
+/// Time integration of M ü + K u = f, implicit, unconditionally stable, second order.
+///
+/// In all of them, with h the step,
+///
+/// ```text
+/// u₁ = u₀ + h v₀ + h² ((½ − β) a₀ + β a₁),    v₁ = v₀ + h ((1 − γ) a₀ + γ a₁)
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Scheme {
+    /// Trapezoid: γ = ½, β = ¼. No numerical damping.
+    Trapezoid,
+    /// Hilber, Hughes and Taylor (1977): γ = ½ + α, β = (1 + α)²/4, elastic and external forces at the time t₁ − α h.
+    HilberHughesTaylor {
+        /// α, 1, 0 to 1/3; 0 is the trapezoid. Often written as −α.
+        dissipation: f64,
+    },
+    /// Newmark (1959) with numerical damping g: γ = ½ + g, β = (½ + γ)²/4 = (1 + g)²/4; first order where g > 0.
+    Newmark {
+        /// g, 1, 0 to ½; 0 is the trapezoid.
+        dissipation: f64,
+    },
+}
+
+impl Scheme {
+    /// Newmark's β, 1.
+    #[must_use]
+    pub fn beta(self) -> f64 {
+        0.25 * (1.0 + self.dissipation()).powi(2)
+    }
+
+    /// Newmark's γ, 1.
+    #[must_use]
+    pub fn gamma(self) -> f64 {
+        0.5 + self.dissipation()
+    }
+
+    /// Share α of the step by which the forces lag, 1; 0 but for [`Scheme::HilberHughesTaylor`].
+    #[must_use]
+    pub fn lag(self) -> f64 {
+        if let Self::HilberHughesTaylor { dissipation } = self { dissipation } else { 0.0 }
+    }
+
+    /// Numerical damping, 1: α, g, or 0 of the trapezoid.
+    #[must_use]
+    pub fn dissipation(self) -> f64 {
+        match self {
+            Self::Trapezoid => 0.0,
+            Self::HilberHughesTaylor { dissipation } | Self::Newmark { dissipation } => dissipation,
+        }
+    }
+
+    /// Its name in scene files: a value of `model.integrator`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Trapezoid => "trapezoid",
+            Self::HilberHughesTaylor { .. } => "hht",
+            Self::Newmark { .. } => "newmark",
+        }
+    }
+}
+
+/// Settings of the contact finite element analysis; they have an effect where `model.kind = "fea"`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FeaSettings {
+    /// Mesh density n, 1, ≥ 2: elements along a quarter of each block around a contact; element size goes as 1/n.
+    pub density: u32,
+    /// Shape of the elements.
+    pub elements: Elements,
+    /// Radius of the finely meshed patch at a bead's pole over the bead's radius, 1, above 0 and at most 0.5.
+    pub contact_patch: f64,
+    /// Step, s. The output step is a whole multiple of it (see [`super::Scene`]).
+    pub step: f64,
+    /// Whether the nodes that may touch carry mass.
+    pub contact_mass: ContactMass,
+    /// Time integration.
+    pub scheme: Scheme,
+}
+
+impl Default for FeaSettings {
+    /// Density 12, quadrilaterals, the paper's step of 0.1 µs, trapezoid with massless contact nodes.
+    fn default() -> Self {
+        Self {
+            density: DEFAULT_MESH_DENSITY,
+            elements: Elements::Quadrilaterals,
+            contact_patch: DEFAULT_CONTACT_PATCH,
+            step: DEFAULT_FEA_STEP,
+            contact_mass: ContactMass::Massless,
+            scheme: Scheme::Trapezoid,
+        }
+    }
+}
+
+impl Elements {
+    /// Its name in scene files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Quadrilaterals => "quadrilaterals",
+            Self::Mixed => "mixed",
+        }
+    }
+}
+
+impl ContactMass {
+    /// Its name in scene files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Massless => "massless",
+            Self::Consistent => "consistent",
+        }
+    }
+}
+
+/// Read the settings of a scene of that kind.
+pub(super) fn read(
+    reader: &Reader<'_>,
+    frequency: f64,
+    (default_step, output_step): (f64, f64),
+    notes: &mut Vec<String>,
+) -> Result<FeaSettings, SceneError> {
+    let default = FeaSettings::default();
+    let density = mesh_density(reader)?.unwrap_or(default.density);
+    let elements = elements(reader)?;
+    let contact_mass = match reader.choice("model.contact_mass", CONTACT_MASSES)? {
+        Some("consistent") => ContactMass::Consistent,
+        _ => ContactMass::Massless,
+    };
+    let dissipation = |bound| {
+        let reason = Some("schemes with numerical damping need it");
+        let example = "model.numerical_dissipation = 0.1";
+        reader.required("model.numerical_dissipation", Dimension::NONE, bound, reason, example)
+    };
+    let scheme = match reader.choice("model.integrator", FEA_INTEGRATORS)? {
+        Some("hht") => Scheme::HilberHughesTaylor { dissipation: dissipation(Bound::UpToAThird)? },
+        Some("newmark") => Scheme::Newmark { dissipation: dissipation(Bound::UpToAHalf)? },
+        _ => Scheme::Trapezoid,
+    };
+    let step = reader.quantity("model.step", Dimension::TIME, Bound::Positive)?.unwrap_or(default_step);
+    check_step(reader, step, frequency)?;
+    let step = dividing(step, output_step, notes);
+    let contact_patch = contact_patch(reader)?;
+    Ok(FeaSettings { density, elements, contact_patch, step, contact_mass, scheme })
+}
+
+/// Mesh density, where it is given.
+pub(super) fn mesh_density(reader: &Reader<'_>) -> Result<Option<u32>, SceneError> {
+    reader.count("model.mesh_density", DENSITIES)
+}
+
+/// Radius of the fine patch over the bead's.
+pub(super) fn contact_patch(reader: &Reader<'_>) -> Result<f64, SceneError> {
+    let key = "model.contact_patch";
+    match reader.quantity(key, Dimension::NONE, Bound::Positive)? {
+        Some(patch) if patch > 0.5 => {
+            Err(reader.out_of_range(key, "a value above 0 and at most 0.5".to_owned(), patch.to_string()))
+        }
+        patch => Ok(patch.unwrap_or(DEFAULT_CONTACT_PATCH)),
+    }
+}
+
+/// Shape of the elements.
+pub(super) fn elements(reader: &Reader<'_>) -> Result<Elements, SceneError> {
+    Ok(match reader.choice("model.elements", ELEMENTS)? {
+        Some("mixed") => Elements::Mixed,
+        _ => Elements::Quadrilaterals,
+    })
+}
+
+/// `step`, shortened where it does not divide the output step: every output sample is a computed state, none is interpolated.
+pub(super) fn dividing(step: f64, output_step: f64, notes: &mut Vec<String>) -> f64 {
+    let ratio = output_step / step;
+    // Rounding of two decimal numbers and their quotient, with room.
+    if ratio.round() >= 1.0 && (ratio - ratio.round()).abs() <= 1e-9 * ratio {
+        return step;
+    }
+    let shortened = output_step / ratio.ceil();
+    notes.push(format!(
+        "`model.step` {} does not divide `output_step` {}; taken as {}, so that every sample is a computed state",
+        time(step),
+        time(output_step),
+        time(shortened)
+    ));
+    shortened
+}

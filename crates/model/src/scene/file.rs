@@ -1,0 +1,479 @@
+//! Scene files: layers of keys (built-in scene, file, overrides) → a checked [`Scene`].
+
+use std::path::{Path, PathBuf};
+
+use super::{
+    Bead, Chain, ContactLaw, ContactNormal, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact,
+    Material, ModelKind, Scene, SceneText, Support, builtin, contact_law, disc,
+    document::{Document, resolved},
+    error::SceneError,
+    key::{CHAIN_INTEGRATORS, DAMPING_KINDS, DRIVE_KINDS, FLAT_KINDS, NORMALS, PLACEMENTS, SUPPORT_KINDS},
+    mesh_file,
+    reader::{Bound, Reader},
+    settings,
+    source::Author,
+    water,
+};
+use granchain_signal::{Dimension, Quantity};
+
+/// Default interval of the output samples, s.
+pub const DEFAULT_OUTPUT_STEP: f64 = 1e-7;
+/// `vibrometer.bandwidth` unless set, Hz, or four drive frequencies where that is more: of a decoder of this class; the lowest mode of a 1 mm steel bead rings at 2.6 MHz.
+pub const DEFAULT_VIBROMETER_BANDWIDTH: f64 = 1.5e6;
+/// Default of c, N·s/m: the paper's linear dashpots.
+pub const DEFAULT_LINEAR_DAMPING: f64 = 0.3;
+/// Default of γ, N·s·m^(-3/2): the paper's Kuwabara–Kono dashpots.
+pub const DEFAULT_KUWABARA_KONO_DAMPING: f64 = 3660.0;
+/// Default relative tolerance of the adaptive integrator, 1.
+pub const DEFAULT_TOLERANCE: f64 = 1e-10;
+/// Most beads of a chain.
+pub const MOST_BEADS: usize = 1000;
+/// Most output samples of a run.
+const MOST_SAMPLES: f64 = 2e7;
+
+/// A scene as loaded, with what its reader should say to a person.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Loaded {
+    /// The scene.
+    pub scene: Scene,
+    /// Values that were chosen rather than read, one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Load a built-in scene by name or a scene file by path, changed by overrides `KEY=VALUE`.
+///
+/// A name that is both is the built-in scene; write `./rigid` for a file called so. A drive of kind `record` is not
+/// read here: see [`Scene::pending_record`].
+///
+/// ```
+/// let scene = granchain_model::scene::load("annulus", &["damping.coefficient=0.4".into(), "chain.beads=8".into()])?;
+/// assert_eq!((scene.damping.linear, scene.chain.beads.len()), (0.4, 8));
+/// # Ok::<(), granchain_model::scene::SceneError>(())
+/// ```
+///
+/// # Errors
+/// A [`SceneError`] naming place, key, what was expected and what was found.
+pub fn load(name_or_path: &str, overrides: &[String]) -> Result<Scene, SceneError> {
+    load_with_notes(name_or_path, overrides).map(|loaded| loaded.scene)
+}
+
+/// As [`load`], with the remarks a person should see.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_with_notes(name_or_path: &str, overrides: &[String]) -> Result<Loaded, SceneError> {
+    load_preferring(name_or_path, overrides, ModelKind::Chain)
+}
+
+/// As [`load_with_notes`], where a scene that names no model is computed by `preferred`. Half-spaces of steel and keys of its integrators and contact laws
+/// belong to the chain: a scene with them takes it instead, and a note says so.
+///
+/// ```
+/// use granchain_model::scene::{ModelKind, load_preferring};
+///
+/// let kind = |name, set: &str| load_preferring(name, &[set.into()], ModelKind::Reduced).map(|loaded| loaded.scene.model.kind);
+/// assert_eq!(kind("rigid", "alpha=1")?, ModelKind::Reduced);
+/// assert_eq!(kind("rigid", "support.kind=steel")?, ModelKind::Chain);
+/// assert_eq!(kind("chain", "alpha=1")?, ModelKind::Chain);
+/// # Ok::<(), granchain_model::scene::SceneError>(())
+/// ```
+///
+/// # Errors
+/// As [`load`].
+pub fn load_preferring(name_or_path: &str, overrides: &[String], preferred: ModelKind) -> Result<Loaded, SceneError> {
+    SceneText::read(name_or_path)?.load(overrides, preferred)
+}
+
+/// Read a scene from TOML text; `path` names it in messages, and what it points to is relative to the folder of `path`.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_text(text: &str, path: &Path, overrides: &[String]) -> Result<Loaded, SceneError> {
+    parse(text, path, overrides, ModelKind::Chain)
+}
+
+pub(super) fn parse(text: &str, path: &Path, overrides: &[String], preferred: ModelKind) -> Result<Loaded, SceneError> {
+    let own = Document::parse(text, Author::File(path))?;
+    let document = match own.entries.get("extends") {
+        None => own,
+        Some(entry) => {
+            let name = own.text("extends").ok_or_else(|| SceneError::WrongType {
+                place: entry.place.clone(),
+                key: "extends".into(),
+                expected: "the name of a built-in scene, in quotes".into(),
+                found: entry.value.describe(),
+            })?;
+            let base = builtin::find(name, Some(entry.place.clone()))?;
+            let mut document = Document::parse(base.toml, Author::BuiltIn(base.name))?;
+            document.entries.remove("name");
+            document.entries.remove("description");
+            document.overlay(own);
+            document
+        }
+    };
+    let stem = path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy());
+    assemble(document, overrides, &path.display().to_string(), &stem, preferred)
+}
+
+pub(super) fn assemble(
+    mut document: Document,
+    overrides: &[String],
+    origin: &str,
+    name: &str,
+    preferred: ModelKind,
+) -> Result<Loaded, SceneError> {
+    document.entries.remove("extends");
+    let overrides = Document::from_overrides(overrides)?;
+    if let Some(entry) = overrides.entries.get("extends") {
+        return Err(SceneError::OutOfRange {
+            place: entry.place.clone(),
+            key: "extends".into(),
+            expected: "this key in scene files only".into(),
+            found: "an override; use --scene NAME".into(),
+        });
+    }
+    document.overlay(overrides);
+    let mut notes = Vec::new();
+    if preferred != ModelKind::Chain && document.text("model.kind").is_none() {
+        match of_the_chain(&document) {
+            Some(reason) => notes.push(format!("`model.kind` is not given; taken as chain, since {reason}")),
+            None => document.insert_default("model.kind", preferred.name(), origin),
+        }
+    }
+    let reader = Reader::new(&document, origin);
+    reader.refuse_unused()?;
+    let scene = scene(&reader, name, &mut notes)?;
+    reader.check_materials()?;
+    Ok(Loaded { scene, notes })
+}
+
+/// Why a document that names no model can only mean the chain.
+fn of_the_chain(document: &Document) -> Option<String> {
+    if let Some(key) = ["piston.contact", "support.kind"].into_iter().find(|key| document.text(key) == Some("steel")) {
+        return Some(format!("the half-space of `{key}` = \"steel\" has no body that could be meshed"));
+    }
+    if document.text("support.kind") == Some("disc") {
+        return Some(
+            "it is the usual model before the disc of `support.kind` = \"disc\"; reduced and fea run there when named"
+                .to_owned(),
+        );
+    }
+    let is_own = document.entries.contains_key("model.tolerance")
+        || document.text("model.integrator").is_some_and(|word| CHAIN_INTEGRATORS.contains(&word));
+    if is_own {
+        return Some("its integrator is asked for".into());
+    }
+    document.entries.contains_key("contact.law").then(|| "`contact.law` is of the chain".into())
+}
+
+fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Scene, SceneError> {
+    let chain = chain(reader)?;
+    let drive = drive(reader)?;
+    let amplitude_scale = reader.quantity("alpha", Dimension::NONE, Bound::NotNegative)?.unwrap_or(1.0);
+    if !matches!(drive.kind, DriveKind::UnreadRecord { .. }) {
+        let motion = amplitude_scale * drive.amplitude;
+        let radius = chain.beads[0].radius;
+        if motion >= radius {
+            let expected = format!("α × amplitude below the bead radius {}", length(radius));
+            return Err(reader.out_of_range("drive.amplitude", expected, length(motion)));
+        }
+    }
+    let duration = reader.required("duration", Dimension::TIME, Bound::Positive, None, "duration = \"120 us\"")?;
+    let output_step = reader.quantity("output_step", Dimension::TIME, Bound::Positive)?.unwrap_or(DEFAULT_OUTPUT_STEP);
+    if output_step > duration {
+        let expected = format!("at most the duration {}", time(duration));
+        let key = if reader.has("output_step") { "output_step" } else { "duration" };
+        return Err(reader.out_of_range(key, expected, time(output_step)));
+    }
+    if duration / output_step > MOST_SAMPLES {
+        let expected = format!("at most {MOST_SAMPLES} samples in {}", time(duration));
+        return Err(reader.out_of_range("output_step", expected, time(output_step)));
+    }
+    let bandwidth = reader.quantity("vibrometer.bandwidth", Dimension::FREQUENCY, Bound::Positive)?;
+    let vibrometer_bandwidth = bandwidth.unwrap_or(f64::max(DEFAULT_VIBROMETER_BANDWIDTH, 4.0 * drive.frequency));
+    if vibrometer_bandwidth <= drive.frequency {
+        let expected = format!("above the drive frequency {}", frequency(drive.frequency));
+        return Err(reader.out_of_range("vibrometer.bandwidth", expected, frequency(vibrometer_bandwidth)));
+    }
+    let support = support(reader, &chain)?;
+    let water = match &support {
+        Support::Disc { shape, .. } => water::read(reader, shape)?,
+        _ => None,
+    };
+    Ok(Scene {
+        name: reader.text("name")?.unwrap_or(name).to_owned(),
+        description: reader.text("description")?.unwrap_or("").to_owned(),
+        piston: flat(reader.choice("piston.contact", FLAT_KINDS)?),
+        materials: mesh_file::materials(reader, &chain, &support)?,
+        support,
+        water,
+        damping: damping(reader, notes)?,
+        contact_law: contact_law::read(reader)?,
+        model: settings::read(reader, drive.frequency, output_step, notes)?,
+        chain,
+        drive,
+        amplitude_scale,
+        duration,
+        output_step,
+        vibrometer_bandwidth,
+    })
+}
+
+pub(super) fn length(value: f64) -> String {
+    Quantity::new(value, Dimension::LENGTH).to_string()
+}
+
+fn frequency(value: f64) -> String {
+    Quantity::new(value, Dimension::FREQUENCY).to_string()
+}
+
+pub(super) fn time(value: f64) -> String {
+    Quantity::new(value, Dimension::TIME).to_string()
+}
+
+fn flat(word: Option<&str>) -> FlatContact {
+    if word == Some("steel") { FlatContact::Steel } else { FlatContact::Rigid }
+}
+
+fn chain(reader: &Reader<'_>) -> Result<Chain, SceneError> {
+    let count = reader.beads()?;
+    let radius =
+        reader.required("chain.radius", Dimension::LENGTH, Bound::Radius, None, "chain.radius = \"0.5 mm\"")?;
+    let material = reader.material("chain.material")?;
+    let mesh = mesh_file::read(reader, "chain.mesh", "chain.mesh_unit")?;
+    let mut beads = vec![Bead { radius, material, mesh }; count];
+    reader.override_beads(&mut beads)?;
+    let gaps = reader.gaps(count, radius)?;
+    let precompression = reader.quantity("chain.precompression", Dimension::FORCE, Bound::NotNegative)?.unwrap_or(0.0);
+    // Overlaps of 7 % of the radius: far beyond Hertz' small contacts, and beyond the yield of any steel.
+    let softest =
+        beads.iter().map(|bead| bead.material.youngs_modulus * bead.radius.powi(2)).fold(f64::INFINITY, f64::min);
+    if precompression > 0.01 * softest {
+        let force = |value| Quantity::new(value, Dimension::FORCE).to_string();
+        let limit = format!("{:.2e}", 0.01 * softest).parse().unwrap_or(softest);
+        let expected = format!("at most {} (E a²/100), where contacts are still small", force(limit));
+        return Err(reader.out_of_range("chain.precompression", expected, force(precompression)));
+    }
+    if precompression > 0.0
+        && let Some(open) = gaps.iter().position(|gap| *gap > 0.0)
+    {
+        return Err(SceneError::PrecompressedGap {
+            place: reader.place("chain.precompression"),
+            force: Quantity::new(precompression, Dimension::FORCE).to_string(),
+            contact: open + 1,
+            gap: length(gaps[open]),
+        });
+    }
+    let chain = Chain { beads, gaps, precompression };
+    mesh_file::refuse_idle_unit(reader, &chain)?;
+    Ok(chain)
+}
+
+fn drive(reader: &Reader<'_>) -> Result<Drive, SceneError> {
+    let kind = reader.required_choice("drive.kind", DRIVE_KINDS, "drive.kind = \"tone-burst\"")?;
+    let frequency = reader.required(
+        "drive.frequency",
+        Dimension::FREQUENCY,
+        Bound::Positive,
+        None,
+        "drive.frequency = \"73 kHz\"",
+    )?;
+    if kind == "record" {
+        let reason = Some("a drive of kind `record` is read from a file");
+        let file = reader.required_text("drive.file", reason, "drive.file = \"horn_tip.csv\"")?;
+        let file = resolved(file, &reader.place("drive.file"));
+        return Ok(Drive { kind: DriveKind::UnreadRecord { file }, amplitude: 1.0, frequency });
+    }
+    let amplitude = reader.required(
+        "drive.amplitude",
+        Dimension::LENGTH,
+        Bound::NotNegative,
+        None,
+        "drive.amplitude = \"1 um\"",
+    )?;
+    let cycles = reader.required("drive.cycles", Dimension::NONE, Bound::Positive, None, "drive.cycles = 40")?;
+    // Elsewhere the burst would begin or end away from zero, and the piston would have to jump.
+    let must_close = |parts: f64, expected: &str| {
+        if (cycles * parts).fract() == 0.0 {
+            return Ok(());
+        }
+        let expected = format!("{expected}, where the sine passes zero; else the piston would jump");
+        Err(reader.out_of_range("drive.cycles", expected, cycles.to_string()))
+    };
+    let kind = match kind {
+        "sine" => {
+            must_close(2.0, "a whole or half number of cycles")?;
+            DriveKind::SineCycles { cycles }
+        }
+        "gaussian-burst" => {
+            must_close(1.0, "a whole number of cycles")?;
+            DriveKind::GaussianBurst { cycles }
+        }
+        _ => {
+            let example = "drive.ring_up = \"100 us\"";
+            let ring_up = reader.required("drive.ring_up", Dimension::TIME, Bound::NotNegative, None, example)?;
+            if ring_up == 0.0 {
+                must_close(2.0, "a whole or half number of cycles (with ring_up = 0)")?;
+            }
+            DriveKind::ToneBurst { cycles, ring_up }
+        }
+    };
+    Ok(Drive { kind, amplitude, frequency })
+}
+
+/// Radius of the bead the annulus' law was derived for, m, and how far another may be from it, 1.
+const ANNULUS_BEAD: (f64, f64) = (0.5e-3, 0.02);
+/// Radius of the opening of the annulus, m.
+const ANNULUS_OPENING: f64 = 0.3e-3;
+
+fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
+    let kind = reader.required_choice("support.kind", SUPPORT_KINDS, "support.kind = \"rigid\"")?;
+    Ok(match kind {
+        "annulus" => {
+            let radius = chain.beads.last().map_or(0.0, |bead| bead.radius);
+            let material = support_material(reader)?;
+            if settings::kind(reader)?.is_meshed() || contact_law::read(reader)? == ContactLaw::FiniteBody {
+                if radius <= ANNULUS_OPENING {
+                    let place = reader.place("support.kind");
+                    let (radius, opening) = (length(radius), length(ANNULUS_OPENING));
+                    return Err(SceneError::ThroughAnnulus { place, radius, opening });
+                }
+            } else {
+                if (radius / ANNULUS_BEAD.0 - 1.0).abs() > ANNULUS_BEAD.1 {
+                    return Err(SceneError::AnnulusBead {
+                        place: reader.place("support.kind"),
+                        radius: length(radius),
+                    });
+                }
+                let resin = Material::resin();
+                let elastic = |material: &Material| (material.youngs_modulus, material.poissons_ratio);
+                if elastic(&material) != elastic(&resin) {
+                    return Err(SceneError::AnnulusMaterial {
+                        place: reader.place("support.material"),
+                        material: material.name,
+                        youngs_modulus: Quantity::new(resin.youngs_modulus, Dimension::PRESSURE).to_string(),
+                        poissons_ratio: resin.poissons_ratio,
+                    });
+                }
+            }
+            let factor = reader.quantity("support.stiffness_factor", Dimension::NONE, Bound::Positive)?;
+            Support::Annulus { stiffness_factor: factor.unwrap_or(1.0), material, normal: normal(reader)? }
+        }
+        "body" => {
+            if !settings::kind(reader)?.is_meshed() {
+                let expected = "a support with a force law where `model.kind` is \"chain\"".to_owned();
+                return Err(reader.out_of_range("support.kind", expected, "`body`, which is meshed".to_owned()));
+            }
+            let reason = Some("a support of kind `body` is read from a mesh file");
+            let Some(mesh) = mesh_file::read(reader, "support.mesh", "support.mesh_unit")? else {
+                return Err(reader.missing("support.mesh", reason, "support.mesh = \"ring.msh\""));
+            };
+            Support::Body { mesh, material: support_material(reader)?, normal: normal(reader)? }
+        }
+        "spring" => {
+            let example = "support.stiffness = \"0.7e6 N/m\"";
+            let reason = Some("a support of kind `spring` needs it");
+            let stiffness =
+                reader.required("support.stiffness", Dimension::STIFFNESS, Bound::Positive, reason, example)?;
+            Support::Spring { stiffness }
+        }
+        "disc" => disc::read(reader)?,
+        flat_kind => Support::Flat(flat(Some(flat_kind))),
+    })
+}
+
+/// The material of the support, resin where none is named.
+fn support_material(reader: &Reader<'_>) -> Result<Material, SceneError> {
+    let key = "support.material";
+    let name = reader.text(key)?.map_or_else(|| Material::resin().name, str::to_owned);
+    reader.material_named(&name, key, || reader.place(key))
+}
+
+fn normal(reader: &Reader<'_>) -> Result<ContactNormal, SceneError> {
+    let moving = reader.choice("support.normal", NORMALS)? == Some("moving");
+    Ok(if moving { ContactNormal::Moving } else { ContactNormal::Fixed })
+}
+
+fn damping(reader: &Reader<'_>, notes: &mut Vec<String>) -> Result<Damping, SceneError> {
+    let kind = reader.required_choice("damping.kind", DAMPING_KINDS, "damping.kind = \"none\"")?;
+    let mut coefficient = |key: &str, dimension, default| {
+        let given = reader.quantity(key, dimension, Bound::NotNegative)?;
+        Ok(given.unwrap_or_else(|| {
+            let value = Quantity::new(default, dimension);
+            notes.push(format!("`{key}` is not given for `damping.kind = \"{kind}\"`; taken as the paper's {value}"));
+            default
+        }))
+    };
+    let (linear, kuwabara_kono) = (Dimension::LINEAR_DAMPING, Dimension::KUWABARA_KONO_DAMPING);
+    let (kind, linear, kuwabara_kono) = match kind {
+        "none" => (DampingKind::None, 0.0, 0.0),
+        "linear" => (DampingKind::Linear, coefficient("damping.coefficient", linear, DEFAULT_LINEAR_DAMPING)?, 0.0),
+        "kuwabara-kono" => {
+            let gamma = coefficient("damping.coefficient", kuwabara_kono, DEFAULT_KUWABARA_KONO_DAMPING)?;
+            (DampingKind::KuwabaraKono, 0.0, gamma)
+        }
+        _ => (
+            DampingKind::LinearAndKuwabaraKono,
+            coefficient("damping.linear_coefficient", linear, DEFAULT_LINEAR_DAMPING)?,
+            coefficient("damping.kuwabara_kono_coefficient", kuwabara_kono, DEFAULT_KUWABARA_KONO_DAMPING)?,
+        ),
+    };
+    let placement = match reader.choice("damping.at", PLACEMENTS)? {
+        Some("beads") => DampingPlacement::Beads,
+        _ => DampingPlacement::All,
+    };
+    Ok(Damping { kind, linear, kuwabara_kono, placement, tension: reader.flag("damping.tension")?.unwrap_or(false) })
+}
+
+impl Scene {
+    /// The horn-tip record this scene wants and does not hold yet: read it and hand it to [`Scene::with_drive_record`].
+    #[must_use]
+    pub fn pending_record(&self) -> Option<&Path> {
+        match &self.drive.kind {
+            DriveKind::UnreadRecord { file } => Some(file),
+            _ => None,
+        }
+    }
+
+    /// The same scene driven by a record.
+    ///
+    /// - `displacement`: m, positive towards the chain, band-limited, starting and ending near 0, at t ≥ 0
+    /// - `frequency`: its drive frequency f0, Hz
+    /// - `file`: where it came from, for provenance; a pending file's name stays if `None`
+    #[must_use]
+    pub fn with_drive_record(
+        self,
+        displacement: granchain_signal::Series,
+        frequency: f64,
+        file: Option<PathBuf>,
+    ) -> Self {
+        let recorded_until = displacement.end();
+        self.with_continued_record(displacement, recorded_until, vec![], frequency, file)
+    }
+
+    /// The same scene driven by a record that was continued beyond what was recorded.
+    ///
+    /// - `recorded_until`: last instant of recorded motion, s; burst and comparison end there at the latest
+    /// - `shakes`: realisations of what is not known of the displacement, m, at its instants
+    ///
+    /// The others as in [`Scene::with_drive_record`].
+    #[must_use]
+    pub fn with_continued_record(
+        mut self,
+        displacement: granchain_signal::Series,
+        recorded_until: f64,
+        shakes: Vec<granchain_signal::Series>,
+        frequency: f64,
+        file: Option<PathBuf>,
+    ) -> Self {
+        let file = file.or_else(|| match &self.drive.kind {
+            DriveKind::UnreadRecord { file } => Some(file.clone()),
+            DriveKind::Record { file, .. } => file.clone(),
+            _ => None,
+        });
+        self.drive =
+            Drive { kind: DriveKind::Record { displacement, recorded_until, shakes, file }, amplitude: 1.0, frequency };
+        self
+    }
+}

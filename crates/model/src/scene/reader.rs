@@ -1,0 +1,472 @@
+//! Typed, checked access to the keys of a document.
+
+use super::{
+    Bead, Material, MeshFile, SceneError,
+    document::{Document, Entry, Value, resolved},
+    error::Place,
+    file::MOST_BEADS,
+    key::{GOVERNORS, closest},
+};
+use granchain_signal::{Dimension, Quantity};
+
+/// Which values a quantity may have; infinite and undefined ones it never may.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Bound {
+    Finite,
+    Positive,
+    NotNegative,
+    Between(f64, f64),
+    /// 1 nm to 1 km: bodies of a bench, with room.
+    Radius,
+    /// 1 Pa to 10¹⁵ Pa: foam to a thousand times diamond.
+    Modulus,
+    /// 1 g/m³ to 10⁹ kg/m³.
+    Density,
+    /// 0 to 1/3.
+    UpToAThird,
+    /// 0 to 1/2.
+    UpToAHalf,
+    /// −1 < ν < 0.5, where a solid is stable and not incompressible.
+    PoissonsRatio,
+}
+
+impl Bound {
+    fn allows(self, value: f64) -> bool {
+        value.is_finite()
+            && match self {
+                Self::Finite => true,
+                Self::Positive => value > 0.0,
+                Self::NotNegative => value >= 0.0,
+                Self::Between(low, high) => (low..=high).contains(&value),
+                Self::Radius => (1e-9..=1e3).contains(&value),
+                Self::Modulus => (1.0..=1e15).contains(&value),
+                Self::Density => (1e-3..=1e9).contains(&value),
+                Self::UpToAThird => (0.0..=1.0 / 3.0).contains(&value),
+                Self::UpToAHalf => (0.0..=0.5).contains(&value),
+                Self::PoissonsRatio => value > -1.0 && value < 0.5,
+            }
+    }
+
+    /// What is asked for before any range.
+    fn sign(self) -> Self {
+        match self {
+            Self::Radius | Self::Modulus | Self::Density => Self::Positive,
+            other => other,
+        }
+    }
+
+    fn describe(self) -> String {
+        match self {
+            Self::Finite => "a finite value".to_owned(),
+            Self::Positive => "a positive, finite value".to_owned(),
+            Self::NotNegative => "a finite value of 0 or more".to_owned(),
+            Self::Between(low, high) => format!("a value between {low:e} and {high:e}"),
+            Self::Radius => "a length between 1 nm and 1 km".to_owned(),
+            Self::Modulus => "a modulus between 1 Pa and 1e15 Pa".to_owned(),
+            Self::Density => "a density between 1e-3 kg/m^3 and 1e9 kg/m^3".to_owned(),
+            Self::UpToAThird => "a value from 0 to 1/3".to_owned(),
+            Self::UpToAHalf => "a value from 0 to 0.5".to_owned(),
+            Self::PoissonsRatio => "Poisson's ratio above −1 and below 0.5".to_owned(),
+        }
+    }
+}
+
+/// What a table of `chain.override` may hold.
+const OVERRIDE_WORDS: [&str; 5] = ["bead", "radius", "material", "mesh", "mesh_unit"];
+
+/// A document with the name of its scene for messages.
+pub(super) struct Reader<'a> {
+    document: &'a Document,
+    origin: &'a str,
+}
+
+impl<'a> Reader<'a> {
+    pub(super) fn new(document: &'a Document, origin: &'a str) -> Self {
+        Self { document, origin }
+    }
+
+    pub(super) fn entry(&self, key: &str) -> Option<&'a Entry> {
+        self.document.entries.get(key)
+    }
+
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.entry(key).is_some()
+    }
+
+    /// Where `key` was written.
+    pub(super) fn place(&self, key: &str) -> Place {
+        self.entry(key).map_or_else(|| Place::Scene { name: self.origin.to_owned() }, |entry| entry.place.clone())
+    }
+
+    pub(super) fn out_of_range(&self, key: &str, expected: String, found: String) -> SceneError {
+        SceneError::OutOfRange { place: self.place(key), key: key.to_owned(), expected, found }
+    }
+
+    pub(super) fn missing(&self, key: &'static str, reason: Option<&'static str>, example: &'static str) -> SceneError {
+        SceneError::Missing { scene: self.origin.to_owned(), key, reason, example }
+    }
+
+    /// Refuse keys that the chosen kinds do not use.
+    pub(super) fn refuse_unused(&self) -> Result<(), SceneError> {
+        for governor in GOVERNORS {
+            let Some(choice) = self.document.chosen(governor) else { continue };
+            let Some(used) = governor.used_by(choice) else { continue };
+            for key in governor.governed {
+                if let (Some(entry), false) = (self.entry(key), used.contains(key)) {
+                    let users = governor.uses.iter().filter(|(_, keys)| keys.contains(key));
+                    return Err(SceneError::NotUsed {
+                        place: entry.place.clone(),
+                        key: (*key).to_owned(),
+                        governor: governor.key.to_owned(),
+                        choice: choice.to_owned(),
+                        used: used.iter().map(|key| (*key).to_owned()).collect(),
+                        users_of_key: users.map(|(value, _)| (*value).to_owned()).collect(),
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn quantity(&self, key: &str, dimension: Dimension, bound: Bound) -> Result<Option<f64>, SceneError> {
+        self.entry(key).map(|entry| quantity(entry, key, dimension, bound)).transpose()
+    }
+
+    pub(super) fn required(
+        &self,
+        key: &'static str,
+        dimension: Dimension,
+        bound: Bound,
+        reason: Option<&'static str>,
+        example: &'static str,
+    ) -> Result<f64, SceneError> {
+        self.quantity(key, dimension, bound)?.ok_or_else(|| self.missing(key, reason, example))
+    }
+
+    pub(super) fn text(&self, key: &str) -> Result<Option<&'a str>, SceneError> {
+        self.entry(key)
+            .map(|entry| match &entry.value {
+                Value::Text(text) => Ok(text.as_str()),
+                _ => Err(wrong_type(entry, key, "a text in quotes")),
+            })
+            .transpose()
+    }
+
+    pub(super) fn required_text(
+        &self,
+        key: &'static str,
+        reason: Option<&'static str>,
+        example: &'static str,
+    ) -> Result<&'a str, SceneError> {
+        self.text(key)?.ok_or_else(|| self.missing(key, reason, example))
+    }
+
+    pub(super) fn choice(&self, key: &str, choices: &[&'static str]) -> Result<Option<&'static str>, SceneError> {
+        let Some(entry) = self.entry(key) else { return Ok(None) };
+        let listed = || choices.iter().map(|choice| format!("`{choice}`")).collect::<Vec<_>>().join(", ");
+        let Value::Text(found) = &entry.value else {
+            return Err(wrong_type(entry, key, format!("one of {}", listed())));
+        };
+        choices.iter().find(|choice| *choice == found).copied().map(Some).ok_or_else(|| SceneError::UnknownChoice {
+            place: entry.place.clone(),
+            key: key.to_owned(),
+            found: found.clone(),
+            choices: choices.iter().map(|choice| (*choice).to_owned()).collect(),
+            nearest: closest(&found.to_lowercase().replace('_', "-"), choices.iter().copied()).map(str::to_owned),
+        })
+    }
+
+    pub(super) fn required_choice(
+        &self,
+        key: &'static str,
+        choices: &[&'static str],
+        example: &'static str,
+    ) -> Result<&'static str, SceneError> {
+        self.choice(key, choices)?.ok_or_else(|| self.missing(key, None, example))
+    }
+
+    pub(super) fn flag(&self, key: &str) -> Result<Option<bool>, SceneError> {
+        self.entry(key)
+            .map(|entry| match entry.value {
+                Value::Flag(flag) => Ok(flag),
+                _ => Err(wrong_type(entry, key, "`true` or `false`")),
+            })
+            .transpose()
+    }
+
+    /// Number of beads.
+    pub(super) fn beads(&self) -> Result<usize, SceneError> {
+        let key = "chain.beads";
+        let count = self.whole(key, "a whole number of beads", (1, MOST_BEADS as u32))?;
+        count.map(|count| count as usize).ok_or_else(|| self.missing(key, None, "chain.beads = 6"))
+    }
+
+    /// A whole number within `(least, most)`.
+    pub(super) fn count(&self, key: &str, range: (u32, u32)) -> Result<Option<u32>, SceneError> {
+        self.whole(key, "a whole number", range)
+    }
+
+    fn whole(&self, key: &str, what: &str, (least, most): (u32, u32)) -> Result<Option<u32>, SceneError> {
+        let Some(entry) = self.entry(key) else { return Ok(None) };
+        match entry.value {
+            Value::Number(number)
+                if number.fract() == 0.0 && number >= f64::from(least) && number <= f64::from(most) =>
+            {
+                Ok(Some(number as u32))
+            }
+            Value::Number(number) => {
+                Err(self.out_of_range(key, format!("{what} from {least} to {most}"), number.to_string()))
+            }
+            _ => Err(wrong_type(entry, key, "a whole number")),
+        }
+    }
+
+    /// The material named by `key`.
+    pub(super) fn material(&self, key: &'static str) -> Result<Material, SceneError> {
+        let name = self.required_text(key, None, "chain.material = \"chrome-steel\"")?;
+        self.material_named(name, key, || self.place(key))
+    }
+
+    /// The material `name`, as `key` at `place` asks for it.
+    pub(super) fn material_named(
+        &self,
+        name: &str,
+        key: &str,
+        place: impl Fn() -> Place,
+    ) -> Result<Material, SceneError> {
+        let prefix = format!("materials.{name}.");
+        let defined = self.document.entries.keys().any(|key| key.starts_with(&prefix));
+        let built_in = Material::built_in(name);
+        if !defined && built_in.is_none() {
+            let mut known: Vec<String> = self
+                .document
+                .entries
+                .keys()
+                .filter_map(|key| Some(key.strip_prefix("materials.")?.split_once('.')?.0.to_owned()))
+                .chain(Material::all_built_in().map(|material| material.name))
+                .collect();
+            known.sort();
+            known.dedup();
+            return Err(SceneError::UnknownMaterial {
+                place: place(),
+                key: key.to_owned(),
+                found: name.to_owned(),
+                nearest: closest(name, known.iter().map(String::as_str)).map(str::to_owned),
+                known,
+            });
+        }
+        let property = |word: &'static str, dimension, bound, default: Option<f64>| {
+            let value = self.quantity(&format!("{prefix}{word}"), dimension, bound)?;
+            value.or(default).ok_or_else(|| SceneError::IncompleteMaterial {
+                scene: self.origin.to_owned(),
+                material: name.to_owned(),
+                property: word,
+                expected: dimension,
+            })
+        };
+        let of = |value: fn(&Material) -> f64| built_in.as_ref().map(value);
+        Ok(Material {
+            name: name.to_owned(),
+            youngs_modulus: property(
+                "youngs_modulus",
+                Dimension::PRESSURE,
+                Bound::Modulus,
+                of(|steel| steel.youngs_modulus),
+            )?,
+            poissons_ratio: property(
+                "poissons_ratio",
+                Dimension::NONE,
+                Bound::PoissonsRatio,
+                of(|steel| steel.poissons_ratio),
+            )?,
+            density: property("density", Dimension::DENSITY, Bound::Density, of(|steel| steel.density))?,
+        })
+    }
+
+    /// Check every material that is defined, also those no bead uses.
+    pub(super) fn check_materials(&self) -> Result<(), SceneError> {
+        for (key, entry) in &self.document.entries {
+            if let Some((name, _)) = key.strip_prefix("materials.").and_then(|rest| rest.split_once('.')) {
+                self.material_named(name, key, || entry.place.clone())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// All materials that are defined or come with the program, by name.
+    pub(super) fn all_materials(&self) -> Result<Vec<Material>, SceneError> {
+        let defined =
+            self.document.entries.keys().filter_map(|key| Some(key.strip_prefix("materials.")?.split_once('.')?.0));
+        let mut names: Vec<String> = defined.map(str::to_owned).collect();
+        names.extend(Material::all_built_in().map(|material| material.name));
+        names.sort();
+        names.dedup();
+        names.iter().map(|name| self.material_named(name, "materials", || self.place("materials"))).collect()
+    }
+
+    /// Apply `chain.override`.
+    pub(super) fn override_beads(&self, beads: &mut [Bead]) -> Result<(), SceneError> {
+        let list_key = "chain.override";
+        let Some(entry) = self.entry(list_key) else { return Ok(()) };
+        let expected = "a list of tables such as `[[chain.override]]` with `bead = 3` and `radius = \"0.51 mm\"`";
+        let Value::List(list) = &entry.value else { return Err(wrong_type(entry, list_key, expected)) };
+        let mut seen = vec![false; beads.len()];
+        for item in list {
+            let Value::Table(table) = &item.value else { return Err(wrong_type(item, list_key, expected)) };
+            for (word, value) in table {
+                if !OVERRIDE_WORDS.contains(&word.as_str()) {
+                    let nearest = closest(word, OVERRIDE_WORDS.into_iter());
+                    return Err(SceneError::UnknownKey {
+                        place: value.place.clone(),
+                        key: format!("{list_key}.{word}"),
+                        nearest: nearest.map(|nearest| format!("{list_key}.{nearest}")),
+                    });
+                }
+            }
+            let find = |word: &str| table.iter().find(|(key, _)| key == word).map(|(_, entry)| entry);
+            let number = find("bead").ok_or_else(|| {
+                wrong_type(item, list_key, "`bead`, the number of the bead counted from the piston, in every table")
+            })?;
+            let key = "chain.override.bead";
+            let index = match number.value {
+                Value::Number(index) if index.fract() == 0.0 && index >= 1.0 && index <= beads.len() as f64 => {
+                    index as usize - 1
+                }
+                Value::Number(index) => {
+                    let (place, found) = (number.place.clone(), index.to_string());
+                    return Err(SceneError::NoSuchBead { place, key: key.into(), beads: beads.len(), found });
+                }
+                _ => return Err(wrong_type(number, key, "the number of a bead")),
+            };
+            if std::mem::replace(&mut seen[index], true) {
+                return Err(SceneError::RepeatedBead { place: number.place.clone(), bead: index + 1 });
+            }
+            if let Some(radius) = find("radius") {
+                beads[index].radius = quantity(radius, "chain.override.radius", Dimension::LENGTH, Bound::Radius)?;
+            }
+            if let Some(material) = find("material") {
+                let key = "chain.override.material";
+                let Value::Text(name) = &material.value else {
+                    return Err(wrong_type(material, key, "the name of a material in quotes"));
+                };
+                beads[index].material = self.material_named(name, key, || material.place.clone())?;
+            }
+            if let Some(mesh) = self.override_mesh(find("mesh"), find("mesh_unit"))? {
+                beads[index].mesh = Some(mesh);
+            }
+        }
+        Ok(())
+    }
+
+    fn override_mesh(&self, mesh: Option<&Entry>, unit: Option<&Entry>) -> Result<Option<MeshFile>, SceneError> {
+        let Some(first) = mesh.or(unit) else { return Ok(None) };
+        let (key, unit_key) = ("chain.override.mesh", "chain.override.mesh_unit");
+        let kind = self.document.text("model.kind").unwrap_or("chain");
+        if kind == "chain" {
+            return Err(SceneError::NotUsed {
+                place: first.place.clone(),
+                key: key.to_owned(),
+                governor: "model.kind".to_owned(),
+                choice: kind.to_owned(),
+                used: ["bead", "radius", "material"].map(|word| format!("chain.override.{word}")).to_vec(),
+                users_of_key: ["reduced", "fea"].map(str::to_owned).to_vec(),
+            });
+        }
+        let Some(Entry { value: Value::Text(file), place }) = mesh else {
+            return Err(wrong_type(first, key, "the name of a mesh file in quotes"));
+        };
+        let unit = match unit {
+            Some(unit) => quantity(unit, unit_key, Dimension::LENGTH, Bound::Positive)?,
+            None => self.quantity("chain.mesh_unit", Dimension::LENGTH, Bound::Positive)?.unwrap_or(1.0),
+        };
+        Ok(Some(MeshFile { path: resolved(file, place), unit }))
+    }
+
+    /// Initial gap of each of the contacts of `beads` beads of `radius` (m).
+    pub(super) fn gaps(&self, beads: usize, radius: f64) -> Result<Vec<f64>, SceneError> {
+        let key = "chain.gaps";
+        let mut gaps = vec![0.0; beads + 1];
+        let checked = |entry: &Entry, key: &str, contact: Option<usize>| {
+            let gap = quantity(entry, key, Dimension::LENGTH, Bound::Finite)?;
+            if gap >= radius {
+                return Err(SceneError::OutOfRange {
+                    place: entry.place.clone(),
+                    key: key.to_owned(),
+                    expected: format!("gaps below the bead radius {}", Quantity::new(radius, Dimension::LENGTH)),
+                    found: Quantity::new(gap, Dimension::LENGTH).to_string(),
+                });
+            }
+            if gap >= 0.0 {
+                return Ok(gap);
+            }
+            let contact = contact.unwrap_or(2.min(beads + 1));
+            Err(SceneError::Overlap {
+                place: entry.place.clone(),
+                key: key.to_owned(),
+                contact,
+                gap: Quantity::new(gap, Dimension::LENGTH).to_string(),
+                left: if contact == 1 { "the piston".into() } else { format!("bead {}", contact - 1) },
+                right: if contact == beads + 1 { "the support".into() } else { format!("bead {contact}") },
+            })
+        };
+        if let Some(entry) = self.entry(key) {
+            if let Value::List(list) = &entry.value {
+                if list.len() != beads + 1 {
+                    let place = entry.place.clone();
+                    let (expected, found) = (beads + 1, list.len());
+                    return Err(SceneError::WrongCount { place, key: key.into(), beads, expected, found });
+                }
+                for (index, (gap, entry)) in gaps.iter_mut().zip(list).enumerate() {
+                    *gap = checked(entry, key, Some(index + 1))?;
+                }
+            } else {
+                gaps.fill(checked(entry, key, None)?);
+            }
+        }
+        if let Some(entry) = self.entry("chain.gaps.all") {
+            gaps.fill(checked(entry, "chain.gaps.all", None)?);
+        }
+        for (name, entry) in &self.document.entries {
+            let Some(number) = name.strip_prefix("chain.gaps.contact") else { continue };
+            let contact = number.parse::<usize>().ok().filter(|contact| (1..=beads + 1).contains(contact));
+            let contact = contact.ok_or_else(|| SceneError::NoSuchContact {
+                place: entry.place.clone(),
+                key: name.clone(),
+                contacts: beads + 1,
+            })?;
+            gaps[contact - 1] = checked(entry, name, Some(contact))?;
+        }
+        Ok(gaps)
+    }
+}
+
+pub(super) fn wrong_type(entry: &Entry, key: &str, expected: impl Into<String>) -> SceneError {
+    SceneError::WrongType {
+        place: entry.place.clone(),
+        key: key.to_owned(),
+        expected: expected.into(),
+        found: entry.value.describe(),
+    }
+}
+
+pub(super) fn quantity(entry: &Entry, key: &str, dimension: Dimension, bound: Bound) -> Result<f64, SceneError> {
+    let value = match &entry.value {
+        Value::Number(number) => *number,
+        Value::Text(text) => Quantity::parse_as(text, dimension).map_err(|source| SceneError::Quantity {
+            place: entry.place.clone(),
+            key: key.to_owned(),
+            source,
+        })?,
+        _ => return Err(wrong_type(entry, key, dimension.describe())),
+    };
+    if bound.allows(value) {
+        return Ok(value);
+    }
+    Err(SceneError::OutOfRange {
+        place: entry.place.clone(),
+        key: key.to_owned(),
+        // A range is told only to a number that could lie in it.
+        expected: if value > 0.0 && value.is_finite() { bound } else { bound.sign() }.describe(),
+        found: if value.is_finite() { Quantity::new(value, dimension).to_string() } else { value.to_string() },
+    })
+}

@@ -1,0 +1,65 @@
+//! Settings of the reduced model.
+
+use super::{
+    Elements,
+    error::SceneError,
+    fea::{DEFAULT_CONTACT_PATCH, contact_patch, dividing, elements, mesh_density},
+    reader::{Bound, Reader},
+    settings::check_step,
+};
+use granchain_signal::Dimension;
+
+/// Default mesh density of the reduced model, 1.
+pub const DEFAULT_REDUCED_DENSITY: u32 = 12;
+/// Default step of the reduced model, s.
+pub const DEFAULT_REDUCED_STEP: f64 = 5e-8;
+/// Default number of elastic modes of a body, 1.
+pub const DEFAULT_MODES: u32 = 8;
+/// Fewest and most modes that may be asked for.
+const MODES: (u32, u32) = (0, 200);
+
+/// Settings of the reduced model; they have an effect where `model.kind = "reduced"`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReducedSettings {
+    /// Mesh density of the bodies, 1, ≥ 2; as [`super::FeaSettings::density`].
+    pub density: u32,
+    /// Shape of the elements.
+    pub elements: Elements,
+    /// As [`super::FeaSettings::contact_patch`], 1.
+    pub contact_patch: f64,
+    /// Step h, s. The output step is a whole multiple of it (see [`super::Scene`]).
+    pub step: f64,
+    /// Most elastic modes of a body, 1. Those with ω h > 2 are left out in any case, their flexibility never.
+    pub modes: u32,
+}
+
+impl Default for ReducedSettings {
+    fn default() -> Self {
+        Self {
+            density: DEFAULT_REDUCED_DENSITY,
+            elements: Elements::Quadrilaterals,
+            contact_patch: DEFAULT_CONTACT_PATCH,
+            step: DEFAULT_REDUCED_STEP,
+            modes: DEFAULT_MODES,
+        }
+    }
+}
+
+/// Read the settings of a scene of that kind.
+pub(super) fn read(
+    reader: &Reader<'_>,
+    frequency: f64,
+    (default_step, output_step): (f64, f64),
+    notes: &mut Vec<String>,
+) -> Result<ReducedSettings, SceneError> {
+    let default = ReducedSettings::default();
+    let step = reader.quantity("model.step", Dimension::TIME, Bound::Positive)?.unwrap_or(default_step);
+    check_step(reader, step, frequency)?;
+    Ok(ReducedSettings {
+        density: mesh_density(reader)?.unwrap_or(default.density),
+        elements: elements(reader)?,
+        contact_patch: contact_patch(reader)?,
+        step: dividing(step, output_step, notes),
+        modes: reader.count("model.modes", MODES)?.unwrap_or(default.modes),
+    })
+}

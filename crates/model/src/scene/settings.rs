@@ -1,0 +1,178 @@
+//! How a run is computed.
+
+use super::{
+    ContactLaw, ContactMass, DEFAULT_FEA_STEP, DEFAULT_REDUCED_STEP, DEFAULT_WATER_STEP, Elements, FeaSettings, Limits,
+    ReducedSettings, contact_law,
+    error::SceneError,
+    fea,
+    file::{DEFAULT_TOLERANCE, time},
+    key::{CHAIN_INTEGRATORS, MODEL_KINDS},
+    reader::{Bound, Reader},
+    reduced,
+};
+use granchain_signal::Dimension;
+
+/// Rung of the fidelity ladder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ModelKind {
+    /// One unknown a bead.
+    Chain,
+    /// Modes and quasi-static contact nodes.
+    Reduced,
+    /// All nodes.
+    Fea,
+}
+
+/// Time integrator of the chain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Integrator {
+    /// Adaptive Dormand–Prince 8(5,3) with contact events located on the dense output.
+    DormandPrince853 {
+        /// Relative tolerance of a step, 1.
+        tolerance: f64,
+    },
+    /// Fixed-step symplectic stepper (velocity Verlet), for searches. Error of the last bead's velocity over its peak, undamped, first 70 µs of
+    /// the rigid scene: 6e-3 at 0.05 µs, 2e-4 at 0.01 µs; with linear dashpots 1.5e-2 and 6e-3.
+    Symplectic {
+        /// Step, s.
+        step: f64,
+    },
+}
+
+/// How a run is computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelSettings {
+    /// Which model.
+    pub kind: ModelKind,
+    /// Which integrator of the chain.
+    pub integrator: Integrator,
+    /// Settings of the reduced model.
+    pub reduced: ReducedSettings,
+    /// Settings of the finite element analysis.
+    pub fea: FeaSettings,
+    /// What a run may ask for; no scene file says so.
+    pub limits: Limits,
+}
+
+/// How bodies are meshed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Meshing {
+    /// Mesh density, 1.
+    pub density: u32,
+    /// Shape of the elements.
+    pub elements: Elements,
+    /// Radius of the finely meshed patch at a bead's pole over the bead's, 1.
+    pub contact_patch: f64,
+    /// Whether the nodes that may touch carry mass.
+    pub contact_mass: ContactMass,
+}
+
+impl ModelSettings {
+    /// The chain with that integrator.
+    #[must_use]
+    pub fn chain(integrator: Integrator) -> Self {
+        let (reduced, fea) = (ReducedSettings::default(), FeaSettings::default());
+        Self { kind: ModelKind::Chain, integrator, reduced, fea, limits: Limits::default() }
+    }
+
+    /// How the bodies of this model are meshed; for the chain, which has none, as for the finite element analysis.
+    #[must_use]
+    pub fn meshing(&self) -> Meshing {
+        match self.kind {
+            ModelKind::Reduced => {
+                let ReducedSettings { density, elements, contact_patch, .. } = self.reduced;
+                Meshing { density, elements, contact_patch, contact_mass: ContactMass::Massless }
+            }
+            ModelKind::Chain | ModelKind::Fea => {
+                let FeaSettings { density, elements, contact_patch, contact_mass, .. } = self.fea;
+                Meshing { density, elements, contact_patch, contact_mass }
+            }
+        }
+    }
+}
+
+impl ModelKind {
+    /// Its name in scene files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Chain => "chain",
+            Self::Reduced => "reduced",
+            Self::Fea => "fea",
+        }
+    }
+
+    /// Whether its bodies are meshed.
+    #[must_use]
+    pub const fn is_meshed(self) -> bool {
+        matches!(self, Self::Reduced | Self::Fea)
+    }
+}
+
+/// Which model a scene asks for.
+pub(super) fn kind(reader: &Reader<'_>) -> Result<ModelKind, SceneError> {
+    Ok(match reader.choice("model.kind", MODEL_KINDS)? {
+        Some("reduced") => ModelKind::Reduced,
+        Some("fea") => ModelKind::Fea,
+        _ => ModelKind::Chain,
+    })
+}
+
+/// Read the settings; those of the models not asked for keep their defaults.
+pub(super) fn read(
+    reader: &Reader<'_>,
+    frequency: f64,
+    output_step: f64,
+    notes: &mut Vec<String>,
+) -> Result<ModelSettings, SceneError> {
+    let kind = kind(reader)?;
+    let mut settings = ModelSettings {
+        kind,
+        integrator: Integrator::DormandPrince853 { tolerance: DEFAULT_TOLERANCE },
+        reduced: ReducedSettings::default(),
+        fea: FeaSettings::default(),
+        limits: Limits::default(),
+    };
+    if contact_law::read(reader)? == ContactLaw::FiniteBody {
+        let default = FeaSettings::default();
+        let density = fea::mesh_density(reader)?.unwrap_or(default.density);
+        let (elements, contact_patch) = (fea::elements(reader)?, fea::contact_patch(reader)?);
+        settings.fea = FeaSettings { density, elements, contact_patch, ..default };
+    }
+    let has_disc = reader.text("support.kind")? == Some("disc");
+    if kind == ModelKind::Fea {
+        let step = if has_disc { DEFAULT_WATER_STEP } else { DEFAULT_FEA_STEP };
+        settings.fea = fea::read(reader, frequency, (step, output_step), notes)?;
+    } else if kind == ModelKind::Reduced {
+        let step = if has_disc { DEFAULT_WATER_STEP } else { DEFAULT_REDUCED_STEP };
+        settings.reduced = reduced::read(reader, frequency, (step, output_step), notes)?;
+    } else if has_disc {
+        let integrator = reader.choice("model.integrator", CHAIN_INTEGRATORS)?;
+        if let Some(other) = integrator.filter(|name| *name != "symplectic") {
+            let expected = "`symplectic` in front of a disc, whose clock has a fixed step".to_owned();
+            return Err(reader.out_of_range("model.integrator", expected, format!("`{other}`")));
+        }
+        let step = reader.quantity("model.step", Dimension::TIME, Bound::Positive)?.unwrap_or(DEFAULT_WATER_STEP);
+        check_step(reader, step, frequency)?;
+        settings.integrator = Integrator::Symplectic { step: fea::dividing(step, output_step, notes) };
+    } else if reader.choice("model.integrator", CHAIN_INTEGRATORS)? == Some("symplectic") {
+        let reason = Some("the fixed-step integrator needs it");
+        let step = reader.required("model.step", Dimension::TIME, Bound::Positive, reason, "model.step = \"50 ns\"")?;
+        check_step(reader, step, frequency)?;
+        settings.integrator = Integrator::Symplectic { step };
+    } else if let Some(tolerance) = reader.quantity("model.tolerance", Dimension::NONE, Bound::Between(1e-14, 1e-2))? {
+        settings.integrator = Integrator::DormandPrince853 { tolerance };
+    }
+    Ok(settings)
+}
+
+/// Refuse a fixed step that is too large for the drive.
+pub(super) fn check_step(reader: &Reader<'_>, step: f64, frequency: f64) -> Result<(), SceneError> {
+    // Five steps through the shortest half period of motion that the drive's own period leaves are no integration.
+    let longest = 1.0 / (20.0 * frequency);
+    if step <= longest {
+        return Ok(());
+    }
+    let longest = time((longest * 1e9).floor() / 1e9);
+    Err(reader.out_of_range("model.step", format!("at most {longest}, a twentieth of a drive period"), time(step)))
+}

@@ -1,0 +1,362 @@
+//! A chain of beads in front of the disc on the water.
+//!
+//! ```text
+//! m_i ü_i = F_{i−1} − F_i,   F_i = k_i δ_i^(3/2) + (c + γ √δ_i) δ̇_i while δ_i > 0,   F_0 the piston's, F_N the disc's ([`super::contact`])
+//! ```
+//!
+//! Velocity Verlet on the clock of the disc: positions of the beads at the end of a step are explicit, so of the elastic forces the disc's alone
+//! is an equation, solved together with the disc's compliance. Dashpots see the velocities at the end of the step, which their own forces
+//! change: they are found in turn until none changes, whatever their coefficients. Second order where contacts do not open or close; see
+//! [`crate::chain`] for what a fixed step costs there.
+
+use thiserror::Error;
+
+use super::{
+    OnWater,
+    contact::{Approach, DiscContact, PatchError, Pressing},
+};
+use crate::{
+    contact_law::{Dashpot, bead_flat_stiffness, bead_pair_stiffness, dashpots, hertz_energy, hertz_force},
+    scene::{Bead, Damping, FlatContact, PistonMotion},
+};
+
+/// The beads, and what drives them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChainInFront {
+    /// The beads, the first touching the piston.
+    pub beads: Vec<Bead>,
+    /// Initial gaps of the N + 1 contacts, m.
+    pub gaps: Vec<f64>,
+    /// The piston's face.
+    pub piston: FlatContact,
+    /// Dashpots.
+    pub damping: Damping,
+}
+
+/// Why a chain on water does not run.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ChainOnWaterError {
+    /// No beads, or not N + 1 gaps.
+    #[error("{beads} beads and {gaps} gaps: expected at least one bead and one gap more than beads")]
+    Count {
+        /// N.
+        beads: usize,
+        /// How many gaps.
+        gaps: usize,
+    },
+    /// A static force on a disc that nothing holds.
+    #[error("`chain.precompression` {force:e} N on a free disc: nothing holds it; set `disc.rim` or no precompression")]
+    FreeUnderForce {
+        /// F₀, N.
+        force: f64,
+    },
+    /// Stopped by its caller.
+    #[error("stopped at {time:.6e} s")]
+    Stopped {
+        /// Simulated time, s.
+        time: f64,
+    },
+    /// The disc's contact.
+    #[error("at {time:.6e} s: {source}")]
+    Patch {
+        /// Simulated time, s.
+        time: f64,
+        /// What happened.
+        source: PatchError,
+    },
+    /// No longer finite.
+    #[error("the chain is not finite at {time:.6e} s (step {step:.3e} s); shorten the step")]
+    NonFinite {
+        /// Simulated time, s.
+        time: f64,
+        /// Step, s.
+        step: f64,
+    },
+}
+
+/// What a chain on water did, every step from rest.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WaterRun {
+    /// Step, s.
+    pub step: f64,
+    /// Pressure at each field point, Pa.
+    pub pressure: Vec<Vec<f64>>,
+    /// Force on the disc, N, ≥ 0.
+    pub disc_force: Vec<f64>,
+    /// Velocity of the last bead's centre, m/s.
+    pub last_bead_velocity: Vec<f64>,
+    /// When the last bead touched the disc for the last time, s; none if never.
+    pub last_touch: Option<f64>,
+    /// Work of the piston, J.
+    pub piston_work: f64,
+    /// Kinetic energy of the beads and elastic energy of all contacts at the end, J.
+    pub chain_energy: f64,
+    /// Energy lost in the dashpots, J.
+    pub dissipated: f64,
+    /// Energy of the disc at the end, J.
+    pub disc_energy: f64,
+    /// Work of the disc on the water, J.
+    pub work_on_water: f64,
+}
+
+impl WaterRun {
+    /// Energy unaccounted for over the piston's work, 1: the error of the fixed step.
+    #[must_use]
+    pub fn imbalance(&self) -> f64 {
+        let found = self.chain_energy + self.dissipated + self.disc_energy + self.work_on_water;
+        (self.piston_work - found) / self.piston_work.abs().max(f64::MIN_POSITIVE)
+    }
+}
+
+/// The state at an instant.
+pub(super) struct Moment<'a> {
+    /// Number of the instant, 0 at the start.
+    pub instant: usize,
+    /// Time, s.
+    pub time: f64,
+    /// Displacements of the piston and of each bead, m.
+    pub displacement: &'a [f64],
+    /// Velocities of the same, m/s.
+    pub velocity: &'a [f64],
+    /// Forces of the contacts, N.
+    pub force: &'a [f64],
+    /// The disc and what is behind it.
+    pub disc: &'a dyn OnWater,
+}
+
+/// Energies and counts of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Books {
+    /// Elastic energy of the contacts at the start, J.
+    pub initial: f64,
+    /// Work of the piston, J.
+    pub piston_work: f64,
+    /// Kinetic energy of the beads at the end, J.
+    pub kinetic: f64,
+    /// Elastic energy of the contacts at the end, J.
+    pub stored: f64,
+    /// Energy lost in the dashpots, J.
+    pub dissipated: f64,
+    /// Largest energy in beads, contacts, disc and water together, J.
+    pub largest: f64,
+    /// Openings and closings of contacts.
+    pub events: u64,
+    /// Evaluations of a dashpot.
+    pub dashpots: u64,
+}
+
+/// Step a chain from equilibrium under the static force `preload` (N) through `instants` steps against a disc at rest, whose motion is
+/// counted from that equilibrium. `observe` sees every instant, the first included, and stops the run by `false`.
+///
+/// # Errors
+/// [`ChainOnWaterError`].
+pub(super) fn march(
+    chain: &ChainInFront,
+    motion: &dyn PistonMotion,
+    contact: &DiscContact,
+    preload: f64,
+    disc: &mut dyn OnWater,
+    instants: usize,
+    observe: &mut dyn FnMut(&Moment<'_>) -> bool,
+) -> Result<Books, ChainOnWaterError> {
+    let count = chain.beads.len();
+    if count == 0 || chain.gaps.len() != count + 1 {
+        return Err(ChainOnWaterError::Count { beads: count, gaps: chain.gaps.len() });
+    }
+    let step = disc.step();
+    let masses: Vec<f64> = chain.beads.iter().map(Bead::mass).collect();
+    let stiffness: Vec<f64> = std::iter::once(bead_flat_stiffness(&chain.beads[0], chain.piston))
+        .chain(chain.beads.windows(2).map(|pair| bead_pair_stiffness(&pair[0], &pair[1])))
+        .collect();
+    // Overlaps at rest, less the gaps.
+    let mut rest: Vec<f64> = stiffness.iter().map(|stiffness| (preload / stiffness).powf(2.0 / 3.0)).collect();
+    rest.push(contact.indentation(preload) + contact.residual * preload);
+    rest.iter_mut().zip(&chain.gaps).for_each(|(rest, gap)| *rest -= gap);
+    let dampers: Vec<Dashpot> = dashpots(&chain.damping, count + 1);
+    let tension = chain.damping.tension;
+    // The bead contacts with a dashpot: a run without any asks none for its force.
+    let damped = dampers[..count].iter().filter(|dashpot| !dashpot.is_absent()).count();
+    let at_disc = Some(dampers[count]).filter(|dashpot| !dashpot.is_absent());
+    let (compliance, modal) = (disc.compliance(), if at_disc.is_some() { disc.modal_compliance() } else { 0.0 });
+
+    // Slot 0 is the piston, 1…N the beads.
+    let (mut u, mut v) = (vec![0.0; count + 1], vec![0.0; count + 1]);
+    let (mut a, mut moved) = (u.clone(), u.clone());
+    // What a unit of force held through the second half of a step adds to a velocity, m/s/N; nothing to the piston's.
+    let mobility: Vec<f64> = std::iter::once(0.0).chain(masses.iter().map(|mass| 0.5 * step / mass)).collect();
+    let mut force = vec![preload; count + 1];
+    let mut before = force.clone();
+    let mut pairs = vec![Pair { elastic: preload, ..Pair::default() }; count];
+    let mut pressing = Pressing { force: preload, indentation: contact.indentation(preload) };
+    (u[0], v[0]) = motion.at(0.0);
+    let pressed = |u: &[f64], pressing: &Pressing| -> f64 {
+        let pairs = (0..count).map(|i| hertz_energy(stiffness[i], u[i] - u[i + 1] + rest[i]));
+        pairs.sum::<f64>() + contact.stored(pressing)
+    };
+    let mut books = Books { initial: pressed(&vec![0.0; count + 1], &pressing), ..Books::default() };
+    books.largest = books.initial;
+    let stopped = |time| Err(ChainOnWaterError::Stopped { time });
+    if !observe(&Moment { instant: 0, time: 0.0, displacement: &u, velocity: &v, force: &force, disc }) {
+        return stopped(0.0);
+    }
+    let mut damper_force = 0.0;
+    for instant in 1..=instants {
+        let time = instant as f64 * step;
+        for i in 1..=count {
+            v[i] += 0.5 * step * a[i];
+            moved[i] = step * v[i];
+            u[i] += moved[i];
+        }
+        let pushed = u[0];
+        (u[0], v[0]) = motion.at(time);
+        moved[0] = u[0] - pushed;
+        before.copy_from_slice(&force);
+        for (i, pair) in pairs.iter_mut().enumerate() {
+            let overlap = u[i] - u[i + 1] + rest[i];
+            pair.lost = force[i] - pair.elastic;
+            pair.elastic = hertz_force(stiffness[i], overlap);
+            if damped > 0 {
+                pair.damping = dampers[i].force(overlap, 1.0);
+            }
+            force[i] = pair.elastic;
+        }
+        books.dashpots += (damped + usize::from(at_disc.is_some())) as u64;
+        // Of the force, the disc knows what exceeds the static one.
+        let overlap = u[count] + rest[count] - disc.predict() + compliance * preload;
+        let patch = |source| ChainOnWaterError::Patch { time, source };
+        match &at_disc {
+            None => {
+                force[count] = contact.force(overlap, compliance).map_err(patch)?;
+                pressing = Pressing { force: force[count], indentation: contact.indentation(force[count]) };
+                if damped > 0 {
+                    settle(&pairs, (&v, &mobility), tension, &mut force, |_| Ok(None))?;
+                }
+            }
+            Some(dashpot) => {
+                let (receding, indentation) = (disc.predicted_modal_velocity() - modal * preload, pressing.indentation);
+                settle(&pairs, (&v, &mobility), tension, &mut force, |pushing| {
+                    let rate = v[count] + mobility[count] * pushing - receding;
+                    let approach = Approach { rate, yielding: mobility[count] + modal };
+                    pressing = contact.damped(overlap, compliance, dashpot, approach, tension).map_err(patch)?;
+                    Ok(Some(pressing.force))
+                })?;
+                let now = pressing.force - hertz_force(contact.hertz_stiffness, pressing.indentation);
+                books.dissipated += 0.5 * (damper_force + now) * (pressing.indentation - indentation);
+                damper_force = now;
+            }
+        }
+        let switched = force.iter().zip(&before).filter(|(now, before)| (**now != 0.0) != (**before != 0.0));
+        books.events += switched.count() as u64;
+        disc.push(pressing.force - preload);
+        for i in 1..=count {
+            a[i] = (force[i - 1] - force[i]) / masses[i - 1];
+            v[i] += 0.5 * step * a[i];
+        }
+        books.piston_work += 0.5 * (before[0] + force[0]) * moved[0];
+        if damped > 0 {
+            for (i, pair) in pairs.iter().enumerate() {
+                books.dissipated += 0.5 * (pair.lost + force[i] - pair.elastic) * (moved[i] - moved[i + 1]);
+            }
+        }
+        books.largest = books.largest.max(books.initial + books.piston_work - books.dissipated);
+        if !(v[count].is_finite() && force[count].is_finite()) {
+            return Err(ChainOnWaterError::NonFinite { time, step });
+        }
+        if !observe(&Moment { instant, time, displacement: &u, velocity: &v, force: &force, disc }) {
+            return stopped(time);
+        }
+    }
+    books.kinetic = (1..=count).map(|i| 0.5 * masses[i - 1] * v[i] * v[i]).sum();
+    books.stored = pressed(&u, &pressing);
+    Ok(books)
+}
+
+/// Sweeps after which dashpots are left as they are, and the change of a force over the largest at which they have settled, or over what a dashpot
+/// makes of a velocity alone: a few roundings of either.
+const MOST_SWEEPS: u32 = 400;
+const SETTLED: f64 = 1e-14;
+
+/// A contact between piston and first bead or two beads in a step.
+#[derive(Debug, Clone, Copy, Default)]
+struct Pair {
+    /// Elastic force, N.
+    elastic: f64,
+    /// c + γ √δ, N·s/m; 0 while open.
+    damping: f64,
+    /// Force of the dashpot at the step before, N.
+    lost: f64,
+}
+
+/// Forces at the end of a step, the elastic ones with those of the dashpots, which see velocities that all forces change:
+/// F_i = F_el + D (v_i − v_{i+1} + h_i F_{i−1} − (h_i + h_{i+1}) F_i + h_{i+1} F_{i+1}), contact by contact until none changes.
+///
+/// - `v`, `h`: velocities without the forces of the second half of the step, m/s, and what a unit force then adds, m/s/N
+/// - `last`: the disc's force under that of the contact before; none where it does not depend on it
+///
+/// # Errors
+/// What `last` says.
+fn settle(
+    pairs: &[Pair],
+    (v, h): (&[f64], &[f64]),
+    tension: bool,
+    force: &mut [f64],
+    mut last: impl FnMut(f64) -> Result<Option<f64>, ChainOnWaterError>,
+) -> Result<(), ChainOnWaterError> {
+    let count = pairs.len();
+    for _ in 0..MOST_SWEEPS {
+        let (mut change, mut largest) = (0.0, 0.0);
+        let mut take = |force: &mut f64, now: f64| {
+            (change, largest) = (f64::max(change, (now - *force).abs()), f64::max(largest, now.abs()));
+            *force = now;
+        };
+        let mut rounded = 0.0;
+        for (i, pair) in pairs.iter().enumerate().filter(|(_, pair)| pair.damping > 0.0) {
+            let pushing = if i > 0 { h[i] * force[i - 1] } else { 0.0 };
+            let rate = v[i] + pushing - v[i + 1] + h[i + 1] * force[i + 1];
+            let now = (pair.elastic + pair.damping * rate) / (1.0 + pair.damping * (h[i] + h[i + 1]));
+            take(&mut force[i], if tension { now } else { now.max(0.0) });
+            rounded = f64::max(rounded, pair.damping * v[i].abs().max(v[i + 1].abs()));
+        }
+        if let Some(now) = last(force[count - 1])? {
+            take(&mut force[count], now);
+        }
+        if change <= SETTLED * f64::max(largest, rounded) {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Run a chain at rest against a disc at rest for `duration` (s), heard at the disc's first `points` field points.
+///
+/// # Errors
+/// [`ChainOnWaterError`].
+pub fn run(
+    chain: &ChainInFront,
+    motion: &dyn PistonMotion,
+    contact: &DiscContact,
+    disc: &mut dyn OnWater,
+    points: usize,
+    duration: f64,
+) -> Result<WaterRun, ChainOnWaterError> {
+    let step = disc.step();
+    let instants = (duration / step).round() as usize;
+    let mut out = WaterRun { step, pressure: vec![Vec::with_capacity(instants + 1); points], ..WaterRun::default() };
+    let books = march(chain, motion, contact, 0.0, disc, instants, &mut |moment| {
+        let last = moment.force.len() - 1;
+        if moment.force[last] > 0.0 {
+            out.last_touch = Some(moment.time);
+        }
+        out.pressure.iter_mut().enumerate().for_each(|(point, trace)| trace.push(moment.disc.pressure(point)));
+        out.disc_force.push(moment.force[last]);
+        out.last_bead_velocity.push(moment.velocity[last]);
+        true
+    })?;
+    out.piston_work = books.piston_work;
+    out.dissipated = books.dissipated;
+    out.chain_energy = books.kinetic + books.stored;
+    out.disc_energy = disc.energy();
+    out.work_on_water = disc.work_on_water();
+    Ok(out)
+}

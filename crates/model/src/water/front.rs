@@ -1,0 +1,343 @@
+//! The front of a disc on the water, touched at the points of a contact that is solved on meshes.
+//!
+//! ```text
+//! w = w⁰ + C λ,   g = q + w + W λ,   g ≥ 0, λ ≥ 0, λ g = 0            at the end of a step
+//! ```
+//!
+//! - w: retreat of the points, their displacement into the water, m; w⁰ without forces at the end of the step
+//! - λ: forces of the points, N;  q: their gaps by the bead's motion, m;  W: compliance of the bead, m/N
+//! - C: compliance of disc and water over a step, m/N
+//!
+//! Disc and water are linear, so C is made once. No law of Hertz and no correction of the disc's flexibility come in: the disc's mesh is as fine
+//! at the pole as the bead's, and holds the indentation itself. Its front carries no mass ([`Disc::for_contact`]), as bodies in contact do not
+//! in [`crate::fea`].
+//!
+//! Two ways, as behind a chain: the disc in modes and static shapes with what they leave out of the points' flexibility as a static rest
+//! ([`ModalFront`], water by the Rayleigh integral), or its elements in one factor with those of the water.
+
+use thiserror::Error;
+
+use super::{
+    OnWater, absorption,
+    contact::DASHPOT_MODES,
+    disc::{Disc, DiscError, DiscInterface},
+    elements::{DiscOnWater, DiscOnWaterSettings, ElementsError},
+    rayleigh::{field::FieldPointError, motion::WetDisc},
+    support::PATCH,
+};
+use crate::{
+    fea::contact::face::Face,
+    response::{DiscResponse, Response, SolverWork},
+    scene::{Rim, WaterMethod, WaterSettings},
+};
+use granchain_signal::Series;
+
+/// Modes of the disc in vacuum that are kept beside the static shapes.
+const MODES: usize = 6;
+
+/// A disc on the water that is touched at several points of its front, on a clock of constant step. Between instants forces are straight lines.
+pub trait TouchedDisc {
+    /// C row by row, m/N.
+    fn compliance(&self) -> &[f64];
+    /// Where the points would be at the end of the next step without forces there: w⁰, m.
+    fn predict(&mut self, retreat: &mut [f64]);
+    /// Finish the step that [`TouchedDisc::predict`] began, with the forces λ (N) at its end.
+    fn push(&mut self, forces: &[f64]);
+    /// w, m.
+    fn retreat(&self, out: &mut [f64]);
+    /// Velocity of the middle of the disc's back, m/s, positive into the water.
+    fn back_velocity(&self) -> f64;
+    /// Pressure at field point `point` of those it was made with, Pa.
+    fn pressure(&self, point: usize) -> f64;
+    /// Energy of the disc, kinetic and elastic, J.
+    fn energy(&mut self) -> f64;
+    /// Work the disc has done on the water so far, J.
+    fn work_on_water(&self) -> f64;
+    /// Add its unknowns, and what it did so far, to the counts of a run.
+    fn count(&self, work: &mut SolverWork);
+}
+
+/// Where a disc is pushed and seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Handles {
+    /// At the points of the contact.
+    Points,
+    /// There, and last in its [`DASHPOT_MODES`] lowest modes together, each by its share at the pole.
+    PointsAndModes,
+}
+
+/// What forces that are held long on the points of a disc's front move, m/N.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Held {
+    /// The points, row by row.
+    pub points: Vec<f64>,
+    /// The lowest modes at the pole, by the force on every point.
+    pub modes: Vec<f64>,
+}
+
+impl Held {
+    /// Displacement of every point and of the lowest modes under forces of the points (N), m.
+    #[must_use]
+    pub fn under(&self, forces: &[f64]) -> (Vec<f64>, f64) {
+        let points = self.points.chunks_exact(forces.len().max(1)).map(|row| dot(row, forces));
+        (points.collect(), dot(&self.modes, forces))
+    }
+}
+
+/// Why there is no disc on the water behind meshed beads.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum FrontError {
+    /// The disc.
+    #[error(transparent)]
+    Disc(#[from] DiscError),
+    /// Its elements and those of the water.
+    #[error(transparent)]
+    Elements(#[from] ElementsError),
+    /// Where the pressure is to be heard.
+    #[error(transparent)]
+    FieldPoint(#[from] FieldPointError),
+}
+
+/// A disc as a contact sees it, for any number of runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Front {
+    disc: Disc,
+    /// The retreat of every point as a sum over unknowns of the disc.
+    points: Vec<Vec<(u32, f64)>>,
+    /// For the Rayleigh integral.
+    interface: Option<DiscInterface>,
+}
+
+impl Front {
+    /// Of a disc touched at the points of a face, for water that is computed as said.
+    ///
+    /// # Errors
+    /// [`DiscError`].
+    pub fn new(disc: Disc, face: &Face, water: &WaterSettings) -> Result<Self, DiscError> {
+        // Outward is out of the water.
+        let terms = |i| face.terms(i).map(|(unknown, coefficient)| (unknown as u32, -coefficient)).collect();
+        let points: Vec<Vec<(u32, f64)>> = (0..face.len()).map(terms).collect();
+        let interface = match water.method {
+            WaterMethod::Rayleigh => Some(disc.interface(MODES, PATCH * disc.shape().thickness, &points)?),
+            WaterMethod::Elements(_) => None,
+        };
+        Ok(Self { disc, points, interface })
+    }
+
+    /// Number of points.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.points.len()
+    }
+
+    /// The disc under forces that are held; none where nothing holds the disc.
+    ///
+    /// # Errors
+    /// [`DiscError`].
+    pub fn held(&self) -> Result<Option<Held>, DiscError> {
+        if self.disc.shape().rim == Rim::Free {
+            return Ok(None);
+        }
+        let mut handles = self.points.clone();
+        handles.push(self.modes_handle()?);
+        let all = self.disc.point_flexibility(&handles)?;
+        let (points, count) = (self.points(), handles.len());
+        let rows = |first, rows| all[first * count..].chunks_exact(count).take(rows).flat_map(|row| &row[..points]);
+        Ok(Some(Held { points: rows(0, points).copied().collect(), modes: rows(points, 1).copied().collect() }))
+    }
+
+    /// The lowest modes together as one displacement, each by its share at the pole.
+    fn modes_handle(&self) -> Result<Vec<(u32, f64)>, DiscError> {
+        let weights = self.disc.modal_weights(DASHPOT_MODES, PATCH * self.disc.shape().thickness)?;
+        Ok((0_u32..).zip(weights).filter(|&(_, weight)| weight != 0.0).collect())
+    }
+
+    /// The disc at rest on the water, on a clock of that step (s).
+    ///
+    /// # Errors
+    /// [`FrontError`].
+    pub fn on_water(
+        &self,
+        water: &WaterSettings,
+        step: f64,
+        handles: Handles,
+    ) -> Result<Box<dyn TouchedDisc>, FrontError> {
+        let patch = PATCH * self.disc.shape().thickness;
+        if let WaterMethod::Elements(mesh) = water.method {
+            let settings = DiscOnWaterSettings {
+                water: water.liquid,
+                baffle: water.baffle,
+                mesh,
+                points: water.field_points.clone(),
+                patch,
+                step,
+            };
+            let mut touched = self.points.clone();
+            if handles == Handles::PointsAndModes {
+                touched.push(self.modes_handle()?);
+            }
+            return Ok(Box::new(DiscOnWater::touched(self.disc.clone(), &settings, &touched)?));
+        }
+        let made;
+        let interface = match &self.interface {
+            Some(interface) => interface,
+            None => {
+                made = self.disc.interface(MODES, patch, &self.points)?;
+                &made
+            }
+        };
+        let radius = self.disc.shape().radius;
+        let disc = WetDisc::new(radius, &interface.modes, &water.liquid, &water.field_points, step)?;
+        let interface = match handles {
+            Handles::Points => interface,
+            Handles::PointsAndModes => &interface.with_modes(DASHPOT_MODES),
+        };
+        Ok(Box::new(ModalFront::new(disc, interface)))
+    }
+}
+
+/// What is heard in the water, sample after sample.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WaterRecord {
+    /// Pressure at each field point, Pa.
+    pub pressure: Vec<Vec<f64>>,
+    /// Velocity of the middle of the disc's back, m/s, positive into the water.
+    pub back_velocity: Vec<f64>,
+}
+
+impl WaterRecord {
+    /// Empty, for so many samples at the field points of `water`.
+    #[must_use]
+    pub fn new(water: &WaterSettings, samples: usize) -> Self {
+        let pressure = water.field_points.iter().map(|_| Vec::with_capacity(samples)).collect();
+        Self { pressure, back_velocity: Vec::with_capacity(samples) }
+    }
+
+    /// Take a sample.
+    pub fn sample(&mut self, disc: &dyn TouchedDisc) {
+        self.pressure.iter_mut().enumerate().for_each(|(point, trace)| trace.push(disc.pressure(point)));
+        self.back_velocity.push(disc.back_velocity());
+    }
+
+    /// Enter it into a response whose ledger has the energy of the disc and the work on the water (J) among the stored energies.
+    pub fn enter(&self, front: &Front, water: &WaterSettings, [disc_j, water_j]: [f64; 2], response: &mut Response) {
+        let step = response.piston_displacement.step;
+        let series = |values: Vec<f64>| Series::new(0.0, step, values);
+        let work = &mut response.work;
+        work.pressure_samples = self.pressure.iter().map(|trace| trace.len() as u64).sum();
+        let heard = self.pressure.iter().zip(&water.field_points).map(|(trace, &point)| {
+            let radius = front.disc.shape().radius;
+            series(match water.absorption {
+                None => trace.clone(),
+                Some(law) => {
+                    work.absorbed_records += 1;
+                    absorption::heard(law, radius, point, trace, step)
+                }
+            })
+        });
+        let pressure = heard.collect();
+        response.disc = Some(DiscResponse { velocity: series(self.back_velocity.clone()), pressure });
+        let energy = &mut response.energy;
+        energy.stored_j -= disc_j + water_j;
+        (energy.disc_j, energy.water_j) = (Some(disc_j), Some(water_j));
+    }
+}
+
+/// A disc in its modes on the water, touched at several points.
+///
+/// w = Σ φ_k q_k + R λ with the shapes φ_k of [`DiscInterface`] and R what they leave out of the static flexibility.
+#[derive(Debug, Clone)]
+pub struct ModalFront {
+    disc: WetDisc,
+    /// φ_k in the middle of the back, 1/√kg.
+    back: Vec<f64>,
+    /// φ_k of the points, shape by shape, 1/√kg.
+    shapes: Vec<f64>,
+    /// R row by row, m/N.
+    residual: Vec<f64>,
+    compliance: Vec<f64>,
+    forces: Vec<f64>,
+    modal: Vec<f64>,
+}
+
+impl ModalFront {
+    /// At rest.
+    #[must_use]
+    pub fn new(disc: WetDisc, interface: &DiscInterface) -> Self {
+        let points = interface.points();
+        let shapes = interface.shapes.clone();
+        let count = shapes.len() / points.max(1);
+        let own = disc.shape_compliance();
+        let mut compliance = interface.residual.clone();
+        for (j, there) in shapes.chunks_exact(points).enumerate() {
+            for (k, here) in shapes.chunks_exact(points).enumerate() {
+                let share = own[j * count + k];
+                for (row, a) in compliance.chunks_exact_mut(points).zip(there) {
+                    row.iter_mut().zip(here).for_each(|(sum, b)| *sum += share * a * b);
+                }
+            }
+        }
+        let (residual, forces) = (interface.residual.clone(), vec![0.0; points]);
+        let back = interface.modes.back.iter().map(|shape| shape.at(0.0)).collect();
+        Self { disc, back, shapes, residual, compliance, forces, modal: vec![0.0; count] }
+    }
+
+    fn add_shapes(&self, amounts: impl Iterator<Item = f64>, out: &mut [f64]) {
+        out.fill(0.0);
+        for (amount, shape) in amounts.zip(self.shapes.chunks_exact(out.len())) {
+            out.iter_mut().zip(shape).for_each(|(out, shape)| *out += amount * shape);
+        }
+    }
+}
+
+impl TouchedDisc for ModalFront {
+    fn compliance(&self) -> &[f64] {
+        &self.compliance
+    }
+
+    fn predict(&mut self, retreat: &mut [f64]) {
+        self.disc.predict();
+        self.add_shapes(self.disc.free_displacement(), retreat);
+    }
+
+    fn push(&mut self, forces: &[f64]) {
+        self.forces.copy_from_slice(forces);
+        for (modal, shape) in self.modal.iter_mut().zip(self.shapes.chunks_exact(forces.len())) {
+            *modal = dot(shape, forces);
+        }
+        self.disc.push_modal(&self.modal);
+    }
+
+    fn retreat(&self, out: &mut [f64]) {
+        self.add_shapes(self.disc.modal_displacement().iter().copied(), out);
+        for (out, row) in out.iter_mut().zip(self.residual.chunks_exact(self.forces.len())) {
+            *out += dot(row, &self.forces);
+        }
+    }
+
+    fn back_velocity(&self) -> f64 {
+        self.back.iter().zip(self.disc.modal_velocity()).map(|(shape, velocity)| shape * velocity).sum()
+    }
+
+    fn pressure(&self, point: usize) -> f64 {
+        self.disc.pressure(point)
+    }
+
+    fn energy(&mut self) -> f64 {
+        let rows = self.residual.chunks_exact(self.forces.len()).zip(&self.forces);
+        self.disc.energy() + 0.5 * rows.map(|(row, force)| force * dot(row, &self.forces)).sum::<f64>()
+    }
+
+    fn work_on_water(&self) -> f64 {
+        self.disc.work_on_water()
+    }
+
+    fn count(&self, work: &mut SolverWork) {
+        self.disc.count(work);
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

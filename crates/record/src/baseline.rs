@@ -1,0 +1,352 @@
+//! The offset of a record: which samples are quiet, and the mean over the plateau of a burst.
+
+use std::f64::consts::PI;
+
+use realfft::num_complex::Complex;
+
+use granchain_signal::Series;
+
+/// Fewest quiet samples whose mean is a baseline.
+pub(super) const FEWEST_QUIET: usize = 8;
+/// Fewest drive periods of a plateau.
+pub(super) const FEWEST_PERIODS: usize = 4;
+
+/// Largest rms of quiet samples, as a fraction of the record's peak.
+const QUIET_RMS: f64 = 0.05;
+/// Share of the variance of quiet samples that the drive's lines may explain: of 35 samples of white noise 13 unknowns explain a third.
+const MOVED_SHARE: f64 = 0.6;
+/// The later half of quiet samples may have this many times the rms of the earlier half.
+const QUIET_GROWTH: f64 = 2.0;
+/// The same of samples that no trigger calls quiet, in standard errors of what noise alone does.
+const GROWN: f64 = 1.5;
+
+/// Fewest samples that are told to be white noise.
+const FEWEST_LOUD: usize = 64;
+/// Their roughness, of which white noise has 2.
+const WHITE: f64 = 1.2;
+/// Largest share of their variance that lines of the drive explain.
+const LINELESS: f64 = 0.2;
+
+/// Roughness below which samples are motion: noise that a decoder passes up to a tenth of the sample rate has 0.13.
+const SMOOTH: f64 = 0.1;
+
+/// Mean and rms about it.
+pub(super) fn mean_and_rms(values: &[f64]) -> (f64, f64) {
+    if values.is_empty() {
+        return (0.0, 0.0);
+    }
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (mean, (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt())
+}
+
+/// The middle value, of an even number the upper of the two; 0 of none.
+pub(super) fn median(values: &[f64]) -> f64 {
+    let mut values = values.to_vec();
+    let middle = values.len() / 2;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}
+
+/// Number of quiet samples at the start of a record.
+///
+/// The samples before the trigger are the candidates; where there are none or they are not quiet, as of a burst that begins before its trigger, the
+/// samples before the first departure by a tenth of the
+/// peak (and, to stay clear of a slow ring-up, ever shorter parts of them). Candidates are quiet if there are at
+/// least 8, their rms about their mean is below 5 % of the record's peak, and the later half has at most twice the rms
+/// of the earlier half. Samples of a record without a trigger must moreover cross their mean at least four times, or differ
+/// by the resolution only: the beginning of a finely sampled cycle does neither.
+pub(super) fn quiet_lead(values: &[f64], before_trigger: usize, period: Option<f64>) -> usize {
+    let median = median(values);
+    let peak = values.iter().fold(0.0, |peak, x| f64::max(peak, (x - median).abs()));
+    let smallest_step = values
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).abs())
+        .filter(|step| *step > 0.0)
+        .fold(f64::INFINITY, f64::min)
+        .min(peak);
+    let is_quiet = |count: usize, growth: f64| {
+        if count < FEWEST_QUIET {
+            return false;
+        }
+        let (mean, rms) = mean_and_rms(&values[..count]);
+        let about = |part: &[f64]| (part.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / part.len() as f64).sqrt();
+        let (early, late) = values[..count].split_at(count / 2);
+        rms <= QUIET_RMS * peak && about(late) <= growth * about(early) + smallest_step
+    };
+    if is_quiet(before_trigger, QUIET_GROWTH) {
+        return before_trigger;
+    }
+    // Two halves of noise differ by √(2/n) in the logarithm of their rms; what first arrives swells slowly, and is not noise.
+    let growth = |count: usize| (GROWN * (2.0 / count.max(1) as f64).sqrt()).exp().min(QUIET_GROWTH);
+    if before_trigger >= FEWEST_LOUD && is_loud_noise(&values[..before_trigger], period) {
+        return before_trigger;
+    }
+    let level = values.iter().take(FEWEST_QUIET).sum::<f64>() / FEWEST_QUIET.min(values.len()).max(1) as f64;
+    let onset = values.iter().position(|x| (x - level).abs() > 0.1 * peak).unwrap_or(0);
+    let wavers = |count: usize| {
+        let (mean, rms) = mean_and_rms(&values[..count]);
+        let crossings = values[..count].windows(2).filter(|pair| (pair[0] > mean) != (pair[1] > mean)).count();
+        rms <= smallest_step || crossings >= 4
+    };
+    // The first cycles of a slow envelope are small, and motion.
+    let moves = |count: usize| {
+        period.is_some_and(|period| (count as f64) < 0.5 * period || line_share(&values[..count], period) > MOVED_SHARE)
+            || roughness(&values[..count]).is_some_and(|(rough, rms)| rms > smallest_step && rough < SMOOTH)
+    };
+    [0.8, 0.6, 0.45, 0.3, 0.2]
+        .iter()
+        .map(|part| (onset as f64 * part) as usize)
+        .find(|&count| is_quiet(count, growth(count)) && wavers(count) && !moves(count))
+        .unwrap_or(0)
+}
+
+/// Whether samples are white noise however loud: as loud in either half, rough, and with no line of the drive's.
+fn is_loud_noise(values: &[f64], period: Option<f64>) -> bool {
+    let (early, late) = values.split_at(values.len() / 2);
+    let ratio = mean_and_rms(late).1 / mean_and_rms(early).1.max(f64::MIN_POSITIVE);
+    let rough = roughness(values).is_some_and(|(rough, _)| rough > WHITE);
+    let alike = ratio.ln().abs() < 2.0 * GROWN * (2.0 / values.len() as f64).sqrt();
+    rough && alike && period.is_some_and(|period| line_share(values, period) < LINELESS)
+}
+
+/// Mean square of the first differences over the variance about a straight line, and the root of that variance: 2 of white noise, (2π f Δt)² of a motion
+/// at a frequency f that is sampled finely. `None` of samples on a line.
+fn roughness(values: &[f64]) -> Option<(f64, f64)> {
+    let n = values.len() as f64;
+    let middle = 0.5 * (n - 1.0);
+    let (mean, _) = mean_and_rms(values);
+    let slope = values.iter().enumerate().map(|(i, x)| (i as f64 - middle) * (x - mean)).sum::<f64>() * 12.0
+        / (n * (n * n - 1.0));
+    let left =
+        values.iter().enumerate().map(|(i, x)| (x - mean - slope * (i as f64 - middle)).powi(2)).sum::<f64>() / n;
+    let differences = values.windows(2).map(|pair| (pair[1] - pair[0] - slope).powi(2)).sum::<f64>() / (n - 1.0);
+    (left > 0.0).then(|| (differences / left, left.sqrt()))
+}
+
+/// Share of the variance of `values` about their mean that lines of `period` (samples) explain, mean and lines fitted together.
+fn line_share(values: &[f64], period: f64) -> f64 {
+    let (mean, rms) = mean_and_rms(values);
+    let reach = values.len();
+    let lines = super::continuation::Continuation::fit(|i| values[i] - mean, reach, 0.0, period);
+    let Some(lines) = lines.filter(|_| rms > 0.0) else { return 0.0 };
+    let left = values.iter().enumerate().map(|(i, x)| (x - mean - lines.at(i as f64)).powi(2)).sum::<f64>();
+    1.0 - left / (reach as f64 * rms * rms)
+}
+
+/// Hann-weighted mean of `series` over the largest whole number of drive periods in its plateau, or how many periods there
+/// were. The plateau is the longest run of periods whose swing (maximum − minimum) exceeds 0.8 of the largest; over m ≥ 2
+/// whole periods the weights 1 − cos(2πt/(m T)) have no response at f0 and its harmonics, so the motion itself leaves
+/// nothing in the mean.
+pub(super) fn plateau_mean(series: &Series, drive_frequency: f64) -> Result<(f64, usize), usize> {
+    let period = 1.0 / drive_frequency;
+    let periods = ((series.end() - series.start) / period).floor() as usize;
+    let swing = |k: usize| {
+        let from = (k as f64 * period / series.step).ceil() as usize;
+        let past = ((((k + 1) as f64) * period / series.step).floor() as usize + 1).min(series.len());
+        let (low, high) = series.values[from.min(past)..past]
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)));
+        if high >= low { high - low } else { 0.0 }
+    };
+    let swings: Vec<f64> = (0..periods).map(swing).collect();
+    let level = 0.8 * swings.iter().copied().fold(0.0, f64::max);
+    let (mut best, mut run) = ((0, 0), 0);
+    for (k, &swing) in swings.iter().enumerate() {
+        run = if swing > level { run + 1 } else { 0 };
+        if run > best.1 {
+            best = (k + 1 - run, run);
+        }
+    }
+    let (first, count) = best;
+    if count < FEWEST_PERIODS {
+        return Err(count);
+    }
+    let (from, span) = (series.start + first as f64 * period, count as f64 * period);
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for (i, value) in series.values.iter().enumerate() {
+        let u = (series.time(i) - from) / span;
+        if (0.0..=1.0).contains(&u) {
+            let weight = 1.0 - libm::cos(2.0 * PI * u);
+            sum += weight * value;
+            weights += weight;
+        }
+    }
+    Ok((sum / weights, count))
+}
+
+/// `series` less its slow drift: the running Hann-weighted mean over eight drive periods, which passes nothing at f0 and its
+/// harmonics. Near the ends the series is continued by reflection through its end points; a record that ends while the horn
+/// still rings is uncertain by a tenth of what rings there over its last four periods.
+pub(super) fn without_drift(series: &Series, drive_frequency: f64) -> Series {
+    let half = (4.0 / (drive_frequency * series.step)).round().max(1.0) as usize;
+    let n = series.len();
+    let half = half.min(n.saturating_sub(1));
+    if half == 0 {
+        return series.clone();
+    }
+    let span = 4.0 / (drive_frequency * series.step);
+    let angle = PI / span;
+    // 1 + cos(angle k) at k = −half … half.
+    let total = (1..=half).fold(2.0, |sum, k| sum + 2.0 * (1.0 + libm::cos(angle * k as f64)));
+    let x = &series.values;
+    let at = |i: isize| -> f64 {
+        let last = n as isize - 1;
+        if i < 0 {
+            2.0 * x[0] - x[i.unsigned_abs()]
+        } else if i > last {
+            2.0 * x[n - 1] - x[(2 * last - i) as usize]
+        } else {
+            x[i as usize]
+        }
+    };
+    // Of the window around i: A = Σ x_j and Z = Σ x_j exp(i angle (j − i)), so Σ (1 + cos) x_j = A + Re Z. From one window to the next a
+    // sample leaves, one enters and Z turns; every `half` windows both are summed anew, so that rounding does not add up.
+    let cis = |k: isize| Complex::<f64>::new(libm::cos(angle * k as f64), libm::sin(angle * k as f64));
+    let reach = half as isize;
+    let (edge, turn) = (cis(reach), cis(-1));
+    let (mut sum, mut swing) = (0.0, Complex::<f64>::default());
+    let values = (0..n as isize)
+        .map(|i| {
+            if i % reach == 0 {
+                (sum, swing) = (i - reach..=i + reach)
+                    .fold((0.0, Complex::default()), |(sum, swing), j| (sum + at(j), swing + cis(j - i) * at(j)));
+            } else {
+                let (leaving, entering) = (at(i - 1 - reach), at(i + reach));
+                sum += entering - leaving;
+                swing = (swing - edge.conj() * leaving) * turn + edge * entering;
+            }
+            x[i as usize] - (sum + swing.re) / total
+        })
+        .collect();
+    Series::new(series.start, series.step, values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn burst(offset: f64) -> Series {
+        let (step, f0, tau) = (2e-7, 73e3, 100e-6);
+        let values = (0..4000)
+            .map(|i| {
+                let t = f64::from(i) * step - 50e-6;
+                let envelope = if t < 0.0 {
+                    0.0
+                } else if t < 548e-6 {
+                    1.0 - (-t / tau).exp()
+                } else {
+                    (-(t - 548e-6) / tau).exp()
+                };
+                offset + 1e-6 * envelope * (2.0 * PI * f0 * t).sin()
+            })
+            .collect();
+        Series::new(-50e-6, step, values)
+    }
+
+    #[test]
+    fn plateau_mean_finds_an_offset_under_a_growing_burst() {
+        let (mean, periods) = plateau_mean(&burst(3e-9), 73e3).unwrap();
+        assert!(periods >= 20, "{periods}");
+        // The sampled window and the growth of the burst leave less than 1e-4 of the amplitude.
+        assert!((mean - 3e-9).abs() < 1e-10, "{mean:e}");
+    }
+
+    #[test]
+    fn drift_goes_and_the_burst_stays() {
+        let burst = burst(0.0);
+        let mut drifting = burst.clone();
+        for i in 0..drifting.len() {
+            let t = drifting.time(i);
+            drifting.values[i] += 2e-8 + 5e-5 * t + 0.08 * t * t;
+        }
+        let out = without_drift(&drifting, 73e3);
+        // The last four periods, where the burst still rings, are left out.
+        let pairs = out.values.iter().zip(&burst.values).take(4000 - 274);
+        let worst = pairs.fold(0.0, |worst, (a, b)| f64::max(worst, (a - b).abs()));
+        // Onset and end of the burst are no whole periods: a few 1e-3 of the amplitude remain there.
+        assert!(worst < 8e-9, "{worst:e}");
+    }
+
+    #[test]
+    fn the_running_mean_is_the_sum_over_every_window() {
+        let x: Vec<f64> = (0..700).map(|i| (f64::from(i * i) * 0.37).sin() + 1e-3 * f64::from(i)).collect();
+        let last = x.len() as isize - 1;
+        let at = |i: isize| match i {
+            i if i < 0 => 2.0 * x[0] - x[-i as usize],
+            i if i > last => 2.0 * x[last as usize] - x[(2 * last - i) as usize],
+            i => x[i as usize],
+        };
+        // Half windows of 1, 40 and 699 samples, the last the longest there is.
+        for frequency in [4.0, 0.1, 4.0 / 699.2] {
+            let out = without_drift(&Series::new(0.0, 1.0, x.clone()), frequency);
+            let (span, half) = (4.0 / frequency, (4.0 / frequency).round() as isize);
+            let weight = |k: isize| 1.0 + (PI * k as f64 / span).cos();
+            let total: f64 = (-half..=half).map(weight).sum();
+            for i in 0..=last {
+                let mean = (-half..=half).map(|k| weight(k) * at(i + k)).sum::<f64>() / total;
+                let error = (out.values[i as usize] - (at(i) - mean)).abs();
+                assert!(error < 1e-13, "{frequency} {i}: {error:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_ring_up_is_not_quiet_and_a_pretrigger_is() {
+        let values = burst(0.0).values;
+        assert_eq!(quiet_lead(&values, 250, None), 250);
+        // The trigger lies inside the burst, which begins at sample 250: the samples before that are quiet all the same.
+        assert_eq!(quiet_lead(&values, 900, None), quiet_lead(&values, 0, None));
+        let detected = quiet_lead(&values, 0, None);
+        assert!((60..=300).contains(&detected), "{detected}");
+        let tone: Vec<f64> = (0..1000).map(|i| (0.1 * f64::from(i)).sin()).collect();
+        assert_eq!(quiet_lead(&tone, 0, None), 0);
+        // A hum of a fifth of the peak before the trigger gives no baseline.
+        let hum: Vec<f64> = (0..2000).map(|i| (0.3 * f64::from(i)).sin() * if i < 300 { 0.2 } else { 1.0 }).collect();
+        assert_eq!(quiet_lead(&hum, 300, None), 0);
+        let fine: Vec<f64> = (0..10_000).map(|i| (1e-3 * f64::from(i)).sin()).collect();
+        assert_eq!(quiet_lead(&fine, 0, None), 0);
+    }
+
+    /// Gaussian enough: the sum of four even draws, of rms 1.
+    fn noise(seed: &mut u64) -> f64 {
+        let mut even = || {
+            *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (*seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        (0..4).map(|_| even()).sum::<f64>() * 3f64.sqrt()
+    }
+
+    #[test]
+    fn noise_of_a_tenth_of_the_peak_is_quiet_and_a_burst_as_loud_is_not() {
+        let period = 1.0 / (73e3 * 2e-7);
+        for seed in 0..20 {
+            let mut random = seed;
+            let loud: Vec<f64> = (0..4000)
+                .map(|i| {
+                    let tone = if i < 1000 { 0.0 } else { libm::sin(2.0 * PI * f64::from(i) / period) };
+                    tone + 0.1 * noise(&mut random)
+                })
+                .collect();
+            assert_eq!(quiet_lead(&loud, 1000, Some(period)), 1000, "{seed}");
+            // Triggered a thousand samples into the burst.
+            assert_eq!(quiet_lead(&loud[1000..], 1000, Some(period)), 0, "{seed}");
+        }
+    }
+
+    #[test]
+    fn what_swells_before_the_first_arrival_is_no_noise() {
+        let mut random = 3;
+        // 25 µs of noise of 1e-3, then a wave that grows with the square of time to its peak at 600 µs.
+        let period = 1.0 / (73e3 * 2e-7);
+        let values: Vec<f64> = (0..4000)
+            .map(|i| {
+                let grown = (f64::from(i - 125).max(0.0) / 3000.0).powi(2).min(1.0);
+                grown * libm::sin(2.0 * PI * f64::from(i) / period) + 1e-3 * noise(&mut random)
+            })
+            .collect();
+        let quiet = quiet_lead(&values, 0, Some(period));
+        assert!(quiet >= 125, "{quiet}");
+        let rms = mean_and_rms(&values[..quiet]).1;
+        assert!((0.8e-3..1.2e-3).contains(&rms), "{quiet}: {rms:e}");
+    }
+}

@@ -1,0 +1,592 @@
+//! Why a record cannot be used: where, what was expected, what was found, what to do.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use granchain_signal::{Dimension, Quantity, QuantityError};
+
+use super::{DecimalSign, Place, RecordKind, UniversalError};
+
+fn listed(names: &[String]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+fn wanted(kind: RecordKind) -> &'static str {
+    match kind {
+        RecordKind::HornTip => "a displacement such as `displacement_um` or a velocity such as `velocity_mm_per_s`",
+        RecordKind::Vibrometer => "a velocity such as `velocity_mm_per_s`",
+        RecordKind::Hydrophone => {
+            "a pressure such as `pressure_kpa`, or volts such as `hydrophone_mv` with the hydrophone's sensitivity"
+        }
+    }
+}
+
+/// How a sensitivity of this kind is written, and what it belongs to.
+fn sensitivity(kind: RecordKind) -> (&'static str, &'static str) {
+    match kind {
+        RecordKind::HornTip => {
+            ("a velocity or a displacement", "the decoder's sensitivity; pass it as --scale '125 mm/s/V' or '2 um/V'")
+        }
+        RecordKind::Vibrometer => ("a velocity", "the decoder's sensitivity; pass it as --scale '125 mm/s/V'"),
+        RecordKind::Hydrophone => (
+            "a pressure",
+            "the hydrophone's sensitivity; pass it as --scale '250 nV/Pa' or '4 MPa/V', or write `# sensitivity: 250 nV/Pa` into the file",
+        ),
+    }
+}
+
+/// What else may be meant by a quantity that a record of this kind does not have.
+fn other_record(kind: RecordKind, found: Dimension) -> &'static str {
+    match (kind, found) {
+        (RecordKind::Vibrometer, Dimension::PRESSURE) => {
+            "; a hydrophone's record is calibrated on with --quantity pressure, and inspected with --kind hydrophone"
+        }
+        (RecordKind::Hydrophone, Dimension::VELOCITY) => {
+            "; a vibrometer's record is calibrated on without --quantity pressure"
+        }
+        (RecordKind::Vibrometer, Dimension::LENGTH) => {
+            "; a horn tip's record is given with --drive: are the two files swapped?"
+        }
+        _ => "",
+    }
+}
+
+/// What a strongest line at a fraction of the drive frequency may mean.
+fn subharmonic(stated: f64, found: f64) -> &'static str {
+    let is = |parts: f64| (found * parts / stated - 1.0).abs() < 0.05;
+    if is(2.0) || is(3.0) { "; a bead answers so, a horn does not: are the two files swapped?" } else { "" }
+}
+
+/// Why a record cannot be used.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum MeasurementError {
+    /// There is no such file.
+    #[error("{}: expected a record, found no such file{}", path.display(), nearest.as_ref().map(|near| format!("; did you mean `{near}`?")).unwrap_or_else(|| "; check the path".into()))]
+    NotFound {
+        /// The path as given.
+        path: PathBuf,
+        /// A file in the same folder whose name looks like it.
+        nearest: Option<String>,
+    },
+    /// The path is a folder.
+    #[error("{}: expected a file, found a folder; name {}", path.display(), if files.is_empty() { "a CSV file".into() } else { format!("a file in it, such as {}", listed(files)) })]
+    Folder {
+        /// The path as given.
+        path: PathBuf,
+        /// CSV files in it.
+        files: Vec<String>,
+    },
+    /// The system refused to read.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Io {
+        /// The path as given.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Nothing in the file.
+    #[error("{}: expected a header line and rows of numbers, found an empty file; export it again", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Not a text file.
+    #[error("{}: expected text, found {found}; export the record as CSV text", path.display())]
+    Binary {
+        /// The file.
+        path: PathBuf,
+        /// What it seems to be, or the offending byte.
+        found: String,
+    },
+    /// Text in another encoding.
+    #[error("{place}: expected UTF-8 text, found byte 0x{byte:02x}; save the file as UTF-8")]
+    NotUtf8 {
+        /// Where.
+        place: Place,
+        /// The byte.
+        byte: u8,
+    },
+    /// Another delimiter.
+    #[error("{place}: expected {expected}, found {found}; {remedy}")]
+    Delimiter {
+        /// Where.
+        place: Place,
+        /// What should separate the values.
+        expected: String,
+        /// What separates the values.
+        found: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// Decimal points and decimal commas in one table.
+    #[error(
+        "{place}: expected {} as in line {since}, found `{found}`; write all decimals alike and no thousands apart",
+        expected.name()
+    )]
+    MixedDecimals {
+        /// Where.
+        place: Place,
+        /// The decimals of the rows before.
+        expected: DecimalSign,
+        /// A line that has them.
+        since: u64,
+        /// The cell.
+        found: String,
+    },
+    /// A number that can be read in two ways.
+    #[error(
+        "{place}: expected a number that can be read in one way, found only such as `{found}`: a decimal or thousands set \
+         apart; pass --decimal {} if it is a decimal, else export without setting thousands apart",
+        if *sign == DecimalSign::Comma { "comma" } else { "point" }
+    )]
+    AmbiguousNumber {
+        /// Where.
+        place: Place,
+        /// The cell.
+        found: String,
+        /// The sign in it.
+        sign: DecimalSign,
+    },
+    /// A cell with a unit of its own.
+    #[error(
+        "{place}: expected a plain number, found `{found}` with a unit; a column has one unit, in its header: convert the \
+         cells to it"
+    )]
+    MixedUnits {
+        /// Which cell.
+        place: Place,
+        /// The cell.
+        found: String,
+    },
+    /// More columns than any instrument has channels.
+    #[error("{place}: expected at most {limit} columns, found {found}; check the delimiter (--delimiter)")]
+    TooManyColumns {
+        /// Where.
+        place: Place,
+        /// The most that are read.
+        limit: usize,
+        /// Columns found.
+        found: usize,
+    },
+    /// An instrument's preamble without something that it must have.
+    #[error("{place}: expected {wanted}, as {instrument} writes it, found none; export the record again")]
+    Preamble {
+        /// Where.
+        place: Place,
+        /// Whose preamble it begins like.
+        instrument: &'static str,
+        /// What is missing.
+        wanted: &'static str,
+    },
+    /// Several segments and no choice, or a choice that is not there.
+    #[error(
+        "{place}: expected one segment to read, found {count} of {size} samples each{}; choose one with --dataset 1…{count}",
+        wanted.map(|wanted| format!(" and no segment {wanted}")).unwrap_or_default()
+    )]
+    Segments {
+        /// Where.
+        place: Place,
+        /// How many there are.
+        count: usize,
+        /// Rows of each.
+        size: usize,
+        /// The one asked for.
+        wanted: Option<usize>,
+    },
+    /// `--dataset` for a file that holds one record.
+    #[error("{}: --dataset {wanted} names a function or a segment; the file is a plain table with one: leave --dataset out", path.display())]
+    NoDatasets {
+        /// The file.
+        path: PathBuf,
+        /// The number asked for.
+        wanted: usize,
+    },
+    /// A universal file that cannot be used.
+    #[error(transparent)]
+    Universal(#[from] UniversalError),
+    /// Polytec's own files.
+    #[error(
+        "{}: expected text or a universal file, found a file in Polytec's own binary form ({extension}), which only Polytec's \
+         software reads; open it in PSV or VibSoft and export the time data as universal file (UFF 58) or as ASCII",
+        path.display()
+    )]
+    PolytecBinary {
+        /// The file.
+        path: PathBuf,
+        /// `.svd` or `.pvd`.
+        extension: String,
+    },
+    /// `--scale` for what is no voltage.
+    #[error("{place}: --scale is for a column in volts, found the unit `{unit}`; leave --scale out, or pass --unit V")]
+    ScaleWithoutVolts {
+        /// Which column.
+        place: Place,
+        /// The unit as written.
+        unit: String,
+    },
+    /// `--range` of another quantity than the record's.
+    #[error("{}: expected a --range in the record's own quantity or, with --scale, in volts, found `{found}`", path.display())]
+    WrongRange {
+        /// The file.
+        path: PathBuf,
+        /// The range.
+        found: String,
+    },
+    /// `--sample-rate` beside a column of time that says otherwise.
+    #[error(
+        "{place}: expected one sample every {expected:e} s (--sample-rate), found a column of time with one every {found:e} s; \
+         leave --sample-rate out, or correct --time-unit"
+    )]
+    RateDisagrees {
+        /// Which column.
+        place: Place,
+        /// The flag's step, s.
+        expected: f64,
+        /// The column's step, s.
+        found: f64,
+    },
+    /// The first row is no header.
+    #[error(
+        "{place}: expected a header that names the columns with their units, found `{found}`; add one such as \
+         `time_s,velocity_mm_per_s`, or pass both --time-unit and --unit"
+    )]
+    NoHeader {
+        /// Where.
+        place: Place,
+        /// The row.
+        found: String,
+    },
+    /// A header and nothing below.
+    #[error("{place}: expected rows of numbers below the header, found none; export the record again")]
+    NoRows {
+        /// Where the file ends.
+        place: Place,
+    },
+    /// Not enough rows.
+    #[error("{}: expected at least {needed} samples, found {found}; export the whole record", path.display())]
+    TooFewSamples {
+        /// The file.
+        path: PathBuf,
+        /// Samples needed.
+        needed: usize,
+        /// Samples found, on the even grid.
+        found: usize,
+    },
+    /// No column holds time.
+    #[error(
+        "{place}: expected a column of time such as `time_s`, found the columns {}; rename one, or pass --time-column \
+         and --time-unit, or --sample-rate if there is no time in the file",
+        listed(columns)
+    )]
+    NoTime {
+        /// Where the header is.
+        place: Place,
+        /// All headers.
+        columns: Vec<String>,
+    },
+    /// No column holds what a record of this kind needs.
+    #[error(
+        "{place}: a {} record needs {}; found the columns {}; rename one, or pass --column and --unit",
+        kind.name(), wanted(*kind), listed(columns)
+    )]
+    NoQuantity {
+        /// Where the header is.
+        place: Place,
+        /// Kind of record.
+        kind: RecordKind,
+        /// All headers.
+        columns: Vec<String>,
+    },
+    /// The named column is not there.
+    #[error("{place}: {flag} names `{wanted}`, which is no column here; the columns are {}", listed(columns))]
+    NoSuchColumn {
+        /// Where the header is.
+        place: Place,
+        /// Which flag.
+        flag: &'static str,
+        /// Its value.
+        wanted: String,
+        /// All headers.
+        columns: Vec<String>,
+    },
+    /// More than one column would do.
+    #[error("{place}: expected one column to read, found {}: {}; choose one with {flag}", candidates.len(), listed(candidates))]
+    Ambiguous {
+        /// Where the header is.
+        place: Place,
+        /// The flag that chooses.
+        flag: &'static str,
+        /// The columns that would do.
+        candidates: Vec<String>,
+    },
+    /// A column without a unit.
+    #[error("{place}: expected a unit, found none; write it in the header as in `{example}`, or pass {flag}")]
+    NoUnit {
+        /// Which column.
+        place: Place,
+        /// A header with a unit.
+        example: &'static str,
+        /// The flag that gives it.
+        flag: &'static str,
+    },
+    /// A unit nobody knows.
+    #[error("{place}: {source}; correct the header, or pass {flag}")]
+    UnknownUnit {
+        /// Which column.
+        place: Place,
+        /// The flag that gives it.
+        flag: &'static str,
+        /// What the unit's reader said.
+        source: QuantityError,
+    },
+    /// A unit of something else.
+    #[error("{place}: expected {expected}, found the unit `{unit}`{}; name another column with {flag}, or correct the unit{}", actual.name().map(|name| format!(" of {name}")).unwrap_or_default(), other_record(*kind, *actual))]
+    WrongQuantity {
+        /// Which column.
+        place: Place,
+        /// What is needed.
+        expected: &'static str,
+        /// The unit as written.
+        unit: String,
+        /// Its dimension.
+        actual: Dimension,
+        /// The flag that chooses the column.
+        flag: &'static str,
+        /// Kind of record.
+        kind: RecordKind,
+    },
+    /// A voltage says nothing about the recorded quantity.
+    #[error("{place}: expected {}, found volts (`{unit}`), which need {}", sensitivity(*kind).0, sensitivity(*kind).1)]
+    Volts {
+        /// Which column.
+        place: Place,
+        /// Kind of record.
+        kind: RecordKind,
+        /// The unit as written.
+        unit: String,
+    },
+    /// A sensitivity for another quantity than the record's.
+    #[error(
+        "{place}: a {} record is {}, and the sensitivity {scale} makes volts {}; volts of this record need {}{}",
+        kind.name(), sensitivity(*kind).0, found.describe(), sensitivity(*kind).1, other_record(*kind, *found)
+    )]
+    WrongSensitivity {
+        /// Which column.
+        place: Place,
+        /// Kind of record.
+        kind: RecordKind,
+        /// The sensitivity.
+        scale: String,
+        /// What it makes of volts.
+        found: Dimension,
+    },
+    /// A pressure that no ultrasound in water has.
+    #[error(
+        "{}: expected the peak of a hydrophone's record between 1 mPa and 1 GPa, found {} ({from}); correct the unit or the sensitivity: \
+         hydrophones have 1 nV/Pa to 10 mV/Pa, with their amplifier",
+        path.display(), Quantity::new(*peak, Dimension::PRESSURE)
+    )]
+    AbsurdPressure {
+        /// The file.
+        path: PathBuf,
+        /// Largest pressure, Pa.
+        peak: f64,
+        /// What made it a pressure.
+        from: String,
+    },
+    /// A row with fewer or more cells than the header.
+    #[error(
+        "{place}: expected {expected} cells as in the header, found {found}{}",
+        if *cut { "; the file ends in the middle of this line, so the transfer was cut short: copy it again, or delete the line" }
+        else if *commas { "; decimal commas cannot be told from commas between values: export with semicolons, or with decimal points" }
+        else { "; complete the row or delete it" }
+    )]
+    Ragged {
+        /// Which line.
+        place: Place,
+        /// Cells in the header.
+        expected: usize,
+        /// Cells in the row.
+        found: usize,
+        /// Whether it is the last line and lacks its end.
+        cut: bool,
+        /// Whether commas separate the cells and there are twice as many as there should be.
+        commas: bool,
+    },
+    /// Text where a number belongs.
+    #[error(
+        "{place}: expected a number, found `{found}`{}",
+        if *cut { "; the file ends in the middle of this line, so the transfer was cut short: copy it again, or delete the line" }
+        else if found.contains(',') { "; write decimal points, not commas, or pass --decimal comma" }
+        else { "; correct the cell or delete the row" }
+    )]
+    NotANumber {
+        /// Which cell.
+        place: Place,
+        /// The cell.
+        found: String,
+        /// Whether it is the last line and lacks its end.
+        cut: bool,
+    },
+    /// `n/a`, an empty cell, NaN.
+    #[error("{place}: expected a finite number, found `{found}`; drop the row or pass --missing interpolate")]
+    MissingValue {
+        /// Which cell.
+        place: Place,
+        /// The cell.
+        found: String,
+    },
+    /// A gap that no straight line can bridge.
+    #[error(
+        "{place}: expected at most {limit} missing cells in a row with a number before and after, found {found}; cut \
+         the record there"
+    )]
+    GapTooLong {
+        /// The last cell of the gap.
+        place: Place,
+        /// Its length, cells.
+        found: usize,
+        /// The longest that is bridged.
+        limit: usize,
+    },
+    /// An infinite value.
+    #[error(
+        "{place}: expected a finite number, found `{found}`; the input was overloaded or the export is wrong: record it again"
+    )]
+    Infinite {
+        /// Which cell.
+        place: Place,
+        /// The cell.
+        found: String,
+    },
+    /// Time stands still or runs backwards.
+    #[error(
+        "{place}: expected a time later than {previous:e} s, found {found:e} s; {}",
+        if previous == found { "the time column needs more digits, or the row is there twice" }
+        else { "sort the rows by time, or keep one sweep only" }
+    )]
+    TimeNotIncreasing {
+        /// Which cell.
+        place: Place,
+        /// Time of the row before, s.
+        previous: f64,
+        /// Time of this row, s.
+        found: f64,
+    },
+    /// The samples are not evenly spaced.
+    #[error(
+        "{place}: expected evenly spaced samples, one every {expected:.6e} s within {:.0} % of that, found a step of \
+         {found:.6e} s; restore the rows that were lost, or pass --resample", 100.0 * tolerance
+    )]
+    Uneven {
+        /// Where the step departs most.
+        place: Place,
+        /// Mean step, s.
+        expected: f64,
+        /// The step found, s.
+        found: f64,
+        /// Tolerance as a fraction of the step, 1.
+        tolerance: f64,
+    },
+    /// Samples too far apart to be interpolated.
+    #[error(
+        "{place}: expected steps of at most {limit} times the usual {median:.6e} s, found one of {found:.6e} s; what \
+         happened between cannot be interpolated: cut the record there"
+    )]
+    TooUneven {
+        /// Where the step departs most.
+        place: Place,
+        /// Median step, s.
+        median: f64,
+        /// The step found, s.
+        found: f64,
+        /// The longest that is interpolated across, in median steps.
+        limit: f64,
+    },
+    /// `--baseline pretrigger` without a pre-trigger.
+    #[error(
+        "{}: --baseline pretrigger needs at least {needed} quiet samples before the trigger, found {found}; pass \
+         --trigger with the instant of the trigger, or another --baseline", path.display()
+    )]
+    NoPretrigger {
+        /// The file.
+        path: PathBuf,
+        /// Samples needed.
+        needed: usize,
+        /// Quiet samples found.
+        found: usize,
+    },
+    /// `--baseline plateau` without a plateau.
+    #[error(
+        "{}: --baseline plateau needs a burst with at least {needed} drive periods above 0.8 of its peak, found \
+         {found}; pass --drive-frequency, or another --baseline", path.display()
+    )]
+    NoPlateau {
+        /// The file.
+        path: PathBuf,
+        /// Periods needed.
+        needed: usize,
+        /// Periods found.
+        found: usize,
+    },
+    /// The drive frequency can be had from nowhere.
+    #[error("{}: expected a periodic drive, found no spectral line; pass --drive-frequency", path.display())]
+    NoDriveFrequency {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The drive is too short to be one.
+    #[error(
+        "{}: expected a drive of at least two cycles, found {cycles:.2} at {:.4} kHz; record a longer burst, or \
+         correct --drive-frequency", path.display(), frequency / 1e3
+    )]
+    DriveTooShort {
+        /// The file.
+        path: PathBuf,
+        /// Cycles found.
+        cycles: f64,
+        /// Drive frequency, Hz.
+        frequency: f64,
+    },
+    /// The horn moves at another frequency than stated.
+    #[error(
+        "{}{line}: expected a strongest line at the drive frequency of {:.4} kHz ({place}), found it at {:.4} kHz; correct the frequency or the unit of \
+         time, or pass --force-frequency{}", path.display(), stated / 1e3, found / 1e3, subharmonic(*stated, *found)
+    )]
+    FrequencyDisagrees {
+        /// The file.
+        path: PathBuf,
+        /// `:` and the line that states it, where one does.
+        line: String,
+        /// As stated, Hz.
+        stated: f64,
+        /// Where it is stated.
+        place: &'static str,
+        /// The strongest line, Hz.
+        found: f64,
+    },
+    /// Too few samples a cycle.
+    #[error(
+        "{}: expected at least 4 samples a drive cycle ({:.1} kHz for a drive of {:.4} kHz), found a sample rate of \
+         {:.1} kHz; record it faster, or correct the unit of time", path.display(), 4e-3 * frequency, frequency / 1e3,
+        sample_rate / 1e3
+    )]
+    SampledTooLow {
+        /// The file.
+        path: PathBuf,
+        /// Sample rate, Hz.
+        sample_rate: f64,
+        /// Drive frequency, Hz.
+        frequency: f64,
+    },
+    /// A record that is no drive.
+    #[error("{}: expected a horn-tip record to drive the piston, found a {} record; name the horn's record", path.display(), kind.name())]
+    NotADrive {
+        /// The file.
+        path: PathBuf,
+        /// Its kind.
+        kind: RecordKind,
+    },
+}

@@ -1,0 +1,166 @@
+//! The motion under the noise: what Wiener's gain leaves of a spectrum.
+
+use std::f64::consts::PI;
+
+use rand::Rng;
+use realfft::{RealFftPlanner, num_complex::Complex};
+
+use granchain_signal::Series;
+
+/// Frequencies over which a spectrum is smoothed before it is compared with the noise, in drive frequencies, to either side.
+const SMOOTHED: f64 = 1.0 / 24.0;
+/// Fewest bins to either side.
+const FEWEST_BINS: usize = 3;
+/// σ by which a smoothed bin of noise alone must exceed its mean before anything of it passes.
+const STRICT: f64 = 3.0;
+/// Below this fraction of the drive frequency an integral is drift.
+pub(super) const DRIFT: f64 = 0.125;
+/// Most values of a remainder's density.
+const MOST_BINS: usize = 2048;
+
+/// What noise is left in a drive: its one-sided spectral density.
+///
+/// A realisation is Σ √(2 S(f_k) δf) cos(2πf_k t + φ_k) with random φ_k, or noise of that spectrum made in any other way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Remainder {
+    /// Distance of the frequencies, Hz; the first is 0.
+    pub frequency_step: f64,
+    /// S at k `frequency_step`, m²/Hz.
+    pub density: Vec<f64>,
+}
+
+impl Remainder {
+    /// Its rms, m.
+    #[must_use]
+    pub fn rms(&self) -> f64 {
+        (self.density.iter().sum::<f64>() * self.frequency_step).sqrt()
+    }
+
+    /// A realisation at the instants of `like`, m; zero at both ends, where a drive rests, over `settle` s.
+    #[must_use]
+    pub fn realisation(&self, like: &Series, settle: f64, random: &mut impl Rng) -> Series {
+        let n = (like.len() + like.len() % 2).max(2);
+        let plan = RealFftPlanner::<f64>::new().plan_fft_inverse(n);
+        let apart = 1.0 / (n as f64 * like.step);
+        let mut spectrum = plan.make_input_vec();
+        for (k, bin) in spectrum.iter_mut().enumerate().skip(1) {
+            let phase = 2.0 * PI * random.random::<f64>();
+            let half = 0.5 * (2.0 * self.at(k as f64 * apart) * apart).sqrt();
+            *bin = Complex::new(half * libm::cos(phase), half * libm::sin(phase));
+        }
+        if let Some(last) = spectrum.last_mut() {
+            last.im = 0.0;
+        }
+        let mut values = plan.make_output_vec();
+        // Sizes come from the plan.
+        if plan.process(&mut spectrum, &mut values).is_err() {
+            values.fill(0.0);
+        }
+        values.truncate(like.len());
+        let reach = ((settle / like.step).ceil() as usize).clamp(1, like.len());
+        for i in 0..reach {
+            let part = i as f64 / reach as f64;
+            let eased = part * part * (3.0 - 2.0 * part);
+            let last = values.len() - 1 - i;
+            values[i] *= eased;
+            values[last] *= eased;
+        }
+        Series::new(like.start, like.step, values)
+    }
+
+    /// S at a frequency (Hz), m²/Hz; 0 beyond the last.
+    #[must_use]
+    pub fn at(&self, frequency: f64) -> f64 {
+        let bin = (frequency / self.frequency_step).round();
+        if bin >= 0.0 { self.density.get(bin as usize).copied().unwrap_or(0.0) } else { 0.0 }
+    }
+}
+
+/// What is known of samples, `step` s apart, that die out towards both ends.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Noisy<'a> {
+    pub values: &'a [f64],
+    pub step: f64,
+    /// How many of them are noisy.
+    pub recorded: usize,
+    /// Rms of the noise.
+    pub sigma: f64,
+    /// Band of the noise, Hz: white below, nothing above.
+    pub band: f64,
+    pub drive_frequency: f64,
+    /// Whether they are a velocity, of which the displacement is wanted.
+    pub integrated: bool,
+}
+
+impl Noisy<'_> {
+    /// Displacement at the same instants, and what noise is left in it.
+    ///
+    /// G(f) = max(0, 1 − κ N(f)/P(f)), P the periodogram |X|² smoothed over f0/24 to either side, N that of the noise, κ = 1 + 3/√(bins smoothed), so
+    /// that bins of noise alone stay closed. A velocity is divided by iω, and freed of what lies below f0/8 (half a cosine from f0/16), which is
+    /// drift. The remainder is N G, of an integral over ω².
+    pub fn estimate(&self) -> (Vec<f64>, Option<Remainder>) {
+        let mut work = self.values.to_vec();
+        // An even number has a last bin that is real, as the first.
+        if work.len() % 2 == 1 {
+            work.push(0.0);
+        }
+        let n = work.len();
+        let mut planner = RealFftPlanner::<f64>::new();
+        let (forward, backward) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+        let mut spectrum = forward.make_output_vec();
+        let outcome = forward.process(&mut work, &mut spectrum);
+        debug_assert!(outcome.is_ok(), "sizes come from the plan");
+        let bin = 1.0 / (n as f64 * self.step);
+        let noise = self.sigma.powi(2) * self.recorded as f64 * (0.5 / self.step) / self.band;
+        let gains = self.gains(&spectrum, noise, bin);
+        let mut density = Vec::with_capacity(spectrum.len());
+        let last = spectrum.len() - 1;
+        for (k, (value, gain)) in spectrum.iter_mut().zip(&gains).enumerate() {
+            let frequency = k as f64 * bin;
+            let to_displacement = if self.integrated { self.integration(frequency) } else { Complex::new(1.0, 0.0) };
+            let inside = if frequency <= self.band { self.sigma.powi(2) / self.band } else { 0.0 };
+            density.push(inside * gain * to_displacement.norm_sqr());
+            *value *= to_displacement * *gain;
+            if k == 0 || k == last {
+                value.im = 0.0;
+            }
+        }
+        let outcome = backward.process(&mut spectrum, &mut work);
+        debug_assert!(outcome.is_ok(), "sizes come from the plan");
+        work.truncate(self.values.len());
+        work.iter_mut().for_each(|value| *value /= n as f64);
+        let together = density.len().div_ceil(MOST_BINS);
+        let density: Vec<f64> =
+            density.chunks(together).map(|part| part.iter().sum::<f64>() / part.len() as f64).collect();
+        let remainder = Remainder { frequency_step: bin * together as f64, density };
+        (work, (self.sigma > 0.0).then_some(remainder))
+    }
+
+    fn gains(&self, spectrum: &[Complex<f64>], noise: f64, bin: f64) -> Vec<f64> {
+        let beside = ((SMOOTHED * self.drive_frequency / bin).round() as usize).max(FEWEST_BINS);
+        let strict = 1.0 + STRICT / ((2 * beside + 1) as f64 * self.independent()).sqrt();
+        let powers: Vec<f64> = spectrum.iter().map(Complex::norm_sqr).collect();
+        let band = ((self.band / bin).ceil() as usize).min(powers.len());
+        (0..powers.len())
+            .map(|k| {
+                if noise == 0.0 || k >= band {
+                    return 1.0;
+                }
+                let around = &powers[k.saturating_sub(beside)..powers.len().min(k + beside + 1)];
+                let mean = around.iter().sum::<f64>() / around.len() as f64;
+                if mean > 0.0 { (1.0 - strict * noise / mean).max(0.0) } else { 0.0 }
+            })
+            .collect()
+    }
+
+    /// Share of the bins that vary by themselves: samples that were added to the recorded ones make bins, no knowledge.
+    fn independent(&self) -> f64 {
+        self.recorded as f64 / self.values.len() as f64
+    }
+
+    fn integration(&self, frequency: f64) -> Complex<f64> {
+        let drift = DRIFT * self.drive_frequency;
+        let gain = 0.5 - 0.5 * libm::cos(PI * (2.0 * frequency / drift - 1.0).clamp(0.0, 1.0));
+        if gain == 0.0 { Complex::default() } else { Complex::new(0.0, -gain / (2.0 * PI * frequency)) }
+    }
+}

@@ -1,0 +1,129 @@
+//! What comment lines such as `# bandwidth: 1.5 MHz` plainly state.
+
+use super::Sensitivity;
+use granchain_signal::{Dimension, Quantity};
+
+/// Values that a file's comments state about itself.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Stated {
+    /// −6 dB bandwidth of the decoder, Hz.
+    pub bandwidth: Option<f64>,
+    /// Delay of the decoder, s.
+    pub delay: Option<f64>,
+    /// Instant of the trigger on the file's time axis, s.
+    pub trigger: Option<f64>,
+    /// Time recorded before the trigger, s.
+    pub pretrigger: Option<f64>,
+    /// Drive frequency, Hz.
+    pub drive_frequency: Option<f64>,
+    /// Sensitivity of the decoder or hydrophone.
+    pub sensitivity: Option<Sensitivity>,
+    /// Comments whose key is known and whose value is not understood.
+    pub puzzling: Vec<String>,
+}
+
+/// Keys of a sensitivity.
+const SENSITIVITIES: [&str; 5] =
+    ["sensitivity", "scale", "hydrophone_sensitivity", "decoder_sensitivity", "vibrometer_sensitivity"];
+
+/// The quantity without the remark that may follow it: `1.5 MHz (invented)`, `1.5 MHz, −6 dB`.
+fn plain(text: &str) -> &str {
+    text.split([',', ';']).next().unwrap_or_default().split(" (").next().unwrap_or_default().trim()
+}
+
+/// Read `key: value` or `key = value` comments. The unit stands behind the value or, after an underscore, in the key
+/// (`bandwidth_hz: 1.5e6`).
+pub(super) fn stated(comments: &[String]) -> Stated {
+    let mut stated = Stated::default();
+    for comment in comments {
+        let Some((key, value)) = comment.split_once(':').or_else(|| comment.split_once('=')) else { continue };
+        let key: String = key.trim().to_lowercase().replace([' ', '-'], "_");
+        if SENSITIVITIES.contains(&key.as_str()) {
+            match Sensitivity::parse(plain(value)) {
+                Ok(sensitivity) => stated.sensitivity = Some(sensitivity),
+                Err(_) => stated.puzzling.push(comment.clone()),
+            }
+            continue;
+        }
+        for (names, dimension, target) in [
+            (
+                &["bandwidth", "decoder_bandwidth", "vibrometer_bandwidth"][..],
+                Dimension::FREQUENCY,
+                &mut stated.bandwidth,
+            ),
+            (&["delay", "decoder_delay", "vibrometer_delay"], Dimension::TIME, &mut stated.delay),
+            (&["trigger", "trigger_time", "trigger_at"], Dimension::TIME, &mut stated.trigger),
+            (&["pretrigger", "pre_trigger"], Dimension::TIME, &mut stated.pretrigger),
+            (&["drive_frequency", "excitation_frequency", "f0"], Dimension::FREQUENCY, &mut stated.drive_frequency),
+        ] {
+            let Some(suffix) = names.iter().find_map(|name| key.strip_prefix(name)) else { continue };
+            let text = match suffix {
+                "" => value.trim().to_owned(),
+                unit if unit.starts_with('_') => {
+                    let unit = match &unit[1..] {
+                        "hz" => "Hz",
+                        "khz" => "kHz",
+                        "mhz" => "MHz",
+                        other => other,
+                    };
+                    format!("{} {unit}", value.trim())
+                }
+                // Another word that begins alike.
+                _ => continue,
+            };
+            match Quantity::parse_as(plain(&text), dimension) {
+                Ok(value) => *target = Some(value),
+                Err(_) => stated.puzzling.push(comment.clone()),
+            }
+            break;
+        }
+    }
+    stated
+}
+
+/// Where a text says which drive frequency it was recorded at: the line, from 1, and the frequency, Hz. Only comments (`#`) are looked at.
+///
+/// ```
+/// use granchain_record::drive_frequency_line;
+///
+/// let text = "# vibrometer\n# drive frequency: 73 kHz\ntime_us,velocity_mm_per_s\n";
+/// assert_eq!(drive_frequency_line(text), Some((2, 73e3)));
+/// ```
+#[must_use]
+pub fn drive_frequency_line(text: &str) -> Option<(usize, f64)> {
+    let stated_in = |(index, line): (usize, &str)| {
+        let comment = line.trim().strip_prefix('#')?.trim().to_owned();
+        Some((index + 1, stated(&[comment]).drive_frequency?))
+    };
+    // As in `stated`, the last statement holds.
+    text.lines().enumerate().filter_map(stated_in).last()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn plain_statements_are_understood_and_prose_is_left_alone() {
+        let comments: Vec<String> = [
+            "Laser vibrometer, 2019",
+            "Bandwidth: 1.5 MHz (invented)",
+            "decoder delay = 4.2 us",
+            "trigger_us: 12",
+            "pretrigger: a while",
+            "drive frequency: 73 kHz, nominal",
+            "delayed until: Tuesday",
+            "hydrophone sensitivity: 250 nV/Pa (at 1 MHz, certificate of 2019)",
+        ]
+        .map(String::from)
+        .into();
+        let stated = stated(&comments);
+        assert_eq!(stated.bandwidth, Some(1.5e6));
+        assert_eq!(stated.delay, Some(4.2e-6));
+        assert_eq!(stated.trigger, Some(12e-6));
+        assert_eq!(stated.drive_frequency, Some(73e3));
+        assert_eq!(stated.pretrigger, None);
+        assert_eq!(stated.sensitivity, Sensitivity::parse("4 MPa/V").ok());
+        assert_eq!(stated.puzzling, ["pretrigger: a while"]);
+    }
+}

@@ -1,0 +1,55 @@
+//! What the lab recorded: the one reader of tables and universal files, records of horn tip, vibrometer and hydrophone, published features.
+//!
+//! ```text
+//! file ─ text ─ dialect ─ columns ─ even grid ─ sign, baseline ─ [integration] ─ t = 0 at the trigger, less the decoder's delay ─ Record
+//! ```
+//!
+//! Everything that was assumed on the way is written down in [`Record::assumptions`]; everything that looks wrong but can be
+//! read in [`Record::warnings`]. What cannot be read is refused with the line and the column
+//! ([`MeasurementError`]).
+
+mod baseline;
+mod choice;
+mod column;
+mod continuation;
+mod decimal;
+mod dialect;
+mod encoding;
+mod error;
+mod estimate;
+mod header;
+mod horn_drive;
+mod line;
+mod noise;
+mod notes;
+mod onset;
+mod options;
+mod place;
+mod preamble;
+mod published;
+mod quantisation;
+mod read;
+mod record;
+mod sampling;
+mod scale;
+pub mod seal;
+mod table;
+mod universal;
+
+pub use choice::Choice;
+pub use decimal::DecimalSign;
+pub use dialect::Delimiter;
+pub use error::MeasurementError;
+pub use estimate::Remainder;
+pub use granchain_signal::{hexadecimal, sha256};
+pub use header::drive_frequency_line;
+pub use horn_drive::{Beginning, Ending, HornDrive};
+pub use noise::NoiseSource;
+pub use options::{Baseline, Missing, ReadOptions, RecordKind};
+pub use place::Place;
+pub use published::{PublishedCase, PublishedError, PublishedFeature, PublishedFeatures, Statement};
+pub use read::{inspect_record, read_head, read_record, read_record_bytes};
+pub use record::{Record, RecordedQuantity};
+pub use sampling::SAMPLING_TOLERANCE;
+pub use scale::{Sensitivity, SensitivityError};
+pub use universal::{ByteOrder, Precision, Samples, TimeResponse, UniversalError, UniversalForm};

@@ -1,0 +1,142 @@
+//! How much of a record is noise, and how that is known.
+
+use std::f64::consts::{LN_2, PI};
+
+use realfft::RealFftPlanner;
+
+use super::baseline::{FEWEST_QUIET, mean_and_rms};
+use granchain_signal::Series;
+
+/// What a record's noise was told from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NoiseSource {
+    /// The quiet samples at the start.
+    Quiet,
+    /// The converter's step, as step/√12: more than the quiet samples show, or there are none.
+    Quantisation,
+    /// The floor of the spectrum at the top of the decoder's band, where no samples are quiet.
+    SpectrumFloor,
+    /// Nothing: it is taken as none.
+    Unknown,
+}
+
+impl NoiseSource {
+    /// In words.
+    #[must_use]
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::Quiet => "quiet samples",
+            Self::Quantisation => "quantisation",
+            Self::SpectrumFloor => "floor of the spectrum",
+            Self::Unknown => "unknown",
+        }
+    }
+}
+
+/// Samples whose spectrum is looked at, in the middle of more.
+const MOST: usize = 1 << 15;
+/// The band that holds the floor, as fractions of what the decoder passes.
+const FLOOR_BAND: (f64, f64) = (0.6, 0.9);
+/// A floor below this fraction of the peak is rounding.
+const ROUNDING: f64 = 1e-6;
+/// A floor above this fraction of the peak is motion that was sampled too slowly, not noise.
+const HIGHEST_FLOOR: f64 = 0.02;
+
+/// Noise of the recorded quantity, its own unit, rms: the greater of the rms of `quiet` samples at the start and step/√12; where none are quiet,
+/// of the spectrum's floor and step/√12.
+pub(super) fn noise(raw: &Series, quiet: usize, step: Option<f64>, bandwidth: Option<f64>) -> (f64, NoiseSource) {
+    let rounding = step.map_or(0.0, |step| step / 12f64.sqrt());
+    let (rms, source) = if quiet >= FEWEST_QUIET {
+        let quiet = &raw.values[..quiet];
+        let rms = mean_and_rms(quiet).1;
+        // The mean of equal samples is off by its rounding.
+        let rounded = 16.0 * f64::EPSILON * quiet.iter().fold(0.0, |peak, x| f64::max(peak, x.abs()));
+        (if rms <= rounded { 0.0 } else { rms }, NoiseSource::Quiet)
+    } else {
+        match floor(raw, bandwidth) {
+            Some(rms) => (rms, NoiseSource::SpectrumFloor),
+            None => (0.0, NoiseSource::Unknown),
+        }
+    };
+    if rounding > rms { (rounding, NoiseSource::Quantisation) } else { (rms, source) }
+}
+
+/// Band of white noise under a decoder, Hz.
+pub(super) fn noise_band(sample_rate: f64, bandwidth: Option<f64>) -> f64 {
+    bandwidth.map_or(0.5 * sample_rate, |bandwidth| bandwidth.min(0.5 * sample_rate))
+}
+
+/// Rms of white noise whose density is the median of the periodogram (Hann window) between 0.6 and 0.9 of the decoder's band, over ln 2, as the
+/// periodogram of noise is exponentially distributed; lines do not move a median.
+fn floor(raw: &Series, bandwidth: Option<f64>) -> Option<f64> {
+    let beside = raw.len().saturating_sub(MOST) / 2;
+    let values = raw.values.get(beside..raw.len() - beside)?;
+    let n = values.len();
+    if n < 64 {
+        return None;
+    }
+    let (mean, _) = mean_and_rms(values);
+    let plan = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+    let mut input = plan.make_input_vec();
+    for (i, (slot, value)) in input.iter_mut().zip(values).enumerate() {
+        *slot = (value - mean) * (1.0 - libm::cos(2.0 * PI * (i as f64 + 0.5) / n as f64));
+    }
+    let mut output = plan.make_output_vec();
+    plan.process(&mut input, &mut output).ok()?;
+    let sample_rate = raw.sample_rate();
+    let band = noise_band(sample_rate, bandwidth);
+    let bin = |part: f64| (part * band / sample_rate * n as f64) as usize;
+    let mut powers: Vec<f64> =
+        output.get(bin(FLOOR_BAND.0)..bin(FLOOR_BAND.1))?.iter().map(|bin| bin.norm_sqr()).collect();
+    if powers.len() < 8 {
+        return None;
+    }
+    let middle = powers.len() / 2;
+    let median = *powers.select_nth_unstable_by(middle, f64::total_cmp).1;
+    // The window's weights 1 − cos have a mean square of 3/2: |X|² of white noise is 3/2 n σ² over all of the Nyquist band.
+    let density = median / LN_2 / (1.5 * n as f64);
+    let rms = (density * band / (0.5 * sample_rate)).sqrt();
+    let peak = values.iter().fold(0.0, |peak, x| f64::max(peak, (x - mean).abs()));
+    match rms / peak {
+        share if share < ROUNDING => Some(0.0),
+        share if share <= HIGHEST_FLOOR => Some(rms),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Evenly distributed noise of rms 1, the same every time.
+    fn even(seed: &mut u64) -> f64 {
+        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((*seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5) * 12f64.sqrt()
+    }
+
+    fn tone(noise: f64) -> Series {
+        let mut seed = 7;
+        Series::new(0.0, 2e-7, (0..4000).map(|i| (0.0917 * f64::from(i)).sin() + noise * even(&mut seed)).collect())
+    }
+
+    #[test]
+    fn a_record_without_quiet_samples_shows_its_noise_between_the_lines() {
+        for noise_rms in [1e-2, 1e-3] {
+            let (found, source) = noise(&tone(noise_rms), 0, None, None);
+            // The median of 600 exponential values is known to 6 %, its root to 3 %.
+            assert!((found / noise_rms - 1.0).abs() < 0.1, "{noise_rms}: {found}");
+            assert_eq!(source, NoiseSource::SpectrumFloor);
+        }
+        assert_eq!(noise(&tone(0.0), 0, None, None), (0.0, NoiseSource::SpectrumFloor));
+    }
+
+    #[test]
+    fn the_step_counts_where_it_is_more_than_the_quiet_samples_show() {
+        let mut series = tone(0.0);
+        series.values[..100].fill(0.0);
+        let (rms, source) = noise(&series, 100, Some(0.01), None);
+        assert_eq!((rms, source), (0.01 / 12f64.sqrt(), NoiseSource::Quantisation));
+        assert_eq!(noise(&series, 100, None, None), (0.0, NoiseSource::Quiet));
+    }
+}

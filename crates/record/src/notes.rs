@@ -1,0 +1,359 @@
+//! What was assumed on reading and what looks wrong, in words.
+
+use std::path::Path;
+
+use granchain_signal::{Dimension, Quantity, Series, wander};
+
+use super::{
+    MeasurementError, NoiseSource, Place, ReadOptions, RecordKind, RecordedQuantity,
+    dialect::Dialect,
+    encoding::Encoding,
+    sampling::Sampled,
+    table::{Form, Table, TextForm},
+};
+
+pub(super) fn hertz(frequency: f64) -> String {
+    Quantity::new(frequency, Dimension::FREQUENCY).to_string()
+}
+
+/// Peak, as a fraction of full scale, from which overload is suspected.
+const NEAR_FULL_SCALE: f64 = 0.98;
+/// Peak, as a fraction of full scale, below which the resolution is.
+const NEAR_NOTHING: f64 = 0.02;
+
+/// Noise of a horn tip, as a fraction of its peak, that shows in what the chain answers: 1 nm of 1 µm moves peaks by some per cent.
+const LOUD_NOISE: f64 = 0.003;
+/// Noise of a record over its peak up to which intervals were tested.
+const TESTED_NOISE: f64 = 0.05;
+/// Wander of a vibration's middle, as a fraction of its peak, that is no rounding of a period to whole samples.
+const LARGE_DRIFT: f64 = 0.1;
+/// Way that a bead itself may move on within a few periods as it is pushed into its support, m.
+const MOVES_ON: f64 = 2.5e-7;
+
+/// How the file is written, on one line.
+pub(super) fn written(table: &Table) -> String {
+    match &table.form {
+        Form::Text(form) => {
+            let Dialect { delimiter, decimal } = form.dialect;
+            let preamble =
+                form.preamble.as_ref().map(|it| format!(", written by {}", it.instrument)).unwrap_or_default();
+            format!("{}, {}, {}{preamble}", delimiter.name(), decimal.name(), form.encoding.name())
+        }
+        Form::Universal(form) => form.written.clone(),
+    }
+}
+
+/// What was assumed and what looks wrong.
+#[derive(Debug, Default)]
+pub(super) struct Notes {
+    pub assumptions: Vec<String>,
+    pub warnings: Vec<String>,
+}
+
+impl Notes {
+    pub(super) fn assume(&mut self, text: String) {
+        self.assumptions.push(text);
+    }
+
+    pub(super) fn warn(&mut self, text: String) {
+        self.warnings.push(text);
+    }
+
+    /// Note a time and where it comes from; the time itself.
+    pub(super) fn take(&mut self, what: &str, time: f64, from: &str) -> f64 {
+        self.assume(format!("{what} {:.6} µs ({from})", time * 1e6));
+        time
+    }
+
+    pub(super) fn about_table(&mut self, table: &Table, options: &ReadOptions) {
+        match &table.form {
+            Form::Text(form) => self.about_text(form, table, options),
+            Form::Universal(form) => {
+                self.assumptions.extend(form.assumptions.iter().cloned());
+                self.warnings.extend(form.warnings.iter().cloned());
+            }
+        }
+        if let Some((volts, scale)) = table.chosen.volts {
+            let name = &table.columns[table.chosen.value].header;
+            let from = if options.scale.is_some() { "--scale" } else { "the header" };
+            self.assume(format!("`{name}` in volts × {scale} ({from}); volts of the file × {}", volts.factor));
+            if options.range.is_none() && scale.dimension() != Dimension::PRESSURE {
+                self.assume(
+                    "the decoder's full-scale value is not stated (--range): overload shows as flat peaks only".into(),
+                );
+            }
+        }
+        if table.bridged > 0 {
+            self.assume(format!("{} missing cells bridged by straight lines (--missing interpolate)", table.bridged));
+        }
+        if table.open_end {
+            self.warn(
+                "the last line has no line end: its last number may be cut short; compare it with the original, or delete \
+                 the line"
+                    .into(),
+            );
+        }
+    }
+
+    fn about_text(&mut self, form: &TextForm, table: &Table, options: &ReadOptions) {
+        match (form.encoding, form.foreign) {
+            (Encoding::Utf8 | Encoding::Utf8Marked, _) => {}
+            (encoding, Some((line, byte))) => {
+                self.assume(format!("encoding: {}, for byte 0x{byte:02x} in line {line} is no UTF-8", encoding.name()))
+            }
+            (encoding, None) => self.assume(format!("encoding: {}", encoding.name())),
+        }
+        let Dialect { delimiter, decimal } = form.dialect;
+        if form.dialect != Dialect::default() {
+            let told = match (options.delimiter, options.decimal) {
+                (None, None) => "told from the first rows",
+                (Some(_), None) => "--delimiter, and the first rows",
+                (None, Some(_)) => "the first rows, and --decimal",
+                (Some(_), Some(_)) => "--delimiter, --decimal",
+            };
+            self.assume(format!("cells separated by {}, {} ({told})", delimiter.name(), decimal.name()));
+        }
+        if form.trailing {
+            self.assume("the delimiter at the end of every row separates nothing".into());
+        }
+        if let Some(preamble) = &form.preamble {
+            if preamble.body_line > 1 {
+                let last = preamble.body_line - 1;
+                self.assume(format!("lines 1 to {last} are the preamble of an instrument ({})", preamble.instrument));
+            } else {
+                self.assume(format!("written by {}", preamble.instrument));
+            }
+            self.assumptions.extend(preamble.assumptions.iter().cloned());
+        }
+        if let Some((segment, of)) = form.segment {
+            self.assume(format!("segment {segment} of {of} (--dataset)"));
+        }
+        if form.header_line.is_none() && form.preamble.as_ref().is_none_or(|preamble| preamble.header.is_none()) {
+            self.assume("no header: columns known by number, units by flags".into());
+        }
+        if let Some(line) = form.units_line {
+            self.assume(format!("line {line} is a row of units"));
+        }
+        if table.chosen.time.is_none() && form.preamble.as_ref().is_none_or(|preamble| preamble.grid.is_none()) {
+            self.assume("no column of time: the first sample is at 0, the others by --sample-rate".into());
+        }
+    }
+
+    /// Interpolation onto an even grid; a rate that was given twice.
+    pub(super) fn about_sampling(
+        &mut self,
+        path: &Path,
+        table: &Table,
+        sampled: &Sampled,
+        options: &ReadOptions,
+    ) -> Result<(), MeasurementError> {
+        let step = sampled.series.step;
+        if let (Some(rate), Some(time)) = (options.sample_rate, table.chosen.time) {
+            let expected = 1.0 / rate;
+            if !((step - expected).abs() <= 1e-3 * expected) {
+                let place = Place { line: None, ..Place::cell(path, 0, &table.columns[time].header) };
+                return Err(MeasurementError::RateDisagrees { place, expected, found: step });
+            }
+        }
+        if let Some((shortest, longest)) = sampled.resampled {
+            self.assume(format!(
+                "uneven samples, {shortest:.4e} s to {longest:.4e} s apart, interpolated by a cubic spline onto one every \
+                 {step:.4e} s (--resample)"
+            ));
+        }
+        Ok(())
+    }
+
+    /// What reaches the decoder's full-scale value.
+    pub(super) fn about_range(
+        &mut self,
+        path: &Path,
+        raw: &Series,
+        table: &Table,
+        options: &ReadOptions,
+    ) -> Result<(), MeasurementError> {
+        let Some(range) = options.range else { return Ok(()) };
+        let motion = table.chosen.value_unit.dimension;
+        let full = match table.chosen.volts {
+            Some((_, scale)) if range.dimension == Dimension::VOLTAGE => range.value * scale.per_volt(),
+            _ if range.dimension == motion => range.value,
+            _ => return Err(MeasurementError::WrongRange { path: path.into(), found: range.to_string() }),
+        };
+        let share = raw.peak() / full;
+        let shown = Quantity::new(full, motion);
+        let said = format!("the record's peak is {:.0} % of the decoder's range ({shown})", 100.0 * share);
+        if share >= NEAR_FULL_SCALE {
+            self.warn(format!(
+                "{said}: it was overloaded or nearly so, and peaks may be too small; record with a larger range"
+            ));
+        } else if share < NEAR_NOTHING {
+            self.warn(format!("{said}: the resolution of the decoder may show; record with a smaller range"));
+        } else {
+            self.assume(format!("{said} (--range)"));
+        }
+        Ok(())
+    }
+
+    /// Signs that the instrument wrote fewer samples than it took.
+    ///
+    /// - the preamble states a shorter interval, or another number of samples;
+    /// - nearly every sample is an extreme: of each stretch the largest and the smallest value were kept. Noise turns at
+    ///   two samples out of three, a tone with four or more samples a cycle at every second;
+    /// - the decoder passes more than half the sample rate.
+    pub(super) fn about_decimation(&mut self, raw: &Series, table: &Table, bandwidth: Option<f64>) {
+        let resolve =
+            "what lies above half the sample rate is folded down and short peaks are lost; export all samples";
+        let preamble = table.form.preamble();
+        if let Some(interval) = preamble.and_then(|preamble| preamble.interval).filter(|it| raw.step > 1.5 * it) {
+            self.warn(format!(
+                "the preamble states a sample every {interval:.4e} s, the rows hold one every {:.4e} s: the instrument \
+                 thinned the record out, so {resolve}",
+                raw.step
+            ));
+        }
+        let segment = table.form.text().is_some_and(|form| form.segment.is_some());
+        if let Some(points) = preamble.and_then(|preamble| preamble.points).filter(|it| *it != raw.len() && !segment) {
+            self.warn(format!(
+                "the preamble announces {points} samples, the file holds {}: it was cut or thinned out; export all samples",
+                raw.len()
+            ));
+        }
+        let turns = raw.values.windows(3).filter(|w| (w[1] - w[0]) * (w[2] - w[1]) < 0.0).count();
+        if raw.len() >= 64 && turns as f64 > 0.95 * (raw.len() - 2) as f64 {
+            self.warn(format!(
+                "{:.0} % of the samples are a largest or smallest value between their neighbours: the instrument probably kept \
+                 the extremes of each stretch (peak detection, envelope), so spectra mean nothing; export all samples",
+                100.0 * turns as f64 / (raw.len() - 2) as f64
+            ));
+        }
+        if let Some(bandwidth) = bandwidth.filter(|bandwidth| *bandwidth > 0.5 * raw.sample_rate()) {
+            self.warn(format!(
+                "the decoder passes {}, more than half the sample rate of {}: sampled too slowly or thinned out by the \
+                 instrument, so {resolve}",
+                hertz(bandwidth),
+                hertz(raw.sample_rate())
+            ));
+        }
+    }
+
+    /// How much of what was recorded is noise, and what that was told from.
+    pub(super) fn about_noise_source(
+        &mut self,
+        recorded: RecordedQuantity,
+        rms: f64,
+        source: NoiseSource,
+        step: Option<f64>,
+    ) {
+        let dimension = match recorded {
+            RecordedQuantity::Displacement => Dimension::LENGTH,
+            RecordedQuantity::Velocity => Dimension::VELOCITY,
+            RecordedQuantity::Pressure => Dimension::PRESSURE,
+        };
+        let shown = |value: f64| Quantity::new(format!("{value:.2e}").parse().unwrap_or(value), dimension);
+        match source {
+            NoiseSource::Unknown => self.assume("noise: unknown, taken as none".into()),
+            NoiseSource::Quantisation => {}
+            source => self.assume(format!("noise: {} rms ({})", shown(rms), source.describe())),
+        }
+        if let Some(step) = step {
+            let counts = if source == NoiseSource::Quantisation { ": noise of step/√12" } else { "" };
+            self.assume(format!("quantised in steps of {}{counts}", shown(step)));
+        }
+    }
+
+    /// Sensor noise of a horn tip, which shakes the piston like a motion.
+    pub(super) fn about_noise(&mut self, displacement: &Series, noise_rms: f64) {
+        let peak = displacement.peak();
+        if noise_rms > LOUD_NOISE * peak {
+            self.warn(format!(
+                "noise of {} rms before the trigger, {:.2} % of the peak: the piston shakes the chain with it, and peaks and fits scatter \
+                 accordingly; average several records, or use a decoder of less bandwidth",
+                Quantity::new(noise_rms, Dimension::LENGTH),
+                100.0 * noise_rms / peak
+            ));
+        }
+    }
+
+    /// A vibration whose middle moves: its mean over a drive period (f0, Hz) of a horn, over twelve of a bead or a pressure, which may have lines at
+    /// f0/2, f0/3, f0/4 and f0/6.
+    pub(super) fn about_drift(&mut self, displacement: &Series, drive_frequency: f64, kind: RecordKind) {
+        let periods = if kind == RecordKind::HornTip { 1.0 } else { 12.0 };
+        let period = (periods * displacement.sample_rate() / drive_frequency).round() as usize;
+        if period < 4 || displacement.len() < 3 * period {
+            return;
+        }
+        let moved = wander(&displacement.values, period);
+        let peak = displacement.peak();
+        // A bead that moves on by this much in twelve periods has no drift.
+        let own = if kind == RecordKind::Vibrometer { MOVES_ON * drive_frequency / periods } else { 0.0 };
+        if moved > f64::max(LARGE_DRIFT * peak, own) {
+            let (what, remedy) = match kind {
+                RecordKind::HornTip => (
+                    "a drift or step drives the chain as a motion of the horn would",
+                    "couple the decoder to AC, or record the velocity",
+                ),
+                RecordKind::Vibrometer | RecordKind::Hydrophone => (
+                    "hum or a drift adds to its peaks and early features",
+                    "couple the decoder to AC, or find the ground loop",
+                ),
+            };
+            self.warn(format!(
+                "the baseline moves by {} within the record, {:.0} % of the peak: {what}; {remedy}",
+                Quantity::new(moved, kind.dimension()),
+                100.0 * moved / peak
+            ));
+        }
+    }
+
+    /// Noise of a bead or a pressure beyond what intervals were tested with.
+    pub(super) fn about_loud_noise(&mut self, series: &Series, noise_rms: f64) {
+        let share = noise_rms / series.peak();
+        if share > TESTED_NOISE {
+            self.warn(format!(
+                "noise of {:.0} % of the peak: intervals were tested with up to {:.0} %, and the smallest features drown in it; average several \
+                 shots, or use a decoder of less bandwidth",
+                100.0 * share,
+                100.0 * TESTED_NOISE
+            ));
+        }
+    }
+
+    /// Runs of one extreme value that are entered by a jump: where the input was clipped, below and above, unit of the samples.
+    pub(super) fn about_clipping(&mut self, raw: &Series) -> [Option<f64>; 2] {
+        let mut clipped = [None, None];
+        let values = &raw.values;
+        let (low, high) =
+            values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)));
+        if !(high > low) {
+            self.warn(
+                "every sample has the same value: the input may be disconnected, or the wrong column was read".into(),
+            );
+            return clipped;
+        }
+        let finest = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+        for (end, extreme, which) in [(1, high, "largest"), (0, low, "smallest")] {
+            let (mut runs, mut longest, mut i) = (0, 0, 0);
+            while i < values.len() {
+                if values[i] != extreme {
+                    i += 1;
+                    continue;
+                }
+                let past = values[i..].iter().position(|x| *x != extreme).map_or(values.len(), |n| i + n);
+                let entry = if i > 0 { (values[i - 1] - extreme).abs() } else { 0.0 };
+                if past - i >= 3 && entry > 3.0 * finest {
+                    runs += 1;
+                    longest = longest.max(past - i);
+                }
+                i = past;
+            }
+            if runs >= 2 || longest >= 5 {
+                clipped[end] = Some(extreme);
+                self.warn(format!(
+                    "the {which} value occurs in {runs} flat run(s) of up to {longest} samples: the input was probably \
+                     clipped, so peaks are too small; record with a larger range"
+                ));
+            }
+        }
+        clipped
+    }
+}

@@ -1,0 +1,353 @@
+//! From a file to a [`Record`].
+
+use std::{
+    fs::{self, File},
+    io::{self, Read as _},
+    path::{Path, PathBuf},
+};
+
+use granchain_signal::{Dimension, Series, Unit, integral, sha256};
+
+use super::{
+    Baseline, MeasurementError, NoiseSource, ReadOptions, Record, RecordKind, RecordedQuantity, Sensitivity,
+    baseline::{FEWEST_PERIODS, FEWEST_QUIET, mean_and_rms, plateau_mean, quiet_lead, without_drift},
+    encoding, estimate, header, line,
+    noise::{noise, noise_band},
+    notes::{Notes, hertz, written},
+    place::SampleLines,
+    quantisation::quantisation_step,
+    sampling, table,
+};
+
+/// Read a record of a known kind.
+///
+/// # Errors
+/// [`MeasurementError`] with file, line and column.
+pub fn read_record(path: &Path, kind: RecordKind, options: &ReadOptions) -> Result<Record, MeasurementError> {
+    read_record_bytes(path, &read_file(path, refuse_early)?, Some(kind), options)
+}
+
+/// Read a record whose kind is told from its name and its units: `horn`, `tip` or `drive` in the file name, or a displacement
+/// and no velocity, make a horn-tip record; `hydrophone` or `pressure`, or a pressure and no motion, a hydrophone's.
+///
+/// # Errors
+/// [`MeasurementError`] with file, line and column.
+pub fn inspect_record(path: &Path, options: &ReadOptions) -> Result<Record, MeasurementError> {
+    read_record_bytes(path, &read_file(path, refuse_early)?, None, options)
+}
+
+/// The first MiB of a file, more than any header is long, and the file open behind it.
+///
+/// # Errors
+/// When it cannot be opened or read.
+pub fn read_head(path: &Path) -> io::Result<(Vec<u8>, File)> {
+    let mut file = File::open(path)?;
+    let mut head = Vec::with_capacity(1 << 20);
+    file.by_ref().take(1 << 20).read_to_end(&mut head)?;
+    Ok((head, file))
+}
+
+/// Why a file whose first bytes are these is no record.
+fn refuse_early(path: &Path, head: &[u8]) -> Result<(), MeasurementError> {
+    refuse_polytec_binary(path)?;
+    encoding::refuse_early(path, head)
+}
+
+/// The bytes of a file, or why they cannot be had; one whose first bytes are refused is not read to its end.
+pub(super) fn read_file(
+    path: &Path,
+    refused: impl Fn(&Path, &[u8]) -> Result<(), MeasurementError>,
+) -> Result<Vec<u8>, MeasurementError> {
+    if path.is_dir() {
+        return Err(MeasurementError::Folder { path: path.into(), files: csv_files(path) });
+    }
+    let unread = |source: io::Error| match source.kind() {
+        io::ErrorKind::NotFound => MeasurementError::NotFound { path: path.into(), nearest: nearest(path) },
+        _ => MeasurementError::Io { path: path.into(), source },
+    };
+    let (mut bytes, mut file) = read_head(path).map_err(unread)?;
+    refused(path, &bytes)?;
+    let length = file.metadata().map_or(0, |metadata| metadata.len() as usize);
+    bytes.reserve_exact(length.saturating_sub(bytes.len()));
+    file.read_to_end(&mut bytes).map_err(unread)?;
+    Ok(bytes)
+}
+
+fn folder_of(path: &Path) -> PathBuf {
+    path.parent().filter(|parent| !parent.as_os_str().is_empty()).map_or_else(|| PathBuf::from("."), Path::to_path_buf)
+}
+
+fn names_in(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<_> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+fn csv_files(folder: &Path) -> Vec<String> {
+    names_in(folder).into_iter().filter(|name| name.to_lowercase().ends_with(".csv")).take(5).collect()
+}
+
+fn nearest(path: &Path) -> Option<String> {
+    let wanted = path.file_name()?.to_string_lossy().to_lowercase();
+    names_in(&folder_of(path))
+        .into_iter()
+        .map(|name| (strsim::jaro_winkler(&name.to_lowercase(), &wanted), name))
+        .filter(|(likeness, _)| *likeness > 0.8)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
+}
+
+/// Read a record from bytes already in memory; `path` names them in messages. Without a kind it is told from name and units.
+///
+/// # Errors
+/// [`MeasurementError`] with file, line and column.
+pub fn read_record_bytes(
+    path: &Path,
+    bytes: &[u8],
+    kind: Option<RecordKind>,
+    options: &ReadOptions,
+) -> Result<Record, MeasurementError> {
+    refuse_polytec_binary(path)?;
+    let (mut table, kind) = table::read(path, bytes, kind, options)?;
+    let sampled = sampling::even_series(path, &mut table, options.resample)?;
+    let said = header::stated(&table.comments);
+    let mut notes = Notes::default();
+    let instrument = table.form.preamble().is_some();
+    for comment in said.puzzling.iter().filter(|_| !instrument) {
+        notes.warn(format!(
+            "the comment `{comment}` was not understood and is ignored; write it as `# bandwidth: 1.5 MHz`"
+        ));
+    }
+    notes.about_table(&table, options);
+    notes.about_sampling(path, &table, &sampled, options)?;
+    let mut raw = sampled.series;
+    let (start, step) = (raw.start, raw.step);
+    (table.times, table.lines) = (Vec::new(), SampleLines::default());
+    let recorded = match table.chosen.value_unit.dimension {
+        Dimension::LENGTH => RecordedQuantity::Displacement,
+        Dimension::PRESSURE => RecordedQuantity::Pressure,
+        _ => RecordedQuantity::Velocity,
+    };
+
+    // The trigger.
+    let trigger = match (options.trigger, said.trigger, said.pretrigger) {
+        (Some(flag), ..) => notes.take("t = 0 is the trigger at", flag, "--trigger"),
+        (None, Some(header), _) => notes.take("t = 0 is the trigger at", header, "the header"),
+        // An axis that has negative times already counts from the trigger.
+        (None, None, Some(before)) if start >= 0.0 => {
+            notes.take("t = 0 is the trigger at", start + before, "the header's pre-trigger")
+        }
+        _ => {
+            notes.assume("t = 0 of the file's own time axis is the trigger".into());
+            0.0
+        }
+    };
+    let delay = match (options.delay, said.delay) {
+        (Some(flag), _) => notes.take("decoder delay removed:", flag, "--delay"),
+        (None, Some(header)) => notes.take("decoder delay removed:", header, "the header"),
+        (None, None) => {
+            notes.assume("decoder delay: none stated, taken as 0".into());
+            0.0
+        }
+    };
+    let bandwidth = options.bandwidth.or(said.bandwidth);
+    match (options.bandwidth, said.bandwidth) {
+        (Some(flag), _) => notes.assume(format!("decoder bandwidth {} (--bandwidth)", hertz(flag))),
+        (None, Some(header)) => notes.assume(format!("decoder bandwidth {} (the header)", hertz(header))),
+        (None, None) => notes.assume("decoder bandwidth: none stated, taken as beyond half the sample rate".into()),
+    }
+
+    // Rounded to nothing where the axis is meant to hold the trigger.
+    let before_trigger = raw.values.len().min((((trigger - start) / step) - 1e-6).ceil().max(0.0) as usize);
+    let stated_drive_frequency = options.drive_frequency.or(said.drive_frequency);
+    let likely = stated_drive_frequency.or_else(|| line::strongest_line(&raw));
+    let pretrigger = quiet_lead(&raw.values, before_trigger, likely.map(|frequency| 1.0 / (frequency * step)));
+    if before_trigger >= FEWEST_QUIET && pretrigger == 0 {
+        notes.warn(format!(
+            "the {before_trigger} samples before the trigger are not quiet, so they give neither baseline nor noise; check \
+             the instant of the trigger (--trigger)"
+        ));
+    } else if before_trigger == 0 && pretrigger > 0 {
+        notes.assume(format!("no samples before the trigger; the first {pretrigger} are quiet and are taken as such"));
+    } else if pretrigger < before_trigger && pretrigger > 0 {
+        notes.assume(format!(
+            "motion begins before the trigger; the first {pretrigger} of the {before_trigger} samples before it are quiet and are taken as such"
+        ));
+    }
+
+    let frequency = || likely.ok_or_else(|| MeasurementError::NoDriveFrequency { path: path.into() });
+    let (quiet_mean, quiet_rms) = mean_and_rms(&raw.values[..pretrigger]);
+    // Of independent samples with the noise of the quiet ones; the weights of a Hann window count for two thirds of their number.
+    let standard_error = |samples: f64| (pretrigger >= FEWEST_QUIET).then(|| quiet_rms / samples.sqrt());
+    let mut baseline_error = None;
+    let baseline = match options.baseline {
+        Baseline::Auto if pretrigger >= FEWEST_QUIET => {
+            notes.assume(format!("baseline: mean of {pretrigger} quiet samples at the start"));
+            baseline_error = standard_error(pretrigger as f64);
+            quiet_mean
+        }
+        Baseline::Auto => {
+            notes.assume("baseline: none removed (fewer than 8 quiet samples at the start)".into());
+            0.0
+        }
+        Baseline::Pretrigger if pretrigger >= FEWEST_QUIET => {
+            notes.assume(format!("baseline: mean of {pretrigger} quiet samples at the start (--baseline pretrigger)"));
+            baseline_error = standard_error(pretrigger as f64);
+            quiet_mean
+        }
+        Baseline::Pretrigger => {
+            return Err(MeasurementError::NoPretrigger { path: path.into(), needed: FEWEST_QUIET, found: pretrigger });
+        }
+        Baseline::Mean => {
+            notes.assume("baseline: mean of the whole record (--baseline mean)".into());
+            mean_and_rms(&raw.values).0
+        }
+        Baseline::Plateau => match plateau_mean(&raw, frequency()?) {
+            Ok((mean, periods)) => {
+                baseline_error = standard_error(periods as f64 / (frequency()? * raw.step) / 1.5);
+                notes.assume(format!("baseline: Hann-weighted mean over {periods} drive periods of the plateau"));
+                mean
+            }
+            Err(found) => {
+                return Err(MeasurementError::NoPlateau { path: path.into(), needed: FEWEST_PERIODS, found });
+            }
+        },
+        Baseline::None => {
+            notes.assume("baseline: none removed (--baseline none)".into());
+            0.0
+        }
+    };
+    let sign = if options.invert { -1.0 } else { 1.0 };
+    let positive = match kind {
+        RecordKind::Hydrophone => "above the ambient pressure",
+        RecordKind::HornTip | RecordKind::Vibrometer => "from piston to support",
+    };
+    notes.assume(if options.invert {
+        format!("sign turned (--invert): the file's negative is positive, {positive}")
+    } else {
+        format!("sign as in the file: positive {positive}")
+    });
+
+    let mut series = raw.map(|x| sign * (x - baseline));
+    if kind == RecordKind::HornTip && recorded == RecordedQuantity::Velocity {
+        let frequency = frequency()?;
+        series = integral(&series);
+        series = without_drift(&series, frequency);
+        notes.assume(format!(
+            "displacement: velocity integrated (sixth order), drift removed as the Hann-weighted running mean over eight \
+             periods of {:.4} kHz",
+            frequency / 1e3
+        ));
+    }
+    series.start = start - trigger - delay;
+    if kind == RecordKind::Hydrophone {
+        refuse_absurd_pressure(path, &series, table.chosen.volts)?;
+    }
+    let quantisation_step = quantisation_step(&raw.values);
+    let (recorded_noise_rms, noise_source) = noise(&raw, pretrigger, quantisation_step, bandwidth);
+    let integrated = kind == RecordKind::HornTip && recorded == RecordedQuantity::Velocity;
+    let noise_rms = match noise_source {
+        _ if !integrated => recorded_noise_rms,
+        NoiseSource::Quiet => mean_and_rms(&series.values[..pretrigger]).1,
+        // White noise of a velocity, integrated, above what is taken for drift.
+        _ => {
+            let density = recorded_noise_rms.powi(2) / noise_band(raw.sample_rate(), bandwidth);
+            (density / (estimate::DRIFT * frequency()?)).sqrt() / (2.0 * std::f64::consts::PI)
+        }
+    };
+    notes.about_noise_source(recorded, recorded_noise_rms, noise_source, quantisation_step);
+    let mut clipped = notes.about_clipping(&raw).map(|limit| Some(sign * (limit? - baseline)));
+    if options.invert {
+        clipped.reverse();
+    }
+    match kind {
+        RecordKind::HornTip => notes.about_noise(&series, noise_rms),
+        RecordKind::Vibrometer | RecordKind::Hydrophone => notes.about_loud_noise(&series, noise_rms),
+    }
+    // The strongest line of a bead may be a subharmonic.
+    let strongest = || likely.filter(|_| kind == RecordKind::HornTip);
+    if let Some(frequency) = stated_drive_frequency.or_else(strongest) {
+        notes.about_drift(&series, frequency, kind);
+    }
+    notes.about_range(path, &raw, &table, options)?;
+    notes.about_decimation(&raw, &table, bandwidth);
+    raw.start = start;
+
+    let name_and_unit = |i: usize| {
+        let column = &table.columns[i];
+        (column.header.clone(), column.unit_text.clone().unwrap_or_default())
+    };
+    let mut statements = table.form.preamble().map(|preamble| preamble.statements.clone()).unwrap_or_default();
+    statements.append(&mut table.comments);
+    let record = Record {
+        path: path.into(),
+        sha256: sha256(bytes),
+        kind,
+        recorded,
+        series,
+        raw,
+        noise_rms,
+        noise_source,
+        recorded_noise_rms,
+        quantisation_step,
+        clipped,
+        pretrigger,
+        baseline,
+        baseline_error: baseline_error
+            .filter(|_| kind != RecordKind::HornTip || recorded == RecordedQuantity::Displacement),
+        bandwidth,
+        delay,
+        trigger,
+        stated_drive_frequency,
+        columns: table.columns.iter().map(|column| column.header.clone()).collect(),
+        form: written(&table),
+        time_column: table.chosen.time.map_or_else(|| ("none".into(), "s".into()), name_and_unit),
+        value_column: name_and_unit(table.chosen.value),
+        first_lines: table.first_lines,
+        comments: statements,
+        interpolated: table.bridged,
+        assumptions: notes.assumptions,
+        warnings: notes.warnings,
+        options: options.clone(),
+    };
+    if let Some(frequency) = record.drive_frequency() {
+        record.check_sampling(frequency)?;
+        if kind == RecordKind::HornTip {
+            record.check_cycles(frequency)?;
+        }
+    }
+    if kind == RecordKind::HornTip && !options.force_frequency {
+        record.check_stated_frequency(|| Some(header::drive_frequency_line(&String::from_utf8_lossy(bytes))?.0))?;
+    }
+    Ok(record)
+}
+
+/// Least and largest peak of a hydrophone's record, Pa: below thermal noise, and far above the strongest shock waves of lithotripters (100 MPa).
+const PRESSURES: (f64, f64) = (1e-3, 1e9);
+
+fn refuse_absurd_pressure(
+    path: &Path,
+    series: &Series,
+    volts: Option<(Unit, Sensitivity)>,
+) -> Result<(), MeasurementError> {
+    let peak = series.peak();
+    if peak == 0.0 || (PRESSURES.0..=PRESSURES.1).contains(&peak) {
+        return Ok(());
+    }
+    let from = match volts {
+        Some((volts, scale)) => format!("volts of the file × {} at {scale}", volts.factor),
+        None => "by the unit of its column".to_owned(),
+    };
+    let peak = format!("{peak:.2e}").parse().unwrap_or(peak);
+    Err(MeasurementError::AbsurdPressure { path: path.into(), peak, from })
+}
+
+/// A file in Polytec's own binary form is known by its extension.
+fn refuse_polytec_binary(path: &Path) -> Result<(), MeasurementError> {
+    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_lowercase();
+    if ["svd", "pvd"].contains(&extension.as_str()) {
+        return Err(MeasurementError::PolytecBinary { path: path.into(), extension: format!(".{extension}") });
+    }
+    Ok(())
+}

@@ -1,0 +1,250 @@
+//! A record as it enters a comparison or drives the piston.
+
+use std::path::PathBuf;
+
+use granchain_signal::{Dimension, Series};
+
+use super::{
+    HornDrive, MeasurementError, NoiseSource, ReadOptions, RecordKind, horn_drive::Recorded, line, noise::noise_band,
+};
+
+/// What the file's column held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RecordedQuantity {
+    /// Displacement, m.
+    Displacement,
+    /// Velocity, m/s.
+    Velocity,
+    /// Pressure about the ambient one, Pa.
+    Pressure,
+}
+
+impl RecordedQuantity {
+    /// Its SI unit.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Displacement => "m",
+            Self::Velocity => "m/s",
+            Self::Pressure => "Pa",
+        }
+    }
+}
+
+/// One record, in SI, motion positive from piston to support, pressure positive above the ambient one, with what was understood and assumed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    /// The file.
+    pub path: PathBuf,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+    /// What was recorded where.
+    pub kind: RecordKind,
+    /// What the column held; a horn tip's velocity has been integrated.
+    pub recorded: RecordedQuantity,
+    /// Displacement (m) of a horn tip, velocity (m/s) of a bead, pressure (Pa) of a hydrophone; sign and baseline done, t = 0 at the trigger, the decoder's
+    /// delay removed.
+    pub series: Series,
+    /// The recorded quantity as it stands in the file, SI, on the file's own time axis.
+    pub raw: Series,
+    /// Noise, unit of `series`, rms: the greater of that of the quiet samples (where there are none, of the spectrum's floor) and step/√12; 0 if
+    /// unknown.
+    pub noise_rms: f64,
+    /// What that was told from.
+    pub noise_source: NoiseSource,
+    /// The same of the recorded quantity: of a horn tip's velocity m/s.
+    pub recorded_noise_rms: f64,
+    /// The converter's step, SI unit of the recorded quantity, where it is no finer than what matters.
+    pub quantisation_step: Option<f64>,
+    /// Where the input was clipped, below and above, as `series` has it; of a horn tip's velocity before it was integrated.
+    pub clipped: [Option<f64>; 2],
+    /// Number of quiet samples at the start.
+    pub pretrigger: usize,
+    /// The offset that was removed from the recorded quantity (before the sign was turned), SI; 0 if none.
+    pub baseline: f64,
+    /// Standard error of that offset by the noise of the quiet samples, taken as white, SI; `None` where none are quiet, where no mean was
+    /// taken, or where a horn tip's velocity was integrated.
+    pub baseline_error: Option<f64>,
+    /// −6 dB bandwidth of the decoder, Hz, where stated.
+    pub bandwidth: Option<f64>,
+    /// Delay of the decoder, s, that has been removed.
+    pub delay: f64,
+    /// Instant of the trigger on the file's time axis, s.
+    pub trigger: f64,
+    /// Drive frequency stated by the options or the header, Hz.
+    pub stated_drive_frequency: Option<f64>,
+    /// How the file is written: delimiter, decimals, encoding, whose preamble.
+    pub form: String,
+    /// Headers of all columns.
+    pub columns: Vec<String>,
+    /// Header and unit of the time column.
+    pub time_column: (String, String),
+    /// Header and unit of the column that was read.
+    pub value_column: (String, String),
+    /// Comment lines, without `#`.
+    pub comments: Vec<String>,
+    /// The first lines of the file.
+    pub first_lines: Vec<String>,
+    /// Cells that were missing and have been interpolated.
+    pub interpolated: usize,
+    /// What was assumed, in words.
+    pub assumptions: Vec<String>,
+    /// What looks wrong but could be read, in words: what was seen, why it matters, what to do.
+    pub warnings: Vec<String>,
+    /// The options it was read with.
+    pub options: ReadOptions,
+}
+
+/// Largest distance of a stated drive frequency from the strongest line, relative.
+const SAME_FREQUENCY: f64 = 0.005;
+/// Default cutoff of a drive, in drive frequencies.
+const DRIVE_CUTOFF: f64 = 10.0;
+
+impl RecordKind {
+    /// SI unit of [`Record::series`] of this kind.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::HornTip => "m",
+            Self::Vibrometer => "m/s",
+            Self::Hydrophone => "Pa",
+        }
+    }
+
+    /// What that series is.
+    #[must_use]
+    pub fn quantity(self) -> &'static str {
+        match self {
+            Self::HornTip => "displacement",
+            Self::Vibrometer => "velocity",
+            Self::Hydrophone => "pressure",
+        }
+    }
+
+    /// Its dimension.
+    #[must_use]
+    pub fn dimension(self) -> Dimension {
+        match self {
+            Self::HornTip => Dimension::LENGTH,
+            Self::Vibrometer => Dimension::VELOCITY,
+            Self::Hydrophone => Dimension::PRESSURE,
+        }
+    }
+}
+
+impl Record {
+    /// The drive frequency f0, Hz: as stated by the options or the file, else the strongest line of a horn-tip record. `None`
+    /// for any other record that does not state it: its strongest line may well be a subharmonic.
+    #[must_use]
+    pub fn drive_frequency(&self) -> Option<f64> {
+        self.stated_drive_frequency.or_else(|| match self.kind {
+            RecordKind::HornTip => self.strongest_line(),
+            RecordKind::Vibrometer | RecordKind::Hydrophone => None,
+        })
+    }
+
+    /// Frequency of the strongest spectral line of `series`, Hz (Hann window over the active part, refined between the bins).
+    #[must_use]
+    pub fn strongest_line(&self) -> Option<f64> {
+        line::strongest_line(&self.series)
+    }
+
+    /// Refuse a stated drive frequency that is not the strongest line of a horn tip: more than 0.5 % off, or of a burst of n < 10 cycles
+    /// 0.5/n², as far as its own ends pull its line.
+    ///
+    /// # Errors
+    /// [`MeasurementError::FrequencyDisagrees`].
+    pub(super) fn check_stated_frequency(&self, line: impl Fn() -> Option<usize>) -> Result<(), MeasurementError> {
+        let (Some(stated), Some(found)) = (self.stated_drive_frequency, self.strongest_line()) else { return Ok(()) };
+        let cycles = line::active_span(&self.series).len() as f64 * self.series.step * stated;
+        if (found - stated).abs() <= stated * f64::max(SAME_FREQUENCY, 0.5 / (cycles * cycles)) {
+            return Ok(());
+        }
+        let told = self.options.drive_frequency.is_some();
+        let place = if told { "--drive-frequency" } else { "the file's header" };
+        let line = line().filter(|_| !told).map_or_else(String::new, |line| format!(":{line}"));
+        Err(MeasurementError::FrequencyDisagrees { path: self.path.clone(), line, stated, place, found })
+    }
+
+    /// Refuse a record with fewer than 4 samples a cycle of `drive_frequency` (Hz).
+    ///
+    /// # Errors
+    /// [`MeasurementError::SampledTooLow`].
+    pub fn check_sampling(&self, drive_frequency: f64) -> Result<(), MeasurementError> {
+        let sample_rate = self.series.sample_rate();
+        if sample_rate < 4.0 * drive_frequency * (1.0 - 1e-9) {
+            let path = self.path.clone();
+            return Err(MeasurementError::SampledTooLow { path, sample_rate, frequency: drive_frequency });
+        }
+        Ok(())
+    }
+
+    /// Refuse a drive whose active part (from the first to the last sample above a tenth of its peak) is shorter than two
+    /// cycles of `drive_frequency` (Hz).
+    ///
+    /// # Errors
+    /// [`MeasurementError::DriveTooShort`].
+    pub fn check_cycles(&self, drive_frequency: f64) -> Result<(), MeasurementError> {
+        let active = line::active_span(&self.series);
+        // Two whole cycles of a sine spend 0.032 of a cycle below a tenth of the peak at their ends.
+        let cycles = active.len() as f64 * self.series.step * drive_frequency + 0.04;
+        if cycles < 2.0 {
+            return Err(MeasurementError::DriveTooShort {
+                path: self.path.clone(),
+                cycles,
+                frequency: drive_frequency,
+            });
+        }
+        Ok(())
+    }
+
+    /// The cutoff of [`Record::to_drive`], Hz: the least of 0.4 of the sample rate, the decoder's bandwidth and 10 f0.
+    #[must_use]
+    pub fn drive_cutoff(&self, drive_frequency: f64) -> f64 {
+        let cutoff = (0.4 * self.series.sample_rate()).min(DRIVE_CUTOFF * drive_frequency);
+        self.bandwidth.map_or(cutoff, |bandwidth| cutoff.min(bandwidth))
+    }
+
+    /// A horn-tip record as the piston's motion: what it shows, whatever t = 0 means.
+    ///
+    /// - rest up to where motion begins, which is traced back from its first departure to the zero it left from; no window over what was
+    ///   recorded;
+    /// - continued beyond both ends by what its outermost periods predict, low-passed with zero phase at [`Record::drive_cutoff`];
+    /// - freed of the noise that can be told from it, and of a mean that wanders;
+    /// - a velocity is integrated, and freed of what lies below f0/8;
+    /// - on the model's clock, which is the record's unless motion begins before t = 0.
+    ///
+    /// # Errors
+    /// [`MeasurementError`] when it is no horn-tip record, shorter than two cycles, sampled below 4 f0, or has no line.
+    pub fn to_drive(&self) -> Result<HornDrive, MeasurementError> {
+        if self.kind != RecordKind::HornTip {
+            return Err(MeasurementError::NotADrive { path: self.path.clone(), kind: self.kind });
+        }
+        let frequency =
+            self.drive_frequency().ok_or_else(|| MeasurementError::NoDriveFrequency { path: self.path.clone() })?;
+        self.check_sampling(frequency)?;
+        self.check_cycles(frequency)?;
+        let integrated = self.recorded == RecordedQuantity::Velocity;
+        let series = if integrated {
+            let sign = if self.options.invert { -1.0 } else { 1.0 };
+            Series { start: self.series.start, ..self.raw.map(|x| sign * (x - self.baseline)) }
+        } else {
+            self.series.clone()
+        };
+        let noise_band = noise_band(series.sample_rate(), self.bandwidth);
+        let cutoff = self.drive_cutoff(frequency);
+        let recorded = Recorded {
+            series,
+            integrated,
+            quiet: self.pretrigger,
+            sigma: self.recorded_noise_rms,
+            noise_band,
+            quantisation_step: self.quantisation_step,
+            drive_frequency: frequency,
+            cutoff,
+        };
+        let too_short = || MeasurementError::DriveTooShort { path: self.path.clone(), cycles: 0.0, frequency };
+        recorded.drive().ok_or_else(too_short)
+    }
+}

@@ -1,0 +1,182 @@
+//! The sensitivity of a decoder or a hydrophone: volts → velocity, displacement or pressure.
+
+use granchain_signal::{Dimension, Quantity, Unit};
+
+/// Least and largest sensitivity of a hydrophone with its amplifier, V/Pa: needles of 40 µm have some 10 nV/Pa, the largest hydrophones of
+/// underwater sound 2 mV/Pa, an amplifier adds up to 60 dB.
+const HYDROPHONE: (f64, f64) = (1e-10, 10.0);
+
+/// Velocity, displacement or pressure for one volt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensitivity {
+    /// Of the quantity a volt, m/s/V, m/V or Pa/V; the sign turns nothing, so it is positive.
+    per_volt: f64,
+    /// What it is a sensitivity for: velocity, length or pressure.
+    dimension: Dimension,
+}
+
+/// Why a text is no sensitivity.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SensitivityError {
+    /// No quantity.
+    #[error(transparent)]
+    Quantity(#[from] granchain_signal::QuantityError),
+    /// A quantity of something else.
+    #[error(
+        "expected a sensitivity such as `100 mm/s/V`, `2 um/V`, `20 kPa/V` or `250 nV/Pa`, found `{found}`; a decoder's range such as \
+         `100 mm/s/V` stands on its front panel, a hydrophone's on its calibration certificate"
+    )]
+    Dimension {
+        /// The text.
+        found: String,
+    },
+    /// Zero or below.
+    #[error("expected a sensitivity above zero, found `{found}`; --invert turns the sign")]
+    NotPositive {
+        /// The text.
+        found: String,
+    },
+    /// No hydrophone.
+    #[error(
+        "expected a hydrophone's sensitivity between {} and {}, found `{found}`, which is {}: {} a volt; check the prefixes",
+        volts_a_pascal(HYDROPHONE.0), volts_a_pascal(HYDROPHONE.1), volts_a_pascal(1.0 / per_volt), pascals(*per_volt)
+    )]
+    NoHydrophone {
+        /// The text.
+        found: String,
+        /// Pressure a volt, Pa/V.
+        per_volt: f64,
+    },
+}
+
+fn pascals(pressure: f64) -> Quantity {
+    // An inverse has sixteen digits.
+    Quantity::new(format!("{pressure:.3e}").parse().unwrap_or(pressure), Dimension::PRESSURE)
+}
+
+fn volts_a_pascal(sensitivity: f64) -> String {
+    // Three digits: an inverse has sixteen.
+    let rounded = format!("{sensitivity:.2e}").parse().unwrap_or(sensitivity);
+    // Nobody names less than a tenth of a nanovolt by a prefix.
+    if rounded < HYDROPHONE.0 {
+        return format!("{rounded:e} V/Pa");
+    }
+    format!("{}/Pa", Quantity::new(rounded, Dimension::VOLTAGE))
+}
+
+impl Sensitivity {
+    /// Read `100 mm/s/V`, `2 um/V`, `0.5 (mm/s)/mV`, `20 kPa/V`; or a hydrophone's customary form, volts for a pressure: `250 nV/Pa`,
+    /// `50 mV/MPa`.
+    ///
+    /// ```
+    /// use granchain_record::Sensitivity;
+    /// use granchain_signal::{Dimension, Unit};
+    /// let sensitivity = Sensitivity::parse("100 mm/s/V")?;
+    /// let unit = sensitivity.unit_of(Unit::parse("mV")?);
+    /// assert!((unit.factor - 1e-4).abs() < 1e-18); // m/s a millivolt
+    /// assert_eq!(unit.dimension, Dimension::VELOCITY);
+    /// let hydrophone = Sensitivity::parse("250 nV/Pa")?;
+    /// assert_eq!(hydrophone, Sensitivity::parse("4 MPa/V")?);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`SensitivityError`] for anything but a positive velocity, length or pressure a volt, and for what no hydrophone has.
+    pub fn parse(text: &str) -> Result<Self, SensitivityError> {
+        let quantity = Quantity::parse(text)?;
+        let volt = Dimension::VOLTAGE.volt;
+        let measured = Dimension { volt: quantity.dimension.volt.saturating_add(volt), ..quantity.dimension };
+        let pressure = Dimension::PRESSURE;
+        let volts_for_pressure =
+            Dimension { metre: -pressure.metre, kilogram: -pressure.kilogram, second: -pressure.second, volt };
+        let (per_volt, dimension) = match measured {
+            Dimension::VELOCITY | Dimension::LENGTH | Dimension::PRESSURE => (quantity.value, measured),
+            _ if quantity.dimension == volts_for_pressure => (1.0 / quantity.value, pressure),
+            _ => return Err(SensitivityError::Dimension { found: text.into() }),
+        };
+        if !(quantity.value > 0.0 && quantity.value.is_finite() && per_volt.is_finite()) {
+            return Err(SensitivityError::NotPositive { found: text.into() });
+        }
+        if dimension == pressure && !(HYDROPHONE.0..=HYDROPHONE.1).contains(&(1.0 / per_volt)) {
+            return Err(SensitivityError::NoHydrophone { found: text.into(), per_volt });
+        }
+        Ok(Self { per_volt, dimension })
+    }
+
+    /// What one `voltage` (a unit of volts) is.
+    #[must_use]
+    pub fn unit_of(self, voltage: Unit) -> Unit {
+        Unit { factor: voltage.factor * self.per_volt, dimension: self.dimension }
+    }
+
+    /// Velocity (m/s), length (m) or pressure (Pa) for one volt.
+    #[must_use]
+    pub fn per_volt(self) -> f64 {
+        self.per_volt
+    }
+
+    /// Velocity, length or pressure.
+    #[must_use]
+    pub fn dimension(self) -> Dimension {
+        self.dimension
+    }
+}
+
+impl std::fmt::Display for Sensitivity {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.dimension == Dimension::PRESSURE {
+            return write!(f, "{}/V ({})", pascals(self.per_volt), volts_a_pascal(1.0 / self.per_volt));
+        }
+        write!(f, "{}/V", Quantity::new(self.per_volt, self.dimension))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decoders_and_hydrophones_are_understood() {
+        for (text, per_volt, motion) in [
+            ("100 mm/s/V", 0.1, Dimension::VELOCITY),
+            ("100 (mm/s)/V", 0.1, Dimension::VELOCITY),
+            ("0.125 m/s/V", 0.125, Dimension::VELOCITY),
+            ("2 um/V", 2e-6, Dimension::LENGTH),
+            ("5 nm/mV", 5e-6, Dimension::LENGTH),
+            ("20 kPa/V", 2e4, Dimension::PRESSURE),
+            ("0.2 bar/V", 2e4, Dimension::PRESSURE),
+            ("50 uV/Pa", 2e4, Dimension::PRESSURE),
+            ("50 V/MPa", 2e4, Dimension::PRESSURE),
+            ("250 nV/Pa", 4e6, Dimension::PRESSURE),
+            ("250 mV/MPa", 4e6, Dimension::PRESSURE),
+            ("2.5e-7 V/Pa", 4e6, Dimension::PRESSURE),
+        ] {
+            let found = Sensitivity::parse(text).unwrap();
+            assert!((found.per_volt - per_volt).abs() < 4e-16 * per_volt, "{text}: {found:?}");
+            assert_eq!(found.dimension, motion, "{text}");
+        }
+        assert_eq!(Sensitivity::parse("100 mm/s/V").unwrap().to_string(), "0.1 m/s/V");
+        assert_eq!(Sensitivity::parse("250 nV/Pa").unwrap().to_string(), "4 MPa/V (250 nV/Pa)");
+    }
+
+    #[test]
+    fn what_no_hydrophone_has_is_refused_with_figures() {
+        for (text, figures) in
+            [("250 V/Pa", "4 mPa a volt"), ("3 pV/Pa", "3e-12 V/Pa: 333.3 GPa a volt"), ("4 Pa/kV", "250 V/Pa")]
+        {
+            let message = Sensitivity::parse(text).unwrap_err().to_string();
+            assert!(message.contains(figures) && message.contains("0.1 nV/Pa and 10 V/Pa"), "{message}");
+        }
+    }
+
+    #[test]
+    fn anything_else_is_refused() {
+        for text in ["100 mm/s", "100", "3 V", "10 V/mm", "1 m/s^2/V", "x"] {
+            assert!(Sensitivity::parse(text).is_err(), "{text}");
+        }
+        for text in ["0 mm/s/V", "-100 mm/s/V"] {
+            assert!(matches!(Sensitivity::parse(text), Err(SensitivityError::NotPositive { .. })), "{text}");
+        }
+    }
+}

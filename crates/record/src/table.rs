@@ -1,0 +1,484 @@
+//! The one reader of tables: bytes → two columns of numbers in SI, with the line of whatever is wrong.
+//!
+//! Text in any [`encoding`](super::encoding) and [`dialect`](super::dialect), below the preamble of an instrument or not,
+//! lines ended by LF or CR LF. Lines that begin with `#` are comments and are kept. The first other line is the header; a
+//! line of units may follow it. Blank lines are passed over. Memory: the file itself and 16 bytes a row.
+
+use std::path::Path;
+
+use csv::{ByteRecord, ReaderBuilder};
+
+use granchain_signal::Quantity;
+
+use super::{
+    DecimalSign, Delimiter, MeasurementError, Missing, Place, ReadOptions, RecordKind, Sensitivity,
+    column::{Chosen, Column, choose, parse_unit},
+    decimal::number,
+    dialect::{self, Dialect},
+    encoding::{self, Decoded, Encoding},
+    header,
+    place::SampleLines,
+    preamble::{self, Preamble},
+    universal::{self, UniversalText},
+};
+
+/// Lines shown by `inspect`, and letters of each.
+const FIRST_LINES: usize = 6;
+const LONGEST_LINE: usize = 160;
+/// Letters of a column's name that are kept.
+const LONGEST_NAME: usize = 1000;
+/// Letters of a cell that a message shows.
+const LONGEST_CELL: usize = 40;
+/// Most columns of a table.
+const MOST_COLUMNS: usize = 1000;
+/// Most comments that are kept.
+const MOST_COMMENTS: usize = 10_000;
+/// Most missing cells in a row that are bridged.
+const BRIDGED: usize = 5;
+
+/// What stands in a record's file.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Table {
+    pub form: Form,
+    /// The first lines that are no comments.
+    pub first_lines: Vec<String>,
+    /// Comment lines without the `#`.
+    pub comments: Vec<String>,
+    pub columns: Vec<Column>,
+    pub chosen: Chosen,
+    /// Times, s; none where `grid` says them.
+    pub times: Vec<f64>,
+    /// First instant and step (s) of rows without a time.
+    pub grid: Option<(f64, f64)>,
+    /// Values, SI.
+    pub values: Vec<f64>,
+    /// Line of each sample, where there are lines.
+    pub lines: SampleLines,
+    /// Cells that were interpolated.
+    pub bridged: usize,
+    /// Whether the last line has no line end.
+    pub open_end: bool,
+}
+
+/// How a file is written.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Form {
+    Text(Box<TextForm>),
+    Universal(Box<UniversalText>),
+}
+
+impl Form {
+    pub(super) fn text(&self) -> Option<&TextForm> {
+        match self {
+            Self::Text(form) => Some(form),
+            Self::Universal(_) => None,
+        }
+    }
+
+    pub(super) fn preamble(&self) -> Option<&Preamble> {
+        self.text().and_then(|form| form.preamble.as_ref())
+    }
+}
+
+/// How a table of text is written.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct TextForm {
+    pub encoding: Encoding,
+    /// Line and byte of the first character that is no UTF-8.
+    pub foreign: Option<(u64, u8)>,
+    pub dialect: Dialect,
+    pub preamble: Option<Preamble>,
+    /// Line of the header; `None` if there was none.
+    pub header_line: Option<u64>,
+    /// Line of the units row, if there was one.
+    pub units_line: Option<u64>,
+    /// Whether every row ends with a delimiter.
+    pub trailing: bool,
+    /// The segment read, and how many there are.
+    pub segment: Option<(usize, usize)>,
+}
+
+/// A row of cells and its line.
+struct Rows<'a> {
+    bytes: &'a [u8],
+    reader: csv::Reader<&'a [u8]>,
+    record: ByteRecord,
+    counted_to: usize,
+    line: u64,
+}
+
+impl<'a> Rows<'a> {
+    fn new(bytes: &'a [u8], first: u64, delimiter: Delimiter) -> Self {
+        let mut builder = ReaderBuilder::new();
+        builder.has_headers(false).flexible(true).comment(Some(b'#')).delimiter(delimiter.byte());
+        let reader = builder.from_reader(bytes);
+        Self { bytes, reader, record: ByteRecord::new(), counted_to: 0, line: first }
+    }
+
+    /// Read the next row that is not blank; false at the end.
+    fn advance(&mut self) -> bool {
+        // Reading from memory with flexible rows has nothing to fail at.
+        while matches!(self.reader.read_byte_record(&mut self.record), Ok(true)) {
+            // The byte after the row is known, the line is counted from it: comments and blank lines have been passed over.
+            let end = usize::try_from(self.reader.position().byte()).unwrap_or(usize::MAX).min(self.bytes.len());
+            let last = end.saturating_sub(1).max(self.counted_to);
+            self.line += self.bytes[self.counted_to..last].iter().filter(|&&byte| byte == b'\n').count() as u64;
+            self.counted_to = last;
+            if self.record.iter().any(|cell| !cell.trim_ascii().is_empty()) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// The cells of a header, each as long as a name can be.
+    fn cells(&self) -> Vec<String> {
+        self.record.iter().map(|cell| shortened(text(cell), LONGEST_NAME)).collect()
+    }
+
+    /// Whether this row is the last line and the file ends within it.
+    fn is_cut(&self) -> bool {
+        self.reader.position().byte() as usize >= self.bytes.len() && open_end(self.bytes)
+    }
+}
+
+fn open_end(bytes: &[u8]) -> bool {
+    !matches!(bytes.last(), Some(b'\n' | b'\r') | None)
+}
+
+fn text(cell: &[u8]) -> &str {
+    // The whole input is UTF-8, and delimiters and quotes never split a character.
+    std::str::from_utf8(cell).unwrap_or_default().trim()
+}
+
+pub(super) fn is_missing(cell: &str) -> bool {
+    // Nearly every cell begins like a number: the rest is looked at letter by letter.
+    if cell.starts_with(|letter: char| letter.is_ascii_digit()) {
+        return false;
+    }
+    ["", "n/a", "na", "nan", "-nan", "+nan", "-", "--", "null", "none", "missing"]
+        .iter()
+        .any(|word| cell.eq_ignore_ascii_case(word))
+}
+
+/// Read the columns that `options` and the header choose.
+pub(super) fn read(
+    path: &Path,
+    bytes: &[u8],
+    kind: impl Into<Option<RecordKind>>,
+    options: &ReadOptions,
+) -> Result<(Table, RecordKind), MeasurementError> {
+    let kind = kind.into();
+    if universal::is_universal(bytes) {
+        return universal::read(path, bytes, kind, options);
+    }
+    let Decoded { text, encoding, foreign } = encoding::decode(path, bytes)?;
+    let preamble = preamble::recognise(path, &text)?;
+    let (body, first_line) = preamble.as_ref().map_or((0, 1), |it| (it.body, it.body_line.max(1)));
+    let body = text.get(body..).unwrap_or_default();
+    let dialect = dialect::detect(path, body, first_line, options)?;
+    let comments = text.lines().filter_map(|line| line.strip_prefix('#')).take(MOST_COMMENTS);
+    let comments: Vec<String> = comments.map(|comment| comment.trim_start_matches('#').trim().to_owned()).collect();
+    let stated = header::stated(&comments).sensitivity;
+
+    let first_lines = text.lines().filter(|line| !line.starts_with('#')).take(FIRST_LINES);
+    let first_lines = first_lines.map(|line| shortened(line, LONGEST_LINE)).collect();
+
+    let bytes = body.as_bytes();
+    refuse_width(path, bytes, first_line, dialect.delimiter)?;
+    let mut rows = Rows::new(bytes, first_line, dialect.delimiter);
+    if !rows.advance() {
+        return Err(MeasurementError::Empty { path: path.into() });
+    }
+    let header = Header::read(path, &mut rows, preamble.as_ref(), dialect, options)?;
+    let Header { mut columns, line: header_line, units_line } = header;
+    let kind = kind.unwrap_or_else(|| guess_kind(path, &columns, options, stated));
+    let header_at = units_line.or(header_line).unwrap_or(rows.line);
+    let grid = preamble.as_ref().and_then(|preamble| preamble.grid);
+    let grid = grid.or_else(|| options.sample_rate.map(|rate| (0.0, 1.0 / rate)));
+    let chosen = choose(path, header_at, &mut columns, kind, options, grid.is_some(), stated)?;
+
+    let mut segment = None;
+    let mut passed_over = 0;
+    if let Some((count, size)) = preamble.as_ref().and_then(|preamble| preamble.segments).filter(|it| it.0 > 1) {
+        match options.dataset {
+            Some(wanted) if (1..=count).contains(&wanted) => {
+                segment = Some((wanted, count));
+                passed_over = (wanted - 1).saturating_mul(size);
+            }
+            wanted => return Err(MeasurementError::Segments { place: Place::line(path, 2), count, size, wanted }),
+        }
+    } else if let Some(wanted) = options.dataset.filter(|wanted| *wanted != 1) {
+        return Err(MeasurementError::NoDatasets { path: path.into(), wanted });
+    }
+    let longest = match (segment, preamble.as_ref().and_then(|preamble| preamble.segments)) {
+        (Some(_), Some((_, size))) => size,
+        _ => usize::MAX,
+    };
+
+    let trailing =
+        rows.record.len() == columns.len() + 1 && rows.record.iter().next_back().is_some_and(<[u8]>::is_empty);
+    // As many samples as lines; what is reserved is at most twice the file for each of time and value.
+    let rows_at_most = 1 + bytes.iter().filter(|&&byte| byte == b'\n').count();
+    let expected = rows_at_most.min(bytes.len() / 4).min(longest);
+    let mut table = Table {
+        form: Form::Text(Box::new(TextForm {
+            encoding,
+            foreign,
+            dialect,
+            preamble,
+            header_line,
+            units_line,
+            trailing,
+            segment,
+        })),
+        first_lines,
+        comments,
+        columns,
+        times: Vec::with_capacity(if chosen.time.is_some() { expected } else { 0 }),
+        grid: grid.filter(|_| chosen.time.is_none()),
+        chosen,
+        values: Vec::with_capacity(expected),
+        lines: SampleLines::default(),
+        bridged: 0,
+        open_end: open_end(bytes),
+    };
+    let taking = Taking { path, dialect, trailing, missing: options.missing };
+    let (mut gap, mut pending, mut row) = (0, true, 0);
+    while pending && row < passed_over.saturating_add(longest) {
+        if row >= passed_over {
+            table.take(&taking, &rows, &mut gap)?;
+        }
+        row += 1;
+        pending = rows.advance();
+    }
+    if gap > 0 {
+        let place = table.cell(path, rows.line, table.chosen.value);
+        return Err(MeasurementError::GapTooLong { place, found: gap, limit: BRIDGED });
+    }
+    Ok((table, kind))
+}
+
+/// The columns and where they stand.
+struct Header {
+    columns: Vec<Column>,
+    line: Option<u64>,
+    units_line: Option<u64>,
+}
+
+impl Header {
+    /// From the first row; afterwards `rows` stands at the first row of numbers.
+    fn read(
+        path: &Path,
+        rows: &mut Rows<'_>,
+        preamble: Option<&Preamble>,
+        dialect: Dialect,
+        options: &ReadOptions,
+    ) -> Result<Self, MeasurementError> {
+        let mut header = Self { columns: Vec::new(), line: None, units_line: None };
+        let first = rows.cells();
+        let number = |cell: &String| number(cell, dialect.decimal).is_some();
+        if let Some(names) = preamble.and_then(|preamble| preamble.header.as_ref()) {
+            header.columns.extend(names.iter().map(|name| Column::from_header(name)));
+        } else if first.iter().any(number) && first.iter().all(|cell| number(cell) || is_missing(cell)) {
+            let timed = options.time_unit.is_some() || options.sample_rate.is_some();
+            if !timed || (options.unit.is_none() && options.scale.is_none()) {
+                let found = first.join(&dialect.delimiter.character().to_string());
+                return Err(MeasurementError::NoHeader { place: Place::line(path, rows.line), found });
+            }
+            // Without a header the columns are known by their numbers.
+            header.columns.extend((1..=first.len()).map(|number| Column::from_header(&number.to_string())));
+        } else {
+            header.columns.extend(first.iter().map(|cell| Column::from_header(cell)));
+            header.line = Some(rows.line);
+            header.next(path, rows)?;
+            header.take_units(path, rows)?;
+        }
+        if let Some((time, other)) = preamble.and_then(|preamble| preamble.units.as_ref()) {
+            for column in header.columns.iter_mut().filter(|column| !column.header.is_empty()) {
+                let is_time = column.name.to_lowercase().starts_with("time");
+                column.add_unit_cell(if is_time { time } else { other });
+            }
+        }
+        Ok(header)
+    }
+
+    fn next(&self, path: &Path, rows: &mut Rows<'_>) -> Result<(), MeasurementError> {
+        let line = rows.line;
+        if rows.advance() { Ok(()) } else { Err(MeasurementError::NoRows { place: Place::line(path, line) }) }
+    }
+
+    /// A row of units: no cell is a number, at least one looks like a unit, none begins like a number.
+    fn take_units(&mut self, path: &Path, rows: &mut Rows<'_>) -> Result<(), MeasurementError> {
+        let cells = rows.cells();
+        let wordy =
+            |cell: &String| !is_missing(cell) && !cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+        let without = self.columns.iter().filter(|column| column.unit.is_none()).count();
+        let given = self.columns.iter().zip(&cells).filter(|(column, cell)| column.unit.is_none() && !cell.is_empty());
+        if cells.len() == self.columns.len()
+            && cells.iter().all(|cell| cell.is_empty() || wordy(cell))
+            && given.count() * 2 >= without.max(1)
+        {
+            for (column, cell) in self.columns.iter_mut().zip(&cells) {
+                column.add_unit_cell(cell);
+            }
+            self.units_line = Some(rows.line);
+            self.next(path, rows)?;
+        }
+        Ok(())
+    }
+}
+
+/// How rows are taken.
+struct Taking<'a> {
+    path: &'a Path,
+    dialect: Dialect,
+    /// Whether every row ends with a delimiter.
+    trailing: bool,
+    missing: Missing,
+}
+
+impl Table {
+    fn cell(&self, path: &Path, line: u64, column: usize) -> Place {
+        Place::cell(path, line, &self.columns[column].header)
+    }
+
+    fn take(&mut self, taking: &Taking<'_>, rows: &Rows<'_>, gap: &mut usize) -> Result<(), MeasurementError> {
+        let path = taking.path;
+        if rows.record.len() != self.columns.len() + usize::from(taking.trailing) {
+            return Err(MeasurementError::Ragged {
+                place: Place::line(path, rows.line),
+                expected: self.columns.len(),
+                found: rows.record.len(),
+                cut: rows.is_cut(),
+                commas: taking.dialect.delimiter == Delimiter::Comma && rows.record.len() == 2 * self.columns.len(),
+            });
+        }
+        if let Some(column) = self.chosen.time {
+            let time = self.number(taking, rows, column)? * self.chosen.time_factor;
+            if let Some(&previous) = self.times.last() {
+                // Written so that it also catches what cannot be compared.
+                if !(time > previous) {
+                    let place = self.cell(path, rows.line, column);
+                    return Err(MeasurementError::TimeNotIncreasing { place, previous, found: time });
+                }
+            }
+            self.times.push(time);
+        }
+        self.lines.push(rows.line);
+        let cell = text(rows.record.get(self.chosen.value).unwrap_or_default());
+        if taking.missing == Missing::Interpolate && is_missing(cell) {
+            *gap += 1;
+            if *gap > BRIDGED || self.values.is_empty() {
+                let place = self.cell(path, rows.line, self.chosen.value);
+                return Err(MeasurementError::GapTooLong { place, found: *gap, limit: BRIDGED });
+            }
+            return Ok(());
+        }
+        let value = self.number(taking, rows, self.chosen.value)? * self.chosen.value_unit.factor;
+        if *gap > 0 {
+            let before = self.values[self.values.len() - 1];
+            for i in 1..=*gap {
+                self.values.push(before + (value - before) * i as f64 / (*gap + 1) as f64);
+            }
+            self.bridged += *gap;
+            *gap = 0;
+        }
+        self.values.push(value);
+        Ok(())
+    }
+
+    fn number(&self, taking: &Taking<'_>, rows: &Rows<'_>, column: usize) -> Result<f64, MeasurementError> {
+        let cell = text(rows.record.get(column).unwrap_or_default());
+        let place = || self.cell(taking.path, rows.line, column);
+        if is_missing(cell) {
+            return Err(MeasurementError::MissingValue { place: place(), found: cell.into() });
+        }
+        match number(cell, taking.dialect.decimal) {
+            Some(value) if value.is_finite() => Ok(value),
+            Some(_) => Err(MeasurementError::Infinite { place: place(), found: cell.into() }),
+            None => Err(self.no_number(taking, rows, place(), cell)),
+        }
+    }
+
+    /// Why `cell` is no number.
+    fn no_number(&self, taking: &Taking<'_>, rows: &Rows<'_>, place: Place, cell: &str) -> MeasurementError {
+        let Dialect { delimiter, decimal } = taking.dialect;
+        let found = shortened(cell, LONGEST_CELL);
+        let other = decimal.other().character();
+        let opposite = number(&cell.replace([',', '.'], ""), DecimalSign::Point).is_some();
+        if cell.contains(other) && opposite && (delimiter != Delimiter::Comma || decimal == DecimalSign::Comma) {
+            let since = self.lines.get(0).unwrap_or(rows.line);
+            return MeasurementError::MixedDecimals { place, expected: decimal, since, found };
+        }
+        if Quantity::parse(&cell.replacen(decimal.character(), ".", 1)).is_ok() || parse_unit(cell).is_ok() {
+            return MeasurementError::MixedUnits { place, found };
+        }
+        MeasurementError::NotANumber { place, found, cut: rows.is_cut() }
+    }
+}
+
+fn shortened(text: &str, longest: usize) -> String {
+    match text.char_indices().nth(longest) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.into(),
+    }
+}
+
+/// Lines of more cells than any table has, before memory is taken for each cell.
+fn refuse_width(path: &Path, bytes: &[u8], first: u64, delimiter: Delimiter) -> Result<(), MeasurementError> {
+    let long = bytes.split(|&byte| byte == b'\n').zip(first..).filter(|(line, _)| line.len() > MOST_COLUMNS);
+    for (line, number) in long {
+        let found = 1 + line.iter().filter(|&&byte| byte == delimiter.byte()).count();
+        if found > MOST_COLUMNS {
+            let place = Place::line(path, number);
+            return Err(MeasurementError::TooManyColumns { place, limit: MOST_COLUMNS, found });
+        }
+    }
+    Ok(())
+}
+
+/// A record of unsaid kind is a horn-tip record if it is named so or holds no velocity but a displacement, and a hydrophone's if it is named
+/// so or holds a pressure and no motion.
+pub(super) fn guess_kind(
+    path: &Path,
+    columns: &[Column],
+    options: &ReadOptions,
+    stated: Option<Sensitivity>,
+) -> RecordKind {
+    use granchain_signal::Dimension;
+    let name = path.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let named_horn = ["horn", "tip", "drive"].iter().any(|word| name.contains(word));
+    let named_hydrophone = name.contains("hydrophone") || name.contains("pressure");
+    let dimension =
+        |column: &Column| column.unit.as_ref().and_then(|unit| unit.as_ref().ok()).map(|unit| unit.dimension);
+    let has = |wanted| columns.iter().any(|column| dimension(column) == Some(wanted));
+    // A sensitivity that the file states is for volts; a file of another unit may state it as a remark.
+    let of_volts =
+        stated.filter(|_| ![Dimension::VELOCITY, Dimension::LENGTH, Dimension::PRESSURE].iter().any(|it| has(*it)));
+    if let Some(scale) = options.scale.or(of_volts) {
+        return match scale.dimension() {
+            Dimension::PRESSURE => RecordKind::Hydrophone,
+            Dimension::LENGTH => RecordKind::HornTip,
+            _ if named_horn => RecordKind::HornTip,
+            _ => RecordKind::Vibrometer,
+        };
+    }
+    let flag = options.unit.as_deref().and_then(|unit| super::column::parse_unit(unit).ok()).map(|unit| unit.dimension);
+    let displacement = match flag {
+        Some(dimension) => dimension == Dimension::LENGTH,
+        None => has(Dimension::LENGTH) && !has(Dimension::VELOCITY),
+    };
+    let motion = has(Dimension::VELOCITY) || has(Dimension::LENGTH);
+    let pressure = match flag {
+        Some(dimension) => dimension == Dimension::PRESSURE,
+        None => !motion && (has(Dimension::PRESSURE) || named_hydrophone),
+    };
+    if pressure {
+        RecordKind::Hydrophone
+    } else if named_horn || displacement {
+        RecordKind::HornTip
+    } else {
+        RecordKind::Vibrometer
+    }
+}

@@ -1,0 +1,163 @@
+//! The lab's chain for a simulated trace: bandwidth, delay, sign, and the lab's own instants.
+
+use super::{LowPass, Resampler, Series};
+
+/// What lies between the true motion and the recorded samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Conditioning {
+    /// −6 dB point of a zero-phase low-pass, Hz; `None` leaves the trace as it is.
+    pub bandwidth: Option<f64>,
+    /// How much later than the motion the record shows it, s.
+    pub delay: f64,
+    /// Whether the record has the opposite sign.
+    pub invert: bool,
+    /// First instant of the record, s.
+    pub start: f64,
+    /// Interval of the record, s.
+    pub step: f64,
+    /// Number of samples of the record.
+    pub count: usize,
+}
+
+impl Conditioning {
+    /// What is needed to bring a trace onto the instants of `record`: nothing but resampling.
+    #[must_use]
+    pub fn onto(record: &Series) -> Self {
+        Self { bandwidth: None, delay: 0.0, invert: false, start: record.start, step: record.step, count: record.len() }
+    }
+
+    /// Plan for traces of `len` samples at `start` + i `step` (s).
+    #[must_use]
+    pub fn plan(&self, start: f64, step: f64, len: usize) -> Conditioner {
+        // A low-pass whose stop band begins below half the output rate has left nothing to alias.
+        let clean = self.bandwidth.is_some_and(|bandwidth| 1.15 * bandwidth * self.step.max(step) <= 0.5);
+        let resampler = if clean { Resampler::interpolating } else { Resampler::new };
+        Conditioner {
+            low_pass: self.bandwidth.map(|bandwidth| LowPass::new(step, len, bandwidth)),
+            resampler: resampler(start, step, len, self.start - self.delay, self.step, self.count),
+            conditioning: *self,
+        }
+    }
+
+    /// `trace` as the lab would have recorded it. Where the record begins before or ends after the trace, the trace's end
+    /// values are held.
+    #[must_use]
+    pub fn apply(&self, trace: &Series) -> Series {
+        self.plan(trace.start, trace.step, trace.len()).apply(&trace.values)
+    }
+}
+
+/// A planned [`Conditioning`] for many traces on one grid; shared between threads.
+#[derive(Debug, Clone)]
+pub struct Conditioner {
+    low_pass: Option<LowPass>,
+    resampler: Resampler,
+    conditioning: Conditioning,
+}
+
+impl Conditioner {
+    /// The conditioned trace.
+    ///
+    /// # Panics
+    /// If `values` has another length than planned.
+    #[must_use]
+    pub fn apply(&self, values: &[f64]) -> Series {
+        let mut values = match &self.low_pass {
+            Some(low_pass) => self.resampler.apply(&low_pass.apply(values)),
+            None => self.resampler.apply(values),
+        };
+        if self.conditioning.invert {
+            for value in &mut values {
+                *value = -*value;
+            }
+        }
+        Series::new(self.conditioning.start, self.conditioning.step, values)
+    }
+}
+
+/// What is left of samples about their running mean over `width` of them: about that of the first and last `width` nearer to an end, about the whole
+/// of fewer samples. Offset, drift and hum of an instrument go, and lines of which `width` holds whole periods pass as they are.
+///
+/// ```
+/// use granchain_signal::about_running_mean;
+///
+/// // One period is four samples: what is added to it goes, the wave stays.
+/// let wave: Vec<f64> = (0..40).map(|i| [0.0, 1.0, 0.0, -1.0][i % 4]).collect();
+/// let raised: Vec<f64> = wave.iter().map(|value| value + 0.3).collect();
+/// let left = about_running_mean(&raised, 8);
+/// assert!(left.iter().zip(&wave).all(|(left, wave)| (left - wave).abs() < 1e-12));
+/// ```
+#[must_use]
+pub fn about_running_mean(values: &[f64], width: usize) -> Vec<f64> {
+    let width = width.min(values.len());
+    let mut sum: f64 = values[..width].iter().sum();
+    let mut first = 0;
+    let about = |(index, value): (usize, &f64)| {
+        let wanted = index.saturating_sub(width / 2).min(values.len() - width);
+        while first < wanted {
+            sum += values[first + width] - values[first];
+            first += 1;
+        }
+        value - sum / width as f64
+    };
+    values.iter().enumerate().map(about).collect()
+}
+
+/// By how much the mean over `width` samples wanders, from smallest to largest; 0 of fewer samples.
+///
+/// ```
+/// use granchain_signal::wander;
+///
+/// let ramp: Vec<f64> = (0..10).map(f64::from).collect();
+/// assert_eq!(wander(&ramp, 4), 6.0);
+/// ```
+#[must_use]
+pub fn wander(values: &[f64], width: usize) -> f64 {
+    if width == 0 || values.len() < width {
+        return 0.0;
+    }
+    let mut sum = 0.0;
+    let sums: Vec<f64> = std::iter::once(0.0)
+        .chain(values.iter().map(|value| {
+            sum += value;
+            sum
+        }))
+        .collect();
+    let means = || sums.windows(width + 1).map(|part| (part[width] - part[0]) / width as f64);
+    means().fold(f64::NEG_INFINITY, f64::max) - means().fold(f64::INFINITY, f64::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    #[test]
+    fn a_tone_comes_out_late_inverted_and_on_the_lab_s_instants() {
+        let omega = 2.0 * PI * 73e3;
+        let trace = Series::new(0.0, 1e-7, (0..8000).map(|i| (omega * 1e-7 * i as f64).sin()).collect());
+        let lab = Conditioning {
+            bandwidth: Some(1e6),
+            delay: 3.3e-6,
+            invert: true,
+            start: 101.7e-6,
+            step: 3.1e-7,
+            count: 1800,
+        };
+        let out = lab.apply(&trace);
+        assert_eq!((out.start, out.step, out.len()), (lab.start, lab.step, 1800));
+        for (i, value) in out.values.iter().enumerate() {
+            let expected = -(omega * (out.time(i) - 3.3e-6)).sin();
+            assert!((value - expected).abs() < 3e-5, "{i}: {value} {expected}"); // ripple of filter and resampler
+        }
+    }
+
+    #[test]
+    fn before_the_trace_begins_the_record_shows_rest() {
+        let trace = Series::new(0.0, 1e-7, (0..2000).map(|i| (1e-3 * f64::from(i)).powi(2)).collect());
+        let record = Series::new(-50e-6, 2e-7, vec![0.0; 400]);
+        let out = Conditioning::onto(&record).apply(&trace);
+        assert!(out.values[..250].iter().all(|x| x.abs() < 1e-9));
+        assert!((out.values[300] - trace.values[100]).abs() < 1e-5);
+    }
+}

@@ -1,0 +1,26 @@
+//! Uniformly sampled series and the quantities written at the program's borders.
+//!
+//! Everything in memory is coherent SI in `f64`. A number meets its unit exactly once, here.
+
+pub mod feature;
+
+mod calculus;
+mod conditioning;
+mod digest;
+mod filter;
+mod kernel;
+pub mod number;
+mod quantity;
+mod resample;
+mod series;
+pub mod spline;
+mod unit;
+
+pub use calculus::{derivative, integral};
+pub use conditioning::{Conditioner, Conditioning, about_running_mean, wander};
+pub use digest::{hexadecimal, sha256};
+pub use filter::{LowPass, low_pass};
+pub use quantity::{Dimension, Quantity, QuantityError};
+pub use resample::{Resampler, resample};
+pub use series::Series;
+pub use unit::Unit;

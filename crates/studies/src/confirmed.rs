@@ -1,0 +1,119 @@
+//! The answer of a calibration run by the accurate integrator, held against every record, and what `calibration.json` says of it.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use super::{
+    bodies::Bodies,
+    confirmation::{Confirmation, ConfirmationError, ConfirmedFeature, Predicted, confirm, confirm_printed},
+    ensemble::EnsemblePlan,
+};
+use granchain_calibration::{
+    Fitted, FittedCandidate, Problem,
+    diagnosis::Finding,
+    forward::Watch,
+    measured::Measured,
+    observation::{HALFWAY, Passband},
+    outcome::{CalibrationOutcome, OutcomeFeature},
+};
+use granchain_model::{reduced::Cache, scene::Scene};
+
+/// Perturbed runs of the chain at each of three drive levels behind the feature table.
+const MEMBERS: usize = 24;
+
+/// The same of a rung above.
+const UPPER_MEMBERS: usize = 8;
+
+/// Hold `scene` against what was measured, on the model it asks for; of runs that nothing else is said of the
+/// instrument lets through what `passband` says, or what its record states.
+///
+/// # Errors
+/// When the accurate run fails or cannot be compared.
+pub fn confirm_measured(
+    measured: &Measured,
+    scene: &Scene,
+    bodies: &Bodies,
+    how: (&EnsemblePlan, Option<&Predicted>),
+    passband: Option<Passband>,
+) -> Result<Confirmation, ConfirmationError> {
+    match measured {
+        Measured::Record(measured) => {
+            let passband = passband.or_else(|| measured.recording.passband());
+            confirm(scene, bodies, &measured.recording, &measured.observation, how, passband)
+        }
+        Measured::Published(measured) => confirm_printed(scene, bodies, &measured.printed, how),
+    }
+}
+
+/// The answer beside every record.
+#[derive(Debug, Clone)]
+pub struct Confirmed {
+    /// Record by record, the first one first; `None` where the run failed or cannot be compared.
+    pub confirmations: Vec<Option<Confirmation>>,
+    /// Why not, in words.
+    pub failures: Vec<String>,
+    /// What would explain the first record where the fit does not, likeliest first.
+    pub diagnosis: Vec<Finding>,
+}
+
+impl Confirmed {
+    /// Run the best candidate's answer, on bodies from `cache` where they lie there; `watch` is told of the searches of a diagnosis and stops them.
+    #[must_use]
+    pub fn of(problem: &Problem, fitted: &Fitted, cache: Option<Cache>, watch: Arc<Watch>) -> Self {
+        let best: &FittedCandidate = fitted.best();
+        let upper = best.upper.as_ref().map(|rung| rung.prepared().clone());
+        let members = if upper.is_some() { UPPER_MEMBERS } else { MEMBERS };
+        let plan = EnsemblePlan::new(members, problem.seed);
+        let forwards = fitted.best_made().joint.records();
+        let bodies = upper.into_iter().fold(Bodies::new(cache), Bodies::holding);
+        let (mut confirmations, mut failures) = (Vec::new(), Vec::new());
+        for (number, shot) in problem.shots.iter().enumerate() {
+            let (variations, passbands) = forwards[number].predicted(&best.fit.posterior, members).into_iter().unzip();
+            let predicted = Predicted { scene: best.candidate.scenes[number].clone(), variations, passbands };
+            let passband = forwards[number].passband(&best.fit.position(), || HALFWAY);
+            let how = (&plan, Some(&predicted));
+            let confirmation = confirm_measured(&shot.measured, &best.scene(number), &bodies, how, passband);
+            if let Err(error) = &confirmation {
+                let place = if number == 0 { String::new() } else { format!("{}: ", shot.measured.path().display()) };
+                failures.push(place + &with_causes(error));
+            }
+            confirmations.push(confirmation.ok());
+        }
+        Self { confirmations, failures, diagnosis: fitted.diagnose(problem, watch) }
+    }
+
+    /// What `calibration.json` says, the watched features of every record in it.
+    #[must_use]
+    pub fn outcome(&self, problem: &Problem, fitted: &Fitted) -> CalibrationOutcome {
+        let mut outcome = fitted.outcome(problem);
+        let mut features =
+            self.confirmations.iter().map(|confirmed| confirmed.as_ref().map(features).unwrap_or_default());
+        for (record, features) in outcome.records.iter_mut().zip(features.clone()) {
+            record.features = features;
+        }
+        outcome.features = features.next().unwrap_or_default();
+        outcome.statements.extend(self.failures.iter().cloned());
+        outcome.diagnosis.clone_from(&self.diagnosis);
+        outcome
+    }
+}
+
+/// An error with what caused it.
+pub(super) fn with_causes(error: &dyn std::error::Error) -> String {
+    let causes = std::iter::successors(error.source(), |cause| cause.source());
+    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
+}
+
+fn features(confirmation: &Confirmation) -> BTreeMap<String, OutcomeFeature> {
+    let entry = |feature: &ConfirmedFeature| {
+        let simulated = feature.simulated.as_ref();
+        let row = OutcomeFeature {
+            measured: feature.measured,
+            simulated: simulated.map(|spread| spread.mean),
+            scatter: simulated.map(|spread| spread.scatter),
+            sensitivity: simulated.map(|spread| spread.sensitivity),
+            unit: feature.unit.clone(),
+        };
+        (feature.key.clone(), row)
+    };
+    confirmation.features.iter().map(entry).collect()
+}

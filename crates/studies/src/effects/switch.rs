@@ -1,0 +1,424 @@
+//! How every effect is taken out of a scene, or put into one that does not have it.
+
+use granchain_model::scene::{
+    Absorption, ContactLaw, ContactMass, ContactNormal, DEFAULT_KUWABARA_KONO_DAMPING, DEFAULT_LINEAR_DAMPING,
+    DEFAULT_MODES, Damping, DampingKind, DampingPlacement, DriveKind, FlatContact, Integrator, ModelKind, Scene,
+    Scheme, Support, WaterMesh, WaterMethod,
+};
+
+/// Whether an effect belongs to the experiment or to how it is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Belongs {
+    /// To what stands on the bench: without it the experiment is another one.
+    Bench,
+    /// To the model: the experiment is the same, computed more or less closely.
+    Model,
+}
+
+/// An effect that can be taken out or put in.
+pub(super) struct Switch {
+    /// As [`granchain_model::scene::effects`] calls it.
+    pub(super) name: &'static str,
+    pub(super) belongs: Belongs,
+    /// The scene key that takes it out.
+    pub(super) out: &'static str,
+    /// Take it out of a scene that has it; false where that makes no scene.
+    pub(super) remove: fn(&mut Scene) -> bool,
+    /// The scene key that puts it in, with the strength it is tried at.
+    pub(super) key: &'static str,
+    /// Put it into a scene that does not have it; false where it does not go with the scene.
+    pub(super) insert: fn(&mut Scene) -> bool,
+    /// What both runs have beside it, such as a model in which it can be computed; false where there is none.
+    pub(super) ground: fn(&mut Scene) -> bool,
+}
+
+fn never(_: &mut Scene) -> bool {
+    false
+}
+
+fn as_it_is(_: &mut Scene) -> bool {
+    true
+}
+
+fn damp(scene: &mut Scene, linear: f64, kuwabara_kono: f64) -> bool {
+    let kind = match (linear > 0.0, kuwabara_kono > 0.0) {
+        (false, false) => DampingKind::None,
+        (true, false) => DampingKind::Linear,
+        (false, true) => DampingKind::KuwabaraKono,
+        (true, true) => DampingKind::LinearAndKuwabaraKono,
+    };
+    scene.damping = Damping { kind, linear, kuwabara_kono, ..scene.damping };
+    true
+}
+
+fn is_damped(scene: &mut Scene) -> bool {
+    scene.damping.linear > 0.0 || scene.damping.kuwabara_kono > 0.0
+}
+
+fn rigid_wall(scene: &mut Scene) -> bool {
+    scene.water = None;
+    scene.support = Support::Flat(FlatContact::Rigid);
+    true
+}
+
+fn has_flat(scene: &Scene) -> bool {
+    matches!(scene.support, Support::Flat(_))
+}
+
+/// The chain with Hertz contacts, on the clock a disc needs.
+fn point_masses(scene: &mut Scene) -> bool {
+    let step = match scene.model.kind {
+        ModelKind::Reduced => scene.model.reduced.step,
+        _ => scene.model.fea.step,
+    };
+    if matches!(scene.support, Support::Disc { .. }) {
+        scene.model.integrator = Integrator::Symplectic { step };
+    }
+    scene.model.kind = ModelKind::Chain;
+    scene.contact_law = ContactLaw::Hertz;
+    !matches!(scene.support, Support::Body { .. })
+}
+
+fn elastic_bodies(scene: &mut Scene) -> bool {
+    if let Integrator::Symplectic { step } = scene.model.integrator {
+        scene.model.reduced.step = step;
+    }
+    scene.model.kind = ModelKind::Reduced;
+    scene.contact_law = ContactLaw::Hertz;
+    true
+}
+
+/// Elastic bodies that do not ring.
+fn still_bodies(scene: &mut Scene) -> bool {
+    scene.model.reduced.modes = 0;
+    elastic_bodies(scene)
+}
+
+fn normal(scene: &mut Scene, wanted: ContactNormal) -> bool {
+    match &mut scene.support {
+        Support::Annulus { normal, .. } | Support::Body { normal, .. } => {
+            *normal = wanted;
+            true
+        }
+        Support::Flat(_) | Support::Spring { .. } | Support::Disc { .. } => false,
+    }
+}
+
+/// Meshed bodies stepped whole, where a normal can move.
+fn in_elements(scene: &mut Scene) -> bool {
+    scene.model.kind = ModelKind::Fea;
+    scene.contact_law = ContactLaw::Hertz;
+    // A moving normal is not computed together with a static force, nor needed to see what it is worth.
+    let is_ring = matches!(scene.support, Support::Annulus { .. } | Support::Body { .. });
+    is_ring && scene.chain.precompression == 0.0
+}
+
+/// All effects that can be switched, in the order of [`granchain_model::scene::effects`].
+pub(super) const SWITCHES: &[Switch] = &[
+    Switch {
+        name: "linear dampers",
+        belongs: Belongs::Bench,
+        out: "damping.kind = none",
+        remove: |scene| damp(scene, 0.0, scene.damping.kuwabara_kono),
+        key: "damping.kind = linear, damping.coefficient = 0.3 N·s/m",
+        insert: |scene| damp(scene, DEFAULT_LINEAR_DAMPING, scene.damping.kuwabara_kono),
+        ground: as_it_is,
+    },
+    Switch {
+        name: "Kuwabara–Kono dampers",
+        belongs: Belongs::Bench,
+        out: "damping.kind = none",
+        remove: |scene| damp(scene, scene.damping.linear, 0.0),
+        key: "damping.kind = kuwabara-kono, damping.coefficient = 3660 N·s·m^(-3/2)",
+        insert: |scene| damp(scene, scene.damping.linear, DEFAULT_KUWABARA_KONO_DAMPING),
+        ground: as_it_is,
+    },
+    Switch {
+        name: "dampers at piston and support",
+        belongs: Belongs::Bench,
+        out: "damping.at = beads",
+        remove: |scene| {
+            scene.damping.placement = DampingPlacement::Beads;
+            true
+        },
+        key: "damping.at = all",
+        insert: |scene| {
+            scene.damping.placement = DampingPlacement::All;
+            true
+        },
+        ground: is_damped,
+    },
+    Switch {
+        name: "pulling dampers",
+        belongs: Belongs::Bench,
+        out: "damping.tension = false",
+        remove: |scene| {
+            scene.damping.tension = false;
+            true
+        },
+        key: "damping.tension = true",
+        insert: |scene| {
+            scene.damping.tension = true;
+            true
+        },
+        ground: is_damped,
+    },
+    Switch {
+        name: "precompression",
+        belongs: Belongs::Bench,
+        out: "chain.precompression = 0 N",
+        remove: |scene| {
+            scene.chain.precompression = 0.0;
+            true
+        },
+        key: "chain.precompression = 0.05 N",
+        insert: |scene| {
+            scene.chain.precompression = 0.05;
+            scene.chain.gaps.iter().all(|gap| *gap <= 0.0)
+        },
+        ground: as_it_is,
+    },
+    Switch {
+        name: "initial gaps",
+        belongs: Belongs::Bench,
+        out: "chain.gaps = 0",
+        remove: |scene| {
+            scene.chain.gaps.fill(0.0);
+            true
+        },
+        key: "chain.gaps = { contact1 = 5 nm }",
+        insert: |scene| {
+            scene.chain.gaps[0] = 5e-9;
+            scene.chain.precompression == 0.0
+        },
+        ground: as_it_is,
+    },
+    Switch {
+        name: "unequal beads",
+        belongs: Belongs::Bench,
+        out: "no [[chain.override]]",
+        remove: |scene| {
+            let first = scene.chain.beads[0].clone();
+            scene.chain.beads.fill(first);
+            true
+        },
+        key: "[[chain.override]] bead = 2, radius 1 % larger",
+        insert: |scene| match scene.chain.beads.get_mut(1) {
+            Some(bead) if bead.mesh.is_none() => {
+                bead.radius *= 1.01;
+                true
+            }
+            _ => false,
+        },
+        ground: as_it_is,
+    },
+    Switch {
+        name: "resin annulus",
+        belongs: Belongs::Bench,
+        out: "support.kind = rigid",
+        remove: rigid_wall,
+        key: "support.kind = annulus",
+        insert: |scene| {
+            let fits = has_flat(scene);
+            scene.support = Support::resin_annulus(1.0);
+            fits
+        },
+        ground: as_it_is,
+    },
+    Switch {
+        name: "spring support",
+        belongs: Belongs::Bench,
+        out: "support.kind = rigid",
+        remove: rigid_wall,
+        key: "support.kind = spring, support.stiffness = 10 N/um",
+        insert: |scene| {
+            let fits = has_flat(scene);
+            scene.support = Support::Spring { stiffness: 1e7 };
+            fits
+        },
+        ground: as_it_is,
+    },
+    Switch {
+        name: "elastic flats",
+        belongs: Belongs::Bench,
+        out: "piston.contact = rigid, support.kind = rigid",
+        remove: |scene| {
+            scene.piston = FlatContact::Rigid;
+            if has_flat(scene) {
+                scene.support = Support::Flat(FlatContact::Rigid);
+            }
+            true
+        },
+        key: "piston.contact = steel, support.kind = steel",
+        insert: |scene| {
+            scene.piston = FlatContact::Steel;
+            if has_flat(scene) {
+                scene.support = Support::Flat(FlatContact::Steel);
+            }
+            true
+        },
+        // A half-space cannot be meshed: in the chain, where its stiffness is known.
+        ground: |scene| scene.model.kind == ModelKind::Chain || point_masses(scene),
+    },
+    Switch {
+        name: "finite-body contacts",
+        belongs: Belongs::Model,
+        out: "contact.law = hertz",
+        remove: |scene| {
+            scene.contact_law = ContactLaw::Hertz;
+            true
+        },
+        key: "contact.law = finite-body",
+        insert: |scene| {
+            scene.contact_law = ContactLaw::FiniteBody;
+            true
+        },
+        // Meshed bodies have their own.
+        ground: |scene| {
+            scene.model.kind == ModelKind::Chain
+                && !matches!(scene.support, Support::Disc { .. } | Support::Body { .. })
+        },
+    },
+    Switch {
+        name: "ring-up of the drive",
+        belongs: Belongs::Bench,
+        out: "drive.ring_up = 0 s",
+        remove: |scene| match &mut scene.drive.kind {
+            DriveKind::ToneBurst { ring_up, .. } => {
+                *ring_up = 0.0;
+                true
+            }
+            _ => false,
+        },
+        key: "",
+        insert: never,
+        ground: as_it_is,
+    },
+    Switch {
+        name: "elastic disc",
+        belongs: Belongs::Bench,
+        out: "support.kind = rigid",
+        remove: rigid_wall,
+        key: "",
+        insert: never,
+        ground: as_it_is,
+    },
+    Switch {
+        name: "water behind the disc",
+        belongs: Belongs::Bench,
+        out: "water.medium = none",
+        remove: |scene| {
+            scene.water = None;
+            true
+        },
+        key: "",
+        insert: never,
+        ground: as_it_is,
+    },
+    Switch {
+        name: "water by elements",
+        belongs: Belongs::Model,
+        out: "water.method = rayleigh",
+        remove: |scene| match &mut scene.water {
+            Some(water) => {
+                water.method = WaterMethod::Rayleigh;
+                water.baffle == granchain_model::scene::Baffle::Rigid
+            }
+            None => false,
+        },
+        key: "water.method = elements",
+        insert: |scene| {
+            let Support::Disc { shape, .. } = &scene.support else { return false };
+            let Some(water) = &mut scene.water else { return false };
+            let mesh = WaterMesh { radius: 2.5 * shape.radius, side: shape.radius / 20.0 };
+            water.method = WaterMethod::Elements(mesh);
+            water.field_points.iter().all(|point| point.radius.hypot(point.distance) < mesh.radius)
+        },
+        ground: as_it_is,
+    },
+    Switch {
+        name: "absorption in the water",
+        belongs: Belongs::Bench,
+        out: "water.absorption = 0",
+        remove: |scene| match &mut scene.water {
+            Some(water) => {
+                water.absorption = None;
+                true
+            }
+            None => false,
+        },
+        // Fresh water: Pinkerton (1949), as in the model's own documentation.
+        key: "water.absorption = 0.025 Np/m, water.absorption_exponent = 2",
+        insert: |scene| match &mut scene.water {
+            Some(water) => {
+                water.absorption = Some(Absorption { at_1_mhz: 0.025, exponent: 2.0 });
+                true
+            }
+            None => false,
+        },
+        ground: as_it_is,
+    },
+    Switch {
+        name: "elastic bodies",
+        belongs: Belongs::Model,
+        out: "model.kind = chain",
+        remove: point_masses,
+        key: "model.kind = reduced",
+        insert: elastic_bodies,
+        ground: as_it_is,
+    },
+    Switch {
+        name: "modes of the bodies",
+        belongs: Belongs::Model,
+        out: "model.modes = 0",
+        remove: |scene| {
+            scene.model.reduced.modes = 0;
+            true
+        },
+        key: "model.modes = 8",
+        insert: |scene| {
+            scene.model.reduced.modes = DEFAULT_MODES;
+            true
+        },
+        ground: |scene| {
+            scene.model.kind == ModelKind::Reduced || scene.model.kind == ModelKind::Chain && still_bodies(scene)
+        },
+    },
+    Switch {
+        name: "mass at the contact nodes",
+        belongs: Belongs::Model,
+        out: "model.contact_mass = massless",
+        remove: |scene| {
+            scene.model.fea.contact_mass = ContactMass::Massless;
+            true
+        },
+        key: "model.contact_mass = consistent",
+        insert: |scene| {
+            scene.model.fea.contact_mass = ContactMass::Consistent;
+            true
+        },
+        ground: |scene| scene.model.kind == ModelKind::Fea,
+    },
+    Switch {
+        name: "numerical dissipation",
+        belongs: Belongs::Model,
+        out: "model.integrator = trapezoid",
+        remove: |scene| {
+            scene.model.fea.scheme = Scheme::Trapezoid;
+            true
+        },
+        key: "",
+        insert: never,
+        ground: |scene| scene.model.kind == ModelKind::Fea,
+    },
+    Switch {
+        name: "moving contact normal",
+        belongs: Belongs::Model,
+        out: "support.normal = fixed",
+        remove: |scene| normal(scene, ContactNormal::Fixed),
+        key: "model.kind = fea, support.normal = moving",
+        insert: |scene| normal(scene, ContactNormal::Moving),
+        ground: in_elements,
+    },
+];

@@ -1,0 +1,366 @@
+//! The source paper's experiment, whole: its chain before the rigid wall, its two damping laws on the annulus, its sweep of the
+//! amplitude scale, every printed statement beside ours, and how much each reading of what is not printed matters.
+//!
+//! A study is taken step by step ([`Study::rigid`], [`Study::ensembles`], [`Study::sweeps`], [`Study::readings`]) so that a caller can
+//! time, show and stop each; [`judge`] holds the outcome against [`published::STATEMENTS`](super::published::STATEMENTS).
+
+mod judgement;
+mod reading;
+mod rigid;
+
+use serde::Serialize;
+
+use super::{
+    bodies::Bodies,
+    decoder::Decoder,
+    ensemble::{EnsemblePlan, Moments, STEPS_PER_PERIOD, Spread},
+    failure::{StudyError, enough, reasons},
+    members::{self, Watch, perturbations},
+    observation,
+    portrait::{Portrait, PortraitMoments, Trait},
+    published::SWEPT_ALPHAS,
+};
+use granchain_model::{
+    ModelError,
+    chain::ensemble::Variation,
+    scene::{self, DampingKind, ModelKind, Scene, SceneError},
+};
+use granchain_signal::{
+    Series,
+    feature::{AmplitudeSpectrum, FeatureSettings, Ratio, amplitude_spectrum},
+};
+
+pub use judgement::{Judgement, Verdict, judge};
+pub use reading::{Change, READINGS, Reading, ReadingOutcome};
+pub use rigid::{RigidOutcome, RigidRun};
+
+/// How much is run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PaperPlan {
+    /// Amplitude scales of the sweep, 1.
+    pub alphas: Vec<f64>,
+    /// Perturbed runs of each law at its own α and at α ± 1 %, ≥ 2.
+    pub members: usize,
+    /// Perturbed runs at each α of the sweep, ≥ 2.
+    pub sweep_members: usize,
+    /// Perturbed runs of each reading, ≥ 2.
+    pub reading_members: usize,
+    /// Seed of the perturbations.
+    pub seed: u64,
+    /// Rms of the noise added to the velocity before it is measured, m/s.
+    pub noise_rms_m_per_s: f64,
+    /// Bandwidth through which velocity and noise pass, Hz.
+    pub bandwidth_hz: f64,
+    /// Whether the rigid scene is also run by finite elements.
+    pub fea: bool,
+    /// Whether the readings are varied on the chain, where runs are cheap, rather than on the model of the rest.
+    pub readings_on_chain: bool,
+}
+
+impl PaperPlan {
+    /// Every α of the paper, as many runs as a scatter needs.
+    #[must_use]
+    pub fn whole(seed: u64) -> Self {
+        let (first, last, step) = SWEPT_ALPHAS;
+        let count = ((last - first) / step).round() as u32;
+        let decoder = Decoder::of_reconstruction(seed);
+        Self {
+            // Of whole hundredths, so that 0.5 is the paper's 0.5 and not the next number to it.
+            alphas: (0..=count).map(|index| ((first + step * f64::from(index)) * 100.0).round() / 100.0).collect(),
+            members: 16,
+            sweep_members: 4,
+            reading_members: 6,
+            seed,
+            noise_rms_m_per_s: decoder.noise_rms,
+            bandwidth_hz: decoder.bandwidth,
+            fea: true,
+            readings_on_chain: false,
+        }
+    }
+
+    /// Every α of the paper with few runs each, the readings on the chain.
+    #[must_use]
+    pub fn quick(seed: u64) -> Self {
+        let whole = Self::whole(seed);
+        Self { members: 4, sweep_members: 2, reading_members: 8, fea: false, readings_on_chain: true, ..whole }
+    }
+
+    /// Perturbed runs of the annulus scene on the model of the study, and those of the readings on the chain.
+    #[must_use]
+    pub fn runs(&self) -> (usize, usize) {
+        let own = LAWS.len() * (3 * self.members + self.sweep_members * self.alphas.len());
+        let readings = LAWS.len() * self.reading_members * reading::ensembles();
+        if self.readings_on_chain { (own, readings) } else { (own + readings, 0) }
+    }
+}
+
+/// A damping law of the paper with its coefficient and the α it is compared at.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Law {
+    /// For people.
+    pub name: &'static str,
+    /// Word of `damping.kind`.
+    pub kind: &'static str,
+    /// Coefficient in SI.
+    pub coefficient: f64,
+    /// α of the comparison, 1.
+    pub alpha: f64,
+    /// The line the paper finds beside the drive line.
+    pub own_line: Ratio,
+}
+
+/// The paper's two laws.
+pub const LAWS: [Law; 2] = [
+    Law { name: "linear", kind: "linear", coefficient: 0.3, alpha: 0.5, own_line: Ratio::new(1, 3) },
+    Law {
+        name: "Kuwabara–Kono",
+        kind: DampingKind::KuwabaraKono.name(),
+        coefficient: 3660.0,
+        alpha: 1.5,
+        own_line: Ratio::new(1, 2),
+    },
+];
+
+impl Law {
+    /// Its scene on the annulus; `more` overrides come last.
+    ///
+    /// # Errors
+    /// [`SceneError`] for an override that no scene may have.
+    pub fn scene(&self, more: &[String]) -> Result<Scene, SceneError> {
+        let mut overrides = vec![
+            format!("damping.kind={}", self.kind),
+            format!("damping.coefficient={}", self.coefficient),
+            format!("alpha={}", self.alpha),
+        ];
+        overrides.extend(more.iter().cloned());
+        scene::load("annulus", &overrides)
+    }
+}
+
+/// One point of a sweep.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SweepPoint {
+    /// α, 1.
+    pub alpha: f64,
+    /// Mean and scatter, in the order of [`Trait::all`].
+    pub moments: PortraitMoments,
+}
+
+/// A law at its own α.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LawOutcome {
+    /// The law.
+    pub law: Law,
+    /// The numbers of the unperturbed, noise-free run.
+    pub single: Portrait,
+    /// Mean, scatter and sensitivity of every number, in the order of [`Trait::all`].
+    pub spreads: Vec<Option<Spread>>,
+    /// Mean and scatter at the law's own α.
+    pub moments: PortraitMoments,
+    /// Perturbed runs that failed, with their reasons.
+    pub failures: Vec<String>,
+    /// Largest energy residual of the unperturbed run over its largest energy, 1.
+    pub energy_balance: f64,
+    /// Velocity of the pole in the unperturbed run within the bandwidth, m/s; not written.
+    #[serde(skip)]
+    pub velocity: Series,
+    /// Its spectrum in the window where the drive is on; not written.
+    #[serde(skip)]
+    pub spectrum: AmplitudeSpectrum,
+}
+
+impl LawOutcome {
+    /// Mean, scatter and sensitivity of one number.
+    #[must_use]
+    pub fn spread(&self, what: Trait) -> Option<Spread> {
+        let index = Trait::all().iter().position(|other| *other == what)?;
+        self.spreads.get(index).copied().flatten()
+    }
+}
+
+/// Everything.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PaperOutcome {
+    /// What was asked for.
+    pub plan: PaperPlan,
+    /// The model of the annulus scenes.
+    pub model: &'static str,
+    /// The model on which the readings were varied.
+    pub readings_model: &'static str,
+    /// The chain before the rigid wall.
+    pub rigid: RigidOutcome,
+    /// Both laws at their own α.
+    pub laws: Vec<LawOutcome>,
+    /// Both laws over α.
+    pub sweeps: Vec<Vec<SweepPoint>>,
+    /// Both laws under each reading, by rank.
+    pub readings: Vec<Vec<ReadingOutcome>>,
+}
+
+/// Scenes and bodies made ready.
+#[derive(Debug)]
+pub struct Study {
+    plan: PaperPlan,
+    overrides: Vec<String>,
+    scenes: Vec<Scene>,
+    settings: FeatureSettings,
+    bodies: Bodies,
+    decoder: Decoder,
+}
+
+impl Study {
+    /// Make the paper's scenes ready; `overrides` apply to all of them, such as `model.kind=chain`.
+    ///
+    /// # Errors
+    /// [`StudyError`].
+    pub fn new(plan: PaperPlan, overrides: &[String], bodies: Bodies) -> Result<Self, StudyError> {
+        let least = [
+            ("members", plan.members, 2),
+            ("sweep members", plan.sweep_members, 2),
+            ("reading members", plan.reading_members, 2),
+            ("alphas", plan.alphas.len(), 1),
+        ];
+        if let Some((what, found, least)) = least.into_iter().find(|(_, found, least)| found < least) {
+            return Err(StudyError::TooFew { what, least, found });
+        }
+        let scenes = LAWS.iter().map(|law| law.scene(overrides)).collect::<Result<Vec<_>, _>>()?;
+        let decoder = Decoder { noise_rms: plan.noise_rms_m_per_s, bandwidth: plan.bandwidth_hz, seed: plan.seed };
+        let clean = observation::settings(&scenes[0])
+            .map_err(|source| StudyError::Feature { what: "the drive".into(), source })?;
+        Ok(Self { plan, overrides: overrides.to_vec(), scenes, settings: clean, bodies, decoder })
+    }
+
+    /// The scenes of both laws.
+    #[must_use]
+    pub fn scenes(&self) -> &[Scene] {
+        &self.scenes
+    }
+
+    /// Their bodies.
+    #[must_use]
+    pub fn bodies(&self) -> &Bodies {
+        &self.bodies
+    }
+
+    /// What is run.
+    #[must_use]
+    pub fn plan(&self) -> &PaperPlan {
+        &self.plan
+    }
+
+    /// The model of the annulus scenes.
+    #[must_use]
+    pub fn model(&self) -> ModelKind {
+        self.scenes[0].model.kind
+    }
+
+    /// The model on which the readings are varied.
+    #[must_use]
+    pub fn readings_model(&self) -> ModelKind {
+        if self.plan.readings_on_chain { ModelKind::Chain } else { self.model() }
+    }
+
+    /// The chain before the rigid wall on every model that is cheap.
+    ///
+    /// # Errors
+    /// [`StudyError`].
+    pub fn rigid(&self, watch: &dyn Watch) -> Result<RigidOutcome, StudyError> {
+        rigid::run(&self.overrides, self.plan.fea, &self.bodies, watch)
+    }
+
+    /// Both laws at their own α: once as they are, then perturbed at α and α ± 1 %.
+    ///
+    /// # Errors
+    /// [`StudyError`].
+    pub fn ensembles(&self, watch: &dyn Watch) -> Result<Vec<LawOutcome>, StudyError> {
+        LAWS.iter().zip(&self.scenes).map(|(law, scene)| self.ensemble(law, scene, watch)).collect()
+    }
+
+    fn ensemble(&self, law: &Law, scene: &Scene, watch: &dyn Watch) -> Result<LawOutcome, StudyError> {
+        let what = || format!("{} dampers at α = {}", law.name, law.alpha);
+        let prepared = self.bodies.prepared(scene).map_err(|source| StudyError::Run { what: what(), source })?;
+        let response = prepared.run(scene, &mut |_| !watch.stop()).map_err(|source| match source {
+            ModelError::Stopped { .. } => StudyError::Stopped,
+            source => StudyError::Run { what: what(), source },
+        })?;
+        let unmeasured = |source| StudyError::Feature { what: what(), source };
+        let velocity = self.decoder.passes(response.observed_velocity());
+        let single = Portrait::of(&velocity, &self.settings).map_err(unmeasured)?;
+        let window = self.settings.window.unwrap_or_else(|| granchain_signal::feature::Window::whole(&velocity));
+        let spectrum = amplitude_spectrum(&velocity, window).map_err(unmeasured)?;
+
+        let plan = EnsemblePlan::new(self.plan.members, self.plan.seed);
+        let perturbed = perturbations(scene, &plan);
+        let levels = [1.0, 1.0 + plan.drive_change, 1.0 - plan.drive_change];
+        let variations: Vec<Variation> =
+            levels.iter().flat_map(|level| perturbed.iter().map(|member| scaled(member, *level))).collect();
+        let portraits = self.portraits(scene, &variations, &self.settings, watch)?;
+        let failures = reasons(&portraits);
+        let [own, above, below] = [0, 1, 2].map(|level| {
+            let members = &portraits[level * plan.members..(level + 1) * plan.members];
+            PortraitMoments::over(&members.iter().flatten().collect::<Vec<_>>())
+        });
+        let own = enough(own, &portraits[..plan.members], what)?;
+        let spreads = Trait::all()
+            .into_iter()
+            .map(|number| Some(Spread::between(&own.get(number)?, &above.get(number)?, &below.get(number)?)))
+            .collect();
+        let energy = response.energy;
+        let energy_balance = if energy.largest_j > 0.0 { energy.residual_j.abs() / energy.largest_j } else { 0.0 };
+        Ok(LawOutcome { law: *law, single, spreads, moments: own, failures, energy_balance, velocity, spectrum })
+    }
+
+    /// Both laws over the plan's α.
+    ///
+    /// # Errors
+    /// [`StudyError`].
+    pub fn sweeps(&self, watch: &dyn Watch) -> Result<Vec<Vec<SweepPoint>>, StudyError> {
+        let plan = EnsemblePlan::new(self.plan.sweep_members, self.plan.seed);
+        let sweep = |(law, scene): (&Law, &Scene)| {
+            let perturbed = perturbations(scene, &plan);
+            let variations: Vec<Variation> = (self.plan.alphas.iter())
+                .flat_map(|alpha| perturbed.iter().map(move |member| scaled(member, alpha / law.alpha)))
+                .collect();
+            let portraits = self.portraits(scene, &variations, &self.settings, watch)?;
+            let points = self.plan.alphas.iter().zip(portraits.chunks(plan.members)).map(|(&alpha, members)| {
+                let moments = PortraitMoments::over(&members.iter().flatten().collect::<Vec<_>>());
+                let what = || format!("{} dampers at α = {alpha}", law.name);
+                Ok(SweepPoint { alpha, moments: enough(moments, members, what)? })
+            });
+            points.collect()
+        };
+        LAWS.iter().zip(&self.scenes).map(sweep).collect()
+    }
+
+    /// Both laws under each reading, one at a time, ranked.
+    ///
+    /// # Errors
+    /// [`StudyError`].
+    pub fn readings(&self, watch: &dyn Watch) -> Result<Vec<Vec<ReadingOutcome>>, StudyError> {
+        LAWS.iter().map(|law| reading::run(self, law, watch)).collect()
+    }
+
+    /// Portraits of perturbed runs of a scene as the decoder sees them.
+    fn portraits(
+        &self,
+        scene: &Scene,
+        variations: &[Variation],
+        settings: &FeatureSettings,
+        watch: &dyn Watch,
+    ) -> Result<Vec<Result<Portrait, String>>, StudyError> {
+        let noisy = self.decoder.settings(settings);
+        let see = |index, velocity: &Series| Portrait::of(&self.decoder.sees(velocity, index), &noisy);
+        let portraits = members::run(&self.bodies, scene, variations, STEPS_PER_PERIOD, watch, see)
+            .map_err(|source| StudyError::Run { what: "perturbed runs".into(), source })?;
+        if watch.stop() { Err(StudyError::Stopped) } else { Ok(portraits) }
+    }
+}
+
+fn scaled(member: &Variation, factor: f64) -> Variation {
+    Variation { amplitude_scale: member.amplitude_scale * factor, ..member.clone() }
+}
+
+/// The moments of one number that every run has.
+fn moment(moments: &PortraitMoments, what: Trait) -> Moments {
+    moments.get(what).unwrap_or(Moments { mean: 0.0, deviation: 0.0, count: 0 })
+}

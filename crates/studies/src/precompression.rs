@@ -1,0 +1,86 @@
+//! At which static force along the chain the impulses vanish.
+
+use serde::Serialize;
+
+use super::{
+    bodies::Bodies,
+    failure::StudyError,
+    members::Watch,
+    paper::{LAWS, Law},
+    trend::{Setting, TrendPlan, TrendPoint, along},
+};
+
+/// Static forces, N: none, then from far below to far above what the companion work names.
+pub const FORCES: [f64; 11] = [0.0, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 1e-1];
+
+/// The order of magnitude at and below which the companion work finds impulses, N.
+pub const COMPANION_FORCE: f64 = 0.01;
+
+/// One law over the static force.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Precompressions {
+    /// The law.
+    pub law: Law,
+    /// One point a force.
+    pub points: Vec<TrendPoint>,
+}
+
+impl Precompressions {
+    /// The largest force with a train of impulses and the next one, from which on there is none, N; none where no force, or the largest
+    /// one, has impulses.
+    #[must_use]
+    pub fn vanishing(&self) -> Option<(f64, f64)> {
+        let last = self.points.iter().rposition(|point| point.moments.is_impulsive())?;
+        Some((self.points[last].value, self.points.get(last + 1)?.value))
+    }
+}
+
+/// Runs in all.
+#[must_use]
+pub fn runs(plan: &TrendPlan) -> usize {
+    LAWS.len() * FORCES.len() * plan.members
+}
+
+/// Both laws at the paper's α over the static force.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn run(
+    plan: &TrendPlan,
+    overrides: &[String],
+    bodies: &Bodies,
+    watch: &dyn Watch,
+) -> Result<Vec<Precompressions>, StudyError> {
+    let settings: Vec<Setting> = FORCES
+        .iter()
+        .map(|force| Setting { value: *force, overrides: vec![format!("chain.precompression={force}")] })
+        .collect();
+    let study =
+        |law: &Law| Ok(Precompressions { law: *law, points: along(law, overrides, &settings, plan, bodies, watch)? });
+    LAWS.iter().map(study).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        ensemble::Moments,
+        portrait::{PortraitMoments, Trait},
+    };
+
+    fn law(crests: &[f64]) -> Precompressions {
+        let point = |(index, crest): (usize, &f64)| {
+            let of = |what| (what == Trait::Crest).then_some(Moments { mean: *crest, deviation: 0.1, count: 4 });
+            let moments = PortraitMoments(Trait::all().into_iter().map(of).collect());
+            TrendPoint { value: FORCES[index], moments, failed: 0, spectrum_m_per_s: Vec::new() }
+        };
+        Precompressions { law: LAWS[0], points: crests.iter().enumerate().map(point).collect() }
+    }
+
+    #[test]
+    fn impulses_vanish_behind_the_last_force_that_has_them() {
+        assert_eq!(law(&[4.0, 3.5, 2.0, 3.0, 1.8, 1.5]).vanishing(), Some((FORCES[3], FORCES[4])));
+        assert_eq!(law(&[1.5, 1.5]).vanishing(), None);
+        assert_eq!(law(&[1.5, 4.0]).vanishing(), None);
+    }
+}

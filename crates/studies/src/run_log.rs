@@ -1,0 +1,184 @@
+//! The runs of a study, kept as they finish: one JSON line a run, appended and synced.
+//!
+//! A process may die between any two bytes. What counts on reading is every line that ends in a newline and whose seal is whole; a torn last
+//! line is cut off before more is appended, an altered one is named and its run made again.
+
+use std::{
+    collections::BTreeMap,
+    fs::{File, OpenOptions},
+    io::{self, Read, Seek, SeekFrom, Write},
+    path::{Path, PathBuf},
+    sync::{Mutex, PoisonError},
+};
+
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use thiserror::Error;
+
+use granchain_record::seal::{sealed, unsealed};
+
+/// Why the log cannot be used.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RunLogError {
+    /// The file system refused.
+    #[error("{}: cannot {action}: {source}", path.display())]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+/// An append-only file of finished runs.
+#[derive(Debug)]
+pub struct RunLog {
+    path: PathBuf,
+    end: Mutex<End>,
+    /// Lines that are not used, from 1.
+    damaged: Vec<usize>,
+}
+
+/// Where lines are appended.
+#[derive(Debug)]
+struct End {
+    file: File,
+    /// Whether the last line may be torn: no other may begin in it.
+    torn: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Entry<T> {
+    index: usize,
+    run: T,
+}
+
+impl RunLog {
+    /// Open or create the log and read the runs in it, by index.
+    ///
+    /// # Errors
+    /// When the file cannot be read or written.
+    pub fn open<T: DeserializeOwned>(path: &Path) -> Result<(Self, BTreeMap<usize, T>), RunLogError> {
+        let io = |action| move |source| RunLogError::Io { action, path: path.into(), source };
+        let mut file =
+            OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(io("open"))?;
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(io("read"))?;
+        let whole = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |last| last + 1);
+        let (mut runs, mut damaged) = (BTreeMap::new(), Vec::new());
+        for (index, line) in bytes[..whole].split(|&byte| byte == b'\n').enumerate() {
+            if line.is_empty() {
+                continue;
+            }
+            match unsealed(line).ok().and_then(|body| serde_json::from_slice::<Entry<T>>(body).ok()) {
+                Some(entry) => drop(runs.insert(entry.index, entry.run)),
+                None => damaged.push(index + 1),
+            }
+        }
+        file.set_len(whole as u64).map_err(io("cut"))?;
+        file.seek(SeekFrom::End(0)).map_err(io("seek"))?;
+        Ok((Self { path: path.into(), end: Mutex::new(End { file, torn: false }), damaged }, runs))
+    }
+
+    /// What is to be said of lines that were altered since they were written; nothing where there are none.
+    #[must_use]
+    pub fn damage(&self) -> Option<String> {
+        let lines: Vec<String> = self.damaged.iter().map(ToString::to_string).collect();
+        (!lines.is_empty()).then(|| {
+            let path = self.path.display();
+            format!(
+                "{path}:{}: altered or damaged since it was written; what stood there is run again",
+                lines.join(", ")
+            )
+        })
+    }
+
+    /// Keep one finished run; when this returns, it survives a kill.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn keep(&self, index: usize, run: &impl Serialize) -> Result<(), RunLogError> {
+        let io = |source| RunLogError::Io { action: "append", path: self.path.clone(), source };
+        let mut line = sealed(&serde_json::to_vec(&Entry { index, run }).map_err(|error| io(error.into()))?);
+        line.push(b'\n');
+        let mut end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
+        if end.torn {
+            line.insert(0, b'\n');
+        }
+        // A disk that is full for a moment takes a part of a line; another thread may find room again.
+        end.torn = true;
+        end.file.write_all(&line).and_then(|()| end.file.sync_data()).map_err(io)?;
+        end.torn = false;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn a_torn_last_line_is_dropped_and_overwritten() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("runs.jsonl");
+        let (log, runs) = RunLog::open::<f64>(&path).unwrap();
+        assert!(runs.is_empty());
+        log.keep(0, &0.1).unwrap();
+        log.keep(2, &(1.0 / 3.0)).unwrap();
+        drop(log);
+        let whole = fs::read(&path).unwrap();
+        for torn in 1..=whole.len() / 2 {
+            fs::write(&path, &whole[..whole.len() - torn]).unwrap();
+            let (log, runs) = RunLog::open::<f64>(&path).unwrap();
+            assert_eq!(runs.into_iter().collect::<Vec<_>>(), [(0, 0.1)]);
+            log.keep(2, &(1.0 / 3.0)).unwrap();
+            assert_eq!(fs::read(&path).unwrap(), whole);
+        }
+    }
+
+    #[test]
+    fn a_run_kept_behind_a_line_that_the_disk_took_a_part_of_is_kept() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("runs.jsonl");
+        let (log, _) = RunLog::open::<f64>(&path).unwrap();
+        log.keep(0, &0.1).unwrap();
+        // A disk that is full after six bytes, and then no more.
+        log.end.lock().unwrap().file.write_all(b"granch").unwrap();
+        let writable = std::mem::replace(&mut log.end.lock().unwrap().file, File::open(&path).unwrap());
+        log.keep(1, &0.25).unwrap_err();
+        log.end.lock().unwrap().file = writable;
+        log.keep(2, &(1.0 / 3.0)).unwrap();
+        drop(log);
+        let (log, runs) = RunLog::open::<f64>(&path).unwrap();
+        assert_eq!(runs, BTreeMap::from([(0, 0.1), (2, 1.0 / 3.0)]));
+        assert!(log.damage().is_some_and(|told| told.contains("runs.jsonl:2:")));
+    }
+
+    #[test]
+    fn whatever_is_altered_is_named_and_what_is_whole_is_kept() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("runs.jsonl");
+        let (log, _) = RunLog::open::<f64>(&path).unwrap();
+        assert_eq!(log.damage(), None);
+        for (index, run) in [0.1, 0.25, 1.0 / 3.0].iter().enumerate() {
+            log.keep(index, run).unwrap();
+        }
+        drop(log);
+        let whole = fs::read(&path).unwrap();
+        let known = BTreeMap::from([(0, 0.1), (1, 0.25), (2, 1.0 / 3.0)]);
+        for (place, bit) in (0..whole.len()).flat_map(|place| (0..8).map(move |bit| (place, bit))) {
+            let mut flipped = whole.clone();
+            flipped[place] ^= 1 << bit;
+            fs::write(&path, &flipped).unwrap();
+            let (log, runs) = RunLog::open::<f64>(&path).unwrap();
+            // A newline more or less spoils a line or the one behind it; nothing is ever another number.
+            assert!(runs.len() < 3 && runs.iter().all(|(index, run)| known.get(index) == Some(run)), "{place} {bit}");
+            let last = whole.len() - 1;
+            assert!(log.damage().is_some() || runs.len() == 2 && place == last, "{place} {bit}: {runs:?}");
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! A scene over a grid of values: every point run once with the accurate integrator, its response measured, kept.
+//!
+//! Points run in parallel and are independent, so the result depends neither on the number of threads nor on where an
+//! earlier attempt was stopped.
+
+use std::{
+    collections::BTreeMap,
+    error::Error as StdError,
+    path::Path,
+    sync::atomic::{AtomicUsize, Ordering},
+};
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::{
+    bodies::Bodies,
+    ensemble::{self, EnsembleOutcome, EnsemblePlan},
+    grid::Grid,
+    observation::{self, Heard, Observation},
+    run_log::{RunLog, RunLogError},
+};
+use granchain_model::{ModelError, scene::Scene};
+
+/// What came of one point.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Run {
+    /// It ran and was measured.
+    Finished {
+        /// The watched numbers of the accurate run.
+        observation: Observation,
+        /// What was heard in the water, where there is any.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        heard: Option<Heard>,
+        /// The energy ledger's residual over the largest energy seen, 1.
+        energy_residual: f64,
+        /// Mean, scatter and sensitivity, where asked for.
+        ensemble: Option<EnsembleOutcome>,
+    },
+    /// It did not.
+    Failed {
+        /// Why.
+        reason: String,
+    },
+}
+
+/// Why there is no sweep.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SweepError {
+    /// No point of the grid is a scene that can be built.
+    #[error("none of the {points} points of the grid is a valid scene; the first: {source}")]
+    NoValidPoint {
+        /// Points of the grid.
+        points: usize,
+        /// What is wrong with the first.
+        source: Box<dyn StdError + Send + Sync>,
+    },
+    /// Stopped by the caller; what was finished is kept.
+    #[error("stopped with {finished} of {points} runs finished and kept")]
+    Stopped {
+        /// Runs kept.
+        finished: usize,
+        /// Points of the grid.
+        points: usize,
+    },
+    /// The log of finished runs cannot be used.
+    #[error(transparent)]
+    Log(#[from] RunLogError),
+    /// The log holds a run that this grid has not.
+    #[error("the kept runs belong to another sweep: run {index} of a grid of {points} points")]
+    OtherGrid {
+        /// Index found.
+        index: usize,
+        /// Points of the grid.
+        points: usize,
+    },
+}
+
+/// How a sweep talks to its caller while it runs.
+pub trait Watch: Sync {
+    /// So many points are finished, kept ones included.
+    fn finished(&self, points: usize);
+    /// Whether to stop now.
+    fn stop(&self) -> bool;
+    /// Something that a person should read.
+    fn warn(&self, _text: &str) {}
+}
+
+/// Run every point of `grid` that `log_path` does not hold yet.
+///
+/// - `build`: the scene of a point from its overrides
+/// - `bodies`: where bodies made ready are shared
+/// - `ensemble`: also report scatter and sensitivity at each point
+///
+/// Returns the runs in the order of the grid.
+///
+/// # Errors
+/// [`SweepError`]; a failed run is no error but a [`Run::Failed`].
+pub fn sweep<E: StdError + Send + Sync + 'static>(
+    grid: &Grid,
+    build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),
+    bodies: &Bodies,
+    ensemble: Option<&EnsemblePlan>,
+    log_path: &Path,
+    watch: &dyn Watch,
+) -> Result<Vec<Run>, SweepError> {
+    let points = grid.len();
+    refuse_hopeless(grid, build)?;
+    let (log, mut runs) = RunLog::open::<Run>(log_path)?;
+    if let Some(damage) = log.damage() {
+        watch.warn(&damage);
+    }
+    if let Some((&index, _)) = runs.last_key_value().filter(|(index, _)| **index >= points) {
+        return Err(SweepError::OtherGrid { index, points });
+    }
+    let finished = AtomicUsize::new(runs.len());
+    watch.finished(runs.len());
+    let missing: Vec<usize> = (0..points).filter(|index| !runs.contains_key(index)).collect();
+    let fresh: BTreeMap<usize, Run> = missing
+        .into_par_iter()
+        .map(|index| {
+            let Some(run) = run_point(&grid.overrides(index), build, bodies, ensemble, watch) else { return Ok(None) };
+            log.keep(index, &run)?;
+            watch.finished(finished.fetch_add(1, Ordering::Relaxed) + 1);
+            Ok(Some((index, run)))
+        })
+        .filter_map(Result::transpose)
+        .collect::<Result<_, RunLogError>>()?;
+    runs.extend(fresh);
+    if runs.len() < points {
+        return Err(SweepError::Stopped { finished: runs.len(), points });
+    }
+    Ok(runs.into_values().collect())
+}
+
+/// An unknown key or wrong unit fails at every point alike: say so before anything runs.
+fn refuse_hopeless<E: StdError + Send + Sync + 'static>(
+    grid: &Grid,
+    build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),
+) -> Result<(), SweepError> {
+    let mut first = None;
+    for index in 0..grid.len() {
+        match build(&grid.overrides(index)) {
+            Ok(_) => return Ok(()),
+            Err(error) => first = first.or(Some(error)),
+        }
+    }
+    match first {
+        Some(error) => Err(SweepError::NoValidPoint { points: grid.len(), source: error.into() }),
+        None => Ok(()),
+    }
+}
+
+/// `None` when stopped.
+fn run_point<E: StdError>(
+    overrides: &[String],
+    build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),
+    bodies: &Bodies,
+    ensemble: Option<&EnsemblePlan>,
+    watch: &dyn Watch,
+) -> Option<Run> {
+    if watch.stop() {
+        return None;
+    }
+    let failed = |error: &dyn StdError| Some(Run::Failed { reason: error.to_string() });
+    let scene = match build(overrides) {
+        Ok(scene) => scene,
+        Err(error) => return failed(&error),
+    };
+    let settings = match observation::settings(&scene) {
+        Ok(settings) => settings,
+        Err(error) => return failed(&error),
+    };
+    let run = bodies.prepared(&scene).and_then(|prepared| prepared.run(&scene, &mut |_| !watch.stop()));
+    let response = match run {
+        Ok(response) => response,
+        Err(ModelError::Stopped { .. }) => return None,
+        Err(error) => return failed(&error),
+    };
+    let observation =
+        match observation::measure_response(&scene, &response, &settings).map(|features| Observation::of(&features)) {
+            Ok(observation) => observation,
+            Err(error) => return failed(&error),
+        };
+    let heard = match Heard::measure(&response, &settings) {
+        Ok(heard) => heard,
+        Err(error) => return failed(&error),
+    };
+    let ensemble = match ensemble.map(|plan| ensemble::run_on(bodies, &scene, plan)).transpose() {
+        Ok(ensemble) => ensemble,
+        Err(error) => return failed(&error),
+    };
+    let energy = &response.energy;
+    let energy_residual = if energy.largest_j > 0.0 { energy.residual_j / energy.largest_j } else { 0.0 };
+    Some(Run::Finished { observation, heard, energy_residual, ensemble })
+}

@@ -1,0 +1,168 @@
+//! The paper's scene on the annulus along one varied quantity: portraits and spectra of perturbed runs at each value.
+
+use serde::Serialize;
+
+use super::{
+    bodies::Bodies,
+    decoder::Decoder,
+    ensemble::{EnsemblePlan, STEPS_PER_PERIOD},
+    failure::{StudyError, enough},
+    members::{self, Watch, perturbations},
+    observation,
+    paper::Law,
+    portrait::{Portrait, PortraitMoments},
+};
+use granchain_signal::{
+    Series,
+    feature::{FeatureError, FeatureSettings, Window, amplitude_spectrum},
+};
+
+/// Highest frequency of the spectra, in drive frequencies.
+pub const SPECTRUM_SPAN: f64 = 3.25;
+/// Points of the spectra.
+pub const SPECTRUM_POINTS: usize = 260;
+
+/// How much is run at each value.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct TrendPlan {
+    /// Perturbed runs, ≥ 2.
+    pub members: usize,
+    /// Seed of the perturbations.
+    pub seed: u64,
+}
+
+/// A value of the varied quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setting {
+    /// The value, SI.
+    pub value: f64,
+    /// The overrides that set it.
+    pub overrides: Vec<String>,
+}
+
+/// What came of a value.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrendPoint {
+    /// The value, SI.
+    pub value: f64,
+    /// Mean and scatter over the perturbed runs.
+    pub moments: PortraitMoments,
+    /// Runs that failed.
+    pub failed: usize,
+    /// Mean over the runs of the largest amplitude in each of [`SPECTRUM_POINTS`] equal bands up to [`SPECTRUM_SPAN`] f0, m/s.
+    pub spectrum_m_per_s: Vec<f64>,
+}
+
+/// Run `law` at every setting; `overrides` apply to all, the setting's own come last.
+///
+/// # Errors
+/// [`StudyError`]; single failed runs are counted.
+pub fn along(
+    law: &Law,
+    overrides: &[String],
+    settings: &[Setting],
+    plan: &TrendPlan,
+    bodies: &Bodies,
+    watch: &dyn Watch,
+) -> Result<Vec<TrendPoint>, StudyError> {
+    if plan.members < 2 {
+        return Err(StudyError::TooFew { what: "members", least: 2, found: plan.members });
+    }
+    settings.iter().map(|setting| point(law, overrides, setting, plan, bodies, watch)).collect()
+}
+
+fn point(
+    law: &Law,
+    overrides: &[String],
+    setting: &Setting,
+    plan: &TrendPlan,
+    bodies: &Bodies,
+    watch: &dyn Watch,
+) -> Result<TrendPoint, StudyError> {
+    let what = || format!("{} dampers with {}", law.name, setting.overrides.join(", "));
+    let all: Vec<String> = overrides.iter().chain(&setting.overrides).cloned().collect();
+    let scene = law.scene(&all)?;
+    let clean = observation::settings(&scene).map_err(|source| StudyError::Feature { what: what(), source })?;
+    let decoder = Decoder::of_reconstruction(plan.seed);
+    let noisy = decoder.settings(&clean);
+    let variations = perturbations(&scene, &EnsemblePlan::new(plan.members, plan.seed));
+    let see = |index, velocity: &Series| {
+        let velocity = decoder.sees(velocity, index);
+        Ok((Portrait::of(&velocity, &noisy)?, bands(&velocity, &noisy)?))
+    };
+    let outcomes = members::run(bodies, &scene, &variations, STEPS_PER_PERIOD, watch, see)
+        .map_err(|source| StudyError::Run { what: what(), source })?;
+    if watch.stop() {
+        return Err(StudyError::Stopped);
+    }
+    let (portraits, spectra): (Vec<_>, Vec<_>) = outcomes.into_iter().map(Result::unzip_pair).unzip();
+    let moments = PortraitMoments::over(&portraits.iter().flatten().collect::<Vec<_>>());
+    let moments = enough(moments, &portraits, what)?;
+    let spectra: Vec<&Vec<f64>> = spectra.iter().flatten().collect();
+    let mean = |band: usize| spectra.iter().map(|bands| bands[band]).sum::<f64>() / spectra.len().max(1) as f64;
+    let failed = portraits.iter().filter(|portrait| portrait.is_err()).count();
+    Ok(TrendPoint { value: setting.value, moments, failed, spectrum_m_per_s: (0..SPECTRUM_POINTS).map(mean).collect() })
+}
+
+/// A pair of results out of the result of a pair.
+trait UnzipPair<A, B> {
+    fn unzip_pair(self) -> (Result<A, String>, Option<B>);
+}
+
+impl<A, B> UnzipPair<A, B> for Result<(A, B), String> {
+    fn unzip_pair(self) -> (Result<A, String>, Option<B>) {
+        match self {
+            Ok((a, b)) => (Ok(a), Some(b)),
+            Err(reason) => (Err(reason), None),
+        }
+    }
+}
+
+/// Largest amplitude in each band, m/s.
+fn bands(velocity: &Series, settings: &FeatureSettings) -> Result<Vec<f64>, FeatureError> {
+    let window = settings.window.unwrap_or_else(|| Window::whole(velocity));
+    let spectrum = amplitude_spectrum(velocity, window)?;
+    let width = SPECTRUM_SPAN * settings.drive_frequency / SPECTRUM_POINTS as f64;
+    let mut largest = vec![0.0; SPECTRUM_POINTS];
+    for (index, amplitude) in spectrum.amplitudes.iter().enumerate() {
+        let band = (spectrum.frequency(index) / width) as usize;
+        match largest.get_mut(band) {
+            Some(value) => *value = f64::max(*value, *amplitude),
+            None => break,
+        }
+    }
+    Ok(largest)
+}
+
+/// Spearman's rank correlation of two lists of one length, −1…1; 0 where either has no spread. Ties share their mean rank.
+#[must_use]
+pub fn rank_correlation(x: &[f64], y: &[f64]) -> f64 {
+    let (x, y) = (ranks(x), ranks(y));
+    let middle = 0.5 * (x.len() as f64 + 1.0);
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - middle) * (b - middle)).sum::<f64>();
+    let scale = (product(&x, &x) * product(&y, &y)).sqrt();
+    if scale > 0.0 { product(&x, &y) / scale } else { 0.0 }
+}
+
+fn ranks(values: &[f64]) -> Vec<f64> {
+    let rank = |value: f64| {
+        let below = values.iter().filter(|other| **other < value).count();
+        let same = values.iter().filter(|other| **other == value).count();
+        below as f64 + 0.5 * (same as f64 + 1.0)
+    };
+    values.iter().map(|value| rank(*value)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rank_correlation_is_that_of_the_textbook() {
+        // Spearman (1904): 1 − 6 Σ d²/(n (n² − 1)) without ties.
+        let (x, y) = ([1.0, 2.0, 3.0, 4.0, 5.0], [5.0, 6.0, 7.0, 8.0, 7.5]);
+        assert!((rank_correlation(&x, &y) - 0.9).abs() < 1e-12);
+        assert!((rank_correlation(&x, &[3.0, 1.0, -2.0, -8.0, -9.0]) + 1.0).abs() < 1e-12);
+        assert_eq!(rank_correlation(&x, &[1.0; 5]), 0.0);
+    }
+}
