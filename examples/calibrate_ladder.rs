@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // 3. The answer run accurately and held against the record.
     let outcome = Confirmed::of(&problem, &fitted, None, std::sync::Arc::new(|_| true)).outcome(&problem, &fitted);
-    let peak = &outcome.features["positive_peak"];
+    let peak = &outcome.best.features["positive_peak"];
     println!("positive peak: record {:?}, model {:?} ± {:?} m/s", peak.measured, peak.simulated, peak.scatter);
     for statement in &outcome.statements {
         println!("{statement}");

@@ -13,8 +13,14 @@ use std::{
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("crates/model/src/scene", &["scene"]),
     ("crates/model/src/response", &["response"]),
-    ("src/report", &["signal", "measurement", "scene", "response", "model", "feature", "calibration", "study", "report"]),
-    ("src/cli", &["signal", "measurement", "scene", "response", "model", "feature", "calibration", "study", "report", "cli"]),
+    (
+        "src/report",
+        &["signal", "measurement", "scene", "response", "model", "feature", "calibration", "study", "report"],
+    ),
+    (
+        "src/cli",
+        &["signal", "measurement", "scene", "response", "model", "feature", "calibration", "study", "report", "cli"],
+    ),
 ];
 
 /// Crate → the only folder of its package that may use it.

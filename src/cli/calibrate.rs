@@ -7,8 +7,6 @@ pub(super) mod definition;
 pub(super) mod files;
 pub(super) mod manifest;
 mod page;
-mod records_page;
-mod rungs_page;
 
 use std::{
     collections::BTreeSet,
@@ -219,7 +217,7 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
     let place = folder.finish()?;
     let text = page::text(&outcome, job.problem.lead().measured.noun(), &place);
     session.result(text, &outcome)?;
-    Ok(Outcome::of(outcome.verdict))
+    Ok(Outcome::of(outcome.best.verdict))
 }
 
 /// Read and check everything that the arguments name; `typed` is what they were on the command line.

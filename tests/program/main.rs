@@ -7,6 +7,7 @@ mod cli_contract;
 mod cli_interrupt;
 mod contact_command;
 mod convert_command;
+mod documents;
 mod fea_replay;
 #[path = "../harness/mod.rs"]
 mod harness;

@@ -3,12 +3,13 @@
 use std::{collections::BTreeMap, f64::consts::TAU, path::PathBuf};
 
 use granchain::{
+    calibration::outcome::{
+        CalibrationOutcome, FitOutcome, FittedFeature, FittedParameter, InputDigest, OutcomeFeature, OutcomeLobe,
+        RungOutcome,
+    },
     feature::{Measurand, Window},
     report::{
-        calibration::{
-            CalibrationReport, DensityMap, Estimate, FeatureRow, InputFile, LawReport, Lobe, Provenance, Pull,
-            RunPoint, Verdict,
-        },
+        calibration::{CalibrationReport, DensityMap, LawReport, RecordReport, RunPoint, Verdict},
         page::ReportError,
         sweep::{SweepCurve, SweepPoint, SweepReport},
     },
@@ -43,7 +44,8 @@ fn velocity(phase: f64, gain: f64) -> Series {
     })
 }
 
-fn law(kind: &str, verdict: Verdict) -> LawReport {
+/// What is drawn of a law.
+fn drawn() -> LawReport {
     let scatter = |i: u64, k: u64| ((i * k) % 601) as f64 / 601.0;
     let runs: Vec<RunPoint> = (0..600_u64)
         .map(|i| {
@@ -81,69 +83,74 @@ fn law(kind: &str, verdict: Verdict) -> LawReport {
             })
         })
         .collect();
-    let quoted = verdict == Verdict::WithinScatter;
     LawReport {
-        damping_kind: kind.into(),
-        mount: None,
-        verdict,
-        p_value: Some(if quoted { 0.62 } else { 0.002 }),
-        pulls: vec![
-            Pull { name: "positive_peak".into(), pull: 0.4, widened: 1.0 },
-            Pull {
-                name: "band_1/3".into(),
-                pull: if quoted { -1.2 } else { 5.3 },
-                widened: if quoted { 1.0 } else { 2.4 },
-            },
-        ],
-        misfit: 0.83,
-        parameters: vec![
-            Estimate {
-                name: "amplitude scale".into(),
-                symbol: "α".into(),
-                unit: "1".into(),
-                value: 0.5032,
-                low: quoted.then_some(0.4881),
-                high: quoted.then_some(0.5192),
-                bounds: (0.2, 2.0),
-                at_bound: false,
-            },
-            Estimate {
-                name: "damping".into(),
-                symbol: "c".into(),
-                unit: "N s/m".into(),
-                value: 0.3041,
-                low: quoted.then_some(0.2702),
-                high: quoted.then_some(0.3410),
-                bounds: (0.02, 3.0),
-                at_bound: false,
-            },
-        ],
-        correlation: Some(-0.41),
-        lobes: vec![Lobe { mass: 0.9, extent: vec![(0.4881, 0.5192), (0.2702, 0.3410)] }],
-        log_evidence: Some(-12.3),
+        parameters: vec!["alpha".into(), "damping".into()],
         map: Some(DensityMap { x, y, density, accepted_level: 0.1 }),
-        pairs: vec![],
         runs,
         history,
-        evaluations: 600,
-        failed_runs: 1,
-        failures: vec!["step size fell below 1e-15 s at 3.1e-4 s".into()],
-        rungs: None,
-        shares: vec![],
+        ..LawReport::default()
     }
 }
 
-fn row(name: &str, unit: &str, recorded: f64, published: Option<f64>) -> FeatureRow {
-    FeatureRow {
-        name: name.into(),
+fn law(kind: &str, verdict: Verdict) -> FitOutcome {
+    let quoted = verdict == Verdict::WithinScatter;
+    let parameter = |value: f64, low: f64, high: f64, unit: &str, bounds| FittedParameter {
+        value,
+        low: quoted.then_some(low),
+        high: quoted.then_some(high),
+        median: value,
         unit: unit.into(),
-        recorded: Some(recorded),
-        simulated: Some(1.03 * recorded),
-        scatter: Some(0.05 * recorded.abs()),
-        sensitivity: Some(0.01 * recorded),
-        published,
-        published_uncertainty: None,
-        fitted: published.is_some(),
+        at_bound: false,
+        unidentified: false,
+        bounds,
+    };
+    let parameters = BTreeMap::from([
+        ("alpha".to_owned(), parameter(0.5032, 0.4881, 0.5192, "1", [0.2, 2.0])),
+        ("damping".to_owned(), parameter(0.3041, 0.2702, 0.3410, "N s/m", [0.02, 3.0])),
+    ]);
+    let compared = |deviation, widened: Option<f64>| FittedFeature {
+        measured: Some(0.289),
+        deviation: Some(deviation),
+        widened,
+        model_error: None,
+        unit: "m/s".into(),
+    };
+    let extent = BTreeMap::from([("alpha".to_owned(), [0.4881, 0.5192]), ("damping".to_owned(), [0.2702, 0.3410])]);
+    FitOutcome {
+        damping_kind: kind.into(),
+        verdict,
+        p_value: if quoted { 0.62 } else { 0.002 },
+        fitted_features: BTreeMap::from([
+            ("positive_peak".to_owned(), compared(0.4, None)),
+            ("band_1/3".to_owned(), compared(if quoted { -1.2 } else { 5.3 }, (!quoted).then_some(2.4))),
+        ]),
+        misfit: 0.83,
+        rungs: vec![RungOutcome {
+            model: "chain".into(),
+            runs: 600,
+            failed_runs: 1,
+            verdict: Some(verdict),
+            parameters: parameters.clone(),
+            features: BTreeMap::new(),
+        }],
+        parameters,
+        correlation: -0.41,
+        lobes: vec![OutcomeLobe { mass: 0.9, extent }],
+        log_evidence: -12.3,
+        evaluations: 600,
+        failed_runs: 1,
+        failures: BTreeMap::from([("step size fell below 1e-15 s at 3.1e-4 s".to_owned(), 1)]),
+        ..FitOutcome::default()
+    }
+}
+
+fn feature(unit: &str, measured: f64) -> OutcomeFeature {
+    OutcomeFeature {
+        measured: Some(measured),
+        simulated: Some(1.03 * measured),
+        scatter: Some(0.05 * measured.abs()),
+        sensitivity: Some(0.01 * measured),
+        unit: unit.into(),
     }
 }
 
@@ -161,28 +168,62 @@ fn report() -> CalibrationReport {
         points: sweep_points(f),
         reference,
     };
-    CalibrationReport {
-        measurand: Measurand::Velocity,
-        excluded: Vec::new(),
-        title: "measurements/annulus-73khz/vib.csv".into(),
+    let laws = vec![
+        law("linear", Verdict::WithinScatter),
+        FitOutcome { log_evidence: -31.0, misfit: 1.9, ..law("kuwabara-kono", Verdict::OutsideScatter) },
+    ];
+    let features = [
+        ("positive_peak", feature("m/s", 0.289)),
+        ("negative_peak", feature("m/s", -0.247)),
+        ("line_1/3", feature("m/s", 0.0701)),
+        ("ratio_1/3", feature("1", 0.538)),
+    ];
+    let file = "measurements/annulus-73khz/vib.csv";
+    let outcome = CalibrationOutcome {
+        program: "granchain 0.1.0".into(),
+        scene: "annulus".into(),
+        overrides: vec![],
+        model: "chain".into(),
+        quantity: Measurand::Velocity,
+        best: FitOutcome { features: features.map(|(name, it)| (name.to_owned(), it)).into(), ..laws[0].clone() },
+        seed: 1,
+        inputs: BTreeMap::from([("measured".to_owned(), InputDigest { path: file.into(), sha256: "ab".repeat(32) })]),
+        statements: vec![
+            "α and damping remain correlated (−0.41): a second record at another drive level would tell them apart."
+                .into(),
+        ],
+        laws,
+        preferred_law: Some("linear".into()),
+        preferred_mount: None,
+        excluded: BTreeMap::new(),
+        diagnosis: vec![],
+        warnings: vec![],
+        assumptions: vec![
+            "Sampling is even to 1e-6 of the interval; tolerance 1e-3.".into(),
+            "Baseline: mean of 250 pre-trigger samples removed.".into(),
+        ],
+    };
+    let record = RecordReport {
+        label: String::new(),
+        title: file.into(),
         record_label: "reconstruction".into(),
         record_notes: vec!["The record is a reconstruction from printed values, not a measurement: peaks, drive frequency and the presence of lines are printed, everything else is invented (PROVENANCE.md).".into()],
-        warnings: vec![],
-        diagnosis: vec![],
-        scene: "annulus".into(),
-        scene_description: "six chrome-steel beads of 1 mm between a piston and a resin annulus".into(),
-        model: "chain".into(),
-        drive_frequency: F0,
-        laws: vec![law("linear", Verdict::WithinScatter), LawReport { log_evidence: Some(-31.0), misfit: 1.9, ..law("Kuwabara–Kono", Verdict::OutsideScatter) }],
-        preference: Some("The record prefers linear damping: Δ ln evidence 18.7 (3 names a law).".into()),
-        separation: vec!["α and damping remain correlated (−0.41): a second record at another drive level would tell them apart.".into()],
         drive: burst(0.2e-6, |t| 1e-6 * ring_up(t) * (TAU * F0 * t).sin()),
         drive_origin: "measurements/annulus-73khz/horn_tip.csv".into(),
         recorded: Some(velocity(0.0, 1.0)),
         simulated: Some(velocity(0.12, 0.97)),
         alignment: "onset at 9.8 µs in both".into(),
         window: Some(Window::new(100e-6, 540e-6)),
-        features: vec![row("positive peak", "m/s", 0.289, Some(0.289)), row("negative peak", "m/s", -0.247, Some(-0.247)), row("line 1/3", "m/s", 0.0701, None), row("ratio 1/3 to drive line", "1", 0.538, None)],
+        compared: vec!["positive_peak".into(), "band_1/3".into()],
+        published: BTreeMap::from([("positive_peak".to_owned(), (0.289, None)), ("negative_peak".to_owned(), (-0.247, None))]),
+    };
+    CalibrationReport {
+        outcome,
+        scene: "annulus".into(),
+        scene_description: "six chrome-steel beads of 1 mm between a piston and a resin annulus".into(),
+        drive_frequency: F0,
+        records: vec![record],
+        laws: vec![drawn(), drawn()],
         alpha_sweep: Some(SweepReport {
             name: "amplitude scale α".into(),
             reference_name: "reconstruction".into(),
@@ -192,21 +233,25 @@ fn report() -> CalibrationReport {
                 curve("Peak velocity", "negative", "m/s", Some(-0.247), |a| -0.4 * a),
                 curve("Ratio to the drive line", "1/3", "1", Some(0.54), |a| 0.6 * (-(a - 0.5f64).powi(2) * 9.0).exp()),
                 curve("Ratio to the drive line", "1/2", "1", None, |a| 0.1 + 0.2 * a),
-                curve("Ratio to the drive line", "2/3", "1", Some(0.38), |a| 0.4 * (-(a - 0.55f64).powi(2) * 5.0).exp()),
+                curve("Ratio to the drive line", "2/3", "1", Some(0.38), |a| {
+                    0.4 * (-(a - 0.55f64).powi(2) * 5.0).exp()
+                }),
             ],
             marked: Some((0.503, "fit".into())),
         }),
-        energy: Some(EnergyLedger { initial_j: 0.0, piston_work_j: 4.31e-7, kinetic_j: 1.2e-9, stored_j: 3e-10, disc_j: None, water_j: None, dissipated_j: 4.2946e-7, residual_j: 4e-14, largest_j: 2.2e-7 }),
-        label: String::new(),
-        companions: vec![],
-        assumptions: vec!["Sampling is even to 1e-6 of the interval; tolerance 1e-3.".into(), "Baseline: mean of 250 pre-trigger samples removed.".into()],
-        provenance: Provenance {
-            version: "granchain 0.1.0".into(),
-            command_line: "calibrate --measured measurements/annulus-73khz/vib.csv".into(),
-            seed: 1,
-            inputs: vec![InputFile { role: "vibrometer record".into(), path: "measurements/annulus-73khz/vib.csv".into(), sha256: "ab".repeat(32) }],
-            settings: vec![("runs".into(), "600".into())],
-        },
+        energy: Some(EnergyLedger {
+            initial_j: 0.0,
+            piston_work_j: 4.31e-7,
+            kinetic_j: 1.2e-9,
+            stored_j: 3e-10,
+            disc_j: None,
+            water_j: None,
+            dissipated_j: 4.2946e-7,
+            residual_j: 4e-14,
+            largest_j: 2.2e-7,
+        }),
+        settings: vec![("runs".into(), "600".into())],
+        command_line: "calibrate --measured measurements/annulus-73khz/vib.csv".into(),
     }
 }
 
@@ -274,7 +319,8 @@ fn a_reconstruction_is_never_called_recorded_or_measured() {
 #[test]
 fn no_interval_is_quoted_outside_scatter() {
     let mut report = report();
-    report.laws = vec![law("linear", Verdict::OutsideScatter)];
+    report.outcome.laws = vec![law("linear", Verdict::OutsideScatter)];
+    report.laws.truncate(1);
     let files = files(&report);
     let page = text(&files, "report.html");
     assert!(page.contains("does not explain") && page.contains("No interval is quoted"));
@@ -294,21 +340,23 @@ fn the_same_report_gives_the_same_bytes_and_survives_its_own_json() {
 fn what_was_typed_by_others_cannot_become_markup() {
     let mut report = report();
     let nasty = "<script>alert(1)</script>\"'&|`*_\n# x";
-    report.laws[0].failures[0] = nasty.into();
+        let feature = report.outcome.best.features.get_mut("positive_peak").unwrap();
+    let (law, record) = (&mut report.outcome.laws[0], &mut report.records[0]);
+    law.failures = BTreeMap::from([(nasty.to_owned(), 1)]);
     for field in [
-        &mut report.title,
-        &mut report.record_label,
+        &mut record.title,
+        &mut record.record_label,
+        &mut record.drive_origin,
+        &mut record.alignment,
+        &mut record.record_notes[0],
         &mut report.scene,
         &mut report.scene_description,
-        &mut report.model,
-        &mut report.drive_origin,
-        &mut report.alignment,
-        &mut report.provenance.command_line,
-        &mut report.laws[0].damping_kind,
-        &mut report.features[0].name,
-        &mut report.provenance.inputs[0].path,
-        &mut report.record_notes[0],
-        &mut report.separation[0],
+        &mut report.command_line,
+        &mut report.outcome.model,
+        &mut law.damping_kind,
+        &mut report.outcome.inputs.get_mut("measured").unwrap().path,
+        &mut report.outcome.statements[0],
+        &mut feature.unit,
     ] {
         *field = nasty.into();
     }
@@ -323,16 +371,16 @@ fn what_was_typed_by_others_cannot_become_markup() {
     // A name with a comma, a quote or a line break stays one cell.
     let features = text(&files, "features.csv");
     let mut reader = csv::Reader::from_reader(features.as_bytes());
-    assert_eq!(reader.records().next().unwrap().unwrap().get(0), Some(nasty));
+    assert_eq!(reader.records().next().unwrap().unwrap().get(1), Some(nasty));
 }
 
 #[test]
 fn a_number_that_is_not_finite_is_refused_by_name() {
     let mut bad = report();
-    bad.features[2].scatter = Some(f64::NAN);
-    assert!(matches!(bad.files(), Err(ReportError::NotFinite { field, .. }) if field == "feature line 1/3"));
+    bad.outcome.best.features.get_mut("line_1/3").unwrap().scatter = Some(f64::NAN);
+    assert!(matches!(bad.files(), Err(ReportError::NotFinite { field, .. }) if field == "feature line_1/3"));
     let mut bad = report();
-    bad.recorded.as_mut().unwrap().values[17] = f64::INFINITY;
+    bad.records[0].recorded.as_mut().unwrap().values[17] = f64::INFINITY;
     assert!(matches!(bad.files(), Err(ReportError::NotFinite { field, .. }) if field == "recorded sample 17"));
     let mut bad = report();
     bad.laws.clear();
@@ -342,17 +390,11 @@ fn a_number_that_is_not_finite_is_refused_by_name() {
 #[test]
 fn published_numbers_alone_make_a_report_too() {
     let mut sparse = report();
-    sparse.recorded = None;
     sparse.alpha_sweep = None;
     sparse.energy = None;
-    sparse.window = None;
-    sparse.laws[0].map = None;
-    sparse.laws[0].runs.clear();
-    sparse.laws[0].history.clear();
-    sparse.laws.truncate(1);
-    for row in &mut sparse.features {
-        row.recorded = None;
-    }
+    (sparse.records[0].recorded, sparse.records[0].window) = (None, None);
+    sparse.outcome.laws.truncate(1);
+    sparse.laws = vec![LawReport { parameters: vec!["alpha".into(), "damping".into()], ..LawReport::default() }];
     assert!(text(&files(&sparse), "report.html").contains("Simulated velocity"));
 }
 

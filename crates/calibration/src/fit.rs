@@ -28,7 +28,7 @@ const BEST: usize = 10;
 const REWEIGHINGS: usize = 2;
 
 /// What a fit amounts to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Verdict {
     /// The model explains the record within the scatter of a single run.
     #[serde(rename = "within scatter")]
@@ -40,6 +40,7 @@ pub enum Verdict {
     #[serde(rename = "outside scatter")]
     OutsideScatter,
     /// The answer was still moving, or too few runs finished.
+    #[default]
     #[serde(rename = "not converged")]
     NotConverged,
 }

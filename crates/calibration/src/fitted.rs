@@ -9,7 +9,7 @@ use std::{
 use super::{
     agreement::DOUBTFUL,
     candidate::Candidate,
-    correction::most_pairs,
+    correction::{RungDifference, most_pairs},
     diagnosis::{Case, Finding},
     drive::Input,
     engine::trace,
@@ -18,7 +18,7 @@ use super::{
     forward::{Forward, Watch},
     ladder::{Climbed, Made, SavedFit, climb},
     outcome::{
-        self, CalibrationOutcome, FittedFeature, InputDigest, LawOutcome, RecordOutcome, RungFeature, RungOutcome,
+        self, CalibrationOutcome, FitOutcome, FittedFeature, InputDigest, RecordOutcome, RungFeature, RungOutcome,
     },
     problem::{Problem, program},
     refusal::Refusal,
@@ -147,6 +147,37 @@ impl FittedCandidate {
             parameter.set(&mut scene, value);
         }
         scene
+    }
+
+    /// What its fit says; no run is made for it.
+    #[must_use]
+    pub fn outcome(&self, problem: &Problem) -> FitOutcome {
+        let fit = &self.fit;
+        let names = problem.lead().comparison.names();
+        let differences = fit.below.iter().flat_map(|below| names.iter().zip(&below.differences));
+        let difference = |(name, rung): (&std::borrow::Cow<'static, str>, &RungDifference)| {
+            (name.to_string(), [rung.difference, rung.standard_error])
+        };
+        FitOutcome {
+            damping_kind: self.candidate.law.clone(),
+            mount: self.mount(),
+            verdict: fit.verdict,
+            parameters: outcome::fitted_parameters(fit),
+            correlation: fit.correlation,
+            correlations: outcome::correlations(fit),
+            p_value: fit.agreement.p,
+            misfit: fit.misfit,
+            log_evidence: fit.log_evidence,
+            features: BTreeMap::new(),
+            fitted_features: fitted_features(problem.lead(), fit, 0),
+            records: records(problem, fit),
+            lobes: outcome::lobes(fit),
+            rungs: self.rungs(problem, None),
+            rung_differences: differences.map(difference).collect(),
+            evaluations: fit.total_runs() as u64,
+            failed_runs: fit.total_failed() as u64,
+            failures: outcome::failures(fit),
+        }
     }
 
     /// Name of its mount, where mounts are compared.
@@ -309,58 +340,55 @@ impl Fitted {
         statements.extend(statement::together(fit, &problem.labels()));
         statements.extend(statement::widened(fit, self.best_made().runs.narrow.len()));
         statements.extend(lead.measured.features().into_iter().flat_map(|it| statement::printed(fit, &it.printed)));
-        let mut ranked: Vec<&FittedCandidate> = self.candidates.iter().collect();
-        ranked.sort_by_key(|other| !std::ptr::eq(*other, best));
+        let laws: Vec<FitOutcome> = self.ranked().into_iter().map(|fitted| fitted.outcome(problem)).collect();
         CalibrationOutcome {
-            program: program(),
-            scene: lead.bench.source.clone(),
-            overrides: lead.bench.overrides.clone(),
-            model: problem.model().into(),
-            rungs: best.rungs(problem, None),
-            quantity: problem.quantity,
-            damping_kind: best.candidate.law.clone(),
-            mount: best.mount(),
-            verdict: fit.verdict,
-            parameters: outcome::fitted_parameters(fit),
-            correlation: fit.correlation,
-            correlations: outcome::correlations(fit),
-            p_value: fit.agreement.p,
-            misfit: fit.misfit,
-            features: BTreeMap::new(),
-            fitted_features: fitted_features(lead, fit, 0),
-            records: records(problem, fit),
-            lobes: outcome::lobes(fit),
-            evaluations: fit.total_runs() as u64,
-            failed_runs: fit.total_failed() as u64,
-            failures: outcome::failures(fit),
-            seed: problem.seed,
-            inputs: inputs(problem),
+            best: laws[0].clone(),
             statements,
-            laws: ranked.into_iter().map(law_outcome).collect(),
+            laws,
             preferred_law: self.preferred_law(),
             preferred_mount: self.preferred_mount(),
             excluded: self.excluded.iter().map(|(candidate, reason)| (candidate.key(), reason.clone())).collect(),
+            ..problem.outcome()
+        }
+    }
+
+    /// Every candidate, the best first, the others in the order asked for.
+    #[must_use]
+    pub fn ranked(&self) -> Vec<&FittedCandidate> {
+        let mut ranked: Vec<&FittedCandidate> = self.candidates.iter().collect();
+        ranked.sort_by_key(|other| !std::ptr::eq(*other, self.best()));
+        ranked
+    }
+}
+
+impl Problem {
+    /// What is known before any fit.
+    #[must_use]
+    pub fn outcome(&self) -> CalibrationOutcome {
+        let bench = &self.lead().bench;
+        CalibrationOutcome {
+            program: program(),
+            scene: bench.source.clone(),
+            overrides: bench.overrides.clone(),
+            model: self.model().into(),
+            quantity: self.quantity,
+            best: FitOutcome::default(),
+            seed: self.seed,
+            inputs: inputs(self),
+            statements: Vec::new(),
+            laws: Vec::new(),
+            preferred_law: None,
+            preferred_mount: None,
+            excluded: BTreeMap::new(),
             diagnosis: Vec::new(),
-            warnings: problem.warnings(),
-            assumptions: problem.assumptions.clone(),
+            warnings: self.warnings(),
+            assumptions: self.assumptions.clone(),
         }
     }
 }
 
 fn decision(named: Option<String>) -> String {
     named.unwrap_or_else(|| "undecided".into())
-}
-
-fn law_outcome(fitted: &FittedCandidate) -> LawOutcome {
-    LawOutcome {
-        damping_kind: fitted.candidate.law.clone(),
-        mount: fitted.mount(),
-        verdict: fitted.fit.verdict,
-        p_value: fitted.fit.agreement.p,
-        misfit: fitted.fit.misfit,
-        log_evidence: fitted.fit.log_evidence,
-        parameters: outcome::fitted_parameters(&fitted.fit),
-    }
 }
 
 /// The features of a record that are compared, whose deviations in `fit` begin at number `first`.

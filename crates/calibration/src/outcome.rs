@@ -27,41 +27,9 @@ pub struct CalibrationOutcome {
     /// What was recorded; absent for a velocity.
     #[serde(default, skip_serializing_if = "is_velocity")]
     pub quantity: Measurand,
-    /// The damping law the values are for.
-    pub damping_kind: String,
-    /// The mount of the disc the values are for, where mounts are compared.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mount: Option<String>,
-    /// `within scatter`, `outside scatter`, `not converged`.
-    pub verdict: Verdict,
-    /// The fitted parameters by name.
-    pub parameters: BTreeMap<String, FittedParameter>,
-    /// Correlation of the logarithms of the first two parameters.
-    pub correlation: f64,
-    /// The same of every pair of more than two, named by both.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub correlations: BTreeMap<String, f64>,
-    /// Share of right records that are as far from the model as this one: below 0.05 `doubtful`, below 0.01 `outside scatter`.
-    pub p_value: f64,
-    /// Median misfit per feature of the ten best runs, in units of the local scatter.
-    pub misfit: f64,
-    /// Watched features of record and model.
-    pub features: BTreeMap<String, OutcomeFeature>,
-    /// Features the fit itself compared.
-    pub fitted_features: BTreeMap<String, FittedFeature>,
-    /// Every record where several were fitted together; `features` and `fitted_features` above are those of the first.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub records: Vec<RecordOutcome>,
-    /// Connected parts of the 90 % region, heaviest first.
-    pub lobes: Vec<OutcomeLobe>,
-    /// What each rung of the ladder said, the lowest first; the one that answers is that of `model`.
-    pub rungs: Vec<RungOutcome>,
-    /// Runs made, on all rungs.
-    pub evaluations: u64,
-    /// Runs that failed, on all rungs.
-    pub failed_runs: u64,
-    /// Why runs failed, with how many did so.
-    pub failures: BTreeMap<String, u64>,
+    /// The law, on its mount, that a report leads with: first of `laws`, its keys at the top level.
+    #[serde(flatten)]
+    pub best: FitOutcome,
     /// Seed.
     pub seed: u64,
     /// Files that went in, by role.
@@ -69,7 +37,7 @@ pub struct CalibrationOutcome {
     /// What the data cannot separate, and which further record would.
     pub statements: Vec<String>,
     /// Every law fitted, best first.
-    pub laws: Vec<LawOutcome>,
+    pub laws: Vec<FitOutcome>,
     /// Which law the record prefers, or `undecided`; absent when only one was fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preferred_law: Option<String>,
@@ -87,6 +55,52 @@ pub struct CalibrationOutcome {
     pub warnings: Vec<String>,
     /// What was understood and assumed on reading.
     pub assumptions: Vec<String>,
+}
+
+/// What the fit of one damping law, on one mount of the disc, says.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct FitOutcome {
+    /// The damping law the values are for.
+    pub damping_kind: String,
+    /// The mount of the disc the values are for, where mounts are compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mount: Option<String>,
+    /// `within scatter`, `doubtful`, `outside scatter`, `not converged`.
+    pub verdict: Verdict,
+    /// The fitted parameters by name.
+    pub parameters: BTreeMap<String, FittedParameter>,
+    /// Correlation of the logarithms of the first two parameters.
+    pub correlation: f64,
+    /// The same of every pair of more than two, named by both.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub correlations: BTreeMap<String, f64>,
+    /// Share of right records that are as far from the model as this one: below 0.05 `doubtful`, below 0.01 `outside scatter`.
+    pub p_value: f64,
+    /// Median misfit per feature of the ten best runs, in units of the local scatter.
+    pub misfit: f64,
+    /// ln of the evidence, up to a constant of the record.
+    pub log_evidence: f64,
+    /// Watched features of record and model; of the best law alone.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub features: BTreeMap<String, OutcomeFeature>,
+    /// Features the fit itself compared.
+    pub fitted_features: BTreeMap<String, FittedFeature>,
+    /// Every record where several were fitted together; `features` and `fitted_features` above are those of the first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub records: Vec<RecordOutcome>,
+    /// Connected parts of the 90 % region, heaviest first.
+    pub lobes: Vec<OutcomeLobe>,
+    /// What each rung of the ladder says, the lowest first; the one that answers is that of `model`.
+    pub rungs: Vec<RungOutcome>,
+    /// Rung above the chain less the chain in ln of each fitted feature, over pairs of runs under the same nuisances, and its standard error.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub rung_differences: BTreeMap<String, [f64; 2]>,
+    /// Runs made, on all rungs.
+    pub evaluations: u64,
+    /// Runs that failed, on all rungs.
+    pub failed_runs: u64,
+    /// Why runs failed, with how many did so.
+    pub failures: BTreeMap<String, u64>,
 }
 
 fn is_velocity(quantity: &Measurand) -> bool {
@@ -177,26 +191,6 @@ pub struct OutcomeLobe {
     pub mass: f64,
     /// Lower and upper end of each parameter.
     pub extent: BTreeMap<String, [f64; 2]>,
-}
-
-/// One of several damping laws.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LawOutcome {
-    /// The law.
-    pub damping_kind: String,
-    /// The mount of the disc, where mounts are compared.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mount: Option<String>,
-    /// How its fit ended.
-    pub verdict: Verdict,
-    /// Share of right records that are as far from it.
-    pub p_value: f64,
-    /// Its misfit.
-    pub misfit: f64,
-    /// ln of its evidence.
-    pub log_evidence: f64,
-    /// Its parameters.
-    pub parameters: BTreeMap<String, FittedParameter>,
 }
 
 /// One rung of the ladder.

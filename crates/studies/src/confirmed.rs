@@ -87,10 +87,10 @@ impl Confirmed {
         let mut outcome = fitted.outcome(problem);
         let mut features =
             self.confirmations.iter().map(|confirmed| confirmed.as_ref().map(features).unwrap_or_default());
-        for (record, features) in outcome.records.iter_mut().zip(features.clone()) {
+        for (record, features) in outcome.best.records.iter_mut().zip(features.clone()) {
             record.features = features;
         }
-        outcome.features = features.next().unwrap_or_default();
+        outcome.best.features = features.next().unwrap_or_default();
         outcome.statements.extend(self.failures.iter().cloned());
         outcome.diagnosis.clone_from(&self.diagnosis);
         outcome

@@ -88,7 +88,7 @@ pub fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome, reference: &str)
             name: (*name).into(),
             unit: if keys[index].unit.is_empty() { "1".into() } else { keys[index].unit.into() },
             points: points.iter().filter_map(at).collect(),
-            reference: outcome.features.get(*key).and_then(|feature| feature.measured),
+            reference: outcome.best.features.get(*key).and_then(|feature| feature.measured),
         })
     });
     Some(SweepReport {

@@ -60,12 +60,10 @@ impl Files {
         if fea.is_some() {
             timing.stage("fea");
         }
-        let outcome = CalibrationOutcome {
-            program: job.program.clone(),
-            rungs: fitted.best().rungs(problem, fea.as_deref()),
-            ..confirmed.outcome(problem, fitted)
-        };
-        let report = page::report(job, fitted, &confirmed, &outcome, fea.as_deref())?;
+        let mut outcome = CalibrationOutcome { program: job.program.clone(), ..confirmed.outcome(problem, fitted) };
+        outcome.best.rungs = fitted.best().rungs(problem, fea.as_deref());
+        outcome.laws[0].rungs.clone_from(&outcome.best.rungs);
+        let report = page::report(job, fitted, &confirmed, &outcome)?;
         let mut files: report::page::Files = vec![("calibration.json".into(), summary::json(&outcome)?)];
         files.extend(report.files()?);
         files.push((fingerprints::FILE.into(), fitted.fingerprints(problem)?));

@@ -1,6 +1,10 @@
 //! What the report says, in the order a reader wants it.
 
-use super::{CalibrationReport, LawReport, Verdict, figures, joint, table};
+use super::{
+    CalibrationReport, Verdict, figures, joint,
+    shown::{Law, law_name},
+    table,
+};
 use crate::feature::Measurand;
 use crate::report::{
     number::{engineering, significant, unit, with_interval},
@@ -9,51 +13,47 @@ use crate::report::{
 };
 
 pub(super) fn page(report: &CalibrationReport) -> Page {
+    let (outcome, laws, lead) = (&report.outcome, report.laws(), report.lead());
     let mut blocks = Vec::new();
-    if let Some(law) = report.laws.first() {
-        blocks.push(headline(report, law));
+    blocks.extend(laws.first().map(|law| headline(report, law)));
+    if !lead.record_notes.is_empty() {
+        blocks.push(Block::Notice(lead.record_notes.clone()));
     }
-    if !report.record_notes.is_empty() {
-        blocks.push(Block::Notice(report.record_notes.clone()));
+    if !outcome.warnings.is_empty() {
+        blocks.push(Block::Notice(outcome.warnings.clone()));
     }
-    if !report.warnings.is_empty() {
-        blocks.push(Block::Notice(report.warnings.clone()));
-    }
-    if !report.diagnosis.is_empty() {
+    if !outcome.diagnosis.is_empty() {
         blocks.push(Block::Heading("What would explain the record".into()));
-        blocks.push(Block::List(report.diagnosis.clone()));
+        blocks.push(Block::List(outcome.diagnosis.iter().map(|finding| capitalised(&finding.text)).collect()));
     }
-    if let Some(law) = report.laws.first() {
-        section(&mut blocks, "What decided", Some(decided(law)), figures::pulls(law));
+    if let Some(law) = laws.first() {
+        section(&mut blocks, "What decided", Some(decided(law)), figures::pulls(law, &report.records));
     }
-    blocks.extend(report.preference.clone().map(Block::Paragraph));
-    blocks.push(Block::Table(table::laws(report)));
-    if !report.excluded.is_empty() {
-        let said = report.excluded.iter().map(|(name, reason)| format!("{name}: no fit. {}", capitalised(reason)));
+    blocks.extend(preference(report).map(Block::Paragraph));
+    blocks.push(Block::Table(table::laws(&laws)));
+    if !outcome.excluded.is_empty() {
+        let said = outcome.excluded.iter().map(|(name, reason)| format!("{name}: no fit. {}", capitalised(reason)));
         blocks.push(Block::List(said.collect()));
     }
-    blocks.push(Block::Facts(facts(report)));
-    if !report.separation.is_empty() {
+    blocks.push(Block::Facts(facts(report, &laws)));
+    if !outcome.statements.is_empty() {
         blocks.push(Block::Heading("What the data cannot separate".into()));
-        blocks.push(Block::List(report.separation.clone()));
+        blocks.push(Block::List(outcome.statements.clone()));
     }
     // Where mounts compete, the regions of those that explain nothing mean nothing.
-    let told = |law: &&LawReport| law.mount.is_none() || law.verdict.explains();
-    blocks.extend(report.laws.iter().filter(told).filter_map(table::lobes).map(Block::Table));
-    joint::shares(report, &mut blocks);
+    let meaningful = |law: &&Law<'_>| law.fit.mount.is_none() || law.fit.verdict.explains();
+    blocks.extend(laws.iter().filter(meaningful).filter_map(table::lobes).map(Block::Table));
+    joint::shares(&laws, &mut blocks);
 
-    section(&mut blocks, "Drive", Some(format!("The piston follows {}.", report.drive_origin)), figures::drive(report));
-    let alignment = (!report.alignment.is_empty()).then(|| format!("Alignment: {}.", report.alignment));
-    section(&mut blocks, recorded_quantity(report), alignment, figures::traces(report));
-    section(&mut blocks, "Spectra", None, figures::spectra(report));
-    if !report.features.is_empty() {
+    measured(report, &mut blocks);
+    if let Some(features) = table::features(report, 0) {
         blocks.push(Block::Heading("Features".into()));
-        blocks.push(Block::Table(table::features(report)));
+        blocks.push(Block::Table(features));
     }
     joint::companions(report, &mut blocks);
-    rungs(report, &mut blocks);
+    rungs(report, &laws, &mut blocks);
     blocks.push(Block::Heading("Search".into()));
-    for law in &report.laws {
+    for law in &laws {
         blocks.push(Block::Paragraph(search_words(law)));
         blocks.push(Block::Plates(figures::objective(law)));
     }
@@ -69,10 +69,6 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
         blocks.push(Block::Heading("Energy".into()));
         blocks.push(Block::Table(energy));
     }
-    if !report.assumptions.is_empty() {
-        blocks.push(Block::Heading("Assumed on reading".into()));
-        blocks.push(Block::List(report.assumptions.clone()));
-    }
     provenance(report, &mut blocks);
     Page {
         title: joint::title(report),
@@ -82,16 +78,32 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
 }
 
 /// Where the record stands, and by what.
-fn decided(law: &LawReport) -> String {
-    let p = law.p_value.map_or_else(String::new, |p| {
-        format!(
-            "Of records that the model makes itself {} are as far from it as this one (p; below 5 % it is doubtful, below 1 % outside its scatter). ",
-            share(p)
-        )
-    });
+fn decided(law: &Law<'_>) -> String {
     format!(
-        "{p}Each feature below is what the fit compared; deviations are those left once the parameters have taken up what they can."
+        "Of records that the model makes itself {} are as far from it as this one (p; below 5 % it is doubtful, below 1 % outside its scatter). \
+         Each feature below is what the fit compared; deviations are those left once the parameters have taken up what they can.",
+        share(law.fit.p_value)
     )
+}
+
+/// Which law and which mount the record prefers, where several were fitted.
+fn preference(report: &CalibrationReport) -> Option<String> {
+    let (subject, undecided, decided) = match &report.lead().recorded {
+        Some(_) if report.records.len() > 1 => ("The records", "do", "prefer"),
+        Some(_) => ("The record", "does", "prefers"),
+        None => ("The published features", "do", "prefer"),
+    };
+    let sentence = |preferred: &Option<String>, between: &str, named: &dyn Fn(&str) -> String| {
+        preferred.as_ref().map(|preferred| match preferred.as_str() {
+            "undecided" => format!("{subject} {undecided} not decide between {between}."),
+            name => format!("{subject} {decided} {}.", named(name)),
+        })
+    };
+    let outcome = &report.outcome;
+    let law = sentence(&outcome.preferred_law, "the damping laws", &|law| format!("{} damping", law_name(law)));
+    let mount = sentence(&outcome.preferred_mount, "the mounts of the disc", &|mount| format!("the {mount} disc"));
+    let said: Vec<String> = law.into_iter().chain(mount).collect();
+    (!said.is_empty()).then(|| said.join(" "))
 }
 
 /// A probability in per cent.
@@ -100,22 +112,22 @@ fn share(p: f64) -> String {
 }
 
 /// The rungs of the ladder side by side.
-fn rungs(report: &CalibrationReport, blocks: &mut Vec<Block>) {
-    let laws = || report.laws.iter().filter_map(|law| Some((law, law.rungs.as_ref()?)));
-    if laws().next().is_none() {
+fn rungs(report: &CalibrationReport, laws: &[Law<'_>], blocks: &mut Vec<Block>) {
+    let laddered = || laws.iter().filter(|law| law.drawn.chain.is_some());
+    if laddered().next().is_none() {
         return;
     }
     blocks.push(Block::Heading("How far the rungs differ".into()));
-    for (law, rungs) in laws() {
-        let upper = rungs.rungs.get(1).map_or("the rung above", |rung| rung.model.as_str());
+    for law in laddered() {
+        let upper = law.fit.rungs.get(1).map_or("the rung above", |rung| rung.model.as_str());
         blocks.push(Block::Paragraph(format!(
             "{}: the search ran on the chain; the values quoted come from the runs of the model `{upper}` alone, made where the \
              chain's answer, corrected round by round, led them. Where the two regions part, the chain leaves out what the record shows.",
             capitalised(&law.name())
         )));
-        blocks.push(Block::Table(table::rungs(law, rungs)));
-        blocks.push(Block::Plates(figures::rungs(law, rungs).into_iter().collect()));
-        blocks.extend(table::rung_features(law, rungs, &report.record_label).map(Block::Table));
+        blocks.push(Block::Table(table::rungs(law)));
+        blocks.push(Block::Plates(figures::rungs(law).into_iter().collect()));
+        blocks.extend(table::rung_features(law, report.lead()).map(Block::Table));
     }
 }
 
@@ -123,28 +135,31 @@ fn rungs(report: &CalibrationReport, blocks: &mut Vec<Block>) {
 pub(super) fn preview(report: &CalibrationReport) -> Page {
     let mut blocks =
         vec![Block::Notice(vec!["Nothing has been fitted: the response shown is the scene as given.".into()])];
-    if !report.record_notes.is_empty() {
-        blocks.push(Block::Notice(report.record_notes.clone()));
+    let lead = report.lead();
+    if !lead.record_notes.is_empty() {
+        blocks.push(Block::Notice(lead.record_notes.clone()));
     }
-    section(&mut blocks, "Drive", Some(format!("The piston follows {}.", report.drive_origin)), figures::drive(report));
-    let alignment = (!report.alignment.is_empty()).then(|| format!("Alignment: {}.", report.alignment));
-    section(&mut blocks, recorded_quantity(report), alignment, figures::traces(report));
-    section(&mut blocks, "Spectra", None, figures::spectra(report));
-    if !report.assumptions.is_empty() {
-        blocks.push(Block::Heading("Assumed on reading".into()));
-        blocks.push(Block::List(report.assumptions.clone()));
-    }
+    measured(report, &mut blocks);
     provenance(report, &mut blocks);
     Page {
-        title: format!("Before the calibration against {}", report.title),
+        title: format!("Before the calibration against {}", lead.title),
         subtitle: format!("Scene {}: {}", report.scene, report.scene_description),
         blocks,
     }
 }
 
+/// Drive, traces and spectra of the first record.
+fn measured(report: &CalibrationReport, blocks: &mut Vec<Block>) {
+    let lead = report.lead();
+    section(blocks, "Drive", Some(format!("The piston follows {}.", lead.drive_origin)), figures::drive(report, lead));
+    let alignment = (!lead.alignment.is_empty()).then(|| format!("Alignment: {}.", lead.alignment));
+    section(blocks, recorded_quantity(report), alignment, figures::traces(report, lead));
+    section(blocks, "Spectra", None, figures::spectra(report, lead));
+}
+
 /// What the traces are, as a heading.
 pub(super) fn recorded_quantity(report: &CalibrationReport) -> &'static str {
-    match report.measurand {
+    match report.outcome.quantity {
         Measurand::Velocity => "Velocity of the last bead",
         Measurand::Pressure => "Pressure in the water",
     }
@@ -160,7 +175,7 @@ pub(super) fn section(blocks: &mut Vec<Block>, heading: &str, words: Option<Stri
 }
 
 /// `α = 0.503 (0.488 to 0.519) and c = 0.304 N·s/m (0.27 to 0.34)`.
-fn values(law: &LawReport, intervals: bool) -> String {
+fn values(law: &Law<'_>, intervals: bool) -> String {
     let values: Vec<String> = law
         .parameters
         .iter()
@@ -178,36 +193,28 @@ fn values(law: &LawReport, intervals: bool) -> String {
     values.join(" and ")
 }
 
-fn headline(report: &CalibrationReport, law: &LawReport) -> Block {
-    let leaning: Vec<&str> = law
-        .parameters
-        .iter()
-        .filter(|parameter| parameter.at_bound)
-        .map(|parameter| parameter.symbol.as_str())
-        .collect();
+fn headline(report: &CalibrationReport, law: &Law<'_>) -> Block {
+    let leaning: Vec<&str> =
+        law.parameters.iter().filter(|parameter| parameter.at_bound).map(|parameter| parameter.symbol).collect();
     let bound = if leaning.is_empty() {
         String::new()
     } else {
         format!(" {} leans on an end of its search range: widen it before believing the interval.", leaning.join(", "))
     };
-    let (damping, model) = (law.name(), &report.model);
-    let quantity = report.measurand.name();
-    let record = match report.record_label.as_str() {
-        _ if report.recorded.is_none() => "the published features".to_owned(),
-        _ if !report.companions.is_empty() => {
-            format!("the {} {quantity} records together", report.companions.len() + 1)
-        }
+    let (damping, model) = (law.name(), &report.outcome.model);
+    let (quantity, lead, verdict) = (report.outcome.quantity.name(), report.lead(), law.fit.verdict);
+    let record = match lead.record_label.as_str() {
+        _ if lead.recorded.is_none() => "the published features".to_owned(),
+        _ if report.records.len() > 1 => format!("the {} {quantity} records together", report.records.len()),
         "recorded" => format!("the recorded {quantity}"),
         label => format!("the {quantity} record ({label})"),
     };
-    let p = law.p_value.map_or_else(
-        || "unknown".into(),
-        |p| if p < 1e-3 { "below 0.001".into() } else { format!("= {}", significant(p, 2)) },
-    );
-    let explains = if law.verdict == Verdict::Doubtful { "hardly explains" } else { "explains" };
-    let (tone, text) = match law.verdict {
+    let p = law.fit.p_value;
+    let p = if p < 1e-3 { "below 0.001".into() } else { format!("= {}", significant(p, 2)) };
+    let explains = if verdict == Verdict::Doubtful { "hardly explains" } else { "explains" };
+    let (tone, text) = match verdict {
         Verdict::WithinScatter | Verdict::Doubtful => (
-            if law.verdict == Verdict::Doubtful || !leaning.is_empty() { Tone::Careful } else { Tone::Good },
+            if verdict == Verdict::Doubtful || !leaning.is_empty() { Tone::Careful } else { Tone::Good },
             format!(
                 "With {damping} the {model} model {explains} {record} within its own scatter at {}. Intervals are 90 %; p {p}.{bound}",
                 values(law, true)
@@ -228,27 +235,28 @@ fn headline(report: &CalibrationReport, law: &LawReport) -> Block {
             ),
         ),
     };
-    Block::Headline { tone, verdict: law.verdict.to_string(), text }
+    Block::Headline { tone, verdict: verdict.to_string(), text }
 }
 
-fn facts(report: &CalibrationReport) -> Vec<(String, String)> {
+fn facts(report: &CalibrationReport, laws: &[Law<'_>]) -> Vec<(String, String)> {
     let mut facts = vec![
-        ("model".to_owned(), report.model.clone()),
+        ("model".to_owned(), report.outcome.model.clone()),
         ("drive frequency".to_owned(), engineering(report.drive_frequency, "Hz", 5)),
-        ("drive".to_owned(), report.drive_origin.clone()),
+        ("drive".to_owned(), report.lead().drive_origin.clone()),
     ];
-    if let Some(window) = report.window {
+    if let Some(window) = report.lead().window {
         let microseconds = |time: f64| significant(time * 1e6, 4);
         facts.push((
             "analysis window".to_owned(),
             format!("{} to {} µs", microseconds(window.from), microseconds(window.to)),
         ));
     }
-    for law in &report.laws {
-        if let Some(correlation) = law.correlation {
-            let name = match &law.mount {
-                Some(mount) => format!("correlation ({}, {mount})", law.damping_kind),
-                None => format!("correlation ({})", law.damping_kind),
+    for law in laws {
+        if let Some(correlation) = law.correlation() {
+            let kind = law_name(&law.fit.damping_kind);
+            let name = match &law.fit.mount {
+                Some(mount) => format!("correlation ({kind}, {mount})"),
+                None => format!("correlation ({kind})"),
             };
             facts.push((name, significant(correlation, 2)));
         }
@@ -256,27 +264,36 @@ fn facts(report: &CalibrationReport) -> Vec<(String, String)> {
     facts
 }
 
-fn search_words(law: &LawReport) -> String {
-    let failed = match law.failed_runs {
+fn search_words(law: &Law<'_>) -> String {
+    let Some(answering) = law.fit.rungs.iter().rev().find(|rung| rung.verdict.is_some()) else { return String::new() };
+    let failures: Vec<_> = law.fit.failures.iter().map(|(reason, count)| format!("{count} × {reason}")).collect();
+    let failed = match answering.failed_runs {
         0 => "none of which failed".to_owned(),
         failed => format!(
             "{failed} of which failed and rank{} behind every finished run ({})",
             if failed == 1 { "s" } else { "" },
-            law.failures.join("; ")
+            failures.join("; ")
         ),
     };
-    let rung = law.rungs.as_ref().and_then(|rungs| rungs.rungs.get(1));
-    let on = rung.map_or_else(String::new, |rung| format!(" of the model `{}`", rung.model));
-    format!("{}: {} runs{on}, {failed}.", capitalised(&law.name()), law.evaluations)
+    let on = if law.drawn.chain.is_some() { format!(" of the model `{}`", answering.model) } else { String::new() };
+    format!("{}: {} runs{on}, {failed}.", capitalised(&law.name()), answering.runs)
 }
 
 fn provenance(report: &CalibrationReport, blocks: &mut Vec<Block>) {
-    let provenance = &report.provenance;
+    let outcome = &report.outcome;
+    if !outcome.assumptions.is_empty() {
+        blocks.push(Block::Heading("Assumed on reading".into()));
+        blocks.push(Block::List(outcome.assumptions.clone()));
+    }
     blocks.push(Block::Heading("Provenance".into()));
     blocks.push(Block::Table(table::inputs(report)));
     let mut facts =
-        vec![("version".to_owned(), provenance.version.clone()), ("seed".to_owned(), provenance.seed.to_string())];
-    facts.extend(provenance.settings.iter().cloned());
+        vec![("version".to_owned(), version(&outcome.program)), ("seed".to_owned(), outcome.seed.to_string())];
+    facts.extend(report.settings.iter().cloned());
     blocks.push(Block::Facts(facts));
-    blocks.push(Block::Code(provenance.command_line.clone()));
+    blocks.push(Block::Code(report.command_line.clone()));
+}
+
+fn version(program: &str) -> String {
+    program.rsplit(' ').next().unwrap_or_default().to_owned()
 }

@@ -1,15 +1,15 @@
 //! The figures of a calibration.
 
 use super::{
-    CalibrationReport, DensityMap, Estimate, LawReport, PairMap, RungsReport,
+    CalibrationReport, DensityMap, PairMap, RecordReport, RunPoint,
+    shown::{Estimate, Law},
     spectrum::{RECORDED, SIMULATED, SpectrumCurve, amplitude_panel, level_panel},
 };
 use crate::{
     feature::{Measurand, Window, amplitude_spectrum},
     report::{
         figure::{
-            Axis, Colour, Dash, ErrorPoint, Figure, Fill, Layer, Map, Marker, PAGE_WIDTH_MM, Panel, Polygon, Stroke,
-            trace,
+            Axis, Colour, Dash, ErrorPoint, Figure, Fill, Layer, Marker, PAGE_WIDTH_MM, Panel, Polygon, Stroke, trace,
         },
         number,
         page::Plate,
@@ -30,13 +30,13 @@ fn quantity(measurand: Measurand) -> Axis {
 }
 
 /// Drive and its spectrum, side by side.
-pub(super) fn drive(report: &CalibrationReport) -> Vec<Plate> {
+pub(super) fn drive(report: &CalibrationReport, record: &RecordReport) -> Vec<Plate> {
     let stroke = RECORDED.width(0.7);
     let displacement =
-        Panel::new(time(), Axis::new("Piston displacement", "µm").times(1e6)).line("", trace(&report.drive), stroke);
+        Panel::new(time(), Axis::new("Piston displacement", "µm").times(1e6)).line("", trace(&record.drive), stroke);
     let mut plates = vec![Plate::new("drive", Figure::new("Displacement of the piston at α = 1.").panel(displacement))];
-    if let Ok(spectrum) = amplitude_spectrum(&report.drive, Window::whole(&report.drive)) {
-        let highest = (4.3 * report.drive_frequency).min(0.5 * report.drive.sample_rate());
+    if let Ok(spectrum) = amplitude_spectrum(&record.drive, Window::whole(&record.drive)) {
+        let highest = (4.3 * report.drive_frequency).min(0.5 * record.drive.sample_rate());
         let reference = spectrum.amplitudes.iter().copied().fold(0.0, f64::max);
         let curves = [SpectrumCurve { label: String::new(), spectrum: &spectrum, stroke }];
         let panel = level_panel(&curves, (reference, "largest"), report.drive_frequency, highest);
@@ -47,14 +47,19 @@ pub(super) fn drive(report: &CalibrationReport) -> Vec<Plate> {
 }
 
 /// What is left of every fitted feature at the answer, in scatters: what decided.
-pub(super) fn pulls(law: &LawReport) -> Vec<Plate> {
-    if law.pulls.is_empty() {
+pub(super) fn pulls(law: &Law<'_>, records: &[RecordReport]) -> Vec<Plate> {
+    let pulls: Vec<(String, f64, bool)> = law
+        .compared(records)
+        .into_iter()
+        .filter_map(|(name, feature)| Some((name, feature.deviation?, feature.widened.is_some())))
+        .collect();
+    if pulls.is_empty() {
         return Vec::new();
     }
-    let count = law.pulls.len();
+    let count = pulls.len();
     let row = |index: usize| (count - index) as f64;
-    let names = law.pulls.iter().enumerate().map(|(index, pull)| (row(index), pull.name.replace('_', " "))).collect();
-    let farthest = law.pulls.iter().map(|pull| pull.pull.abs()).fold(3.0, f64::max);
+    let names = pulls.iter().enumerate().map(|(index, (name, ..))| (row(index), name.clone())).collect();
+    let farthest = pulls.iter().map(|(_, pull, _)| pull.abs()).fold(3.0, f64::max);
     let shown = farthest.min(FARTHEST_PULL);
     let ends = 1.08 * shown;
     let y = Axis::new("Fitted feature", "").range(0.0, count as f64 + 1.0).named_ticks(names);
@@ -69,8 +74,8 @@ pub(super) fn pulls(law: &LawReport) -> Vec<Plate> {
         });
     }
     let of = |widened: bool| {
-        let points = law.pulls.iter().enumerate().filter(move |(_, pull)| (pull.widened > 1.0) == widened);
-        points.map(|(index, pull)| ErrorPoint::exact(pull.pull.clamp(-shown, shown), row(index))).collect::<Vec<_>>()
+        let points = pulls.iter().enumerate().filter(move |(_, (.., down))| *down == widened);
+        points.map(|(index, (_, pull, _))| ErrorPoint::exact(pull.clamp(-shown, shown), row(index))).collect::<Vec<_>>()
     };
     for (points, label, colour, marker) in [
         (of(false), "agrees", Colour::Blue, Marker::Disc),
@@ -91,44 +96,45 @@ pub(super) fn pulls(law: &LawReport) -> Vec<Plate> {
 const FARTHEST_PULL: f64 = 12.0;
 
 /// Recorded and simulated velocity or pressure: whole, ring-up, a few periods of the plateau.
-pub(super) fn traces(report: &CalibrationReport) -> Vec<Plate> {
-    let Some(main) = report.recorded.as_ref().or(report.simulated.as_ref()) else { return Vec::new() };
+pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<Plate> {
+    let measurand = report.outcome.quantity;
+    let Some(main) = record.recorded.as_ref().or(record.simulated.as_ref()) else { return Vec::new() };
     let period = 1.0 / report.drive_frequency;
     let overlay = |x: Axis, recorded: Stroke, simulated: Stroke| {
-        let mut panel = Panel::new(x, quantity(report.measurand));
-        if let Some(series) = &report.recorded {
-            panel = panel.line(report.record_label.clone(), trace(series), recorded);
+        let mut panel = Panel::new(x, quantity(measurand));
+        if let Some(series) = &record.recorded {
+            panel = panel.line(record.record_label.clone(), trace(series), recorded);
         }
-        if let Some(series) = &report.simulated {
+        if let Some(series) = &record.simulated {
             panel = panel.line("simulated", trace(series), simulated);
         }
         panel
     };
-    let what = match report.measurand {
+    let what = match measurand {
         Measurand::Velocity => "Velocity of the last bead’s pole",
         Measurand::Pressure => "Pressure at the hydrophone",
     };
-    let both = match (&report.recorded, &report.simulated) {
-        (Some(_), Some(_)) => format!("{what}, {} and simulated", report.record_label),
-        (Some(_), None) => format!("{what}, {}", report.record_label),
-        _ => match report.measurand {
+    let both = match (&record.recorded, &record.simulated) {
+        (Some(_), Some(_)) => format!("{what}, {} and simulated", record.record_label),
+        (Some(_), None) => format!("{what}, {}", record.record_label),
+        _ => match measurand {
             Measurand::Velocity => "Simulated velocity of the last bead’s pole".to_owned(),
             Measurand::Pressure => "Simulated pressure at the hydrophone".to_owned(),
         },
     };
     let start = main.start;
-    let end = report.simulated.as_ref().map_or(main.end(), |series| series.end().min(main.end())).max(start + period);
+    let end = record.simulated.as_ref().map_or(main.end(), |series| series.end().min(main.end())).max(start + period);
     let whole = overlay(time().range(start, end), RECORDED.width(0.8), SIMULATED.width(0.5)).height(48.0);
     let whole = Figure::new(format!("{both}: the whole record.")).sized(PAGE_WIDTH_MM, 1).panel(whole);
 
     let onset = onset(main);
     let ring_up = (onset - period).max(start);
-    let plateau = report.window.unwrap_or(Window::whole(main));
+    let plateau = record.window.unwrap_or(Window::whole(main));
     let middle = 0.5 * (plateau.from + plateau.to);
     let zoom = |from: f64, periods: f64| {
         overlay(time().range(from, from + periods * period), RECORDED, SIMULATED.dash(Dash::Dashed)).height(44.0)
     };
-    let name = report.measurand.name();
+    let name = measurand.name();
     vec![
         Plate::new(name, whole),
         Plate::new(
@@ -150,16 +156,17 @@ fn onset(series: &Series) -> f64 {
 }
 
 /// Spectra of both traces over the analysis window: absolute around the drive, in dB up to the usable band.
-pub(super) fn spectra(report: &CalibrationReport) -> Vec<Plate> {
+pub(super) fn spectra(report: &CalibrationReport, record: &RecordReport) -> Vec<Plate> {
+    let measurand = report.outcome.quantity;
     let spectrum = |series: &Option<Series>| {
         let series = series.as_ref()?;
-        let window = report.window.unwrap_or(Window::whole(series));
+        let window = record.window.unwrap_or(Window::whole(series));
         amplitude_spectrum(series, window).ok().map(|spectrum| (spectrum, series.sample_rate()))
     };
-    let (recorded, simulated) = (spectrum(&report.recorded), spectrum(&report.simulated));
+    let (recorded, simulated) = (spectrum(&record.recorded), spectrum(&record.simulated));
     let curves = || {
         let recorded = recorded.iter().map(|(spectrum, _)| SpectrumCurve {
-            label: report.record_label.clone(),
+            label: record.record_label.clone(),
             spectrum,
             stroke: RECORDED,
         });
@@ -176,17 +183,17 @@ pub(super) fn spectra(report: &CalibrationReport) -> Vec<Plate> {
     let far = (0.4 * rate).min(1.25e6).max(near);
     let index = (drive / main.step_hz).round() as usize;
     let reference = main.amplitudes.get(index).copied().filter(|amplitude| *amplitude > 0.0);
-    let amplitude = match report.measurand {
+    let amplitude = match measurand {
         Measurand::Velocity => "Velocity amplitude",
         Measurand::Pressure => "Pressure amplitude",
     };
     let near = Figure::new(
         "Amplitude spectra over the analysis window; names above the frame are fractions and multiples of the drive frequency.",
     )
-    .panel(amplitude_panel(&curves(), amplitude, report.measurand.unit(), drive, near).height(48.0));
+    .panel(amplitude_panel(&curves(), amplitude, measurand.unit(), drive, near).height(48.0));
     let mut plates = vec![Plate::new("spectrum", near)];
     if let Some(reference) = reference {
-        let reference_trace = if recorded.is_some() { report.record_label.as_str() } else { "simulated" };
+        let reference_trace = if recorded.is_some() { record.record_label.as_str() } else { "simulated" };
         let title = format!("The same spectra over the usable band, re the drive line of the {reference_trace} trace.");
         let mut curves = curves();
         for curve in &mut curves {
@@ -199,34 +206,24 @@ pub(super) fn spectra(report: &CalibrationReport) -> Vec<Plate> {
 }
 
 pub(super) fn axis(estimate: &Estimate) -> Axis {
-    let name = capitalised(&estimate.name);
-    let name = if name.ends_with(&estimate.symbol) { name } else { format!("{name} {}", estimate.symbol) };
+    let name = capitalised(estimate.name);
+    let name = if name.ends_with(estimate.symbol) { name } else { format!("{name} {}", estimate.symbol) };
     Axis::new(name, number::unit(&estimate.unit)).logarithmic()
 }
 
 /// Where the runs went, and the density with its accepted set.
-pub(super) fn objective(law: &LawReport) -> Vec<Plate> {
+pub(super) fn objective(law: &Law<'_>) -> Vec<Plate> {
     let [first, second, ..] = law.parameters.as_slice() else { return Vec::new() };
     let key = law.key();
     let fit = vec![(first.value, second.value)];
-    let map = law.map.as_ref().map(|map| {
-        let level = map.accepted_level;
-        (Map { x: map.x.clone(), y: map.y.clone(), values: map.density.clone() }, level)
-    });
-    let mut finished: Vec<(f64, (f64, f64))> = law
-        .runs
-        .iter()
-        .filter_map(|run| Some((run.misfit?, (*run.parameters.first()?, *run.parameters.get(1)?))))
-        .collect();
+    let map = law.drawn.map.as_ref().map(|map| (map.shown(first, second), map.accepted_level));
+    let at = |run: &RunPoint| Some((first.factor * run.parameters.first()?, second.factor * run.parameters.get(1)?));
+    let runs = &law.drawn.runs;
+    let mut finished: Vec<(f64, (f64, f64))> = runs.iter().filter_map(|run| Some((run.misfit?, at(run)?))).collect();
     finished.sort_by(|a, b| a.0.total_cmp(&b.0));
     let best: Vec<_> = finished.iter().take(10).map(|(_, at)| *at).collect();
     let others: Vec<_> = finished.iter().skip(10).map(|(_, at)| *at).collect();
-    let failed: Vec<_> = law
-        .runs
-        .iter()
-        .filter(|run| run.misfit.is_none())
-        .filter_map(|run| Some((*run.parameters.first()?, *run.parameters.get(1)?)))
-        .collect();
+    let failed: Vec<_> = runs.iter().filter(|run| run.misfit.is_none()).filter_map(at).collect();
     let region = |panel: Panel, colour: Colour| match &map {
         Some((map, level)) => panel.layer(Layer::Contour {
             label: "90 % region".into(),
@@ -269,15 +266,15 @@ pub(super) fn objective(law: &LawReport) -> Vec<Plate> {
 }
 
 /// Density over every pair of more than two parameters.
-fn pairs(law: &LawReport) -> Option<Plate> {
-    if law.pairs.is_empty() {
+fn pairs(law: &Law<'_>) -> Option<Plate> {
+    if law.drawn.pairs.is_empty() {
         return None;
     }
     let title = format!("Density over every pair of parameters near the fit, the others summed over, {}.", law.name());
     let mut figure = Figure::new(title).sized(PAGE_WIDTH_MM, 2);
-    for PairMap { first, second, map: density } in &law.pairs {
+    for PairMap { first, second, map: density } in &law.drawn.pairs {
         let [first, second] = [law.parameters.get(*first)?, law.parameters.get(*second)?];
-        let map = Map { x: density.x.clone(), y: density.y.clone(), values: density.density.clone() };
+        let map = density.shown(first, second);
         let [x, y] = [axis(first), axis(second)];
         let panel = Panel::new(x, y)
             .height(42.0)
@@ -299,29 +296,30 @@ fn pairs(law: &LawReport) -> Option<Plate> {
 }
 
 /// The 90 % regions of the chain and of the rung above it on common axes.
-pub(super) fn rungs(law: &LawReport, rungs: &RungsReport) -> Option<Plate> {
+pub(super) fn rungs(law: &Law<'_>) -> Option<Plate> {
     let [first, second, ..] = law.parameters.as_slice() else { return None };
-    let (below, above) = (rungs.below.map.as_ref()?, law.map.as_ref()?);
+    let (chain, of_chain) = law.chain()?;
+    let (below, above) = (chain.map.as_ref()?, law.drawn.map.as_ref()?);
     let region = |panel: Panel, label: &str, map: &DensityMap, stroke: Stroke| {
         panel.layer(Layer::Contour {
             label: format!("90 % region, {label}"),
-            map: Map { x: map.x.clone(), y: map.y.clone(), values: map.density.clone() },
+            map: map.shown(first, second),
             level: map.accepted_level,
             stroke,
         })
     };
-    let models: Vec<&str> = rungs.rungs.iter().map(|rung| rung.model.as_str()).collect();
+    let models: Vec<&str> = law.fit.rungs.iter().map(|rung| rung.model.as_str()).collect();
     let (lower, upper) = (models.first()?, models.get(1)?);
-    let at = |law: &LawReport| match law.parameters.as_slice() {
+    let at = |parameters: &[Estimate]| match parameters {
         [first, second, ..] => vec![(first.value, second.value)],
         _ => Vec::new(),
     };
     let mut panel = Panel::new(axis(first), axis(second)).height(55.0);
     panel = region(panel, lower, below, Stroke::new(Colour::Blue).width(0.9).dash(Dash::Dashed));
     panel = region(panel, upper, above, Stroke::new(Colour::Vermillion).width(1.1));
-    panel = panel.points(format!("fit, {lower}"), at(&rungs.below), Colour::Blue, Marker::Diamond).points(
+    panel = panel.points(format!("fit, {lower}"), at(&of_chain), Colour::Blue, Marker::Diamond).points(
         format!("fit, {upper}"),
-        at(law),
+        at(&law.parameters),
         Colour::Vermillion,
         Marker::Ring,
     );
@@ -331,8 +329,9 @@ pub(super) fn rungs(law: &LawReport, rungs: &RungsReport) -> Option<Plate> {
 }
 
 /// Misfit of every run in the order made, and of the fit as judged from batch to batch.
-fn history(law: &LawReport, key: &str) -> Option<Plate> {
+fn history(law: &Law<'_>, key: &str) -> Option<Plate> {
     let runs: Vec<(f64, f64)> = law
+        .drawn
         .runs
         .iter()
         .enumerate()
@@ -340,7 +339,7 @@ fn history(law: &LawReport, key: &str) -> Option<Plate> {
         .collect();
     // A staircase: a judgement stands until the next.
     let mut best: Vec<(f64, f64)> = Vec::new();
-    for (runs, misfit) in law.history.iter().filter(|(_, misfit)| *misfit > 0.0) {
+    for (runs, misfit) in law.drawn.history.iter().filter(|(_, misfit)| *misfit > 0.0) {
         if let Some((_, last)) = best.last().copied() {
             best.push((*runs as f64, last));
         }

@@ -1,6 +1,10 @@
 //! Several records fitted together: what each narrows, and how each is met.
 
-use super::{CalibrationReport, DensityMap, Estimate, LawReport, RecordReport, content, figures, table};
+use super::{
+    CalibrationReport, content, figures,
+    shown::{Estimate, Law, estimates},
+    table,
+};
 use crate::report::{
     figure::{Axis, Colour, Dash, ErrorPoint, Figure, Layer, Map, Marker, PAGE_WIDTH_MM, Panel, Stroke},
     number::{significant, unit, with_interval},
@@ -12,20 +16,13 @@ const COLOURS: [Colour; 5] = [Colour::Blue, Colour::Orange, Colour::Green, Colou
 const DASHES: [Dash; 3] = [Dash::Dashed, Dash::Dotted, Dash::DashDotted];
 
 pub(super) fn title(report: &CalibrationReport) -> String {
-    if report.companions.is_empty() {
-        return format!("Calibration against {}", report.title);
-    }
-    let titles: Vec<&str> = std::iter::once(&report.title)
-        .chain(report.companions.iter().map(|it| &it.title))
-        .map(String::as_str)
-        .collect();
+    let titles: Vec<&str> = report.records.iter().map(|record| record.title.as_str()).collect();
     format!("Calibration against {}", titles.join(", "))
 }
 
 /// What each record says by itself and what all say together, law by law.
-pub(super) fn shares(report: &CalibrationReport, blocks: &mut Vec<Block>) {
-    let laws: Vec<&LawReport> = report.laws.iter().filter(|law| !law.shares.is_empty()).collect();
-    if laws.is_empty() {
+pub(super) fn shares(laws: &[Law<'_>], blocks: &mut Vec<Block>) {
+    if laws.iter().all(|law| law.fit.records.is_empty()) {
         return;
     }
     blocks.push(Block::Heading("What each record narrows".into()));
@@ -36,7 +33,7 @@ pub(super) fn shares(report: &CalibrationReport, blocks: &mut Vec<Block>) {
     ));
     for law in laws {
         blocks.push(Block::Table(share_table(law)));
-        if law.verdict.explains() {
+        if law.fit.verdict.explains() {
             blocks.push(Block::Plates(vec![width_plate(law)].into_iter().chain(region_plate(law)).collect()));
         }
     }
@@ -47,7 +44,13 @@ fn width(estimate: &Estimate) -> Option<f64> {
     Some((estimate.high? / estimate.low?).ln())
 }
 
-fn share_table(law: &LawReport) -> Table {
+/// What each record says by itself: its name, its estimates.
+fn alone(law: &Law<'_>) -> Vec<(String, Vec<Estimate>)> {
+    let of = |parameters| estimates(parameters, &law.drawn.parameters, &law.fit.damping_kind);
+    law.fit.records.iter().map(|record| (record.label.clone(), of(&record.alone))).collect()
+}
+
+fn share_table(law: &Law<'_>) -> Table {
     let row = |label: &str, parameters: &[Estimate], correlation: Option<f64>, misfit: f64| {
         let mut cells = vec![label.to_owned()];
         for estimate in parameters {
@@ -59,11 +62,11 @@ fn share_table(law: &LawReport) -> Table {
         cells.push(significant(misfit, 2));
         cells
     };
-    let alone = law
-        .shares
-        .iter()
-        .map(|share| row(&format!("{} alone", share.label), &share.parameters, share.correlation, share.misfit));
-    let together = row("all together", &law.parameters, law.correlation, law.misfit);
+    let several = law.parameters.len() > 1;
+    let alone = alone(law).into_iter().zip(&law.fit.records).map(|((label, parameters), record)| {
+        row(&format!("{label} alone"), &parameters, several.then_some(record.correlation), record.misfit)
+    });
+    let together = row("all together", &law.parameters, law.correlation(), law.fit.misfit);
     let mut columns = vec![Column::words("Record")];
     for parameter in &law.parameters {
         let column = Column::words(format!("{} {}", parameter.name, parameter.symbol));
@@ -84,22 +87,18 @@ fn share_table(law: &LawReport) -> Table {
 }
 
 /// The interval of every parameter from each record and from all.
-fn width_plate(law: &LawReport) -> Plate {
-    let rows: Vec<(&str, &[Estimate])> = law
-        .shares
-        .iter()
-        .map(|share| (share.label.as_str(), share.parameters.as_slice()))
-        .chain([("all", law.parameters.as_slice())])
-        .collect();
+fn width_plate(law: &Law<'_>) -> Plate {
+    let mut rows = alone(law);
+    rows.push(("all".into(), law.parameters.clone()));
     let last = rows.len() as f64 - 1.0;
     // The first record stands on top.
     let names: Vec<(f64, String)> =
-        rows.iter().enumerate().map(|(index, (name, _))| (last - index as f64, (*name).to_owned())).collect();
+        rows.iter().enumerate().map(|(index, (name, _))| (last - index as f64, name.clone())).collect();
     let title = format!("90 % interval of each parameter from every record by itself and from all, {}.", law.name());
     let mut figure = Figure::new(title).sized(PAGE_WIDTH_MM, 2);
     for (d, parameter) in law.parameters.iter().enumerate() {
         let points = |together: bool| -> Vec<ErrorPoint> {
-            let of = |(index, (_, estimates)): (usize, &(&str, &[Estimate]))| {
+            let of = |(index, (_, estimates)): (usize, &(String, Vec<Estimate>))| {
                 let estimate = estimates.get(d)?;
                 let y = last - index as f64;
                 let x_interval = Some((estimate.low?, estimate.high?));
@@ -118,9 +117,9 @@ fn width_plate(law: &LawReport) -> Plate {
 }
 
 /// Where the accepted cells of all maps lie along one axis, with a twentieth of margin to either side in ln.
-fn extent(maps: &[&DensityMap], along: fn(&DensityMap, usize) -> f64) -> Option<(f64, f64)> {
-    let accepted = maps.iter().flat_map(|map| {
-        let cells = map.density.iter().enumerate().filter(|(_, density)| **density >= map.accepted_level);
+fn extent(maps: &[(Map, f64)], along: fn(&Map, usize) -> f64) -> Option<(f64, f64)> {
+    let accepted = maps.iter().flat_map(|(map, level)| {
+        let cells = map.values.iter().enumerate().filter(|(_, density)| **density >= *level);
         cells.map(|(cell, _)| along(map, cell)).collect::<Vec<_>>()
     });
     let (low, high) = accepted.fold((f64::INFINITY, 0.0_f64), |(low, high), at| (low.min(at), high.max(at)));
@@ -129,38 +128,37 @@ fn extent(maps: &[&DensityMap], along: fn(&DensityMap, usize) -> f64) -> Option<
 }
 
 /// The 90 % regions of every record and of all on common axes.
-fn region_plate(law: &LawReport) -> Option<Plate> {
+fn region_plate(law: &Law<'_>) -> Option<Plate> {
     let [first, second, ..] = law.parameters.as_slice() else { return None };
-    let region = |panel: Panel, label: String, map: &DensityMap, stroke: Stroke| {
-        panel.layer(Layer::Contour {
-            label,
-            map: Map { x: map.x.clone(), y: map.y.clone(), values: map.density.clone() },
-            level: map.accepted_level,
-            stroke,
-        })
-    };
-    let maps: Vec<&DensityMap> = law.shares.iter().filter_map(|share| share.map.as_ref()).chain(&law.map).collect();
-    let bounded = |axis: Axis, along: fn(&DensityMap, usize) -> f64| match extent(&maps, along) {
+    let drawn = law.drawn.alone.iter().chain([&law.drawn.map]);
+    let maps: Vec<(Map, f64)> = drawn
+        .map(|map| Some((map.as_ref()?.shown(first, second), map.as_ref()?.accepted_level)))
+        .collect::<Option<_>>()?;
+    let bounded = |axis: Axis, along: fn(&Map, usize) -> f64| match extent(&maps, along) {
         Some((low, high)) => axis.range(low, high),
         None => axis,
     };
     let x = bounded(figures::axis(first), |map, cell| map.x[cell % map.x.len()]);
     let y = bounded(figures::axis(second), |map, cell| map.y[cell / map.x.len()]);
     let mut panel = Panel::new(x, y).height(60.0);
-    for (index, share) in law.shares.iter().enumerate() {
-        let stroke = Stroke::new(COLOURS[index % COLOURS.len()]).width(0.9).dash(DASHES[index % DASHES.len()]);
-        panel = region(panel, format!("{} alone", share.label), share.map.as_ref()?, stroke);
+    for (index, (map, level)) in maps.into_iter().enumerate() {
+        let (label, stroke) = match law.fit.records.get(index) {
+            Some(record) => {
+                let stroke = Stroke::new(COLOURS[index % COLOURS.len()]).width(0.9);
+                (format!("{} alone", record.label), stroke.dash(DASHES[index % DASHES.len()]))
+            }
+            None => ("all together".into(), Stroke::new(Colour::Vermillion).width(1.3)),
+        };
+        panel = panel.layer(Layer::Contour { label, map, level, stroke });
     }
-    panel = region(panel, "all together".into(), law.map.as_ref()?, Stroke::new(Colour::Vermillion).width(1.3));
     let title = format!("90 % regions of every record by itself and of all together, {}.", law.name());
     Some(Plate::new(format!("regions-{}", law.key()), Figure::new(title).panel(panel)))
 }
 
 /// How every further record is met: notes, drive, traces, spectra, features.
 pub(super) fn companions(report: &CalibrationReport, blocks: &mut Vec<Block>) {
-    for (index, record) in report.companions.iter().enumerate() {
-        let view = of_record(report, record);
-        blocks.push(Block::Heading(format!("Record {}: {}", index + 2, record.label)));
+    for (index, record) in report.records.iter().enumerate().skip(1) {
+        blocks.push(Block::Heading(format!("Record {}: {}", index + 1, record.label)));
         if !record.record_notes.is_empty() {
             blocks.push(Block::Notice(record.record_notes.clone()));
         }
@@ -171,49 +169,13 @@ pub(super) fn companions(report: &CalibrationReport, blocks: &mut Vec<Block>) {
             record.drive_origin,
             if record.alignment.is_empty() { String::new() } else { format!(" Alignment: {}.", record.alignment) }
         )));
-        let plates =
-            figures::drive(&view).into_iter().take(1).chain(figures::traces(&view)).chain(figures::spectra(&view));
+        let drive = figures::drive(report, record).into_iter().take(1);
+        let plates = drive.chain(figures::traces(report, record)).chain(figures::spectra(report, record));
         let numbered = plates.map(|mut plate| {
-            plate.name = format!("{}-{}", plate.name, index + 2);
+            plate.name = format!("{}-{}", plate.name, index + 1);
             plate
         });
         blocks.push(Block::Plates(numbered.collect()));
-        if !record.features.is_empty() {
-            blocks.push(Block::Table(table::features(&view)));
-        }
-    }
-}
-
-/// The report as if `record` were its only one, for the figures and tables of a record.
-fn of_record(report: &CalibrationReport, record: &RecordReport) -> CalibrationReport {
-    let record = record.clone();
-    CalibrationReport {
-        title: record.title,
-        record_label: record.record_label,
-        record_notes: record.record_notes,
-        warnings: Vec::new(),
-        diagnosis: Vec::new(),
-        drive: record.drive,
-        drive_origin: record.drive_origin,
-        recorded: record.recorded,
-        simulated: record.simulated,
-        alignment: record.alignment,
-        window: record.window,
-        features: record.features,
-        label: record.label,
-        laws: vec![],
-        excluded: vec![],
-        companions: vec![],
-        alpha_sweep: None,
-        preference: None,
-        separation: vec![],
-        assumptions: vec![],
-        scene: report.scene.clone(),
-        scene_description: report.scene_description.clone(),
-        model: report.model.clone(),
-        measurand: report.measurand,
-        drive_frequency: report.drive_frequency,
-        energy: None,
-        provenance: report.provenance.clone(),
+        blocks.extend(table::features(report, index).map(Block::Table));
     }
 }

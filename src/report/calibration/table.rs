@@ -1,14 +1,15 @@
 //! The tables of a calibration, for people and as CSV.
 
-use std::fmt::Write as _;
-
-use super::{CalibrationReport, LawReport, RungsReport};
-use crate::feature::Measurand;
+use super::{
+    CalibrationReport, LawReport, RecordReport,
+    shown::{Estimate, Law, estimates, law_name},
+};
 use crate::report::{
     number::{short, significant, to_uncertainty, unit, with_interval},
-    page::{Column, Files, Table},
+    page::{Column, Files, ReportError, Table},
     sweep::shown_unit,
 };
+use crate::{calibration::outcome::OutcomeFeature, feature::Measurand};
 
 const NOTHING: &str = "–";
 
@@ -17,14 +18,15 @@ fn heard_unit(unit: &str) -> (f64, &str) {
     if unit == "Pa" { (1e-3, "kPa") } else { shown_unit(unit) }
 }
 
-/// Recorded, simulated, scatter, sensitivity, published.
-pub(super) fn features(report: &CalibrationReport) -> Table {
-    let rows = report
-        .features
+/// Recorded, simulated, scatter, sensitivity, published, of record `number`.
+pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Table> {
+    let record = &report.records[number];
+    let rows: Vec<Vec<String>> = report
+        .features(number)
         .iter()
         .map(|row| {
-            let (factor, shown) = heard_unit(&row.unit);
-            let scatter = row.scatter.filter(|scatter| *scatter > 0.0).map(|scatter| scatter * factor);
+            let (factor, shown) = heard_unit(&row.feature.unit);
+            let scatter = row.feature.scatter.filter(|scatter| *scatter > 0.0).map(|scatter| scatter * factor);
             // Digits down to the scatter, but never more than four figures.
             let value = |value: Option<f64>| match (value.map(|value| value * factor), scatter) {
                 (Some(value), Some(scatter)) => to_uncertainty(value, scatter.max(1e-4 * value.abs())),
@@ -41,53 +43,59 @@ pub(super) fn features(report: &CalibrationReport) -> Table {
                 (None, _) => NOTHING.to_owned(),
             };
             let mut cells = vec![if row.fitted { format!("{} *", row.name) } else { row.name.clone() }];
-            cells.extend(report.recorded.is_some().then(|| value(row.recorded)));
+            cells.extend(record.recorded.is_some().then(|| value(row.recorded)));
             cells.extend([
-                value(row.simulated),
-                small(row.scatter),
-                small(row.sensitivity),
+                value(row.feature.simulated),
+                small(row.feature.scatter),
+                small(row.feature.sensitivity),
                 published,
                 if shown == "1" { NOTHING.to_owned() } else { shown.to_owned() },
             ]);
             cells
         })
         .collect();
+    if rows.is_empty() {
+        return None;
+    }
     let mut columns = vec![Column::words("Feature")];
     // Without a waveform the column would be empty.
-    columns.extend(report.recorded.is_some().then(|| Column::numbers(report.record_label.clone())));
+    columns.extend(record.recorded.is_some().then(|| Column::numbers(record.record_label.clone())));
     columns.extend(["simulated", "scatter", "sensitivity", "published"].map(Column::numbers));
     columns.push(Column::words("unit"));
-    Table {
+    Some(Table {
         caption: "Features over the analysis window (* used by the fit). Scatter: one standard deviation under perturbations the laboratory cannot control; agreement closer than that means nothing. Sensitivity: change for +1 % drive.".into(),
         columns,
         rows,
-    }
+    })
 }
 
 /// Every law with its parameters.
-pub(super) fn laws(report: &CalibrationReport) -> Table {
-    let mounts = report.laws.iter().any(|law| law.mount.is_some());
-    let best = report.laws.iter().filter_map(|law| law.log_evidence).fold(f64::NEG_INFINITY, f64::max);
-    let rows = report
-        .laws
+pub(super) fn laws(laws: &[Law<'_>]) -> Table {
+    let mounts = laws.iter().any(|law| law.fit.mount.is_some());
+    let best = laws.iter().map(|law| law.fit.log_evidence).fold(f64::NEG_INFINITY, f64::max);
+    let rows = laws
         .iter()
         .flat_map(|law| {
+            let fit = law.fit;
+            let answering = fit.rungs.iter().rev().find(|rung| rung.verdict.is_some());
+            let runs =
+                answering.map_or_else(String::new, |rung| format!("{} ({} failed)", rung.runs, rung.failed_runs));
             law.parameters.iter().enumerate().map(move |(index, parameter)| {
                 let once = |text: String| if index == 0 { text } else { String::new() };
                 let unit = unit(&parameter.unit);
                 let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
                 let interval = parameter.low.zip(parameter.high);
                 let note = if parameter.at_bound { ", at a bound" } else { "" };
-                let mut cells = vec![once(law.damping_kind.clone())];
-                cells.extend(mounts.then(|| once(law.mount.clone().unwrap_or_default())));
+                let mut cells = vec![once(law_name(&fit.damping_kind).into())];
+                cells.extend(mounts.then(|| once(fit.mount.clone().unwrap_or_default())));
                 cells.extend([
                     format!("{} {}", parameter.name, parameter.symbol),
                     format!("{}{unit}{note}", with_interval(parameter.value, interval)),
                     format!("{} to {}{unit}", short(parameter.bounds.0), short(parameter.bounds.1)),
-                    once(significant(law.misfit, 2)),
-                    once(law.verdict.to_string()),
-                    once(law.log_evidence.map_or(NOTHING.to_owned(), |evidence| significant(evidence - best, 2))),
-                    once(format!("{} ({} failed)", law.evaluations, law.failed_runs)),
+                    once(significant(fit.misfit, 2)),
+                    once(fit.verdict.to_string()),
+                    once(significant(fit.log_evidence - best, 2)),
+                    once(runs.clone()),
                 ]);
                 cells
             })
@@ -112,11 +120,12 @@ pub(super) fn laws(report: &CalibrationReport) -> Table {
 }
 
 /// What every rung found by itself.
-pub(super) fn rungs(law: &LawReport, rungs: &RungsReport) -> Table {
-    let rows = rungs.rungs.iter().map(|rung| {
-        let values = law.parameters.iter().enumerate().map(|(index, parameter)| match rung.parameters.get(index) {
-            Some(own) => with_interval(own.value, own.low.zip(own.high)),
-            None => format!("{} (run there)", short(parameter.value)),
+pub(super) fn rungs(law: &Law<'_>) -> Table {
+    let rows = law.fit.rungs.iter().map(|rung| {
+        let own = estimates(&rung.parameters, &law.drawn.parameters, &law.fit.damping_kind);
+        let values = own.into_iter().map(|own| match rung.verdict {
+            Some(_) => with_interval(own.value, own.low.zip(own.high)),
+            None => format!("{} (run there)", short(own.value)),
         });
         let runs = format!("{} ({} failed)", rung.runs, rung.failed_runs);
         let verdict = rung.verdict.map_or(NOTHING.to_owned(), |verdict| verdict.to_string());
@@ -138,27 +147,34 @@ pub(super) fn rungs(law: &LawReport, rungs: &RungsReport) -> Table {
 }
 
 /// The fitted features as every rung expects them at the answer.
-pub(super) fn rung_features(law: &LawReport, rungs: &RungsReport, record: &str) -> Option<Table> {
-    if rungs.features.is_empty() {
+pub(super) fn rung_features(law: &Law<'_>, record: &RecordReport) -> Option<Table> {
+    let (fit, rungs) = (law.fit, &law.fit.rungs);
+    let compared = record.compared.iter().filter_map(|name| Some((name, fit.rung_differences.get(name)?)));
+    let rows: Vec<Vec<String>> = compared
+        .map(|(name, [difference, standard_error])| {
+            let expected: Vec<_> = rungs.iter().map(|rung| rung.features.get(name)).collect();
+            let unit = expected.iter().flatten().next().map_or("1", |feature| feature.unit.as_str());
+            let (factor, shown) = heard_unit(unit);
+            let recorded = fit.fitted_features.get(name).and_then(|feature| feature.measured);
+            let mut cells =
+                vec![name.replace('_', " "), recorded.map_or(NOTHING.into(), |v| significant(v * factor, 3))];
+            cells.extend(expected.iter().map(|feature| match feature.map(|it| (it.value, it.scatter)) {
+                Some((value, Some(scatter))) => {
+                    format!("{} ± {} %", significant(value * factor, 3), significant(100.0 * scatter, 2))
+                }
+                Some((value, None)) => significant(value * factor, 3),
+                None => NOTHING.into(),
+            }));
+            cells.push(format!("{:+.1} ± {:.1}", 100.0 * difference, 100.0 * standard_error));
+            cells.push(if shown == "1" { NOTHING.into() } else { shown.to_owned() });
+            cells
+        })
+        .collect();
+    if rows.is_empty() {
         return None;
     }
-    let rows = rungs.features.iter().map(|row| {
-        let (factor, shown) = heard_unit(&row.unit);
-        let mut cells = vec![row.name.clone(), row.recorded.map_or(NOTHING.into(), |v| significant(v * factor, 3))];
-        cells.extend(row.expected.iter().zip(&row.scatter).map(|(value, scatter)| match (value, scatter) {
-            (Some(value), Some(scatter)) => {
-                format!("{} ± {} %", significant(value * factor, 3), significant(100.0 * scatter, 2))
-            }
-            (Some(value), None) => significant(value * factor, 3),
-            (None, _) => NOTHING.into(),
-        }));
-        let percent = |ln: f64| 100.0 * ln;
-        cells.push(format!("{:+.1} ± {:.1}", percent(row.difference), percent(row.standard_error)));
-        cells.push(if shown == "1" { NOTHING.into() } else { shown.to_owned() });
-        cells
-    });
-    let mut columns = vec![Column::words("Feature"), Column::numbers(record)];
-    columns.extend(rungs.rungs.iter().map(|rung| Column::numbers(rung.model.clone())));
+    let mut columns = vec![Column::words("Feature"), Column::numbers(record.record_label.clone())];
+    columns.extend(rungs.iter().map(|rung| Column::numbers(rung.model.clone())));
     columns.push(Column::numbers("difference").unit("%"));
     columns.push(Column::words("unit"));
     Some(Table {
@@ -168,13 +184,13 @@ pub(super) fn rung_features(law: &LawReport, rungs: &RungsReport, record: &str) 
             law.name()
         ),
         columns,
-        rows: rows.collect(),
+        rows,
     })
 }
 
 /// Connected parts of the 90 % region.
-pub(super) fn lobes(law: &LawReport) -> Option<Table> {
-    if law.lobes.len() < 2 {
+pub(super) fn lobes(law: &Law<'_>) -> Option<Table> {
+    if law.fit.lobes.len() < 2 {
         return None;
     }
     let mut columns = vec![Column::numbers("Lobe"), Column::numbers("Probability").unit("%")];
@@ -183,21 +199,23 @@ pub(super) fn lobes(law: &LawReport) -> Option<Table> {
         if unit(&parameter.unit) == "1" { column } else { column.unit(unit(&parameter.unit)) }
     }));
     let rows = law
+        .fit
         .lobes
         .iter()
         .enumerate()
         .map(|(index, lobe)| {
             let mut row = vec![(index + 1).to_string(), significant(100.0 * lobe.mass, 2)];
-            row.extend(lobe.extent.iter().map(|(low, high)| {
+            row.extend(law.drawn.parameters.iter().zip(&law.parameters).map(|(key, parameter)| {
+                let [low, high] = lobe.extent.get(key).map_or([0.0; 2], |ends| ends.map(|end| parameter.factor * end));
                 let half = 0.5 * (high - low);
-                format!("{} to {}", to_uncertainty(*low, half), to_uncertainty(*high, half))
+                format!("{} to {}", to_uncertainty(low, half), to_uncertainty(high, half))
             }));
             row
         })
         .collect();
     let caption = format!(
         "The 90 % region falls into {} parts, {}: the record does not tell which holds the truth.",
-        law.lobes.len(),
+        law.fit.lobes.len(),
         law.name()
     );
     Some(Table { caption, columns, rows })
@@ -235,64 +253,80 @@ pub(super) fn energy(report: &CalibrationReport) -> Option<Table> {
 
 /// Files read, with their digests.
 pub(super) fn inputs(report: &CalibrationReport) -> Table {
+    let what = |role: &str| match (role.starts_with("drive"), &report.lead().recorded, report.outcome.quantity) {
+        (true, ..) => "horn-tip record",
+        (_, None, _) => "published features",
+        (_, _, Measurand::Velocity) => "vibrometer record",
+        (_, _, Measurand::Pressure) => "hydrophone record",
+    };
+    let inputs = report.outcome.inputs.iter();
     Table {
         caption: "Files read.".into(),
         columns: vec![Column::words("What"), Column::words("File"), Column::words("SHA-256")],
-        rows: report
-            .provenance
-            .inputs
-            .iter()
-            .map(|input| vec![input.role.clone(), input.path.clone(), input.sha256.clone()])
-            .collect(),
+        rows: inputs.map(|(role, it)| vec![what(role).into(), it.path.clone(), it.sha256.clone()]).collect(),
     }
 }
 
 /// `features.csv`, `runs.csv` and the traces as CSV, SI, the unit in the head or beside the value.
-pub(super) fn csv_files(report: &CalibrationReport) -> Files {
+pub(super) fn csv_files(report: &CalibrationReport) -> Result<Files, ReportError> {
     let mut files: Files = Vec::new();
-    let mut features = String::from(
-        "feature,unit,recorded,simulated,scatter,sensitivity_per_percent_drive,published,published_uncertainty,fitted\n",
-    );
     let cell = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
-    for row in &report.features {
-        let numbers =
-            [row.recorded, row.simulated, row.scatter, row.sensitivity, row.published, row.published_uncertainty]
-                .map(cell)
-                .join(",");
-        let _ = writeln!(features, "{},{},{numbers},{}", quoted(&row.name), quoted(&row.unit), row.fitted);
+    let mut features = csv::Writer::from_writer(Vec::new());
+    features.write_record([
+        "feature",
+        "unit",
+        "recorded",
+        "simulated",
+        "scatter",
+        "sensitivity_per_percent_drive",
+        "published",
+        "published_uncertainty",
+        "fitted",
+    ])?;
+    for row in report.features(0) {
+        let OutcomeFeature { simulated, scatter, sensitivity, unit, .. } = row.feature;
+        let numbers = [row.recorded, *simulated, *scatter, *sensitivity, row.published, row.published_uncertainty];
+        let words = [row.name.clone(), unit.clone()].into_iter();
+        features.write_record(words.chain(numbers.map(cell)).chain([row.fitted.to_string()]))?;
     }
-    files.push(("features.csv".into(), features.into_bytes()));
-    for law in &report.laws {
-        let key = law.key();
-        let below = law.rungs.as_ref().map(|rungs| (format!("{key}-chain"), rungs.below.as_ref()));
-        for (key, law) in [(key, law)].into_iter().chain(below) {
-            let heads =
-                law.parameters.iter().map(|parameter| quoted(&format!("{} [{}]", parameter.name, parameter.unit)));
-            let mut runs = format!("run,{},misfit\n", heads.collect::<Vec<_>>().join(","));
-            for (index, run) in law.runs.iter().enumerate() {
-                let parameters: Vec<String> = run.parameters.iter().map(f64::to_string).collect();
-                let _ = writeln!(runs, "{},{},{}", index + 1, parameters.join(","), cell(run.misfit));
-            }
-            files.push((format!("runs-{key}.csv").into(), runs.into_bytes()));
+    files.push(("features.csv".into(), bytes(features)?));
+    for law in report.laws() {
+        files.push((format!("runs-{}.csv", law.key()).into(), runs(law.drawn, &law.parameters)?));
+        if let Some((chain, parameters)) = law.chain() {
+            files.push((format!("runs-{}-chain.csv", law.key()).into(), runs(chain, &parameters)?));
         }
     }
-    let quantity = report.measurand.name();
-    let unit = match report.measurand {
+    let quantity = report.outcome.quantity.name();
+    let unit = match report.outcome.quantity {
         Measurand::Velocity => "m_per_s",
         Measurand::Pressure => "pa",
     };
-    for (name, series) in [("recorded", &report.recorded), ("simulated", &report.simulated)] {
+    let lead = report.lead();
+    for (name, series) in [("recorded", &lead.recorded), ("simulated", &lead.simulated)] {
         let Some(series) = series else { continue };
-        let mut text = format!("time_s,{quantity}_{unit}\n");
+        let mut table = csv::Writer::from_writer(Vec::new());
+        table.write_record(["time_s", &format!("{quantity}_{unit}")])?;
         for (index, value) in series.values.iter().enumerate() {
-            let _ = writeln!(text, "{:.9e},{value}", series.time(index));
+            table.write_record([format!("{:.9e}", series.time(index)), value.to_string()])?;
         }
-        files.push((format!("{name}_{quantity}.csv").into(), text.into_bytes()));
+        files.push((format!("{name}_{quantity}.csv").into(), bytes(table)?));
     }
-    files
+    Ok(files)
 }
 
-/// A cell as CSV wants it (RFC 4180).
-fn quoted(cell: &str) -> String {
-    if cell.contains([',', '"', '\n', '\r']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.to_owned() }
+/// Every run of a fit: number, parameters in the units they are shown in, misfit.
+fn runs(drawn: &LawReport, parameters: &[Estimate]) -> Result<Vec<u8>, ReportError> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    let heads = parameters.iter().map(|parameter| format!("{} [{}]", parameter.name, parameter.unit));
+    table.write_record(["run".to_owned()].into_iter().chain(heads).chain(["misfit".to_owned()]))?;
+    for (index, run) in drawn.runs.iter().enumerate() {
+        let shown = run.parameters.iter().zip(parameters).map(|(value, it)| (it.factor * value).to_string());
+        let misfit = run.misfit.map(|misfit| misfit.to_string()).unwrap_or_default();
+        table.write_record([(index + 1).to_string()].into_iter().chain(shown).chain([misfit]))?;
+    }
+    bytes(table)
+}
+
+fn bytes(table: csv::Writer<Vec<u8>>) -> Result<Vec<u8>, ReportError> {
+    table.into_inner().map_err(|error| ReportError::Csv(error.into_error().into()))
 }

@@ -43,6 +43,9 @@ pub enum ReportError {
     /// The data could not be written as JSON.
     #[error("report: the data could not be written as JSON")]
     Json(#[from] serde_json::Error),
+    /// A table could not be written as CSV.
+    #[error("report: a table could not be written as CSV")]
+    Csv(#[from] csv::Error),
 }
 
 /// Where a page comes from: its facts, and the command line that makes it again.

@@ -284,11 +284,11 @@ fn fit(
     let wrong = setting.condition.expected().is_some();
     let diagnosis = if wrong { fitted.diagnose(&problem, Arc::new(move |_| !stop())) } else { Vec::new() };
     Ok(LaboratoryFit {
-        verdict: outcome.verdict,
-        p_value: outcome.p_value,
-        misfit: outcome.misfit,
+        verdict: outcome.best.verdict,
+        p_value: outcome.best.p_value,
+        misfit: outcome.best.misfit,
         estimates: fitted.best().fit.estimates.clone(),
-        quoted: outcome.parameters.values().all(|parameter| parameter.low.is_some()),
+        quoted: outcome.best.parameters.values().all(|parameter| parameter.low.is_some()),
         warnings: outcome.warnings,
         diagnosis,
     })
