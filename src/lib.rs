@@ -36,20 +36,44 @@
 //!                                   signal: the lab's bandwidth, delay, instants
 //! ```
 //!
-//! | folder | what it holds |
-//! |---|---|
-//! | [`signal`] | evenly sampled series, quantities with units, filters, resampling, splines |
-//! | [`measurement`] | the one reader of laboratory files; published numbers |
-//! | [`scene`] | what stands on the bench and how it is driven: TOML files, keys, effects |
-//! | [`model`] | from a scene to a response: contact laws, the chain, closed forms |
-//! | [`response`] | what a run produced: traces, contact forces, energy ledger, work counts |
-//! | [`feature`] | numbers worth comparing, of record and simulation alike: peaks, lines, distortion, similarity |
-//! | [`calibration`] | parameters, likelihood, search, intervals, verdict |
-//! | [`study`] | sweeps, ensembles, twins |
-//! | [`report`] | figures, tables, pages |
-//! | [`cli`] | the `granchain` program, one subcommand a file |
+//! | crate | room | what it holds |
+//! |---|---|---|
+//! | [`granchain_signal`] | (root) | evenly sampled series, quantities with units, filters, resampling, splines |
+//! | | [`feature`] | numbers worth comparing, of record and simulation alike: peaks, lines, distortion, similarity |
+//! | [`granchain_record`] | (root) | the one reader of laboratory files; published numbers; seals of kept files |
+//! | [`granchain_model`] | [`scene`] | what stands on the bench and how it is driven: TOML files, keys, effects |
+//! | | [`response`] | what a run produced: traces, contact forces, energy ledger, work counts |
+//! | | [`model::contact_law`] | elastic law F(δ) and dashpots of a contact |
+//! | | [`model::chain`] | the discrete chain: adaptive, fixed-step, and eight runs at once |
+//! | | [`model::fea`] | axisymmetric bodies in quadratic elements with contact by Lagrange multipliers |
+//! | | [`model::reduced`] | the same bodies in a few modes each |
+//! | | [`model::water`] | disc and water behind the chain |
+//! | | [`model::analytical`] | closed forms that the models are held against |
+//! | [`granchain_calibration`] | (root) | problem, search on the ladder of models, likelihood, posterior, diagnosis, outcome |
+//! | [`granchain_studies`] | (root) | accuracy against time, hard cases, effects, twins, the paper's experiment |
+//! | granchain | [`report`] | figures, tables, pages |
+//! | | [`cli`] | the `granchain` program, one subcommand a file |
 //!
-//! A folder imports from those above it only; `tests/architecture.rs` holds us to it.
+//! A crate stands on those above it; between rooms of one crate `tests/architecture.rs` holds us to it. The names below are those of the
+//! crates, shortened: [`signal`] is `granchain_signal`, [`measurement`] `granchain_record`, [`study`] `granchain_studies`.
+//!
+//! # One concept a name
+//!
+//! | name | concept |
+//! |---|---|
+//! | record | a file of the laboratory, read: samples, instants, units, noise, what was assumed |
+//! | scene | a bench and its drive: everything that a model needs |
+//! | run | one simulation of one scene |
+//! | response | what a run produced |
+//! | feature | a number measured of a trace, the same way of record and response |
+//! | rung | one model of the ladder chain → reduced → finite elements |
+//! | candidate | a damping law, on a mount of the disc where mounts compete |
+//! | fit | a candidate's answer: estimates, posterior, verdict |
+//! | estimate | a fitted parameter with its interval |
+//! | verdict | what a fit says of the model: within scatter, doubtful, outside scatter, not converged |
+//! | outcome | what `calibration.json` says of all candidates |
+//! | twin | a record made by a model with known truth |
+//! | study | many runs for one question, with a page |
 //!
 //! ```
 //! use granchain::{feature, model, scene, study::observation};

@@ -27,7 +27,6 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
 const OWNED_CRATES: &[(&str, &str)] = &[
     ("plotters_backend", "src/report"),
     ("plotters_bitmap", "src/report"),
-    ("plotters_svg", "src/report"),
     ("ab_glyph", "src/report"),
     ("png", "src/report"),
     ("maud", "src/report"),

@@ -340,7 +340,7 @@ fn the_same_report_gives_the_same_bytes_and_survives_its_own_json() {
 fn what_was_typed_by_others_cannot_become_markup() {
     let mut report = report();
     let nasty = "<script>alert(1)</script>\"'&|`*_\n# x";
-        let feature = report.outcome.best.features.get_mut("positive_peak").unwrap();
+    let feature = report.outcome.best.features.get_mut("positive_peak").unwrap();
     let (law, record) = (&mut report.outcome.laws[0], &mut report.records[0]);
     law.failures = BTreeMap::from([(nasty.to_owned(), 1)]);
     for field in [

@@ -1,13 +1,14 @@
-//! SVG: the plotters backend at ten units a point, its output packed.
+//! SVG: a plotters backend at ten units a point, which merges neighbours of equal style as it draws.
 //!
-//! The backend writes one verbose element a primitive, on integer coordinates. Packing merges neighbours of equal style into
-//! one `<path>` with relative coordinates and names the font once: a tenth of a point is a fortieth of a millimetre, and the
-//! page stays small.
+//! Coordinates are whole numbers, as every plotters backend has them: a tenth of a point is a fortieth of a millimetre. Neighbours of equal
+//! style become one `<path>` with relative steps, and the font is named once, so that a page stays small.
 
-use std::fmt::Write as _;
+use std::{convert::Infallible, fmt::Write as _};
 
-use plotters_backend::DrawingBackend;
-use plotters_svg::SVGBackend;
+use plotters_backend::{
+    BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind, FontTransform,
+    text_anchor::HPos,
+};
 
 use super::{FONT_STACK, Figure, FigureError, canvas::Canvas, draw, layout};
 
@@ -16,17 +17,7 @@ const UNITS_PER_POINT: f64 = 10.0;
 pub(super) fn render(figure: &Figure) -> Result<String, FigureError> {
     let sheet = layout::plan(figure)?;
     let size = ((sheet.width * UNITS_PER_POINT).ceil() as u32, (sheet.height * UNITS_PER_POINT).ceil() as u32);
-    let mut raw = String::new();
-    let mut backend = SVGBackend::with_string(&mut raw, size);
-    let mut canvas = Canvas::new(&mut backend, UNITS_PER_POINT);
-    canvas
-        .rectangle((0.0, 0.0), (sheet.width, sheet.height), (255, 255, 255))
-        .and_then(|()| draw::sheet(&sheet, &mut canvas))
-        .and_then(|()| backend.present())
-        .map_err(|error| FigureError::Drawing { figure: figure.title.clone(), reason: error.to_string() })?;
-    drop(backend);
-
-    let mut svg = format!(
+    let head = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{:.1}pt\" height=\"{:.1}pt\" viewBox=\"0 0 {} {}\" role=\"img\" font-family=\"{FONT_STACK}\" font-size=\"{}\" stroke-linejoin=\"round\">\n<title>{}</title>\n",
         f64::from(size.0) / UNITS_PER_POINT,
         f64::from(size.1) / UNITS_PER_POINT,
@@ -35,8 +26,15 @@ pub(super) fn render(figure: &Figure) -> Result<String, FigureError> {
         layout::TEXT * UNITS_PER_POINT,
         escape(&figure.title)
     );
-    pack(&raw, &mut svg);
-    Ok(svg)
+    let mut svg = Svg { size, text: head, style: String::new(), outline: String::new() };
+    let mut canvas = Canvas::new(&mut svg, UNITS_PER_POINT);
+    canvas
+        .rectangle((0.0, 0.0), (sheet.width, sheet.height), (255, 255, 255))
+        .and_then(|()| draw::sheet(&sheet, &mut canvas))
+        .map_err(|error| FigureError::Drawing { figure: figure.title.clone(), reason: error.to_string() })?;
+    svg.close();
+    svg.text.push_str("</svg>\n");
+    Ok(svg.text)
 }
 
 /// Text safe between tags and in attributes.
@@ -55,117 +53,165 @@ fn escape(text: &str) -> String {
     escaped
 }
 
-/// Rewrite the backend's elements (one a line) as few short ones, in the same order.
-fn pack(raw: &str, svg: &mut String) {
-    let mut open: Option<(String, String)> = None;
-    let mut lines = raw.lines().skip(1);
-    while let Some(line) = lines.next() {
-        let shape = shape_of(line);
-        if let (Some((style, outline)), Some((open_style, open_outline))) = (&shape, &mut open)
-            && style == open_style
-        {
-            open_outline.push_str(outline);
-            continue;
+/// A drawing being written: what is finished, and the path that the next shape of the same style goes on.
+struct Svg {
+    size: (u32, u32),
+    text: String,
+    style: String,
+    outline: String,
+}
+
+/// What drawing into memory gives.
+type Drawn = Result<(), DrawingErrorKind<Infallible>>;
+
+impl Svg {
+    /// Write the open path.
+    fn close(&mut self) {
+        if !self.outline.is_empty() {
+            let _ = writeln!(self.text, "<path {} d=\"{}\"/>", self.style, self.outline);
+            self.outline.clear();
         }
-        if let Some((style, outline)) = open.take() {
-            let _ = writeln!(svg, "<path {style} d=\"{outline}\"/>");
+    }
+
+    /// Where a shape of this style is to be written.
+    fn outline(&mut self, style: String) -> &mut String {
+        if style != self.style {
+            self.close();
+            self.style = style;
         }
-        open = shape;
-        if open.is_some() {
-            continue;
-        }
-        if line.starts_with("<text ") {
-            let content = lines.next().unwrap_or_default();
-            let head = ["x", "y", "dy", "text-anchor", "fill", "transform"]
-                .iter()
-                .filter_map(|name| attribute(line, name).map(|value| (name, value)))
-                .fold(String::from("<text"), |mut head, (name, value)| {
-                    let _ = write!(head, " {name}=\"{value}\"");
-                    head
-                });
-            let _ = writeln!(svg, "{head}>{content}</text>");
-            lines.next();
-        } else {
-            svg.push_str(line);
-            svg.push('\n');
-        }
+        &mut self.outline
     }
 }
 
-/// Style and path data of a polyline, polygon, rectangle or disc; `None` for anything else.
-fn shape_of(line: &str) -> Option<(String, String)> {
-    let number = |name: &str| attribute(line, name)?.parse::<i64>().ok();
-    let fill = attribute(line, "fill");
-    let filled = || fill.map(|fill| format!("fill=\"{fill}\""));
-    if line.starts_with("<polyline ") {
-        let (stroke, width) = (attribute(line, "stroke")?, attribute(line, "stroke-width")?);
+impl DrawingBackend for Svg {
+    type ErrorType = Infallible;
+
+    fn get_size(&self) -> (u32, u32) {
+        self.size
+    }
+
+    fn ensure_prepared(&mut self) -> Drawn {
+        Ok(())
+    }
+
+    fn present(&mut self) -> Drawn {
+        Ok(())
+    }
+
+    fn draw_pixel(&mut self, (x, y): BackendCoord, colour: BackendColor) -> Drawn {
+        let _ = write!(self.outline(fill(colour)), "M{x},{y}h1v1h-1z");
+        Ok(())
+    }
+
+    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, path: I, style: &S) -> Drawn {
+        let (stroke, width) = (colour(style.color()), style.stroke_width());
         let style = format!("fill=\"none\" stroke=\"{stroke}\" stroke-width=\"{width}\"");
-        return Some((style, path(attribute(line, "points")?, false)?));
+        steps(path, self.outline(style));
+        Ok(())
     }
-    if line.starts_with("<polygon ") {
-        return Some((filled()?, path(attribute(line, "points")?, true)?));
+
+    fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, corners: I, style: &S) -> Drawn {
+        let outline = self.outline(fill(style.color()));
+        steps(corners, outline);
+        outline.push('z');
+        Ok(())
     }
-    if line.starts_with("<rect ") {
-        let (x, y, width, height) = (number("x")?, number("y")?, number("width")?, number("height")?);
-        return Some((
-            format!("{} shape-rendering=\"crispEdges\"", filled()?),
-            format!("M{x},{y}h{width}v{height}h-{width}z"),
-        ));
+
+    fn draw_rect<S: BackendStyle>(
+        &mut self,
+        (left, top): BackendCoord,
+        (right, bottom): BackendCoord,
+        style: &S,
+        filled: bool,
+    ) -> Drawn {
+        if !filled {
+            return self.draw_path([(left, top), (right, top), (right, bottom), (left, bottom), (left, top)], style);
+        }
+        let outline = self.outline(format!("{} shape-rendering=\"crispEdges\"", fill(style.color())));
+        let (width, height) = (right - left, bottom - top);
+        let _ = write!(outline, "M{left},{top}h{width}v{height}h-{width}z");
+        Ok(())
     }
-    if line.starts_with("<circle ") {
-        let (x, y, r) = (number("cx")?, number("cy")?, number("r")?);
-        let d = 2 * r;
-        return Some((filled()?, format!("M{},{y}a{r},{r} 0 1,1 {d},0a{r},{r} 0 1,1 -{d},0z", x - r)));
+
+    fn draw_circle<S: BackendStyle>(&mut self, (x, y): BackendCoord, radius: u32, style: &S, _filled: bool) -> Drawn {
+        let d = 2 * radius;
+        let outline = self.outline(fill(style.color()));
+        let _ =
+            write!(outline, "M{},{y}a{radius},{radius} 0 1,1 {d},0a{radius},{radius} 0 1,1 -{d},0z", x - radius as i32);
+        Ok(())
     }
-    None
+
+    fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, (x, y): BackendCoord) -> Drawn {
+        self.close();
+        let anchor = match style.anchor().h_pos {
+            HPos::Left => "start",
+            HPos::Center => "middle",
+            HPos::Right => "end",
+        };
+        let turn = match style.transform() {
+            FontTransform::Rotate270 => format!(" transform=\"rotate(270, {x}, {y})\""),
+            _ => String::new(),
+        };
+        let (fill, text) = (fill(style.color()), escape(text).replace('\'', "&apos;"));
+        let _ = writeln!(
+            self.text,
+            "<text x=\"{x}\" y=\"{y}\" dy=\"0.5ex\" text-anchor=\"{anchor}\" {fill}{turn}>{text}</text>"
+        );
+        Ok(())
+    }
 }
 
-/// Absolute points as path data with relative steps.
-fn path(points: &str, closed: bool) -> Option<String> {
-    let mut previous: Option<(i64, i64)> = None;
-    let mut data = String::new();
-    for point in points.split_whitespace() {
-        let (x, y) = point.split_once(',')?;
-        let (x, y): (i64, i64) = (x.parse().ok()?, y.parse().ok()?);
+fn colour(colour: BackendColor) -> String {
+    let (red, green, blue) = colour.rgb;
+    format!("#{red:02X}{green:02X}{blue:02X}")
+}
+
+fn fill(of: BackendColor) -> String {
+    format!("fill=\"{}\"", colour(of))
+}
+
+/// Points as path data with relative steps.
+fn steps(points: impl IntoIterator<Item = BackendCoord>, data: &mut String) {
+    let mut previous: Option<BackendCoord> = None;
+    for (x, y) in points {
         let _ = match previous {
             None => write!(data, "M{x},{y}"),
-            Some((_, last_y)) if last_y == y => write!(data, "h{}", x - previous.map_or(0, |last| last.0)),
-            Some((last_x, _)) if last_x == x => write!(data, "v{}", y - previous.map_or(0, |last| last.1)),
+            Some((last_x, last_y)) if last_y == y => write!(data, "h{}", x - last_x),
+            Some((last_x, last_y)) if last_x == x => write!(data, "v{}", y - last_y),
             Some((last_x, last_y)) if y < last_y => write!(data, "l{}{}", x - last_x, y - last_y),
             Some((last_x, last_y)) => write!(data, "l{},{}", x - last_x, y - last_y),
         };
         previous = Some((x, y));
     }
-    if closed {
-        data.push('z');
-    }
-    Some(data)
-}
-
-/// Value of an attribute of the element on `line`, still escaped.
-fn attribute<'a>(line: &'a str, name: &str) -> Option<&'a str> {
-    let key = format!(" {name}=\"");
-    let from = line.find(&key)? + key.len();
-    let length = line[from..].find('"')?;
-    Some(&line[from..from + length])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    struct Black;
+
+    impl BackendStyle for Black {
+        fn color(&self) -> BackendColor {
+            BackendColor { alpha: 1.0, rgb: (0, 0, 0) }
+        }
+
+        fn stroke_width(&self) -> u32 {
+            6
+        }
+    }
+
     #[test]
     fn neighbours_of_one_style_become_one_path() {
-        let raw = "<svg>\n\
-            <polyline fill=\"none\" opacity=\"1\" stroke=\"#000000\" stroke-width=\"6\" points=\"1,2 4,2 4,7 3,1 \"/>\n\
-            <polyline fill=\"none\" opacity=\"1\" stroke=\"#000000\" stroke-width=\"6\" points=\"9,9 10,10 \"/>\n\
-            <circle cx=\"5\" cy=\"5\" r=\"2\" opacity=\"1\" fill=\"#0072B2\" stroke=\"none\" stroke-width=\"1\"/>\n</svg>\n";
-        let mut packed = String::new();
-        pack(raw, &mut packed);
+        let mut svg = Svg { size: (10, 10), text: String::new(), style: String::new(), outline: String::new() };
+        svg.draw_path([(1, 2), (4, 2), (4, 7), (3, 1)], &Black).unwrap();
+        svg.draw_path([(9, 9), (10, 10)], &Black).unwrap();
+        svg.draw_circle((5, 5), 2, &Black, true).unwrap();
+        svg.close();
         assert_eq!(
-            packed,
+            svg.text,
             "<path fill=\"none\" stroke=\"#000000\" stroke-width=\"6\" d=\"M1,2h3v5l-1-6M9,9l1,1\"/>\n\
-             <path fill=\"#0072B2\" d=\"M3,5a2,2 0 1,1 4,0a2,2 0 1,1 -4,0z\"/>\n</svg>\n"
+             <path fill=\"#000000\" d=\"M3,5a2,2 0 1,1 4,0a2,2 0 1,1 -4,0z\"/>\n"
         );
     }
 }
