@@ -71,10 +71,12 @@ impl Column {
         Self { header: header.into(), name: header.into(), unit_text: None, unit: None }
     }
 
-    /// Take the unit from a cell of the units row, unless the header has one or the cell is empty.
+    /// Take the unit from a cell of the units row, unless the header has one or the cell is empty. What stands in the header's brackets and is
+    /// none (`X(CH1)`) gives way to one.
     pub(super) fn add_unit_cell(&mut self, cell: &str) {
         let cell = cell.trim();
-        if self.unit.is_none() && !cell.is_empty() {
+        let puzzling = self.unit.as_ref().is_some_and(Result::is_err) && parse_unit(cell).is_ok();
+        if (self.unit.is_none() || puzzling) && !cell.is_empty() {
             self.unit_text = Some(cell.into());
             self.unit = Some(parse_unit(cell));
         }
@@ -247,7 +249,8 @@ fn choose_value(
     stated: Option<Sensitivity>,
 ) -> Result<usize, MeasurementError> {
     let others = |accept: &dyn Fn(&Column) -> bool| -> Vec<usize> {
-        positions(columns, accept).into_iter().filter(|&i| Some(i) != time).collect()
+        let named = |column: &Column| !column.header.is_empty() && accept(column);
+        positions(columns, named).into_iter().filter(|&i| Some(i) != time).collect()
     };
     let fits = |column: &Column| match column.dimension() {
         Some(Dimension::VELOCITY) => kind != RecordKind::Hydrophone,
@@ -272,7 +275,8 @@ fn choose_value(
     if found.is_empty() {
         found = others(&|column| column.dimension() == Some(Dimension::VOLTAGE));
     }
-    if found.is_empty() && columns.len() == 1 + usize::from(time.is_some()) {
+    let named = columns.iter().filter(|column| !column.header.is_empty()).count();
+    if found.is_empty() && named == 1 + usize::from(time.is_some()) {
         found = others(&|_| true);
     }
     match found[..] {

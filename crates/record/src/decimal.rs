@@ -63,6 +63,14 @@ pub(super) fn number(cell: &str, decimal: DecimalSign) -> Option<f64> {
     std::str::from_utf8(point).ok()?.parse().ok()
 }
 
+/// The unit of a number's last digit: 1e-6 of `-9.9998e-02`, 1 of `12`; `None` where it is no number.
+pub(super) fn last_digit(cell: &str, decimal: DecimalSign) -> Option<f64> {
+    number(cell, decimal).filter(|value| value.is_finite())?;
+    let (mantissa, exponent) = cell.split_once(['e', 'E']).unwrap_or((cell, "0"));
+    let places = mantissa.split_once(decimal.character()).map_or(0, |(_, digits)| digits.len() as i32);
+    Some(10f64.powi(exponent.parse::<i32>().ok()?.checked_sub(places)?))
+}
+
 /// Whether `cell` may as well be a whole number with its thousands set off by `sign`: `1,234`, `12.000`, but not `0.123`.
 pub(super) fn may_be_grouped(cell: &str, sign: DecimalSign) -> bool {
     let mut parts = cell.trim_start_matches(['-', '+']).split(sign.character());

@@ -103,7 +103,7 @@ fn cells(line: &str, delimiter: Delimiter) -> impl Iterator<Item = &str> {
 }
 
 /// The delimiter under which `line` is a row of numbers.
-fn row_delimiter(line: &str, wanted: Option<Delimiter>) -> Option<Delimiter> {
+pub(super) fn row_delimiter(line: &str, wanted: Option<Delimiter>) -> Option<Delimiter> {
     Delimiter::ALL.into_iter().filter(|delimiter| wanted.is_none_or(|wanted| wanted == *delimiter)).find(|&delimiter| {
         let is_number = |cell: &str| {
             decimal::number(cell, DecimalSign::Point).is_some()

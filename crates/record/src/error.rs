@@ -180,9 +180,44 @@ pub enum MeasurementError {
         /// What is missing.
         wanted: &'static str,
     },
+    /// Counts of a converter in place of volts.
+    #[error(
+        "{place}: expected instants and volts, found counts of the converter (`Mode,Fast`): volts are counts × {scale} / 25, less the vertical \
+         position; export in the mode Detail, or write the volts into the file"
+    )]
+    Counts {
+        /// First row.
+        place: Place,
+        /// Volts a division, as written.
+        scale: String,
+    },
+    /// The file that says how another is read.
+    #[error("{place}: expected samples, found settings alone; the samples stand in {}: name that file", values.display())]
+    Keys {
+        /// The file.
+        place: Place,
+        /// The file with the samples.
+        values: PathBuf,
+    },
+    /// Settings of an instrument that nobody knows.
+    #[error(
+        "{place}: expected a header that names the columns with their units, found settings such as `{found}`, of an instrument that is not known; \
+         delete lines {first} to {last} and write a header such as `time_s,velocity_mm_per_s` in their place"
+    )]
+    UnknownPreamble {
+        /// First line of it.
+        place: Place,
+        /// Its first line.
+        first: u64,
+        /// Its last line.
+        last: u64,
+        /// One of them.
+        found: String,
+    },
     /// Several segments and no choice, or a choice that is not there.
     #[error(
-        "{place}: expected one segment to read, found {count} of {size} samples each{}; choose one with --dataset 1…{count}",
+        "{place}: expected one segment to read, found {count}{}{}; choose one with --dataset 1…{count}",
+        size.map(|size| format!(" of {size} samples each")).unwrap_or_default(),
         wanted.map(|wanted| format!(" and no segment {wanted}")).unwrap_or_default()
     )]
     Segments {
@@ -190,8 +225,8 @@ pub enum MeasurementError {
         place: Place,
         /// How many there are.
         count: usize,
-        /// Rows of each.
-        size: usize,
+        /// Rows of each, where all have as many.
+        size: Option<usize>,
         /// The one asked for.
         wanted: Option<usize>,
     },
@@ -233,19 +268,6 @@ pub enum MeasurementError {
         path: PathBuf,
         /// The range.
         found: String,
-    },
-    /// `--sample-rate` beside a column of time that says otherwise.
-    #[error(
-        "{place}: expected one sample every {expected:e} s (--sample-rate), found a column of time with one every {found:e} s; \
-         leave --sample-rate out, or correct --time-unit"
-    )]
-    RateDisagrees {
-        /// Which column.
-        place: Place,
-        /// The flag's step, s.
-        expected: f64,
-        /// The column's step, s.
-        found: f64,
     },
     /// The first row is no header.
     #[error(
@@ -444,7 +466,7 @@ pub enum MeasurementError {
          the record there"
     )]
     GapTooLong {
-        /// The last cell of the gap.
+        /// The first cell of the gap.
         place: Place,
         /// Its length, cells.
         found: usize,

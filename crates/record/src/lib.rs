@@ -33,6 +33,7 @@ mod record;
 mod sampling;
 mod scale;
 pub mod seal;
+mod separated;
 mod table;
 mod universal;
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use granchain_signal::{Dimension, Quantity, Series, wander};
 
 use super::{
-    MeasurementError, NoiseSource, Place, ReadOptions, RecordKind, RecordedQuantity,
+    MeasurementError, NoiseSource, ReadOptions, RecordKind, RecordedQuantity,
     dialect::Dialect,
     encoding::Encoding,
     sampling::Sampled,
@@ -83,6 +83,11 @@ impl Notes {
                 );
             }
         }
+        self.assumptions.extend(table.assumptions.iter().cloned());
+        self.warnings.extend(table.warnings.iter().cloned());
+        if table.blank_ends > 0 {
+            self.assume(format!("{} rows without a value at the ends are left out", table.blank_ends));
+        }
         if table.bridged > 0 {
             self.assume(format!("{} missing cells bridged by straight lines (--missing interpolate)", table.bridged));
         }
@@ -111,7 +116,8 @@ impl Notes {
                 (None, Some(_)) => "the first rows, and --decimal",
                 (Some(_), Some(_)) => "--delimiter, --decimal",
             };
-            self.assume(format!("cells separated by {}, {} ({told})", delimiter.name(), decimal.name()));
+            let separated = if form.blanks { "blanks" } else { delimiter.name() };
+            self.assume(format!("cells separated by {separated}, {} ({told})", decimal.name()));
         }
         if form.trailing {
             self.assume("the delimiter at the end of every row separates nothing".into());
@@ -139,29 +145,15 @@ impl Notes {
         }
     }
 
-    /// Interpolation onto an even grid; a rate that was given twice.
-    pub(super) fn about_sampling(
-        &mut self,
-        path: &Path,
-        table: &Table,
-        sampled: &Sampled,
-        options: &ReadOptions,
-    ) -> Result<(), MeasurementError> {
+    /// Interpolation onto an even grid.
+    pub(super) fn about_sampling(&mut self, sampled: &Sampled) {
         let step = sampled.series.step;
-        if let (Some(rate), Some(time)) = (options.sample_rate, table.chosen.time) {
-            let expected = 1.0 / rate;
-            if !((step - expected).abs() <= 1e-3 * expected) {
-                let place = Place { line: None, ..Place::cell(path, 0, &table.columns[time].header) };
-                return Err(MeasurementError::RateDisagrees { place, expected, found: step });
-            }
-        }
         if let Some((shortest, longest)) = sampled.resampled {
             self.assume(format!(
                 "uneven samples, {shortest:.4e} s to {longest:.4e} s apart, interpolated by a cubic spline onto one every \
                  {step:.4e} s (--resample)"
             ));
         }
-        Ok(())
     }
 
     /// What reaches the decoder's full-scale value.

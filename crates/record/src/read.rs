@@ -120,7 +120,7 @@ pub fn read_record_bytes(
         ));
     }
     notes.about_table(&table, options);
-    notes.about_sampling(path, &table, &sampled, options)?;
+    notes.about_sampling(&sampled);
     let mut raw = sampled.series;
     let (start, step) = (raw.start, raw.step);
     (table.times, table.lines) = (Vec::new(), SampleLines::default());

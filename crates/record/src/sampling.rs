@@ -38,8 +38,7 @@ pub(super) fn even_series(path: &Path, table: &mut Table, resample: bool) -> Res
     }
     let start = times[0];
     let step = (times[times.len() - 1] - start) / (times.len() - 1) as f64;
-    let off = |&(i, &time): &(usize, &f64)| !((time - (start + i as f64 * step)).abs() <= SAMPLING_TOLERANCE * step);
-    if !times.iter().enumerate().any(|at| off(&at)) {
+    if is_even(times) {
         let series = Series::new(start, step, std::mem::take(&mut table.values));
         return Ok(Sampled { series, resampled: None });
     }
@@ -82,6 +81,42 @@ pub(super) fn even_series(path: &Path, table: &mut Table, resample: bool) -> Res
         return Err(MeasurementError::Infinite { place, found: format!("{:.3e}", table.values[largest]) });
     }
     Ok(Sampled { series: Series::new(start, median, values), resampled: Some((shortest, longest)) })
+}
+
+/// Whether instants stand on the even grid through the first and the last.
+pub(super) fn is_even(times: &[f64]) -> bool {
+    let (Some(start), Some(end)) = (times.first(), times.last()) else { return true };
+    let step = (end - start) / (times.len() - 1).max(1) as f64;
+    times.iter().enumerate().all(|(i, time)| (time - (start + i as f64 * step)).abs() <= SAMPLING_TOLERANCE * step)
+}
+
+/// Of rounded instants the time between the first and the last must be this many units of their last digit, or an interval be stated: by less
+/// the step would be a guess.
+const FEWEST_UNITS: f64 = 500.0;
+
+/// First instant and step (s) of the even clock from which all instants differ by no more than the rounding of their last digits (units
+/// `digits`, s): the step as stated, else by the first and the last instant.
+///
+/// With tᵢ = t₀ + iΔ + rᵢ and |rᵢ| ≤ uᵢ/2, t₀ lies between max(tᵢ − uᵢ/2 − iΔ) and min(tᵢ + uᵢ/2 − iΔ); a step from the ends is itself off by
+/// up to half a unit of either end over the whole record.
+pub(super) fn rounded(times: &[f64], digits: &[f64], interval: Option<f64>) -> Option<(f64, f64)> {
+    let (&first, &last) = times.first().zip(times.last())?;
+    let coarsest = digits.iter().copied().fold(0.0, f64::max);
+    let unit = |i: usize| if digits.len() == times.len() { digits[i] } else { coarsest };
+    let count = (times.len() - 1) as f64;
+    let ends = 0.5 * (unit(0) + unit(times.len() - 1));
+    let step = interval.unwrap_or((last - first) / count);
+    if !(step > 0.0) || (interval.is_none() && !(last - first >= FEWEST_UNITS * coarsest)) {
+        return None;
+    }
+    let slack = if interval.is_some() { 0.0 } else { ends };
+    // Halves are rounded up by some and to even by others, and the decimal fractions are not exact.
+    let half = |i: usize| 0.5 * unit(i) * (1.0 + 1e-6) + 1e-9 * step + slack;
+    let offset = |i: usize| times[i] - i as f64 * step;
+    let (low, high) = (0..times.len()).fold((f64::NEG_INFINITY, f64::INFINITY), |(low, high), i| {
+        (low.max(offset(i) - half(i)), high.min(offset(i) + half(i)))
+    });
+    (low <= high).then(|| (if interval.is_some() { first.clamp(low, high) } else { first }, step))
 }
 
 /// The natural cubic spline through uneven samples (`times` rising), at `start` + k `step`.

@@ -4,7 +4,7 @@
 //! lines ended by LF or CR LF. Lines that begin with `#` are comments and are kept. The first other line is the header; a
 //! line of units may follow it. Blank lines are passed over. Memory: the file itself and 16 bytes a row.
 
-use std::path::Path;
+use std::{borrow::Cow, path::Path};
 
 use csv::{ByteRecord, ReaderBuilder};
 
@@ -13,12 +13,13 @@ use granchain_signal::Quantity;
 use super::{
     DecimalSign, Delimiter, MeasurementError, Missing, Place, ReadOptions, RecordKind, Sensitivity,
     column::{Chosen, Column, choose, parse_unit},
-    decimal::number,
+    decimal::{self, number},
     dialect::{self, Dialect},
     encoding::{self, Decoded, Encoding},
     header,
     place::SampleLines,
     preamble::{self, Preamble},
+    sampling, separated,
     universal::{self, UniversalText},
 };
 
@@ -56,6 +57,11 @@ pub(super) struct Table {
     pub lines: SampleLines,
     /// Cells that were interpolated.
     pub bridged: usize,
+    /// Rows without a value at both ends, which are left out.
+    pub blank_ends: usize,
+    /// What was assumed of the instants, and what looks wrong in them.
+    pub assumptions: Vec<String>,
+    pub warnings: Vec<String>,
     /// Whether the last line has no line end.
     pub open_end: bool,
 }
@@ -96,6 +102,8 @@ pub(super) struct TextForm {
     pub trailing: bool,
     /// The segment read, and how many there are.
     pub segment: Option<(usize, usize)>,
+    /// Whether runs of blanks separate the cells.
+    pub blanks: bool,
 }
 
 /// A row of cells and its line.
@@ -142,6 +150,11 @@ impl<'a> Rows<'a> {
     }
 }
 
+/// A cell of the row at hand.
+fn text_of<'a>(rows: &'a Rows<'_>, column: usize) -> &'a str {
+    text(rows.record.get(column).unwrap_or_default())
+}
+
 fn open_end(bytes: &[u8]) -> bool {
     !matches!(bytes.last(), Some(b'\n' | b'\r') | None)
 }
@@ -173,9 +186,13 @@ pub(super) fn read(
         return universal::read(path, bytes, kind, options);
     }
     let Decoded { text, encoding, foreign } = encoding::decode(path, bytes)?;
-    let preamble = preamble::recognise(path, &text)?;
-    let (body, first_line) = preamble.as_ref().map_or((0, 1), |it| (it.body, it.body_line.max(1)));
-    let body = text.get(body..).unwrap_or_default();
+    let text = separated::with_line_ends(text);
+    let preamble = preamble::recognise(path, &text, options.dataset)?;
+    let (from, first_line) = preamble.as_ref().map_or((0, 1), |it| (it.body, it.body_line.max(1)));
+    let until = preamble.as_ref().and_then(|it| it.end).unwrap_or(text.len());
+    let body = separated::by_tabs(text.get(from..until).unwrap_or_default(), options);
+    let blanks = matches!(body, Cow::Owned(_));
+    let body = body.as_ref();
     let dialect = dialect::detect(path, body, first_line, options)?;
     let comments = text.lines().filter_map(|line| line.strip_prefix('#')).take(MOST_COMMENTS);
     let comments: Vec<String> = comments.map(|comment| comment.trim_start_matches('#').trim().to_owned()).collect();
@@ -184,8 +201,14 @@ pub(super) fn read(
     let first_lines = text.lines().filter(|line| !line.starts_with('#')).take(FIRST_LINES);
     let first_lines = first_lines.map(|line| shortened(line, LONGEST_LINE)).collect();
 
-    let bytes = body.as_bytes();
-    refuse_width(path, bytes, first_line, dialect.delimiter)?;
+    let blocks = separated::blocks(body, dialect, first_line);
+    let whole = body.as_bytes();
+    refuse_width(path, whole, first_line, dialect.delimiter)?;
+    let several = blocks.len() > 1;
+    let bytes = match (&blocks[..], options.dataset) {
+        ([first, _, ..], Some(_)) => &whole[..first.to],
+        _ => whole,
+    };
     let mut rows = Rows::new(bytes, first_line, dialect.delimiter);
     if !rows.advance() {
         return Err(MeasurementError::Empty { path: path.into() });
@@ -206,8 +229,34 @@ pub(super) fn read(
                 segment = Some((wanted, count));
                 passed_over = (wanted - 1).saturating_mul(size);
             }
-            wanted => return Err(MeasurementError::Segments { place: Place::line(path, 2), count, size, wanted }),
+            wanted => {
+                return Err(MeasurementError::Segments {
+                    place: Place::line(path, 2),
+                    count,
+                    size: Some(size),
+                    wanted,
+                });
+            }
         }
+    } else if several {
+        let count = blocks.len();
+        let refused =
+            |wanted| MeasurementError::Segments { place: Place::line(path, blocks[1].line), count, size: None, wanted };
+        match options.dataset {
+            Some(wanted) if (1..=count).contains(&wanted) => {
+                segment = Some((wanted, count));
+                if wanted > 1 {
+                    let block = &blocks[wanted - 1];
+                    rows = Rows::new(&whole[block.from..block.to], block.line, dialect.delimiter);
+                    rows.advance();
+                }
+            }
+            // Where instants run on through the comments it is one record.
+            None if chosen.time.is_some() => {}
+            wanted => return Err(refused(wanted)),
+        }
+    } else if let Some(chosen) = preamble.as_ref().and_then(|preamble| preamble.segment) {
+        segment = Some(chosen);
     } else if let Some(wanted) = options.dataset.filter(|wanted| *wanted != 1) {
         return Err(MeasurementError::NoDatasets { path: path.into(), wanted });
     }
@@ -216,8 +265,9 @@ pub(super) fn read(
         _ => usize::MAX,
     };
 
-    let trailing =
-        rows.record.len() == columns.len() + 1 && rows.record.iter().next_back().is_some_and(<[u8]>::is_empty);
+    // Some rows end with delimiters, some are filled up to the width of a longer header.
+    let beyond = rows.record.iter().skip(columns.len());
+    let trailing = rows.record.len() > columns.len() && beyond.into_iter().all(|cell| cell.trim_ascii().is_empty());
     // As many samples as lines; what is reserved is at most twice the file for each of time and value.
     let rows_at_most = 1 + bytes.iter().filter(|&&byte| byte == b'\n').count();
     let expected = rows_at_most.min(bytes.len() / 4).min(longest);
@@ -231,6 +281,7 @@ pub(super) fn read(
             units_line,
             trailing,
             segment,
+            blanks,
         })),
         first_lines,
         comments,
@@ -241,21 +292,44 @@ pub(super) fn read(
         values: Vec::with_capacity(expected),
         lines: SampleLines::default(),
         bridged: 0,
-        open_end: open_end(bytes),
+        blank_ends: 0,
+        assumptions: Vec::new(),
+        warnings: Vec::new(),
+        open_end: open_end(whole),
     };
     let taking = Taking { path, dialect, trailing, missing: options.missing };
-    let (mut gap, mut pending, mut row) = (0, true, 0);
+    let (mut gap, mut pending, mut row) = (Gap::default(), true, 0);
     while pending && row < passed_over.saturating_add(longest) {
         if row >= passed_over {
-            table.take(&taking, &rows, &mut gap)?;
+            table.take(&taking, &rows, &mut gap).map_err(|error| match error {
+                MeasurementError::TimeNotIncreasing { .. } if several => MeasurementError::Segments {
+                    place: Place::line(path, blocks[1].line),
+                    count: blocks.len(),
+                    size: None,
+                    wanted: None,
+                },
+                error => error,
+            })?;
         }
         row += 1;
         pending = rows.advance();
     }
-    if gap > 0 {
-        let place = table.cell(path, rows.line, table.chosen.value);
-        return Err(MeasurementError::GapTooLong { place, found: gap, limit: BRIDGED });
+    // A memory that does not fill the screen leaves values blank at its ends.
+    let ended = gap.times.len();
+    if ended > 0 && gap.blank == ended {
+        table.blank_ends += ended;
+    } else if ended > 0 {
+        let place = table.cell(path, gap.line, table.chosen.value);
+        return Err(MeasurementError::GapTooLong { place, found: ended, limit: BRIDGED });
     }
+    table.settle_times(path, gap.standing, options, |column| {
+        let mut rows = Rows::new(bytes, first_line, dialect.delimiter);
+        let mut digits = Vec::new();
+        while rows.advance() {
+            digits.extend(decimal::last_digit(text_of(&rows, column), dialect.decimal));
+        }
+        digits
+    })?;
     Ok((table, kind))
 }
 
@@ -289,6 +363,14 @@ impl Header {
             // Without a header the columns are known by their numbers.
             header.columns.extend((1..=first.len()).map(|number| Column::from_header(&number.to_string())));
         } else {
+            if let Some(found) = first.iter().find(|cell| cell.starts_with('#') && cell.contains('=')) {
+                let (from, found) = (rows.line, found.clone());
+                let mut last = from;
+                while rows.advance() && !rows.cells().first().is_some_and(number) {
+                    last = rows.line;
+                }
+                return Err(MeasurementError::UnknownPreamble { place: Place::line(path, from), first: 1, last, found });
+            }
             header.columns.extend(first.iter().map(|cell| Column::from_header(cell)));
             header.line = Some(rows.line);
             header.next(path, rows)?;
@@ -310,7 +392,11 @@ impl Header {
 
     /// A row of units: no cell is a number, at least one looks like a unit, none begins like a number.
     fn take_units(&mut self, path: &Path, rows: &mut Rows<'_>) -> Result<(), MeasurementError> {
-        let cells = rows.cells();
+        let mut cells = rows.cells();
+        // A delimiter may end this row and not the one above.
+        while cells.len() > self.columns.len() && cells.last().is_some_and(String::is_empty) {
+            cells.pop();
+        }
         let wordy =
             |cell: &String| !is_missing(cell) && !cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
         let without = self.columns.iter().filter(|column| column.unit.is_none()).count();
@@ -329,6 +415,20 @@ impl Header {
     }
 }
 
+/// Rows in a row whose value is missing, and what else is settled only later.
+#[derive(Default)]
+struct Gap {
+    /// Their instants, s; where there are none, zeros.
+    times: Vec<f64>,
+    /// How many of them are blank.
+    blank: usize,
+    /// Line of the first, and what stood there.
+    line: u64,
+    found: String,
+    /// The first instant that is no later than the one before: its line and itself, s.
+    standing: Option<(u64, f64)>,
+}
+
 /// How rows are taken.
 struct Taking<'a> {
     path: &'a Path,
@@ -343,9 +443,11 @@ impl Table {
         Place::cell(path, line, &self.columns[column].header)
     }
 
-    fn take(&mut self, taking: &Taking<'_>, rows: &Rows<'_>, gap: &mut usize) -> Result<(), MeasurementError> {
+    fn take(&mut self, taking: &Taking<'_>, rows: &Rows<'_>, gap: &mut Gap) -> Result<(), MeasurementError> {
         let path = taking.path;
-        if rows.record.len() != self.columns.len() + usize::from(taking.trailing) {
+        let beyond = rows.record.iter().skip(self.columns.len());
+        let filled = taking.trailing && beyond.into_iter().all(|cell| cell.trim_ascii().is_empty());
+        if rows.record.len() < self.columns.len() || rows.record.len() > self.columns.len() && !filled {
             return Err(MeasurementError::Ragged {
                 place: Place::line(path, rows.line),
                 expected: self.columns.len(),
@@ -354,38 +456,125 @@ impl Table {
                 commas: taking.dialect.delimiter == Delimiter::Comma && rows.record.len() == 2 * self.columns.len(),
             });
         }
-        if let Some(column) = self.chosen.time {
-            let time = self.number(taking, rows, column)? * self.chosen.time_factor;
-            if let Some(&previous) = self.times.last() {
-                // Written so that it also catches what cannot be compared.
-                if !(time > previous) {
-                    let place = self.cell(path, rows.line, column);
-                    return Err(MeasurementError::TimeNotIncreasing { place, previous, found: time });
-                }
+        let cell = text_of(rows, self.chosen.value);
+        let missing = is_missing(cell) && (cell.is_empty() || taking.missing == Missing::Interpolate);
+        let time = match self.chosen.time {
+            // A row that is blank altogether but for a delimiter says nothing.
+            Some(column) if missing && text_of(rows, column).is_empty() => f64::NAN,
+            Some(column) => self.number(taking, rows, column)? * self.chosen.time_factor,
+            None => 0.0,
+        };
+        if missing {
+            if gap.times.is_empty() {
+                (gap.line, gap.found) = (rows.line, cell.into());
             }
-            self.times.push(time);
-        }
-        self.lines.push(rows.line);
-        let cell = text(rows.record.get(self.chosen.value).unwrap_or_default());
-        if taking.missing == Missing::Interpolate && is_missing(cell) {
-            *gap += 1;
-            if *gap > BRIDGED || self.values.is_empty() {
-                let place = self.cell(path, rows.line, self.chosen.value);
-                return Err(MeasurementError::GapTooLong { place, found: *gap, limit: BRIDGED });
-            }
+            gap.times.push(time);
+            gap.blank += usize::from(cell.is_empty());
             return Ok(());
         }
-        let value = self.number(taking, rows, self.chosen.value)? * self.chosen.value_unit.factor;
-        if *gap > 0 {
-            let before = self.values[self.values.len() - 1];
-            for i in 1..=*gap {
-                self.values.push(before + (value - before) * i as f64 / (*gap + 1) as f64);
+        let found = gap.times.len();
+        if self.values.is_empty() && found == gap.blank {
+            self.blank_ends += found;
+        } else if found > 0 {
+            let place = self.cell(path, gap.line, self.chosen.value);
+            if taking.missing != Missing::Interpolate {
+                return Err(MeasurementError::MissingValue { place, found: std::mem::take(&mut gap.found) });
             }
-            self.bridged += *gap;
-            *gap = 0;
+            if found > BRIDGED || self.values.is_empty() {
+                return Err(MeasurementError::GapTooLong { place, found, limit: BRIDGED });
+            }
+            for (index, time) in gap.times.iter().enumerate() {
+                self.take_time(path, gap.line + index as u64, *time, &mut gap.standing)?;
+            }
         }
+        if self.chosen.time.is_some() {
+            self.take_time(path, rows.line, time, &mut gap.standing)?;
+        }
+        let value = self.number(taking, rows, self.chosen.value)? * self.chosen.value_unit.factor;
+        if found > 0 && !self.values.is_empty() {
+            let before = self.values[self.values.len() - 1];
+            for i in 1..=found {
+                self.lines.push(gap.line + i as u64 - 1);
+                self.values.push(before + (value - before) * i as f64 / (found + 1) as f64);
+            }
+            self.bridged += found;
+        }
+        self.lines.push(rows.line);
         self.values.push(value);
+        gap.times.clear();
+        gap.blank = 0;
         Ok(())
+    }
+
+    /// The next instant; one that stands still may be rounded.
+    fn take_time(
+        &mut self,
+        path: &Path,
+        line: u64,
+        time: f64,
+        standing: &mut Option<(u64, f64)>,
+    ) -> Result<(), MeasurementError> {
+        if self.chosen.time.is_none() {
+            return Ok(());
+        }
+        if let Some(&previous) = self.times.last() {
+            // Written so that it also catches what cannot be compared.
+            if !(time >= previous) {
+                let place = self.cell(path, line, self.chosen.time.unwrap_or(0));
+                return Err(MeasurementError::TimeNotIncreasing { place, previous, found: time });
+            }
+            if time == previous {
+                standing.get_or_insert((line, time));
+            }
+        }
+        self.times.push(time);
+        Ok(())
+    }
+
+    /// Instants of few digits are those of an even clock where rounding explains them all; a stated rate is taken before them.
+    fn settle_times(
+        &mut self,
+        path: &Path,
+        standing: Option<(u64, f64)>,
+        options: &ReadOptions,
+        digits: impl Fn(usize) -> Vec<f64>,
+    ) -> Result<(), MeasurementError> {
+        let (Some(column), Some(&start)) = (self.chosen.time, self.times.first()) else { return Ok(()) };
+        let name = self.columns[column].header.clone();
+        if let Some(rate) = options.sample_rate {
+            let step = 1.0 / rate;
+            let text =
+                format!("one sample every {step:e} s (--sample-rate); of `{name}` the first instant alone is taken");
+            self.assumptions.push(text);
+            let said = (self.times[self.times.len() - 1] - start) / (self.times.len() - 1).max(1) as f64;
+            if !((said - step).abs() <= 1e-3 * step) {
+                self.warnings.push(format!(
+                    "`{name}` has one sample every {said:.4e} s, --sample-rate one every {step:.4e} s, which is taken; leave it out if the file is right"
+                ));
+            }
+            (self.grid, self.times) = (Some((start, 1.0 / rate)), Vec::new());
+            return Ok(());
+        }
+        if standing.is_none() && sampling::is_even(&self.times) {
+            return Ok(());
+        }
+        let interval = self.form.preamble().and_then(|preamble| preamble.interval);
+        let digits: Vec<f64> = digits(column).into_iter().map(|unit| unit * self.chosen.time_factor).collect();
+        if let Some((start, step)) = sampling::rounded(&self.times, &digits, interval) {
+            let from = if interval.is_some() { "the preamble's interval" } else { "the first and the last" };
+            self.assumptions.push(format!(
+                "`{name}` is rounded: one sample every {step:e} s by {from}, which all instants agree with"
+            ));
+            (self.grid, self.times) = (Some((start, step)), Vec::new());
+            return Ok(());
+        }
+        match standing {
+            Some((line, time)) => {
+                let place = self.cell(path, line, column);
+                Err(MeasurementError::TimeNotIncreasing { place, previous: time, found: time })
+            }
+            None => Ok(()),
+        }
     }
 
     fn number(&self, taking: &Taking<'_>, rows: &Rows<'_>, column: usize) -> Result<f64, MeasurementError> {

@@ -155,6 +155,9 @@ pub(in super::super) fn read(
         ));
     }
     let table = Table {
+        blank_ends: 0,
+        assumptions: Vec::new(),
+        warnings: Vec::new(),
         form: Form::Universal(Box::new(form)),
         first_lines: Vec::new(),
         comments: Vec::new(),

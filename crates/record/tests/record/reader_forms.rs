@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use granchain::measurement::{Baseline, MeasurementError, Missing, ReadOptions, Record, RecordKind, read_record_bytes};
+use granchain_record::{Baseline, MeasurementError, Missing, ReadOptions, Record, RecordKind, read_record_bytes};
 use proptest::prelude::*;
 
 const F0: f64 = 73e3;

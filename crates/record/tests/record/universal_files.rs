@@ -2,17 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use granchain::{
-    measurement::{
-        ByteOrder, MeasurementError, Precision, ReadOptions, Record, RecordKind, RecordedQuantity, Samples,
-        Sensitivity, TimeResponse, UniversalError, UniversalForm, read_record, read_record_bytes,
-    },
-    signal::Series,
+use granchain_record::{
+    ByteOrder, MeasurementError, Precision, ReadOptions, Record, RecordKind, RecordedQuantity, Samples, Sensitivity,
+    TimeResponse, UniversalError, UniversalForm, read_record, read_record_bytes,
 };
+use granchain_signal::Series;
 use proptest::prelude::*;
 
 fn file(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/dialects").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/dialects").join(name)
 }
 
 fn plain() -> Record {

@@ -2,7 +2,7 @@
 
 use std::{fs, path::PathBuf};
 
-use granchain::measurement::{Baseline, Missing, ReadOptions, RecordKind, read_record};
+use granchain_record::{Baseline, Missing, ReadOptions, RecordKind, read_record};
 use proptest::prelude::*;
 
 /// A record of `rows` rows of a 73 kHz tone every 1 µs, as text.
@@ -138,7 +138,7 @@ fn a_gap_too_long_to_bridge() {
     let message = Bench::new().refused_as(file(HEADER, &many).as_bytes(), RecordKind::Vibrometer, &options);
     assert_eq!(
         message,
-        "vib.csv:28: column `velocity_mm_per_s`: expected at most 5 missing cells in a row with a number before and after, \
+        "vib.csv:23: column `velocity_mm_per_s`: expected at most 5 missing cells in a row with a number before and after, \
          found 6; cut the record there"
     );
     let message = Bench::new().refused_as(with_row(99, "0.099,n/a").as_bytes(), RecordKind::Vibrometer, &options);
@@ -372,8 +372,8 @@ fn baselines_that_cannot_be_had() {
 proptest! {
     #[test]
     fn arbitrary_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
-        let _ = granchain::measurement::read_record_bytes("x.csv".as_ref(), &bytes, None, &ReadOptions::default());
-        let _ = granchain::measurement::PublishedFeatures::from_bytes("x.toml".as_ref(), &bytes);
+        let _ = granchain_record::read_record_bytes("x.csv".as_ref(), &bytes, None, &ReadOptions::default());
+        let _ = granchain_record::PublishedFeatures::from_bytes("x.toml".as_ref(), &bytes);
     }
 
     #[test]
@@ -388,7 +388,7 @@ proptest! {
         let missing = if interpolate { Missing::Interpolate } else { Missing::Refuse };
         let options = ReadOptions { missing, ..ReadOptions::default() };
         for kind in [None, Some(RecordKind::HornTip), Some(RecordKind::Vibrometer)] {
-            let _ = granchain::measurement::read_record_bytes("x.csv".as_ref(), text.as_bytes(), kind, &options);
+            let _ = granchain_record::read_record_bytes("x.csv".as_ref(), text.as_bytes(), kind, &options);
         }
     }
 
@@ -404,7 +404,7 @@ proptest! {
         let options = ReadOptions { baseline, drive_frequency: f0, ..ReadOptions::default() };
         let text = format!("{header}\n{}\n", rows.join("\n"));
         for kind in [RecordKind::HornTip, RecordKind::Vibrometer] {
-            if let Ok(record) = granchain::measurement::read_record_bytes("x.csv".as_ref(), text.as_bytes(), Some(kind), &options) {
+            if let Ok(record) = granchain_record::read_record_bytes("x.csv".as_ref(), text.as_bytes(), Some(kind), &options) {
                 let _ = record.to_drive();
             }
         }

@@ -2,7 +2,7 @@
 
 use std::{f64::consts::PI, fmt::Write as _, path::Path};
 
-use granchain::measurement::{
+use granchain_record::{
     Baseline, Beginning, Ending, HornDrive, MeasurementError, NoiseSource, ReadOptions, Record, RecordKind,
     read_record_bytes,
 };

@@ -2,16 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use granchain::{
-    measurement::{
-        DecimalSign, Delimiter, MeasurementError, ReadOptions, Record, RecordKind, Sensitivity, read_record,
-        read_record_bytes,
-    },
-    signal::{Quantity, Series},
+use granchain_record::{
+    DecimalSign, Delimiter, MeasurementError, ReadOptions, Record, RecordKind, Sensitivity, read_record,
+    read_record_bytes,
 };
+use granchain_signal::{Quantity, Series};
 
 fn file(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/dialects").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/dialects").join(name)
 }
 
 fn read(name: &str, options: &ReadOptions) -> Record {
@@ -113,11 +111,17 @@ fn a_file_without_time_needs_its_sample_rate() {
     assert_eq!(record.series.values, plain.series.values);
     assert_close("no-time.csv", &record.series, &plain.series, 0.0);
     assert_says("no-time.csv", &record, &["no column of time: the first sample is at 0, the others by --sample-rate"]);
-    // A rate beside a column of time must agree with it.
-    assert_eq!(read("plain.csv", &ReadOptions { sample_rate: Some(2e6), ..ReadOptions::default() }).raw, plain.raw);
-    let wrong = ReadOptions { sample_rate: Some(1e6), ..ReadOptions::default() };
-    let error = read_record(&file("plain.csv"), RecordKind::Vibrometer, &wrong).unwrap_err();
-    assert!(matches!(error, MeasurementError::RateDisagrees { .. }), "{error}");
+    // A rate is taken before a column of time, and where they part a warning says so.
+    let same = read("plain.csv", &ReadOptions { sample_rate: Some(2e6), ..ReadOptions::default() });
+    assert_close("plain.csv", &same.raw, &plain.raw, 0.0);
+    assert_says("plain.csv", &same, &["(--sample-rate); of `time_us` the first instant alone is taken"]);
+    let other = read("plain.csv", &ReadOptions { sample_rate: Some(1e6), ..ReadOptions::default() });
+    assert_eq!((other.series.len(), other.series.step), (plain.series.len(), 1e-6));
+    assert!(
+        other.warnings[0].contains("has one sample every 5.0000e-7 s, --sample-rate one every 1.0000e-6 s"),
+        "{:?}",
+        other.warnings
+    );
 }
 
 #[test]

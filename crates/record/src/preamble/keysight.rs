@@ -1,0 +1,48 @@
+//! Keysight.
+
+use std::path::Path;
+
+use granchain_signal::Dimension;
+
+use super::{Line, MeasurementError, Preamble, bare, count, missing, number, parse_unit, statements};
+
+/// `Revision:,0` … `XInc:,1e-7` … `Data:`, then values, or instants and values.
+pub(super) fn infiniium(path: &Path, lines: &[Line<'_>]) -> Result<Preamble, MeasurementError> {
+    let data = lines.iter().position(|line| bare(line.text).eq_ignore_ascii_case("data"));
+    let data = data.filter(|at| at + 1 < lines.len());
+    let at = data.ok_or_else(|| missing(path, "Keysight Infiniium", "a line `Data:` with rows below it"))?;
+    let first = lines[at + 1];
+    let pairs = || lines[..at].iter().filter_map(Line::keyed);
+    let value = |wanted: &str| pairs().find(|(key, _)| *key == wanted).map(|(_, value)| value);
+    let unit = |key: &str, usual: &str| value(key).filter(|unit| !unit.is_empty()).unwrap_or(usual).to_owned();
+    let units = (unit("XUnits", "Second"), unit("YUnits", "Volt"));
+    let seconds = parse_unit(&units.0).ok().filter(|unit| unit.dimension == Dimension::TIME).map(|unit| unit.factor);
+    let origin = value("XOrg").and_then(number);
+    let step = value("XInc").and_then(number).filter(|step| *step > 0.0);
+    let grid = match (origin, step, seconds) {
+        (Some(origin), Some(step), Some(factor)) => Some((origin * factor, step * factor)),
+        _ => None,
+    };
+    let cells = first.text.split([',', ';', '\t']).filter(|cell| !cell.trim().is_empty()).count();
+    let timed = cells > 1;
+    if !timed && grid.is_none() {
+        return Err(missing(path, "Keysight Infiniium", "`XOrg`, `XInc` and `XUnits`, for the rows have no instants"));
+    }
+    let mut assumptions = Vec::new();
+    if let (false, Some((start, step))) = (timed, grid) {
+        assumptions.push(format!("instants from XOrg and XInc: {start:e} s and every {step:e} s"));
+    }
+    Ok(Preamble {
+        instrument: "Keysight Infiniium",
+        body: first.at,
+        body_line: first.number,
+        header: Some(if timed { vec!["time".into(), "value".into()] } else { vec!["value".into()] }),
+        units: Some(units),
+        grid: grid.filter(|_| !timed),
+        interval: grid.map(|(_, step)| step),
+        points: value("Points").and_then(count),
+        statements: statements(lines, first.number),
+        assumptions,
+        ..Preamble::default()
+    })
+}

@@ -1,0 +1,109 @@
+//! LabVIEW measurement files, `.lvm`.
+
+use std::path::Path;
+
+use super::{Line, MeasurementError, Place, Preamble, line_at, missing, number};
+
+const END: &str = "***End_of_Header***";
+
+/// Keys of the file, a header of each segment with `X0`, `Delta_X`, `Y_Unit_Label` channel by channel, then `X_Value<tab>name …<tab>Comment`.
+pub(super) fn labview(path: &Path, text: &str, dataset: Option<usize>) -> Result<Preamble, MeasurementError> {
+    // Every segment has a line that names its columns.
+    let heads: Vec<usize> = text
+        .match_indices("X_Value")
+        .map(|(at, _)| at)
+        .filter(|at| text[..*at].rfind('\n').is_none_or(|end| end + 1 == *at))
+        .collect();
+    let count = heads.len();
+    let chosen = match dataset {
+        _ if count == 0 => return Err(missing(path, "LabVIEW", "a line `X_Value` with the names of the channels")),
+        Some(wanted) if (1..=count).contains(&wanted) => wanted - 1,
+        None if count == 1 => 0,
+        wanted => return Err(MeasurementError::Segments { place: Place::file(path), count, size: None, wanted }),
+    };
+    let head = heads[chosen];
+    let names = line_at(text, head);
+    let separator = if names.text.contains('\t') { '\t' } else { ',' };
+    let row_of = |line: &'_ str| line.split(separator).map(|cell| cell.trim().to_owned()).collect::<Vec<_>>();
+    let from = if chosen == 0 { 0 } else { heads[chosen - 1] };
+    let above = || text[from..head].lines().map(row_of);
+    let value = |key: &str| above().filter(|row| row[0] == key).last().map(|row| row[1..].to_vec());
+    let file =
+        |key: &str| text.lines().take(40).map(row_of).find(|row| row[0] == key).and_then(|row| row.get(1).cloned());
+    let timed = file("X_Columns").unwrap_or_else(|| "One".into());
+    let cells: Vec<String> = row_of(names.text);
+    // A comment may follow the samples of a row.
+    let cells: Vec<String> = cells.into_iter().take_while(|cell| cell != "Comment").collect();
+    let units = value("Y_Unit_Label").unwrap_or_default();
+    let mut channel = 0;
+    let mut header = Vec::new();
+    for name in &cells {
+        header.push(if name == "X_Value" {
+            match (timed.as_str(), channel) {
+                ("No", _) => String::new(),
+                ("Multi", after) if after > 0 => format!("X_Value {} (s)", after + 1),
+                _ => "X_Value (s)".into(),
+            }
+        } else {
+            channel += 1;
+            match units.get(channel - 1).filter(|unit| !unit.is_empty()) {
+                Some(unit) => format!("{name} ({unit})"),
+                None => name.clone(),
+            }
+        });
+    }
+    let all = |key: &str| -> Vec<f64> { value(key).unwrap_or_default().iter().filter_map(|it| number(it)).collect() };
+    let (starts, steps) = (all("X0"), all("Delta_X"));
+    let one = |values: &[f64]| values.first().copied().filter(|first| values.iter().all(|value| value == first));
+    let grid = one(&starts).zip(one(&steps)).filter(|(_, step)| *step > 0.0);
+    if timed == "No" && grid.is_none() {
+        return Err(missing(
+            path,
+            "LabVIEW",
+            "one `X0` and one `Delta_X` for all channels, for the rows have no instants",
+        ));
+    }
+    let body = line_at(text, names.at + names.text.len() + 1);
+    let end =
+        heads.get(chosen + 1).map(|next| text[..*next].find(END).map_or(*next, |_| segment_end(text, body.at, *next)));
+    let assumed = grid
+        .filter(|_| timed == "No")
+        .map(|(start, step)| format!("instants from X0 and Delta_X: {start:e} s and every {step:e} s"));
+    Ok(Preamble {
+        instrument: "LabVIEW",
+        body: body.at,
+        body_line: body.number,
+        end,
+        header: Some(header),
+        grid: grid.filter(|_| timed == "No"),
+        segment: (count > 1).then_some((chosen + 1, count)),
+        interval: grid.map(|(_, step)| step),
+        statements: text[..names.at]
+            .lines()
+            .map(|line| line.trim().to_owned())
+            .filter(|line| !line.is_empty())
+            .collect(),
+        assumptions: assumed.into_iter().collect(),
+        ..Preamble::default()
+    })
+}
+
+/// Where the rows of a segment end: before the first line of the next header, which begins with a word.
+fn segment_end(text: &str, from: usize, next: usize) -> usize {
+    let mut at = from;
+    for line in text[from..next].split_inclusive('\n') {
+        if line
+            .trim_start()
+            .starts_with(|letter: char| letter.is_alphabetic() && !matches!(letter, 'e' | 'E' | 'N' | 'I'))
+        {
+            return at;
+        }
+        at += line.len();
+    }
+    next
+}
+
+/// Whether a text begins as such a file does.
+pub(super) fn begins(first: &Line<'_>) -> bool {
+    first.text.trim_start_matches('"').starts_with("LabVIEW Measurement")
+}

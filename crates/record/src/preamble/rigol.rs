@@ -1,0 +1,58 @@
+//! Rigol: start and step of the record stand in the header.
+
+use super::{Line, Preamble, cells, number, statements};
+
+/// `X,CH1,CH2,Start,Increment,` above `Sequence,Volt,Volt,-1.2e-03,4e-08`, with or without the counter X; or, on one line,
+/// `CH1V,CH2V,t0 =-1.2e-03, tInc = 4e-08,`. Older ones write a column of time, and nothing that is not read anyway.
+pub(super) fn rigol(lines: &[Line<'_>]) -> Option<Preamble> {
+    let names = cells(lines.first()?.text);
+    let keyed = |wanted: &str| {
+        let of = |cell: &&str| {
+            let (key, value) = cell.split_once('=')?;
+            (key.trim() == wanted).then(|| number(value.trim().trim_end_matches('s')))?
+        };
+        names.iter().find_map(of)
+    };
+    let (grid, head, units) = match (keyed("t0"), keyed("tInc")) {
+        (Some(start), Some(step)) => {
+            let until = names.iter().position(|cell| cell.contains('='))?;
+            ((start, step), &names[..until], Vec::new())
+        }
+        _ => {
+            let at = |wanted: &str| names.iter().position(|cell| cell.eq_ignore_ascii_case(wanted));
+            let (start, increment) = (at("Start")?, at("Increment")?);
+            let units = cells(lines.get(1)?.text);
+            let value = |at: usize| number(units.get(at)?);
+            ((value(start)?, value(increment)?), &names[..start.min(increment)], units)
+        }
+    };
+    let first = lines.get(if units.is_empty() { 1 } else { 2 })?;
+    let row = cells(first.text);
+    if !(grid.1 > 0.0) || head.is_empty() {
+        return None;
+    }
+    let column = |(at, name): (usize, &&str)| {
+        let name = name.trim();
+        // X counts the samples; where a column of time is blank, the header says the instants.
+        let counter = name.eq_ignore_ascii_case("X") || row.get(at).is_none_or(|cell| cell.is_empty());
+        match units.get(at) {
+            _ if counter => String::new(),
+            Some(unit) => format!("{name} ({unit})"),
+            None => match name.strip_suffix('V').filter(|channel| channel.ends_with(|c: char| c.is_ascii_digit())) {
+                Some(channel) => format!("{channel} (V)"),
+                None => name.to_owned(),
+            },
+        }
+    };
+    Some(Preamble {
+        instrument: "Rigol",
+        body: first.at,
+        body_line: first.number,
+        header: Some(head.iter().enumerate().map(column).collect()),
+        grid: Some(grid),
+        interval: Some(grid.1),
+        statements: statements(lines, first.number),
+        assumptions: vec![format!("instants from the header: {:e} s and every {:e} s", grid.0, grid.1)],
+        ..Preamble::default()
+    })
+}

@@ -1,0 +1,58 @@
+//! Rohde & Schwarz RTO and RTP: values in `NAME.Wfm.csv`, keys in `NAME.csv` beside it.
+
+use std::path::Path;
+
+use super::{Line, MeasurementError, Place, Preamble, bare, cells, count, lines, missing, number};
+
+/// The keys beside a file of values, where this is one.
+pub(super) fn beside(path: &Path, first: &Line<'_>) -> Result<Option<Preamble>, MeasurementError> {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let lower = name.to_lowercase();
+    let Some(stem) = lower.strip_suffix(".wfm.csv").map(|stem| &name[..stem.len()]) else { return Ok(None) };
+    let row = cells(first.text);
+    if row.is_empty() || row.iter().any(|cell| !cell.is_empty() && number(cell).is_none()) {
+        return Ok(None);
+    }
+    let keys = path.with_file_name(format!("{stem}.csv"));
+    let Ok(text) = std::fs::read_to_string(&keys) else {
+        let wanted = "a file of the same name without `.Wfm` beside it, which holds the instants,";
+        return Err(missing(path, "Rohde & Schwarz RTO", wanted));
+    };
+    let pairs = lines(&text);
+    let value = |wanted: &str| {
+        let of = |line: &Line<'_>| {
+            let (key, value) = line.text.split_once(':')?;
+            (bare(key) == wanted).then(|| number(bare(value.split(':').next().unwrap_or_default())))?
+        };
+        pairs.iter().find_map(of)
+    };
+    let grid = value("XStart").zip(value("Resolution").filter(|step| *step > 0.0));
+    let Some((start, step)) = grid else {
+        return Err(missing(&keys, "Rohde & Schwarz RTO", "`XStart` and `Resolution`"));
+    };
+    let width = row.iter().filter(|cell| !cell.is_empty()).count();
+    Ok(Some(Preamble {
+        instrument: "Rohde & Schwarz RTO",
+        body_line: 1,
+        header: Some((1..=width).map(|channel| format!("CH{channel} (V)")).collect()),
+        grid: Some((start, step)),
+        interval: Some(step),
+        points: value("RecordLength").and_then(|it| count(&it.to_string())),
+        statements: pairs.iter().map(|line| line.text.to_owned()).filter(|line| !line.is_empty()).collect(),
+        assumptions: vec![format!(
+            "instants from {}: {start:e} s and every {step:e} s; values taken in V",
+            keys.display()
+        )],
+        ..Preamble::default()
+    }))
+}
+
+/// A file of keys in place of the values.
+pub(super) fn refuse_keys(path: &Path, lines: &[Line<'_>]) -> Result<(), MeasurementError> {
+    let has = |key: &str| lines.iter().any(|line| line.text.starts_with(key));
+    if has("XStart:") && has("Resolution:") && !lines.iter().any(|line| number(line.text).is_some()) {
+        let values = path.with_extension("Wfm.csv");
+        return Err(MeasurementError::Keys { place: Place::file(path), values });
+    }
+    Ok(())
+}

@@ -1,0 +1,33 @@
+//! Siglent.
+
+use super::{Line, Preamble, cells, count, number, statements};
+
+/// `Record Length,Analog:140000` / `Sample Interval,CH1:0.000002` / … / `Source,CH1` / `Second,Volt`, then instants of few digits and volts.
+pub(super) fn siglent(lines: &[Line<'_>]) -> Option<Preamble> {
+    // The value of a key without the channel that stands before it.
+    let value = |wanted: &str| {
+        let (_, value) = lines.iter().filter_map(Line::pair).find(|(key, _)| key.eq_ignore_ascii_case(wanted))?;
+        Some(value.rsplit(':').next().unwrap_or(value).trim())
+    };
+    let units =
+        lines.iter().position(|line| cells(line.text).first().is_some_and(|it| it.eq_ignore_ascii_case("Second")))?;
+    let names =
+        lines[..units].iter().rev().map(|line| cells(line.text)).find(|cells| cells.first() == Some(&"Source"))?;
+    let first = lines.get(units + 1)?;
+    let unit_cells = cells(lines[units].text);
+    let column = |(at, unit): (usize, &&str)| match names.get(at).filter(|_| at > 0) {
+        Some(name) => format!("{name} ({unit})"),
+        None if at > 0 => format!("CH{at} ({unit})"),
+        None => "Time (s)".to_owned(),
+    };
+    Some(Preamble {
+        instrument: "Siglent",
+        body: first.at,
+        body_line: first.number,
+        header: Some(unit_cells.iter().enumerate().filter(|(_, unit)| !unit.is_empty()).map(column).collect()),
+        interval: value("Sample Interval").and_then(number).filter(|step| *step > 0.0),
+        points: value("Record Length").and_then(count),
+        statements: statements(lines, first.number),
+        ..Preamble::default()
+    })
+}

@@ -1,0 +1,99 @@
+//! Tektronix.
+
+use std::path::Path;
+
+use granchain_signal::Dimension;
+
+use super::{Line, MeasurementError, Preamble, cells, count, missing, number, parse_unit, statements, values};
+
+/// Keys and values above a header `TIME,CH1`, or beside the first rows (`Record Length,2500,,-0.1,0.02`).
+pub(super) fn tektronix(path: &Path, lines: &[Line<'_>]) -> Result<Option<Preamble>, MeasurementError> {
+    let pairs = || lines.iter().filter_map(Line::pair);
+    let value = |wanted: &str| {
+        let found = pairs().find(|(key, value)| key.eq_ignore_ascii_case(wanted) && !value.is_empty());
+        found.map(|(_, value)| value)
+    };
+    let (Some(length), Some(interval)) = (value("Record Length"), value("Sample Interval")) else { return Ok(None) };
+    let unit = |key: &str| value(key).map(str::to_owned);
+    let time = match unit("Horizontal Units") {
+        // `S` is what some of them call a second.
+        Some(unit) if unit == "S" => "s".to_owned(),
+        Some(unit) => unit,
+        None => "s".to_owned(),
+    };
+    let amplitude = unit("Vertical Units").unwrap_or_else(|| "V".to_owned());
+    let seconds = parse_unit(&time).ok().filter(|unit| unit.dimension == Dimension::TIME).map(|unit| unit.factor);
+    let assumptions = [("Horizontal Units", "time taken in s"), ("Vertical Units", "amplitude taken in V")]
+        .into_iter()
+        .filter(|(key, _)| unit(key).is_none())
+        .map(|(key, taken)| format!("Tektronix states no `{key}`: {taken}"))
+        .collect();
+    let mut preamble = Preamble {
+        instrument: "Tektronix",
+        units: Some((time, amplitude)),
+        interval: number(interval).filter(|value| *value > 0.0).zip(seconds).map(|(value, factor)| value * factor),
+        points: count(length),
+        assumptions,
+        ..Preamble::default()
+    };
+    let header = lines.iter().find(|line| {
+        line.text.trim_start_matches(['#', '"']).get(..4).is_some_and(|start| start.eq_ignore_ascii_case("time"))
+            && line.text.contains([',', ';', '\t'])
+    });
+    if let Some(header) = header {
+        preamble.statements = statements(lines, header.number);
+        let names = cells(header.text.trim_start_matches('#'));
+        let times: Vec<usize> = (0..names.len()).filter(|at| names[*at].eq_ignore_ascii_case("time")).collect();
+        if let (true, Some(first)) = (times.len() > 1, lines.iter().find(|line| line.number > header.number)) {
+            preamble.header = Some(side_by_side(lines, &times, names.len(), &cells(first.text)));
+            (preamble.body, preamble.body_line) = (first.at, first.number);
+            return Ok(Some(preamble));
+        }
+        // The header of some is a comment.
+        let marks = header.text.len() - header.text.trim_start_matches('#').len();
+        (preamble.body, preamble.body_line) = (header.at + marks, header.number);
+        return Ok(Some(preamble));
+    }
+    // Keys beside the rows: two or three columns of them, then time and value; another waveform may follow to the right.
+    let Some(first) = lines.first() else { return Ok(None) };
+    let row = cells(first.text);
+    let width = row.len() - usize::from(row.last().is_some_and(|cell| cell.is_empty()));
+    let keys: Vec<usize> = (0..width).filter(|at| row[*at] == row[0]).collect();
+    let times = keys.iter().zip(keys.iter().skip(1).chain([&width])).filter_map(|(from, to)| {
+        let at = (from + 2..*to).find(|at| number(row[*at]).is_some())?;
+        (at + 1 < width).then_some(at)
+    });
+    let times: Vec<usize> = times.collect();
+    if times.is_empty() {
+        return Err(missing(path, "Tektronix", "a header `TIME,CH1`, or rows beside the keys"));
+    }
+    preamble.header = Some(side_by_side(lines, &times, width, &row));
+    preamble.body_line = 1;
+    Ok(Some(preamble))
+}
+
+/// Names of `width` columns, among them instants (`times`), each with the values of a waveform to their right; those that repeat the first
+/// waveform's instants in row `first` have none.
+fn side_by_side(lines: &[Line<'_>], times: &[usize], width: usize, first: &[&str]) -> Vec<String> {
+    let (sources, units) = (values(lines, "Source"), values(lines, "Vertical Units"));
+    let mut header = vec![String::new(); width];
+    for (waveform, &at) in times.iter().enumerate() {
+        let name = match sources.get(waveform).filter(|name| !name.is_empty()) {
+            Some(name) => (*name).to_owned(),
+            None if waveform == 0 => "value".to_owned(),
+            None => format!("waveform {}", waveform + 1),
+        };
+        if waveform == 0 {
+            header[at] = "TIME".to_owned();
+        } else if first.get(at) != first.get(times[0]) {
+            header[at] = format!("TIME {name}");
+        }
+        if let Some(cell) = header.get_mut(at + 1) {
+            *cell = match units.get(waveform).filter(|unit| times.len() > 1 && !unit.is_empty()) {
+                Some(unit) => format!("{name} ({unit})"),
+                None => name,
+            };
+        }
+    }
+    header
+}

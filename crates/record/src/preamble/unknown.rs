@@ -1,0 +1,46 @@
+//! Lines above a table by an instrument that nobody here knows.
+
+use super::{Line, Preamble, cells, number, parse_unit, statements};
+
+/// Rows of numbers that make a table.
+const ROWS: usize = 4;
+
+/// Names of a column of time, as they begin.
+const TIMES: [&str; 7] = ["time", "zeit", "temps", "second", "t ", "t(", "t["];
+
+/// A header that names a time, as wide as the rows of numbers below it (a row of units may stand between), where other lines stand above it.
+pub(super) fn unknown(lines: &[Line<'_>]) -> Option<Preamble> {
+    let rows: Vec<Vec<&str>> = lines.iter().map(|line| cells(line.text)).collect();
+    let filled = |row: &[&str]| row.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1);
+    let is_row = |row: &[&str]| filled(row) > 1 && row[..filled(row)].iter().all(|cell| number(cell).is_some());
+    let wide = |at: usize| {
+        let width = filled(&rows[at]);
+        (0..ROWS).all(|next| rows.get(at + next).is_some_and(|row| is_row(row) && filled(row) == width))
+    };
+    let first = (0..rows.len()).find(|at| wide(*at))?;
+    let width = filled(&rows[first]);
+    let words = |at: usize| filled(&rows[at]) == width && rows[at].iter().all(|cell| number(cell).is_none());
+    let named = |at: usize| {
+        let name = rows[at].first().map(|name| name.to_lowercase()).unwrap_or_default();
+        words(at) && (name == "t" || TIMES.iter().any(|time| name.starts_with(time)))
+    };
+    let mut header = [1, 2].into_iter().filter_map(|above| first.checked_sub(above)).find(|at| named(*at))?;
+    // `Second,Volt` are units of the names above them.
+    if header > 0 && words(header - 1) && parse_unit(rows[header][0]).is_ok() {
+        header -= 1;
+    }
+    // A header in the first line is read anyway, and so is what stands below comments alone.
+    let speaks = |line: &Line<'_>| !line.text.trim().is_empty() && !line.text.starts_with('#');
+    if !lines[..header].iter().any(speaks) || (header + 1 < first && !words(header + 1)) {
+        return None;
+    }
+    let line = &lines[header];
+    Some(Preamble {
+        instrument: "unknown",
+        body: line.at,
+        body_line: line.number,
+        statements: statements(lines, line.number),
+        assumptions: vec![format!("lines 1 to {} above the header are passed over", line.number - 1)],
+        ..Preamble::default()
+    })
+}

@@ -1,0 +1,40 @@
+//! Yokogawa.
+
+use super::{Line, Preamble, cells, count, number, statements};
+
+/// Quoted keys padded with blanks, a column a trace (`"TraceName"`, `"VUnit"`, `"HResolution"`, `"HOffset"`), then rows of values alone.
+pub(super) fn yokogawa(lines: &[Line<'_>]) -> Option<Preamble> {
+    let rows: Vec<Vec<&str>> = lines.iter().map(|line| cells(line.text)).collect();
+    let value = |wanted: &str| {
+        let row = rows.iter().find(|row| row.first().is_some_and(|key| key.trim_matches(['"', ' ']) == wanted))?;
+        Some(row[1..].iter().map(|cell| cell.trim_matches(['"', ' '])).filter(|it| !it.is_empty()).collect::<Vec<_>>())
+    };
+    let (names, units) = (value("TraceName")?, value("VUnit").unwrap_or_default());
+    let step = number(value("HResolution")?.first()?).filter(|step| *step > 0.0)?;
+    let start = value("HOffset").and_then(|it| number(it.first()?)).unwrap_or(0.0);
+    let is_row = |row: &&Vec<&str>| {
+        let mut filled = row.iter().filter(|cell| !cell.is_empty()).peekable();
+        filled.peek().is_some() && filled.all(|cell| number(cell).is_some())
+    };
+    let at = rows.iter().position(|row| is_row(&row))?;
+    let first = &lines[at];
+    let column = |(at, name): (usize, &&str)| match units.get(at) {
+        Some(unit) => format!("{name} ({unit})"),
+        None => (*name).to_owned(),
+    };
+    // Values may stand below the traces' names, one cell to the right of the keys.
+    let shifted = rows[at].first().is_some_and(|cell| cell.is_empty());
+    let shift = shifted.then(String::new);
+    Some(Preamble {
+        instrument: "Yokogawa",
+        body: first.at,
+        body_line: first.number,
+        header: Some(shift.into_iter().chain(names.iter().enumerate().map(column)).collect()),
+        grid: Some((start, step)),
+        interval: Some(step),
+        points: value("BlockSize").and_then(|it| count(it.first()?)),
+        statements: statements(lines, first.number),
+        assumptions: vec![format!("instants from HOffset and HResolution: {start:e} s and every {step:e} s")],
+        ..Preamble::default()
+    })
+}

@@ -1,0 +1,124 @@
+//! Text whose lines or cells are separated in unusual ways, and tables that comments part.
+
+use std::borrow::Cow;
+
+use super::{
+    DecimalSign, ReadOptions, decimal,
+    dialect::{Dialect, row_delimiter},
+};
+
+/// Lines ended by CR alone get LF.
+pub(super) fn with_line_ends(text: Cow<'_, str>) -> Cow<'_, str> {
+    if text.contains('\r') && !text.contains('\n') { Cow::Owned(text.replace('\r', "\n")) } else { text }
+}
+
+fn is_number(word: &str) -> bool {
+    decimal::number(word, DecimalSign::Point).is_some() || decimal::number(word, DecimalSign::Comma).is_some()
+}
+
+/// Runs of blanks become tabs where every row of numbers has as many words as the first; names above them are parted likewise.
+pub(super) fn by_tabs<'a>(text: &'a str, options: &ReadOptions) -> Cow<'a, str> {
+    if options.delimiter.is_some() {
+        return Cow::Borrowed(text);
+    }
+    let words = |line: &str| line.split_whitespace().count();
+    let says = |line: &&str| !line.starts_with('#') && !line.trim().is_empty();
+    let is_row = |line: &&str| words(line) > 1 && line.split_whitespace().all(is_number) && !line.contains([';', '\t']);
+    let Some(first) = text.lines().filter(says).take(100).find(is_row) else { return Cow::Borrowed(text) };
+    let width = words(first);
+    let rows = text.lines().filter(says).skip_while(|line| !is_row(line));
+    if row_delimiter(first, None).is_some() || !rows.clone().all(|line| words(line) == width) {
+        return Cow::Borrowed(text);
+    }
+    let mut parted = String::with_capacity(text.len());
+    for line in text.split_inclusive('\n') {
+        let bare = line.trim_end_matches(['\n', '\r']);
+        if says(&bare) {
+            parted.push_str(&names(bare, width).unwrap_or_else(|| bare.to_owned()));
+        } else {
+            parted.push_str(bare);
+        }
+        parted.push_str(&line[bare.len()..]);
+    }
+    Cow::Owned(parted)
+}
+
+/// The words of a line joined by tabs, a unit in brackets with its name, where that makes `width` cells.
+fn names(line: &str, width: usize) -> Option<String> {
+    let mut cells: Vec<String> = Vec::with_capacity(width);
+    for word in line.split_whitespace() {
+        match cells.last_mut() {
+            Some(last) if word.starts_with(['(', '[']) => {
+                last.push(' ');
+                last.push_str(word);
+            }
+            _ => cells.push(word.into()),
+        }
+    }
+    (cells.len() == width).then(|| cells.join("\t"))
+}
+
+/// Rows between comments.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Block {
+    pub from: usize,
+    pub to: usize,
+    /// Line of the first row.
+    pub line: u64,
+}
+
+/// Where comment lines part the rows; the first block begins with the text. One where they do not.
+pub(super) fn blocks(text: &str, dialect: Dialect, first_line: u64) -> Vec<Block> {
+    let mut found: Vec<Block> = Vec::new();
+    // Nearly every file has comments above its rows alone.
+    let Some(last) = text.rfind("\n#") else { return found };
+    let is_row = |line: &str| row_delimiter(line, Some(dialect.delimiter)).is_some();
+    let (mut at, mut open) = (0, false);
+    for (line, number) in text.split_inclusive('\n').zip(first_line..) {
+        if line.starts_with('#') {
+            open = false;
+        } else if !line.trim().is_empty() {
+            if !open && is_row(line) {
+                let from = if found.is_empty() { 0 } else { at };
+                found.push(Block { from, to: text.len(), line: number });
+                open = true;
+                if at > last {
+                    break;
+                }
+            }
+            if let Some(block) = found.last_mut().filter(|_| open) {
+                block.to = at + line.len();
+            }
+        }
+        at += line.len();
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blanks_part_cells_where_every_row_agrees() {
+        let parted = |text| by_tabs(text, &ReadOptions::default()).into_owned();
+        assert_eq!(
+            parted("Time (s)  Velocity (m/s)\n 0.0  1.5\n 0.1  -2\n"),
+            "Time (s)\tVelocity (m/s)\n0.0\t1.5\n0.1\t-2\n"
+        );
+        assert_eq!(parted("t v\r\n0,1 1\r\n"), "t\tv\r\n0,1\t1\r\n");
+        for same in ["t,v\n0, 1\n", "t v\n0 1\n1 2 3\n", "t;v\n0; 1\n", "v\n1\n2\n"] {
+            assert_eq!(parted(same), same);
+        }
+    }
+
+    #[test]
+    fn comments_between_rows_part_blocks_and_those_above_and_below_do_not() {
+        let text = "#a\nt,v\n0,1\n1,2\n#b\n#c\n5,6\n7,8\n#end\n";
+        let found = blocks(text, Dialect::default(), 1);
+        let texts: Vec<&str> = found.iter().map(|it| &text[it.from..it.to]).collect();
+        assert_eq!(texts, ["#a\nt,v\n0,1\n1,2\n", "5,6\n7,8\n"]);
+        assert_eq!(found[1].line, 7);
+        assert!(blocks("#a\nt,v\n0,1\n1,2\n#b\n", Dialect::default(), 1).len() == 1);
+    }
+}

@@ -1,0 +1,9 @@
+//! Files of laboratories: read, refused with their place, made into a drive.
+#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+
+mod horn_drive;
+mod instruments;
+mod reader_dialects;
+mod reader_errors;
+mod reader_forms;
+mod universal_files;
