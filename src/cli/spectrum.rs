@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::{
     Outcome,
     arguments::{OutputArguments, Session, frequency, time, usage},
-    inspect::read_with_warnings,
+    inspect::{KindChoice, read_with_warnings},
     output::OutputFolder,
     reading::ReadArguments,
 };
@@ -35,6 +35,9 @@ pub struct Arguments {
     /// A vibrometer or horn-tip record, or a response.csv of ours (its pole velocity)
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
+    /// What was recorded where [default: told from the file's name and units]
+    #[arg(long, value_enum)]
+    pub kind: Option<KindChoice>,
     /// Drive frequency with its unit, such as 73kHz [default: refined from the drive record, else the file's header, else
     /// the strongest line]
     #[arg(long, value_name = "QUANTITY", value_parser = frequency)]
@@ -81,7 +84,7 @@ struct Summary {
 /// # Errors
 /// When a file cannot be read or is refused, or nothing can be measured on it.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { file, drive_frequency, drive, from, to, reading, output, session } = arguments;
+    let Arguments { file, kind, drive_frequency, drive, from, to, reading, output, session } = arguments;
     if let (Some(from), Some(to)) = (from, to)
         && from >= to
     {
@@ -96,7 +99,11 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         let options = ReadOptions { column, baseline: Baseline::None, ..options };
         read_record(&file, RecordKind::Vibrometer, &options).context("the response cannot be used")?
     } else {
-        let record = inspect_record(&file, &options).context("the record cannot be used")?;
+        let record = match kind {
+            Some(kind) => read_record(&file, kind.into(), &options),
+            None => inspect_record(&file, &options),
+        };
+        let record = record.context("the record cannot be used")?;
         for warning in &record.warnings {
             session.note(format_args!("warning: {}: {warning}", file.display()));
         }
@@ -280,7 +287,12 @@ struct Text<'a>(&'a Summary);
 impl fmt::Display for Text<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Summary { file, quantity, drive_frequency_from, window_from, features, .. } = self.0;
-        let (factor, unit) = if features.unit == "m" { (1e6, "µm") } else { (1e3, "mm/s") };
+        let (factor, unit) = match features.unit.as_str() {
+            "m" => (1e6, "µm"),
+            "Pa" if features.peaks.positive.max(-features.peaks.negative) >= 1e3 => (1e-3, "kPa"),
+            "Pa" => (1.0, "Pa"),
+            _ => (1e3, "mm/s"),
+        };
         let amplitude = |value: f64| significant(factor * value, 4);
         let row = |f: &mut fmt::Formatter<'_>, name: &str, text: String| writeln!(f, "  {name:<18}{text}");
         let frequency = features.drive_frequency_hz;

@@ -212,3 +212,19 @@ fn peaks_follow_sign_and_scale() {
     assert!((turned.negative + 2.0 * reference.positive).abs() < 1e-12);
     assert_eq!(turned.positive_time_s, reference.negative_time_s);
 }
+
+#[test]
+fn a_slow_record_of_half_a_million_samples_is_measured_in_bins() {
+    // One smooth rise and fall over the whole record: its kernel would have 60,000 samples, and 3e10 products.
+    let mut random = ChaCha8Rng::seed_from_u64(9);
+    let (count, rms) = (500_000, 0.02);
+    let clean = |i: usize| (std::f64::consts::PI * i as f64 / count as f64).sin() - 0.3;
+    let record = Series::new(0.0, 1e-6, (0..count).map(clean).collect());
+    let record = noisy(&record, rms, &mut random);
+    let settings = PeakSettings { noise_rms: rms, noise_bandwidth: None };
+    let found = peaks(&record, Window::whole(&record), &settings).unwrap();
+    assert!((found.positive - 0.7).abs() < 2e-3, "{found:?}");
+    assert!((found.positive_time_s - 0.25).abs() < 0.02, "{found:?}");
+    assert!((found.negative + 0.3).abs() < 0.01, "{found:?}");
+    assert!(found.raw_positive > 0.74, "{found:?}");
+}

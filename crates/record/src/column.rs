@@ -30,6 +30,9 @@ pub(super) fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
         "sec" | "second" | "seconds" => Unit::parse("s"),
         "microseconds" | "usec" => Unit::parse("us"),
         "milliseconds" | "msec" => Unit::parse("ms"),
+        // In small letters as in `pressure_kpa`; `mpa` may be either of two.
+        "pa" => Unit::parse("Pa"),
+        "kpa" => Unit::parse("kPa"),
         _ => Unit::parse(text.trim()),
     }
 }
@@ -38,11 +41,17 @@ impl Column {
     /// Understand a header: `Velocity [mm/s]`, `Time (us)`, `t / s`, `velocity_mm_per_s`, `Velocity mm/s`, `Time`.
     pub(super) fn from_header(header: &str) -> Self {
         let header = header.trim();
-        let with = |name: &str, unit: &str| Self {
-            header: header.into(),
-            name: name.trim().trim_end_matches(['_', '-']).into(),
-            unit_text: Some(unit.trim().into()),
-            unit: Some(parse_unit(unit)),
+        let with = |name: &str, unit: &str| {
+            // Of an acceleration `g` is no gram.
+            let gravities = unit.trim() == "g" && name.to_lowercase().contains("acc");
+            let of_gravity = Unit { factor: 9.80665, dimension: Dimension::ACCELERATION };
+            let unit_of = if gravities { Ok(of_gravity) } else { parse_unit(unit) };
+            Self {
+                header: header.into(),
+                name: name.trim().trim_end_matches(['_', '-']).into(),
+                unit_text: Some(unit.trim().into()),
+                unit: Some(unit_of),
+            }
         };
         for (open, close) in [('[', ']'), ('(', ')')] {
             if let (Some(from), true) = (header.find(open), header.ends_with(close)) {
@@ -98,8 +107,48 @@ impl Column {
 }
 
 const TIME_NAMES: [&str; 5] = ["time", "t", "times", "zeit", "seconds"];
+const FREQUENCY_NAMES: [&str; 5] = ["frequency", "freq", "f", "frequenz", "band no."];
 const MOTION_NAMES: [&str; 10] = ["velocity", "vel", "v", "speed", "vib", "displacement", "disp", "u", "x", "position"];
 const PRESSURE_NAMES: [&str; 6] = ["pressure", "p", "hydrophone", "sound pressure", "acoustic pressure", "druck"];
+
+/// Words that a column's name begins with, or one of its words, where it says what it is of.
+fn hints(kind: RecordKind) -> &'static [&'static str] {
+    match kind {
+        RecordKind::HornTip => &["horn", "tip", "drive", "sonotrode", "piston"],
+        RecordKind::Vibrometer => &["vib", "ldv", "laser", "bead", "chain"],
+        RecordKind::Hydrophone => &["hydrophone", "pressure"],
+    }
+}
+
+/// Whether a header says that its column is of this kind of record.
+pub(super) fn is_of(header: &str, kind: RecordKind) -> bool {
+    let header = header.to_lowercase();
+    let mut words = header.split(|letter: char| !letter.is_alphanumeric());
+    words.any(|word| hints(kind).iter().any(|hint| word.starts_with(hint)))
+}
+
+/// Of columns that would do, those whose names say so; all where none does, but those of other kinds.
+fn meant(columns: &[Column], found: Vec<usize>, kind: RecordKind) -> Vec<usize> {
+    if found.len() < 2 {
+        return found;
+    }
+    let plain: Vec<usize> = found.iter().copied().filter(|&i| !is_peak_detect(&columns[i])).collect();
+    let found = if plain.is_empty() { found } else { plain };
+    let says = |kind| found.iter().copied().filter(|&i| is_of(&columns[i].header, kind)).collect::<Vec<usize>>();
+    let own = says(kind);
+    if !own.is_empty() {
+        return own;
+    }
+    let kinds = [RecordKind::HornTip, RecordKind::Vibrometer, RecordKind::Hydrophone];
+    let others: Vec<usize> = kinds.into_iter().filter(|other| *other != kind).flat_map(says).collect();
+    let left: Vec<usize> = found.iter().copied().filter(|i| !others.contains(i)).collect();
+    if left.is_empty() { found } else { left }
+}
+
+/// Whether a column has the extremes between samples that an oscilloscope in the mode Peak Detect adds.
+pub(super) fn is_peak_detect(column: &Column) -> bool {
+    column.header.to_lowercase().replace(['-', '_'], " ").contains("peak detect")
+}
 
 fn names(kind: RecordKind) -> &'static [&'static str] {
     match kind {
@@ -140,65 +189,56 @@ pub(super) fn choose(
     timed: bool,
     stated: Option<Sensitivity>,
 ) -> Result<Chosen, MeasurementError> {
-    let headers = || columns.iter().map(|column| column.header.clone()).collect::<Vec<_>>();
-    let header_line = || Place::line(path, line);
-
-    let time = match &options.time_column {
-        Some(wanted) => Some(find(path, line, columns, wanted, "--time-column")?),
-        None => {
-            let by_unit = |column: &Column| column.dimension() == Some(Dimension::TIME);
-            let by_name = |column: &Column| column.dimension().is_none() && column.is_named(&TIME_NAMES);
-            let mut found = positions(columns, |column| by_unit(column) || by_name(column));
-            if found.len() > 1 {
-                let named: Vec<_> = found.iter().copied().filter(|&i| columns[i].is_named(&TIME_NAMES)).collect();
-                if named.len() == 1 {
-                    found = named;
-                }
-            }
-            match found[..] {
-                [only] => Some(only),
-                // Two columns without names for either: the first is time when its unit is given.
-                [] if columns.len() == 2 && options.time_unit.is_some() && columns[0].unit.is_none() => Some(0),
-                [] if timed => None,
-                [] => return Err(MeasurementError::NoTime { place: header_line(), columns: headers() }),
-                _ => {
-                    let candidates = found.iter().map(|&i| columns[i].header.clone()).collect();
-                    return Err(MeasurementError::Ambiguous {
-                        place: header_line(),
-                        flag: "--time-column",
-                        candidates,
-                    });
-                }
-            }
-        }
-    };
-    if let (Some(unit), Some(time)) = (&options.time_unit, time) {
-        columns[time].override_unit(unit);
+    let time = choose_time(path, line, columns, options, timed);
+    if let (Some(unit), Ok(Some(time))) = (&options.time_unit, &time) {
+        columns[*time].override_unit(unit);
     }
     let value = match &options.column {
-        Some(wanted) => find(path, line, columns, wanted, "--column")?,
-        None => choose_value(path, line, columns, time, kind, options, stated)?,
+        Some(wanted) => find(path, line, columns, wanted, "--column"),
+        None => choose_value(path, line, columns, time.as_ref().ok().copied().flatten(), kind, options, stated),
     };
-    if let Some(unit) = &options.unit {
-        columns[value].override_unit(unit);
+    if let (Some(unit), Ok(value)) = (&options.unit, &value) {
+        columns[*value].override_unit(unit);
     }
-
-    let time_factor = match time {
-        None => 1.0,
-        Some(time) => {
-            let unit = unit_of(path, line, &columns[time], "time_s", "--time-unit")?;
-            if unit.dimension != Dimension::TIME {
-                return Err(wrong(path, line, &columns[time], unit, ("a time", kind), "--time-column"));
-            }
-            unit.factor
+    if let (true, Ok(value)) = (options.scale.is_some(), &value) {
+        // A sensitivity is for volts: what it is given for is in volts.
+        let column = &mut columns[*value];
+        if column.unit.is_none() {
+            column.override_unit("V");
+        }
+    }
+    let time_factor = match &time {
+        Err(_) | Ok(None) => Ok(1.0),
+        Ok(Some(time)) => unit_of(path, line, &columns[*time], "time_s", "--time-unit").and_then(|unit| {
+            let of_time = unit.dimension == Dimension::TIME;
+            let wrong = || wrong(path, line, &columns[*time], unit, ("a time", kind), "--time-column");
+            if of_time { Ok(unit.factor) } else { Err(wrong()) }
+        }),
+    };
+    let scaled = options.scale.or(stated).is_some();
+    let volts_of = |column: &Column| MeasurementError::Volts {
+        place: Place::cell(path, line, &column.header),
+        kind,
+        unit: column.unit_text.clone().unwrap_or_default(),
+    };
+    let unscaled = |column: &Column| column.dimension() == Some(Dimension::VOLTAGE) && !scaled;
+    let value_unit = match &value {
+        Ok(value) if unscaled(&columns[*value]) => Err(volts_of(&columns[*value])),
+        Ok(value) => unit_of(path, line, &columns[*value], example(kind), "--unit"),
+        // Whichever is chosen: a sensitivity is missing besides.
+        Err(MeasurementError::Ambiguous { numbers, .. }) if numbers.iter().all(|number| unscaled(&columns[number - 1])) => {
+            Err(volts_of(&columns[numbers[0] - 1]))
+        }
+        Err(_) => Ok(Unit { factor: 1.0, dimension: Dimension::NONE }),
+    };
+    let (time, value, time_factor, mut value_unit) = match (time, value, time_factor, value_unit) {
+        (Ok(time), Ok(value), Ok(time_factor), Ok(value_unit)) => (time, value, time_factor, value_unit),
+        (time, value, time_factor, value_unit) => {
+            let errors = [time.err(), value.err(), time_factor.err(), value_unit.err()];
+            return Err(MeasurementError::of_all(errors.into_iter().flatten().collect()));
         }
     };
-    let column = &mut columns[value];
-    if options.scale.is_some() && column.unit.is_none() {
-        // A sensitivity is for volts: what it is given for is in volts.
-        column.override_unit("V");
-    }
-    let mut value_unit = unit_of(path, line, column, example(kind), "--unit")?;
+    let column = &columns[value];
     let is_volts = value_unit.dimension == Dimension::VOLTAGE;
     if options.scale.is_some() && !is_volts {
         return Err(MeasurementError::ScaleWithoutVolts {
@@ -214,13 +254,7 @@ pub(super) fn choose(
         (Dimension::VELOCITY, RecordKind::Vibrometer | RecordKind::HornTip)
         | (Dimension::LENGTH, RecordKind::HornTip)
         | (Dimension::PRESSURE, RecordKind::Hydrophone) => {}
-        (Dimension::VOLTAGE, _) => {
-            return Err(MeasurementError::Volts {
-                place: Place::cell(path, line, &column.header),
-                kind,
-                unit: column.unit_text.clone().unwrap_or_default(),
-            });
-        }
+        (Dimension::VOLTAGE, _) => return Err(volts_of(column)),
         (found, _) if volts.is_some() => {
             let scale = volts.map_or_else(String::new, |(_, scale)| scale.to_string());
             let place = Place::cell(path, line, &column.header);
@@ -237,6 +271,49 @@ pub(super) fn choose(
         }
     }
     Ok(Chosen { time, value, time_factor, value_unit, volts })
+}
+
+fn choose_time(
+    path: &Path,
+    line: u64,
+    columns: &[Column],
+    options: &ReadOptions,
+    timed: bool,
+) -> Result<Option<usize>, MeasurementError> {
+    if let Some(wanted) = &options.time_column {
+        return find(path, line, columns, wanted, "--time-column").map(Some);
+    }
+    let by_unit = |column: &Column| column.dimension() == Some(Dimension::TIME);
+    let by_name = |column: &Column| column.dimension().is_none() && column.is_named(&TIME_NAMES);
+    let mut found = positions(columns, |column| by_unit(column) || by_name(column));
+    if found.len() > 1 {
+        let named: Vec<_> = found.iter().copied().filter(|&i| columns[i].is_named(&TIME_NAMES)).collect();
+        if named.len() == 1 {
+            found = named;
+        }
+    }
+    let headers = || columns.iter().map(|column| column.header.clone()).collect::<Vec<_>>();
+    let over = |column: &&Column| column.dimension() == Some(Dimension::FREQUENCY) || column.is_named(&FREQUENCY_NAMES);
+    match found[..] {
+        [only] => Ok(Some(only)),
+        // Two columns without names for either: the first is time when its unit is given.
+        [] if columns.len() == 2 && options.time_unit.is_some() && columns[0].unit.is_none() => Ok(Some(0)),
+        [] if timed => Ok(None),
+        [] => Err(match columns.iter().find(over) {
+            Some(column) => MeasurementError::Spectrum { place: Place::cell(path, line, &column.header) },
+            None => MeasurementError::NoTime { place: Place::line(path, line), columns: headers() },
+        }),
+        _ => Err(ambiguous(path, line, columns, &found, "--time-column")),
+    }
+}
+
+fn ambiguous(path: &Path, line: u64, columns: &[Column], found: &[usize], flag: &'static str) -> MeasurementError {
+    MeasurementError::Ambiguous {
+        place: Place::line(path, line),
+        flag,
+        candidates: found.iter().map(|&i| columns[i].header.clone()).collect(),
+        numbers: found.iter().map(|&i| i + 1).collect(),
+    }
 }
 
 fn choose_value(
@@ -279,18 +356,14 @@ fn choose_value(
     if found.is_empty() && named == 1 + usize::from(time.is_some()) {
         found = others(&|_| true);
     }
-    match found[..] {
+    match meant(columns, found, kind)[..] {
         [only] => Ok(only),
         [] => Err(MeasurementError::NoQuantity {
             place: Place::line(path, line),
             kind,
             columns: columns.iter().map(|column| column.header.clone()).collect(),
         }),
-        _ => Err(MeasurementError::Ambiguous {
-            place: Place::line(path, line),
-            flag: "--column",
-            candidates: found.iter().map(|&i| columns[i].header.clone()).collect(),
-        }),
+        ref several => Err(ambiguous(path, line, columns, several, "--column")),
     }
 }
 
@@ -307,11 +380,13 @@ fn find(
     flag: &'static str,
 ) -> Result<usize, MeasurementError> {
     let same = |a: &str| a.trim().to_lowercase() == wanted.trim().to_lowercase();
-    if let Some(i) = columns.iter().position(|column| same(&column.header)) {
-        return Ok(i);
-    }
-    if let [only] = positions(columns, |column| same(&column.name))[..] {
-        return Ok(only);
+    for found in [positions(columns, |column| same(&column.header)), positions(columns, |column| same(&column.name))] {
+        match found[..] {
+            [] => {}
+            [only] => return Ok(only),
+            // A name that several have chooses none of them.
+            _ => return Err(ambiguous(path, line, columns, &found, flag)),
+        }
     }
     match wanted.trim().parse::<usize>() {
         Ok(number) if (1..=columns.len()).contains(&number) => Ok(number - 1),

@@ -58,6 +58,55 @@ fn subharmonic(stated: f64, found: f64) -> &'static str {
     if is(2.0) || is(3.0) { "; a bead answers so, a horn does not: are the two files swapped?" } else { "" }
 }
 
+/// How one of several columns is chosen; by number where names are shared.
+fn by_name_or_number(flag: &str, candidates: &[String], numbers: &[usize]) -> String {
+    let shared = candidates.iter().enumerate().any(|(i, name)| candidates[..i].contains(name));
+    if !shared {
+        return format!("with {flag}");
+    }
+    let numbers: Vec<String> = numbers.iter().map(|number| format!("{flag} {number}")).collect();
+    format!("by its number, for they share a name: {}", numbers.join(" or "))
+}
+
+/// A word as a shell takes it whole.
+fn quoted(word: &str) -> String {
+    let plain = |letter: char| letter.is_ascii_alphanumeric() || "-_./:+".contains(letter);
+    if !word.is_empty() && word.chars().all(plain) { word.into() } else { format!("'{}'", word.replace('\'', "'\\''")) }
+}
+
+fn remedies(errors: &[MeasurementError]) -> String {
+    errors.iter().filter_map(MeasurementError::remedy).collect::<Vec<_>>().join(" ")
+}
+
+impl MeasurementError {
+    /// All that is wrong.
+    pub(super) fn of_all(mut errors: Vec<Self>) -> Self {
+        if errors.len() == 1 { errors.remove(0) } else { Self::Several(errors) }
+    }
+
+    /// Flags that would settle it, as they are typed, with values that may have to be replaced; `None` where no flag does.
+    #[must_use]
+    pub fn remedy(&self) -> Option<String> {
+        Some(match self {
+            Self::Several(errors) => remedies(errors),
+            Self::Ambiguous { flag, candidates, numbers, .. } => {
+                let shared = candidates.iter().enumerate().any(|(i, name)| candidates[..i].contains(name));
+                let first = if shared { numbers.first()?.to_string() } else { quoted(candidates.first()?) };
+                format!("{flag} {first}")
+            }
+            Self::Volts { kind: RecordKind::Hydrophone, .. } => "--scale '250 nV/Pa'".into(),
+            Self::Volts { .. } => "--scale '125 mm/s/V'".into(),
+            Self::NoTime { .. } => "--sample-rate 5MHz".into(),
+            Self::NoUnit { flag: "--time-unit", .. } => "--time-unit us".into(),
+            Self::NoUnit { flag: "--unit", example, .. } => {
+                format!("--unit {}", if example.starts_with("pressure") { "kPa" } else { "mm/s" })
+            }
+            Self::NoHeader { .. } => "--time-unit s --unit mm/s".into(),
+            _ => return None,
+        })
+    }
+}
+
 /// Why a record cannot be used.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -334,7 +383,10 @@ pub enum MeasurementError {
         columns: Vec<String>,
     },
     /// More than one column would do.
-    #[error("{place}: expected one column to read, found {}: {}; choose one with {flag}", candidates.len(), listed(candidates))]
+    #[error(
+        "{place}: expected one column to read, found {}: {}; choose one {}",
+        candidates.len(), listed(candidates), by_name_or_number(flag, candidates, numbers)
+    )]
     Ambiguous {
         /// Where the header is.
         place: Place,
@@ -342,6 +394,25 @@ pub enum MeasurementError {
         flag: &'static str,
         /// The columns that would do.
         candidates: Vec<String>,
+        /// Their numbers, from 1.
+        numbers: Vec<usize>,
+    },
+    /// Amplitudes over frequencies.
+    #[error("{place}: expected samples in time, found a spectrum; export the time data")]
+    Spectrum {
+        /// Its column of frequencies.
+        place: Place,
+    },
+    /// More than one thing is not said.
+    #[error("{}; all at once: {}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n  and "), remedies(.0))]
+    Several(Vec<MeasurementError>),
+    /// Minimum and maximum at every instant.
+    #[error(
+        "{place}: expected one sample at every instant, found two: the extremes that an oscilloscope writes in the mode Peak Detect, which are no          samples; record again in the mode Sample"
+    )]
+    PeakDetect {
+        /// Where the second instant is the first.
+        place: Place,
     },
     /// A column without a unit.
     #[error("{place}: expected a unit, found none; write it in the header as in `{example}`, or pass {flag}")]

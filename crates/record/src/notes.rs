@@ -65,6 +65,24 @@ impl Notes {
         time
     }
 
+    /// Values that hardly anything on such a bench has.
+    pub(super) fn about_plausibility(&mut self, dimension: Dimension, peak: f64) {
+        let (limit, least) = match dimension {
+            Dimension::LENGTH => (1e-3, "a horn's tip moves by micrometres"),
+            Dimension::VELOCITY => (20.0, "beads and tips move at millimetres to metres a second"),
+            Dimension::PRESSURE => (1e8, "shock waves of lithotripters have less"),
+            _ => return,
+        };
+        if peak > limit {
+            let rounded = |value: f64| Quantity::new(format!("{value:.2e}").parse().unwrap_or(value), dimension);
+            self.warn(format!(
+                "the peak is {}, above {}: {least}; check the unit (--unit) or the sensitivity (--scale)",
+                rounded(peak),
+                rounded(limit)
+            ));
+        }
+    }
+
     pub(super) fn about_table(&mut self, table: &Table, options: &ReadOptions) {
         match &table.form {
             Form::Text(form) => self.about_text(form, table, options),

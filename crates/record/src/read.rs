@@ -11,12 +11,13 @@ use granchain_signal::{Dimension, Series, Unit, integral, sha256};
 use super::{
     Baseline, MeasurementError, NoiseSource, ReadOptions, Record, RecordKind, RecordedQuantity, Sensitivity,
     baseline::{FEWEST_PERIODS, FEWEST_QUIET, mean_and_rms, plateau_mean, quiet_lead, without_drift},
+    column::{Column, is_of, is_peak_detect},
     encoding, estimate, header, line,
     noise::{noise, noise_band},
     notes::{Notes, hertz, written},
     place::SampleLines,
     quantisation::quantisation_step,
-    sampling, table,
+    sampling, table, universal,
 };
 
 /// Read a record of a known kind.
@@ -34,6 +35,24 @@ pub fn read_record(path: &Path, kind: RecordKind, options: &ReadOptions) -> Resu
 /// [`MeasurementError`] with file, line and column.
 pub fn inspect_record(path: &Path, options: &ReadOptions) -> Result<Record, MeasurementError> {
     read_record_bytes(path, &read_file(path, refuse_early)?, None, options)
+}
+
+/// The header of the one column of a table that names the horn's tip, beside another quantity; `None` where none does, or several do.
+#[must_use]
+pub fn horn_column(path: &Path, options: &ReadOptions) -> Option<String> {
+    let (mut head, _) = read_head(path).ok()?;
+    let end = head.iter().rposition(|byte| matches!(byte, b'\n' | b'\r'))?;
+    head.truncate(end + 1);
+    if universal::is_universal(&head) {
+        return None;
+    }
+    let columns = table::columns(path, &head, options).ok()?;
+    let of_horn = |column: &&Column| is_of(&column.header, RecordKind::HornTip);
+    let mut named = columns.iter().filter(of_horn);
+    let (only, further) = (named.next()?, named.next());
+    // Time, the horn, and what it moved.
+    (further.is_none() && columns.iter().filter(|column| !column.header.is_empty()).count() > 2)
+        .then(|| only.header.clone())
 }
 
 /// The first MiB of a file, more than any header is long, and the file open behind it.
@@ -122,6 +141,9 @@ pub fn read_record_bytes(
     notes.about_table(&table, options);
     notes.about_sampling(&sampled);
     let mut raw = sampled.series;
+    if let Some(column) = table.columns.iter().find(|column| is_peak_detect(column)) {
+        notes.assume(format!("`{}` (extremes between samples, mode Peak Detect) is passed over", column.header));
+    }
     let (start, step) = (raw.start, raw.step);
     (table.times, table.lines) = (Vec::new(), SampleLines::default());
     let recorded = match table.chosen.value_unit.dimension {
@@ -218,6 +240,8 @@ pub fn read_record_bytes(
             0.0
         }
     };
+    let peak = raw.values.iter().map(|value| (value - baseline).abs()).fold(0.0, f64::max);
+    notes.about_plausibility(table.chosen.value_unit.dimension, peak);
     let sign = if options.invert { -1.0 } else { 1.0 };
     let positive = match kind {
         RecordKind::Hydrophone => "above the ambient pressure",

@@ -25,7 +25,8 @@ pub(super) struct Sampled {
 }
 
 /// The values on the even grid through the first and the last instant, or where the record leaves it. With `resample` an
-/// uneven record is interpolated onto a grid of its median step.
+/// uneven record is interpolated onto a grid of its median step, or of the mean of its usual steps where the instants have so few digits that
+/// the median is a rounded one.
 pub(super) fn even_series(path: &Path, table: &mut Table, resample: bool) -> Result<Sampled, MeasurementError> {
     let times = &table.times;
     let count = table.values.len();
@@ -52,8 +53,11 @@ pub(super) fn even_series(path: &Path, table: &mut Table, resample: bool) -> Res
         });
     let (shortest, longest) =
         steps.iter().fold((f64::INFINITY, 0.0), |(low, high), &step| (f64::min(low, step), f64::max(high, step)));
+    let step = if table.digit > ROUNDED * median { usual_step(&steps, median, table.digit) } else { median };
     drop(steps);
-    let even = ((times[count - 1] - start) / median * (1.0 + 1e-9)).floor() + 1.0;
+    // The last instant may be rounded down.
+    let slack = if table.digit > ROUNDED * median { (table.digit / step).min(0.5) } else { 0.0 };
+    let even = ((times[count - 1] - start) / step * (1.0 + 1e-9) + slack).floor() + 1.0;
     // A clock of two speeds makes no more samples than a few times what there are.
     if !resample || longest > LONGEST_STEP * median || !(even <= 4.0 * count as f64) {
         let column = table.chosen.time.map_or("time", |time| &table.columns[time].header);
@@ -72,7 +76,7 @@ pub(super) fn even_series(path: &Path, table: &mut Table, resample: bool) -> Res
     if even < FEWEST {
         return Err(MeasurementError::TooFewSamples { path: path.into(), needed: FEWEST, found: even });
     }
-    let values = interpolated(times, &table.values, start, median, even);
+    let values = interpolated(times, &table.values, start, step, even);
     // Slopes between values near the largest number overflow.
     if values.iter().any(|value| !value.is_finite()) {
         let largest = (0..count).max_by(|&a, &b| table.values[a].abs().total_cmp(&table.values[b].abs())).unwrap_or(0);
@@ -80,7 +84,17 @@ pub(super) fn even_series(path: &Path, table: &mut Table, resample: bool) -> Res
         let place = Place::cell(path, line, &table.columns[table.chosen.value].header);
         return Err(MeasurementError::Infinite { place, found: format!("{:.3e}", table.values[largest]) });
     }
-    Ok(Sampled { series: Series::new(start, median, values), resampled: Some((shortest, longest)) })
+    Ok(Sampled { series: Series::new(start, step, values), resampled: Some((shortest, longest)) })
+}
+
+/// Unit of the last digit over the step from which a median of steps is one of a few rounded values.
+const ROUNDED: f64 = 1e-3;
+
+/// Mean of the steps that differ from the median by no more than rounding: what that adds to one it takes off the next.
+fn usual_step(steps: &[f64], median: f64, digit: f64) -> f64 {
+    let usual = steps.iter().filter(|step| (**step - median).abs() <= 1.01 * digit);
+    let (sum, count) = usual.fold((0.0, 0.0), |(sum, count), step| (sum + step, count + 1.0));
+    sum / count
 }
 
 /// Whether instants stand on the even grid through the first and the last.

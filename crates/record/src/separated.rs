@@ -12,6 +12,14 @@ pub(super) fn with_line_ends(text: Cow<'_, str>) -> Cow<'_, str> {
     if text.contains('\r') && !text.contains('\n') { Cow::Owned(text.replace('\r', "\n")) } else { text }
 }
 
+/// The same of bytes, none of which is LF.
+pub(super) fn with_line_feeds(bytes: &[u8]) -> Cow<'_, [u8]> {
+    if bytes.contains(&b'\n') || !bytes.contains(&b'\r') {
+        return Cow::Borrowed(bytes);
+    }
+    Cow::Owned(bytes.iter().map(|&byte| if byte == b'\r' { b'\n' } else { byte }).collect())
+}
+
 fn is_number(word: &str) -> bool {
     decimal::number(word, DecimalSign::Point).is_some() || decimal::number(word, DecimalSign::Comma).is_some()
 }

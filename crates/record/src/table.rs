@@ -51,6 +51,8 @@ pub(super) struct Table {
     pub times: Vec<f64>,
     /// First instant and step (s) of rows without a time.
     pub grid: Option<(f64, f64)>,
+    /// Unit of the last digit of the instants, s, where they are not even; 0 where they are, or where it is not known.
+    pub digit: f64,
     /// Values, SI.
     pub values: Vec<f64>,
     /// Line of each sample, where there are lines.
@@ -174,6 +176,18 @@ pub(super) fn is_missing(cell: &str) -> bool {
         .any(|word| cell.eq_ignore_ascii_case(word))
 }
 
+/// The columns of a table of text as its first bytes name them; `bytes` end with a line.
+pub(super) fn columns(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Vec<Column>, MeasurementError> {
+    let text = separated::with_line_ends(encoding::decode(path, bytes)?.text);
+    let preamble = preamble::recognise(path, &text, options.dataset)?;
+    let from = preamble.as_ref().map_or(0, |preamble| preamble.body);
+    let body = separated::by_tabs(text.get(from..).unwrap_or_default(), options);
+    let dialect = dialect::detect(path, &body, 1, options)?;
+    let mut rows = Rows::new(body.as_bytes(), 1, dialect.delimiter);
+    rows.advance();
+    Ok(Header::read(path, &mut rows, preamble.as_ref(), dialect, options)?.columns)
+}
+
 /// Read the columns that `options` and the header choose.
 pub(super) fn read(
     path: &Path,
@@ -182,8 +196,9 @@ pub(super) fn read(
     options: &ReadOptions,
 ) -> Result<(Table, RecordKind), MeasurementError> {
     let kind = kind.into();
-    if universal::is_universal(bytes) {
-        return universal::read(path, bytes, kind, options);
+    let lines = separated::with_line_feeds(bytes);
+    if universal::is_universal(&lines) {
+        return universal::read(path, &lines, kind, options);
     }
     let Decoded { text, encoding, foreign } = encoding::decode(path, bytes)?;
     let text = separated::with_line_ends(text);
@@ -288,6 +303,7 @@ pub(super) fn read(
         columns,
         times: Vec::with_capacity(if chosen.time.is_some() { expected } else { 0 }),
         grid: grid.filter(|_| chosen.time.is_none()),
+        digit: 0.0,
         chosen,
         values: Vec::with_capacity(expected),
         lines: SampleLines::default(),
@@ -324,11 +340,15 @@ pub(super) fn read(
     }
     table.settle_times(path, gap.standing, options, |column| {
         let mut rows = Rows::new(bytes, first_line, dialect.delimiter);
-        let mut digits = Vec::new();
+        let (mut digits, mut powers) = (Vec::new(), false);
         while rows.advance() {
-            digits.extend(decimal::last_digit(text_of(&rows, column), dialect.decimal));
+            let cell = text_of(&rows, column);
+            if let Some(unit) = decimal::last_digit(cell, dialect.decimal) {
+                digits.push(unit);
+                powers |= cell.contains(['e', 'E']);
+            }
         }
-        digits
+        (digits, powers)
     })?;
     Ok((table, kind))
 }
@@ -537,7 +557,7 @@ impl Table {
         path: &Path,
         standing: Option<(u64, f64)>,
         options: &ReadOptions,
-        digits: impl Fn(usize) -> Vec<f64>,
+        digits: impl Fn(usize) -> (Vec<f64>, bool),
     ) -> Result<(), MeasurementError> {
         let (Some(column), Some(&start)) = (self.chosen.time, self.times.first()) else { return Ok(()) };
         let name = self.columns[column].header.clone();
@@ -559,7 +579,11 @@ impl Table {
             return Ok(());
         }
         let interval = self.form.preamble().and_then(|preamble| preamble.interval);
-        let digits: Vec<f64> = digits(column).into_iter().map(|unit| unit * self.chosen.time_factor).collect();
+        let (digits, powers) = digits(column);
+        let digits: Vec<f64> = digits.into_iter().map(|unit| unit * self.chosen.time_factor).collect();
+        // Without powers of ten, cells of fewer digits have lost their zeros.
+        let finest = digits.iter().copied().fold(f64::INFINITY, f64::min);
+        self.digit = if powers { digits.iter().copied().fold(0.0, f64::max) } else { finest };
         if let Some((start, step)) = sampling::rounded(&self.times, &digits, interval) {
             let from = if interval.is_some() { "the preamble's interval" } else { "the first and the last" };
             self.assumptions.push(format!(
@@ -568,7 +592,11 @@ impl Table {
             (self.grid, self.times) = (Some((start, step)), Vec::new());
             return Ok(());
         }
+        let twice = self.times.chunks_exact(2).filter(|pair| pair[0] == pair[1]).count();
         match standing {
+            Some((line, _)) if 20 * twice > 9 * self.times.len() => {
+                Err(MeasurementError::PeakDetect { place: self.cell(path, line, column) })
+            }
             Some((line, time)) => {
                 let place = self.cell(path, line, column);
                 Err(MeasurementError::TimeNotIncreasing { place, previous: time, found: time })

@@ -44,6 +44,16 @@ pub enum UniversalError {
         /// The number asked for.
         wanted: Option<usize>,
     },
+    /// Several functions, none of them in time.
+    #[error("{place}: expected a record in time, found {count} functions of which none is one, such as {first}; export the time data")]
+    Spectra {
+        /// The file.
+        place: Place,
+        /// How many.
+        count: usize,
+        /// The first, in words.
+        first: String,
+    },
     /// No data set 58.
     #[error("{place}: expected a function (data set 58), found {found}; export the time data as function")]
     NoFunction {

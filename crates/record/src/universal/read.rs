@@ -102,7 +102,20 @@ pub(in super::super) fn read(
     let Functions { heads, others } = functions(path, bytes)?;
     let wanted = options.dataset;
     let several = heads.len() > 1;
+    let in_time_alone = |(_, (head, _)): &(usize, &(Head, Option<f64>))| in_time(&Place::file(path), head, false).is_ok();
+    let timed: Vec<usize> = heads.iter().enumerate().filter(in_time_alone).map(|(at, _)| at).collect();
     let at = match wanted {
+        None if several && timed.is_empty() => {
+            let (first, _) = &heads[0];
+            return Err(UniversalError::Spectra {
+                place: Place::file(path),
+                count: heads.len(),
+                first: first.described(1),
+            }
+            .into());
+        }
+        // The only one that is a record.
+        None if several && timed.len() == 1 => timed[0],
         Some(number) if (1..=heads.len()).contains(&number) => number - 1,
         None if heads.len() == 1 => 0,
         _ if heads.is_empty() => {
@@ -125,9 +138,10 @@ pub(in super::super) fn read(
     form.written = written(head);
     if several || wanted.is_some() {
         form.assumptions.push(format!(
-            "function {} of {} (--dataset): {}",
+            "function {} of {} ({}): {}",
             at + 1,
             heads.len(),
+            if wanted.is_some() { "--dataset" } else { "the only one in time" },
             head.described(at + 1)
         ));
     }
@@ -165,6 +179,7 @@ pub(in super::super) fn read(
         chosen,
         times,
         grid,
+        digit: 0.0,
         values,
         lines: SampleLines::default(),
         bridged: 0,

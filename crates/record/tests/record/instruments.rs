@@ -262,3 +262,97 @@ fn blanks_and_carriage_returns_are_separators_too() {
     let long: String = (0..5000).map(|i| format!("{:.9e},{:.12}\r", time(i), volts(i))).collect();
     assert_eq!(read_with(&format!("time_s,ch1 (V)\r{long}"), &options()).unwrap().raw.len(), 5000);
 }
+
+#[test]
+fn a_second_channel_is_told_by_its_name_and_else_asked_for_with_all_that_is_missing() {
+    let two = |first: &str, second: &str| {
+        format!("Time (s),{first},{second}\n") + &rows(|i| format!("{:.9e},{:.12},7.5", time(i), volts(i)))
+    };
+    reads("by name", &two("Vibrometer (V)", "Horn (V)"), &[]);
+    let horn = read_record_bytes(
+        Path::new("scope.csv"),
+        two("LDV (V)", "horn tip (V)").replace(",7.5", ",0.5").as_bytes(),
+        Some(RecordKind::Vibrometer),
+        &ReadOptions { column: Some("horn tip".into()), ..options() },
+    );
+    assert_eq!(horn.unwrap().value_column.0, "horn tip (V)");
+    let bare = two("CH1 (V)", "CH2 (V)");
+    let error = read_with(&bare, &ReadOptions::default()).unwrap_err();
+    let message = error.to_string();
+    assert!(message.contains("choose one with --column") && message.contains("found volts"), "{message}");
+    assert_eq!(error.remedy().unwrap(), "--column 'CH1 (V)' --scale '125 mm/s/V'");
+    let same = two("CH (V)", "CH (V)");
+    let message = refused(&same);
+    assert!(message.contains("by its number, for they share a name: --column 2 or --column 3"), "{message}");
+    assert!(read_with(&same, &channel("CH (V)")).is_err());
+    is_the_bench("by number", &read_with(&same, &channel("2")).unwrap(), &[]);
+    let untimed = bare.lines().map(|line| line.split_once(',').unwrap().1.to_owned() + "\n").collect::<String>();
+    let remedy = read_with(&untimed, &ReadOptions::default()).unwrap_err().remedy().unwrap();
+    assert_eq!(remedy, "--sample-rate 5MHz --column 'CH1 (V)' --scale '125 mm/s/V'");
+}
+
+#[test]
+fn spectra_accelerations_and_small_letters_are_known_for_what_they_are() {
+    let table = |header: &str| format!("{header}\n") + &rows(|i| format!("{:.9e},{:.12}", time(i), volts(i)));
+    let message = read_with(&table("Frequency (Hz),Velocity (m/s)"), &ReadOptions::default()).unwrap_err().to_string();
+    assert!(message.contains("found a spectrum"), "{message}");
+    let message = read_with(&table("t (s),acc (g)"), &ReadOptions::default()).unwrap_err().to_string();
+    assert!(message.contains("`g` of an acceleration"), "{message}");
+    for (header, factor) in [("time_s,pressure_kpa", 1e3), ("time_s,pressure_pa", 1.0), ("time_s,p_bar", 1e5)] {
+        let text = table(header);
+        let kind = Some(RecordKind::Hydrophone);
+        let read = read_record_bytes(Path::new("a.csv"), text.as_bytes(), kind, &ReadOptions::default()).unwrap();
+        assert!((read.raw.values[30] - factor * volts(30)).abs() < 1e-6 * factor, "{header}");
+    }
+}
+
+#[test]
+fn what_no_bench_shows_is_warned_of() {
+    let loud = |header: &str, kind, factor: f64| {
+        let text = format!("{header}\n") + &rows(|i| format!("{:.9e},{:.12}", time(i), factor * volts(i)));
+        let record = read_record_bytes(Path::new("a.csv"), text.as_bytes(), Some(kind), &ReadOptions::default()).unwrap();
+        record.warnings.iter().any(|text| text.contains("check the unit"))
+    };
+    for (header, kind, limit) in [
+        ("time_s,velocity_m_per_s", RecordKind::Vibrometer, 20.0),
+        ("time_s,displacement_m", RecordKind::HornTip, 1e-3),
+        ("time_s,pressure_Pa", RecordKind::Hydrophone, 1e8),
+    ] {
+        assert!(loud(header, kind, 3.0 * limit), "{header}");
+        assert!(!loud(header, kind, 2.0 * limit), "{header}");
+    }
+}
+
+#[test]
+fn peak_detect_is_no_sampling() {
+    let beside = "TIME (s),CH1 (V),CH1 Peak Detect (V)\n".to_owned()
+        + &rows(|i| format!("{:.9e},{:.12},{:.12}", time(i), volts(i), volts(i) + 0.1));
+    reads("a column more", &beside, &["`CH1 Peak Detect (V)` (extremes between samples, mode Peak Detect) is passed over"]);
+    let twice = "TIME (s),CH1 (V)\n".to_owned() + &rows(|i| format!("{:.9e},{:.12}", time(i / 2 * 2), volts(i)));
+    assert!(refused(&twice).contains("Peak Detect"), "{}", refused(&twice));
+}
+
+#[test]
+fn a_stated_rate_wins_and_rounded_instants_are_never_resampled() {
+    let fine = |i: usize| 1.6e-6 * i as f64 - 0.1;
+    let few = |count: usize| {
+        let row = |i: usize| format!("{:.4e},{:.12}\n", fine(i), (0.05 * i as f64).sin());
+        "t (s),v (V)\n".to_owned() + &(0..count).map(row).collect::<String>()
+    };
+    // Five digits of −0.1 s: ten microseconds, six samples to an instant.
+    let record = read_with(&few(12_500), &ReadOptions { resample: true, ..options() }).unwrap();
+    assert_eq!(record.raw.len(), 12_500);
+    assert!((record.raw.step / 1.6e-6 - 1.0).abs() < 1e-3, "{:e}", record.raw.step);
+    let rate = ReadOptions { sample_rate: Some(625e3), ..options() };
+    let record = read_with(&few(200), &rate).unwrap();
+    assert!((record.raw.step - 1.6e-6).abs() < 1e-18 && record.assumptions.iter().any(|it| it.contains("--sample-rate")));
+    let record = read_with(&few(12_500), &ReadOptions { sample_rate: Some(1e6), ..options() }).unwrap();
+    assert!(record.warnings.iter().any(|text| text.contains("one sample every 1.6")), "{:?}", record.warnings);
+    // Rows are lost: what is left is interpolated onto the clock, not onto a rounded step.
+    let row = |i: usize| format!("{:.6e},{:.12}\n", 1.37e-6 * i as f64 + 1.0, (0.02 * i as f64).sin());
+    let lost = (0..5000).filter(|i| !(2000..2002).contains(i)).map(row).collect::<String>();
+    let record =
+        read_with(&format!("t (s),v (V)\n{lost}"), &ReadOptions { resample: true, ..options() }).unwrap();
+    assert_eq!(record.raw.len(), 5000);
+    assert!((record.raw.values[4500] - 0.1 * (0.02 * 4500f64).sin()).abs() < 2e-3);
+}

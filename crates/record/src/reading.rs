@@ -1,0 +1,308 @@
+//! How the channels of a bench are read, as a file states it once for all records.
+//!
+//! ```toml
+//! [vibrometer]
+//! channel = "CH2"
+//! scale = "125 mm/s/V"
+//! bandwidth = "1.5 MHz"
+//! delay = "4.2 us"
+//!
+//! [horn-tip]
+//! channel = "CH1"
+//! scale = "2 um/V"
+//! ```
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use serde::{Deserialize, Serialize};
+
+use granchain_signal::{Dimension, Quantity, QuantityError};
+
+use super::{Choice, ReadOptions, RecordKind, Sensitivity, SensitivityError, sha256};
+
+/// Reading options as a file states them; what is absent is left to the record.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Reading {
+    /// Column of the recorded quantity, by its header or number.
+    #[serde(alias = "column")]
+    pub channel: Option<String>,
+    /// Column of time, likewise.
+    pub time_column: Option<String>,
+    /// Unit of the quantity.
+    pub unit: Option<String>,
+    /// Unit of time.
+    pub time_unit: Option<String>,
+    /// Sensitivity of decoder or hydrophone.
+    pub scale: Option<String>,
+    /// Full-scale value.
+    pub range: Option<String>,
+    /// −6 dB bandwidth of the decoder.
+    pub bandwidth: Option<String>,
+    /// Delay of the decoder.
+    pub delay: Option<String>,
+    /// Instant of the trigger.
+    pub trigger: Option<String>,
+    /// Sample rate of rows without a time.
+    pub sample_rate: Option<String>,
+    /// Which offset is removed.
+    pub baseline: Option<String>,
+    /// What is done about missing cells.
+    pub missing: Option<String>,
+    /// What separates the values.
+    pub delimiter: Option<String>,
+    /// How decimals are written.
+    pub decimal: Option<String>,
+    /// Whether the sign is turned.
+    pub invert: Option<bool>,
+    /// Whether uneven samples are interpolated.
+    pub resample: Option<bool>,
+    /// Function or segment, from 1.
+    pub dataset: Option<usize>,
+}
+
+/// Why a stated reading cannot be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadingError {
+    /// A quantity that is none, or one of something else.
+    #[error("`{key}`: {source}")]
+    Quantity {
+        /// Which key.
+        key: &'static str,
+        /// Why.
+        source: QuantityError,
+    },
+    /// A frequency that is not above zero.
+    #[error("`{key}`: expected a value above zero, found `{found}`")]
+    NotPositive {
+        /// Which key.
+        key: &'static str,
+        /// The text.
+        found: String,
+    },
+    /// A sensitivity that is none.
+    #[error("`scale`: {0}")]
+    Scale(#[from] SensitivityError),
+    /// A word that chooses nothing.
+    #[error("`{key}`: expected one of {expected}, found `{found}`")]
+    Word {
+        /// Which key.
+        key: &'static str,
+        /// The words.
+        expected: String,
+        /// The text.
+        found: String,
+    },
+}
+
+fn word<C: Choice>(key: &'static str, text: &str) -> Result<C, ReadingError> {
+    C::of_word(text).ok_or_else(|| ReadingError::Word {
+        key,
+        expected: C::WORDS.iter().map(|(word, ..)| format!("`{word}`")).collect::<Vec<_>>().join(", "),
+        found: text.into(),
+    })
+}
+
+fn quantity(key: &'static str, text: &str, dimension: Dimension) -> Result<f64, ReadingError> {
+    Quantity::parse_as(text, dimension).map_err(|source| ReadingError::Quantity { key, source })
+}
+
+fn positive(key: &'static str, text: &str, dimension: Dimension) -> Result<f64, ReadingError> {
+    let value = quantity(key, text, dimension)?;
+    if value > 0.0 { Ok(value) } else { Err(ReadingError::NotPositive { key, found: text.into() }) }
+}
+
+/// `given`, else what `text` stands for.
+fn or<T>(
+    given: Option<T>,
+    text: Option<&String>,
+    parse: impl Fn(&str) -> Result<T, ReadingError>,
+) -> Result<Option<T>, ReadingError> {
+    match given {
+        Some(given) => Ok(Some(given)),
+        None => text.map(|text| parse(text)).transpose(),
+    }
+}
+
+impl Reading {
+    /// `options` where they say something, else what is stated here.
+    ///
+    /// # Errors
+    /// [`ReadingError`] with the key.
+    pub fn below(&self, options: ReadOptions) -> Result<ReadOptions, ReadingError> {
+        // A choice that is the default says nothing.
+        fn chosen<C: Choice + PartialEq>(key: &'static str, given: C, text: Option<&String>) -> Result<C, ReadingError> {
+            Ok(or(Some(given).filter(|given| *given != C::default()), text, |text| word(key, text))?.unwrap_or_default())
+        }
+        let range = |text: &str| {
+            Quantity::parse(text).map_err(|source| ReadingError::Quantity { key: "range", source })
+        };
+        Ok(ReadOptions {
+            time_column: options.time_column.or_else(|| self.time_column.clone()),
+            column: options.column.or_else(|| self.channel.clone()),
+            time_unit: options.time_unit.or_else(|| self.time_unit.clone()),
+            unit: options.unit.or_else(|| self.unit.clone()),
+            baseline: chosen("baseline", options.baseline, self.baseline.as_ref())?,
+            invert: options.invert || self.invert.unwrap_or(false),
+            bandwidth: or(options.bandwidth, self.bandwidth.as_ref(), |text| {
+                positive("bandwidth", text, Dimension::FREQUENCY)
+            })?,
+            delay: or(options.delay, self.delay.as_ref(), |text| quantity("delay", text, Dimension::TIME))?,
+            trigger: or(options.trigger, self.trigger.as_ref(), |text| quantity("trigger", text, Dimension::TIME))?,
+            missing: chosen("missing", options.missing, self.missing.as_ref())?,
+            delimiter: or(options.delimiter, self.delimiter.as_ref(), |text| word("delimiter", text))?,
+            decimal: or(options.decimal, self.decimal.as_ref(), |text| word("decimal", text))?,
+            sample_rate: or(options.sample_rate, self.sample_rate.as_ref(), |text| {
+                positive("sample_rate", text, Dimension::FREQUENCY)
+            })?,
+            scale: or(options.scale, self.scale.as_ref(), |text| Ok(Sensitivity::parse(text)?))?,
+            range: or(options.range, self.range.as_ref(), range)?,
+            resample: options.resample || self.resample.unwrap_or(false),
+            dataset: options.dataset.or(self.dataset),
+            drive_frequency: options.drive_frequency,
+            force_frequency: options.force_frequency,
+        })
+    }
+}
+
+/// The channels of a bench: sensitivities, delays and bandwidths that are typed once.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct BenchReadings {
+    /// Of the vibrometer.
+    #[serde(default)]
+    pub vibrometer: Reading,
+    /// Of the horn's tip.
+    #[serde(default)]
+    pub horn_tip: Reading,
+    /// Of the hydrophone.
+    #[serde(default)]
+    pub hydrophone: Reading,
+    /// Where it was read.
+    #[serde(skip)]
+    pub path: PathBuf,
+    /// SHA-256 of the bytes read, hexadecimal.
+    #[serde(skip)]
+    pub sha256: String,
+}
+
+/// Why a bench file cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BenchReadingsError {
+    /// The file cannot be read.
+    #[error("{}: the bench file cannot be read", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Not TOML, an unknown key, or a value of the wrong type.
+    #[error(
+        "{}:{line}: {message}; a bench file has the tables [vibrometer], [horn-tip] and [hydrophone] with the keys of a [reading]",
+        path.display()
+    )]
+    Form {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong there.
+        message: String,
+    },
+    /// A value that says nothing.
+    #[error("{}: [{table}] {source}", path.display())]
+    Reading {
+        /// The file.
+        path: PathBuf,
+        /// Which table.
+        table: &'static str,
+        /// Why.
+        source: ReadingError,
+    },
+}
+
+impl BenchReadings {
+    /// Read a bench file and check all of it.
+    ///
+    /// # Errors
+    /// [`BenchReadingsError`] with file and line or table.
+    pub fn read(path: &Path) -> Result<Self, BenchReadingsError> {
+        let text =
+            fs::read_to_string(path).map_err(|source| BenchReadingsError::Unreadable { path: path.into(), source })?;
+        let mut bench: Self = toml::from_str(&text).map_err(|error| BenchReadingsError::Form {
+            path: path.into(),
+            line: error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1),
+            message: error.message().to_owned(),
+        })?;
+        for kind in [RecordKind::Vibrometer, RecordKind::HornTip, RecordKind::Hydrophone] {
+            let refused =
+                |source| BenchReadingsError::Reading { path: path.into(), table: kind.name(), source };
+            bench.of(kind).below(ReadOptions::default()).map_err(refused)?;
+        }
+        (bench.path, bench.sha256) = (path.into(), sha256(text.as_bytes()));
+        Ok(bench)
+    }
+
+    /// How records of a kind are read.
+    #[must_use]
+    pub fn of(&self, kind: RecordKind) -> &Reading {
+        match kind {
+            RecordKind::Vibrometer => &self.vibrometer,
+            RecordKind::HornTip => &self.horn_tip,
+            RecordKind::Hydrophone => &self.hydrophone,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_asked_wins_over_what_is_stated() {
+        let stated = Reading {
+            channel: Some("CH2".into()),
+            scale: Some("125 mm/s/V".into()),
+            delay: Some("4 us".into()),
+            baseline: Some("mean".into()),
+            invert: Some(true),
+            ..Reading::default()
+        };
+        let asked = ReadOptions { column: Some("CH3".into()), ..ReadOptions::default() };
+        let both = stated.below(asked).unwrap();
+        assert_eq!(both.column.as_deref(), Some("CH3"));
+        assert_eq!((both.delay, both.invert), (Some(4e-6), true));
+        assert_eq!(both.baseline, super::super::Baseline::Mean);
+        assert_eq!(both.scale, Sensitivity::parse("125 mm/s/V").ok());
+        for (wrong, key) in [
+            (Reading { delay: Some("4 V".into()), ..Reading::default() }, "`delay`"),
+            (Reading { bandwidth: Some("-1 MHz".into()), ..Reading::default() }, "`bandwidth`"),
+            (Reading { decimal: Some("dot".into()), ..Reading::default() }, "`decimal`"),
+            (Reading { scale: Some("3".into()), ..Reading::default() }, "`scale`"),
+        ] {
+            let message = wrong.below(ReadOptions::default()).unwrap_err().to_string();
+            assert!(message.starts_with(key), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_bench_file_is_checked_whole_and_named_by_line_or_table() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bench.toml");
+        let read = |text: &str| {
+            fs::write(&path, text).unwrap();
+            BenchReadings::read(&path)
+        };
+        let bench = read("[vibrometer]\nscale = \"125 mm/s/V\"\n[horn-tip]\nchannel = \"CH1\"\n").unwrap();
+        assert_eq!(bench.of(RecordKind::HornTip).channel.as_deref(), Some("CH1"));
+        assert_eq!(bench.of(RecordKind::Hydrophone), &Reading::default());
+        assert!(read("[vibrometer]\nscal = \"1\"\n").unwrap_err().to_string().contains("bench.toml:2: unknown field"));
+        assert!(read("[horn-tip]\nscale = \"1\"\n").unwrap_err().to_string().contains("[horn-tip] `scale`"));
+    }
+}
