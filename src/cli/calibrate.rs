@@ -21,7 +21,7 @@ use super::{
     arguments::{OutputArguments, SceneArguments, Session},
     interrupt,
     output::{NOTHING_SAVED, OutputFolder},
-    reading::ReadArguments,
+    reading::{DriveReadArguments, ReadArguments},
     summary,
     timing::{self, Timing},
 };
@@ -92,6 +92,9 @@ pub struct Arguments {
     /// How the record is read.
     #[command(flatten)]
     pub reading: ReadArguments,
+    /// How the drive is read.
+    #[command(flatten)]
+    pub drive_reading: DriveReadArguments,
     /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
@@ -143,8 +146,8 @@ pub(super) struct Job {
     arguments: Vec<String>,
     /// The program that the results are said to be of.
     pub(super) program: String,
-    /// The plan, where there is one.
-    plan: Option<Input>,
+    /// The plan and the bench file, where there are such, by role.
+    plans: Vec<(&'static str, Input)>,
     /// The mesh files of all scenes as they were before the first run.
     meshes: Vec<Input>,
     /// The model run once at the answer.
@@ -225,12 +228,12 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
 /// # Errors
 /// Whatever is wrong with plan, scene or records.
 pub(super) fn prepare(arguments: Arguments, typed: Vec<String>) -> anyhow::Result<Job> {
-    let (problem, plan) = definition::problem(&arguments)?;
+    let (problem, plans) = definition::problem(&arguments)?;
     let scenes = problem.candidates.iter().flat_map(|candidate| &candidate.scenes);
     let files: BTreeSet<PathBuf> = scenes.flat_map(Scene::mesh_files).collect();
     let meshes = files.into_iter().map(Input::digest).collect::<Result<_, _>>()?;
     let confirm = arguments.confirm;
-    Ok(Job { problem, arguments: typed, program: summary::program(), plan, meshes, confirm })
+    Ok(Job { problem, arguments: typed, program: summary::program(), plans, meshes, confirm })
 }
 
 /// What a stopped or a refused pipeline is to the terminal.

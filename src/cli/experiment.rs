@@ -7,14 +7,14 @@ use super::{
     arguments::{SceneArguments, usage},
     calibrated::Calibrated,
     level,
-    reading::ReadArguments,
+    reading::{DriveUnread, ReadArguments},
 };
 use crate::{
     calibration::{
-        bench::{Bench, sets},
+        bench::{Bench, BenchError, sets},
         drive::RecordedDrive,
     },
-    measurement::Baseline,
+    measurement::{Baseline, ReadOptions, RecordKind},
     scene::ModelKind,
 };
 
@@ -28,24 +28,23 @@ pub fn read(
     calibration: Option<&Calibrated>,
     preferred: ModelKind,
 ) -> anyhow::Result<Bench> {
-    assemble(arguments, reading, calibration, preferred, false)
+    let options = reading.options_of(RecordKind::HornTip, arguments.drive_frequency)?;
+    assemble(arguments, &options, calibration, preferred, false)
 }
 
 /// The same for a fit, whose horn tip is read at its plateau. A scene that names no model is fitted by the ladder up to the reduced one, or,
-/// with several records together, on the chain. The flags of `reading` are the record's own; that the stated frequency holds, whatever the horn's
-/// strongest line, is said of both.
+/// with several records together, on the chain. The horn tip is read by `options`.
 ///
 /// # Errors
 /// As [`read`].
-pub fn for_fit(arguments: &SceneArguments, reading: &ReadArguments, together: bool) -> anyhow::Result<Bench> {
+pub fn for_fit(arguments: &SceneArguments, options: &ReadOptions, together: bool) -> anyhow::Result<Bench> {
     let preferred = if together { ModelKind::Chain } else { ModelKind::Reduced };
-    let of_horn = ReadArguments { force_frequency: reading.force_frequency, ..ReadArguments::default() };
-    assemble(arguments, &of_horn, None, preferred, true)
+    assemble(arguments, options, None, preferred, true)
 }
 
 fn assemble(
     arguments: &SceneArguments,
-    reading: &ReadArguments,
+    options: &ReadOptions,
     calibration: Option<&Calibrated>,
     preferred: ModelKind,
     fitted: bool,
@@ -99,12 +98,16 @@ fn assemble(
         assumptions.push(choice.said);
     }
     overrides.extend(arguments.set.iter().cloned());
-    let options = reading.options(arguments.drive_frequency);
     // The drive of a calibration is read as it was for the fit: another baseline is another first gap.
     let plateau = (fitted || calibrated_drive.is_some()) && options.baseline == Baseline::Auto;
     let read = if plateau { RecordedDrive::read_at_plateau } else { RecordedDrive::read };
     let drive = arguments.drive.as_deref().or(calibrated_drive.as_deref());
-    let mut bench = Bench::read(&source, overrides, preferred, drive, (read, &options))?;
+    let mut bench = Bench::read(&source, overrides, preferred, drive, (read, options)).map_err(|error| match error {
+        // Beside a record of its own the horn has flags of its own.
+        BenchError::Drive(error) if fitted => anyhow::Error::new(DriveUnread(error)),
+        BenchError::Drive(error) => error.into(),
+        error => error.into(),
+    })?;
     assumptions.append(&mut bench.assumptions);
     bench.assumptions = assumptions;
     if drive.is_some() {

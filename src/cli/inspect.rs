@@ -5,6 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use anyhow::Context;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
@@ -26,7 +27,7 @@ use super::{
 #[derive(Debug, Args)]
 #[command(after_long_help = FORM)]
 pub struct Arguments {
-    /// A record (CSV or another export), or a TOML file of published features
+    /// A record (CSV or another export), a TOML file of published features, or a folder: a line for each of its files
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
     /// What was recorded where [default: told from the file's name and units]
@@ -93,20 +94,107 @@ impl From<KindChoice> for RecordKind {
 /// When the file cannot be read or is refused.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let file = &arguments.file;
+    if file.is_dir() {
+        let rows = of_folder(&arguments)?;
+        arguments.session.result(FolderText { folder: file, rows: &rows }, &rows)?;
+        return Ok(Outcome::Done);
+    }
     if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
         let published = PublishedFeatures::read(file)?;
         let summary = published_summary(&published);
         arguments.session.result(PublishedText(&published), &summary)?;
         return Ok(Outcome::Done);
     }
-    let options = arguments.reading.options(arguments.drive_frequency);
-    let record = match arguments.kind {
-        Some(kind) => read_record(file, kind.into(), &options)?,
+    let kind = arguments.kind.map(RecordKind::from);
+    let options = arguments.reading.options_of_any(kind, arguments.drive_frequency)?;
+    let record = match kind {
+        Some(kind) => read_record(file, kind, &options)?,
         None => inspect_record(file, &options)?,
     };
     let summary = Summary::of(&record, horn_frequency(&record));
     arguments.session.result(Text { record: &record, summary: &summary }, &summary)?;
     Ok(Outcome::Done)
+}
+
+/// A file of a folder: what it is, or why it is no record.
+#[derive(Debug, Serialize)]
+struct FileRow {
+    file: String,
+    #[serde(flatten)]
+    record: Option<Summary>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    refused: Option<String>,
+}
+
+/// The files of a folder by name, without those that begin with a dot.
+fn of_folder(arguments: &Arguments) -> anyhow::Result<Vec<FileRow>> {
+    let folder = &arguments.file;
+    let unread = || format!("{}: the folder cannot be read", folder.display());
+    let mut files: Vec<PathBuf> = Vec::new();
+    for entry in std::fs::read_dir(folder).with_context(unread)? {
+        files.push(entry.with_context(unread)?.path());
+    }
+    files.retain(|path| path.is_file() && !path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.')));
+    files.sort();
+    let row = |path: PathBuf| {
+        let file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let kind = arguments.kind.map(RecordKind::from);
+        let options = arguments.reading.options_of_any(kind, arguments.drive_frequency)?;
+        let read = match kind {
+            Some(kind) => read_record(&path, kind, &options),
+            None => inspect_record(&path, &options),
+        };
+        Ok(match read {
+            Ok(record) => FileRow { file, record: Some(Summary::of(&record, None)), refused: None },
+            Err(error) => {
+                let place = format!("{}", path.display());
+                let text = error.to_string();
+                let text = text.strip_prefix(&place).unwrap_or(&text).trim_start_matches(':').trim_start();
+                FileRow { file, record: None, refused: Some(text.to_owned()) }
+            }
+        })
+    };
+    files.into_iter().map(row).collect()
+}
+
+/// The table for people.
+struct FolderText<'a> {
+    folder: &'a Path,
+    rows: &'a [FileRow],
+}
+
+impl fmt::Display for FolderText<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let read = self.rows.iter().filter(|row| row.record.is_some()).count();
+        writeln!(f, "{}: {read} of {} files are records", self.folder.display(), self.rows.len())?;
+        let width = self.rows.iter().map(|row| row.file.chars().count()).max().unwrap_or(0).clamp(4, 40);
+        writeln!(f, "  {:<width$}  {:<11}{:>10}{:>13}{:>13}{:>14}  from", "file", "kind", "samples", "rate", "duration", "peak")?;
+        for row in self.rows {
+            match (&row.record, &row.refused) {
+                (Some(record), _) => {
+                    let peak = record.positive_peak.max(-record.negative_peak);
+                    writeln!(
+                        f,
+                        "  {:<width$}  {:<11}{:>10}{:>13}{:>13}{:>14}  {}{}",
+                        row.file,
+                        record.kind.name(),
+                        record.samples,
+                        shown(record.sample_rate_hz, Dimension::FREQUENCY),
+                        shown(record.duration_s, Dimension::TIME),
+                        shown(peak, record.kind.dimension()),
+                        record.form,
+                        if record.warnings.is_empty() { String::new() } else { format!(", {} warnings", record.warnings.len()) }
+                    )?;
+                }
+                (None, reason) => {
+                    // The first line of it; `inspect FILE` says the rest.
+                    let reason = reason.as_deref().and_then(|text| text.lines().next()).unwrap_or_default();
+                    writeln!(f, "  {:<width$}  – {reason}", row.file)?;
+                }
+            }
+        }
+        Ok(())
+    }
 }
 
 /// The drive frequency of the horn-tip record beside a vibrometer's or hydrophone's record.
@@ -362,19 +450,9 @@ impl fmt::Display for PublishedText<'_> {
     }
 }
 
-/// Read a record for a subcommand, with its warnings on standard error.
-///
-/// # Errors
-/// When the file cannot be read or is refused.
-pub fn read_with_warnings(
-    path: &Path,
-    kind: RecordKind,
-    options: &ReadOptions,
-    session: &Session,
-) -> anyhow::Result<Record> {
-    let record = read_record(path, kind, options)?;
+/// Say on standard error what looks wrong in a record.
+pub fn warn(record: &Record, session: &Session) {
     for warning in &record.warnings {
-        session.note(format_args!("warning: {}: {warning}", path.display()));
+        session.note(format_args!("warning: {}: {warning}", record.path.display()));
     }
-    Ok(record)
 }

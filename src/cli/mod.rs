@@ -36,7 +36,7 @@ use std::{ffi::OsString, io::Write, process::ExitCode};
 use clap::{Parser, Subcommand};
 
 use self::arguments::Session;
-use crate::calibration::fit::Verdict;
+use crate::{calibration::fit::Verdict, measurement::MeasurementError};
 
 /// How a command ended that did not fail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -208,8 +208,27 @@ fn report_failure(error: &anyhow::Error) {
         }
         said = cause;
     }
+    if let Some(remedy) = error.chain().find_map(remedy) {
+        let typed = typed().skip(1).map(|word| if word.contains(' ') { format!("'{word}'") } else { word });
+        let whole = typed.chain([remedy]).collect::<Vec<_>>().join(" ");
+        message.push_str(&format!("\n  so type, with values of this bench: {} {whole}", program()));
+    }
     // Without a standard error there is nobody left to tell.
     let _ = writeln!(std::io::stderr().lock(), "{}", output::visible(&message));
+}
+
+/// The name that the program was called by.
+fn program() -> String {
+    let path = typed().next().unwrap_or_default();
+    std::path::Path::new(&path).file_name().map_or_else(|| "granchain".into(), |name| name.to_string_lossy().into_owned())
+}
+
+/// The flags that would settle an error in reading a record.
+fn remedy(error: &(dyn std::error::Error + 'static)) -> Option<String> {
+    if let Some(reading::DriveUnread(error)) = error.downcast_ref() {
+        return Some(reading::DriveUnread::of_drive(&error.remedy()?));
+    }
+    error.downcast_ref::<MeasurementError>()?.remedy()
 }
 
 #[cfg(test)]

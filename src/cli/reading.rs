@@ -1,103 +1,208 @@
 //! Flags that say how a record is to be read, shared by every subcommand that reads one.
 
+use std::{fmt, path::PathBuf};
+
 use clap::{
     Args,
     builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
 };
 
 use crate::{
-    measurement::{Baseline, Choice, DecimalSign, Delimiter, Missing, ReadOptions, Sensitivity, SensitivityError},
+    measurement::{
+        Baseline, BenchReadings, Choice, DecimalSign, Delimiter, MeasurementError, Missing, ReadOptions, RecordKind, Sensitivity, SensitivityError,
+    },
     signal::{Dimension, Quantity, QuantityError, Unit},
 };
 
-use super::arguments::{frequency, time};
+use super::arguments::{frequency, time, usage};
 
-/// `--column`, `--unit`, `--baseline`, …: what the file does not say about itself.
+/// The flags of one channel, each behind a prefix.
+macro_rules! channel_arguments {
+    ($(#[$about:meta])* $name:ident, $prefix:literal, $heading:literal) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, PartialEq, Default, Args)]
+        pub struct $name {
+            /// Column of the recorded quantity: its header, or its number from 1
+            #[arg(id = concat!($prefix, "column"), long = concat!($prefix, "column"), visible_alias = concat!($prefix, "channel"),
+                value_name = "NAME", help_heading = $heading)]
+            pub column: Option<String>,
+            /// Column of time: its header, or its number from 1
+            #[arg(id = concat!($prefix, "time-column"), long = concat!($prefix, "time-column"), value_name = "NAME", help_heading = $heading)]
+            pub time_column: Option<String>,
+            /// Unit of the recorded quantity, such as mm/s; overrides the file
+            #[arg(id = concat!($prefix, "unit"), long = concat!($prefix, "unit"), value_name = "UNIT", value_parser = motion_unit,
+                help_heading = $heading)]
+            pub unit: Option<String>,
+            /// Unit of time, such as us; overrides the file
+            #[arg(id = concat!($prefix, "time-unit"), long = concat!($prefix, "time-unit"), value_name = "UNIT", value_parser = time_unit,
+                help_heading = $heading)]
+            pub time_unit: Option<String>,
+            /// Which offset is removed
+            #[arg(id = concat!($prefix, "baseline"), long = concat!($prefix, "baseline"), value_parser = choice::<Baseline>(),
+                default_value = "auto", help_heading = $heading)]
+            pub baseline: Baseline,
+            /// Turn the sign: positive must be from piston to support
+            #[arg(id = concat!($prefix, "invert"), long = concat!($prefix, "invert"), help_heading = $heading)]
+            pub invert: bool,
+            /// −6 dB bandwidth of the decoder, such as 1.5MHz
+            #[arg(id = concat!($prefix, "bandwidth"), long = concat!($prefix, "bandwidth"), value_name = "QUANTITY", value_parser = frequency,
+                help_heading = $heading)]
+            pub bandwidth: Option<f64>,
+            /// Delay of the decoder, such as 4.2us: the record shows the motion that much later
+            #[arg(id = concat!($prefix, "delay"), long = concat!($prefix, "delay"), value_name = "QUANTITY", value_parser = time,
+                allow_hyphen_values = true, help_heading = $heading)]
+            pub delay: Option<f64>,
+            /// Instant of the trigger on the file's time axis, such as 50us; it becomes t = 0
+            #[arg(id = concat!($prefix, "trigger"), long = concat!($prefix, "trigger"), value_name = "QUANTITY", value_parser = time,
+                allow_hyphen_values = true, help_heading = $heading)]
+            pub trigger: Option<f64>,
+            /// What is done about cells such as n/a
+            #[arg(id = concat!($prefix, "missing"), long = concat!($prefix, "missing"), value_parser = choice::<Missing>(),
+                default_value = "refuse", help_heading = $heading)]
+            pub missing: Missing,
+            /// What separates the values [default: as the rows show]
+            #[arg(id = concat!($prefix, "delimiter"), long = concat!($prefix, "delimiter"), value_parser = choice::<Delimiter>(),
+                help_heading = $heading)]
+            pub delimiter: Option<Delimiter>,
+            /// How decimals are written [default: as the rows show]
+            #[arg(id = concat!($prefix, "decimal"), long = concat!($prefix, "decimal"), value_parser = choice::<DecimalSign>(),
+                help_heading = $heading)]
+            pub decimal: Option<DecimalSign>,
+            /// Sample rate of a file without a column of time, such as 5MHz; it wins over a column of time
+            #[arg(id = concat!($prefix, "sample-rate"), long = concat!($prefix, "sample-rate"), value_name = "QUANTITY",
+                value_parser = frequency, help_heading = $heading)]
+            pub sample_rate: Option<f64>,
+            /// Sensitivity of decoder or hydrophone, for a column in volts: '100 mm/s/V', '2 um/V', '250 nV/Pa', '20 kPa/V'
+            #[arg(id = concat!($prefix, "scale"), long = concat!($prefix, "scale"), value_name = "QUANTITY", value_parser = sensitivity,
+                help_heading = $heading)]
+            pub scale: Option<Sensitivity>,
+            /// Full-scale value of decoder or hydrophone, such as 1m/s or 2MPa, or 10V with a sensitivity
+            #[arg(id = concat!($prefix, "range"), long = concat!($prefix, "range"), value_name = "QUANTITY", value_parser = range,
+                help_heading = $heading)]
+            pub range: Option<Quantity>,
+            /// Interpolate uneven samples onto an even grid
+            #[arg(id = concat!($prefix, "resample"), long = concat!($prefix, "resample"), help_heading = $heading)]
+            pub resample: bool,
+            /// Function of a universal file, or segment of a file with several; from 1
+            #[arg(id = concat!($prefix, "dataset"), long = concat!($prefix, "dataset"), value_name = "N", help_heading = $heading)]
+            pub dataset: Option<usize>,
+        }
+
+        impl $name {
+            /// The options for the reader; `drive_frequency` (Hz) where it is known.
+            #[must_use]
+            pub fn options(&self, drive_frequency: Option<f64>, force_frequency: bool) -> ReadOptions {
+                ReadOptions {
+                    time_column: self.time_column.clone(),
+                    column: self.column.clone(),
+                    time_unit: self.time_unit.clone(),
+                    unit: self.unit.clone(),
+                    baseline: self.baseline,
+                    invert: self.invert,
+                    bandwidth: self.bandwidth,
+                    delay: self.delay,
+                    trigger: self.trigger,
+                    drive_frequency,
+                    force_frequency,
+                    missing: self.missing,
+                    delimiter: self.delimiter,
+                    decimal: self.decimal,
+                    sample_rate: self.sample_rate,
+                    scale: self.scale,
+                    range: self.range,
+                    resample: self.resample,
+                    dataset: self.dataset,
+                }
+            }
+        }
+    };
+}
+
+channel_arguments! {
+    /// `--column`, `--unit`, `--baseline`, …: what the file does not say about itself.
+    ChannelArguments, "", "Reading"
+}
+
+channel_arguments! {
+    /// `--drive-channel`, `--drive-scale`, …: the same of the horn's tip, where another record is read as well. What is said of the form of a
+    /// file holds for the drive too where it stands in the same one.
+    DriveReadArguments, "drive-", "Reading of the drive"
+}
+
+/// How a record is to be read.
 #[derive(Debug, Clone, PartialEq, Default, Args)]
 pub struct ReadArguments {
-    /// Column of the recorded quantity: its header, or its number from 1
-    #[arg(long, value_name = "NAME", help_heading = "Reading")]
-    pub column: Option<String>,
-    /// Column of time: its header, or its number from 1
-    #[arg(long, value_name = "NAME", help_heading = "Reading")]
-    pub time_column: Option<String>,
-    /// Unit of the recorded quantity, such as mm/s; overrides the file
-    #[arg(long, value_name = "UNIT", value_parser = motion_unit, help_heading = "Reading")]
-    pub unit: Option<String>,
-    /// Unit of time, such as us; overrides the file
-    #[arg(long, value_name = "UNIT", value_parser = time_unit, help_heading = "Reading")]
-    pub time_unit: Option<String>,
-    /// Which offset is removed
-    #[arg(long, value_parser = choice::<Baseline>(), default_value = "auto", help_heading = "Reading")]
-    pub baseline: Baseline,
-    /// Turn the sign: positive must be from piston to support
-    #[arg(long, help_heading = "Reading")]
-    pub invert: bool,
-    /// −6 dB bandwidth of the decoder, such as 1.5MHz
-    #[arg(long, value_name = "QUANTITY", value_parser = frequency, help_heading = "Reading")]
-    pub bandwidth: Option<f64>,
-    /// Delay of the decoder, such as 4.2us: the record shows the motion that much later
-    #[arg(long, value_name = "QUANTITY", value_parser = time, allow_hyphen_values = true, help_heading = "Reading")]
-    pub delay: Option<f64>,
-    /// Instant of the trigger on the file's time axis, such as 50us; it becomes t = 0
-    #[arg(long, value_name = "QUANTITY", value_parser = time, allow_hyphen_values = true, help_heading = "Reading")]
-    pub trigger: Option<f64>,
+    /// Its channel.
+    #[command(flatten)]
+    pub channel: ChannelArguments,
+    /// Bench file with sensitivities, delays, bandwidths of all channels ([vibrometer], [horn-tip], [hydrophone]); flags win over it
+    #[arg(long, value_name = "FILE", help_heading = "Reading")]
+    pub bench: Option<PathBuf>,
     /// Take the drive frequency as stated, though the strongest line of the horn's record is another
     #[arg(long, help_heading = "Reading")]
     pub force_frequency: bool,
-    /// What is done about cells such as n/a
-    #[arg(long, value_parser = choice::<Missing>(), default_value = "refuse", help_heading = "Reading")]
-    pub missing: Missing,
-    /// What separates the values [default: told from the rows]
-    #[arg(long, value_parser = choice::<Delimiter>(), help_heading = "Reading")]
-    pub delimiter: Option<Delimiter>,
-    /// How decimals are written [default: told from the rows]
-    #[arg(long, value_parser = choice::<DecimalSign>(), help_heading = "Reading")]
-    pub decimal: Option<DecimalSign>,
-    /// Sample rate of a file without a column of time, such as 5MHz
-    #[arg(long, value_name = "QUANTITY", value_parser = frequency, help_heading = "Reading")]
-    pub sample_rate: Option<f64>,
-    /// Sensitivity of decoder or hydrophone, for a column in volts: '100 mm/s/V', '2 um/V', '250 nV/Pa', '20 kPa/V'
-    #[arg(long, value_name = "QUANTITY", value_parser = sensitivity, help_heading = "Reading")]
-    pub scale: Option<Sensitivity>,
-    /// Full-scale value of decoder or hydrophone, such as 1m/s or 2MPa, or 10V with --scale
-    #[arg(long, value_name = "QUANTITY", value_parser = range, help_heading = "Reading")]
-    pub range: Option<Quantity>,
-    /// Interpolate uneven samples onto an even grid
-    #[arg(long, help_heading = "Reading")]
-    pub resample: bool,
-    /// Function of a universal file, or segment of a file with several; from 1
-    #[arg(long, value_name = "N", help_heading = "Reading")]
-    pub dataset: Option<usize>,
 }
 
 impl ReadArguments {
     /// The options for the reader; `drive_frequency` (Hz) where it is known.
     #[must_use]
     pub fn options(&self, drive_frequency: Option<f64>) -> ReadOptions {
-        ReadOptions {
-            time_column: self.time_column.clone(),
-            column: self.column.clone(),
-            time_unit: self.time_unit.clone(),
-            unit: self.unit.clone(),
-            baseline: self.baseline,
-            invert: self.invert,
-            bandwidth: self.bandwidth,
-            delay: self.delay,
-            trigger: self.trigger,
-            drive_frequency,
-            force_frequency: self.force_frequency,
-            missing: self.missing,
-            delimiter: self.delimiter,
-            decimal: self.decimal,
-            sample_rate: self.sample_rate,
-            scale: self.scale,
-            range: self.range,
-            resample: self.resample,
-            dataset: self.dataset,
+        self.channel.options(drive_frequency, self.force_frequency)
+    }
+}
+
+impl ReadArguments {
+    /// The same for a record of a known kind: what flags leave open the bench file says.
+    ///
+    /// # Errors
+    /// When the bench file cannot be used.
+    pub fn options_of(&self, kind: RecordKind, drive_frequency: Option<f64>) -> anyhow::Result<ReadOptions> {
+        let options = self.options(drive_frequency);
+        let Some(path) = &self.bench else { return Ok(options) };
+        Ok(BenchReadings::read(path)?.of(kind).below(options)?)
+    }
+
+    /// The same for a record whose kind may be left to the file.
+    ///
+    /// # Errors
+    /// A usage error for a bench file without a kind; when the bench file cannot be used.
+    pub fn options_of_any(&self, kind: Option<RecordKind>, drive_frequency: Option<f64>) -> anyhow::Result<ReadOptions> {
+        match (kind, &self.bench) {
+            (Some(kind), _) => self.options_of(kind, drive_frequency),
+            (None, None) => Ok(self.options(drive_frequency)),
+            (None, Some(_)) => Err(usage("--bench says how each kind of record is read: name this one's with --kind")),
         }
     }
 }
+
+/// Why the record of a drive cannot be used, where the flags of its reading are those with `drive-`.
+#[derive(Debug)]
+pub struct DriveUnread(pub MeasurementError);
+
+impl DriveUnread {
+    /// `text` with the drive's flags in place of the record's.
+    pub fn of_drive(text: &str) -> String {
+        let command = DriveReadArguments::augment_args(clap::Command::new(""));
+        let flags: Vec<String> = command.get_arguments().filter_map(|it| it.get_long().map(str::to_owned)).collect();
+        let mut parts = text.split("--");
+        let mut written = parts.next().unwrap_or_default().to_owned();
+        for part in parts {
+            let name: String = part.chars().take_while(|letter| letter.is_ascii_lowercase() || *letter == '-').collect();
+            let of_drive = format!("drive-{name}");
+            written.push_str(if flags.contains(&of_drive) { "--drive-" } else { "--" });
+            written.push_str(part);
+        }
+        written
+    }
+}
+
+impl fmt::Display for DriveUnread {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&Self::of_drive(&self.0.to_string()))
+    }
+}
+
+impl std::error::Error for DriveUnread {}
 
 /// A parser of the words of a choice; `--help` says what each means.
 fn choice<C: Choice>() -> impl TypedValueParser<Value = C> {
@@ -168,4 +273,18 @@ fn range(text: &str) -> Result<Quantity, UnitError> {
 pub fn shown(value: f64, dimension: Dimension) -> String {
     let rounded = format!("{value:.3e}").parse().unwrap_or(value);
     Quantity::new(rounded, dimension).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flags_of_a_drive_are_named_as_they_are_typed() {
+        let text = "choose one with --column; pass --time-unit us, --drive-frequency or --sample-rate 1MHz -- or not";
+        assert_eq!(
+            DriveUnread::of_drive(text),
+            "choose one with --drive-column; pass --drive-time-unit us, --drive-frequency or --drive-sample-rate 1MHz -- or not"
+        );
+    }
 }

@@ -13,15 +13,15 @@ use serde::Serialize;
 use super::{
     Outcome,
     arguments::{OutputArguments, Session, frequency, time, usage},
-    inspect::{KindChoice, read_with_warnings},
+    inspect::{KindChoice, warn},
     output::OutputFolder,
-    reading::ReadArguments,
+    reading::{DriveReadArguments, DriveUnread, ReadArguments},
 };
 use crate::{
     feature::{
         FeatureSettings, Features, Ratio, Window, amplitude_spectrum, measure, refine_frequency, strongest_frequency,
     },
-    measurement::{Baseline, ReadOptions, Record, RecordKind, inspect_record, read_head, read_record},
+    measurement::{Baseline, BenchReadings, ReadOptions, Record, RecordKind, inspect_record, read_head, read_record},
     report::{
         number::{engineering, fixed, significant},
         spectrum as page,
@@ -54,6 +54,9 @@ pub struct Arguments {
     /// How the file is to be read.
     #[command(flatten)]
     pub reading: ReadArguments,
+    /// How the drive's record is to be read.
+    #[command(flatten)]
+    pub drive_reading: DriveReadArguments,
     /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
@@ -84,32 +87,39 @@ struct Summary {
 /// # Errors
 /// When a file cannot be read or is refused, or nothing can be measured on it.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { file, kind, drive_frequency, drive, from, to, reading, output, session } = arguments;
+    let Arguments { file, kind, drive_frequency, drive, from, to, reading, drive_reading, output, session } = arguments;
     if let (Some(from), Some(to)) = (from, to)
         && from >= to
     {
         return Err(usage(format!("--from {from:e} s must come before --to {to:e} s")));
     }
-    let options = reading.options(drive_frequency);
+    let kind = kind.map(RecordKind::from);
+    let options = reading.options_of_any(kind, drive_frequency)?;
     let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, &[], output.force)).transpose()?;
     let ours = is_response(&file);
     let record = if ours {
         // A simulation has neither an offset nor noise, and its free flights are no clipping.
         let column = options.column.clone().or_else(|| Some(POLE.to_owned()));
-        let options = ReadOptions { column, baseline: Baseline::None, ..options };
+        let options = ReadOptions { column, baseline: Baseline::None, ..options.clone() };
         read_record(&file, RecordKind::Vibrometer, &options).context("the response cannot be used")?
     } else {
         let record = match kind {
-            Some(kind) => read_record(&file, kind.into(), &options),
+            Some(kind) => read_record(&file, kind, &options),
             None => inspect_record(&file, &options),
         };
         let record = record.context("the record cannot be used")?;
-        for warning in &record.warnings {
-            session.note(format_args!("warning: {}: {warning}", file.display()));
-        }
+        warn(&record, &session);
         record
     };
-    let drive = Drive::find(&file, &record, ours, drive, drive_frequency, &session)?;
+    // A drive that says otherwise is warned of; here it only says the window.
+    let of_drive = drive_reading.options(drive_frequency, true);
+    let of_drive = match &reading.bench {
+        Some(bench) => BenchReadings::read(bench)?.of(RecordKind::HornTip).below(of_drive)?,
+        None => of_drive,
+    };
+    let drive = drive.or_else(|| drive_reading.column.is_some().then(|| file.clone()));
+    let of_drive = if drive.as_ref() == Some(&file) { of_drive.of_same_file(&options) } else { of_drive };
+    let drive = Drive::find(&file, &record, ours, drive, &of_drive, &session)?;
     let (frequency, frequency_from) = drive_line(&record, drive.as_ref(), drive_frequency, &session)?;
     record.check_sampling(frequency)?;
     let (window, window_from) = window(&record, drive.as_ref(), frequency, (from, to))?;
@@ -166,21 +176,21 @@ impl Drive {
         record: &Record,
         ours: bool,
         given: Option<PathBuf>,
-        frequency: Option<f64>,
+        options: &ReadOptions,
         session: &Session,
     ) -> anyhow::Result<Option<Self>> {
-        // A drive that says otherwise is warned of; here it only tells the window.
-        let options = ReadOptions { drive_frequency: frequency, force_frequency: true, ..ReadOptions::default() };
         let read = |path: &Path, options: &ReadOptions, named: String| -> anyhow::Result<Option<Self>> {
-            let horn = read_with_warnings(path, RecordKind::HornTip, options, session)?;
+            let horn = read_record(path, RecordKind::HornTip, options).map_err(DriveUnread)?;
+            warn(&horn, session);
             let frequency = horn.drive_frequency();
             Ok(Some(Self { displacement: horn.series, frequency, named }))
         };
         if let Some(path) = given {
-            return read(&path, &options, path.display().to_string());
+            return read(&path, options, path.display().to_string());
         }
         if ours {
-            let options = ReadOptions { column: Some(PISTON.to_owned()), baseline: Baseline::None, ..options };
+            let options =
+                ReadOptions { column: Some(PISTON.to_owned()), baseline: Baseline::None, ..options.clone() };
             let piston = read_record(file, RecordKind::HornTip, &options)?;
             let frequency = piston.drive_frequency();
             let named = "the response's own piston".to_owned();
@@ -196,7 +206,7 @@ impl Drive {
         }
         let beside = file.parent().unwrap_or(Path::new("")).join("horn_tip.csv");
         if beside.is_file() {
-            return read(&beside, &options, "horn_tip.csv beside it".to_owned());
+            return read(&beside, options, "horn_tip.csv beside it".to_owned());
         }
         Ok(None)
     }

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
 mod calibrate_bench;
+mod calibrate_channels;
 mod calibrate_contract;
 mod calibrate_interrupt;
 mod calibrate_joint;

@@ -143,3 +143,35 @@ fn refusals_go_to_standard_error_with_exit_code_1_or_2() {
     assert_eq!(code, 2);
     assert!(err.contains("without a unit"), "{err}");
 }
+
+#[test]
+fn a_folder_is_a_table_of_its_files() {
+    let (code, out, err) = inspect(&["tests/dialects"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert!(out.starts_with("tests/dialects: "), "{out}");
+    let row = |name: &str| out.lines().find(|line| line.trim_start().starts_with(name)).unwrap().to_owned();
+    assert!(row("german.csv").contains("semicolons, decimal commas") && row("german.csv").contains("194.4 mm/s"));
+    assert!(row("volts.csv").contains("which need the decoder's sensitivity"), "{out}");
+    let files = json(&["tests/dialects"]);
+    let files = files.as_array().unwrap();
+    assert!(files.len() > 25 && files.windows(2).all(|pair| pair[0]["file"].as_str() < pair[1]["file"].as_str()));
+    let of = |name: &str| files.iter().find(|file| file["file"] == name).unwrap();
+    assert_eq!(of("plain.csv")["samples"], 100);
+    assert!(of("volts.csv")["refused"].as_str().unwrap().contains("volts"), "{}", of("volts.csv"));
+}
+
+#[test]
+fn a_bench_file_says_once_how_each_channel_is_read() {
+    let place = tempfile::tempdir().unwrap();
+    let bench = place.path().join("bench.toml");
+    fs::write(&bench, "[vibrometer]\nscale = \"125 mm/s/V\"\ndelay = \"4 us\"\n").unwrap();
+    let file = bench.to_str().unwrap();
+    let (code, out, err) = inspect(&["tests/dialects/volts.csv", "--kind", "vibrometer", "--bench", file]);
+    assert_eq!(code, 0, "{err}");
+    assert!(out.contains("in volts × 125 mm/s/V") && out.contains("decoder delay removed: 4.000000 µs"), "{out}");
+    let (code, _, err) = inspect(&["tests/dialects/volts.csv", "--bench", file]);
+    assert!(code == 2 && err.contains("--kind"), "{err}");
+    fs::write(&bench, "[vibrometer]\nscael = \"125 mm/s/V\"\n").unwrap();
+    let (code, _, err) = inspect(&["tests/dialects/volts.csv", "--kind", "vibrometer", "--bench", file]);
+    assert!(code == 1 && err.contains("bench.toml:2: unknown field `scael`"), "{err}");
+}

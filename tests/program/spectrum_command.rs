@@ -178,3 +178,41 @@ fn a_missing_file_is_refused_and_leaves_no_folder() {
     assert!(String::from_utf8(output.stderr).unwrap().contains("vib.csv"));
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
+
+#[test]
+fn pressures_are_printed_as_pressures() {
+    let folder = tempfile::tempdir().unwrap();
+    for (unit, factor, wanted) in [("kPa", 1.0, "kPa"), ("Pa", 1.0, "Pa")] {
+        write(&folder.path().join("water.csv"), &format!("time_s,pressure ({unit})"), 4e-7, |t| {
+            factor * envelope(t) * 20.0 * (TAU * F0 * t).cos()
+        });
+        let arguments = ["water.csv", "--drive-frequency", "73kHz"];
+        let output = granchain(folder.path(), &arguments).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(!text.contains("mm/s") && text.contains(&format!("amplitude {wanted}")), "{text}");
+        let drive = text.lines().find(|line| line.trim_start().starts_with("1 ")).unwrap();
+        let amplitude: f64 = drive.split_whitespace().nth(2).unwrap().parse().unwrap();
+        assert!((amplitude - 17.0).abs() < 3.0, "{text}");
+    }
+    // What a column without a name for it holds can be said.
+    write(&folder.path().join("a.csv"), "time_s,ch (V)", 4e-7, |t| envelope(t) * (TAU * F0 * t).cos());
+    let told = ["a.csv", "--kind", "hydrophone", "--scale", "20 kPa/V", "--drive-frequency", "73kHz"];
+    let text = String::from_utf8(granchain(folder.path(), &told).output().unwrap().stdout).unwrap();
+    assert!(text.contains("spectrum of the pressure") && text.contains("amplitude kPa"), "{text}");
+}
+
+#[test]
+fn the_horn_s_channel_of_the_same_file_drives() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = "time_s,CH1 (V),CH2 (V)\n".to_owned();
+    for i in 0..1900 {
+        let t = -60e-6 + f64::from(i) * 4e-7;
+        let tone = |ratio: f64| envelope(t) * (TAU * ratio * F0 * t).cos();
+        writeln!(text, "{t:.10e},{:.9},{:.9}", 0.5 * tone(1.0), tone(1.0 / 3.0) + 0.3 * tone(1.0)).unwrap();
+    }
+    fs::write(folder.path().join("scope.csv"), text).unwrap();
+    let channels = ["--channel", "CH2", "--scale", "100 mm/s/V", "--drive-channel", "CH1", "--drive-scale", "2 um/V"];
+    let summary = json(folder.path(), &[&["scope.csv"], &channels[..]].concat());
+    assert!((summary["drive_frequency_hz"].as_f64().unwrap() / F0 - 1.0).abs() < 1e-4, "{summary}");
+    assert!(line(&summary, "1/3")["relative"].as_f64().unwrap() > 2.5, "{summary}");
+}

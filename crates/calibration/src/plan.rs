@@ -18,6 +18,17 @@
 //! # of a hydrophone's record besides:
 //! # quantity = "pressure"
 //! # mount = ["clamped", "supported", "free"]
+//! # bench = "bench.toml" # sensitivities, delays, bandwidths of all channels, typed once
+//!
+//! [reading] # how the record is read
+//! channel = "CH2"
+//! scale = "125 mm/s/V"
+//!
+//! [drive] # in place of the line above; `file` may be left out where the horn's channel is in the record's own file
+//! file = "scope.csv"
+//! [drive.reading]
+//! channel = "CH1"
+//! scale = "2 um/V"
 //!
 //! [parameters.alpha]
 //! low = 0.2
@@ -40,7 +51,12 @@ use std::{
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use granchain_record::sha256;
+use super::{drive::beside, measured::is_published};
+#[cfg(doc)]
+use super::drive::BESIDE;
+use granchain_record::{
+    BenchReadings, BenchReadingsError, ReadOptions, Reading, ReadingError, RecordKind, horn_column, sha256,
+};
 use granchain_signal::feature::{Measurand, fingerprint::FeatureSet};
 
 /// A fit definition. Every key may be left out and given on the command line instead, which wins.
@@ -51,8 +67,12 @@ pub struct Plan {
     pub measured: Option<PathBuf>,
     /// What was recorded.
     pub quantity: Option<Measurand>,
-    /// The horn-tip record.
-    pub drive: Option<PathBuf>,
+    /// The horn-tip record, and how it is read.
+    pub drive: Option<DrivePlan>,
+    /// How the records are read.
+    pub reading: Option<Reading>,
+    /// Bench file with the reading of all channels.
+    pub bench: Option<PathBuf>,
     /// Built-in scene or scene file.
     pub scene: Option<String>,
     /// Overrides of the scene, `KEY=VALUE`.
@@ -85,6 +105,59 @@ pub struct Plan {
     /// SHA-256 of the file that it was read from, hexadecimal; empty of one that was not.
     #[serde(skip)]
     pub sha256: String,
+    /// The bench file as read.
+    #[serde(skip)]
+    pub readings: Option<BenchReadings>,
+}
+
+/// A horn-tip record in a plan: a path, or a table with its reading.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(from = "WrittenDrive", into = "WrittenDrive")]
+pub struct DrivePlan {
+    /// The file; absent where it is the one beside the record, or the record's own.
+    pub file: Option<PathBuf>,
+    /// How it is read.
+    pub reading: Reading,
+}
+
+/// The two forms of a drive.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged, expecting = "expected a path, or a table with `file` and `[drive.reading]`")]
+enum WrittenDrive {
+    File(PathBuf),
+    Table(DriveTable),
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DriveTable {
+    file: Option<PathBuf>,
+    #[serde(default)]
+    reading: Reading,
+}
+
+impl From<WrittenDrive> for DrivePlan {
+    fn from(written: WrittenDrive) -> Self {
+        match written {
+            WrittenDrive::File(file) => file.into(),
+            WrittenDrive::Table(DriveTable { file, reading }) => Self { file, reading },
+        }
+    }
+}
+
+impl From<DrivePlan> for WrittenDrive {
+    fn from(DrivePlan { file, reading }: DrivePlan) -> Self {
+        match file {
+            Some(file) if reading == Reading::default() => Self::File(file),
+            file => Self::Table(DriveTable { file, reading }),
+        }
+    }
+}
+
+impl From<PathBuf> for DrivePlan {
+    fn from(file: PathBuf) -> Self {
+        Self { file: Some(file), reading: Reading::default() }
+    }
 }
 
 /// One of several records: `[[record]]`.
@@ -94,7 +167,9 @@ pub struct RecordPlan {
     /// The record.
     pub measured: PathBuf,
     /// The horn-tip record that drove it.
-    pub drive: Option<PathBuf>,
+    pub drive: Option<DrivePlan>,
+    /// How it is read, where that is not the plan's.
+    pub reading: Option<Reading>,
     /// Its scene, where it is not the plan's.
     pub scene: Option<String>,
     /// Overrides of its scene, behind the plan's own.
@@ -139,8 +214,9 @@ pub enum PlanError {
     },
     /// Not TOML, an unknown key, or a value of the wrong type.
     #[error(
-        "{}:{line}: {message}; a plan has the keys measured, quantity, drive, scene, set, damping, mount, features, \
-         evaluations, fit, seed, [[record]] measured, drive, scene and set, [parameters.NAME] low and high, [uncertainty], [weights]", path.display()
+        "{}:{line}: {message}; a plan has the keys measured, quantity, drive, bench, scene, set, damping, mount, features, \
+         evaluations, fit, seed, [reading], [drive] file and [drive.reading], [[record]] measured, drive, reading, scene and set, \
+         [parameters.NAME] low and high, [uncertainty], [weights]", path.display()
     )]
     Form {
         /// The file.
@@ -150,9 +226,97 @@ pub enum PlanError {
         /// What is wrong there.
         message: String,
     },
+    /// A reading that says nothing.
+    #[error("{}: [{table}] {source}", path.display())]
+    Reading {
+        /// The file.
+        path: PathBuf,
+        /// Which table.
+        table: &'static str,
+        /// Why.
+        source: ReadingError,
+    },
+    /// Its bench file cannot be used.
+    #[error(transparent)]
+    Bench(#[from] BenchReadingsError),
+}
+
+/// How a record and its drive are read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReadAs {
+    /// The record.
+    pub measured: ReadOptions,
+    /// The horn's tip, where one is recorded: its file, how it is read, and who named it.
+    pub drive: Option<(PathBuf, ReadOptions, NamedBy)>,
+}
+
+/// Who named the record of a drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NamedBy {
+    /// A flag.
+    Flag,
+    /// The plan.
+    Plan,
+    /// It lies beside the record.
+    Folder,
+    /// A channel of the record's own file.
+    Channel,
+}
+
+/// What was asked of the reading, before a plan and a bench file fill up what is left open.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Asked {
+    /// Of the record.
+    pub measured: ReadOptions,
+    /// Of the horn's tip.
+    pub drive: ReadOptions,
+    /// Its file.
+    pub drive_file: Option<PathBuf>,
 }
 
 impl Plan {
+    /// How one of its records is read, and its drive: as asked, else as the record's own lines say, the plan's, the bench file's. The drive's file
+    /// is the one asked for or named, else [`BESIDE`] beside the record, else the record's own where a channel of it is said, or says itself, to be
+    /// the horn's; of the same file what is said of its form holds for both.
+    ///
+    /// # Errors
+    /// [`ReadingError`].
+    pub fn read_as(&self, record: &RecordPlan, asked: Asked) -> Result<ReadAs, ReadingError> {
+        let kind = if self.quantity == Some(Measurand::Pressure) { RecordKind::Hydrophone } else { RecordKind::Vibrometer };
+        let stated = |kind| self.readings.as_ref().map(|bench| bench.of(kind));
+        let filled = |options: ReadOptions, readings: &[Option<&Reading>]| {
+            readings.iter().flatten().try_fold(options, |options, reading| reading.below(options))
+        };
+        let of_drive = |drive: Option<&DrivePlan>| drive.map(|drive| drive.reading.clone());
+        let own = record.reading.as_ref();
+        let published = is_published(&record.measured);
+        let measured = match published {
+            true => asked.measured,
+            false => filled(asked.measured, &[own, self.reading.as_ref(), stated(kind)])?,
+        };
+        let (near, far) = (of_drive(record.drive.as_ref()), of_drive(self.drive.as_ref()));
+        let drive = filled(asked.drive, &[near.as_ref(), far.as_ref()])?;
+        let horn = stated(RecordKind::HornTip);
+        let planned = record.drive.as_ref().or(self.drive.as_ref()).and_then(|drive| drive.file.clone());
+        let mut named = asked.drive_file.map(|file| (file, NamedBy::Flag));
+        named = named.or_else(|| planned.map(|file| (file, NamedBy::Plan)));
+        named = named.or_else(|| beside(&record.measured).map(|file| (file, NamedBy::Folder)));
+        let mut drive = drive;
+        if named.is_none() && !published {
+            let stated = drive.column.clone().or_else(|| horn.and_then(|horn| horn.channel.clone()));
+            if let Some(channel) = stated.or_else(|| horn_column(&record.measured, &measured)) {
+                drive.column = Some(channel);
+                named = Some((record.measured.clone(), NamedBy::Channel));
+            }
+        }
+        let Some((file, by)) = named else { return Ok(ReadAs { measured, drive: None }) };
+        if file == record.measured {
+            drive = drive.of_same_file(&measured);
+        }
+        let drive = filled(drive, &[horn])?;
+        Ok(ReadAs { measured, drive: Some((file, drive, by)) })
+    }
+
     /// Read a plan; paths in it are relative to the file.
     ///
     /// # Errors
@@ -165,6 +329,7 @@ impl Plan {
             message: error.message().to_owned(),
         })?;
         plan.sha256 = sha256(text.as_bytes());
+        plan.check_readings(path)?;
         let folder = path.parent().unwrap_or(Path::new("."));
         let begins =
             |(index, line): (usize, &str)| line.replace(' ', "").starts_with("[[record]]").then_some(index + 1);
@@ -175,9 +340,10 @@ impl Plan {
         }
         let of_records = plan.record.iter_mut();
         let (files, scenes): (Vec<_>, Vec<_>) = of_records
-            .map(|RecordPlan { measured, drive, scene, .. }| ([Some(measured), drive.as_mut()], scene.as_mut()))
+            .map(|RecordPlan { measured, drive, scene, .. }| ([Some(measured), file_of(drive)], scene.as_mut()))
             .unzip();
-        let files = files.into_iter().flatten().chain([plan.measured.as_mut(), plan.drive.as_mut()]);
+        let own = [plan.measured.as_mut(), file_of(&mut plan.drive), plan.bench.as_mut()];
+        let files = files.into_iter().flatten().chain(own);
         for file in files.flatten() {
             *file = from_here(folder.join(&*file));
         }
@@ -186,8 +352,26 @@ impl Plan {
                 *scene = from_here(folder.join(&*scene)).display().to_string();
             }
         }
+        plan.readings = plan.bench.as_deref().map(BenchReadings::read).transpose()?;
         Ok(plan)
     }
+
+    fn check_readings(&self, path: &Path) -> Result<(), PlanError> {
+        let of = |drive: &'_ Option<DrivePlan>| drive.as_ref().map(|drive| drive.reading.clone());
+        let own = [("reading", self.reading.clone()), ("drive.reading", of(&self.drive))];
+        let records = self.record.iter().flat_map(|record| {
+            [("record.reading", record.reading.clone()), ("record.drive.reading", of(&record.drive))]
+        });
+        for (table, reading) in own.into_iter().chain(records) {
+            let refused = |source| PlanError::Reading { path: path.into(), table, source };
+            reading.unwrap_or_default().below(ReadOptions::default()).map_err(refused)?;
+        }
+        Ok(())
+    }
+}
+
+fn file_of(drive: &mut Option<DrivePlan>) -> Option<&mut PathBuf> {
+    drive.as_mut().and_then(|drive| drive.file.as_mut())
 }
 
 /// `path` without detours where it lies below the current folder, as a user would type it: reports show it.
@@ -233,7 +417,7 @@ mod tests {
         let plan = Plan::read(&file).unwrap();
         let told: Vec<_> = plan.record.iter().map(|record| (record.line, record.measured.clone())).collect();
         assert_eq!(told, [(3, place.path().join("low.csv")), (6, place.path().join("high.csv"))]);
-        assert_eq!(plan.record[1].drive, Some(place.path().join("horn.csv")));
+        assert_eq!(plan.record[1].drive, Some(place.path().join("horn.csv").into()));
         assert_eq!(plan.record[1].set, ["chain.beads=7"]);
         fs::write(&file, text.replace("drive =", "horn =")).unwrap();
         assert!(Plan::read(&file).unwrap_err().to_string().contains("fit.toml:8"));
@@ -243,7 +427,7 @@ mod tests {
     fn the_shipped_plan_names_its_files_as_a_user_would_type_them() {
         let plan = Plan::read(Path::new("../../calibrations/annulus-73khz.toml")).unwrap();
         assert_eq!(plan.measured.unwrap(), Path::new("../../measurements/annulus-73khz/vib.csv"));
-        assert_eq!(plan.drive.unwrap(), Path::new("../../measurements/annulus-73khz/horn_tip.csv"));
+        assert_eq!(plan.drive.unwrap().file.unwrap(), Path::new("../../measurements/annulus-73khz/horn_tip.csv"));
     }
 
     #[test]

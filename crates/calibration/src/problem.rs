@@ -14,7 +14,7 @@ use super::{
     candidate::{Candidate, candidates},
     checkpoint::{CheckpointError, SearchCheckpoint},
     comparison::Comparison,
-    drive::{RecordedDrive, beside},
+    drive::RecordedDrive,
     fingerprints::Names,
     fit::Fit,
     joint::{TESTED_TOGETHER, at_one_frequency},
@@ -22,11 +22,11 @@ use super::{
     likelihood::misfit,
     measured::{Measured, is_published},
     parameter::{Parameter, ParameterError},
-    plan::{Plan, RecordPlan},
+    plan::{Asked, Plan, ReadAs, RecordPlan},
     refusal::{Contradiction, Refusal},
     rung::Bodies,
     search::{Search, Strategy},
-    shot::{Shot, ShotPlan, labels, refuse_twice},
+    shot::{Shot, ShotPlan, Source, labels, refuse_twice},
     uncertainty::{StatedUncertainty, in_words},
 };
 use granchain_model::{
@@ -34,7 +34,7 @@ use granchain_model::{
     reduced::Cache,
     scene::{ModelKind, Scene, Support},
 };
-use granchain_record::{ReadOptions, sha256};
+use granchain_record::sha256;
 use granchain_signal::feature::{Measurand, fingerprint::FeatureSet};
 
 /// The scenes that are taken where none is named.
@@ -91,7 +91,7 @@ impl Plan {
                 Ok(vec![RecordPlan { measured: measured.clone(), drive, ..RecordPlan::default() }])
             }
             (None, []) => Err(Contradiction::NoRecord),
-            (None, records) if self.drive.is_none() => Ok(records.to_vec()),
+            (None, records) if self.drive.as_ref().is_none_or(|drive| drive.file.is_none()) => Ok(records.to_vec()),
             (_, records) => Err(Contradiction::OneAndSeveral { records: records.len() }),
         }
     }
@@ -161,11 +161,12 @@ impl Problem {
         let preferred = if records.len() > 1 { ModelKind::Chain } else { ModelKind::Reduced };
         let shot = |record: RecordPlan| {
             let scene = record.scene.as_deref().or(plan.scene.as_deref()).unwrap_or(plan.usual_scene());
-            let set = plan.set.iter().cloned().chain(record.set).collect();
-            let drive = record.drive.or_else(|| beside(&record.measured));
-            let options = ReadOptions::default();
+            let set = plan.set.iter().chain(&record.set).cloned().collect();
+            let ReadAs { measured, drive } = plan.read_as(&record, Asked::default())?;
+            let (drive, options) = drive.map_or_else(Default::default, |(file, options, _)| (Some(file), options));
             let how = (RecordedDrive::read_at_plateau as _, &options);
-            Ok(ShotPlan::of(&record.measured, Bench::read(scene, set, preferred, drive.as_deref(), how)?))
+            let bench = Bench::read(scene, set, preferred, drive.as_deref(), how)?;
+            Ok(ShotPlan { source: Source::File(record.measured, Box::new(measured)), bench, origin: None })
         };
         Self::of(plan, records.into_iter().map(shot).collect::<Result<_, Refusal>>()?)
     }

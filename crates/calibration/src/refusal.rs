@@ -141,6 +141,9 @@ pub enum Refusal {
     /// What was asked for cannot be.
     #[error(transparent)]
     Asked(#[from] Contradiction),
+    /// A reading that says nothing.
+    #[error(transparent)]
+    Reading(#[from] granchain_record::ReadingError),
     /// Bounds of a parameter that nobody knows.
     #[error("bounds of `{name}`: expected {}", Parameter::NAMES.join(", "))]
     UnknownBounds {

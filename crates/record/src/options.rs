@@ -98,3 +98,22 @@ pub struct ReadOptions {
     /// Which function of a universal file, or which segment, from 1.
     pub dataset: Option<usize>,
 }
+
+impl ReadOptions {
+    /// These, for another channel of a file that is read by `other`: what they leave open of the file's form is the same.
+    #[must_use]
+    pub fn of_same_file(self, other: &Self) -> Self {
+        Self {
+            time_column: self.time_column.or_else(|| other.time_column.clone()),
+            time_unit: self.time_unit.or_else(|| other.time_unit.clone()),
+            sample_rate: self.sample_rate.or(other.sample_rate),
+            delimiter: self.delimiter.or(other.delimiter),
+            decimal: self.decimal.or(other.decimal),
+            trigger: self.trigger.or(other.trigger),
+            dataset: self.dataset.or(other.dataset),
+            resample: self.resample || other.resample,
+            missing: if self.missing == Missing::default() { other.missing } else { self.missing },
+            ..self
+        }
+    }
+}

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use super::{Arguments, FeatureChoice, QuantityChoice, SearchChoice};
 use crate::{
     calibration::{
-        drive::{self, BESIDE, Input},
-        plan::{Bounds, Number, Plan, RecordPlan},
+        drive::{BESIDE, Input},
+        plan::{Asked, Bounds, NamedBy, Number, Plan, ReadAs, RecordPlan},
         problem::Problem,
         refusal::Refusal,
         search::Strategy,
@@ -14,15 +14,20 @@ use crate::{
     },
     cli::{arguments::usage, experiment},
     feature::{Measurand, fingerprint::FeatureSet},
+    measurement::BenchReadings,
 };
 
 /// Read and check everything that the arguments name; the plan file too, where there is one.
 ///
 /// # Errors
 /// A usage error for what contradicts itself; whatever is wrong with plan, scene or records.
-pub fn problem(arguments: &Arguments) -> anyhow::Result<(Problem, Option<Input>)> {
+pub fn problem(arguments: &Arguments) -> anyhow::Result<(Problem, Vec<(&'static str, Input)>)> {
     let mut plan = arguments.plan.as_deref().map(Plan::read).transpose()?.unwrap_or_default();
     let read = arguments.plan.clone().map(|path| Input { path, sha256: plan.sha256.clone() });
+    if let Some(bench) = &arguments.reading.bench {
+        plan.readings = Some(BenchReadings::read(bench)?);
+    }
+    let bench = plan.readings.as_ref().map(|bench| Input { path: bench.path.clone(), sha256: bench.sha256.clone() });
     merge(arguments, &mut plan)?;
     let mut assumptions = Vec::new();
     let shots = records(arguments, &plan, &mut assumptions)?;
@@ -41,13 +46,14 @@ pub fn problem(arguments: &Arguments) -> anyhow::Result<(Problem, Option<Input>)
         SearchChoice::ParticleSwarm => Strategy::ParticleSwarm,
     };
     assumptions.append(&mut problem.assumptions);
-    Ok((Problem { assumptions, ..problem }, read))
+    Ok((Problem { assumptions, ..problem }, read.into_iter().map(|plan| ("plan", plan)).chain(bench.map(|it| ("bench", it))).collect()))
 }
 
 /// What contradicts itself is the command line's fault.
 pub fn refused(error: Refusal) -> anyhow::Error {
     match error {
         Refusal::Asked(contradiction) => usage(contradiction.to_string()),
+        Refusal::Measurement(error) => error.into(),
         error => error.into(),
     }
 }
@@ -118,29 +124,41 @@ fn records(arguments: &Arguments, plan: &Plan, assumptions: &mut Vec<String>) ->
     let mut records = Vec::new();
     for (number, record) in named.into_iter().enumerate() {
         let mut scene = arguments.scene.clone();
-        let named_scene = record.scene.or_else(|| plan.scene.clone());
+        let named_scene = record.scene.clone().or_else(|| plan.scene.clone());
         scene.scene = scene.scene.or_else(|| Some(named_scene.unwrap_or_else(|| usual.into())));
         let of_record = own_sets.iter().filter(|(of, _)| *of == number).map(|(_, set)| set.clone());
-        scene.set = plan.set.iter().cloned().chain(record.set).chain(scene.set).chain(of_record).collect();
-        if let Some(input) = arguments.input.get(number) {
-            scene.drive = Some(input.clone());
-        } else if scene.drive.is_none() && !arguments.scene_drive {
-            let planned = record.drive.is_some();
-            let beside =
-                if several { format!("beside {}", record.measured.display()) } else { "beside the record".into() };
-            scene.drive = record.drive.or_else(|| drive::beside(&record.measured));
-            match &scene.drive {
-                Some(drive) if planned => assumptions.push(format!("drive {}, named in the plan", drive.display())),
-                Some(drive) => assumptions.push(format!("drive {}, {beside}", drive.display())),
-                None => assumptions.push(format!("the scene's own drive: no {BESIDE} lies {beside}")),
+        scene.set = plan.set.iter().chain(&record.set).cloned().chain(scene.set).chain(of_record).collect();
+        let asked = Asked {
+            measured: arguments.reading.options(None),
+            drive: arguments.drive_reading.options(arguments.scene.drive_frequency, arguments.reading.force_frequency),
+            drive_file: arguments.input.get(number).cloned().or(scene.drive.take()),
+        };
+        let ReadAs { measured, drive } = plan.read_as(&record, asked)?;
+        let drive = drive.filter(|_| !arguments.scene_drive);
+        let beside =
+            if several { format!("beside {}", record.measured.display()) } else { "beside the record".into() };
+        match &drive {
+            _ if arguments.scene_drive => {}
+            Some((.., NamedBy::Flag)) => {}
+            Some((drive, _, NamedBy::Plan)) => {
+                assumptions.push(format!("drive {}, named in the plan", drive.display()));
             }
+            Some((drive, _, NamedBy::Folder)) => assumptions.push(format!("drive {}, {beside}", drive.display())),
+            Some((drive, how, NamedBy::Channel)) => assumptions.push(format!(
+                "drive: channel `{}` of {}",
+                how.column.as_deref().unwrap_or_default(),
+                drive.display()
+            )),
+            None => assumptions.push(format!("the scene's own drive: no {BESIDE} lies {beside}")),
         }
+        let (drive, drive_options) = drive.map_or_else(Default::default, |(file, how, _)| (Some(file), how));
+        scene.drive = drive;
         let origin = arguments.plan.clone().filter(|_| record.line > 0).map(|plan| (plan, record.line));
-        let source = Source::File(record.measured, Box::new(arguments.reading.options(None)));
-        records.push((source, scene, origin));
+        let source = Source::File(record.measured, Box::new(measured));
+        records.push((source, scene, drive_options, origin));
     }
-    let of = |(source, scene, origin)| {
-        let mut bench = experiment::for_fit(&scene, &arguments.reading, several)?;
+    let of = |(source, scene, drive_options, origin)| {
+        let mut bench = experiment::for_fit(&scene, &drive_options, several)?;
         bench.limits = arguments.session.limits();
         Ok(ShotPlan { source, bench, origin })
     };

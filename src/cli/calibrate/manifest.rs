@@ -32,7 +32,7 @@ pub struct Manifest {
     pub processor: String,
     /// The arguments of `granchain calibrate` that can change a result, as typed.
     pub arguments: Vec<String>,
-    /// Every file read, by role: `plan`, `scene`, `mesh-1`, `measured`, `drive`, `published`; of further records `measured-2` and so on.
+    /// Every file read, by role: `plan`, `bench`, `scene`, `mesh-1`, `measured`, `drive`, `published`; of further records `measured-2` and so on.
     pub inputs: BTreeMap<String, InputDigest>,
     /// SHA-256 of every file written, but for this one and `timing.json`.
     pub files: BTreeMap<String, String>,
@@ -85,8 +85,8 @@ fn inputs(job: &Job) -> anyhow::Result<BTreeMap<String, InputDigest>> {
         inputs.insert(role, InputDigest { path: path.display().to_string(), sha256 });
         Ok(())
     };
-    if let Some(plan) = &job.plan {
-        add("plan".into(), plan.path.clone(), Some(plan.sha256.clone()))?;
+    for (role, Input { path, sha256 }) in &job.plans {
+        add((*role).into(), path.clone(), Some(sha256.clone()))?;
     }
     let Problem { shots, candidates, .. } = &job.problem;
     for (number, (Shot { bench, measured, .. }, scene)) in shots.iter().zip(&candidates[0].scenes).enumerate() {

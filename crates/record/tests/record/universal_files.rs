@@ -370,3 +370,30 @@ proptest! {
         }
     }
 }
+
+/// Of the file of several functions the spectrum, and the record that is the plain file's.
+fn parts() -> [Vec<u8>; 2] {
+    let bytes = bytes_of("pyuff-several.uff");
+    let marks: Vec<usize> =
+        (0..bytes.len() - 6).filter(|&at| bytes[at..].starts_with(b"    -1\n") && (at == 0 || bytes[at - 1] == b'\n')).collect();
+    let open = |nth: usize| marks[nth];
+    [bytes[..open(2)].to_vec(), bytes[open(marks.len() - 2)..].to_vec()]
+}
+
+#[test]
+fn files_of_spectra_say_so_and_the_one_record_among_them_is_read() {
+    let [spectrum, time] = parts();
+    let message = refused(&[&spectrum[..], &spectrum].concat());
+    assert!(message.contains("expected a record in time, found 2 functions of which none is one"), "{message}");
+    let record = read_plainly(&[&spectrum[..], &time, &spectrum].concat());
+    assert_eq!(record.raw.values, plain().raw.values);
+    assert!(record.assumptions[0].starts_with("function 2 of 3 (the only one in time)"), "{:?}", record.assumptions);
+}
+
+#[test]
+fn lines_may_end_with_cr_alone() {
+    let text = String::from_utf8(bytes_of("pyuff-58.uff")).unwrap();
+    for end in ["\r", "\r\n"] {
+        assert_eq!(read_plainly(text.replace('\n', end).as_bytes()).raw.values, plain().raw.values, "{end:?}");
+    }
+}

@@ -178,10 +178,10 @@ impl LaboratoryPlan {
     /// What its fit is told: the plan beside the two files.
     #[must_use]
     pub fn definition(&self, setting: &Setting) -> Plan {
-        let [horn, vibrometer] = NAMES.map(|name| Some(name.into()));
+        let [horn, vibrometer] = NAMES.map(std::path::PathBuf::from);
         Plan {
-            measured: vibrometer,
-            drive: horn,
+            measured: Some(vibrometer),
+            drive: Some(horn.into()),
             scene: Some(SCENE.into()),
             set: self.overrides(setting),
             evaluations: Some(self.evaluations),
