@@ -102,12 +102,13 @@ fn assemble(
     let plateau = (fitted || calibrated_drive.is_some()) && options.baseline == Baseline::Auto;
     let read = if plateau { RecordedDrive::read_at_plateau } else { RecordedDrive::read };
     let drive = arguments.drive.as_deref().or(calibrated_drive.as_deref());
-    let mut bench = Bench::read(&source, overrides, preferred, drive, (read, options)).map_err(|error| match error {
-        // Beside a record of its own the horn has flags of its own.
-        BenchError::Drive(error) if fitted => anyhow::Error::new(DriveUnread(error)),
-        BenchError::Drive(error) => error.into(),
-        error => error.into(),
-    })?;
+    let mut bench =
+        Bench::read(&source, overrides, preferred, drive, (read, options)).map_err(|error| match error {
+            // Beside a record of its own the horn has flags of its own.
+            BenchError::Drive(error) if fitted => anyhow::Error::new(DriveUnread(error)),
+            BenchError::Drive(error) => error.into(),
+            error => error.into(),
+        })?;
     assumptions.append(&mut bench.assumptions);
     bench.assumptions = assumptions;
     if drive.is_some() {

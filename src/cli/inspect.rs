@@ -134,7 +134,8 @@ fn of_folder(arguments: &Arguments) -> anyhow::Result<Vec<FileRow>> {
     for entry in std::fs::read_dir(folder).with_context(unread)? {
         files.push(entry.with_context(unread)?.path());
     }
-    files.retain(|path| path.is_file() && !path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.')));
+    files
+        .retain(|path| path.is_file() && !path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.')));
     files.sort();
     let row = |path: PathBuf| {
         let file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
@@ -168,7 +169,11 @@ impl fmt::Display for FolderText<'_> {
         let read = self.rows.iter().filter(|row| row.record.is_some()).count();
         writeln!(f, "{}: {read} of {} files are records", self.folder.display(), self.rows.len())?;
         let width = self.rows.iter().map(|row| row.file.chars().count()).max().unwrap_or(0).clamp(4, 40);
-        writeln!(f, "  {:<width$}  {:<11}{:>10}{:>13}{:>13}{:>14}  from", "file", "kind", "samples", "rate", "duration", "peak")?;
+        writeln!(
+            f,
+            "  {:<width$}  {:<11}{:>10}{:>13}{:>13}{:>14}  from",
+            "file", "kind", "samples", "rate", "duration", "peak"
+        )?;
         for row in self.rows {
             match (&row.record, &row.refused) {
                 (Some(record), _) => {
@@ -183,7 +188,11 @@ impl fmt::Display for FolderText<'_> {
                         shown(record.duration_s, Dimension::TIME),
                         shown(peak, record.kind.dimension()),
                         record.form,
-                        if record.warnings.is_empty() { String::new() } else { format!(", {} warnings", record.warnings.len()) }
+                        if record.warnings.is_empty() {
+                            String::new()
+                        } else {
+                            format!(", {} warnings", record.warnings.len())
+                        }
                     )?;
                 }
                 (None, reason) => {

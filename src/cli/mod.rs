@@ -220,7 +220,9 @@ fn report_failure(error: &anyhow::Error) {
 /// The name that the program was called by.
 fn program() -> String {
     let path = typed().next().unwrap_or_default();
-    std::path::Path::new(&path).file_name().map_or_else(|| "granchain".into(), |name| name.to_string_lossy().into_owned())
+    std::path::Path::new(&path)
+        .file_name()
+        .map_or_else(|| "granchain".into(), |name| name.to_string_lossy().into_owned())
 }
 
 /// The flags that would settle an error in reading a record.

@@ -9,7 +9,8 @@ use clap::{
 
 use crate::{
     measurement::{
-        Baseline, BenchReadings, Choice, DecimalSign, Delimiter, MeasurementError, Missing, ReadOptions, RecordKind, Sensitivity, SensitivityError,
+        Baseline, BenchReadings, Choice, DecimalSign, Delimiter, MeasurementError, Missing, ReadOptions, RecordKind,
+        Sensitivity, SensitivityError,
     },
     signal::{Dimension, Quantity, QuantityError, Unit},
 };
@@ -166,7 +167,11 @@ impl ReadArguments {
     ///
     /// # Errors
     /// A usage error for a bench file without a kind; when the bench file cannot be used.
-    pub fn options_of_any(&self, kind: Option<RecordKind>, drive_frequency: Option<f64>) -> anyhow::Result<ReadOptions> {
+    pub fn options_of_any(
+        &self,
+        kind: Option<RecordKind>,
+        drive_frequency: Option<f64>,
+    ) -> anyhow::Result<ReadOptions> {
         match (kind, &self.bench) {
             (Some(kind), _) => self.options_of(kind, drive_frequency),
             (None, None) => Ok(self.options(drive_frequency)),
@@ -187,7 +192,8 @@ impl DriveUnread {
         let mut parts = text.split("--");
         let mut written = parts.next().unwrap_or_default().to_owned();
         for part in parts {
-            let name: String = part.chars().take_while(|letter| letter.is_ascii_lowercase() || *letter == '-').collect();
+            let name: String =
+                part.chars().take_while(|letter| letter.is_ascii_lowercase() || *letter == '-').collect();
             let of_drive = format!("drive-{name}");
             written.push_str(if flags.contains(&of_drive) { "--drive-" } else { "--" });
             written.push_str(part);

@@ -189,8 +189,7 @@ impl Drive {
             return read(&path, options, path.display().to_string());
         }
         if ours {
-            let options =
-                ReadOptions { column: Some(PISTON.to_owned()), baseline: Baseline::None, ..options.clone() };
+            let options = ReadOptions { column: Some(PISTON.to_owned()), baseline: Baseline::None, ..options.clone() };
             let piston = read_record(file, RecordKind::HornTip, &options)?;
             let frequency = piston.drive_frequency();
             let named = "the response's own piston".to_owned();

@@ -84,7 +84,17 @@ fn what_is_missing_of_either_channel_is_said_with_the_whole_command() {
     let err = run(&["calibrate", "--measured", "scope.csv"]);
     let whole = "so type, with values of this bench: granchain calibrate --measured scope.csv --column 'CH2 (V)' --scale '125 mm/s/V'";
     assert!(err.contains(whole), "{err}");
-    let err = run(&["calibrate", "--measured", "scope.csv", "--channel", "CH2", "--scale", "125 mm/s/V", "--drive-channel", "CH1"]);
+    let err = run(&[
+        "calibrate",
+        "--measured",
+        "scope.csv",
+        "--channel",
+        "CH2",
+        "--scale",
+        "125 mm/s/V",
+        "--drive-channel",
+        "CH1",
+    ]);
     assert!(err.contains("pass it as --drive-scale '125 mm/s/V' or '2 um/V'"), "{err}");
     assert!(err.contains("--drive-channel CH1 --drive-scale '125 mm/s/V'"), "{err}");
     fs::write(place.path().join("plan.toml"), "measured = \"scope.csv\"\n[drive.reading]\nscale = \"2 um\"\n").unwrap();

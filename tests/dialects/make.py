@@ -88,3 +88,44 @@ write("digilent.csv", "".join(f"#{line}\n" for line in digilent) + "\nTime (s),C
 metres = [(t, f"{float(v) * 1e-1:.5e}") for t, v in seconds]
 polytec = "Source File Name:\tC:\\Messung\\Perlen.pvd\nSignal:\tVib Velocity\nPoint Index:\t1\n\n"
 write("polytec.txt", polytec + "Time\tVib Velocity\n[ s ]\t[ m/s ]\n" + table(metres, "\t"))
+
+# Oscilloscopes whose instants stand in the header, or have few digits, or are not written.
+start, step = -BEFORE * STEP * 1e-6, STEP * 1e-6
+write("rigol.csv", f"X,CH1,Start,Increment,\nSequence,Volt,{start:e},{step:e}\n" + "".join(f"{i},{v},\n" for i, (_, v) in enumerate(volts)))
+write("rigol-no-x.csv", f"CH1,Start,Increment,\nVolt,{start:e},{step:e}\n" + "".join(f"{v},\n" for _, v in volts))
+write("rigol-inline.csv", f"CH1V,t0 ={start:e}, tInc = {step:e},\n" + "".join(f"{v},\n" for _, v in volts))
+write("rigol-old.csv", "X,CH1\nSecond,Volt,\n" + "".join(f"{t},{v}, \n" for t, v in seconds))
+write("rigol-old-names.csv", "Time,X(CH1),\nSecond,Volt,\n" + "".join(f"{t},{v},\n" for t, v in seconds))
+ultrascope = '"Model Number","DS1102E"\n"Sampling Rate","2.000MSa"\n\n"Time (s)","Voltage (V)"\n'
+write("rigol-ultrascope.csv", ultrascope + table(seconds))
+siglent = f"Record Length,Analog:{N}\nSample Interval,CH1:{step:.7f}\nVertical Units,CH1:V,,,\nVertical Scale,CH1:0.50,,,\n"
+siglent += "Horizontal Units,s\nHorizontal Scale,0.00001\nModel Number,SDS1104X-E\nSource,CH1\nSecond,Volt\n"
+write("siglent.csv", siglent + "".join(f" {float(t):.5f},{v}\n" for t, v in seconds))
+blank = [(f"{start - k * step:.8e}", "") for k in (3, 2, 1)]
+write("keysight-blank.csv", "x-axis,1\nsecond,Volt\n" + table(blank + seconds, ",", "\r\n"))
+few = f"Model,MSO2024\nSample Interval,{step:e}\nRecord Length,{N}\nVertical Units,V\nHorizontal Units,S\n\nTIME,CH1\n"
+write("tektronix-few-digits.csv", few + "".join(f"{float(t):.1e},{v}\n" for t, v in seconds))
+write("rohde-schwarz-hmo.csv", "in s,CH1 in V\n" + "".join(f"{float(t):.2e},{v}\n" for t, v in seconds))
+keys = [f"Record Length,{N}", f"Sample Interval,{step:e}", "Source,CH1", "Vertical Units,V", "Horizontal Units,s"]
+two = [f"{key},,{t},0.5,,{key.replace('CH1', 'CH2')},,{t},{v},\n" for key, (t, v) in zip(keys + [","] * N, seconds)]
+write("tektronix-two.csv", "".join(two))
+hantek = "#timebase=80000000(ps)\n,#voltbase=2000000(uV)\n#size=100\n"
+write("hantek.csv", hantek + table([(t, f"{1e3 * float(v):.1f}") for t, v in seconds]))
+instek = f"Memory Length,{N},\nTrigger Level,0,\nSource,CH1,\nVertical Units,V,\nVertical Scale,5.0E-02,\nHorizontal Units,S,\n"
+instek += f"Sampling Period,{step:.1E},\n"
+write("gwinstek.csv", instek + "Mode,Detail,\nWaveform Data,\n" + "".join(f"{t},{v},\n" for t, v in seconds))
+write("gwinstek-fast.csv", instek + "Mode,Fast,\nWaveform Data,\n" + "".join(f"{round(float(v) / 2e-3)},\n" for _, v in volts))
+head = "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t.\nX_Columns\t{}\nTime_Pref\tRelative\n"
+head += f"***End_of_Header***\t\n\nChannels\t1\nSamples\t{N}\nY_Unit_Label\tVolts\nX_Dimension\tTime\nX0\t{start:E}\n"
+head += f"Delta_X\t{step:E}\n***End_of_Header***\t\t\nX_Value\tVoltage\tComment\n"
+write("labview.lvm", head.format("No") + "".join(f"\t{v}\n" for _, v in volts))
+write("labview-times.lvm", head.format("One") + "".join(f"{t}\t{v}\t\n" for t, v in seconds))
+keys = ['"Header Size",16', '"Model Name","DL850"', '"TraceName","CH1   "', f'"BlockSize",{N}', '"VUnit","V    "']
+keys += ['"SampleRate",2.0E+06', f'"HResolution",{step:E}', f'"HOffset",{start:E}', ""]
+write("yokogawa.csv", "".join(f"{key}\n" for key in keys) + "".join(f"{v},\n" for _, v in volts))
+write("rto.csv", f"SignalFormat:FLOAT:\nXStart:{start:e}:\nResolution:{step:e}:\nRecordLength:{N}:\n")
+write("rto.Wfm.csv", "".join(f"{v}\n" for _, v in volts))
+write("picoscope.csv", "Time,Channel A\n(us),(V)\n\n" + table(volts))
+write("blanks.txt", "Time (s)   CH1 (V)\n" + "".join(f"  {t}   {v}\n" for t, v in seconds))
+write("carriage-returns.csv", ("time_s,ch1 (V)\n" + table(seconds)).replace("\n", "\r"))
+write("frames.csv", "v (V)\n" + "".join(f"#Frame,{k},of,2\n" + "".join(f"{v}\n" for _, v in volts) for k in (1, 2)))

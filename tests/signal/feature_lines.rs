@@ -400,7 +400,8 @@ proptest! {
 
 #[test]
 fn harmonics_beyond_the_hundredth_count_though_they_are_read_from_the_spectrum() {
-    let record = tones(0.0, 1.0 / (1000.0 * F0), 20.3 / F0, &[(F0, 1.0, 0.3), (50.0 * F0, 0.1, 0.0), (301.0 * F0, 0.2, 1.0)]);
+    let record =
+        tones(0.0, 1.0 / (1000.0 * F0), 20.3 / F0, &[(F0, 1.0, 0.3), (50.0 * F0, 0.1, 0.0), (301.0 * F0, 0.2, 1.0)]);
     let thd = total_harmonic_distortion(&record, Window::whole(&record), F0, None).unwrap();
     let exact = ((0.01 + 0.04) / 1.05_f64).sqrt();
     assert!((thd / exact - 1.0).abs() < 0.012, "{thd} {exact}");

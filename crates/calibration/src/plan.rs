@@ -51,9 +51,9 @@ use std::{
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{drive::beside, measured::is_published};
 #[cfg(doc)]
 use super::drive::BESIDE;
+use super::{drive::beside, measured::is_published};
 use granchain_record::{
     BenchReadings, BenchReadingsError, ReadOptions, Reading, ReadingError, RecordKind, horn_column, sha256,
 };
@@ -282,7 +282,8 @@ impl Plan {
     /// # Errors
     /// [`ReadingError`].
     pub fn read_as(&self, record: &RecordPlan, asked: Asked) -> Result<ReadAs, ReadingError> {
-        let kind = if self.quantity == Some(Measurand::Pressure) { RecordKind::Hydrophone } else { RecordKind::Vibrometer };
+        let kind =
+            if self.quantity == Some(Measurand::Pressure) { RecordKind::Hydrophone } else { RecordKind::Vibrometer };
         let stated = |kind| self.readings.as_ref().map(|bench| bench.of(kind));
         let filled = |options: ReadOptions, readings: &[Option<&Reading>]| {
             readings.iter().flatten().try_fold(options, |options, reading| reading.below(options))

@@ -226,7 +226,9 @@ pub(super) fn choose(
         Ok(value) if unscaled(&columns[*value]) => Err(volts_of(&columns[*value])),
         Ok(value) => unit_of(path, line, &columns[*value], example(kind), "--unit"),
         // Whichever is chosen: a sensitivity is missing besides.
-        Err(MeasurementError::Ambiguous { numbers, .. }) if numbers.iter().all(|number| unscaled(&columns[number - 1])) => {
+        Err(MeasurementError::Ambiguous { numbers, .. })
+            if numbers.iter().all(|number| unscaled(&columns[number - 1])) =>
+        {
             Err(volts_of(&columns[numbers[0] - 1]))
         }
         Err(_) => Ok(Unit { factor: 1.0, dimension: Dimension::NONE }),

@@ -135,12 +135,16 @@ impl Reading {
     /// [`ReadingError`] with the key.
     pub fn below(&self, options: ReadOptions) -> Result<ReadOptions, ReadingError> {
         // A choice that is the default says nothing.
-        fn chosen<C: Choice + PartialEq>(key: &'static str, given: C, text: Option<&String>) -> Result<C, ReadingError> {
-            Ok(or(Some(given).filter(|given| *given != C::default()), text, |text| word(key, text))?.unwrap_or_default())
+        fn chosen<C: Choice + PartialEq>(
+            key: &'static str,
+            given: C,
+            text: Option<&String>,
+        ) -> Result<C, ReadingError> {
+            Ok(or(Some(given).filter(|given| *given != C::default()), text, |text| word(key, text))?
+                .unwrap_or_default())
         }
-        let range = |text: &str| {
-            Quantity::parse(text).map_err(|source| ReadingError::Quantity { key: "range", source })
-        };
+        let range =
+            |text: &str| Quantity::parse(text).map_err(|source| ReadingError::Quantity { key: "range", source });
         Ok(ReadOptions {
             time_column: options.time_column.or_else(|| self.time_column.clone()),
             column: options.column.or_else(|| self.channel.clone()),
@@ -241,8 +245,7 @@ impl BenchReadings {
             message: error.message().to_owned(),
         })?;
         for kind in [RecordKind::Vibrometer, RecordKind::HornTip, RecordKind::Hydrophone] {
-            let refused =
-                |source| BenchReadingsError::Reading { path: path.into(), table: kind.name(), source };
+            let refused = |source| BenchReadingsError::Reading { path: path.into(), table: kind.name(), source };
             bench.of(kind).below(ReadOptions::default()).map_err(refused)?;
         }
         (bench.path, bench.sha256) = (path.into(), sha256(text.as_bytes()));

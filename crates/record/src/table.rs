@@ -389,7 +389,12 @@ impl Header {
                 while rows.advance() && !rows.cells().first().is_some_and(number) {
                     last = rows.line;
                 }
-                return Err(MeasurementError::UnknownPreamble { place: Place::line(path, from), first: 1, last, found });
+                return Err(MeasurementError::UnknownPreamble {
+                    place: Place::line(path, from),
+                    first: 1,
+                    last,
+                    found,
+                });
             }
             header.columns.extend(first.iter().map(|cell| Column::from_header(cell)));
             header.line = Some(rows.line);

@@ -46,7 +46,10 @@ pub fn problem(arguments: &Arguments) -> anyhow::Result<(Problem, Vec<(&'static 
         SearchChoice::ParticleSwarm => Strategy::ParticleSwarm,
     };
     assumptions.append(&mut problem.assumptions);
-    Ok((Problem { assumptions, ..problem }, read.into_iter().map(|plan| ("plan", plan)).chain(bench.map(|it| ("bench", it))).collect()))
+    Ok((
+        Problem { assumptions, ..problem },
+        read.into_iter().map(|plan| ("plan", plan)).chain(bench.map(|it| ("bench", it))).collect(),
+    ))
 }
 
 /// What contradicts itself is the command line's fault.
@@ -135,8 +138,7 @@ fn records(arguments: &Arguments, plan: &Plan, assumptions: &mut Vec<String>) ->
         };
         let ReadAs { measured, drive } = plan.read_as(&record, asked)?;
         let drive = drive.filter(|_| !arguments.scene_drive);
-        let beside =
-            if several { format!("beside {}", record.measured.display()) } else { "beside the record".into() };
+        let beside = if several { format!("beside {}", record.measured.display()) } else { "beside the record".into() };
         match &drive {
             _ if arguments.scene_drive => {}
             Some((.., NamedBy::Flag)) => {}

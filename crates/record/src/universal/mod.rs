@@ -45,7 +45,9 @@ pub enum UniversalError {
         wanted: Option<usize>,
     },
     /// Several functions, none of them in time.
-    #[error("{place}: expected a record in time, found {count} functions of which none is one, such as {first}; export the time data")]
+    #[error(
+        "{place}: expected a record in time, found {count} functions of which none is one, such as {first}; export the time data"
+    )]
     Spectra {
         /// The file.
         place: Place,

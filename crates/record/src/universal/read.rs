@@ -102,7 +102,8 @@ pub(in super::super) fn read(
     let Functions { heads, others } = functions(path, bytes)?;
     let wanted = options.dataset;
     let several = heads.len() > 1;
-    let in_time_alone = |(_, (head, _)): &(usize, &(Head, Option<f64>))| in_time(&Place::file(path), head, false).is_ok();
+    let in_time_alone =
+        |(_, (head, _)): &(usize, &(Head, Option<f64>))| in_time(&Place::file(path), head, false).is_ok();
     let timed: Vec<usize> = heads.iter().enumerate().filter(in_time_alone).map(|(at, _)| at).collect();
     let at = match wanted {
         None if several && timed.is_empty() => {

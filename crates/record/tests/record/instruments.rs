@@ -310,7 +310,8 @@ fn spectra_accelerations_and_small_letters_are_known_for_what_they_are() {
 fn what_no_bench_shows_is_warned_of() {
     let loud = |header: &str, kind, factor: f64| {
         let text = format!("{header}\n") + &rows(|i| format!("{:.9e},{:.12}", time(i), factor * volts(i)));
-        let record = read_record_bytes(Path::new("a.csv"), text.as_bytes(), Some(kind), &ReadOptions::default()).unwrap();
+        let record =
+            read_record_bytes(Path::new("a.csv"), text.as_bytes(), Some(kind), &ReadOptions::default()).unwrap();
         record.warnings.iter().any(|text| text.contains("check the unit"))
     };
     for (header, kind, limit) in [
@@ -327,7 +328,11 @@ fn what_no_bench_shows_is_warned_of() {
 fn peak_detect_is_no_sampling() {
     let beside = "TIME (s),CH1 (V),CH1 Peak Detect (V)\n".to_owned()
         + &rows(|i| format!("{:.9e},{:.12},{:.12}", time(i), volts(i), volts(i) + 0.1));
-    reads("a column more", &beside, &["`CH1 Peak Detect (V)` (extremes between samples, mode Peak Detect) is passed over"]);
+    reads(
+        "a column more",
+        &beside,
+        &["`CH1 Peak Detect (V)` (extremes between samples, mode Peak Detect) is passed over"],
+    );
     let twice = "TIME (s),CH1 (V)\n".to_owned() + &rows(|i| format!("{:.9e},{:.12}", time(i / 2 * 2), volts(i)));
     assert!(refused(&twice).contains("Peak Detect"), "{}", refused(&twice));
 }
@@ -345,14 +350,15 @@ fn a_stated_rate_wins_and_rounded_instants_are_never_resampled() {
     assert!((record.raw.step / 1.6e-6 - 1.0).abs() < 1e-3, "{:e}", record.raw.step);
     let rate = ReadOptions { sample_rate: Some(625e3), ..options() };
     let record = read_with(&few(200), &rate).unwrap();
-    assert!((record.raw.step - 1.6e-6).abs() < 1e-18 && record.assumptions.iter().any(|it| it.contains("--sample-rate")));
+    assert!(
+        (record.raw.step - 1.6e-6).abs() < 1e-18 && record.assumptions.iter().any(|it| it.contains("--sample-rate"))
+    );
     let record = read_with(&few(12_500), &ReadOptions { sample_rate: Some(1e6), ..options() }).unwrap();
     assert!(record.warnings.iter().any(|text| text.contains("one sample every 1.6")), "{:?}", record.warnings);
     // Rows are lost: what is left is interpolated onto the clock, not onto a rounded step.
     let row = |i: usize| format!("{:.6e},{:.12}\n", 1.37e-6 * i as f64 + 1.0, (0.02 * i as f64).sin());
     let lost = (0..5000).filter(|i| !(2000..2002).contains(i)).map(row).collect::<String>();
-    let record =
-        read_with(&format!("t (s),v (V)\n{lost}"), &ReadOptions { resample: true, ..options() }).unwrap();
+    let record = read_with(&format!("t (s),v (V)\n{lost}"), &ReadOptions { resample: true, ..options() }).unwrap();
     assert_eq!(record.raw.len(), 5000);
     assert!((record.raw.values[4500] - 0.1 * (0.02 * 4500f64).sin()).abs() < 2e-3);
 }

@@ -374,8 +374,9 @@ proptest! {
 /// Of the file of several functions the spectrum, and the record that is the plain file's.
 fn parts() -> [Vec<u8>; 2] {
     let bytes = bytes_of("pyuff-several.uff");
-    let marks: Vec<usize> =
-        (0..bytes.len() - 6).filter(|&at| bytes[at..].starts_with(b"    -1\n") && (at == 0 || bytes[at - 1] == b'\n')).collect();
+    let marks: Vec<usize> = (0..bytes.len() - 6)
+        .filter(|&at| bytes[at..].starts_with(b"    -1\n") && (at == 0 || bytes[at - 1] == b'\n'))
+        .collect();
     let open = |nth: usize| marks[nth];
     [bytes[..open(2)].to_vec(), bytes[open(marks.len() - 2)..].to_vec()]
 }
