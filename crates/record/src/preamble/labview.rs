@@ -27,7 +27,7 @@ pub(super) fn labview(path: &Path, text: &str, dataset: Option<usize>) -> Result
     let row_of = |line: &'_ str| line.split(separator).map(|cell| cell.trim().to_owned()).collect::<Vec<_>>();
     let from = if chosen == 0 { 0 } else { heads[chosen - 1] };
     let above = || text[from..head].lines().map(row_of);
-    let value = |key: &str| above().filter(|row| row[0] == key).last().map(|row| row[1..].to_vec());
+    let value = |key: &str| above().rfind(|row| row[0] == key).map(|row| row[1..].to_vec());
     let file =
         |key: &str| text.lines().take(40).map(row_of).find(|row| row[0] == key).and_then(|row| row.get(1).cloned());
     let timed = file("X_Columns").unwrap_or_else(|| "One".into());
