@@ -119,7 +119,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
 /// A file of a folder: what it is, or why it is no record.
 #[derive(Debug, Serialize)]
 struct FileRow {
-    file: String,
+    name: String,
     #[serde(flatten)]
     record: Option<Summary>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -138,7 +138,7 @@ fn of_folder(arguments: &Arguments) -> anyhow::Result<Vec<FileRow>> {
         .retain(|path| path.is_file() && !path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.')));
     files.sort();
     let row = |path: PathBuf| {
-        let file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         let kind = arguments.kind.map(RecordKind::from);
         let options = arguments.reading.options_of_any(kind, arguments.drive_frequency)?;
         let read = match kind {
@@ -146,12 +146,12 @@ fn of_folder(arguments: &Arguments) -> anyhow::Result<Vec<FileRow>> {
             None => inspect_record(&path, &options),
         };
         Ok(match read {
-            Ok(record) => FileRow { file, record: Some(Summary::of(&record, None)), refused: None },
+            Ok(record) => FileRow { name, record: Some(Summary::of(&record, None)), refused: None },
             Err(error) => {
                 let place = format!("{}", path.display());
                 let text = error.to_string();
                 let text = text.strip_prefix(&place).unwrap_or(&text).trim_start_matches(':').trim_start();
-                FileRow { file, record: None, refused: Some(text.to_owned()) }
+                FileRow { name, record: None, refused: Some(text.to_owned()) }
             }
         })
     };
@@ -168,7 +168,7 @@ impl fmt::Display for FolderText<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let read = self.rows.iter().filter(|row| row.record.is_some()).count();
         writeln!(f, "{}: {read} of {} files are records", self.folder.display(), self.rows.len())?;
-        let width = self.rows.iter().map(|row| row.file.chars().count()).max().unwrap_or(0).clamp(4, 40);
+        let width = self.rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0).clamp(4, 40);
         writeln!(
             f,
             "  {:<width$}  {:<11}{:>10}{:>13}{:>13}{:>14}  from",
@@ -181,7 +181,7 @@ impl fmt::Display for FolderText<'_> {
                     writeln!(
                         f,
                         "  {:<width$}  {:<11}{:>10}{:>13}{:>13}{:>14}  {}{}",
-                        row.file,
+                        row.name,
                         record.kind.name(),
                         record.samples,
                         shown(record.sample_rate_hz, Dimension::FREQUENCY),
@@ -198,7 +198,7 @@ impl fmt::Display for FolderText<'_> {
                 (None, reason) => {
                     // The first line of it; `inspect FILE` says the rest.
                     let reason = reason.as_deref().and_then(|text| text.lines().next()).unwrap_or_default();
-                    writeln!(f, "  {:<width$}  – {reason}", row.file)?;
+                    writeln!(f, "  {:<width$}  – {reason}", row.name)?;
                 }
             }
         }

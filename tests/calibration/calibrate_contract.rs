@@ -1,11 +1,12 @@
 //! What scripts depend on in `calibrate`: names of keys and files, streams, exit codes, defaults, equal bytes.
 
-use std::{fs, process::Command};
+use std::{fs, path::Path, process::Command};
 
 use crate::{
     calibrate_bench::{ALPHA, Bench, DAMPING},
     harness::{code, stderr, stdout},
 };
+use granchain::calibration::plan::Plan;
 use serde_json::Value;
 
 fn keys(value: &Value) -> Vec<&str> {
@@ -258,4 +259,11 @@ fn usage_errors_end_with_2_and_leave_nothing() {
         assert!(output.stdout.is_empty() && !output.stderr.is_empty(), "{arguments:?}");
         assert_eq!(bench.tree(), before, "{arguments:?}");
     }
+}
+
+#[test]
+fn the_shipped_plan_names_its_files_as_a_user_would_type_them() {
+    let plan = Plan::read(Path::new("calibrations/annulus-73khz.toml")).unwrap();
+    assert_eq!(plan.measured.unwrap(), Path::new("measurements/annulus-73khz/vib.csv"));
+    assert_eq!(plan.drive.unwrap().file.unwrap(), Path::new("measurements/annulus-73khz/horn_tip.csv"));
 }

@@ -154,8 +154,8 @@ fn a_folder_is_a_table_of_its_files() {
     assert!(row("volts.csv").contains("which need the decoder's sensitivity"), "{out}");
     let files = json(&["tests/dialects"]);
     let files = files.as_array().unwrap();
-    assert!(files.len() > 25 && files.windows(2).all(|pair| pair[0]["file"].as_str() < pair[1]["file"].as_str()));
-    let of = |name: &str| files.iter().find(|file| file["file"] == name).unwrap();
+    assert!(files.len() > 25 && files.windows(2).all(|pair| pair[0]["name"].as_str() < pair[1]["name"].as_str()));
+    let of = |name: &str| files.iter().find(|file| file["name"] == name).unwrap();
     assert_eq!(of("plain.csv")["samples"], 100);
     assert!(of("volts.csv")["refused"].as_str().unwrap().contains("volts"), "{}", of("volts.csv"));
 }

@@ -31,6 +31,8 @@ mod quantisation;
 mod read;
 mod reading;
 mod record;
+mod remedy;
+mod samples;
 mod sampling;
 mod scale;
 pub mod seal;

@@ -108,29 +108,57 @@ pub(super) fn is_even(times: &[f64]) -> bool {
 /// the step would be a guess.
 const FEWEST_UNITS: f64 = 500.0;
 
-/// First instant and step (s) of the even clock from which all instants differ by no more than the rounding of their last digits (units
-/// `digits`, s): the step as stated, else by the first and the last instant.
+/// First instant and step (s) of an even clock whose instants, rounded to their last digits (units `digits`, s), are `times`: the step as stated,
+/// else the one that leaves most room.
 ///
-/// With tᵢ = t₀ + iΔ + rᵢ and |rᵢ| ≤ uᵢ/2, t₀ lies between max(tᵢ − uᵢ/2 − iΔ) and min(tᵢ + uᵢ/2 − iΔ); a step from the ends is itself off by
-/// up to half a unit of either end over the whole record.
+/// With tᵢ = t₀ + iΔ + rᵢ and |rᵢ| ≤ uᵢ/2 there is a t₀ where g(Δ) = maxᵢ(tᵢ − uᵢ/2 − iΔ) − minᵢ(tᵢ + uᵢ/2 − iΔ) ≤ 0; g is convex, and its least
+/// lies where the two extremes are at one i. Two instants differ from the step by less than a unit, else one is there twice or lost.
 pub(super) fn rounded(times: &[f64], digits: &[f64], interval: Option<f64>) -> Option<(f64, f64)> {
     let (&first, &last) = times.first().zip(times.last())?;
     let coarsest = digits.iter().copied().fold(0.0, f64::max);
     let unit = |i: usize| if digits.len() == times.len() { digits[i] } else { coarsest };
     let count = (times.len() - 1) as f64;
-    let ends = 0.5 * (unit(0) + unit(times.len() - 1));
-    let step = interval.unwrap_or((last - first) / count);
-    if !(step > 0.0) || (interval.is_none() && !(last - first >= FEWEST_UNITS * coarsest)) {
+    let mean = (last - first) / count;
+    // Halves are rounded up by some and to even by others, and the decimal fractions are not exact.
+    let half = |i: usize, step: f64| 0.5 * unit(i) * (1.0 + 1e-6) + 1e-9 * step;
+    let extremes = |step: f64| {
+        let none = ((0, f64::NEG_INFINITY), (0, f64::INFINITY));
+        times.iter().enumerate().fold(none, |(low, high), (i, time)| {
+            let (offset, half) = (time - i as f64 * step, half(i, step));
+            let low = if offset - half > low.1 { (i, offset - half) } else { low };
+            (low, if offset + half < high.1 { (i, offset + half) } else { high })
+        })
+    };
+    let explains = |step: f64| {
+        let ((_, low), (_, high)) = extremes(step);
+        let mut steps = times.windows(2).enumerate();
+        let near = |(i, pair): (usize, &[f64])| {
+            (pair[1] - pair[0] - step).abs() <= (1.0 - 1e-6) * unit(i).max(unit(i + 1)) + 1e-9 * step
+        };
+        (step > 0.0 && low <= high && steps.all(near)).then(|| (first.clamp(low, high), step))
+    };
+    if let Some(found) = interval.and_then(explains) {
+        return Some(found);
+    }
+    if !(last - first >= FEWEST_UNITS * coarsest) {
         return None;
     }
-    let slack = if interval.is_some() { 0.0 } else { ends };
-    // Halves are rounded up by some and to even by others, and the decimal fractions are not exact.
-    let half = |i: usize| 0.5 * unit(i) * (1.0 + 1e-6) + 1e-9 * step + slack;
-    let offset = |i: usize| times[i] - i as f64 * step;
-    let (low, high) = (0..times.len()).fold((f64::NEG_INFINITY, f64::INFINITY), |(low, high), i| {
-        (low.max(offset(i) - half(i)), high.min(offset(i) + half(i)))
-    });
-    (low <= high).then(|| (if interval.is_some() { first.clamp(low, high) } else { first }, step))
+    // A step from the ends is off by at most a unit over the whole record.
+    let (mut below, mut above) = (mean - coarsest / count, mean + coarsest / count);
+    for _ in 0..60 {
+        let step = 0.5 * (below + above);
+        let ((low, _), (high, _)) = extremes(step);
+        match low.cmp(&high) {
+            std::cmp::Ordering::Equal => return explains(step),
+            // The slope of g is the difference of the two places.
+            std::cmp::Ordering::Less => above = step,
+            std::cmp::Ordering::Greater => below = step,
+        }
+        if let Some(found) = explains(step) {
+            return Some(found);
+        }
+    }
+    None
 }
 
 /// The natural cubic spline through uneven samples (`times` rising), at `start` + k `step`.
@@ -192,6 +220,40 @@ mod tests {
             assert!(worst < bound, "{per_cycle}: {worst:e}, stated {bound:e}");
             assert!(worst > 0.01 * bound, "{per_cycle}: {worst:e}, the bound says nothing");
         }
+    }
+
+    #[test]
+    fn rounded_instants_are_known_from_uneven_ones() {
+        let digits = |count: usize, unit: f64| vec![unit; count];
+        let clock = |count: usize, step: f64, unit: f64| -> Vec<f64> {
+            (0..count).map(|i| unit * ((0.3 + step * i as f64) / unit).round()).collect()
+        };
+        // Steps above and below the unit, also of a simple ratio to it.
+        for (count, step, unit) in
+            [(5000, 1.6, 1.0), (5000, 0.16, 1.0), (2000, 0.5, 1.0), (4000, 1.37, 0.1), (900, 1.0, 1.0)]
+        {
+            let times = clock(count, step, unit);
+            let (start, found) = rounded(&times, &digits(count, unit), None).unwrap();
+            assert!((found - step).abs() <= 1.01 * unit / (count - 1) as f64, "{step} {unit}: {found}");
+            for (i, time) in times.iter().enumerate() {
+                assert!((start + i as f64 * found - time).abs() <= 0.5001 * unit, "{step} {unit}: {i}");
+            }
+            assert_eq!(rounded(&times, &digits(count, unit), Some(step)).map(|it| it.1), Some(step));
+        }
+        // A row that is lost, an instant that is there twice, a clock that changes.
+        let mut lost = clock(3000, 1.6, 1.0);
+        lost.drain(1000..1003);
+        let mut twice = clock(3000, 2.0, 1.0);
+        twice[1000] = twice[999];
+        let mut once = clock(3000, 1.0, 1.0);
+        once[1000] = once[999];
+        let bent: Vec<f64> =
+            (0..3000).map(|i| (1.6 * f64::from(i) + 0.5 * (f64::from(i) - 1500.0).max(0.0)).round()).collect();
+        for (name, times) in [("lost", lost), ("twice", twice), ("once", once), ("bent", bent)] {
+            assert_eq!(rounded(&times, &digits(times.len(), 1.0), None), None, "{name}");
+        }
+        // Too short to say a step.
+        assert_eq!(rounded(&clock(200, 1.6, 1.0), &digits(200, 1.0), None), None);
     }
 
     #[test]

@@ -14,7 +14,7 @@ pub fn fixed(value: f64, digits: usize) -> String {
 /// `value` to `figures` significant figures, without an exponent where a reader can do without (1e-4 … 1e6).
 ///
 /// ```
-/// use granchain::report::number::significant;
+/// use granchain_signal::number::significant;
 /// assert_eq!(significant(-246.84, 3), "−247");
 /// assert_eq!(significant(0.30418, 3), "0.304");
 /// assert_eq!(significant(3.2e9, 2), "3.2×10⁹");
@@ -42,7 +42,7 @@ pub fn significant(value: f64, figures: usize) -> String {
 /// `value` to three significant figures at most, without trailing zeros: for bounds and settings.
 ///
 /// ```
-/// use granchain::report::number::short;
+/// use granchain_signal::number::short;
 /// assert_eq!(short(0.02), "0.02");
 /// assert_eq!(short(3660.0), "3660");
 /// ```
@@ -57,7 +57,7 @@ pub fn short(value: f64) -> String {
 /// `value` with `uncertainty` deciding the last digit: two significant figures of the uncertainty.
 ///
 /// ```
-/// use granchain::report::number::to_uncertainty;
+/// use granchain_signal::number::to_uncertainty;
 /// assert_eq!(to_uncertainty(0.503_21, 0.012_34), "0.503");
 /// assert_eq!(to_uncertainty(3659.7, 412.0), "3660");
 /// ```
@@ -74,7 +74,7 @@ pub fn to_uncertainty(value: f64, uncertainty: f64) -> String {
 /// `value` in SI with an engineering prefix before `unit`, to `figures` significant figures.
 ///
 /// ```
-/// use granchain::report::number::engineering;
+/// use granchain_signal::number::engineering;
 /// assert_eq!(engineering(0.2891, "m/s", 3), "289 mm/s");
 /// assert_eq!(engineering(73e3, "Hz", 3), "73.0 kHz");
 /// ```
@@ -105,7 +105,7 @@ pub fn power_of_ten(exponent: i32) -> String {
 /// A unit as people write it: raised dots and exponents instead of spaces, stars and carets; `1` stays.
 ///
 /// ```
-/// use granchain::report::number::unit;
+/// use granchain_signal::number::unit;
 /// assert_eq!(unit("N s/m"), "N·s/m");
 /// assert_eq!(unit("N*s*m^(-3/2)"), "N·s·m⁻³ᐟ²");
 /// ```

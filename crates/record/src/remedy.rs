@@ -1,0 +1,104 @@
+//! What messages name: what is wanted, what else may be meant, the flags that would settle it.
+
+use granchain_signal::Dimension;
+
+use super::{MeasurementError, RecordKind};
+
+pub(super) fn listed(names: &[String]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+pub(super) fn wanted(kind: RecordKind) -> &'static str {
+    match kind {
+        RecordKind::HornTip => "a displacement such as `displacement_um` or a velocity such as `velocity_mm_per_s`",
+        RecordKind::Vibrometer => "a velocity such as `velocity_mm_per_s`",
+        RecordKind::Hydrophone => {
+            "a pressure such as `pressure_kpa`, or volts such as `hydrophone_mv` with the hydrophone's sensitivity"
+        }
+    }
+}
+
+/// How a sensitivity of this kind is written, and what it belongs to.
+pub(super) fn sensitivity(kind: RecordKind) -> (&'static str, &'static str) {
+    match kind {
+        RecordKind::HornTip => {
+            ("a velocity or a displacement", "the decoder's sensitivity; pass it as --scale '125 mm/s/V' or '2 um/V'")
+        }
+        RecordKind::Vibrometer => ("a velocity", "the decoder's sensitivity; pass it as --scale '125 mm/s/V'"),
+        RecordKind::Hydrophone => (
+            "a pressure",
+            "the hydrophone's sensitivity; pass it as --scale '250 nV/Pa' or '4 MPa/V', or write `# sensitivity: 250 nV/Pa` into the file",
+        ),
+    }
+}
+
+/// What else may be meant by a quantity that a record of this kind does not have.
+pub(super) fn other_record(kind: RecordKind, found: Dimension) -> &'static str {
+    match (kind, found) {
+        (RecordKind::Vibrometer, Dimension::PRESSURE) => {
+            "; a hydrophone's record is calibrated on with --quantity pressure, and inspected with --kind hydrophone"
+        }
+        (RecordKind::Hydrophone, Dimension::VELOCITY) => {
+            "; a vibrometer's record is calibrated on without --quantity pressure"
+        }
+        (RecordKind::Vibrometer, Dimension::LENGTH) => {
+            "; a horn tip's record is given with --drive: are the two files swapped?"
+        }
+        _ => "",
+    }
+}
+
+/// What a strongest line at a fraction of the drive frequency may mean.
+pub(super) fn subharmonic(stated: f64, found: f64) -> &'static str {
+    let is = |parts: f64| (found * parts / stated - 1.0).abs() < 0.05;
+    if is(2.0) || is(3.0) { "; a bead answers so, a horn does not: are the two files swapped?" } else { "" }
+}
+
+/// How one of several columns is chosen; by number where names are shared.
+pub(super) fn by_name_or_number(flag: &str, candidates: &[String], numbers: &[usize]) -> String {
+    let shared = candidates.iter().enumerate().any(|(i, name)| candidates[..i].contains(name));
+    if !shared {
+        return format!("with {flag}");
+    }
+    let numbers: Vec<String> = numbers.iter().map(|number| format!("{flag} {number}")).collect();
+    format!("by its number, for they share a name: {}", numbers.join(" or "))
+}
+
+/// A word as a shell takes it whole.
+pub(super) fn quoted(word: &str) -> String {
+    let plain = |letter: char| letter.is_ascii_alphanumeric() || "-_./:+".contains(letter);
+    if !word.is_empty() && word.chars().all(plain) { word.into() } else { format!("'{}'", word.replace('\'', "'\\''")) }
+}
+
+pub(super) fn remedies(errors: &[MeasurementError]) -> String {
+    errors.iter().filter_map(MeasurementError::remedy).collect::<Vec<_>>().join(" ")
+}
+
+impl MeasurementError {
+    /// All that is wrong.
+    pub(super) fn of_all(mut errors: Vec<Self>) -> Self {
+        if errors.len() == 1 { errors.remove(0) } else { Self::Several(errors) }
+    }
+
+    /// Flags that would settle it, as they are typed, with values that may have to be replaced; `None` where no flag does.
+    #[must_use]
+    pub fn remedy(&self) -> Option<String> {
+        Some(match self {
+            Self::Several(errors) => remedies(errors),
+            Self::Ambiguous { flag, candidates, numbers, .. } => {
+                let shared = candidates.iter().enumerate().any(|(i, name)| candidates[..i].contains(name));
+                let first = if shared { numbers.first()?.to_string() } else { quoted(candidates.first()?) };
+                format!("{flag} {first}")
+            }
+            Self::Volts { kind: RecordKind::Hydrophone, .. } => "--scale '250 nV/Pa'".into(),
+            Self::Volts { .. } => "--scale '125 mm/s/V'".into(),
+            Self::NoTime { .. } => "--sample-rate 5MHz".into(),
+            Self::NoUnit { flag: "--time-unit", .. } => "--time-unit us".into(),
+            Self::NoUnit { flag: "--unit", example, .. } => {
+                format!("--unit {}", if example.starts_with("pressure") { "kPa" } else { "mm/s" })
+            }
+            Self::NoHeader { .. } => "--time-unit s --unit mm/s".into(),
+            _ => return None,
+        })
+    }
+}

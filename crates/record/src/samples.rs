@@ -1,0 +1,219 @@
+//! Row by row: cells to samples, gaps bridged, instants settled.
+
+use std::path::Path;
+
+use granchain_signal::Quantity;
+
+use super::{
+    DecimalSign, Delimiter, MeasurementError, Missing, Place, ReadOptions,
+    column::parse_unit,
+    decimal::number,
+    dialect::Dialect,
+    sampling,
+    table::{Rows, Table, is_missing, shortened, text, text_of},
+};
+
+/// Letters of a cell that a message shows.
+const LONGEST_CELL: usize = 40;
+/// Most missing cells in a row that are bridged.
+pub(super) const BRIDGED: usize = 5;
+
+/// Rows in a row whose value is missing, and what else is settled only later.
+#[derive(Default)]
+pub(super) struct Gap {
+    /// Their instants, s; where there are none, zeros.
+    pub times: Vec<f64>,
+    /// How many of them are blank.
+    pub blank: usize,
+    /// Line of the first, and what stood there.
+    pub line: u64,
+    pub found: String,
+    /// The first instant that is no later than the one before: its line and itself, s.
+    pub standing: Option<(u64, f64)>,
+}
+
+/// How rows are taken.
+pub(super) struct Taking<'a> {
+    pub path: &'a Path,
+    pub dialect: Dialect,
+    /// Whether every row ends with a delimiter.
+    pub trailing: bool,
+    pub missing: Missing,
+}
+
+impl Table {
+    pub(super) fn cell(&self, path: &Path, line: u64, column: usize) -> Place {
+        Place::cell(path, line, &self.columns[column].header)
+    }
+
+    pub(super) fn take(&mut self, taking: &Taking<'_>, rows: &Rows<'_>, gap: &mut Gap) -> Result<(), MeasurementError> {
+        let path = taking.path;
+        let beyond = rows.record.iter().skip(self.columns.len());
+        let filled = taking.trailing && beyond.into_iter().all(|cell| cell.trim_ascii().is_empty());
+        if rows.record.len() < self.columns.len() || rows.record.len() > self.columns.len() && !filled {
+            return Err(MeasurementError::Ragged {
+                place: Place::line(path, rows.line),
+                expected: self.columns.len(),
+                found: rows.record.len(),
+                cut: rows.is_cut(),
+                commas: taking.dialect.delimiter == Delimiter::Comma && rows.record.len() == 2 * self.columns.len(),
+            });
+        }
+        let cell = text_of(rows, self.chosen.value);
+        let missing = is_missing(cell) && (cell.is_empty() || taking.missing == Missing::Interpolate);
+        let time = match self.chosen.time {
+            // A row that is blank altogether but for a delimiter says nothing.
+            Some(column) if missing && text_of(rows, column).is_empty() => f64::NAN,
+            Some(column) => self.number(taking, rows, column)? * self.chosen.time_factor,
+            None => 0.0,
+        };
+        if missing {
+            if gap.times.is_empty() {
+                (gap.line, gap.found) = (rows.line, cell.into());
+            }
+            gap.times.push(time);
+            gap.blank += usize::from(cell.is_empty());
+            return Ok(());
+        }
+        let found = gap.times.len();
+        if self.values.is_empty() && found == gap.blank {
+            self.blank_ends += found;
+        } else if found > 0 {
+            let place = self.cell(path, gap.line, self.chosen.value);
+            if taking.missing != Missing::Interpolate {
+                return Err(MeasurementError::MissingValue { place, found: std::mem::take(&mut gap.found) });
+            }
+            if found > BRIDGED || self.values.is_empty() {
+                return Err(MeasurementError::GapTooLong { place, found, limit: BRIDGED });
+            }
+            for (index, time) in gap.times.iter().enumerate() {
+                self.take_time(path, gap.line + index as u64, *time, &mut gap.standing)?;
+            }
+        }
+        if self.chosen.time.is_some() {
+            self.take_time(path, rows.line, time, &mut gap.standing)?;
+        }
+        let value = self.number(taking, rows, self.chosen.value)? * self.chosen.value_unit.factor;
+        if found > 0 && !self.values.is_empty() {
+            let before = self.values[self.values.len() - 1];
+            for i in 1..=found {
+                self.lines.push(gap.line + i as u64 - 1);
+                self.values.push(before + (value - before) * i as f64 / (found + 1) as f64);
+            }
+            self.bridged += found;
+        }
+        self.lines.push(rows.line);
+        self.values.push(value);
+        gap.times.clear();
+        gap.blank = 0;
+        Ok(())
+    }
+
+    /// The next instant; one that stands still may be rounded.
+    fn take_time(
+        &mut self,
+        path: &Path,
+        line: u64,
+        time: f64,
+        standing: &mut Option<(u64, f64)>,
+    ) -> Result<(), MeasurementError> {
+        if self.chosen.time.is_none() {
+            return Ok(());
+        }
+        if let Some(&previous) = self.times.last() {
+            // Written so that it also catches what cannot be compared.
+            if !(time >= previous) {
+                let place = self.cell(path, line, self.chosen.time.unwrap_or(0));
+                return Err(MeasurementError::TimeNotIncreasing { place, previous, found: time });
+            }
+            if time == previous {
+                standing.get_or_insert((line, time));
+            }
+        }
+        self.times.push(time);
+        Ok(())
+    }
+
+    /// Instants of few digits are those of an even clock where rounding explains them all; a stated rate is taken before them.
+    pub(super) fn settle_times(
+        &mut self,
+        path: &Path,
+        standing: Option<(u64, f64)>,
+        options: &ReadOptions,
+        digits: impl Fn(usize) -> (Vec<f64>, bool),
+    ) -> Result<(), MeasurementError> {
+        let (Some(column), Some(&start)) = (self.chosen.time, self.times.first()) else { return Ok(()) };
+        let name = self.columns[column].header.clone();
+        if let Some(rate) = options.sample_rate {
+            let step = 1.0 / rate;
+            let text =
+                format!("one sample every {step:e} s (--sample-rate); of `{name}` the first instant alone is taken");
+            self.assumptions.push(text);
+            let said = (self.times[self.times.len() - 1] - start) / (self.times.len() - 1).max(1) as f64;
+            if !((said - step).abs() <= 1e-3 * step) {
+                self.warnings.push(format!(
+                    "`{name}` has one sample every {said:.4e} s, --sample-rate one every {step:.4e} s, which is taken; leave it out if the file is right"
+                ));
+            }
+            (self.grid, self.times) = (Some((start, 1.0 / rate)), Vec::new());
+            return Ok(());
+        }
+        if standing.is_none() && sampling::is_even(&self.times) {
+            return Ok(());
+        }
+        let interval = self.form.preamble().and_then(|preamble| preamble.interval);
+        let (digits, powers) = digits(column);
+        let digits: Vec<f64> = digits.into_iter().map(|unit| unit * self.chosen.time_factor).collect();
+        // Without powers of ten, cells of fewer digits have lost their zeros.
+        let finest = digits.iter().copied().fold(f64::INFINITY, f64::min);
+        self.digit = if powers { digits.iter().copied().fold(0.0, f64::max) } else { finest };
+        if let Some((start, step)) = sampling::rounded(&self.times, &digits, interval) {
+            let from = if interval.is_some() { "the preamble's interval" } else { "the first and the last" };
+            self.assumptions.push(format!(
+                "`{name}` is rounded: one sample every {step:e} s by {from}, which all instants agree with"
+            ));
+            (self.grid, self.times) = (Some((start, step)), Vec::new());
+            return Ok(());
+        }
+        let twice = self.times.chunks_exact(2).filter(|pair| pair[0] == pair[1]).count();
+        match standing {
+            Some((line, _)) if 20 * twice > 9 * self.times.len() => {
+                Err(MeasurementError::PeakDetect { place: self.cell(path, line, column) })
+            }
+            Some((line, time)) => {
+                let place = self.cell(path, line, column);
+                Err(MeasurementError::TimeNotIncreasing { place, previous: time, found: time })
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn number(&self, taking: &Taking<'_>, rows: &Rows<'_>, column: usize) -> Result<f64, MeasurementError> {
+        let cell = text(rows.record.get(column).unwrap_or_default());
+        let place = || self.cell(taking.path, rows.line, column);
+        if is_missing(cell) {
+            return Err(MeasurementError::MissingValue { place: place(), found: cell.into() });
+        }
+        match number(cell, taking.dialect.decimal) {
+            Some(value) if value.is_finite() => Ok(value),
+            Some(_) => Err(MeasurementError::Infinite { place: place(), found: cell.into() }),
+            None => Err(self.no_number(taking, rows, place(), cell)),
+        }
+    }
+
+    /// Why `cell` is no number.
+    fn no_number(&self, taking: &Taking<'_>, rows: &Rows<'_>, place: Place, cell: &str) -> MeasurementError {
+        let Dialect { delimiter, decimal } = taking.dialect;
+        let found = shortened(cell, LONGEST_CELL);
+        let other = decimal.other().character();
+        let opposite = number(&cell.replace([',', '.'], ""), DecimalSign::Point).is_some();
+        if cell.contains(other) && opposite && (delimiter != Delimiter::Comma || decimal == DecimalSign::Comma) {
+            let since = self.lines.get(0).unwrap_or(rows.line);
+            return MeasurementError::MixedDecimals { place, expected: decimal, since, found };
+        }
+        if Quantity::parse(&cell.replacen(decimal.character(), ".", 1)).is_ok() || parse_unit(cell).is_ok() {
+            return MeasurementError::MixedUnits { place, found };
+        }
+        MeasurementError::NotANumber { place, found, cut: rows.is_cut() }
+    }
+}
