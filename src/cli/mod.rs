@@ -77,7 +77,7 @@ Ctrl-C, SIGTERM, SIGHUP.\nQuantities carry their unit: 73kHz, 0.5um, \"0.3 N s/m
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Fit the amplitude scale and the damping of a scene to a measured record
-    Calibrate(calibrate::Arguments),
+    Calibrate(Box<calibrate::Arguments>),
     /// Run one scene and write its response
     Replay(replay::Arguments),
     /// Run a scene over a grid of values and compare what comes out
@@ -131,7 +131,7 @@ impl Command {
 
     fn execute(self) -> anyhow::Result<Outcome> {
         match self {
-            Self::Calibrate(arguments) => calibrate::execute(arguments),
+            Self::Calibrate(arguments) => calibrate::execute(*arguments),
             Self::Replay(arguments) => replay::execute(arguments),
             Self::Sweep(arguments) => sweep::execute(arguments),
             Self::Spectrum(arguments) => spectrum::execute(arguments),

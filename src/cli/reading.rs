@@ -136,7 +136,7 @@ pub struct ReadArguments {
     /// Its channel.
     #[command(flatten)]
     pub channel: ChannelArguments,
-    /// Bench file with sensitivities, delays, bandwidths of all channels ([vibrometer], [horn-tip], [hydrophone]); flags win over it
+    /// Bench file with sensitivities, delays, bandwidths of all channels, typed once (docs/formats.md); flags win over it
     #[arg(long, value_name = "FILE", help_heading = "Reading")]
     pub bench: Option<PathBuf>,
     /// Take the drive frequency as stated, though the strongest line of the horn's record is another

@@ -125,7 +125,7 @@ pub struct DrivePlan {
 #[serde(untagged, expecting = "expected a path, or a table with `file` and `[drive.reading]`")]
 enum WrittenDrive {
     File(PathBuf),
-    Table(DriveTable),
+    Table(Box<DriveTable>),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -140,7 +140,7 @@ impl From<WrittenDrive> for DrivePlan {
     fn from(written: WrittenDrive) -> Self {
         match written {
             WrittenDrive::File(file) => file.into(),
-            WrittenDrive::Table(DriveTable { file, reading }) => Self { file, reading },
+            WrittenDrive::Table(table) => Self { file: table.file, reading: table.reading },
         }
     }
 }
@@ -149,7 +149,7 @@ impl From<DrivePlan> for WrittenDrive {
     fn from(DrivePlan { file, reading }: DrivePlan) -> Self {
         match file {
             Some(file) if reading == Reading::default() => Self::File(file),
-            file => Self::Table(DriveTable { file, reading }),
+            file => Self::Table(Box::new(DriveTable { file, reading })),
         }
     }
 }
