@@ -32,7 +32,7 @@ pub struct Session {
     #[arg(long, global = true, help_heading = "Session")]
     pub quiet: bool,
     /// Worker threads; results do not depend on it [default: one a core]
-    #[arg(long, global = true, value_name = "N", help_heading = "Session")]
+    #[arg(long, global = true, value_name = "N", value_parser = threads, help_heading = "Session")]
     pub threads: Option<NonZeroUsize>,
     /// Folder in which reduced bodies are kept from run to run, at most 2 GiB, or `none` [default: granchain in $XDG_CACHE_HOME or
     /// ~/.cache]
@@ -147,7 +147,7 @@ pub struct SceneArguments {
     #[arg(long, value_name = "QUANTITY", value_parser = frequency, help_heading = "Scene")]
     pub drive_frequency: Option<f64>,
     /// Amplitude scale α: the factor on the drive
-    #[arg(long, value_name = "X", value_parser = positive_number, help_heading = "Scene")]
+    #[arg(long, value_name = "X", value_parser = positive_number, allow_negative_numbers = true, help_heading = "Scene")]
     pub alpha: Option<f64>,
     /// Override one key of the scene: a plain number is SI, else with its unit; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = assignment, help_heading = "Scene")]
@@ -201,6 +201,12 @@ pub enum ValueError {
         /// The text as given.
         found: String,
     },
+    /// No number of threads.
+    #[error("expected a whole number of threads from 1 up, found `{found}`; leave the flag out for one a core")]
+    NoThreads {
+        /// The text as given.
+        found: String,
+    },
     /// Not `FROM:TO`.
     #[error("expected FROM:TO such as `0us:30us`, found `{found}`")]
     NoWindow {
@@ -219,6 +225,10 @@ pub enum ValueError {
         /// The text as given.
         found: String,
     },
+}
+
+fn threads(text: &str) -> Result<NonZeroUsize, ValueError> {
+    text.trim().parse().map_err(|_| ValueError::NoThreads { found: text.into() })
 }
 
 /// Value parser of a positive frequency with its unit, Hz.

@@ -26,7 +26,12 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
-    calibration::{Problem, drive::Input, fit::FitError, refusal::Refusal},
+    calibration::{
+        Problem,
+        drive::Input,
+        fit::{FitError, Verdict},
+        refusal::Refusal,
+    },
     scene::Scene,
 };
 
@@ -80,6 +85,9 @@ pub struct Arguments {
     /// Run another model once at the answer and show its features beside the others'
     #[arg(long, value_enum, value_name = "MODEL", help_heading = "Fit")]
     pub confirm: Option<ConfirmChoice>,
+    /// End with exit code 4 where the best answer is `outside scatter`
+    #[arg(long, help_heading = "Fit")]
+    pub strict: bool,
     /// Continue the fit that Ctrl-C or a crash left behind
     #[arg(long, help_heading = "Fit")]
     pub resume: bool,
@@ -152,6 +160,8 @@ pub(super) struct Job {
     meshes: Vec<Input>,
     /// The model run once at the answer.
     confirm: Option<ConfirmChoice>,
+    /// Whether an answer that does not explain the record is a failure.
+    strict: bool,
 }
 
 /// The command, as a state names it.
@@ -175,10 +185,17 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         session.note(format_args!("warning: {warning}"));
     }
     timing.stage("read");
-    let target = output.out.clone().unwrap_or_else(|| default_target(&job.problem));
+    let usual = || default_target(&job.problem);
     if dry_run {
-        return page::dry_run(&job, &target, output.force, &session);
+        // A folder that was named is the one meant; else nothing may take the place of a fit.
+        let preview = || {
+            let name = usual();
+            let stem = name.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+            name.with_file_name(format!("{stem}-dry-run"))
+        };
+        return page::dry_run(&job, &output.out.clone().unwrap_or_else(preview), output.force, &session);
     }
+    let target = output.out.clone().unwrap_or_else(usual);
 
     let folder = OutputFolder::resumable(&target, &RESULTS, COMMAND, resume, output.force)?;
     if resume && !folder.is_resumed() {
@@ -220,7 +237,10 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
     let place = folder.finish()?;
     let text = page::text(&outcome, job.problem.lead().measured.noun(), &place);
     session.result(text, &outcome)?;
-    Ok(Outcome::of(outcome.best.verdict))
+    Ok(match outcome.best.verdict {
+        Verdict::OutsideScatter if job.strict => Outcome::Unexplained,
+        verdict => Outcome::of(verdict),
+    })
 }
 
 /// Read and check everything that the arguments name; `typed` is what they were on the command line.
@@ -232,8 +252,8 @@ pub(super) fn prepare(arguments: Arguments, typed: Vec<String>) -> anyhow::Resul
     let scenes = problem.candidates.iter().flat_map(|candidate| &candidate.scenes);
     let files: BTreeSet<PathBuf> = scenes.flat_map(Scene::mesh_files).collect();
     let meshes = files.into_iter().map(Input::digest).collect::<Result<_, _>>()?;
-    let confirm = arguments.confirm;
-    Ok(Job { problem, arguments: typed, program: summary::program(), plans, meshes, confirm })
+    let (confirm, strict) = (arguments.confirm, arguments.strict);
+    Ok(Job { problem, arguments: typed, program: summary::program(), plans, meshes, confirm, strict })
 }
 
 /// What a stopped or a refused pipeline is to the terminal.

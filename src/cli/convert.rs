@@ -64,7 +64,10 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     if out.exists() {
         bail!("{}: the file exists; name another, or delete it first", out.display());
     }
-    let options = ReadOptions { baseline: Baseline::None, ..arguments.reading.options(arguments.drive_frequency) };
+    let options = ReadOptions {
+        baseline: Baseline::None,
+        ..arguments.reading.options_of_any(arguments.kind.map(Into::into), arguments.drive_frequency)?
+    };
     let record = match arguments.kind {
         Some(kind) => read_record(file, kind.into(), &options)?,
         None => inspect_record(file, &options)?,

@@ -1,6 +1,7 @@
 //! The command line: arguments → checked plan → pipeline. No formulas here.
 //!
-//! Exit codes: 0 done; 1 input or run failed, or a check does not hold; 2 usage; 3 finished unconverged; 130 stopped by Ctrl-C.
+//! Exit codes: 0 done; 1 input or run failed, or a check does not hold; 2 usage; 3 finished unconverged; 4 outside scatter, with
+//! `--strict`; 130 stopped by Ctrl-C.
 //! Results go to standard output, everything else (progress, notes, errors) to standard error; with `--json` standard
 //! output holds the summary and nothing else. A closed pipe (`granchain … | head`) ends the run quietly.
 
@@ -8,9 +9,11 @@ pub mod accuracy;
 pub mod arguments;
 pub mod calibrate;
 mod calibrated;
+mod completions;
 pub mod contact;
 pub mod convergence;
 pub mod convert;
+mod doctor;
 mod experiment;
 pub mod inspect;
 pub mod interrupt;
@@ -47,6 +50,8 @@ pub enum Outcome {
     Unconverged,
     /// A check does not hold; its results are written: exit code 1.
     Broken,
+    /// No model explains the record, and that was to be a failure; the results are written: exit code 4.
+    Unexplained,
 }
 
 impl Outcome {
@@ -60,6 +65,7 @@ impl Outcome {
             Self::Done => 0,
             Self::Unconverged => 3,
             Self::Broken => 1,
+            Self::Unexplained => 4,
         }
     }
 }
@@ -71,7 +77,7 @@ struct CommandLine {
     command: Command,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done; 1 input or run failed; 2 usage; 3 finished unconverged; 130, 143, 129 stopped by \
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 input or run failed; 2 usage; 3 finished unconverged; 4 outside scatter, with --strict; 130, 143, 129 stopped by \
 Ctrl-C, SIGTERM, SIGHUP.\nQuantities carry their unit: 73kHz, 0.5um, \"0.3 N s/m\".";
 
 #[derive(Debug, Subcommand)]
@@ -106,6 +112,12 @@ enum Command {
     Scene(scene::Arguments),
     /// Calibrate against made-up records of known truth: the tool's own proof
     Twins(twins::Arguments),
+    /// Print version, processor, threads and cache as found on this machine
+    Doctor(doctor::Arguments),
+    /// Print the completions of a shell
+    Completions(completions::Arguments),
+    /// Write manual pages
+    Man(completions::ManArguments),
 }
 
 impl Command {
@@ -126,6 +138,9 @@ impl Command {
             Self::Report(arguments) => &arguments.session,
             Self::Scene(arguments) => &arguments.session,
             Self::Twins(arguments) => &arguments.session,
+            Self::Doctor(arguments) => &arguments.session,
+            Self::Completions(arguments) => &arguments.session,
+            Self::Man(arguments) => &arguments.session,
         }
     }
 
@@ -146,6 +161,9 @@ impl Command {
             Self::Report(arguments) => report::execute(arguments),
             Self::Scene(arguments) => scene::execute(arguments),
             Self::Twins(arguments) => twins::execute(arguments),
+            Self::Doctor(arguments) => doctor::execute(arguments),
+            Self::Completions(arguments) => completions::execute(arguments),
+            Self::Man(arguments) => completions::execute_man(arguments),
         }
     }
 }

@@ -26,6 +26,12 @@ pub const PAGE_RESULTS: &[&str] = &["report.html", "report.md", super::timing::F
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
+    /// The root of a file system.
+    #[error("--out {}: expected a folder of its own for the results, found the root of the file system; name one below it", path.display())]
+    Root {
+        /// As given.
+        path: PathBuf,
+    },
     /// The folder holds something that is not ours.
     #[error(
         "{}: the folder holds files that granchain did not write (`{found}`); name another --out, or pass --force to \

@@ -159,6 +159,13 @@ fn the_horn_tip_record_beside_drives_and_outcomes_go_to_calibrations() {
     let mut left: Vec<String> = bench.tree().into_iter().filter(|path| path.starts_with("calibrations/")).collect();
     left.retain(|path| path.matches('/').count() == 1);
     assert_eq!(left, ["calibrations/lab", "calibrations/lab-dry-run"]);
+    // A folder that is named is the one written, unless a fit is in it.
+    let output = bench.calibrate(&["--dry-run", "--out", "dry", "--set", "model.mesh_density=24"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(bench.path("dry").is_dir() && !bench.path("dry-dry-run").exists());
+    let output = bench.calibrate(&["--dry-run", "--out", "calibrations/lab"]);
+    assert_eq!(code(&output), 1);
+    assert!(stderr(&output).contains("holds a calibration, which a dry run does not replace"), "{}", stderr(&output));
 }
 
 #[test]

@@ -16,6 +16,7 @@ use serde_json::Value;
 const LADDER: [&str; 4] = ["--model", "reduced", "--set", "model.mesh_density=6"];
 
 #[test]
+#[ignore = "slow, run by .ci/full"]
 fn the_answer_of_the_upper_rung_stands_beside_the_chains_and_survives_ctrl_c() {
     let bench = Bench::new();
     let output = bench.calibrate(&[&LADDER[..], &["--out", "whole", "--threads", "1"]].concat());

@@ -56,6 +56,7 @@ fn outcomes(gain: &Gain) -> Vec<Fitted> {
 }
 
 #[test]
+#[ignore = "slow, run by .ci/full"]
 fn intervals_hold_the_truth_that_the_scene_has_and_no_other() {
     for alpha in [0.5, 0.7] {
         let gain = study(alpha).fits(&finite(12.0), &[path(finite(8.0))], &Unwatched).unwrap();

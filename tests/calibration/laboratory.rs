@@ -45,6 +45,7 @@ fn right_records_end_with_the_truth_held() {
 
 /// One record of every mistake that a bench can make: refused with its cause, named by the diagnosis, or warned of beside the verdict.
 #[test]
+#[ignore = "slow, run by .ci/full"]
 fn every_mistake_is_named() {
     let wrong = Condition::all().into_iter().filter(|condition| condition.expected().is_some());
     // What is wrong with a model is counted, not promised: see `granchain twins --laboratory wrong`.

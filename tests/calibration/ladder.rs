@@ -137,6 +137,7 @@ fn the_ladder_holds_the_truth_of_a_reduced_record_that_the_chain_alone_misses() 
 }
 
 #[test]
+#[ignore = "slow, run by .ci/full"]
 fn a_correction_led_to_an_empty_place_looks_for_itself_and_finds_the_truths_place() {
     let scene = bench(&[]);
     let (recording, truth) = record(&scene);

@@ -15,6 +15,7 @@ fn study(plan: &TwinPlan) -> Vec<granchain::study::twins::TwinOutcome> {
 }
 
 #[test]
+#[ignore = "slow, run by .ci/full"]
 fn ninety_per_cent_intervals_hold_the_truth_of_twenty_twins() {
     let proof = proof(&study(&TwinPlan { count: 20, ..TwinPlan::default() }));
     assert_eq!(proof.without_fit, 0);
@@ -32,6 +33,7 @@ fn ninety_per_cent_intervals_hold_the_truth_of_twenty_twins() {
 }
 
 #[test]
+#[ignore = "slow, run by .ci/full"]
 fn a_wrong_model_does_not_end_within_scatter() {
     let outcomes = study(&TwinPlan { count: 0, wrong: 1, ..TwinPlan::default() });
     assert_eq!(outcomes.len(), 3);
@@ -42,6 +44,7 @@ fn a_wrong_model_does_not_end_within_scatter() {
 }
 
 #[test]
+#[ignore = "slow, run by .ci/full"]
 fn three_drive_levels_together_narrow_the_interval_of_the_damping_and_keep_its_coverage() {
     let base = scene::load("annulus", &["duration=900us".into()]).unwrap();
     let levels = [1.0, 0.5, 0.25];

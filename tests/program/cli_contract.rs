@@ -94,7 +94,7 @@ fn failures_end_with_1_name_what_is_wrong_and_leave_no_folder() {
         (&["replay", "--scene", "rigid", "--set", "chain.raduis=1mm"], "chain.radius"),
         (&["replay", "--scene", "rigid", "--set", "chain.radius=-1mm"], "chain.radius"),
         (&["replay", "--scene", "rigid", "--set", "chain.beads=0"], "chain.beads"),
-        (&["replay", "--scene", "rigid", "--model", "fea", "--set", "piston.contact=steel"], "half-space"),
+        (&["replay", "--scene", "rigid", "--model", "fea", "--set", "piston.contact=half-space"], "half-space"),
         (&["replay", "--scene", "rigid", "--drive", "nowhere.csv"], "nowhere.csv"),
         (&["replay", "--scene", "rigid", "--calibration", "nowhere"], "nowhere"),
         (&["sweep", "--scene", "rigid", "--vary", "no.such.key=1,2"], "no.such.key"),
@@ -335,4 +335,20 @@ fn calibrate_is_the_subcommand_of_the_same_name() {
     let own = Command::new(env!("CARGO_BIN_EXE_calibrate")).arg("--help").output().unwrap();
     assert_eq!(code(&own), 0);
     assert_eq!(stdout(&own), stdout(&run(&["calibrate", "--help"])));
+}
+
+#[test]
+fn values_that_make_no_sense_are_refused_for_what_they_are() {
+    let refused = |arguments: &[&str]| {
+        let output = run(&[&["replay", "--scene", "rigid", "--model", "chain"], arguments].concat());
+        (code(&output), stderr(&output))
+    };
+    let (exit, said) = refused(&["--alpha", "-1"]);
+    assert!(exit == 2 && said.contains("expected a positive number, found `-1`"), "{said}");
+    for threads in ["0", "two", "-3"] {
+        let (exit, said) = refused(&[&format!("--threads={threads}")]);
+        assert!(exit == 2 && said.contains("expected a whole number of threads from 1 up"), "{said}");
+    }
+    let (exit, said) = refused(&["--out", "/"]);
+    assert!(exit == 1 && said.contains("found the root of the file system"), "{said}");
 }

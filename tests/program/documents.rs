@@ -89,5 +89,5 @@ fn the_tutorial_runs_as_it_is_written() {
         }
     }
     assert!(commands >= 10, "{commands}");
-    assert!(bench.path().join("fit/report.html").is_file() && bench.path().join("look-dry-run").is_dir());
+    assert!(bench.path().join("fit/report.html").is_file() && bench.path().join("look").is_dir());
 }

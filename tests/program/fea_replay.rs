@@ -181,7 +181,7 @@ fn flags_that_a_run_does_not_use_and_intervals_between_steps_are_usage_errors() 
 fn a_run_that_cannot_be_made_leaves_nothing_behind() {
     let place = tempfile::tempdir().unwrap();
     let out = place.path().join("out");
-    let output = small(&out, &["--set", "piston.contact=steel"]).output().unwrap();
+    let output = small(&out, &["--set", "piston.contact=half-space"]).output().unwrap();
     assert_eq!(output.status.code(), Some(1));
     assert!(said(&output).contains("piston.contact"), "{}", said(&output));
     let output = small(&out, &["--set", "chain.mesh=none.msh"]).output().unwrap();

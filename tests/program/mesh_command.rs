@@ -90,5 +90,5 @@ fn what_cannot_be_meshed_is_refused() {
     failed(&["--scene", "rigid", "--density", "1"], 2, "--density");
     failed(&["--scene", "rigid", "--density", "8", "--set", "model.mesh_density=9"], 2, "give one of them");
     failed(&["--scene", "nowhere"], 1, "nowhere");
-    failed(&["--scene", "rigid", "--set", "piston.contact=steel"], 1, "piston.contact");
+    failed(&["--scene", "rigid", "--set", "piston.contact=half-space"], 1, "piston.contact");
 }

@@ -67,7 +67,7 @@ fn scenes_without_a_model_run_reduced_and_half_spaces_on_the_chain_with_a_note()
     assert_eq!(model(&["--scene", "rigid"]), ("reduced".into(), false));
     assert_eq!(model(&["--scene", "chain"]), ("chain".into(), false));
     assert_eq!(model(&["--scene", "rigid", "--model", "chain"]), ("chain".into(), false));
-    assert_eq!(model(&["--scene", "rigid", "--set", "support.kind=steel"]), ("chain".into(), true));
+    assert_eq!(model(&["--scene", "rigid", "--set", "support.kind=half-space"]), ("chain".into(), true));
     assert_eq!(model(&["--scene", "rigid", "--set", "model.tolerance=1e-9"]), ("chain".into(), true));
     assert_eq!(model(&["--scene", "rigid", "--ensemble", "2"]), ("chain".into(), false));
 }

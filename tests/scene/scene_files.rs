@@ -107,7 +107,7 @@ fn overrides_take_si_numbers_quantities_words_and_lists() {
             "damping.coefficient=0.4",
             "drive.amplitude=0.396um",
             "drive.frequency = 75 kHz",
-            "piston.contact=steel",
+            "piston.contact=half-space",
             "damping.tension=true",
             "support.kind=spring",
             "support.stiffness=\"0.7 MN/m\"",
@@ -119,7 +119,7 @@ fn overrides_take_si_numbers_quantities_words_and_lists() {
     .unwrap();
     assert_eq!((scene.damping.linear, scene.damping.tension), (0.4, true));
     assert_eq!((scene.drive.amplitude, scene.drive.frequency), (0.396e-6, 75e3));
-    assert_eq!((scene.piston, scene.support), (FlatContact::Steel, Support::Spring { stiffness: 0.7e6 }));
+    assert_eq!((scene.piston, scene.support), (FlatContact::HalfSpace, Support::Spring { stiffness: 0.7e6 }));
     assert_eq!(scene.chain.gaps, [1e-9, 0.0, 2e-9]);
     assert_eq!(scene.name, "my bench");
     // Of two the later counts.
@@ -132,9 +132,9 @@ fn overrides_take_si_numbers_quantities_words_and_lists() {
 
 #[test]
 fn a_changed_kind_drops_what_only_the_old_kind_used() {
-    let scene = overridden("annulus", &["drive.kind=sine", "support.kind=steel", "damping.kind=none"]).unwrap();
+    let scene = overridden("annulus", &["drive.kind=sine", "support.kind=half-space", "damping.kind=none"]).unwrap();
     assert_eq!(scene.drive.kind, DriveKind::SineCycles { cycles: 40.0 });
-    assert_eq!(scene.support, Support::Flat(FlatContact::Steel));
+    assert_eq!(scene.support, Support::Flat(FlatContact::HalfSpace));
     let symplectic = overridden("annulus", &["model.integrator=symplectic", "model.step=50ns"]).unwrap();
     assert_eq!(symplectic.model.integrator, Integrator::Symplectic { step: 50e-9 });
 }
@@ -301,10 +301,10 @@ fn values_of_the_wrong_type_or_unit_are_refused_with_what_belongs_there() {
         ("chain.radius=[1]", "`chain.radius`: expected a length such as `0.5 mm`, found a list of 1"),
         ("chain.beads=six", "`chain.beads`: expected a whole number, found the text `six`"),
         ("name=7", "`name`: expected a text in quotes, found the number 7"),
-        ("piston.contact=7", "`piston.contact`: expected one of `rigid`, `steel`, found the number 7"),
+        ("piston.contact=7", "`piston.contact`: expected one of `rigid`, `half-space`, found the number 7"),
         (
-            "piston.contact=stele",
-            "`piston.contact`: expected one of `rigid`, `steel`, found `stele`; did you mean `steel`?",
+            "piston.contact=half-spac",
+            "`piston.contact`: expected one of `rigid`, `half-space`, found `half-spac`; did you mean `half-space`?",
         ),
         ("chain.radius=0.5 s", "`chain.radius`: expected a length such as `0.5 mm`, found `0.5 s`, which is a time"),
         (
@@ -496,7 +496,7 @@ fn effects_name_what_a_scene_switches_on() {
             "damping.at=beads",
             "damping.tension=true",
             "chain.precompression=0.1N",
-            "piston.contact=steel",
+            "piston.contact=half-space",
             "support.kind=spring",
             "support.stiffness=1e6",
             "drive.kind=record",
@@ -517,4 +517,14 @@ fn effects_name_what_a_scene_switches_on() {
         ]
     );
     assert_eq!(on(&overridden("rigid", &["chain.gaps=1nm"]).unwrap()), ["initial gaps"]);
+}
+
+#[test]
+fn the_old_word_for_a_half_space_is_read_with_a_note() {
+    for key in ["piston.contact", "support.kind"] {
+        let loaded = granchain::scene::load_with_notes("rigid", &[format!("{key}=steel")]).unwrap();
+        let new = granchain::scene::load_with_notes("rigid", &[format!("{key}=half-space")]).unwrap();
+        assert_eq!(loaded.scene, new.scene);
+        assert!(new.notes.is_empty() && loaded.notes[0].contains("is called \"half-space\" now"), "{:?}", loaded.notes);
+    }
 }

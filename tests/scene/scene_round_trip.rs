@@ -62,7 +62,7 @@ fn dampings() -> impl Strategy<Value = Damping> {
 fn supports() -> impl Strategy<Value = Support> {
     prop_oneof![
         Just(Support::Flat(FlatContact::Rigid)),
-        Just(Support::Flat(FlatContact::Steel)),
+        Just(Support::Flat(FlatContact::HalfSpace)),
         (1.0..1e9f64).prop_map(|stiffness| Support::Spring { stiffness }),
         (0.1..3.0f64).prop_map(Support::resin_annulus),
         (1e-4..5e-3f64, 0.01..0.99f64, 0..3usize, materials(), 1..64u32).prop_map(
@@ -237,7 +237,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
             let (name, description, chain, drive, support) = first;
             let (damping, steel, amplitude_scale, duration, output_step, model) = second;
             let vibrometer_bandwidth = drive.frequency + 0.3 / output_step;
-            let piston = if steel { FlatContact::Steel } else { FlatContact::Rigid };
+            let piston = if steel { FlatContact::HalfSpace } else { FlatContact::Rigid };
             let mut scene = Scene {
                 name,
                 description,

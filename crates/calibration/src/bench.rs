@@ -102,8 +102,9 @@ impl Bench {
             return Ok(None);
         }
         let kind = |preferred| Ok(self.text.load(&self.overrides, preferred)?.scene.model.kind);
-        let (taken, otherwise) = (kind(self.preferred)?, kind(ModelKind::Chain)?);
-        Ok(Some(match (taken == otherwise, taken) {
+        // Keys of finite elements mean nothing to the chain: then it is no choice.
+        let (taken, otherwise) = (kind(self.preferred)?, kind(ModelKind::Chain).ok());
+        Ok(Some(match (Some(taken) == otherwise, taken) {
             (true, kind) => format!("model `{}`, which the scene `{}` names", kind.name(), self.source),
             (false, kind) => format!(
                 "model `{}`, as the scene names none: the chain searches, `{}` answers; --model chain stops at the chain",

@@ -260,7 +260,7 @@ mod tests {
             }
         };
         assert_eq!(refused(|other| other.chain.beads[2].radius *= 1.001), Some("chain.beads"));
-        assert_eq!(refused(|other| other.piston = FlatContact::Steel), Some("piston.contact"));
+        assert_eq!(refused(|other| other.piston = FlatContact::HalfSpace), Some("piston.contact"));
         assert_eq!(refused(|other| other.support = Support::Spring { stiffness: 1e6 }), Some("support"));
         assert_eq!(refused(|other| other.model.kind = ModelKind::Fea), Some("model.kind"));
         assert_eq!(refused(|other| other.model.fea.density += 1), Some("model.mesh_density"));

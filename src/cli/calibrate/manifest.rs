@@ -20,7 +20,7 @@ pub const FILE: &str = "manifest.json";
 pub const PUBLISHED: &str = "features.toml";
 
 /// Arguments that cannot change a result and have no value, and those that have one.
-const SILENT: [&str; 4] = ["--resume", "--quiet", "--json", "--force"];
+const SILENT: [&str; 5] = ["--resume", "--quiet", "--json", "--force", "--strict"];
 const SILENT_WITH_VALUE: [&str; 3] = ["--threads", "--out", "--cache"];
 
 /// `manifest.json`.

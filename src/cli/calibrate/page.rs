@@ -252,9 +252,13 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     let confirmation = confirm_measured(measured, &scene, &Bodies::new(None), (&plan, None), None)?;
     let lead = record(problem, (0, problem.lead()), &scene, Some(&confirmation));
     let report = CalibrationReport { records: vec![lead], ..frame(job, &scene) };
-    let name =
-        target.file_name().map_or_else(|| "dry-run".into(), |name| format!("{}-dry-run", name.to_string_lossy()));
-    let folder = OutputFolder::stage(&target.with_file_name(name), &[], force)?;
+    if target.join("calibration.json").exists() {
+        anyhow::bail!(
+            "{}: holds a calibration, which a dry run does not replace; name another folder with --out",
+            target.display()
+        );
+    }
+    let folder = OutputFolder::stage(target, &[], force)?;
     for (name, bytes) in report.preview()? {
         folder.write(name, bytes)?;
     }

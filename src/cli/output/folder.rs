@@ -389,8 +389,9 @@ fn relative(path: &Path) -> PathBuf {
 
 /// `target` from the root, without `.` or `..` at its end.
 fn absolute(target: &Path) -> Result<PathBuf, OutputError> {
-    if target.exists() { fs::canonicalize(target) } else { std::path::absolute(target) }
-        .map_err(OutputError::io("find", target))
+    let path = if target.exists() { fs::canonicalize(target) } else { std::path::absolute(target) }
+        .map_err(OutputError::io("find", target))?;
+    if path.file_name().is_none() { Err(OutputError::Root { path }) } else { Ok(path) }
 }
 
 fn create_parents(target: &Path) -> Result<Vec<PathBuf>, OutputError> {

@@ -367,6 +367,14 @@ impl Analysis<'_> {
         let field = self.frames.field(&self.simulation);
         let mut bytes = Vec::new();
         write_vtu(&field, &mut bytes)?;
+        if let (0, Some(steps)) = (self.taken(), self.frame) {
+            let frames = (self.scene.duration / self.scene.model.fea.step).round() as usize / steps + 1;
+            let megabytes = 1e-6 * bytes.len() as f64;
+            self.session.note(format_args!(
+                "--fields: {frames} frames of {megabytes:.1} MB, {:.0} MB in all",
+                frames as f64 * megabytes
+            ));
+        }
         let picture = self.raster.as_ref().map(|raster| raster.png(&field)).transpose()?;
         let picture = picture.map(|picture| (picture_name(number), picture));
         for (name, bytes) in picture.into_iter().chain([(frame_name(number), bytes)]) {

@@ -181,10 +181,10 @@ impl FiniteBodyLaws {
 
 /// Whether both bodies of a contact are meshed or rigid: not so a half-space and a spring.
 fn fitted_to_bodies(scene: &Scene, contact: usize) -> bool {
-    let half_space = FlatContact::Steel;
+    let half_space = FlatContact::HalfSpace;
     let at_support = contact == scene.chain.beads.len();
     !(contact == 0 && scene.piston == half_space
-        || at_support && matches!(scene.support, Support::Flat(FlatContact::Steel) | Support::Spring { .. }))
+        || at_support && matches!(scene.support, Support::Flat(FlatContact::HalfSpace) | Support::Spring { .. }))
 }
 
 fn fit_contact(
@@ -196,23 +196,24 @@ fn fit_contact(
     let beads = &scene.chain.beads;
     let last = beads.len();
     let named = |slot: usize| match (slot, &scene.support) {
-        (0, _) if scene.piston == FlatContact::Steel => "steel half-space".to_owned(),
+        (0, _) if scene.piston == FlatContact::HalfSpace => "steel half-space".to_owned(),
         (0, _) => "rigid flat".to_owned(),
         (slot, Support::Annulus { .. }) if slot == last + 1 => "annulus".to_owned(),
         (slot, Support::Spring { .. }) if slot == last + 1 => "spring".to_owned(),
-        (slot, Support::Flat(FlatContact::Steel)) if slot == last + 1 => "steel half-space".to_owned(),
+        (slot, Support::Flat(FlatContact::HalfSpace)) if slot == last + 1 => "steel half-space".to_owned(),
         (slot, _) if slot == last + 1 => "rigid flat".to_owned(),
         (slot, _) => format!("bead {slot}"),
     };
     let between = format!("{} – {}", named(contact), named(contact + 1));
     let unfitted = |law| Ok(ContactFit { between: between.clone(), law, quality: None });
     let touching = &beads[contact.saturating_sub(1)];
-    let half_space = |bead| unfitted(Law::Hertz(Hertz { stiffness: bead_flat_stiffness(bead, FlatContact::Steel) }));
-    if contact == 0 && scene.piston == FlatContact::Steel {
+    let half_space =
+        |bead| unfitted(Law::Hertz(Hertz { stiffness: bead_flat_stiffness(bead, FlatContact::HalfSpace) }));
+    if contact == 0 && scene.piston == FlatContact::HalfSpace {
         return half_space(touching);
     }
     match &scene.support {
-        Support::Flat(FlatContact::Steel) if contact == last => return half_space(touching),
+        Support::Flat(FlatContact::HalfSpace) if contact == last => return half_space(touching),
         Support::Spring { stiffness } if contact == last => {
             return unfitted(Law::Spring(Spring { stiffness: *stiffness }));
         }

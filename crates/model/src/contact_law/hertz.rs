@@ -32,12 +32,12 @@ pub fn bead_pair_stiffness(bead: &Bead, other: &Bead) -> f64 {
 /// Hertz stiffness of a bead on a flat, N·m^(-3/2), R* = a.
 ///
 /// - [`FlatContact::Rigid`]: (4/3) E/(1 − ν²) √a, 2√2 times that of two such beads;
-/// - [`FlatContact::Steel`]: a half-space of the bead's own material, (2/3) E/(1 − ν²) √a, √2 times that of two such beads.
+/// - [`FlatContact::HalfSpace`]: a half-space of the bead's own material, (2/3) E/(1 − ν²) √a, √2 times that of two such beads.
 #[must_use]
 pub fn bead_flat_stiffness(bead: &Bead, flat: FlatContact) -> f64 {
     let other = match flat {
         FlatContact::Rigid => None,
-        FlatContact::Steel => Some(&bead.material),
+        FlatContact::HalfSpace => Some(&bead.material),
     };
     hertz_stiffness(effective_modulus(&bead.material, other), bead.radius)
 }
@@ -116,7 +116,7 @@ mod tests {
         assert_close(pair, 2.328_270_365e9);
         assert_close(bead_flat_stiffness(&bead(), FlatContact::Rigid), 6.585_343_055e9);
         assert_close(bead_flat_stiffness(&bead(), FlatContact::Rigid), 8f64.sqrt() * pair);
-        assert_close(bead_flat_stiffness(&bead(), FlatContact::Steel), 2f64.sqrt() * pair);
+        assert_close(bead_flat_stiffness(&bead(), FlatContact::HalfSpace), 2f64.sqrt() * pair);
         assert_close(bead().mass(), 4.101_349_209e-6);
         // θ = 3(1 − ν²)/4E = √(a/2)/2k.
         assert_close((0.25e-3f64).sqrt() / (2.0 * pair), 3.395_522_388e-12);
@@ -129,6 +129,6 @@ mod tests {
         let forth = bead_pair_stiffness(&bead(), &other);
         assert!((bead_pair_stiffness(&other, &bead()) / forth - 1.0).abs() < 1e-15);
         let huge = Bead::sphere(1e6, Material::chrome_steel());
-        assert_close(bead_pair_stiffness(&bead(), &huge), bead_flat_stiffness(&bead(), FlatContact::Steel));
+        assert_close(bead_pair_stiffness(&bead(), &huge), bead_flat_stiffness(&bead(), FlatContact::HalfSpace));
     }
 }

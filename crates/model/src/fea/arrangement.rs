@@ -50,7 +50,7 @@ impl Arrangement {
     /// [`FeaError`]: a mesh that cannot be made or read, a support the analysis does not have, surfaces that do not face each other.
     pub fn new(scene: &Scene) -> Result<Self, FeaError> {
         let beads = &scene.chain.beads;
-        if scene.piston == FlatContact::Steel {
+        if scene.piston == FlatContact::HalfSpace {
             return Err(FeaError::HalfSpace { key: "piston.contact" });
         }
         let settings = scene.model.meshing();
@@ -126,7 +126,7 @@ impl Arrangement {
                 pairs.push(Pair::on_flat(pole(last, "back"), false)?);
                 None
             }
-            Support::Flat(FlatContact::Steel) => return Err(FeaError::HalfSpace { key: "support.kind" }),
+            Support::Flat(FlatContact::HalfSpace) => return Err(FeaError::HalfSpace { key: "support.kind" }),
             Support::Disc { shape, mesh_density } => {
                 let failed = |source: DiscError| FeaError::Front(Box::new(source.into()));
                 let disc = Disc::for_contact(shape, *mesh_density as usize).map_err(failed)?;

@@ -44,7 +44,7 @@ pub enum FeaError {
     Pair(#[from] PairError),
     /// Half-spaces are no bodies of this analysis.
     #[error(
-        "`{key}` = \"steel\": a half-space cannot be meshed; use \"rigid\", or `support.mesh` with a body of your own, or model.kind = \"chain\""
+        "`{key}` = \"half-space\": it cannot be meshed; use \"rigid\", or `support.mesh` with a body of your own, or model.kind = \"chain\""
     )]
     HalfSpace {
         /// Which key.

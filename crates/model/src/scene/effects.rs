@@ -40,10 +40,12 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
         _ => (false, "support.kind is not spring".to_owned()),
     };
     let half_space = match (scene.piston, &scene.support) {
-        (FlatContact::Steel, Support::Flat(FlatContact::Steel)) => (true, "piston and support are steel".to_owned()),
-        (FlatContact::Steel, _) => (true, "piston.contact = steel".to_owned()),
-        (_, Support::Flat(FlatContact::Steel)) => (true, "support.kind = steel".to_owned()),
-        _ => (false, "no flat is steel".to_owned()),
+        (FlatContact::HalfSpace, Support::Flat(FlatContact::HalfSpace)) => {
+            (true, "piston and support are half-spaces".to_owned())
+        }
+        (FlatContact::HalfSpace, _) => (true, "piston.contact = half-space".to_owned()),
+        (_, Support::Flat(FlatContact::HalfSpace)) => (true, "support.kind = half-space".to_owned()),
+        _ => (false, "no flat is a half-space".to_owned()),
     };
     let finite_body = match (scene.model.kind, scene.contact_law) {
         (ModelKind::Chain, ContactLaw::FiniteBody) => {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::{
     Bead, Chain, ContactLaw, ContactNormal, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact,
     Material, ModelKind, Scene, SceneText, Support, builtin, contact_law, disc,
-    document::{Document, resolved},
+    document::{Document, Value, resolved},
     error::SceneError,
     key::{CHAIN_INTEGRATORS, DAMPING_KINDS, DRIVE_KINDS, FLAT_KINDS, NORMALS, PLACEMENTS, SUPPORT_KINDS},
     mesh_file,
@@ -74,7 +74,7 @@ pub fn load_with_notes(name_or_path: &str, overrides: &[String]) -> Result<Loade
 ///
 /// let kind = |name, set: &str| load_preferring(name, &[set.into()], ModelKind::Reduced).map(|loaded| loaded.scene.model.kind);
 /// assert_eq!(kind("rigid", "alpha=1")?, ModelKind::Reduced);
-/// assert_eq!(kind("rigid", "support.kind=steel")?, ModelKind::Chain);
+/// assert_eq!(kind("rigid", "support.kind=half-space")?, ModelKind::Chain);
 /// assert_eq!(kind("chain", "alpha=1")?, ModelKind::Chain);
 /// # Ok::<(), granchain_model::scene::SceneError>(())
 /// ```
@@ -135,6 +135,14 @@ pub(super) fn assemble(
     }
     document.overlay(overrides);
     let mut notes = Vec::new();
+    for key in FLATS.into_iter().filter(|key| document.text(key) == Some("steel")).collect::<Vec<_>>() {
+        notes.push(format!(
+            "`{key}` = \"steel\" is called \"half-space\" now: of the bead's own material, whichever that is"
+        ));
+        if let Some(entry) = document.entries.get_mut(key) {
+            entry.value = Value::Text("half-space".into());
+        }
+    }
     if preferred != ModelKind::Chain && document.text("model.kind").is_none() {
         match of_the_chain(&document) {
             Some(reason) => notes.push(format!("`model.kind` is not given; taken as chain, since {reason}")),
@@ -148,10 +156,13 @@ pub(super) fn assemble(
     Ok(Loaded { scene, notes })
 }
 
+/// Keys of the flats that a bead may touch.
+const FLATS: [&str; 2] = ["piston.contact", "support.kind"];
+
 /// Why a document that names no model can only mean the chain.
 fn of_the_chain(document: &Document) -> Option<String> {
-    if let Some(key) = ["piston.contact", "support.kind"].into_iter().find(|key| document.text(key) == Some("steel")) {
-        return Some(format!("the half-space of `{key}` = \"steel\" has no body that could be meshed"));
+    if let Some(key) = FLATS.into_iter().find(|key| document.text(key) == Some("half-space")) {
+        return Some(format!("the half-space of `{key}` has no body that could be meshed"));
     }
     if document.text("support.kind") == Some("disc") {
         return Some(
@@ -233,7 +244,7 @@ pub(super) fn time(value: f64) -> String {
 }
 
 fn flat(word: Option<&str>) -> FlatContact {
-    if word == Some("steel") { FlatContact::Steel } else { FlatContact::Rigid }
+    if word == Some("half-space") { FlatContact::HalfSpace } else { FlatContact::Rigid }
 }
 
 fn chain(reader: &Reader<'_>) -> Result<Chain, SceneError> {

@@ -46,9 +46,9 @@ const fn quantity(name: &'static str, dimension: Dimension, meaning: &'static st
     key(name, ValueKind::Quantity(dimension), meaning)
 }
 
-pub(super) const FLAT_KINDS: &[&str] = &["rigid", "steel"];
+pub(super) const FLAT_KINDS: &[&str] = &["rigid", "half-space"];
 pub(super) const DRIVE_KINDS: &[&str] = &["record", "tone-burst", "gaussian-burst", "sine"];
-pub(super) const SUPPORT_KINDS: &[&str] = &["rigid", "steel", "annulus", "spring", "body", "disc"];
+pub(super) const SUPPORT_KINDS: &[&str] = &["rigid", "half-space", "annulus", "spring", "body", "disc"];
 pub(super) const RIMS: &[&str] = &["clamped", "supported", "free"];
 pub(super) const MEDIA: &[&str] = &["water", "tissue", "none"];
 pub(super) const BAFFLES: &[&str] = &["rigid", "soft"];
@@ -316,7 +316,7 @@ pub(super) const GOVERNORS: &[Governor] = &[
         ],
         uses: &[
             ("rigid", &[]),
-            ("steel", &[]),
+            ("half-space", &[]),
             ("annulus", &["support.stiffness_factor", "support.material", "support.normal"]),
             ("spring", &["support.stiffness"]),
             ("body", &["support.mesh", "support.mesh_unit", "support.material", "support.normal"]),

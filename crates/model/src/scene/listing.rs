@@ -332,7 +332,7 @@ impl Scene {
 fn flat_word(flat: FlatContact) -> &'static str {
     match flat {
         FlatContact::Rigid => "rigid",
-        FlatContact::Steel => "steel",
+        FlatContact::HalfSpace => "half-space",
     }
 }
 

@@ -8,7 +8,7 @@ pub enum FlatContact {
     /// A rigid, frictionless flat: Hertz stiffness (4/3) E/(1 − ν²) √a.
     Rigid,
     /// A half-space of the touching bead's own material: Hertz stiffness (2/3) E/(1 − ν²) √a.
-    Steel,
+    HalfSpace,
 }
 
 /// Along which normal a bead presses on a body off the axis, in the finite element analysis.

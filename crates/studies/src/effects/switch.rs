@@ -250,11 +250,11 @@ pub(super) const SWITCHES: &[Switch] = &[
             }
             true
         },
-        key: "piston.contact = steel, support.kind = steel",
+        key: "piston.contact = half-space, support.kind = half-space",
         insert: |scene| {
-            scene.piston = FlatContact::Steel;
+            scene.piston = FlatContact::HalfSpace;
             if has_flat(scene) {
-                scene.support = Support::Flat(FlatContact::Steel);
+                scene.support = Support::Flat(FlatContact::HalfSpace);
             }
             true
         },

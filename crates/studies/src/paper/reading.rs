@@ -55,7 +55,7 @@ pub const READINGS: &[Reading] = &[
     reading("precompression 10 mN", &["chain.precompression=10mN"]),
     Reading {
         name: "steel half-space piston",
-        overrides: &["piston.contact=steel"],
+        overrides: &["piston.contact=half-space"],
         chain_only: true,
         other_bodies: false,
     },
