@@ -118,6 +118,17 @@ fn ten_times_the_file_are_enough() {
         writeln!(text, "{}", (i * i / 7) % 10).unwrap();
         text
     });
+    let blanks = plain.replace(',', "   ").replace("time_us", "time (us)").replace("velocity_mm_per_s", "v (mm/s)");
+    let returns = plain.replace('\n', "\r");
+    // Instants of a unit and a third of a unit apart.
+    let rounded = (0..ROWS).fold(String::from("time_us,velocity_mm_per_s\n"), |mut text, i| {
+        writeln!(text, "{:.0},{:.3}", 1.33 * i as f64, 1e3 * value(i)).unwrap();
+        text
+    });
+    let counted = (0..ROWS).fold(String::from("X,v,Start,Increment\nSequence,mm/s,-1e-3,5e-7\n"), |mut text, i| {
+        writeln!(text, "{i},{:.3},", 1e3 * value(i)).unwrap();
+        text
+    });
     let german = plain.replace(',', ";").replace('.', ",");
     let wide: Vec<u8> = german.encode_utf16().flat_map(u16::to_le_bytes).collect();
     let series = Series::new(0.0, 5e-7, (0..ROWS).map(value).collect());
@@ -133,6 +144,10 @@ fn ten_times_the_file_are_enough() {
         ("plain", plain.as_bytes(), true),
         ("German", german.as_bytes(), true),
         ("UTF-16", &wide, true),
+        ("blanks", blanks.as_bytes(), true),
+        ("CR", returns.as_bytes(), true),
+        ("rounded instants", rounded.as_bytes(), true),
+        ("counter", counted.as_bytes(), true),
         ("short rows", short.as_bytes(), true),
         ("no-time", shortest.as_bytes(), true),
         ("58b", &binary, true),

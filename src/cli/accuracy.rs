@@ -18,6 +18,7 @@ use crate::{
 
 /// Arguments of `granchain accuracy`.
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  granchain accuracy --scene annulus --stored")]
 pub struct Arguments {
     /// Built-in scene: rigid, annulus or water; with --full any scene file
     #[arg(long, value_name = "NAME|FILE", default_value = "rigid", help_heading = "Scene")]

@@ -1,6 +1,9 @@
 //! Flags that several subcommands share.
 
-use std::{num::NonZeroUsize, path::PathBuf};
+use std::{
+    num::NonZeroUsize,
+    path::{Path, PathBuf},
+};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
@@ -21,6 +24,15 @@ use super::{
 /// Most threads a core, and how many are no matter on any machine.
 const THREADS_A_CORE: usize = 8;
 const FEWEST_MOST_THREADS: usize = 64;
+
+/// What is assumed of every record that does not state otherwise, as its reader says it and in short.
+const USUAL: [(&str, &str); 5] = [
+    ("t = 0 of the file's own time axis is the trigger", "t = 0 is the trigger"),
+    ("decoder delay: none stated", "no delay"),
+    ("decoder bandwidth: none stated", "no limit of bandwidth"),
+    ("sign as in the file", "sign as in the file"),
+    ("the decoder's full-scale value is not stated", "no full scale"),
+];
 
 /// Flags of every subcommand: how much is said, on how many threads, from which seed.
 #[derive(Debug, Clone, Default, Args)]
@@ -105,6 +117,34 @@ impl Session {
     pub fn note(&self, text: impl std::fmt::Display) {
         if !self.quiet {
             eprintln_quietly(&text);
+        }
+    }
+
+    /// What was assumed, on standard error: what concerns a file below its name, what holds of every record that states nothing in one line. Reports
+    /// have all of it.
+    pub fn assumed<'a>(&self, assumptions: impl IntoIterator<Item = &'a String>) {
+        let mut of_files: Vec<(&str, Vec<&str>)> = Vec::new();
+        for assumption in assumptions {
+            match assumption.split_once(": ").filter(|(file, _)| Path::new(file).is_file()) {
+                None => self.note(format_args!("assumed: {assumption}")),
+                Some((file, text)) => match of_files.iter_mut().find(|(known, _)| *known == file) {
+                    Some((_, texts)) => texts.push(text),
+                    None => of_files.push((file, vec![text])),
+                },
+            }
+        }
+        for (file, texts) in of_files {
+            self.note(format_args!("assumed of {file}:"));
+            let (usual, own): (Vec<&str>, Vec<&str>) =
+                texts.iter().partition(|text| USUAL.iter().any(|(full, _)| text.starts_with(full)));
+            for text in own {
+                self.note(format_args!("  {text}"));
+            }
+            let short = usual.iter().filter_map(|text| USUAL.iter().find(|(full, _)| text.starts_with(full)));
+            let short: Vec<&str> = short.map(|(_, short)| *short).collect();
+            if !short.is_empty() {
+                self.note(format_args!("  as nothing else is stated: {}", short.join(", ")));
+            }
         }
     }
 

@@ -37,6 +37,9 @@ use crate::{
 
 /// Arguments of `granchain calibrate`.
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+                  granchain calibrate --measured vib.csv --drive horn_tip.csv --scene annulus\n  \
+                  granchain calibrate --measured scope.csv --channel CH2 --scale '125 mm/s/V' --drive-channel CH1 --drive-scale '2 um/V'")]
 pub struct Arguments {
     /// Record of a vibrometer or hydrophone (CSV), or TOML of published features; repeated: records fitted together
     #[arg(long, value_name = "FILE", help_heading = "Fit")]
@@ -178,9 +181,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let (session, output) = (arguments.session.clone(), arguments.output.clone());
     let (resume, dry_run) = (arguments.resume, arguments.dry_run);
     let job = prepare(arguments, manifest::typed(super::typed().skip(1)))?;
-    for assumption in job.problem.assumptions.iter().chain(&model_taken(&job.problem)?) {
-        session.note(format_args!("assumed: {assumption}"));
-    }
+    session.assumed(job.problem.assumptions.iter().chain(&model_taken(&job.problem)?));
     for warning in job.problem.warnings() {
         session.note(format_args!("warning: {warning}"));
     }

@@ -26,6 +26,7 @@ use crate::{
 
 /// Arguments of `granchain contact`.
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  granchain contact --scene annulus")]
 pub struct Arguments {
     /// Which two bodies
     #[arg(long, value_enum, help_heading = "Contact")]

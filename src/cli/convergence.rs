@@ -25,6 +25,7 @@ use crate::{
 
 /// Arguments of `granchain convergence`.
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  granchain convergence --scene rigid --out convergence")]
 pub struct Arguments {
     /// Built-in scene (see `granchain scene list`) or scene file
     #[arg(long, value_name = "NAME|FILE", default_value = "rigid", help_heading = "Scene")]

@@ -27,6 +27,7 @@ use super::{
 /// The recorded quantity is written as it stands in the file, in SI and on the file's own time axis: no sign is turned, no
 /// baseline, delay or trigger taken off.
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  granchain convert vib.csv vib.uff")]
 pub struct Arguments {
     /// A record in any form that is read
     #[arg(value_name = "FILE")]

@@ -25,7 +25,7 @@ use super::{
 
 /// Arguments of `granchain inspect`.
 #[derive(Debug, Args)]
-#[command(after_long_help = FORM)]
+#[command(after_help = "Examples:\n  granchain inspect vib.csv\n  granchain inspect .", after_long_help = FORM)]
 pub struct Arguments {
     /// A record (CSV or another export), a TOML file of published features, or a folder: a line for each of its files
     #[arg(value_name = "FILE")]
@@ -44,7 +44,11 @@ pub struct Arguments {
     pub session: Session,
 }
 
-const FORM: &str = r#"Form of a record:
+const FORM: &str = r#"Examples:
+  granchain inspect vib.csv
+  granchain inspect .
+
+Form of a record:
   # bandwidth: 1.5 MHz            comments; bandwidth, delay, trigger, pretrigger, drive frequency, sensitivity are understood
   time_us,velocity_mm_per_s       header with units; or `Time (us),Velocity [mm/s]`; or a second row of units
   0.0,0.12

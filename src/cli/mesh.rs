@@ -29,6 +29,7 @@ use crate::{
 
 /// Arguments of `granchain mesh`.
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  granchain mesh --scene annulus --out mesh")]
 pub struct Arguments {
     /// Built-in scene (see `granchain scene list`) or scene file
     #[arg(long, value_name = "NAME|FILE", help_heading = "Scene")]

@@ -253,7 +253,7 @@ fn remedy(error: &(dyn std::error::Error + 'static)) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
+    use clap::{CommandFactory, Parser};
 
     use super::{Outcome, Verdict};
 
@@ -262,6 +262,39 @@ mod tests {
         let code = |verdict| Outcome::of(verdict).exit_code();
         let codes = [Verdict::WithinScatter, Verdict::OutsideScatter, Verdict::NotConverged].map(code);
         assert_eq!(codes, [0, 0, 3]);
+    }
+
+    /// Words of a line as a shell parts them, single quotes understood.
+    fn words(line: &str) -> Vec<String> {
+        let parts = line.split('\'').enumerate();
+        parts.fold(vec![String::new()], |mut words, (number, part)| {
+            if number % 2 == 1 {
+                words.last_mut().expect("a word").push_str(part);
+            } else {
+                let mut blanks = part.split(' ');
+                words.last_mut().expect("a word").push_str(blanks.next().unwrap_or_default());
+                words.extend(blanks.map(str::to_owned));
+            }
+            words
+        })
+    }
+
+    #[test]
+    fn every_subcommand_shows_an_example_that_it_takes() {
+        for subcommand in super::CommandLine::command().get_subcommands() {
+            let help = subcommand.get_after_help().map(ToString::to_string).unwrap_or_default();
+            let lines = help.lines().filter_map(|line| line.trim().strip_prefix("granchain "));
+            let mut examples = 0;
+            for line in lines {
+                let line = line.split(" > ").next().unwrap_or_default();
+                let arguments = std::iter::once("granchain".to_owned()).chain(words(line));
+                if let Err(error) = super::CommandLine::try_parse_from(arguments) {
+                    panic!("{line}: {error}");
+                }
+                examples += 1;
+            }
+            assert!(examples > 0, "{} has no example", subcommand.get_name());
+        }
     }
 
     #[test]

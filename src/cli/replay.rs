@@ -39,6 +39,7 @@ use crate::{
 
 /// Arguments of `granchain replay`.
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  granchain replay --scene annulus --drive horn_tip.csv --alpha 0.7 --out run")]
 pub struct Arguments {
     /// What is simulated.
     #[command(flatten)]
@@ -146,9 +147,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     if let Some(plan) = &plan {
         plan.estimate(&scene, ensemble::STEPS_PER_PERIOD).check(&scene.model.limits)?;
     }
-    for assumption in &experiment.assumptions {
-        session.note(format_args!("assumed: {assumption}"));
-    }
+    session.assumed(&experiment.assumptions);
     for warning in experiment.warnings() {
         session.note(format_args!("warning: {warning}"));
     }

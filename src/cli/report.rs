@@ -10,6 +10,7 @@ use super::{Outcome, arguments::Session};
 
 /// Arguments of `granchain report`.
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  granchain report verify calibrations/annulus-73khz")]
 pub struct Arguments {
     /// Session flags.
     #[command(flatten)]

@@ -20,6 +20,9 @@ use crate::{
 
 /// Arguments of `granchain scene`.
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  granchain scene show annulus\n  granchain scene init bench.toml\n  granchain scene check bench.toml"
+)]
 pub struct Arguments {
     /// Session flags.
     #[command(flatten)]

@@ -31,6 +31,7 @@ use crate::{
 
 /// Arguments of `granchain spectrum`.
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  granchain spectrum vib.csv --drive horn_tip.csv --out spectrum")]
 pub struct Arguments {
     /// A vibrometer or horn-tip record, or a response.csv of ours (its pole velocity)
     #[arg(value_name = "FILE")]

@@ -23,6 +23,7 @@ use crate::{
 
 /// Arguments of `granchain stress`.
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  granchain stress --quick --out stress")]
 pub struct Arguments {
     /// Numbers of the cases to run [default: all]
     #[arg(long, value_name = "N,…", value_delimiter = ',', help_heading = "Cases")]

@@ -38,6 +38,7 @@ use crate::{
 
 /// Arguments of `granchain study`.
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  granchain study paper --out paper")]
 pub struct Arguments {
     /// Which study.
     #[command(subcommand)]

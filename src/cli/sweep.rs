@@ -34,6 +34,7 @@ use crate::{
 
 /// Arguments of `granchain sweep`.
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  granchain sweep --scene annulus --model chain --vary alpha=0.2:2:0.1 --out sweep")]
 pub struct Arguments {
     /// What is simulated.
     #[command(flatten)]
@@ -90,9 +91,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     experiment::agree_on_model(&mut bench, (0..grid.len()).map(|index| grid.overrides(index)));
     experiment::refuse_drive_keys(&bench, grid.axes.iter().map(|axis| axis.key.as_str()))?;
     let base = bench.scene_with(&[])?;
-    for assumption in &bench.assumptions {
-        session.note(format_args!("assumed: {assumption}"));
-    }
+    session.assumed(&bench.assumptions);
     for warning in bench.warnings() {
         session.note(format_args!("warning: {warning}"));
     }

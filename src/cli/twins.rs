@@ -44,6 +44,7 @@ const LABORATORY_COUNT: u64 = 8;
 
 /// Arguments of `granchain twins`.
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  granchain twins --count 8 --out twins")]
 pub struct Arguments {
     /// Twins whose model is right: both supports, both damping laws, 0–3 % noise, five sample rates [default: 80; 8 of each --laboratory]
     #[arg(long, value_name = "N", help_heading = "Study")]

@@ -54,6 +54,12 @@ fn two_channels_of_one_file_are_the_two_files() {
     let scales = ["--scale", "125 mm/s/V", "--drive-scale", "2 um/V"];
     let (short, assumed) = dry_run(place.path(), &[&["--measured", "named.csv"], &scales[..], &bandwidth].concat());
     assert_eq!(short, apart);
+    let usual = "assumed of named.csv:\n";
+    assert!(
+        assumed.contains(usual)
+            && assumed.contains("  as nothing else is stated: no full scale, t = 0 is the trigger, no delay"),
+        "{assumed}"
+    );
     assert!(assumed.contains("assumed: drive: channel `Horn tip (V)` of named.csv"), "{assumed}");
 
     // Typed once: in a plan, and in a bench file.

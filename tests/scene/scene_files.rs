@@ -528,3 +528,11 @@ fn the_old_word_for_a_half_space_is_read_with_a_note() {
         assert!(new.notes.is_empty() && loaded.notes[0].contains("is called \"half-space\" now"), "{:?}", loaded.notes);
     }
 }
+
+#[test]
+fn a_drive_as_slow_as_a_forgotten_unit_is_remarked_on() {
+    let notes =
+        |value: &str| granchain::scene::load_with_notes("rigid", &[format!("drive.frequency={value}")]).unwrap().notes;
+    assert!(notes("73").iter().any(|note| note.contains("write it with its unit")), "{:?}", notes("73"));
+    assert!(notes("73 kHz").is_empty() && notes("2 kHz").is_empty());
+}

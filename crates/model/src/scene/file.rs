@@ -156,6 +156,9 @@ pub(super) fn assemble(
     Ok(Loaded { scene, notes })
 }
 
+/// Drive frequency below which the unit was probably forgotten, Hz.
+const SLOWEST_HORN: f64 = 1e3;
+
 /// Keys of the flats that a bead may touch.
 const FLATS: [&str; 2] = ["piston.contact", "support.kind"];
 
@@ -181,6 +184,12 @@ fn of_the_chain(document: &Document) -> Option<String> {
 fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Scene, SceneError> {
     let chain = chain(reader)?;
     let drive = drive(reader)?;
+    if drive.frequency < SLOWEST_HORN {
+        notes.push(format!(
+            "`drive.frequency` is {}: a plain number is in Hz, and no horn is as slow as that; write it with its unit, such as \"73 kHz\"",
+            frequency(drive.frequency)
+        ));
+    }
     let amplitude_scale = reader.quantity("alpha", Dimension::NONE, Bound::NotNegative)?.unwrap_or(1.0);
     if !matches!(drive.kind, DriveKind::UnreadRecord { .. }) {
         let motion = amplitude_scale * drive.amplitude;
