@@ -26,7 +26,7 @@ use crate::{
 
 /// Arguments of `granchain contact`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  granchain contact --scene annulus")]
+#[command(after_help = "Example:\n  granchain contact --pair bead-bead --out bead-bead")]
 pub struct Arguments {
     /// Which two bodies
     #[arg(long, value_enum, help_heading = "Contact")]

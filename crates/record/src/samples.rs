@@ -197,6 +197,8 @@ impl Table {
         match number(cell, taking.dialect.decimal) {
             Some(value) if value.is_finite() => Ok(value),
             Some(_) => Err(MeasurementError::Infinite { place: place(), found: cell.into() }),
+            // As PicoScope writes what overloads it.
+            None if cell.contains('∞') => Err(MeasurementError::Infinite { place: place(), found: cell.into() }),
             None => Err(self.no_number(taking, rows, place(), cell)),
         }
     }

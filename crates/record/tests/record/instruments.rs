@@ -362,3 +362,11 @@ fn a_stated_rate_wins_and_rounded_instants_are_never_resampled() {
     assert_eq!(record.raw.len(), 5000);
     assert!((record.raw.values[4500] - 0.1 * (0.02 * 4500f64).sin()).abs() < 2e-3);
 }
+
+#[test]
+fn what_overloads_a_picoscope_is_an_overload() {
+    let row =
+        |i| format!("{:.6},{}", 1e6 * time(i), if i == 40 { "-∞".to_owned() } else { format!("{:.9}", volts(i)) });
+    let message = refused(&("Time,Channel A\n(us),(V)\n\n".to_owned() + &rows(row)));
+    assert!(message.contains("scope.csv:44") && message.contains("the input was overloaded"), "{message}");
+}
