@@ -46,6 +46,11 @@ fn two_channels_of_one_file_are_the_two_files() {
     let flags = ["--channel", "CH2", "--scale", "125 mm/s/V", "--drive-channel", "CH1", "--drive-scale", "2 um/V"];
     let (one, _) = dry_run(place.path(), &[&["--measured", "scope.csv"], &flags[..], &bandwidth].concat());
     assert_eq!(one, apart);
+    // Whatever else lies beside.
+    fs::write(at("horn_tip.csv"), "time_us,displacement_nm\n0,1\n").unwrap();
+    let (one, _) = dry_run(place.path(), &[&["--measured", "scope.csv"], &flags[..], &bandwidth].concat());
+    assert_eq!(one, apart);
+    fs::remove_file(at("horn_tip.csv")).unwrap();
     let named = ["--measured", "scope.csv", "--drive", "scope.csv"];
     assert_eq!(dry_run(place.path(), &[&named, &flags[..], &bandwidth].concat()).0, apart);
 

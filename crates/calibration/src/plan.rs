@@ -276,8 +276,8 @@ pub struct Asked {
 
 impl Plan {
     /// How one of its records is read, and its drive: as asked, else as the record's own lines say, the plan's, the bench file's. The drive's file
-    /// is the one asked for or named, else [`BESIDE`] beside the record, else the record's own where a channel of it is said, or says itself, to be
-    /// the horn's; of the same file what is said of its form holds for both.
+    /// is the one asked for or named, else the record's own where a channel is, else [`BESIDE`] beside the record, else the record's own where the
+    /// bench file or a column's name says which is the horn's; of the same file what is said of its form holds for both.
     ///
     /// # Errors
     /// [`ReadingError`].
@@ -299,15 +299,18 @@ impl Plan {
         let drive = filled(asked.drive, &[near.as_ref(), far.as_ref()])?;
         let horn = stated(RecordKind::HornTip);
         let planned = record.drive.as_ref().or(self.drive.as_ref()).and_then(|drive| drive.file.clone());
+        let mut drive = drive;
+        let own_file = || Some((record.measured.clone(), NamedBy::Channel)).filter(|_| !published);
         let mut named = asked.drive_file.map(|file| (file, NamedBy::Flag));
         named = named.or_else(|| planned.map(|file| (file, NamedBy::Plan)));
+        // A channel that is named without a file is one of the record's own.
+        named = named.or_else(|| own_file().filter(|_| drive.column.is_some()));
         named = named.or_else(|| beside(&record.measured).map(|file| (file, NamedBy::Folder)));
-        let mut drive = drive;
         if named.is_none() && !published {
-            let stated = drive.column.clone().or_else(|| horn.and_then(|horn| horn.channel.clone()));
+            let stated = horn.and_then(|horn| horn.channel.clone());
             if let Some(channel) = stated.or_else(|| horn_column(&record.measured, &measured)) {
                 drive.column = Some(channel);
-                named = Some((record.measured.clone(), NamedBy::Channel));
+                named = own_file();
             }
         }
         let Some((file, by)) = named else { return Ok(ReadAs { measured, drive: None }) };
