@@ -37,6 +37,23 @@ pub(super) fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
     }
 }
 
+/// Where the bracket opens that closes at the end of `text`; several may stand one after the other, or one in another.
+fn opening(text: &str, open: char, close: char) -> Option<usize> {
+    let mut depth = 0;
+    let mut places = text.char_indices().rev().peekable();
+    places.peek().filter(|(_, letter)| *letter == close)?;
+    places.find_map(|(at, letter)| {
+        depth += i32::from(letter == close) - i32::from(letter == open);
+        (depth == 0).then_some(at)
+    })
+}
+
+/// Whether a name is that of a counter of samples.
+pub(super) fn is_counter(name: &str) -> bool {
+    ["", "#", "n", "nr", "nr.", "no", "no.", "index", "sample", "samples", "point"]
+        .contains(&name.trim().to_lowercase().as_str())
+}
+
 impl Column {
     /// Understand a header: `Velocity [mm/s]`, `Time (us)`, `t / s`, `velocity_mm_per_s`, `Velocity mm/s`, `Time`.
     pub(super) fn from_header(header: &str) -> Self {
@@ -54,7 +71,7 @@ impl Column {
             }
         };
         for (open, close) in [('[', ']'), ('(', ')')] {
-            if let (Some(from), true) = (header.find(open), header.ends_with(close)) {
+            if let Some(from) = opening(header, open, close) {
                 let unit = &header[from + 1..header.len() - 1];
                 if !unit.trim().is_empty() {
                     return with(&header[..from], unit);
@@ -132,7 +149,8 @@ fn meant(columns: &[Column], found: Vec<usize>, kind: RecordKind) -> Vec<usize> 
     if found.len() < 2 {
         return found;
     }
-    let plain: Vec<usize> = found.iter().copied().filter(|&i| !is_peak_detect(&columns[i])).collect();
+    let is_plain = |i: &usize| !is_peak_detect(&columns[*i]) && !is_counter(&columns[*i].name);
+    let plain: Vec<usize> = found.iter().copied().filter(is_plain).collect();
     let found = if plain.is_empty() { found } else { plain };
     let says = |kind| found.iter().copied().filter(|&i| is_of(&columns[i].header, kind)).collect::<Vec<usize>>();
     let own = says(kind);
@@ -463,6 +481,7 @@ mod tests {
             ("Signal [mV]", "Signal", Dimension::VOLTAGE, 1e-3),
             ("in s", "", Dimension::TIME, 1.0),
             ("C1 in V", "C1", Dimension::VOLTAGE, 1.0),
+            ("Measurement (DC) (V)", "Measurement (DC)", Dimension::VOLTAGE, 1.0),
         ] {
             let column = Column::from_header(header);
             assert_eq!(column.name, name, "{header}");

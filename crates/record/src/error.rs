@@ -135,7 +135,7 @@ pub enum MeasurementError {
     },
     /// Counts of a converter in place of volts.
     #[error(
-        "{place}: expected instants and volts, found counts of the converter (`Mode,Fast`): volts are counts × {scale} / 25, less the vertical \
+        "{place}: expected instants and volts, found counts of the converter (as with `Mode,Fast`): volts are counts × {scale} / 25, less the vertical \
          position; export in the mode Detail, or write the volts into the file"
     )]
     Counts {

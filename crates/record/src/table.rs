@@ -224,7 +224,7 @@ pub(super) fn read(
         return Err(MeasurementError::Empty { path: path.into() });
     }
     let header = Header::read(path, &mut rows, preamble.as_ref(), dialect, options)?;
-    let Header { mut columns, line: header_line, units_line } = header;
+    let Header { mut columns, line: header_line, units_line, commented } = header;
     let kind = kind.unwrap_or_else(|| guess_kind(path, &columns, options, stated));
     let header_at = units_line.or(header_line).unwrap_or(rows.line);
     let grid = preamble.as_ref().and_then(|preamble| preamble.grid);
@@ -304,7 +304,7 @@ pub(super) fn read(
         lines: SampleLines::default(),
         bridged: 0,
         blank_ends: 0,
-        assumptions: Vec::new(),
+        assumptions: commented.then(|| "the comment above the rows is their header".to_owned()).into_iter().collect(),
         warnings: Vec::new(),
         open_end: open_end(whole),
     };
@@ -353,6 +353,21 @@ struct Header {
     columns: Vec<Column>,
     line: Option<u64>,
     units_line: Option<u64>,
+    /// Whether it is the comment above the rows.
+    commented: bool,
+}
+
+/// The comment above the first row as a header, where it is as wide and names a time with its unit: so some programs write one.
+fn header_above(rows: &Rows<'_>, first: &[String], dialect: Dialect) -> Option<Vec<String>> {
+    let end = rows.reader.position().byte() as usize;
+    let before = std::str::from_utf8(rows.bytes.get(..end)?).ok()?.trim_end().rsplit_once('\n')?.0;
+    let comment = before.lines().next_back()?.strip_prefix('#')?;
+    let names: Vec<String> = comment.split(dialect.delimiter.character()).map(|cell| cell.trim().to_owned()).collect();
+    let is_time = |name: &String| {
+        let column = Column::from_header(name);
+        column.unit.is_some_and(|unit| unit.is_ok_and(|unit| unit.dimension == granchain_signal::Dimension::TIME))
+    };
+    (names.len() == first.len() && names.iter().any(is_time)).then_some(names)
 }
 
 impl Header {
@@ -364,12 +379,17 @@ impl Header {
         dialect: Dialect,
         options: &ReadOptions,
     ) -> Result<Self, MeasurementError> {
-        let mut header = Self { columns: Vec::new(), line: None, units_line: None };
+        let mut header = Self { columns: Vec::new(), line: None, units_line: None, commented: false };
         let first = rows.cells();
         let number = |cell: &String| number(cell, dialect.decimal).is_some();
         if let Some(names) = preamble.and_then(|preamble| preamble.header.as_ref()) {
             header.columns.extend(names.iter().map(|name| Column::from_header(name)));
         } else if first.iter().any(number) && first.iter().all(|cell| number(cell) || is_missing(cell)) {
+            if let Some(names) = header_above(rows, &first, dialect) {
+                header.columns.extend(names.iter().map(|name| Column::from_header(name)));
+                header.commented = true;
+                return Ok(header);
+            }
             let timed = options.time_unit.is_some() || options.sample_rate.is_some();
             if !timed || (options.unit.is_none() && options.scale.is_none()) {
                 let found = first.join(&dialect.delimiter.character().to_string());

@@ -15,7 +15,7 @@
 //! | Siglent | `Record Length,Analog:` | names, units, sample interval, number of points |
 //! | Tektronix | `Record Length`, `Sample Interval` | units, sample interval, number of points |
 //! | Yokogawa | `TraceName`, `HResolution` | names, units, instants, number of points |
-//! | any other | a header that names a time, as wide as the rows below | – |
+//! | any other | a header that names a time or a counter, as wide as the rows below | – |
 //!
 //! Other Rohde & Schwarz and PicoScope need nothing: their headers are `in s,C1 in V` and `Time,Channel A` with units below.
 
@@ -184,7 +184,8 @@ pub(super) fn recognise(path: &Path, text: &str, dataset: Option<usize>) -> Resu
         return Ok(known);
     }
     rohde_schwarz::refuse_keys(path, &whole)?;
-    Ok(rohde_schwarz::beside(path, line)?.or_else(|| unknown::unknown(&whole)))
+    let beside = rohde_schwarz::beside(path, line)?;
+    Ok(beside.or_else(|| tektronix::plain(line)).or_else(|| unknown::unknown(&whole)))
 }
 
 fn missing(path: &Path, instrument: &'static str, wanted: &'static str) -> MeasurementError {

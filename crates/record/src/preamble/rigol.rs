@@ -37,8 +37,8 @@ pub(super) fn rigol(lines: &[Line<'_>]) -> Option<Preamble> {
         let counter = name.eq_ignore_ascii_case("X") || row.get(at).is_none_or(|cell| cell.is_empty());
         match units.get(at) {
             _ if counter => String::new(),
-            Some(unit) => format!("{name} ({unit})"),
-            None => match name.strip_suffix('V').filter(|channel| channel.ends_with(|c: char| c.is_ascii_digit())) {
+            Some(unit) if !unit.is_empty() => format!("{name} ({unit})"),
+            _ => match name.strip_suffix('V').filter(|channel| channel.ends_with(|c: char| c.is_ascii_digit())) {
                 Some(channel) => format!("{channel} (V)"),
                 None => name.to_owned(),
             },

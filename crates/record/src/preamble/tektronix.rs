@@ -72,6 +72,21 @@ pub(super) fn tektronix(path: &Path, lines: &[Line<'_>]) -> Result<Option<Preamb
     Ok(Some(preamble))
 }
 
+/// `TIME,CH1` without keys above it: seconds and volts, as ever.
+pub(super) fn plain(first: &Line<'_>) -> Option<Preamble> {
+    let names = cells(first.text);
+    let is_channel = |name: &&str| name.strip_prefix("CH").is_some_and(|number| number.parse::<u8>().is_ok());
+    let channels = names.get(1..).unwrap_or_default();
+    (names.first() == Some(&"TIME") && !channels.is_empty() && channels.iter().all(is_channel)).then(|| Preamble {
+        instrument: "Tektronix",
+        body: first.at,
+        body_line: first.number,
+        units: Some(("s".into(), "V".into())),
+        assumptions: vec!["`TIME,CH1` without units, as Tektronix writes it: time taken in s, amplitude in V".into()],
+        ..Preamble::default()
+    })
+}
+
 /// Names of `width` columns, among them instants (`times`), each with the values of a waveform to their right; those that repeat the first
 /// waveform's instants in row `first` have none.
 fn side_by_side(lines: &[Line<'_>], times: &[usize], width: usize, first: &[&str]) -> Vec<String> {

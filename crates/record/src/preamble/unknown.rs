@@ -1,6 +1,6 @@
 //! Lines above a table by an instrument that nobody here knows.
 
-use super::{Line, Preamble, cells, number, parse_unit, statements};
+use super::{super::column::is_counter, Line, Preamble, cells, number, parse_unit, statements};
 
 /// Rows of numbers that make a table.
 const ROWS: usize = 4;
@@ -8,7 +8,7 @@ const ROWS: usize = 4;
 /// Names of a column of time, as they begin.
 const TIMES: [&str; 7] = ["time", "zeit", "temps", "second", "t ", "t(", "t["];
 
-/// A header that names a time, as wide as the rows of numbers below it (a row of units may stand between), where other lines stand above it.
+/// A header that names a time or a counter, as wide as the rows of numbers below it (a row of units may stand between), where other lines stand above it.
 pub(super) fn unknown(lines: &[Line<'_>]) -> Option<Preamble> {
     let rows: Vec<Vec<&str>> = lines.iter().map(|line| cells(line.text)).collect();
     let filled = |row: &[&str]| row.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1);
@@ -22,7 +22,8 @@ pub(super) fn unknown(lines: &[Line<'_>]) -> Option<Preamble> {
     let words = |at: usize| filled(&rows[at]) == width && rows[at].iter().all(|cell| number(cell).is_none());
     let named = |at: usize| {
         let name = rows[at].first().map(|name| name.to_lowercase()).unwrap_or_default();
-        words(at) && (name == "t" || TIMES.iter().any(|time| name.starts_with(time)))
+        let counts = is_counter(&name) && !name.is_empty();
+        words(at) && (name == "t" || counts || TIMES.iter().any(|time| name.starts_with(time)))
     };
     let mut header = [1, 2].into_iter().filter_map(|above| first.checked_sub(above)).find(|at| named(*at))?;
     // `Second,Volt` are units of the names above them.

@@ -370,3 +370,29 @@ fn what_overloads_a_picoscope_is_an_overload() {
     let message = refused(&("Time,Channel A\n(us),(V)\n\n".to_owned() + &rows(row)));
     assert!(message.contains("scope.csv:44") && message.contains("the input was overloaded"), "{message}");
 }
+
+#[test]
+fn headers_are_found_where_programs_put_them() {
+    let timed = rows(|i| format!("{:.9e},{:.12}", time(i), volts(i)));
+    reads(
+        "a comment, as numpy writes it",
+        &format!("# made by a script\n# t (s),v (V)\n{timed}"),
+        &["the comment above the rows"],
+    );
+    reads(
+        "with a counter",
+        &("#,Time(s),CH1(V)\n".to_owned() + &rows(|i| format!("{i},{:.9e},{:.12}", time(i), volts(i)))),
+        &[],
+    );
+    assert!(refused(&format!("# 3 kHz, loud\n{timed}")).contains("expected a header"));
+    reads("Tektronix without keys", &format!("TIME,CH2\n{timed}"), &["time taken in s, amplitude in V"]);
+    reads("brackets in a name", &format!("t (s),Voltage (DC) (V)\n{timed}"), &[]);
+    // A handheld oscilloscope: keys, then a counter and millivolts.
+    let keys = "Channel   :,CH1\nFrequency :,F=  ?\nTime interval:,8000.00uS\n\nindex,CH1_Voltage(mV)\n";
+    let text = keys.to_owned() + &rows(|i| format!("{i},{:.9}", 1e3 * volts(i)));
+    assert!(refused(&text).contains("scope.csv:5: expected a column of time"), "{}", refused(&text));
+    let record = read_with(&text, &ReadOptions { sample_rate: Some(1.0 / STEP), ..options() }).unwrap();
+    assert!((record.raw.values[30] - 0.1 * volts(30)).abs() < 1e-9);
+    let remedy = read_with("nr,time_s,ch1,ch2\n0,0,1,2\n1,1,2,3\n", &options()).unwrap_err().remedy();
+    assert_eq!(remedy.unwrap(), "--column ch1");
+}
