@@ -33,7 +33,9 @@ pub(super) fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
         // In small letters as in `pressure_kpa`; `mpa` may be either of two.
         "pa" => Unit::parse("Pa"),
         "kpa" => Unit::parse("kPa"),
-        _ => Unit::parse(text.trim()),
+        _ => Unit::parse(
+            text.trim().strip_suffix("/sec").map_or(text.trim().to_owned(), |unit| format!("{unit}/s")).as_str(),
+        ),
     }
 }
 

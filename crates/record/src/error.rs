@@ -133,6 +133,20 @@ pub enum MeasurementError {
         /// What is missing.
         wanted: &'static str,
     },
+    /// Several times as many samples as announced.
+    #[error(
+        "{place}: expected {announced} samples as the preamble announces, found {found}, {} times as many: several records one behind the other; \
+         keep one of them in a file of its own",
+        found / announced
+    )]
+    MoreThanAnnounced {
+        /// The file.
+        place: Place,
+        /// Samples announced.
+        announced: usize,
+        /// Samples found.
+        found: usize,
+    },
     /// Counts of a converter in place of volts.
     #[error(
         "{place}: expected instants and volts, found counts of the converter (as with `Mode,Fast`): volts are counts × {scale} / 25, less the vertical \

@@ -2,7 +2,7 @@
 
 use granchain_signal::Dimension;
 
-use super::{MeasurementError, RecordKind};
+use super::{MeasurementError, RecordKind, column::Column};
 
 pub(super) fn listed(names: &[String]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
@@ -87,17 +87,20 @@ impl MeasurementError {
             Self::Several(errors) => remedies(errors),
             Self::Ambiguous { flag, candidates, numbers, .. } => {
                 let shared = candidates.iter().enumerate().any(|(i, name)| candidates[..i].contains(name));
-                let first = if shared { numbers.first()?.to_string() } else { quoted(candidates.first()?) };
-                format!("{flag} {first}")
+                // What has no unit may be anything, also a time or a counter: then nothing is proposed.
+                let known = Column::from_header(candidates.first()?).unit.is_some_and(|unit| unit.is_ok());
+                match (known, shared) {
+                    (false, _) => format!("{flag} NAME"),
+                    (true, true) => format!("{flag} {}", numbers.first()?),
+                    (true, false) => format!("{flag} {}", quoted(candidates.first()?)),
+                }
             }
             Self::Volts { kind: RecordKind::Hydrophone, .. } => "--scale '250 nV/Pa'".into(),
             Self::Volts { .. } => "--scale '125 mm/s/V'".into(),
-            Self::NoTime { .. } => "--sample-rate 5MHz".into(),
-            Self::NoUnit { flag: "--time-unit", .. } => "--time-unit us".into(),
-            Self::NoUnit { flag: "--unit", example, .. } => {
-                format!("--unit {}", if example.starts_with("pressure") { "kPa" } else { "mm/s" })
-            }
-            Self::NoHeader { .. } => "--time-unit s --unit mm/s".into(),
+            Self::NoTime { .. } => "--sample-rate RATE".into(),
+            Self::NoUnit { flag: "--time-unit", .. } => "--time-unit UNIT".into(),
+            Self::NoUnit { flag: "--unit", .. } => "--unit UNIT".into(),
+            Self::NoHeader { .. } => "--time-unit UNIT --unit UNIT".into(),
             _ => return None,
         })
     }

@@ -195,7 +195,8 @@ impl Table {
             return Err(MeasurementError::MissingValue { place: place(), found: cell.into() });
         }
         match number(cell, taking.dialect.decimal) {
-            Some(value) if value.is_finite() => Ok(value),
+            // 9.9e37 and 9.91e37 stand for overrange and nothing in what instruments send.
+            Some(value) if value.is_finite() && !(9.89e37..9.92e37).contains(&value.abs()) => Ok(value),
             Some(_) => Err(MeasurementError::Infinite { place: place(), found: cell.into() }),
             // As PicoScope writes what overloads it.
             None if cell.contains('∞') => Err(MeasurementError::Infinite { place: place(), found: cell.into() }),

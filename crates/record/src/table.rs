@@ -110,6 +110,8 @@ pub(super) struct Rows<'a> {
     pub record: ByteRecord,
     counted_to: usize,
     pub line: u64,
+    /// Whether rows of delimiters alone count: without a column of time they are instants.
+    blanks_count: bool,
 }
 
 impl<'a> Rows<'a> {
@@ -117,7 +119,7 @@ impl<'a> Rows<'a> {
         let mut builder = ReaderBuilder::new();
         builder.has_headers(false).flexible(true).comment(Some(b'#')).delimiter(delimiter.byte());
         let reader = builder.from_reader(bytes);
-        Self { bytes, reader, record: ByteRecord::new(), counted_to: 0, line: first }
+        Self { bytes, reader, record: ByteRecord::new(), counted_to: 0, line: first, blanks_count: false }
     }
 
     /// Read the next row that is not blank; false at the end.
@@ -129,7 +131,8 @@ impl<'a> Rows<'a> {
             let last = end.saturating_sub(1).max(self.counted_to);
             self.line += self.bytes[self.counted_to..last].iter().filter(|&&byte| byte == b'\n').count() as u64;
             self.counted_to = last;
-            if self.record.iter().any(|cell| !cell.trim_ascii().is_empty()) {
+            let counts = self.blanks_count && self.record.len() > 1;
+            if counts || self.record.iter().any(|cell| !cell.trim_ascii().is_empty()) {
                 return true;
             }
         }
@@ -231,6 +234,11 @@ pub(super) fn read(
     let grid = grid.or_else(|| options.sample_rate.map(|rate| (0.0, 1.0 / rate)));
     let chosen = choose(path, header_at, &mut columns, kind, options, grid.is_some(), stated)?;
 
+    let mut chosen = chosen;
+    let counter = preamble.as_ref().and_then(|preamble| preamble.counter).filter(|it| chosen.time == Some(it.0));
+    if let Some((_, _, step)) = counter {
+        chosen.time_factor *= step;
+    }
     let mut segment = None;
     let mut passed_over = 0;
     if let Some((count, size)) = preamble.as_ref().and_then(|preamble| preamble.segments).filter(|it| it.0 > 1) {
@@ -308,6 +316,7 @@ pub(super) fn read(
         warnings: Vec::new(),
         open_end: open_end(whole),
     };
+    rows.blanks_count = table.chosen.time.is_none();
     let taking = Taking { path, dialect, trailing, missing: options.missing };
     let (mut gap, mut pending, mut row) = (Gap::default(), true, 0);
     while pending && row < passed_over.saturating_add(longest) {
@@ -332,6 +341,15 @@ pub(super) fn read(
     } else if ended > 0 {
         let place = table.cell(path, gap.line, table.chosen.value);
         return Err(MeasurementError::GapTooLong { place, found: ended, limit: BRIDGED });
+    }
+    if let Some((_, start, _)) = counter {
+        table.times.iter_mut().for_each(|time| *time += start);
+    }
+    if let Some(announced) = table.form.preamble().and_then(|preamble| preamble.points) {
+        let found = table.values.len();
+        if found > announced && found.is_multiple_of(announced.max(1)) {
+            return Err(MeasurementError::MoreThanAnnounced { place: Place::file(path), announced, found });
+        }
     }
     table.settle_times(path, gap.standing, options, |column| {
         let mut rows = Rows::new(bytes, first_line, dialect.delimiter);

@@ -53,6 +53,8 @@ pub(super) struct Preamble {
     pub units: Option<(String, String)>,
     /// First instant and sample interval (s) of rows without a time.
     pub grid: Option<(f64, f64)>,
+    /// Column that counts the samples from `Start`, and first instant and step (s) of its counts.
+    pub counter: Option<(usize, f64, f64)>,
     /// Sample interval of the acquisition, s.
     pub interval: Option<f64>,
     /// Announced number of rows.
@@ -184,7 +186,7 @@ pub(super) fn recognise(path: &Path, text: &str, dataset: Option<usize>) -> Resu
         return Ok(known);
     }
     rohde_schwarz::refuse_keys(path, &whole)?;
-    let beside = rohde_schwarz::beside(path, line)?;
+    let beside = rohde_schwarz::beside(path, text, line)?;
     Ok(beside.or_else(|| tektronix::plain(line)).or_else(|| unknown::unknown(&whole)))
 }
 

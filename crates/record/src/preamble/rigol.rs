@@ -33,10 +33,10 @@ pub(super) fn rigol(lines: &[Line<'_>]) -> Option<Preamble> {
     }
     let column = |(at, name): (usize, &&str)| {
         let name = name.trim();
-        // X counts the samples; where a column of time is blank, the header says the instants.
-        let counter = name.eq_ignore_ascii_case("X") || row.get(at).is_none_or(|cell| cell.is_empty());
+        // X counts the samples, also those that were cut or left out; where a column of time is blank, the header says the instants.
         match units.get(at) {
-            _ if counter => String::new(),
+            _ if row.get(at).is_none_or(|cell| cell.is_empty()) => String::new(),
+            _ if name.eq_ignore_ascii_case("X") => "X (s)".to_owned(),
             Some(unit) if !unit.is_empty() => format!("{name} ({unit})"),
             _ => match name.strip_suffix('V').filter(|channel| channel.ends_with(|c: char| c.is_ascii_digit())) {
                 Some(channel) => format!("{channel} (V)"),
@@ -44,12 +44,15 @@ pub(super) fn rigol(lines: &[Line<'_>]) -> Option<Preamble> {
             },
         }
     };
+    let x = head.iter().position(|name| name.trim().eq_ignore_ascii_case("X"));
+    let x = x.filter(|at| row.get(*at).is_some_and(|cell| !cell.is_empty()));
     Some(Preamble {
+        counter: x.map(|at| (at, grid.0, grid.1)),
         instrument: "Rigol",
         body: first.at,
         body_line: first.number,
         header: Some(head.iter().enumerate().map(column).collect()),
-        grid: Some(grid),
+        grid: Some(grid).filter(|_| x.is_none()),
         interval: Some(grid.1),
         statements: statements(lines, first.number),
         assumptions: vec![format!("instants from the header: {:e} s and every {:e} s", grid.0, grid.1)],

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{Line, MeasurementError, Place, Preamble, bare, cells, count, lines, missing, number};
 
 /// The keys beside a file of values, where this is one.
-pub(super) fn beside(path: &Path, first: &Line<'_>) -> Result<Option<Preamble>, MeasurementError> {
+pub(super) fn beside(path: &Path, whole: &str, first: &Line<'_>) -> Result<Option<Preamble>, MeasurementError> {
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let lower = name.to_lowercase();
     let Some(stem) = lower.strip_suffix(".wfm.csv").map(|stem| &name[..stem.len()]) else { return Ok(None) };
@@ -26,7 +26,16 @@ pub(super) fn beside(path: &Path, first: &Line<'_>) -> Result<Option<Preamble>, 
         };
         pairs.iter().find_map(of)
     };
-    let grid = value("XStart").zip(value("Resolution").filter(|step| *step > 0.0));
+    if let Some(line) =
+        pairs.iter().find(|line| line.text.starts_with("FrequencyStart") || line.text.starts_with("SignalType:FFT"))
+    {
+        return Err(MeasurementError::Spectrum { place: Place::cell(&keys, line.number, bare(line.text)) });
+    }
+    // What was recorded beside what the screen shows: the number of values says which it is.
+    let rows = whole.lines().filter(|line| !line.trim().is_empty()).count() as f64;
+    let hardware = value("RecordLength") != Some(rows) && value("SignalHardwareRecordLength") == Some(rows);
+    let names = if hardware { ["HardwareXStart", "SignalResolution"] } else { ["XStart", "Resolution"] };
+    let grid = value(names[0]).zip(value(names[1]).filter(|step| *step > 0.0));
     let Some((start, step)) = grid else {
         return Err(missing(&keys, "Rohde & Schwarz RTO", "`XStart` and `Resolution`"));
     };
@@ -37,7 +46,8 @@ pub(super) fn beside(path: &Path, first: &Line<'_>) -> Result<Option<Preamble>, 
         header: Some((1..=width).map(|channel| format!("CH{channel} (V)")).collect()),
         grid: Some((start, step)),
         interval: Some(step),
-        points: value("RecordLength").and_then(|it| count(&it.to_string())),
+        points: value(if hardware { "SignalHardwareRecordLength" } else { "RecordLength" })
+            .and_then(|it| count(&it.to_string())),
         statements: pairs.iter().map(|line| line.text.to_owned()).filter(|line| !line.is_empty()).collect(),
         assumptions: vec![format!(
             "instants from {}: {start:e} s and every {step:e} s; values taken in V",

@@ -49,6 +49,19 @@ pub(super) fn tektronix(path: &Path, lines: &[Line<'_>]) -> Result<Option<Preamb
             (preamble.body, preamble.body_line) = (first.at, first.number);
             return Ok(Some(preamble));
         }
+        // A unit for each channel.
+        let row = lines.iter().map(|line| cells(line.text)).find(|row| row[0].eq_ignore_ascii_case("Vertical Units"));
+        let units: Vec<&str> = row.unwrap_or_default().into_iter().skip(1).filter(|unit| !unit.is_empty()).collect();
+        let several = units.iter().any(|unit| *unit != units[0]);
+        if let (true, Some(first)) = (several, lines.iter().find(|line| line.number > header.number)) {
+            let named = |(at, name): (usize, &&str)| match units.get(at.wrapping_sub(1)) {
+                Some(unit) if at > 0 => format!("{name} ({unit})"),
+                _ => (*name).to_owned(),
+            };
+            preamble.header = Some(names.iter().enumerate().map(named).collect());
+            (preamble.body, preamble.body_line) = (first.at, first.number);
+            return Ok(Some(preamble));
+        }
         // The header of some is a comment.
         let marks = header.text.len() - header.text.trim_start_matches('#').len();
         (preamble.body, preamble.body_line) = (header.at + marks, header.number);

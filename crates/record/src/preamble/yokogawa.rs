@@ -1,6 +1,8 @@
 //! Yokogawa.
 
-use super::{Line, Preamble, cells, count, number, statements};
+use granchain_signal::Dimension;
+
+use super::{Line, Preamble, cells, count, number, parse_unit, statements};
 
 /// Quoted keys padded with blanks, a column a trace (`"TraceName"`, `"VUnit"`, `"HResolution"`, `"HOffset"`), then rows of values alone.
 pub(super) fn yokogawa(lines: &[Line<'_>]) -> Option<Preamble> {
@@ -10,8 +12,14 @@ pub(super) fn yokogawa(lines: &[Line<'_>]) -> Option<Preamble> {
         Some(row[1..].iter().map(|cell| cell.trim_matches(['"', ' '])).filter(|it| !it.is_empty()).collect::<Vec<_>>())
     };
     let (names, units) = (value("TraceName")?, value("VUnit").unwrap_or_default());
-    let step = number(value("HResolution")?.first()?).filter(|step| *step > 0.0)?;
-    let start = value("HOffset").and_then(|it| number(it.first()?)).unwrap_or(0.0);
+    let steps = value("HResolution")?;
+    // Traces of different clocks are not one table.
+    let factor = match value("HUnit").and_then(|units| units.first().copied()) {
+        Some(unit) => parse_unit(unit).ok().filter(|unit| unit.dimension == Dimension::TIME)?.factor,
+        None => 1.0,
+    };
+    let step = number(steps.first()?).filter(|step| *step > 0.0 && steps.iter().all(|it| it == &steps[0]))? * factor;
+    let start = value("HOffset").and_then(|it| number(it.first()?)).unwrap_or(0.0) * factor;
     let is_row = |row: &&Vec<&str>| {
         let mut filled = row.iter().filter(|cell| !cell.is_empty()).peekable();
         filled.peek().is_some() && filled.all(|cell| number(cell).is_some())

@@ -288,7 +288,7 @@ fn a_second_channel_is_told_by_its_name_and_else_asked_for_with_all_that_is_miss
     is_the_bench("by number", &read_with(&same, &channel("2")).unwrap(), &[]);
     let untimed = bare.lines().map(|line| line.split_once(',').unwrap().1.to_owned() + "\n").collect::<String>();
     let remedy = read_with(&untimed, &ReadOptions::default()).unwrap_err().remedy().unwrap();
-    assert_eq!(remedy, "--sample-rate 5MHz --column 'CH1 (V)' --scale '125 mm/s/V'");
+    assert_eq!(remedy, "--sample-rate RATE --column 'CH1 (V)' --scale '125 mm/s/V'");
 }
 
 #[test]
@@ -394,5 +394,48 @@ fn headers_are_found_where_programs_put_them() {
     let record = read_with(&text, &ReadOptions { sample_rate: Some(1.0 / STEP), ..options() }).unwrap();
     assert!((record.raw.values[30] - 0.1 * volts(30)).abs() < 1e-9);
     let remedy = read_with("nr,time_s,ch1,ch2\n0,0,1,2\n1,1,2,3\n", &options()).unwrap_err().remedy();
-    assert_eq!(remedy.unwrap(), "--column ch1");
+    assert_eq!(remedy.unwrap(), "--column NAME");
+}
+
+#[test]
+fn what_was_cut_thinned_joined_or_left_blank_is_not_shifted_in_silence() {
+    let head = format!("X,CH1,Start,Increment,\nSequence,Volt,{START:e},{STEP:e}\n");
+    let counted =
+        |counts: &dyn Fn(usize) -> usize| head.clone() + &rows(|i| format!("{},{:.12},", counts(i), volts(i)));
+    let thinned = read_with(&counted(&|i| 2 * i), &options()).unwrap();
+    assert!((thinned.raw.step - 2.0 * STEP).abs() < 1e-15, "{:e}", thinned.raw.step);
+    let cut = read_with(&counted(&|i| i + 10), &options()).unwrap();
+    assert!((cut.raw.start - (START + 10.0 * STEP)).abs() < 1e-12, "{:e}", cut.raw.start);
+    for joined in [counted(&|i| i % 50), counted(&|i| if i < 30 { i } else { i + 3 }), counted(&|i| (i + 50) % 100)] {
+        assert!(read_with(&joined, &options()).is_err());
+    }
+    let hole = format!("CH1,Start,Increment,\nVolt,{START:e},{STEP:e}\n")
+        + &rows(|i| if i == 40 { ",".into() } else { format!("{:.12},", volts(i)) });
+    assert!(refused(&hole).contains("scope.csv:43"), "{}", refused(&hole));
+    let twice = format!(
+        "\"TraceName\",\"CH1\"\n\"BlockSize\",50\n\"VUnit\",\"V\"\n\"HResolution\",{STEP:E}\n\"HOffset\",{START:E}\n\n"
+    ) + &rows(|i| format!("{:.12},", volts(i)));
+    assert!(refused(&twice).contains("found 100, 2 times as many"), "{}", refused(&twice));
+    let overrange = "t (s),v (V)\n".to_owned()
+        + &rows(|i| format!("{:.9e},{}", time(i), if i == 50 { "9.9E+37".into() } else { format!("{:.9}", volts(i)) }));
+    assert!(refused(&overrange).contains("overloaded"), "{}", refused(&overrange));
+}
+
+#[test]
+fn channels_of_other_units_and_clocks_keep_theirs() {
+    let keys = format!(
+        "Model,MDO3014\nSample Interval,{STEP:e}\nRecord Length,{COUNT}\nVertical Units,V,mV\nHorizontal Units,s\n\nTIME,CH1,CH2\n"
+    );
+    let text = keys + &rows(|i| format!("{:.9e},9.5,{:.9}", time(i), 1e3 * volts(i)));
+    is_the_bench("CH2 in mV", &read_with(&text, &channel("CH2")).unwrap(), &[]);
+    let bench = tempfile::tempdir().unwrap();
+    let keys = format!(
+        "XStart:1:\nResolution:9:\nRecordLength:40:\nHardwareXStart:{START:e}:\nSignalResolution:{STEP:e}:\nSignalHardwareRecordLength:{COUNT}:\n"
+    );
+    fs::write(bench.path().join("rte.csv"), &keys).unwrap();
+    fs::write(bench.path().join("rte.Wfm.csv"), rows(|i| format!("{:.12}", volts(i)))).unwrap();
+    let read = || read_record(&bench.path().join("rte.Wfm.csv"), RecordKind::Vibrometer, &options());
+    is_the_bench("RTE", &read().unwrap(), &[]);
+    fs::write(bench.path().join("rte.csv"), keys + "SignalType:FFT\n").unwrap();
+    assert!(read().unwrap_err().to_string().contains("found a spectrum"));
 }
