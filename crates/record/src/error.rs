@@ -8,7 +8,7 @@ use granchain_signal::{Dimension, Quantity, QuantityError};
 
 use super::{
     DecimalSign, Place, RecordKind, UniversalError,
-    remedy::{by_name_or_number, listed, other_record, remedies, sensitivity, subharmonic, wanted},
+    remedy::{by_name_or_number, listed, other_record, remedies, sensitivity, subharmonic, times, wanted},
 };
 
 /// Why a record cannot be used.
@@ -134,11 +134,7 @@ pub enum MeasurementError {
         wanted: &'static str,
     },
     /// Several times as many samples as announced.
-    #[error(
-        "{place}: expected {announced} samples as the preamble announces, found {found}, {} times as many: several records one behind the other; \
-         keep one of them in a file of its own",
-        found / announced
-    )]
+    #[error("{place}: expected {announced} samples as announced, found {}: several records in one file; keep one", times(*announced, *found))]
     MoreThanAnnounced {
         /// The file.
         place: Place,

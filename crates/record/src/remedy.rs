@@ -70,6 +70,10 @@ pub(super) fn quoted(word: &str) -> String {
     if !word.is_empty() && word.chars().all(plain) { word.into() } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
 
+pub(super) fn times(announced: usize, found: usize) -> String {
+    format!("{found}, {} times as many", found / announced.max(1))
+}
+
 pub(super) fn remedies(errors: &[MeasurementError]) -> String {
     errors.iter().filter_map(MeasurementError::remedy).collect::<Vec<_>>().join(" ")
 }
