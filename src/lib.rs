@@ -51,8 +51,8 @@
 //! | | [`model::analytical`] | closed forms that the models are held against |
 //! | [`granchain_calibration`] | (root) | problem, search on the ladder of models, likelihood, posterior, diagnosis, outcome |
 //! | [`granchain_studies`] | (root) | accuracy against time, hard cases, effects, twins, the paper's experiment |
-//! | granchain | [`report`] | figures, tables, pages |
-//! | | [`cli`] | the `granchain` program, one subcommand a file |
+//! | [`granchain_report`] | (root) | figures, tables, pages |
+//! | granchain | [`cli`] | the `granchain` program, one subcommand a file |
 //!
 //! A crate stands on those above it; between rooms of one crate `tests/architecture.rs` holds us to it. The names below are those of the
 //! crates, shortened: [`signal`] is `granchain_signal`, [`measurement`] `granchain_record`, [`study`] `granchain_studies`.
@@ -111,10 +111,10 @@
 //! `docs/formats.md`. Why things are as they are: `docs/decisions/`. One question a program: `examples/`.
 
 pub mod cli;
-pub mod report;
 
 pub use granchain_calibration as calibration;
 pub use granchain_model::{self as model, response, scene};
 pub use granchain_record as measurement;
+pub use granchain_report as report;
 pub use granchain_signal::{self as signal, feature};
 pub use granchain_studies as study;

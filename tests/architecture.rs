@@ -14,10 +14,6 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("crates/model/src/scene", &["scene"]),
     ("crates/model/src/response", &["response"]),
     (
-        "src/report",
-        &["signal", "measurement", "scene", "response", "model", "feature", "calibration", "study", "report"],
-    ),
-    (
         "src/cli",
         &["signal", "measurement", "scene", "response", "model", "feature", "calibration", "study", "report", "cli"],
     ),
@@ -25,11 +21,6 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
 
 /// Crate → the only folder of its package that may use it.
 const OWNED_CRATES: &[(&str, &str)] = &[
-    ("plotters_backend", "src/report"),
-    ("plotters_bitmap", "src/report"),
-    ("ab_glyph", "src/report"),
-    ("png", "src/report"),
-    ("maud", "src/report"),
     ("clap", "src/cli"),
     ("anyhow", "src/cli"),
     ("indicatif", "src/cli"),

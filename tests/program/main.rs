@@ -16,7 +16,6 @@ mod mesh_command;
 mod output_safety;
 mod reduced_replay;
 mod report_calibration;
-mod report_figure;
 mod report_verify;
 mod scene_command;
 mod spectrum_command;

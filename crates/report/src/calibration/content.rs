@@ -1,0 +1,299 @@
+//! What the report says, in the order a reader wants it.
+
+use super::{
+    CalibrationReport, Verdict, figures, joint,
+    shown::{Law, law_name},
+    table,
+};
+use crate::{
+    number::{engineering, significant, unit, with_interval},
+    page::{Block, Page, Plate, Tone},
+    sweep::{capitalised, sweep_figure},
+};
+use granchain_signal::feature::Measurand;
+
+pub(super) fn page(report: &CalibrationReport) -> Page {
+    let (outcome, laws, lead) = (&report.outcome, report.laws(), report.lead());
+    let mut blocks = Vec::new();
+    blocks.extend(laws.first().map(|law| headline(report, law)));
+    if !lead.record_notes.is_empty() {
+        blocks.push(Block::Notice(lead.record_notes.clone()));
+    }
+    if !outcome.warnings.is_empty() {
+        blocks.push(Block::Notice(outcome.warnings.clone()));
+    }
+    if !outcome.diagnosis.is_empty() {
+        blocks.push(Block::Heading("What would explain the record".into()));
+        blocks.push(Block::List(outcome.diagnosis.iter().map(|finding| capitalised(&finding.text)).collect()));
+    }
+    if let Some(law) = laws.first() {
+        section(&mut blocks, "What decided", Some(decided(law)), figures::pulls(law, &report.records));
+    }
+    blocks.extend(preference(report).map(Block::Paragraph));
+    blocks.push(Block::Table(table::laws(&laws)));
+    if !outcome.excluded.is_empty() {
+        let said = outcome.excluded.iter().map(|(name, reason)| format!("{name}: no fit. {}", capitalised(reason)));
+        blocks.push(Block::List(said.collect()));
+    }
+    blocks.push(Block::Facts(facts(report, &laws)));
+    if !outcome.statements.is_empty() {
+        blocks.push(Block::Heading("What the data cannot separate".into()));
+        blocks.push(Block::List(outcome.statements.clone()));
+    }
+    // Where mounts compete, the regions of those that explain nothing mean nothing.
+    let meaningful = |law: &&Law<'_>| law.fit.mount.is_none() || law.fit.verdict.explains();
+    blocks.extend(laws.iter().filter(meaningful).filter_map(table::lobes).map(Block::Table));
+    joint::shares(&laws, &mut blocks);
+
+    measured(report, &mut blocks);
+    if let Some(features) = table::features(report, 0) {
+        blocks.push(Block::Heading("Features".into()));
+        blocks.push(Block::Table(features));
+    }
+    joint::companions(report, &mut blocks);
+    rungs(report, &laws, &mut blocks);
+    blocks.push(Block::Heading("Search".into()));
+    for law in &laws {
+        blocks.push(Block::Paragraph(search_words(law)));
+        blocks.push(Block::Plates(figures::objective(law)));
+    }
+    if let Some(sweep) = report.alpha_sweep.as_ref().filter(|sweep| sweep.curves.iter().any(|c| !c.points.is_empty())) {
+        let mut plate = Plate::new("sweep", sweep_figure(sweep));
+        plate.caption = format!(
+            "Peaks and lines against {}; bars are one standard deviation of the scatter, dotted lines: {}.",
+            sweep.name, sweep.reference_name
+        );
+        section(&mut blocks, "Sweep of the drive level", None, vec![plate]);
+    }
+    if let Some(energy) = table::energy(report) {
+        blocks.push(Block::Heading("Energy".into()));
+        blocks.push(Block::Table(energy));
+    }
+    provenance(report, &mut blocks);
+    Page {
+        title: joint::title(report),
+        subtitle: format!("Scene {}: {}", report.scene, report.scene_description),
+        blocks,
+    }
+}
+
+/// Where the record stands, and by what.
+fn decided(law: &Law<'_>) -> String {
+    format!(
+        "Of records that the model makes itself {} are as far from it as this one (p; below 5 % it is doubtful, below 1 % outside its scatter). \
+         Each feature below is what the fit compared; deviations are those left once the parameters have taken up what they can.",
+        share(law.fit.p_value)
+    )
+}
+
+/// Which law and which mount the record prefers, where several were fitted.
+fn preference(report: &CalibrationReport) -> Option<String> {
+    let (subject, undecided, decided) = match &report.lead().recorded {
+        Some(_) if report.records.len() > 1 => ("The records", "do", "prefer"),
+        Some(_) => ("The record", "does", "prefers"),
+        None => ("The published features", "do", "prefer"),
+    };
+    let sentence = |preferred: &Option<String>, between: &str, named: &dyn Fn(&str) -> String| {
+        preferred.as_ref().map(|preferred| match preferred.as_str() {
+            "undecided" => format!("{subject} {undecided} not decide between {between}."),
+            name => format!("{subject} {decided} {}.", named(name)),
+        })
+    };
+    let outcome = &report.outcome;
+    let law = sentence(&outcome.preferred_law, "the damping laws", &|law| format!("{} damping", law_name(law)));
+    let mount = sentence(&outcome.preferred_mount, "the mounts of the disc", &|mount| format!("the {mount} disc"));
+    let said: Vec<String> = law.into_iter().chain(mount).collect();
+    (!said.is_empty()).then(|| said.join(" "))
+}
+
+/// A probability in per cent.
+fn share(p: f64) -> String {
+    if p < 1e-3 { "fewer than 0.1 %".into() } else { format!("{} %", significant(100.0 * p, 2)) }
+}
+
+/// The rungs of the ladder side by side.
+fn rungs(report: &CalibrationReport, laws: &[Law<'_>], blocks: &mut Vec<Block>) {
+    let laddered = || laws.iter().filter(|law| law.drawn.chain.is_some());
+    if laddered().next().is_none() {
+        return;
+    }
+    blocks.push(Block::Heading("How far the rungs differ".into()));
+    for law in laddered() {
+        let upper = law.fit.rungs.get(1).map_or("the rung above", |rung| rung.model.as_str());
+        blocks.push(Block::Paragraph(format!(
+            "{}: the search ran on the chain; the values quoted come from the runs of the model `{upper}` alone, made where the \
+             chain's answer, corrected round by round, led them. Where the two regions part, the chain leaves out what the record shows.",
+            capitalised(&law.name())
+        )));
+        blocks.push(Block::Table(table::rungs(law)));
+        blocks.push(Block::Plates(figures::rungs(law).into_iter().collect()));
+        blocks.extend(table::rung_features(law, report.lead()).map(Block::Table));
+    }
+}
+
+/// Drive, record and uncalibrated response, before any fit.
+pub(super) fn preview(report: &CalibrationReport) -> Page {
+    let mut blocks =
+        vec![Block::Notice(vec!["Nothing has been fitted: the response shown is the scene as given.".into()])];
+    let lead = report.lead();
+    if !lead.record_notes.is_empty() {
+        blocks.push(Block::Notice(lead.record_notes.clone()));
+    }
+    measured(report, &mut blocks);
+    provenance(report, &mut blocks);
+    Page {
+        title: format!("Before the calibration against {}", lead.title),
+        subtitle: format!("Scene {}: {}", report.scene, report.scene_description),
+        blocks,
+    }
+}
+
+/// Drive, traces and spectra of the first record.
+fn measured(report: &CalibrationReport, blocks: &mut Vec<Block>) {
+    let lead = report.lead();
+    section(blocks, "Drive", Some(format!("The piston follows {}.", lead.drive_origin)), figures::drive(report, lead));
+    let alignment = (!lead.alignment.is_empty()).then(|| format!("Alignment: {}.", lead.alignment));
+    section(blocks, recorded_quantity(report), alignment, figures::traces(report, lead));
+    section(blocks, "Spectra", None, figures::spectra(report, lead));
+}
+
+/// What the traces are, as a heading.
+pub(super) fn recorded_quantity(report: &CalibrationReport) -> &'static str {
+    match report.outcome.quantity {
+        Measurand::Velocity => "Velocity of the last bead",
+        Measurand::Pressure => "Pressure in the water",
+    }
+}
+
+pub(super) fn section(blocks: &mut Vec<Block>, heading: &str, words: Option<String>, plates: Vec<Plate>) {
+    if plates.is_empty() {
+        return;
+    }
+    blocks.push(Block::Heading(heading.to_owned()));
+    blocks.extend(words.map(Block::Paragraph));
+    blocks.push(Block::Plates(plates));
+}
+
+/// `α = 0.503 (0.488 to 0.519) and c = 0.304 N·s/m (0.27 to 0.34)`.
+fn values(law: &Law<'_>, intervals: bool) -> String {
+    let values: Vec<String> = law
+        .parameters
+        .iter()
+        .map(|parameter| {
+            let interval = parameter.low.zip(parameter.high).filter(|_| intervals);
+            let number = with_interval(parameter.value, interval);
+            let unit = unit(&parameter.unit);
+            match (unit.as_str(), number.split_once(' ')) {
+                ("1", _) => format!("{} = {number}", parameter.symbol),
+                (_, Some((value, interval))) => format!("{} = {value} {unit} {interval}", parameter.symbol),
+                (_, None) => format!("{} = {number} {unit}", parameter.symbol),
+            }
+        })
+        .collect();
+    values.join(" and ")
+}
+
+fn headline(report: &CalibrationReport, law: &Law<'_>) -> Block {
+    let leaning: Vec<&str> =
+        law.parameters.iter().filter(|parameter| parameter.at_bound).map(|parameter| parameter.symbol).collect();
+    let bound = if leaning.is_empty() {
+        String::new()
+    } else {
+        format!(" {} leans on an end of its search range: widen it before believing the interval.", leaning.join(", "))
+    };
+    let (damping, model) = (law.name(), &report.outcome.model);
+    let (quantity, lead, verdict) = (report.outcome.quantity.name(), report.lead(), law.fit.verdict);
+    let record = match lead.record_label.as_str() {
+        _ if lead.recorded.is_none() => "the published features".to_owned(),
+        _ if report.records.len() > 1 => format!("the {} {quantity} records together", report.records.len()),
+        "recorded" => format!("the recorded {quantity}"),
+        label => format!("the {quantity} record ({label})"),
+    };
+    let p = law.fit.p_value;
+    let p = if p < 1e-3 { "below 0.001".into() } else { format!("= {}", significant(p, 2)) };
+    let explains = if verdict == Verdict::Doubtful { "hardly explains" } else { "explains" };
+    let (tone, text) = match verdict {
+        Verdict::WithinScatter | Verdict::Doubtful => (
+            if verdict == Verdict::Doubtful || !leaning.is_empty() { Tone::Careful } else { Tone::Good },
+            format!(
+                "With {damping} the {model} model {explains} {record} within its own scatter at {}. Intervals are 90 %; p {p}.{bound}",
+                values(law, true)
+            ),
+        ),
+        Verdict::OutsideScatter => (
+            Tone::Bad,
+            format!(
+                "With {damping} the {model} model does not explain {record}: near {}, where it comes closest, p {p}. No interval is quoted, because none would mean anything.{bound}",
+                values(law, false)
+            ),
+        ),
+        Verdict::NotConverged => (
+            Tone::Bad,
+            format!(
+                "The search stopped before it could tell. Best so far, {damping}: {} (p {p}).{bound}",
+                values(law, false)
+            ),
+        ),
+    };
+    Block::Headline { tone, verdict: verdict.to_string(), text }
+}
+
+fn facts(report: &CalibrationReport, laws: &[Law<'_>]) -> Vec<(String, String)> {
+    let mut facts = vec![
+        ("model".to_owned(), report.outcome.model.clone()),
+        ("drive frequency".to_owned(), engineering(report.drive_frequency, "Hz", 5)),
+        ("drive".to_owned(), report.lead().drive_origin.clone()),
+    ];
+    if let Some(window) = report.lead().window {
+        let microseconds = |time: f64| significant(time * 1e6, 4);
+        facts.push((
+            "analysis window".to_owned(),
+            format!("{} to {} µs", microseconds(window.from), microseconds(window.to)),
+        ));
+    }
+    for law in laws {
+        if let Some(correlation) = law.correlation() {
+            let kind = law_name(&law.fit.damping_kind);
+            let name = match &law.fit.mount {
+                Some(mount) => format!("correlation ({kind}, {mount})"),
+                None => format!("correlation ({kind})"),
+            };
+            facts.push((name, significant(correlation, 2)));
+        }
+    }
+    facts
+}
+
+fn search_words(law: &Law<'_>) -> String {
+    let Some(answering) = law.fit.rungs.iter().rev().find(|rung| rung.verdict.is_some()) else { return String::new() };
+    let failures: Vec<_> = law.fit.failures.iter().map(|(reason, count)| format!("{count} × {reason}")).collect();
+    let failed = match answering.failed_runs {
+        0 => "none of which failed".to_owned(),
+        failed => format!(
+            "{failed} of which failed and rank{} behind every finished run ({})",
+            if failed == 1 { "s" } else { "" },
+            failures.join("; ")
+        ),
+    };
+    let on = if law.drawn.chain.is_some() { format!(" of the model `{}`", answering.model) } else { String::new() };
+    format!("{}: {} runs{on}, {failed}.", capitalised(&law.name()), answering.runs)
+}
+
+fn provenance(report: &CalibrationReport, blocks: &mut Vec<Block>) {
+    let outcome = &report.outcome;
+    if !outcome.assumptions.is_empty() {
+        blocks.push(Block::Heading("Assumed on reading".into()));
+        blocks.push(Block::List(outcome.assumptions.clone()));
+    }
+    blocks.push(Block::Heading("Provenance".into()));
+    blocks.push(Block::Table(table::inputs(report)));
+    let mut facts =
+        vec![("version".to_owned(), version(&outcome.program)), ("seed".to_owned(), outcome.seed.to_string())];
+    facts.extend(report.settings.iter().cloned());
+    blocks.push(Block::Facts(facts));
+    blocks.push(Block::Code(report.command_line.clone()));
+}
+
+fn version(program: &str) -> String {
+    program.rsplit(' ').next().unwrap_or_default().to_owned()
+}

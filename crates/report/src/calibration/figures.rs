@@ -1,0 +1,361 @@
+//! The figures of a calibration.
+
+use super::{
+    CalibrationReport, DensityMap, PairMap, RecordReport, RunPoint,
+    shown::{Estimate, Law},
+    spectrum::{RECORDED, SIMULATED, SpectrumCurve, amplitude_panel, level_panel},
+};
+use crate::{
+    figure::{
+        Axis, Colour, Dash, ErrorPoint, Figure, Fill, Layer, Marker, PAGE_WIDTH_MM, Panel, Polygon, Stroke, trace,
+    },
+    number,
+    page::Plate,
+    sweep::capitalised,
+};
+use granchain_signal::{
+    Series,
+    feature::{Measurand, Window, amplitude_spectrum},
+};
+
+fn time() -> Axis {
+    Axis::new("Time", "µs").times(1e6)
+}
+
+fn quantity(measurand: Measurand) -> Axis {
+    match measurand {
+        Measurand::Velocity => Axis::new("Velocity", "mm/s").times(1e3),
+        Measurand::Pressure => Axis::new("Pressure", "kPa").times(1e-3),
+    }
+}
+
+/// Drive and its spectrum, side by side.
+pub(super) fn drive(report: &CalibrationReport, record: &RecordReport) -> Vec<Plate> {
+    let stroke = RECORDED.width(0.7);
+    let displacement =
+        Panel::new(time(), Axis::new("Piston displacement", "µm").times(1e6)).line("", trace(&record.drive), stroke);
+    let mut plates = vec![Plate::new("drive", Figure::new("Displacement of the piston at α = 1.").panel(displacement))];
+    if let Ok(spectrum) = amplitude_spectrum(&record.drive, Window::whole(&record.drive)) {
+        let highest = (4.3 * report.drive_frequency).min(0.5 * record.drive.sample_rate());
+        let reference = spectrum.amplitudes.iter().copied().fold(0.0, f64::max);
+        let curves = [SpectrumCurve { label: String::new(), spectrum: &spectrum, stroke }];
+        let panel = level_panel(&curves, (reference, "largest"), report.drive_frequency, highest);
+        let title = "Its normalised amplitude spectrum; names are multiples of the drive frequency.";
+        plates.push(Plate::new("drive-spectrum", Figure::new(title).panel(panel)));
+    }
+    plates
+}
+
+/// What is left of every fitted feature at the answer, in scatters: what decided.
+pub(super) fn pulls(law: &Law<'_>, records: &[RecordReport]) -> Vec<Plate> {
+    let pulls: Vec<(String, f64, bool)> = law
+        .compared(records)
+        .into_iter()
+        .filter_map(|(name, feature)| Some((name, feature.deviation?, feature.widened.is_some())))
+        .collect();
+    if pulls.is_empty() {
+        return Vec::new();
+    }
+    let count = pulls.len();
+    let row = |index: usize| (count - index) as f64;
+    let names = pulls.iter().enumerate().map(|(index, (name, ..))| (row(index), name.clone())).collect();
+    let farthest = pulls.iter().map(|(_, pull, _)| pull.abs()).fold(3.0, f64::max);
+    let shown = farthest.min(FARTHEST_PULL);
+    let ends = 1.08 * shown;
+    let y = Axis::new("Fitted feature", "").range(0.0, count as f64 + 1.0).named_ticks(names);
+    let mut panel = Panel::new(Axis::new("Model − record, scatters of a single run", "1").range(-ends, ends), y);
+    let height = count as f64 + 1.0;
+    for (half, label, tint) in [(2.0, "±2", 0.14), (1.0, "±1", 0.3)] {
+        let corners = vec![(-half, 0.0), (half, 0.0), (half, height), (-half, height)];
+        panel.layers.push(Layer::Polygons {
+            label: label.into(),
+            polygons: vec![Polygon { corners, fill: Fill::Tint(Colour::Grey, tint) }],
+            range: None,
+        });
+    }
+    let of = |widened: bool| {
+        let points = pulls.iter().enumerate().filter(move |(_, (.., down))| *down == widened);
+        points.map(|(index, (_, pull, _))| ErrorPoint::exact(pull.clamp(-shown, shown), row(index))).collect::<Vec<_>>()
+    };
+    for (points, label, colour, marker) in [
+        (of(false), "agrees", Colour::Blue, Marker::Disc),
+        (of(true), "down-weighted: no run has it", Colour::Vermillion, Marker::Diamond),
+    ] {
+        if !points.is_empty() {
+            panel.layers.push(Layer::Points { label: label.into(), points, colour, marker });
+        }
+    }
+    let beyond = if farthest > shown { format!(" Beyond ±{shown} points stand at the edge.") } else { String::new() };
+    let figure = Figure::new(format!("Every fitted feature at the answer.{beyond}"))
+        .sized(PAGE_WIDTH_MM, 1)
+        .panel(panel.height(3.4 * count as f64 + 6.0));
+    vec![Plate::new(format!("pulls-{}", law.key()), figure)]
+}
+
+/// Pulls beyond this many scatters are drawn at the edge.
+const FARTHEST_PULL: f64 = 12.0;
+
+/// Recorded and simulated velocity or pressure: whole, ring-up, a few periods of the plateau.
+pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<Plate> {
+    let measurand = report.outcome.quantity;
+    let Some(main) = record.recorded.as_ref().or(record.simulated.as_ref()) else { return Vec::new() };
+    let period = 1.0 / report.drive_frequency;
+    let overlay = |x: Axis, recorded: Stroke, simulated: Stroke| {
+        let mut panel = Panel::new(x, quantity(measurand));
+        if let Some(series) = &record.recorded {
+            panel = panel.line(record.record_label.clone(), trace(series), recorded);
+        }
+        if let Some(series) = &record.simulated {
+            panel = panel.line("simulated", trace(series), simulated);
+        }
+        panel
+    };
+    let what = match measurand {
+        Measurand::Velocity => "Velocity of the last bead’s pole",
+        Measurand::Pressure => "Pressure at the hydrophone",
+    };
+    let both = match (&record.recorded, &record.simulated) {
+        (Some(_), Some(_)) => format!("{what}, {} and simulated", record.record_label),
+        (Some(_), None) => format!("{what}, {}", record.record_label),
+        _ => match measurand {
+            Measurand::Velocity => "Simulated velocity of the last bead’s pole".to_owned(),
+            Measurand::Pressure => "Simulated pressure at the hydrophone".to_owned(),
+        },
+    };
+    let start = main.start;
+    let end = record.simulated.as_ref().map_or(main.end(), |series| series.end().min(main.end())).max(start + period);
+    let whole = overlay(time().range(start, end), RECORDED.width(0.8), SIMULATED.width(0.5)).height(48.0);
+    let whole = Figure::new(format!("{both}: the whole record.")).sized(PAGE_WIDTH_MM, 1).panel(whole);
+
+    let onset = onset(main);
+    let ring_up = (onset - period).max(start);
+    let plateau = record.window.unwrap_or(Window::whole(main));
+    let middle = 0.5 * (plateau.from + plateau.to);
+    let zoom = |from: f64, periods: f64| {
+        overlay(time().range(from, from + periods * period), RECORDED, SIMULATED.dash(Dash::Dashed)).height(44.0)
+    };
+    let name = measurand.name();
+    vec![
+        Plate::new(name, whole),
+        Plate::new(
+            format!("{name}-onset"),
+            Figure::new("The first twelve drive periods after the onset.").panel(zoom(ring_up, 13.0)),
+        ),
+        Plate::new(
+            format!("{name}-zoom"),
+            Figure::new("Six drive periods in the middle of the analysis window.")
+                .panel(zoom((middle - 3.0 * period).max(start), 6.0)),
+        ),
+    ]
+}
+
+/// First crossing of a quarter of the peak, s.
+fn onset(series: &Series) -> f64 {
+    let level = 0.25 * series.peak();
+    series.values.iter().position(|value| value.abs() >= level).map_or(series.start, |index| series.time(index))
+}
+
+/// Spectra of both traces over the analysis window: absolute around the drive, in dB up to the usable band.
+pub(super) fn spectra(report: &CalibrationReport, record: &RecordReport) -> Vec<Plate> {
+    let measurand = report.outcome.quantity;
+    let spectrum = |series: &Option<Series>| {
+        let series = series.as_ref()?;
+        let window = record.window.unwrap_or(Window::whole(series));
+        amplitude_spectrum(series, window).ok().map(|spectrum| (spectrum, series.sample_rate()))
+    };
+    let (recorded, simulated) = (spectrum(&record.recorded), spectrum(&record.simulated));
+    let curves = || {
+        let recorded = recorded.iter().map(|(spectrum, _)| SpectrumCurve {
+            label: record.record_label.clone(),
+            spectrum,
+            stroke: RECORDED,
+        });
+        let simulated = simulated.iter().map(|(spectrum, _)| SpectrumCurve {
+            label: "simulated".into(),
+            spectrum,
+            stroke: SIMULATED,
+        });
+        recorded.chain(simulated).collect::<Vec<_>>()
+    };
+    let Some((main, rate)) = recorded.as_ref().or(simulated.as_ref()) else { return Vec::new() };
+    let drive = report.drive_frequency;
+    let near = (4.3 * drive).min(0.5 * rate);
+    let far = (0.4 * rate).min(1.25e6).max(near);
+    let index = (drive / main.step_hz).round() as usize;
+    let reference = main.amplitudes.get(index).copied().filter(|amplitude| *amplitude > 0.0);
+    let amplitude = match measurand {
+        Measurand::Velocity => "Velocity amplitude",
+        Measurand::Pressure => "Pressure amplitude",
+    };
+    let near = Figure::new(
+        "Amplitude spectra over the analysis window; names above the frame are fractions and multiples of the drive frequency.",
+    )
+    .panel(amplitude_panel(&curves(), amplitude, measurand.unit(), drive, near).height(48.0));
+    let mut plates = vec![Plate::new("spectrum", near)];
+    if let Some(reference) = reference {
+        let reference_trace = if recorded.is_some() { record.record_label.as_str() } else { "simulated" };
+        let title = format!("The same spectra over the usable band, re the drive line of the {reference_trace} trace.");
+        let mut curves = curves();
+        for curve in &mut curves {
+            curve.stroke = curve.stroke.width(0.6);
+        }
+        let far = Figure::new(title).panel(level_panel(&curves, (reference, "drive line"), drive, far).height(48.0));
+        plates.push(Plate::new("spectrum-wide", far));
+    }
+    plates
+}
+
+pub(super) fn axis(estimate: &Estimate) -> Axis {
+    let name = capitalised(estimate.name);
+    let name = if name.ends_with(estimate.symbol) { name } else { format!("{name} {}", estimate.symbol) };
+    Axis::new(name, number::unit(&estimate.unit)).logarithmic()
+}
+
+/// Where the runs went, and the density with its accepted set.
+pub(super) fn objective(law: &Law<'_>) -> Vec<Plate> {
+    let [first, second, ..] = law.parameters.as_slice() else { return Vec::new() };
+    let key = law.key();
+    let fit = vec![(first.value, second.value)];
+    let map = law.drawn.map.as_ref().map(|map| (map.shown(first, second), map.accepted_level));
+    let at = |run: &RunPoint| Some((first.factor * run.parameters.first()?, second.factor * run.parameters.get(1)?));
+    let runs = &law.drawn.runs;
+    let mut finished: Vec<(f64, (f64, f64))> = runs.iter().filter_map(|run| Some((run.misfit?, at(run)?))).collect();
+    finished.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let best: Vec<_> = finished.iter().take(10).map(|(_, at)| *at).collect();
+    let others: Vec<_> = finished.iter().skip(10).map(|(_, at)| *at).collect();
+    let failed: Vec<_> = runs.iter().filter(|run| run.misfit.is_none()).filter_map(at).collect();
+    let region = |panel: Panel, colour: Colour| match &map {
+        Some((map, level)) => panel.layer(Layer::Contour {
+            label: "90 % region".into(),
+            map: map.clone(),
+            level: *level,
+            stroke: Stroke::new(colour).width(1.1),
+        }),
+        None => panel,
+    };
+    let mut plates = Vec::new();
+    if !finished.is_empty() {
+        let mut panel = Panel::new(
+            axis(first).range(first.bounds.0, first.bounds.1),
+            axis(second).range(second.bounds.0, second.bounds.1),
+        )
+        .height(55.0)
+        .points("runs", others, Colour::Grey, Marker::Dot)
+        .points("ten best", best.clone(), Colour::Blue, Marker::Diamond);
+        if !failed.is_empty() {
+            panel = panel.points("failed", failed, Colour::Orange, Marker::Cross);
+        }
+        let title = format!("The whole search box, {}: every run, and the accepted set.", law.name());
+        plates.push(Plate::new(format!("runs-{key}"), Figure::new(title).panel(region(panel, Colour::Vermillion))));
+    }
+    if let Some((map, _)) = &map {
+        let panel = Panel::new(axis(first), axis(second)).height(55.0).layer(Layer::HeatMap {
+            label: "Density over its largest (–)".into(),
+            map: map.clone(),
+            range: Some((0.0, 1.0)),
+        });
+        let panel = region(panel, Colour::Black).points("fit", fit, Colour::Vermillion, Marker::Ring);
+        let title = format!("Density over both parameters near the fit, {}.", law.name());
+        plates.push(Plate::new(format!("density-{key}"), Figure::new(title).panel(panel)));
+    }
+    plates.extend(pairs(law));
+    if let Some(plate) = history(law, &key) {
+        plates.push(plate);
+    }
+    plates
+}
+
+/// Density over every pair of more than two parameters.
+fn pairs(law: &Law<'_>) -> Option<Plate> {
+    if law.drawn.pairs.is_empty() {
+        return None;
+    }
+    let title = format!("Density over every pair of parameters near the fit, the others summed over, {}.", law.name());
+    let mut figure = Figure::new(title).sized(PAGE_WIDTH_MM, 2);
+    for PairMap { first, second, map: density } in &law.drawn.pairs {
+        let [first, second] = [law.parameters.get(*first)?, law.parameters.get(*second)?];
+        let map = density.shown(first, second);
+        let [x, y] = [axis(first), axis(second)];
+        let panel = Panel::new(x, y)
+            .height(42.0)
+            .layer(Layer::HeatMap {
+                label: "Density over its largest (–)".into(),
+                map: map.clone(),
+                range: Some((0.0, 1.0)),
+            })
+            .layer(Layer::Contour {
+                label: "90 % region".into(),
+                map,
+                level: density.accepted_level,
+                stroke: Stroke::new(Colour::Black).width(1.1),
+            })
+            .points("fit", vec![(first.value, second.value)], Colour::Vermillion, Marker::Ring);
+        figure = figure.panel(panel);
+    }
+    Some(Plate::new(format!("pairs-{}", law.key()), figure))
+}
+
+/// The 90 % regions of the chain and of the rung above it on common axes.
+pub(super) fn rungs(law: &Law<'_>) -> Option<Plate> {
+    let [first, second, ..] = law.parameters.as_slice() else { return None };
+    let (chain, of_chain) = law.chain()?;
+    let (below, above) = (chain.map.as_ref()?, law.drawn.map.as_ref()?);
+    let region = |panel: Panel, label: &str, map: &DensityMap, stroke: Stroke| {
+        panel.layer(Layer::Contour {
+            label: format!("90 % region, {label}"),
+            map: map.shown(first, second),
+            level: map.accepted_level,
+            stroke,
+        })
+    };
+    let models: Vec<&str> = law.fit.rungs.iter().map(|rung| rung.model.as_str()).collect();
+    let (lower, upper) = (models.first()?, models.get(1)?);
+    let at = |parameters: &[Estimate]| match parameters {
+        [first, second, ..] => vec![(first.value, second.value)],
+        _ => Vec::new(),
+    };
+    let mut panel = Panel::new(axis(first), axis(second)).height(55.0);
+    panel = region(panel, lower, below, Stroke::new(Colour::Blue).width(0.9).dash(Dash::Dashed));
+    panel = region(panel, upper, above, Stroke::new(Colour::Vermillion).width(1.1));
+    panel = panel.points(format!("fit, {lower}"), at(&of_chain), Colour::Blue, Marker::Diamond).points(
+        format!("fit, {upper}"),
+        at(&law.parameters),
+        Colour::Vermillion,
+        Marker::Ring,
+    );
+    let key = law.key();
+    let title = format!("Accepted sets before and after the correction, {}.", law.name());
+    Some(Plate::new(format!("rungs-{key}"), Figure::new(title).panel(panel)))
+}
+
+/// Misfit of every run in the order made, and of the fit as judged from batch to batch.
+fn history(law: &Law<'_>, key: &str) -> Option<Plate> {
+    let runs: Vec<(f64, f64)> = law
+        .drawn
+        .runs
+        .iter()
+        .enumerate()
+        .filter_map(|(index, run)| Some((index as f64 + 1.0, run.misfit.filter(|misfit| *misfit > 0.0)?)))
+        .collect();
+    // A staircase: a judgement stands until the next.
+    let mut best: Vec<(f64, f64)> = Vec::new();
+    for (runs, misfit) in law.drawn.history.iter().filter(|(_, misfit)| *misfit > 0.0) {
+        if let Some((_, last)) = best.last().copied() {
+            best.push((*runs as f64, last));
+        }
+        best.push((*runs as f64, *misfit));
+    }
+    if runs.is_empty() && best.is_empty() {
+        return None;
+    }
+    let axis = Axis::new("Misfit per feature", "1").logarithmic();
+    let panel = Panel::new(Axis::new("Run", "count"), axis)
+        .height(36.0)
+        .points("run", runs, Colour::Grey, Marker::Dot)
+        .line("fit, as judged then", best, Stroke::new(Colour::Blue).width(1.2));
+    let title = format!(
+        "Search history, {}: misfit of each run in units of the local scatter, and of the fit as judged after each batch.",
+        law.name()
+    );
+    Some(Plate::new(format!("history-{key}"), Figure::new(title).sized(PAGE_WIDTH_MM, 1).panel(panel)))
+}

@@ -1,0 +1,333 @@
+//! The tables of a calibration, for people and as CSV.
+
+use super::{
+    CalibrationReport, LawReport, RecordReport,
+    shown::{Estimate, Law, estimates, law_name},
+};
+use crate::{
+    number::{short, significant, to_uncertainty, unit, with_interval},
+    page::{Column, Files, ReportError, Table},
+    sweep::shown_unit,
+};
+use granchain_calibration::outcome::OutcomeFeature;
+use granchain_signal::feature::Measurand;
+
+const NOTHING: &str = "–";
+
+/// As [`shown_unit`]; a pressure here is sound.
+fn heard_unit(unit: &str) -> (f64, &str) {
+    if unit == "Pa" { (1e-3, "kPa") } else { shown_unit(unit) }
+}
+
+/// Recorded, simulated, scatter, sensitivity, published, of record `number`.
+pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Table> {
+    let record = &report.records[number];
+    let rows: Vec<Vec<String>> = report
+        .features(number)
+        .iter()
+        .map(|row| {
+            let (factor, shown) = heard_unit(&row.feature.unit);
+            let scatter = row.feature.scatter.filter(|scatter| *scatter > 0.0).map(|scatter| scatter * factor);
+            // Digits down to the scatter, but never more than four figures.
+            let value = |value: Option<f64>| match (value.map(|value| value * factor), scatter) {
+                (Some(value), Some(scatter)) => to_uncertainty(value, scatter.max(1e-4 * value.abs())),
+                (Some(value), None) => significant(value, 3),
+                (None, _) => NOTHING.to_owned(),
+            };
+            let small = |value: Option<f64>| value.map_or(NOTHING.to_owned(), |value| significant(value * factor, 2));
+            let published = match (row.published, row.published_uncertainty) {
+                (Some(value), Some(error)) => {
+                    let (value, error) = (value * factor, error * factor);
+                    format!("{} ± {}", to_uncertainty(value, error), significant(error, 2))
+                }
+                (Some(value), None) => significant(value * factor, 3),
+                (None, _) => NOTHING.to_owned(),
+            };
+            let mut cells = vec![if row.fitted { format!("{} *", row.name) } else { row.name.clone() }];
+            cells.extend(record.recorded.is_some().then(|| value(row.recorded)));
+            cells.extend([
+                value(row.feature.simulated),
+                small(row.feature.scatter),
+                small(row.feature.sensitivity),
+                published,
+                if shown == "1" { NOTHING.to_owned() } else { shown.to_owned() },
+            ]);
+            cells
+        })
+        .collect();
+    if rows.is_empty() {
+        return None;
+    }
+    let mut columns = vec![Column::words("Feature")];
+    // Without a waveform the column would be empty.
+    columns.extend(record.recorded.is_some().then(|| Column::numbers(record.record_label.clone())));
+    columns.extend(["simulated", "scatter", "sensitivity", "published"].map(Column::numbers));
+    columns.push(Column::words("unit"));
+    Some(Table {
+        caption: "Features over the analysis window (* used by the fit). Scatter: one standard deviation under perturbations the laboratory cannot control; agreement closer than that means nothing. Sensitivity: change for +1 % drive.".into(),
+        columns,
+        rows,
+    })
+}
+
+/// Every law with its parameters.
+pub(super) fn laws(laws: &[Law<'_>]) -> Table {
+    let mounts = laws.iter().any(|law| law.fit.mount.is_some());
+    let best = laws.iter().map(|law| law.fit.log_evidence).fold(f64::NEG_INFINITY, f64::max);
+    let rows = laws
+        .iter()
+        .flat_map(|law| {
+            let fit = law.fit;
+            let answering = fit.rungs.iter().rev().find(|rung| rung.verdict.is_some());
+            let runs =
+                answering.map_or_else(String::new, |rung| format!("{} ({} failed)", rung.runs, rung.failed_runs));
+            law.parameters.iter().enumerate().map(move |(index, parameter)| {
+                let once = |text: String| if index == 0 { text } else { String::new() };
+                let unit = unit(&parameter.unit);
+                let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+                let interval = parameter.low.zip(parameter.high);
+                let note = if parameter.at_bound { ", at a bound" } else { "" };
+                let mut cells = vec![once(law_name(&fit.damping_kind).into())];
+                cells.extend(mounts.then(|| once(fit.mount.clone().unwrap_or_default())));
+                cells.extend([
+                    format!("{} {}", parameter.name, parameter.symbol),
+                    format!("{}{unit}{note}", with_interval(parameter.value, interval)),
+                    format!("{} to {}{unit}", short(parameter.bounds.0), short(parameter.bounds.1)),
+                    once(significant(fit.misfit, 2)),
+                    once(fit.verdict.to_string()),
+                    once(significant(fit.log_evidence - best, 2)),
+                    once(runs.clone()),
+                ]);
+                cells
+            })
+        })
+        .collect();
+    let mut columns = vec![Column::words("Damping")];
+    columns.extend(mounts.then(|| Column::words("Disc")));
+    columns.extend([
+        Column::words("Parameter"),
+        Column::words("Value (90 % interval)"),
+        Column::words("Searched"),
+        Column::numbers("Misfit").unit("1"),
+        Column::words("Verdict"),
+        Column::numbers("Δ ln evidence"),
+        Column::words("Runs"),
+    ]);
+    Table {
+        caption: "Fitted parameters with 90 % intervals, where they may be quoted. Misfit: per feature, in units of the local scatter; p decides, not it.".into(),
+        columns,
+        rows,
+    }
+}
+
+/// What every rung found by itself.
+pub(super) fn rungs(law: &Law<'_>) -> Table {
+    let rows = law.fit.rungs.iter().map(|rung| {
+        let own = estimates(&rung.parameters, &law.drawn.parameters, &law.fit.damping_kind);
+        let values = own.into_iter().map(|own| match rung.verdict {
+            Some(_) => with_interval(own.value, own.low.zip(own.high)),
+            None => format!("{} (run there)", short(own.value)),
+        });
+        let runs = format!("{} ({} failed)", rung.runs, rung.failed_runs);
+        let verdict = rung.verdict.map_or(NOTHING.to_owned(), |verdict| verdict.to_string());
+        [rung.model.clone()].into_iter().chain(values).chain([runs, verdict]).collect()
+    });
+    let parameters = law.parameters.iter().map(|parameter| {
+        let column = Column::words(format!("{} {}", parameter.name, parameter.symbol));
+        if unit(&parameter.unit) == "1" { column } else { column.unit(unit(&parameter.unit)) }
+    });
+    let columns = [Column::words("Rung")]
+        .into_iter()
+        .chain(parameters)
+        .chain([Column::words("Runs"), Column::words("By itself")]);
+    Table {
+        caption: format!("What each rung says by itself (90 % interval), {}.", law.name()),
+        columns: columns.collect(),
+        rows: rows.collect(),
+    }
+}
+
+/// The fitted features as every rung expects them at the answer.
+pub(super) fn rung_features(law: &Law<'_>, record: &RecordReport) -> Option<Table> {
+    let (fit, rungs) = (law.fit, &law.fit.rungs);
+    let compared = record.compared.iter().filter_map(|name| Some((name, fit.rung_differences.get(name)?)));
+    let rows: Vec<Vec<String>> = compared
+        .map(|(name, [difference, standard_error])| {
+            let expected: Vec<_> = rungs.iter().map(|rung| rung.features.get(name)).collect();
+            let unit = expected.iter().flatten().next().map_or("1", |feature| feature.unit.as_str());
+            let (factor, shown) = heard_unit(unit);
+            let recorded = fit.fitted_features.get(name).and_then(|feature| feature.measured);
+            let mut cells =
+                vec![name.replace('_', " "), recorded.map_or(NOTHING.into(), |v| significant(v * factor, 3))];
+            cells.extend(expected.iter().map(|feature| match feature.map(|it| (it.value, it.scatter)) {
+                Some((value, Some(scatter))) => {
+                    format!("{} ± {} %", significant(value * factor, 3), significant(100.0 * scatter, 2))
+                }
+                Some((value, None)) => significant(value * factor, 3),
+                None => NOTHING.into(),
+            }));
+            cells.push(format!("{:+.1} ± {:.1}", 100.0 * difference, 100.0 * standard_error));
+            cells.push(if shown == "1" { NOTHING.into() } else { shown.to_owned() });
+            cells
+        })
+        .collect();
+    if rows.is_empty() {
+        return None;
+    }
+    let mut columns = vec![Column::words("Feature"), Column::numbers(record.record_label.clone())];
+    columns.extend(rungs.iter().map(|rung| Column::numbers(rung.model.clone())));
+    columns.push(Column::numbers("difference").unit("%"));
+    columns.push(Column::words("unit"));
+    Some(Table {
+        caption: format!(
+            "Fitted features at the answer on every rung, {}: expected value and scatter of a single run. Difference: rung above the chain \
+             less the chain in the logarithm, over pairs under the same nuisances, with its standard error.",
+            law.name()
+        ),
+        columns,
+        rows,
+    })
+}
+
+/// Connected parts of the 90 % region.
+pub(super) fn lobes(law: &Law<'_>) -> Option<Table> {
+    if law.fit.lobes.len() < 2 {
+        return None;
+    }
+    let mut columns = vec![Column::numbers("Lobe"), Column::numbers("Probability").unit("%")];
+    columns.extend(law.parameters.iter().map(|parameter| {
+        let column = Column::words(format!("{} {}", parameter.name, parameter.symbol));
+        if unit(&parameter.unit) == "1" { column } else { column.unit(unit(&parameter.unit)) }
+    }));
+    let rows = law
+        .fit
+        .lobes
+        .iter()
+        .enumerate()
+        .map(|(index, lobe)| {
+            let mut row = vec![(index + 1).to_string(), significant(100.0 * lobe.mass, 2)];
+            row.extend(law.drawn.parameters.iter().zip(&law.parameters).map(|(key, parameter)| {
+                let [low, high] = lobe.extent.get(key).map_or([0.0; 2], |ends| ends.map(|end| parameter.factor * end));
+                let half = 0.5 * (high - low);
+                format!("{} to {}", to_uncertainty(low, half), to_uncertainty(high, half))
+            }));
+            row
+        })
+        .collect();
+    let caption = format!(
+        "The 90 % region falls into {} parts, {}: the record does not tell which holds the truth.",
+        law.fit.lobes.len(),
+        law.name()
+    );
+    Some(Table { caption, columns, rows })
+}
+
+/// Where the piston's work went.
+pub(super) fn energy(report: &CalibrationReport) -> Option<Table> {
+    let ledger = report.energy.as_ref()?;
+    let supplied = (ledger.initial_j + ledger.piston_work_j).abs();
+    let rows = [
+        ("stored at the start (precompression)", ledger.initial_j),
+        ("work of the piston", ledger.piston_work_j),
+        ("kinetic energy at the end", ledger.kinetic_j),
+        ("stored in the contacts at the end", ledger.stored_j),
+        ("lost in the dashpots", ledger.dissipated_j),
+        ("residual (error of the integrator)", ledger.residual_j),
+        ("largest energy in the chain", ledger.largest_j),
+    ]
+    .into_iter()
+    .map(|(name, value)| {
+        let share = if supplied > 0.0 { significant(100.0 * value / supplied, 2) } else { NOTHING.to_owned() };
+        vec![name.to_owned(), significant(value * 1e9, 3), share]
+    })
+    .collect();
+    Some(Table {
+        caption: "Energy ledger of the calibrated run.".into(),
+        columns: vec![
+            Column::words("Energy"),
+            Column::numbers("value").unit("nJ"),
+            Column::numbers("share of what was supplied").unit("%"),
+        ],
+        rows,
+    })
+}
+
+/// Files read, with their digests.
+pub(super) fn inputs(report: &CalibrationReport) -> Table {
+    let what = |role: &str| match (role.starts_with("drive"), &report.lead().recorded, report.outcome.quantity) {
+        (true, ..) => "horn-tip record",
+        (_, None, _) => "published features",
+        (_, _, Measurand::Velocity) => "vibrometer record",
+        (_, _, Measurand::Pressure) => "hydrophone record",
+    };
+    let inputs = report.outcome.inputs.iter();
+    Table {
+        caption: "Files read.".into(),
+        columns: vec![Column::words("What"), Column::words("File"), Column::words("SHA-256")],
+        rows: inputs.map(|(role, it)| vec![what(role).into(), it.path.clone(), it.sha256.clone()]).collect(),
+    }
+}
+
+/// `features.csv`, `runs.csv` and the traces as CSV, SI, the unit in the head or beside the value.
+pub(super) fn csv_files(report: &CalibrationReport) -> Result<Files, ReportError> {
+    let mut files: Files = Vec::new();
+    let cell = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
+    let mut features = csv::Writer::from_writer(Vec::new());
+    features.write_record([
+        "feature",
+        "unit",
+        "recorded",
+        "simulated",
+        "scatter",
+        "sensitivity_per_percent_drive",
+        "published",
+        "published_uncertainty",
+        "fitted",
+    ])?;
+    for row in report.features(0) {
+        let OutcomeFeature { simulated, scatter, sensitivity, unit, .. } = row.feature;
+        let numbers = [row.recorded, *simulated, *scatter, *sensitivity, row.published, row.published_uncertainty];
+        let words = [row.name.clone(), unit.clone()].into_iter();
+        features.write_record(words.chain(numbers.map(cell)).chain([row.fitted.to_string()]))?;
+    }
+    files.push(("features.csv".into(), bytes(features)?));
+    for law in report.laws() {
+        files.push((format!("runs-{}.csv", law.key()).into(), runs(law.drawn, &law.parameters)?));
+        if let Some((chain, parameters)) = law.chain() {
+            files.push((format!("runs-{}-chain.csv", law.key()).into(), runs(chain, &parameters)?));
+        }
+    }
+    let quantity = report.outcome.quantity.name();
+    let unit = match report.outcome.quantity {
+        Measurand::Velocity => "m_per_s",
+        Measurand::Pressure => "pa",
+    };
+    let lead = report.lead();
+    for (name, series) in [("recorded", &lead.recorded), ("simulated", &lead.simulated)] {
+        let Some(series) = series else { continue };
+        let mut table = csv::Writer::from_writer(Vec::new());
+        table.write_record(["time_s", &format!("{quantity}_{unit}")])?;
+        for (index, value) in series.values.iter().enumerate() {
+            table.write_record([format!("{:.9e}", series.time(index)), value.to_string()])?;
+        }
+        files.push((format!("{name}_{quantity}.csv").into(), bytes(table)?));
+    }
+    Ok(files)
+}
+
+/// Every run of a fit: number, parameters in the units they are shown in, misfit.
+fn runs(drawn: &LawReport, parameters: &[Estimate]) -> Result<Vec<u8>, ReportError> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    let heads = parameters.iter().map(|parameter| format!("{} [{}]", parameter.name, parameter.unit));
+    table.write_record(["run".to_owned()].into_iter().chain(heads).chain(["misfit".to_owned()]))?;
+    for (index, run) in drawn.runs.iter().enumerate() {
+        let shown = run.parameters.iter().zip(parameters).map(|(value, it)| (it.factor * value).to_string());
+        let misfit = run.misfit.map(|misfit| misfit.to_string()).unwrap_or_default();
+        table.write_record([(index + 1).to_string()].into_iter().chain(shown).chain([misfit]))?;
+    }
+    bytes(table)
+}
+
+fn bytes(table: csv::Writer<Vec<u8>>) -> Result<Vec<u8>, ReportError> {
+    table.into_inner().map_err(|error| ReportError::Csv(error.into_error().into()))
+}

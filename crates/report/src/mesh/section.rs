@@ -1,0 +1,168 @@
+//! The meridian section: z along the chain, r upwards.
+
+use std::collections::BTreeMap;
+
+use super::{Bench, RIGID, Standing, along_side, clamped_nodes, contact_nodes};
+use crate::figure::{Axis, Colour, Figure, Fill, Layer, Marker, PAGE_WIDTH_MM, Panel, Polygon, Stroke};
+use granchain_model::fea::mesh::Mesh;
+
+/// A part of the section, shown closely.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Window {
+    /// A few words above the frame.
+    pub title: String,
+    /// Smallest and largest z, m.
+    pub z: (f64, f64),
+    /// Smallest and largest r, m.
+    pub r: (f64, f64),
+}
+
+impl Window {
+    fn holds(&self, r: f64, z: f64) -> bool {
+        (self.z.0..=self.z.1).contains(&z) && (self.r.0..=self.r.1).contains(&r)
+    }
+}
+
+/// The whole chain with piston and support.
+#[must_use]
+pub fn chain(bench: &Bench<'_>) -> Figure {
+    let ([_, low], [reach, high]) = bench.extent();
+    let plates = bench.rigid_outlines();
+    let ends = plates.iter().flatten().fold((low, high), |(low, high), [_, z]| (low.min(*z), high.max(*z)));
+    let top = plates.iter().flatten().fold(reach, |top, [r, _]| top.max(*r));
+    let whole = Window { title: String::new(), z: ends, r: (0.0, top) };
+    let mut panel = panel(bench, &whole, Axis::new("z, from the piston's face", "mm").times(1e3), 0.12);
+    panel.title = None;
+    panel.x.range = Some((ends.0 - 0.02 * reach, ends.1 + 0.02 * reach));
+    panel.y.range = Some((0.0, 1.05 * top));
+    let title = "Section of the chain with its finite element mesh; the axis of symmetry is the lower edge";
+    Figure::new(title).sized(PAGE_WIDTH_MM, 1).panel(panel)
+}
+
+/// Contacts closely, side by side.
+#[must_use]
+pub fn contacts(bench: &Bench<'_>, windows: &[Window]) -> Figure {
+    let title = "Mesh at the contacts, with the surface nodes at which contact is checked";
+    let mut figure = Figure::new(title).sized(PAGE_WIDTH_MM, windows.len().clamp(1, 2));
+    for window in windows {
+        let panel = panel(bench, window, Axis::new("z, from the piston's face", "mm").times(1e3), 0.2);
+        figure = figure.panel(panel);
+    }
+    figure
+}
+
+fn panel(bench: &Bench<'_>, window: &Window, z: Axis, width: f64) -> Panel {
+    let axes = (z.range(window.z.0, window.z.1), Axis::new("r", "mm").times(1e3).range(window.r.0, window.r.1));
+    let mut panel = Panel::new(axes.0, axes.1).titled(window.title.clone()).equal_scales();
+    let near = |points: &[(f64, f64)]| points.iter().any(|(z, r)| window.holds(*r, *z)) || crosses(points, window);
+    for name in bench.names() {
+        let (colour, share) = bench.colour(name);
+        let of_name = || bench.bodies.iter().filter(|body| body.name == name);
+        let polygons: Vec<Polygon> = of_name()
+            .flat_map(|body| body.mesh.elements.iter().map(move |element| (body, element)))
+            .map(|(body, element)| outline(body, element.nodes()))
+            .filter(|corners| near(corners))
+            .map(|corners| Polygon { corners, fill: Fill::Tint(colour, share) })
+            .collect();
+        if !polygons.is_empty() {
+            panel = panel.layer(Layer::Polygons { label: name.to_owned(), polygons, range: None });
+        }
+    }
+    let plates = bench.rigid_outlines();
+    let plates = plates.iter().map(|outline| Polygon {
+        corners: outline.iter().map(|[r, z]| (*z, *r)).collect(),
+        fill: Fill::Tint(RIGID.0, RIGID.1),
+    });
+    let plates: Vec<Polygon> = plates.filter(|plate| near(&plate.corners)).collect();
+    if !plates.is_empty() {
+        panel = panel.layer(Layer::Polygons { label: "rigid".to_owned(), polygons: plates, range: None });
+    }
+    let strokes: Vec<_> = bench.bodies.iter().flat_map(sides).filter(|points| near(points)).collect();
+    panel =
+        panel.layer(Layer::Strokes { label: String::new(), strokes, stroke: Stroke::new(Colour::Black).width(width) });
+
+    let place = |body: &Standing<'_>, node: u32| {
+        let [r, z] = body.mesh.nodes[node as usize];
+        (z + body.offset, r)
+    };
+    let clamped: Vec<Vec<(f64, f64)>> = bench
+        .bodies
+        .iter()
+        .map(|body| clamped_nodes(body.mesh).iter().map(|node| place(body, *node)).collect::<Vec<_>>())
+        .filter(|points| near(points))
+        .collect();
+    if !clamped.is_empty() {
+        let stroke = Stroke::new(Colour::Vermillion).width(1.6);
+        panel = panel.layer(Layer::Strokes { label: "clamped".to_owned(), strokes: clamped, stroke });
+    }
+    if !window.title.is_empty() {
+        let dots: Vec<(f64, f64)> = bench
+            .bodies
+            .iter()
+            .flat_map(|body| contact_nodes(body.mesh).into_iter().map(move |node| place(body, node)))
+            .filter(|(z, r)| window.holds(*r, *z))
+            .collect();
+        panel = panel.points("contact nodes", dots, Colour::Vermillion, Marker::Dot);
+    }
+    panel
+}
+
+/// Whether the box round the points meets the window.
+fn crosses(points: &[(f64, f64)], window: &Window) -> bool {
+    let span = |pick: fn(&(f64, f64)) -> f64| {
+        points.iter().map(pick).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
+    };
+    let meets = |(low, high): (f64, f64), (from, to): (f64, f64)| low <= to && high >= from;
+    meets(span(|point| point.0), window.z) && meets(span(|point| point.1), window.r)
+}
+
+/// Outline (z, r) of an element.
+fn outline(body: &Standing<'_>, nodes: &[u32]) -> Vec<(f64, f64)> {
+    let corners = nodes.len() / 2;
+    let place = |node: u32| body.mesh.nodes[node as usize];
+    (0..corners)
+        .flat_map(|i| along_side(place(nodes[i]), place(nodes[corners + i]), place(nodes[(i + 1) % corners])))
+        .map(|[r, z]| (z + body.offset, r))
+        .collect()
+}
+
+/// Every side of a body once, as points (z, r).
+fn sides(body: &Standing<'_>) -> Vec<Vec<(f64, f64)>> {
+    let place = |node: u32| body.mesh.nodes[node as usize];
+    unique_sides(body.mesh)
+        .into_iter()
+        .map(|([a, b], (middle, _))| {
+            let points = std::iter::once(place(a)).chain(along_side(place(a), place(middle), place(b)));
+            points.map(|[r, z]| (z + body.offset, r)).collect()
+        })
+        .collect()
+}
+
+/// Sides by their corners, smaller number first: the middle, and how many elements share it.
+pub(super) fn unique_sides(mesh: &Mesh) -> BTreeMap<[u32; 2], (u32, usize)> {
+    let mut sides = BTreeMap::new();
+    for element in &mesh.elements {
+        let (nodes, corners) = (element.nodes(), element.shape.corners());
+        for i in 0..corners {
+            let (a, b) = (nodes[i], nodes[(i + 1) % corners]);
+            sides.entry([a.min(b), a.max(b)]).or_insert((nodes[corners + i], 0)).1 += 1;
+        }
+    }
+    sides
+}
+
+/// The outer sides in the sense of their elements, so that the body lies to the left: start → (middle, end).
+pub(super) fn outer_sides(mesh: &Mesh) -> BTreeMap<u32, (u32, u32)> {
+    let shared = unique_sides(mesh);
+    let mut outer = BTreeMap::new();
+    for element in &mesh.elements {
+        let (nodes, corners) = (element.nodes(), element.shape.corners());
+        for i in 0..corners {
+            let (a, b) = (nodes[i], nodes[(i + 1) % corners]);
+            if shared.get(&[a.min(b), a.max(b)]).is_some_and(|(_, count)| *count == 1) {
+                outer.insert(a, (nodes[corners + i], b));
+            }
+        }
+    }
+    outer
+}

@@ -1,0 +1,161 @@
+//! The figures of one run: what the piston and the last bead did, how the pulses ran through the chain, and the spectrum.
+
+use super::{
+    figure::{Axis, Colour, Figure, Layer, Map, PAGE_WIDTH_MM, Panel, Stroke, trace},
+    number::engineering,
+};
+use granchain_model::response::{ObservedPoint, Response};
+use granchain_signal::{
+    Series,
+    feature::{FeatureError, Features, Ratio, amplitude_spectrum},
+};
+
+/// Highest frequency drawn, in drive frequencies.
+const HIGHEST_RATIO: f64 = 8.0;
+/// Lowest level drawn, re the drive line: −80 dB.
+const LOWEST_LEVEL: f64 = 1e-4;
+
+/// File name (without ending) and figure, for each figure of a run.
+///
+/// # Errors
+/// When the spectrum of the last bead's velocity cannot be taken.
+pub fn figures(
+    response: &Response,
+    seen: &Series,
+    features: &Features,
+) -> Result<Vec<(&'static str, Figure)>, FeatureError> {
+    let mut figures = vec![("response", response_figure(response, seen))];
+    figures.extend(chain_figure(response, features.drive_frequency_hz).map(|figure| ("chain", figure)));
+    figures.push(("spectrum", spectrum_figure(response.observed, seen, features)?));
+    Ok(figures)
+}
+
+fn response_figure(response: &Response, seen: &Series) -> Figure {
+    let time = || Axis::new("Time", "µs").times(1e6);
+    let piston = Panel::new(time(), Axis::new("Displacement", "µm").times(1e6)).titled("(a) piston").height(30.0).line(
+        "",
+        trace(&response.piston_displacement),
+        Stroke::new(Colour::Blue),
+    );
+    let place = response.observed.name();
+    let seen = Panel::new(time(), Axis::new("Velocity", "mm/s").times(1e3))
+        .titled(format!("(b) {place} of the last bead"))
+        .height(45.0)
+        .line("", trace(seen), Stroke::new(Colour::Vermillion));
+    Figure::new(format!("Displacement of the piston and velocity of the last bead's {place}"))
+        .sized(PAGE_WIDTH_MM, 1)
+        .panel(piston)
+        .panel(seen)
+}
+
+/// Drive periods shown of the pulses in the chain, from the first motion of the last bead on.
+const PERIODS_SHOWN: f64 = 12.0;
+/// Most beads drawn one above the other; of longer chains every second, third … is drawn.
+const ROWS: usize = 24;
+/// Columns of the map of contact forces.
+const MAP_COLUMNS: usize = 400;
+
+/// The velocities of the beads one above the other and the contact forces as a map, over the first periods.
+fn chain_figure(response: &Response, drive_frequency: f64) -> Option<Figure> {
+    let seen = response.observed_velocity();
+    let start = seen.start;
+    let moving = 0.02 * seen.peak();
+    let first = seen.values.iter().position(|velocity| velocity.abs() > moving)?;
+    let onset = seen.time(first);
+    let end = (onset + PERIODS_SHOWN / drive_frequency).min(seen.end());
+    let time = || Axis::new("Time", "µs").times(1e6).range(start, end);
+
+    let beads: Vec<(usize, Series)> = response
+        .bead_velocity
+        .iter()
+        .enumerate()
+        .step_by(response.bead_velocity.len().div_ceil(ROWS).max(1))
+        .map(|(bead, velocity)| (bead, velocity.window(start, end)))
+        .collect();
+    let largest = beads.iter().map(|(_, velocity)| velocity.peak()).fold(0.0, f64::max);
+    if largest <= 0.0 || !(end > start) {
+        return None;
+    }
+    // Half of the largest velocity is one row.
+    let row = 0.5 * largest;
+    let names = (0..beads.len()).map(|index| (index as f64, (beads[index].0 + 1).to_string())).collect();
+    let axis = Axis::new("Bead, counted from the piston", "1").named_ticks(names);
+    let velocities = beads.iter().enumerate().fold(
+        Panel::new(time(), axis).height(22.0 + 7.0 * beads.len() as f64),
+        |panel, (index, (_, velocity))| {
+            let shifted = velocity.map(|value| value / row + index as f64);
+            let colour = if index % 2 == 0 { Colour::Blue } else { Colour::Vermillion };
+            panel.line("", trace(&shifted), Stroke::new(colour).width(0.8))
+        },
+    );
+    let velocities = velocities.titled(format!("(a) velocity of the beads, one row is {}", engineering(row, "m/s", 3)));
+    let mut figure = Figure::new(format!(
+        "Pulses in the chain: velocities of the beads and contact forces until {PERIODS_SHOWN:.0} drive periods after the last bead first moved"
+    ))
+    .sized(PAGE_WIDTH_MM, 1)
+    .panel(velocities);
+    if let Some(map) = force_map(response, start, end) {
+        let contacts = response.contact_force.len();
+        let names = (0..contacts).step_by(contacts.div_ceil(ROWS).max(1));
+        let axis = Axis::new("Contact, counted from the piston", "1")
+            .range(-0.5, contacts as f64 - 0.5)
+            .named_ticks(names.map(|index| (index as f64, (index + 1).to_string())).collect());
+        let panel = Panel::new(time(), axis)
+            .titled("(b) contact forces; white: open")
+            .height(20.0 + 4.0 * contacts.min(ROWS) as f64)
+            .layer(Layer::HeatMap { label: "Force (N)".into(), map, range: None });
+        figure = figure.panel(panel);
+    }
+    Some(figure)
+}
+
+/// Largest force of each contact within each of the map's columns, N.
+fn force_map(response: &Response, start: f64, end: f64) -> Option<Map> {
+    let forces: Vec<Series> = response.contact_force.iter().map(|force| force.window(start, end)).collect();
+    let samples = forces.first()?.len();
+    let columns = samples.min(MAP_COLUMNS);
+    if columns < 2 || forces.len() < 2 {
+        return None;
+    }
+    let bounds = |column: usize| (column * samples / columns, (column + 1) * samples / columns);
+    let values = forces
+        .iter()
+        .flat_map(|force| {
+            (0..columns).map(move |column| {
+                let (from, to) = bounds(column);
+                force.values[from..to].iter().copied().fold(0.0, f64::max)
+            })
+        })
+        .collect();
+    let middle = |column: usize| {
+        let (from, to) = bounds(column);
+        forces[0].start + 0.5 * (from + to - 1) as f64 * forces[0].step
+    };
+    Some(Map { x: (0..columns).map(middle).collect(), y: (0..forces.len()).map(|j| j as f64).collect(), values })
+}
+
+fn spectrum_figure(observed: ObservedPoint, seen: &Series, features: &Features) -> Result<Figure, FeatureError> {
+    let spectrum = amplitude_spectrum(seen, features.window)?;
+    let drive = features.line(Ratio::ONE).map_or(0.0, |line| line.amplitude);
+    let largest = spectrum.amplitudes.iter().copied().fold(drive, f64::max);
+    let highest = HIGHEST_RATIO * features.drive_frequency_hz;
+    let points = spectrum
+        .amplitudes
+        .iter()
+        .enumerate()
+        .map(|(index, amplitude)| (spectrum.frequency(index), amplitude.max(0.1 * LOWEST_LEVEL * largest)))
+        .filter(|(frequency, _)| *frequency <= highest)
+        .collect();
+    let x = Axis::new("Frequency", "kHz").times(1e-3).range(0.0, highest);
+    let y =
+        Axis::new("Velocity amplitude", "mm/s").times(1e3).logarithmic().range(LOWEST_LEVEL * largest, 2.0 * largest);
+    let panel = [Ratio::new(1, 3), Ratio::new(1, 2), Ratio::new(2, 3), Ratio::ONE, Ratio::new(2, 1), Ratio::new(3, 1)]
+        .into_iter()
+        .fold(Panel::new(x, y).height(55.0), |panel, ratio| {
+            panel.mark_x(ratio.value() * features.drive_frequency_hz, ratio.to_string())
+        })
+        .line("", points, Stroke::new(Colour::Vermillion));
+    Ok(Figure::new(format!("Spectrum of the velocity of the last bead's {}, Hann window over the drive; fractions of the drive frequency marked", observed.name()))
+        .sized(PAGE_WIDTH_MM, 1)
+        .panel(panel))
+}

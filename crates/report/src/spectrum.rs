@@ -1,0 +1,106 @@
+//! The figure and the table of one trace's spectrum.
+
+use std::fmt::Write as _;
+
+use super::figure::{Axis, Colour, Dash, Figure, Marker, PAGE_WIDTH_MM, Panel, Stroke};
+use granchain_signal::feature::{AmplitudeSpectrum, Features, Line, Ratio, USABLE_NYQUIST_FRACTION};
+
+/// Highest frequency of the panel of fractional lines, in drive frequencies.
+const FRACTIONAL_SPAN: f64 = 4.25;
+/// Highest frequency of the panel of absolute amplitudes, in drive frequencies: 1.25 MHz at 73 kHz.
+const ABSOLUTE_SPAN: f64 = 17.0;
+/// Lowest level drawn, dB re the highest.
+const LOWEST_DB: f64 = -80.0;
+
+/// How a unit is shown: what the axis carries, the unit shown, shown number over SI number.
+fn shown(unit: &str) -> (&'static str, &'static str, f64) {
+    match unit {
+        "m/s" => ("Velocity amplitude", "mm/s", 1e3),
+        "m" => ("Displacement amplitude", "µm", 1e6),
+        "Pa" => ("Pressure amplitude", "kPa", 1e-3),
+        _ => ("Amplitude", "SI", 1.0),
+    }
+}
+
+/// The spectrum twice: dB re the drive line with the fractional lines marked, and absolute amplitudes over the whole band.
+///
+/// `features` must have been measured on the same trace and window as `spectrum`.
+#[must_use]
+pub fn figure(spectrum: &AmplitudeSpectrum, features: &Features) -> Figure {
+    let frequency = features.drive_frequency_hz;
+    let largest = spectrum.amplitudes.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    let lowest = largest * 10.0_f64.powf(0.05 * LOWEST_DB);
+    let drive = features.line(Ratio::ONE).map_or(largest, |line| line.amplitude).max(lowest);
+    let nyquist = 0.5 * features.sample_rate_hz;
+    let points = |highest: f64, level: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
+        let all = spectrum.amplitudes.iter().enumerate().map(|(index, &a)| (spectrum.frequency(index), a));
+        all.take_while(|(f, _)| *f <= highest).map(|(f, a)| (f, level(a.max(0.1 * lowest)))).collect()
+    };
+    let db = |amplitude: f64| 20.0 * (amplitude / drive).log10();
+    let axis = |highest: f64| Axis::new("Frequency", "kHz").times(1e-3).range(0.0, highest);
+
+    let highest = (FRACTIONAL_SPAN * frequency).min(nyquist);
+    let marked: Vec<&Line> = features.lines.iter().filter(|line| line.frequency_hz <= highest).collect();
+    let at = |below: bool| {
+        let chosen = marked.iter().filter(|line| line.below_noise_floor == below);
+        chosen.map(|line| (line.frequency_hz, db(line.amplitude.max(lowest)))).collect::<Vec<_>>()
+    };
+    let mut relative =
+        Panel::new(axis(highest), Axis::new("Level re the drive line", "dB").range(db(lowest), db(largest) + 8.0))
+            .titled("(a) fractions of the drive frequency")
+            .height(50.0);
+    for line in &marked {
+        // Quarters stand within a label's width of their neighbours: a point, no name.
+        if line.ratio.den() < 4 {
+            relative = relative.mark_x(line.frequency_hz, line.ratio.to_string());
+        }
+    }
+    relative = relative.line("", points(highest, &db), Stroke::new(Colour::Blue));
+    let floor: Vec<(f64, f64)> = (1..=8 * (highest / frequency).ceil() as usize)
+        .map(|eighth| 0.125 * eighth as f64 * frequency)
+        .take_while(|place| *place <= highest)
+        .filter_map(|place| Some((place, spectrum.local_floor(place, frequency)?)))
+        .map(|(place, floor)| (place, db(floor.max(lowest))))
+        .collect();
+    if floor.len() > 1 {
+        relative = relative.line("noise floor", floor, Stroke::new(Colour::Black).dash(Dash::Dotted));
+    }
+    for (below, name, marker) in [(false, "line", Marker::Disc), (true, "below three times the floor", Marker::Ring)] {
+        let points = at(below);
+        if !points.is_empty() {
+            relative = relative.points(name, points, Colour::Vermillion, marker);
+        }
+    }
+
+    let highest = (ABSOLUTE_SPAN * frequency).min(USABLE_NYQUIST_FRACTION * nyquist);
+    let (label, unit, factor) = shown(&features.unit);
+    let mut absolute =
+        Panel::new(axis(highest), Axis::new(label, unit).times(factor).logarithmic().range(lowest, 2.5 * largest))
+            .titled("(b) absolute")
+            .height(50.0);
+    for (name, edge) in [("−6 dB", features.bandwidth_hz), ("−20 dB", features.bandwidth_20db_hz)] {
+        if let Some(edge) = edge.filter(|edge| *edge <= highest) {
+            absolute = absolute.mark_x(edge, name);
+        }
+    }
+    absolute = absolute.line("", points(highest, &|amplitude| amplitude), Stroke::new(Colour::Blue));
+    let title = format!(
+        "Amplitude spectrum, Hann window over {:.1} drive periods; lines evaluated at their own frequencies",
+        features.window.duration() * frequency
+    );
+    Figure::new(title).sized(PAGE_WIDTH_MM, 1).panel(relative).panel(absolute)
+}
+
+/// `spectrum.csv`: frequency, amplitude in SI and level re the drive line, up to the Nyquist frequency.
+#[must_use]
+pub fn csv(spectrum: &AmplitudeSpectrum, features: &Features) -> String {
+    let unit = features.unit.replace('/', "_per_").replace("Pa", "pa");
+    let drive = features.line(Ratio::ONE).map_or(0.0, |line| line.amplitude);
+    let mut text = format!("frequency_hz,amplitude_{unit},level_db_re_drive_line\n");
+    for (index, amplitude) in spectrum.amplitudes.iter().enumerate() {
+        let level = 20.0 * (amplitude / drive).max(1e-20).log10();
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{:.3},{amplitude:e},{level:.3}", spectrum.frequency(index));
+    }
+    text
+}
