@@ -10,14 +10,14 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::measurement::{
-    Baseline, ByteOrder, Precision, ReadOptions, Record, RecordedQuantity, Samples, TimeResponse, UniversalForm,
-    inspect_record, read_record,
+    Baseline, ByteOrder, Precision, ReadOptions, Record, RecordKind, RecordedQuantity, Samples, TimeResponse,
+    UniversalForm,
 };
 
 use super::{
     Outcome,
     arguments::{Session, frequency, usage},
-    inspect::KindChoice,
+    inspect::{self, KindChoice},
     output::write_atomically,
     reading::ReadArguments,
 };
@@ -65,19 +65,13 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     if out.exists() {
         bail!("{}: the file exists; name another, or delete it first", out.display());
     }
-    let options = ReadOptions {
-        baseline: Baseline::None,
-        ..arguments.reading.options_of_any(arguments.kind.map(Into::into), arguments.drive_frequency)?
-    };
-    let record = match arguments.kind {
-        Some(kind) => read_record(file, kind.into(), &options)?,
-        None => inspect_record(file, &options)?,
-    };
+    let kind = arguments.kind.map(RecordKind::from);
+    let options =
+        ReadOptions { baseline: Baseline::None, ..arguments.reading.options_of_any(kind, arguments.drive_frequency)? };
+    let record = inspect::read(file, kind, &options)?;
     let bytes = if extension == "csv" { table(&record).into_bytes() } else { universal(&record, arguments.text) };
     write_atomically(out, &bytes).with_context(|| format!("{}: the record cannot be written", out.display()))?;
-    for warning in &record.warnings {
-        arguments.session.note(format_args!("warning: {}: {warning}", file.display()));
-    }
+    inspect::warn(&record, &arguments.session);
     let written = Written {
         file: file.display().to_string(),
         sha256: record.sha256.clone(),

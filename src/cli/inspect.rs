@@ -11,8 +11,8 @@ use serde::Serialize;
 
 use crate::{
     measurement::{
-        NoiseSource, PublishedFeatures, ReadOptions, Record, RecordKind, RecordedQuantity, Statement, inspect_record,
-        read_record,
+        MeasurementError, NoiseSource, PublishedFeatures, ReadOptions, Record, RecordKind, RecordedQuantity, Statement,
+        inspect_record, read_record,
     },
     signal::Dimension,
 };
@@ -111,10 +111,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     }
     let kind = arguments.kind.map(RecordKind::from);
     let options = arguments.reading.options_of_any(kind, arguments.drive_frequency)?;
-    let record = match kind {
-        Some(kind) => read_record(file, kind, &options)?,
-        None => inspect_record(file, &options)?,
-    };
+    let record = read(file, kind, &options)?;
     let summary = Summary::of(&record, horn_frequency(&record));
     arguments.session.result(Text { record: &record, summary: &summary }, &summary)?;
     Ok(Outcome::Done)
@@ -141,15 +138,11 @@ fn of_folder(arguments: &Arguments) -> anyhow::Result<Vec<FileRow>> {
     files
         .retain(|path| path.is_file() && !path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.')));
     files.sort();
+    let kind = arguments.kind.map(RecordKind::from);
+    let options = arguments.reading.options_of_any(kind, arguments.drive_frequency)?;
     let row = |path: PathBuf| {
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        let kind = arguments.kind.map(RecordKind::from);
-        let options = arguments.reading.options_of_any(kind, arguments.drive_frequency)?;
-        let read = match kind {
-            Some(kind) => read_record(&path, kind, &options),
-            None => inspect_record(&path, &options),
-        };
-        Ok(match read {
+        match read(&path, kind, &options) {
             Ok(record) => FileRow { name, record: Some(Summary::of(&record, None)), refused: None },
             Err(error) => {
                 let place = format!("{}", path.display());
@@ -157,9 +150,20 @@ fn of_folder(arguments: &Arguments) -> anyhow::Result<Vec<FileRow>> {
                 let text = text.strip_prefix(&place).unwrap_or(&text).trim_start_matches(':').trim_start();
                 FileRow { name, record: None, refused: Some(text.to_owned()) }
             }
-        })
+        }
     };
-    files.into_iter().map(row).collect()
+    Ok(files.into_iter().map(row).collect())
+}
+
+/// A record of a kind that is named, or told from the file.
+///
+/// # Errors
+/// As [`read_record`] and [`inspect_record`].
+pub fn read(file: &Path, kind: Option<RecordKind>, options: &ReadOptions) -> Result<Record, MeasurementError> {
+    match kind {
+        Some(kind) => read_record(file, kind, options),
+        None => inspect_record(file, options),
+    }
 }
 
 /// The table for people.

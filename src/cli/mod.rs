@@ -227,12 +227,17 @@ fn report_failure(error: &anyhow::Error) {
         said = cause;
     }
     if let Some(remedy) = error.chain().find_map(remedy) {
-        let typed = typed().skip(1).map(|word| if word.contains(' ') { format!("'{word}'") } else { word });
+        let typed = typed().skip(1).map(|word| shell_word(&word));
         let whole = typed.chain([remedy]).collect::<Vec<_>>().join(" ");
         message.push_str(&format!("\n  so type, with values of this bench: {} {whole}", program()));
     }
     // Without a standard error there is nobody left to tell.
     let _ = writeln!(std::io::stderr().lock(), "{}", output::visible(&message));
+}
+
+/// A word as a shell takes it whole.
+fn shell_word(word: &str) -> String {
+    if word.contains(' ') { format!("'{word}'") } else { word.to_owned() }
 }
 
 /// The name that the program was called by.

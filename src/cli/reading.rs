@@ -150,15 +150,20 @@ impl ReadArguments {
     pub fn options(&self, drive_frequency: Option<f64>) -> ReadOptions {
         self.channel.options(drive_frequency, self.force_frequency)
     }
-}
 
-impl ReadArguments {
     /// The same for a record of a known kind: what flags leave open the bench file says.
     ///
     /// # Errors
     /// When the bench file cannot be used.
     pub fn options_of(&self, kind: RecordKind, drive_frequency: Option<f64>) -> anyhow::Result<ReadOptions> {
-        let options = self.options(drive_frequency);
+        self.filled(kind, self.options(drive_frequency))
+    }
+
+    /// `options`, and what they leave open as the bench file says it of this kind.
+    ///
+    /// # Errors
+    /// When the bench file cannot be used.
+    pub fn filled(&self, kind: RecordKind, options: ReadOptions) -> anyhow::Result<ReadOptions> {
         let Some(path) = &self.bench else { return Ok(options) };
         Ok(BenchReadings::read(path)?.of(kind).below(options)?)
     }

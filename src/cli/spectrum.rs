@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::{
     Outcome,
     arguments::{OutputArguments, Session, frequency, time, usage},
-    inspect::{KindChoice, warn},
+    inspect::{self, KindChoice, warn},
     output::OutputFolder,
     reading::{DriveReadArguments, DriveUnread, ReadArguments},
 };
@@ -21,7 +21,7 @@ use crate::{
     feature::{
         FeatureSettings, Features, Ratio, Window, amplitude_spectrum, measure, refine_frequency, strongest_frequency,
     },
-    measurement::{Baseline, BenchReadings, ReadOptions, Record, RecordKind, inspect_record, read_head, read_record},
+    measurement::{Baseline, ReadOptions, Record, RecordKind, read_head, read_record},
     report::{
         number::{engineering, fixed, significant},
         spectrum as page,
@@ -104,20 +104,12 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         let options = ReadOptions { column, baseline: Baseline::None, ..options.clone() };
         read_record(&file, RecordKind::Vibrometer, &options).context("the response cannot be used")?
     } else {
-        let record = match kind {
-            Some(kind) => read_record(&file, kind, &options),
-            None => inspect_record(&file, &options),
-        };
-        let record = record.context("the record cannot be used")?;
+        let record = inspect::read(&file, kind, &options).context("the record cannot be used")?;
         warn(&record, &session);
         record
     };
     // A drive that says otherwise is warned of; here it only says the window.
-    let of_drive = drive_reading.options(drive_frequency, true);
-    let of_drive = match &reading.bench {
-        Some(bench) => BenchReadings::read(bench)?.of(RecordKind::HornTip).below(of_drive)?,
-        None => of_drive,
-    };
+    let of_drive = reading.filled(RecordKind::HornTip, drive_reading.options(drive_frequency, true))?;
     let drive = drive.or_else(|| drive_reading.column.is_some().then(|| file.clone()));
     let of_drive = if drive.as_ref() == Some(&file) { of_drive.of_same_file(&options) } else { of_drive };
     let drive = Drive::find(&file, &record, ours, drive, &of_drive, &session)?;

@@ -55,7 +55,7 @@ use thiserror::Error;
 use super::drive::BESIDE;
 use super::{drive::beside, measured::is_published};
 use granchain_record::{
-    BenchReadings, BenchReadingsError, ReadOptions, Reading, ReadingError, RecordKind, horn_column, sha256,
+    BenchReadings, BenchReadingsError, ReadOptions, Reading, ReadingError, RecordKind, horn_column, line_of, sha256,
 };
 use granchain_signal::feature::{Measurand, fingerprint::FeatureSet};
 
@@ -288,18 +288,16 @@ impl Plan {
         let filled = |options: ReadOptions, readings: &[Option<&Reading>]| {
             readings.iter().flatten().try_fold(options, |options, reading| reading.below(options))
         };
-        let of_drive = |drive: Option<&DrivePlan>| drive.map(|drive| drive.reading.clone());
         let own = record.reading.as_ref();
         let published = is_published(&record.measured);
         let measured = match published {
             true => asked.measured,
             false => filled(asked.measured, &[own, self.reading.as_ref(), stated(kind)])?,
         };
-        let (near, far) = (of_drive(record.drive.as_ref()), of_drive(self.drive.as_ref()));
-        let drive = filled(asked.drive, &[near.as_ref(), far.as_ref()])?;
+        let drives = [&record.drive, &self.drive].map(|drive| drive.as_ref().map(|drive| &drive.reading));
+        let mut drive = filled(asked.drive, &drives)?;
         let horn = stated(RecordKind::HornTip);
         let planned = record.drive.as_ref().or(self.drive.as_ref()).and_then(|drive| drive.file.clone());
-        let mut drive = drive;
         let own_file = || Some((record.measured.clone(), NamedBy::Channel)).filter(|_| !published);
         let mut named = asked.drive_file.map(|file| (file, NamedBy::Flag));
         named = named.or_else(|| planned.map(|file| (file, NamedBy::Plan)));
@@ -329,7 +327,7 @@ impl Plan {
         let text = fs::read_to_string(path).map_err(|source| PlanError::Unreadable { path: path.into(), source })?;
         let mut plan: Self = toml::from_str(&text).map_err(|error| PlanError::Form {
             path: path.into(),
-            line: error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1),
+            line: line_of(&text, error.span().map(|span| span.start)),
             message: error.message().to_owned(),
         })?;
         plan.sha256 = sha256(text.as_bytes());
@@ -361,14 +359,17 @@ impl Plan {
     }
 
     fn check_readings(&self, path: &Path) -> Result<(), PlanError> {
-        let of = |drive: &'_ Option<DrivePlan>| drive.as_ref().map(|drive| drive.reading.clone());
-        let own = [("reading", self.reading.clone()), ("drive.reading", of(&self.drive))];
-        let records = self.record.iter().flat_map(|record| {
-            [("record.reading", record.reading.clone()), ("record.drive.reading", of(&record.drive))]
-        });
-        for (table, reading) in own.into_iter().chain(records) {
-            let refused = |source| PlanError::Reading { path: path.into(), table, source };
-            reading.unwrap_or_default().below(ReadOptions::default()).map_err(refused)?;
+        let pair = |tables: [&'static str; 2], reading: &Option<Reading>, drive: &Option<DrivePlan>| {
+            let of_drive = drive.as_ref().map(|drive| &drive.reading);
+            for (table, reading) in tables.into_iter().zip([reading.as_ref(), of_drive]) {
+                let refused = |source| PlanError::Reading { path: path.into(), table, source };
+                reading.map(|reading| reading.below(ReadOptions::default())).transpose().map_err(refused)?;
+            }
+            Ok::<(), PlanError>(())
+        };
+        pair(["reading", "drive.reading"], &self.reading, &self.drive)?;
+        for record in &self.record {
+            pair(["record.reading", "record.drive.reading"], &record.reading, &record.drive)?;
         }
         Ok(())
     }

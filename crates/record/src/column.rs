@@ -33,9 +33,10 @@ pub(super) fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
         // In small letters as in `pressure_kpa`; `mpa` may be either of two.
         "pa" => Unit::parse("Pa"),
         "kpa" => Unit::parse("kPa"),
-        _ => Unit::parse(
-            text.trim().strip_suffix("/sec").map_or(text.trim().to_owned(), |unit| format!("{unit}/s")).as_str(),
-        ),
+        _ => match text.trim().strip_suffix("/sec") {
+            Some(unit) => Unit::parse(&format!("{unit}/s")),
+            None => Unit::parse(text.trim()),
+        },
     }
 }
 
@@ -276,7 +277,6 @@ pub(super) fn choose(
         (Dimension::VELOCITY, RecordKind::Vibrometer | RecordKind::HornTip)
         | (Dimension::LENGTH, RecordKind::HornTip)
         | (Dimension::PRESSURE, RecordKind::Hydrophone) => {}
-        (Dimension::VOLTAGE, _) => return Err(volts_of(column)),
         (found, _) if volts.is_some() => {
             let scale = volts.map_or_else(String::new, |(_, scale)| scale.to_string());
             let place = Place::cell(path, line, &column.header);

@@ -50,7 +50,7 @@ pub use header::drive_frequency_line;
 pub use horn_drive::{Beginning, Ending, HornDrive};
 pub use noise::NoiseSource;
 pub use options::{Baseline, Missing, ReadOptions, RecordKind};
-pub use place::Place;
+pub use place::{Place, line_of};
 pub use published::{PublishedCase, PublishedError, PublishedFeature, PublishedFeatures, Statement};
 pub use read::{horn_column, inspect_record, read_head, read_record, read_record_bytes};
 pub use reading::{BenchReadings, BenchReadingsError, Reading, ReadingError};

@@ -16,6 +16,12 @@ pub struct Place {
     pub column: Option<String>,
 }
 
+/// The line, from 1, of byte `at` of `text`; the first where nothing is known of it.
+#[must_use]
+pub fn line_of(text: &str, at: Option<usize>) -> usize {
+    at.and_then(|at| text.get(..at)).map_or(1, |before| before.matches('\n').count() + 1)
+}
+
 impl Place {
     /// Somewhere in a file.
     #[must_use]

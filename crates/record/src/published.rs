@@ -38,7 +38,7 @@ use toml::Spanned;
 
 use granchain_signal::{Dimension, Quantity};
 
-use super::{MeasurementError, read::read_file, sha256};
+use super::{MeasurementError, line_of, read::read_file, sha256};
 
 pub use error::PublishedError;
 
@@ -252,7 +252,7 @@ impl Reader<'_> {
     fn position(&self, span: Range<usize>) -> (usize, usize) {
         let before = self.text.get(..span.start).unwrap_or(self.text);
         let line_start = before.rfind('\n').map_or(0, |at| at + 1);
-        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+        (line_of(self.text, Some(span.start)), before[line_start..].chars().count() + 1)
     }
 
     fn quantity(

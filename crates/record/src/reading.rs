@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use granchain_signal::{Dimension, Quantity, QuantityError};
 
-use super::{Choice, ReadOptions, RecordKind, Sensitivity, SensitivityError, sha256};
+use super::{Choice, ReadOptions, RecordKind, Sensitivity, SensitivityError, line_of, sha256};
 
 /// Reading options as a file states them; what is absent is left to the record.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -241,7 +241,7 @@ impl BenchReadings {
             fs::read_to_string(path).map_err(|source| BenchReadingsError::Unreadable { path: path.into(), source })?;
         let mut bench: Self = toml::from_str(&text).map_err(|error| BenchReadingsError::Form {
             path: path.into(),
-            line: error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1),
+            line: line_of(&text, error.span().map(|span| span.start)),
             message: error.message().to_owned(),
         })?;
         for kind in [RecordKind::Vibrometer, RecordKind::HornTip, RecordKind::Hydrophone] {

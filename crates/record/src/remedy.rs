@@ -54,10 +54,13 @@ pub(super) fn subharmonic(stated: f64, found: f64) -> &'static str {
     if is(2.0) || is(3.0) { "; a bead answers so, a horn does not: are the two files swapped?" } else { "" }
 }
 
+fn share_a_name(candidates: &[String]) -> bool {
+    candidates.iter().enumerate().any(|(i, name)| candidates[..i].contains(name))
+}
+
 /// How one of several columns is chosen; by number where names are shared.
 pub(super) fn by_name_or_number(flag: &str, candidates: &[String], numbers: &[usize]) -> String {
-    let shared = candidates.iter().enumerate().any(|(i, name)| candidates[..i].contains(name));
-    if !shared {
+    if !share_a_name(candidates) {
         return format!("with {flag}");
     }
     let numbers: Vec<String> = numbers.iter().map(|number| format!("{flag} {number}")).collect();
@@ -90,10 +93,9 @@ impl MeasurementError {
         Some(match self {
             Self::Several(errors) => remedies(errors),
             Self::Ambiguous { flag, candidates, numbers, .. } => {
-                let shared = candidates.iter().enumerate().any(|(i, name)| candidates[..i].contains(name));
                 // What has no unit may be anything, also a time or a counter: then nothing is proposed.
                 let known = Column::from_header(candidates.first()?).unit.is_some_and(|unit| unit.is_ok());
-                match (known, shared) {
+                match (known, share_a_name(candidates)) {
                     (false, _) => format!("{flag} NAME"),
                     (true, true) => format!("{flag} {}", numbers.first()?),
                     (true, false) => format!("{flag} {}", quoted(candidates.first()?)),

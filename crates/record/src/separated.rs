@@ -9,7 +9,7 @@ use super::{
 
 /// Lines ended by CR alone get LF.
 pub(super) fn with_line_ends(text: Cow<'_, str>) -> Cow<'_, str> {
-    if text.contains('\r') && !text.contains('\n') { Cow::Owned(text.replace('\r', "\n")) } else { text }
+    if !text.contains('\n') && text.contains('\r') { Cow::Owned(text.replace('\r', "\n")) } else { text }
 }
 
 /// The same of bytes, none of which is LF.

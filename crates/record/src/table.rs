@@ -232,9 +232,8 @@ pub(super) fn read(
     let header_at = units_line.or(header_line).unwrap_or(rows.line);
     let grid = preamble.as_ref().and_then(|preamble| preamble.grid);
     let grid = grid.or_else(|| options.sample_rate.map(|rate| (0.0, 1.0 / rate)));
-    let chosen = choose(path, header_at, &mut columns, kind, options, grid.is_some(), stated)?;
+    let mut chosen = choose(path, header_at, &mut columns, kind, options, grid.is_some(), stated)?;
 
-    let mut chosen = chosen;
     let counter = preamble.as_ref().and_then(|preamble| preamble.counter).filter(|it| chosen.time == Some(it.0));
     if let Some((_, _, step)) = counter {
         chosen.time_factor *= step;

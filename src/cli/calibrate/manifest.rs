@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::Job;
 use crate::{
     calibration::{drive::Input, outcome::InputDigest, problem::Problem, shot::Shot},
+    cli::shell_word,
     measurement::sha256,
     model::vector_unit,
     report::page::Files,
@@ -74,7 +75,7 @@ pub fn typed(arguments: impl Iterator<Item = String>) -> Vec<String> {
 
 /// The command line that makes it again, as reports show it.
 pub fn command_line(arguments: &[String]) -> String {
-    let shown = arguments.iter().map(|text| if text.contains(' ') { format!("'{text}'") } else { text.clone() });
+    let shown = arguments.iter().map(|word| shell_word(word));
     std::iter::once("granchain calibrate".to_owned()).chain(shown).collect::<Vec<_>>().join(" ")
 }
 

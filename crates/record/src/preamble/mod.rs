@@ -136,6 +136,12 @@ fn cells(line: &str) -> Vec<&str> {
     line.split(delimiter.unwrap_or(',')).map(|cell| cell.trim().trim_matches('"').trim()).collect()
 }
 
+/// What is filled in behind a key, in the first row that it begins: a value for every channel.
+fn row_of<'a>(lines: &[Line<'a>], wanted: &str) -> Option<Vec<&'a str>> {
+    let row = lines.iter().map(|line| cells(line.text)).find(|row| row[0].eq_ignore_ascii_case(wanted))?;
+    Some(row.into_iter().skip(1).filter(|cell| !cell.is_empty()).collect())
+}
+
 /// What stands behind each time that a key stands in the row that it begins: a value for every waveform.
 fn values<'a>(lines: &[Line<'a>], wanted: &str) -> Vec<&'a str> {
     let rows = lines.iter().map(|line| cells(line.text));

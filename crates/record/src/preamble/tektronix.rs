@@ -4,7 +4,7 @@ use std::path::Path;
 
 use granchain_signal::Dimension;
 
-use super::{Line, MeasurementError, Preamble, cells, count, missing, number, parse_unit, statements, values};
+use super::{Line, MeasurementError, Preamble, cells, count, missing, number, parse_unit, row_of, statements, values};
 
 /// Keys and values above a header `TIME,CH1`, or beside the first rows (`Record Length,2500,,-0.1,0.02`).
 pub(super) fn tektronix(path: &Path, lines: &[Line<'_>]) -> Result<Option<Preamble>, MeasurementError> {
@@ -50,8 +50,7 @@ pub(super) fn tektronix(path: &Path, lines: &[Line<'_>]) -> Result<Option<Preamb
             return Ok(Some(preamble));
         }
         // A unit for each channel.
-        let row = lines.iter().map(|line| cells(line.text)).find(|row| row[0].eq_ignore_ascii_case("Vertical Units"));
-        let units: Vec<&str> = row.unwrap_or_default().into_iter().skip(1).filter(|unit| !unit.is_empty()).collect();
+        let units = row_of(lines, "Vertical Units").unwrap_or_default();
         let several = units.iter().any(|unit| *unit != units[0]);
         if let (true, Some(first)) = (several, lines.iter().find(|line| line.number > header.number)) {
             let named = |(at, name): (usize, &&str)| match units.get(at.wrapping_sub(1)) {

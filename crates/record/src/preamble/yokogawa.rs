@@ -2,15 +2,12 @@
 
 use granchain_signal::Dimension;
 
-use super::{Line, Preamble, cells, count, number, parse_unit, statements};
+use super::{Line, Preamble, cells, count, number, parse_unit, row_of, statements};
 
 /// Quoted keys padded with blanks, a column a trace (`"TraceName"`, `"VUnit"`, `"HResolution"`, `"HOffset"`), then rows of values alone.
 pub(super) fn yokogawa(lines: &[Line<'_>]) -> Option<Preamble> {
     let rows: Vec<Vec<&str>> = lines.iter().map(|line| cells(line.text)).collect();
-    let value = |wanted: &str| {
-        let row = rows.iter().find(|row| row.first().is_some_and(|key| key.trim_matches(['"', ' ']) == wanted))?;
-        Some(row[1..].iter().map(|cell| cell.trim_matches(['"', ' '])).filter(|it| !it.is_empty()).collect::<Vec<_>>())
-    };
+    let value = |wanted| row_of(lines, wanted);
     let (names, units) = (value("TraceName")?, value("VUnit").unwrap_or_default());
     let steps = value("HResolution")?;
     // Traces of different clocks are not one table.
