@@ -1,169 +1,183 @@
-//! PNG: the plotters bitmap backend at three times the resolution in both directions, averaged down.
+//! PNG: a plotters backend on the rasteriser of tiny-skia, three units a pixel.
 
-use plotters_backend::{BackendColor, BackendCoord, BackendStyle, DrawingBackend, DrawingErrorKind};
-use plotters_bitmap::BitMapBackend;
+use std::convert::Infallible;
 
-use super::{Figure, FigureError, canvas::Canvas, draw, layout};
+use plotters_backend::{
+    BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind, FontTransform,
+    text_anchor::HPos,
+};
+use tiny_skia::{Color, FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, Rect, Stroke, Transform};
+
+use super::{
+    Figure, FigureError,
+    canvas::Canvas,
+    draw,
+    font::{TextStyle, text_width},
+    layout,
+};
 
 const PIXELS_PER_POINT: u32 = 4;
-const OVERSAMPLING: u32 = 3;
+/// Coordinates of a backend are whole numbers: thirds of a pixel keep a curve smooth.
+const UNITS_PER_PIXEL: u32 = 3;
+const PIXEL: f32 = 1.0 / UNITS_PER_PIXEL as f32;
 
 pub(super) fn render(figure: &Figure) -> Result<Vec<u8>, FigureError> {
     let refuse = |reason: String| FigureError::Drawing { figure: figure.title.clone(), reason };
     let sheet = layout::plan(figure)?;
     let pixels = |points: f64| (points * f64::from(PIXELS_PER_POINT)).ceil() as u32;
     let (width, height) = (pixels(sheet.width), pixels(sheet.height));
-    let fine = (width * OVERSAMPLING, height * OVERSAMPLING);
-    let mut buffer = vec![255_u8; fine.0 as usize * fine.1 as usize * 3];
-    {
-        let mut backend = RoundStrokes(BitMapBackend::with_buffer(&mut buffer, fine));
-        let scale = f64::from(PIXELS_PER_POINT * OVERSAMPLING);
-        draw::sheet(&sheet, &mut Canvas::new(&mut backend, scale))
-            .and_then(|()| backend.present())
-            .map_err(|error| refuse(error.to_string()))?;
-    }
-    encode(&averaged(&buffer, width, height), width, height).map_err(|error| refuse(error.to_string()))
+    let blank = Pixmap::new(width, height).ok_or_else(|| refuse(format!("no sheet of {width} by {height} pixels")))?;
+    let mut bitmap = Bitmap(blank);
+    bitmap.0.fill(Color::WHITE);
+    let scale = f64::from(PIXELS_PER_POINT * UNITS_PER_PIXEL);
+    draw::sheet(&sheet, &mut Canvas::new(&mut bitmap, scale)).map_err(|error| refuse(error.to_string()))?;
+    encode(&bitmap.0).map_err(|error| refuse(error.to_string()))
 }
 
-/// Mean of each `OVERSAMPLING`² block.
-fn averaged(fine: &[u8], width: u32, height: u32) -> Vec<u8> {
-    let (width, height, side) = (width as usize, height as usize, OVERSAMPLING as usize);
-    let row = width * side * 3;
-    let mut coarse = Vec::with_capacity(width * height * 3);
-    for y in 0..height {
-        for x in 0..width {
-            for channel in 0..3 {
-                let mut sum = 0_u32;
-                for j in 0..side {
-                    for i in 0..side {
-                        sum += u32::from(fine[(y * side + j) * row + (x * side + i) * 3 + channel]);
-                    }
-                }
-                let count = OVERSAMPLING * OVERSAMPLING;
-                coarse.push(((sum + count / 2) / count) as u8);
-            }
-        }
-    }
-    coarse
-}
-
-fn encode(pixels: &[u8], width: u32, height: u32) -> Result<Vec<u8>, png::EncodingError> {
+fn encode(pixels: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
     let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    let mut encoder = png::Encoder::new(&mut bytes, pixels.width(), pixels.height());
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Fast);
     let per_metre = (f64::from(PIXELS_PER_POINT) * 72.0 / 0.0254).round() as u32;
     encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: per_metre, yppu: per_metre, unit: png::Unit::Meter }));
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(pixels)?;
+    // Nothing shows through a white sheet.
+    let opaque: Vec<u8> = pixels.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+    writer.write_image_data(&opaque)?;
     writer.finish()?;
     Ok(bytes)
 }
 
-/// The bitmap backend with strokes drawn segment by segment and rounded at the joints: its own polygon of a whole stroke leaves
-/// holes where a dense oscillation overlaps itself.
-struct RoundStrokes<'a>(BitMapBackend<'a>);
+/// What drawing into memory gives.
+type Drawn = Result<(), DrawingErrorKind<Infallible>>;
 
-impl DrawingBackend for RoundStrokes<'_> {
-    type ErrorType = <BitMapBackend<'static> as DrawingBackend>::ErrorType;
+struct Bitmap(Pixmap);
+
+fn paint(colour: BackendColor, smooth: bool) -> Paint<'static> {
+    let (red, green, blue) = colour.rgb;
+    let mut paint = Paint { anti_alias: smooth, ..Paint::default() };
+    paint.set_color_rgba8(red, green, blue, 255);
+    paint
+}
+
+/// The path through some points, where there are enough of them.
+fn path(points: impl IntoIterator<Item = BackendCoord>, closed: bool) -> Option<Path> {
+    let mut builder = PathBuilder::new();
+    for (x, y) in points {
+        match builder.is_empty() {
+            true => builder.move_to(x as f32, y as f32),
+            false => builder.line_to(x as f32, y as f32),
+        }
+    }
+    if closed {
+        builder.close();
+    }
+    builder.finish()
+}
+
+impl Bitmap {
+    fn fill(&mut self, path: Option<Path>, colour: BackendColor, smooth: bool) {
+        if let Some(path) = path {
+            let to_pixels = Transform::from_scale(PIXEL, PIXEL);
+            self.0.fill_path(&path, &paint(colour, smooth), FillRule::Winding, to_pixels, None);
+        }
+    }
+
+    /// Lay a colour over a pixel.
+    fn blend(&mut self, (x, y): BackendCoord, colour: BackendColor) {
+        let (width, height) = (self.0.width() as i32, self.0.height() as i32);
+        if (0..width).contains(&x) && (0..height).contains(&y) {
+            let at = 4 * (y * width + x) as usize;
+            let (red, green, blue) = colour.rgb;
+            for (under, over) in self.0.data_mut()[at..at + 3].iter_mut().zip([red, green, blue]) {
+                let mixed = f64::from(*under) + colour.alpha * (f64::from(over) - f64::from(*under));
+                *under = mixed.round() as u8;
+            }
+        }
+    }
+}
+
+impl DrawingBackend for Bitmap {
+    type ErrorType = Infallible;
 
     fn get_size(&self) -> (u32, u32) {
-        self.0.get_size()
+        (self.0.width() * UNITS_PER_PIXEL, self.0.height() * UNITS_PER_PIXEL)
     }
 
-    fn ensure_prepared(&mut self) -> Result<(), DrawingErrorKind<Self::ErrorType>> {
-        self.0.ensure_prepared()
+    fn ensure_prepared(&mut self) -> Drawn {
+        Ok(())
     }
 
-    fn present(&mut self) -> Result<(), DrawingErrorKind<Self::ErrorType>> {
-        self.0.present()
+    fn present(&mut self) -> Drawn {
+        Ok(())
     }
 
-    fn draw_pixel(
-        &mut self,
-        point: BackendCoord,
-        colour: BackendColor,
-    ) -> Result<(), DrawingErrorKind<Self::ErrorType>> {
-        self.0.draw_pixel(point, colour)
+    fn draw_pixel(&mut self, (x, y): BackendCoord, colour: BackendColor) -> Drawn {
+        self.fill(path([(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)], true), colour, true);
+        Ok(())
+    }
+
+    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, points: I, style: &S) -> Drawn {
+        if let Some(path) = path(points, false) {
+            let stroke = Stroke { width: style.stroke_width() as f32, line_join: LineJoin::Round, ..Stroke::default() };
+            let to_pixels = Transform::from_scale(PIXEL, PIXEL);
+            self.0.stroke_path(&path, &paint(style.color(), true), &stroke, to_pixels, None);
+        }
+        Ok(())
+    }
+
+    fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, corners: I, style: &S) -> Drawn {
+        let path = path(corners, true);
+        // First every pixel whose middle lies within, then the smooth edge over it: no background shines through between neighbours.
+        self.fill(path.clone(), style.color(), false);
+        self.fill(path, style.color(), true);
+        Ok(())
     }
 
     fn draw_rect<S: BackendStyle>(
         &mut self,
-        upper_left: BackendCoord,
-        lower_right: BackendCoord,
+        (left, top): BackendCoord,
+        (right, bottom): BackendCoord,
         style: &S,
-        fill: bool,
-    ) -> Result<(), DrawingErrorKind<Self::ErrorType>> {
-        if !fill {
-            return self.0.draw_rect(upper_left, lower_right, style, fill);
+        filled: bool,
+    ) -> Drawn {
+        if !filled {
+            return self.draw_path([(left, top), (right, top), (right, bottom), (left, bottom), (left, top)], style);
         }
-        // Upper left pixels included, lower right ones not: neighbouring rectangles meet without seam or overlap.
-        let (width, height) = self.get_size();
-        for y in upper_left.1.max(0)..lower_right.1.min(height as i32) {
-            for x in upper_left.0.max(0)..lower_right.0.min(width as i32) {
-                self.0.draw_pixel((x, y), style.color())?;
-            }
+        // On whole pixels: neighbours meet without seam or overlap.
+        let edge = |at: i32| (at as f32 * PIXEL).round();
+        if let Some(rectangle) = Rect::from_ltrb(edge(left), edge(top), edge(right), edge(bottom)) {
+            self.0.fill_rect(rectangle, &paint(style.color(), false), Transform::identity(), None);
         }
         Ok(())
     }
 
-    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
-        &mut self,
-        path: I,
-        style: &S,
-    ) -> Result<(), DrawingErrorKind<Self::ErrorType>> {
-        let path: Vec<BackendCoord> = path.into_iter().collect();
-        let radius = 0.5 * f64::from(style.stroke_width());
-        let last = path.len().saturating_sub(2);
-        for (index, pair) in path.windows(2).enumerate() {
-            // Flat at the ends of the stroke, round where segments meet.
-            self.segment(pair[0], pair[1], radius, (index > 0, index < last), style.color())?;
-        }
+    fn draw_circle<S: BackendStyle>(&mut self, (x, y): BackendCoord, radius: u32, style: &S, _filled: bool) -> Drawn {
+        self.fill(PathBuilder::from_circle(x as f32, y as f32, radius as f32), style.color(), true);
         Ok(())
     }
-}
 
-impl RoundStrokes<'_> {
-    /// Fill the pixels within `radius` of a segment, beyond its ends only where `round`.
-    fn segment(
-        &mut self,
-        from: BackendCoord,
-        to: BackendCoord,
-        radius: f64,
-        round: (bool, bool),
-        colour: BackendColor,
-    ) -> Result<(), DrawingErrorKind<<Self as DrawingBackend>::ErrorType>> {
-        let (width, height) = self.get_size();
-        let (a, b) = ((f64::from(from.0), f64::from(from.1)), (f64::from(to.0), f64::from(to.1)));
-        let (dx, dy) = (b.0 - a.0, b.1 - a.1);
-        let squared = (dx * dx + dy * dy).max(1e-12);
-        let lowest = (a.1.min(b.1) - radius).floor().max(0.0) as i32;
-        let highest = ((a.1.max(b.1) + radius).ceil() as i32).min(height as i32 - 1);
-        for y in lowest..=highest {
-            // Pixel y covers y … y + 1, its middle lies half a pixel below its upper edge.
-            let middle_y = f64::from(y) + 0.5;
-            // Only the part of the segment within `radius` of this row can reach it.
-            let shares = if dy.abs() < 1e-12 {
-                (0.0, 1.0)
-            } else {
-                let ends = ((middle_y - radius - a.1) / dy, (middle_y + radius - a.1) / dy);
-                (ends.0.min(ends.1).clamp(0.0, 1.0), ends.0.max(ends.1).clamp(0.0, 1.0))
-            };
-            let reach = (a.0 + shares.0 * dx, a.0 + shares.1 * dx);
-            let left = (reach.0.min(reach.1) - radius).floor().max(0.0) as i32;
-            let right = ((reach.0.max(reach.1) + radius).ceil() as i32).min(width as i32 - 1);
-            for x in left..=right {
-                let middle_x = f64::from(x) + 0.5;
-                let along = ((middle_x - a.0) * dx + (middle_y - a.1) * dy) / squared;
-                if (along < 0.0 && !round.0) || (along > 1.0 && !round.1) {
-                    continue;
-                }
-                let along = along.clamp(0.0, 1.0);
-                if (middle_x - a.0 - along * dx).hypot(middle_y - a.1 - along * dy) <= radius {
-                    self.0.draw_pixel((x, y), colour)?;
-                }
-            }
-        }
-        Ok(())
+    /// Letters are drawn on whole pixels, in the shades of the font's own rasteriser.
+    fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, (x, y): BackendCoord) -> Drawn {
+        let anchor = style.anchor();
+        let (size, colour) = (style.size() * f64::from(PIXEL), style.color().rgb);
+        let upwards = matches!(style.transform(), FontTransform::Rotate270);
+        let coarse = TextStyle { size, colour, horizontal: anchor.h_pos, upwards };
+        let width = text_width(text, size);
+        let left = match coarse.horizontal {
+            HPos::Left => 0.0,
+            HPos::Center => -0.5 * width,
+            HPos::Right => -width,
+        };
+        let to_pixel = |at: i32| f64::from(at) * f64::from(PIXEL);
+        let corner = (left.round() as i32, (-0.5 * size).round() as i32);
+        let (x, y) = (to_pixel(x).round() as i32, to_pixel(y).round() as i32);
+        let Ok(drawn) = coarse.draw(text, corner, |along, down, colour| {
+            self.blend(if upwards { (x + down, y - along) } else { (x + along, y + down) }, colour);
+            Ok::<(), DrawingErrorKind<Infallible>>(())
+        });
+        drawn
     }
 }

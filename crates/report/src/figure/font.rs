@@ -68,8 +68,7 @@ impl BackendTextStyle for TextStyle {
     }
 
     fn size(&self) -> f64 {
-        // The SVG backend divides by 1.24 to get an em; round so that this gives the size back.
-        self.size * 1.24
+        self.size
     }
 
     fn transform(&self) -> FontTransform {
@@ -105,7 +104,7 @@ impl BackendTextStyle for TextStyle {
         let height = height_for(font, self.size);
         let scaled = font.as_scaled(height);
         // Baseline half an ex below the middle of the layout box, as the SVG backend has it.
-        let baseline = (self.size.round() / 2.0 + 0.5 * X_HEIGHT * self.size) as f32;
+        let baseline = (self.size / 2.0 + 0.5 * X_HEIGHT * self.size) as f32;
         let mut pen = 0.0;
         let mut previous = None;
         for letter in text.chars() {
