@@ -307,19 +307,23 @@ impl Cloud {
         }
         let columns = columns_of(dimension);
         let features = self.nuggets.len();
-        let regressor =
-            |i: usize, j: usize| if j == 0 { 1.0 } else { (positions[order[i].1][j - 1] - at[j - 1]) / radius };
+        // One run a column: what is summed over runs then lies side by side.
+        let regressors = DMatrix::from_fn(columns, order.len(), |a, i| match a {
+            0 => 1.0,
+            a => (positions[order[i].1][a - 1] - at[a - 1]) / radius,
+        });
         let mut gram: DMatrix<f64> = DMatrix::zeros(columns, columns);
-        let mut moments: DMatrix<f64> = DMatrix::zeros(columns, features);
-        for (i, (_, run)) in order.iter().enumerate() {
-            let weight = weights[i] / total;
-            for a in 0..columns {
-                let weighted = weight * regressor(i, a);
-                for b in 0..columns {
-                    gram[(a, b)] += weighted * regressor(i, b);
+        let mut moments: DMatrix<f64> = DMatrix::zeros(features, columns);
+        for ((regressor, weight), (_, run)) in regressors.as_slice().chunks(columns).zip(&weights).zip(&order) {
+            for (a, (of_a, moments)) in
+                regressor.iter().zip(moments.as_mut_slice().chunks_mut(features.max(1))).enumerate()
+            {
+                let weighted = weight / total * of_a;
+                for (b, of_b) in regressor.iter().enumerate() {
+                    gram[(a, b)] += weighted * of_b;
                 }
-                for (f, deviation) in self.deviations[*run].iter().enumerate() {
-                    moments[(a, f)] += weighted * deviation;
+                for (sum, deviation) in moments.iter_mut().zip(&self.deviations[*run]) {
+                    *sum += weighted * deviation;
                 }
             }
         }
@@ -327,12 +331,12 @@ impl Cloud {
             gram[(a, a)] += RIDGE;
         }
         let inverse = Cholesky::new(gram)?.inverse();
-        let coefficients: DMatrix<f64> = &inverse * moments;
-        let mut residuals: DMatrix<f64> = DMatrix::zeros(order.len(), features);
-        for (i, (_, run)) in order.iter().enumerate() {
-            for f in 0..features {
-                let fitted: f64 = (0..columns).map(|a| regressor(i, a) * coefficients[(a, f)]).sum();
-                residuals[(i, f)] = self.deviations[*run][f] - fitted;
+        let coefficients: DMatrix<f64> = &inverse * moments.transpose();
+        let mut residuals: Vec<f64> = Vec::with_capacity(features * order.len());
+        for (regressor, (_, run)) in regressors.as_slice().chunks(columns).zip(&order) {
+            for (deviation, coefficients) in self.deviations[*run].iter().zip(coefficients.as_slice().chunks(columns)) {
+                let fitted: f64 = regressor.iter().zip(coefficients).map(|(a, b)| a * b).sum();
+                residuals.push(deviation - fitted);
             }
         }
         let shares: Vec<f64> = weights.iter().map(|weight| weight / total).collect();
@@ -350,28 +354,29 @@ impl Cloud {
         Some(Local { deviation, scatter, effective, freedom: effective - spent, slopes, records })
     }
 
-    /// The covariance Σ of one record's features, from the residuals of all runs (one a row) and their shares of the weight.
+    /// The covariance Σ of one record's features, from the residuals of all runs (one behind the other) and their shares of the weight.
     fn judge(
         &self,
         part: &Range<usize>,
-        residuals: &DMatrix<f64>,
+        residuals: &[f64],
         shares: &[f64],
         small_sample: f64,
         extrapolation: f64,
     ) -> Judged {
         let (first, features) = (part.start, part.len());
         let mut covariance: DMatrix<f64> = DMatrix::zeros(features, features);
-        for (i, share) in shares.iter().enumerate() {
-            for f in 0..features {
-                let weighted = share * residuals[(i, first + f)];
-                for g in 0..=f {
-                    covariance[(f, g)] += weighted * residuals[(i, first + g)];
+        for (run, share) in residuals.chunks(self.nuggets.len().max(1)).zip(shares) {
+            let run = &run[part.clone()];
+            for (f, sums) in covariance.as_mut_slice().chunks_mut(features.max(1)).enumerate() {
+                let weighted = share * run[f];
+                for (sum, other) in sums.iter_mut().zip(&run[..=f]) {
+                    *sum += weighted * other;
                 }
             }
         }
         for f in 0..features {
             for g in 0..f {
-                let shrunk = covariance[(f, g)] * SHRINKAGE * small_sample * extrapolation;
+                let shrunk = covariance[(g, f)] * SHRINKAGE * small_sample * extrapolation;
                 covariance[(f, g)] = shrunk;
                 covariance[(g, f)] = shrunk;
             }
