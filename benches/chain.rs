@@ -13,8 +13,8 @@ use granchain::{
         },
     },
     scene::{
-        Bead, Chain, ContactLaw, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator,
-        Material, ModelSettings, Scene, Support,
+        Bead, Chain, ContactLaw, Damping, DampingCoefficients, DampingKind, DampingPlacement, DampingTerm, Drive,
+        DriveKind, FlatContact, Integrator, Material, ModelSettings, Scene, Support,
     },
 };
 
@@ -32,8 +32,7 @@ fn rigid(beads: usize, integrator: Integrator) -> Scene {
         materials: Vec::new(),
         damping: Damping {
             kind: DampingKind::None,
-            linear: 0.0,
-            kuwabara_kono: 0.0,
+            coefficients: DampingCoefficients::default(),
             placement: DampingPlacement::All,
             tension: false,
         },
@@ -50,7 +49,7 @@ fn annulus(duration: f64) -> Scene {
     let mut scene = rigid(6, Integrator::DormandPrince853 { tolerance: 1e-9 });
     scene.support = Support::resin_annulus(1.0);
     scene.damping.kind = DampingKind::Linear;
-    scene.damping.linear = 0.3;
+    scene.damping.coefficients[DampingTerm::Linear] = 0.3;
     scene.drive.kind = DriveKind::ToneBurst { cycles: 40.0, ring_up: 100e-6 };
     scene.amplitude_scale = 0.5;
     scene.duration = duration;

@@ -15,7 +15,7 @@ use granchain::{
         elements::{Baffle, DiscOnWater, DiscOnWaterSettings, WaterMesh},
         rayleigh::{field::FieldPoint, motion::WetDisc},
     },
-    scene::{Bead, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Material},
+    scene::{Bead, Damping, DampingKind, DampingPlacement, DampingTerm, Drive, DriveKind, FlatContact, Material},
 };
 
 /// Seconds at most: the Rayleigh way, and the elements of 0.05 mm.
@@ -46,8 +46,7 @@ fn chain() -> ChainInFront {
         piston: FlatContact::Rigid,
         damping: Damping {
             kind: DampingKind::Linear,
-            linear: 0.3,
-            kuwabara_kono: 0.0,
+            coefficients: [(DampingTerm::Linear, 0.3)].into(),
             placement: DampingPlacement::Beads,
             tension: false,
         },

@@ -67,7 +67,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let drive = read_record(&horn_file, RecordKind::HornTip, &options)?.to_drive()?.displacement;
         let mut truth = scene.clone().with_drive_record(drive, scene.drive.frequency, Some(horn_file));
         truth.amplitude_scale = ALPHA;
-        truth.damping.linear = DAMPING;
+        truth.damping.coefficients[scene::DampingTerm::Linear] = DAMPING;
         for gap in &mut truth.chain.gaps {
             *gap = LARGEST_GAP * normal().abs();
         }

@@ -96,7 +96,7 @@
 //! | δ; g = −δ | `overlap` (> 0 pressed); `gap` (> 0 open) | m | |
 //! | k | `hertz_stiffness` | N·m^(-3/2) | tangent stiffness, N/m |
 //! | F | contact force, ≥ 0 pressing | N | |
-//! | c; γ | `linear_damping`; `kuwabara_kono_damping` | N·s/m; N·s·m^(-3/2) | speed of sound |
+//! | c; γ | `coefficients[DampingTerm::Linear]`; `[DampingTerm::KuwabaraKono]` | N·s/m; N·s·m^(-3/2) | speed of sound |
 //! | f0 | `drive_frequency` | Hz | a resonance |
 //! | A(f0/3)/A(f0) | line ratio, of amplitudes | 1 | its square, dB |
 //! | τ | `ring_up` of a tone burst | s | delay of the decoder |

@@ -10,7 +10,11 @@ use anyhow::{Context, bail};
 use serde::Deserialize;
 
 use super::output;
-use crate::{calibration::drive, measurement::sha256, scene::ModelKind};
+use crate::{
+    calibration::{drive, parameter},
+    measurement::sha256,
+    scene::ModelKind,
+};
 
 /// What a calibration says about a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,11 +65,9 @@ struct Parameter {
 }
 
 /// Parameter of a calibration → scene key.
-const KEYS: [(&str, &str); 8] = [
+const KEYS: [(&str, &str); 6] = [
     ("alpha", "alpha"),
     ("damping", "damping.coefficient"),
-    ("damping_linear", "damping.linear_coefficient"),
-    ("damping_kuwabara_kono", "damping.kuwabara_kono_coefficient"),
     ("precompression", "chain.precompression"),
     ("gap", "chain.gaps.contact1"),
     ("support_stiffness", SUPPORT_STIFFNESS),
@@ -101,7 +103,9 @@ impl Calibrated {
         let mut overrides = vec![format!("damping.kind={}", outcome.damping_kind)];
         overrides.extend(outcome.mount.as_ref().map(|mount| format!("disc.rim={mount}")));
         for (name, parameter) in &outcome.parameters {
-            let Some((_, mut key)) = KEYS.iter().find(|(known, _)| known == name).copied() else {
+            let beside = || parameter::Parameter::term_named(name).map(|term| term.description().key);
+            let known = KEYS.iter().find(|(known, _)| known == name).map(|(_, key)| *key);
+            let Some(mut key) = known.or_else(beside) else {
                 bail!("{}: parameter `{name}` has no scene key; calibrate again with this version", path.display());
             };
             if !parameter.value.is_finite() {

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use anyhow::Context;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::{
     calibrated::Calibrated,
@@ -16,7 +16,11 @@ use crate::{
     model::chain::FiniteBodyLaws,
     report::number::{engineering, fixed, significant},
     response::SolverWork,
-    scene::{DampingKind, DampingPlacement, DriveKind, Integrator, Limits, ModelKind, Scene},
+    scene::{
+        DampingCoefficients, DampingPlacement, DampingTerm, DriveKind, Integrator, Limits, ModelKind, Scene,
+        TermDescription,
+    },
+    signal::Quantity,
     study::{
         EnsembleOutcome, EnsemblePlan, Spread,
         observation::{Watched, watched},
@@ -61,12 +65,17 @@ pub struct Settings {
     drive_frequency_hz: f64,
     precompression_n: f64,
     damping_kind: &'static str,
-    linear_damping_n_s_per_m: f64,
-    kuwabara_kono_damping_n_s_per_m1_5: f64,
+    #[serde(flatten, serialize_with = "by_term")]
+    damping: DampingCoefficients,
     damping_at: &'static str,
     damping_tension: bool,
     overrides: Vec<String>,
     seed: u64,
+}
+
+/// A coefficient a term of the dashpots, in the terms' order.
+fn by_term<S: Serializer>(coefficients: &DampingCoefficients, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(DampingTerm::ALL.map(|term| (term.description().setting, coefficients[term])))
 }
 
 impl Settings {
@@ -101,8 +110,7 @@ impl Settings {
             drive_frequency_hz: scene.drive.frequency,
             precompression_n: scene.chain.precompression,
             damping_kind: scene.damping.kind.name(),
-            linear_damping_n_s_per_m: scene.damping.linear,
-            kuwabara_kono_damping_n_s_per_m1_5: scene.damping.kuwabara_kono,
+            damping: scene.damping.coefficients,
             damping_at: match scene.damping.placement {
                 DampingPlacement::Beads => "beads",
                 DampingPlacement::All => "all",
@@ -292,13 +300,21 @@ fn damping(scene: &Scene) -> String {
         DampingPlacement::Beads => "between beads only",
         DampingPlacement::All => "at every contact",
     };
-    let linear = format!("{} N s/m", short(law.linear));
-    let kuwabara_kono = format!("{} N s/m^1.5", short(law.kuwabara_kono));
-    match law.kind {
-        DampingKind::None => "none".into(),
-        DampingKind::Linear => format!("linear, {linear}, {place}"),
-        DampingKind::KuwabaraKono => format!("Kuwabara–Kono, {kuwabara_kono}, {place}"),
-        DampingKind::LinearAndKuwabaraKono => format!("linear {linear} + Kuwabara–Kono {kuwabara_kono}, {place}"),
+    let term = |term: &DampingTerm| {
+        let TermDescription { title, dimension, .. } = *term.description();
+        let rounded = format!("{:.3e}", law.coefficients[*term]).parse().unwrap_or(law.coefficients[*term]);
+        (title, Quantity::new(rounded, dimension).format_si())
+    };
+    match law.kind.terms() {
+        [] => "none".into(),
+        [only] => {
+            let (title, coefficient) = term(only);
+            format!("{title}, {coefficient}, {place}")
+        }
+        several => {
+            let terms = several.iter().map(term).map(|(title, coefficient)| format!("{title} {coefficient}"));
+            format!("{}, {place}", terms.collect::<Vec<_>>().join(" + "))
+        }
     }
 }
 

@@ -203,12 +203,14 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
 /// What flags say of any kind of twins.
 fn plan_of(arguments: &Arguments) -> anyhow::Result<TwinPlan> {
     let Arguments { count, evaluations, levels, parameters, uncertainty, damping, session, .. } = arguments;
-    if let Some(unknown) = parameters.iter().find(|name| !Parameter::NAMES.contains(&name.as_str())) {
-        return Err(usage(format!("--parameters {unknown}: expected {}", Parameter::NAMES.join(", "))));
+    if let Some(unknown) = parameters.iter().find(|name| !Parameter::names().contains(&name.as_str())) {
+        return Err(usage(format!("--parameters {unknown}: expected {}", Parameter::names().join(", "))));
     }
     let law = |name: &String| {
-        let found = DampingKind::ALL.into_iter().find(|kind| kind.name() == name && *kind != DampingKind::None);
-        found.ok_or_else(|| usage(format!("--damping {name}: expected linear, kuwabara-kono or linear+kuwabara-kono")))
+        let known = || DampingKind::ALL.into_iter().filter(|kind| *kind != DampingKind::None);
+        let expected = || known().map(DampingKind::name).collect::<Vec<_>>().join(", ");
+        let found = known().find(|kind| kind.name() == name);
+        found.ok_or_else(|| usage(format!("--damping {name}: expected one of {}", expected())))
     };
     let tested = if *levels > 1 { TESTED_TOGETHER } else { Search::tested(parameters.len()) };
     let usual = scene::load("annulus", &[])?;
@@ -407,9 +409,7 @@ fn shown_name(name: &str) -> String {
     match name {
         "alpha" => "amplitude scale α".into(),
         "damping" => "damping coefficient".into(),
-        "damping_linear" => "linear damping coefficient".into(),
-        "damping_kuwabara_kono" => "Kuwabara–Kono damping coefficient".into(),
         "support_stiffness" => "stiffness factor of the annulus".into(),
-        other => other.into(),
+        other => Parameter::term_named(other).map_or(other, |term| term.description().coefficient).into(),
     }
 }

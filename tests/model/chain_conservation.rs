@@ -7,8 +7,8 @@ use granchain::{
     },
     response::Response,
     scene::{
-        Bead, Chain, ContactLaw, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator,
-        Material, ModelSettings, Scene, Support,
+        Bead, Chain, ContactLaw, Damping, DampingKind, DampingPlacement, DampingTerm, Drive, DriveKind, FlatContact,
+        Integrator, Material, ModelSettings, Scene, Support,
     },
 };
 
@@ -24,7 +24,12 @@ fn scene(support: Support, kind: DampingKind) -> Scene {
         support,
         water: None,
         materials: Vec::new(),
-        damping: Damping { kind, linear: 0.3, kuwabara_kono: 3660.0, placement: DampingPlacement::All, tension: false },
+        damping: Damping {
+            kind,
+            coefficients: [(DampingTerm::Linear, 0.3), (DampingTerm::KuwabaraKono, 3660.0)].into(),
+            placement: DampingPlacement::All,
+            tension: false,
+        },
         contact_law: ContactLaw::Hertz,
         duration: 200e-6,
         output_step: 1e-7,

@@ -9,8 +9,8 @@ use granchain::{
         contact_law::bead_pair_stiffness,
     },
     scene::{
-        Bead, Chain, ContactLaw, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator,
-        Material, ModelSettings, Scene, Support,
+        Bead, Chain, ContactLaw, Damping, DampingCoefficients, DampingKind, DampingPlacement, DampingTerm, Drive,
+        DriveKind, FlatContact, Integrator, Material, ModelSettings, Scene, Support,
     },
 };
 
@@ -21,8 +21,7 @@ fn bead() -> Bead {
 fn undamped() -> Damping {
     Damping {
         kind: DampingKind::None,
-        linear: 0.0,
-        kuwabara_kono: 0.0,
+        coefficients: DampingCoefficients::default(),
         placement: DampingPlacement::All,
         tension: false,
     }
@@ -118,8 +117,17 @@ fn an_undamped_collision_lasts_presses_and_pushes_as_hertz_says() {
 
 #[test]
 fn restitution_of_a_bead_pair_is_as_tabulated() {
-    let linear = |tension| Damping { kind: DampingKind::Linear, linear: 0.3, tension, ..undamped() };
-    let kuwabara_kono = Damping { kind: DampingKind::KuwabaraKono, kuwabara_kono: 3660.0, ..undamped() };
+    let linear = |tension| Damping {
+        kind: DampingKind::Linear,
+        coefficients: [(DampingTerm::Linear, 0.3)].into(),
+        tension,
+        ..undamped()
+    };
+    let kuwabara_kono = Damping {
+        kind: DampingKind::KuwabaraKono,
+        coefficients: [(DampingTerm::KuwabaraKono, 3660.0)].into(),
+        ..undamped()
+    };
     let table = [
         (0.1, 0.699_252_684_0, 0.661_445_478_2, 0.381_532_902_3),
         (0.458_672_527_4, 0.764_701_651_3, 0.740_494_901_4, 0.296_432_183_8),

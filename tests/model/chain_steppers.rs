@@ -9,8 +9,8 @@ use granchain::{
         },
     },
     scene::{
-        Bead, Chain, ContactLaw, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator,
-        Material, ModelSettings, Scene, Support,
+        Bead, Chain, ContactLaw, Damping, DampingKind, DampingPlacement, DampingTerm, Drive, DriveKind, FlatContact,
+        Integrator, Material, ModelSettings, Scene, Support,
     },
     signal::Series,
 };
@@ -19,6 +19,7 @@ fn scene(support: Support, kind: DampingKind) -> Scene {
     let bead = Bead::sphere(0.5e-3, Material::chrome_steel());
     let linear = if matches!(kind, DampingKind::Linear) { 0.3 } else { 0.0 };
     let kuwabara_kono = if matches!(kind, DampingKind::KuwabaraKono) { 3660.0 } else { 0.0 };
+    let coefficients = [(DampingTerm::Linear, linear), (DampingTerm::KuwabaraKono, kuwabara_kono)].into();
     Scene {
         name: "test".into(),
         description: String::new(),
@@ -29,7 +30,7 @@ fn scene(support: Support, kind: DampingKind) -> Scene {
         support,
         water: None,
         materials: Vec::new(),
-        damping: Damping { kind, linear, kuwabara_kono, placement: DampingPlacement::All, tension: false },
+        damping: Damping { kind, coefficients, placement: DampingPlacement::All, tension: false },
         contact_law: ContactLaw::Hertz,
         duration: 200e-6,
         output_step: 1.0 / (73e3 * 160.0),
@@ -135,8 +136,11 @@ fn a_variation_has_the_same_bits_whatever_its_place_and_company() {
     let variations: Vec<Variation> = (0..21)
         .map(|i| Variation {
             amplitude_scale: 0.3 + 0.05 * f64::from(i),
-            linear_damping: if i % 3 == 0 { 0.0 } else { 0.1 * f64::from(i % 5) },
-            kuwabara_kono_damping: if i % 4 == 0 { 3660.0 } else { 0.0 },
+            damping: [
+                (DampingTerm::Linear, if i % 3 == 0 { 0.0 } else { 0.1 * f64::from(i % 5) }),
+                (DampingTerm::KuwabaraKono, if i % 4 == 0 { 3660.0 } else { 0.0 }),
+            ]
+            .into(),
             gap_offsets: (0..7).map(|contact| 1e-10 * f64::from((i * contact) % 5 - 2)).collect(),
             precompression: 0.01 * f64::from(i % 2),
             support_stiffness_factor: 1.0 - 0.01 * f64::from(i),
@@ -158,10 +162,10 @@ fn a_bad_variation_fails_alone() {
     let scene = scene(RIGID, DampingKind::Linear);
     let ensemble = Ensemble::new(&scene, Ensemble::STEPS_PER_PERIOD).unwrap();
     let good = Variation::of(&scene);
-    let negative = Variation { linear_damping: -1.0, ..good.clone() };
+    let negative = Variation { damping: [(DampingTerm::Linear, -1.0)].into(), ..good.clone() };
     let short = Variation { gap_offsets: vec![0.0; 3], ..good.clone() };
     // So stiff a dashpot that the fixed step blows up.
-    let stiff = Variation { linear_damping: 1e4, ..good.clone() };
+    let stiff = Variation { damping: [(DampingTerm::Linear, 1e4)].into(), ..good.clone() };
     let runs = ensemble.run(&[good.clone(), negative, stiff, short, good.clone()]);
     assert_eq!(runs[0], runs[4]);
     assert!(runs[0].is_ok());

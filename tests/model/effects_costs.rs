@@ -97,7 +97,7 @@ fn small_effects_of_the_model_are_given_up_until_their_sum_is_the_target() {
         };
         let change = Change { waveform: size, peak: -0.5 * size, ratio_third: None, pressure: None };
         let measured = Some(Measured { without: cost(1.0), with: cost(factor), change });
-        Marginal { name, on, belongs, key: "", measured, refused: None }
+        Marginal { name, on, belongs, key: String::new(), measured, refused: None }
     };
     let rows = [
         row("large", true, Belongs::Model, 0.2, 3.0),

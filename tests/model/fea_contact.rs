@@ -9,7 +9,7 @@ use granchain::{
         contact_law::{Dashpot, bead_pair_stiffness},
         fea::{Control, Simulation},
     },
-    scene::{ModelKind, Scene},
+    scene::{DampingTerm, ModelKind, Scene},
     signal::Series,
 };
 
@@ -121,7 +121,8 @@ fn dashpots_brake_a_collision_of_two_beads_as_their_equation_says() {
             let beads = &scene.chain.beads;
             let reduced_mass = 0.5 * beads[0].mass();
             let hertz = Collision { reduced_mass, hertz_stiffness: bead_pair_stiffness(&beads[0], &beads[1]), speed };
-            let dashpot = Dashpot { linear, kuwabara_kono };
+            let terms = [(DampingTerm::Linear, linear), (DampingTerm::KuwabaraKono, kuwabara_kono)];
+            let dashpot = Dashpot { coefficients: terms.into() };
             let check = restitution(&hertz, (0.0, 0.0), dashpot, tension);
             assert!((check - hertzian).abs() < 1e-5, "{check} {hertzian}");
             let expected = restitution(&hertz, FINITE_BODY, dashpot, tension);

@@ -11,7 +11,7 @@ use granchain::{
         elements::{Baffle, DiscOnWater, DiscOnWaterSettings, WaterMesh},
         rayleigh::{field::FieldPoint, motion::WetDisc},
     },
-    scene::{Bead, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Material},
+    scene::{Bead, Damping, DampingKind, DampingPlacement, DampingTerm, Drive, DriveKind, FlatContact, Material},
 };
 
 const AXIS: FieldPoint = FieldPoint { radius: 0.0, distance: 1e-3 };
@@ -29,8 +29,7 @@ fn disc(rim: Rim) -> Disc {
 fn pressure(rim: Rim, on_water: &mut dyn OnWater, peak: f64) -> Vec<f64> {
     let damping = Damping {
         kind: DampingKind::Linear,
-        linear: 0.3,
-        kuwabara_kono: 0.0,
+        coefficients: [(DampingTerm::Linear, 0.3)].into(),
         placement: DampingPlacement::Beads,
         tension: false,
     };

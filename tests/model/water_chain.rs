@@ -9,7 +9,7 @@ use granchain::{
         elements::{Baffle, DiscOnWater, DiscOnWaterSettings, WaterMesh},
         rayleigh::{field::FieldPoint, motion::WetDisc},
     },
-    scene::{Bead, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Material},
+    scene::{Bead, Damping, DampingKind, DampingPlacement, DampingTerm, Drive, DriveKind, FlatContact, Material},
 };
 
 const AXIS: FieldPoint = FieldPoint { radius: 0.0, distance: 1e-3 };
@@ -28,8 +28,7 @@ fn beads(damping: f64) -> ChainInFront {
         piston: FlatContact::Rigid,
         damping: Damping {
             kind,
-            linear: damping,
-            kuwabara_kono: 0.0,
+            coefficients: [(DampingTerm::Linear, damping)].into(),
             placement: DampingPlacement::Beads,
             tension: false,
         },

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use granchain::{
     scene::{
-        self, BUILT_IN, Bead, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact, Integrator,
-        Material, Scene, SceneError, Support, load, load_text, load_with_notes,
+        self, BUILT_IN, Bead, Damping, DampingKind, DampingPlacement, DampingTerm, Drive, DriveKind, FlatContact,
+        Integrator, Material, Scene, SceneError, Support, load, load_text, load_with_notes,
     },
     signal::Series,
 };
@@ -50,14 +50,17 @@ fn annulus_is_the_linear_case_of_the_paper_and_its_other_law_is_two_overrides_aw
     assert_eq!((scene.amplitude_scale, scene.duration), (0.5, 700e-6));
     let linear = Damping {
         kind: DampingKind::Linear,
-        linear: 0.3,
-        kuwabara_kono: 0.0,
+        coefficients: [(DampingTerm::Linear, 0.3)].into(),
         placement: DampingPlacement::All,
         tension: false,
     };
     assert_eq!(scene.damping, linear);
     let other = overridden("annulus", &["damping.kind=kuwabara-kono", "alpha=1.5"]).unwrap();
-    let law = Damping { kind: DampingKind::KuwabaraKono, linear: 0.0, kuwabara_kono: 3660.0, ..linear };
+    let law = Damping {
+        kind: DampingKind::KuwabaraKono,
+        coefficients: [(DampingTerm::KuwabaraKono, 3660.0)].into(),
+        ..linear
+    };
     assert_eq!((other.damping, other.amplitude_scale), (law, 1.5));
 }
 
@@ -83,7 +86,7 @@ fn damping_coefficients_follow_the_law_and_the_choice_is_said() {
     // In whatever order they are given.
     let given = ["damping.coefficient=3000 N s/m^1.5".into(), "damping.kind=kuwabara-kono".into()];
     let loaded = load_with_notes("annulus", &given).unwrap();
-    assert_eq!((loaded.scene.damping.kuwabara_kono, loaded.notes.len()), (3000.0, 0));
+    assert_eq!((loaded.scene.damping.coefficients[DampingTerm::KuwabaraKono], loaded.notes.len()), (3000.0, 0));
     let both = overridden(
         "annulus",
         &[
@@ -93,10 +96,13 @@ fn damping_coefficients_follow_the_law_and_the_choice_is_said() {
         ],
     )
     .unwrap();
-    assert_eq!((both.damping.linear, both.damping.kuwabara_kono), (0.1, 2000.0));
+    assert_eq!(
+        (both.damping.coefficients[DampingTerm::Linear], both.damping.coefficients[DampingTerm::KuwabaraKono]),
+        (0.1, 2000.0)
+    );
     // The same law again keeps the scene's own coefficient.
     let again = overridden("annulus", &["damping.kind=linear"]).unwrap();
-    assert_eq!(again.damping.linear, 0.3);
+    assert_eq!(again.damping.coefficients[DampingTerm::Linear], 0.3);
 }
 
 #[test]
@@ -117,7 +123,7 @@ fn overrides_take_si_numbers_quantities_words_and_lists() {
         ],
     )
     .unwrap();
-    assert_eq!((scene.damping.linear, scene.damping.tension), (0.4, true));
+    assert_eq!((scene.damping.coefficients[DampingTerm::Linear], scene.damping.tension), (0.4, true));
     assert_eq!((scene.drive.amplitude, scene.drive.frequency), (0.396e-6, 75e3));
     assert_eq!((scene.piston, scene.support), (FlatContact::HalfSpace, Support::Spring { stiffness: 0.7e6 }));
     assert_eq!(scene.chain.gaps, [1e-9, 0.0, 2e-9]);
@@ -164,7 +170,7 @@ fn a_file_extends_a_built_in_scene_and_may_change_single_beads() {
     assert_eq!(scene.chain.beads[1], Bead::sphere(0.51e-3, brass));
     assert_eq!(scene.chain.beads[2].material, Material { youngs_modulus: 200e9, ..Material::chrome_steel() });
     assert_eq!(scene.chain.gaps, [0.0, 1e-9, 0.0, 0.0]);
-    assert_eq!(scene.damping.linear, 0.3);
+    assert_eq!(scene.damping.coefficients[DampingTerm::Linear], 0.3);
 }
 
 #[test]

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use granchain::scene::{
     Absorption, Baffle, Bead, Chain, ContactLaw, ContactMass, ContactNormal, DEFAULT_TOLERANCE, Damping, DampingKind,
-    DampingPlacement, DiscShape, Drive, DriveKind, Elements, FeaSettings, FieldPoint, FlatContact, Integrator, Limits,
-    Material, Medium, MeshFile, ModelKind, ModelSettings, ReducedSettings, Rim, Scene, Scheme, Support, Water,
-    WaterMesh, WaterMethod, WaterSettings, load_text,
+    DampingPlacement, DampingTerm, DiscShape, Drive, DriveKind, Elements, FeaSettings, FieldPoint, FlatContact,
+    Integrator, Limits, Material, Medium, MeshFile, ModelKind, ModelSettings, ReducedSettings, Rim, Scene, Scheme,
+    Support, Water, WaterMesh, WaterMethod, WaterSettings, load_text,
 };
 use proptest::prelude::*;
 
@@ -46,16 +46,17 @@ fn drives() -> impl Strategy<Value = Drive> {
 
 fn dampings() -> impl Strategy<Value = Damping> {
     (0..4, 0.0..10.0f64, 0.0..1e5f64, any::<bool>(), any::<bool>()).prop_map(|(kind, c, gamma, beads, tension)| {
-        let (kind, linear, kuwabara_kono) = match kind {
-            0 => (DampingKind::None, 0.0, 0.0),
-            1 => (DampingKind::Linear, c, 0.0),
-            2 => (DampingKind::KuwabaraKono, 0.0, gamma),
-            _ => (DampingKind::LinearAndKuwabaraKono, c, gamma),
+        let (linear, kuwabara_kono) = ((DampingTerm::Linear, c), (DampingTerm::KuwabaraKono, gamma));
+        let (kind, coefficients) = match kind {
+            0 => (DampingKind::None, [].into()),
+            1 => (DampingKind::Linear, [linear].into()),
+            2 => (DampingKind::KuwabaraKono, [kuwabara_kono].into()),
+            _ => (DampingKind::LinearAndKuwabaraKono, [linear, kuwabara_kono].into()),
         };
         // Without dampers the other two have no effect and keep their defaults.
         let damped = kind != DampingKind::None;
         let placement = if damped && beads { DampingPlacement::Beads } else { DampingPlacement::All };
-        Damping { kind, linear, kuwabara_kono, placement, tension: damped && tension }
+        Damping { kind, coefficients, placement, tension: damped && tension }
     })
 }
 

@@ -4,8 +4,9 @@ use std::{f64::consts::LN_10, path::Path};
 
 use granchain::{
     scene::{
-        self, Absorption, Baffle, DampingPlacement, DiscShape, DriveKind, FieldPoint, Integrator, Material, Medium,
-        ModelKind, Rim, Scene, Support, Water, WaterMesh, WaterMethod, WaterSettings, load, load_preferring, load_text,
+        self, Absorption, Baffle, DampingPlacement, DampingTerm, DiscShape, DriveKind, FieldPoint, Integrator,
+        Material, Medium, ModelKind, Rim, Scene, Support, Water, WaterMesh, WaterMethod, WaterSettings, load,
+        load_preferring, load_text,
     },
     signal::{Dimension, Quantity},
 };
@@ -31,7 +32,10 @@ fn water_is_the_source_of_ultrasound_of_the_paper() {
     assert_eq!(scene.support, Support::Disc { shape, mesh_density: 6 });
     assert_eq!(scene.water, Some(WaterSettings::default()));
     assert_eq!((scene.drive.kind, scene.drive.amplitude), (DriveKind::GaussianBurst { cycles: 30.0 }, 3.96e-6));
-    assert_eq!((scene.damping.linear, scene.damping.placement), (0.3, DampingPlacement::All));
+    assert_eq!(
+        (scene.damping.coefficients[DampingTerm::Linear], scene.damping.placement),
+        (0.3, DampingPlacement::All)
+    );
     assert_eq!(scene.model.kind, ModelKind::Chain);
     assert_eq!(scene.model.integrator, Integrator::Symplectic { step: 25e-9 });
     let default = WaterSettings::default();

@@ -268,7 +268,7 @@ impl Case<'_> {
         let other = match own.damping.kind {
             DampingKind::Linear => Some(DampingKind::KuwabaraKono),
             DampingKind::KuwabaraKono => Some(DampingKind::Linear),
-            DampingKind::None | DampingKind::LinearAndKuwabaraKono => None,
+            _ => None,
         };
         if let Some(kind) = other {
             suspects.push((

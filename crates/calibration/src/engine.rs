@@ -158,9 +158,9 @@ mod tests {
         let mut scene = scene::load("water", &["duration=60us".into(), "damping.at=beads".into()]).unwrap();
         let engine = Engine::new(&scene, None, Measurand::Pressure).unwrap();
         let mut variation = Variation::of(&scene);
-        (variation.amplitude_scale, variation.linear_damping) = (0.7, 0.2);
+        (variation.amplitude_scale, variation.damping[scene::DampingTerm::Linear]) = (0.7, 0.2);
         let made = engine.run(&[variation]).remove(0).unwrap();
-        (scene.amplitude_scale, scene.damping.linear) = (0.7, 0.2);
+        (scene.amplitude_scale, scene.damping.coefficients[scene::DampingTerm::Linear]) = (0.7, 0.2);
         let own = model::run(&sampled_scene(&scene), &mut |_| true).unwrap();
         assert_eq!(made, own.disc.unwrap().pressure[0]);
         assert_eq!(made.len(), engine.samples());

@@ -6,7 +6,7 @@ use thiserror::Error;
 use super::observation::highest_cutoff;
 use granchain_model::{
     chain::ensemble::Variation,
-    scene::{DampingKind, Scene, Support},
+    scene::{DampingKind, DampingTerm, Scene, Support},
 };
 
 /// A quantity of the scene, or of the instrument, that a fit may change.
@@ -15,12 +15,10 @@ use granchain_model::{
 pub enum Target {
     /// α, the factor on the drive.
     Alpha,
-    /// c or γ, whichever the scene's damping law has.
-    Damping,
-    /// c beside γ.
-    LinearDamping,
-    /// γ beside c.
-    KuwabaraKonoDamping,
+    /// The coefficient of the scene's damping law, where it has one.
+    Damping(DampingTerm),
+    /// One of several.
+    DampingBeside(DampingTerm),
     /// F₀, the static force through the chain.
     Precompression,
     /// The factor on the annulus' law, or the stiffness of the spring.
@@ -48,6 +46,14 @@ pub struct Parameter {
     pub limits: (f64, f64),
 }
 
+/// How the coefficient of a term is fitted: its name beside others, its unit, its box alone and its box beside others, SI.
+const fn fitted(term: DampingTerm) -> (&'static str, &'static str, (f64, f64), (f64, f64)) {
+    match term {
+        DampingTerm::Linear => ("damping_linear", "N s/m", (0.03, 3.0), (0.01, 3.0)),
+        DampingTerm::KuwabaraKono => ("damping_kuwabara_kono", "N s m^-3/2", (300.0, 3e4), (100.0, 3e4)),
+    }
+}
+
 /// Factor by which a box may be widened in all.
 const FARTHEST: f64 = 100.0;
 
@@ -65,7 +71,7 @@ const WIDENING: f64 = 4.0;
 #[non_exhaustive]
 pub enum ParameterError {
     /// No parameter is called that.
-    #[error("parameter `{name}`: expected one of {}", Parameter::NAMES.join(", "))]
+    #[error("parameter `{name}`: expected one of {}", Parameter::names().join(", "))]
     Unknown {
         /// The name.
         name: String,
@@ -98,16 +104,18 @@ pub enum ParameterError {
 
 impl Parameter {
     /// What can be fitted, by name; `damping` stands for both coefficients where the law has two.
-    pub const NAMES: [&'static str; 8] = [
-        "alpha",
-        "damping",
-        "damping_linear",
-        "damping_kuwabara_kono",
-        "precompression",
-        "support_stiffness",
-        "gap",
-        "bandwidth",
-    ];
+    #[must_use]
+    pub fn names() -> Vec<&'static str> {
+        let terms = DampingTerm::ALL.map(|term| fitted(term).0);
+        let others = ["precompression", "support_stiffness", "gap", "bandwidth"];
+        ["alpha", "damping"].into_iter().chain(terms).chain(others).collect()
+    }
+
+    /// The term whose coefficient a parameter of that name is beside others.
+    #[must_use]
+    pub fn term_named(name: &str) -> Option<DampingTerm> {
+        DampingTerm::ALL.into_iter().find(|term| fitted(*term).0 == name)
+    }
 
     /// α between 0.2 and 2 (the source paper swept 0.3 … 1.5).
     #[must_use]
@@ -119,11 +127,9 @@ impl Parameter {
     /// a coefficient or with two.
     #[must_use]
     pub fn damping(kind: DampingKind) -> Option<Self> {
-        match kind {
-            DampingKind::Linear => Some(Self::of(Target::Damping, "damping", "N s/m", (0.03, 3.0))),
-            DampingKind::KuwabaraKono => Some(Self::of(Target::Damping, "damping", "N s m^-3/2", (300.0, 3e4))),
-            DampingKind::None | DampingKind::LinearAndKuwabaraKono => None,
-        }
+        let [term] = *kind.terms() else { return None };
+        let (_, unit, alone, _) = fitted(term);
+        Some(Self::of(Target::Damping(term), "damping", unit, alone))
     }
 
     /// The parameters that `name` stands for in `scene`, with the bounds they are searched between unless told otherwise:
@@ -140,19 +146,20 @@ impl Parameter {
     /// [`ParameterError`].
     pub fn named(name: &str, scene: &Scene) -> Result<Vec<Self>, ParameterError> {
         let kind = scene.damping.kind;
-        let linear = || Self::of(Target::LinearDamping, "damping_linear", "N s/m", (0.01, 3.0));
-        let viscoelastic =
-            || Self::of(Target::KuwabaraKonoDamping, "damping_kuwabara_kono", "N s m^-3/2", (100.0, 3e4));
-        let both = kind == DampingKind::LinearAndKuwabaraKono;
+        let beside = |term: &DampingTerm| {
+            let (name, unit, _, beside) = fitted(*term);
+            Self::of(Target::DampingBeside(*term), name, unit, beside)
+        };
+        if let Some(term) = Self::term_named(name) {
+            return match kind.terms() {
+                terms if terms.len() > 1 && terms.contains(&term) => Ok(vec![beside(&term)]),
+                _ => Err(ParameterError::OneCoefficient { name: name.into(), law: kind.name() }),
+            };
+        }
         Ok(vec![match name {
             "alpha" => Self::alpha(),
-            "damping" if both => return Ok(vec![linear(), viscoelastic()]),
+            "damping" if kind.terms().len() > 1 => return Ok(kind.terms().iter().map(beside).collect()),
             "damping" => Self::damping(kind).ok_or(ParameterError::NoDamping)?,
-            "damping_linear" if both => linear(),
-            "damping_kuwabara_kono" if both => viscoelastic(),
-            "damping_linear" | "damping_kuwabara_kono" => {
-                return Err(ParameterError::OneCoefficient { name: name.into(), law: kind.name() });
-            }
             "precompression" => Self::of(Target::Precompression, name, "N", (1e-4, 1.0)),
             "support_stiffness" => {
                 let own = support_stiffness(scene).ok_or(ParameterError::NoStiffness)?;
@@ -171,9 +178,7 @@ impl Parameter {
 
     fn of(target: Target, name: &str, unit: &str, (low, high): (f64, f64)) -> Self {
         let limits = match target {
-            Target::Alpha | Target::Damping | Target::LinearDamping | Target::KuwabaraKonoDamping => {
-                (low / FARTHEST, FARTHEST * high)
-            }
+            Target::Alpha | Target::Damping(_) | Target::DampingBeside(_) => (low / FARTHEST, FARTHEST * high),
             Target::Precompression | Target::SupportStiffness | Target::Gap | Target::Bandwidth => (low, high),
         };
         Self { target, name: name.into(), unit: unit.into(), low, high, limits }
@@ -228,9 +233,7 @@ impl Parameter {
     pub fn set(&self, scene: &mut Scene, value: f64) {
         match self.target {
             Target::Alpha => scene.amplitude_scale = value,
-            Target::Damping if scene.damping.kind == DampingKind::KuwabaraKono => scene.damping.kuwabara_kono = value,
-            Target::Damping | Target::LinearDamping => scene.damping.linear = value,
-            Target::KuwabaraKonoDamping => scene.damping.kuwabara_kono = value,
+            Target::Damping(term) | Target::DampingBeside(term) => scene.damping.coefficients[term] = value,
             Target::Precompression => scene.chain.precompression = value,
             Target::SupportStiffness => set_support_stiffness(scene, value),
             Target::Gap => scene.chain.gaps[0] = value,
@@ -243,9 +246,7 @@ impl Parameter {
     pub fn get(&self, scene: &Scene) -> Option<f64> {
         match self.target {
             Target::Alpha => Some(scene.amplitude_scale),
-            Target::Damping if scene.damping.kind == DampingKind::KuwabaraKono => Some(scene.damping.kuwabara_kono),
-            Target::Damping | Target::LinearDamping => Some(scene.damping.linear),
-            Target::KuwabaraKonoDamping => Some(scene.damping.kuwabara_kono),
+            Target::Damping(term) | Target::DampingBeside(term) => Some(scene.damping.coefficients[term]),
             Target::Precompression => Some(scene.chain.precompression),
             Target::SupportStiffness => support_stiffness(scene),
             Target::Gap => scene.chain.gaps.first().copied(),
@@ -257,11 +258,7 @@ impl Parameter {
     pub(super) fn vary(&self, scene: &Scene, variation: &mut Variation, value: f64) {
         match self.target {
             Target::Alpha => variation.amplitude_scale = value,
-            Target::Damping if scene.damping.kind == DampingKind::KuwabaraKono => {
-                variation.kuwabara_kono_damping = value;
-            }
-            Target::Damping | Target::LinearDamping => variation.linear_damping = value,
-            Target::KuwabaraKonoDamping => variation.kuwabara_kono_damping = value,
+            Target::Damping(term) | Target::DampingBeside(term) => variation.damping[term] = value,
             Target::Precompression => variation.precompression = value,
             Target::SupportStiffness => {
                 variation.support_stiffness_factor = value / support_stiffness(scene).unwrap_or(value);
@@ -324,7 +321,7 @@ mod tests {
     fn a_value_varied_is_the_value_set() {
         let sets = ["damping.kind=linear+kuwabara-kono", "chain.gaps.contact1=20nm", "support.stiffness_factor=0.8"];
         let scene = scene::load("annulus", &sets.map(String::from)).unwrap();
-        for name in Parameter::NAMES.into_iter().filter(|name| !["damping", "bandwidth"].contains(name)) {
+        for name in Parameter::names().into_iter().filter(|name| !["damping", "bandwidth"].contains(name)) {
             let parameter = Parameter::named(name, &scene).unwrap().remove(0);
             let value = parameter.value(0.4);
             let (mut set, mut variation) = (scene.clone(), Variation::of(&scene));

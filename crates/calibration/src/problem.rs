@@ -117,7 +117,7 @@ impl Plan {
         let pressure = self.quantity == Some(Measurand::Pressure);
         let published = asked.iter().map(|shot| shot.source.path()).find(|path| is_published(path));
         let fitted = self.fitted();
-        let unknown = |name: &&String| !Parameter::NAMES.contains(&name.as_str());
+        let unknown = |name: &&String| !Parameter::names().contains(&name.as_str());
         let fits = |name: &str| fitted.iter().any(|fitted| fitted == name);
         let wrong = if asked.len() > 1 && pressure {
             Some(Contradiction::SeveralPressures)

@@ -38,7 +38,7 @@ pub enum Contradiction {
         records: usize,
     },
     /// A parameter that nobody knows.
-    #[error("--fit {name}: expected {}", Parameter::NAMES.join(", "))]
+    #[error("--fit {name}: expected {}", Parameter::names().join(", "))]
     Parameter {
         /// The name.
         name: String,
@@ -145,7 +145,7 @@ pub enum Refusal {
     #[error(transparent)]
     Reading(#[from] granchain_record::ReadingError),
     /// Bounds of a parameter that nobody knows.
-    #[error("bounds of `{name}`: expected {}", Parameter::NAMES.join(", "))]
+    #[error("bounds of `{name}`: expected {}", Parameter::names().join(", "))]
     UnknownBounds {
         /// The name.
         name: String,

@@ -166,8 +166,8 @@ fn further_ridges(fit: &Fit) -> Vec<String> {
 fn remedy(target: Target) -> &'static str {
     match target {
         Target::Alpha => "A record of the horn tip taken at the face that drives the chain tells it apart.",
-        Target::Damping => "A record at a lower drive level, where the response is regular, tells it.",
-        Target::LinearDamping | Target::KuwabaraKonoDamping => {
+        Target::Damping(_) => "A record at a lower drive level, where the response is regular, tells it.",
+        Target::DampingBeside(_) => {
             "Records at two drive levels fitted together tell the two dashpots apart: what one of them loses does not depend on the overlap, what \
              the other loses does."
         }

@@ -20,7 +20,7 @@ use super::{
 use granchain_model::{
     ModelError,
     response::Response,
-    scene::{DampingKind, FlatContact, Scene, Support},
+    scene::{DampingCoefficients, DampingKind, DampingTerm, FlatContact, Scene, Support},
 };
 use granchain_record::{MeasurementError, ReadOptions, RecordKind, read_record_bytes};
 use granchain_signal::{Conditioning, Series, feature::Measurand};
@@ -169,8 +169,7 @@ pub fn with_law(scene: &Scene, kind: DampingKind) -> Scene {
 
 fn set_law(scene: &mut Scene, kind: DampingKind) {
     scene.damping.kind = kind;
-    scene.damping.linear = 0.0;
-    scene.damping.kuwabara_kono = 0.0;
+    scene.damping.coefficients = DampingCoefficients::default();
 }
 
 /// The scene with a flaw that the fitted model will not know of.
@@ -181,8 +180,9 @@ fn flawed(scene: &Scene, flaw: Flaw) -> Scene {
         Flaw::SofterSupport => flawed.support = Support::resin_annulus(0.7),
         Flaw::OtherLaw => {
             flawed = with_other_law(scene);
-            flawed.damping.linear = scene.damping.kuwabara_kono / EQUIVALENT;
-            flawed.damping.kuwabara_kono = scene.damping.linear * EQUIVALENT;
+            let (own, other) = (&scene.damping.coefficients, &mut flawed.damping.coefficients);
+            other[DampingTerm::Linear] = own[DampingTerm::KuwabaraKono] / EQUIVALENT;
+            other[DampingTerm::KuwabaraKono] = own[DampingTerm::Linear] * EQUIVALENT;
         }
         Flaw::MissingBead => {
             flawed.chain.beads.pop();

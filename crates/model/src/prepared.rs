@@ -266,6 +266,6 @@ mod tests {
         assert_eq!(refused(|other| other.model.fea.density += 1), Some("model.mesh_density"));
         assert_eq!(refused(|other| other.amplitude_scale = 0.3), None);
         assert_eq!(refused(|other| other.chain.gaps[1] = 1e-9), None);
-        assert_eq!(refused(|other| other.damping.linear = 0.1), None);
+        assert_eq!(refused(|other| other.damping.coefficients[scene::DampingTerm::Linear] = 0.1), None);
     }
 }

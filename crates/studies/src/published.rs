@@ -4,7 +4,7 @@
 
 use serde::Serialize;
 
-use granchain_model::scene::{DampingKind, Scene, Support};
+use granchain_model::scene::{DampingKind, DampingTerm, Scene, Support};
 use granchain_signal::feature::Ratio;
 
 /// A pair of printed peak velocities, m/s.
@@ -275,10 +275,14 @@ pub fn published(scene: &Scene) -> Option<Published> {
     if !(annulus && scene.chain.beads.len() == 6 && same(scene.drive.frequency, 73e3)) {
         return None;
     }
-    let damping = &scene.damping;
-    let simulated = match damping.kind {
-        DampingKind::Linear if same(damping.linear, 0.3) && same(scene.amplitude_scale, 0.5) => Some(LINEAR),
-        DampingKind::KuwabaraKono if same(damping.kuwabara_kono, 3660.0) && same(scene.amplitude_scale, 1.5) => {
+    let coefficients = &scene.damping.coefficients;
+    let simulated = match scene.damping.kind {
+        DampingKind::Linear if same(coefficients[DampingTerm::Linear], 0.3) && same(scene.amplitude_scale, 0.5) => {
+            Some(LINEAR)
+        }
+        DampingKind::KuwabaraKono
+            if same(coefficients[DampingTerm::KuwabaraKono], 3660.0) && same(scene.amplitude_scale, 1.5) =>
+        {
             Some(KUWABARA_KONO)
         }
         _ => None,

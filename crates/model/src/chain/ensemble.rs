@@ -17,8 +17,10 @@ use super::{
 };
 use crate::{
     Estimate, ModelError,
-    contact_law::{Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, dashpots},
-    scene::{DampingPlacement, Drive, DriveKind, PistonMotion, Scene, Support},
+    contact_law::{
+        ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Number, Spring, Terms, dashpots, for_terms, terms_of,
+    },
+    scene::{DampingCoefficients, DampingPlacement, DampingTerm, Drive, DriveKind, PistonMotion, Scene, Support},
 };
 use granchain_signal::Series;
 
@@ -27,10 +29,8 @@ use granchain_signal::Series;
 pub struct Variation {
     /// α, in place of the scene's own, 1.
     pub amplitude_scale: f64,
-    /// c in place of the scene's own, N·s/m; 0 for none.
-    pub linear_damping: f64,
-    /// γ in place of the scene's own, N·s·m^(-3/2); 0 for none.
-    pub kuwabara_kono_damping: f64,
+    /// Of the dashpots in place of the scene's own, SI; 0 for none.
+    pub damping: DampingCoefficients,
     /// Added to the scene's N + 1 gaps, m; may be negative. Under precompression the chain then starts that far from its equilibrium.
     pub gap_offsets: Vec<f64>,
     /// F₀ in place of the scene's own, N.
@@ -51,8 +51,7 @@ impl Variation {
         let dashpot = dashpots[1.min(contacts - 1)];
         Self {
             amplitude_scale: scene.amplitude_scale,
-            linear_damping: dashpot.linear,
-            kuwabara_kono_damping: dashpot.kuwabara_kono,
+            damping: dashpot.coefficients,
             gap_offsets: vec![0.0; contacts],
             precompression: scene.chain.precompression,
             support_stiffness_factor: 1.0,
@@ -66,8 +65,7 @@ impl Variation {
     pub fn written_into(&self, scene: &Scene, closed: fn(f64) -> f64) -> Scene {
         let mut scene = scene.clone();
         scene.amplitude_scale = self.amplitude_scale;
-        scene.damping.linear = self.linear_damping;
-        scene.damping.kuwabara_kono = self.kuwabara_kono_damping;
+        scene.damping.coefficients = self.damping;
         scene.chain.precompression = self.precompression;
         for (gap, offset) in scene.chain.gaps.iter_mut().zip(&self.gap_offsets) {
             *gap = if self.precompression > 0.0 { 0.0 } else { closed(*gap + offset) };
@@ -98,9 +96,7 @@ impl Variation {
         };
         let not_negative = |value: f64| value >= 0.0 && value.is_finite();
         need(self.amplitude_scale.is_finite(), "alpha", "a finite factor", self.amplitude_scale)?;
-        let (c, gamma) = (self.linear_damping, self.kuwabara_kono_damping);
-        need(not_negative(c), "damping.linear", "a coefficient ≥ 0, N·s/m", c)?;
-        need(not_negative(gamma), "damping.kuwabara_kono", "a coefficient ≥ 0, N·s·m^(-3/2)", gamma)?;
+        self.damping.check()?;
         let force = self.precompression;
         need(not_negative(force), "chain.precompression", "a force ≥ 0, N", force)?;
         let factor = self.support_stiffness_factor;
@@ -205,26 +201,19 @@ impl Ensemble {
     #[must_use]
     pub fn run(&self, variations: &[Variation]) -> Vec<Result<Series, ModelError>> {
         let mut results: Vec<Result<Series, ModelError>> = Vec::with_capacity(variations.len());
-        let mut groups: [Vec<usize>; 4] = Default::default();
+        let mut groups: [Vec<usize>; ALL_TERMS as usize + 1] = Default::default();
         for (index, variation) in variations.iter().enumerate() {
             results.push(variation.check(&self.scene).map(|()| Series::new(0.0, self.step, Vec::new())));
             if results[index].is_ok() {
                 // Runs with the same effects go together, so that none pays for another's or is computed otherwise for it.
-                let effects = usize::from(variation.linear_damping > 0.0)
-                    + 2 * usize::from(variation.kuwabara_kono_damping > 0.0);
-                groups[effects].push(index);
+                groups[usize::from(terms_of(&variation.damping))].push(index);
             }
         }
         let mut work = Work::new(self);
-        for (effects, group) in groups.iter().enumerate() {
+        for (terms, group) in (0..=ALL_TERMS).zip(&groups) {
             for chunk in group.chunks(WIDTH) {
                 work.load(self, variations, chunk);
-                match effects {
-                    0 => work.advance::<false, false>(self),
-                    1 => work.advance::<true, false>(self),
-                    2 => work.advance::<false, true>(self),
-                    _ => work.advance::<true, true>(self),
-                }
+                for_terms!(terms, DAMPED => work.advance::<DAMPED>(self));
                 for (place, index) in chunk.iter().enumerate() {
                     results[*index] = work.unload(self, place);
                 }
@@ -244,8 +233,8 @@ struct Work {
     offset: Vec<Lane>,
     /// k of a Hertz contact, K of a spring, the factor of the annulus.
     stiffness: Vec<Lane>,
-    linear: Vec<Lane>,
-    kuwabara_kono: Vec<Lane>,
+    /// Coefficients of every term of the dashpots.
+    damping: [Vec<Lane>; DampingTerm::ALL.len()],
     /// The annulus' law with a factor of 1.
     annulus: AnnulusLane,
     /// What coupled contacts need besides.
@@ -273,8 +262,7 @@ impl Work {
             shaken: Vec::with_capacity(ensemble.shakes.len()),
             offset: contacts(),
             stiffness: contacts(),
-            linear: contacts(),
-            kuwabara_kono: contacts(),
+            damping: std::array::from_fn(|_| contacts()),
             annulus: AnnulusLane::new(match ensemble.laws[beads] {
                 Law::Annulus(law) => law,
                 _ => Annulus::new(1.0),
@@ -333,8 +321,9 @@ impl Work {
                 };
                 let end = contact == 0 || contact == last;
                 let damped = !end || ensemble.scene.damping.placement == DampingPlacement::All;
-                self.linear[contact].0[place] = if damped { variation.linear_damping } else { 0.0 };
-                self.kuwabara_kono[contact].0[place] = if damped { variation.kuwabara_kono_damping } else { 0.0 };
+                for term in DampingTerm::ALL {
+                    self.damping[term as usize][contact].0[place] = if damped { variation.damping[term] } else { 0.0 };
+                }
             }
         }
         self.displacement.fill(Lane::ZERO);
@@ -355,39 +344,39 @@ impl Work {
     }
 
     /// All steps of the loaded runs, by the support's kind.
-    fn advance<const LINEAR: bool, const KUWABARA_KONO: bool>(&mut self, ensemble: &Ensemble) {
+    fn advance<const DAMPED: Terms>(&mut self, ensemble: &Ensemble) {
         match ensemble.laws[self.beads] {
             Law::Annulus(_) if ensemble.coupling.is_some() => {
-                self.all_steps::<LINEAR, KUWABARA_KONO, COUPLED_ANNULUS>(ensemble);
+                self.all_steps::<DAMPED, COUPLED_ANNULUS>(ensemble);
             }
             Law::Spring(_) if ensemble.coupling.is_some() => {
-                self.all_steps::<LINEAR, KUWABARA_KONO, COUPLED_SPRING>(ensemble);
+                self.all_steps::<DAMPED, COUPLED_SPRING>(ensemble);
             }
-            _ if ensemble.coupling.is_some() => self.all_steps::<LINEAR, KUWABARA_KONO, COUPLED>(ensemble),
-            Law::Hertz(_) | Law::FiniteHertz(_) => self.all_steps::<LINEAR, KUWABARA_KONO, HERTZ>(ensemble),
-            Law::Annulus(_) => self.all_steps::<LINEAR, KUWABARA_KONO, ANNULUS>(ensemble),
-            Law::Spring(_) => self.all_steps::<LINEAR, KUWABARA_KONO, SPRING>(ensemble),
+            _ if ensemble.coupling.is_some() => self.all_steps::<DAMPED, COUPLED>(ensemble),
+            Law::Hertz(_) | Law::FiniteHertz(_) => self.all_steps::<DAMPED, HERTZ>(ensemble),
+            Law::Annulus(_) => self.all_steps::<DAMPED, ANNULUS>(ensemble),
+            Law::Spring(_) => self.all_steps::<DAMPED, SPRING>(ensemble),
         }
     }
 
-    fn all_steps<const LINEAR: bool, const KUWABARA_KONO: bool, const SUPPORT: u8>(&mut self, ensemble: &Ensemble) {
-        pulp::Arch::new().dispatch(AllSteps::<LINEAR, KUWABARA_KONO, SUPPORT> { work: self, ensemble });
+    fn all_steps<const DAMPED: Terms, const SUPPORT: u8>(&mut self, ensemble: &Ensemble) {
+        pulp::Arch::new().dispatch(AllSteps::<DAMPED, SUPPORT> { work: self, ensemble });
     }
 
     #[inline(always)]
-    fn step_through<const LINEAR: bool, const KUWABARA_KONO: bool, const SUPPORT: u8>(&mut self, ensemble: &Ensemble) {
+    fn step_through<const DAMPED: Terms, const SUPPORT: u8>(&mut self, ensemble: &Ensemble) {
         let h = ensemble.step;
         let beads = self.beads;
         self.pole[0] = self.velocity[beads - 1];
         for step in 0..ensemble.steps {
             let drive = [0, 1, 2].map(|half| self.piston(ensemble, 2 * step + half));
-            self.forces::<LINEAR, KUWABARA_KONO, SUPPORT, 0>(drive[0], true);
+            self.forces::<DAMPED, SUPPORT, 0>(drive[0], true);
             self.stage::<0>(0.5 * h, 0.0);
-            self.forces::<LINEAR, KUWABARA_KONO, SUPPORT, 1>(drive[1], false);
+            self.forces::<DAMPED, SUPPORT, 1>(drive[1], false);
             self.stage::<1>(0.5 * h, 0.25 * h * h);
-            self.forces::<LINEAR, KUWABARA_KONO, SUPPORT, 2>(drive[1], false);
+            self.forces::<DAMPED, SUPPORT, 2>(drive[1], false);
             self.stage::<2>(h, 0.5 * h * h);
-            self.forces::<LINEAR, KUWABARA_KONO, SUPPORT, 3>(drive[2], false);
+            self.forces::<DAMPED, SUPPORT, 3>(drive[2], false);
             let [a1, a2, a3, a4] = &self.acceleration;
             for i in 0..beads {
                 let middle = a2[i] + a3[i];
@@ -426,7 +415,7 @@ impl Work {
 
     /// Accelerations of stage `STAGE` at the stage state, or at the step's own.
     #[inline(always)]
-    fn forces<const LINEAR: bool, const KUWABARA_KONO: bool, const SUPPORT: u8, const STAGE: usize>(
+    fn forces<const DAMPED: Terms, const SUPPORT: u8, const STAGE: usize>(
         &mut self,
         piston: (Lane, Lane),
         at_start: bool,
@@ -438,7 +427,7 @@ impl Work {
             (&self.stage_displacement[..beads], &self.stage_velocity[..beads])
         };
         let (offset, stiffness) = (&self.offset[..=beads], &self.stiffness[..=beads]);
-        let (linear, kuwabara_kono) = (&self.linear[..=beads], &self.kuwabara_kono[..=beads]);
+        let damping: [_; DampingTerm::ALL.len()] = std::array::from_fn(|term| &self.damping[term][..=beads]);
         let acceleration = &mut self.acceleration[STAGE][..beads];
         let inverse_mass = &self.inverse_mass[..beads];
         let mut before = piston;
@@ -459,13 +448,12 @@ impl Work {
             } else {
                 stiffness[i] * pressed * pressed.sqrt()
             };
-            if LINEAR || KUWABARA_KONO {
+            if DAMPED != 0 {
                 let rate = before.1 - after.1;
-                if LINEAR {
-                    force = force + linear[i] * rate;
-                }
-                if KUWABARA_KONO {
-                    force = force + kuwabara_kono[i] * pressed.sqrt() * rate;
+                for term in DampingTerm::ALL {
+                    if DAMPED & term.alone() != 0 {
+                        force = force + term.resistance(damping[term as usize][i], pressed.root()) * rate;
+                    }
                 }
                 // Overlaps of coupled contacts are below those of the rigid motions wherever both matter.
                 force = force.at_least(self.least_force).where_positive(overlap);
@@ -536,18 +524,16 @@ impl CoupledWork {
 }
 
 /// The loop over all steps, compiled for the widest vectors this machine has.
-struct AllSteps<'a, const LINEAR: bool, const KUWABARA_KONO: bool, const SUPPORT: u8> {
+struct AllSteps<'a, const DAMPED: Terms, const SUPPORT: u8> {
     work: &'a mut Work,
     ensemble: &'a Ensemble,
 }
 
-impl<const LINEAR: bool, const KUWABARA_KONO: bool, const SUPPORT: u8> pulp::NullaryFnOnce
-    for AllSteps<'_, LINEAR, KUWABARA_KONO, SUPPORT>
-{
+impl<const DAMPED: Terms, const SUPPORT: u8> pulp::NullaryFnOnce for AllSteps<'_, DAMPED, SUPPORT> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        self.work.step_through::<LINEAR, KUWABARA_KONO, SUPPORT>(self.ensemble);
+        self.work.step_through::<DAMPED, SUPPORT>(self.ensemble);
     }
 }

@@ -4,7 +4,10 @@ use super::{
     coupling::{Coupling, Survey},
     system::System,
 };
-use crate::contact_law::{Dashpot, ElasticLaw, Law};
+use crate::{
+    contact_law::{Dashpot, ElasticLaw, Law, Terms},
+    scene::DampingTerm,
+};
 
 /// Any law of any contact, the contacts coupled through the bodies: see [`Coupling`].
 ///
@@ -51,14 +54,13 @@ pub(super) enum Mode {
 /// contact that is not pressed has its coefficients set to zero, so the inner loop knows no modes; which effects exist at all is a
 /// type parameter, so a run without dampers spends nothing on them.
 #[derive(Debug, Clone)]
-pub(super) struct Equation<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L> {
+pub(super) struct Equation<'a, const DAMPED: Terms, L> {
     pub system: &'a System,
     /// Law of the last contact when it is not Hertz's.
     support: L,
-    /// Present coefficients: k (0 for a support of another law), c and γ.
+    /// Present coefficients: k (0 for a support of another law), and those of every term of the dashpots.
     hertz: Vec<f64>,
-    linear: Vec<f64>,
-    kuwabara_kono: Vec<f64>,
+    damping: [Vec<f64>; DampingTerm::ALL.len()],
     /// 1 while the support carries force, else 0.
     support_pressed: f64,
     force: Vec<f64>,
@@ -91,7 +93,7 @@ pub(super) enum Instant {
     Within,
 }
 
-impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<'a, LINEAR, KUWABARA_KONO, L> {
+impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     /// All contacts open; `support` is the law of the last contact.
     pub fn new(system: &'a System, support: L) -> Self {
         let zeros = vec![0.0; system.padded];
@@ -105,13 +107,12 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<
             surveys: std::array::from_fn(|_| Survey::new(system.padded)),
             within: vec![[0.0; 4]; system.padded / 2],
         });
-        let switches = if coupled.is_some() && (LINEAR || KUWABARA_KONO) { 2 } else { 1 };
+        let switches = if coupled.is_some() && (DAMPED != 0) { 2 } else { 1 };
         Self {
             system,
             support,
             hertz: zeros.clone(),
-            linear: zeros.clone(),
-            kuwabara_kono: zeros.clone(),
+            damping: std::array::from_fn(|_| zeros.clone()),
             support_pressed: 0.0,
             force: zeros,
             modes: vec![Mode::Open; switches * (system.beads + 1)],
@@ -152,20 +153,20 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<
     pub fn set_mode(&mut self, switch: usize, mode: Mode) {
         let contact = self.contact(switch);
         let pressed = if mode == Mode::Pressed { 1.0 } else { 0.0 };
-        let Dashpot { linear, kuwabara_kono } = self.system.dashpots[contact];
+        let Dashpot { coefficients } = self.system.dashpots[contact];
         self.modes[switch] = mode;
+        let is_own = self.coupled.is_some() && switch == contact;
+        for term in DampingTerm::ALL.into_iter().filter(|_| !is_own) {
+            self.damping[term as usize][contact] = pressed * coefficients[term];
+        }
         if let Some(coupled) = &mut self.coupled {
             if switch == contact {
                 coupled.elastic[contact] = pressed;
             } else {
-                self.linear[contact] = pressed * linear;
-                self.kuwabara_kono[contact] = pressed * kuwabara_kono;
                 coupled.clipped[contact] = if mode == Mode::Clipped { 1.0 } else { 0.0 };
             }
             return;
         }
-        self.linear[contact] = pressed * linear;
-        self.kuwabara_kono[contact] = pressed * kuwabara_kono;
         match &self.system.laws[contact] {
             Law::Hertz(hertz) => self.hertz[contact] = pressed * hertz.stiffness,
             Law::FiniteHertz(_) | Law::Annulus(_) | Law::Spring(_) => self.support_pressed = pressed,
@@ -187,8 +188,8 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<
         let v = &v[..blocks];
         let offset = &self.system.offset.as_chunks::<4>().0[..blocks];
         let hertz = &self.hertz.as_chunks::<4>().0[..blocks];
-        let linear = &self.linear.as_chunks::<4>().0[..blocks];
-        let kuwabara_kono = &self.kuwabara_kono.as_chunks::<4>().0[..blocks];
+        let damping: [_; DampingTerm::ALL.len()] =
+            std::array::from_fn(|term| &self.damping[term].as_chunks::<4>().0[..blocks]);
         let force = &mut self.force.as_chunks_mut::<4>().0[..blocks];
         let mut lost = [0.0; 4];
         for block in 0..blocks {
@@ -211,18 +212,17 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<
             for i in 0..4 {
                 total[i] = hertz[block][i] * pressed[i] * root[i];
             }
-            if LINEAR || KUWABARA_KONO {
+            if DAMPED != 0 {
                 let (lower_rate, upper_rate) = shifted(v);
                 for i in 0..4 {
                     let rate = lower_rate[i] - upper_rate[i];
-                    let mut coefficient = 0.0;
-                    if LINEAR {
-                        coefficient += linear[block][i];
+                    let mut resistance = 0.0;
+                    for term in DampingTerm::ALL {
+                        if DAMPED & term.alone() != 0 {
+                            resistance += term.resistance(damping[term as usize][block][i], root[i]);
+                        }
                     }
-                    if KUWABARA_KONO {
-                        coefficient += kuwabara_kono[block][i] * root[i];
-                    }
-                    let viscous = coefficient * rate;
+                    let viscous = resistance * rate;
                     total[i] += viscous;
                     lost[i] += viscous * rate;
                 }
@@ -249,14 +249,18 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<
         let CoupledState { coupling, elastic, rigid, overlap, elastic_force, clipped, .. } = coupled;
         coupling.settle(rigid, elastic, overlap, elastic_force);
         self.force.copy_from_slice(elastic_force);
-        if !(LINEAR || KUWABARA_KONO) {
+        if DAMPED == 0 {
             return 0.0;
         }
         let mut lost = 0.0;
         for contact in 0..contacts {
             let rate = v[contact] - v[contact + 1];
-            let coefficient = self.linear[contact] + self.kuwabara_kono[contact] * rigid[contact].max(0.0).sqrt();
-            let viscous = coefficient * rate - clipped[contact] * elastic_force[contact];
+            let root = rigid[contact].max(0.0).sqrt();
+            let mut resistance = 0.0;
+            for term in DampingTerm::ALL {
+                resistance += term.resistance(self.damping[term as usize][contact], root);
+            }
+            let viscous = resistance * rate - clipped[contact] * elastic_force[contact];
             self.force[contact] += viscous;
             lost += viscous * rate;
         }
@@ -332,7 +336,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<
 
     /// Whether the switch's force may end before its overlap does.
     pub fn may_clip(&self, switch: usize) -> bool {
-        let has_dashpot = (LINEAR || KUWABARA_KONO) && !self.system.tension;
+        let has_dashpot = (DAMPED != 0) && !self.system.tension;
         if L::IS_COUPLED && !self.is_dashpot(switch) {
             return false;
         }
@@ -343,18 +347,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<
     /// without linear dashpot the force over √δ, which is not singular at closing.
     pub fn pull_indicator(&self, contact: usize, overlap: f64, rate: f64) -> f64 {
         let pressed = overlap.max(0.0);
-        self.pull_of(contact, self.system.laws[contact].force(pressed), pressed, rate)
-    }
-
-    fn pull_of(&self, contact: usize, elastic: f64, pressed: f64, rate: f64) -> f64 {
-        let Dashpot { linear, kuwabara_kono } = self.system.dashpots[contact];
-        if linear > 0.0 {
-            elastic + (linear + kuwabara_kono * pressed.sqrt()) * rate
-        } else if pressed > 0.0 {
-            elastic / pressed.sqrt() + kuwabara_kono * rate
-        } else {
-            kuwabara_kono * rate
-        }
+        self.system.dashpots[contact].pull(self.system.laws[contact].force(pressed), pressed, rate)
     }
 
     /// Look at all contacts of a state, its piston in place; nothing to do where none feels another.
@@ -397,7 +390,11 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<
         match &self.coupled {
             Some(coupled) if L::IS_COUPLED => {
                 let contact = self.contact(switch);
-                self.pull_of(contact, coupled.surveys[instant as usize].force[contact], overlap.max(0.0), rate)
+                self.system.dashpots[contact].pull(
+                    coupled.surveys[instant as usize].force[contact],
+                    overlap.max(0.0),
+                    rate,
+                )
             }
             _ => self.pull_indicator(switch, overlap, rate),
         }

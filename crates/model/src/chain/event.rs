@@ -4,7 +4,10 @@ use super::{
     dormand_prince::{Clock, Stepper},
     equation::{Equation, Instant, Mode},
 };
-use crate::{contact_law::ElasticLaw, scene::PistonMotion};
+use crate::{
+    contact_law::{ElasticLaw, Terms},
+    scene::PistonMotion,
+};
 
 /// Smallest overlap (m) and force indicator that count as a change of mode: far below any tolerance, so that contacts which touch
 /// with rounding errors do not chatter.
@@ -21,7 +24,7 @@ pub(super) struct Event {
     pub sigma: f64,
 }
 
-impl<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Equation<'_, LINEAR, KUWABARA_KONO, L> {
+impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
     /// The mode a switch belongs in at δ, δ̇ at the start of a step, coming from its present one.
     pub fn settled_mode(&self, switch: usize, (overlap, rate): (f64, f64), resolution: &Resolution) -> Mode {
         if self.is_idle(switch) {

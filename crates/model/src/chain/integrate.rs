@@ -11,12 +11,12 @@ use super::{
 };
 use crate::{
     ModelError, Progress,
-    contact_law::ElasticLaw,
+    contact_law::{Dashpot, ElasticLaw, Terms},
     response::{EnergyLedger, SolverWork},
     scene::PistonMotion,
 };
 
-impl<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Flow for Equation<'_, LINEAR, KUWABARA_KONO, L> {
+impl<const DAMPED: Terms, L: ElasticLaw> Flow for Equation<'_, DAMPED, L> {
     #[inline(always)]
     fn evaluate(&mut self, weight: f64, piston: (f64, f64), state: &mut [f64], derivative: &mut [f64]) {
         Equation::evaluate(self, weight, piston, state, derivative);
@@ -87,7 +87,7 @@ impl Pace {
 }
 
 /// Run the chain; the ledger and the work done.
-pub(super) fn integrate<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
+pub(super) fn integrate<const DAMPED: Terms, L: ElasticLaw>(
     system: &System,
     support: L,
     motion: &dyn PistonMotion,
@@ -96,12 +96,12 @@ pub(super) fn integrate<const LINEAR: bool, const KUWABARA_KONO: bool, L: Elasti
     recording: &mut Recording,
     progress: Progress<'_>,
 ) -> Result<(EnergyLedger, SolverWork), ModelError> {
-    Run::<LINEAR, KUWABARA_KONO, L>::new(system, support, motion, initial, control)?.run_to_end(recording, progress)
+    Run::<DAMPED, L>::new(system, support, motion, initial, control)?.run_to_end(recording, progress)
 }
 
-struct Run<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L> {
+struct Run<'a, const DAMPED: Terms, L> {
     system: &'a System,
-    equation: Equation<'a, LINEAR, KUWABARA_KONO, L>,
+    equation: Equation<'a, DAMPED, L>,
     stepper: Stepper,
     motion: &'a dyn PistonMotion,
     control: Control,
@@ -122,7 +122,7 @@ struct Run<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L> {
     before_opening: f64,
 }
 
-impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, LINEAR, KUWABARA_KONO, L> {
+impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
     fn new(
         system: &'a System,
         support: L,
@@ -150,14 +150,14 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
         scales[1..=beads].fill(1.0 / (control.tolerance * displacement_scale).max(displacement_floor));
         scales[padded + 1..=padded + beads].fill(1.0 / (control.tolerance * velocity_scale).max(velocity_floor));
 
-        if L::IS_COUPLED && (LINEAR || KUWABARA_KONO) {
+        if L::IS_COUPLED && (DAMPED != 0) {
             // A clipped dashpot takes up an elastic force that moves no bead: only the books see where it ends.
             scales[2 * padded + 1] = 1.0 / (control.tolerance * lightest * velocity_scale * velocity_scale);
         }
 
         let pull = 1e-12 * force_scale;
-        let any_linear = LINEAR && system.dashpots.iter().any(|dashpot| dashpot.linear > 0.0);
-        let pull = if any_linear { pull } else { pull / displacement_scale.sqrt() };
+        let any_sudden = DAMPED != 0 && system.dashpots.iter().any(Dashpot::is_sudden);
+        let pull = if any_sudden { pull } else { pull / displacement_scale.sqrt() };
         let resolution = Resolution { overlap: 1e-12 * displacement_scale, pull };
         let initial_energy = system.stored_energy(&displacement) + system.kinetic_energy(&velocity);
         Ok(Self {
@@ -505,7 +505,7 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
 
     /// Clipped contacts that have separated meanwhile are open: same force, other next event.
     fn relabel(&mut self) {
-        if !(LINEAR || KUWABARA_KONO) {
+        if DAMPED == 0 {
             return;
         }
         self.survey();
@@ -580,17 +580,15 @@ impl<'a, const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> Run<'a, L
 }
 
 /// [`Run::run_to_stop`], compiled for the widest vectors this machine has. No operation is fused, so the result does not depend on them.
-struct ToStop<'r, 'a, const LINEAR: bool, const KUWABARA_KONO: bool, L> {
-    run: &'r mut Run<'a, LINEAR, KUWABARA_KONO, L>,
+struct ToStop<'r, 'a, const DAMPED: Terms, L> {
+    run: &'r mut Run<'a, DAMPED, L>,
     stop: f64,
     pace: Pace,
     recording: &'r mut Recording,
     progress: &'r mut dyn FnMut(f64) -> bool,
 }
 
-impl<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw> pulp::NullaryFnOnce
-    for ToStop<'_, '_, LINEAR, KUWABARA_KONO, L>
-{
+impl<const DAMPED: Terms, L: ElasticLaw> pulp::NullaryFnOnce for ToStop<'_, '_, DAMPED, L> {
     type Output = Result<Pace, ModelError>;
 
     #[inline(always)]

@@ -8,7 +8,7 @@
 
 use std::ops::{Add, Div, Mul, Sub};
 
-use crate::contact_law::{Annulus, ElasticLaw};
+use crate::contact_law::{Annulus, ElasticLaw, Number};
 
 /// Runs side by side.
 pub(super) const WIDTH: usize = 8;
@@ -44,6 +44,13 @@ element_wise!(Add, add, +);
 element_wise!(Sub, sub, -);
 element_wise!(Mul, mul, *);
 element_wise!(Div, div, /);
+
+impl Number for Lane {
+    #[inline(always)]
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+}
 
 impl Lane {
     /// Zeros.

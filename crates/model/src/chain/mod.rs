@@ -37,7 +37,7 @@ use system::System;
 
 use super::{
     Estimate, Model, ModelError, Progress,
-    contact_law::{ElasticLaw, Law},
+    contact_law::{ALL_TERMS, ElasticLaw, Law, Terms, for_terms},
     estimate::refuse_excess,
 };
 use crate::{
@@ -212,27 +212,16 @@ fn control(
 macro_rules! specialised {
     ($system:expr, $run:ident ( $($argument:expr),* )) => {{
         let system: &System = $system;
-        let linear = system.dashpots.iter().any(|dashpot| dashpot.linear > 0.0);
-        let kuwabara_kono = system.dashpots.iter().any(|dashpot| dashpot.kuwabara_kono > 0.0);
-        macro_rules! with_support {
-            ($law:expr) => {
-                match (linear, kuwabara_kono) {
-                    (false, false) => $run::<false, false, _>(system, $law, $($argument),*),
-                    (true, false) => $run::<true, false, _>(system, $law, $($argument),*),
-                    (false, true) => $run::<false, true, _>(system, $law, $($argument),*),
-                    (true, true) => $run::<true, true, _>(system, $law, $($argument),*),
-                }
-            };
-        }
+        let terms = system.dashpots.iter().fold(0, |terms, dashpot| terms | dashpot.terms());
         match system.laws[system.beads] {
             // Coupled contacts cost more than a dashpot that is zero, so all dampers share one copy.
-            law if system.coupling.is_some() && (linear || kuwabara_kono) => {
-                $run::<true, true, _>(system, Coupled(law), $($argument),*)
+            law if system.coupling.is_some() && terms != 0 => {
+                $run::<ALL_TERMS, _>(system, Coupled(law), $($argument),*)
             }
-            law if system.coupling.is_some() => $run::<false, false, _>(system, Coupled(law), $($argument),*),
-            Law::Hertz(law) => with_support!(law),
+            law if system.coupling.is_some() => $run::<0, _>(system, Coupled(law), $($argument),*),
+            Law::Hertz(law) => for_terms!(terms, DAMPED => $run::<DAMPED, _>(system, law, $($argument),*)),
             // Any other law of the one contact at the support is picked within the loop: it is worth no copy of the code.
-            law => with_support!(law),
+            law => for_terms!(terms, DAMPED => $run::<DAMPED, _>(system, law, $($argument),*)),
         }
     }};
 }
@@ -247,7 +236,7 @@ fn adaptive(
     recording: &mut Recording,
     progress: Progress<'_>,
 ) -> Result<Books, ModelError> {
-    fn run<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
+    fn run<const DAMPED: Terms, L: ElasticLaw>(
         system: &System,
         support: L,
         motion: &dyn PistonMotion,
@@ -256,7 +245,7 @@ fn adaptive(
         recording: &mut Recording,
         progress: Progress<'_>,
     ) -> Result<Books, ModelError> {
-        integrate::integrate::<LINEAR, KUWABARA_KONO, L>(system, support, motion, initial, control, recording, progress)
+        integrate::integrate::<DAMPED, L>(system, support, motion, initial, control, recording, progress)
     }
     specialised!(system, run(motion, initial, control, recording, progress))
 }

@@ -7,7 +7,7 @@ use super::{
     trajectory::Trajectory,
 };
 use crate::{
-    contact_law::ElasticLaw,
+    contact_law::{ElasticLaw, Terms},
     response::{EnergyLedger, ObservedPoint, Response, SolverWork},
     scene::{PistonMotion, Scene},
 };
@@ -74,10 +74,7 @@ impl Grid {
 
     /// Store the state in the buffer as the next sample.
     #[inline(always)]
-    pub fn store<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
-        &mut self,
-        equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
-    ) {
+    pub fn store<const DAMPED: Terms, L: ElasticLaw>(&mut self, equation: &mut Equation<'_, DAMPED, L>) {
         let sample = self.taken;
         let (u, v) = self.buffer.as_flattened_mut().split_at_mut(self.padded);
         u[0] = self.piston_displacement[sample];
@@ -166,9 +163,9 @@ impl Recording {
 
     /// Take the part of an extended step from its start up to `to` (s).
     #[inline(always)]
-    pub fn take<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
+    pub fn take<const DAMPED: Terms, L: ElasticLaw>(
         &mut self,
-        equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
+        equation: &mut Equation<'_, DAMPED, L>,
         stepper: &Stepper,
         clock: &Clock,
         to: f64,
@@ -185,11 +182,7 @@ impl Recording {
     }
 
     /// Take the state at time zero.
-    pub fn begin<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
-        &mut self,
-        equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
-        state: &[f64],
-    ) {
+    pub fn begin<const DAMPED: Terms, L: ElasticLaw>(&mut self, equation: &mut Equation<'_, DAMPED, L>, state: &[f64]) {
         if let Self::Grid(grid) = self {
             let length = grid.buffer().len();
             grid.buffer().copy_from_slice(&state[..length]);

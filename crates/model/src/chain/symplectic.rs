@@ -29,7 +29,7 @@ use super::{
 };
 use crate::{
     ModelError, Progress,
-    contact_law::ElasticLaw,
+    contact_law::{ElasticLaw, Terms},
     response::{EnergyLedger, SolverWork},
     scene::PistonMotion,
 };
@@ -40,7 +40,7 @@ const STEPS_A_REPORT: usize = 4096;
 const LARGEST_RESIDUAL: f64 = 0.2;
 
 /// Run the chain onto `grid`; the ledger and the work done.
-pub(super) fn integrate<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
+pub(super) fn integrate<const DAMPED: Terms, L: ElasticLaw>(
     system: &System,
     support: L,
     motion: &dyn PistonMotion,
@@ -54,7 +54,7 @@ pub(super) fn integrate<const LINEAR: bool, const KUWABARA_KONO: bool, L: Elasti
         return Err(ModelError::Unphysical { quantity, expected: "a positive time, s", found: step });
     }
     let (padded, beads) = (system.padded, system.beads);
-    let mut equation = Equation::<LINEAR, KUWABARA_KONO, L>::new(system, support);
+    let mut equation = Equation::<DAMPED, L>::new(system, support);
     for switch in 0..equation.modes.len() {
         // Every contact always pressed: the law itself is zero when separated.
         equation.set_mode(switch, Mode::Pressed);
@@ -137,8 +137,8 @@ pub(super) fn integrate<const LINEAR: bool, const KUWABARA_KONO: bool, L: Elasti
 
 /// Contact forces (N) as the response reports them, and the powers of the piston and into the dashpots (W).
 #[inline(always)]
-fn forces<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
-    equation: &mut Equation<'_, LINEAR, KUWABARA_KONO, L>,
+fn forces<const DAMPED: Terms, L: ElasticLaw>(
+    equation: &mut Equation<'_, DAMPED, L>,
     u: &[f64],
     v: &[f64],
     force: &mut [f64],
@@ -147,7 +147,7 @@ fn forces<const LINEAR: bool, const KUWABARA_KONO: bool, L: ElasticLaw>(
     let total = equation.contact_forces(u, v);
     force[..total.len()].copy_from_slice(total);
     let mut lost = 0.0;
-    if LINEAR || KUWABARA_KONO {
+    if DAMPED != 0 {
         for (contact, force) in force[..=system.beads].iter().enumerate() {
             let overlap = system.overlap(contact, u);
             if overlap > 0.0 {

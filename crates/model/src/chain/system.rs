@@ -107,7 +107,7 @@ impl System {
         let lightest = self.mass[1..=self.beads].iter().copied().fold(f64::INFINITY, f64::min);
         for (contact, (dashpot, law)) in self.dashpots.iter().zip(&self.laws).enumerate() {
             let overlap = law.overlap(self.precompression) + velocity * self.natural_time;
-            let coefficient = dashpot.linear + dashpot.kuwabara_kono * overlap.sqrt();
+            let coefficient = dashpot.resistance(overlap.sqrt());
             let (ratio, limit) = (4.0 * coefficient / lightest * self.natural_time, limits.stiffness);
             if ratio > limit {
                 return Err(ModelError::StiffDashpot { contact: contact + 1, coefficient, ratio, limit });
@@ -226,10 +226,7 @@ fn check(scene: &Scene) -> Result<(), ModelError> {
             need(positive(*stiffness), "support.stiffness", "a positive stiffness, N/m", *stiffness)?;
         }
     }
-    let damping = &scene.damping;
-    need(not_negative(damping.linear), "damping.linear", "a coefficient ≥ 0, N·s/m", damping.linear)?;
-    let kuwabara_kono = damping.kuwabara_kono;
-    need(not_negative(kuwabara_kono), "damping.kuwabara_kono", "a coefficient ≥ 0, N·s·m^(-3/2)", kuwabara_kono)?;
+    scene.damping.coefficients.check()?;
     need(scene.amplitude_scale.is_finite(), "alpha", "a finite factor", scene.amplitude_scale)?;
     need(not_negative(scene.duration), "duration", "a time ≥ 0, s", scene.duration)?;
     need(positive(scene.output_step), "output_step", "a positive time, s", scene.output_step)

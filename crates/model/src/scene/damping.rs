@@ -1,6 +1,134 @@
-//! Dashpots at the contacts.
+//! Dashpots at the contacts: the terms their force may have, the laws made of them, how each is called.
+//!
+//! A new term is a row here, its formula in [`crate::contact_law::Dashpot`], and its box where it is fitted.
 
+use std::ops::{Index, IndexMut};
+
+use crate::ModelError;
+use granchain_signal::Dimension;
 use serde::{Deserialize, Serialize};
+
+/// A term of the force of a dashpot; its formula stands in [`crate::contact_law::Dashpot`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DampingTerm {
+    /// c δ̇.
+    Linear,
+    /// γ √δ δ̇.
+    KuwabaraKono,
+}
+
+/// What a term is called, and what its coefficient is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TermDescription {
+    /// Its law for people: `Kuwabara–Kono`.
+    pub title: &'static str,
+    /// The effect of a scene that has it.
+    pub effect: &'static str,
+    /// The coefficient for people.
+    pub coefficient: &'static str,
+    /// Symbol of the coefficient.
+    pub symbol: &'static str,
+    /// Dimension of the coefficient.
+    pub dimension: Dimension,
+    /// The paper's coefficient, SI: taken where none is given.
+    pub default: f64,
+    /// Scene key of the coefficient in a law of several terms.
+    pub key: &'static str,
+    /// What it must be, in messages.
+    pub expected: &'static str,
+    /// The coefficient in `summary.json`, with its unit.
+    pub setting: &'static str,
+}
+
+impl DampingTerm {
+    /// Every term.
+    pub const ALL: [Self; 2] = [Self::Linear, Self::KuwabaraKono];
+
+    /// What it is called, and what its coefficient is.
+    #[must_use]
+    pub const fn description(self) -> &'static TermDescription {
+        match self {
+            Self::Linear => &TermDescription {
+                title: "linear",
+                effect: "linear dampers",
+                coefficient: "linear damping coefficient",
+                symbol: "c",
+                dimension: Dimension::LINEAR_DAMPING,
+                default: 0.3,
+                key: "damping.linear_coefficient",
+                expected: "a coefficient ≥ 0, N·s/m",
+                setting: "linear_damping_n_s_per_m",
+            },
+            Self::KuwabaraKono => &TermDescription {
+                title: "Kuwabara–Kono",
+                effect: "Kuwabara–Kono dampers",
+                coefficient: "Kuwabara–Kono damping coefficient",
+                symbol: "γ",
+                dimension: Dimension::KUWABARA_KONO_DAMPING,
+                default: 3660.0,
+                key: "damping.kuwabara_kono_coefficient",
+                expected: "a coefficient ≥ 0, N·s·m^(-3/2)",
+                setting: "kuwabara_kono_damping_n_s_per_m1_5",
+            },
+        }
+    }
+}
+
+/// A coefficient of each term, SI; 0 for a term that a law does not have.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DampingCoefficients([f64; DampingTerm::ALL.len()]);
+
+/// Some terms with their coefficients, the others absent.
+///
+/// ```
+/// use granchain_model::scene::{DampingCoefficients, DampingTerm};
+/// let linear = DampingCoefficients::from([(DampingTerm::Linear, 0.3)]); // N·s/m
+/// assert_eq!((linear[DampingTerm::Linear], linear[DampingTerm::KuwabaraKono]), (0.3, 0.0));
+/// ```
+impl<const N: usize> From<[(DampingTerm, f64); N]> for DampingCoefficients {
+    fn from(pairs: [(DampingTerm, f64); N]) -> Self {
+        let mut coefficients = Self::default();
+        pairs.into_iter().for_each(|(term, coefficient)| coefficients[term] = coefficient);
+        coefficients
+    }
+}
+
+impl DampingCoefficients {
+    /// Whether no term is there.
+    #[must_use]
+    pub fn are_absent(&self) -> bool {
+        self.0.iter().all(|coefficient| *coefficient == 0.0)
+    }
+
+    /// Refuse what no damper can have.
+    pub(crate) fn check(&self) -> Result<(), ModelError> {
+        for (term, found) in DampingTerm::ALL.into_iter().zip(self.0) {
+            if !(found >= 0.0 && found.is_finite()) {
+                let TermDescription { key, expected, .. } = *term.description();
+                let quantity = key.trim_end_matches("_coefficient").into();
+                return Err(ModelError::Unphysical { quantity, expected, found });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Index<DampingTerm> for DampingCoefficients {
+    type Output = f64;
+
+    #[inline(always)]
+    fn index(&self, term: DampingTerm) -> &f64 {
+        &self.0[term as usize]
+    }
+}
+
+impl IndexMut<DampingTerm> for DampingCoefficients {
+    #[inline(always)]
+    fn index_mut(&mut self, term: DampingTerm) -> &mut f64 {
+        &mut self.0[term as usize]
+    }
+}
 
 /// Which law the dashpots follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,6 +159,67 @@ impl DampingKind {
             Self::LinearAndKuwabaraKono => "linear+kuwabara-kono",
         }
     }
+
+    /// Its terms.
+    #[must_use]
+    pub const fn terms(self) -> &'static [DampingTerm] {
+        match self {
+            Self::None => &[],
+            Self::Linear => &[DampingTerm::Linear],
+            Self::KuwabaraKono => &[DampingTerm::KuwabaraKono],
+            Self::LinearAndKuwabaraKono => &[DampingTerm::Linear, DampingTerm::KuwabaraKono],
+        }
+    }
+
+    /// The law of that name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+
+    /// The law that has these terms alone.
+    #[must_use]
+    pub fn of_terms(wanted: impl Fn(DampingTerm) -> bool) -> Option<Self> {
+        let has = |kind: &Self| DampingTerm::ALL.iter().all(|term| kind.terms().contains(term) == wanted(*term));
+        Self::ALL.into_iter().find(has)
+    }
+
+    /// Scene key of the coefficient of one of its terms.
+    pub(super) const fn key_of(self, term: DampingTerm) -> &'static str {
+        if self.terms().len() == 1 { "damping.coefficient" } else { term.description().key }
+    }
+
+    /// Every law's name, and the scene keys that it uses.
+    pub(super) const USES: [(&'static str, &'static [&'static str]); Self::ALL.len()] = {
+        let mut uses: [(&'static str, &'static [&'static str]); Self::ALL.len()] = [("", &[]); Self::ALL.len()];
+        let mut at = 0;
+        while at < uses.len() {
+            let keys: &'static [&'static str] = match Self::ALL[at].terms().len() {
+                0 => &[],
+                1 => &["damping.coefficient", "damping.at", "damping.tension"],
+                _ => &[
+                    "damping.linear_coefficient",
+                    "damping.kuwabara_kono_coefficient",
+                    "damping.at",
+                    "damping.tension",
+                ],
+            };
+            uses[at] = (Self::ALL[at].name(), keys);
+            at += 1;
+        }
+        uses
+    };
+
+    /// Every law's name.
+    pub(super) const NAMES: [&'static str; Self::ALL.len()] = {
+        let mut names = [""; Self::ALL.len()];
+        let mut at = 0;
+        while at < names.len() {
+            names[at] = Self::ALL[at].name();
+            at += 1;
+        }
+        names
+    };
 }
 
 /// Which contacts have a dashpot.
@@ -47,10 +236,8 @@ pub enum DampingPlacement {
 pub struct Damping {
     /// The law.
     pub kind: DampingKind,
-    /// c, N·s/m; 0 where the law has no such term.
-    pub linear: f64,
-    /// γ, N·s·m^(-3/2); 0 where the law has no such term.
-    pub kuwabara_kono: f64,
+    /// Of its terms; 0 where the law has no such term.
+    pub coefficients: DampingCoefficients,
     /// Which contacts.
     pub placement: DampingPlacement,
     /// Whether the total contact force may pull while a contact parts.

@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use super::{
-    ContactLaw, ContactMass, ContactNormal, DampingPlacement, DriveKind, FlatContact, ModelKind, Scene, Scheme, Support,
+    ContactLaw, ContactMass, ContactNormal, DampingPlacement, DampingTerm, DriveKind, FlatContact, ModelKind, Scene,
+    Scheme, Support, TermDescription,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -24,7 +25,7 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
     let show = |value, dimension| Quantity::new(value, dimension).to_string();
     let chain = &scene.chain;
     let damping = &scene.damping;
-    let damped = damping.linear > 0.0 || damping.kuwabara_kono > 0.0;
+    let damped = !damping.coefficients.are_absent();
     let unequal = chain.beads.iter().filter(|bead| Some(*bead) != chain.beads.first()).count();
     let largest_gap = chain.gaps.iter().copied().fold(0.0, f64::max);
     let open = chain.gaps.iter().filter(|gap| **gap > 0.0).count();
@@ -72,17 +73,12 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
         DampingPlacement::Beads => "damping.at = beads",
     };
     let undamped = || "there are no dampers".to_owned();
-    vec![
-        effect(
-            "linear dampers",
-            damping.linear > 0.0,
-            format!("c = {}", show(damping.linear, Dimension::LINEAR_DAMPING)),
-        ),
-        effect(
-            "Kuwabara–Kono dampers",
-            damping.kuwabara_kono > 0.0,
-            format!("γ = {}", show(damping.kuwabara_kono, Dimension::KUWABARA_KONO_DAMPING)),
-        ),
+    let dampers = DampingTerm::ALL.map(|term| {
+        let (TermDescription { effect: name, symbol, dimension, .. }, value) =
+            (term.description(), damping.coefficients[term]);
+        effect(name, value > 0.0, format!("{symbol} = {}", show(value, *dimension)))
+    });
+    let others = vec![
         effect("dampers at piston and support", ends, if damped { placement.to_owned() } else { undamped() }),
         effect(
             "pulling dampers",
@@ -114,11 +110,9 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
         effect("finite-body contacts", finite_body.0, finite_body.1),
         effect("ring-up of the drive", ring_up.0, ring_up.1),
         effect("recorded drive", record.0, record.1),
-    ]
-    .into_iter()
-    .chain(water_effects(scene))
-    .chain(fea_effects(scene))
-    .collect()
+    ];
+    let parts = [others, water_effects(scene), fea_effects(scene)];
+    dampers.into_iter().chain(parts.into_iter().flatten()).collect()
 }
 
 /// The effects of a disc and the water behind it.

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    Bead, Chain, ContactLaw, ContactNormal, Damping, DampingKind, DampingPlacement, Drive, DriveKind, FlatContact,
-    Material, ModelKind, Scene, SceneText, Support, builtin, contact_law, disc,
+    Bead, Chain, ContactLaw, ContactNormal, Damping, DampingCoefficients, DampingKind, DampingPlacement, Drive,
+    DriveKind, FlatContact, Material, ModelKind, Scene, SceneText, Support, TermDescription, builtin, contact_law,
+    disc,
     document::{Document, Value, resolved},
     error::SceneError,
     key::{CHAIN_INTEGRATORS, DAMPING_KINDS, DRIVE_KINDS, FLAT_KINDS, NORMALS, PLACEMENTS, SUPPORT_KINDS},
@@ -20,10 +21,6 @@ use granchain_signal::{Dimension, Quantity};
 pub const DEFAULT_OUTPUT_STEP: f64 = 1e-7;
 /// `vibrometer.bandwidth` unless set, Hz, or four drive frequencies where that is more: of a decoder of this class; the lowest mode of a 1 mm steel bead rings at 2.6 MHz.
 pub const DEFAULT_VIBROMETER_BANDWIDTH: f64 = 1.5e6;
-/// Default of c, N·s/m: the paper's linear dashpots.
-pub const DEFAULT_LINEAR_DAMPING: f64 = 0.3;
-/// Default of γ, N·s·m^(-3/2): the paper's Kuwabara–Kono dashpots.
-pub const DEFAULT_KUWABARA_KONO_DAMPING: f64 = 3660.0;
 /// Default relative tolerance of the adaptive integrator, 1.
 pub const DEFAULT_TOLERANCE: f64 = 1e-10;
 /// Most beads of a chain.
@@ -47,8 +44,10 @@ pub struct Loaded {
 /// read here: see [`Scene::pending_record`].
 ///
 /// ```
-/// let scene = granchain_model::scene::load("annulus", &["damping.coefficient=0.4".into(), "chain.beads=8".into()])?;
-/// assert_eq!((scene.damping.linear, scene.chain.beads.len()), (0.4, 8));
+/// use granchain_model::scene::{DampingTerm, load};
+///
+/// let scene = load("annulus", &["damping.coefficient=0.4".into(), "chain.beads=8".into()])?;
+/// assert_eq!((scene.damping.coefficients[DampingTerm::Linear], scene.chain.beads.len()), (0.4, 8));
 /// # Ok::<(), granchain_model::scene::SceneError>(())
 /// ```
 ///
@@ -425,25 +424,17 @@ fn damping(reader: &Reader<'_>, notes: &mut Vec<String>) -> Result<Damping, Scen
             default
         }))
     };
-    let (linear, kuwabara_kono) = (Dimension::LINEAR_DAMPING, Dimension::KUWABARA_KONO_DAMPING);
-    let (kind, linear, kuwabara_kono) = match kind {
-        "none" => (DampingKind::None, 0.0, 0.0),
-        "linear" => (DampingKind::Linear, coefficient("damping.coefficient", linear, DEFAULT_LINEAR_DAMPING)?, 0.0),
-        "kuwabara-kono" => {
-            let gamma = coefficient("damping.coefficient", kuwabara_kono, DEFAULT_KUWABARA_KONO_DAMPING)?;
-            (DampingKind::KuwabaraKono, 0.0, gamma)
-        }
-        _ => (
-            DampingKind::LinearAndKuwabaraKono,
-            coefficient("damping.linear_coefficient", linear, DEFAULT_LINEAR_DAMPING)?,
-            coefficient("damping.kuwabara_kono_coefficient", kuwabara_kono, DEFAULT_KUWABARA_KONO_DAMPING)?,
-        ),
-    };
+    let kind = DampingKind::named(kind).unwrap_or(DampingKind::None);
+    let mut coefficients = DampingCoefficients::default();
+    for term in kind.terms() {
+        let TermDescription { dimension, default, .. } = *term.description();
+        coefficients[*term] = coefficient(kind.key_of(*term), dimension, default)?;
+    }
     let placement = match reader.choice("damping.at", PLACEMENTS)? {
         Some("beads") => DampingPlacement::Beads,
         _ => DampingPlacement::All,
     };
-    Ok(Damping { kind, linear, kuwabara_kono, placement, tension: reader.flag("damping.tension")?.unwrap_or(false) })
+    Ok(Damping { kind, coefficients, placement, tension: reader.flag("damping.tension")?.unwrap_or(false) })
 }
 
 impl Scene {

@@ -1,5 +1,6 @@
 //! The keys of a scene file: name, kind of value, meaning; which choices use which keys.
 
+use super::DampingKind;
 use granchain_signal::Dimension;
 
 /// What kind of value a key takes.
@@ -54,7 +55,7 @@ pub(super) const MEDIA: &[&str] = &["water", "tissue", "none"];
 pub(super) const BAFFLES: &[&str] = &["rigid", "soft"];
 pub(super) const WATER_METHODS: &[&str] = &["rayleigh", "elements"];
 pub(super) const NORMALS: &[&str] = &["fixed", "moving"];
-pub(super) const DAMPING_KINDS: &[&str] = &["none", "linear", "kuwabara-kono", "linear+kuwabara-kono"];
+pub(super) const DAMPING_KINDS: &[&str] = &DampingKind::NAMES;
 pub(super) const PLACEMENTS: &[&str] = &["beads", "all"];
 pub(super) const CONTACT_LAWS: &[&str] = &["hertz", "finite-body"];
 pub(super) const MODEL_KINDS: &[&str] = &["chain", "reduced", "fea"];
@@ -346,15 +347,7 @@ pub(super) const GOVERNORS: &[Governor] = &[
             "damping.at",
             "damping.tension",
         ],
-        uses: &[
-            ("none", &[]),
-            ("linear", &["damping.coefficient", "damping.at", "damping.tension"]),
-            ("kuwabara-kono", &["damping.coefficient", "damping.at", "damping.tension"]),
-            (
-                "linear+kuwabara-kono",
-                &["damping.linear_coefficient", "damping.kuwabara_kono_coefficient", "damping.at", "damping.tension"],
-            ),
-        ],
+        uses: &DampingKind::USES,
         reinterpreted: &["damping.coefficient"],
     },
     Governor {

@@ -337,22 +337,12 @@ fn flat_word(flat: FlatContact) -> &'static str {
 }
 
 fn damping_settings(damping: &Damping, settings: &mut Settings) {
-    let (linear, kuwabara_kono) = (Dimension::LINEAR_DAMPING, Dimension::KUWABARA_KONO_DAMPING);
-    match damping.kind {
-        DampingKind::None => return settings.text("damping.kind", "none"),
-        DampingKind::Linear => {
-            settings.text("damping.kind", "linear");
-            settings.quantity("damping.coefficient", damping.linear, linear);
-        }
-        DampingKind::KuwabaraKono => {
-            settings.text("damping.kind", "kuwabara-kono");
-            settings.quantity("damping.coefficient", damping.kuwabara_kono, kuwabara_kono);
-        }
-        DampingKind::LinearAndKuwabaraKono => {
-            settings.text("damping.kind", "linear+kuwabara-kono");
-            settings.quantity("damping.linear_coefficient", damping.linear, linear);
-            settings.quantity("damping.kuwabara_kono_coefficient", damping.kuwabara_kono, kuwabara_kono);
-        }
+    settings.text("damping.kind", damping.kind.name());
+    for term in damping.kind.terms() {
+        settings.quantity(damping.kind.key_of(*term), damping.coefficients[*term], term.description().dimension);
+    }
+    if damping.kind == DampingKind::None {
+        return;
     }
     let placement = match damping.placement {
         DampingPlacement::Beads => "beads",

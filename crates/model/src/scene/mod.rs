@@ -52,7 +52,7 @@ mod water;
 pub use builtin::{BUILT_IN, BuiltIn};
 pub use chain::{Bead, Chain};
 pub use contact_law::ContactLaw;
-pub use damping::{Damping, DampingKind, DampingPlacement};
+pub use damping::{Damping, DampingCoefficients, DampingKind, DampingPlacement, DampingTerm, TermDescription};
 pub use disc::{DEFAULT_DISC, DEFAULT_DISC_DENSITY, DiscShape, Rim};
 pub use drive::{Drive, DriveKind, PistonMotion};
 pub use effects::{Effect, effects};
@@ -61,8 +61,8 @@ pub use fea::{
     ContactMass, DEFAULT_CONTACT_PATCH, DEFAULT_FEA_STEP, DEFAULT_MESH_DENSITY, Elements, FeaSettings, Scheme,
 };
 pub use file::{
-    DEFAULT_KUWABARA_KONO_DAMPING, DEFAULT_LINEAR_DAMPING, DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE,
-    DEFAULT_VIBROMETER_BANDWIDTH, Loaded, MOST_BEADS, load, load_preferring, load_text, load_with_notes,
+    DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DEFAULT_VIBROMETER_BANDWIDTH, Loaded, MOST_BEADS, load, load_preferring,
+    load_text, load_with_notes,
 };
 pub use key::{KEYS, Key, ValueKind};
 pub use limits::Limits;

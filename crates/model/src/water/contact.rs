@@ -172,7 +172,7 @@ impl DiscContact {
         let stiffness = self.hertz_stiffness;
         let force = |indentation: f64| {
             let root = indentation.sqrt();
-            let damper = dashpot.linear + dashpot.kuwabara_kono * root;
+            let damper = dashpot.resistance(root);
             let force = (stiffness * indentation * root + damper * approach.rate) / (1.0 + damper * approach.yielding);
             if tension { force } else { force.max(0.0) }
         };
@@ -233,6 +233,7 @@ impl DiscContact {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::DampingTerm;
 
     #[test]
     fn the_force_solves_the_equation_on_either_side_of_hertz() {
@@ -256,7 +257,8 @@ mod tests {
             let contact = DiscContact { hertz_stiffness: 9.2e8, residual };
             for (overlap, rate) in [(2e-9, 0.3), (1e-7, 0.1), (1e-7, -0.05), (1e-6, -0.3), (1e-6, 0.3)] {
                 for (linear, kuwabara_kono) in laws {
-                    let dashpot = Dashpot { linear, kuwabara_kono };
+                    let terms = [(DampingTerm::Linear, linear), (DampingTerm::KuwabaraKono, kuwabara_kono)];
+                    let dashpot = Dashpot { coefficients: terms.into() };
                     let approach = Approach { rate, yielding: 0.01 };
                     let found = contact.damped(overlap, 0.02e-6, &dashpot, approach, false).unwrap();
                     let Pressing { force, indentation } = found;
@@ -280,7 +282,7 @@ mod tests {
     #[test]
     fn a_dashpot_pulls_only_where_it_may_and_never_on_an_open_contact() {
         let contact = DiscContact { hertz_stiffness: 9.2e8, residual: 0.05e-6 };
-        let dashpot = Dashpot { linear: 0.3, kuwabara_kono: 0.0 };
+        let dashpot = Dashpot { coefficients: [(DampingTerm::Linear, 0.3)].into() };
         let parting = Approach { rate: -1.0, yielding: 0.01 };
         let force = |overlap, tension| contact.damped(overlap, 0.0, &dashpot, parting, tension).unwrap().force;
         assert_eq!(force(1e-8, false), 0.0);

@@ -4,7 +4,11 @@ use std::collections::BTreeMap;
 
 use super::{CalibrationReport, DensityMap, LawReport, RecordReport};
 use crate::figure::Map;
-use granchain_calibration::outcome::{FitOutcome, FittedFeature, FittedParameter, OutcomeFeature};
+use granchain_calibration::{
+    outcome::{FitOutcome, FittedFeature, FittedParameter, OutcomeFeature},
+    parameter::Parameter,
+};
+use granchain_model::scene::DampingKind;
 use granchain_signal::feature::Measurand;
 use granchain_studies::observation::watched_of;
 
@@ -123,9 +127,9 @@ impl Law<'_> {
 /// Name of a damping law for people.
 #[must_use]
 pub fn law_name(kind: &str) -> &str {
-    match kind {
-        "kuwabara-kono" => "Kuwabara–Kono",
-        other => other,
+    match DampingKind::named(kind).map(DampingKind::terms) {
+        Some([term]) => term.description().title,
+        _ => kind,
     }
 }
 
@@ -157,13 +161,16 @@ pub(super) fn estimates(parameters: &BTreeMap<String, FittedParameter>, order: &
 }
 
 fn estimate(key: &str, fitted: &FittedParameter, law: &str) -> Estimate {
-    let damping = if fitted.unit == "N s/m" { "N·s/m" } else { "N·s·m^(-3/2)" };
+    let beside = Parameter::term_named(key).map(|term| (term.description().coefficient, term));
+    let alone = || match DampingKind::named(law)?.terms() {
+        [term] if key == "damping" => Some(("damping coefficient", *term)),
+        _ => None,
+    };
+    let damping = beside.or_else(alone).map(|(name, term)| (name, term.description()));
+    let of_damping = damping.map(|(_, term)| term.dimension.si_unit()).unwrap_or_default();
     let (name, symbol, factor, unit) = match key {
         "alpha" => ("amplitude scale", "α", 1.0, "1"),
-        "damping" if law == "kuwabara-kono" => ("damping coefficient", "γ", 1.0, damping),
-        "damping" => ("damping coefficient", "c", 1.0, damping),
-        "damping_linear" => ("linear damping coefficient", "c", 1.0, damping),
-        "damping_kuwabara_kono" => ("Kuwabara–Kono damping coefficient", "γ", 1.0, damping),
+        _ if let Some((name, term)) = damping => (name, term.symbol, 1.0, of_damping.as_str()),
         "precompression" => ("precompression", "F₀", 1e3, "mN"),
         "support_stiffness" if fitted.unit == "1" => ("stiffness factor of the annulus", "κ", 1.0, "1"),
         "support_stiffness" => ("stiffness of the spring", "k", 1.0, fitted.unit.as_str()),

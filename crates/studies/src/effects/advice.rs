@@ -25,7 +25,7 @@ pub struct Advised {
     /// Its name.
     pub name: &'static str,
     /// The keys that take it out, or put it in.
-    pub key: &'static str,
+    pub key: String,
     /// What it changes: [`super::Change::size`], 1.
     pub change: f64,
     /// Time of a run with it over that without, 1.
@@ -46,7 +46,7 @@ pub fn advise(effects: &[Marginal], target: f64) -> Advice {
         .filter_map(|row| {
             let measured = row.measured?;
             let (change, factor) = (measured.change.size(), measured.factor());
-            Some((row.on, Advised { name: row.name, key: row.key, change, factor }))
+            Some((row.on, Advised { name: row.name, key: row.key.clone(), change, factor }))
         })
         .collect();
     own.sort_by(|a, b| a.1.change.total_cmp(&b.1.change));

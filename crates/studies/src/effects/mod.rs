@@ -19,10 +19,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use self::{
-    clock::Clock,
-    switch::{SWITCHES, Switch},
-};
+use self::{clock::Clock, switch::Switch};
 use super::members::Watch;
 use granchain_model::{
     self as model, ModelError, Prepared,
@@ -50,7 +47,7 @@ pub struct Marginal {
     /// Whether it belongs to the experiment or to the model.
     pub belongs: Belongs,
     /// The keys that take it out where the scene has it, or put it in.
-    pub key: &'static str,
+    pub key: String,
     /// What it costs and changes; none where it could not be measured, with the reason.
     pub measured: Option<Measured>,
     /// Why it was not measured.
@@ -181,7 +178,7 @@ pub struct EffectCosts {
 /// How many effects are looked at in a scene.
 #[must_use]
 pub fn count() -> u64 {
-    SWITCHES.len() as u64
+    Switch::all().len() as u64
 }
 
 /// Measure every effect of a scene that can be switched, over at most the first 70 µs, damped 250 µs.
@@ -189,13 +186,13 @@ pub fn count() -> u64 {
 /// # Errors
 /// [`ModelError`] when the scene itself cannot be run; an effect that cannot is a row with its reason.
 pub fn measured(scene: &Scene, watch: &dyn Watch) -> Result<EffectCosts, ModelError> {
-    let damped = scene.damping.linear > 0.0 || scene.damping.kuwabara_kono > 0.0;
+    let damped = !scene.damping.coefficients.are_absent();
     let window = scene.duration.min(if damped { WINDOW.1 } else { WINDOW.0 });
     let mut scene = scene.clone();
     scene.duration = window;
     let (base, _) = Bench::new(&scene)?.alone()?;
-    let mut rows = Vec::with_capacity(SWITCHES.len());
-    for switch in SWITCHES {
+    let mut rows = Vec::with_capacity(Switch::all().len());
+    for switch in Switch::all() {
         if watch.stop() {
             return Err(ModelError::Stopped { time: 0.0 });
         }
@@ -208,23 +205,23 @@ pub fn measured(scene: &Scene, watch: &dyn Watch) -> Result<EffectCosts, ModelEr
 
 /// The names of all effects that can be switched.
 pub fn names() -> impl Iterator<Item = &'static str> {
-    SWITCHES.iter().map(|switch| switch.name)
+    Switch::all().map(Switch::name)
 }
 
 /// A scene without and with the effect of that name, whichever it has: what is compared. Both may differ from it in what the effect needs
 /// beside it, such as the model in which it can be computed. None where the effect does not go with the scene, or there is none of that name.
 #[must_use]
 pub fn pair(scene: &Scene, name: &str) -> Option<(Scene, Scene)> {
-    let switch = SWITCHES.iter().find(|switch| switch.name == name)?;
+    let switch = Switch::all().find(|switch| switch.name() == name)?;
     let mut ground = scene.clone();
-    if !(switch.ground)(&mut ground) {
+    if !switch.ground(&mut ground) {
         return None;
     }
     let mut other = ground.clone();
     if is_on(scene, name) {
-        (switch.remove)(&mut other).then_some((other, ground))
+        switch.remove(&mut other).then_some((other, ground))
     } else {
-        (switch.insert)(&mut other).then_some((ground, other))
+        switch.insert(&mut other).then_some((ground, other))
     }
 }
 
@@ -243,11 +240,12 @@ pub fn is_by_elements(scene: &Scene) -> bool {
     scene.water.as_ref().is_some_and(|water| matches!(water.method, granchain_model::scene::WaterMethod::Elements(_)))
 }
 
-fn marginal(scene: &Scene, switch: &Switch, window: f64) -> Marginal {
-    let on = is_on(scene, switch.name);
-    let key = if on { switch.out } else { switch.key };
-    let row = |measured, refused| Marginal { name: switch.name, on, belongs: switch.belongs, key, measured, refused };
-    let Some((without, with)) = pair(scene, switch.name) else {
+fn marginal(scene: &Scene, switch: Switch, window: f64) -> Marginal {
+    let on = is_on(scene, switch.name());
+    let key = switch.key(on);
+    let row =
+        |measured, refused| Marginal { name: switch.name(), on, belongs: switch.belongs(), key, measured, refused };
+    let Some((without, with)) = pair(scene, switch.name()) else {
         return row(None, Some("does not go with this scene".into()));
     };
     match compare(&without, &with, window) {

@@ -1,10 +1,11 @@
 //! How every effect is taken out of a scene, or put into one that does not have it.
 
 use granchain_model::scene::{
-    Absorption, ContactLaw, ContactMass, ContactNormal, DEFAULT_KUWABARA_KONO_DAMPING, DEFAULT_LINEAR_DAMPING,
-    DEFAULT_MODES, Damping, DampingKind, DampingPlacement, DriveKind, FlatContact, Integrator, ModelKind, Scene,
-    Scheme, Support, WaterMesh, WaterMethod,
+    Absorption, ContactLaw, ContactMass, ContactNormal, DEFAULT_MODES, Damping, DampingKind, DampingPlacement,
+    DampingTerm, DriveKind, FlatContact, Integrator, ModelKind, Scene, Scheme, Support, TermDescription, WaterMesh,
+    WaterMethod,
 };
+use granchain_signal::Quantity;
 
 /// Whether an effect belongs to the experiment or to how it is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -17,20 +18,89 @@ pub enum Belongs {
 }
 
 /// An effect that can be taken out or put in.
-pub(super) struct Switch {
+#[derive(Clone, Copy)]
+pub(super) enum Switch {
+    /// A term of the dashpots.
+    Damper(DampingTerm),
+    /// Any other.
+    Other(&'static Change),
+}
+
+impl Switch {
+    /// All of them, in the order of [`granchain_model::scene::effects`].
+    pub(super) fn all() -> impl ExactSizeIterator<Item = Self> {
+        let all: Vec<Self> =
+            DampingTerm::ALL.into_iter().map(Self::Damper).chain(CHANGES.iter().map(Self::Other)).collect();
+        all.into_iter()
+    }
+
     /// As [`granchain_model::scene::effects`] calls it.
-    pub(super) name: &'static str,
-    pub(super) belongs: Belongs,
-    /// The scene key that takes it out.
-    pub(super) out: &'static str,
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Damper(term) => term.description().effect,
+            Self::Other(change) => change.name,
+        }
+    }
+
+    pub(super) fn belongs(self) -> Belongs {
+        match self {
+            Self::Damper(_) => Belongs::Bench,
+            Self::Other(change) => change.belongs,
+        }
+    }
+
+    /// The scene key that takes it out, or puts it in with the strength it is tried at.
+    pub(super) fn key(self, is_on: bool) -> String {
+        match self {
+            Self::Damper(_) if is_on => "damping.kind = none".into(),
+            Self::Damper(term) => {
+                let TermDescription { default, dimension, .. } = *term.description();
+                let law = DampingKind::of_terms(|other| other == term).map_or("none", DampingKind::name);
+                format!("damping.kind = {law}, damping.coefficient = {}", Quantity::new(default, dimension))
+            }
+            Self::Other(change) => if is_on { change.out } else { change.key }.into(),
+        }
+    }
+
     /// Take it out of a scene that has it; false where that makes no scene.
-    pub(super) remove: fn(&mut Scene) -> bool,
-    /// The scene key that puts it in, with the strength it is tried at.
-    pub(super) key: &'static str,
+    pub(super) fn remove(self, scene: &mut Scene) -> bool {
+        match self {
+            Self::Damper(term) => damp(scene, term, 0.0),
+            Self::Other(change) => (change.remove)(scene),
+        }
+    }
+
     /// Put it into a scene that does not have it; false where it does not go with the scene.
-    pub(super) insert: fn(&mut Scene) -> bool,
+    pub(super) fn insert(self, scene: &mut Scene) -> bool {
+        match self {
+            Self::Damper(term) => damp(scene, term, term.description().default),
+            Self::Other(change) => (change.insert)(scene),
+        }
+    }
+
     /// What both runs have beside it, such as a model in which it can be computed; false where there is none.
-    pub(super) ground: fn(&mut Scene) -> bool,
+    pub(super) fn ground(self, scene: &mut Scene) -> bool {
+        match self {
+            Self::Damper(_) => true,
+            Self::Other(change) => (change.ground)(scene),
+        }
+    }
+}
+
+/// How an effect is taken out or put in.
+pub(super) struct Change {
+    name: &'static str,
+    belongs: Belongs,
+    /// The scene key that takes it out.
+    out: &'static str,
+    /// Take it out of a scene that has it; false where that makes no scene.
+    remove: fn(&mut Scene) -> bool,
+    /// The scene key that puts it in, with the strength it is tried at.
+    key: &'static str,
+    /// Put it into a scene that does not have it; false where it does not go with the scene.
+    insert: fn(&mut Scene) -> bool,
+    /// What both runs have beside it, such as a model in which it can be computed; false where there is none.
+    ground: fn(&mut Scene) -> bool,
 }
 
 fn never(_: &mut Scene) -> bool {
@@ -41,19 +111,16 @@ fn as_it_is(_: &mut Scene) -> bool {
     true
 }
 
-fn damp(scene: &mut Scene, linear: f64, kuwabara_kono: f64) -> bool {
-    let kind = match (linear > 0.0, kuwabara_kono > 0.0) {
-        (false, false) => DampingKind::None,
-        (true, false) => DampingKind::Linear,
-        (false, true) => DampingKind::KuwabaraKono,
-        (true, true) => DampingKind::LinearAndKuwabaraKono,
-    };
-    scene.damping = Damping { kind, linear, kuwabara_kono, ..scene.damping };
-    true
+/// Give a term of the dashpots a coefficient, or take it out; false where no law is what is left.
+fn damp(scene: &mut Scene, term: DampingTerm, coefficient: f64) -> bool {
+    let mut coefficients = scene.damping.coefficients;
+    coefficients[term] = coefficient;
+    let kind = DampingKind::of_terms(|term| coefficients[term] > 0.0);
+    kind.map(|kind| scene.damping = Damping { kind, coefficients, ..scene.damping }).is_some()
 }
 
 fn is_damped(scene: &mut Scene) -> bool {
-    scene.damping.linear > 0.0 || scene.damping.kuwabara_kono > 0.0
+    !scene.damping.coefficients.are_absent()
 }
 
 fn rigid_wall(scene: &mut Scene) -> bool {
@@ -114,27 +181,9 @@ fn in_elements(scene: &mut Scene) -> bool {
     is_ring && scene.chain.precompression == 0.0
 }
 
-/// All effects that can be switched, in the order of [`granchain_model::scene::effects`].
-pub(super) const SWITCHES: &[Switch] = &[
-    Switch {
-        name: "linear dampers",
-        belongs: Belongs::Bench,
-        out: "damping.kind = none",
-        remove: |scene| damp(scene, 0.0, scene.damping.kuwabara_kono),
-        key: "damping.kind = linear, damping.coefficient = 0.3 N·s/m",
-        insert: |scene| damp(scene, DEFAULT_LINEAR_DAMPING, scene.damping.kuwabara_kono),
-        ground: as_it_is,
-    },
-    Switch {
-        name: "Kuwabara–Kono dampers",
-        belongs: Belongs::Bench,
-        out: "damping.kind = none",
-        remove: |scene| damp(scene, scene.damping.linear, 0.0),
-        key: "damping.kind = kuwabara-kono, damping.coefficient = 3660 N·s·m^(-3/2)",
-        insert: |scene| damp(scene, scene.damping.linear, DEFAULT_KUWABARA_KONO_DAMPING),
-        ground: as_it_is,
-    },
-    Switch {
+/// All but the dampers.
+const CHANGES: &[Change] = &[
+    Change {
         name: "dampers at piston and support",
         belongs: Belongs::Bench,
         out: "damping.at = beads",
@@ -149,7 +198,7 @@ pub(super) const SWITCHES: &[Switch] = &[
         },
         ground: is_damped,
     },
-    Switch {
+    Change {
         name: "pulling dampers",
         belongs: Belongs::Bench,
         out: "damping.tension = false",
@@ -164,7 +213,7 @@ pub(super) const SWITCHES: &[Switch] = &[
         },
         ground: is_damped,
     },
-    Switch {
+    Change {
         name: "precompression",
         belongs: Belongs::Bench,
         out: "chain.precompression = 0 N",
@@ -179,7 +228,7 @@ pub(super) const SWITCHES: &[Switch] = &[
         },
         ground: as_it_is,
     },
-    Switch {
+    Change {
         name: "initial gaps",
         belongs: Belongs::Bench,
         out: "chain.gaps = 0",
@@ -194,7 +243,7 @@ pub(super) const SWITCHES: &[Switch] = &[
         },
         ground: as_it_is,
     },
-    Switch {
+    Change {
         name: "unequal beads",
         belongs: Belongs::Bench,
         out: "no [[chain.override]]",
@@ -213,7 +262,7 @@ pub(super) const SWITCHES: &[Switch] = &[
         },
         ground: as_it_is,
     },
-    Switch {
+    Change {
         name: "resin annulus",
         belongs: Belongs::Bench,
         out: "support.kind = rigid",
@@ -226,7 +275,7 @@ pub(super) const SWITCHES: &[Switch] = &[
         },
         ground: as_it_is,
     },
-    Switch {
+    Change {
         name: "spring support",
         belongs: Belongs::Bench,
         out: "support.kind = rigid",
@@ -239,7 +288,7 @@ pub(super) const SWITCHES: &[Switch] = &[
         },
         ground: as_it_is,
     },
-    Switch {
+    Change {
         name: "elastic flats",
         belongs: Belongs::Bench,
         out: "piston.contact = rigid, support.kind = rigid",
@@ -261,7 +310,7 @@ pub(super) const SWITCHES: &[Switch] = &[
         // A half-space cannot be meshed: in the chain, where its stiffness is known.
         ground: |scene| scene.model.kind == ModelKind::Chain || point_masses(scene),
     },
-    Switch {
+    Change {
         name: "finite-body contacts",
         belongs: Belongs::Model,
         out: "contact.law = hertz",
@@ -280,7 +329,7 @@ pub(super) const SWITCHES: &[Switch] = &[
                 && !matches!(scene.support, Support::Disc { .. } | Support::Body { .. })
         },
     },
-    Switch {
+    Change {
         name: "ring-up of the drive",
         belongs: Belongs::Bench,
         out: "drive.ring_up = 0 s",
@@ -295,7 +344,7 @@ pub(super) const SWITCHES: &[Switch] = &[
         insert: never,
         ground: as_it_is,
     },
-    Switch {
+    Change {
         name: "elastic disc",
         belongs: Belongs::Bench,
         out: "support.kind = rigid",
@@ -304,7 +353,7 @@ pub(super) const SWITCHES: &[Switch] = &[
         insert: never,
         ground: as_it_is,
     },
-    Switch {
+    Change {
         name: "water behind the disc",
         belongs: Belongs::Bench,
         out: "water.medium = none",
@@ -316,7 +365,7 @@ pub(super) const SWITCHES: &[Switch] = &[
         insert: never,
         ground: as_it_is,
     },
-    Switch {
+    Change {
         name: "water by elements",
         belongs: Belongs::Model,
         out: "water.method = rayleigh",
@@ -337,7 +386,7 @@ pub(super) const SWITCHES: &[Switch] = &[
         },
         ground: as_it_is,
     },
-    Switch {
+    Change {
         name: "absorption in the water",
         belongs: Belongs::Bench,
         out: "water.absorption = 0",
@@ -359,7 +408,7 @@ pub(super) const SWITCHES: &[Switch] = &[
         },
         ground: as_it_is,
     },
-    Switch {
+    Change {
         name: "elastic bodies",
         belongs: Belongs::Model,
         out: "model.kind = chain",
@@ -368,7 +417,7 @@ pub(super) const SWITCHES: &[Switch] = &[
         insert: elastic_bodies,
         ground: as_it_is,
     },
-    Switch {
+    Change {
         name: "modes of the bodies",
         belongs: Belongs::Model,
         out: "model.modes = 0",
@@ -385,7 +434,7 @@ pub(super) const SWITCHES: &[Switch] = &[
             scene.model.kind == ModelKind::Reduced || scene.model.kind == ModelKind::Chain && still_bodies(scene)
         },
     },
-    Switch {
+    Change {
         name: "mass at the contact nodes",
         belongs: Belongs::Model,
         out: "model.contact_mass = massless",
@@ -400,7 +449,7 @@ pub(super) const SWITCHES: &[Switch] = &[
         },
         ground: |scene| scene.model.kind == ModelKind::Fea,
     },
-    Switch {
+    Change {
         name: "numerical dissipation",
         belongs: Belongs::Model,
         out: "model.integrator = trapezoid",
@@ -412,7 +461,7 @@ pub(super) const SWITCHES: &[Switch] = &[
         insert: never,
         ground: |scene| scene.model.kind == ModelKind::Fea,
     },
-    Switch {
+    Change {
         name: "moving contact normal",
         belongs: Belongs::Model,
         out: "support.normal = fixed",

@@ -16,7 +16,10 @@ use granchain_calibration::{
     plan::{Bounds, Number},
     twin::{Flaw, Twin, twin, vibrometer_csv},
 };
-use granchain_model::{self as model, scene::Scene};
+use granchain_model::{
+    self as model,
+    scene::{DampingTerm, Scene},
+};
 use granchain_signal::Series;
 
 pub(super) fn examine(room: &mut Room<'_>) {
@@ -117,7 +120,7 @@ const REDUNDANT: u64 = 5;
 fn redundant(room: &mut Room<'_>) -> Result<(), String> {
     let which = "two parameters, one of them without effect";
     let mut scene = scene(room)?;
-    scene.damping.kuwabara_kono = 3660.0;
+    scene.damping.coefficients[DampingTerm::KuwabaraKono] = 3660.0;
     // Far below the roughness that every run draws.
     let both = [("gap", Some([1e-14, 1e-12])), ("alpha", None)];
     let mut shares: Vec<f64> = Vec::new();

@@ -364,6 +364,7 @@ impl Contacts {
 mod tests {
     use super::*;
     use crate::fea::contact::complementarity::Ordering;
+    use crate::scene::DampingTerm;
 
     const MOBILITY: Mobility = Mobility { displacement: 5e-10, velocity: 0.01 };
 
@@ -406,7 +407,7 @@ mod tests {
 
     #[test]
     fn a_dashpot_answers_the_rate_that_its_own_force_leaves() {
-        let dashpot = Dashpot { linear: 0.3, kuwabara_kono: 0.0 };
+        let dashpot = Dashpot { coefficients: [(DampingTerm::Linear, 0.3)].into() };
         let moving = |velocity: f64| {
             [RigidPrediction { displacement: 1e-6, velocity }, RigidPrediction::default(), RigidPrediction::default()]
         };
@@ -419,7 +420,7 @@ mod tests {
 
     #[test]
     fn a_parting_dashpot_pulls_only_if_it_may_and_only_while_overlapping() {
-        let dashpot = Dashpot { linear: 30.0, kuwabara_kono: 0.0 };
+        let dashpot = Dashpot { coefficients: [(DampingTerm::Linear, 30.0)].into() };
         let parting = [
             RigidPrediction { displacement: 1e-6, velocity: -0.1 },
             RigidPrediction::default(),
