@@ -60,6 +60,10 @@ fn units_alone_carry_factor_and_dimension() {
     assert_eq!(Unit::parse("mm_per_s").unwrap(), velocity);
     assert_eq!(Unit::parse("m per s").unwrap(), Unit::parse("m/s").unwrap());
     assert_eq!(Unit::parse("us").unwrap().factor, 1e-6);
+    assert_eq!(Unit::parse("N s m^-5/4").unwrap(), Unit::parse("N·s/m^1.25").unwrap());
+    assert_eq!(Unit::parse("m^1.25").unwrap().dimension.si_unit(), "m^1.25");
+    let quarter = Unit::parse("mm^1/4").unwrap();
+    assert!((quarter.factor.powi(4) - 1e-3).abs() < 1e-17 && quarter.dimension.metre == 1);
     assert_eq!(Unit::parse("mV").unwrap().dimension, Dimension::VOLTAGE);
     assert_eq!("1".parse::<Unit>().unwrap(), Unit { factor: 1.0, dimension: Dimension::NONE });
     assert!(Unit::parse("").is_err());
@@ -76,7 +80,7 @@ fn unreadable_quantities_name_what_was_found_and_the_nearest_unit() {
     assert_eq!(message("4 parsec"), "unknown unit `parsec` in `4 parsec`");
     assert_eq!(
         message("4 m^1.3"),
-        "`^1.3` in `4 m^1.3` is no exponent; expected a whole or half number such as `^2`, `^-3/2` or `^1.5`"
+        "`^1.3` in `4 m^1.3` is no exponent; expected a multiple of 1/4 such as `^2`, `^-3/2` or `^1.25`"
     );
     assert_eq!(message("4 m?"), "cannot read the unit in `4 m?` at `?`; expected a unit such as `mm/s` or `N s/m^1.5`");
     assert!(matches!(Quantity::parse("4 m/"), Err(QuantityError::Malformed { .. })));

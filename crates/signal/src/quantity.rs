@@ -9,16 +9,19 @@ use thiserror::Error;
 
 use super::unit::{MOST_OPEN, Scale, Unit};
 
-/// Exponents of metre, kilogram, second and volt, each in halves (`metre: 2` is m¹, `metre: -3` is m^(-3/2)).
+/// The exponent 1.
+pub(super) const WHOLE: i8 = 4;
+
+/// Exponents of metre, kilogram, second and volt, each in quarters (`metre: 4` is m¹, `metre: -6` is m^(-3/2)).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Dimension {
-    /// Twice the exponent of the metre.
+    /// Four times the exponent of the metre.
     pub metre: i8,
-    /// Twice the exponent of the kilogram.
+    /// Four times the exponent of the kilogram.
     pub kilogram: i8,
-    /// Twice the exponent of the second.
+    /// Four times the exponent of the second.
     pub second: i8,
-    /// Twice the exponent of the volt.
+    /// Four times the exponent of the volt.
     pub volt: i8,
 }
 
@@ -29,37 +32,37 @@ impl Dimension {
     /// A pure number.
     pub const NONE: Self = Self::of(0, 0, 0);
     /// Length, m.
-    pub const LENGTH: Self = Self::of(2, 0, 0);
+    pub const LENGTH: Self = Self::of(4, 0, 0);
     /// Mass, kg.
-    pub const MASS: Self = Self::of(0, 2, 0);
+    pub const MASS: Self = Self::of(0, 4, 0);
     /// Time, s.
-    pub const TIME: Self = Self::of(0, 0, 2);
+    pub const TIME: Self = Self::of(0, 0, 4);
     /// Frequency, Hz.
-    pub const FREQUENCY: Self = Self::of(0, 0, -2);
+    pub const FREQUENCY: Self = Self::of(0, 0, -4);
     /// Velocity, m/s.
-    pub const VELOCITY: Self = Self::of(2, 0, -2);
+    pub const VELOCITY: Self = Self::of(4, 0, -4);
     /// Acceleration, m/s².
-    pub const ACCELERATION: Self = Self::of(2, 0, -4);
+    pub const ACCELERATION: Self = Self::of(4, 0, -8);
     /// Force, N.
-    pub const FORCE: Self = Self::of(2, 2, -4);
+    pub const FORCE: Self = Self::of(4, 4, -8);
     /// Energy, J.
-    pub const ENERGY: Self = Self::of(4, 2, -4);
+    pub const ENERGY: Self = Self::of(8, 4, -8);
     /// Pressure or elastic modulus, Pa.
-    pub const PRESSURE: Self = Self::of(-2, 2, -4);
+    pub const PRESSURE: Self = Self::of(-4, 4, -8);
     /// Density, kg/m³.
-    pub const DENSITY: Self = Self::of(-6, 2, 0);
+    pub const DENSITY: Self = Self::of(-12, 4, 0);
     /// Stiffness, N/m.
-    pub const STIFFNESS: Self = Self::of(0, 2, -4);
+    pub const STIFFNESS: Self = Self::of(0, 4, -8);
     /// Hertz stiffness, N·m^(-3/2).
-    pub const HERTZ_STIFFNESS: Self = Self::of(-1, 2, -4);
+    pub const HERTZ_STIFFNESS: Self = Self::of(-2, 4, -8);
     /// Linear damping coefficient, N·s/m.
-    pub const LINEAR_DAMPING: Self = Self::of(0, 2, -2);
+    pub const LINEAR_DAMPING: Self = Self::of(0, 4, -4);
     /// Kuwabara–Kono damping coefficient, N·s·m^(-3/2).
-    pub const KUWABARA_KONO_DAMPING: Self = Self::of(-1, 2, -2);
+    pub const KUWABARA_KONO_DAMPING: Self = Self::of(-2, 4, -4);
     /// Attenuation of an amplitude along a path, Np/m (1 dB = ln 10/20 Np).
-    pub const ATTENUATION: Self = Self::of(-2, 0, 0);
+    pub const ATTENUATION: Self = Self::of(-4, 0, 0);
     /// Electric potential, V.
-    pub const VOLTAGE: Self = Self { metre: 0, kilogram: 0, second: 0, volt: 2 };
+    pub const VOLTAGE: Self = Self { metre: 0, kilogram: 0, second: 0, volt: 4 };
 
     /// What a person calls it, with its article: "a length"; `None` for a dimension without a common name.
     #[must_use]
@@ -90,21 +93,17 @@ impl Dimension {
 
     fn base_units(self, separator: &str) -> String {
         let mut text = String::new();
-        for (symbol, halves) in [("kg", self.kilogram), ("m", self.metre), ("s", self.second), ("V", self.volt)] {
-            if halves == 0 {
+        for (symbol, quarters) in [("kg", self.kilogram), ("m", self.metre), ("s", self.second), ("V", self.volt)] {
+            if quarters == 0 {
                 continue;
             }
             if !text.is_empty() {
                 text.push_str(separator);
             }
             text.push_str(symbol);
-            if halves != 2 {
+            if quarters != WHOLE {
                 text.push('^');
-                if halves % 2 == 0 {
-                    text.push_str(&(halves / 2).to_string());
-                } else {
-                    text.push_str(&(f64::from(halves) / 2.0).to_string());
-                }
+                text.push_str(&(f64::from(quarters) / f64::from(WHOLE)).to_string());
             }
         }
         text
@@ -216,10 +215,8 @@ pub enum QuantityError {
         /// The known unit that looks most like it, if any does.
         nearest: Option<String>,
     },
-    /// An exponent that is no multiple of one half, or absent, or absurd.
-    #[error(
-        "`{exponent}` in `{found}` is no exponent; expected a whole or half number such as `^2`, `^-3/2` or `^1.5`"
-    )]
+    /// An exponent that is no multiple of one quarter, or absent, or absurd.
+    #[error("`{exponent}` in `{found}` is no exponent; expected a multiple of 1/4 such as `^2`, `^-3/2` or `^1.25`")]
     Exponent {
         /// The part that is no exponent.
         exponent: String,

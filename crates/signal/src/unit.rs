@@ -1,6 +1,9 @@
 //! Units by themselves: `mm/s`, `N s m^-3/2`, `kg/m³`.
 
-use super::{Dimension, QuantityError};
+use super::{Dimension, QuantityError, quantity::WHOLE};
+
+/// The exponent 1, and one power of ten.
+const QUARTERS: i32 = WHOLE as i32;
 
 /// A unit: how many SI units it is, and of which dimension.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,7 +19,7 @@ impl Unit {
     ///
     /// - symbols m, g, s, V, N, Pa, Hz, J, W with SI prefixes (µ, μ and u are micro); also bar, min, h, `%`, Np, dB (of an amplitude, ln 10/20 Np) and 1;
     /// - products by `·`, `*`, `×` or a space, quotients by `/` or `per`, both from left to right, with parentheses;
-    /// - exponents by `^`, `**`, superscripts or nothing: `m^-3/2`, `m**(-3/2)`, `m^1.5`, `m³`, `s-1`; whole or half numbers.
+    /// - exponents by `^`, `**`, superscripts or nothing: `m^-3/2`, `m**(-3/2)`, `m^1.5`, `m³`, `s-1`; multiples of 1/4.
     ///
     /// ```
     /// use granchain_signal::{Dimension, Unit};
@@ -38,7 +41,7 @@ impl Unit {
 /// A unit with its power of ten kept apart, so that prefixes cost no rounding.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Scale {
-    /// Twice the power of ten.
+    /// Four times the power of ten.
     decades: i32,
     /// The rest of the factor: 60 for a minute.
     factor: f64,
@@ -55,7 +58,7 @@ const SYMBOLS: [(&str, i32, f64, Dimension, bool); 16] = [
     ("Pa", 0, 1.0, Dimension::PRESSURE, true),
     ("Hz", 0, 1.0, Dimension::FREQUENCY, true),
     ("J", 0, 1.0, Dimension::ENERGY, true),
-    ("W", 0, 1.0, Dimension::of(4, 2, -6), true),
+    ("W", 0, 1.0, Dimension::of(8, 4, -12), true),
     ("bar", 5, 1.0, Dimension::PRESSURE, true),
     ("min", 0, 60.0, Dimension::TIME, false),
     ("h", 0, 3600.0, Dimension::TIME, false),
@@ -108,21 +111,25 @@ impl Scale {
     pub(super) fn apply(self, number: &str) -> f64 {
         let (mantissa, exponent) = number.split_once('e').unwrap_or((number, "0"));
         let exponent = exponent.parse::<i32>().unwrap_or(if exponent.starts_with('-') { -9999 } else { 9999 });
-        let exponent = exponent.saturating_add(self.decades.div_euclid(2));
-        let half = if self.decades.rem_euclid(2) == 1 { 10f64.sqrt() } else { 1.0 };
-        format!("{mantissa}e{exponent}").parse::<f64>().unwrap_or(f64::NAN) * half * self.factor
+        let exponent = exponent.saturating_add(self.decades.div_euclid(QUARTERS));
+        let rest = match self.decades.rem_euclid(QUARTERS) {
+            0 => 1.0,
+            2 => 10f64.sqrt(),
+            quarters => 10f64.powf(f64::from(quarters) / f64::from(QUARTERS)),
+        };
+        format!("{mantissa}e{exponent}").parse::<f64>().unwrap_or(f64::NAN) * rest * self.factor
     }
 
-    /// self × other^(`halves`/2); `None` where an exponent grows beyond reason.
-    fn times(self, other: Self, halves: i32) -> Option<Self> {
+    /// self × other^(`quarters`/4); `None` where an exponent grows beyond reason.
+    fn times(self, other: Self, quarters: i32) -> Option<Self> {
         let sum = |a: i8, b: i8| {
-            let product = i32::from(b) * halves;
-            (product % 2 == 0).then(|| i8::try_from(i32::from(a) + product / 2).ok()).flatten()
+            let product = i32::from(b) * quarters;
+            (product % QUARTERS == 0).then(|| i8::try_from(i32::from(a) + product / QUARTERS).ok()).flatten()
         };
-        (other.decades * halves % 2 == 0).then_some(())?;
+        (other.decades * quarters % QUARTERS == 0).then_some(())?;
         Some(Self {
-            decades: self.decades + other.decades * halves / 2,
-            factor: self.factor * other.factor.powf(f64::from(halves) / 2.0),
+            decades: self.decades + other.decades * quarters / QUARTERS,
+            factor: self.factor * other.factor.powf(f64::from(quarters) / f64::from(QUARTERS)),
             dimension: Dimension {
                 metre: sum(self.dimension.metre, other.dimension.metre)?,
                 kilogram: sum(self.dimension.kilogram, other.dimension.kilogram)?,
@@ -165,8 +172,8 @@ impl<'a> Reader<'a> {
         let mut sign = 1;
         loop {
             let before = self.rest;
-            let (factor, halves) = self.factor()?;
-            scale = scale.times(factor, sign * halves).ok_or_else(|| QuantityError::Exponent {
+            let (factor, quarters) = self.factor()?;
+            scale = scale.times(factor, sign * quarters).ok_or_else(|| QuantityError::Exponent {
                 exponent: before[..before.len() - self.rest.len()].to_owned(),
                 found: self.found.to_owned(),
             })?;
@@ -191,7 +198,7 @@ impl<'a> Reader<'a> {
         false
     }
 
-    /// A symbol or a product in parentheses, and twice its exponent.
+    /// A symbol or a product in parentheses, and four times its exponent.
     fn factor(&mut self) -> Result<(Scale, i32), QuantityError> {
         let scale = if self.eat(&["("]) {
             if self.open == MOST_OPEN {
@@ -227,18 +234,18 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// Twice the exponent; 2 where none is written.
+    /// Four times the exponent; 4 where none is written.
     fn exponent(&mut self) -> Result<i32, QuantityError> {
         let before: &'a str = self.rest;
         let marked = self.eat(&["^", "**"]);
         let parenthesised = marked && self.eat(&["("]);
         let plain: String = self.rest.chars().map(plain_digit).take_while(|letter| *letter != '\0').collect();
-        let Some((halves, characters)) = half_number(&plain) else {
+        let Some((quarters, characters)) = quarters(&plain) else {
             let signed =
                 plain.starts_with(['-', '+', '.']) || plain.starts_with(|letter: char| letter.is_ascii_digit());
             if !marked && !signed {
                 self.rest = before;
-                return Ok(2);
+                return Ok(QUARTERS);
             }
             return Err(self.bad_exponent(before));
         };
@@ -247,7 +254,7 @@ impl<'a> Reader<'a> {
         if parenthesised && !self.eat(&[")"]) {
             return Err(self.bad_exponent(before));
         }
-        Ok(halves)
+        Ok(quarters)
     }
 
     fn bad_exponent(&self, before: &str) -> QuantityError {
@@ -281,38 +288,40 @@ fn plain_digit(letter: char) -> char {
     }
 }
 
-/// Twice the leading number `[±]n`, `[±]n/2`, `[±]n.5` of `text`, and how many characters it takes.
-fn half_number(text: &str) -> Option<(i32, usize)> {
+/// Four times the leading number `[±]n`, `[±]n/4`, `[±]n.25` of `text`, and how many characters it takes.
+fn quarters(text: &str) -> Option<(i32, usize)> {
     let sign = usize::from(text.starts_with(['-', '+']));
     let digits = |from: usize| text[from..].bytes().take_while(u8::is_ascii_digit).count();
     let whole = digits(sign);
     let mut end = sign + whole;
     let value = text[sign..end].parse::<i32>().ok().filter(|value| *value < 64)?;
     let negative = if text.starts_with('-') { -1 } else { 1 };
-    let mut halves = 2 * value;
+    let mut quarters = QUARTERS * value;
     if text[end..].starts_with('/') && digits(end + 1) > 0 {
         let length = digits(end + 1);
         let divisor = text[end + 1..end + 1 + length].parse::<i32>().ok().filter(|divisor| *divisor > 0)?;
-        if halves % divisor != 0 {
+        if quarters % divisor != 0 {
             return None;
         }
-        halves /= divisor;
+        quarters /= divisor;
         end += 1 + length;
     } else if text[end..].starts_with('.') {
         let length = digits(end + 1);
         match text[end + 1..end + 1 + length].trim_end_matches('0') {
             "" => {}
-            "5" => halves += 1,
+            "25" => quarters += 1,
+            "5" => quarters += 2,
+            "75" => quarters += 3,
             _ => return None,
         }
         end += 1 + length;
     }
-    Some((negative * halves, end))
+    Some((negative * quarters, end))
 }
 
 fn lookup(symbol: &str) -> Option<Scale> {
     let scale = |power: i32, (_, own, factor, dimension, _): (&str, i32, f64, Dimension, bool)| Scale {
-        decades: 2 * (power + own),
+        decades: QUARTERS * (power + own),
         factor,
         dimension,
     };

@@ -18,7 +18,8 @@ use super::{
 use crate::{
     Estimate, ModelError,
     contact_law::{
-        ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Number, Spring, Terms, dashpots, for_terms, terms_of,
+        self, ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Number, Spring, Terms, dashpots, for_terms,
+        terms_of,
     },
     scene::{DampingCoefficients, DampingPlacement, DampingTerm, Drive, DriveKind, PistonMotion, Scene, Support},
 };
@@ -96,7 +97,7 @@ impl Variation {
         };
         let not_negative = |value: f64| value >= 0.0 && value.is_finite();
         need(self.amplitude_scale.is_finite(), "alpha", "a finite factor", self.amplitude_scale)?;
-        self.damping.check()?;
+        contact_law::check(&self.damping)?;
         let force = self.precompression;
         need(not_negative(force), "chain.precompression", "a force ≥ 0, N", force)?;
         let factor = self.support_stiffness_factor;

@@ -13,7 +13,7 @@ use crate::{
     ModelError, Progress,
     contact_law::{Dashpot, ElasticLaw, Terms},
     response::{EnergyLedger, SolverWork},
-    scene::PistonMotion,
+    scene::{DampingTerm, PistonMotion},
 };
 
 impl<const DAMPED: Terms, L: ElasticLaw> Flow for Equation<'_, DAMPED, L> {
@@ -156,8 +156,8 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         }
 
         let pull = 1e-12 * force_scale;
-        let any_sudden = DAMPED != 0 && system.dashpots.iter().any(Dashpot::is_sudden);
-        let pull = if any_sudden { pull } else { pull / displacement_scale.sqrt() };
+        let powers = system.dashpots.iter().filter_map(Dashpot::leading).map(DampingTerm::power);
+        let pull = pull / displacement_scale.powf(powers.min_by(f64::total_cmp).unwrap_or(0.0));
         let resolution = Resolution { overlap: 1e-12 * displacement_scale, pull };
         let initial_energy = system.stored_energy(&displacement) + system.kinetic_energy(&velocity);
         Ok(Self {

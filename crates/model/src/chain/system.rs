@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     ModelError,
-    contact_law::{Dashpot, ElasticLaw, Law, dashpots},
+    contact_law::{self, Dashpot, ElasticLaw, Law, dashpots},
     need_drive,
     scene::{Limits, MeshFile, Scene, Support},
 };
@@ -226,7 +226,7 @@ fn check(scene: &Scene) -> Result<(), ModelError> {
             need(positive(*stiffness), "support.stiffness", "a positive stiffness, N/m", *stiffness)?;
         }
     }
-    scene.damping.coefficients.check()?;
+    contact_law::check(&scene.damping.coefficients)?;
     need(scene.amplitude_scale.is_finite(), "alpha", "a finite factor", scene.amplitude_scale)?;
     need(not_negative(scene.duration), "duration", "a time ≥ 0, s", scene.duration)?;
     need(positive(scene.output_step), "output_step", "a positive time, s", scene.output_step)

@@ -2,7 +2,10 @@
 
 use std::ops::Mul;
 
-use crate::scene::{Damping, DampingCoefficients, DampingPlacement, DampingTerm};
+use crate::{
+    ModelError,
+    scene::{Damping, DampingCoefficients, DampingPlacement, DampingTerm, TermDescription},
+};
 
 /// A number, or several side by side.
 pub(crate) trait Number: Copy + Mul<Output = Self> {
@@ -35,6 +38,14 @@ impl DampingTerm {
             Self::KuwabaraKono => coefficient * root,
         }
     }
+
+    /// Power of δ in its resistance.
+    pub(crate) const fn power(self) -> f64 {
+        match self {
+            Self::Linear => 0.0,
+            Self::KuwabaraKono => 0.5,
+        }
+    }
 }
 
 /// A block made for each set of terms that a law has; larger sets stand for those that none has.
@@ -51,6 +62,14 @@ macro_rules! for_terms {
             }
             2 => {
                 const $name: $crate::contact_law::Terms = 2;
+                $body
+            }
+            3 => {
+                const $name: $crate::contact_law::Terms = 3;
+                $body
+            }
+            4 => {
+                const $name: $crate::contact_law::Terms = 4;
                 $body
             }
             _ => {
@@ -89,22 +108,38 @@ impl Dashpot {
         if overlap > 0.0 { self.resistance(overlap.sqrt()) * rate } else { 0.0 }
     }
 
+    /// The term that is largest at first touch, δ → 0.
+    #[inline(always)]
+    pub(crate) fn leading(&self) -> Option<DampingTerm> {
+        let present = DampingTerm::ALL.into_iter().filter(|term| self.coefficients[*term] > 0.0);
+        present.min_by(|one, other| one.power().total_cmp(&other.power()))
+    }
+
     /// Whether it resists from the first touch on, δ = 0.
     #[inline(always)]
     #[must_use]
     pub fn is_sudden(&self) -> bool {
-        self.coefficients[DampingTerm::Linear] > 0.0
+        self.leading().is_some_and(|term| term.power() == 0.0)
     }
 
-    /// A continuous function of overlap (m) and rate (m/s) with the sign of the force that is left of an elastic one (N): their sum, or without
-    /// resistance at first touch their sum over √δ, which is not singular at closing.
+    /// A continuous function of overlap (m) and rate (m/s) with the sign of the force that is left of an elastic one (N): their sum over δ to
+    /// the power of the leading term, which is not singular at closing.
     #[inline(always)]
     pub(crate) fn pull(&self, elastic: f64, overlap: f64, rate: f64) -> f64 {
-        if self.is_sudden() {
-            return elastic + self.resistance(overlap.sqrt()) * rate;
+        let Some(leading) = self.leading() else { return elastic };
+        let root = overlap.sqrt();
+        if leading.power() == 0.0 {
+            return elastic + self.resistance(root) * rate;
         }
-        let viscous = self.coefficients[DampingTerm::KuwabaraKono] * rate;
-        if overlap > 0.0 { elastic / overlap.sqrt() + viscous } else { viscous }
+        let first = self.coefficients[leading] * rate;
+        if overlap <= 0.0 {
+            return first;
+        }
+        let scale = leading.resistance(1.0, root);
+        let rest = DampingTerm::ALL.into_iter().filter(|term| *term != leading);
+        rest.fold(elastic / scale + first, |sum, term| {
+            sum + term.resistance(self.coefficients[term], root) / scale * rate
+        })
     }
 
     /// Whether there is nothing to damp.
@@ -123,6 +158,22 @@ impl Dashpot {
 pub(crate) fn terms_of(coefficients: &DampingCoefficients) -> Terms {
     let present = |term: &DampingTerm| coefficients[*term] > 0.0;
     DampingTerm::ALL.into_iter().filter(present).fold(0, |terms, term| terms | term.alone())
+}
+
+/// A coefficient that no damper can have.
+///
+/// # Errors
+/// [`ModelError::Unphysical`] for what is negative or no number.
+pub(crate) fn check(coefficients: &DampingCoefficients) -> Result<(), ModelError> {
+    for term in DampingTerm::ALL {
+        let found = coefficients[term];
+        if !(found >= 0.0 && found.is_finite()) {
+            let TermDescription { key, expected, .. } = *term.description();
+            let quantity = key.trim_end_matches("_coefficient").into();
+            return Err(ModelError::Unphysical { quantity, expected, found });
+        }
+    }
+    Ok(())
 }
 
 /// Dashpot of each contact: the terms of the kind, at the contacts of the placement.

@@ -4,7 +4,6 @@
 
 use std::ops::{Index, IndexMut};
 
-use crate::ModelError;
 use granchain_signal::Dimension;
 use serde::{Deserialize, Serialize};
 
@@ -99,18 +98,6 @@ impl DampingCoefficients {
     #[must_use]
     pub fn are_absent(&self) -> bool {
         self.0.iter().all(|coefficient| *coefficient == 0.0)
-    }
-
-    /// Refuse what no damper can have.
-    pub(crate) fn check(&self) -> Result<(), ModelError> {
-        for (term, found) in DampingTerm::ALL.into_iter().zip(self.0) {
-            if !(found >= 0.0 && found.is_finite()) {
-                let TermDescription { key, expected, .. } = *term.description();
-                let quantity = key.trim_end_matches("_coefficient").into();
-                return Err(ModelError::Unphysical { quantity, expected, found });
-            }
-        }
-        Ok(())
     }
 }
 
