@@ -9,12 +9,12 @@ use std::{
 
 use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::{Outcome, arguments::Session};
 use crate::{
     model::contact_law::{ElasticLaw, Hertz, bead_flat_stiffness, bead_pair_stiffness},
-    scene::{self, BUILT_IN, DriveKind, Effect, ModelKind, Scene, SettingValue, Support},
+    scene::{self, BUILT_IN, DriveKind, Effect, KEYS, ModelKind, Scene, SettingValue, Support},
     signal::{Dimension, Quantity},
 };
 
@@ -47,6 +47,8 @@ enum Action {
         #[arg(long = "set", value_name = "KEY=VALUE")]
         set: Vec<String>,
     },
+    /// Every key a scene file may have: what it takes, what is taken where it is not given, where it has an effect
+    Keys,
     /// Check a scene and print what follows from it
     Check {
         /// Scene file or built-in scene
@@ -78,6 +80,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     match arguments.action {
         Action::List => list(session)?,
         Action::Show { scene, toml, set } => show(session, &load(session, &scene, &set)?, toml)?,
+        Action::Keys => keys(session)?,
         Action::Check { scene, set } => check(session, &scene, &load(session, &scene, &set)?)?,
         Action::Explain(explain) => {
             explain::execute(session, &explain, &load(session, &explain.scene, &explain.set)?)?;
@@ -138,6 +141,28 @@ fn show(session: &Session, scene: &Scene, toml: bool) -> anyhow::Result<()> {
             })
         })
         .collect();
+    session.result(text, &rows)
+}
+
+fn keys(session: &Session) -> anyhow::Result<()> {
+    let (mut text, mut rows) = (String::new(), Vec::new());
+    for key in KEYS {
+        let (default, conditions) = (key.default_text(), key.conditions());
+        writeln!(text, "{}: {}", key.name, key.meaning)?;
+        writeln!(text, "    takes {}", key.takes())?;
+        match default.as_str() {
+            "" => writeln!(text, "    must be given")?,
+            default => writeln!(text, "    unless given: {default}")?,
+        }
+        for (governor, values) in &conditions {
+            writeln!(text, "    where {governor} is {}", values.join(" or "))?;
+        }
+        let conditions: Map<_, _> =
+            conditions.into_iter().map(|(key, values)| (key.to_owned(), json!(values))).collect();
+        rows.push(json!({
+            "key": key.name, "meaning": key.meaning, "takes": key.takes(), "default": default, "where": conditions,
+        }));
+    }
     session.result(text, &rows)
 }
 

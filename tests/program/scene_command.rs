@@ -28,6 +28,33 @@ fn show_prints_every_key_with_value_unit_and_meaning() {
     assert_eq!((radius["value"].as_f64(), radius["unit"].as_str()), (Some(0.5e-3), Some("m")));
 }
 
+/// What `scene keys` says is taken where a key is not given is what `scene show` finds where it is not.
+#[test]
+fn keys_says_of_each_key_what_is_taken_where_it_is_not_given() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, out, _) = granchain(folder.path(), &["scene", "keys", "--json"]);
+    let keys: Vec<serde_json::Value> = serde_json::from_str(&out).unwrap();
+    let lean = "duration = 1e-4\n[chain]\nbeads = 6\nradius = 5e-4\nmaterial = \"chrome-steel\"\n[damping]\nkind = \"linear\"\n\
+                [drive]\nkind = \"sine\"\namplitude = 1e-6\nfrequency = 73e3\ncycles = 5\n[support]\nkind = ";
+    let mut told = 0;
+    for support in ["annulus", "disc"] {
+        let scene = format!("{lean}\"{support}\"\n[model]\nkind = \"reduced\"\n");
+        std::fs::write(folder.path().join("lean.toml"), scene).unwrap();
+        let (_, out, err) = granchain(folder.path(), &["scene", "show", "lean.toml", "--json"]);
+        let rows: Vec<serde_json::Value> = serde_json::from_str(&out).unwrap_or_else(|_| panic!("{err}"));
+        for row in &rows {
+            let key = keys.iter().find(|key| key["key"] == row["key"]);
+            let Some(default) = key.and_then(|key| key["default"].as_str()) else { continue };
+            let plain = default.split_whitespace().next().is_some_and(|word| word.parse::<f64>().is_ok());
+            if plain && !default.contains([',', ';']) && !default.contains(" of ") {
+                assert_eq!(row["text"], default, "{}", row["key"]);
+                told += 1;
+            }
+        }
+    }
+    assert!(told > 12, "only {told} defaults were compared");
+}
+
 #[test]
 fn show_as_toml_is_a_scene_file_of_the_same_scene() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,6 +1,6 @@
 //! The elastic law of the chain's contacts.
 
-use super::{ModelKind, error::SceneError, key::CONTACT_LAWS, reader::Reader, settings};
+use super::{ModelKind, error::SceneError, reader::Reader, settings, word::words};
 
 /// Elastic law of the contacts where `model.kind = "chain"`; the other models compute their contacts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -12,19 +12,10 @@ pub enum ContactLaw {
     FiniteBody,
 }
 
-impl ContactLaw {
-    /// Its name in scene files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Hertz => "hertz",
-            Self::FiniteBody => "finite-body",
-        }
-    }
-}
+words!(ContactLaw { Hertz = "hertz", FiniteBody = "finite-body" });
 
 /// Which law a scene asks for.
 pub(super) fn read(reader: &Reader<'_>) -> Result<ContactLaw, SceneError> {
-    let finite = reader.choice("contact.law", CONTACT_LAWS)? == Some(ContactLaw::FiniteBody.name());
-    Ok(if finite && settings::kind(reader)? == ModelKind::Chain { ContactLaw::FiniteBody } else { ContactLaw::Hertz })
+    let law = reader.word("contact.law")?;
+    Ok(if settings::kind(reader)? == ModelKind::Chain { law } else { ContactLaw::Hertz })
 }

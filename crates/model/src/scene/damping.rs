@@ -4,6 +4,7 @@
 
 use std::ops::{Index, IndexMut};
 
+use super::word::words;
 use granchain_signal::Dimension;
 use serde::{Deserialize, Serialize};
 
@@ -136,17 +137,6 @@ impl DampingKind {
     /// Every law.
     pub const ALL: [Self; 4] = [Self::None, Self::Linear, Self::KuwabaraKono, Self::LinearAndKuwabaraKono];
 
-    /// Its name in scene files, flags and outcomes.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Linear => "linear",
-            Self::KuwabaraKono => "kuwabara-kono",
-            Self::LinearAndKuwabaraKono => "linear+kuwabara-kono",
-        }
-    }
-
     /// Its terms.
     #[must_use]
     pub const fn terms(self) -> &'static [DampingTerm] {
@@ -175,38 +165,6 @@ impl DampingKind {
     pub(super) const fn key_of(self, term: DampingTerm) -> &'static str {
         if self.terms().len() == 1 { "damping.coefficient" } else { term.description().key }
     }
-
-    /// Every law's name, and the scene keys that it uses.
-    pub(super) const USES: [(&'static str, &'static [&'static str]); Self::ALL.len()] = {
-        let mut uses: [(&'static str, &'static [&'static str]); Self::ALL.len()] = [("", &[]); Self::ALL.len()];
-        let mut at = 0;
-        while at < uses.len() {
-            let keys: &'static [&'static str] = match Self::ALL[at].terms().len() {
-                0 => &[],
-                1 => &["damping.coefficient", "damping.at", "damping.tension"],
-                _ => &[
-                    "damping.linear_coefficient",
-                    "damping.kuwabara_kono_coefficient",
-                    "damping.at",
-                    "damping.tension",
-                ],
-            };
-            uses[at] = (Self::ALL[at].name(), keys);
-            at += 1;
-        }
-        uses
-    };
-
-    /// Every law's name.
-    pub(super) const NAMES: [&'static str; Self::ALL.len()] = {
-        let mut names = [""; Self::ALL.len()];
-        let mut at = 0;
-        while at < names.len() {
-            names[at] = Self::ALL[at].name();
-            at += 1;
-        }
-        names
-    };
 }
 
 /// Which contacts have a dashpot.
@@ -230,3 +188,12 @@ pub struct Damping {
     /// Whether the total contact force may pull while a contact parts.
     pub tension: bool,
 }
+
+words!(DampingKind {
+    None = "none",
+    Linear = "linear",
+    KuwabaraKono = "kuwabara-kono",
+    LinearAndKuwabaraKono = "linear+kuwabara-kono"
+});
+
+words!(DampingPlacement { All = "all", Beads = "beads" });

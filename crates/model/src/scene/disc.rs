@@ -1,21 +1,11 @@
 //! The matching disc between the chain and the water.
 
-use super::{
-    Material, Support,
-    error::SceneError,
-    file::length,
-    key::RIMS,
-    listing::{SettingValue, Settings},
-    reader::{Bound, Reader},
-};
-use granchain_signal::Dimension;
+use super::{Material, Support, error::SceneError, file::length, reader::Reader, word::words};
 
 /// Default radius and thickness of the disc, m: the paper's.
 pub const DEFAULT_DISC: (f64, f64) = (1e-3, 0.25e-3);
 /// Default mesh density of the disc, 1.
 pub const DEFAULT_DISC_DENSITY: u32 = 6;
-/// Coarsest and finest mesh.
-const DENSITIES: (u32, u32) = (1, 64);
 
 /// How the lateral face of the disc is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,17 +19,7 @@ pub enum Rim {
     Free,
 }
 
-impl Rim {
-    /// Its name in scene files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Clamped => "clamped",
-            Self::Supported => "supported",
-            Self::Free => "free",
-        }
-    }
-}
+words!(Rim { Clamped = "clamped", Supported = "supported", Free = "free" });
 
 /// What a disc is.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,8 +36,7 @@ pub struct DiscShape {
 
 /// Read the disc of a scene.
 pub(super) fn read(reader: &Reader<'_>) -> Result<Support, SceneError> {
-    let size = |key, default| Ok(reader.quantity(key, Dimension::LENGTH, Bound::Positive)?.unwrap_or(default));
-    let (radius, thickness) = (size("disc.radius", DEFAULT_DISC.0)?, size("disc.thickness", DEFAULT_DISC.1)?);
+    let (radius, thickness) = (reader.number("disc.radius")?, reader.number("disc.thickness")?);
     if thickness >= radius {
         let expected = format!("a thickness below the disc's radius {}: a plate, no rod", length(radius));
         let key = if reader.has("disc.thickness") { "disc.thickness" } else { "disc.radius" };
@@ -66,20 +45,7 @@ pub(super) fn read(reader: &Reader<'_>) -> Result<Support, SceneError> {
     let key = "disc.material";
     let name = reader.text(key)?.map_or_else(|| Material::vitreous_carbon().name, str::to_owned);
     let material = reader.material_named(&name, key, || reader.place(key))?;
-    let rim = match reader.choice("disc.rim", RIMS)? {
-        Some("supported") => Rim::Supported,
-        Some("free") => Rim::Free,
-        _ => Rim::Clamped,
-    };
-    let mesh_density = reader.count("disc.mesh_density", DENSITIES)?.unwrap_or(DEFAULT_DISC_DENSITY);
+    let rim = reader.word("disc.rim")?;
+    let mesh_density = reader.count("disc.mesh_density")?.unwrap_or(DEFAULT_DISC_DENSITY);
     Ok(Support::Disc { shape: DiscShape { radius, thickness, material, rim }, mesh_density })
-}
-
-/// Write the disc of a scene.
-pub(super) fn list(shape: &DiscShape, mesh_density: u32, settings: &mut Settings) {
-    settings.quantity("disc.radius", shape.radius, Dimension::LENGTH);
-    settings.quantity("disc.thickness", shape.thickness, Dimension::LENGTH);
-    settings.text("disc.material", &shape.material.name);
-    settings.text("disc.rim", shape.rim.name());
-    settings.add("disc.mesh_density", SettingValue::Count(mesh_density as usize));
 }

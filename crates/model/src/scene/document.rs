@@ -130,19 +130,22 @@ impl Document {
         }
         for governor in GOVERNORS {
             // A layer that makes the model the chain without naming a law means the default one.
-            let becomes_chain = governor.key == "contact.law"
+            let becomes_chain = governor.name == "contact.law"
                 && upper.text("model.kind") == Some("chain")
                 && self.text("model.kind").is_some_and(|kind| kind != "chain");
             let implied = if becomes_chain { Some("hertz") } else { None };
-            let (Some(new), old) = (upper.text(governor.key).or(implied), self.chosen(governor)) else { continue };
+            let (Some(new), old) = (upper.text(governor.name).or(implied), self.chosen(governor)) else { continue };
             if old == Some(new) {
                 continue;
             }
-            let Some(used) = governor.used_by(new) else { continue };
-            self.entries.retain(|key, _| {
-                let key = key.as_str();
-                !governor.governed.contains(&key) || used.contains(&key) && !governor.reinterpreted.contains(&key)
-            });
+            if !governor.words().contains(&new) {
+                continue;
+            }
+            for (key, when) in governor.governed() {
+                if !when.holds(new) || governor.reinterpreted.contains(&key.name) {
+                    self.entries.remove(key.name);
+                }
+            }
         }
         if upper.entries.contains_key("chain.gaps") {
             self.entries.retain(|key, _| !key.starts_with("chain.gaps."));
@@ -152,7 +155,7 @@ impl Document {
 
     /// The value of a governor's key, or what stands for it where it is not given.
     pub(super) fn chosen(&self, governor: &Governor) -> Option<&str> {
-        let default = match governor.key {
+        let default = match governor.name {
             "model.kind" => Some("chain"),
             "contact.law" if self.text("model.kind").unwrap_or("chain") != "chain" => return None,
             "contact.law" => Some("hertz"),
@@ -170,7 +173,7 @@ impl Document {
             "water.method" => Some("rayleigh"),
             _ => None,
         };
-        if self.entries.contains_key(governor.key) { self.text(governor.key) } else { default }
+        if self.entries.contains_key(governor.name) { self.text(governor.name) } else { default }
     }
 
     pub(super) fn text(&self, key: &str) -> Option<&str> {

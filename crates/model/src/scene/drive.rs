@@ -109,6 +109,30 @@ impl<M: PistonMotion + ?Sized> PistonMotion for &M {
     }
 }
 
+impl DriveKind {
+    /// Its name in scene files.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::SineCycles { .. } => "sine",
+            Self::ToneBurst { .. } => "tone-burst",
+            Self::GaussianBurst { .. } => "gaussian-burst",
+            Self::Record { .. } | Self::UnreadRecord { .. } => "record",
+        }
+    }
+
+    /// Length of its burst in periods of f0; a record has none.
+    #[must_use]
+    pub const fn cycles(&self) -> Option<f64> {
+        match *self {
+            Self::SineCycles { cycles } | Self::ToneBurst { cycles, .. } | Self::GaussianBurst { cycles } => {
+                Some(cycles)
+            }
+            Self::Record { .. } | Self::UnreadRecord { .. } => None,
+        }
+    }
+}
+
 impl Drive {
     /// The motion α·drive, ready to be evaluated.
     #[must_use]

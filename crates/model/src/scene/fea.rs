@@ -3,9 +3,10 @@
 use super::{
     error::SceneError,
     file::time,
-    key::{CONTACT_MASSES, ELEMENTS, FEA_INTEGRATORS},
     reader::{Bound, Reader},
     settings::check_step,
+    table::FEA_INTEGRATORS,
+    word::words,
 };
 use granchain_signal::Dimension;
 
@@ -15,8 +16,6 @@ pub const DEFAULT_MESH_DENSITY: u32 = 12;
 pub const DEFAULT_CONTACT_PATCH: f64 = 0.1;
 /// Default step of the finite element analysis, s: the paper's.
 pub const DEFAULT_FEA_STEP: f64 = 1e-7;
-/// Coarsest and finest mesh.
-const DENSITIES: (u32, u32) = (2, 128);
 
 /// Shape of the elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -130,27 +129,9 @@ impl Default for FeaSettings {
     }
 }
 
-impl Elements {
-    /// Its name in scene files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Quadrilaterals => "quadrilaterals",
-            Self::Mixed => "mixed",
-        }
-    }
-}
+words!(Elements { Quadrilaterals = "quadrilaterals", Mixed = "mixed" });
 
-impl ContactMass {
-    /// Its name in scene files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Massless => "massless",
-            Self::Consistent => "consistent",
-        }
-    }
-}
+words!(ContactMass { Massless = "massless", Consistent = "consistent" });
 
 /// Read the settings of a scene of that kind.
 pub(super) fn read(
@@ -160,51 +141,34 @@ pub(super) fn read(
     notes: &mut Vec<String>,
 ) -> Result<FeaSettings, SceneError> {
     let default = FeaSettings::default();
-    let density = mesh_density(reader)?.unwrap_or(default.density);
-    let elements = elements(reader)?;
-    let contact_mass = match reader.choice("model.contact_mass", CONTACT_MASSES)? {
-        Some("consistent") => ContactMass::Consistent,
-        _ => ContactMass::Massless,
-    };
+    let density = reader.count("model.mesh_density")?.unwrap_or(default.density);
+    let elements = reader.word("model.elements")?;
+    let contact_mass = reader.word("model.contact_mass")?;
     let dissipation = |bound| {
-        let reason = Some("schemes with numerical damping need it");
-        let example = "model.numerical_dissipation = 0.1";
-        reader.required("model.numerical_dissipation", Dimension::NONE, bound, reason, example)
+        let key = "model.numerical_dissipation";
+        let value = reader.quantity(key, Dimension::NONE, bound)?;
+        value.ok_or_else(|| reader.missing(key, Some("schemes with numerical damping need it")))
     };
-    let scheme = match reader.choice("model.integrator", FEA_INTEGRATORS)? {
+    let scheme = match reader.choice_of("model.integrator", FEA_INTEGRATORS)? {
         Some("hht") => Scheme::HilberHughesTaylor { dissipation: dissipation(Bound::UpToAThird)? },
         Some("newmark") => Scheme::Newmark { dissipation: dissipation(Bound::UpToAHalf)? },
         _ => Scheme::Trapezoid,
     };
-    let step = reader.quantity("model.step", Dimension::TIME, Bound::Positive)?.unwrap_or(default_step);
+    let step = reader.given("model.step")?.unwrap_or(default_step);
     check_step(reader, step, frequency)?;
     let step = dividing(step, output_step, notes);
     let contact_patch = contact_patch(reader)?;
     Ok(FeaSettings { density, elements, contact_patch, step, contact_mass, scheme })
 }
 
-/// Mesh density, where it is given.
-pub(super) fn mesh_density(reader: &Reader<'_>) -> Result<Option<u32>, SceneError> {
-    reader.count("model.mesh_density", DENSITIES)
-}
-
 /// Radius of the fine patch over the bead's.
 pub(super) fn contact_patch(reader: &Reader<'_>) -> Result<f64, SceneError> {
     let key = "model.contact_patch";
-    match reader.quantity(key, Dimension::NONE, Bound::Positive)? {
-        Some(patch) if patch > 0.5 => {
-            Err(reader.out_of_range(key, "a value above 0 and at most 0.5".to_owned(), patch.to_string()))
-        }
-        patch => Ok(patch.unwrap_or(DEFAULT_CONTACT_PATCH)),
+    let patch = reader.number(key)?;
+    if patch > 0.5 {
+        return Err(reader.out_of_range(key, "a value above 0 and at most 0.5".to_owned(), patch.to_string()));
     }
-}
-
-/// Shape of the elements.
-pub(super) fn elements(reader: &Reader<'_>) -> Result<Elements, SceneError> {
-    Ok(match reader.choice("model.elements", ELEMENTS)? {
-        Some("mixed") => Elements::Mixed,
-        _ => Elements::Quadrilaterals,
-    })
+    Ok(patch)
 }
 
 /// `step`, shortened where it does not divide the output step: every output sample is a computed state, none is interpolated.

@@ -3,16 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    Bead, Chain, ContactLaw, ContactNormal, Damping, DampingCoefficients, DampingKind, DampingPlacement, Drive,
-    DriveKind, FlatContact, Material, ModelKind, Scene, SceneText, Support, TermDescription, builtin, contact_law,
-    disc,
+    Bead, Chain, ContactLaw, Damping, DampingCoefficients, DampingKind, Drive, DriveKind, FlatContact, Material,
+    ModelKind, Scene, SceneText, Support, TermDescription, builtin, contact_law, disc,
     document::{Document, Value, resolved},
     error::SceneError,
-    key::{CHAIN_INTEGRATORS, DAMPING_KINDS, DRIVE_KINDS, FLAT_KINDS, NORMALS, PLACEMENTS, SUPPORT_KINDS},
     mesh_file,
     reader::{Bound, Reader},
     settings,
     source::Author,
+    table::CHAIN_INTEGRATORS,
     water,
 };
 use granchain_signal::{Dimension, Quantity};
@@ -189,7 +188,7 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
             frequency(drive.frequency)
         ));
     }
-    let amplitude_scale = reader.quantity("alpha", Dimension::NONE, Bound::NotNegative)?.unwrap_or(1.0);
+    let amplitude_scale = reader.number("alpha")?;
     if !matches!(drive.kind, DriveKind::UnreadRecord { .. }) {
         let motion = amplitude_scale * drive.amplitude;
         let radius = chain.beads[0].radius;
@@ -198,8 +197,8 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
             return Err(reader.out_of_range("drive.amplitude", expected, length(motion)));
         }
     }
-    let duration = reader.required("duration", Dimension::TIME, Bound::Positive, None, "duration = \"120 us\"")?;
-    let output_step = reader.quantity("output_step", Dimension::TIME, Bound::Positive)?.unwrap_or(DEFAULT_OUTPUT_STEP);
+    let duration = reader.number("duration")?;
+    let output_step = reader.number("output_step")?;
     if output_step > duration {
         let expected = format!("at most the duration {}", time(duration));
         let key = if reader.has("output_step") { "output_step" } else { "duration" };
@@ -209,7 +208,7 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
         let expected = format!("at most {MOST_SAMPLES} samples in {}", time(duration));
         return Err(reader.out_of_range("output_step", expected, time(output_step)));
     }
-    let bandwidth = reader.quantity("vibrometer.bandwidth", Dimension::FREQUENCY, Bound::Positive)?;
+    let bandwidth = reader.given("vibrometer.bandwidth")?;
     let vibrometer_bandwidth = bandwidth.unwrap_or(f64::max(DEFAULT_VIBROMETER_BANDWIDTH, 4.0 * drive.frequency));
     if vibrometer_bandwidth <= drive.frequency {
         let expected = format!("above the drive frequency {}", frequency(drive.frequency));
@@ -223,7 +222,7 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
     Ok(Scene {
         name: reader.text("name")?.unwrap_or(name).to_owned(),
         description: reader.text("description")?.unwrap_or("").to_owned(),
-        piston: flat(reader.choice("piston.contact", FLAT_KINDS)?),
+        piston: reader.word("piston.contact")?,
         materials: mesh_file::materials(reader, &chain, &support)?,
         support,
         water,
@@ -251,20 +250,15 @@ pub(super) fn time(value: f64) -> String {
     Quantity::new(value, Dimension::TIME).to_string()
 }
 
-fn flat(word: Option<&str>) -> FlatContact {
-    if word == Some("half-space") { FlatContact::HalfSpace } else { FlatContact::Rigid }
-}
-
 fn chain(reader: &Reader<'_>) -> Result<Chain, SceneError> {
     let count = reader.beads()?;
-    let radius =
-        reader.required("chain.radius", Dimension::LENGTH, Bound::Radius, None, "chain.radius = \"0.5 mm\"")?;
+    let radius = reader.number("chain.radius")?;
     let material = reader.material("chain.material")?;
     let mesh = mesh_file::read(reader, "chain.mesh", "chain.mesh_unit")?;
     let mut beads = vec![Bead { radius, material, mesh }; count];
     reader.override_beads(&mut beads)?;
     let gaps = reader.gaps(count, radius)?;
-    let precompression = reader.quantity("chain.precompression", Dimension::FORCE, Bound::NotNegative)?.unwrap_or(0.0);
+    let precompression = reader.number("chain.precompression")?;
     // Overlaps of 7 % of the radius: far beyond Hertz' small contacts, and beyond the yield of any steel.
     let softest =
         beads.iter().map(|bead| bead.material.youngs_modulus * bead.radius.powi(2)).fold(f64::INFINITY, f64::min);
@@ -290,28 +284,15 @@ fn chain(reader: &Reader<'_>) -> Result<Chain, SceneError> {
 }
 
 fn drive(reader: &Reader<'_>) -> Result<Drive, SceneError> {
-    let kind = reader.required_choice("drive.kind", DRIVE_KINDS, "drive.kind = \"tone-burst\"")?;
-    let frequency = reader.required(
-        "drive.frequency",
-        Dimension::FREQUENCY,
-        Bound::Positive,
-        None,
-        "drive.frequency = \"73 kHz\"",
-    )?;
+    let kind = reader.required_choice("drive.kind")?;
+    let frequency = reader.number("drive.frequency")?;
     if kind == "record" {
         let reason = Some("a drive of kind `record` is read from a file");
-        let file = reader.required_text("drive.file", reason, "drive.file = \"horn_tip.csv\"")?;
+        let file = reader.required_text("drive.file", reason)?;
         let file = resolved(file, &reader.place("drive.file"));
         return Ok(Drive { kind: DriveKind::UnreadRecord { file }, amplitude: 1.0, frequency });
     }
-    let amplitude = reader.required(
-        "drive.amplitude",
-        Dimension::LENGTH,
-        Bound::NotNegative,
-        None,
-        "drive.amplitude = \"1 um\"",
-    )?;
-    let cycles = reader.required("drive.cycles", Dimension::NONE, Bound::Positive, None, "drive.cycles = 40")?;
+    let (amplitude, cycles) = (reader.number("drive.amplitude")?, reader.number("drive.cycles")?);
     // Elsewhere the burst would begin or end away from zero, and the piston would have to jump.
     let must_close = |parts: f64, expected: &str| {
         if (cycles * parts).fract() == 0.0 {
@@ -330,8 +311,7 @@ fn drive(reader: &Reader<'_>) -> Result<Drive, SceneError> {
             DriveKind::GaussianBurst { cycles }
         }
         _ => {
-            let example = "drive.ring_up = \"100 us\"";
-            let ring_up = reader.required("drive.ring_up", Dimension::TIME, Bound::NotNegative, None, example)?;
+            let ring_up = reader.number("drive.ring_up")?;
             if ring_up == 0.0 {
                 must_close(2.0, "a whole or half number of cycles (with ring_up = 0)")?;
             }
@@ -347,7 +327,7 @@ const ANNULUS_BEAD: (f64, f64) = (0.5e-3, 0.02);
 const ANNULUS_OPENING: f64 = 0.3e-3;
 
 fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
-    let kind = reader.required_choice("support.kind", SUPPORT_KINDS, "support.kind = \"rigid\"")?;
+    let kind = reader.required_choice("support.kind")?;
     Ok(match kind {
         "annulus" => {
             let radius = chain.beads.last().map_or(0.0, |bead| bead.radius);
@@ -376,8 +356,8 @@ fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
                     });
                 }
             }
-            let factor = reader.quantity("support.stiffness_factor", Dimension::NONE, Bound::Positive)?;
-            Support::Annulus { stiffness_factor: factor.unwrap_or(1.0), material, normal: normal(reader)? }
+            let stiffness_factor = reader.number("support.stiffness_factor")?;
+            Support::Annulus { stiffness_factor, material, normal: reader.word("support.normal")? }
         }
         "body" => {
             if !settings::kind(reader)?.is_meshed() {
@@ -386,19 +366,17 @@ fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
             }
             let reason = Some("a support of kind `body` is read from a mesh file");
             let Some(mesh) = mesh_file::read(reader, "support.mesh", "support.mesh_unit")? else {
-                return Err(reader.missing("support.mesh", reason, "support.mesh = \"ring.msh\""));
+                return Err(reader.missing("support.mesh", reason));
             };
-            Support::Body { mesh, material: support_material(reader)?, normal: normal(reader)? }
+            Support::Body { mesh, material: support_material(reader)?, normal: reader.word("support.normal")? }
         }
         "spring" => {
-            let example = "support.stiffness = \"0.7e6 N/m\"";
             let reason = Some("a support of kind `spring` needs it");
-            let stiffness =
-                reader.required("support.stiffness", Dimension::STIFFNESS, Bound::Positive, reason, example)?;
-            Support::Spring { stiffness }
+            Support::Spring { stiffness: reader.required("support.stiffness", reason)? }
         }
         "disc" => disc::read(reader)?,
-        flat_kind => Support::Flat(flat(Some(flat_kind))),
+        "half-space" => Support::Flat(FlatContact::HalfSpace),
+        _ => Support::Flat(FlatContact::Rigid),
     })
 }
 
@@ -409,13 +387,8 @@ fn support_material(reader: &Reader<'_>) -> Result<Material, SceneError> {
     reader.material_named(&name, key, || reader.place(key))
 }
 
-fn normal(reader: &Reader<'_>) -> Result<ContactNormal, SceneError> {
-    let moving = reader.choice("support.normal", NORMALS)? == Some("moving");
-    Ok(if moving { ContactNormal::Moving } else { ContactNormal::Fixed })
-}
-
 fn damping(reader: &Reader<'_>, notes: &mut Vec<String>) -> Result<Damping, SceneError> {
-    let kind = reader.required_choice("damping.kind", DAMPING_KINDS, "damping.kind = \"none\"")?;
+    let kind = reader.required_choice("damping.kind")?;
     let mut coefficient = |key: &str, dimension, default| {
         let given = reader.quantity(key, dimension, Bound::NotNegative)?;
         Ok(given.unwrap_or_else(|| {
@@ -430,10 +403,7 @@ fn damping(reader: &Reader<'_>, notes: &mut Vec<String>) -> Result<Damping, Scen
         let TermDescription { dimension, default, .. } = *term.description();
         coefficients[*term] = coefficient(kind.key_of(*term), dimension, default)?;
     }
-    let placement = match reader.choice("damping.at", PLACEMENTS)? {
-        Some("beads") => DampingPlacement::Beads,
-        _ => DampingPlacement::All,
-    };
+    let placement = reader.word("damping.at")?;
     Ok(Damping { kind, coefficients, placement, tension: reader.flag("damping.tension")?.unwrap_or(false) })
 }
 

@@ -1,7 +1,7 @@
-//! The keys of a scene file: name, kind of value, meaning; which choices use which keys.
+//! What a key of a scene file is: name, kind of value, range, default, when it has an effect, where it stands in a scene, meaning.
 
-use super::DampingKind;
-use granchain_signal::Dimension;
+use super::{DampingKind, DampingTerm, Material, Scene, listing::SettingValue, reader::Bound, table::KEYS, word::Word};
+use granchain_signal::{Dimension, Quantity};
 
 /// What kind of value a key takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,7 +29,7 @@ pub enum ValueKind {
 }
 
 /// One key of a scene file.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 pub struct Key {
     /// Its name with its tables; `*` stands for the name of a material.
     pub name: &'static str,
@@ -37,345 +37,240 @@ pub struct Key {
     pub kind: ValueKind,
     /// What it means.
     pub meaning: &'static str,
+    /// Which numbers it takes.
+    pub(super) bound: Bound,
+    /// Taken where it is not given.
+    pub(super) default: Option<f64>,
+    /// The same where it depends on others, for people; empty where it must be given.
+    usually: &'static str,
+    /// How one writes it, for who left it out.
+    pub(super) example: &'static str,
+    /// All that must be so for it to have an effect.
+    pub(super) when: &'static [When],
+    /// What a scene has for it.
+    pub(super) get: Get,
 }
 
-const fn key(name: &'static str, kind: ValueKind, meaning: &'static str) -> Key {
-    Key { name, kind, meaning }
+/// What a scene has for a key; nothing where the key has no effect in it.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Get {
+    Nothing,
+    Number(fn(&Scene) -> Option<f64>),
+    OfMaterial(fn(&Material) -> f64),
+    Value(fn(&Scene) -> Option<SettingValue>),
 }
 
-const fn quantity(name: &'static str, dimension: Dimension, meaning: &'static str) -> Key {
-    key(name, ValueKind::Quantity(dimension), meaning)
+/// A condition of a key: the value of another, its governor.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum When {
+    /// That key has one of these values.
+    Is(&'static str, &'static [&'static str]),
+    /// The law of the dashpots has one term alone, or (`true`) any.
+    Damped(bool),
+    /// It is a sum with this term.
+    Beside(DampingTerm),
 }
 
-pub(super) const FLAT_KINDS: &[&str] = &["rigid", "half-space"];
-pub(super) const DRIVE_KINDS: &[&str] = &["record", "tone-burst", "gaussian-burst", "sine"];
-pub(super) const SUPPORT_KINDS: &[&str] = &["rigid", "half-space", "annulus", "spring", "body", "disc"];
-pub(super) const RIMS: &[&str] = &["clamped", "supported", "free"];
-pub(super) const MEDIA: &[&str] = &["water", "tissue", "none"];
-pub(super) const BAFFLES: &[&str] = &["rigid", "soft"];
-pub(super) const WATER_METHODS: &[&str] = &["rayleigh", "elements"];
-pub(super) const NORMALS: &[&str] = &["fixed", "moving"];
-pub(super) const DAMPING_KINDS: &[&str] = &DampingKind::NAMES;
-pub(super) const PLACEMENTS: &[&str] = &["beads", "all"];
-pub(super) const CONTACT_LAWS: &[&str] = &["hertz", "finite-body"];
-pub(super) const MODEL_KINDS: &[&str] = &["chain", "reduced", "fea"];
-const INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic", "trapezoid", "hht", "newmark"];
-pub(super) const CHAIN_INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic"];
-pub(super) const FEA_INTEGRATORS: &[&str] = &["trapezoid", "hht", "newmark"];
-pub(super) const ELEMENTS: &[&str] = &["quadrilaterals", "mixed"];
-pub(super) const CONTACT_MASSES: &[&str] = &["massless", "consistent"];
+impl When {
+    pub(super) const fn governor(&self) -> &'static str {
+        match self {
+            Self::Is(governor, _) => governor,
+            Self::Damped(_) | Self::Beside(_) => "damping.kind",
+        }
+    }
 
-/// All keys, in the order in which they are written.
-pub const KEYS: &[Key] = &[
-    key("name", ValueKind::Text, "name of the scene"),
-    key("description", ValueKind::Text, "one sentence on what it is"),
-    key("extends", ValueKind::Text, "built-in scene this file changes"),
-    quantity("alpha", Dimension::NONE, "α, factor on the drive"),
-    quantity("duration", Dimension::TIME, "simulated time"),
-    quantity("output_step", Dimension::TIME, "interval of the output samples"),
-    quantity(
-        "vibrometer.bandwidth",
-        Dimension::FREQUENCY,
-        "bandwidth (−6 dB) below which simulated velocities are measured; of half the output's sample rate, all of it",
-    ),
-    key("chain.beads", ValueKind::Count, "number of beads N, 1 to 1000"),
-    quantity("chain.radius", Dimension::LENGTH, "radius of a bead"),
-    key("chain.material", ValueKind::Text, "material of the beads"),
-    key("chain.gaps", ValueKind::Gaps, "initial gap of every contact, or of each of the N + 1 from the piston"),
-    quantity("chain.precompression", Dimension::FORCE, "static force along the chain before the drive starts"),
-    key("chain.mesh", ValueKind::Path, "Gmsh file with the mesh of the beads, relative to the scene file"),
-    quantity("chain.mesh_unit", Dimension::LENGTH, "length of its unit; default 1 m"),
-    key(
-        "chain.override",
-        ValueKind::BeadOverrides,
-        "beads that differ: number from the piston, radius, material, mesh",
-    ),
-    quantity("materials.*.youngs_modulus", Dimension::PRESSURE, "Young's modulus E"),
-    quantity("materials.*.poissons_ratio", Dimension::NONE, "Poisson's ratio ν"),
-    quantity("materials.*.density", Dimension::DENSITY, "density ρ"),
-    key(
-        "piston.contact",
-        ValueKind::Choice(FLAT_KINDS),
-        "face of the piston: rigid flat, or half-space of the bead's material",
-    ),
-    key("drive.kind", ValueKind::Choice(DRIVE_KINDS), "waveform of the piston's displacement"),
-    key("drive.file", ValueKind::Path, "horn-tip record, relative to the scene file"),
-    quantity("drive.amplitude", Dimension::LENGTH, "peak displacement at α = 1"),
-    quantity("drive.frequency", Dimension::FREQUENCY, "drive frequency f0"),
-    quantity("drive.cycles", Dimension::NONE, "length of the burst in periods of f0"),
-    quantity("drive.ring_up", Dimension::TIME, "time constant τ of ring-up and decay; 0 is rectangular"),
-    key("support.kind", ValueKind::Choice(SUPPORT_KINDS), "what holds the far end"),
-    quantity("support.stiffness_factor", Dimension::NONE, "factor on the stiffness of the annulus"),
-    key("support.material", ValueKind::Text, "material of the annulus or body"),
-    key(
-        "support.normal",
-        ValueKind::Choice(NORMALS),
-        "contact normal: of the undeformed surface, or to the moved bead",
-    ),
-    key("support.mesh", ValueKind::Path, "Gmsh file with the mesh of the body, relative to the scene file"),
-    quantity("support.mesh_unit", Dimension::LENGTH, "length of its unit; default 1 m"),
-    quantity("support.stiffness", Dimension::STIFFNESS, "stiffness of the one-sided spring"),
-    quantity("disc.radius", Dimension::LENGTH, "radius of the disc"),
-    quantity("disc.thickness", Dimension::LENGTH, "thickness of the disc, below its radius"),
-    key("disc.material", ValueKind::Text, "material of the disc"),
-    key("disc.rim", ValueKind::Choice(RIMS), "how the lateral face of the disc is held"),
-    key("disc.mesh_density", ValueKind::Count, "elements through the disc's thickness; 4/3 as many a length along r"),
-    key("water.medium", ValueKind::Choice(MEDIA), "what is behind the disc; none is a vacuum"),
-    quantity("water.density", Dimension::DENSITY, "density ρ of it"),
-    quantity("water.sound_speed", Dimension::VELOCITY, "speed of sound c in it"),
-    quantity("water.absorption", Dimension::ATTENUATION, "attenuation α₁ of amplitude at 1 MHz, α = α₁ (f/1 MHz)^y"),
-    quantity("water.absorption_exponent", Dimension::NONE, "y of the attenuation"),
-    key("water.baffle", ValueKind::Choice(BAFFLES), "plane around the disc: at rest, or free of pressure"),
-    key("water.method", ValueKind::Choice(WATER_METHODS), "Rayleigh integral over the disc, or acoustic elements"),
-    key("water.field_points", ValueKind::FieldPoints, "where the pressure is heard, z from the disc's back"),
-    quantity("water.mesh_radius", Dimension::LENGTH, "radius of the hemisphere of acoustic elements"),
-    quantity("water.mesh_side", Dimension::LENGTH, "side of an acoustic element along the radius"),
-    key("damping.kind", ValueKind::Choice(DAMPING_KINDS), "law of the dashpots"),
-    key("damping.coefficient", ValueKind::DampingCoefficient, "c of the linear, γ of the Kuwabara–Kono dashpots"),
-    quantity("damping.linear_coefficient", Dimension::LINEAR_DAMPING, "c, where both laws act"),
-    quantity("damping.kuwabara_kono_coefficient", Dimension::KUWABARA_KONO_DAMPING, "γ, where both laws act"),
-    key("damping.at", ValueKind::Choice(PLACEMENTS), "dashpots at bead–bead contacts only, or at the ends too"),
-    key("damping.tension", ValueKind::Flag, "whether a contact force may pull while the contact parts"),
-    key(
-        "contact.law",
-        ValueKind::Choice(CONTACT_LAWS),
-        "law of the chain's contacts: of half-spaces, or fitted to the bodies and coupled through them",
-    ),
-    key("model.kind", ValueKind::Choice(MODEL_KINDS), "rung of the fidelity ladder"),
-    key("model.mesh_density", ValueKind::Count, "elements along a block at a contact; their size goes as its inverse"),
-    key(
-        "model.elements",
-        ValueKind::Choice(ELEMENTS),
-        "8-node quadrilaterals, or with 6-node triangles at the contacts",
-    ),
-    quantity(
-        "model.contact_patch",
-        Dimension::NONE,
-        "radius of the finely meshed patch at a bead's pole over the bead's radius; no contact may grow larger",
-    ),
-    key("model.modes", ValueKind::Count, "most elastic modes of a body in the reduced model"),
-    key("model.contact_mass", ValueKind::Choice(CONTACT_MASSES), "whether the nodes that may touch carry mass"),
-    key("model.integrator", ValueKind::Choice(INTEGRATORS), "time integration: two of the chain, three of the fea"),
-    quantity("model.numerical_dissipation", Dimension::NONE, "α of hht, g of newmark"),
-    quantity("model.tolerance", Dimension::NONE, "relative error allowed a step"),
-    quantity("model.step", Dimension::TIME, "fixed step"),
-];
-
-/// The key that decides which of a table's keys have an effect, and the keys each of its values uses.
-pub(super) struct Governor {
-    /// The deciding key.
-    pub(super) key: &'static str,
-    /// The keys that depend on it.
-    pub(super) governed: &'static [&'static str],
-    /// Value → keys it uses.
-    pub(super) uses: &'static [(&'static str, &'static [&'static str])],
-    /// Keys whose meaning changes with the value.
-    pub(super) reinterpreted: &'static [&'static str],
-}
-
-const CHAIN_USES: &[&str] = &[
-    "contact.law",
-    "model.mesh_density",
-    "model.elements",
-    "model.contact_patch",
-    "model.integrator",
-    "model.tolerance",
-    "model.step",
-];
-const MESHED_LAW_USES: &[&str] = &["model.mesh_density", "model.elements", "model.contact_patch"];
-
-const WATER_MESH: &[&str] = &["water.mesh_radius", "water.mesh_side"];
-const LIQUID_USES: &[&str] = &[
-    "water.density",
-    "water.sound_speed",
-    "water.absorption",
-    "water.absorption_exponent",
-    "water.baffle",
-    "water.method",
-    "water.field_points",
-    "water.mesh_radius",
-    "water.mesh_side",
-];
-const DISC_USES: &[&str] = &[
-    "disc.radius",
-    "disc.thickness",
-    "disc.material",
-    "disc.rim",
-    "disc.mesh_density",
-    "water.medium",
-    "water.density",
-    "water.sound_speed",
-    "water.absorption",
-    "water.absorption_exponent",
-    "water.baffle",
-    "water.method",
-    "water.field_points",
-    "water.mesh_radius",
-    "water.mesh_side",
-];
-
-pub(super) const GOVERNORS: &[Governor] = &[
-    // First: it decides which integrators there are.
-    Governor {
-        key: "model.kind",
-        governed: &[
-            "chain.mesh",
-            "chain.mesh_unit",
-            "contact.law",
-            "support.normal",
-            "support.mesh",
-            "support.mesh_unit",
-            "model.mesh_density",
-            "model.elements",
-            "model.contact_patch",
-            "model.modes",
-            "model.contact_mass",
-            "model.integrator",
-            "model.numerical_dissipation",
-            "model.tolerance",
-            "model.step",
-        ],
-        uses: &[
-            ("chain", CHAIN_USES),
-            (
-                "reduced",
-                &[
-                    "model.mesh_density",
-                    "model.elements",
-                    "model.contact_patch",
-                    "model.modes",
-                    "model.step",
-                    "chain.mesh",
-                    "chain.mesh_unit",
-                    "support.normal",
-                    "support.mesh",
-                    "support.mesh_unit",
-                ],
-            ),
-            (
-                "fea",
-                &[
-                    "model.mesh_density",
-                    "model.elements",
-                    "model.contact_patch",
-                    "model.contact_mass",
-                    "model.integrator",
-                    "model.numerical_dissipation",
-                    "model.step",
-                    "chain.mesh",
-                    "chain.mesh_unit",
-                    "support.normal",
-                    "support.mesh",
-                    "support.mesh_unit",
-                ],
-            ),
-        ],
-        reinterpreted: &["model.integrator", "model.numerical_dissipation", "model.tolerance", "model.step"],
-    },
-    // Says what it uses only where the model is the chain.
-    Governor {
-        key: "contact.law",
-        governed: MESHED_LAW_USES,
-        uses: &[("hertz", &[]), ("finite-body", MESHED_LAW_USES)],
-        reinterpreted: &[],
-    },
-    Governor {
-        key: "drive.kind",
-        governed: &["drive.file", "drive.amplitude", "drive.frequency", "drive.cycles", "drive.ring_up"],
-        uses: &[
-            ("record", &["drive.file", "drive.frequency"]),
-            ("tone-burst", &["drive.amplitude", "drive.frequency", "drive.cycles", "drive.ring_up"]),
-            ("gaussian-burst", &["drive.amplitude", "drive.frequency", "drive.cycles"]),
-            ("sine", &["drive.amplitude", "drive.frequency", "drive.cycles"]),
-        ],
-        reinterpreted: &[],
-    },
-    Governor {
-        key: "support.kind",
-        governed: &[
-            "support.stiffness_factor",
-            "support.material",
-            "support.normal",
-            "support.stiffness",
-            "support.mesh",
-            "support.mesh_unit",
-            "disc.radius",
-            "disc.thickness",
-            "disc.material",
-            "disc.rim",
-            "disc.mesh_density",
-            "water.medium",
-            "water.density",
-            "water.sound_speed",
-            "water.absorption",
-            "water.absorption_exponent",
-            "water.baffle",
-            "water.method",
-            "water.field_points",
-            "water.mesh_radius",
-            "water.mesh_side",
-        ],
-        uses: &[
-            ("rigid", &[]),
-            ("half-space", &[]),
-            ("annulus", &["support.stiffness_factor", "support.material", "support.normal"]),
-            ("spring", &["support.stiffness"]),
-            ("body", &["support.mesh", "support.mesh_unit", "support.material", "support.normal"]),
-            ("disc", DISC_USES),
-        ],
-        reinterpreted: &[],
-    },
-    Governor {
-        key: "water.medium",
-        governed: LIQUID_USES,
-        uses: &[("none", &[]), ("water", LIQUID_USES), ("tissue", LIQUID_USES)],
-        reinterpreted: &["water.density", "water.sound_speed"],
-    },
-    // Says what it uses only where there is water.
-    Governor {
-        key: "water.method",
-        governed: WATER_MESH,
-        uses: &[("rayleigh", &[]), ("elements", WATER_MESH)],
-        reinterpreted: &[],
-    },
-    Governor {
-        key: "damping.kind",
-        governed: &[
-            "damping.coefficient",
-            "damping.linear_coefficient",
-            "damping.kuwabara_kono_coefficient",
-            "damping.at",
-            "damping.tension",
-        ],
-        uses: &DampingKind::USES,
-        reinterpreted: &["damping.coefficient"],
-    },
-    Governor {
-        key: "model.integrator",
-        governed: &["model.tolerance", "model.step", "model.numerical_dissipation"],
-        uses: &[
-            ("dormand-prince-853", &["model.tolerance"]),
-            ("symplectic", &["model.step"]),
-            ("trapezoid", &["model.step"]),
-            ("hht", &["model.step", "model.numerical_dissipation"]),
-            ("newmark", &["model.step", "model.numerical_dissipation"]),
-        ],
-        reinterpreted: &[],
-    },
-];
-
-impl Governor {
-    /// The keys a value uses; `None` for a value that does not exist.
-    pub(super) fn used_by(&self, value: &str) -> Option<&'static [&'static str]> {
-        self.uses.iter().find(|(choice, _)| *choice == value).map(|(_, keys)| *keys)
+    /// Whether the key has an effect where its governor has that value.
+    pub(super) fn holds(&self, value: &str) -> bool {
+        let terms = || DampingKind::named(value).map_or(&[][..], DampingKind::terms);
+        match self {
+            Self::Is(_, values) => values.contains(&value),
+            Self::Damped(any) => terms().len() == 1 || *any && !terms().is_empty(),
+            Self::Beside(term) => terms().len() > 1 && terms().contains(term),
+        }
     }
 }
 
+/// A key that decides whether others have an effect.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Governor {
+    /// Its name.
+    pub(super) name: &'static str,
+    /// Keys whose meaning changes with its value.
+    pub(super) reinterpreted: &'static [&'static str],
+}
+
+/// In the order in which they are asked.
+pub(super) const GOVERNORS: &[Governor] = &[
+    // First: it decides which integrators there are.
+    Governor {
+        name: "model.kind",
+        reinterpreted: &["model.integrator", "model.numerical_dissipation", "model.tolerance", "model.step"],
+    },
+    // Says what it uses only where the model is the chain.
+    Governor { name: "contact.law", reinterpreted: &[] },
+    Governor { name: "drive.kind", reinterpreted: &[] },
+    Governor { name: "support.kind", reinterpreted: &[] },
+    Governor { name: "water.medium", reinterpreted: &["water.density", "water.sound_speed"] },
+    // Says what it uses only where there is water.
+    Governor { name: "water.method", reinterpreted: &[] },
+    Governor { name: "damping.kind", reinterpreted: &["damping.coefficient"] },
+    Governor { name: "model.integrator", reinterpreted: &[] },
+];
+
+impl Governor {
+    /// Its values.
+    pub(super) fn words(&self) -> &'static [&'static str] {
+        Key::find(self.name).map_or(&[], |key| key.words())
+    }
+
+    /// The keys that it decides on.
+    pub(super) fn governed(&self) -> impl Iterator<Item = (&'static Key, &'static When)> {
+        KEYS.iter().filter_map(|key| Some((key, key.under(self)?)))
+    }
+}
+
+const fn key(name: &'static str, kind: ValueKind, bound: Bound, get: Get, meaning: &'static str) -> Key {
+    Key { name, kind, meaning, usually: "", bound, default: None, example: "", when: &[], get }
+}
+
+/// A key without a place of its own in a scene.
+pub(super) const fn nowhere(name: &'static str, kind: ValueKind, meaning: &'static str) -> Key {
+    key(name, kind, Bound::Finite, Get::Nothing, meaning)
+}
+
+pub(super) const fn number(
+    name: &'static str,
+    dimension: Dimension,
+    bound: Bound,
+    get: fn(&Scene) -> Option<f64>,
+    meaning: &'static str,
+) -> Key {
+    key(name, ValueKind::Quantity(dimension), bound, Get::Number(get), meaning)
+}
+
+pub(super) const fn of_material(
+    name: &'static str,
+    dimension: Dimension,
+    bound: Bound,
+    get: fn(&Material) -> f64,
+    meaning: &'static str,
+) -> Key {
+    key(name, ValueKind::Quantity(dimension), bound, Get::OfMaterial(get), meaning)
+}
+
+pub(super) const fn count(
+    name: &'static str,
+    range: (u32, u32),
+    get: fn(&Scene) -> Option<SettingValue>,
+    meaning: &'static str,
+) -> Key {
+    key(name, ValueKind::Count, Bound::Whole(range.0, range.1), Get::Value(get), meaning)
+}
+
+pub(super) const fn value(
+    name: &'static str,
+    kind: ValueKind,
+    get: fn(&Scene) -> Option<SettingValue>,
+    meaning: &'static str,
+) -> Key {
+    key(name, kind, Bound::Finite, Get::Value(get), meaning)
+}
+
+/// A key with the words of `W`, the first of which is taken where none is given.
+pub(super) const fn word<W: Word>(
+    name: &'static str,
+    get: fn(&Scene) -> Option<SettingValue>,
+    meaning: &'static str,
+) -> Key {
+    value(name, ValueKind::Choice(W::WORDS), get, meaning).usually(W::WORDS[0])
+}
+
 impl Key {
+    /// Taken where it is not given.
+    pub(super) const fn or(mut self, default: f64) -> Self {
+        self.default = Some(default);
+        self
+    }
+
+    /// What is taken where it is not given depends on others.
+    pub(super) const fn usually(mut self, usually: &'static str) -> Self {
+        self.usually = usually;
+        self
+    }
+
+    /// It must be given, such as here (by some, where `usually` follows).
+    pub(super) const fn needed(mut self, example: &'static str) -> Self {
+        (self.example, self.usually) = (example, "");
+        self
+    }
+
+    pub(super) const fn when(mut self, conditions: &'static [When]) -> Self {
+        self.when = conditions;
+        self
+    }
+
+    /// What is taken where it is not given, for people; empty where it must be given.
+    #[must_use]
+    pub fn default_text(&self) -> String {
+        match (self.default, self.kind) {
+            (Some(default), ValueKind::Quantity(dimension)) => Quantity::new(default, dimension).to_string(),
+            _ => self.usually.to_owned(),
+        }
+    }
+
+    /// What it takes, for people: `a length such as `0.5 mm``, ``rigid` or `half-space``.
+    #[must_use]
+    pub fn takes(&self) -> String {
+        match self.kind {
+            ValueKind::Quantity(Dimension::NONE) => "a number".to_owned(),
+            ValueKind::Quantity(dimension) => dimension.describe(),
+            ValueKind::DampingCoefficient => "a damping coefficient of the law's dimension".to_owned(),
+            ValueKind::Count => match self.bound {
+                Bound::Whole(least, most) => format!("a whole number from {least} to {most}"),
+                _ => "a whole number".to_owned(),
+            },
+            ValueKind::Flag => "`true` or `false`".to_owned(),
+            ValueKind::Choice(words) => words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", "),
+            ValueKind::Text => "a text".to_owned(),
+            ValueKind::Path => "a file".to_owned(),
+            ValueKind::Gaps => "a length, a list of N + 1, or a table `all`, `contact1`, `contact2` …".to_owned(),
+            ValueKind::BeadOverrides => "tables `bead`, `radius`, `material`, `mesh`, `mesh_unit`".to_owned(),
+            ValueKind::FieldPoints => "a list of points such as `[{ r = \"0 mm\", z = \"1 mm\" }]`".to_owned(),
+        }
+    }
+
+    /// Other keys that decide whether it has an effect, each with the values where it has.
+    #[must_use]
+    pub fn conditions(&self) -> Vec<(&'static str, Vec<&'static str>)> {
+        let of = |governor: &Governor| {
+            let when = self.under(governor)?;
+            let words = governor.words();
+            let holding: Vec<_> = words.iter().copied().filter(|word| when.holds(word)).collect();
+            (holding.len() < words.len()).then_some((governor.name, holding))
+        };
+        GOVERNORS.iter().filter_map(of).collect()
+    }
+
     /// The key of a full name such as `materials.brass.density` or `chain.gaps.contact2`.
     #[must_use]
     pub fn find(name: &str) -> Option<&'static Self> {
         KEYS.iter().find(|key| key.matches(name))
+    }
+
+    /// A number of its dimension.
+    pub(super) fn quantity(&self, number: f64) -> SettingValue {
+        let dimension = if let ValueKind::Quantity(dimension) = self.kind { dimension } else { Dimension::NONE };
+        SettingValue::Quantity(Quantity::new(number, dimension))
+    }
+
+    /// The values of a choice.
+    pub(super) const fn words(&self) -> &'static [&'static str] {
+        if let ValueKind::Choice(words) = self.kind { words } else { &[] }
+    }
+
+    /// Its condition on that governor.
+    pub(super) fn under(&self, governor: &Governor) -> Option<&'static When> {
+        self.when.iter().find(|when| when.governor() == governor.name)
     }
 
     fn matches(&self, name: &str) -> bool {

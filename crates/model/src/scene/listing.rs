@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::{
-    Bead, ContactLaw, ContactNormal, Damping, DampingKind, DampingPlacement, DriveKind, FieldPoint, FlatContact,
-    Integrator, Key, Material, MeshFile, ModelKind, Scene, Scheme, Support, disc, water,
+    Absorption, Bead, ContactLaw, Damping, DampingTerm, DiscShape, FieldPoint, Material, MeshFile, Meshing, Scene,
+    Support, WaterMesh, WaterMethod, WaterSettings, key::Get, table::KEYS,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -50,10 +50,13 @@ impl SettingValue {
             Self::Flag(flag) => flag.to_string(),
             Self::Beads(beads) => list(beads.iter().map(|(number, bead)| {
                 let (radius, material) = (length_toml(bead.radius), quoted(&bead.material.name));
-                let mesh = bead
-                    .mesh
-                    .as_ref()
-                    .map(|mesh| format!(", mesh = {}, mesh_unit = {}", quoted(&written(mesh)), length_toml(mesh.unit)));
+                let mesh = bead.mesh.as_ref().map(|mesh| {
+                    format!(
+                        ", mesh = {}, mesh_unit = {}",
+                        quoted(&mesh.path.display().to_string()),
+                        length_toml(mesh.unit)
+                    )
+                });
                 format!("{{ bead = {number}, radius = {radius}, material = {material}{} }}", mesh.unwrap_or_default())
             })),
             Self::FieldPoints(points) => {
@@ -99,10 +102,6 @@ fn length_toml(value: f64) -> String {
     quantity_toml(&Quantity::new(value, Dimension::LENGTH))
 }
 
-fn written(mesh: &MeshFile) -> String {
-    mesh.path.display().to_string()
-}
-
 fn list(items: impl Iterator<Item = String>) -> String {
     format!("[{}]", items.collect::<Vec<_>>().join(", "))
 }
@@ -125,115 +124,43 @@ fn quoted(text: &str) -> String {
     quoted
 }
 
-#[derive(Default)]
-pub(super) struct Settings(Vec<Setting>);
-
-impl Settings {
-    pub(super) fn add(&mut self, key: &str, value: SettingValue) {
-        let meaning = Key::find(key).map_or("", |known| known.meaning);
-        self.0.push(Setting { key: key.to_owned(), value, meaning });
-    }
-
-    pub(super) fn quantity(&mut self, key: &str, value: f64, dimension: Dimension) {
-        self.add(key, SettingValue::Quantity(Quantity::new(value, dimension)));
-    }
-
-    pub(super) fn text(&mut self, key: &str, text: impl Into<String>) {
-        self.add(key, SettingValue::Text(text.into()));
-    }
-}
-
 impl Scene {
     /// Every key that has an effect in this scene, with its value, in the order of [`super::KEYS`].
     #[must_use]
     pub fn settings(&self) -> Vec<Setting> {
-        let mut settings = Settings::default();
-        settings.text("name", &self.name);
-        settings.text("description", &self.description);
-        settings.quantity("alpha", self.amplitude_scale, Dimension::NONE);
-        settings.quantity("duration", self.duration, Dimension::TIME);
-        settings.quantity("output_step", self.output_step, Dimension::TIME);
-        settings.quantity("vibrometer.bandwidth", self.vibrometer_bandwidth, Dimension::FREQUENCY);
-        self.chain_settings(&mut settings);
-        settings.text("piston.contact", flat_word(self.piston));
-        self.drive_settings(&mut settings);
-        self.support_settings(&mut settings);
-        damping_settings(&self.damping, &mut settings);
-        if self.model.kind == ModelKind::Chain {
-            settings.text("contact.law", self.contact_law.name());
-        }
-        self.model_settings(&mut settings);
-        settings.0
-    }
-
-    fn support_settings(&self, settings: &mut Settings) {
-        let normal_word = |normal| if normal == ContactNormal::Moving { "moving" } else { "fixed" };
-        match &self.support {
-            Support::Flat(flat) => settings.text("support.kind", flat_word(*flat)),
-            Support::Annulus { stiffness_factor, material, normal } => {
-                settings.text("support.kind", "annulus");
-                settings.quantity("support.stiffness_factor", *stiffness_factor, Dimension::NONE);
-                settings.text("support.material", &material.name);
-                if self.model.kind.is_meshed() {
-                    settings.text("support.normal", normal_word(*normal));
+        let mut settings = Vec::new();
+        let mut materials = Some(self.materials_in_use());
+        for key in KEYS {
+            let value = match key.get {
+                Get::Nothing => None,
+                Get::Number(get) => get(self).map(|number| key.quantity(number)),
+                Get::Value(get) => get(self),
+                // All keys of a material, then those of the next.
+                Get::OfMaterial(_) => {
+                    settings.extend(materials.take().into_iter().flatten().flat_map(of_material));
+                    None
                 }
-            }
-            Support::Spring { stiffness } => {
-                settings.text("support.kind", "spring");
-                settings.quantity("support.stiffness", *stiffness, Dimension::STIFFNESS);
-            }
-            Support::Disc { shape, mesh_density } => {
-                settings.text("support.kind", "disc");
-                disc::list(shape, *mesh_density, settings);
-                water::list(self.water.as_ref(), settings);
-            }
-            Support::Body { mesh, material, normal } => {
-                settings.text("support.kind", "body");
-                settings.text("support.material", &material.name);
-                settings.text("support.normal", normal_word(*normal));
-                settings.text("support.mesh", written(mesh));
-                settings.quantity("support.mesh_unit", mesh.unit, Dimension::LENGTH);
-            }
+            };
+            settings.extend(value.map(|value| Setting { key: key.name.to_owned(), value, meaning: key.meaning }));
         }
+        settings
     }
 
-    fn model_settings(&self, settings: &mut Settings) {
-        settings.text("model.kind", self.model.kind.name());
-        if self.model.kind == ModelKind::Fea {
-            let fea = &self.model.fea;
-            settings.add("model.mesh_density", SettingValue::Count(fea.density as usize));
-            settings.text("model.elements", fea.elements.name());
-            settings.quantity("model.contact_patch", fea.contact_patch, Dimension::NONE);
-            settings.text("model.contact_mass", fea.contact_mass.name());
-            settings.text("model.integrator", fea.scheme.name());
-            if fea.scheme != Scheme::Trapezoid {
-                settings.quantity("model.numerical_dissipation", fea.scheme.dissipation(), Dimension::NONE);
-            }
-            return settings.quantity("model.step", fea.step, Dimension::TIME);
-        }
-        if self.model.kind == ModelKind::Reduced {
-            let reduced = &self.model.reduced;
-            settings.add("model.mesh_density", SettingValue::Count(reduced.density as usize));
-            settings.text("model.elements", reduced.elements.name());
-            settings.quantity("model.contact_patch", reduced.contact_patch, Dimension::NONE);
-            settings.add("model.modes", SettingValue::Count(reduced.modes as usize));
-            return settings.quantity("model.step", reduced.step, Dimension::TIME);
-        }
-        if self.contact_law == ContactLaw::FiniteBody {
-            settings.add("model.mesh_density", SettingValue::Count(self.model.fea.density as usize));
-            settings.text("model.elements", self.model.fea.elements.name());
-            settings.quantity("model.contact_patch", self.model.fea.contact_patch, Dimension::NONE);
-        }
-        match self.model.integrator {
-            Integrator::DormandPrince853 { tolerance } => {
-                settings.text("model.integrator", "dormand-prince-853");
-                settings.quantity("model.tolerance", tolerance, Dimension::NONE);
-            }
-            Integrator::Symplectic { step } => {
-                settings.text("model.integrator", "symplectic");
-                settings.quantity("model.step", step, Dimension::TIME);
+    /// The materials of its bodies, and those that mesh files may name.
+    fn materials_in_use(&self) -> Vec<&Material> {
+        let of_support = match &self.support {
+            Support::Annulus { material, .. } | Support::Body { material, .. } => Some(material),
+            Support::Disc { shape, .. } => Some(&shape.material),
+            Support::Flat(_) | Support::Spring { .. } => None,
+        };
+        let all = self.chain.beads.iter().map(|bead| &bead.material).chain(of_support).chain(&self.materials);
+        let mut materials: Vec<&Material> = Vec::new();
+        for material in all {
+            if !materials.iter().any(|known| known.name == material.name) {
+                materials.push(material);
             }
         }
+        materials
     }
 
     /// The scene as a TOML file with every key, which [`super::load_text`] reads back as the same scene.
@@ -256,98 +183,136 @@ impl Scene {
         }
         text
     }
+}
 
-    fn chain_settings(&self, settings: &mut Settings) {
-        let chain = &self.chain;
-        settings.add("chain.beads", SettingValue::Count(chain.beads.len()));
-        let mut materials: Vec<&Material> = Vec::new();
-        if let Some(first) = chain.beads.first() {
-            settings.quantity("chain.radius", first.radius, Dimension::LENGTH);
-            settings.text("chain.material", &first.material.name);
-            materials.push(&first.material);
-        }
-        let gap = chain.gaps.first().copied().unwrap_or(0.0);
-        if chain.gaps.iter().all(|other| *other == gap) {
-            settings.quantity("chain.gaps", gap, Dimension::LENGTH);
-        } else {
-            settings.add("chain.gaps", SettingValue::Lengths(chain.gaps.clone()));
-        }
-        settings.quantity("chain.precompression", chain.precompression, Dimension::FORCE);
-        // Not every bead the same mesh: then each that has one says so itself.
-        let shared = chain.beads.first().filter(|first| chain.beads.iter().all(|bead| bead.mesh == first.mesh));
-        if let Some(mesh) = shared.and_then(|first| first.mesh.as_ref()) {
-            settings.text("chain.mesh", written(mesh));
-            settings.quantity("chain.mesh_unit", mesh.unit, Dimension::LENGTH);
-        }
-        let differs = |bead: &Bead| Some(bead) != chain.beads.first() || shared.is_none() && bead.mesh.is_some();
-        let numbered = chain.beads.iter().enumerate().filter(|(_, bead)| differs(bead));
-        let differing: Vec<_> = numbered.map(|(index, bead)| (index + 1, bead.clone())).collect();
-        if !differing.is_empty() {
-            settings.add("chain.override", SettingValue::Beads(differing));
-        }
-        let of_support = match &self.support {
-            Support::Annulus { material, .. } | Support::Body { material, .. } => Some(material),
-            Support::Disc { shape, .. } => Some(&shape.material),
-            Support::Flat(_) | Support::Spring { .. } => None,
-        };
-        for material in chain.beads.iter().map(|bead| &bead.material).chain(of_support).chain(&self.materials) {
-            if !materials.iter().any(|known| known.name == material.name) {
-                materials.push(material);
+fn of_material(material: &Material) -> impl Iterator<Item = Setting> {
+    KEYS.iter().filter_map(move |key| {
+        let Get::OfMaterial(get) = key.get else { return None };
+        let name = key.name.replace('*', &material.name);
+        Some(Setting { key: name, value: key.quantity(get(material)), meaning: key.meaning })
+    })
+}
+
+pub(super) fn text(text: &str) -> Option<SettingValue> {
+    Some(SettingValue::Text(text.to_owned()))
+}
+
+pub(super) fn beads(count: usize) -> SettingValue {
+    SettingValue::Count(count)
+}
+
+pub(super) fn whole(count: u32) -> SettingValue {
+    SettingValue::Count(count as usize)
+}
+
+pub(super) fn path(mesh: &MeshFile) -> Option<SettingValue> {
+    text(&mesh.path.display().to_string())
+}
+
+pub(super) fn gaps(scene: &Scene) -> Option<SettingValue> {
+    let gaps = &scene.chain.gaps;
+    let first = gaps.first().copied().unwrap_or(0.0);
+    Some(if gaps.iter().all(|other| *other == first) {
+        SettingValue::Quantity(Quantity::new(first, Dimension::LENGTH))
+    } else {
+        SettingValue::Lengths(gaps.clone())
+    })
+}
+
+/// The mesh of all beads; where not all have the same, each that has one says so itself.
+pub(super) fn shared_mesh(scene: &Scene) -> Option<&MeshFile> {
+    let beads = &scene.chain.beads;
+    let first = beads.first().filter(|first| beads.iter().all(|bead| bead.mesh == first.mesh));
+    first.and_then(|first| first.mesh.as_ref())
+}
+
+pub(super) fn differing_beads(scene: &Scene) -> Option<SettingValue> {
+    let beads = &scene.chain.beads;
+    let shared = shared_mesh(scene).is_some();
+    let differs = |bead: &Bead| Some(bead) != beads.first() || !shared && bead.mesh.is_some();
+    let numbered = beads.iter().enumerate().filter(|(_, bead)| differs(bead));
+    let differing: Vec<_> = numbered.map(|(index, bead)| (index + 1, bead.clone())).collect();
+    (!differing.is_empty()).then_some(SettingValue::Beads(differing))
+}
+
+pub(super) fn support_mesh(scene: &Scene) -> Option<&MeshFile> {
+    if let Support::Body { mesh, .. } = &scene.support { Some(mesh) } else { None }
+}
+
+pub(super) fn disc(scene: &Scene) -> Option<&DiscShape> {
+    if let Support::Disc { shape, .. } = &scene.support { Some(shape) } else { None }
+}
+
+pub(super) fn water(scene: &Scene) -> Option<&WaterSettings> {
+    disc(scene).and(scene.water.as_ref())
+}
+
+pub(super) fn absorption(scene: &Scene) -> Option<Absorption> {
+    water(scene)?.absorption
+}
+
+pub(super) fn water_mesh(scene: &Scene) -> Option<WaterMesh> {
+    if let WaterMethod::Elements(mesh) = water(scene)?.method { Some(mesh) } else { None }
+}
+
+/// How bodies are meshed, where any are.
+pub(super) fn meshing(scene: &Scene) -> Option<Meshing> {
+    let meshed = scene.model.kind.is_meshed() || scene.contact_law == ContactLaw::FiniteBody;
+    meshed.then(|| scene.model.meshing())
+}
+
+pub(super) fn damped(scene: &Scene) -> Option<&Damping> {
+    Some(&scene.damping).filter(|damping| !damping.kind.terms().is_empty())
+}
+
+pub(super) fn coefficient(scene: &Scene, term: DampingTerm) -> Option<SettingValue> {
+    Some(SettingValue::Quantity(Quantity::new(scene.damping.coefficients[term], term.description().dimension)))
+}
+
+/// The coefficient of a term of a law that has others too.
+pub(super) fn of_sum(scene: &Scene, term: DampingTerm) -> Option<f64> {
+    let terms = scene.damping.kind.terms();
+    (terms.len() > 1 && terms.contains(&term)).then(|| scene.damping.coefficients[term])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{key::GOVERNORS, load};
+
+    /// What a key says of when it has an effect is when a scene has a value for it.
+    #[test]
+    fn a_scene_lists_a_key_where_its_conditions_hold_and_nowhere_else() {
+        let variants: [&[&str]; 14] = [
+            &[],
+            &["model.kind=reduced"],
+            &["model.kind=fea"],
+            &["model.kind=fea", "model.integrator=newmark", "model.numerical_dissipation=0.1"],
+            &["contact.law=finite-body"],
+            &["model.integrator=symplectic", "model.step=50 ns"],
+            &["support.kind=annulus"],
+            &["support.kind=annulus", "model.kind=fea"],
+            &["support.kind=spring", "support.stiffness=1e6"],
+            &["support.kind=disc"],
+            &["support.kind=disc", "water.medium=none"],
+            &["support.kind=disc", "water.method=elements", "model.kind=reduced"],
+            &["damping.kind=none", "drive.kind=gaussian-burst"],
+            &["damping.kind=linear+kuwabara-kono", "drive.kind=record", "drive.file=horn.csv"],
+        ];
+        for overrides in variants {
+            let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+            let settings = load("rigid", &overrides).unwrap().settings();
+            let listed = |name: &str| settings.iter().find(|setting| setting.key == name).map(|setting| &setting.value);
+            for key in KEYS.iter().filter(|key| !matches!(key.get, Get::Nothing | Get::OfMaterial(_))) {
+                let holds = GOVERNORS.iter().all(|governor| match (key.under(governor), listed(governor.name)) {
+                    (Some(when), Some(SettingValue::Text(word))) => when.holds(word),
+                    _ => true,
+                });
+                let left_out = matches!(key.name, "chain.mesh" | "chain.mesh_unit" | "chain.override")
+                    || key.name.starts_with("water.absorption");
+                let is_listed = listed(key.name).is_some();
+                assert!(is_listed == holds || left_out && !is_listed, "{} with {overrides:?}", key.name);
             }
         }
-        for material in materials {
-            let key = |word: &str| format!("materials.{}.{word}", material.name);
-            settings.quantity(&key("youngs_modulus"), material.youngs_modulus, Dimension::PRESSURE);
-            settings.quantity(&key("poissons_ratio"), material.poissons_ratio, Dimension::NONE);
-            settings.quantity(&key("density"), material.density, Dimension::DENSITY);
-        }
     }
-
-    fn drive_settings(&self, settings: &mut Settings) {
-        let drive = &self.drive;
-        let (kind, cycles, ring_up, file) = match &drive.kind {
-            DriveKind::SineCycles { cycles } => ("sine", Some(*cycles), None, None),
-            DriveKind::ToneBurst { cycles, ring_up } => ("tone-burst", Some(*cycles), Some(*ring_up), None),
-            DriveKind::GaussianBurst { cycles } => ("gaussian-burst", Some(*cycles), None, None),
-            DriveKind::Record { file, .. } => ("record", None, None, file.as_ref()),
-            DriveKind::UnreadRecord { file } => ("record", None, None, Some(file)),
-        };
-        settings.text("drive.kind", kind);
-        if let Some(file) = file {
-            settings.text("drive.file", file.display().to_string());
-        }
-        if kind != "record" {
-            settings.quantity("drive.amplitude", drive.amplitude, Dimension::LENGTH);
-        }
-        settings.quantity("drive.frequency", drive.frequency, Dimension::FREQUENCY);
-        if let Some(cycles) = cycles {
-            settings.quantity("drive.cycles", cycles, Dimension::NONE);
-        }
-        if let Some(ring_up) = ring_up {
-            settings.quantity("drive.ring_up", ring_up, Dimension::TIME);
-        }
-    }
-}
-
-fn flat_word(flat: FlatContact) -> &'static str {
-    match flat {
-        FlatContact::Rigid => "rigid",
-        FlatContact::HalfSpace => "half-space",
-    }
-}
-
-fn damping_settings(damping: &Damping, settings: &mut Settings) {
-    settings.text("damping.kind", damping.kind.name());
-    for term in damping.kind.terms() {
-        settings.quantity(damping.kind.key_of(*term), damping.coefficients[*term], term.description().dimension);
-    }
-    if damping.kind == DampingKind::None {
-        return;
-    }
-    let placement = match damping.placement {
-        DampingPlacement::Beads => "beads",
-        DampingPlacement::All => "all",
-    };
-    settings.text("damping.at", placement);
-    settings.add("damping.tension", SettingValue::Flag(damping.tension));
 }

@@ -6,9 +6,8 @@ use super::{
     Chain, Material, Scene, Support,
     document::{Value, resolved},
     error::SceneError,
-    reader::{Bound, Reader},
+    reader::Reader,
 };
-use granchain_signal::Dimension;
 
 /// A Gmsh file (.msh) with the mesh of a body, in place of the program's own.
 ///
@@ -23,7 +22,7 @@ pub struct MeshFile {
 
 /// The file that `key` names, with the unit from `unit_key`.
 pub(super) fn read(reader: &Reader<'_>, key: &str, unit_key: &'static str) -> Result<Option<MeshFile>, SceneError> {
-    let unit = reader.quantity(unit_key, Dimension::LENGTH, Bound::Positive)?.unwrap_or(1.0);
+    let unit = reader.number(unit_key)?;
     let path = reader.text(key)?.map(|file| resolved(file, &reader.place(key)));
     Ok(path.map(|path| MeshFile { path, unit }))
 }

@@ -46,8 +46,10 @@ mod reduced;
 mod settings;
 mod source;
 mod support;
+mod table;
 mod text;
 mod water;
+mod word;
 
 pub use builtin::{BUILT_IN, BuiltIn};
 pub use chain::{Bead, Chain};
@@ -64,7 +66,7 @@ pub use file::{
     DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DEFAULT_VIBROMETER_BANDWIDTH, Loaded, MOST_BEADS, load, load_preferring,
     load_text, load_with_notes,
 };
-pub use key::{KEYS, Key, ValueKind};
+pub use key::{Key, ValueKind};
 pub use limits::Limits;
 pub use listing::{Setting, SettingValue};
 pub use material::Material;
@@ -73,6 +75,7 @@ pub use motion::Motion;
 pub use reduced::{DEFAULT_MODES, DEFAULT_REDUCED_DENSITY, DEFAULT_REDUCED_STEP, ReducedSettings};
 pub use settings::{Integrator, Meshing, ModelKind, ModelSettings};
 pub use support::{ContactNormal, FlatContact, Support};
+pub use table::KEYS;
 pub use text::SceneText;
 pub use water::{
     Absorption, Baffle, DEFAULT_WATER_STEP, FieldPoint, Medium, Water, WaterMesh, WaterMethod, WaterSettings,

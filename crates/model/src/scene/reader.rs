@@ -4,8 +4,8 @@ use super::{
     Bead, Material, MeshFile, SceneError,
     document::{Document, Entry, Value, resolved},
     error::Place,
-    file::MOST_BEADS,
-    key::{GOVERNORS, closest},
+    key::{GOVERNORS, Key, ValueKind, closest},
+    word::Word,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -16,6 +16,8 @@ pub(super) enum Bound {
     Positive,
     NotNegative,
     Between(f64, f64),
+    /// Whole numbers from the first to the second.
+    Whole(u32, u32),
     /// 1 nm to 1 km: bodies of a bench, with room.
     Radius,
     /// 1 Pa to 10¹⁵ Pa: foam to a thousand times diamond.
@@ -34,7 +36,7 @@ impl Bound {
     fn allows(self, value: f64) -> bool {
         value.is_finite()
             && match self {
-                Self::Finite => true,
+                Self::Finite | Self::Whole(..) => true,
                 Self::Positive => value > 0.0,
                 Self::NotNegative => value >= 0.0,
                 Self::Between(low, high) => (low..=high).contains(&value),
@@ -57,7 +59,7 @@ impl Bound {
 
     fn describe(self) -> String {
         match self {
-            Self::Finite => "a finite value".to_owned(),
+            Self::Finite | Self::Whole(..) => "a finite value".to_owned(),
             Self::Positive => "a positive, finite value".to_owned(),
             Self::NotNegative => "a finite value of 0 or more".to_owned(),
             Self::Between(low, high) => format!("a value between {low:e} and {high:e}"),
@@ -102,7 +104,8 @@ impl<'a> Reader<'a> {
         SceneError::OutOfRange { place: self.place(key), key: key.to_owned(), expected, found }
     }
 
-    pub(super) fn missing(&self, key: &'static str, reason: Option<&'static str>, example: &'static str) -> SceneError {
+    pub(super) fn missing(&self, key: &'static str, reason: Option<&'static str>) -> SceneError {
+        let example = Key::find(key).map_or("", |key| key.example);
         SceneError::Missing { scene: self.origin.to_owned(), key, reason, example }
     }
 
@@ -110,17 +113,20 @@ impl<'a> Reader<'a> {
     pub(super) fn refuse_unused(&self) -> Result<(), SceneError> {
         for governor in GOVERNORS {
             let Some(choice) = self.document.chosen(governor) else { continue };
-            let Some(used) = governor.used_by(choice) else { continue };
-            for key in governor.governed {
-                if let (Some(entry), false) = (self.entry(key), used.contains(key)) {
-                    let users = governor.uses.iter().filter(|(_, keys)| keys.contains(key));
+            if !governor.words().contains(&choice) {
+                continue;
+            }
+            for (key, when) in governor.governed() {
+                if let (Some(entry), false) = (self.entry(key.name), when.holds(choice)) {
+                    let used = governor.governed().filter(|(_, when)| when.holds(choice));
+                    let users = governor.words().iter().filter(|word| when.holds(word));
                     return Err(SceneError::NotUsed {
                         place: entry.place.clone(),
-                        key: (*key).to_owned(),
-                        governor: governor.key.to_owned(),
+                        key: key.name.to_owned(),
+                        governor: governor.name.to_owned(),
                         choice: choice.to_owned(),
-                        used: used.iter().map(|key| (*key).to_owned()).collect(),
-                        users_of_key: users.map(|(value, _)| (*value).to_owned()).collect(),
+                        used: used.map(|(key, _)| key.name.to_owned()).collect(),
+                        users_of_key: users.map(|word| (*word).to_owned()).collect(),
                     });
                 }
             }
@@ -132,15 +138,22 @@ impl<'a> Reader<'a> {
         self.entry(key).map(|entry| quantity(entry, key, dimension, bound)).transpose()
     }
 
-    pub(super) fn required(
-        &self,
-        key: &'static str,
-        dimension: Dimension,
-        bound: Bound,
-        reason: Option<&'static str>,
-        example: &'static str,
-    ) -> Result<f64, SceneError> {
-        self.quantity(key, dimension, bound)?.ok_or_else(|| self.missing(key, reason, example))
+    /// The number of a key, of its dimension and within its bound, where it is given.
+    pub(super) fn given(&self, name: &str) -> Result<Option<f64>, SceneError> {
+        let key = Key::find(name);
+        let dimension =
+            if let Some(Key { kind: ValueKind::Quantity(dimension), .. }) = key { *dimension } else { Dimension::NONE };
+        self.quantity(name, dimension, key.map_or(Bound::Finite, |key| key.bound))
+    }
+
+    /// The same, or its default.
+    pub(super) fn number(&self, key: &'static str) -> Result<f64, SceneError> {
+        let default = Key::find(key).and_then(|key| key.default);
+        self.given(key)?.or(default).ok_or_else(|| self.missing(key, None))
+    }
+
+    pub(super) fn required(&self, key: &'static str, reason: Option<&'static str>) -> Result<f64, SceneError> {
+        self.given(key)?.ok_or_else(|| self.missing(key, reason))
     }
 
     pub(super) fn text(&self, key: &str) -> Result<Option<&'a str>, SceneError> {
@@ -152,16 +165,24 @@ impl<'a> Reader<'a> {
             .transpose()
     }
 
-    pub(super) fn required_text(
-        &self,
-        key: &'static str,
-        reason: Option<&'static str>,
-        example: &'static str,
-    ) -> Result<&'a str, SceneError> {
-        self.text(key)?.ok_or_else(|| self.missing(key, reason, example))
+    pub(super) fn required_text(&self, key: &'static str, reason: Option<&'static str>) -> Result<&'a str, SceneError> {
+        self.text(key)?.ok_or_else(|| self.missing(key, reason))
     }
 
-    pub(super) fn choice(&self, key: &str, choices: &[&'static str]) -> Result<Option<&'static str>, SceneError> {
+    /// The word of a choice, where it is given.
+    pub(super) fn choice(&self, key: &str) -> Result<Option<&'static str>, SceneError> {
+        self.choice_of(key, Key::find(key).map_or(&[], Key::words))
+    }
+
+    /// The value of a choice; the first where none is given.
+    pub(super) fn word<W: Word>(&self, key: &str) -> Result<W, SceneError> {
+        let given = self.choice_of(key, W::WORDS)?;
+        let index = W::WORDS.iter().position(|word| given == Some(word)).unwrap_or_default();
+        Ok(W::VALUES[index])
+    }
+
+    /// As [`Reader::choice`], of fewer words than the key has.
+    pub(super) fn choice_of(&self, key: &str, choices: &[&'static str]) -> Result<Option<&'static str>, SceneError> {
         let Some(entry) = self.entry(key) else { return Ok(None) };
         let listed = || choices.iter().map(|choice| format!("`{choice}`")).collect::<Vec<_>>().join(", ");
         let Value::Text(found) = &entry.value else {
@@ -176,13 +197,8 @@ impl<'a> Reader<'a> {
         })
     }
 
-    pub(super) fn required_choice(
-        &self,
-        key: &'static str,
-        choices: &[&'static str],
-        example: &'static str,
-    ) -> Result<&'static str, SceneError> {
-        self.choice(key, choices)?.ok_or_else(|| self.missing(key, None, example))
+    pub(super) fn required_choice(&self, key: &'static str) -> Result<&'static str, SceneError> {
+        self.choice(key)?.ok_or_else(|| self.missing(key, None))
     }
 
     pub(super) fn flag(&self, key: &str) -> Result<Option<bool>, SceneError> {
@@ -197,16 +213,18 @@ impl<'a> Reader<'a> {
     /// Number of beads.
     pub(super) fn beads(&self) -> Result<usize, SceneError> {
         let key = "chain.beads";
-        let count = self.whole(key, "a whole number of beads", (1, MOST_BEADS as u32))?;
-        count.map(|count| count as usize).ok_or_else(|| self.missing(key, None, "chain.beads = 6"))
+        let count = self.whole(key, "a whole number of beads")?;
+        count.map(|count| count as usize).ok_or_else(|| self.missing(key, None))
     }
 
-    /// A whole number within `(least, most)`.
-    pub(super) fn count(&self, key: &str, range: (u32, u32)) -> Result<Option<u32>, SceneError> {
-        self.whole(key, "a whole number", range)
+    /// A whole number within the key's bound.
+    pub(super) fn count(&self, key: &str) -> Result<Option<u32>, SceneError> {
+        self.whole(key, "a whole number")
     }
 
-    fn whole(&self, key: &str, what: &str, (least, most): (u32, u32)) -> Result<Option<u32>, SceneError> {
+    fn whole(&self, key: &str, what: &str) -> Result<Option<u32>, SceneError> {
+        let Some(Key { bound: Bound::Whole(least, most), .. }) = Key::find(key) else { return Ok(None) };
+        let (least, most) = (*least, *most);
         let Some(entry) = self.entry(key) else { return Ok(None) };
         match entry.value {
             Value::Number(number)
@@ -223,7 +241,7 @@ impl<'a> Reader<'a> {
 
     /// The material named by `key`.
     pub(super) fn material(&self, key: &'static str) -> Result<Material, SceneError> {
-        let name = self.required_text(key, None, "chain.material = \"chrome-steel\"")?;
+        let name = self.required_text(key, None)?;
         self.material_named(name, key, || self.place(key))
     }
 
@@ -255,31 +273,20 @@ impl<'a> Reader<'a> {
                 known,
             });
         }
-        let property = |word: &'static str, dimension, bound, default: Option<f64>| {
-            let value = self.quantity(&format!("{prefix}{word}"), dimension, bound)?;
-            value.or(default).ok_or_else(|| SceneError::IncompleteMaterial {
+        let property = |word: &'static str, dimension, of: fn(&Material) -> f64| {
+            let value = self.given(&format!("{prefix}{word}"))?;
+            value.or(built_in.as_ref().map(of)).ok_or_else(|| SceneError::IncompleteMaterial {
                 scene: self.origin.to_owned(),
                 material: name.to_owned(),
                 property: word,
                 expected: dimension,
             })
         };
-        let of = |value: fn(&Material) -> f64| built_in.as_ref().map(value);
         Ok(Material {
             name: name.to_owned(),
-            youngs_modulus: property(
-                "youngs_modulus",
-                Dimension::PRESSURE,
-                Bound::Modulus,
-                of(|steel| steel.youngs_modulus),
-            )?,
-            poissons_ratio: property(
-                "poissons_ratio",
-                Dimension::NONE,
-                Bound::PoissonsRatio,
-                of(|steel| steel.poissons_ratio),
-            )?,
-            density: property("density", Dimension::DENSITY, Bound::Density, of(|steel| steel.density))?,
+            youngs_modulus: property("youngs_modulus", Dimension::PRESSURE, |material| material.youngs_modulus)?,
+            poissons_ratio: property("poissons_ratio", Dimension::NONE, |material| material.poissons_ratio)?,
+            density: property("density", Dimension::DENSITY, |material| material.density)?,
         })
     }
 
@@ -377,7 +384,7 @@ impl<'a> Reader<'a> {
         };
         let unit = match unit {
             Some(unit) => quantity(unit, unit_key, Dimension::LENGTH, Bound::Positive)?,
-            None => self.quantity("chain.mesh_unit", Dimension::LENGTH, Bound::Positive)?.unwrap_or(1.0),
+            None => self.number("chain.mesh_unit")?,
         };
         Ok(Some(MeshFile { path: resolved(file, place), unit }))
     }

@@ -3,11 +3,10 @@
 use super::{
     Elements,
     error::SceneError,
-    fea::{DEFAULT_CONTACT_PATCH, contact_patch, dividing, elements, mesh_density},
-    reader::{Bound, Reader},
+    fea::{DEFAULT_CONTACT_PATCH, contact_patch, dividing},
+    reader::Reader,
     settings::check_step,
 };
-use granchain_signal::Dimension;
 
 /// Default mesh density of the reduced model, 1.
 pub const DEFAULT_REDUCED_DENSITY: u32 = 12;
@@ -15,8 +14,6 @@ pub const DEFAULT_REDUCED_DENSITY: u32 = 12;
 pub const DEFAULT_REDUCED_STEP: f64 = 5e-8;
 /// Default number of elastic modes of a body, 1.
 pub const DEFAULT_MODES: u32 = 8;
-/// Fewest and most modes that may be asked for.
-const MODES: (u32, u32) = (0, 200);
 
 /// Settings of the reduced model; they have an effect where `model.kind = "reduced"`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,13 +50,13 @@ pub(super) fn read(
     notes: &mut Vec<String>,
 ) -> Result<ReducedSettings, SceneError> {
     let default = ReducedSettings::default();
-    let step = reader.quantity("model.step", Dimension::TIME, Bound::Positive)?.unwrap_or(default_step);
+    let step = reader.given("model.step")?.unwrap_or(default_step);
     check_step(reader, step, frequency)?;
     Ok(ReducedSettings {
-        density: mesh_density(reader)?.unwrap_or(default.density),
-        elements: elements(reader)?,
+        density: reader.count("model.mesh_density")?.unwrap_or(default.density),
+        elements: reader.word("model.elements")?,
         contact_patch: contact_patch(reader)?,
         step: dividing(step, output_step, notes),
-        modes: reader.count("model.modes", MODES)?.unwrap_or(default.modes),
+        modes: reader.count("model.modes")?.unwrap_or(default.modes),
     })
 }

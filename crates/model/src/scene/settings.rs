@@ -6,11 +6,11 @@ use super::{
     error::SceneError,
     fea,
     file::{DEFAULT_TOLERANCE, time},
-    key::{CHAIN_INTEGRATORS, MODEL_KINDS},
-    reader::{Bound, Reader},
+    reader::Reader,
     reduced,
+    table::CHAIN_INTEGRATORS,
+    word::words,
 };
-use granchain_signal::Dimension;
 
 /// Rung of the fidelity ladder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,6 +67,17 @@ pub struct Meshing {
     pub contact_mass: ContactMass,
 }
 
+impl Integrator {
+    /// Its name in scene files.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::DormandPrince853 { .. } => "dormand-prince-853",
+            Self::Symplectic { .. } => "symplectic",
+        }
+    }
+}
+
 impl ModelSettings {
     /// The chain with that integrator.
     #[must_use]
@@ -91,17 +102,9 @@ impl ModelSettings {
     }
 }
 
-impl ModelKind {
-    /// Its name in scene files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Chain => "chain",
-            Self::Reduced => "reduced",
-            Self::Fea => "fea",
-        }
-    }
+words!(ModelKind { Chain = "chain", Reduced = "reduced", Fea = "fea" });
 
+impl ModelKind {
     /// Whether its bodies are meshed.
     #[must_use]
     pub const fn is_meshed(self) -> bool {
@@ -111,11 +114,7 @@ impl ModelKind {
 
 /// Which model a scene asks for.
 pub(super) fn kind(reader: &Reader<'_>) -> Result<ModelKind, SceneError> {
-    Ok(match reader.choice("model.kind", MODEL_KINDS)? {
-        Some("reduced") => ModelKind::Reduced,
-        Some("fea") => ModelKind::Fea,
-        _ => ModelKind::Chain,
-    })
+    reader.word("model.kind")
 }
 
 /// Read the settings; those of the models not asked for keep their defaults.
@@ -135,8 +134,8 @@ pub(super) fn read(
     };
     if contact_law::read(reader)? == ContactLaw::FiniteBody {
         let default = FeaSettings::default();
-        let density = fea::mesh_density(reader)?.unwrap_or(default.density);
-        let (elements, contact_patch) = (fea::elements(reader)?, fea::contact_patch(reader)?);
+        let density = reader.count("model.mesh_density")?.unwrap_or(default.density);
+        let (elements, contact_patch) = (reader.word("model.elements")?, fea::contact_patch(reader)?);
         settings.fea = FeaSettings { density, elements, contact_patch, ..default };
     }
     let has_disc = reader.text("support.kind")? == Some("disc");
@@ -147,21 +146,20 @@ pub(super) fn read(
         let step = if has_disc { DEFAULT_WATER_STEP } else { DEFAULT_REDUCED_STEP };
         settings.reduced = reduced::read(reader, frequency, (step, output_step), notes)?;
     } else if has_disc {
-        let integrator = reader.choice("model.integrator", CHAIN_INTEGRATORS)?;
+        let integrator = reader.choice_of("model.integrator", CHAIN_INTEGRATORS)?;
         if let Some(other) = integrator.filter(|name| *name != "symplectic") {
             let expected = "`symplectic` in front of a disc, whose clock has a fixed step".to_owned();
             return Err(reader.out_of_range("model.integrator", expected, format!("`{other}`")));
         }
-        let step = reader.quantity("model.step", Dimension::TIME, Bound::Positive)?.unwrap_or(DEFAULT_WATER_STEP);
+        let step = reader.given("model.step")?.unwrap_or(DEFAULT_WATER_STEP);
         check_step(reader, step, frequency)?;
         settings.integrator = Integrator::Symplectic { step: fea::dividing(step, output_step, notes) };
-    } else if reader.choice("model.integrator", CHAIN_INTEGRATORS)? == Some("symplectic") {
-        let reason = Some("the fixed-step integrator needs it");
-        let step = reader.required("model.step", Dimension::TIME, Bound::Positive, reason, "model.step = \"50 ns\"")?;
+    } else if reader.choice_of("model.integrator", CHAIN_INTEGRATORS)? == Some("symplectic") {
+        let step = reader.required("model.step", Some("the fixed-step integrator needs it"))?;
         check_step(reader, step, frequency)?;
         settings.integrator = Integrator::Symplectic { step };
-    } else if let Some(tolerance) = reader.quantity("model.tolerance", Dimension::NONE, Bound::Between(1e-14, 1e-2))? {
-        settings.integrator = Integrator::DormandPrince853 { tolerance };
+    } else {
+        settings.integrator = Integrator::DormandPrince853 { tolerance: reader.number("model.tolerance")? };
     }
     Ok(settings)
 }

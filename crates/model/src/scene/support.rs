@@ -1,6 +1,6 @@
 //! What the first and the last bead touch.
 
-use super::{DiscShape, Material, MeshFile};
+use super::{DiscShape, Material, MeshFile, word::words};
 
 /// Material of a flat that a bead touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,4 +64,20 @@ impl Support {
     pub fn resin_annulus(stiffness_factor: f64) -> Self {
         Self::Annulus { stiffness_factor, material: Material::resin(), normal: ContactNormal::Fixed }
     }
+
+    /// Its name in scene files.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Flat(flat) => flat.name(),
+            Self::Annulus { .. } => "annulus",
+            Self::Spring { .. } => "spring",
+            Self::Disc { .. } => "disc",
+            Self::Body { .. } => "body",
+        }
+    }
 }
+
+words!(FlatContact { Rigid = "rigid", HalfSpace = "half-space" });
+
+words!(ContactNormal { Fixed = "fixed", Moving = "moving" });

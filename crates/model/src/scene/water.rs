@@ -5,10 +5,9 @@ use super::{
     document::Value,
     error::SceneError,
     file::length,
-    key::{BAFFLES, MEDIA, WATER_METHODS},
-    listing::{SettingValue, Settings},
     reader::{Bound, Reader, quantity, wrong_type},
     settings,
+    word::words,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -51,16 +50,9 @@ pub enum Medium {
     Tissue,
 }
 
-impl Medium {
-    /// Its name in scene files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Water => "water",
-            Self::Tissue => "tissue",
-        }
-    }
+words!(Medium { Water = "water", Tissue = "tissue" });
 
+impl Medium {
     /// What the name stands for.
     #[must_use]
     pub fn liquid(self) -> Water {
@@ -80,16 +72,7 @@ pub enum Baffle {
     Soft,
 }
 
-impl Baffle {
-    /// Its name in scene files.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Rigid => "rigid",
-            Self::Soft => "soft",
-        }
-    }
-}
+words!(Baffle { Rigid = "rigid", Soft = "soft" });
 
 /// How finely the water is meshed, and how far.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -187,19 +170,18 @@ impl Default for WaterSettings {
 
 /// Read the water behind a disc; none where `water.medium` is `none`.
 pub(super) fn read(reader: &Reader<'_>, disc: &DiscShape) -> Result<Option<WaterSettings>, SceneError> {
-    let medium = match reader.choice("water.medium", MEDIA)? {
+    let medium = match reader.choice("water.medium")? {
         Some("none") => return Ok(None),
         Some("tissue") => Medium::Tissue,
         _ => Medium::Water,
     };
-    let positive = |key, dimension, default| Ok(reader.quantity(key, dimension, Bound::Positive)?.unwrap_or(default));
     let named = medium.liquid();
     let liquid = Water {
-        density: positive("water.density", Dimension::DENSITY, named.density)?,
-        sound_speed: positive("water.sound_speed", Dimension::VELOCITY, named.sound_speed)?,
+        density: reader.given("water.density")?.unwrap_or(named.density),
+        sound_speed: reader.given("water.sound_speed")?.unwrap_or(named.sound_speed),
     };
-    let baffle = if reader.choice("water.baffle", BAFFLES)? == Some("soft") { Baffle::Soft } else { Baffle::Rigid };
-    let meshed = match reader.choice("water.method", WATER_METHODS)? {
+    let baffle: Baffle = reader.word("water.baffle")?;
+    let meshed = match reader.choice("water.method")? {
         Some(word) => word == "elements",
         None => baffle == Baffle::Soft || settings::kind(reader)? == ModelKind::Fea,
     };
@@ -215,8 +197,8 @@ pub(super) fn read(reader: &Reader<'_>, disc: &DiscShape) -> Result<Option<Water
 
 fn absorption(reader: &Reader<'_>) -> Result<Option<Absorption>, SceneError> {
     let key = "water.absorption";
-    let at_1_mhz = reader.quantity(key, Dimension::ATTENUATION, Bound::NotNegative)?.unwrap_or(0.0);
-    let exponent = reader.quantity("water.absorption_exponent", Dimension::NONE, Bound::Between(0.01, 2.0))?;
+    let at_1_mhz = reader.number(key)?;
+    let exponent = reader.given("water.absorption_exponent")?;
     if at_1_mhz == 0.0 {
         if exponent.is_some() {
             let expected = format!("this key beside a `{key}` such as \"0.5 dB/cm\" at 1 MHz");
@@ -224,14 +206,12 @@ fn absorption(reader: &Reader<'_>) -> Result<Option<Absorption>, SceneError> {
         }
         return Ok(None);
     }
-    let exponent = exponent.ok_or_else(|| {
-        reader.missing("water.absorption_exponent", Some("its frequency law"), "water.absorption_exponent = 1.1")
-    })?;
+    let exponent = exponent.ok_or_else(|| reader.missing("water.absorption_exponent", Some("its frequency law")))?;
     Ok(Some(Absorption { at_1_mhz, exponent }))
 }
 
 fn mesh(reader: &Reader<'_>, disc: &DiscShape, points: &[FieldPoint]) -> Result<WaterMesh, SceneError> {
-    let own = |key, default| Ok(reader.quantity(key, Dimension::LENGTH, Bound::Positive)?.unwrap_or(default));
+    let own = |key, default| Ok(reader.given(key)?.unwrap_or(default));
     // The proportions of the default to the paper's disc.
     let default = WaterMesh { radius: 2.5 * disc.radius, side: disc.radius / 20.0 };
     let mesh =
@@ -289,25 +269,6 @@ fn points(reader: &Reader<'_>) -> Result<Vec<FieldPoint>, SceneError> {
         out.push(FieldPoint { radius: radius.transpose()?.unwrap_or(0.0), distance });
     }
     Ok(out)
-}
-
-/// Write the water of a scene.
-pub(super) fn list(water: Option<&WaterSettings>, settings: &mut Settings) {
-    let Some(water) = water else { return settings.text("water.medium", "none") };
-    settings.text("water.medium", water.medium.name());
-    settings.quantity("water.density", water.liquid.density, Dimension::DENSITY);
-    settings.quantity("water.sound_speed", water.liquid.sound_speed, Dimension::VELOCITY);
-    if let Some(absorption) = water.absorption {
-        settings.quantity("water.absorption", absorption.at_1_mhz, Dimension::ATTENUATION);
-        settings.quantity("water.absorption_exponent", absorption.exponent, Dimension::NONE);
-    }
-    settings.text("water.baffle", water.baffle.name());
-    settings.text("water.method", water.method.name());
-    settings.add("water.field_points", SettingValue::FieldPoints(water.field_points.clone()));
-    if let WaterMethod::Elements(mesh) = water.method {
-        settings.quantity("water.mesh_radius", mesh.radius, Dimension::LENGTH);
-        settings.quantity("water.mesh_side", mesh.side, Dimension::LENGTH);
-    }
 }
 
 /// A point as it stands in messages and labels: `r = 0 m, z = 1 mm`.
