@@ -6,7 +6,7 @@ use thiserror::Error;
 use super::observation::highest_cutoff;
 use granchain_model::{
     chain::ensemble::Variation,
-    scene::{DampingKind, DampingTerm, Scene, Support},
+    scene::{DampingKind, DampingTerm, Scene},
 };
 
 /// A quantity of the scene, or of the instrument, that a fit may change.
@@ -162,8 +162,8 @@ impl Parameter {
             "damping" => Self::damping(kind).ok_or(ParameterError::NoDamping)?,
             "precompression" => Self::of(Target::Precompression, name, "N", (1e-4, 1.0)),
             "support_stiffness" => {
-                let own = support_stiffness(scene).ok_or(ParameterError::NoStiffness)?;
-                let unit = if matches!(scene.support, Support::Spring { .. }) { "N/m" } else { "1" };
+                let own = scene.support.stiffness().ok_or(ParameterError::NoStiffness)?;
+                let unit = if scene.support.spring().is_some() { "N/m" } else { "1" };
                 Self::of(Target::SupportStiffness, name, unit, (0.25 * own, 4.0 * own))
             }
             "gap" if scene.chain.precompression > 0.0 => return Err(ParameterError::ClosedGap),
@@ -235,7 +235,11 @@ impl Parameter {
             Target::Alpha => scene.amplitude_scale = value,
             Target::Damping(term) | Target::DampingBeside(term) => scene.damping.coefficients[term] = value,
             Target::Precompression => scene.chain.precompression = value,
-            Target::SupportStiffness => set_support_stiffness(scene, value),
+            Target::SupportStiffness => {
+                if let Some(own) = scene.support.stiffness_mut() {
+                    *own = value;
+                }
+            }
             Target::Gap => scene.chain.gaps[0] = value,
             Target::Bandwidth => {}
         }
@@ -248,7 +252,7 @@ impl Parameter {
             Target::Alpha => Some(scene.amplitude_scale),
             Target::Damping(term) | Target::DampingBeside(term) => Some(scene.damping.coefficients[term]),
             Target::Precompression => Some(scene.chain.precompression),
-            Target::SupportStiffness => support_stiffness(scene),
+            Target::SupportStiffness => scene.support.stiffness(),
             Target::Gap => scene.chain.gaps.first().copied(),
             Target::Bandwidth => None,
         }
@@ -261,28 +265,11 @@ impl Parameter {
             Target::Damping(term) | Target::DampingBeside(term) => variation.damping[term] = value,
             Target::Precompression => variation.precompression = value,
             Target::SupportStiffness => {
-                variation.support_stiffness_factor = value / support_stiffness(scene).unwrap_or(value);
+                variation.support_stiffness_factor = value / scene.support.stiffness().unwrap_or(value);
             }
             Target::Gap => variation.gap_offsets[0] += value - scene.chain.gaps[0],
             Target::Bandwidth => {}
         }
-    }
-}
-
-/// The factor of an annulus (1) or the stiffness of a spring (N/m).
-pub(super) fn support_stiffness(scene: &Scene) -> Option<f64> {
-    match &scene.support {
-        Support::Annulus { stiffness_factor, .. } => Some(*stiffness_factor),
-        Support::Spring { stiffness } => Some(*stiffness),
-        Support::Flat(_) | Support::Disc { .. } | Support::Body { .. } => None,
-    }
-}
-
-/// Put it into a scene that has one.
-pub(super) fn set_support_stiffness(scene: &mut Scene, value: f64) {
-    match &mut scene.support {
-        Support::Annulus { stiffness_factor: own, .. } | Support::Spring { stiffness: own } => *own = value,
-        Support::Flat(_) | Support::Disc { .. } | Support::Body { .. } => {}
     }
 }
 

@@ -15,7 +15,7 @@ use super::{
     engine::trace,
     forward::Uncertainty,
     observation::Recording,
-    parameter::{Parameter, Target, set_support_stiffness, support_stiffness},
+    parameter::{Parameter, Target},
 };
 use granchain_model::{
     ModelError,
@@ -330,9 +330,9 @@ fn draw_nuisances(scene: &mut Scene, parameters: &[Parameter], uncertainty: &Unc
     }
     if sigma > 0.0
         && open(Target::SupportStiffness)
-        && let Some(own) = support_stiffness(scene)
+        && let Some(own) = scene.support.stiffness_mut()
     {
-        set_support_stiffness(scene, own * (sigma * normal()).exp());
+        *own *= (sigma * normal()).exp();
     }
     if scene.chain.precompression > 0.0 {
         scene.chain.gaps.fill(0.0);

@@ -201,10 +201,8 @@ impl Bodies {
     fn of(scene: &Scene) -> Self {
         let mut support = scene.support.clone();
         // Factors on a compliance, which a run applies itself.
-        match &mut support {
-            Support::Annulus { stiffness_factor, .. } => *stiffness_factor = 1.0,
-            Support::Spring { stiffness } => *stiffness = 1.0,
-            Support::Flat(_) | Support::Body { .. } | Support::Disc { .. } => {}
+        if let Some(own) = support.stiffness_mut() {
+            *own = 1.0;
         }
         Self {
             kind: scene.model.kind,

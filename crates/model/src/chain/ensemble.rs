@@ -21,7 +21,7 @@ use crate::{
         self, ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Number, Spring, Terms, dashpots, for_terms,
         terms_of,
     },
-    scene::{DampingCoefficients, DampingPlacement, DampingTerm, Drive, DriveKind, PistonMotion, Scene, Support},
+    scene::{DampingCoefficients, DampingPlacement, DampingTerm, Drive, DriveKind, PistonMotion, Scene},
 };
 use granchain_signal::Series;
 
@@ -71,11 +71,8 @@ impl Variation {
         for (gap, offset) in scene.chain.gaps.iter_mut().zip(&self.gap_offsets) {
             *gap = if self.precompression > 0.0 { 0.0 } else { closed(*gap + offset) };
         }
-        match &mut scene.support {
-            Support::Annulus { stiffness_factor: own, .. } | Support::Spring { stiffness: own } => {
-                *own *= self.support_stiffness_factor;
-            }
-            Support::Flat(_) | Support::Disc { .. } | Support::Body { .. } => {}
+        if let Some(own) = scene.support.stiffness_mut() {
+            *own *= self.support_stiffness_factor;
         }
         if let DriveKind::Record { displacement, shakes, .. } = &mut scene.drive.kind {
             for (part, shake) in self.shaken.iter().zip(shakes) {

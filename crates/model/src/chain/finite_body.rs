@@ -166,7 +166,7 @@ impl FiniteBodyLaws {
             (Support::Annulus { stiffness_factor, .. }, Law::Annulus(law)) => {
                 Some(Law::Annulus(law.unscaled().times(*stiffness_factor)))
             }
-            (Support::Spring { stiffness }, Law::Spring(_)) => Some(Law::Spring(Spring { stiffness: *stiffness })),
+            (support, Law::Spring(_)) => support.spring().map(|stiffness| Law::Spring(Spring { stiffness })),
             (Support::Flat(_), Law::Hertz(_) | Law::FiniteHertz(_)) => Some(laws[contacts - 1]),
             _ => None,
         };
@@ -184,7 +184,7 @@ fn fitted_to_bodies(scene: &Scene, contact: usize) -> bool {
     let half_space = FlatContact::HalfSpace;
     let at_support = contact == scene.chain.beads.len();
     !(contact == 0 && scene.piston == half_space
-        || at_support && matches!(scene.support, Support::Flat(FlatContact::HalfSpace) | Support::Spring { .. }))
+        || at_support && (scene.support == Support::Flat(half_space) || scene.support.spring().is_some()))
 }
 
 fn fit_contact(
@@ -198,10 +198,9 @@ fn fit_contact(
     let named = |slot: usize| match (slot, &scene.support) {
         (0, _) if scene.piston == FlatContact::HalfSpace => "steel half-space".to_owned(),
         (0, _) => "rigid flat".to_owned(),
-        (slot, Support::Annulus { .. }) if slot == last + 1 => "annulus".to_owned(),
-        (slot, Support::Spring { .. }) if slot == last + 1 => "spring".to_owned(),
         (slot, Support::Flat(FlatContact::HalfSpace)) if slot == last + 1 => "steel half-space".to_owned(),
-        (slot, _) if slot == last + 1 => "rigid flat".to_owned(),
+        (slot, Support::Flat(FlatContact::Rigid)) if slot == last + 1 => "rigid flat".to_owned(),
+        (slot, support) if slot == last + 1 => support.name().to_owned(),
         (slot, _) => format!("bead {slot}"),
     };
     let between = format!("{} – {}", named(contact), named(contact + 1));
@@ -212,12 +211,13 @@ fn fit_contact(
     if contact == 0 && scene.piston == FlatContact::HalfSpace {
         return half_space(touching);
     }
-    match &scene.support {
-        Support::Flat(FlatContact::HalfSpace) if contact == last => return half_space(touching),
-        Support::Spring { stiffness } if contact == last => {
-            return unfitted(Law::Spring(Spring { stiffness: *stiffness }));
+    if contact == last {
+        if scene.support == Support::Flat(FlatContact::HalfSpace) {
+            return half_space(touching);
         }
-        _ => {}
+        if let Some(stiffness) = scene.support.spring() {
+            return unfitted(Law::Spring(Spring { stiffness }));
+        }
     }
     let pair = &arrangement.pairs[arrangement.contacts[contact]];
     let (law, points) = if pair.ring.is_some() {

@@ -41,7 +41,7 @@ impl ContactLaws {
         laws.push(match &scene.support {
             Support::Flat(flat) => hertz(bead_flat_stiffness(&beads[beads.len() - 1], *flat)),
             Support::Annulus { stiffness_factor, .. } => Law::Annulus(Annulus::new(*stiffness_factor)),
-            Support::Spring { stiffness } => Law::Spring(Spring { stiffness: *stiffness }),
+            Support::Spring { .. } => Law::Spring(Spring { stiffness: scene.support.spring().unwrap_or_default() }),
             Support::Body { mesh, .. } => return Err(meshed(mesh)),
             Support::Disc { .. } => return Err(moving_disc()),
         });

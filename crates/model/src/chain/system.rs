@@ -222,8 +222,9 @@ fn check(scene: &Scene) -> Result<(), ModelError> {
             let stiffness_factor = *stiffness_factor;
             need(positive(stiffness_factor), "support.stiffness_factor", "a positive factor", stiffness_factor)?;
         }
-        Support::Spring { stiffness } => {
-            need(positive(*stiffness), "support.stiffness", "a positive stiffness, N/m", *stiffness)?;
+        Support::Spring { .. } => {
+            let stiffness = scene.support.spring().unwrap_or_default();
+            need(positive(stiffness), "support.stiffness", "a positive stiffness, N/m", stiffness)?;
         }
     }
     contact_law::check(&scene.damping.coefficients)?;

@@ -109,7 +109,7 @@ impl Arrangement {
             origins.push(face - front);
             face += back - front;
         }
-        let (mut spring, mut stiffness_factor, mut front) = (f64::INFINITY, 1.0, None);
+        let (mut stiffness_factor, mut front) = (1.0, None);
         let mut resting = |sphere: &Body, support: Body, torus: Option<&HalfTorus>| -> Result<Body, FeaError> {
             if beads[last].mesh.is_some() {
                 return Err(FeaError::SphereNeeded { bead: last + 1 });
@@ -122,7 +122,7 @@ impl Arrangement {
             Ok(support)
         };
         let support = match &scene.support {
-            Support::Flat(FlatContact::Rigid) => {
+            Support::Flat(FlatContact::Rigid) | Support::Spring { .. } => {
                 pairs.push(Pair::on_flat(pole(last, "back"), false)?);
                 None
             }
@@ -149,11 +149,6 @@ impl Arrangement {
                 };
                 pairs.push(pair);
                 dry
-            }
-            Support::Spring { stiffness } => {
-                spring = *stiffness;
-                pairs.push(Pair::on_flat(pole(last, "back"), false)?);
-                None
             }
             Support::Annulus { .. } | Support::Body { .. } => {
                 let torus = match scene.support {
@@ -183,7 +178,7 @@ impl Arrangement {
             support,
             pairs,
             contacts,
-            spring,
+            spring: scene.support.spring().unwrap_or(f64::INFINITY),
             stiffness_factor,
             front,
             dashpots: dashpots(&scene.damping, beads.len() + 1),

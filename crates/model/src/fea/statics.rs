@@ -102,11 +102,7 @@ impl Curve {
         let interfaces = Interfaces::new(&arrangement);
         let contact = 1;
         let statics = Statics::new(&arrangement, &interfaces)?;
-        let moving = matches!(
-            &part.support,
-            Support::Annulus { normal: ContactNormal::Moving, .. }
-                | Support::Body { normal: ContactNormal::Moving, .. }
-        );
+        let moving = part.support.normal() == Some(ContactNormal::Moving);
         let hertz = match touching {
             Touching::BeadBead => Some(bead_pair_stiffness(bead, bead)),
             Touching::BeadFlat => Some(bead_flat_stiffness(bead, FlatContact::Rigid)),

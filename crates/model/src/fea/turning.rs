@@ -13,7 +13,7 @@ use super::{
     motion::Motion,
     operator::{Interfaces, Operator},
 };
-use crate::scene::{ContactNormal, Scene, Support};
+use crate::scene::{ContactNormal, Scene};
 
 const MOST_TURNS: u32 = 30;
 
@@ -42,9 +42,10 @@ pub(super) enum Turned {
 impl Turning {
     /// Where the scene asks for it and has a ring.
     pub fn new(scene: &Scene, arrangement: &Arrangement, interfaces: &Interfaces) -> Result<Option<Self>, FeaError> {
-        let (Support::Annulus { normal, .. } | Support::Body { normal, .. }) = &scene.support else { return Ok(None) };
         let pair = arrangement.contacts.last().map(|&pair| &arrangement.pairs[pair]);
-        let (ContactNormal::Moving, Some(ring)) = (normal, pair.and_then(|pair| pair.ring.clone())) else {
+        let (Some(ContactNormal::Moving), Some(ring)) =
+            (scene.support.normal(), pair.and_then(|pair| pair.ring.clone()))
+        else {
             return Ok(None);
         };
         if scene.chain.precompression > 0.0 {

@@ -137,7 +137,7 @@ impl Mechanics {
             .iter()
             .map(|member| member.watched.iter().map(|watch| reduction.watch(member, watch, &squares)).collect())
             .collect();
-        let spring = if let Support::Spring { stiffness } = scene.support { 1.0 / stiffness } else { 0.0 };
+        let spring = scene.support.spring().map_or(0.0, f64::recip);
         let last = reduction.contacts.len() - 1;
         let (mut condensed, mut of_contact, mut known) = (Vec::new(), Vec::new(), Vec::new());
         for (contact, &geometry) in reduction.contacts.iter().enumerate() {

@@ -185,9 +185,7 @@ pub(super) fn plain(scene: &Scene) -> Scene {
 /// # Errors
 /// [`ModelError::Unsupported`] for a normal that moves.
 pub(super) fn refuse_turning(scene: &Scene) -> Result<(), ModelError> {
-    if let Support::Annulus { normal, .. } | Support::Body { normal, .. } = &scene.support
-        && *normal == ContactNormal::Moving
-    {
+    if scene.support.normal() == Some(ContactNormal::Moving) {
         let reason = "`support.normal = \"moving\"` needs contacts that turn: use \"fixed\", whose force is too large by \
                       0.19 % per um of travel, or `model.kind = \"fea\"`";
         return Err(ModelError::Unsupported { model: "reduced", reason: reason.into() });

@@ -34,11 +34,9 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
         Support::Annulus { stiffness_factor, .. } => (true, format!("support.stiffness_factor = {stiffness_factor}")),
         _ => (false, "support.kind is not annulus".to_owned()),
     };
-    let spring = match scene.support {
-        Support::Spring { stiffness } => {
-            (true, format!("support.stiffness = {}", show(stiffness, Dimension::STIFFNESS)))
-        }
-        _ => (false, "support.kind is not spring".to_owned()),
+    let spring = match scene.support.spring() {
+        Some(stiffness) => (true, format!("support.stiffness = {}", show(stiffness, Dimension::STIFFNESS))),
+        None => (false, "support.kind is not spring".to_owned()),
     };
     let half_space = match (scene.piston, &scene.support) {
         (FlatContact::HalfSpace, Support::Flat(FlatContact::HalfSpace)) => {
@@ -158,14 +156,9 @@ fn fea_effects(scene: &Scene) -> Vec<Effect> {
         }
     };
     let (effect, meshed_effect) = (of(kind == ModelKind::Fea), of(kind.is_meshed()));
-    let off_axis = match &scene.support {
-        Support::Annulus { normal, .. } | Support::Body { normal, .. } => {
-            let moving = *normal == ContactNormal::Moving;
-            (moving, format!("support.normal = {}", if moving { "moving" } else { "fixed" }))
-        }
-        Support::Flat(_) | Support::Spring { .. } | Support::Disc { .. } => {
-            (false, "no contact lies off the axis".to_owned())
-        }
+    let off_axis = match scene.support.normal() {
+        Some(normal) => (normal == ContactNormal::Moving, format!("support.normal = {}", normal.name())),
+        None => (false, "no contact lies off the axis".to_owned()),
     };
     let meshed = scene.chain.beads.iter().filter(|bead| bead.mesh.is_some()).count();
     let own_support = matches!(scene.support, Support::Body { .. });

@@ -148,12 +148,8 @@ impl Scene {
 
     /// The materials of its bodies, and those that mesh files may name.
     fn materials_in_use(&self) -> Vec<&Material> {
-        let of_support = match &self.support {
-            Support::Annulus { material, .. } | Support::Body { material, .. } => Some(material),
-            Support::Disc { shape, .. } => Some(&shape.material),
-            Support::Flat(_) | Support::Spring { .. } => None,
-        };
-        let all = self.chain.beads.iter().map(|bead| &bead.material).chain(of_support).chain(&self.materials);
+        let beads = self.chain.beads.iter().map(|bead| &bead.material);
+        let all = beads.chain(self.support.material()).chain(&self.materials);
         let mut materials: Vec<&Material> = Vec::new();
         for material in all {
             if !materials.iter().any(|known| known.name == material.name) {

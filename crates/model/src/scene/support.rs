@@ -65,6 +65,48 @@ impl Support {
         Self::Annulus { stiffness_factor, material: Material::resin(), normal: ContactNormal::Fixed }
     }
 
+    /// What makes it stiffer or softer as a whole: the factor of an annulus, 1, or the stiffness of a spring, N/m.
+    #[must_use]
+    pub const fn stiffness(&self) -> Option<f64> {
+        match self {
+            Self::Annulus { stiffness_factor: own, .. } | Self::Spring { stiffness: own } => Some(*own),
+            Self::Flat(_) | Self::Disc { .. } | Self::Body { .. } => None,
+        }
+    }
+
+    /// The same, to change it.
+    pub const fn stiffness_mut(&mut self) -> Option<&mut f64> {
+        match self {
+            Self::Annulus { stiffness_factor: own, .. } | Self::Spring { stiffness: own } => Some(own),
+            Self::Flat(_) | Self::Disc { .. } | Self::Body { .. } => None,
+        }
+    }
+
+    /// Stiffness of the one-sided linear spring that it is, N/m.
+    #[must_use]
+    pub const fn spring(&self) -> Option<f64> {
+        if let Self::Spring { stiffness } = self { Some(*stiffness) } else { None }
+    }
+
+    /// Along which normal the bead presses on it, where that lies off the axis.
+    #[must_use]
+    pub const fn normal(&self) -> Option<ContactNormal> {
+        match self {
+            Self::Annulus { normal, .. } | Self::Body { normal, .. } => Some(*normal),
+            Self::Flat(_) | Self::Spring { .. } | Self::Disc { .. } => None,
+        }
+    }
+
+    /// What it is made of, where it is a body.
+    #[must_use]
+    pub const fn material(&self) -> Option<&Material> {
+        match self {
+            Self::Annulus { material, .. } | Self::Body { material, .. } => Some(material),
+            Self::Disc { shape, .. } => Some(&shape.material),
+            Self::Flat(_) | Self::Spring { .. } => None,
+        }
+    }
+
     /// Its name in scene files.
     #[must_use]
     pub const fn name(&self) -> &'static str {

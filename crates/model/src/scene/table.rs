@@ -224,12 +224,7 @@ pub const KEYS: &[Key] = &[
     .when(&[Is("support.kind", &["annulus", "body"])]),
     word::<ContactNormal>(
         "support.normal",
-        |scene| match scene.support {
-            Support::Annulus { normal, .. } | Support::Body { normal, .. } if scene.model.kind.is_meshed() => {
-                text(normal.name())
-            }
-            _ => None,
-        },
+        |scene| scene.support.normal().filter(|_| scene.model.kind.is_meshed()).and_then(|normal| text(normal.name())),
         "contact normal: of the undeformed surface, or to the moved bead",
     )
     .when(&[Is("model.kind", &["reduced", "fea"]), Is("support.kind", &["annulus", "body"])]),
@@ -254,7 +249,7 @@ pub const KEYS: &[Key] = &[
         "support.stiffness",
         Dimension::STIFFNESS,
         Bound::Positive,
-        |scene| if let Support::Spring { stiffness } = scene.support { Some(stiffness) } else { None },
+        |scene| scene.support.spring(),
         "stiffness of the one-sided spring",
     )
     .needed("support.stiffness = \"0.7e6 N/m\"")

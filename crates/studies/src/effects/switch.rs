@@ -163,13 +163,9 @@ fn still_bodies(scene: &mut Scene) -> bool {
 }
 
 fn normal(scene: &mut Scene, wanted: ContactNormal) -> bool {
-    match &mut scene.support {
-        Support::Annulus { normal, .. } | Support::Body { normal, .. } => {
-            *normal = wanted;
-            true
-        }
-        Support::Flat(_) | Support::Spring { .. } | Support::Disc { .. } => false,
-    }
+    let (Support::Annulus { normal, .. } | Support::Body { normal, .. }) = &mut scene.support else { return false };
+    *normal = wanted;
+    true
 }
 
 /// Meshed bodies stepped whole, where a normal can move.
