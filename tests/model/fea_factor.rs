@@ -115,7 +115,9 @@ fn interface_forces_between_the_two_halves_act_as_if_loaded_from_the_start() {
     for (i, &row) in interface.iter().enumerate() {
         for (j, &column) in interface.iter().enumerate() {
             let exact = inverse[(row as usize, column as usize)];
-            assert!((compliance[(i, j)] - exact).abs() < 1e-12 * inverse[(row as usize, row as usize)]);
+            assert!(
+                (compliance[i * interface.len() + j] - exact).abs() < 1e-12 * inverse[(row as usize, row as usize)]
+            );
         }
     }
 
@@ -171,8 +173,9 @@ fn a_free_body_under_a_push_is_strained_about_its_accelerated_mean() {
     // Reciprocity, and the same numbers as the solve.
     let compliance = statics.interface_compliance(&body);
     for (row, &dof) in interface.iter().enumerate() {
-        assert!((compliance[(row, 1)] - u.get(dof as usize, 0)).abs() < 1e-12 * scale);
-        assert_eq!(compliance[(row, 1)], compliance[(1, row)]);
+        let entry = compliance[row * interface.len() + 1];
+        assert!((entry - u.get(dof as usize, 0)).abs() < 1e-12 * scale);
+        assert_eq!(entry, compliance[interface.len() + row]);
     }
 }
 
@@ -183,7 +186,9 @@ fn a_clamped_body_needs_no_balance() {
     let statics = StaticFactor::new(&body, &top).unwrap();
     let static_compliance = statics.interface_compliance(&body);
     let compliance = Factor::new(&body, 1.0, 0.0, &top).unwrap().interface_compliance();
-    assert!((&static_compliance - &compliance).norm_max() < 1e-12 * compliance.norm_max());
+    let largest = compliance.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
+    let pairs = || static_compliance.iter().zip(&compliance);
+    assert!(pairs().len() == top.len().pow(2) && pairs().all(|(one, other)| (one - other).abs() < 1e-12 * largest));
     assert!(!body.is_free() && body.dofs().fixed().len() > 2 * 7);
 }
 

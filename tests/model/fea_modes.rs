@@ -30,8 +30,8 @@ fn product(body: &Body, modes: &Modes, stiffness: bool) -> Mat<f64> {
     let count = modes.frequencies.len();
     let mut x = body.columns(count);
     for k in 0..count {
-        let shape: Vec<f64> = modes.shapes.col(k).iter().copied().collect();
-        x.set_column(k, &shape);
+        let shape = &modes.shapes[k];
+        x.set_column(k, shape);
     }
     let mut y: Columns = body.columns(count);
     if stiffness {

@@ -16,7 +16,7 @@ use super::{
         complementarity::{Compliance, Scratch},
     },
     factor::StaticFactor,
-    operator::{Interfaces, condensed, rows, soften},
+    operator::{Interfaces, condensed, soften},
 };
 use crate::{
     scene::Chain,
@@ -73,11 +73,8 @@ impl Statics {
                 StaticFactor::new(body, interface).map_err(|source| arrangement.factor_error(kind, source))
             })
             .collect::<Result<Vec<_>, _>>()?;
-        let inverse: Vec<Vec<f64>> = factors
-            .iter()
-            .zip(&arrangement.kinds)
-            .map(|(factor, body)| rows(&factor.interface_compliance(body)))
-            .collect();
+        let inverse: Vec<Vec<f64>> =
+            factors.iter().zip(&arrangement.kinds).map(|(factor, body)| factor.interface_compliance(body)).collect();
         let (links, compliances, couplings) = condensed(arrangement, interfaces, &inverse, 1.0)?;
         Ok(Self { factors, inverse, links, compliances, couplings })
     }

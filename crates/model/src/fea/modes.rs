@@ -16,7 +16,6 @@ mod lanczos;
 
 use std::f64::consts::TAU;
 
-use faer::Mat;
 use thiserror::Error;
 
 use self::lanczos::Lanczos;
@@ -84,8 +83,8 @@ pub struct SturmCount {
 pub struct Modes {
     /// ω/2π, Hz, ascending; the first is 0 for a free body: its rigid translation.
     pub frequencies: Vec<f64>,
-    /// Column k is mode k by the body's unknowns, 1/√kg, normalised to xᵀ M x = 1; massless nodes follow statically.
-    pub shapes: Mat<f64>,
+    /// Mode k by the body's unknowns, 1/√kg, normalised to xᵀ M x = 1; massless nodes follow statically.
+    pub shapes: Vec<Vec<f64>>,
     /// ‖A⁻¹ M x − θ x‖/θ in the norm of M: bounds the relative error of ω² + σ.
     pub residuals: Vec<f64>,
     /// The count that confirmed them.
@@ -131,19 +130,18 @@ pub fn modes(body: &Body, count: usize) -> Result<Modes, ModesError> {
         }
     };
 
-    let mut shapes = Mat::zeros(body.dofs().len(), count);
+    let mut shapes = Vec::with_capacity(count);
     let mut squares = vec![0.0; rigid];
     let mut residuals = vec![0.0; rigid];
     if rigid == 1 {
         let scale = 1.0 / body.total_mass().sqrt();
-        shapes.col_mut(0).iter_mut().zip(body.rigid()).for_each(|(out, value)| *out = scale * value);
+        shapes.push(body.rigid().iter().map(|value| scale * value).collect());
     }
     let mut polish = Polish::new(body, &factor, shift);
     for pair in &pairs {
         let (vector, square, residual) = polish.refine(&lanczos.vector(pair), pair.theta);
         if squares.len() < count {
-            let column = shapes.col_mut(squares.len());
-            column.iter_mut().zip(&vector).for_each(|(out, value)| *out = *value);
+            shapes.push(vector);
             residuals.push(residual);
         }
         squares.push(square);

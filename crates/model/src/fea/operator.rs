@@ -218,12 +218,6 @@ pub(super) fn soften(own: &mut Compliance, arrangement: &Arrangement, further: &
     Ok(())
 }
 
-/// A symmetric dense matrix row by row.
-#[must_use]
-pub fn rows(matrix: &faer::Mat<f64>) -> Vec<f64> {
-    (0..matrix.nrows()).flat_map(|row| (0..matrix.ncols()).map(move |column| matrix[(row, column)])).collect()
-}
-
 impl Operator {
     /// Factor all kinds of bodies for steps of these coefficients and condense them on the contacts.
     ///
@@ -245,7 +239,7 @@ impl Operator {
                 Factor::new(body, gain, 1.0, interface).map_err(|source| arrangement.factor_error(kind, source))
             })
             .collect::<Result<Vec<_>, _>>()?;
-        let inverse: Vec<Vec<f64>> = factors.iter().map(|factor| rows(&factor.interface_compliance())).collect();
+        let inverse: Vec<Vec<f64>> = factors.iter().map(Factor::interface_compliance).collect();
         let (links, compliances, couplings) = condensed(arrangement, interfaces, &inverse, gain)?;
         let slots = arrangement.beads.len() + 2;
         let mobilities = (0..slots)

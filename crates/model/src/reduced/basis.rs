@@ -11,15 +11,12 @@
 //!
 //! The contact nodes carry no mass, so nothing of them is lost by leaving out modes: the static answer is exact for every m.
 
-use faer::Mat;
-
 use crate::fea::{
     FeaError,
     arrangement::Arrangement,
     assembly::{Direction, DofMap},
     factor::StaticFactor,
     modes::modes,
-    operator::rows,
 };
 
 /// Modes and residual flexibility of one kind of body over its interface.
@@ -47,22 +44,18 @@ impl Basis {
     pub fn new(arrangement: &Arrangement, kind: usize, interface: &[u32], most: usize) -> Result<Self, FeaError> {
         let body = &arrangement.kinds[kind];
         let factor = StaticFactor::new(body, interface).map_err(|source| arrangement.factor_error(kind, source))?;
-        let compliance = rows(&factor.interface_compliance(body));
+        let compliance = factor.interface_compliance(body);
         let rigid = usize::from(body.is_free());
         let (mut stiffness, mut shapes) = (Vec::new(), Vec::new());
         if most > 0 {
             let found = modes(body, most + rigid).map_err(|source| arrangement.modes_error(kind, source))?;
-            for (mode, frequency) in found.frequencies.iter().enumerate().skip(rigid) {
+            for (frequency, shape) in found.frequencies.iter().zip(&found.shapes).skip(rigid) {
                 let angular = 2.0 * std::f64::consts::PI * frequency;
                 stiffness.push(angular * angular);
-                shapes.push(on(interface, &found.shapes, mode));
+                shapes.push(interface.iter().map(|&unknown| shape[unknown as usize]).collect());
             }
         }
         let axial = interface.iter().map(|&unknown| DofMap::place(unknown).1 == Direction::Axial).collect();
         Ok(Self { mass: body.total_mass(), is_free: body.is_free(), stiffness, shapes, compliance, axial })
     }
-}
-
-fn on(interface: &[u32], shapes: &Mat<f64>, mode: usize) -> Vec<f64> {
-    interface.iter().map(|&unknown| shapes[(unknown as usize, mode)]).collect()
 }

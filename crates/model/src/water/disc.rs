@@ -199,8 +199,7 @@ impl Disc {
     /// [`DiscError::Modes`].
     pub fn modes(&self, count: usize) -> Result<DiscModes, DiscError> {
         let found = modes(&self.body, count)?;
-        let vectors: Vec<Vec<f64>> = (0..count).map(|mode| found.shapes.col(mode).iter().copied().collect()).collect();
-        Ok(self.seen(found.frequencies, &vectors, &self.patch_load(0.0), count))
+        Ok(self.seen(found.frequencies, &found.shapes, &self.patch_load(0.0), count))
     }
 
     /// The same, [`DiscModes::pole`] being the mean over r ≤ `patch` (m) of the front.
@@ -209,8 +208,7 @@ impl Disc {
     /// [`DiscError::Modes`].
     pub fn modes_on_patch(&self, count: usize, patch: f64) -> Result<DiscModes, DiscError> {
         let found = modes(&self.body, count)?;
-        let vectors: Vec<Vec<f64>> = (0..count).map(|mode| found.shapes.col(mode).iter().copied().collect()).collect();
-        Ok(self.seen(found.frequencies, &vectors, &self.patch_load(patch), count))
+        Ok(self.seen(found.frequencies, &found.shapes, &self.patch_load(patch), count))
     }
 
     /// The same, and as further coordinates what these modes leave out of the static deformations u_i = K⁻¹ f_i under a few loads f_i: a force
@@ -278,8 +276,7 @@ impl Disc {
     /// Frequencies (Hz) and vectors of the `count` lowest modes and of the static shapes.
     fn span(&self, count: usize, patch: f64) -> Result<(Vec<f64>, Vec<Vec<f64>>), DiscError> {
         let found = modes(&self.body, count)?;
-        let mut vectors: Vec<Vec<f64>> =
-            (0..count).map(|mode| found.shapes.col(mode).iter().copied().collect()).collect();
+        let mut vectors = found.shapes;
         let mut frequencies = found.frequencies;
         let load = self.patch_load(patch);
         let rim = self.shape.radius;
@@ -310,10 +307,9 @@ impl Disc {
         let found = modes(&self.body, count)?;
         let load = self.patch_load(patch);
         let (mut image, mut weights) = (self.body.columns(1), vec![0.0; load.len()]);
-        for mode in 0..count {
-            let vector: Vec<f64> = found.shapes.col(mode).iter().copied().collect();
-            self.body.multiply_mass(&Columns::from_vector(&vector), &mut image);
-            let seen = dot(&vector, &load);
+        for vector in &found.shapes {
+            self.body.multiply_mass(&Columns::from_vector(vector), &mut image);
+            let seen = dot(vector, &load);
             weights.iter_mut().zip(image.as_slice()).for_each(|(weight, momentum)| *weight += seen * momentum);
         }
         Ok(weights)

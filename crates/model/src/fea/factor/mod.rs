@@ -26,7 +26,6 @@ pub use rest::StaticFactor;
 
 pub(crate) use self::{cholesky::MERGE, panel::Panels};
 
-use faer::Mat;
 use thiserror::Error;
 
 use self::{cholesky::Cholesky, ordering::Ordering};
@@ -200,9 +199,9 @@ impl Factor {
         &y[(self.order.len() - self.interface.len()) * width..]
     }
 
-    /// W = (A⁻¹)_bb, dense and symmetric: displacement of the interface for unit forces on it, m/N for κ = 1.
+    /// W = (A⁻¹)_bb, dense and symmetric, row by row: displacement of the interface for unit forces on it, m/N for κ = 1.
     #[must_use]
-    pub fn interface_compliance(&self) -> Mat<f64> {
+    pub fn interface_compliance(&self) -> Vec<f64> {
         let size = self.interface.len();
         let mut columns = Columns::new(size, size);
         for k in 0..size {
@@ -211,8 +210,14 @@ impl Factor {
         let width = columns.width();
         self.tail.forward(columns.as_mut_slice(), width);
         self.tail.backward(columns.as_mut_slice(), width);
-        Mat::from_fn(size, size, |row, column| 0.5 * (columns.get(row, column) + columns.get(column, row)))
+        symmetric(size, |row, column| columns.get(row, column))
     }
+}
+
+/// The symmetric part of a dense matrix, row by row.
+fn symmetric(size: usize, at: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+    let entries = (0..size).flat_map(|row| (0..size).map(move |column| (row, column)));
+    entries.map(|(row, column)| 0.5 * (at(row, column) + at(column, row))).collect()
 }
 
 impl cholesky::Failure {
