@@ -53,7 +53,7 @@ const MEMBERS: usize = 24;
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let Arguments { scene, set, full, stored, calibration, output, session } = arguments;
     let mut timing = Timing::start();
-    let mut command_line = format!("granchain accuracy --scene {scene}{}", study::told(&set));
+    let mut command_line = format!("granchain accuracy --scene {scene}{}", study::set_flags(&set));
     if full {
         command_line.push_str(" --full");
     }

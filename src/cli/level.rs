@@ -4,7 +4,7 @@ use anyhow::bail;
 
 use super::arguments::{ValueError, usage};
 use crate::{
-    report::accuracy::{percent, said, seconds},
+    report::accuracy::{percent, seconds, setting_of},
     scene::ModelKind,
     study::accuracy::{ladder::Rung, stored::Stored},
 };
@@ -45,7 +45,7 @@ pub fn choose(scene: &str, level: f64, models: &[ModelKind], changed: bool) -> a
     let takes = |rung: Rung| models.contains(&rung.model());
     let Some(chosen) = stored.cheapest_within(level, takes) else {
         let best = stored.most_accurate(takes).map_or(String::new(), |best| {
-            format!("; the most accurate, {}, is within {}", said(best), percent(stored.known_error(best)))
+            format!("; the most accurate, {}, is within {}", setting_of(best), percent(stored.known_error(best)))
         });
         bail!(
             "--accuracy {}: no setting of scene `{scene}` is shown to be as accurate{best}; two runs of the same bench differ by {} (chaos floor)",
@@ -57,7 +57,7 @@ pub fn choose(scene: &str, level: f64, models: &[ModelKind], changed: bool) -> a
         if changed { ", of the built-in scene as it is: this one is changed, and was not measured" } else { "" };
     let said = format!(
         "{}, by --accuracy {}: expected error {} over the first {:.0} us{built_in}; expected to take {} on {}",
-        said(chosen),
+        setting_of(chosen),
         percent(level),
         percent(stored.known_error(chosen)),
         1e6 * stored.window_s,

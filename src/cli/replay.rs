@@ -228,7 +228,7 @@ impl Job<'_> {
         };
         timing.stage("run");
         let features = observation::measure_response(scene, &response, settings)?;
-        let pressure = heard(scene, &response, features.window)?;
+        let pressure = pressures(scene, &response, features.window)?;
         timing.stage("features");
         let spread = plan.map(|plan| ensemble::run_on(&Bodies::new(session.cache()), scene, &plan)).transpose()?;
         interrupt::check()?;
@@ -269,7 +269,7 @@ impl Job<'_> {
 }
 
 /// The pressure at every field point, measured over the window of the drive; where it is silent, nothing.
-fn heard(scene: &Scene, response: &Response, window: Window) -> Result<Vec<PressureAt>, FeatureError> {
+fn pressures(scene: &Scene, response: &Response, window: Window) -> Result<Vec<PressureAt>, FeatureError> {
     let (Some(water), Some(disc)) = (&scene.water, &response.disc) else { return Ok(Vec::new()) };
     let loud = water.field_points.iter().zip(&disc.pressure).filter(|(_, pressure)| pressure.peak() > 0.0);
     loud.map(|(point, pressure)| {

@@ -193,7 +193,7 @@ fn json_value(value: &SettingValue) -> Value {
 
 fn check(session: &Session, name: &str, scene: &Scene) -> anyhow::Result<()> {
     let mut text = format!("{name}: scene `{}` is valid\n\n", scene.name);
-    let derived = derived(scene);
+    let derived = consequences(scene);
     let width = derived.iter().map(|(label, _)| label.chars().count()).max().unwrap_or(0);
     for (label, value) in &derived {
         writeln!(text, "  {label:width$}  {value}")?;
@@ -225,7 +225,7 @@ fn check(session: &Session, name: &str, scene: &Scene) -> anyhow::Result<()> {
 }
 
 /// What follows from a scene without running it.
-fn derived(scene: &Scene) -> Vec<(&'static str, String)> {
+fn consequences(scene: &Scene) -> Vec<(&'static str, String)> {
     let show = |value: f64, dimension| Quantity::new(rounded(value), dimension).to_string();
     let beads = &scene.chain.beads;
     let (lightest, heaviest) =

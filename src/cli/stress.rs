@@ -83,7 +83,7 @@ fn command_line(plan: &StressPlan, session: &Session) -> String {
         // Writing to a string cannot fail.
         let _ = write!(text, " --cases {}", numbers.join(","));
     }
-    text.push_str(&study::told(&plan.overrides));
+    text.push_str(&study::set_flags(&plan.overrides));
     if let Some(seed) = session.seed {
         let _ = write!(text, " --seed {seed}");
     }

@@ -19,7 +19,7 @@ use super::{
     arguments::{ModelChoice, Session},
     interrupt,
     output::OutputFolder,
-    progress,
+    progress, shell_word,
     timing::{self, Timing},
 };
 use crate::{
@@ -105,7 +105,7 @@ impl StudyArguments {
         if let Some(model) = self.model {
             let _ = write!(text, " --model {}", model.name());
         }
-        text.push_str(&told(&self.set));
+        text.push_str(&set_flags(&self.set));
         if self.quick {
             text.push_str(" --quick");
         }
@@ -120,9 +120,8 @@ impl StudyArguments {
 }
 
 /// Overrides as one types them.
-pub(super) fn told(sets: &[String]) -> String {
-    let quoted = |set: &String| if set.contains(' ') { format!(" --set '{set}'") } else { format!(" --set {set}") };
-    sets.iter().map(quoted).collect()
+pub(super) fn set_flags(sets: &[String]) -> String {
+    sets.iter().map(|set| format!(" --set {}", shell_word(set))).collect()
 }
 
 /// Time a whole study will take, from a first few of its runs and their measurement: those are thrown away.
@@ -147,7 +146,7 @@ fn estimate(bodies: &Bodies, scene: &Scene, runs: usize) -> anyhow::Result<Durat
 const NOTHING_WRITTEN: &str = "Nothing was written; pass --out DIR for the page, the figures and the tables.\n";
 
 /// A time as one says it.
-fn said(time: Duration) -> String {
+fn rough_time(time: Duration) -> String {
     let seconds = time.as_secs_f64();
     if seconds < 90.0 { format!("{:.0} s", seconds.max(1.0).round()) } else { format!("{:.0} min", seconds / 60.0) }
 }

@@ -63,7 +63,7 @@ impl ChainLengthReport {
                 self.model,
                 fixed(IMPULSIVE_CREST, 2)
             )),
-            Block::List(self.laws.iter().map(said).collect()),
+            Block::List(self.laws.iter().map(sentence).collect()),
             Block::Plates(vec![Plate::new("spectra", self.spectra()), Plate::new("bandwidth", self.bandwidth())]),
         ];
         blocks.extend(self.laws.iter().map(|law| Block::Table(table(law))));
@@ -183,7 +183,7 @@ fn list(beads: &[usize]) -> String {
     }
 }
 
-fn said(law: &ChainLengths) -> String {
+fn sentence(law: &ChainLengths) -> String {
     let lines: Vec<String> =
         SUBHARMONICS.iter().map(|line| format!("a line at {line} for {}", list(&law.with_line(*line)))).collect();
     let growth = if law.bandwidth_correlation >= GROWTH {

@@ -60,7 +60,7 @@ impl PrecompressionReport {
                 self.model,
                 fixed(IMPULSIVE_CREST, 2)
             )),
-            Block::List(self.laws.iter().map(said).collect()),
+            Block::List(self.laws.iter().map(sentence).collect()),
             Block::Plates(vec![Plate::new("precompression", self.figure())]),
         ];
         blocks.extend(self.laws.iter().map(|law| Block::Table(table(law))));
@@ -95,7 +95,7 @@ impl PrecompressionReport {
         Block::Headline {
             tone,
             verdict,
-            text: format!(" {}", self.laws.iter().map(said).collect::<Vec<_>>().join(" ")),
+            text: format!(" {}", self.laws.iter().map(sentence).collect::<Vec<_>>().join(" ")),
         }
     }
 
@@ -142,7 +142,7 @@ impl PrecompressionReport {
     }
 }
 
-fn said(law: &Precompressions) -> String {
+fn sentence(law: &Precompressions) -> String {
     let start = format!("With {} dampers at α = {}", law.law.name, law.law.alpha);
     let largest = FORCES[FORCES.len() - 1];
     let impulsive: Vec<String> =

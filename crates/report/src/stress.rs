@@ -86,7 +86,7 @@ impl StressReport {
         let form = if self.plan.quick { "quick form: shorter runs and coarser meshes" } else { "full form" };
         let mut blocks = vec![Block::Headline { tone, verdict, text: format!(" {form}.") }];
         if broken > 0 {
-            blocks.push(Block::List(self.outcome.broken().map(said).collect()));
+            blocks.push(Block::List(self.outcome.broken().map(sentence).collect()));
         }
         let plates: Vec<Plate> = CASES.iter().filter_map(|case| self.plate(case)).collect();
         blocks.push(Block::Plates(plates));
@@ -154,7 +154,7 @@ impl StressReport {
     }
 }
 
-fn said(check: &Check) -> String {
+fn sentence(check: &Check) -> String {
     let note = check.note.as_ref().map_or(String::new(), |note| format!(" ({note})"));
     format!(
         "{}, {}, {}: {} instead of {}{note}.",

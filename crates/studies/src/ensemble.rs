@@ -188,7 +188,7 @@ pub fn run_perturbed(
     let see = |run: usize, trace: &Series| watch(run % members, trace);
     let watched: Vec<Result<Observation, String>> = match measurand {
         Measurand::Velocity => members::run(bodies, scene, &variations, steps_per_period, &Unwatched, see)?,
-        Measurand::Pressure => members::heard(bodies, scene, &variations, &Unwatched, see)?,
+        Measurand::Pressure => members::run_pressures(bodies, scene, &variations, &Unwatched, see)?,
     };
     let failures: Vec<String> = watched.iter().filter_map(|outcome| outcome.as_ref().err().cloned()).collect();
     let observations: Vec<Option<Observation>> = watched.into_iter().map(Result::ok).collect();

@@ -111,7 +111,7 @@ pub fn run<T: Send>(
 ///
 /// # Errors
 /// As [`run`].
-pub fn heard<T: Send>(
+pub fn run_pressures<T: Send>(
     bodies: &Bodies,
     scene: &Scene,
     variations: &[Variation],

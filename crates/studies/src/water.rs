@@ -379,10 +379,10 @@ impl Study {
         let cells = self.cells(OWN, &aluminium(), watch)?;
         let mut mount_similarity = Vec::new();
         for &drive in &self.plan.drives_m {
-            let heard = |combination| -> Result<Series, StudyError> {
+            let run_of = |combination| -> Result<Series, StudyError> {
                 Ok(self.waveform(combination, drive, &aluminium())?.pressure)
             };
-            let found = correlation_peak(&heard(OWN)?, &heard(HELD_OTHERWISE)?);
+            let found = correlation_peak(&run_of(OWN)?, &run_of(HELD_OTHERWISE)?);
             mount_similarity.extend(found.ok().map(|found| (drive, found.value)));
         }
         let companion = Companion { combination: OWN, cells, mount_similarity };
@@ -423,7 +423,7 @@ impl Study {
             .and_then(|prepared| prepared.run(&scene, &mut |_| true))
             .map_err(|source| StudyError::Run { what: what(), source })?;
         let feature = |source| StudyError::Feature { what: what(), source };
-        let pressure = heard(&response);
+        let pressure = field_pressure(&response);
         let settings = settings(&scene).map_err(feature)?;
         let features = measure_pressure(&pressure, &settings).map_err(feature)?;
         Ok(Waveform {
@@ -451,7 +451,7 @@ fn settings(scene: &Scene) -> Result<PressureSettings, granchain_signal::feature
 }
 
 /// Pressure at the scene's first field point; nothing where there is none.
-fn heard(response: &Response) -> Series {
+fn field_pressure(response: &Response) -> Series {
     let first = response.disc.as_ref().and_then(|disc| disc.pressure.first());
     first.cloned().unwrap_or_else(|| Series::new(0.0, 1.0, Vec::new()))
 }
@@ -459,7 +459,7 @@ fn heard(response: &Response) -> Series {
 fn measured(scene: &Scene, drive_m: f64, response: &Response) -> Result<Run, String> {
     let words = |error: granchain_signal::feature::FeatureError| error.to_string();
     let settings = settings(scene).map_err(words)?;
-    let pressure = measure_pressure(&heard(response), &settings).map_err(words)?;
+    let pressure = measure_pressure(&field_pressure(response), &settings).map_err(words)?;
     Ok(Run { drive_m, pressure, velocity_m_per_s: response.pole_velocity.peak() })
 }
 

@@ -60,7 +60,7 @@ pub fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome, reference: &str)
         let variations = perturbations(scene, &plan);
         let runs = match measurand {
             Measurand::Velocity => members::run(&bodies, scene, &variations, STEPS_PER_PERIOD, &Unwatched, see),
-            Measurand::Pressure => members::heard(&bodies, scene, &variations, &Unwatched, see),
+            Measurand::Pressure => members::run_pressures(&bodies, scene, &variations, &Unwatched, see),
         };
         Some(runs.ok()?.into_iter().filter_map(Result::ok).collect())
     };

@@ -82,7 +82,7 @@ pub fn execute(session: &Session, arguments: &Arguments, scene: &Scene) -> anyho
     timing.stage("measure");
     let advice = accuracy.map(|target| advise(&costs.effects, target));
     let text = table(&effects, &costs, advice.as_ref())?;
-    let mut command_line = format!("granchain scene explain {name}{} --measure", study::told(set));
+    let mut command_line = format!("granchain scene explain {name}{} --measure", study::set_flags(set));
     if let Some(target) = accuracy {
         write!(command_line, " --accuracy {}%", significant(100.0 * target, 3))?;
     }

@@ -5,7 +5,7 @@ use std::{fmt::Write as _, path::Path};
 use anyhow::Context;
 use clap::Args;
 
-use super::{NOTHING_WRITTEN, StudyArguments, estimate, said, write};
+use super::{NOTHING_WRITTEN, StudyArguments, estimate, rough_time, write};
 use crate::{
     cli::{
         Outcome,
@@ -68,7 +68,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
             .context("the scene with linear dampers cannot be run on the chain")?;
     }
     let runs = own + on_chain;
-    session.note(format_args!("{runs} runs, {own} on model `{}`: about {}", study.model().name(), said(time)));
+    session.note(format_args!("{runs} runs, {own} on model `{}`: about {}", study.model().name(), rough_time(time)));
     timing.stage("estimate");
 
     let bar = progress::Bar(progress::bar(session, runs as u64, "runs"));

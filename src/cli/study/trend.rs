@@ -4,7 +4,7 @@ use anyhow::Context;
 use clap::Args;
 use serde::Serialize;
 
-use super::{NOTHING_WRITTEN, StudyArguments, estimate, said, write};
+use super::{NOTHING_WRITTEN, StudyArguments, estimate, rough_time, write};
 use crate::{
     cli::{
         Outcome,
@@ -86,7 +86,7 @@ pub(super) fn execute<S: Study>(arguments: Arguments, session: &Session) -> anyh
     let bodies = Bodies::new(session.cache());
     let total = S::runs(&plan);
     let time = estimate(&bodies, &scene, total).context("the scene with linear dampers cannot be run")?;
-    session.note(format_args!("{total} runs on model `{}`, about {}", scene.model.kind.name(), said(time)));
+    session.note(format_args!("{total} runs on model `{}`, about {}", scene.model.kind.name(), rough_time(time)));
     timing.stage("estimate");
 
     let bar = progress::Bar(progress::bar(session, total as u64, "runs"));

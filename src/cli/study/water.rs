@@ -5,7 +5,7 @@ use std::{fmt::Write as _, time::Instant};
 use anyhow::Context;
 use clap::Args;
 
-use super::{NOTHING_WRITTEN, StudyArguments, said, write};
+use super::{NOTHING_WRITTEN, StudyArguments, rough_time, write};
 use crate::{
     cli::{
         Outcome,
@@ -67,7 +67,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     let each = u32::try_from(runs.div_ceil(rayon::current_num_threads())).unwrap_or(u32::MAX);
     session.note(format_args!(
         "{runs} runs: about {}, and as long as the soft baffle's elements take",
-        said(started.elapsed() * each)
+        rough_time(started.elapsed() * each)
     ));
     timing.stage("estimate");
 

@@ -112,7 +112,7 @@ impl PowerLaw {
 /// A pressure record (any unit, on a clock of that step, s) at a point of the water behind a disc of that radius (m), as it arrives there
 /// through an absorbing liquid: the power law over the [`shortest_path`].
 #[must_use]
-pub fn heard(law: Absorption, disc: f64, point: FieldPoint, record: &[f64], step: f64) -> Vec<f64> {
+pub fn attenuated(law: Absorption, disc: f64, point: FieldPoint, record: &[f64], step: f64) -> Vec<f64> {
     PowerLaw::new(law).filter(record, step, shortest_path(disc, point))
 }
 

@@ -232,7 +232,7 @@ impl WaterRecord {
                 None => trace.clone(),
                 Some(law) => {
                     work.absorbed_records += 1;
-                    absorption::heard(law, radius, point, trace, step)
+                    absorption::attenuated(law, radius, point, trace, step)
                 }
             })
         });

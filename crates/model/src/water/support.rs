@@ -270,7 +270,7 @@ impl DiscSupport {
             let radius = self.disc.shape().radius;
             for (trace, &point) in pressure.iter_mut().zip(self.points()) {
                 work.absorbed_records += 1;
-                *trace = absorption::heard(law, radius, point, trace, scene.output_step);
+                *trace = absorption::attenuated(law, radius, point, trace, scene.output_step);
             }
         }
         let series = |values: Vec<f64>| Series::new(0.0, scene.output_step, values);

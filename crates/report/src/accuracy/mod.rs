@@ -42,7 +42,7 @@ pub fn percent(error: f64) -> String {
 
 /// Model and what tells the setting from others of it.
 #[must_use]
-pub fn said(measured: &Measured) -> String {
+pub fn setting_of(measured: &Measured) -> String {
     let (rung, setting) = (measured.setting.rung.name(), measured.setting.to_string());
     if setting.is_empty() { rung.to_owned() } else { format!("{rung}, {setting}") }
 }
@@ -63,7 +63,7 @@ pub fn sentence(found: &Stored) -> String {
             format!(
                 "within {}: {} ({}; {})",
                 percent(level),
-                said(measured),
+                setting_of(measured),
                 percent(measured.error),
                 seconds(&measured.cost)
             )
@@ -94,7 +94,7 @@ pub fn text(accuracy: &Accuracy) -> String {
         let _ = writeln!(
             text,
             "{:<62}{:>10}{:>12}{:>12}{mark}{old}",
-            said(measured),
+            setting_of(measured),
             percent(measured.error),
             significant(measured.cost.setup_s.least, 2),
             significant(measured.cost.run_s.least, 2)
@@ -144,7 +144,7 @@ impl AccuracyReport {
             return Err(ReportError::Missing { field: "settings" });
         }
         if let Some(wrong) = found.measured.iter().find(|measured| !measured.error.is_finite()) {
-            let field = format!("error of {}", said(wrong));
+            let field = format!("error of {}", setting_of(wrong));
             return Err(ReportError::NotFinite { field, found: wrong.error });
         }
         let mut files = self.page().files()?;

@@ -1,6 +1,6 @@
 //! The settings, the orders, the features beyond the window, the references.
 
-use super::{line_name, percent, said, value_said};
+use super::{line_name, percent, setting_of, value_said};
 use crate::{
     number::significant,
     page::{Column, Table},
@@ -30,7 +30,7 @@ pub fn settings(accuracy: &Accuracy) -> Table {
             (false, false) => "stored",
         };
         vec![
-            said(measured),
+            setting_of(measured),
             error,
             setup,
             setup_median,
@@ -129,7 +129,7 @@ pub fn features(found: &Stored) -> Table {
         ),
         row("scatter of one copy".into(), features.iter().map(|feature| feature.scatter).collect()),
     ];
-    rows.extend(found.measured.iter().map(|measured| row(said(measured), measured.features.clone())));
+    rows.extend(found.measured.iter().map(|measured| row(setting_of(measured), measured.features.clone())));
     Table {
         caption: "Features over the whole drive, one run each, velocities below 1.5 MHz. Differences below the scatter say nothing about a setting."
             .into(),

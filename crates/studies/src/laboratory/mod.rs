@@ -148,7 +148,7 @@ impl Workshop {
             let key = plan.bodies_key(&setting);
             if !once.insert(key.clone()) && shared.insert(key.clone()) {
                 // Scenes that cannot be read are refused twin by twin.
-                let (Ok(told), Ok(truth)) = (plan.told(&setting), plan.truth(&setting)) else { continue };
+                let (Ok(told), Ok(truth)) = (plan.stated_scene(&setting), plan.truth(&setting)) else { continue };
                 made.insert(key, (Bodies::new(&told, None)?, model::prepare(&truth)?));
             }
         }
@@ -171,7 +171,7 @@ impl LaboratoryPlan {
         overrides
     }
 
-    fn told(&self, setting: &Setting) -> Result<Scene, scene::SceneError> {
+    fn stated_scene(&self, setting: &Setting) -> Result<Scene, scene::SceneError> {
         scene::load(SCENE, &self.overrides(setting))
     }
 

@@ -61,18 +61,18 @@ fn law_of(subject: Subject) -> usize {
 fn one(statement: &Statement, outcome: &PaperOutcome) -> Judgement {
     let index = law_of(statement.subject);
     let Some((law, sweep)) = outcome.laws.get(index).zip(outcome.sweeps.get(index)) else {
-        return told(statement, "no run of this law", Verdict::NotTested);
+        return judged(statement, "no run of this law", Verdict::NotTested);
     };
     match statement.claim {
         Claim::PositivePeak(value) => number(statement, law.spread(Trait::PositivePeak), value),
         Claim::NegativePeak(value) => number(statement, law.spread(Trait::NegativePeak), value),
         Claim::Present(lines) => {
             let agrees = lines.iter().all(|line| *line == Ratio::ONE || law.moments.has_line(*line));
-            told(statement, levels(law, lines), Verdict::of(agrees))
+            judged(statement, levels(law, lines), Verdict::of(agrees))
         }
         Claim::Absent(lines) => {
             let agrees = !lines.iter().any(|line| law.moments.has_line(*line));
-            told(statement, levels(law, lines), Verdict::of(agrees))
+            judged(statement, levels(law, lines), Verdict::of(agrees))
         }
         Claim::Impulses => {
             let crest = moment(&law.moments, Trait::Crest);
@@ -80,7 +80,7 @@ fn one(statement: &Statement, outcome: &PaperOutcome) -> Judgement {
                 "crest factor {:.2} ± {:.2}, at least {IMPULSIVE_CREST:.2} asked for",
                 crest.mean, crest.deviation
             );
-            told(statement, found, Verdict::of(law.moments.is_impulsive()))
+            judged(statement, found, Verdict::of(law.moments.is_impulsive()))
         }
         Claim::ContentUpTo(frequency) => {
             let band = moment(&law.moments, Trait::Bandwidth);
@@ -89,7 +89,7 @@ fn one(statement: &Statement, outcome: &PaperOutcome) -> Judgement {
                 1e-3 * band.mean,
                 1e-3 * band.deviation
             );
-            told(statement, found, Verdict::of(band.mean >= frequency))
+            judged(statement, found, Verdict::of(band.mean >= frequency))
         }
         Claim::RatioLargestAt(line, alpha) => extreme(statement, sweep, alpha, "ratio", |point| {
             point.moments.get(Trait::Level(line)).map(|own| (own.mean, own.deviation))
@@ -105,7 +105,7 @@ fn one(statement: &Statement, outcome: &PaperOutcome) -> Judgement {
                 [MEASURED, KUWABARA_KONO].map(|peaks| -peaks.negative_m_per_s / peaks.positive_m_per_s);
             let found = format!("share {share:.2}; printed {printed:.2}, measured {measured:.2}");
             // Much smaller: closer to what the paper's own run has than to the measurement.
-            told(statement, found, Verdict::of((share - printed).abs() < (share - measured).abs()))
+            judged(statement, found, Verdict::of((share - printed).abs() < (share - measured).abs()))
         }
         Claim::CloserThanOtherLaw => {
             let distance = |index: usize| {
@@ -114,7 +114,7 @@ fn one(statement: &Statement, outcome: &PaperOutcome) -> Judgement {
                 Some((up.mean - MEASURED.positive_m_per_s).hypot(down.mean - MEASURED.negative_m_per_s))
             };
             let (Some(own), Some(other)) = (distance(index), distance(1 - index)) else {
-                return told(statement, "no peaks of both laws", Verdict::NotTested);
+                return judged(statement, "no peaks of both laws", Verdict::NotTested);
             };
             let found = format!(
                 "both peaks off by {:.0} mm/s (root of squares) with {} dampers, by {:.0} mm/s with {} dampers",
@@ -123,9 +123,9 @@ fn one(statement: &Statement, outcome: &PaperOutcome) -> Judgement {
                 1e3 * other,
                 LAWS[1 - index].name
             );
-            told(statement, found, Verdict::of(own < other))
+            judged(statement, found, Verdict::of(own < other))
         }
-        Claim::NotTested(why) => told(statement, why, Verdict::NotTested),
+        Claim::NotTested(why) => judged(statement, why, Verdict::NotTested),
     }
 }
 
@@ -135,12 +135,12 @@ impl Verdict {
     }
 }
 
-fn told(statement: &Statement, found: impl Into<String>, verdict: Verdict) -> Judgement {
+fn judged(statement: &Statement, found: impl Into<String>, verdict: Verdict) -> Judgement {
     Judgement { statement: *statement, ours: None, found: found.into(), allowance: None, verdict }
 }
 
 fn number(statement: &Statement, ours: Option<Spread>, printed: f64) -> Judgement {
-    let Some(spread) = ours else { return told(statement, "could not be measured in every run", Verdict::NotTested) };
+    let Some(spread) = ours else { return judged(statement, "could not be measured in every run", Verdict::NotTested) };
     let allowance = 2.0 * spread.scatter + spread.sensitivity.abs() + PEAK_HALF_DIGIT;
     let difference = spread.mean - printed;
     Judgement {
@@ -192,7 +192,7 @@ fn extreme(
     let best = points.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
     let nearest = points.iter().copied().min_by(|a, b| (a.0 - alpha).abs().total_cmp(&(b.0 - alpha).abs()));
     let (Some(best), Some(own)) = (best, nearest) else {
-        return told(statement, "the sweep has no such number", Verdict::NotTested);
+        return judged(statement, "the sweep has no such number", Verdict::NotTested);
     };
     let (_, _, step) = SWEPT_ALPHAS;
     let rank = 1 + points.iter().filter(|point| point.1 > own.1).count();
@@ -212,5 +212,5 @@ fn extreme(
             points.len()
         )
     };
-    told(statement, found, Verdict::of((best.0 - alpha).abs() <= step * (1.0 + 1e-9)))
+    judged(statement, found, Verdict::of((best.0 - alpha).abs() <= step * (1.0 + 1e-9)))
 }

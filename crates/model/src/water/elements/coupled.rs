@@ -304,7 +304,7 @@ impl TouchedDisc for DiscOnWater {
     }
 
     fn pressure(&self, point: usize) -> f64 {
-        self.waves.heard(point)
+        self.waves.pressure_at(point)
     }
 
     fn energy(&mut self) -> f64 {
@@ -363,7 +363,7 @@ impl OnWater for DiscOnWater {
     }
 
     fn pressure(&self, point: usize) -> f64 {
-        self.waves.heard(point)
+        self.waves.pressure_at(point)
     }
 
     fn energy(&mut self) -> f64 {

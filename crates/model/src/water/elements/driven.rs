@@ -59,7 +59,7 @@ impl DrivenWater {
     /// Pressure at field point `point`, Pa.
     #[must_use]
     pub fn pressure(&self, point: usize) -> f64 {
-        self.waves.heard(point)
+        self.waves.pressure_at(point)
     }
 
     /// ∫ φ p dS over the face, N.

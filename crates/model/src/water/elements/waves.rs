@@ -141,7 +141,7 @@ impl Waves {
         tangential_own.add_product(2.0 / water.sound_speed, rate, bent);
     }
 
-    pub fn heard(&self, point: usize) -> f64 {
+    pub fn pressure_at(&self, point: usize) -> f64 {
         self.listeners[point].iter().map(|&(place, weight)| weight * self.pressure[place as usize]).sum()
     }
 

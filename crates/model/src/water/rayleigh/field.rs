@@ -49,7 +49,7 @@ impl FieldPoint {
 }
 
 impl Radiator<'_> {
-    pub(super) fn heard(&self, water: &Water, point: FieldPoint) -> Memory<impl Fn(f64, &mut [f64]) + '_> {
+    pub(super) fn memory_at(&self, water: &Water, point: FieldPoint) -> Memory<impl Fn(f64, &mut [f64]) + '_> {
         let (c, rho, a) = (water.sound_speed, water.density, self.radius);
         let FieldPoint { radius: offset, distance } = point;
         let arrival = |sigma: f64| distance.hypot(sigma) / c;
@@ -87,7 +87,7 @@ impl Radiator<'_> {
     /// # Errors
     /// [`FieldPointError`].
     pub fn pressure_kernel(&self, water: &Water, point: FieldPoint, step: f64) -> Result<Vec<f64>, FieldPointError> {
-        Ok(self.heard(water, point.checked()?).averages(step))
+        Ok(self.memory_at(water, point.checked()?).averages(step))
     }
 
     /// Pressure at a point for unit velocities v_k, iω ∫ h_k e^{−iωτ} dτ, at the angular frequency ω (rad/s), Pa·s/m.
@@ -101,7 +101,7 @@ impl Radiator<'_> {
         angular_frequency: f64,
     ) -> Result<Vec<c64>, FieldPointError> {
         let factor = c64::new(0.0, angular_frequency);
-        let heard = self.heard(water, point.checked()?);
+        let heard = self.memory_at(water, point.checked()?);
         Ok(heard.spectrum(angular_frequency).into_iter().map(|value| factor * value).collect())
     }
 }

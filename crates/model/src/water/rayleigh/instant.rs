@@ -50,7 +50,7 @@ impl Radiator<'_> {
         rule: &InstantRule,
         accelerations: &dyn Fn(f64, &mut [f64]),
     ) -> Result<Vec<f64>, FieldPointError> {
-        let heard = self.heard(water, point.checked()?);
+        let heard = self.memory_at(water, point.checked()?);
         let count = self.shapes.len();
         let (mut kernel, mut motion) = (vec![0.0; count], vec![0.0; count]);
         let mut pressure = vec![0.0; times.len()];
