@@ -90,7 +90,7 @@ impl Agreement {
 
 /// γ² of features with these pulls: the most likely ones under an exponential prior. 0 up to some three scatters.
 #[must_use]
-pub fn inflation(pulls: &[f64]) -> Vec<f64> {
+pub(crate) fn inflation(pulls: &[f64]) -> Vec<f64> {
     pulls.iter().map(|pull| most_likely_inflation(*pull)).collect()
 }
 /// γ² at which ½ ln(1 + γ²) + ½ pull²/(1 + γ²) + γ/mean is least.

@@ -28,7 +28,7 @@ pub struct Bench {
 }
 
 /// How a horn tip is read.
-pub type ReadDrive = fn(&Path, &ReadOptions) -> Result<RecordedDrive, MeasurementError>;
+pub(crate) type ReadDrive = fn(&Path, &ReadOptions) -> Result<RecordedDrive, MeasurementError>;
 
 /// Why there is no bench.
 #[derive(Debug, thiserror::Error)]

@@ -227,7 +227,7 @@ impl Comparison {
 
     /// How long a run must be that crosses the onset threshold at `onset`, s; `None` where onsets mean nothing.
     #[must_use]
-    pub fn end_of_run(&self, onset: f64, drive: &Drive) -> Option<f64> {
+    pub(crate) fn end_of_run(&self, onset: f64, drive: &Drive) -> Option<f64> {
         let Reduction::Fingerprint(fingerprint) = &self.reduction else { return None };
         Some(onset + (fingerprint.cycles_needed() as f64 + AFTER_ONSET) / drive.frequency)
     }

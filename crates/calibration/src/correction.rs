@@ -57,7 +57,7 @@ pub const BEST: usize = 3;
 
 /// Most pairs where the chain points to the right place.
 #[must_use]
-pub fn most_pairs(dimension: usize) -> usize {
+pub(crate) fn most_pairs(dimension: usize) -> usize {
     sized(FIRST_ROUND, dimension) + (MOST_ROUNDS - 1) * sized(FURTHER_ROUND, dimension)
 }
 
@@ -160,7 +160,7 @@ impl Correction {
 
     /// The correction as it stood after these rounds, none of them made anew; `None` unless it would have ended there.
     #[must_use]
-    pub fn ended_with(mut self, rounds: Vec<Vec<Pair>>) -> Option<Self> {
+    pub(crate) fn ended_with(mut self, rounds: Vec<Vec<Pair>>) -> Option<Self> {
         for round in rounds {
             if self.is_finished() {
                 return None;
@@ -191,7 +191,7 @@ impl Correction {
 
     /// Whether no further round is needed, or allowed.
     #[must_use]
-    pub fn is_finished(&self) -> bool {
+    pub(crate) fn is_finished(&self) -> bool {
         let settled = !self.motion.leans && self.motion.drift.is_some_and(|drift| drift < STILL);
         let rounds = match self.restarted {
             Some(before) => self.rounds.len().saturating_sub(before + 1 + ELITES.len()),
@@ -214,7 +214,7 @@ impl Correction {
 
     /// The upper rung's runs of the first `count` pairs as the regression sees them.
     #[must_use]
-    pub fn cloud(&self, count: usize) -> Cloud {
+    pub(crate) fn cloud(&self, count: usize) -> Cloud {
         let upper = || self.pairs.iter().take(count).map(|pair| &pair.upper);
         let finished = upper().filter(|run| run.outcome.is_ok()).count();
         let (low, high) = reach(upper().map(|run| run.position.as_slice()), self.spans.len());

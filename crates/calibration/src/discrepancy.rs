@@ -62,13 +62,13 @@ impl Discrepancy {
 
     /// Whether any feature feels it.
     #[must_use]
-    pub fn is_felt(&self) -> bool {
+    pub(crate) fn is_felt(&self) -> bool {
         self.shift.iter().chain(&self.nuggets).any(|z| z.abs() > FELT)
     }
 
     /// Of the step of a search's runs, at a point of the box, by runs numbered from `first`; `None` where there is no finer one, or too few finish.
     #[must_use]
-    pub fn of_search(joint: &Joint, at: &[f64], first: u64) -> Option<Self> {
+    pub(crate) fn of_search(joint: &Joint, at: &[f64], first: u64) -> Option<Self> {
         let points = vec![at.to_vec(); CHAIN_PAIRS];
         let finer = joint.refined()?.run(first, &points);
         Self::of(&joint.run(first, &points), &finer, CHAIN_ERROR)
@@ -78,7 +78,7 @@ impl Discrepancy {
     ///
     /// # Errors
     /// [`Stopped`].
-    pub fn of_rung(rung: &Rung, finer: &Rung, at: &[f64], first: u64) -> Result<Option<Self>, Stopped> {
+    pub(crate) fn of_rung(rung: &Rung, finer: &Rung, at: &[f64], first: u64) -> Result<Option<Self>, Stopped> {
         let points = vec![at.to_vec(); RUNG_PAIRS];
         let upper = |rung: &Rung| -> Result<Vec<Run>, Stopped> {
             Ok(rung.pairs(first, &points)?.into_iter().map(|pair| pair.upper).collect())

@@ -26,7 +26,7 @@ pub(super) enum Engine {
 /// The scene with `STEPS_PER_CYCLE` output samples a drive period and, in front of a disc, the longest clock not above its own step that
 /// divides them.
 #[must_use]
-pub fn sampled_scene(scene: &Scene) -> Scene {
+pub(crate) fn sampled_scene(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.output_step = 1.0 / (scene.drive.frequency * STEPS_PER_CYCLE as f64);
     if let (Support::Disc { .. }, Integrator::Symplectic { step }) = (&scene.support, &mut scene.model.integrator) {

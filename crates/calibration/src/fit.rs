@@ -307,7 +307,7 @@ pub fn correct(
 ///
 /// # Errors
 /// When it is stopped.
-pub fn paired(
+pub(crate) fn paired(
     rung: &Rung,
     correction: Correction,
     checkpoint: Option<SearchCheckpoint>,

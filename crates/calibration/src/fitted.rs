@@ -249,7 +249,7 @@ impl FittedCandidate {
 impl Fitted {
     /// Number of the candidate that a report leads with: one that explains the record before one that does not, then by evidence.
     #[must_use]
-    pub fn best_index(&self) -> usize {
+    pub(crate) fn best_index(&self) -> usize {
         let rank = |fitted: &FittedCandidate| (fitted.fit.verdict.explains(), fitted.fit.log_evidence);
         (0..self.candidates.len())
             .max_by(|&a, &b| {

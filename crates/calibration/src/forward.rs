@@ -123,7 +123,7 @@ impl Run {
 const PREDICTED: u64 = 1 << 32;
 
 /// A run with the time at which it crossed the onset threshold, s; `None` where it did not, or where onsets mean nothing.
-pub type TimedRun = (Run, Option<f64>);
+pub(crate) type TimedRun = (Run, Option<f64>);
 
 /// Called with the number of runs finished; returning `false` stops the search after the current batch.
 pub type Watch = dyn Fn(u64) -> bool + Send + Sync;

@@ -72,7 +72,7 @@ pub enum JointError {
 ///
 /// # Errors
 /// [`JointError::OtherFrequency`] for the first that differs from the first of all.
-pub fn at_one_frequency(stated: &[StatedFrequency]) -> Result<(), JointError> {
+pub(crate) fn at_one_frequency(stated: &[StatedFrequency]) -> Result<(), JointError> {
     let Some((expected, others)) = stated.split_first() else { return Ok(()) };
     let differs = |found: &&StatedFrequency| (found.frequency / expected.frequency - 1.0).abs() > SAME_FREQUENCY;
     match others.iter().find(differs) {

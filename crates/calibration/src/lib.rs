@@ -32,7 +32,7 @@ pub mod posterior;
 pub mod printed;
 pub mod problem;
 pub mod refusal;
-pub mod residue;
+pub(crate) mod residue;
 pub mod rung;
 pub mod search;
 pub mod shot;

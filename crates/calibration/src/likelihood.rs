@@ -22,7 +22,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::frame::Frame;
 
 /// Neighbours k of a local regression on one or two parameters.
-pub const NEIGHBOURS: usize = 40;
+pub(crate) const NEIGHBOURS: usize = 40;
 
 /// Neighbours k of a local regression on so many parameters: every slope has to be found too.
 #[must_use]
@@ -126,7 +126,7 @@ impl Cloud {
 
     /// The same with another power β on the likelihood.
     #[must_use]
-    pub fn tempered(mut self, power: f64) -> Self {
+    pub(crate) fn tempered(mut self, power: f64) -> Self {
         self.power = power;
         self
     }
@@ -143,7 +143,7 @@ impl Cloud {
 
     /// The same with the variance of each feature 1 + γ² times as large.
     #[must_use]
-    pub fn inflated(mut self, inflation: Vec<f64>) -> Self {
+    pub(crate) fn inflated(mut self, inflation: Vec<f64>) -> Self {
         self.inflation = inflation;
         self
     }
@@ -202,7 +202,7 @@ impl Cloud {
 
     /// The same, distances measured in a frame.
     #[must_use]
-    pub fn framed(mut self, frame: Frame) -> Self {
+    pub(crate) fn framed(mut self, frame: Frame) -> Self {
         let inside = self.positions.iter().map(|position| frame.inside(position)).collect();
         self.frame = Some((frame, inside));
         self
@@ -223,7 +223,7 @@ impl Cloud {
 
     /// The corners between which the regression is trusted.
     #[must_use]
-    pub fn domain(&self, dimension: usize) -> (Vec<f64>, Vec<f64>) {
+    pub(crate) fn domain(&self, dimension: usize) -> (Vec<f64>, Vec<f64>) {
         self.domain.clone().unwrap_or_else(|| (vec![0.0; dimension], vec![1.0; dimension]))
     }
 
@@ -268,13 +268,13 @@ impl Cloud {
 
     /// Regress at the point `at`; `None` with too few runs or a degenerate neighbourhood.
     #[must_use]
-    pub fn regress(&self, at: &[f64]) -> Option<Local> {
+    pub(crate) fn regress(&self, at: &[f64]) -> Option<Local> {
         self.regress_over(at, self.distances(at))
     }
 
     /// The same where a run stands, without that run: how far it is from what all others expect there, and that expectation.
     #[must_use]
-    pub fn regress_leaving(&self, run: usize) -> Option<(&[f64], Local)> {
+    pub(crate) fn regress_leaving(&self, run: usize) -> Option<(&[f64], Local)> {
         let at = &self.positions[run];
         let mut order = self.distances(at);
         order.swap_remove(run);
@@ -403,7 +403,7 @@ impl Cloud {
 
     /// SL at a point; −∞ where the regression is impossible.
     #[must_use]
-    pub fn log_likelihood(&self, at: &[f64]) -> f64 {
+    pub(crate) fn log_likelihood(&self, at: &[f64]) -> f64 {
         if let Some((low, high)) = &self.domain
             && !at.iter().zip(low.iter().zip(high)).all(|(u, (low, high))| (*low..=*high).contains(u))
         {
@@ -437,7 +437,7 @@ impl Cloud {
 
     /// Smallest scatter allowed to each feature.
     #[must_use]
-    pub fn nuggets(&self) -> &[f64] {
+    pub(crate) fn nuggets(&self) -> &[f64] {
         &self.nuggets
     }
 

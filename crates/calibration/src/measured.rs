@@ -48,7 +48,7 @@ pub struct MeasuredFeatures {
 
 /// Whether a file is one of published features.
 #[must_use]
-pub fn is_published(path: &Path) -> bool {
+pub(crate) fn is_published(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
 }
 

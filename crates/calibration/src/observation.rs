@@ -30,7 +30,7 @@ const HIGHEST_CUTOFF: f64 = 1.25e6;
 
 /// The cutoff of traces whose own sampling sets no lower one: 1.25 MHz, or what 40 samples a drive period carry, Hz.
 #[must_use]
-pub fn highest_cutoff(drive_frequency: f64) -> f64 {
+pub(crate) fn highest_cutoff(drive_frequency: f64) -> f64 {
     f64::min(HIGHEST_CUTOFF, 0.42 * SAMPLES_PER_CYCLE as f64 * drive_frequency)
 }
 

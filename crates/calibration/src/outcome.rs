@@ -257,7 +257,7 @@ pub struct InputDigest {
 
 /// What the fit says of its feature `index`: that many of other records come before it.
 #[must_use]
-pub fn fitted_feature(fit: &Fit, index: usize, measured: Option<f64>, unit: &str) -> FittedFeature {
+pub(crate) fn fitted_feature(fit: &Fit, index: usize, measured: Option<f64>, unit: &str) -> FittedFeature {
     let shift = fit.discrepancy.shift.get(index).copied().filter(|_| fit.discrepancy.pairs > 0);
     FittedFeature {
         measured,
@@ -270,13 +270,13 @@ pub fn fitted_feature(fit: &Fit, index: usize, measured: Option<f64>, unit: &str
 
 /// The fitted parameters by name; intervals only where the verdict allows one.
 #[must_use]
-pub fn fitted_parameters(fit: &Fit) -> BTreeMap<String, FittedParameter> {
+pub(crate) fn fitted_parameters(fit: &Fit) -> BTreeMap<String, FittedParameter> {
     estimates_by_name(&fit.estimates, &fit.parameters, fit.verdict.explains())
 }
 
 /// Estimates of `parameters` by name, with their intervals where those are `quoted`.
 #[must_use]
-pub fn estimates_by_name(
+pub(crate) fn estimates_by_name(
     estimates: &[Estimate],
     parameters: &[Parameter],
     quoted: bool,

@@ -198,7 +198,7 @@ impl Parameter {
 
     /// Whether a value lies far outside the box that was searched first, where nobody chose another: no such bench is known.
     #[must_use]
-    pub fn is_unusual(&self, value: f64) -> bool {
+    pub(crate) fn is_unusual(&self, value: f64) -> bool {
         let (low, high) = (FARTHEST * self.limits.0, self.limits.1 / FARTHEST);
         low < high && !(low / UNUSUAL..=high * UNUSUAL).contains(&value)
     }
@@ -280,7 +280,7 @@ pub(super) fn varied(scene: &Scene, variation: &Variation) -> Scene {
 
 /// Reflect a coordinate at both ends of \[0, 1\].
 #[must_use]
-pub fn reflect(u: f64) -> f64 {
+pub(crate) fn reflect(u: f64) -> f64 {
     let folded = u.rem_euclid(2.0);
     if folded > 1.0 { 2.0 - folded } else { folded }
 }

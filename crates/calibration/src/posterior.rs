@@ -10,7 +10,7 @@ use super::{frame::Frame, likelihood::Cloud, parameter::reflect};
 /// neighbours can be. Tuned so that 90 % intervals hold the truth of 90 % of twins: on 80 twins of the program's own (seed 11) powers of
 /// 0.4, 0.5, 0.6 covered 77, 72, 69 (α) and 76, 73, 66 (damping), and with 0.5 records under the conditions of a laboratory (seed 7) were held 43 (α) and
 /// 37 (damping) times of 47. Retune when the features change; published features have their own ([`super::printed::POWER`]).
-pub const POWER: f64 = 0.4;
+pub(crate) const POWER: f64 = 0.4;
 
 /// Cells a side in one, two, three … dimensions: 17 000 evaluations of the likelihood at most.
 const CELLS: [usize; 6] = [200, 56, 22, 11, 7, 5];
@@ -109,7 +109,7 @@ impl Posterior {
 
     /// Number of the densest cell.
     #[must_use]
-    pub fn densest(&self) -> usize {
+    pub(crate) fn densest(&self) -> usize {
         (0..self.mass.len()).max_by(|&a, &b| self.mass[a].total_cmp(&self.mass[b])).unwrap_or(0)
     }
 
@@ -236,7 +236,7 @@ impl Posterior {
 
     /// Correlation of the first two coordinates; 0 of a single one.
     #[must_use]
-    pub fn first_correlation(&self) -> f64 {
+    pub(crate) fn first_correlation(&self) -> f64 {
         if self.dimension() < 2 { 0.0 } else { self.correlation(0, 1) }
     }
 

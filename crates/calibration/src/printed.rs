@@ -42,7 +42,7 @@ pub const SOFTNESS: f64 = 0.345;
 /// Chosen on 40 twins (rigid wall and annulus, both laws) and proved on 40 fresh ones of which both peaks, the drive line
 /// and three one-sided statements were published: 90 % intervals held α 36 and damping 39 times (median widths 0.45 and
 /// 0.67 in ln); without the drive line 39 and 39 times (0.58 and 0.80). At β = 0.5 all held, at up to 1.6 times the width.
-pub const POWER: f64 = 1.0;
+pub(crate) const POWER: f64 = 1.0;
 
 /// Floor of every feature, relative to the largest printed velocity, or absolute for pure numbers.
 const FLOOR: f64 = 0.003;
@@ -98,14 +98,14 @@ pub enum Meaning {
 impl Meaning {
     /// Whether the number behind it is a velocity.
     #[must_use]
-    pub fn is_velocity(&self) -> bool {
+    pub(crate) fn is_velocity(&self) -> bool {
         use Quantity::{Amplitude, NegativePeak, PositivePeak};
         matches!(self, Self::Value { quantity: PositivePeak | NegativePeak | Amplitude(_), .. })
     }
 
     /// Whether it can only be wrong to one side.
     #[must_use]
-    pub fn is_one_sided(&self) -> bool {
+    pub(crate) fn is_one_sided(&self) -> bool {
         !matches!(self, Self::Value { .. })
     }
 }
@@ -276,7 +276,7 @@ impl Printed {
 
     /// z₀ of each statement.
     #[must_use]
-    pub fn targets(&self) -> Vec<f64> {
+    pub(crate) fn targets(&self) -> Vec<f64> {
         let target = |meaning: &Meaning| match meaning {
             Meaning::Value { value, .. } => floored(value.abs(), self.floor(meaning)),
             Meaning::Present(_) | Meaning::Absent(_) => floored(PRESENT_FROM, FLOOR),
@@ -287,7 +287,7 @@ impl Printed {
 
     /// Smallest scatter of each statement, in ln.
     #[must_use]
-    pub fn nuggets(&self) -> Vec<f64> {
+    pub(crate) fn nuggets(&self) -> Vec<f64> {
         let nugget = |meaning: &Meaning| match meaning {
             Meaning::Value { value, uncertainty, .. } => LATE_NUGGET.hypot(uncertainty / value),
             _ => SOFTNESS,

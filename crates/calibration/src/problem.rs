@@ -45,7 +45,7 @@ const SCENE_WITH_WATER: &str = "water";
 const FITTED: [&str; 2] = ["alpha", "damping"];
 
 /// Numbers of runs that can be asked for: fewer give no regression.
-pub const EVALUATION_RANGE: std::ops::RangeInclusive<usize> = 200..=100_000;
+pub(crate) const EVALUATION_RANGE: std::ops::RangeInclusive<usize> = 200..=100_000;
 
 /// Seed where none is given.
 pub const DEFAULT_SEED: u64 = 1;

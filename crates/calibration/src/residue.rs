@@ -6,7 +6,7 @@ use super::likelihood::{Judged, Local};
 
 /// What is left of a deviation once the parameters have taken up what they can.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Residue {
+pub(crate) struct Residue {
     /// r/σ of each feature, σ the scatter of a single run.
     pub pulls: Vec<f64>,
     /// rᵀ Σ⁻¹ r of each record.
@@ -17,7 +17,7 @@ impl Local {
     /// What is left of a deviation (z − z₀ of a run or a record, or of one from the other) once the parameters have moved by δ radii of the
     /// neighbourhood so that Σ_r rᵀ Σ⁻¹ r + |δ|² is least, r = deviation + Sδ.
     #[must_use]
-    pub fn residue(&self, deviation: &[f64]) -> Option<Residue> {
+    pub(crate) fn residue(&self, deviation: &[f64]) -> Option<Residue> {
         let dimension = self.slopes.nrows();
         let factors: Vec<_> =
             self.records.iter().map(|record| Cholesky::new(record.covariance.clone())).collect::<Option<_>>()?;

@@ -39,7 +39,7 @@ pub struct Rung {
 
 /// A scene as a search runs it above the chain: with as many samples a drive period as the chain has steps.
 #[must_use]
-pub fn rung_scene(scene: &Scene) -> Scene {
+pub(crate) fn rung_scene(scene: &Scene) -> Scene {
     sampled_scene(scene)
 }
 

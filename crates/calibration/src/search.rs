@@ -26,7 +26,7 @@ use super::{
 };
 
 /// State that argmin's executor carries: the best position and its misfit.
-pub type SearchState = IterState<Vec<f64>, (), (), (), (), f64>;
+pub(crate) type SearchState = IterState<Vec<f64>, (), (), (), (), f64>;
 
 /// Sizes of the elites, one a batch of stage 2.
 const ELITES: [usize; 5] = [24, 20, 16, 12, 10];
@@ -121,7 +121,7 @@ impl Search {
 
     /// Number of batches made.
     #[must_use]
-    pub fn batches_made(&self) -> usize {
+    pub(crate) fn batches_made(&self) -> usize {
         self.batch
     }
 
@@ -133,7 +133,7 @@ impl Search {
 
     /// The finished runs as the regression sees them; of the first `count` runs only.
     #[must_use]
-    pub fn cloud(&self, count: usize) -> Cloud {
+    pub(crate) fn cloud(&self, count: usize) -> Cloud {
         let finished = self.runs.iter().take(count).filter_map(|run| Some((run.position.as_slice(), run.features()?)));
         let cloud = Cloud::new(finished, &self.observed, &self.nuggets, &self.weights, neighbours(self.dimension));
         let (sensitivity, answers) = self.sensitivity.clone();
@@ -142,7 +142,7 @@ impl Search {
 
     /// The search as it stood after these runs, none of them made anew; `None` unless they are as many as it makes.
     #[must_use]
-    pub fn ended_with(self, runs: Vec<Run>) -> Option<Self> {
+    pub(crate) fn ended_with(self, runs: Vec<Run>) -> Option<Self> {
         let batch = self.batches.len();
         (runs.len() == self.batches.iter().sum::<usize>()).then_some(Self { runs, batch, ..self })
     }

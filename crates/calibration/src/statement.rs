@@ -15,7 +15,7 @@ const RIDGE: f64 = 0.7;
 const WIDE: f64 = 0.5;
 
 /// Difference of ln evidence from which a damping law is named.
-pub const DECISIVE: f64 = 3.0;
+pub(crate) const DECISIVE: f64 = 3.0;
 
 /// What a reader must know before using the values.
 #[must_use]

@@ -20,7 +20,7 @@ impl Number {
     ///
     /// # Errors
     /// When the text is no quantity of that unit.
-    pub fn in_si(&self, unit: &str) -> Result<f64, QuantityError> {
+    pub(crate) fn in_si(&self, unit: &str) -> Result<f64, QuantityError> {
         let text = match self {
             Self::Plain(value) => return Ok(*value),
             Self::Text(text) => text,
@@ -85,7 +85,7 @@ impl StatedUncertainty {
 
 /// What is drawn, in words; what is fitted is not drawn.
 #[must_use]
-pub fn in_words(drawn: &Uncertainty, parameters: &[Parameter]) -> String {
+pub(crate) fn in_words(drawn: &Uncertainty, parameters: &[Parameter]) -> String {
     let fitted = |name: &str| parameters.iter().any(|parameter| parameter.name == name);
     let roughness = if drawn.gap_scale > 0.0 {
         format!(", that scale known to a factor of {:.1}", drawn.gap_scale.exp())

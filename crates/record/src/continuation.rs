@@ -59,7 +59,7 @@ impl Continuation {
     }
 
     /// The same without a line's falling below half of what it is at the edge: for a burst that goes on beyond it.
-    pub fn going_on(mut self) -> Self {
+    pub(crate) fn going_on(mut self) -> Self {
         if let Some([a, b, d, e]) = self.lines.first() {
             let (size, growth) = (libm::hypot(*a, *d), libm::hypot(*b, *e));
             if growth > 0.0 {

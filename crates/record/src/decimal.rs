@@ -25,7 +25,7 @@ impl DecimalSign {
 
     /// The character.
     #[must_use]
-    pub fn character(self) -> char {
+    pub(crate) fn character(self) -> char {
         match self {
             Self::Point => '.',
             Self::Comma => ',',

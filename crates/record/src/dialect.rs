@@ -22,7 +22,7 @@ impl Delimiter {
 
     /// The character.
     #[must_use]
-    pub fn character(self) -> char {
+    pub(crate) fn character(self) -> char {
         char::from(self.byte())
     }
 

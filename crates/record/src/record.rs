@@ -185,7 +185,7 @@ impl Record {
     ///
     /// # Errors
     /// [`MeasurementError::DriveTooShort`].
-    pub fn check_cycles(&self, drive_frequency: f64) -> Result<(), MeasurementError> {
+    pub(crate) fn check_cycles(&self, drive_frequency: f64) -> Result<(), MeasurementError> {
         let active = line::active_span(&self.series);
         // Two whole cycles of a sine spend 0.032 of a cycle below a tenth of the peak at their ends.
         let cycles = active.len() as f64 * self.series.step * drive_frequency + 0.04;

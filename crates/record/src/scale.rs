@@ -112,7 +112,7 @@ impl Sensitivity {
 
     /// Velocity (m/s), length (m) or pressure (Pa) for one volt.
     #[must_use]
-    pub fn per_volt(self) -> f64 {
+    pub(crate) fn per_volt(self) -> f64 {
         self.per_volt
     }
 

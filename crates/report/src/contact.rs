@@ -74,7 +74,7 @@ impl ContactState {
 
     /// The law's pressure p₀ √(1 − (r/a)²) at a place (m), Pa, where it gives one; 0 outside its contact.
     #[must_use]
-    pub fn law_pressure(&self, place: f64) -> Option<f64> {
+    pub(crate) fn law_pressure(&self, place: f64) -> Option<f64> {
         let (radius, peak) = (self.law_radius_m?, self.law_peak_pressure_pa?);
         Some(peak * (1.0 - (place / radius).powi(2)).max(0.0).sqrt())
     }

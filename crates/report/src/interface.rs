@@ -13,9 +13,9 @@ use super::page::Files;
 use granchain_model::{response::write_npy, water::Water};
 
 /// Courant number c dt/dx of the tables: k-Wave's own default.
-pub const COURANT: f64 = 0.3;
+pub(crate) const COURANT: f64 = 0.3;
 /// Nodes a disc's radius: 15 a wavelength of 1 MHz in water for a disc of 2 mm.
-pub const NODES: usize = 10;
+pub(crate) const NODES: usize = 10;
 
 /// What the tables hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

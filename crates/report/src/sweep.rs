@@ -47,7 +47,7 @@ pub struct SweepPoint {
 
 /// Factor and unit in which people read a quantity whose SI unit is `unit`: m/s as mm/s, Hz as kHz, m as µm, s as µs, J as nJ.
 #[must_use]
-pub fn shown_unit(unit: &str) -> (f64, &str) {
+pub(crate) fn shown_unit(unit: &str) -> (f64, &str) {
     match unit {
         "m/s" => (1e3, "mm/s"),
         "Hz" => (1e-3, "kHz"),

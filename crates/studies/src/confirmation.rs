@@ -224,7 +224,7 @@ pub fn confirm(
 ///
 /// # Errors
 /// When the accurate run fails or cannot be measured.
-pub fn confirm_printed(
+pub(crate) fn confirm_printed(
     scene: &Scene,
     bodies: &Bodies,
     printed: &Printed,

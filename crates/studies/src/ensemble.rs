@@ -148,7 +148,7 @@ pub fn run_on(bodies: &Bodies, scene: &Scene, plan: &EnsemblePlan) -> Result<Ens
 ///
 /// # Errors
 /// [`EnsembleError`]; single failed runs are counted in the outcome instead.
-pub fn run_traces(
+pub(crate) fn run_traces(
     bodies: &Bodies,
     scene: &Scene,
     (measurand, steps_per_period): (Measurand, u32),
@@ -163,7 +163,7 @@ pub fn run_traces(
 ///
 /// # Errors
 /// As [`run_traces`].
-pub fn run_perturbed(
+pub(crate) fn run_perturbed(
     bodies: &Bodies,
     scene: &Scene,
     (measurand, steps_per_period): (Measurand, u32),

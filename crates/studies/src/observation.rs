@@ -14,7 +14,7 @@ use granchain_signal::{
 };
 
 /// The lines watched, over the drive frequency.
-pub const WATCHED_LINES: [Ratio; 11] = [
+pub(crate) const WATCHED_LINES: [Ratio; 11] = [
     Ratio::new(1, 4),
     Ratio::new(1, 3),
     Ratio::new(1, 2),
@@ -29,7 +29,7 @@ pub const WATCHED_LINES: [Ratio; 11] = [
 ];
 
 /// Subharmonics of which the ratio to the drive line is watched too.
-pub const WATCHED_RATIOS: [Ratio; 3] = [Ratio::new(1, 3), Ratio::new(1, 2), Ratio::new(2, 3)];
+pub(crate) const WATCHED_RATIOS: [Ratio; 3] = [Ratio::new(1, 3), Ratio::new(1, 2), Ratio::new(2, 3)];
 
 /// A number watched: its key, as in tables and JSON, and its unit.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -83,7 +83,7 @@ const HIGHEST_HARMONIC: f64 = 1e6;
 impl Observation {
     /// The watched numbers of a measured pressure.
     #[must_use]
-    pub fn of_pressure(features: &PressureFeatures) -> Self {
+    pub(crate) fn of_pressure(features: &PressureFeatures) -> Self {
         let mut values = vec![Some(features.peaks.positive), Some(features.peaks.negative)];
         let line = |order| features.harmonics.iter().find(|harmonic| harmonic.order == order);
         values.extend((1..=harmonics(features.drive_frequency_hz)).map(|order| Some(line(order)?.amplitude_pa)));

@@ -84,7 +84,7 @@ impl RunLog {
 
     /// What is to be said of lines that were altered since they were written; nothing where there are none.
     #[must_use]
-    pub fn damage(&self) -> Option<String> {
+    pub(crate) fn damage(&self) -> Option<String> {
         let lines: Vec<String> = self.damaged.iter().map(ToString::to_string).collect();
         (!lines.is_empty()).then(|| {
             let path = self.path.display();

@@ -136,7 +136,7 @@ fn bands(velocity: &Series, settings: &FeatureSettings) -> Result<Vec<f64>, Feat
 
 /// Spearman's rank correlation of two lists of one length, −1…1; 0 where either has no spread. Ties share their mean rank.
 #[must_use]
-pub fn rank_correlation(x: &[f64], y: &[f64]) -> f64 {
+pub(crate) fn rank_correlation(x: &[f64], y: &[f64]) -> f64 {
     let (x, y) = (ranks(x), ranks(y));
     let middle = 0.5 * (x.len() as f64 + 1.0);
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - middle) * (b - middle)).sum::<f64>();

@@ -20,7 +20,7 @@ pub struct ThinPlate {
 impl ThinPlate {
     /// Flexural rigidity D = E h³/(12 (1 − ν²)), N·m.
     #[must_use]
-    pub fn rigidity(&self) -> f64 {
+    pub(crate) fn rigidity(&self) -> f64 {
         let Material { youngs_modulus, poissons_ratio, .. } = self.material;
         youngs_modulus * self.thickness.powi(3) / (12.0 * (1.0 - poissons_ratio * poissons_ratio))
     }

@@ -295,12 +295,12 @@ impl Stepper {
     }
 
     /// The piston (m, m/s) at the end of the step attempted last.
-    pub fn end_piston(&self) -> (f64, f64) {
+    pub(crate) fn end_piston(&self) -> (f64, f64) {
         (self.piston_displacement[11], self.piston_velocity[11])
     }
 
     /// Entry with the largest error of the step attempted last.
-    pub fn worst_entry(&self) -> usize {
+    pub(crate) fn worst_entry(&self) -> usize {
         let rows = self.state.len();
         let error = |index: usize| {
             let (r, lane) = (index / 4, index % 4);

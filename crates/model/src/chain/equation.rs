@@ -128,29 +128,29 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
 
     /// Whether a switch is that of a dashpot alone.
     #[inline(always)]
-    pub fn is_dashpot(&self, switch: usize) -> bool {
+    pub(crate) fn is_dashpot(&self, switch: usize) -> bool {
         L::IS_COUPLED && switch > self.system.beads
     }
 
     /// Length of the state.
-    pub fn state_length(&self) -> usize {
+    pub(crate) fn state_length(&self) -> usize {
         2 * self.system.padded + 4
     }
 
     /// Whether a switch is that of the elastic force of a coupled contact.
     #[inline(always)]
-    pub fn is_coupled_force(&self, switch: usize) -> bool {
+    pub(crate) fn is_coupled_force(&self, switch: usize) -> bool {
         L::IS_COUPLED && switch <= self.system.beads
     }
 
     /// Whether a switch has nothing to switch: the dashpot of a contact without one.
     #[inline(always)]
-    pub fn is_idle(&self, switch: usize) -> bool {
+    pub(crate) fn is_idle(&self, switch: usize) -> bool {
         self.is_dashpot(switch) && self.system.dashpots[self.contact(switch)].is_absent()
     }
 
     /// Put a switch into a mode.
-    pub fn set_mode(&mut self, switch: usize, mode: Mode) {
+    pub(crate) fn set_mode(&mut self, switch: usize, mode: Mode) {
         let contact = self.contact(switch);
         let pressed = if mode == Mode::Pressed { 1.0 } else { 0.0 };
         let Dashpot { coefficients } = self.system.dashpots[contact];
@@ -302,7 +302,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
 
     /// Total force of each contact at a state, N: what the response reports.
     #[inline(always)]
-    pub fn contact_forces(&mut self, u: &[f64], v: &[f64]) -> &[f64] {
+    pub(crate) fn contact_forces(&mut self, u: &[f64], v: &[f64]) -> &[f64] {
         self.evaluate_forces(u, v);
         let force = &mut self.force[..=self.system.beads];
         if let Some(coupled) = &self.coupled {
@@ -327,7 +327,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     }
 
     /// Elastic force (N) of a contact as last evaluated, or by its own law at `overlap` (m).
-    pub fn elastic_force(&self, contact: usize, overlap: f64) -> f64 {
+    pub(crate) fn elastic_force(&self, contact: usize, overlap: f64) -> f64 {
         match &self.coupled {
             Some(coupled) => coupled.elastic_force[contact],
             None => self.system.laws[contact].force(overlap),
@@ -335,7 +335,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     }
 
     /// Whether the switch's force may end before its overlap does.
-    pub fn may_clip(&self, switch: usize) -> bool {
+    pub(crate) fn may_clip(&self, switch: usize) -> bool {
         let has_dashpot = (DAMPED != 0) && !self.system.tension;
         if L::IS_COUPLED && !self.is_dashpot(switch) {
             return false;
@@ -345,14 +345,14 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
 
     /// A continuous function of overlap and rate with the sign of the total force of a pressed contact: the force itself, N, or
     /// without linear dashpot the force over √δ, which is not singular at closing.
-    pub fn pull_indicator(&self, contact: usize, overlap: f64, rate: f64) -> f64 {
+    pub(crate) fn pull_indicator(&self, contact: usize, overlap: f64, rate: f64) -> f64 {
         let pressed = overlap.max(0.0);
         self.system.dashpots[contact].pull(self.system.laws[contact].force(pressed), pressed, rate)
     }
 
     /// Look at all contacts of a state, its piston in place; nothing to do where none feels another.
     #[inline(always)]
-    pub fn survey(&mut self, instant: Instant, state: &[f64]) {
+    pub(crate) fn survey(&mut self, instant: Instant, state: &[f64]) {
         if let Some(coupled) = &mut self.coupled {
             let system = self.system;
             let survey = &mut coupled.surveys[instant as usize];
@@ -366,7 +366,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
 
     /// δ (m) and δ̇ (m/s) that a switch follows, at a state that has been surveyed.
     #[inline(always)]
-    pub fn overlap_and_rate(&self, instant: Instant, switch: usize, state: &[f64]) -> (f64, f64) {
+    pub(crate) fn overlap_and_rate(&self, instant: Instant, switch: usize, state: &[f64]) -> (f64, f64) {
         match &self.coupled {
             Some(coupled) if L::IS_COUPLED => {
                 let survey = &coupled.surveys[instant as usize];

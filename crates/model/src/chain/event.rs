@@ -26,7 +26,7 @@ pub(super) struct Event {
 
 impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
     /// The mode a switch belongs in at δ, δ̇ at the start of a step, coming from its present one.
-    pub fn settled_mode(&self, switch: usize, (overlap, rate): (f64, f64), resolution: &Resolution) -> Mode {
+    pub(crate) fn settled_mode(&self, switch: usize, (overlap, rate): (f64, f64), resolution: &Resolution) -> Mode {
         if self.is_idle(switch) {
             return Mode::Open;
         }
@@ -105,7 +105,7 @@ impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
 
     /// Whether any contact may have to change its mode within the finished step.
     #[inline(always)]
-    pub fn may_switch(&mut self, stepper: &Stepper, clock: &Clock, resolution: &Resolution) -> bool {
+    pub(crate) fn may_switch(&mut self, stepper: &Stepper, clock: &Clock, resolution: &Resolution) -> bool {
         let (start, end) = (stepper.state.as_flattened(), stepper.end_state.as_flattened());
         self.survey(Instant::End, end);
         (0..self.modes.len()).any(|switch| {
@@ -116,7 +116,7 @@ impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
     }
 
     /// The first change of mode within the finished and extended step.
-    pub fn first_event(
+    pub(crate) fn first_event(
         &mut self,
         stepper: &Stepper,
         clock: &Clock,

@@ -73,19 +73,19 @@ impl Lane {
 
     /// The larger of each number and `least`; `least` for NaN.
     #[inline(always)]
-    pub fn at_least(self, least: f64) -> Self {
+    pub(crate) fn at_least(self, least: f64) -> Self {
         self.map(|x| if x > least { x } else { least })
     }
 
     /// The smaller of each number and `most`; `most` for NaN.
     #[inline(always)]
-    pub fn at_most(self, most: f64) -> Self {
+    pub(crate) fn at_most(self, most: f64) -> Self {
         self.map(|x| if x < most { x } else { most })
     }
 
     /// Each number where `gate` is positive, else zero: a mask, which stays a vector operation where a choice would not.
     #[inline(always)]
-    pub fn where_positive(self, gate: Self) -> Self {
+    pub(crate) fn where_positive(self, gate: Self) -> Self {
         let mut out = [0.0; WIDTH];
         for k in 0..WIDTH {
             let mask = u64::from(gate.0[k] > 0.0).wrapping_neg();

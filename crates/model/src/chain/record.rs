@@ -68,7 +68,7 @@ impl Grid {
     }
 
     /// Largest speed of the piston at the samples, m/s.
-    pub fn piston_speed(&self) -> f64 {
+    pub(crate) fn piston_speed(&self) -> f64 {
         self.piston_velocity.iter().fold(0.0, |speed, v| f64::max(speed, v.abs()))
     }
 
@@ -106,12 +106,12 @@ impl Grid {
     }
 
     /// Whether all samples are taken.
-    pub fn is_full(&self) -> bool {
+    pub(crate) fn is_full(&self) -> bool {
         self.taken == self.piston_displacement.len()
     }
 
     /// Instant of the next sample, s.
-    pub fn next_time(&self) -> f64 {
+    pub(crate) fn next_time(&self) -> f64 {
         self.taken as f64 * self.step
     }
 

@@ -79,12 +79,12 @@ impl System {
     }
 
     /// Contacts with a dashpot.
-    pub fn damped_contacts(&self) -> u64 {
+    pub(crate) fn damped_contacts(&self) -> u64 {
         self.dashpots.iter().filter(|dashpot| !dashpot.is_absent()).count() as u64
     }
 
     /// Set the natural time for motions with velocities of order `velocity` (m/s).
-    pub fn set_natural_time(&mut self, velocity: f64) {
+    pub(crate) fn set_natural_time(&mut self, velocity: f64) {
         let lightest = self.mass[1..=self.beads].iter().copied().fold(f64::INFINITY, f64::min);
         self.natural_time = self
             .laws
@@ -103,7 +103,7 @@ impl System {
 
     /// Refuse a dashpot that is far faster than the contacts: with the natural time T of motions of order `velocity` (m/s), and d = c + γ √δ at an
     /// overlap δ of order `velocity` T over the static one, 4 d/m T is the stiffness ratio.
-    pub fn refuse_stiffness(&self, velocity: f64, limits: &Limits) -> Result<(), ModelError> {
+    pub(crate) fn refuse_stiffness(&self, velocity: f64, limits: &Limits) -> Result<(), ModelError> {
         let lightest = self.mass[1..=self.beads].iter().copied().fold(f64::INFINITY, f64::min);
         for (contact, (dashpot, law)) in self.dashpots.iter().zip(&self.laws).enumerate() {
             let overlap = law.overlap(self.precompression) + velocity * self.natural_time;
@@ -117,7 +117,7 @@ impl System {
     }
 
     /// Elastic energy of every contact at the state's overlaps, J.
-    pub fn stored_energy(&self, displacement: &[f64]) -> f64 {
+    pub(crate) fn stored_energy(&self, displacement: &[f64]) -> f64 {
         if let Some(coupling) = &self.coupling {
             let mut survey = Survey::new(self.padded);
             self.survey(coupling, displacement, &mut survey);
@@ -127,7 +127,7 @@ impl System {
     }
 
     /// Kinetic energy, J.
-    pub fn kinetic_energy(&self, velocity: &[f64]) -> f64 {
+    pub(crate) fn kinetic_energy(&self, velocity: &[f64]) -> f64 {
         self.mass.iter().zip(velocity).map(|(m, v)| 0.5 * m * v * v).sum()
     }
 
@@ -137,7 +137,7 @@ impl System {
     }
 
     /// Overlaps and elastic forces of coupled contacts at a state's displacements.
-    pub fn survey(&self, coupling: &Coupling, displacement: &[f64], survey: &mut Survey) {
+    pub(crate) fn survey(&self, coupling: &Coupling, displacement: &[f64], survey: &mut Survey) {
         for contact in 0..=self.beads {
             survey.rigid[contact] = self.overlap(contact, displacement);
         }
@@ -146,7 +146,7 @@ impl System {
     }
 
     /// Displacements and velocities of `initial`, with the piston's and the wall's slots at zero.
-    pub fn initial_blocks(&self, initial: &InitialState) -> Result<(Vec<f64>, Vec<f64>), ModelError> {
+    pub(crate) fn initial_blocks(&self, initial: &InitialState) -> Result<(Vec<f64>, Vec<f64>), ModelError> {
         let block = |values: &[f64], quantity: &'static str| {
             if values.len() != self.beads {
                 return Err(ModelError::Count { quantity, expected: self.beads, found: values.len() });

@@ -50,7 +50,7 @@ impl Annulus {
     /// D, m/N.
     pub const D: f64 = 0.1842e-6;
     /// Approach beyond which the tangent is continued, m.
-    pub const LARGEST: f64 = 20e-6;
+    pub(crate) const LARGEST: f64 = 20e-6;
 
     /// Smallest approach the polynomial is fitted for, m.
     pub(crate) const SMALLEST_FITTED: f64 = 1e-11;

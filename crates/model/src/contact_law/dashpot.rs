@@ -115,13 +115,6 @@ impl Dashpot {
         present.min_by(|one, other| one.power().total_cmp(&other.power()))
     }
 
-    /// Whether it resists from the first touch on, δ = 0.
-    #[inline(always)]
-    #[must_use]
-    pub fn is_sudden(&self) -> bool {
-        self.leading().is_some_and(|term| term.power() == 0.0)
-    }
-
     /// A continuous function of overlap (m) and rate (m/s) with the sign of the force that is left of an elastic one (N): their sum over δ to
     /// the power of the leading term, which is not singular at closing.
     #[inline(always)]
@@ -144,7 +137,7 @@ impl Dashpot {
 
     /// Whether there is nothing to damp.
     #[must_use]
-    pub fn is_absent(&self) -> bool {
+    pub(crate) fn is_absent(&self) -> bool {
         self.coefficients.are_absent()
     }
 

@@ -198,7 +198,7 @@ impl Arrangement {
 
     /// Energy (J) of the spring behind the last contact under its force (N); 0 where there is none.
     #[must_use]
-    pub fn spring_energy(&self, force: f64) -> f64 {
+    pub(crate) fn spring_energy(&self, force: f64) -> f64 {
         0.5 * force * force / self.spring
     }
 
@@ -288,7 +288,7 @@ pub fn bead_mesh(bead: &Bead, scene: &Scene) -> Result<(Mesh, Vec<Material>), Fe
 ///
 /// # Errors
 /// [`FeaError`]: a mesh that cannot be made or read.
-pub fn support_mesh(scene: &Scene) -> Result<Option<(Mesh, Vec<Material>)>, FeaError> {
+pub(crate) fn support_mesh(scene: &Scene) -> Result<Option<(Mesh, Vec<Material>)>, FeaError> {
     match &scene.support {
         Support::Flat(_) | Support::Spring { .. } => Ok(None),
         Support::Disc { shape, mesh_density } => {

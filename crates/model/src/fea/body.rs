@@ -49,7 +49,6 @@ pub struct Body {
     mass: SymmetricSparse,
     node_mass: Vec<f64>,
     total_mass: f64,
-    least_jacobian: f64,
     is_free: bool,
 }
 
@@ -102,7 +101,6 @@ impl Body {
         let neighbours = neighbours(&mesh);
         let mut mass = neighbours.clone();
         let mut stiffness = by_direction(&neighbours);
-        let mut least_jacobian = f64::MAX;
         for (index, element) in mesh.elements.iter().enumerate() {
             let nodes = element.nodes();
             let mut places = [[0.0; 2]; 8];
@@ -117,7 +115,6 @@ impl Body {
             if massless.contains(&true) && !matrices.drop_mass(&massless[..nodes.len()]) {
                 return Err(BodyError::MasslessElement { element: index });
             }
-            least_jacobian = least_jacobian.min(matrices.least_jacobian);
             scatter(&mut stiffness, &mut mass, nodes, &matrices);
         }
         let stiffness = stiffness.without(|dof| dofs.is_free(dof));
@@ -129,7 +126,7 @@ impl Body {
         let total_mass = node_mass.iter().sum();
         let is_free = !held.contains(&true);
         let materials = materials.to_vec();
-        Ok(Self { mesh, materials, dofs, stiffness, mass, node_mass, total_mass, least_jacobian, is_free })
+        Ok(Self { mesh, materials, dofs, stiffness, mass, node_mass, total_mass, is_free })
     }
 
     /// Its mesh.
@@ -172,12 +169,6 @@ impl Body {
     #[must_use]
     pub fn total_mass(&self) -> f64 {
         self.total_mass
-    }
-
-    /// Smallest Jacobian over all integration points, m²: positive.
-    #[must_use]
-    pub fn least_jacobian(&self) -> f64 {
-        self.least_jacobian
     }
 
     /// Whether it can move along z without strain.

@@ -50,7 +50,7 @@ use crate::{
 
 /// The contact finite element analysis as a model; mesh, scheme and step come from the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct FeaModel;
+pub(crate) struct FeaModel;
 
 /// Steps from one call of the progress function to the next.
 const STEPS_PER_REPORT: usize = 8;

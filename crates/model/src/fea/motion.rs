@@ -163,7 +163,7 @@ impl Motion {
     }
 
     /// Rigid motions without new forces, m and m/s; the piston's slot is left alone.
-    pub fn predict_rigid(
+    pub(crate) fn predict_rigid(
         &self,
         arrangement: &Arrangement,
         c: &Coefficients,
@@ -187,7 +187,7 @@ impl Motion {
 
     /// Interface displacements without new contact forces of the kind of the body in a slot, and its column; none where it is rigid.
     #[must_use]
-    pub fn free_interface(&self, slot: usize) -> Option<(&Columns, usize)> {
+    pub(crate) fn free_interface(&self, slot: usize) -> Option<(&Columns, usize)> {
         self.columns[slot].map(|(kind, column)| (&self.groups[kind].free, column))
     }
 
@@ -231,7 +231,7 @@ impl Motion {
 
     /// Slot of the first body whose new displacements are not finite.
     #[must_use]
-    pub fn not_finite(&self) -> Option<usize> {
+    pub(crate) fn not_finite(&self) -> Option<usize> {
         self.groups.iter().find_map(|group| {
             let (values, width) = (group.solution.as_slice(), group.solution.width());
             // One sum tells of all bodies; which it is matters only if one is not finite.
@@ -272,7 +272,7 @@ impl Motion {
     }
 
     /// ũ must be made anew: the step changes.
-    pub fn forget_prediction(&mut self) {
+    pub(crate) fn forget_prediction(&mut self) {
         self.predicted_for = None;
     }
 
@@ -290,12 +290,12 @@ impl Motion {
 
     /// Rigid displacement of a body, m.
     #[must_use]
-    pub fn rigid_displacement(&self, slot: usize) -> f64 {
+    pub(crate) fn rigid_displacement(&self, slot: usize) -> f64 {
         self.rigid[slot].displacement
     }
 
     /// Put the piston where it is, m.
-    pub fn move_piston(&mut self, displacement: f64) {
+    pub(crate) fn move_piston(&mut self, displacement: f64) {
         self.rigid[0].displacement = displacement;
     }
 
@@ -310,7 +310,7 @@ impl Motion {
 
     /// Outward normal displacement of point i of a face (numbered over the interface) of the body in a slot, m.
     #[must_use]
-    pub fn normal_displacement(&self, interfaces: &Interfaces, slot: usize, face: &Face, point: usize) -> f64 {
+    pub(crate) fn normal_displacement(&self, interfaces: &Interfaces, slot: usize, face: &Face, point: usize) -> f64 {
         let Some((kind, column)) = self.columns[slot] else { return 0.0 };
         let values = &self.groups[kind].displacement;
         face.terms(point)

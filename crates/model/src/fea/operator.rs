@@ -45,7 +45,7 @@ impl Interfaces {
 
     /// The same with further unknowns of every kind, such as those watched at its centre.
     #[must_use]
-    pub fn including(arrangement: &Arrangement, further: impl Fn(usize) -> Vec<u32>) -> Self {
+    pub(crate) fn including(arrangement: &Arrangement, further: impl Fn(usize) -> Vec<u32>) -> Self {
         let unknowns: Vec<Vec<u32>> = (0..arrangement.kinds.len())
             .map(|kind| {
                 let mut unknowns = arrangement.interface(kind);
@@ -140,14 +140,14 @@ impl Interfaces {
 }
 
 /// Links, compliances W and couplings V of all contacts, as [`Contacts`] has them.
-pub type Condensed = (Vec<Link>, Vec<Compliance>, Vec<Vec<f64>>);
+pub(crate) type Condensed = (Vec<Link>, Vec<Compliance>, Vec<Vec<f64>>);
 
 /// Compliances and couplings of all contacts on bodies whose interfaces answer with the dense matrices `inverse` (one a kind, m/N),
 /// times `weight`.
 ///
 /// # Errors
 /// [`FeaError::Compliance`] when a condensed compliance is not positive definite.
-pub fn condensed(
+pub(crate) fn condensed(
     arrangement: &Arrangement,
     interfaces: &Interfaces,
     inverse: &[Vec<f64>],
@@ -263,13 +263,13 @@ impl Operator {
     ///
     /// # Errors
     /// [`FeaError::Compliance`].
-    pub fn soften_last(&mut self, arrangement: &Arrangement, further: &[f64]) -> Result<(), FeaError> {
+    pub(crate) fn soften_last(&mut self, arrangement: &Arrangement, further: &[f64]) -> Result<(), FeaError> {
         let last = arrangement.contacts.len() - 1;
         soften(&mut self.contacts.compliances[self.contacts.links[last].compliance], arrangement, further)
     }
 
     /// Condense the last contact anew, in place, after its faces have turned.
-    pub fn turn_last(&mut self, arrangement: &Arrangement, interfaces: &Interfaces) {
+    pub(crate) fn turn_last(&mut self, arrangement: &Arrangement, interfaces: &Interfaces) {
         let last = arrangement.contacts.len() - 1;
         let gain = self.coefficients.new_force_gain();
         let faces = &interfaces.faces[last];

@@ -52,7 +52,7 @@ pub struct Laps(Instant);
 
 impl Laps {
     /// Time since the start or the last lap.
-    pub fn lap(&mut self) -> Duration {
+    pub(crate) fn lap(&mut self) -> Duration {
         let now = Instant::now();
         now - std::mem::replace(&mut self.0, now)
     }

@@ -42,7 +42,7 @@ impl Coefficients {
 
     /// Displacement per force and inverse mass at the end of the step, (1 − α) β h², s².
     #[must_use]
-    pub fn new_force_gain(&self) -> f64 {
+    pub(crate) fn new_force_gain(&self) -> f64 {
         (1.0 - self.lag) * self.gain
     }
 

@@ -30,7 +30,7 @@ use crate::{
 };
 
 /// Travel of the last bead into a ring up to which undeformed normals may be kept, m: the force is then 1 % too large.
-pub const FIXED_NORMAL_TRAVEL: f64 = 5e-6;
+pub(crate) const FIXED_NORMAL_TRAVEL: f64 = 5e-6;
 
 /// Steps from one look at the energies of all bodies to the next: two matrix products are too much for every step.
 const STEPS_PER_AUDIT: usize = 10;

@@ -15,7 +15,7 @@ use granchain_signal::Series;
 
 /// Series taken at the samples; the far pole is followed at every step.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Trace {
+pub(crate) struct Trace {
     sampling: Sampling,
     piston: Vec<f64>,
     displacement: Vec<Vec<f64>>,
@@ -60,7 +60,7 @@ impl Sampling {
 
 /// Velocity (m/s) at every sample from displacements (m) at every step: central differences over two steps, one-sided at the ends.
 #[must_use]
-pub fn central_velocity(steps: &[f64], sampling: &Sampling, samples: usize) -> Vec<f64> {
+pub(crate) fn central_velocity(steps: &[f64], sampling: &Sampling, samples: usize) -> Vec<f64> {
     let last = steps.len().saturating_sub(1);
     let at = |sample: usize| {
         let here = sample * sampling.steps_per_sample;
@@ -122,7 +122,7 @@ pub fn contact_radius(pair: &Pair, state: &ContactState) -> f64 {
 
 /// The same, m, from where the points lie (m), whether it is a ring, and the points from the first pressed to behind the last.
 #[must_use]
-pub fn edge_radius(positions: &[f64], is_ring: bool, [first, end]: [usize; 2]) -> f64 {
+pub(crate) fn edge_radius(positions: &[f64], is_ring: bool, [first, end]: [usize; 2]) -> f64 {
     let edge = |inner: usize, outer: usize| 0.5 * (positions[inner] + positions[outer]);
     let outer = edge(end - 1, end.min(positions.len() - 1));
     if is_ring { 0.5 * (outer - edge(first, first.saturating_sub(1))).abs() } else { outer }

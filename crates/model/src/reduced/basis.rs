@@ -21,7 +21,7 @@ use crate::fea::{
 
 /// Modes and residual flexibility of one kind of body over its interface.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Basis {
+pub(crate) struct Basis {
     /// Mass, kg.
     pub mass: f64,
     /// Whether it translates rigidly.

@@ -41,7 +41,7 @@ pub struct Chain {
 impl Chain {
     /// The first contact that is open at the start, counted from 1 at the piston, and its gap, m.
     #[must_use]
-    pub fn first_open_gap(&self) -> Option<(usize, f64)> {
+    pub(crate) fn first_open_gap(&self) -> Option<(usize, f64)> {
         self.gaps.iter().position(|gap| *gap > 0.0).map(|contact| (contact + 1, self.gaps[contact]))
     }
 }

@@ -142,7 +142,7 @@ impl Drive {
 
     /// The motion α·drive as a concrete type, for loops that should not call through a pointer.
     #[must_use]
-    pub fn concrete_motion(&self, amplitude_scale: f64) -> Motion {
+    pub(crate) fn concrete_motion(&self, amplitude_scale: f64) -> Motion {
         Motion::new(self, amplitude_scale)
     }
 }

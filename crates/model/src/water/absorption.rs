@@ -112,13 +112,13 @@ impl PowerLaw {
 /// A pressure record (any unit, on a clock of that step, s) at a point of the water behind a disc of that radius (m), as it arrives there
 /// through an absorbing liquid: the power law over the [`shortest_path`].
 #[must_use]
-pub fn attenuated(law: Absorption, disc: f64, point: FieldPoint, record: &[f64], step: f64) -> Vec<f64> {
+pub(crate) fn attenuated(law: Absorption, disc: f64, point: FieldPoint, record: &[f64], step: f64) -> Vec<f64> {
     PowerLaw::new(law).filter(record, step, shortest_path(disc, point))
 }
 
 /// Shortest way (m) from a disc of that radius (m) to a point of the water.
 #[must_use]
-pub fn shortest_path(disc: f64, point: FieldPoint) -> f64 {
+pub(crate) fn shortest_path(disc: f64, point: FieldPoint) -> f64 {
     point.distance.hypot((point.radius - disc).max(0.0))
 }
 

@@ -18,7 +18,7 @@ use super::front::{Front, FrontError, Handles, TouchedDisc, WaterRecord};
 use crate::{response::SolverWork, scene::WaterSettings};
 
 /// The disc as one run has it behind its last contact.
-pub struct DiscBehind {
+pub(crate) struct DiscBehind {
     disc: Box<dyn TouchedDisc>,
     points: usize,
     step: f64,
@@ -105,7 +105,7 @@ impl DiscBehind {
 
     /// What the dashpot's own force adds to the modes it sees at the end of a step: C_mm (m/N) and 2 C_mm/Δ (m/s/N).
     #[must_use]
-    pub fn mobility(&self) -> [f64; 2] {
+    pub(crate) fn mobility(&self) -> [f64; 2] {
         self.dashpot.as_ref().map_or([0.0; 2], |dashpot| [dashpot.own, 2.0 * dashpot.own / self.step])
     }
 
@@ -125,13 +125,13 @@ impl DiscBehind {
 
     /// Displacement of the points into the water, m.
     #[must_use]
-    pub fn retreat(&self) -> &[f64] {
+    pub(crate) fn retreat(&self) -> &[f64] {
         &self.retreat[..self.points]
     }
 
     /// Displacement (m) and velocity (m/s) of the modes the dashpot sees, predicted for the end of the step without any force there.
     #[must_use]
-    pub fn predicted_modes(&self) -> [f64; 2] {
+    pub(crate) fn predicted_modes(&self) -> [f64; 2] {
         self.dashpot.as_ref().map_or([0.0; 2], |dashpot| {
             let end = self.predicted[self.points];
             [end, 2.0 * (end - dashpot.place) / self.step - dashpot.velocity]
@@ -140,7 +140,7 @@ impl DiscBehind {
 
     /// The same with the forces λ (N) at the end of the step, the dashpot's left out.
     #[must_use]
-    pub fn modes_under(&self, forces: &[f64]) -> [f64; 2] {
+    pub(crate) fn modes_under(&self, forces: &[f64]) -> [f64; 2] {
         let [place, velocity] = self.predicted_modes();
         let moved: f64 = self.coupling().iter().zip(forces).map(|(c, force)| c * force).sum();
         [place + moved, velocity + 2.0 * moved / self.step]

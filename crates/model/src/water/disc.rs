@@ -95,7 +95,7 @@ impl DiscInterface {
 
     /// The same with one point more that is the sum of the `count` lowest modes, each by its share at the pole, and no part of the rest.
     #[must_use]
-    pub fn with_modes(&self, count: usize) -> Self {
+    pub(crate) fn with_modes(&self, count: usize) -> Self {
         let points = self.points();
         let count = count.min(self.modes.modes);
         let shapes = self.shapes.chunks_exact(points).zip(&self.modes.pole).enumerate();
@@ -166,7 +166,7 @@ impl Disc {
 
     /// The body alone.
     #[must_use]
-    pub fn into_body(self) -> Body {
+    pub(crate) fn into_body(self) -> Body {
         self.body
     }
 

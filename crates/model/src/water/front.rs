@@ -199,7 +199,7 @@ impl Front {
 
 /// What is heard in the water, sample after sample.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct WaterRecord {
+pub(crate) struct WaterRecord {
     /// Pressure at each field point, Pa.
     pub pressure: Vec<Vec<f64>>,
     /// Velocity of the middle of the disc's back, m/s, positive into the water.

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 /// Nodes and weights on (0, 1): ∫₀¹ f dx = Σ w f(x), exact for polynomials up to degree 2n − 1.
 ///
 /// Newton's iteration on Legendre's polynomial. Davis & Rabinowitz (1984), *Methods of Numerical Integration*, §2.7.
-pub fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
+pub(crate) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     (0..count)
         .map(|k| {
             let mut x = (PI * (k as f64 + 0.75) / (count as f64 + 0.5)).cos();

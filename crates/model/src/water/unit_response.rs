@@ -47,7 +47,7 @@ impl UnitResponse {
 
     /// The recorded disc, at rest, for a run of at most as many steps as there are values.
     #[must_use]
-    pub fn played(&self) -> Played<'_> {
+    pub(crate) fn played(&self) -> Played<'_> {
         Played {
             response: self,
             forces: Vec::with_capacity(self.pole.len()),

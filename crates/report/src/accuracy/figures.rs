@@ -94,7 +94,7 @@ fn lower_left(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
 }
 
 /// Error against seconds of one run, and against those of the bodies and one run.
-pub fn against_time(found: &Stored) -> Figure {
+pub(crate) fn against_time(found: &Stored) -> Figure {
     let seconds = |title: &str| Axis::new(title, "s").logarithmic();
     let front = found.front();
     let run =
@@ -116,7 +116,7 @@ pub fn against_time(found: &Stored) -> Figure {
 }
 
 /// Error against unknowns times steps or evaluations: the same on every machine.
-pub fn against_work(found: &Stored) -> Figure {
+pub(crate) fn against_work(found: &Stored) -> Figure {
     let axis = Axis::new("Unknowns × steps (chain: × evaluations)", "1").logarithmic();
     let updates = |measured: &Measured| {
         let work = measured.work;

@@ -62,7 +62,7 @@ impl Axis {
 
     /// The same axis with ticks at these given values.
     #[must_use]
-    pub fn named_ticks(self, ticks: Vec<(f64, String)>) -> Self {
+    pub(crate) fn named_ticks(self, ticks: Vec<(f64, String)>) -> Self {
         Self { named_ticks: Some(ticks), ..self }
     }
 

@@ -105,7 +105,13 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
     }
 
     /// A text running upwards, centred on `position`.
-    pub fn text_upwards(&mut self, text: &str, position: (f64, f64), size: f64, colour: (u8, u8, u8)) -> DrawResult<B> {
+    pub(crate) fn text_upwards(
+        &mut self,
+        text: &str,
+        position: (f64, f64),
+        size: f64,
+        colour: (u8, u8, u8),
+    ) -> DrawResult<B> {
         self.draw_text(text, position, size, Anchor::Middle, colour, true)
     }
 

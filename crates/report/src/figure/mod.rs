@@ -43,7 +43,7 @@ pub(super) use palette::viridis;
 use granchain_signal::Series;
 
 /// Width of one column of a journal page, mm: the default width of a figure.
-pub const COLUMN_WIDTH_MM: f64 = 85.0;
+pub(crate) const COLUMN_WIDTH_MM: f64 = 85.0;
 /// Width of both columns of a journal page, mm.
 pub const PAGE_WIDTH_MM: f64 = 174.0;
 

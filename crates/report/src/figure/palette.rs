@@ -27,12 +27,12 @@ pub enum Colour {
 
 impl Colour {
     /// In the order in which curves take them; neighbours differ in grey value too.
-    pub const CYCLE: [Self; 7] =
+    pub(crate) const CYCLE: [Self; 7] =
         [Self::Black, Self::Vermillion, Self::Blue, Self::Orange, Self::Green, Self::Purple, Self::SkyBlue];
 
     /// Red, green, blue, 0…255.
     #[must_use]
-    pub const fn rgb(self) -> (u8, u8, u8) {
+    pub(crate) const fn rgb(self) -> (u8, u8, u8) {
         match self {
             Self::Black => (0, 0, 0),
             Self::Grey => (120, 120, 120),
@@ -48,7 +48,7 @@ impl Colour {
 
     /// A light tint of the colour for filled areas: `share` of the colour on white.
     #[must_use]
-    pub fn tint(self, share: f64) -> (u8, u8, u8) {
+    pub(crate) fn tint(self, share: f64) -> (u8, u8, u8) {
         let (red, green, blue) = self.rgb();
         let mix = |channel: u8| (255.0 + share * (f64::from(channel) - 255.0)).round() as u8;
         (mix(red), mix(green), mix(blue))

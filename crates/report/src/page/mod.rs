@@ -115,7 +115,7 @@ pub enum Block {
 
 /// A whole report.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Page {
+pub(crate) struct Page {
     /// Title.
     pub title: String,
     /// A line below it.

@@ -427,7 +427,7 @@ impl Setting {
 
     /// Whether the quick form measures it.
     #[must_use]
-    pub fn is_quick(&self, duration: f64) -> bool {
+    pub(crate) fn is_quick(&self, duration: f64) -> bool {
         self.expected_seconds(duration) <= QUICK_SECONDS
     }
 }

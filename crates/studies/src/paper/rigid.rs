@@ -15,7 +15,7 @@ use granchain_model::{
 use granchain_signal::Series;
 
 /// Length of the moving average through which the last bead's velocity passes on all models, s: finite bodies ring.
-pub const FILTER: f64 = 4e-7;
+pub(crate) const FILTER: f64 = 4e-7;
 
 /// Windows in which two models are compared, s.
 pub const WINDOWS: [(f64, f64); 3] = [(0.0, 30e-6), (30e-6, 60e-6), (60e-6, 70e-6)];

@@ -30,11 +30,11 @@ pub(super) struct Balance {
 
 impl Balance {
     /// Of an undamped chain at the default steps.
-    pub const UNDAMPED: Self = Self { chain: 1e-6, reduced: 2e-3, fea: 1e-2 };
+    pub(crate) const UNDAMPED: Self = Self { chain: 1e-6, reduced: 2e-3, fea: 1e-2 };
     /// With dashpots that switch within a step.
     pub const DAMPED: Self = Self { chain: 1e-5, reduced: 2e-2, fea: 2e-2 };
     /// In front of a disc, where the chain has a fixed step: contacts switch within it.
-    pub const WATER: Self = Self { chain: 1e-2, reduced: 1e-2, fea: 1e-2 };
+    pub(crate) const WATER: Self = Self { chain: 1e-2, reduced: 1e-2, fea: 1e-2 };
 
     fn of(self, rung: Rung) -> f64 {
         match rung {

@@ -32,7 +32,7 @@ impl Columns {
 
     /// Row length for that many columns.
     #[must_use]
-    pub fn width_of(count: usize) -> usize {
+    pub(crate) fn width_of(count: usize) -> usize {
         match count {
             0..=2 => count.max(1),
             3..=4 => 4,
@@ -126,7 +126,7 @@ impl Columns {
     }
 
     /// Become a copy of `other`, which has the same shape.
-    pub fn copy_from(&mut self, other: &Self) {
+    pub(crate) fn copy_from(&mut self, other: &Self) {
         self.as_mut_slice().copy_from_slice(other.as_slice());
     }
 }

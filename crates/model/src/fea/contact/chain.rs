@@ -112,7 +112,7 @@ impl ContactState {
     }
 
     /// Take over another state of the same contact; nothing is allocated.
-    pub fn copy_from(&mut self, other: &Self) {
+    pub(crate) fn copy_from(&mut self, other: &Self) {
         self.forces.copy_from_slice(&other.forces);
         self.gaps.copy_from_slice(&other.gaps);
         (self.pressing, self.damping) = (other.pressing, other.damping);
@@ -127,7 +127,7 @@ impl ContactState {
 
 /// Net axial force on the body in a slot, positive along z.
 #[must_use]
-pub fn net_force(contacts: &[ContactState], slot: usize, force: impl Fn(&ContactState) -> f64) -> f64 {
+pub(crate) fn net_force(contacts: &[ContactState], slot: usize, force: impl Fn(&ContactState) -> f64) -> f64 {
     let before = slot.checked_sub(1).map_or(0.0, |contact| force(&contacts[contact]));
     before - contacts.get(slot).map_or(0.0, force)
 }
@@ -292,7 +292,7 @@ impl Contacts {
 
     /// Displacement of body b by the dashpots on both its sides, m.
     #[must_use]
-    pub fn damping_shift(&self, body: usize, states: &[ContactState]) -> f64 {
+    pub(crate) fn damping_shift(&self, body: usize, states: &[ContactState]) -> f64 {
         let mobility = self.mobilities[body].displacement;
         if mobility == 0.0 {
             return 0.0;
@@ -353,7 +353,7 @@ impl Contacts {
 
     /// Displacement and velocity of body b at the end of the step, m and m/s.
     #[must_use]
-    pub fn rigid_motion(&self, body: usize, rigid: &RigidPrediction, states: &[ContactState]) -> (f64, f64) {
+    pub(crate) fn rigid_motion(&self, body: usize, rigid: &RigidPrediction, states: &[ContactState]) -> (f64, f64) {
         let net = self.net(body, states);
         let mobility = self.mobilities[body];
         (rigid.displacement + mobility.displacement * net, rigid.velocity + mobility.velocity * net)

@@ -130,12 +130,12 @@ impl Compliance {
 
     /// Row i of L, where the ordering has one factor for all sets: W = L Lᵀ.
     #[must_use]
-    pub fn factor_row(&self, i: usize) -> &[f64] {
+    pub(crate) fn factor_row(&self, i: usize) -> &[f64] {
         &self.factor[i * self.size..(i + 1) * self.size]
     }
 
     /// W to be rewritten in place, row by row; only for [`Ordering::Any`], which keeps no factor of it.
-    pub fn rewrite(&mut self) -> &mut [f64] {
+    pub(crate) fn rewrite(&mut self) -> &mut [f64] {
         debug_assert_eq!(self.ordering, Ordering::Any);
         &mut self.matrix
     }

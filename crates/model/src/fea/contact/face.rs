@@ -65,7 +65,7 @@ impl Face {
 
     /// The same face over another numbering; `position` gives the new number of an unknown.
     #[must_use]
-    pub fn renumbered(&self, position: impl Fn(u32) -> u32) -> Self {
+    pub(crate) fn renumbered(&self, position: impl Fn(u32) -> u32) -> Self {
         Self { unknowns: self.unknowns.iter().map(|&unknown| position(unknown)).collect(), ..self.clone() }
     }
 
@@ -113,7 +113,7 @@ impl Face {
 
     /// Bᵀ A⁻¹ B′ between the points of this face and of `other`, row by row, added to `sum`; `inverse` is A⁻¹ over the `size` unknowns
     /// both faces are numbered in, symmetric.
-    pub fn add_compliance(&self, other: &Self, inverse: &[f64], size: usize, sum: &mut [f64]) {
+    pub(crate) fn add_compliance(&self, other: &Self, inverse: &[f64], size: usize, sum: &mut [f64]) {
         for i in 0..self.len() {
             let row = &mut sum[i * other.len()..(i + 1) * other.len()];
             for (a, p) in self.terms(i) {
@@ -128,13 +128,13 @@ impl Face {
 
 /// The point of a boundary at the radius r (m), the boundary running outwards from the pole; `None` beyond its end.
 #[must_use]
-pub fn at_radius(mesh: &Mesh, boundary: &[u32], radius: f64) -> Option<OnEdge> {
+pub(crate) fn at_radius(mesh: &Mesh, boundary: &[u32], radius: f64) -> Option<OnEdge> {
     at_parameter(boundary, radius, |node| mesh.nodes[node as usize][0])
 }
 
 /// The point of a boundary where a monotone coordinate of its nodes takes the given value; `None` outside its range.
 #[must_use]
-pub fn at_parameter(boundary: &[u32], value: f64, coordinate: impl Fn(u32) -> f64) -> Option<OnEdge> {
+pub(crate) fn at_parameter(boundary: &[u32], value: f64, coordinate: impl Fn(u32) -> f64) -> Option<OnEdge> {
     let edges = boundary.len() / 2;
     let ends = |edge: usize| (coordinate(boundary[2 * edge]), coordinate(boundary[2 * edge + 2]));
     let edge = (0..edges).find(|&edge| {
@@ -159,7 +159,7 @@ pub fn at_parameter(boundary: &[u32], value: f64, coordinate: impl Fn(u32) -> f6
 
 /// Tributary area ∫ N 2πr ds of each node of a boundary, m²: what a nodal force is divided by to give a pressure.
 #[must_use]
-pub fn tributary_areas(mesh: &Mesh, boundary: &[u32]) -> Vec<f64> {
+pub(crate) fn tributary_areas(mesh: &Mesh, boundary: &[u32]) -> Vec<f64> {
     // Three points: exact to degree five, and N r √(r′² + z′²) is of degree three on a straight edge.
     let mut areas = vec![0.0; boundary.len()];
     for edge in 0..boundary.len() / 2 {

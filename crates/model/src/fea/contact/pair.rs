@@ -163,7 +163,7 @@ fn boundary<'a>(body: &'a Body, whose: &str, name: &'static str) -> Result<&'a [
 impl Pair {
     /// Whether both bodies are flat: then all points touch at once, and no contact is too large.
     #[must_use]
-    pub fn is_flat(&self) -> bool {
+    pub(crate) fn is_flat(&self) -> bool {
         self.gaps.iter().all(|gap| gap.abs() < FLAT)
     }
 
@@ -183,7 +183,7 @@ impl Pair {
     ///
     /// # Errors
     /// [`PairError`] when the boundary is missing.
-    pub fn on_flat(pole: Pole<'_>, flat_before: bool) -> Result<Self, PairError> {
+    pub(crate) fn on_flat(pole: Pole<'_>, flat_before: bool) -> Result<Self, PairError> {
         let points = pole_points(pole)?;
         let face = Face::new(points.iter().map(|point| (pole.terms(&point.place), pole.normal)));
         let flat = vec![-pole.normal; points.len()];
@@ -209,7 +209,7 @@ impl Pair {
     ///
     /// # Errors
     /// [`PairError`] when a boundary is missing or the patches share no radius.
-    pub fn of_poles(back: Pole<'_>, front: Pole<'_>) -> Result<Self, PairError> {
+    pub(crate) fn of_poles(back: Pole<'_>, front: Pole<'_>) -> Result<Self, PairError> {
         let extent = |pole: &Pole<'_>| -> Result<f64, PairError> {
             let nodes = pole.nodes()?;
             Ok(pole.body.mesh().nodes[nodes[nodes.len() - 1] as usize][0])
@@ -250,7 +250,12 @@ impl Pair {
     ///
     /// # Errors
     /// [`PairError`] when a boundary is missing or no point of the support faces the sphere.
-    pub fn on_ring(sphere: &Body, radius: f64, support: &Body, torus: Option<&HalfTorus>) -> Result<Self, PairError> {
+    pub(crate) fn on_ring(
+        sphere: &Body,
+        radius: f64,
+        support: &Body,
+        torus: Option<&HalfTorus>,
+    ) -> Result<Self, PairError> {
         let nodes = boundary(support, "the support", "contact")?;
         let areas = tributary_areas(support.mesh(), nodes);
         let surface = back_half(sphere)?;

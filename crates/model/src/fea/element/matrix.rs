@@ -101,8 +101,6 @@ pub struct ElementMatrices {
     pub mass: [[f64; 8]; 8],
     /// Its volume of revolution, m³.
     pub volume: f64,
-    /// Smallest Jacobian over its integration points, m².
-    pub least_jacobian: f64,
 }
 
 impl ElementMatrices {
@@ -119,7 +117,7 @@ impl ElementMatrices {
             let bulk = bulk_modulus(material);
             d.iter_mut().take(3).flat_map(|row| &mut row[..3]).for_each(|entry| *entry -= bulk);
         }
-        let mut out = Self { stiffness: [[0.0; 16]; 16], mass: [[0.0; 8]; 8], volume: 0.0, least_jacobian: f64::MAX };
+        let mut out = Self { stiffness: [[0.0; 16]; 16], mass: [[0.0; 8]; 8], volume: 0.0 };
         for point in rule(shape) {
             let local = Local::new(shape, &places[..nodes], point.xi, point.eta);
             let [r, z] = local.place;
@@ -131,7 +129,6 @@ impl ElementMatrices {
             }
             let weight = point.weight * local.jacobian * TAU * r;
             out.volume += weight;
-            out.least_jacobian = out.least_jacobian.min(local.jacobian);
             let mut strain = [[0.0; 4]; 16];
             let mut stress = [[0.0; 4]; 16];
             for node in 0..nodes {
@@ -182,7 +179,7 @@ impl ElementMatrices {
     /// Returns `false`, changing nothing, when no node is left to carry it.
     ///
     /// Mass redistribution: arXiv 1601.00778; massless contact boundaries in dynamics: arXiv 2111.07693.
-    pub fn drop_mass(&mut self, massless: &[bool]) -> bool {
+    pub(crate) fn drop_mass(&mut self, massless: &[bool]) -> bool {
         let sum = |mass: &[[f64; 8]; 8]| mass.iter().flatten().sum::<f64>();
         let before = sum(&self.mass);
         let mut rest = self.mass;

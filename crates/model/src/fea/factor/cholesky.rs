@@ -76,7 +76,7 @@ impl Cholesky {
     }
 
     /// The supernodes, first to last.
-    pub fn supernodes(&self) -> impl Iterator<Item = SupernodeRef<'_, u32, f64>> {
+    pub(crate) fn supernodes(&self) -> impl Iterator<Item = SupernodeRef<'_, u32, f64>> {
         supernodal(&self.symbolic).into_iter().flat_map(|pattern| {
             let factor = SupernodalLltRef::new(pattern, &self.values);
             (0..pattern.n_supernodes()).map(move |index| factor.supernode(index))

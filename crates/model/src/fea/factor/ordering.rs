@@ -64,7 +64,7 @@ pub(super) struct Ordering {
 
 impl Ordering {
     /// Approximate minimum degree on the interior, then the interface as given.
-    pub fn interface_last(body: &Body, interface: &[u32], pinned: Option<u32>) -> Result<Self, FactorError> {
+    pub(crate) fn interface_last(body: &Body, interface: &[u32], pinned: Option<u32>) -> Result<Self, FactorError> {
         let dofs = body.dofs();
         let mut inside = vec![true; dofs.len()];
         for &dof in dofs.fixed().iter().chain(&pinned) {
@@ -98,7 +98,7 @@ impl Ordering {
         &self.order
     }
 
-    pub fn into_order(self) -> Vec<u32> {
+    pub(crate) fn into_order(self) -> Vec<u32> {
         self.order
     }
 

@@ -77,9 +77,9 @@ pub struct AnnulusMesh {
 
 impl AnnulusMesh {
     /// Half width of the contact patch, m: about that of the contact at 5 µm of approach.
-    pub const PATCH_HALF_WIDTH: f64 = 30e-6;
+    pub(crate) const PATCH_HALF_WIDTH: f64 = 30e-6;
     /// Grading towards the contact point: the force at 0.1 µm of approach is then within 0.1 % of that at twice the density.
-    pub const GRADING: f64 = 1.5;
+    pub(crate) const GRADING: f64 = 1.5;
 
     /// Quadrilaterals at this density, patch and grading as shown to work.
     #[must_use]

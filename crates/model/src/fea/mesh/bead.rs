@@ -39,9 +39,9 @@ pub struct BeadMesh {
 
 impl BeadMesh {
     /// Radius of a polar patch over the bead's: three times the contact radius at 1 µm overlap of 1 mm steel beads.
-    pub const PATCH_RADIUS: f64 = 0.1;
+    pub(crate) const PATCH_RADIUS: f64 = 0.1;
     /// Grading that makes the patch's last element as long as the strip's first is wide.
-    pub const GRADING: f64 = 1.6;
+    pub(crate) const GRADING: f64 = 1.6;
 
     /// Quadrilaterals at this density, patch and grading as shown to work.
     #[must_use]

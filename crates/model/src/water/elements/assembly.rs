@@ -121,7 +121,7 @@ impl Acoustics {
     }
 
     /// ∫ φ N dS over the disc for a shape φ(r), m² × its unit.
-    pub fn face_load(&self, shape: impl Fn(f64) -> f64) -> Vec<f64> {
+    pub(crate) fn face_load(&self, shape: impl Fn(f64) -> f64) -> Vec<f64> {
         let mut out = vec![0.0; self.unknowns];
         let rule = gauss_legendre(6);
         for side in self.mesh.plane[..self.mesh.on_disc].windows(2) {

@@ -94,7 +94,7 @@ impl DiscOnWater {
     ///
     /// # Errors
     /// [`ElementsError`].
-    pub fn in_modes(disc: Disc, settings: &DiscOnWaterSettings, count: usize) -> Result<Self, ElementsError> {
+    pub(crate) fn in_modes(disc: Disc, settings: &DiscOnWaterSettings, count: usize) -> Result<Self, ElementsError> {
         let modal = disc.modal_weights(count, settings.patch).map_err(Box::new)?;
         let terms = (0_u32..).zip(modal.iter().copied()).filter(|&(_, share)| share != 0.0).collect();
         Ok(Self { modal, ..Self::touched(disc, settings, &[terms])? })

@@ -76,7 +76,7 @@ impl Hemisphere {
     ///
     /// The bilinear map of the element is inverted by Newton's iteration.
     #[must_use]
-    pub fn locate(&self, point: [f64; 2]) -> Option<[(u32, f64); 4]> {
+    pub(crate) fn locate(&self, point: [f64; 2]) -> Option<[(u32, f64); 4]> {
         let tolerance = 1e-9;
         for element in &self.elements {
             let corners = self.corners(element);

@@ -65,7 +65,7 @@ impl Sparse {
     }
 
     /// y += s A x.
-    pub fn add_product(&self, scale: f64, x: &[f64], y: &mut [f64]) {
+    pub(crate) fn add_product(&self, scale: f64, x: &[f64], y: &mut [f64]) {
         for row in self.filled() {
             let (columns, values) = self.row(row);
             let product: f64 = columns.iter().zip(values).map(|(&column, value)| value * x[column as usize]).sum();
@@ -74,7 +74,7 @@ impl Sparse {
     }
 
     /// y += s Aᵀ x.
-    pub fn add_transposed(&self, scale: f64, x: &[f64], y: &mut [f64]) {
+    pub(crate) fn add_transposed(&self, scale: f64, x: &[f64], y: &mut [f64]) {
         for row in self.filled() {
             let (columns, values) = self.row(row);
             for (&column, entry) in columns.iter().zip(values) {

@@ -171,24 +171,24 @@ impl WetDisc {
 
     /// Displacements of the modes, m·√kg.
     #[must_use]
-    pub fn modal_displacement(&self) -> &[f64] {
+    pub(crate) fn modal_displacement(&self) -> &[f64] {
         &self.displacement
     }
 
     /// The same at the end of the step that [`OnWater::predict`] began, without forces there.
-    pub fn free_displacement(&self) -> impl Iterator<Item = f64> {
+    pub(crate) fn free_displacement(&self) -> impl Iterator<Item = f64> {
         let parts = self.displacement.iter().zip(&self.velocity).zip(&self.free);
         parts.map(|((displacement, velocity), free)| displacement + self.step * (velocity + 0.5 * free))
     }
 
     /// What unit modal forces at the end of a step add to it, row by row, m·√kg/(N/√kg).
     #[must_use]
-    pub fn shape_compliance(&self) -> Vec<f64> {
+    pub(crate) fn shape_compliance(&self) -> Vec<f64> {
         self.inverse.iter().map(|value| 0.5 * self.step * value).collect()
     }
 
     /// Finish the step that [`OnWater::predict`] began, with these forces on the modes (N/√kg) at its end.
-    pub fn push_modal(&mut self, forces: &[f64]) {
+    pub(crate) fn push_modal(&mut self, forces: &[f64]) {
         let count = self.pole.len();
         let rows = self.increments.len() / count;
         self.newest = (self.newest + 1) % rows;
