@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use super::Response;
+use granchain_signal::Series;
 
 /// Write the response as CSV, one line an instant, LF, shortest floats that read back exactly:
 /// `time_s,piston_displacement_m,bead1_velocity_m_per_s…beadN_velocity_m_per_s,pole_velocity_m_per_s,contact1_force_n…contact{N+1}_force_n`,
@@ -12,48 +13,51 @@ use super::Response;
 /// # Errors
 /// Whatever the writer says.
 pub fn write_csv(response: &Response, mut writer: impl Write) -> io::Result<()> {
-    let mut line = String::with_capacity(32 * (2 * response.bead_velocity.len() + 4));
-    line.push_str("time_s,piston_displacement_m");
-    for bead in 1..=response.bead_velocity.len() {
-        line.push_str(&format!(",bead{bead}_velocity_m_per_s"));
-    }
-    line.push_str(",pole_velocity_m_per_s");
-    for contact in 1..=response.contact_force.len() {
-        line.push_str(&format!(",contact{contact}_force_n"));
-    }
-    let radii = response.contact_radius.as_deref().unwrap_or_default();
-    for contact in 1..=radii.len() {
-        line.push_str(&format!(",contact{contact}_radius_m"));
-    }
-    let disc = response.disc.iter();
-    let disc: Vec<_> = disc.flat_map(|disc| std::iter::once(&disc.velocity).chain(&disc.pressure)).collect();
-    for column in 0..disc.len() {
-        line.push_str(&match column {
-            0 => ",disc_velocity_m_per_s".to_owned(),
-            1 => ",pressure_pa".to_owned(),
-            point => format!(",pressure_{point}_pa"),
-        });
+    let columns = columns(response);
+    let mut line = String::with_capacity(32 * (columns.len() + 1));
+    line.push_str("time_s");
+    for (name, _) in &columns {
+        line.push(',');
+        line.push_str(name);
     }
     line.push('\n');
     writer.write_all(line.as_bytes())?;
-    let piston = &response.piston_displacement;
-    for sample in 0..piston.len() {
+    let clock = &response.piston_displacement;
+    for sample in 0..clock.len() {
         line.clear();
-        push_number(&mut line, piston.time(sample));
-        let columns = std::iter::once(piston)
-            .chain(&response.bead_velocity)
-            .chain(std::iter::once(&response.pole_velocity))
-            .chain(&response.contact_force)
-            .chain(radii)
-            .chain(disc.iter().copied());
-        for column in columns {
+        push_number(&mut line, clock.time(sample));
+        for (_, series) in &columns {
             line.push(',');
-            push_number(&mut line, column.values[sample]);
+            push_number(&mut line, series.values[sample]);
         }
         line.push('\n');
         writer.write_all(line.as_bytes())?;
     }
     writer.flush()
+}
+
+/// Every column behind the time, by its name.
+fn columns(response: &Response) -> Vec<(String, &Series)> {
+    let numbered =
+        |start: &'static str, end: &'static str| move |(index, series)| (format!("{start}{}{end}", index + 1), series);
+    let one = |name: &str, series| std::iter::once((name.to_owned(), series));
+    let velocities = response.bead_velocity.iter().enumerate().map(numbered("bead", "_velocity_m_per_s"));
+    let forces = response.contact_force.iter().enumerate().map(numbered("contact", "_force_n"));
+    let radii = response.contact_radius.iter().flatten().enumerate().map(numbered("contact", "_radius_m"));
+    let of_disc = response.disc.iter().flat_map(|disc| {
+        let pressures = disc.pressure.iter().enumerate().map(|(point, series)| match point {
+            0 => ("pressure_pa".to_owned(), series),
+            point => (format!("pressure_{}_pa", point + 1), series),
+        });
+        std::iter::once(("disc_velocity_m_per_s".to_owned(), &disc.velocity)).chain(pressures)
+    });
+    one("piston_displacement_m", &response.piston_displacement)
+        .chain(velocities)
+        .chain(one("pole_velocity_m_per_s", &response.pole_velocity))
+        .chain(forces)
+        .chain(radii)
+        .chain(of_disc)
+        .collect()
 }
 
 /// Shortest decimal form that reads back to the same number.
