@@ -101,6 +101,8 @@ write("rigol-ultrascope.csv", ultrascope + table(seconds))
 siglent = f"Record Length,Analog:{N}\nSample Interval,CH1:{step:.7f}\nVertical Units,CH1:V,,,\nVertical Scale,CH1:0.50,,,\n"
 siglent += "Horizontal Units,s\nHorizontal Scale,0.00001\nModel Number,SDS1104X-E\nSource,CH1\nSecond,Volt\n"
 write("siglent.csv", siglent + "".join(f" {float(t):.5f},{v}\n" for t, v in seconds))
+value = siglent.replace("Vertical Units,CH1:V,,,", "Vertical Units,CH1:V").replace("Second,Volt", "Second,Value")
+write("siglent-value.csv", value + "".join(f"{float(t):.5f},{v}\n" for t, v in seconds))
 blank = [(f"{start - k * step:.8e}", "") for k in (3, 2, 1)]
 write("keysight-blank.csv", "x-axis,1\nsecond,Volt\n" + table(blank + seconds, ",", "\r\n"))
 few = f"Model,MSO2024\nSample Interval,{step:e}\nRecord Length,{N}\nVertical Units,V\nHorizontal Units,S\n\nTIME,CH1\n"

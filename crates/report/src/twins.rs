@@ -83,7 +83,7 @@ impl TwinInterval {
 /// p = (k + z²/2)/(n + z²) ± z/(n + z²) √(k(n − k)/n + z²/4). Unlike p ± √(p(1 − p)/n) it never leaves 0…1.
 ///
 /// ```
-/// use granchain::report::twins::wilson;
+/// use granchain_report::twins::wilson;
 /// // 66 of 80 is the smallest count that a true probability of 0.9 explains at z = 2.576 (99 %).
 /// assert!(wilson(66, 80, 2.576).1 > 0.9 && wilson(65, 80, 2.576).1 < 0.9);
 /// ```

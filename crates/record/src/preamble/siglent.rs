@@ -2,7 +2,8 @@
 
 use super::{Line, Preamble, cells, count, number, statements};
 
-/// `Record Length,Analog:140000` / `Sample Interval,CH1:0.000002` / … / `Source,CH1` / `Second,Volt`, then instants of few digits and volts.
+/// `Record Length,Analog:140000` / `Sample Interval,CH1:0.000002` / … / `Source,CH1` / `Second,Volt`, then instants of few digits and volts. Newer ones write
+/// `Second,Value`, and the unit of each channel above: `Vertical Units,CH1:V,CH2:A`.
 pub(super) fn siglent(lines: &[Line<'_>]) -> Option<Preamble> {
     // The value of a key without the channel that stands before it.
     let value = |wanted: &str| {
@@ -15,10 +16,18 @@ pub(super) fn siglent(lines: &[Line<'_>]) -> Option<Preamble> {
         lines[..units].iter().rev().map(|line| cells(line.text)).find(|cells| cells.first() == Some(&"Source"))?;
     let first = lines.get(units + 1)?;
     let unit_cells = cells(lines[units].text);
-    let column = |(at, unit): (usize, &&str)| match names.get(at).filter(|_| at > 0) {
-        Some(name) => format!("{name} ({unit})"),
-        None if at > 0 => format!("CH{at} ({unit})"),
-        None => "Time (s)".to_owned(),
+    let vertical = lines.iter().map(|line| cells(line.text)).find(|cells| cells.first() == Some(&"Vertical Units"));
+    let stated = |name: &str| {
+        let mut units = vertical.iter().flatten().filter_map(|cell| cell.split_once(':'));
+        units.find(|(channel, _)| *channel == name).map_or("Value", |(_, unit)| unit)
+    };
+    let column = |(at, unit): (usize, &&str)| {
+        if at == 0 {
+            return "Time (s)".to_owned();
+        }
+        let name = names.get(at).map_or_else(|| format!("CH{at}"), |name| (*name).to_owned());
+        let unit = if unit.eq_ignore_ascii_case("Value") { stated(&name) } else { unit };
+        format!("{name} ({unit})")
     };
     Some(Preamble {
         instrument: "Siglent",

@@ -80,6 +80,7 @@ fn every_layout_of_an_oscilloscope_gives_the_plain_series() {
         ("rigol-old-names.csv", scaled(), "line 2 is a row of units"),
         ("rigol-ultrascope.csv", scaled(), "lines 1 to 3 above the header are passed over"),
         ("siglent.csv", scaled(), "is rounded: one sample every 5e-7 s by the preamble's interval"),
+        ("siglent-value.csv", scaled(), "CH1 (V)"),
         ("keysight-blank.csv", scaled(), "3 rows without a value at the ends are left out"),
         ("tektronix-few-digits.csv", scaled(), "is rounded: one sample every 5e-7 s by the preamble's interval"),
         ("tektronix-two.csv", channel("CH2"), "written by Tektronix"),

@@ -6,7 +6,7 @@
 //! frame; a legend stands above the frame, never on the data.
 //!
 //! ```
-//! use granchain::report::figure::{Axis, Colour, Figure, Panel, Stroke};
+//! use granchain_report::figure::{Axis, Colour, Figure, Panel, Stroke};
 //!
 //! let decay = (0..100).map(|i| (i as f64 * 1e-6, (-(i as f64) / 30.0).exp())).collect();
 //! let panel = Panel::new(Axis::new("Time", "µs").times(1e6), Axis::new("Velocity", "m/s"))
@@ -14,7 +14,7 @@
 //! let figure = Figure::new("An exponential decay").panel(panel);
 //! let svg = figure.to_svg()?;
 //! assert!(svg.starts_with("<svg"));
-//! # Ok::<(), granchain::report::figure::FigureError>(())
+//! # Ok::<(), granchain_report::figure::FigureError>(())
 //! ```
 
 mod axis;
