@@ -26,6 +26,7 @@ pub mod replay;
 pub mod report;
 pub mod scene;
 pub mod spectrum;
+pub mod start;
 pub mod stress;
 pub mod study;
 mod summary;
@@ -82,6 +83,8 @@ Ctrl-C, SIGTERM, SIGHUP.\nQuantities carry their unit: 73kHz, 0.5um, \"0.3 N s/m
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Begin: look at the files of a laboratory and write a fit definition for them
+    Start(start::Arguments),
     /// Fit the amplitude scale and the damping of a scene to a measured record
     Calibrate(Box<calibrate::Arguments>),
     /// Run one scene and write its response
@@ -123,6 +126,7 @@ enum Command {
 impl Command {
     fn session(&self) -> &Session {
         match self {
+            Self::Start(arguments) => &arguments.session,
             Self::Calibrate(arguments) => &arguments.session,
             Self::Replay(arguments) => &arguments.session,
             Self::Sweep(arguments) => &arguments.session,
@@ -146,6 +150,7 @@ impl Command {
 
     fn execute(self) -> anyhow::Result<Outcome> {
         match self {
+            Self::Start(arguments) => start::execute(arguments),
             Self::Calibrate(arguments) => calibrate::execute(*arguments),
             Self::Replay(arguments) => replay::execute(arguments),
             Self::Sweep(arguments) => sweep::execute(arguments),

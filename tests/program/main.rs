@@ -19,4 +19,5 @@ mod report_calibration;
 mod report_verify;
 mod scene_command;
 mod spectrum_command;
+mod start_command;
 mod water_command;
