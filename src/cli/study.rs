@@ -25,7 +25,7 @@ use super::{
 use crate::{
     report::page::Files,
     scene::{ModelKind, Scene},
-    signal::Series,
+    signal::{Series, feature::Measurand},
     study::{
         Bodies, EnsemblePlan,
         decoder::Decoder,
@@ -137,7 +137,15 @@ fn estimate(bodies: &Bodies, scene: &Scene, runs: usize) -> anyhow::Result<Durat
     let started = Instant::now();
     let decoder = Decoder::of_reconstruction(0);
     let see = |index, velocity: &Series| Portrait::of(&decoder.sees(velocity, index), &settings);
-    members::run(bodies, scene, &variations, STEPS_PER_PERIOD, &progress::Bar(ProgressBar::hidden()), see)?;
+    members::run(
+        bodies,
+        scene,
+        &variations,
+        STEPS_PER_PERIOD,
+        Measurand::Velocity,
+        &progress::Bar(ProgressBar::hidden()),
+        see,
+    )?;
     interrupt::check()?;
     Ok(started.elapsed() * u32::try_from(runs.div_ceil(members)).unwrap_or(u32::MAX))
 }

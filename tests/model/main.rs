@@ -26,6 +26,7 @@ mod fea_transient;
 mod reduced_conservation;
 mod reduced_effects;
 mod reduced_fea;
+mod reduced_side_by_side;
 mod response_field;
 mod water_agreement;
 mod water_chain;

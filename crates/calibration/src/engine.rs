@@ -54,6 +54,23 @@ pub fn trace(response: Response, measurand: Measurand) -> Result<Series, ModelEr
     }
 }
 
+/// The trace of a measurand in every scene, by [`Prepared::traces`] where that has it.
+///
+/// # Errors
+/// As [`Prepared::run`] and [`trace`], for each.
+pub fn traces(
+    prepared: &Prepared,
+    scenes: &[Scene],
+    measurand: Measurand,
+    go_on: &dyn Fn() -> bool,
+) -> Vec<Result<Series, ModelError>> {
+    let single = |scene: &Scene| trace(prepared.run(scene, &mut |_| go_on())?, measurand);
+    match measurand {
+        Measurand::Velocity => prepared.traces(scenes, go_on),
+        Measurand::Pressure => scenes.iter().map(single).collect(),
+    }
+}
+
 /// Steps of a refined chain in one of a search's.
 const REFINEMENT: usize = 4;
 
@@ -123,11 +140,8 @@ impl Engine {
                 ensemble.run(variations).into_iter().map(|trace| trace.map(thinned)).collect()
             }
             Self::OnDisc { prepared, scene, measurand } => {
-                let run = |variation: &Variation| {
-                    let response = prepared.run(&varied(scene, variation), &mut |_| true)?;
-                    trace(response, *measurand)
-                };
-                variations.iter().map(run).collect()
+                let scenes: Vec<Scene> = variations.iter().map(|variation| varied(scene, variation)).collect();
+                traces(prepared, &scenes, *measurand, &|| true)
             }
         }
     }

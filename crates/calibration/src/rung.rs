@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::{
     discrepancy,
-    engine::{sampled_scene, trace},
+    engine::{sampled_scene, traces},
     forward::{Forward, Run},
     parameter::varied,
 };
@@ -135,39 +135,59 @@ impl Rung {
     pub fn pairs(&self, first: u64, positions: &[Vec<f64>]) -> Result<Vec<Pair>, Stopped> {
         let lower = self.chain.timed(first, positions);
         let (done, stopped) = (AtomicU64::new(first), AtomicBool::new(false));
-        lower
-            .into_par_iter()
-            .enumerate()
-            .map(|(index, (lower, onset))| {
+        let longest = self.scene.duration;
+        let mut plans: Vec<(u64, &[f64], f64)> = (first..)
+            .zip(&lower)
+            .map(|(number, (run, onset))| {
                 let end = onset.and_then(|onset| self.chain.comparison.end_of_run(onset, &self.scene.drive));
-                let upper = self.single(first + index as u64, &lower.position, end, &stopped)?;
-                if !self.chain.report(done.fetch_add(1, Ordering::Relaxed) + 1) {
-                    stopped.store(true, Ordering::Relaxed);
-                }
-                Ok(Pair { lower, upper })
+                (number, &run.position[..], end.map_or(longest, |end| end.min(longest)))
             })
-            .collect()
+            .collect();
+        // Runs that go together last as long as the longest of them.
+        plans.sort_by(|one, other| one.2.total_cmp(&other.2));
+        let groups = plans.len().div_ceil(self.prepared.together()).max(1);
+        let made = plans.par_chunks(plans.len().div_ceil(groups).max(1)).map(|plans| {
+            let runs = self.group(plans, &stopped)?;
+            if !self.chain.report(done.fetch_add(plans.len() as u64, Ordering::Relaxed) + plans.len() as u64) {
+                stopped.store(true, Ordering::Relaxed);
+            }
+            Ok(plans.iter().map(|(number, ..)| *number).zip(runs).collect())
+        });
+        let made: Vec<Vec<(u64, Run)>> = made.collect::<Result<_, _>>()?;
+        let mut made: Vec<(u64, Run)> = made.into_iter().flatten().collect();
+        made.sort_by_key(|(number, _)| *number);
+        Ok(lower.into_iter().zip(made).map(|((lower, _), (_, upper))| Pair { lower, upper }).collect())
     }
 
-    fn single(&self, number: u64, at: &[f64], end: Option<f64>, stopped: &AtomicBool) -> Result<Run, Stopped> {
-        let longest = self.scene.duration;
-        let shorter = end.filter(|end| *end < longest);
-        let mut duration = shorter.unwrap_or(longest);
-        loop {
-            let mut random = self.chain.generator(number);
-            let variation = self.chain.variation(at, &mut random);
-            let scene = Scene { duration, ..varied(&self.scene, &variation) };
-            let response = self.prepared.run(&scene, &mut |_| !stopped.load(Ordering::Relaxed));
+    /// The runs of these numbers, at these points, of these durations, s.
+    fn group(&self, plans: &[(u64, &[f64], f64)], stopped: &AtomicBool) -> Result<Vec<Run>, Stopped> {
+        let (longest, measurand) = (self.scene.duration, self.chain.comparison.measurand());
+        let mut runs: Vec<Option<Run>> = vec![None; plans.len()];
+        let mut left: Vec<(usize, f64)> = plans.iter().map(|plan| plan.2).enumerate().collect();
+        while !left.is_empty() {
+            let (mut scenes, mut draws) = (Vec::new(), Vec::new());
+            for (index, duration) in &left {
+                let (number, at, _) = plans[*index];
+                let mut random = self.chain.generator(number);
+                let variation = self.chain.variation(at, &mut random);
+                scenes.push(Scene { duration: *duration, ..varied(&self.scene, &variation) });
+                draws.push(random);
+            }
+            let traces = traces(&self.prepared, &scenes, measurand, &|| !stopped.load(Ordering::Relaxed));
             if stopped.load(Ordering::Relaxed) {
                 return Err(Stopped);
             }
-            let trace = response.and_then(|response| trace(response, self.chain.comparison.measurand()));
-            let (run, _) = self.chain.finish(at, trace, &mut random);
-            if run.outcome.is_ok() || duration >= longest {
-                return Ok(run);
+            let finished = traces.into_iter().zip(&mut draws).zip(std::mem::take(&mut left));
+            for ((trace, random), (index, duration)) in finished {
+                let (run, _) = self.chain.finish(plans[index].1, trace, random);
+                if run.outcome.is_ok() || duration >= longest {
+                    runs[index] = Some(run);
+                } else {
+                    left.push((index, longest));
+                }
             }
-            duration = longest;
         }
+        Ok(runs.into_iter().flatten().collect())
     }
 }
 

@@ -5,6 +5,7 @@ pub mod chain;
 pub mod contact_law;
 mod estimate;
 pub mod fea;
+mod number;
 mod prepared;
 pub mod reduced;
 pub mod response;

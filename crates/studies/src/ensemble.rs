@@ -186,10 +186,8 @@ pub(crate) fn run_perturbed(
         })
         .collect();
     let see = |run: usize, trace: &Series| watch(run % members, trace);
-    let watched: Vec<Result<Observation, String>> = match measurand {
-        Measurand::Velocity => members::run(bodies, scene, &variations, steps_per_period, &Unwatched, see)?,
-        Measurand::Pressure => members::run_pressures(bodies, scene, &variations, &Unwatched, see)?,
-    };
+    let watched: Vec<Result<Observation, String>> =
+        members::run(bodies, scene, &variations, steps_per_period, measurand, &Unwatched, see)?;
     let failures: Vec<String> = watched.iter().filter_map(|outcome| outcome.as_ref().err().cloned()).collect();
     let observations: Vec<Option<Observation>> = watched.into_iter().map(Result::ok).collect();
     let [at_scene, above, below] = [0, 1, 2]

@@ -1,7 +1,7 @@
 //! Perturbed copies of one scene, run on whatever model it asks for.
 //!
 //! The chain runs eight copies side by side at a fixed step. Every other model has its bodies made ready once and then runs copy by
-//! copy. Copies are independent and their order is kept, so the outcome does not depend on the number of threads.
+//! copy, the reduced one eight side by side. Copies are independent and their order is kept, so the outcome does not depend on the number of threads.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -9,7 +9,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use super::{bodies::Bodies, ensemble::EnsemblePlan};
-use granchain_calibration::engine::trace;
+use granchain_calibration::engine::traces;
 use granchain_model::{
     ModelError,
     chain::ensemble::{Ensemble, Variation},
@@ -61,8 +61,8 @@ pub fn perturbations(scene: &Scene, plan: &EnsemblePlan) -> Vec<Variation> {
         .collect()
 }
 
-/// Run every variation of `scene` with its bodies and keep what `see` makes of the pole's velocity (m/s) and the
-/// variation's index; a run that failed leaves its reason.
+/// Run every variation of `scene` with its bodies and keep what `see` makes of the pole's velocity (m/s), or of the pressure (Pa) at the first
+/// field point behind a disc, and of the variation's index; a run that failed leaves its reason.
 ///
 /// - `steps_per_period`: of the chain's fixed step; the other models have their own
 ///
@@ -75,6 +75,7 @@ pub fn run<T: Send>(
     scene: &Scene,
     variations: &[Variation],
     steps_per_period: u32,
+    measurand: Measurand,
     watch: &dyn Watch,
     see: impl Fn(usize, &Series) -> Result<T, FeatureError> + Sync,
 ) -> Result<Vec<Result<T, String>>, ModelError> {
@@ -100,35 +101,14 @@ pub fn run<T: Send>(
         return Ok(variations.par_chunks(LANES).enumerate().flat_map_iter(run).collect());
     }
     let prepared = bodies.prepared(scene)?;
-    let run = |(index, variation): (usize, &Variation)| {
-        let response = prepared.run(&varied(scene, variation), &mut |_| !watch.stop());
-        seen(index, response.map(|response| response.observed_velocity().clone()))
+    let groups = variations.len().div_ceil(prepared.together()).max(1);
+    let size = variations.len().div_ceil(groups).max(1);
+    let run = |(group, variations): (usize, &[Variation])| {
+        let scenes: Vec<Scene> = variations.iter().map(|variation| varied(scene, variation)).collect();
+        let traces = traces(&prepared, &scenes, measurand, &|| !watch.stop()).into_iter().enumerate();
+        traces.map(|(place, trace)| seen(group * size + place, trace)).collect::<Vec<_>>()
     };
-    Ok(variations.par_iter().enumerate().with_max_len(1).map(run).collect())
-}
-
-/// As [`run`], of a scene with water behind a disc: `see` is shown the pressure (Pa) at its first field point.
-///
-/// # Errors
-/// As [`run`].
-pub fn run_pressures<T: Send>(
-    bodies: &Bodies,
-    scene: &Scene,
-    variations: &[Variation],
-    watch: &dyn Watch,
-    see: impl Fn(usize, &Series) -> Result<T, FeatureError> + Sync,
-) -> Result<Vec<Result<T, String>>, ModelError> {
-    let prepared = bodies.prepared(scene)?;
-    let run = |(index, variation): (usize, &Variation)| {
-        let outcome = prepared
-            .run(&varied(scene, variation), &mut |_| !watch.stop())
-            .and_then(|response| trace(response, Measurand::Pressure))
-            .map_err(|error| error.to_string())
-            .and_then(|pressure| see(index, &pressure).map_err(|error| error.to_string()));
-        watch.advance(1);
-        outcome
-    };
-    Ok(variations.par_iter().enumerate().with_max_len(1).map(run).collect())
+    Ok(variations.par_chunks(size).enumerate().with_max_len(1).flat_map_iter(run).collect())
 }
 
 /// The scene with a variation written into it.
@@ -156,7 +136,7 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let bodies = Bodies::new(None);
             let see = |i, v: &Series| Ok((i, v.peak()));
-            pool.install(|| run(&bodies, &scene, &variations, 640, &Unwatched, see)).unwrap()
+            pool.install(|| run(&bodies, &scene, &variations, 640, Measurand::Velocity, &Unwatched, see)).unwrap()
         };
         let own: Vec<_> = variations
             .iter()
@@ -194,7 +174,8 @@ mod tests {
         }
         let scene = short(&[]);
         let variations = perturbations(&scene, &EnsemblePlan::new(9, 1));
-        let outcome = run(&Bodies::new(None), &scene, &variations, 160, &Stopped, |_, _| Ok(())).unwrap();
+        let outcome =
+            run(&Bodies::new(None), &scene, &variations, 160, Measurand::Velocity, &Stopped, |_, _| Ok(())).unwrap();
         assert_eq!(outcome.len(), 9);
         assert!(outcome.iter().all(Result::is_err));
     }

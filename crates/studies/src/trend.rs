@@ -14,7 +14,7 @@ use super::{
 };
 use granchain_signal::{
     Series,
-    feature::{FeatureError, FeatureSettings, Window, amplitude_spectrum},
+    feature::{FeatureError, FeatureSettings, Measurand, Window, amplitude_spectrum},
 };
 
 /// Highest frequency of the spectra, in drive frequencies.
@@ -90,7 +90,7 @@ fn point(
         let velocity = decoder.sees(velocity, index);
         Ok((Portrait::of(&velocity, &noisy)?, bands(&velocity, &noisy)?))
     };
-    let outcomes = members::run(bodies, &scene, &variations, STEPS_PER_PERIOD, watch, see)
+    let outcomes = members::run(bodies, &scene, &variations, STEPS_PER_PERIOD, Measurand::Velocity, watch, see)
         .map_err(|source| StudyError::Run { what: what(), source })?;
     if watch.stop() {
         return Err(StudyError::Stopped);

@@ -58,10 +58,7 @@ pub fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome, reference: &str)
         let settings = settings(scene).ok()?;
         let see = |_, trace: &Series| Observation::of_trace(measurand, trace, &settings);
         let variations = perturbations(scene, &plan);
-        let runs = match measurand {
-            Measurand::Velocity => members::run(&bodies, scene, &variations, STEPS_PER_PERIOD, &Unwatched, see),
-            Measurand::Pressure => members::run_pressures(&bodies, scene, &variations, &Unwatched, see),
-        };
+        let runs = members::run(&bodies, scene, &variations, STEPS_PER_PERIOD, measurand, &Unwatched, see);
         Some(runs.ok()?.into_iter().filter_map(Result::ok).collect())
     };
     let points: Vec<(f64, Vec<Observation>)> = (0..POINTS)

@@ -9,18 +9,13 @@
 //! a rigid wall with linear dashpots, whose force jumps at touch, it is 3e-4 in the first 30 µs and 1e-3 to 4e-2 by 70 µs, depending on where
 //! in a step each touch falls (`docs/contact-laws.md`). Where the motion is chaotic, two runs of any two integrators part anyway.
 
-use super::{
-    coupling::Coupling,
-    finite_body::FiniteBodyLaws,
-    lane::{AnnulusLane, Lane, WIDTH},
-    system::System,
-};
+use super::{coupling::Coupling, finite_body::FiniteBodyLaws, lane::AnnulusLane, system::System};
 use crate::{
     Estimate, ModelError,
     contact_law::{
-        self, ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Number, Spring, Terms, dashpots, for_terms,
-        terms_of,
+        self, ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, Terms, dashpots, for_terms, terms_of,
     },
+    number::{Lane, Number, WIDTH},
     scene::{DampingCoefficients, DampingPlacement, DampingTerm, Drive, DriveKind, PistonMotion, Scene},
 };
 use granchain_signal::Series;
@@ -444,7 +439,7 @@ impl Work {
             } else if SUPPORT == SPRING && i == beads {
                 stiffness[i] * pressed
             } else {
-                stiffness[i] * pressed * pressed.sqrt()
+                stiffness[i] * pressed * pressed.root()
             };
             if DAMPED != 0 {
                 let rate = before.1 - after.1;
@@ -454,7 +449,7 @@ impl Work {
                     }
                 }
                 // Overlaps of coupled contacts are below those of the rigid motions wherever both matter.
-                force = force.at_least(self.least_force).where_positive(overlap);
+                force = force.at_least(self.least_force).or_where_not(overlap.above(Lane::ZERO), Lane::ZERO);
             }
             if i > 0 {
                 acceleration[i - 1] = (before_force - force) * inverse_mass[i - 1];
@@ -504,7 +499,7 @@ impl CoupledWork {
                 } else if SUPPORT == COUPLED_SPRING && i == beads {
                     stiffness[i] * pressed
                 } else {
-                    let root = pressed.sqrt();
+                    let root = pressed.root();
                     stiffness[i] * pressed * root * (root * first[i] + pressed * second[i] + 1.0)
                 };
             }

@@ -1,24 +1,10 @@
 //! Viscous dampers of a contact: the only place with their formulas.
 
-use std::ops::Mul;
-
 use crate::{
     ModelError,
+    number::Number,
     scene::{Damping, DampingCoefficients, DampingPlacement, DampingTerm, TermDescription},
 };
-
-/// A number, or several side by side.
-pub(crate) trait Number: Copy + Mul<Output = Self> {
-    /// Its square root.
-    fn root(self) -> Self;
-}
-
-impl Number for f64 {
-    #[inline(always)]
-    fn root(self) -> Self {
-        self.sqrt()
-    }
-}
 
 /// Terms of a law as a set, bit by bit: a parameter of the loops that are made for it.
 pub(crate) type Terms = u8;

@@ -5,7 +5,8 @@
 //! it to rounding. Should the sets not come to rest, contacts are solved one after another (block Gauss–Seidel), which converges for
 //! every positive definite compliance.
 
-use super::contact::{Condensed, State};
+use super::contact::{Condensed, Measure, State};
+use crate::number::{Mask, Number};
 
 /// What a solution took.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -29,31 +30,37 @@ const MOST_PASSES: u32 = 400;
 /// Largest mismatch of s over the largest s: a few roundings of its sums.
 const SETTLED: f64 = 1e-13;
 
-/// Solve all contacts; `measure` writes q of a contact when it is needed first.
-///
-/// # Errors
-/// [`Unsolved`].
-pub(super) fn solve(
+/// Solve all contacts in the runs `live`; `measure` writes q of a contact when it is needed first. Runs without a solution are entered in
+/// `unsolved` with their place.
+#[inline(always)]
+pub(super) fn solve<N: Number>(
     condensed: &[Condensed],
     of_contact: &[usize],
-    states: &mut [State],
-    measure: impl FnMut(usize, &mut [f64]),
-) -> Result<Effort, Unsolved> {
-    solve_within(LINEAR_PASSES, condensed, of_contact, states, measure)
+    states: &mut [State<N>],
+    live: N::Mask,
+    unsolved: &mut Vec<(usize, Unsolved)>,
+    measure: &impl Measure<N>,
+) -> Effort {
+    solve_within(LINEAR_PASSES, condensed, of_contact, states, live, unsolved, measure)
 }
 
 /// The same with so many passes that use the linear system.
-fn solve_within(
+#[inline(always)]
+fn solve_within<N: Number>(
     linear_passes: u32,
     condensed: &[Condensed],
     of_contact: &[usize],
-    states: &mut [State],
-    mut measure: impl FnMut(usize, &mut [f64]),
-) -> Result<Effort, Unsolved> {
+    states: &mut [State<N>],
+    live: N::Mask,
+    unsolved: &mut Vec<(usize, Unsolved)>,
+    measure: &impl Measure<N>,
+) -> Effort {
     let mut effort = Effort::default();
+    // Where the sets have not settled.
+    let mut active = live;
     // The neighbours' forces of the last step are the first guess.
     for contact in 0..states.len() {
-        seek(condensed, of_contact, states, contact);
+        seek(condensed, of_contact, states, contact, active);
     }
     loop {
         effort.passes += 1;
@@ -61,78 +68,105 @@ fn solve_within(
         for contact in 0..states.len() {
             let own = &condensed[of_contact[contact]];
             if !is_linear {
-                seek(condensed, of_contact, states, contact);
+                seek(condensed, of_contact, states, contact, active);
             }
-            let state = &mut states[contact];
-            if effort.passes > 1 && state.shift == state.wanted {
-                continue;
-            }
-            if own.is_surely_open(state) {
-                own.open(state);
-                continue;
-            }
-            if !state.is_measured {
-                measure(contact, &mut state.free);
-                state.is_measured = true;
-            }
-            effort.sets += own.solve(state).map_err(|_| Unsolved::NoActiveSet(contact))?;
+            let without = |place| unsolved.push((place, Unsolved::NoActiveSet(contact)));
+            let again = effort.passes > 1;
+            effort.sets += own.solve(&mut states[contact], active, again, (measure, contact), without);
         }
-        let (worst, mismatch, largest) = mismatch(condensed, of_contact, states);
-        if mismatch <= SETTLED * largest {
-            return Ok(effort);
+        for (place, _) in &*unsolved {
+            active = active & N::Mask::but(*place);
         }
-        if effort.passes >= MOST_PASSES || !mismatch.is_finite() {
-            return Err(Unsolved::NotSettled(worst));
+        let (worst, mismatch, largest) = mismatch(condensed, of_contact, states, active);
+        active = active & !mismatch.within(largest * SETTLED);
+        if !active.any() {
+            return effort;
+        }
+        for place in active.places() {
+            if effort.passes >= MOST_PASSES || !mismatch.get(place).is_finite() {
+                unsolved.push((place, Unsolved::NotSettled(worst.get(place) as usize)));
+                active = active & N::Mask::but(place);
+            }
         }
         if is_linear {
-            balance(condensed, of_contact, states, SETTLED * largest);
+            balance(condensed, of_contact, states, active, largest * SETTLED);
         }
     }
 }
 
-/// Set `wanted` of a contact to the moments of its neighbours.
-fn seek(condensed: &[Condensed], of_contact: &[usize], states: &mut [State], contact: usize) {
+/// Set `wanted` of a contact to the moments of its neighbours in the runs `active`.
+#[inline(always)]
+fn seek<N: Number>(
+    condensed: &[Condensed],
+    of_contact: &[usize],
+    states: &mut [State<N>],
+    contact: usize,
+    active: N::Mask,
+) {
     let own = condensed[of_contact[contact]].before();
     let (earlier, rest) = states.split_at_mut(contact);
     let Some((state, later)) = rest.split_first_mut() else { return };
-    if let (Some(neighbour), 1..) = (earlier.last(), own) {
-        let from = condensed[of_contact[contact - 1]].before();
-        state.wanted[..own].copy_from_slice(&neighbour.moments[from..]);
+    let (front, back) = state.wanted.split_at_mut(own);
+    let take = |wanted: &mut [N], moments: &[N]| {
+        for (wanted, moment) in wanted.iter_mut().zip(moments) {
+            *wanted = moment.or_where_not(active, *wanted);
+        }
+    };
+    if let Some(neighbour) = earlier.last() {
+        take(front, &neighbour.moments[condensed[of_contact[contact - 1]].before()..]);
     }
-    if let (Some(neighbour), true) = (later.first(), own < state.wanted.len()) {
-        let to = condensed[of_contact[contact + 1]].before();
-        state.wanted[own..].copy_from_slice(&neighbour.moments[..to]);
+    if let Some(neighbour) = later.first() {
+        take(back, &neighbour.moments);
     }
 }
 
 /// The contact with the largest mismatch of its s with its neighbours' m, that mismatch, and the largest s there is.
-fn mismatch(condensed: &[Condensed], of_contact: &[usize], states: &mut [State]) -> (usize, f64, f64) {
-    let (mut worst, mut most, mut largest) = (0, 0.0, 0.0);
+#[inline(always)]
+fn mismatch<N: Number>(
+    condensed: &[Condensed],
+    of_contact: &[usize],
+    states: &mut [State<N>],
+    active: N::Mask,
+) -> (N, N, N) {
+    let (mut worst, mut most, mut largest) = (N::ZERO, N::ZERO, N::ZERO);
     for contact in 0..states.len() {
-        seek(condensed, of_contact, states, contact);
+        seek(condensed, of_contact, states, contact, active);
         let state = &states[contact];
         for (wanted, shift) in state.wanted.iter().zip(&state.shift) {
-            largest = f64::max(largest, wanted.abs());
-            if !((wanted - shift).abs() <= most) {
-                (worst, most) = (contact, (wanted - shift).abs());
-            }
+            largest = largest.larger(wanted.magnitude());
+            let change = (*wanted - *shift).magnitude();
+            let less = change.within(most);
+            worst = worst.or_where_not(less, N::all(contact as f64));
+            most = most.or_where_not(less, change);
         }
     }
     (worst, most, largest)
 }
 
-/// Solve the linear system of all s for the sets as they are: `wanted` of every contact; by Gauss–Seidel, whose error falls a
+/// Solve the linear system of all s for the sets as they are in the runs `active`: `wanted` of every contact; by Gauss–Seidel, whose error falls a
 /// hundredfold a sweep where bodies are much stiffer than contacts.
-fn balance(condensed: &[Condensed], of_contact: &[usize], states: &mut [State], tolerance: f64) {
+#[inline(always)]
+fn balance<N: Number>(
+    condensed: &[Condensed],
+    of_contact: &[usize],
+    states: &mut [State<N>],
+    mut active: N::Mask,
+    tolerance: N,
+) {
     /// m of the neighbour at the s it is wanted at.
-    fn moment(state: &State, a: usize) -> f64 {
+    #[inline(always)]
+    fn moment<N: Number>(state: &State<N>, a: usize) -> N {
         let k = state.wanted.len();
         let steps = state.wanted.iter().zip(&state.shift).zip(&state.slope[a * k..(a + 1) * k]);
-        state.moments[a] - steps.map(|((wanted, shift), slope)| slope * (wanted - shift)).sum::<f64>()
+        state.moments[a] - steps.fold(N::ZERO, |sum, ((wanted, shift), slope)| sum + *slope * (*wanted - *shift))
     }
-    states.iter_mut().for_each(|state| state.wanted.copy_from_slice(&state.shift));
+    for state in &mut *states {
+        for (wanted, shift) in state.wanted.iter_mut().zip(&state.shift) {
+            *wanted = shift.or_where_not(active, *wanted);
+        }
+    }
     for _ in 0..MOST_PASSES {
-        let mut change: f64 = 0.0;
+        let mut change = N::ZERO;
         for contact in 0..states.len() {
             let own = condensed[of_contact[contact]].before();
             for a in 0..states[contact].wanted.len() {
@@ -143,11 +177,12 @@ fn balance(condensed: &[Condensed], of_contact: &[usize], states: &mut [State], 
                     moment(&states[contact + 1], a - own)
                 };
                 let wanted = &mut states[contact].wanted[a];
-                change = change.max((value - *wanted).abs());
-                *wanted = value;
+                change = change.larger((value - *wanted).magnitude());
+                *wanted = value.or_where_not(active, *wanted);
             }
         }
-        if change <= 0.1 * tolerance {
+        active = active & !change.within(tolerance * 0.1);
+        if !active.any() {
             return;
         }
     }
@@ -155,10 +190,20 @@ fn balance(condensed: &[Condensed], of_contact: &[usize], states: &mut [State], 
 
 #[cfg(test)]
 mod tests {
+    use std::ops::Range;
+
     use super::*;
     use crate::{fea::contact::complementarity::Ordering, reduced::rank::Crossing};
 
     const POINTS: usize = 6;
+
+    struct Given<'a>(&'a [Vec<f64>]);
+
+    impl Measure<f64> for Given<'_> {
+        fn gaps(&self, contact: usize, points: Range<usize>, free: &mut [f64]) {
+            free.copy_from_slice(&self.0[contact][points]);
+        }
+    }
 
     fn compliance() -> Vec<f64> {
         let entry = |i: usize, j: usize| if i == j { 1.2 } else { 0.5 / (1.0 + i.abs_diff(j) as f64) };
@@ -199,19 +244,21 @@ mod tests {
         forces
     }
 
-    fn solved(linear_passes: u32, last: Ordering, free: &[Vec<f64>], signs: [f64; 2]) -> (Vec<State>, Effort) {
+    fn solved(linear_passes: u32, last: Ordering, free: &[Vec<f64>], signs: [f64; 2]) -> (Vec<State<f64>>, Effort) {
         let crossings = signs.map(|sign| Crossing::of(crossing(sign), POINTS));
         let condensed = [
             Condensed::new(compliance(), POINTS, Ordering::Prefix, None, Some(&crossings[0])).unwrap(),
             Condensed::new(compliance(), POINTS, Ordering::Prefix, Some(&crossings[0]), Some(&crossings[1])).unwrap(),
             Condensed::new(compliance(), POINTS, last, Some(&crossings[1]), None).unwrap(),
         ];
-        let mut states: Vec<State> = condensed.iter().map(State::new).collect();
+        let mut states: Vec<State<f64>> = condensed.iter().map(State::new).collect();
         for (state, free) in states.iter_mut().zip(free) {
-            state.least = free.iter().copied().fold(f64::INFINITY, f64::min);
+            state.least.fill(free.iter().copied().fold(f64::INFINITY, f64::min));
         }
-        let measure = |contact: usize, out: &mut [f64]| out.copy_from_slice(&free[contact]);
-        let effort = solve_within(linear_passes, &condensed, &[0, 1, 2], &mut states, measure).unwrap();
+        let measure = Given(free);
+        let mut unsolved = Vec::new();
+        let effort = solve_within(linear_passes, &condensed, &[0, 1, 2], &mut states, true, &mut unsolved, &measure);
+        assert!(unsolved.is_empty());
         (states, effort)
     }
 
@@ -244,7 +291,7 @@ mod tests {
     fn an_open_contact_is_not_even_measured() {
         let free = gaps([-1e-6, 2e-7, -1e-6]);
         let (states, effort) = solved(LINEAR_PASSES, Ordering::Prefix, &free, [1.0, 1.0]);
-        assert!(states[1].is_pressed() && !states[0].is_measured && !states[2].is_measured);
+        assert!(states[1].is_pressed() && states[0].measured == 0 && states[2].measured == 0);
         assert_eq!(effort.sets, 1);
     }
 
@@ -255,10 +302,11 @@ mod tests {
         let crossings = Crossing::of(crossing(1.0), POINTS);
         let condensed =
             [Condensed::new(compliance(), POINTS, Ordering::Prefix, Some(&crossings), Some(&crossings)).unwrap()];
-        let mut states = vec![State::new(&condensed[0]); 3];
-        states.iter_mut().for_each(|state| state.least = -1.0);
-        let measure = |contact: usize, out: &mut [f64]| out.copy_from_slice(&free[contact]);
-        let unsolved = solve(&condensed, &[0, 0, 0], &mut states, measure);
-        assert_eq!(unsolved, Err(Unsolved::NoActiveSet(2)));
+        let mut states = vec![State::<f64>::new(&condensed[0]); 3];
+        states.iter_mut().for_each(|state| state.least.fill(-1.0));
+        let measure = Given(&free);
+        let mut unsolved = Vec::new();
+        solve(&condensed, &[0, 0, 0], &mut states, true, &mut unsolved, &measure);
+        assert_eq!(unsolved, [(0, Unsolved::NoActiveSet(2))]);
     }
 }

@@ -13,8 +13,19 @@
 //! W = L Lᵀ with the points ordered by radius. Eliminating the pressed points one after another leaves the negative gaps of the open ones,
 //! so one pass finds the pressed set (a prefix), its forces and all gaps; leading blocks of L⁻¹ U give dm/ds for every prefix.
 
+use std::ops::Range;
+
 use super::rank::Crossing;
-use crate::fea::contact::complementarity::{Compliance, NotSolved, Ordering, Scratch};
+use crate::{
+    fea::contact::complementarity::{Compliance, MOST_SETS, NotSolved, Ordering, Scratch},
+    number::{Mask, Number},
+};
+
+/// Whoever knows the bodies around the contacts.
+pub(super) trait Measure<N> {
+    /// Write the gaps of these points of a contact without its forces, m.
+    fn gaps(&self, contact: usize, points: Range<usize>, free: &mut [N]);
+}
 
 /// What stays the same through a run.
 #[derive(Debug, Clone)]
@@ -35,85 +46,136 @@ pub(super) struct Condensed {
     eliminated: Vec<f64>,
     /// −dm/ds of every prefix, from none to all points.
     slopes: Vec<f64>,
-    /// Least and largest value of every vector of U.
-    bounds: Vec<[f64; 2]>,
+    /// Block by block.
+    blocks: Vec<Block>,
 }
 
-/// One contact in motion.
+/// Points that are bounded together: those of a contact that are surely open are not looked at.
+pub(super) const BLOCK: usize = 16;
+
+/// Bounds of what may close a block.
 #[derive(Debug, Clone)]
-pub(super) struct State {
+struct Block {
+    /// The first point behind it.
+    end: usize,
+    /// Least and largest value of every vector of U.
+    shapes: Vec<[f64; 2]>,
+    /// Least compliance between one of its points and any, m/N; 0 where none is below.
+    least_compliance: f64,
+}
+
+/// One contact in motion, or that contact in several runs.
+#[derive(Debug, Clone)]
+pub(super) struct State<N: Number> {
     /// q, m; only of points that were measured in this step.
-    pub(super) free: Vec<f64>,
-    /// Whether q is measured.
-    pub(super) is_measured: bool,
-    /// Least q there can be, m.
-    pub(super) least: f64,
+    pub(super) free: Vec<N>,
+    /// Points whose q is measured.
+    pub(super) measured: usize,
+    /// Least q there can be in every block, m.
+    pub(super) least: Vec<N>,
     /// λ, N.
-    pub(super) forces: Vec<f64>,
-    /// Points from the first pressed to behind the last.
+    pub(super) forces: Vec<N>,
+    /// Points from the first pressed to behind the last, in any run.
     pub(super) pressed: [usize; 2],
     /// Axial force of the points, N.
-    pub(super) pressing: f64,
+    pub(super) pressing: N,
     /// Force of the dashpot, N.
-    pub(super) damping: f64,
+    pub(super) damping: N,
     /// c + γ √δ, N·s/m; 0 while the dashpot is off.
-    pub(super) coefficient: f64,
+    pub(super) coefficient: N,
     /// s of the solution, and m.
-    pub(super) shift: Vec<f64>,
-    pub(super) moments: Vec<f64>,
+    pub(super) shift: Vec<N>,
+    pub(super) moments: Vec<N>,
     /// −dm/ds at the solution.
-    pub(super) slope: Vec<f64>,
+    pub(super) slope: Vec<N>,
     /// s to be solved for next.
-    pub(super) wanted: Vec<f64>,
-    shifted: Vec<f64>,
-    gaps: Vec<f64>,
-    scratch: Scratch,
+    pub(super) wanted: Vec<N>,
+    shifted: Vec<N>,
+    gaps: Vec<N>,
+    /// λ and m of a solution not yet taken.
+    trial: Vec<N>,
+    found: Vec<N>,
+    /// Gap below which a point counts as closed, m.
+    rounding: N,
+    /// Of solutions of one run.
+    single: Vec<Single>,
 }
 
-impl State {
+/// Work space of a solution for a set of any kind.
+#[derive(Debug, Clone)]
+struct Single {
+    scratch: Scratch,
+    free: Vec<f64>,
+    forces: Vec<f64>,
+    gaps: Vec<f64>,
+    slope: Vec<f64>,
+}
+
+impl<N: Number> State<N> {
     pub(super) fn new(condensed: &Condensed) -> Self {
         let (n, k) = (condensed.points, condensed.vectors);
-        Self {
-            free: vec![0.0; n],
-            is_measured: false,
-            least: 0.0,
-            forces: vec![0.0; n],
-            pressed: [0, 0],
-            pressing: 0.0,
-            damping: 0.0,
-            coefficient: 0.0,
-            shift: vec![0.0; k],
-            moments: vec![0.0; k],
-            slope: vec![0.0; k * k],
-            wanted: vec![0.0; k],
-            shifted: vec![0.0; n],
-            gaps: vec![0.0; n],
+        let single = || Single {
             scratch: Scratch::keeping(n),
+            free: vec![0.0; n],
+            forces: vec![0.0; n],
+            gaps: vec![0.0; n],
+            slope: vec![0.0; k * k],
+        };
+        Self {
+            free: vec![N::ZERO; n],
+            measured: 0,
+            least: vec![N::ZERO; n.div_ceil(BLOCK)],
+            forces: vec![N::ZERO; n],
+            pressed: [0, 0],
+            pressing: N::ZERO,
+            damping: N::ZERO,
+            coefficient: N::ZERO,
+            shift: vec![N::ZERO; k],
+            moments: vec![N::ZERO; k],
+            slope: vec![N::ZERO; k * k],
+            wanted: vec![N::ZERO; k],
+            shifted: vec![N::ZERO; n],
+            gaps: vec![N::ZERO; n],
+            trial: vec![N::ZERO; n],
+            found: vec![N::ZERO; k],
+            rounding: N::ZERO,
+            single: (0..N::WIDTH).map(|_| single()).collect(),
         }
     }
 
     /// Under given forces of its points (N), whose normals have the axial parts `axial`.
-    pub(super) fn pressed_by(condensed: &Condensed, forces: &[f64], axial: &[f64]) -> Self {
+    pub(super) fn pressed_by(condensed: &Condensed, forces: Vec<N>, axial: &[f64]) -> Self {
         let mut state = Self::new(condensed);
-        state.forces.copy_from_slice(forces);
-        state.pressed = pressed(forces);
-        state.pressing = dot(forces, axial);
+        state.pressed = pressed(&forces);
+        state.pressing = dot(&forces, axial);
         for (m, vector) in state.moments.iter_mut().zip(condensed.vectors()) {
-            *m = dot(vector, forces);
+            *m = dot(&forces, vector);
         }
+        state.forces = forces;
         state
     }
 
     /// Whole axial force, N.
-    pub(super) fn total(&self) -> f64 {
+    #[inline(always)]
+    pub(super) fn total(&self) -> N {
         self.pressing + self.damping
     }
 
     /// Whether any point is pressed.
+    #[inline(always)]
     pub(super) fn is_pressed(&self) -> bool {
         self.pressed[1] > 0
     }
 
+    /// Where the shift it was solved at is not the one that is wanted.
+    #[inline(always)]
+    fn moved(&self) -> N::Mask {
+        let same = self.wanted.iter().zip(&self.shift);
+        !same.fold(N::Mask::all(true), |same, (wanted, shift)| same & wanted.equals(*shift))
+    }
+}
+
+impl State<f64> {
     /// Elastic energy in the flexibility W and U of its points, J, half of the coupled one to either side: −½ λ·q.
     pub(super) fn energy(&self) -> f64 {
         if self.is_pressed() { -0.5 * dot(&self.forces, &self.free) } else { 0.0 }
@@ -132,18 +194,22 @@ impl Condensed {
         before: Option<&Crossing>,
         after: Option<&Crossing>,
     ) -> Result<Self, NotSolved> {
-        let factored = Compliance::new(matrix.clone(), points, ordering)?;
-        let compliance = Compliance::new(matrix, points, Ordering::Any)?;
         let mut coupling = before.map_or_else(Vec::new, |crossing| crossing.back.concat());
         let left = coupling.len() / points;
         after.iter().for_each(|crossing| coupling.extend(crossing.front.concat()));
         let vectors = coupling.len() / points;
-        let bounds = coupling
-            .chunks_exact(points)
-            .map(|vector| {
-                vector.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(*v), high.max(*v)])
-            })
-            .collect();
+        let blocks = (0..points).step_by(BLOCK).map(|first| {
+            let end = (first + BLOCK).min(points);
+            let own = matrix[first * points..end * points].iter();
+            Block {
+                end,
+                shapes: coupling.chunks_exact(points).map(|vector| bounds(&vector[first..end])).collect(),
+                least_compliance: own.copied().fold(0.0, f64::min),
+            }
+        });
+        let blocks = blocks.collect();
+        let factored = Compliance::new(matrix.clone(), points, ordering)?;
+        let compliance = Compliance::new(matrix, points, Ordering::Any)?;
         let mut condensed = Self {
             compliance,
             ordering,
@@ -155,7 +221,7 @@ impl Condensed {
             coupling,
             eliminated: Vec::new(),
             slopes: Vec::new(),
-            bounds,
+            blocks,
         };
         if ordering == Ordering::Prefix {
             condensed.eliminate_coupling(&factored);
@@ -205,104 +271,306 @@ impl Condensed {
         self.before
     }
 
-    /// Whether the contact is open with the shift `wanted` for certain, by bounds alone.
-    pub(super) fn is_surely_open(&self, state: &State) -> bool {
-        let shift: f64 = state.wanted.iter().zip(&self.bounds).map(|(s, [low, high])| (s * low).min(s * high)).sum();
-        state.least + shift > 0.0
+    /// Least gap in a block without forces at the shift `wanted`, by bounds alone.
+    #[inline(always)]
+    fn least<N: Number>(&self, state: &State<N>, block: usize) -> N {
+        let parts = state.wanted.iter().zip(&self.blocks[block].shapes);
+        parts.fold(state.least[block], |sum, (s, [low, high])| sum + (*s * *low).smaller(*s * *high))
     }
 
-    /// Take every point off.
-    pub(super) fn open(&self, state: &mut State) {
-        if state.is_pressed() {
-            state.forces.fill(0.0);
-            state.moments.fill(0.0);
-            state.slope.fill(0.0);
-            state.pressed = [0, 0];
+    /// Solve at the shift `wanted` in the runs `todo`, which all are if `again` is not set, else those whose shift has moved; q is measured
+    /// when it is needed first, `unsolved` is called with places where no set of points satisfies all conditions. Returns the number of sets
+    /// tried.
+    #[inline(always)]
+    pub(super) fn solve<N: Number>(
+        &self,
+        state: &mut State<N>,
+        todo: N::Mask,
+        again: bool,
+        (measure, contact): (&impl Measure<N>, usize),
+        unsolved: impl FnMut(usize),
+    ) -> u32 {
+        let todo = if again { todo & state.moved() } else { todo };
+        if !todo.any() {
+            return 0;
         }
-        state.shift.copy_from_slice(&state.wanted);
-    }
-
-    /// Solve at the shift `wanted`, q measured. Returns the number of sets tried.
-    ///
-    /// # Errors
-    /// [`NotSolved`] when no set of points satisfies all conditions.
-    pub(super) fn solve(&self, state: &mut State) -> Result<u32, NotSolved> {
-        state.shift.copy_from_slice(&state.wanted);
-        state.shifted.copy_from_slice(&state.free);
-        for (s, vector) in state.shift.iter().zip(self.coupling.chunks_exact(self.points)) {
-            if *s != 0.0 {
-                state.shifted.iter_mut().zip(vector).for_each(|(gap, u)| *gap += u * s);
+        // Where it may be closed, and up to which block.
+        let (mut near, mut end) = (N::Mask::all(false), 0);
+        for (index, block) in self.blocks.iter().enumerate() {
+            let closed = todo & !self.least(state, index).above(N::ZERO);
+            if closed.any() {
+                (near, end) = (near | closed, block.end);
             }
         }
-        if self.ordering == Ordering::Prefix && self.solve_prefix(state) {
-            return Ok(1);
+        if end == 0 {
+            self.open(state, todo);
+            return 0;
         }
-        self.solve_any(state)
+        for (shift, wanted) in state.shift.iter_mut().zip(&state.wanted) {
+            *shift = wanted.or_where_not(todo, *shift);
+        }
+        if self.ordering == Ordering::Any {
+            end = self.points;
+        }
+        loop {
+            if state.measured < end {
+                measure.gaps(contact, state.measured..end, &mut state.free[state.measured..end]);
+                state.measured = end;
+            }
+            self.shift(state, end);
+            let solved = match self.ordering {
+                Ordering::Prefix => self.solve_prefix(state, todo, near, end),
+                Ordering::Any => N::Mask::all(false),
+            };
+            let left = todo & !solved;
+            if !left.any() {
+                return 1;
+            }
+            if end == self.points {
+                return self.solve_any(state, left, unsolved);
+            }
+            end = self.points;
+        }
     }
 
-    /// Eliminate pressed points from the pole outwards; false if the pressed set is no prefix.
-    fn solve_prefix(&self, state: &mut State) -> bool {
+    /// Take every point off in the runs `todo`.
+    #[inline(always)]
+    fn open<N: Number>(&self, state: &mut State<N>, todo: N::Mask) {
+        if state.is_pressed() {
+            let State { forces, moments, slope, .. } = state;
+            for value in forces.iter_mut().chain(moments).chain(slope) {
+                *value = N::ZERO.or_where_not(todo, *value);
+            }
+            state.pressed = if todo.every() { [0, 0] } else { pressed(&state.forces) };
+        }
+        for (shift, wanted) in state.shift.iter_mut().zip(&state.wanted) {
+            *shift = wanted.or_where_not(todo, *shift);
+        }
+    }
+
+    /// Gaps without forces at the shift, up to a point.
+    #[inline(always)]
+    fn shift<N: Number>(&self, state: &mut State<N>, end: usize) {
+        let State { shift, shifted, free, .. } = state;
+        let shifted = &mut shifted[..end];
+        shifted.copy_from_slice(&free[..end]);
+        for (s, vector) in shift.iter().zip(self.coupling.chunks_exact(self.points)) {
+            if (!s.equals(N::ZERO)).any() {
+                N::subtract(shifted, N::ZERO - *s, &vector[..end]);
+            }
+        }
+    }
+
+    /// Eliminate pressed points from the pole outwards in the runs `near`, which may be closed before the point `end`; those of `todo` beyond
+    /// are open. Returns in which of `todo` the pressed set is a prefix of these points: those have their forces.
+    #[inline(always)]
+    fn solve_prefix<N: Number>(&self, state: &mut State<N>, todo: N::Mask, near: N::Mask, end: usize) -> N::Mask {
         let (n, k) = (self.points, self.vectors);
-        let State { shifted, gaps, forces, moments, slope, pressed, .. } = state;
+        let State { shifted, gaps, trial, found, .. } = state;
         // −g of the open points, while those before are closed.
-        gaps.iter_mut().zip(shifted.iter()).for_each(|(out, gap)| *out = -gap);
-        moments.fill(0.0);
+        let gaps = &mut gaps[..end];
+        let mut largest = N::ZERO;
+        for (out, gap) in gaps.iter_mut().zip(&*shifted) {
+            *out = N::ZERO - *gap;
+            largest = largest.larger(gap.magnitude());
+        }
+        let rounding = largest * Compliance::ROUNDING;
+        found.fill(N::ZERO);
+        let (mut pressed, mut prefix, mut counts) = (near, todo, N::ZERO);
         let mut count = 0;
-        while count < n && gaps[count] > 0.0 {
+        while count < end {
+            let here = gaps[count];
+            pressed = pressed & here.above(N::ZERO);
+            // Behind the last pressed point no gap may be closed.
+            prefix = prefix & (pressed | here.within(rounding) | !near);
+            if !pressed.any() {
+                break;
+            }
             let column = &self.columns[count * n..(count + 1) * n];
-            let y = gaps[count] / column[count];
-            forces[count] = y;
-            gaps[count + 1..].iter_mut().zip(&column[count + 1..]).for_each(|(gap, l)| *gap -= y * l);
-            moments.iter_mut().zip(&self.eliminated[count * k..(count + 1) * k]).for_each(|(m, u)| *m += u * y);
+            let y = (here / column[count]).or_where_not(pressed, N::ZERO);
+            trial[count] = y;
+            N::subtract(&mut gaps[count + 1..], y, &column[count + 1..end]);
+            let eliminated = &self.eliminated[count * k..(count + 1) * k];
+            N::subtract(found, N::ZERO - y, eliminated);
+            counts = (counts + 1.0).or_where_not(pressed, counts);
             count += 1;
         }
-        let rounding = Compliance::rounding(shifted);
-        if gaps[count..].iter().any(|negative| !(*negative <= rounding)) {
-            return false;
-        }
+        let beyond = gaps[count..].iter().fold(N::Mask::all(true), |all, gap| all & gap.within(rounding));
+        prefix = prefix & (beyond | !near);
         // Lᵀ λ = y.
+        let mut pressing = N::ZERO;
         for i in (0..count).rev() {
             let row = &self.rows[i * n..i * n + i + 1];
-            forces[i] /= row[i];
-            let force = forces[i];
-            if !(force >= 0.0) {
-                return false;
+            let force = trial[i] / row[i];
+            trial[i] = force;
+            pressing = pressing + force;
+            prefix = prefix & N::ZERO.within(force);
+            N::subtract(&mut trial[..i], force, &row[..i]);
+        }
+        trial[count..end].fill(N::ZERO);
+        // What the forces do to the points that were not looked at must leave them open.
+        for (index, block) in self.blocks.iter().enumerate().filter(|(_, block)| block.end > end) {
+            let least = self.least(state, index) + pressing * block.least_compliance;
+            prefix = prefix & (least.above(N::ZERO) | !near);
+        }
+        self.take(state, prefix, counts, end);
+        prefix
+    }
+
+    /// Make the solution that was tried, of the points before `end`, that of the runs `taken`, so many points pressed.
+    #[inline(always)]
+    fn take<N: Number>(&self, state: &mut State<N>, taken: N::Mask, counts: N, end: usize) {
+        let size = self.vectors * self.vectors;
+        let State { forces, trial, moments, found, slope, pressed, .. } = state;
+        for (force, trial) in forces[..end].iter_mut().zip(trial) {
+            *force = trial.or_where_not(taken, *force);
+        }
+        let last = end.max(pressed[1]);
+        for force in &mut forces[end..last] {
+            *force = N::ZERO.or_where_not(taken, *force);
+        }
+        for (moment, found) in moments.iter_mut().zip(found) {
+            *moment = found.or_where_not(taken, *moment);
+        }
+        for place in taken.places() {
+            let count = counts.get(place) as usize;
+            let slopes = &self.slopes[count * size..(count + 1) * size];
+            slope.iter_mut().zip(slopes).for_each(|(out, slope)| out.put(place, *slope));
+        }
+        *pressed = self::pressed(&forces[..last]);
+    }
+
+    /// Solve the runs `todo` for sets of any kind. Forces of a set are found run by run, with the factor that each keeps of its own; gaps of all
+    /// runs together.
+    #[inline(always)]
+    fn solve_any<N: Number>(&self, state: &mut State<N>, todo: N::Mask, mut unsolved: impl FnMut(usize)) -> u32 {
+        let mut pending = self.guess(state, todo);
+        let (mut settled, mut sets) = (todo & !pending, 0);
+        for _ in 0..MOST_SETS {
+            for place in pending.places() {
+                let Single { scratch, free, forces, .. } = &mut state.single[place];
+                if self.compliance.press_set(free, forces, scratch).is_err() {
+                    unsolved(place);
+                    pending = pending & N::Mask::but(place);
+                }
+                state.trial.iter_mut().zip(&*forces).for_each(|(out, force)| out.put(place, *force));
+                sets += 1;
             }
-            forces[..i].iter_mut().zip(row).for_each(|(y, l)| *y -= l * force);
+            if !pending.any() {
+                break;
+            }
+            let holds = pending & self.open_gaps(state);
+            settled = settled | holds;
+            pending = pending & !holds;
+            for place in pending.places() {
+                let Single { scratch, forces, gaps, .. } = &mut state.single[place];
+                gaps.iter_mut().zip(&state.gaps).for_each(|(out, gap)| *out = gap.get(place));
+                let rounding = state.rounding.get(place);
+                scratch.is_the_set(forces, gaps, rounding);
+            }
         }
-        forces[count..].fill(0.0);
-        slope.copy_from_slice(&self.slopes[count * k * k..(count + 1) * k * k]);
-        *pressed = [0, count];
-        true
+        for place in pending.places() {
+            let Single { scratch, free, forces, gaps, .. } = &mut state.single[place];
+            let Ok(solved) = self.compliance.solve(free, forces, gaps, scratch) else {
+                unsolved(place);
+                continue;
+            };
+            state.trial.iter_mut().zip(&*forces).for_each(|(out, force)| out.put(place, *force));
+            (settled, sets) = (settled | !N::Mask::but(place), sets + solved.iterations);
+        }
+        self.take_any(state, settled);
+        sets
     }
 
-    fn solve_any(&self, state: &mut State) -> Result<u32, NotSolved> {
-        let State { shifted, gaps, forces, moments, slope, pressed, scratch, .. } = state;
-        // What an attempt at a prefix left there is no guess.
-        if forces.iter().any(|force| !(*force >= 0.0)) {
-            forces.fill(0.0);
+    /// Begin with the sets of the runs `todo`: where any of their points is closed.
+    #[inline(always)]
+    fn guess<N: Number>(&self, state: &mut State<N>, todo: N::Mask) -> N::Mask {
+        let State { shifted, trial, forces, rounding, single, .. } = state;
+        let (mut open, mut largest) = (N::Mask::all(true), N::ZERO);
+        for gap in shifted.iter() {
+            open = open & N::ZERO.within(*gap);
+            largest = largest.larger(gap.magnitude());
         }
-        let solved = self.compliance.solve(shifted, forces, gaps, scratch)?;
+        *rounding = largest * Compliance::ROUNDING;
+        let pending = todo & !open;
+        for place in pending.places() {
+            // What an attempt at a prefix left is no worse a guess than any.
+            let guess = if self.ordering == Ordering::Prefix { &*trial } else { &*forces };
+            let Single { scratch, free, forces, .. } = &mut single[place];
+            free.iter_mut().zip(&*shifted).for_each(|(out, gap)| *out = gap.get(place));
+            forces.iter_mut().zip(guess).for_each(|(out, force)| *out = force.get(place));
+            scratch.guess(free, forces);
+        }
+        trial.fill(N::ZERO);
+        pending
+    }
+
+    /// All gaps under the forces that are tried; where none beyond the pressed points is closed, and every force presses.
+    #[inline(always)]
+    fn open_gaps<N: Number>(&self, state: &mut State<N>) -> N::Mask {
+        let State { shifted, trial, gaps, rounding, .. } = state;
+        let [first, end] = nonzero(trial);
+        let mut holds = N::Mask::all(true);
+        let least = N::ZERO - *rounding;
+        for (i, (gap, shifted)) in gaps.iter_mut().zip(&*shifted).enumerate() {
+            let own = dot(&trial[first..end], &self.compliance.row(i)[first..end]);
+            *gap = *shifted + own;
+            let force = trial[i];
+            holds = holds & (force.above(N::ZERO) | force.equals(N::ZERO) & least.within(*gap));
+        }
+        holds
+    }
+
+    /// Make the forces that were tried those of the runs `taken`.
+    #[inline(always)]
+    fn take_any<N: Number>(&self, state: &mut State<N>, taken: N::Mask) {
+        let State { forces, trial, moments, slope, single, .. } = state;
+        let [first, end] = nonzero(trial);
+        for (force, trial) in forces.iter_mut().zip(&*trial) {
+            *force = trial.or_where_not(taken, *force);
+        }
         for (m, vector) in moments.iter_mut().zip(self.coupling.chunks_exact(self.points)) {
-            *m = dot(vector, forces);
+            *m = dot(&trial[first..end], &vector[first..end]).or_where_not(taken, *m);
         }
-        *pressed = self::pressed(forces);
-        if pressed[1] > 0 {
-            scratch.sensitivity(&self.coupling, self.points, slope);
-        } else {
-            slope.fill(0.0);
+        for place in taken.places() {
+            let own = &mut single[place];
+            if (first..end).any(|i| trial[i].get(place) > 0.0) {
+                own.scratch.sensitivity(&self.coupling, self.points, &mut own.slope);
+                slope.iter_mut().zip(&own.slope).for_each(|(out, slope)| out.put(place, *slope));
+            } else {
+                slope.iter_mut().for_each(|out| out.put(place, 0.0));
+            }
         }
-        Ok(solved.iterations)
+        state.pressed = pressed(&state.forces);
     }
 }
 
-/// From the first pressed point to behind the last.
-fn pressed(forces: &[f64]) -> [usize; 2] {
-    let first = forces.iter().position(|&force| force > 0.0);
-    let last = forces.iter().rposition(|&force| force > 0.0);
-    first.zip(last).map_or([0, 0], |(first, last)| [first, last + 1])
+/// From the first point with a force in any run to behind the last.
+#[inline(always)]
+fn nonzero<N: Number>(forces: &[N]) -> [usize; 2] {
+    extent(forces, |force| (!force.equals(N::ZERO)).any())
 }
 
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+/// From the first point that is pressed in any run to behind the last.
+#[inline(always)]
+fn pressed<N: Number>(forces: &[N]) -> [usize; 2] {
+    extent(forces, |force| force.above(N::ZERO).any())
+}
+
+/// From the first number of which it holds to behind the last.
+#[inline(always)]
+fn extent<N: Number>(values: &[N], holds: impl Fn(&N) -> bool) -> [usize; 2] {
+    let Some(last) = values.iter().rposition(&holds) else { return [0, 0] };
+    [values.iter().position(&holds).unwrap_or(0), last + 1]
+}
+
+/// Least and largest.
+pub(super) fn bounds(values: &[f64]) -> [f64; 2] {
+    values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(*v), high.max(*v)])
+}
+
+/// Σ a b.
+#[inline(always)]
+pub(super) fn dot<N: Number>(values: &[N], factors: &[f64]) -> N {
+    values.iter().zip(factors).fold(N::ZERO, |sum, (value, factor)| sum + *value * *factor)
 }

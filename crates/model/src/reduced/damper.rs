@@ -4,6 +4,7 @@
 //! themselves: the D of all contacts are found together, contact by contact until none changes.
 
 use super::{contact::State, motion::Moving};
+use crate::number::{Mask, Number};
 
 /// Sweeps after which they have not settled.
 const MOST_SWEEPS: u32 = 400;
@@ -14,72 +15,89 @@ const SETTLED: f64 = 1e-14;
 
 /// What the last dashpot stands on, if it moves without being a body of the chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Behind {
+pub(super) struct Behind<N> {
     /// Velocity at the end of the step without the dashpot's force, m/s.
-    pub(super) velocity: f64,
+    pub(super) velocity: N,
     /// What a unit of its force adds, m/s/N.
     pub(super) mobility: f64,
 }
 
-/// Find the forces of all dashpots, their coefficients given, the piston moving at `piston` (m/s); returns how often a dashpot was
-/// evaluated. On failure the contact.
-pub(super) fn solve(
-    states: &mut [State],
-    bodies: &[Option<Moving>],
-    piston: f64,
-    behind: Option<Behind>,
+/// Find the forces of all dashpots in the runs `live`, their coefficients given, the piston moving at `piston` (m/s); returns how often a
+/// dashpot was evaluated. Runs in which they do not settle are shown to `unsettled` with the place and the contact.
+#[inline(always)]
+pub(super) fn solve<N: Number>(
+    states: &mut [State<N>],
+    bodies: &[Option<Moving<N>>],
+    piston: N,
+    behind: Option<Behind<N>>,
     tension: bool,
-) -> Result<u64, usize> {
+    live: N::Mask,
+    mut unsettled: impl FnMut(usize, usize),
+) -> u64 {
     let mut evaluations = 0;
+    // Where they have not settled.
+    let mut active = live;
+    let mut worst = N::ZERO;
     for sweep in 0..MOST_SWEEPS {
-        let (mut worst, mut change, mut largest) = (0, 0.0, 0.0);
+        let (mut change, mut largest) = (N::ZERO, N::ZERO);
+        worst = N::ZERO;
         for contact in 0..states.len() {
             let coefficient = states[contact].coefficient;
             let own = states[contact].damping;
-            if coefficient == 0.0 {
-                states[contact].damping = 0.0;
+            let on = !coefficient.equals(N::ZERO);
+            if !on.any() {
+                states[contact].damping = N::ZERO;
                 continue;
             }
-            let (mut rate, mut mobility, mut fastest) = (0.0, 0.0, 0.0);
-            for (slot, sign) in [(contact, 1.0), (contact + 1, -1.0)] {
+            let (mut rate, mut mobility, mut fastest) = (N::ZERO, 0.0, N::ZERO);
+            for (slot, is_before) in [(contact, true), (contact + 1, false)] {
+                let toward = |rate: N, velocity: N| if is_before { rate + velocity } else { rate - velocity };
                 match &bodies[slot] {
                     Some(body) => {
-                        let net = states[slot - 1].total() - states.get(slot).map_or(0.0, State::total);
-                        rate += sign * (body.rigid_velocity + body.mobility() * net);
+                        let net = states[slot - 1].total() - states.get(slot).map_or(N::ZERO, State::total);
+                        rate = toward(rate, body.rigid_velocity + net * body.mobility());
                         mobility += body.mobility();
-                        fastest = f64::max(fastest, body.rigid_velocity.abs());
+                        fastest = fastest.larger(body.rigid_velocity.magnitude());
                     }
                     None if slot == 0 => {
-                        rate += piston;
-                        fastest = f64::max(fastest, piston.abs());
+                        rate = rate + piston;
+                        fastest = fastest.larger(piston.magnitude());
                     }
                     None => {
                         if let Some(behind) = behind {
-                            rate -= behind.velocity + behind.mobility * own;
+                            rate = rate - (behind.velocity + own * behind.mobility);
                             mobility += behind.mobility;
                         }
                     }
                 }
             }
             // Without this dashpot's own force the rate is larger by mobility × D.
-            let force = coefficient * (rate + mobility * own) / (1.0 + coefficient * mobility);
-            let force = if tension { force } else { force.max(-states[contact].pressing) };
-            states[contact].damping = force;
+            let force = coefficient * (rate + own * mobility) / (coefficient * mobility + 1.0);
+            let force = if tension { force } else { force.larger(N::ZERO - states[contact].pressing) };
+            let force = force.or_where_not(on, N::ZERO);
+            states[contact].damping = force.or_where_not(active, own);
             evaluations += 1;
-            largest = f64::max(largest, force.abs().max(states[contact].pressing));
+            let mut scale = force.magnitude().larger(states[contact].pressing);
             if sweep >= ROUNDING_SWEEPS {
-                largest = largest.max(coefficient * fastest);
+                scale = scale.larger(coefficient * fastest);
             }
-            if !((force - own).abs() <= change) {
-                (worst, change) = (contact, (force - own).abs());
+            largest = largest.larger(scale.or_where_not(on, N::ZERO));
+            let moved = (force - own).magnitude();
+            let less = moved.within(change) | !on;
+            worst = worst.or_where_not(less, N::all(contact as f64));
+            change = change.or_where_not(less, moved);
+        }
+        active = active & !change.within(largest * SETTLED);
+        if !active.any() {
+            return evaluations;
+        }
+        for place in active.places() {
+            if !change.get(place).is_finite() {
+                unsettled(place, worst.get(place) as usize);
+                active = active & N::Mask::but(place);
             }
-        }
-        if change <= SETTLED * largest {
-            return Ok(evaluations);
-        }
-        if !change.is_finite() {
-            return Err(worst);
         }
     }
-    Err(0)
+    active.places().for_each(|place| unsettled(place, worst.get(place) as usize));
+    evaluations
 }

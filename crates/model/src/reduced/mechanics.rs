@@ -1,12 +1,15 @@
 //! Everything linear of one run: bodies with the modes its step can follow, contacts condensed on what is left.
 
+use std::ops::Range;
+
 use super::{
-    contact::{Condensed, dot},
+    contact::{BLOCK, Condensed, bounds, dot},
     rank::Crossing,
     reduction::{Face, Member, Reduction, Watch},
 };
 use crate::{
     fea::FeaError,
+    number::Number,
     scene::{Scene, Support},
 };
 
@@ -36,8 +39,8 @@ pub(super) struct Surface {
     columns: Vec<f64>,
     /// Modes only, point by point.
     rows: Vec<f64>,
-    /// Least and largest value of every column.
-    bounds: Vec<[f64; 2]>,
+    /// Least and largest value of every column in every block.
+    bounds: Vec<Vec<[f64; 2]>>,
 }
 
 /// Which flexibility the contacts have.
@@ -55,37 +58,42 @@ impl Surface {
         let mut columns = face.axial.clone();
         columns.extend_from_slice(&face.shapes[..modes * points]);
         let rows = (0..points).flat_map(|i| (0..modes).map(move |k| face.shapes[k * points + i])).collect();
-        let bounds = columns
-            .chunks_exact(points)
-            .map(|column| {
-                column.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(*v), high.max(*v)])
-            })
-            .collect();
+        let block = |first: usize| {
+            let end = (first + BLOCK).min(points);
+            columns.chunks_exact(points).map(|column| bounds(&column[first..end])).collect()
+        };
+        let bounds = (0..points).step_by(BLOCK).map(block).collect();
         Self { points, columns, rows, bounds }
     }
 
-    /// Take the displacements of rigid motion (m) and modes from the gaps.
-    pub(super) fn close(&self, rigid: f64, modal: &[f64], gaps: &mut [f64]) {
+    /// Take the displacements of rigid motion (m) and modes from the gaps of these points.
+    #[inline(always)]
+    pub(super) fn close<N: Number>(&self, rigid: N, modal: &[N], points: Range<usize>, gaps: &mut [N]) {
         for (amount, column) in std::iter::once(&rigid).chain(modal).zip(self.columns.chunks_exact(self.points)) {
-            gaps.iter_mut().zip(column).for_each(|(gap, shape)| *gap -= amount * shape);
+            N::subtract(gaps, *amount, &column[points.clone()]);
         }
     }
 
-    /// A lower bound of how much that adds to any gap, m.
-    pub(super) fn least(&self, rigid: f64, modal: &[f64]) -> f64 {
-        let amounts = std::iter::once(&rigid).chain(modal);
-        -amounts.zip(&self.bounds).map(|(amount, [low, high])| (amount * low).max(amount * high)).sum::<f64>()
+    /// Lower bounds of how much that adds to the gaps of every block, m, added to `least`.
+    #[inline(always)]
+    pub(super) fn least<N: Number>(&self, rigid: N, modal: &[N], least: &mut [N]) {
+        for (least, bounds) in least.iter_mut().zip(&self.bounds) {
+            for (amount, [low, high]) in std::iter::once(&rigid).chain(modal).zip(bounds) {
+                *least = *least - (*amount * *low).larger(*amount * *high);
+            }
+        }
     }
 
     /// Add the forces on the points (N, pressing inwards) to those on the modes.
-    pub(super) fn press(&self, forces: &[f64], [first, end]: [usize; 2], modal: &mut [f64]) {
+    #[inline(always)]
+    pub(super) fn press<N: Number>(&self, forces: &[N], [first, end]: [usize; 2], modal: &mut [N]) {
         let modes = modal.len();
         if modes == 0 {
             return;
         }
         let rows = self.rows.chunks_exact(modes).zip(forces);
         for (row, force) in rows.take(end).skip(first) {
-            modal.iter_mut().zip(row).for_each(|(out, shape)| *out -= shape * force);
+            N::subtract(modal, *force, row);
         }
     }
 }
@@ -215,8 +223,8 @@ fn residual(compliance: &[f64], factor: f64, to: &Face, from: &Face, squares: &[
 
 impl Watch {
     /// Displacement (m) of the place in a body that moved by `rigid` (m) and `modal` under the forces of its front and back (N).
-    pub(super) fn displacement(&self, rigid: f64, modal: &[f64], front: &[f64], back: &[f64]) -> f64 {
-        let bent = dot(&self.front, front) + dot(&self.back, back);
-        rigid + dot(&self.shapes, modal) - bent
+    pub(super) fn displacement<N: Number>(&self, rigid: N, modal: &[N], front: &[N], back: &[N]) -> N {
+        let bent = dot(front, &self.front) + dot(back, &self.back);
+        rigid + dot(modal, &self.shapes) - bent
     }
 }

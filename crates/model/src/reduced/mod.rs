@@ -16,6 +16,7 @@
 //! Vib.*, arXiv 2111.07693.
 
 mod array;
+mod backing;
 pub mod basis;
 mod cache;
 mod chain;
@@ -28,8 +29,10 @@ mod rank;
 mod record;
 pub mod reduction;
 mod rest;
+mod run;
 mod stepping;
 
 pub use cache::{Cache, Origin};
 pub use mechanics::LARGEST_PHASE;
 pub use reduction::Reduction;
+pub(crate) use run::{FEWEST_TOGETHER, MOST_TOGETHER, go_together};

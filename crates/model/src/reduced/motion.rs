@@ -7,24 +7,25 @@
 //! μ_k = (x/sin x)² with x = ω_k h/2 is the modal mass with which a free mode turns at exactly ω_k.
 
 use super::reduction::Kind;
+use crate::number::Number;
 
 /// One body in motion.
 #[derive(Debug, Clone)]
-pub(super) struct Moving {
+pub(super) struct Moving<N> {
     /// 1/m, 1/kg; 0 of a clamped body.
     inverse_mass: f64,
     /// Displacement of the mass mean along z, m.
-    pub(super) rigid: f64,
+    pub(super) rigid: N,
     /// Its velocity, m/s.
-    pub(super) rigid_velocity: f64,
+    pub(super) rigid_velocity: N,
     /// Its displacement in the last drift, m.
-    pub(super) travelled: f64,
+    pub(super) travelled: N,
     /// q of every mode, m·√kg.
-    pub(super) modal: Vec<f64>,
+    pub(super) modal: Vec<N>,
     /// Its velocity.
-    modal_velocity: Vec<f64>,
+    modal_velocity: Vec<N>,
     /// Forces on the modes, N/√kg.
-    pub(super) forces: Vec<f64>,
+    pub(super) forces: Vec<N>,
     squares: Vec<f64>,
     masses: Vec<f64>,
     /// h/(2 μ), s.
@@ -32,7 +33,7 @@ pub(super) struct Moving {
     step: f64,
 }
 
-impl Moving {
+impl<N: Number> Moving<N> {
     /// At rest and undeformed.
     pub(super) fn new(kind: &Kind, squares: &[f64], step: f64) -> Self {
         let mass = |square: &f64| {
@@ -40,12 +41,12 @@ impl Moving {
             (half / half.sin()).powi(2)
         };
         let masses: Vec<f64> = squares.iter().map(mass).collect();
-        let zeros = vec![0.0; squares.len()];
+        let zeros = vec![N::ZERO; squares.len()];
         Self {
             inverse_mass: if kind.is_free { 1.0 / kind.mass } else { 0.0 },
-            rigid: 0.0,
-            rigid_velocity: 0.0,
-            travelled: 0.0,
+            rigid: N::ZERO,
+            rigid_velocity: N::ZERO,
+            travelled: N::ZERO,
             modal: zeros.clone(),
             modal_velocity: zeros.clone(),
             forces: zeros,
@@ -64,27 +65,31 @@ impl Moving {
     /// Bend the modes to the forces at rest.
     pub(super) fn settle(&mut self) {
         for ((q, force), square) in self.modal.iter_mut().zip(&self.forces).zip(&self.squares) {
-            *q = force / square;
+            *q = *force / *square;
         }
     }
 
     /// Half a step of velocity under the axial force `net` (N).
-    pub(super) fn kick(&mut self, net: f64) {
-        self.rigid_velocity += 0.5 * self.step * self.inverse_mass * net;
+    #[inline(always)]
+    pub(super) fn kick(&mut self, net: N) {
+        self.rigid_velocity = self.rigid_velocity + net * (0.5 * self.step * self.inverse_mass);
         let modes = self.modal.iter().zip(&self.forces).zip(self.squares.iter().zip(&self.halves));
         for (velocity, ((q, force), (square, half))) in self.modal_velocity.iter_mut().zip(modes) {
-            *velocity += half * (force - square * q);
+            *velocity = *velocity + (*force - *q * *square) * *half;
         }
     }
 
     /// A step of displacement.
+    #[inline(always)]
     pub(super) fn drift(&mut self) {
-        self.travelled = self.step * self.rigid_velocity;
-        self.rigid += self.travelled;
+        self.travelled = self.rigid_velocity * self.step;
+        self.rigid = self.rigid + self.travelled;
         let step = self.step;
-        self.modal.iter_mut().zip(&self.modal_velocity).for_each(|(q, velocity)| *q += step * velocity);
+        self.modal.iter_mut().zip(&self.modal_velocity).for_each(|(q, velocity)| *q = *q + *velocity * step);
     }
+}
 
+impl Moving<f64> {
     /// Kinetic energy, and that stored in the modes, J.
     pub(super) fn energy(&self) -> (f64, f64) {
         let rigid = if self.inverse_mass > 0.0 { self.rigid_velocity.powi(2) / self.inverse_mass } else { 0.0 };
@@ -106,7 +111,7 @@ mod tests {
     fn a_free_mode_turns_at_its_own_frequency_at_any_step() {
         for phase in [0.1, 1.0, 2.0_f64] {
             let step = 5e-8;
-            let mut body = Moving::new(&kind(), &[(phase / step).powi(2)], step);
+            let mut body = Moving::<f64>::new(&kind(), &[(phase / step).powi(2)], step);
             body.modal[0] = 1.0;
             for taken in 1..=1000 {
                 body.kick(0.0);
@@ -122,7 +127,7 @@ mod tests {
     fn a_held_force_bends_a_mode_about_its_static_answer_at_any_step() {
         let step = 5e-8;
         let square = (1.7 / step) * (1.7 / step);
-        let mut body = Moving::new(&kind(), &[square], step);
+        let mut body = Moving::<f64>::new(&kind(), &[square], step);
         body.forces[0] = 3.0;
         let mut sum = 0.0;
         // 1.7 rad a step: the mean over many turns.
@@ -139,10 +144,10 @@ mod tests {
 
     #[test]
     fn backwards_in_time_it_returns() {
-        let mut body = Moving::new(&kind(), &[1e13, 3e14], 5e-8);
+        let mut body = Moving::<f64>::new(&kind(), &[1e13, 3e14], 5e-8);
         body.modal.copy_from_slice(&[1e-9, -2e-9]);
         body.rigid_velocity = 0.2;
-        let steps = |body: &mut Moving| {
+        let steps = |body: &mut Moving<f64>| {
             for _ in 0..500 {
                 body.kick(0.3);
                 body.drift();

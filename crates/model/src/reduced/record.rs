@@ -1,62 +1,53 @@
 //! What is recorded of a run.
 
-use super::{contact::State, mechanics::Mechanics, motion::Moving, reduction::Reduction};
+use super::stepping::Motion;
 use crate::{
     fea::{
         energy::Ledger,
         trace::{Sampling, edge_radius},
     },
+    number::Number,
     response::{ObservedPoint, Response},
 };
 use granchain_signal::Series;
 
-/// Series taken at the samples. Centres and far pole carry no velocity of their own (their flexibility is static): it is the central
-/// difference of their displacements over the two steps around the sample.
+/// Velocities of watched places at the samples: of every bead's centre, and last of the far pole. They carry none of their own (their
+/// flexibility is static): it is the central difference of their displacements over the two steps around the sample.
 #[derive(Debug)]
-pub(super) struct Record {
+pub(super) struct Follower<N> {
     sampling: Sampling,
-    piston: Vec<f64>,
-    displacement: Vec<Vec<f64>>,
-    velocity: Vec<Vec<f64>>,
-    force: Vec<Vec<f64>>,
-    radius: Vec<Vec<f64>>,
-    /// Displacements of the watched places at this step, the last, and the one before, m.
-    steps: [Vec<f64>; 3],
+    /// The first of the places that are followed, to the last.
+    first: usize,
+    pub(super) velocity: Vec<Vec<N>>,
+    /// Displacements at this step, the last, and the one before, m.
+    steps: [Vec<N>; 3],
 }
 
-impl Record {
-    pub(super) fn new(sampling: Sampling, beads: usize) -> Self {
-        let columns = |count: usize| (0..count).map(|_| Vec::with_capacity(sampling.samples)).collect();
+impl<N: Number> Follower<N> {
+    /// Of the places from `first` on of a chain of so many beads.
+    pub(super) fn new(sampling: Sampling, first: usize, beads: usize) -> Self {
+        let places = beads + 1 - first;
         Self {
             sampling,
-            piston: Vec::with_capacity(sampling.samples),
-            displacement: columns(beads),
-            velocity: columns(beads + 1),
-            force: columns(beads + 1),
-            radius: columns(beads + 1),
-            steps: [const { Vec::new() }; 3].map(|_: Vec<f64>| vec![0.0; beads + 1]),
+            first,
+            velocity: (0..places).map(|_| Vec::with_capacity(sampling.samples)).collect(),
+            steps: std::array::from_fn(|_| vec![N::ZERO; places]),
         }
     }
 
-    /// Follow the watched places through step `taken`, where a sample needs it.
-    pub(super) fn follow(
-        &mut self,
-        taken: usize,
-        reduction: &Reduction,
-        mechanics: &Mechanics,
-        bodies: &[Option<Moving>],
-        states: &[State],
-    ) {
+    /// Follow the places through step `taken`, where a sample needs it.
+    pub(super) fn follow<B>(&mut self, taken: usize, motion: &Motion<'_, N, B>) {
         let stride = self.sampling.steps_per_sample;
         if !matches!(taken % stride, 0 | 1) && taken % stride != stride - 1 {
             return;
         }
         self.steps.rotate_right(1);
+        let (reduction, states) = (motion.reduction, &motion.states);
         let beads = reduction.beads.len();
-        for (place, value) in self.steps[0].iter_mut().enumerate() {
+        for (place, value) in (self.first..).zip(&mut self.steps[0]) {
             let bead = place.min(beads - 1);
-            let watch = &mechanics.watched[reduction.beads[bead]][place - bead];
-            if let Some(body) = &bodies[bead + 1] {
+            let watch = &motion.mechanics.watched[reduction.beads[bead]][place - bead];
+            if let Some(body) = &motion.bodies[bead + 1] {
                 *value = watch.displacement(body.rigid, &body.modal, &states[bead].forces, &states[bead + 1].forces);
             }
         }
@@ -70,25 +61,59 @@ impl Record {
             self.push_velocity(1, h);
         }
         if taken == 0 && self.sampling.steps() == 0 {
-            self.velocity.iter_mut().for_each(|column| column.push(0.0));
+            self.velocity.iter_mut().for_each(|column| column.push(N::ZERO));
         }
     }
 
     fn push_velocity(&mut self, older: usize, time: f64) {
-        for (place, column) in self.velocity.iter_mut().enumerate() {
-            column.push((self.steps[0][place] - self.steps[older][place]) / time);
+        for place in 0..self.velocity.len() {
+            let velocity = self.over(place, older, time);
+            self.velocity[place].push(velocity);
+        }
+    }
+
+    /// Mean velocity of a place since the displacement `older` of the last three, `time` (s) ago.
+    fn over(&self, place: usize, older: usize, time: f64) -> N {
+        (self.steps[0][place] - self.steps[older][place]) / time
+    }
+
+    /// Velocity of the first place at the end of a run that ends with the step last followed.
+    pub(super) fn at_the_end(&self) -> N {
+        if self.sampling.steps() == 0 { N::ZERO } else { self.over(0, 1, self.sampling.step()) }
+    }
+}
+
+/// Series taken at the samples.
+#[derive(Debug)]
+pub(super) struct Record {
+    pub(super) follower: Follower<f64>,
+    piston: Vec<f64>,
+    displacement: Vec<Vec<f64>>,
+    force: Vec<Vec<f64>>,
+    radius: Vec<Vec<f64>>,
+}
+
+impl Record {
+    pub(super) fn new(sampling: Sampling, beads: usize) -> Self {
+        let columns = |count: usize| (0..count).map(|_| Vec::with_capacity(sampling.samples)).collect();
+        Self {
+            follower: Follower::new(sampling, 0, beads),
+            piston: Vec::with_capacity(sampling.samples),
+            displacement: columns(beads),
+            force: columns(beads + 1),
+            radius: columns(beads + 1),
         }
     }
 
     /// Take a sample.
-    pub(super) fn sample(&mut self, piston: f64, reduction: &Reduction, states: &[State]) {
-        self.piston.push(piston);
-        for (column, value) in self.displacement.iter_mut().zip(&self.steps[0]) {
+    pub(super) fn sample<B>(&mut self, motion: &Motion<'_, f64, B>) {
+        self.piston.push(motion.piston);
+        for (column, value) in self.displacement.iter_mut().zip(&self.follower.steps[0]) {
             column.push(*value);
         }
-        for (contact, state) in states.iter().enumerate() {
+        for (contact, state) in motion.states.iter().enumerate() {
             self.force[contact].push(state.total());
-            let geometry = &reduction.geometries[reduction.contacts[contact]];
+            let geometry = &motion.reduction.geometries[motion.reduction.contacts[contact]];
             let radius = if state.is_pressed() {
                 edge_radius(&geometry.positions, geometry.is_ring, state.pressed)
             } else {
@@ -99,9 +124,10 @@ impl Record {
     }
 
     pub(super) fn response(self, observed: ObservedPoint, ledger: &Ledger) -> Response {
-        let series = |values: Vec<f64>| Series::new(0.0, self.sampling.output_step, values);
+        let output_step = self.follower.sampling.output_step;
+        let series = |values: Vec<f64>| Series::new(0.0, output_step, values);
         let all = |columns: Vec<Vec<f64>>| columns.into_iter().map(series).collect::<Vec<_>>();
-        let mut velocity = all(self.velocity);
+        let mut velocity = all(self.follower.velocity);
         let pole_velocity = velocity.pop().unwrap_or_else(|| series(Vec::new()));
         Response {
             piston_displacement: series(self.piston),

@@ -75,7 +75,7 @@ fn press(
     approaches: &mut [f64],
 ) -> Result<u32, FeaError> {
     let own = |contact: usize| &statics.condensed[statics.of_contact[contact]];
-    let mut moments: Vec<Vec<f64>> = (0..forces.len()).map(|contact| State::new(own(contact)).moments).collect();
+    let mut moments: Vec<Vec<f64>> = (0..forces.len()).map(|contact| State::<f64>::new(own(contact)).moments).collect();
     settle(force, approaches, |contact, guess| {
         let (condensed, geometry) = (own(contact), &reduction.geometries[reduction.contacts[contact]]);
         let mut free = geometry.gaps.clone();
@@ -91,7 +91,7 @@ fn press(
         let found = force_at(condensed.compliance(), &geometry.axial, &free, force, guess, &mut forces[contact])
             .map_err(|iterations| FeaError::NoEquilibrium { force, contact: contact + 1, iterations })?;
         for (moment, vector) in moments[contact].iter_mut().zip(condensed.vectors()) {
-            *moment = dot(vector, &forces[contact]);
+            *moment = dot(&forces[contact], vector);
         }
         Ok(found)
     })

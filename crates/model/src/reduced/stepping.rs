@@ -1,210 +1,170 @@
-//! One run, step after step.
+//! Step after step, of one run or of several side by side.
+
+use std::ops::Range;
 
 use super::{
+    backing::Backing,
     chain::{self, Unsolved},
-    contact::{State, dot},
-    damper::{self, Behind},
-    mechanics::{Flexibility, LARGEST_PHASE, Mechanics},
+    contact::{BLOCK, Measure, State, dot},
+    damper,
+    mechanics::{Mechanics, Surface},
     motion::Moving,
-    record::Record,
     reduction::Reduction,
     rest::Rest,
 };
 use crate::{
-    ModelError, Progress,
-    contact_law::{Dashpot, dashpots},
-    fea::{FeaError, control::Cause, energy::Ledger, resolution, trace::Sampling},
-    need_drive,
-    response::{ObservedPoint, Response, SolverWork},
-    scene::{PistonMotion, Scene},
-    tally,
-    water::{behind::DiscBehind, front::WaterRecord},
+    ModelError,
+    contact_law::Dashpot,
+    fea::{FeaError, control::Cause},
+    number::{Mask, Number},
+    scene::DampingTerm,
 };
 
-/// One run of a scene.
-#[derive(Debug)]
-struct Run<'a> {
-    reduction: &'a Reduction,
-    mechanics: Mechanics,
-    rest: Rest,
-    /// Least gap of every contact at zero displacement, m.
-    least: Vec<f64>,
-    dashpots: Vec<Dashpot>,
-    tension: bool,
-    is_damped: bool,
-    /// By slot: piston, beads, support.
-    bodies: Vec<Option<Moving>>,
-    states: Vec<State>,
-    /// Whole and dashpot forces of the last step, N.
-    before: Vec<[f64; 2]>,
-    piston: f64,
-    ledger: Ledger,
-    wet: Option<Wet>,
-}
-
-/// The disc on the water behind the last contact.
-#[derive(Debug)]
-struct Wet {
-    disc: DiscBehind,
-    /// Least retreat of the contact's points without forces at the end of the step, m.
-    least: f64,
-    /// Force of the dashpot that the contact is solved with, N.
-    damping: f64,
-}
-
-impl Wet {
-    fn predict(&mut self) {
-        self.disc.predict();
-        self.least = self.disc.predicted().iter().copied().fold(f64::INFINITY, f64::min);
-    }
-
-    /// Energy of the disc and of what it gave to the water, J, less what the contact's own account ([`State::energy`]) has of it: ½ λᵀ C λ.
-    fn energy(&mut self, forces: &[f64]) -> f64 {
-        let rows = self.disc.compliance().chunks_exact(forces.len()).zip(forces);
-        let counted: f64 = rows.map(|(row, force)| force * dot(row, forces)).sum();
-        self.disc.energies().iter().sum::<f64>() - 0.5 * counted
-    }
-}
-
-/// Passes after which the dashpot at the disc and the contact there have not settled, and the change of its force over the largest force at
-/// which they have: the contact feels that change over a step by a thousandth of it at most.
+/// Passes after which the dashpot behind the last contact and the contact there have not settled, and the change of its force over the largest
+/// force at which they have: the contact feels that change over a step by a thousandth of it at most.
 const MOST_DASHPOT_PASSES: u32 = 60;
 const DASHPOT_SETTLED: f64 = 1e-10;
 
-impl Reduction {
-    /// Run a scene with these bodies, the piston moving as `motion`.
-    ///
-    /// # Errors
-    /// [`ModelError`] when a step had no solution, or the caller stopped the run.
-    pub fn run_with(
-        &self,
-        scene: &Scene,
-        motion: &dyn PistonMotion,
-        progress: Progress<'_>,
-    ) -> Result<Response, ModelError> {
-        need_drive(scene, "reduced")?;
-        let poles = self.geometries.iter().filter(|geometry| !geometry.is_ring);
-        resolution::check(scene, poles.map(|geometry| &geometry.gaps[..]))?;
-        let sampling = Sampling::new(scene, scene.model.reduced.step);
-        let mut run = Run::new(self, scene, sampling.step(), motion.at(0.0).0)?;
-        let mut record = Record::new(sampling, self.beads.len());
-        let mut heard = scene.water.as_ref().map(|water| WaterRecord::new(water, sampling.samples));
-        let listen = |run: &Run<'_>, heard: &mut Option<WaterRecord>| {
-            if let (Some(wet), Some(heard)) = (&run.wet, heard) {
-                wet.disc.sample(heard);
-            }
-        };
-        let energy = run.energy();
-        run.ledger.begin(energy);
-        record.follow(0, self, &run.mechanics, &run.bodies, &run.states);
-        record.sample(run.piston, self, &run.states);
-        listen(&run, &mut heard);
-        let step = sampling.step();
-        for taken in 1..=sampling.steps() {
-            let time = taken as f64 * step;
-            run.advance(motion.at(time)).map_err(|failure| failed(failure, time, step))?;
-            record.follow(taken, self, &run.mechanics, &run.bodies, &run.states);
-            if taken.is_multiple_of(sampling.steps_per_sample) {
-                record.sample(run.piston, self, &run.states);
-                listen(&run, &mut heard);
-                let energy = run.energy();
-                run.ledger.sample(energy);
-                if !progress(time) {
-                    return Err(ModelError::Stopped { time });
-                }
-            }
-        }
-        let bodies: u64 = run.bodies.iter().flatten().map(|body| 1 + body.modal.len() as u64).sum();
-        run.ledger.work.unknowns = bodies;
-        if let Some(wet) = &run.wet {
-            wet.disc.count(&mut run.ledger.work);
-        }
-        let observed = ObservedPoint::of(self.support.is_none() && self.front.is_none());
-        let mut response = record.response(observed, &run.ledger);
-        if let (Some(heard), Some(front), Some(water), Some(wet)) = (heard, &self.front, &scene.water, &mut run.wet) {
-            heard.enter(front, water, wet.disc.energies(), &mut response);
-        }
-        Ok(response)
-    }
+/// Runs of scenes with the same bodies.
+#[derive(Debug)]
+pub(super) struct Motion<'a, N: Number, B> {
+    pub(super) reduction: &'a Reduction,
+    pub(super) mechanics: Mechanics,
+    /// Gaps of the points of every contact at zero displacement, the least of them in every block, and the overlap of the rigid motions
+    /// there, m.
+    gaps: Vec<Vec<N>>,
+    least: Vec<Vec<N>>,
+    overlaps: Vec<N>,
+    /// Coefficients of every contact's dashpot.
+    dashpots: Vec<[N; DampingTerm::ALL.len()]>,
+    tension: bool,
+    is_damped: bool,
+    /// By slot: piston, beads, support.
+    pub(super) bodies: Vec<Option<Moving<N>>>,
+    pub(super) states: Vec<State<N>>,
+    /// Displacement of the piston, m.
+    pub(super) piston: N,
+    pub(super) backing: B,
+    /// Runs that go on, and why others do not.
+    pub(super) live: N::Mask,
+    pub(super) failed: Vec<(usize, Failure)>,
+    unsolved: Vec<(usize, Unsolved)>,
+    pub(super) work: Work,
+}
+
+/// What the steps took.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Work {
+    pub(super) contact_sweeps: u64,
+    pub(super) active_sets: u64,
+    pub(super) dashpot_evaluations: u64,
 }
 
 /// Why a step failed.
-enum Failure {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Failure {
     Contact(Cause, usize),
     NotFinite(usize),
 }
 
-fn failed(failure: Failure, time: f64, step: f64) -> ModelError {
-    match failure {
-        Failure::Contact(cause, contact) => {
-            FeaError::StepGivenUp { time: time - step, step, contact: contact + 1, cause }.into()
+impl Failure {
+    /// In the step of length `step` that ends at `time`, s.
+    pub(super) fn at(self, time: f64, step: f64) -> ModelError {
+        match self {
+            Self::Contact(cause, contact) => {
+                FeaError::StepGivenUp { time: time - step, step, contact: contact + 1, cause }.into()
+            }
+            Self::NotFinite(bead) => ModelError::NonFinite { time, step, bead },
         }
-        Failure::NotFinite(bead) => ModelError::NonFinite { time, step, bead },
     }
 }
 
-impl<'a> Run<'a> {
-    fn new(reduction: &'a Reduction, scene: &Scene, step: f64, piston: f64) -> Result<Self, FeaError> {
-        let rest = Rest::new(reduction, scene)?;
-        let mut work = SolverWork { equilibrium_sweeps: u64::from(rest.sweeps), ..SolverWork::default() };
-        let dashpots = dashpots(&scene.damping, rest.forces.len());
-        let wet = match (&reduction.front, &scene.water, &*dashpots, &*rest.forces) {
-            (Some(front), Some(water), [.., dashpot], [.., forces]) => {
-                let held = if scene.chain.precompression > 0.0 { &forces[..] } else { &[] };
-                let made = || DiscBehind::new(front, water, step, !dashpot.is_absent(), held);
-                let (disc, made) = tally::during(made);
-                (work.factorisations, work.kernels) = (made.factorisations, made.kernels);
-                let disc = disc.map_err(Box::new)?;
-                Some(Wet { disc, least: 0.0, damping: 0.0 })
-            }
-            _ => None,
-        };
-        let further = wet.as_ref().map_or(&[][..], |wet| wet.disc.compliance());
-        let mechanics = Mechanics::new(reduction, scene, Flexibility::Residual(LARGEST_PHASE / step), further)?;
+/// How one run begins and what damps it.
+#[derive(Debug, Clone)]
+pub(super) struct Beginning {
+    pub(super) rest: Rest,
+    pub(super) dashpots: Vec<Dashpot>,
+    /// Displacement of the piston, m.
+    pub(super) piston: f64,
+}
+
+impl<'a, N: Number, B> Motion<'a, N, B> {
+    /// End the runs `lost`.
+    #[cold]
+    fn lose(&mut self, lost: N::Mask, failure: Failure) {
+        let lost = self.live & lost;
+        self.failed.extend(lost.places().map(|place| (place, failure)));
+        self.live = self.live & !lost;
+    }
+}
+
+impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
+    /// At the beginning of the runs in the places `live`, with one beginning a place, the last for those that are left over.
+    pub(super) fn new(
+        reduction: &'a Reduction,
+        mechanics: Mechanics,
+        beginnings: &[Beginning],
+        tension: bool,
+        live: N::Mask,
+        step: f64,
+        backing: B,
+    ) -> Self {
+        let each =
+            |value: &dyn Fn(&Beginning) -> f64| N::of(|place| value(&beginnings[place.min(beginnings.len() - 1)]));
+        let contacts = 0..reduction.contacts.len();
+        let points = |contact: usize| 0..reduction.geometries[reduction.contacts[contact]].gaps.len();
+        let gaps: Vec<Vec<N>> = contacts
+            .clone()
+            .map(|contact| points(contact).map(|i| each(&|own| own.rest.gaps[contact][i])).collect())
+            .collect();
+        let states = contacts.clone().map(|contact| {
+            let forces = points(contact).map(|i| each(&|own| own.rest.forces[contact][i])).collect();
+            let axial = &reduction.geometries[reduction.contacts[contact]].axial;
+            State::pressed_by(&mechanics.condensed[mechanics.of_contact[contact]], forces, axial)
+        });
         let bodies = (0..reduction.beads.len() + 2).map(|slot| {
             let kind = reduction.members[reduction.member(slot)?].kind;
             Some(Moving::new(&reduction.kinds[kind], &mechanics.squares[kind], step))
         });
-        let states = mechanics.of_contact.iter().zip(&rest.forces).zip(&reduction.contacts);
-        let states: Vec<State> = states
-            .map(|((&own, forces), &geometry)| {
-                let axial = &reduction.geometries[geometry].axial;
-                State::pressed_by(&mechanics.condensed[own], forces, axial)
-            })
-            .collect();
-        let mut run = Self {
+        let dashpot =
+            |contact: usize| DampingTerm::ALL.map(|term| each(&|own| own.dashpots[contact].coefficients[term]));
+        let least = |gaps: &[N]| gaps.iter().copied().fold(N::all(f64::INFINITY), N::smaller);
+        let mut motion = Self {
             reduction,
-            least: rest.gaps.iter().map(|gaps| gaps.iter().copied().fold(f64::INFINITY, f64::min)).collect(),
-            is_damped: dashpots.iter().any(|dashpot| !dashpot.is_absent()),
-            dashpots,
-            tension: scene.damping.tension,
+            least: gaps.iter().map(|gaps| gaps.chunks(BLOCK).map(least).collect()).collect(),
+            gaps,
+            overlaps: contacts.clone().map(|contact| each(&|own| own.rest.overlaps[contact])).collect(),
+            is_damped: beginnings.iter().flat_map(|own| &own.dashpots).any(|dashpot| !dashpot.is_absent()),
+            dashpots: contacts.clone().map(dashpot).collect(),
+            tension,
             bodies: bodies.collect(),
-            before: vec![[0.0; 2]; states.len()],
-            states,
-            piston,
-            ledger: Ledger::of(work),
+            states: states.collect(),
+            piston: each(&|own| own.piston),
             mechanics,
-            rest,
-            wet,
+            backing,
+            live,
+            failed: Vec::new(),
+            unsolved: Vec::new(),
+            work: Work::default(),
         };
-        run.press();
-        run.bodies.iter_mut().flatten().for_each(Moving::settle);
-        for contact in 0..run.states.len() {
-            let gaps = Gaps { run: &run, contact };
-            let mut free = vec![0.0; run.states[contact].free.len()];
-            gaps.measure(&mut free);
-            run.states[contact].free = free;
+        motion.press();
+        motion.bodies.iter_mut().flatten().for_each(Moving::settle);
+        for contact in contacts {
+            let mut free = std::mem::take(&mut motion.states[contact].free);
+            Measured { motion: &motion, damping: N::ZERO }.gaps(contact, 0..free.len(), &mut free);
+            motion.states[contact].free = free;
         }
-        Ok(run)
+        motion
     }
 
     /// Forces on the modes, from those of the contacts.
+    #[inline(always)]
     fn press(&mut self) {
         let Self { reduction, mechanics, bodies, states, .. } = self;
         for (slot, body) in bodies.iter_mut().enumerate() {
             let (Some(body), Some(member)) = (body, reduction.member(slot)) else { continue };
             let member = &reduction.members[member];
-            body.forces.fill(0.0);
+            body.forces.fill(N::ZERO);
             let before = &states[slot - 1];
             mechanics.surfaces[member.front].press(&before.forces, before.pressed, &mut body.forces);
             if let (Some(back), Some(after)) = (member.back, states.get(slot)) {
@@ -214,202 +174,189 @@ impl<'a> Run<'a> {
     }
 
     /// Axial force on the body in a slot, N.
-    fn net(states: &[State], slot: usize) -> f64 {
-        states[slot - 1].total() - states.get(slot).map_or(0.0, State::total)
+    #[inline(always)]
+    fn net(states: &[State<N>], slot: usize) -> N {
+        states[slot - 1].total() - states.get(slot).map_or(N::ZERO, State::total)
     }
 
-    /// One step: the piston's displacement (m) and velocity (m/s) at its end.
-    fn advance(&mut self, (position, velocity): (f64, f64)) -> Result<(), Failure> {
+    /// One step: the piston's displacement (m) and velocity (m/s) at its end. Runs that fail are entered in `failed` and live no more.
+    #[inline(always)]
+    pub(super) fn advance(&mut self, position: N, velocity: N) {
         for (slot, body) in self.bodies.iter_mut().enumerate() {
             if let Some(body) = body {
                 body.kick(Self::net(&self.states, slot));
                 body.drift();
             }
         }
-        if let Some(wet) = &mut self.wet {
-            wet.predict();
-        }
-        let pushed = position - self.piston;
+        self.backing.predict();
         self.piston = position;
-        for (before, state) in self.before.iter_mut().zip(&self.states) {
-            *before = [state.total(), state.damping];
-        }
         if self.is_damped {
             for contact in 0..self.states.len() {
-                let overlap = self.rest.overlaps[contact] + self.rigid(contact) - self.rigid(contact + 1);
-                self.states[contact].coefficient = self.dashpots[contact].force(overlap, 1.0);
+                let overlap = self.overlaps[contact] + self.rigid(contact) - self.rigid(contact + 1);
+                let root = overlap.root();
+                let terms = DampingTerm::ALL.into_iter();
+                let sum =
+                    terms.fold(N::ZERO, |sum, term| sum + term.resistance(self.dashpots[contact][term as usize], root));
+                self.states[contact].coefficient = sum.or_where_not(overlap.above(N::ZERO), N::ZERO);
             }
         }
-        self.solve_forces(velocity)?;
+        self.solve_forces(velocity);
         self.press();
-        if let (Some(wet), Some(last)) = (&mut self.wet, self.states.last()) {
-            wet.disc.push(&last.forces, last.damping);
+        if let Some(last) = self.states.last() {
+            self.backing.push(&last.forces, last.damping);
         }
-        for (slot, body) in self.bodies.iter_mut().enumerate() {
-            let Some(body) = body else { continue };
+        for slot in 0..self.bodies.len() {
+            let Some(body) = &mut self.bodies[slot] else { continue };
             body.kick(Self::net(&self.states, slot));
-            if !body.rigid.is_finite() {
-                return Err(Failure::NotFinite(slot));
+            let lost = !body.rigid.finite();
+            if (self.live & lost).any() {
+                self.lose(lost, Failure::NotFinite(slot));
             }
         }
-        self.book(pushed);
-        Ok(())
     }
 
-    /// Forces of contacts and dashpots, the piston moving at `velocity` (m/s). A dashpot at the disc moves the points of the contact there,
-    /// very little: both are found in turn.
-    fn solve_forces(&mut self, velocity: f64) -> Result<(), Failure> {
-        let unsettled = |contact| Failure::Contact(Cause::NotSettled, contact);
+    /// Forces of contacts and dashpots, the piston moving at `velocity` (m/s). A dashpot that moves the points of the last contact does so very
+    /// little: both are found in turn.
+    #[inline(always)]
+    fn solve_forces(&mut self, velocity: N) {
         let last = self.states.len() - 1;
         for _ in 0..MOST_DASHPOT_PASSES {
-            if let Some(wet) = &mut self.wet {
-                wet.damping = self.states[last].damping;
-            }
-            self.solve_contacts()?;
+            let solved_with = self.states[last].damping;
+            self.solve_contacts(solved_with);
             if !self.is_damped {
-                return Ok(());
+                return;
             }
-            let behind = self.wet.as_ref().map(|wet| {
-                let [_, mobility] = wet.disc.mobility();
-                let [_, velocity] = wet.disc.modes_under(&self.states[last].forces);
-                Behind { velocity, mobility }
-            });
-            let solved = damper::solve(&mut self.states, &self.bodies, velocity, behind, self.tension);
-            self.ledger.work.dashpot_evaluations += solved.map_err(unsettled)?;
-            let Some(wet) = self.wet.as_ref().filter(|wet| !wet.disc.coupling().is_empty()) else { return Ok(()) };
+            let behind = self.backing.behind(&self.states[last].forces);
+            let Self { states, bodies, unsolved, tension, live, .. } = self;
+            let unsettled = |place, contact| unsolved.push((place, Unsolved::NotSettled(contact)));
+            let evaluations = damper::solve(states, bodies, velocity, behind, *tension, *live, unsettled);
+            self.work.dashpot_evaluations += evaluations;
+            self.bury();
+            if !self.backing.feels_dashpot() {
+                return;
+            }
             let state = &self.states[last];
-            let scale = state.pressing.max(state.damping.abs());
-            if (state.damping - wet.damping).abs() <= DASHPOT_SETTLED * scale {
-                return Ok(());
+            let scale = state.pressing.larger(state.damping.magnitude());
+            let change = (state.damping - solved_with).magnitude();
+            if !(self.live & !change.within(scale * DASHPOT_SETTLED)).any() {
+                return;
             }
         }
-        Err(unsettled(last))
+        self.lose(N::Mask::all(true), Failure::Contact(Cause::NotSettled, last));
     }
 
-    /// Rigid displacement of the body in a slot, m; of a disc on water that of the modes its dashpot sees, as predicted.
-    fn rigid(&self, slot: usize) -> f64 {
-        match (slot, &self.wet) {
-            (0, _) => self.piston,
-            (slot, Some(wet)) if slot == self.states.len() => {
-                let [place, _] = wet.disc.modes_under(&self.states[slot - 1].forces);
-                place
-            }
-            (slot, _) => self.bodies[slot].as_ref().map_or(0.0, |body| body.rigid),
+    /// Rigid displacement of the body in a slot, m; behind the last contact that of what its dashpot stands on, as predicted.
+    #[inline(always)]
+    fn rigid(&self, slot: usize) -> N {
+        match &self.bodies[slot] {
+            Some(body) => body.rigid,
+            None if slot == 0 => self.piston,
+            None => self.backing.place(&self.states[slot - 1].forces).unwrap_or(N::ZERO),
         }
     }
 
-    fn solve_contacts(&mut self) -> Result<(), Failure> {
+    /// Forces of the contacts, the last dashpot acting with `damping` (N).
+    #[inline(always)]
+    fn solve_contacts(&mut self, damping: N) {
         for contact in 0..self.states.len() {
-            let least = Gaps { run: self, contact }.least();
+            let mut least = std::mem::take(&mut self.states[contact].least);
+            Measured { motion: self, damping }.least(contact, &mut least);
             let state = &mut self.states[contact];
-            (state.least, state.is_measured) = (least, false);
+            (state.least, state.measured) = (least, 0);
         }
-        let mut states = std::mem::take(&mut self.states);
-        let mechanics = &self.mechanics;
-        let measure = |contact: usize, free: &mut [f64]| Gaps { run: self, contact }.measure(free);
-        let solved = chain::solve(&mechanics.condensed, &mechanics.of_contact, &mut states, measure);
-        self.states = states;
-        let effort = solved.map_err(|unsolved| match unsolved {
-            Unsolved::NoActiveSet(contact) => Failure::Contact(Cause::NoActiveSet, contact),
-            Unsolved::NotSettled(contact) => Failure::Contact(Cause::NotSettled, contact),
-        })?;
-        self.ledger.work.contact_sweeps += u64::from(effort.passes);
-        self.ledger.work.active_sets += u64::from(effort.sets);
-        for (contact, state) in self.states.iter_mut().enumerate() {
+        let (mut states, mut unsolved) = (std::mem::take(&mut self.states), std::mem::take(&mut self.unsolved));
+        let Mechanics { condensed, of_contact, .. } = &self.mechanics;
+        let measure = Measured { motion: self, damping };
+        let effort = chain::solve(condensed, of_contact, &mut states, self.live, &mut unsolved, &measure);
+        (self.states, self.unsolved) = (states, unsolved);
+        self.work.contact_sweeps += u64::from(effort.passes);
+        self.work.active_sets += u64::from(effort.sets);
+        self.bury();
+        for contact in 0..self.states.len() {
+            let state = &mut self.states[contact];
             let geometry = &self.reduction.geometries[self.reduction.contacts[contact]];
             let [first, end] = state.pressed;
-            state.pressing = state.forces[first..end]
-                .iter()
-                .zip(&geometry.axial[first..end])
-                .map(|(force, axial)| force * axial)
-                .sum();
+            state.pressing = dot(&state.forces[first..end], &geometry.axial[first..end]);
             let exceeds = end == state.forces.len() && !geometry.is_flat;
             if exceeds || geometry.is_ring && end > 0 && first == 0 {
-                return Err(Failure::Contact(Cause::PatchExceeded, contact));
+                let at = |point: usize| state.forces[point].above(N::ZERO);
+                let last = if geometry.is_flat { N::Mask::all(false) } else { at(state.forces.len() - 1) };
+                let first = if geometry.is_ring { at(0) } else { N::Mask::all(false) };
+                let lost = first | last;
+                self.lose(lost, Failure::Contact(Cause::PatchExceeded, contact));
             }
         }
-        Ok(())
     }
 
-    /// Work of the piston and of the dashpots in this step, by the mean of old and new forces.
-    fn book(&mut self, pushed: f64) {
-        let moved = |slot: usize| match (slot, &self.wet) {
-            (0, _) => pushed,
-            (slot, Some(wet)) if slot == self.states.len() => wet.disc.moved(),
-            (slot, _) => self.bodies[slot].as_ref().map_or(0.0, |body| body.travelled),
-        };
-        let mut dissipated = 0.0;
-        for (contact, (state, [_, damping])) in self.states.iter().zip(&self.before).enumerate() {
-            let force = state.damping + damping;
-            if force != 0.0 {
-                dissipated += 0.5 * force * (moved(contact) - moved(contact + 1));
-            }
+    /// Take the runs without a solution out.
+    #[inline(always)]
+    fn bury(&mut self) {
+        while let Some((place, unsolved)) = self.unsolved.pop() {
+            let failure = match unsolved {
+                Unsolved::NoActiveSet(contact) => Failure::Contact(Cause::NoActiveSet, contact),
+                Unsolved::NotSettled(contact) => Failure::Contact(Cause::NotSettled, contact),
+            };
+            self.lose(!N::Mask::but(place), failure);
         }
-        let work = 0.5 * (self.states[0].total() + self.before[0][0]) * pushed;
-        self.ledger.step(work, dissipated, 0.0);
-        self.ledger.work.steps += 1;
-    }
-
-    /// Kinetic and stored energy, J; a spring behind the support is part of its contact's flexibility.
-    fn energy(&mut self) -> (f64, f64) {
-        let mut contacts: f64 = self.states.iter().map(State::energy).sum();
-        if let (Some(wet), Some(last)) = (&mut self.wet, self.states.last()) {
-            contacts += wet.energy(&last.forces);
-        }
-        self.bodies
-            .iter()
-            .flatten()
-            .map(Moving::energy)
-            .fold((0.0, contacts), |sum, own| (sum.0 + own.0, sum.1 + own.1))
     }
 }
 
-/// The gaps of one contact without its forces.
-struct Gaps<'a, 'b> {
-    run: &'a Run<'b>,
-    contact: usize,
+/// The contacts without their forces, the last dashpot acting with `damping` (N).
+struct Measured<'a, 'b, N: Number, B> {
+    motion: &'a Motion<'b, N, B>,
+    damping: N,
 }
 
-impl<'a> Gaps<'a, '_> {
-    /// The bodies around it with the surfaces they touch it with.
-    fn sides(&self) -> impl Iterator<Item = (&'a Moving, &'a super::mechanics::Surface)> {
-        let (run, contact) = (self.run, self.contact);
+impl<'a, N: Number, B: Backing<N>> Measured<'a, '_, N, B> {
+    /// The bodies around a contact with the surfaces they touch it with.
+    #[inline(always)]
+    fn sides(&self, contact: usize) -> impl Iterator<Item = (&'a Moving<N>, &'a Surface)> {
+        let motion = self.motion;
         [contact, contact + 1].into_iter().filter_map(move |slot| {
-            let member = &run.reduction.members[run.reduction.member(slot)?];
+            let member = &motion.reduction.members[motion.reduction.member(slot)?];
             let face = if slot == contact { member.back? } else { member.front };
-            Some((run.bodies[slot].as_ref()?, &run.mechanics.surfaces[face]))
+            Some((motion.bodies[slot].as_ref()?, &motion.mechanics.surfaces[face]))
         })
     }
 
-    /// The disc on water, at the last contact.
-    fn wet(&self) -> Option<&'a Wet> {
-        self.run.wet.as_ref().filter(|_| self.contact + 1 == self.run.least.len())
+    #[inline(always)]
+    fn is_last(&self, contact: usize) -> bool {
+        contact + 1 == self.motion.least.len()
     }
 
-    fn measure(&self, free: &mut [f64]) {
-        free.copy_from_slice(&self.run.rest.gaps[self.contact]);
-        if self.contact == 0 {
-            let axial = &self.run.reduction.geometries[self.run.reduction.contacts[0]].axial;
-            free.iter_mut().zip(axial).for_each(|(gap, axial)| *gap -= axial * self.run.piston);
+    /// Lower bounds of the gaps of a contact, block by block, m.
+    #[inline(always)]
+    fn least(&self, contact: usize, least: &mut [N]) {
+        let motion = self.motion;
+        least.copy_from_slice(&motion.least[contact]);
+        for (body, surface) in self.sides(contact) {
+            surface.least(body.rigid, &body.modal, least);
         }
-        for (body, surface) in self.sides() {
-            surface.close(body.rigid, &body.modal, free);
+        let add = |least: &mut [N], more: N| least.iter_mut().for_each(|least| *least = *least + more);
+        if contact == 0 {
+            // The axial part of a normal is at most one.
+            add(least, N::ZERO - motion.piston.larger(N::ZERO));
         }
-        if let Some(wet) = self.wet() {
-            free.iter_mut().zip(wet.disc.predicted()).for_each(|(gap, retreat)| *gap += retreat);
-            free.iter_mut().zip(wet.disc.coupling()).for_each(|(gap, share)| *gap += share * wet.damping);
+        if let Some(retreat) = motion.backing.least(self.damping).filter(|_| self.is_last(contact)) {
+            add(least, retreat);
         }
     }
+}
 
-    /// A lower bound of all of them, m.
-    fn least(&self) -> f64 {
-        // The axial part of a normal is at most one.
-        let piston = if self.contact == 0 { self.run.piston.max(0.0) } else { 0.0 };
-        let bodies: f64 = self.sides().map(|(body, surface)| surface.least(body.rigid, &body.modal)).sum();
-        let wet = self.wet().map_or(0.0, |wet| {
-            let share = wet.disc.coupling().iter().fold(0.0, |least: f64, share| least.min(share * wet.damping));
-            wet.least + share
-        });
-        self.run.least[self.contact] - piston + bodies + wet
+impl<N: Number, B: Backing<N>> Measure<N> for Measured<'_, '_, N, B> {
+    #[inline(always)]
+    fn gaps(&self, contact: usize, points: Range<usize>, free: &mut [N]) {
+        let motion = self.motion;
+        free.copy_from_slice(&motion.gaps[contact][points.clone()]);
+        if contact == 0 {
+            let axial = &motion.reduction.geometries[motion.reduction.contacts[0]].axial;
+            N::subtract(free, motion.piston, &axial[points.clone()]);
+        }
+        for (body, surface) in self.sides(contact) {
+            surface.close(body.rigid, &body.modal, points.clone(), free);
+        }
+        if self.is_last(contact) {
+            motion.backing.retreat(points, free, self.damping);
+        }
     }
 }

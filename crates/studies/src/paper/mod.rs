@@ -27,7 +27,7 @@ use granchain_model::{
 };
 use granchain_signal::{
     Series,
-    feature::{AmplitudeSpectrum, FeatureSettings, Ratio, amplitude_spectrum},
+    feature::{AmplitudeSpectrum, FeatureSettings, Measurand, Ratio, amplitude_spectrum},
 };
 
 pub use judgement::{Judgement, Verdict, judge};
@@ -350,8 +350,9 @@ impl Study {
     ) -> Result<Vec<Result<Portrait, String>>, StudyError> {
         let noisy = self.decoder.settings(settings);
         let see = |index, velocity: &Series| Portrait::of(&self.decoder.sees(velocity, index), &noisy);
-        let portraits = members::run(&self.bodies, scene, variations, STEPS_PER_PERIOD, watch, see)
-            .map_err(|source| StudyError::Run { what: "perturbed runs".into(), source })?;
+        let portraits =
+            members::run(&self.bodies, scene, variations, STEPS_PER_PERIOD, Measurand::Velocity, watch, see)
+                .map_err(|source| StudyError::Run { what: "perturbed runs".into(), source })?;
         if watch.stop() { Err(StudyError::Stopped) } else { Ok(portraits) }
     }
 }

@@ -15,7 +15,10 @@ use granchain_model::{
     response::Response,
     scene::{self, PistonMotion, Scene},
 };
-use granchain_signal::{Series, feature::FeatureError};
+use granchain_signal::{
+    Series,
+    feature::{FeatureError, Measurand},
+};
 
 /// Energy (J) unaccounted for over the largest that is allowed.
 #[derive(Debug, Clone, Copy)]
@@ -106,7 +109,8 @@ impl<'a> Room<'a> {
         see: impl Fn(usize, &Series) -> Result<T, FeatureError> + Sync,
     ) -> Result<Vec<Result<T, String>>, String> {
         let watch = Stopper(self.watch);
-        members::run(self.bodies, scene, variations, steps_per_period, &watch, see).map_err(|error| error.to_string())
+        members::run(self.bodies, scene, variations, steps_per_period, Measurand::Velocity, &watch, see)
+            .map_err(|error| error.to_string())
     }
 
     fn analyse(&self, scene: &Scene, motion: &dyn PistonMotion) -> Result<Ran, ModelError> {

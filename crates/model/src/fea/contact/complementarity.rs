@@ -11,6 +11,8 @@
 //! Kunisch 2002, *SIAM J. Optim.* 13, 865), and should that cycle, by least-index principal pivoting (Murty 1974, *Linear Algebra
 //! Appl.* 9, 237), which ends for every positive definite W.
 
+use std::ops::Range;
+
 /// Where the search for the active set begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ordering {
@@ -19,6 +21,9 @@ pub enum Ordering {
     /// Any set: a ring on an annulus, an interval of its points.
     Any,
 }
+
+/// Sets tried before the slower search that cannot cycle.
+pub(crate) const MOST_SETS: u32 = 40;
 
 /// Result of one solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,6 +56,8 @@ pub struct Scratch {
     /// Whether the factor of the last set is used again for the same set: for one compliance that stays as it is.
     keeps: bool,
     factored: Vec<usize>,
+    /// The set whose sensitivity was asked for last.
+    answered: Vec<usize>,
     forward: Vec<f64>,
     active: Vec<usize>,
     next: Vec<usize>,
@@ -65,6 +72,7 @@ impl Scratch {
         Self {
             keeps: false,
             factored: Vec::with_capacity(size),
+            answered: Vec::with_capacity(size),
             forward: vec![0.0; size],
             active: Vec::with_capacity(size),
             next: Vec::with_capacity(size),
@@ -79,9 +87,44 @@ impl Scratch {
         Self { keeps: true, ..Self::new(size) }
     }
 
+    /// The set to begin with: of the points pressed so far (`forces`, N), or of those that are closed without forces.
+    pub(crate) fn guess(&mut self, free_gaps: &[f64], forces: &[f64]) {
+        self.active.clear();
+        self.active.extend((0..forces.len()).filter(|&i| forces[i] > 0.0));
+        if self.active.is_empty() {
+            self.active.extend((0..forces.len()).filter(|&i| free_gaps[i] < 0.0));
+        }
+    }
+
+    /// Whether the active set is that of the solution, its forces (N) and gaps (m) given; else the next to try is active.
+    pub(crate) fn is_the_set(&mut self, forces: &[f64], gaps: &[f64], rounding: f64) -> bool {
+        self.next.clear();
+        let mut position = 0;
+        for i in 0..forces.len() {
+            let is_member = position < self.active.len() && self.active[position] == i;
+            position += usize::from(is_member);
+            if if is_member { forces[i] > 0.0 } else { gaps[i] < -rounding } {
+                self.next.push(i);
+            }
+        }
+        let settled = self.next == self.active;
+        std::mem::swap(&mut self.active, &mut self.next);
+        settled
+    }
+
+    /// From the first active point to behind the last.
+    pub(crate) fn extent(&self) -> Range<usize> {
+        let first = self.active.first().copied().unwrap_or(0);
+        first..self.active.last().map_or(first, |last| last + 1)
+    }
+
     /// Uᵀ W⁻¹ U over the set solved last, row by row: how much Uᵀ λ falls per unit of a shift of the gaps by U. `vectors` holds U vector by
-    /// vector, `points` numbers each.
+    /// vector, `points` numbers each. `out` is left as it is where the factor is kept and the set is that of the last call.
     pub fn sensitivity(&mut self, vectors: &[f64], points: usize, out: &mut [f64]) {
+        if self.keeps && self.answered == self.active {
+            return;
+        }
+        self.answered.clone_from(&self.active);
         let (m, count) = (self.active.len(), vectors.len() / points);
         for (a, vector) in vectors.chunks_exact(points).enumerate() {
             for (value, &i) in self.right.iter_mut().zip(&self.active) {
@@ -166,10 +209,12 @@ impl Compliance {
         self.solve_any(free_gaps, forces, gaps, scratch)
     }
 
-    /// Gap below which a point counts as closed, m: rounding of the sums that make it.
-    #[must_use]
-    pub fn rounding(free_gaps: &[f64]) -> f64 {
-        64.0 * f64::EPSILON * free_gaps.iter().fold(0.0, |largest: f64, gap| largest.max(gap.abs()))
+    /// Part of the largest gap below which a point counts as closed: rounding of the sums that make it.
+    pub(crate) const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+    /// Gap below which a point counts as closed, m.
+    fn rounding(free_gaps: &[f64]) -> f64 {
+        Self::ROUNDING * free_gaps.iter().fold(0.0, |largest: f64, gap| largest.max(gap.abs()))
     }
 
     /// Try the shortest prefix behind which the next point does not penetrate; false if it is not the solution.
@@ -197,16 +242,16 @@ impl Compliance {
         if forces[..count].iter().any(|&force| force < 0.0) {
             return false;
         }
-        self.gaps(free_gaps, forces, count, gaps);
+        self.gaps(free_gaps, forces, 0..count, gaps);
         let rounding = Self::rounding(free_gaps);
         gaps[..count].fill(0.0);
         gaps[count..].iter().all(|&gap| gap >= -rounding)
     }
 
-    /// g = q + W λ with the forces beyond `count` zero.
-    fn gaps(&self, free_gaps: &[f64], forces: &[f64], count: usize, gaps: &mut [f64]) {
+    /// g = q + W λ, where no force beyond these points is not zero.
+    fn gaps(&self, free_gaps: &[f64], forces: &[f64], pressed: Range<usize>, gaps: &mut [f64]) {
         for ((i, gap), free) in gaps.iter_mut().enumerate().zip(free_gaps) {
-            *gap = free + dot(&self.matrix[i * self.size..i * self.size + count], &forces[..count]);
+            *gap = free + dot(&self.row(i)[pressed.clone()], &forces[pressed.clone()]);
         }
     }
 
@@ -217,31 +262,15 @@ impl Compliance {
         gaps: &mut [f64],
         scratch: &mut Scratch,
     ) -> Result<Solved, NotSolved> {
-        let n = self.size;
         let rounding = Self::rounding(free_gaps);
-        scratch.active.clear();
-        scratch.active.extend((0..n).filter(|&i| forces[i] > 0.0));
-        if scratch.active.is_empty() {
-            scratch.active.extend((0..n).filter(|&i| free_gaps[i] < 0.0));
-        }
+        scratch.guess(free_gaps, forces);
         let mut iterations = 0;
-        while iterations < 40 {
+        while iterations < MOST_SETS {
             iterations += 1;
             self.solve_set(free_gaps, forces, gaps, scratch, iterations)?;
-            scratch.next.clear();
-            let members = &scratch.active;
-            let mut position = 0;
-            for i in 0..n {
-                let is_member = position < members.len() && members[position] == i;
-                position += usize::from(is_member);
-                if if is_member { forces[i] > 0.0 } else { gaps[i] < -rounding } {
-                    scratch.next.push(i);
-                }
-            }
-            if scratch.next == scratch.active {
+            if scratch.is_the_set(forces, gaps, rounding) {
                 return Ok(Solved { iterations });
             }
-            std::mem::swap(&mut scratch.active, &mut scratch.next);
         }
         self.solve_least_index(free_gaps, forces, gaps, scratch, iterations, rounding)
     }
@@ -282,6 +311,24 @@ impl Compliance {
         scratch: &mut Scratch,
         iterations: u32,
     ) -> Result<(), NotSolved> {
+        self.press_set(free_gaps, forces, scratch).map_err(|_| NotSolved { iterations })?;
+        self.gaps(free_gaps, forces, scratch.extent(), gaps);
+        for &i in &scratch.active {
+            gaps[i] = 0.0;
+        }
+        Ok(())
+    }
+
+    /// Forces that close exactly the active points.
+    ///
+    /// # Errors
+    /// [`NotSolved`] when W is not positive definite.
+    pub(crate) fn press_set(
+        &self,
+        free_gaps: &[f64],
+        forces: &mut [f64],
+        scratch: &mut Scratch,
+    ) -> Result<(), NotSolved> {
         let n = self.size;
         let Scratch { keeps, factored, active, block, right, .. } = scratch;
         let m = active.len();
@@ -296,7 +343,7 @@ impl Compliance {
             }
             factored.clear();
             if !factorise(&mut block[..m * m], m) {
-                return Err(NotSolved { iterations });
+                return Err(NotSolved { iterations: 0 });
             }
             factored.extend_from_slice(active);
         }
@@ -305,10 +352,6 @@ impl Compliance {
         forces.fill(0.0);
         for (&i, &force) in active.iter().zip(right.iter()) {
             forces[i] = force;
-        }
-        self.gaps(free_gaps, forces, n, gaps);
-        for &i in active.iter() {
-            gaps[i] = 0.0;
         }
         Ok(())
     }

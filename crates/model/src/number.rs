@@ -1,0 +1,418 @@
+//! One number, or eight side by side: what a loop over runs is written in once.
+//!
+//! Every operation on eight is element by element and free of branches, so the compiler turns it into vector instructions, and a run's result
+//! does not depend on its place or on its neighbours. No operation is fused, so it does not depend on the width of the machine's vectors
+//! either. A loop written for [`Number`] gives a run the same bits alone and among eight.
+
+#![allow(clippy::needless_range_loop, reason = "one index for several arrays is what the compiler turns into vectors")]
+
+use std::{
+    fmt::Debug,
+    ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub},
+};
+
+/// Runs side by side in a [`Lane`].
+pub(crate) const WIDTH: usize = 8;
+
+/// A number, or one of each of several runs.
+pub(crate) trait Number:
+    Copy
+    + Debug
+    + PartialEq
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
+    + Mul<f64, Output = Self>
+    + Div<f64, Output = Self>
+{
+    /// How many there are.
+    const WIDTH: usize;
+    /// Zeros.
+    const ZERO: Self;
+    /// One answer for each.
+    type Mask: Mask;
+
+    /// One for each place.
+    fn of(each: impl FnMut(usize) -> f64) -> Self;
+    /// That in a place.
+    fn get(self, place: usize) -> f64;
+    /// Put one there.
+    fn put(&mut self, place: usize, value: f64);
+    /// Square roots.
+    fn root(self) -> Self;
+    /// Without their signs.
+    fn magnitude(self) -> Self;
+    /// The larger of two; a NaN loses.
+    fn larger(self, other: Self) -> Self;
+    /// The smaller of two; a NaN loses.
+    fn smaller(self, other: Self) -> Self;
+    /// Whether it is above the other.
+    fn above(self, other: Self) -> Self::Mask;
+    /// Whether it is at most the other.
+    fn within(self, other: Self) -> Self::Mask;
+    /// Whether it is the other.
+    fn equals(self, other: Self) -> Self::Mask;
+    /// This where the mask holds, the other elsewhere.
+    fn or_where_not(self, mask: Self::Mask, other: Self) -> Self;
+
+    /// Take `amount` times each factor from each value; as many of them as there are values.
+    fn subtract(values: &mut [Self], amount: Self, factors: &[f64]);
+
+    /// Whether it is a finite number.
+    #[inline(always)]
+    fn finite(self) -> Self::Mask {
+        (self - self).equals(Self::ZERO)
+    }
+
+    /// The same everywhere.
+    #[inline(always)]
+    fn all(value: f64) -> Self {
+        Self::of(|_| value)
+    }
+}
+
+/// Yes or no, once or for each of several runs.
+pub(crate) trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    /// How many there are.
+    const WIDTH: usize;
+
+    /// The same everywhere.
+    fn all(holds: bool) -> Self;
+    /// Everywhere but in one place.
+    fn but(place: usize) -> Self;
+    /// Whether it holds anywhere.
+    fn any(self) -> bool;
+    /// Whether it holds in a place.
+    fn get(self, place: usize) -> bool;
+
+    /// Where it holds.
+    #[inline(always)]
+    fn places(self) -> impl Iterator<Item = usize> {
+        (0..Self::WIDTH).filter(move |place| self.get(*place))
+    }
+
+    /// Whether it holds everywhere.
+    #[inline(always)]
+    fn every(self) -> bool {
+        !(!self).any()
+    }
+}
+
+impl Number for f64 {
+    const WIDTH: usize = 1;
+    const ZERO: Self = 0.0;
+    type Mask = bool;
+
+    #[inline(always)]
+    fn of(mut each: impl FnMut(usize) -> f64) -> Self {
+        each(0)
+    }
+    #[inline(always)]
+    fn get(self, _: usize) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn put(&mut self, _: usize, value: f64) {
+        *self = value;
+    }
+    #[inline(always)]
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        self.abs()
+    }
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        self.max(other)
+    }
+    #[inline(always)]
+    fn smaller(self, other: Self) -> Self {
+        self.min(other)
+    }
+    #[inline(always)]
+    fn above(self, other: Self) -> bool {
+        self > other
+    }
+    #[inline(always)]
+    fn within(self, other: Self) -> bool {
+        self <= other
+    }
+    #[inline(always)]
+    fn equals(self, other: Self) -> bool {
+        self == other
+    }
+    #[inline(always)]
+    fn or_where_not(self, mask: bool, other: Self) -> Self {
+        if mask { self } else { other }
+    }
+    /// Four at a time: the lists are short, and what the compiler makes of a plain loop is for long ones.
+    #[inline(always)]
+    fn subtract(values: &mut [Self], amount: Self, factors: &[f64]) {
+        let factors = &factors[..values.len()];
+        let ((fours, rest), (many, last)) = (values.as_chunks_mut::<4>(), factors.as_chunks::<4>());
+        for (values, factors) in fours.iter_mut().zip(many) {
+            for k in 0..4 {
+                values[k] -= amount * factors[k];
+            }
+        }
+        for (value, factor) in rest.iter_mut().zip(last) {
+            *value -= amount * factor;
+        }
+    }
+}
+
+impl Mask for bool {
+    const WIDTH: usize = 1;
+
+    #[inline(always)]
+    fn all(holds: bool) -> Self {
+        holds
+    }
+    #[inline(always)]
+    fn but(_: usize) -> Self {
+        false
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn get(self, _: usize) -> bool {
+        self
+    }
+}
+
+/// One number of each run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(align(64))]
+pub(crate) struct Lane(pub(crate) [f64; WIDTH]);
+
+/// One answer of each run: all bits set, or none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(align(64))]
+pub(crate) struct Lanes([u64; WIDTH]);
+
+macro_rules! element_wise {
+    ($trait:ident, $method:ident, $operator:tt) => {
+        impl $trait for Lane {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                self.with(other, |a, b| a $operator b)
+            }
+        }
+        impl $trait<f64> for Lane {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: f64) -> Self {
+                self.map(|a| a $operator other)
+            }
+        }
+    };
+}
+element_wise!(Add, add, +);
+element_wise!(Sub, sub, -);
+element_wise!(Mul, mul, *);
+element_wise!(Div, div, /);
+
+impl Lane {
+    #[inline(always)]
+    pub(crate) fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        let mut out = [0.0; WIDTH];
+        for k in 0..WIDTH {
+            out[k] = f(self.0[k]);
+        }
+        Self(out)
+    }
+
+    #[inline(always)]
+    fn with(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        let mut out = [0.0; WIDTH];
+        for k in 0..WIDTH {
+            out[k] = f(self.0[k], other.0[k]);
+        }
+        Self(out)
+    }
+
+    #[inline(always)]
+    fn compare(self, other: Self, f: impl Fn(f64, f64) -> bool) -> Lanes {
+        let mut out = [0; WIDTH];
+        for k in 0..WIDTH {
+            out[k] = u64::from(f(self.0[k], other.0[k])).wrapping_neg();
+        }
+        Lanes(out)
+    }
+
+    /// The larger of each number and `least`; `least` for NaN.
+    #[inline(always)]
+    pub(crate) fn at_least(self, least: f64) -> Self {
+        self.map(|x| if x > least { x } else { least })
+    }
+
+    /// The smaller of each number and `most`; `most` for NaN.
+    #[inline(always)]
+    pub(crate) fn at_most(self, most: f64) -> Self {
+        self.map(|x| if x < most { x } else { most })
+    }
+}
+
+impl Number for Lane {
+    const WIDTH: usize = WIDTH;
+    const ZERO: Self = Self([0.0; WIDTH]);
+    type Mask = Lanes;
+
+    #[inline(always)]
+    fn of(mut each: impl FnMut(usize) -> f64) -> Self {
+        let mut out = [0.0; WIDTH];
+        for k in 0..WIDTH {
+            out[k] = each(k);
+        }
+        Self(out)
+    }
+    #[inline(always)]
+    fn get(self, place: usize) -> f64 {
+        self.0[place]
+    }
+    #[inline(always)]
+    fn put(&mut self, place: usize, value: f64) {
+        self.0[place] = value;
+    }
+    #[inline(always)]
+    fn root(self) -> Self {
+        self.map(f64::sqrt)
+    }
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        self.map(f64::abs)
+    }
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        self.with(other, f64::max)
+    }
+    #[inline(always)]
+    fn smaller(self, other: Self) -> Self {
+        self.with(other, f64::min)
+    }
+    #[inline(always)]
+    fn above(self, other: Self) -> Lanes {
+        self.compare(other, |a, b| a > b)
+    }
+    #[inline(always)]
+    fn within(self, other: Self) -> Lanes {
+        self.compare(other, |a, b| a <= b)
+    }
+    #[inline(always)]
+    fn equals(self, other: Self) -> Lanes {
+        self.compare(other, |a, b| a == b)
+    }
+    /// By bits, which stays a vector operation where a choice would not.
+    #[inline(always)]
+    fn or_where_not(self, mask: Lanes, other: Self) -> Self {
+        let mut out = [0.0; WIDTH];
+        for k in 0..WIDTH {
+            out[k] = f64::from_bits(self.0[k].to_bits() & mask.0[k] | other.0[k].to_bits() & !mask.0[k]);
+        }
+        Self(out)
+    }
+    /// Two at a time: of single ones the compiler makes vectors across the values, and shuffles.
+    #[inline(always)]
+    fn subtract(values: &mut [Self], amount: Self, factors: &[f64]) {
+        let factors = &factors[..values.len()];
+        let ((pairs, rest), (twos, last)) = (values.as_chunks_mut::<2>(), factors.as_chunks::<2>());
+        for ([first, second], [one, other]) in pairs.iter_mut().zip(twos) {
+            *first = *first - amount * *one;
+            *second = *second - amount * *other;
+        }
+        if let ([value], [factor]) = (rest, last) {
+            *value = *value - amount * *factor;
+        }
+    }
+}
+
+macro_rules! bit_wise {
+    ($trait:ident, $method:ident, $operator:tt) => {
+        impl $trait for Lanes {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                let mut out = [0; WIDTH];
+                for k in 0..WIDTH {
+                    out[k] = self.0[k] $operator other.0[k];
+                }
+                Self(out)
+            }
+        }
+    };
+}
+bit_wise!(BitAnd, bitand, &);
+bit_wise!(BitOr, bitor, |);
+
+impl Not for Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        let mut out = self.0;
+        for k in 0..WIDTH {
+            out[k] = !out[k];
+        }
+        Self(out)
+    }
+}
+
+impl Mask for Lanes {
+    const WIDTH: usize = WIDTH;
+
+    #[inline(always)]
+    fn all(holds: bool) -> Self {
+        Self([u64::from(holds).wrapping_neg(); WIDTH])
+    }
+    #[inline(always)]
+    fn but(place: usize) -> Self {
+        let mut all = [u64::MAX; WIDTH];
+        all[place] = 0;
+        Self(all)
+    }
+    #[inline(always)]
+    fn any(self) -> bool {
+        let mut any = 0;
+        for k in 0..WIDTH {
+            any |= self.0[k];
+        }
+        any != 0
+    }
+    #[inline(always)]
+    fn get(self, place: usize) -> bool {
+        self.0[place] != 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_holds_for_one_number_holds_for_each_of_eight() {
+        let values = [1.0, -1.0, 0.0, 2.0, f64::NAN, -0.0, 1e-300, f64::NEG_INFINITY];
+        let lane = Lane(values);
+        for (place, value) in values.into_iter().enumerate() {
+            for other in [0.0, 1.0, f64::NAN, f64::INFINITY] {
+                let all = Lane::all(other);
+                assert_eq!(lane.above(all).get(place), value.above(other));
+                assert_eq!(lane.within(all).get(place), value.within(other));
+                assert_eq!(lane.equals(all).get(place), value.equals(other));
+                assert_eq!(lane.finite().get(place), value.is_finite());
+                assert_eq!(lane.larger(all).get(place).to_bits(), value.max(other).to_bits(), "{value} {other}");
+                assert_eq!(lane.smaller(all).get(place).to_bits(), value.min(other).to_bits(), "{value} {other}");
+                let kept = lane.or_where_not(lane.above(all), Lane::all(3.0)).get(place);
+                assert_eq!(kept.to_bits(), value.or_where_not(value > other, 3.0).to_bits());
+            }
+        }
+        assert!(lane.above(Lane::ZERO).any() && !lane.above(Lane::ZERO).every());
+        assert!(!lane.above(Lane::all(5.0)).any() && (!lane.above(Lane::all(5.0))).every());
+    }
+}

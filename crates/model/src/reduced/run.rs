@@ -1,0 +1,279 @@
+//! Runs of scenes with bodies reduced once.
+
+use super::{
+    backing::{Backing, Wet},
+    contact::State,
+    mechanics::{Flexibility, LARGEST_PHASE, Mechanics},
+    motion::Moving,
+    record::{Follower, Record},
+    reduction::Reduction,
+    rest::Rest,
+    stepping::{Beginning, Motion},
+};
+use crate::{
+    ModelError, Progress,
+    contact_law::dashpots,
+    fea::{energy::Ledger, resolution, trace::Sampling},
+    need_drive,
+    number::{Lane, Mask, Number},
+    response::{ObservedPoint, Response, SolverWork},
+    scene::{PistonMotion, Scene},
+    tally,
+    water::{behind::DiscBehind, front::WaterRecord},
+};
+use granchain_signal::Series;
+
+/// Fewest runs that are faster side by side than one after another.
+pub(crate) const FEWEST_TOGETHER: usize = 3;
+
+/// Runs that are made side by side.
+pub(crate) const MOST_TOGETHER: usize = Lane::WIDTH;
+
+/// Whether two scenes with the same bodies can be run side by side.
+pub(crate) fn go_together(one: &Scene, other: &Scene) -> bool {
+    let kept = |scene: &Scene| (scene.damping.tension, scene.output_step.to_bits());
+    one.water.is_none() && other.water.is_none() && one.support == other.support && kept(one) == kept(other)
+}
+
+impl Reduction {
+    /// Run a scene with these bodies, the piston moving as `motion`.
+    ///
+    /// # Errors
+    /// [`ModelError`] when a step had no solution, or the caller stopped the run.
+    pub fn run_with(
+        &self,
+        scene: &Scene,
+        motion: &dyn PistonMotion,
+        progress: Progress<'_>,
+    ) -> Result<Response, ModelError> {
+        let sampling = self.sampling(scene)?;
+        let step = sampling.step();
+        let mut run = Single::new(self, scene, step, motion.at(0.0).0)?;
+        let mut record = Record::new(sampling, self.beads.len());
+        let mut heard = scene.water.as_ref().map(|water| WaterRecord::new(water, sampling.samples));
+        let listen = |run: &Single<'_>, heard: &mut Option<WaterRecord>| {
+            if let (Some(wet), Some(heard)) = (&run.motion.backing, heard) {
+                wet.disc.sample(heard);
+            }
+        };
+        let energy = run.energy();
+        run.ledger.begin(energy);
+        record.follower.follow(0, &run.motion);
+        record.sample(&run.motion);
+        listen(&run, &mut heard);
+        for taken in 1..=sampling.steps() {
+            let time = taken as f64 * step;
+            run.advance(motion.at(time));
+            if let Some((_, failure)) = run.motion.failed.first() {
+                return Err(failure.at(time, step));
+            }
+            record.follower.follow(taken, &run.motion);
+            if taken.is_multiple_of(sampling.steps_per_sample) {
+                record.sample(&run.motion);
+                listen(&run, &mut heard);
+                let energy = run.energy();
+                run.ledger.sample(energy);
+                if !progress(time) {
+                    return Err(ModelError::Stopped { time });
+                }
+            }
+        }
+        let Single { motion, mut ledger, .. } = run;
+        let (done, work) = (motion.work, &mut ledger.work);
+        (work.contact_sweeps, work.active_sets) = (done.contact_sweeps, done.active_sets);
+        work.dashpot_evaluations = done.dashpot_evaluations;
+        work.unknowns = motion.bodies.iter().flatten().map(|body| 1 + body.modal.len() as u64).sum();
+        if let Some(wet) = &motion.backing {
+            wet.disc.count(work);
+        }
+        let mut response = record.response(self.observed(), &ledger);
+        if let (Some(heard), Some(front), Some(water), Some(mut wet)) =
+            (heard, &self.front, &scene.water, motion.backing)
+        {
+            heard.enter(front, water, wet.disc.energies(), &mut response);
+        }
+        Ok(response)
+    }
+
+    /// Velocity (m/s) of the last bead where a laser sees it ([`Response::observed_velocity`]) in every scene, eight side by side: the same
+    /// bits as of each alone. The scenes differ in drive, α, damping, gaps, precompression and duration at most, and have no water.
+    /// Nothing else is recorded, and no energy is accounted for.
+    ///
+    /// # Errors
+    /// As [`Reduction::run_with`], for each; [`ModelError::Stopped`] of those that `go_on` did not wait for.
+    pub(crate) fn traces(&self, scenes: &[Scene], go_on: &dyn Fn() -> bool) -> Vec<Result<Series, ModelError>> {
+        scenes.chunks(Lane::WIDTH).flat_map(|scenes| self.side_by_side(scenes, go_on)).collect()
+    }
+
+    fn side_by_side(&self, scenes: &[Scene], go_on: &dyn Fn() -> bool) -> Vec<Result<Series, ModelError>> {
+        let (mut outcomes, mut runs) = (Vec::new(), Vec::new());
+        for (index, scene) in scenes.iter().enumerate() {
+            let sampling = self.sampling(scene);
+            let run = sampling.and_then(|sampling| {
+                let motion = scene.drive.motion(scene.amplitude_scale);
+                let rest = Rest::new(self, scene)?;
+                let dashpots = dashpots(&scene.damping, rest.forces.len());
+                Ok((index, sampling, Beginning { rest, dashpots, piston: motion.at(0.0).0 }, motion))
+            });
+            outcomes.push(match run {
+                Ok(run) => {
+                    runs.push(run);
+                    Ok(Series::new(0.0, scene.output_step, Vec::new()))
+                }
+                Err(error) => Err(error),
+            });
+        }
+        let Some(longest) = runs.iter().map(|(_, sampling, ..)| *sampling).max_by_key(|sampling| sampling.samples)
+        else {
+            return outcomes;
+        };
+        let step = longest.step();
+        let mechanics = match Mechanics::new(self, &scenes[0], Flexibility::Residual(LARGEST_PHASE / step), &[]) {
+            Ok(mechanics) => mechanics,
+            Err(error) => return scenes.iter().map(|_| Err(error.clone().into())).collect(),
+        };
+        let beginnings: Vec<Beginning> = runs.iter().map(|(_, _, beginning, _)| beginning.clone()).collect();
+        let live = (runs.len()..Lane::WIDTH).fold(Mask::all(true), |live, place| live & Mask::but(place));
+        let mut motion: Motion<'_, Lane, ()> =
+            Motion::new(self, mechanics, &beginnings, scenes[0].damping.tension, live, step, ());
+        let place = self.beads.len() - usize::from(self.observed() == ObservedPoint::Centre);
+        let mut follower = Follower::new(longest, place, self.beads.len());
+        follower.follow(0, &motion);
+        let mut ends = vec![0.0; runs.len()];
+        for taken in 1..=longest.steps() {
+            let time = taken as f64 * step;
+            let drives: [(f64, f64); Lane::WIDTH] =
+                std::array::from_fn(|place| runs[place.min(runs.len() - 1)].3.at(time));
+            advance(&mut motion, Lane::of(|place| drives[place].0), Lane::of(|place| drives[place].1));
+            follower.follow(taken, &motion);
+            for (place, failure) in motion.failed.drain(..) {
+                outcomes[runs[place].0] = Err(failure.at(time, step));
+            }
+            if taken.is_multiple_of(longest.steps_per_sample) {
+                for (place, (_, sampling, ..)) in runs.iter().enumerate() {
+                    if taken == sampling.steps() {
+                        ends[place] = follower.at_the_end().get(place);
+                        motion.live = motion.live & Mask::but(place);
+                    }
+                }
+                if !motion.live.any() {
+                    break;
+                }
+                if !go_on() {
+                    let stopped = |place: &usize| motion.live.get(*place);
+                    for place in (0..runs.len()).filter(stopped) {
+                        outcomes[runs[place].0] = Err(ModelError::Stopped { time });
+                    }
+                    break;
+                }
+            }
+        }
+        for (place, (index, sampling, ..)) in runs.iter().enumerate() {
+            if let Ok(series) = &mut outcomes[*index] {
+                let inner = follower.velocity[0].iter().take(sampling.samples - 1).map(|values| values.get(place));
+                series.values = inner.chain([ends[place]]).collect();
+            }
+        }
+        outcomes
+    }
+
+    /// Refuse what these bodies cannot run; the steps and samples of a run.
+    fn sampling(&self, scene: &Scene) -> Result<Sampling, ModelError> {
+        need_drive(scene, "reduced")?;
+        let poles = self.geometries.iter().filter(|geometry| !geometry.is_ring);
+        resolution::check(scene, poles.map(|geometry| &geometry.gaps[..]))?;
+        Ok(Sampling::new(scene, scene.model.reduced.step))
+    }
+
+    /// Where a laser sees the last bead.
+    fn observed(&self) -> ObservedPoint {
+        ObservedPoint::of(self.support.is_none() && self.front.is_none())
+    }
+}
+
+/// One step, compiled for the widest vectors this machine has.
+fn advance<N: Number, B: Backing<N>>(motion: &mut Motion<'_, N, B>, position: N, velocity: N) {
+    struct Step<'a, 'b, N: Number, B>(&'a mut Motion<'b, N, B>, N, N);
+    impl<N: Number, B: Backing<N>> pulp::NullaryFnOnce for Step<'_, '_, N, B> {
+        type Output = ();
+
+        #[inline(always)]
+        fn call(self) {
+            self.0.advance(self.1, self.2);
+        }
+    }
+    pulp::Arch::new().dispatch(Step(motion, position, velocity));
+}
+
+/// One run of a scene, with its account of energy.
+#[derive(Debug)]
+struct Single<'a> {
+    motion: Motion<'a, f64, Option<Wet>>,
+    ledger: Ledger,
+    /// Whole and dashpot forces of the last step, N.
+    before: Vec<[f64; 2]>,
+}
+
+impl<'a> Single<'a> {
+    fn new(reduction: &'a Reduction, scene: &Scene, step: f64, piston: f64) -> Result<Self, ModelError> {
+        let rest = Rest::new(reduction, scene)?;
+        let mut work = SolverWork { equilibrium_sweeps: u64::from(rest.sweeps), ..SolverWork::default() };
+        let dashpots = dashpots(&scene.damping, rest.forces.len());
+        let wet = match (&reduction.front, &scene.water, &*dashpots, &*rest.forces) {
+            (Some(front), Some(water), [.., dashpot], [.., forces]) => {
+                let held = if scene.chain.precompression > 0.0 { &forces[..] } else { &[] };
+                let made = || DiscBehind::new(front, water, step, !dashpot.is_absent(), held);
+                let (disc, made) = tally::during(made);
+                (work.factorisations, work.kernels) = (made.factorisations, made.kernels);
+                Some(Wet::new(disc.map_err(|error| crate::fea::FeaError::from(Box::new(error)))?))
+            }
+            _ => None,
+        };
+        let further = wet.as_ref().map_or(&[][..], |wet| wet.disc.compliance());
+        let mechanics = Mechanics::new(reduction, scene, Flexibility::Residual(LARGEST_PHASE / step), further)?;
+        let before = vec![[0.0; 2]; rest.forces.len()];
+        let beginning = Beginning { rest, dashpots, piston };
+        let motion = Motion::new(reduction, mechanics, &[beginning], scene.damping.tension, true, step, wet);
+        Ok(Self { motion, ledger: Ledger::of(work), before })
+    }
+
+    /// One step: the piston's displacement (m) and velocity (m/s) at its end.
+    fn advance(&mut self, (position, velocity): (f64, f64)) {
+        for (before, state) in self.before.iter_mut().zip(&self.motion.states) {
+            *before = [state.total(), state.damping];
+        }
+        let pushed = position - self.motion.piston;
+        advance(&mut self.motion, position, velocity);
+        self.book(pushed);
+    }
+
+    /// Work of the piston and of the dashpots in this step, by the mean of old and new forces.
+    fn book(&mut self, pushed: f64) {
+        let Motion { states, bodies, backing, .. } = &self.motion;
+        let moved = |slot: usize| match (slot, backing) {
+            (0, _) => pushed,
+            (slot, Some(wet)) if slot == states.len() => wet.disc.moved(),
+            (slot, _) => bodies[slot].as_ref().map_or(0.0, |body| body.travelled),
+        };
+        let mut dissipated = 0.0;
+        for (contact, (state, [_, damping])) in states.iter().zip(&self.before).enumerate() {
+            let force = state.damping + damping;
+            if force != 0.0 {
+                dissipated += 0.5 * force * (moved(contact) - moved(contact + 1));
+            }
+        }
+        let work = 0.5 * (states[0].total() + self.before[0][0]) * pushed;
+        self.ledger.step(work, dissipated, 0.0);
+        self.ledger.work.steps += 1;
+    }
+
+    /// Kinetic and stored energy, J; a spring behind the support is part of its contact's flexibility.
+    fn energy(&mut self) -> (f64, f64) {
+        let Motion { states, bodies, backing, .. } = &mut self.motion;
+        let mut contacts: f64 = states.iter().map(State::energy).sum();
+        if let (Some(wet), Some(last)) = (backing, states.last()) {
+            contacts += wet.energy(&last.forces);
+        }
+        bodies.iter().flatten().map(Moving::energy).fold((0.0, contacts), |sum, own| (sum.0 + own.0, sum.1 + own.1))
+    }
+}
