@@ -64,7 +64,7 @@ pub(crate) trait Number:
     /// Whether it is a finite number.
     #[inline(always)]
     fn finite(self) -> Self::Mask {
-        (self - self).equals(Self::ZERO)
+        self.magnitude().within(Self::all(f64::MAX))
     }
 
     /// The same everywhere.
