@@ -31,8 +31,8 @@ use super::{
 /// Pairs of the first round of one or two parameters.
 const FIRST_ROUND: usize = 48;
 
-/// Pairs of every further round of one or two parameters.
-const FURTHER_ROUND: usize = 36;
+/// Pairs of every further round of one or two parameters: a multiple of the runs that go side by side.
+const FURTHER_ROUND: usize = 32;
 
 /// Fewest rounds: two would leave the answer to runs that were drawn before anything of the upper rung was known.
 const FEWEST_ROUNDS: usize = 3;
@@ -91,6 +91,9 @@ pub struct Correction {
     pub pairs: Vec<Pair>,
     /// Number of pairs in each round made.
     pub rounds: Vec<usize>,
+    /// The answer of so many pairs, as found last: another run of the program finds it again.
+    #[serde(skip)]
+    latest: Option<(usize, Posterior)>,
     /// How far the last round moved the answer, and whether the answer leans on the edge of what the runs cover.
     motion: Motion,
     /// Rounds made when the box was to be looked through anew.
@@ -145,6 +148,7 @@ impl Correction {
         Self {
             pairs: vec![],
             rounds: vec![],
+            latest: None,
             motion: Motion { drift: None, leans: true },
             restarted: None,
             seed,
@@ -286,7 +290,9 @@ impl Correction {
     /// A round from the answer so far, or from the chain's, widened.
     fn drawn(&self, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
         let dimension = self.spans.len();
-        let corrected = if self.pairs.is_empty() { None } else { self.posterior(self.pairs.len()) };
+        let made = self.pairs.len();
+        let known = self.latest.clone().filter(|(count, _)| *count == made).map(|(_, posterior)| posterior);
+        let corrected = if made == 0 { None } else { known.or_else(|| self.posterior(made)) };
         let posterior =
             corrected.or_else(|| Posterior::of(&self.cloud_of(self.searched.iter(), neighbours(dimension)), dimension));
         let moving = self.motion.leans || self.motion.drift.is_none_or(|drift| drift > MOVING);
@@ -315,18 +321,28 @@ impl Correction {
         (finished as f64) < FINISHING * last as f64 || best.is_none_or(|misfit| misfit > FAR)
     }
 
-    fn motion(&self) -> Motion {
+    fn motion(&mut self) -> Motion {
         let made = self.pairs.len();
-        let Some(after) = self.posterior(made) else { return Motion { drift: None, leans: true } };
-        let before = self.pairs.len() - self.rounds.last().copied().unwrap_or(made);
-        let before = if before == 0 { None } else { self.posterior(before) };
+        let before = made - self.rounds.last().copied().unwrap_or(made);
+        let before = if before == 0 { None } else { self.answer_of(before) };
+        let Some(after) = self.answer_of(made) else { return Motion { drift: None, leans: true } };
         let (low, high) = self.cloud(made).domain(self.spans.len());
         let leans = (0..self.spans.len()).any(|d| {
             let edge = EDGE * (high[d] - low[d]);
             (low[d] > 0.0 && after.quantile(d, 0.05) < low[d] + edge)
                 || (high[d] < 1.0 && after.quantile(d, 0.95) > high[d] - edge)
         });
-        Motion { drift: before.map(|before| drift(&before, &after, &self.spans)), leans }
+        let motion = Motion { drift: before.map(|before| drift(&before, &after, &self.spans)), leans };
+        self.latest = Some((made, after));
+        motion
+    }
+
+    /// Posterior of the first `count` pairs, taken from where it was kept.
+    fn answer_of(&mut self, count: usize) -> Option<Posterior> {
+        match self.latest.take() {
+            Some((known, posterior)) if known == count => Some(posterior),
+            _ => self.posterior(count),
+        }
     }
 }
 

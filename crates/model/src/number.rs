@@ -58,8 +58,35 @@ pub(crate) trait Number:
     /// This where the mask holds, the other elsewhere.
     fn or_where_not(self, mask: Self::Mask, other: Self) -> Self;
 
-    /// Take `amount` times each factor from each value; as many of them as there are values.
-    fn subtract(values: &mut [Self], amount: Self, factors: &[f64]);
+    /// Take every amount times its factors from the values, one amount after another; at least as many factors of each as there are values. Values
+    /// are read and written once for all of them, which is what takes the time.
+    fn subtract<const TERMS: usize>(values: &mut [Self], amounts: [Self; TERMS], factors: [&[f64]; TERMS]);
+
+    /// Any number of terms of [`subtract`](Self::subtract).
+    #[inline(always)]
+    fn subtract_all<'a>(values: &mut [Self], terms: impl Iterator<Item = (Self, &'a [f64])>) {
+        let mut terms = terms.fuse();
+        loop {
+            match [terms.next(), terms.next(), terms.next(), terms.next()] {
+                [None, ..] => return,
+                [Some((a, u)), None, ..] => Self::subtract(values, [a], [u]),
+                [Some((a, u)), Some((b, v)), None, _] => Self::subtract(values, [a, b], [u, v]),
+                [Some((a, u)), Some((b, v)), Some((c, w)), None] => Self::subtract(values, [a, b, c], [u, v, w]),
+                [Some((a, u)), Some((b, v)), Some((c, w)), Some((d, x))] => {
+                    Self::subtract(values, [a, b, c, d], [u, v, w, x]);
+                }
+            }
+        }
+    }
+
+    /// The end of a pass through a loop. Of runs side by side a number is a vector already: the compiler is kept from making any across the passes,
+    /// which would take shuffles.
+    #[inline(always)]
+    fn pass() {
+        if Self::WIDTH > 1 {
+            std::hint::black_box(());
+        }
+    }
 
     /// Whether it is a finite number.
     #[inline(always)]
@@ -152,16 +179,23 @@ impl Number for f64 {
     }
     /// Four at a time: the lists are short, and what the compiler makes of a plain loop is for long ones.
     #[inline(always)]
-    fn subtract(values: &mut [Self], amount: Self, factors: &[f64]) {
-        let factors = &factors[..values.len()];
-        let ((fours, rest), (many, last)) = (values.as_chunks_mut::<4>(), factors.as_chunks::<4>());
-        for (values, factors) in fours.iter_mut().zip(many) {
-            for k in 0..4 {
-                values[k] -= amount * factors[k];
+    fn subtract<const TERMS: usize>(values: &mut [Self], amounts: [Self; TERMS], factors: [&[f64]; TERMS]) {
+        let factors = factors.map(|factors| &factors[..values.len()]);
+        let (fours, rest) = values.as_chunks_mut::<4>();
+        let many = factors.map(|factors| &factors.as_chunks::<4>().0[..fours.len()]);
+        for (i, values) in fours.iter_mut().enumerate() {
+            for (amount, factors) in amounts.iter().zip(&many) {
+                for k in 0..4 {
+                    values[k] -= amount * factors[i][k];
+                }
             }
+            Self::pass();
         }
-        for (value, factor) in rest.iter_mut().zip(last) {
-            *value -= amount * factor;
+        let last = factors.map(|factors| factors.as_chunks::<4>().1);
+        for (i, value) in rest.iter_mut().enumerate() {
+            for (amount, factors) in amounts.iter().zip(&last) {
+                *value -= amount * factors[i];
+            }
         }
     }
 }
@@ -319,17 +353,13 @@ impl Number for Lane {
         }
         Self(out)
     }
-    /// Two at a time: of single ones the compiler makes vectors across the values, and shuffles.
     #[inline(always)]
-    fn subtract(values: &mut [Self], amount: Self, factors: &[f64]) {
-        let factors = &factors[..values.len()];
-        let ((pairs, rest), (twos, last)) = (values.as_chunks_mut::<2>(), factors.as_chunks::<2>());
-        for ([first, second], [one, other]) in pairs.iter_mut().zip(twos) {
-            *first = *first - amount * *one;
-            *second = *second - amount * *other;
-        }
-        if let ([value], [factor]) = (rest, last) {
-            *value = *value - amount * *factor;
+    fn subtract<const TERMS: usize>(values: &mut [Self], amounts: [Self; TERMS], factors: [&[f64]; TERMS]) {
+        let factors = factors.map(|factors| &factors[..values.len()]);
+        for (i, value) in values.iter_mut().enumerate() {
+            let terms = amounts.iter().zip(factors);
+            *value = terms.fold(*value, |value, (amount, factors)| value - *amount * factors[i]);
+            Self::pass();
         }
     }
 }

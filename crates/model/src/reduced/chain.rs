@@ -156,13 +156,14 @@ fn balance<N: Number>(
     /// m of the neighbour at the s it is wanted at.
     #[inline(always)]
     fn moment<N: Number>(state: &State<N>, a: usize) -> N {
-        let k = state.wanted.len();
-        let steps = state.wanted.iter().zip(&state.shift).zip(&state.slope[a * k..(a + 1) * k]);
-        state.moments[a] - steps.fold(N::ZERO, |sum, ((wanted, shift), slope)| sum + *slope * (*wanted - *shift))
+        let k = state.step.len();
+        let steps = state.step.iter().zip(&state.slope[a * k..(a + 1) * k]);
+        state.moments[a] - steps.fold(N::ZERO, |sum, (step, slope)| sum + *slope * *step)
     }
     for state in &mut *states {
-        for (wanted, shift) in state.wanted.iter_mut().zip(&state.shift) {
+        for ((wanted, step), shift) in state.wanted.iter_mut().zip(&mut state.step).zip(&state.shift) {
             *wanted = shift.or_where_not(active, *wanted);
+            *step = *wanted - *shift;
         }
     }
     for _ in 0..MOST_PASSES {
@@ -170,15 +171,17 @@ fn balance<N: Number>(
         for contact in 0..states.len() {
             let own = condensed[of_contact[contact]].before();
             for a in 0..states[contact].wanted.len() {
-                let value = if a < own {
-                    let from = condensed[of_contact[contact - 1]].before();
-                    moment(&states[contact - 1], from + a)
+                let (neighbour, a_there) = if a < own {
+                    (&states[contact - 1], condensed[of_contact[contact - 1]].before() + a)
                 } else {
-                    moment(&states[contact + 1], a - own)
+                    (&states[contact + 1], a - own)
                 };
-                let wanted = &mut states[contact].wanted[a];
-                change = change.larger((value - *wanted).magnitude());
-                *wanted = value.or_where_not(active, *wanted);
+                // Without forces there is nothing that could change.
+                let value = if neighbour.is_pressed() { moment(neighbour, a_there) } else { N::ZERO };
+                let State { wanted, step, shift, .. } = &mut states[contact];
+                change = change.larger((value - wanted[a]).magnitude());
+                wanted[a] = value.or_where_not(active, wanted[a]);
+                step[a] = wanted[a] - shift[a];
             }
         }
         active = active & !change.within(tolerance * 0.1);

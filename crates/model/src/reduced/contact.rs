@@ -88,8 +88,11 @@ pub(super) struct State<N: Number> {
     pub(super) moments: Vec<N>,
     /// −dm/ds at the solution.
     pub(super) slope: Vec<N>,
-    /// s to be solved for next.
+    /// How many points are pressed where `slope` is that of a prefix, NaN elsewhere.
+    prefix: N,
+    /// s to be solved for next, and how far that is from the s of the solution.
     pub(super) wanted: Vec<N>,
+    pub(super) step: Vec<N>,
     shifted: Vec<N>,
     gaps: Vec<N>,
     /// λ and m of a solution not yet taken.
@@ -133,7 +136,9 @@ impl<N: Number> State<N> {
             shift: vec![N::ZERO; k],
             moments: vec![N::ZERO; k],
             slope: vec![N::ZERO; k * k],
+            prefix: N::ZERO,
             wanted: vec![N::ZERO; k],
+            step: vec![N::ZERO; k],
             shifted: vec![N::ZERO; n],
             gaps: vec![N::ZERO; n],
             trial: vec![N::ZERO; n],
@@ -337,8 +342,9 @@ impl Condensed {
     #[inline(always)]
     fn open<N: Number>(&self, state: &mut State<N>, todo: N::Mask) {
         if state.is_pressed() {
-            let State { forces, moments, slope, .. } = state;
-            for value in forces.iter_mut().chain(moments).chain(slope) {
+            let [first, end] = state.pressed;
+            let State { forces, moments, slope, prefix, .. } = state;
+            for value in forces[first..end].iter_mut().chain(moments).chain(slope).chain([prefix]) {
                 *value = N::ZERO.or_where_not(todo, *value);
             }
             state.pressed = if todo.every() { [0, 0] } else { pressed(&state.forces) };
@@ -354,11 +360,9 @@ impl Condensed {
         let State { shift, shifted, free, .. } = state;
         let shifted = &mut shifted[..end];
         shifted.copy_from_slice(&free[..end]);
-        for (s, vector) in shift.iter().zip(self.coupling.chunks_exact(self.points)) {
-            if (!s.equals(N::ZERO)).any() {
-                N::subtract(shifted, N::ZERO - *s, &vector[..end]);
-            }
-        }
+        let vectors = self.coupling.chunks_exact(self.points).map(|vector| &vector[..end]);
+        let moving = shift.iter().zip(vectors).filter(|(s, _)| (!s.equals(N::ZERO)).any());
+        N::subtract_all(shifted, moving.map(|(s, vector)| (N::ZERO - *s, vector)));
     }
 
     /// Eliminate pressed points from the pole outwards in the runs `near`, which may be closed before the point `end`; those of `todo` beyond
@@ -377,6 +381,8 @@ impl Condensed {
         let rounding = largest * Compliance::ROUNDING;
         found.fill(N::ZERO);
         let (mut pressed, mut prefix, mut counts) = (near, todo, N::ZERO);
+        // The last pressed point, as long as only the gap behind it knows of it.
+        let mut held: Option<(N, &[f64])> = None;
         let mut count = 0;
         while count < end {
             let here = gaps[count];
@@ -386,26 +392,43 @@ impl Condensed {
             if !pressed.any() {
                 break;
             }
-            let column = &self.columns[count * n..(count + 1) * n];
+            let column = &self.columns[count * n..count * n + end];
             let y = (here / column[count]).or_where_not(pressed, N::ZERO);
             trial[count] = y;
-            N::subtract(&mut gaps[count + 1..], y, &column[count + 1..end]);
-            let eliminated = &self.eliminated[count * k..(count + 1) * k];
-            N::subtract(found, N::ZERO - y, eliminated);
+            N::subtract(found, [N::ZERO - y], [&self.eliminated[count * k..(count + 1) * k]]);
             counts = (counts + 1.0).or_where_not(pressed, counts);
             count += 1;
+            held = if let Some((other, before)) = held {
+                N::subtract(&mut gaps[count..], [other, y], [&before[count..], &column[count..]]);
+                None
+            } else {
+                gaps[count..].iter_mut().take(1).for_each(|gap| *gap = *gap - y * column[count]);
+                Some((y, column))
+            };
+        }
+        if let Some((y, column)) = held {
+            let behind = (count + 1).min(end);
+            N::subtract(&mut gaps[behind..], [y], [&column[behind..]]);
         }
         let beyond = gaps[count..].iter().fold(N::Mask::all(true), |all, gap| all & gap.within(rounding));
         prefix = prefix & (beyond | !near);
         // Lᵀ λ = y.
-        let mut pressing = N::ZERO;
-        for i in (0..count).rev() {
-            let row = &self.rows[i * n..i * n + i + 1];
+        let (mut pressing, mut left) = (N::ZERO, count);
+        while let Some(i) = left.checked_sub(1) {
+            let [row, above] = [i, i.saturating_sub(1)].map(|i| &self.rows[i * n..i * n + i + 1]);
             let force = trial[i] / row[i];
             trial[i] = force;
             pressing = pressing + force;
             prefix = prefix & N::ZERO.within(force);
-            N::subtract(&mut trial[..i], force, &row[..i]);
+            left = i;
+            if let Some(i) = i.checked_sub(1) {
+                let next = (trial[i] - force * row[i]) / above[i];
+                trial[i] = next;
+                pressing = pressing + next;
+                prefix = prefix & N::ZERO.within(next);
+                N::subtract(&mut trial[..i], [force, next], [row, above]);
+                left = i;
+            }
         }
         trial[count..end].fill(N::ZERO);
         // What the forces do to the points that were not looked at must leave them open.
@@ -413,29 +436,31 @@ impl Condensed {
             let least = self.least(state, index) + pressing * block.least_compliance;
             prefix = prefix & (least.above(N::ZERO) | !near);
         }
-        self.take(state, prefix, counts, end);
+        self.take(state, prefix, counts, count);
         prefix
     }
 
-    /// Make the solution that was tried, of the points before `end`, that of the runs `taken`, so many points pressed.
+    /// Make the solution that was tried, whose points from `end` on are open, that of the runs `taken`, so many points pressed.
     #[inline(always)]
     fn take<N: Number>(&self, state: &mut State<N>, taken: N::Mask, counts: N, end: usize) {
         let size = self.vectors * self.vectors;
-        let State { forces, trial, moments, found, slope, pressed, .. } = state;
-        for (force, trial) in forces[..end].iter_mut().zip(trial) {
-            *force = trial.or_where_not(taken, *force);
-        }
+        let State { forces, trial, moments, found, slope, prefix, pressed, .. } = state;
         let last = end.max(pressed[1]);
-        for force in &mut forces[end..last] {
-            *force = N::ZERO.or_where_not(taken, *force);
+        trial[end..last].fill(N::ZERO);
+        for (force, trial) in forces[..last].iter_mut().zip(trial) {
+            *force = trial.or_where_not(taken, *force);
         }
         for (moment, found) in moments.iter_mut().zip(found) {
             *moment = found.or_where_not(taken, *moment);
         }
-        for place in taken.places() {
-            let count = counts.get(place) as usize;
-            let slopes = &self.slopes[count * size..(count + 1) * size];
-            slope.iter_mut().zip(slopes).for_each(|(out, slope)| out.put(place, *slope));
+        let changed = taken & !counts.equals(*prefix);
+        if changed.any() {
+            for place in changed.places() {
+                let count = counts.get(place) as usize;
+                let slopes = &self.slopes[count * size..(count + 1) * size];
+                slope.iter_mut().zip(slopes).for_each(|(out, slope)| out.put(place, *slope));
+            }
+            *prefix = counts.or_where_not(changed, *prefix);
         }
         *pressed = self::pressed(&forces[..last]);
     }
@@ -524,7 +549,8 @@ impl Condensed {
     /// Make the forces that were tried those of the runs `taken`.
     #[inline(always)]
     fn take_any<N: Number>(&self, state: &mut State<N>, taken: N::Mask) {
-        let State { forces, trial, moments, slope, single, .. } = state;
+        let State { forces, trial, moments, slope, prefix, single, .. } = state;
+        *prefix = N::all(f64::NAN).or_where_not(taken, *prefix);
         let [first, end] = nonzero(trial);
         for (force, trial) in forces.iter_mut().zip(&*trial) {
             *force = trial.or_where_not(taken, *force);

@@ -69,9 +69,8 @@ impl Surface {
     /// Take the displacements of rigid motion (m) and modes from the gaps of these points.
     #[inline(always)]
     pub(super) fn close<N: Number>(&self, rigid: N, modal: &[N], points: Range<usize>, gaps: &mut [N]) {
-        for (amount, column) in std::iter::once(&rigid).chain(modal).zip(self.columns.chunks_exact(self.points)) {
-            N::subtract(gaps, *amount, &column[points.clone()]);
-        }
+        let columns = self.columns.chunks_exact(self.points).map(|column| &column[points.clone()]);
+        N::subtract_all(gaps, std::iter::once(rigid).chain(modal.iter().copied()).zip(columns));
     }
 
     /// Lower bounds of how much that adds to the gaps of every block, m, added to `least`.
@@ -91,10 +90,8 @@ impl Surface {
         if modes == 0 {
             return;
         }
-        let rows = self.rows.chunks_exact(modes).zip(forces);
-        for (row, force) in rows.take(end).skip(first) {
-            N::subtract(modal, *force, row);
-        }
+        let rows = self.rows.chunks_exact(modes).take(end).skip(first);
+        N::subtract_all(modal, forces[first..end].iter().copied().zip(rows));
     }
 }
 

@@ -76,6 +76,7 @@ impl<N: Number> Moving<N> {
         let modes = self.modal.iter().zip(&self.forces).zip(self.squares.iter().zip(&self.halves));
         for (velocity, ((q, force), (square, half))) in self.modal_velocity.iter_mut().zip(modes) {
             *velocity = *velocity + (*force - *q * *square) * *half;
+            N::pass();
         }
     }
 

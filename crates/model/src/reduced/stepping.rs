@@ -350,7 +350,7 @@ impl<N: Number, B: Backing<N>> Measure<N> for Measured<'_, '_, N, B> {
         free.copy_from_slice(&motion.gaps[contact][points.clone()]);
         if contact == 0 {
             let axial = &motion.reduction.geometries[motion.reduction.contacts[0]].axial;
-            N::subtract(free, motion.piston, &axial[points.clone()]);
+            N::subtract(free, [motion.piston], [&axial[points.clone()]]);
         }
         for (body, surface) in self.sides(contact) {
             surface.close(body.rigid, &body.modal, points.clone(), free);
