@@ -294,7 +294,7 @@ impl Solver<Joint, SearchState> for Search {
         let cloud = self.cloud(self.runs.len());
         let best = ranking(&cloud).first().copied();
         let half = 2 * self.batch >= self.batches.len();
-        self.left = self.patience.is_some_and(|patience| best.map_or(true, |(misfit, _)| half && misfit > patience));
+        self.left = self.patience.is_some_and(|patience| best.is_none_or(|(misfit, _)| half && misfit > patience));
         let state = match best {
             Some((misfit, run)) => state.param(cloud.position(run).to_vec()).cost(misfit),
             None => state,
