@@ -39,10 +39,6 @@ const NAMED: usize = 3;
 /// Runs of a search for one cause.
 const RUNS: usize = 300;
 
-/// Misfit of the best run half-way above which a cause is not looked at further. Of ten causes of a record that none explains the nearest, p = 0.002, ended
-/// at 4.0.
-const HOPELESS: f64 = 5.0;
-
 /// Times that p has to grow for a cause to be named that leaves the agreement doubtful.
 const BETTER: f64 = 30.0;
 
@@ -301,8 +297,7 @@ impl Case<'_> {
         let forward =
             Forward::with_laws(scene, laws.as_ref(), parameters, comparison, self.uncertainty, self.seed, watch)
                 .ok()?;
-        let search = Search::new(&forward, runs, self.seed, Strategy::Likelihood).patient_up_to(HOPELESS);
-        standing(&forward, search).ok()
+        standing(&forward, Search::new(&forward, runs, self.seed, Strategy::Likelihood)).ok()
     }
 
     /// Whether a p is enough better to be named.

@@ -261,9 +261,6 @@ pub fn searched(
 pub fn standing(problem: impl Into<Joint>, search: Search) -> Result<(f64, Vec<f64>), FitError> {
     let joint = problem.into();
     let search = searched(joint.clone(), search, None)?;
-    if search.was_left() {
-        return Ok((0.0, vec![]));
-    }
     let cloud = search.cloud(search.runs.len());
     let judged = Posterior::of(&cloud, joint.parameters().len()).and_then(|posterior| {
         let at = posterior.centre(posterior.densest());

@@ -76,12 +76,6 @@ pub struct Search {
     power: f64,
     /// Of one record what is not known of its instrument, and how features answer.
     sensitivity: (f64, Vec<f64>),
-    /// Misfit of the best run from which half a search is enough to leave it; absent of one that is always ended.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    patience: Option<f64>,
-    /// Whether it was left.
-    #[serde(default)]
-    left: bool,
 }
 
 impl Search {
@@ -116,21 +110,7 @@ impl Search {
                 joint.first().comparison.sensitivity,
                 joint.records().iter().flat_map(|record| record.comparison.answers()).collect(),
             ),
-            patience: None,
-            left: false,
         }
-    }
-
-    /// The same, left after its first batch if no run of it finishes, and half-way if the best run's misfit is above `patience`.
-    #[must_use]
-    pub(crate) fn patient_up_to(self, patience: f64) -> Self {
-        Self { patience: Some(patience), ..self }
-    }
-
-    /// Whether it was left before its end.
-    #[must_use]
-    pub(crate) fn was_left(&self) -> bool {
-        self.left
     }
 
     /// Runs of a search for so many parameters whose intervals were tested.
@@ -292,11 +272,8 @@ impl Solver<Joint, SearchState> for Search {
         let done = self.runs.len() as u64;
         let go_on = problem.problem("report_count", |joint| Ok(joint.first().report(done)))?;
         let cloud = self.cloud(self.runs.len());
-        let best = ranking(&cloud).first().copied();
-        let half = 2 * self.batch >= self.batches.len();
-        self.left = self.patience.is_some_and(|patience| best.is_none_or(|(misfit, _)| half && misfit > patience));
-        let state = match best {
-            Some((misfit, run)) => state.param(cloud.position(run).to_vec()).cost(misfit),
+        let state = match ranking(&cloud).first() {
+            Some(&(misfit, run)) => state.param(cloud.position(run).to_vec()).cost(misfit),
             None => state,
         };
         let state = if go_on { state } else { state.terminate_with(TerminationReason::Interrupt) };
@@ -304,7 +281,7 @@ impl Solver<Joint, SearchState> for Search {
     }
 
     fn terminate(&mut self, _state: &SearchState) -> TerminationStatus {
-        if self.left || self.batch >= self.batches.len() {
+        if self.batch >= self.batches.len() {
             TerminationStatus::Terminated(TerminationReason::SolverConverged)
         } else {
             TerminationStatus::NotTerminated
