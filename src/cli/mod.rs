@@ -7,6 +7,7 @@
 
 pub mod accuracy;
 pub mod arguments;
+pub mod batch;
 pub mod calibrate;
 mod calibrated;
 mod completions;
@@ -115,6 +116,8 @@ enum Command {
     Scene(scene::Arguments),
     /// Calibrate against made-up records of known truth: the tool's own proof
     Twins(twins::Arguments),
+    /// Run a sweep or twins in parts, on a cluster or wherever there are workers
+    Batch(batch::Arguments),
     /// Print version, processor, threads and cache as found on this machine
     Doctor(doctor::Arguments),
     /// Print the completions of a shell
@@ -142,6 +145,7 @@ impl Command {
             Self::Report(arguments) => &arguments.session,
             Self::Scene(arguments) => &arguments.session,
             Self::Twins(arguments) => &arguments.session,
+            Self::Batch(arguments) => &arguments.session,
             Self::Doctor(arguments) => &arguments.session,
             Self::Completions(arguments) => &arguments.session,
             Self::Man(arguments) => &arguments.session,
@@ -166,9 +170,25 @@ impl Command {
             Self::Report(arguments) => report::execute(arguments),
             Self::Scene(arguments) => scene::execute(arguments),
             Self::Twins(arguments) => twins::execute(arguments),
+            Self::Batch(arguments) => batch::execute(arguments),
             Self::Doctor(arguments) => doctor::execute(arguments),
             Self::Completions(arguments) => completions::execute(arguments),
             Self::Man(arguments) => completions::execute_man(arguments),
+        }
+    }
+}
+
+/// The work of a command line that falls into points.
+///
+/// # Errors
+/// When the line is none that falls into points, and whatever its command refuses.
+fn divisible(line: &[String]) -> anyhow::Result<Box<dyn batch::Divisible>> {
+    match CommandLine::try_parse_from(std::iter::once("granchain").chain(line.iter().map(String::as_str)))?.command {
+        Command::Sweep(arguments) => Ok(Box::new(sweep::Study::new(arguments)?)),
+        Command::Twins(arguments) => Ok(Box::new(twins::Study::new(arguments)?)),
+        _ => {
+            let found = line.first().map_or("nothing", String::as_str);
+            Err(arguments::usage(format!("expected a command that falls into points, sweep or twins, found `{found}`")))
         }
     }
 }
