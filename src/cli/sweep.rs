@@ -11,6 +11,7 @@ use super::{
     arguments::{OutputArguments, SceneArguments, Session, preferred_model},
     calibrated::Calibrated,
     experiment,
+    forecast::Forecast,
     interrupt::{self, Interrupted},
     output::{NOTHING_SAVED, OutputFolder},
     progress,
@@ -118,11 +119,16 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         }
         super::output::write_atomically(&state.join(PLAN), &plan)?;
     }
-    let watch = Bar(progress::bar(&session, grid.len() as u64, "runs"), &session);
+    let watch = Bar {
+        bar: progress::bar(&session, grid.len() as u64, "runs"),
+        session: &session,
+        forecast: Forecast::new(&session, "the sweep"),
+        points: grid.len(),
+    };
     let build = |overrides: &[String]| bench.scene_with(overrides);
     let bodies = Bodies::new(session.cache());
     let outcome = sweep(&grid, &build, &bodies, ensemble.as_ref(), &state.join(RUNS), &watch);
-    watch.0.finish_and_clear();
+    watch.bar.finish_and_clear();
     let runs = match outcome {
         Ok(runs) => runs,
         Err(error) => return Err(stopped(error, folder)),
@@ -227,11 +233,17 @@ fn stopped(error: SweepError, folder: Option<OutputFolder>) -> anyhow::Error {
     }
 }
 
-struct Bar<'a>(ProgressBar, &'a Session);
+struct Bar<'a> {
+    bar: ProgressBar,
+    session: &'a Session,
+    forecast: Forecast,
+    points: usize,
+}
 
 impl Watch for Bar<'_> {
     fn finished(&self, points: usize) {
-        self.0.set_position(points as u64);
+        self.bar.set_position(points as u64);
+        self.forecast.at(points as f64 / self.points as f64);
     }
 
     fn stop(&self) -> bool {
@@ -239,6 +251,6 @@ impl Watch for Bar<'_> {
     }
 
     fn warn(&self, text: &str) {
-        self.0.suspend(|| self.1.note(format_args!("warning: {text}")));
+        self.bar.suspend(|| self.session.note(format_args!("warning: {text}")));
     }
 }

@@ -16,7 +16,7 @@ use super::{
         definition::{refused, uncertainties},
     },
     interrupt,
-    output::{OutputFolder, PAGE_RESULTS},
+    output::{OutputFolder, page_results},
     progress, summary,
     timing::{self, Timing},
 };
@@ -119,6 +119,8 @@ pub enum FitChoice {
 #[derive(Debug, Serialize)]
 struct TwinsSummary<'a> {
     program: String,
+    /// Which made them; `plan.fit` says what fitted them.
+    model: &'a str,
     plan: TwinPlan,
     proof: &'a TwinProof,
     twins: &'a [TwinOutcome],
@@ -174,7 +176,11 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         (TwinModel::Reduced, _) => FittedBy::Ladder,
     };
     let plan = TwinPlan { wrong, fit, ..study };
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
+    let folder = output
+        .out
+        .as_deref()
+        .map(|out| OutputFolder::stage(out, &page_results("twins.json"), output.force))
+        .transpose()?;
     let bar = progress::bar(&session, plan.total(), "twins");
     let outcomes = if pressure {
         water_twins(&base, &plan, &|| bar.inc(1), &interrupt::requested)
@@ -185,7 +191,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let outcomes = outcomes.ok_or(interrupt::Interrupted)?;
     timing.stage("twins");
     let proof = proof(&outcomes);
-    let summary = TwinsSummary { program: summary::program(), plan: plan.clone(), proof: &proof, twins: &outcomes };
+    let summary =
+        TwinsSummary { program: summary::program(), model: kind, plan: plan.clone(), proof: &proof, twins: &outcomes };
     if let Some(folder) = folder {
         folder.write("twins.json", summary::json(&summary)?)?;
         for (name, bytes) in page(&outcomes, &proof, &plan, (kind, pressure), mesh_density).files()? {
@@ -196,7 +203,13 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         let place = folder.finish()?;
         session.note(format_args!("written to {}", place.display()));
     }
-    session.result(text(&proof, output.out.as_deref()), &summary)?;
+    let fitted = match fit {
+        FittedBy::Chain => "the chain",
+        FittedBy::FiniteBody => "the chain with contacts of finite bodies",
+        FittedBy::Ladder => "the chain, corrected on the reduced model",
+    };
+    let models = format!("twins of model {kind}, fitted by {fitted}\n");
+    session.result(models + &text(&proof, output.out.as_deref()), &summary)?;
     Ok(Outcome::Done)
 }
 
