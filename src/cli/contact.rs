@@ -6,7 +6,7 @@ use super::{
     Outcome,
     arguments::{OutputArguments, Session, ValueError, positive_quantity, usage},
     interrupt,
-    output::{OutputFolder, PAGE_RESULTS},
+    output::{OutputFolder, page_results},
     progress, summary,
     timing::{self, Timing},
 };
@@ -115,7 +115,11 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     }
     approaches.sort_by(f64::total_cmp);
     approaches.dedup();
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
+    let folder = output
+        .out
+        .as_deref()
+        .map(|out| OutputFolder::stage(out, &page_results("contact.json"), output.force))
+        .transpose()?;
     timing.stage("read");
 
     let bar = progress::bar(&session, 2 * approaches.len() as u64, "states");

@@ -16,6 +16,7 @@ pub mod convergence;
 pub mod convert;
 mod doctor;
 mod experiment;
+mod forecast;
 pub mod inspect;
 pub mod interrupt;
 mod level;
@@ -73,7 +74,7 @@ impl Outcome {
 }
 
 #[derive(Debug, Parser)]
-#[command(name = "granchain", bin_name = "granchain", version, about, max_term_width = 110, after_help = EXIT_CODES)]
+#[command(name = "granchain", bin_name = "granchain", version, about, max_term_width = output::WIDEST, after_help = EXIT_CODES)]
 struct CommandLine {
     #[command(subcommand)]
     command: Command,
@@ -257,7 +258,7 @@ fn report_failure(error: &anyhow::Error) {
         message.push_str(&format!("\n  so type, with values of this bench: {} {whole}", program()));
     }
     // Without a standard error there is nobody left to tell.
-    let _ = writeln!(std::io::stderr().lock(), "{}", output::visible(&message));
+    let _ = writeln!(std::io::stderr().lock(), "{}", output::shown_on(&console::Term::stderr(), &message));
 }
 
 /// A word as a shell takes it whole.
@@ -277,6 +278,9 @@ fn program() -> String {
 fn remedy(error: &(dyn std::error::Error + 'static)) -> Option<String> {
     if let Some(reading::DriveUnread(error)) = error.downcast_ref() {
         return Some(reading::DriveUnread::of_drive(&error.remedy()?));
+    }
+    if let Some(unread) = error.downcast_ref::<start::Unread>() {
+        return Some(unread.flags.clone());
     }
     error.downcast_ref::<MeasurementError>()?.remedy()
 }

@@ -17,7 +17,9 @@ use super::{
     Outcome,
     arguments::{OutputArguments, SceneArguments, Session, preferred_model},
     calibrated::Calibrated,
-    experiment, interrupt,
+    experiment,
+    forecast::Forecast,
+    interrupt,
     output::OutputFolder,
     progress,
     reading::ReadArguments,
@@ -282,7 +284,9 @@ fn pressures(scene: &Scene, response: &Response, window: Window) -> Result<Vec<P
 
 fn run(prepared: &Prepared, scene: &Scene, session: &Session) -> anyhow::Result<Response> {
     let bar = progress::simulated_time(session, "simulated time");
+    let forecast = Forecast::new(session, "the run");
     let outcome = prepared.run(scene, &mut |time| {
+        forecast.at(time / scene.duration);
         progress::advance_to(&bar, time, scene.duration);
         !interrupt::requested()
     });

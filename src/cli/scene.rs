@@ -11,7 +11,11 @@ use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
 use serde_json::{Map, Value, json};
 
-use super::{Outcome, arguments::Session};
+use super::{
+    Outcome,
+    arguments::Session,
+    output::{print, visible},
+};
 use crate::{
     model::contact_law::{ElasticLaw, Hertz, bead_flat_stiffness, bead_pair_stiffness},
     scene::{self, BUILT_IN, DriveKind, Effect, KEYS, ModelKind, Scene, SettingValue, Support},
@@ -111,8 +115,11 @@ fn list(session: &Session) -> anyhow::Result<()> {
 }
 
 fn show(session: &Session, scene: &Scene, toml: bool) -> anyhow::Result<()> {
-    if toml {
-        return session.result(scene.to_toml(), &json!({ "toml": scene.to_toml() }));
+    if toml && !session.json {
+        // A file to be kept: its lines stay as they are.
+        return print(visible(&scene.to_toml()));
+    } else if toml {
+        return session.result("", &json!({ "toml": scene.to_toml() }));
     }
     let settings = scene.settings();
     let width = |of: &dyn Fn(&scene::Setting) -> usize| settings.iter().map(of).max().unwrap_or(0);
@@ -224,9 +231,13 @@ fn check(session: &Session, name: &str, scene: &Scene) -> anyhow::Result<()> {
     session.result(text, &json!({ "scene": scene.name, "valid": true, "derived": rows, "effects": effects }))
 }
 
-/// What follows from a scene without running it.
-fn consequences(scene: &Scene) -> Vec<(&'static str, String)> {
-    let show = |value: f64, dimension| Quantity::new(rounded(value), dimension).to_string();
+fn show_rounded(value: f64, dimension: Dimension) -> String {
+    Quantity::new(rounded(value), dimension).to_string()
+}
+
+/// What follows for the beads.
+fn bodies(scene: &Scene) -> Vec<(&'static str, String)> {
+    let show = show_rounded;
     let beads = &scene.chain.beads;
     let (lightest, heaviest) =
         beads.iter().fold((f64::INFINITY, 0.0f64), |(low, high), bead| (low.min(bead.mass()), high.max(bead.mass())));
@@ -235,15 +246,20 @@ fn consequences(scene: &Scene) -> Vec<(&'static str, String)> {
     } else {
         format!("{} to {}", show(lightest, Dimension::MASS), show(heaviest, Dimension::MASS))
     };
-    let drive = &scene.drive;
-    let period = 1.0 / drive.frequency;
-    let mut rows = vec![
+    vec![
         ("mass of a bead", mass),
         ("mass of the chain", show(beads.iter().map(scene::Bead::mass).sum(), Dimension::MASS)),
         ("length of the chain", show(beads.iter().map(|bead| 2.0 * bead.radius).sum(), Dimension::LENGTH)),
         ("contacts", scene.chain.gaps.len().to_string()),
-    ];
-    rows.extend(contacts(scene));
+    ]
+}
+
+/// What follows from a scene without running it.
+fn consequences(scene: &Scene) -> Vec<(&'static str, String)> {
+    let show = show_rounded;
+    let drive = &scene.drive;
+    let period = 1.0 / drive.frequency;
+    let mut rows = consequences_of_bench(scene);
     rows.extend([("drive period", show(period, Dimension::TIME))]);
     if !matches!(drive.kind, DriveKind::Record { .. } | DriveKind::UnreadRecord { .. }) {
         let amplitude = scene.amplitude_scale * drive.amplitude;
@@ -258,6 +274,11 @@ fn consequences(scene: &Scene) -> Vec<(&'static str, String)> {
     rows.push(("output samples", ((scene.duration / scene.output_step).round() as u64 + 1).to_string()));
     rows.push(("samples a period", format!("{:.1}", period / scene.output_step)));
     rows
+}
+
+/// What follows for the bench whatever drives it.
+pub(super) fn consequences_of_bench(scene: &Scene) -> Vec<(&'static str, String)> {
+    bodies(scene).into_iter().chain(contacts(scene)).collect()
 }
 
 /// What follows for the contacts: stiffnesses of the ends and of the first pair, static overlap under precompression.

@@ -96,7 +96,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     }
     let kind = kind.map(RecordKind::from);
     let options = reading.options_of_any(kind, drive_frequency)?;
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, &[], output.force)).transpose()?;
+    let folder =
+        output.out.as_deref().map(|out| OutputFolder::stage(out, &["spectrum.csv"], output.force)).transpose()?;
     let ours = is_response(&file);
     let record = if ours {
         // A simulation has neither an offset nor noise, and its free flights are no clipping.

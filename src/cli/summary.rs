@@ -17,8 +17,8 @@ use crate::{
     report::number::{engineering, fixed, significant},
     response::SolverWork,
     scene::{
-        DampingCoefficients, DampingPlacement, DampingTerm, DriveKind, Integrator, Limits, ModelKind, Scene,
-        TermDescription,
+        ContactLaw, DampingCoefficients, DampingPlacement, DampingTerm, DriveKind, Integrator, Limits, ModelKind,
+        Scene, TermDescription,
     },
     signal::Quantity,
     study::{
@@ -197,6 +197,7 @@ pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) 
         let _ = writeln!(text, "  {name:<11}{value}");
     };
     let features = &summary.features;
+    row("model", model(scene));
     row(
         "drive",
         format!(
@@ -242,6 +243,35 @@ pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) 
         text.push_str(&ensemble(summary, spread));
     }
     text
+}
+
+/// The model and what its accuracy hangs on.
+#[must_use]
+pub fn model(scene: &Scene) -> String {
+    let model = &scene.model;
+    let step = |step: f64| format!("step {}", engineering(step, "s", 3));
+    let settings = match (model.kind, model.integrator) {
+        (ModelKind::Chain, integrator) => {
+            let law =
+                if scene.contact_law == ContactLaw::Hertz { "Hertz contacts" } else { "contacts of finite bodies" };
+            match integrator {
+                Integrator::DormandPrince853 { tolerance } => {
+                    format!("{law}, adaptive steps, tolerance {tolerance:.0e}")
+                }
+                Integrator::Symplectic { step: fixed } => format!("{law}, {}", step(fixed)),
+            }
+        }
+        (ModelKind::Reduced, _) => format!(
+            "mesh density {}, {} modes a body, {}",
+            model.meshing().density,
+            model.reduced.modes,
+            step(model.reduced.step)
+        ),
+        (ModelKind::Fea, _) => {
+            format!("mesh density {}, {}, {}", model.meshing().density, model.fea.scheme.name(), step(model.fea.step))
+        }
+    };
+    format!("{}: {settings}", model.kind.name())
 }
 
 /// The fitted contact laws and how well they follow the bodies' statics.

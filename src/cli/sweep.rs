@@ -16,6 +16,7 @@ use super::{
     batch::{self, Divisible, OnArguments},
     calibrated::Calibrated,
     experiment,
+    forecast::Forecast,
     interrupt::{self, Interrupted},
     output::{NOTHING_SAVED, OutputFolder},
     progress,
@@ -135,6 +136,15 @@ impl Study {
         Ok(Self { bench, base, grid, ensemble, calibrated, bodies, output, session, timing })
     }
 
+    fn bar(&self, points: usize) -> Bar<'_> {
+        Bar {
+            bar: progress::bar(&self.session, points as u64, "runs"),
+            session: &self.session,
+            forecast: Forecast::new(&self.session, "the sweep"),
+            points,
+        }
+    }
+
     /// Run every point on this machine, and keep each as it is finished.
     fn run_here(mut self, resume: bool) -> anyhow::Result<Outcome> {
         let plan = self.plan()?;
@@ -156,10 +166,10 @@ impl Study {
             }
             super::output::write_atomically(&state.join(PLAN), &plan)?;
         }
-        let watch = Bar(progress::bar(&self.session, self.grid.len() as u64, "runs"), &self.session);
+        let watch = self.bar(self.grid.len());
         let build = |overrides: &[String]| self.bench.scene_with(overrides);
         let outcome = sweep(&self.grid, &build, &self.bodies, self.ensemble.as_ref(), &state.join(RUNS), &watch);
-        watch.0.finish_and_clear();
+        watch.bar.finish_and_clear();
         let runs = match outcome {
             Ok(runs) => runs,
             Err(error) => return Err(stopped(error, folder)),
@@ -213,9 +223,9 @@ impl Divisible for Study {
     fn run(&self, part: Range<usize>) -> anyhow::Result<Vec<Value>> {
         let build = |overrides: &[String]| self.bench.scene_with(overrides);
         refuse_hopeless(&self.grid, &build)?;
-        let watch = Bar(progress::bar(&self.session, part.len() as u64, "runs"), &self.session);
+        let watch = self.bar(part.len());
         let runs = sweep_part(&self.grid, part, &build, &self.bodies, self.ensemble.as_ref(), &watch);
-        watch.0.finish_and_clear();
+        watch.bar.finish_and_clear();
         batch::values(&runs.ok_or(Interrupted)?)
     }
 
@@ -301,11 +311,17 @@ fn stopped(error: SweepError, folder: Option<OutputFolder>) -> anyhow::Error {
     }
 }
 
-struct Bar<'a>(ProgressBar, &'a Session);
+struct Bar<'a> {
+    bar: ProgressBar,
+    session: &'a Session,
+    forecast: Forecast,
+    points: usize,
+}
 
 impl Watch for Bar<'_> {
     fn finished(&self, points: usize) {
-        self.0.set_position(points as u64);
+        self.bar.set_position(points as u64);
+        self.forecast.at(points as f64 / self.points as f64);
     }
 
     fn stop(&self) -> bool {
@@ -313,6 +329,6 @@ impl Watch for Bar<'_> {
     }
 
     fn warn(&self, text: &str) {
-        self.0.suspend(|| self.1.note(format_args!("warning: {text}")));
+        self.bar.suspend(|| self.session.note(format_args!("warning: {text}")));
     }
 }

@@ -18,7 +18,7 @@ use super::{
         definition::{refused, uncertainties},
     },
     interrupt,
-    output::{OutputFolder, PAGE_RESULTS},
+    output::{OutputFolder, page_results},
     progress, summary,
     timing::{self, Timing},
 };
@@ -134,6 +134,8 @@ pub enum FitChoice {
 #[derive(Debug, Serialize)]
 struct TwinsSummary<'a> {
     program: String,
+    /// Which made them; `plan.fit` says what fitted them.
+    model: &'a str,
     plan: TwinPlan,
     proof: &'a TwinProof,
     twins: &'a [TwinOutcome],
@@ -229,7 +231,7 @@ impl Study {
     }
 
     fn stage(&self) -> anyhow::Result<Option<OutputFolder>> {
-        let stage = |out| OutputFolder::stage(out, PAGE_RESULTS, self.output.force);
+        let stage = |out| OutputFolder::stage(out, &page_results("twins.json"), self.output.force);
         Ok(self.output.out.as_deref().map(stage).transpose()?)
     }
 
@@ -255,8 +257,13 @@ impl Study {
     /// Count, write and print what came out.
     fn conclude(mut self, outcomes: &[TwinOutcome], folder: Option<OutputFolder>) -> anyhow::Result<Outcome> {
         let proof = proof(outcomes);
-        let summary =
-            TwinsSummary { program: summary::program(), plan: self.plan.clone(), proof: &proof, twins: outcomes };
+        let summary = TwinsSummary {
+            program: summary::program(),
+            model: self.model.kind(),
+            plan: self.plan.clone(),
+            proof: &proof,
+            twins: outcomes,
+        };
         if let Some(folder) = folder {
             folder.write("twins.json", summary::json(&summary)?)?;
             let made_by = (self.model.kind(), self.pressure);

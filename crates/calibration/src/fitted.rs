@@ -32,7 +32,7 @@ use granchain_model::{
 };
 
 /// Runs of the chain that cost as much as one above it, for the time left.
-const UPPER_COST: u64 = 150;
+const UPPER_COST: u64 = 16;
 
 /// A candidate with its answer.
 pub struct FittedCandidate {
