@@ -21,7 +21,6 @@ use super::{
 use crate::{
     calibration::bench::Bench,
     model::{Estimate, ModelError},
-    report::sweep::sweep_figure,
     scene::Scene,
     study::{
         Axis, Bodies, EnsemblePlan, Grid,
@@ -74,7 +73,7 @@ const RUNS: &str = "runs.jsonl";
 /// The command, as a state names it.
 const COMMAND: &str = "sweep";
 /// Results that every sweep has.
-const RESULTS: [&str; 3] = ["sweep.csv", "sweep.json", timing::FILE];
+const RESULTS: [&str; 4] = ["report.html", "sweep.csv", "sweep.json", timing::FILE];
 
 /// Run it.
 ///
@@ -141,7 +140,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     };
     let summary = table.json(&bench, calibrated.as_ref(), session.seed())?;
     if let Some(folder) = folder {
-        write(&folder, &table, &summary, &mut timing)?;
+        let assumptions = bench.warnings().iter().chain(&bench.assumptions).cloned().collect();
+        write(&folder, &table, &summary, assumptions, &mut timing)?;
         let place = folder.finish()?;
         session.note(format_args!("written to {}", place.display()));
     }
@@ -169,15 +169,14 @@ fn write(
     folder: &OutputFolder,
     table: &sweep_table::SweepTable<'_>,
     summary: &serde_json::Value,
+    assumptions: Vec<String>,
     timing: &mut Timing,
 ) -> anyhow::Result<()> {
     folder.write("sweep.csv", table.csv())?;
     folder.write("sweep.json", summary::json(summary)?)?;
     timing.stage("write");
-    let figures: Vec<_> = table.figures().iter().map(|(name, report)| (name.clone(), sweep_figure(report))).collect();
-    for (name, figure) in figures {
-        folder.write(format!("{name}.svg"), figure.to_svg()?)?;
-        folder.write(format!("{name}.png"), figure.to_png()?)?;
+    for (name, bytes) in table.page(assumptions).files()? {
+        folder.write(name, bytes)?;
     }
     timing.stage("figures");
     folder.write(timing::FILE, timing.to_json())?;
