@@ -27,7 +27,6 @@ use super::{
 use crate::{
     calibration::bench::Bench,
     model::{Estimate, ModelError},
-    report::sweep::sweep_figure,
     scene::Scene,
     study::{
         Axis, Bodies, EnsemblePlan, Grid,
@@ -83,7 +82,7 @@ const RUNS: &str = "runs.jsonl";
 /// The command, as a state names it.
 const COMMAND: &str = "sweep";
 /// Results that every sweep has.
-const RESULTS: [&str; 3] = ["sweep.csv", "sweep.json", timing::FILE];
+const RESULTS: [&str; 4] = ["report.html", "sweep.csv", "sweep.json", timing::FILE];
 
 /// Run it.
 ///
@@ -193,7 +192,8 @@ impl Study {
         let session = &self.session;
         let summary = table.json(&self.bench, self.calibrated.as_ref(), session.seed())?;
         if let Some(folder) = folder {
-            write(&folder, &table, &summary, &mut self.timing)?;
+            let assumptions = self.bench.warnings().iter().chain(&self.bench.assumptions).cloned().collect();
+            write(&folder, &table, &summary, assumptions, &mut self.timing)?;
             let place = folder.finish()?;
             session.note(format_args!("written to {}", place.display()));
         }
@@ -253,15 +253,14 @@ fn write(
     folder: &OutputFolder,
     table: &sweep_table::SweepTable<'_>,
     summary: &serde_json::Value,
+    assumptions: Vec<String>,
     timing: &mut Timing,
 ) -> anyhow::Result<()> {
     folder.write("sweep.csv", table.csv())?;
     folder.write("sweep.json", summary::json(summary)?)?;
     timing.stage("write");
-    let figures: Vec<_> = table.figures().iter().map(|(name, report)| (name.clone(), sweep_figure(report))).collect();
-    for (name, figure) in figures {
-        folder.write(format!("{name}.svg"), figure.to_svg()?)?;
-        folder.write(format!("{name}.png"), figure.to_png()?)?;
+    for (name, bytes) in table.page(assumptions).files()? {
+        folder.write(name, bytes)?;
     }
     timing.stage("figures");
     folder.write(timing::FILE, timing.to_json())?;
