@@ -249,14 +249,14 @@ class Calibration:
         return xarray.Dataset(data, coords={"draw": np.arange(count)}, attrs=self._attributes())
 
     def to_arviz(
-        self, count: int = 4000, *, seed: int = 1, law: int = 0, chain: bool = False
+        self, count: int = 4000, *, chains: int = 4, seed: int = 1, law: int = 0, chain: bool = False
     ) -> arviz.InferenceData:
-        """Draws from the posterior as ArviZ ``InferenceData``, one chain of independent draws."""
+        """Draws from the posterior as ArviZ ``InferenceData``: `count` in all, independent of one another, dealt out to `chains`."""
         import arviz
 
         drawn = self.samples(count, seed=seed, law=law, chain=chain)
-        chains = {name: values[np.newaxis, :] for name, values in drawn.items()}
-        data: arviz.InferenceData = arviz.from_dict(posterior=chains, posterior_attrs=self._attributes())
+        dealt = {name: values[: count // chains * chains].reshape(chains, -1) for name, values in drawn.items()}
+        data: arviz.InferenceData = arviz.from_dict(posterior=dealt, posterior_attrs=self._attributes())
         return data
 
     def __repr__(self) -> str:

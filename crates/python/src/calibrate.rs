@@ -38,6 +38,9 @@ struct Calibration {
 
 type Points<'py> = Bound<'py, PyArray2<f64>>;
 
+/// Parameters, misfits, and why runs failed.
+type Runs<'py> = (Points<'py>, Bound<'py, PyArray1<f64>>, Vec<Option<String>>);
+
 /// Rows of one length as an array.
 fn rows<'py>(py: Python<'py>, rows: &[Vec<f64>]) -> PyResult<Points<'py>> {
     Ok(PyArray2::from_vec2(py, rows)?)
@@ -113,12 +116,7 @@ impl Calibration {
     }
 
     /// Parameters of every run, SI, its misfit (NaN of a failed one), and why it failed.
-    fn runs<'py>(
-        &self,
-        py: Python<'py>,
-        law: usize,
-        below: bool,
-    ) -> PyResult<(Points<'py>, Bound<'py, PyArray1<f64>>, Vec<Option<String>>)> {
+    fn runs<'py>(&self, py: Python<'py>, law: usize, below: bool) -> PyResult<Runs<'py>> {
         let fit = self.fit(law, below)?;
         let misfits = self.job.problem.misfits(fit).into_iter().map(|misfit| misfit.unwrap_or(f64::NAN));
         let points: Vec<_> = fit.runs.iter().map(|run| values(fit, &run.position)).collect();

@@ -46,6 +46,9 @@ pub fn in_keywords(text: &str) -> String {
 /// A flag's keyword, with what follows the flag.
 fn keyword(argument: &Arg, rest: &str) -> String {
     let name = argument.get_long().unwrap_or_default().replace('-', "_");
+    if name == "no_limits" {
+        return format!("limits=False{rest}");
+    }
     if !matches!(argument.get_action(), ArgAction::Set | ArgAction::Append) {
         return format!("{name}=True{rest}");
     }
