@@ -15,7 +15,7 @@ pub mod contact;
 pub mod convergence;
 pub mod convert;
 mod doctor;
-mod experiment;
+pub mod experiment;
 mod forecast;
 pub mod inspect;
 pub mod interrupt;
@@ -33,11 +33,11 @@ pub mod stress;
 pub mod study;
 mod summary;
 pub mod sweep;
-mod sweep_table;
-mod timing;
+pub mod sweep_table;
+pub mod timing;
 pub mod twins;
 
-use std::{ffi::OsString, io::Write, process::ExitCode};
+use std::{ffi::OsString, io::Write, process::ExitCode, sync::OnceLock};
 
 use clap::{Parser, Subcommand};
 
@@ -197,29 +197,36 @@ fn divisible(line: &[String]) -> anyhow::Result<Box<dyn batch::Divisible>> {
 /// Run `granchain` with the process's own arguments.
 #[must_use]
 pub fn run() -> ExitCode {
-    run_with(std::env::args_os())
+    ExitCode::from(run_typed(std::env::args_os().collect(), None))
 }
 
-/// The process's own arguments as text, the program first: what is no UTF-8 in them is shown as U+FFFD.
+/// What was typed, the program first; the process's own arguments are another's where the program is run from a Python.
+static TYPED: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// What was typed as text, the program first: what is no UTF-8 in it is shown as U+FFFD.
 fn typed() -> impl Iterator<Item = String> {
-    std::env::args_os().map(|argument| argument.to_string_lossy().into_owned())
+    TYPED.get().into_iter().flatten().map(|argument| argument.to_string_lossy().into_owned())
 }
 
 /// Run `granchain SUBCOMMAND …` with the process's own arguments behind it.
 #[must_use]
 pub fn run_as_subcommand(subcommand: &str) -> ExitCode {
-    let mut given = std::env::args_os();
-    let program = given.next().unwrap_or_else(|| OsString::from("granchain"));
-    run_with([program, OsString::from(subcommand)].into_iter().chain(given))
+    ExitCode::from(run_typed(std::env::args_os().collect(), Some(subcommand)))
 }
 
-fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+/// Run `granchain` with what was typed, the program first, behind `subcommand` where one is meant; once in a process. Returns the exit code.
+#[must_use]
+pub fn run_typed(typed: Vec<OsString>, subcommand: Option<&str>) -> u8 {
+    let typed = TYPED.get_or_init(|| typed).clone();
+    let mut given = typed.into_iter();
+    let program = given.next().unwrap_or_else(|| OsString::from("granchain"));
+    let arguments = std::iter::once(program).chain(subcommand.map(OsString::from)).chain(given);
     let command = match CommandLine::try_parse_from(arguments) {
         Ok(line) => line.command,
         Err(usage) => {
             // The only thing that can fail here is the terminal itself.
             let _ = usage.print();
-            return ExitCode::from(u8::try_from(usage.exit_code()).unwrap_or(2));
+            return u8::try_from(usage.exit_code()).unwrap_or(2);
         }
     };
     let outcome = interrupt::watch()
@@ -227,23 +234,24 @@ fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         .and_then(|()| command.session().start())
         .and_then(|()| command.execute());
     match outcome {
-        Ok(outcome) => ExitCode::from(outcome.exit_code()),
-        Err(error) if output::is_closed_pipe(&error) => ExitCode::SUCCESS,
+        Ok(outcome) => outcome.exit_code(),
+        Err(error) if output::is_closed_pipe(&error) => 0,
         Err(error) if error.is::<arguments::UsageError>() => {
             report_failure(&error);
-            ExitCode::from(2)
+            2
         }
         Err(error) => {
             report_failure(&error);
-            ExitCode::from(interrupt::exit_code().unwrap_or(1))
+            interrupt::exit_code().unwrap_or(1)
         }
     }
 }
 
-/// `error: …`, then one `  because …` line for each cause that says something new.
-fn report_failure(error: &anyhow::Error) {
-    let mut message = format!("error: {error}");
-    let mut said = error.to_string();
+/// What went wrong, then one `  because …` line for each cause that says something new.
+#[must_use]
+pub fn with_causes(error: &anyhow::Error) -> String {
+    let mut message = error.to_string();
+    let mut said = message.clone();
     for cause in error.chain().skip(1) {
         let cause = cause.to_string();
         if !said.contains(&cause) {
@@ -252,6 +260,11 @@ fn report_failure(error: &anyhow::Error) {
         }
         said = cause;
     }
+    message
+}
+
+fn report_failure(error: &anyhow::Error) {
+    let mut message = format!("error: {}", with_causes(error));
     if let Some(remedy) = error.chain().find_map(remedy) {
         let typed = typed().skip(1).map(|word| shell_word(&word));
         let whole = typed.chain([remedy]).collect::<Vec<_>>().join(" ");
@@ -275,7 +288,8 @@ fn program() -> String {
 }
 
 /// The flags that would settle an error in reading a record.
-fn remedy(error: &(dyn std::error::Error + 'static)) -> Option<String> {
+#[must_use]
+pub fn remedy(error: &(dyn std::error::Error + 'static)) -> Option<String> {
     if let Some(reading::DriveUnread(error)) = error.downcast_ref() {
         return Some(reading::DriveUnread::of_drive(&error.remedy()?));
     }

@@ -271,7 +271,10 @@ impl Job<'_> {
 }
 
 /// The pressure at every field point, measured over the window of the drive; where it is silent, nothing.
-fn pressures(scene: &Scene, response: &Response, window: Window) -> Result<Vec<PressureAt>, FeatureError> {
+///
+/// # Errors
+/// [`FeatureError`] when it cannot be measured.
+pub fn pressures(scene: &Scene, response: &Response, window: Window) -> Result<Vec<PressureAt>, FeatureError> {
     let (Some(water), Some(disc)) = (&scene.water, &response.disc) else { return Ok(Vec::new()) };
     let loud = water.field_points.iter().zip(&disc.pressure).filter(|(_, pressure)| pressure.peak() > 0.0);
     loud.map(|(point, pressure)| {

@@ -72,15 +72,61 @@ const PISTON: &str = "piston_displacement_m";
 
 /// The JSON form: the features, and where frequency and window came from.
 #[derive(Debug, Serialize)]
-struct Summary {
-    file: String,
-    sha256: String,
-    quantity: &'static str,
-    drive_frequency_from: String,
-    window_from: String,
+pub struct Summary {
+    /// The record's.
+    pub file: String,
+    /// Of its bytes.
+    pub sha256: String,
+    /// What the record is of.
+    pub quantity: &'static str,
+    /// Who says f0.
+    pub drive_frequency_from: String,
+    /// Who says the window.
+    pub window_from: String,
+    /// What was measured.
     #[serde(flatten)]
-    features: Features,
-    assumptions: Vec<String>,
+    pub features: Features,
+    /// What was assumed on reading.
+    pub assumptions: Vec<String>,
+}
+
+impl Summary {
+    /// A record measured over the window of `drive`, at `frequency` (Hz) where that is stated, with its noise; ends of the window (s) where they
+    /// are stated.
+    ///
+    /// # Errors
+    /// When there is no frequency or no window, or nothing can be measured.
+    pub fn of(
+        record: &Record,
+        drive: Option<&Drive>,
+        frequency: Option<f64>,
+        span: (Option<f64>, Option<f64>),
+        noise_rms: f64,
+        session: &Session,
+    ) -> anyhow::Result<Self> {
+        let (frequency, drive_frequency_from) = drive_line(record, drive, frequency, session)?;
+        record.check_sampling(frequency)?;
+        let (window, window_from) = window(record, drive, frequency, span)?;
+        let settings = FeatureSettings {
+            drive_frequency: frequency,
+            window: Some(window),
+            noise_rms,
+            noise_bandwidth: record.bandwidth,
+            band: None,
+            unit: record.kind.unit().to_owned(),
+        };
+        let file = record.path.display();
+        let features = measure(&record.series, &settings).with_context(|| format!("{file}: nothing to measure"))?;
+        Ok(Self {
+            file: file.to_string(),
+            sha256: record.sha256.clone(),
+            quantity: record.kind.quantity(),
+            drive_frequency_from,
+            window_from,
+            features,
+            assumptions: record.assumptions.clone(),
+        })
+    }
 }
 
 /// Run it.
@@ -114,29 +160,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let drive = drive.or_else(|| drive_reading.column.is_some().then(|| file.clone()));
     let of_drive = if drive.as_ref() == Some(&file) { of_drive.of_same_file(&options) } else { of_drive };
     let drive = Drive::find(&file, &record, ours, drive, &of_drive, &session)?;
-    let (frequency, frequency_from) = drive_line(&record, drive.as_ref(), drive_frequency, &session)?;
-    record.check_sampling(frequency)?;
-    let (window, window_from) = window(&record, drive.as_ref(), frequency, (from, to))?;
-
-    let settings = FeatureSettings {
-        drive_frequency: frequency,
-        window: Some(window),
-        noise_rms: if ours { 0.0 } else { record.noise_rms },
-        noise_bandwidth: record.bandwidth,
-        band: None,
-        unit: record.kind.unit().to_owned(),
-    };
-    let features =
-        measure(&record.series, &settings).with_context(|| format!("{}: nothing to measure", file.display()))?;
-    let summary = Summary {
-        file: file.display().to_string(),
-        sha256: record.sha256.clone(),
-        quantity: record.kind.quantity(),
-        drive_frequency_from: frequency_from,
-        window_from,
-        features,
-        assumptions: record.assumptions.clone(),
-    };
+    let noise_rms = if ours { 0.0 } else { record.noise_rms };
+    let summary = Summary::of(&record, drive.as_ref(), drive_frequency, (from, to), noise_rms, &session)?;
     if let Some(folder) = folder {
         let place = write(folder, &record.series, &summary)?;
         session.note(format_args!("written to {}", place.display()));
@@ -158,13 +183,19 @@ fn is_response(path: &Path) -> bool {
 }
 
 /// The drive's displacement and where it came from.
-struct Drive {
+pub struct Drive {
     displacement: Series,
     frequency: Option<f64>,
     named: String,
 }
 
 impl Drive {
+    /// A horn tip as read, and what it is called.
+    #[must_use]
+    pub fn of(horn: Record, named: String) -> Self {
+        Self { frequency: horn.drive_frequency(), displacement: horn.series, named }
+    }
+
     fn find(
         file: &Path,
         record: &Record,
@@ -176,8 +207,7 @@ impl Drive {
         let read = |path: &Path, options: &ReadOptions, named: String| -> anyhow::Result<Option<Self>> {
             let horn = read_record(path, RecordKind::HornTip, options).map_err(DriveUnread)?;
             warn(&horn, session);
-            let frequency = horn.drive_frequency();
-            Ok(Some(Self { displacement: horn.series, frequency, named }))
+            Ok(Some(Self::of(horn, named)))
         };
         if let Some(path) = given {
             return read(&path, options, path.display().to_string());
@@ -185,17 +215,10 @@ impl Drive {
         if ours {
             let options = ReadOptions { column: Some(PISTON.to_owned()), baseline: Baseline::None, ..options.clone() };
             let piston = read_record(file, RecordKind::HornTip, &options)?;
-            let frequency = piston.drive_frequency();
-            let named = "the response's own piston".to_owned();
-            return Ok(Some(Self { displacement: piston.series, frequency, named }));
+            return Ok(Some(Self::of(piston, "the response's own piston".to_owned())));
         }
         if record.kind == RecordKind::HornTip {
-            let displacement = record.series.clone();
-            return Ok(Some(Self {
-                displacement,
-                frequency: record.drive_frequency(),
-                named: "the record".to_owned(),
-            }));
+            return Ok(Some(Self::of(record.clone(), "the record".to_owned())));
         }
         let beside = file.parent().unwrap_or(Path::new("")).join("horn_tip.csv");
         if beside.is_file() {

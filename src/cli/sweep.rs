@@ -121,9 +121,7 @@ impl Study {
         let preferred = preferred_model(calibrated.as_ref(), ensemble);
         let mut bench = experiment::read(&flags, &reading, calibrated.as_ref(), preferred)?;
         bench.limits = session.limits();
-        experiment::agree_on_model(&mut bench, (0..grid.len()).map(|index| grid.overrides(index)));
-        experiment::refuse_drive_keys(&bench, grid.axes.iter().map(|axis| axis.key.as_str()))?;
-        let base = bench.scene_with(&[])?;
+        let base = base(&mut bench, &grid)?;
         session.assumed(&bench.assumptions);
         for warning in bench.warnings() {
             session.note(format_args!("warning: {warning}"));
@@ -237,8 +235,26 @@ impl Divisible for Study {
     }
 }
 
+/// The scene without the swept values, all points on one model.
+///
+/// # Errors
+/// A usage error for a swept key that would do nothing; whatever is wrong with the scene.
+pub fn base(bench: &mut Bench, grid: &Grid) -> anyhow::Result<Scene> {
+    experiment::agree_on_model(bench, (0..grid.len()).map(|index| grid.overrides(index)));
+    experiment::refuse_drive_keys(bench, grid.axes.iter().map(|axis| axis.key.as_str()))?;
+    Ok(bench.scene_with(&[])?)
+}
+
 /// Refuse a grid whose points together are estimated above the limits. Points that are no scene count nothing: they are tabled as such.
-fn refuse_excess(bench: &Bench, base: &Scene, grid: &Grid, ensemble: Option<&EnsemblePlan>) -> Result<(), ModelError> {
+///
+/// # Errors
+/// [`ModelError`] with estimate and limit.
+pub fn refuse_excess(
+    bench: &Bench,
+    base: &Scene,
+    grid: &Grid,
+    ensemble: Option<&EnsemblePlan>,
+) -> Result<(), ModelError> {
     let mut all = Estimate { work: 0.0, memory: 0.0 };
     for point in 0..grid.len() {
         let Ok(scene) = bench.scene_with(&grid.overrides(point)) else { continue };
