@@ -73,7 +73,7 @@ impl Motion {
         let bytes: Vec<u8> = frames.iter().flat_map(Frame::bytes).collect();
         let start = 1e6 * response.piston_displacement.start;
         let step = 1e6 * response.piston_displacement.step * every as f64;
-        let pitch = WIDTH / (beads as f64 + 1.6);
+        let pitch = WIDTH / (beads as f64 + 0.6);
         let data = serde_json::json!({
             "beads": beads, "frames": frames.len(), "from": start, "step": step, "shown": shown, "travel": TRAVEL * pitch,
             "bar": BAR, "floor": floor(pitch), "q": STANDARD.encode(bytes),

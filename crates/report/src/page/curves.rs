@@ -13,6 +13,10 @@ use crate::figure::{Axis, Colour, Figure, Layer, Panel, Scale, Stroke};
 
 /// A figure whose longest curve has fewer points has nothing to zoom into.
 const FEWEST_POINTS: usize = 32;
+/// More single points than this are a cloud and no curve.
+const MOST_MARKERS: usize = 100;
+/// Every second sample is left out where a straight line over it misses it by no more than this share of the range.
+const LEFT_OUT: f64 = 1e-3;
 /// A drive is played at no more than this, Hz.
 const HIGHEST_PITCH: f64 = 400.0;
 
@@ -61,7 +65,9 @@ fn has_curves(panel: &Panel) -> bool {
     let ascends = |points: &[(f64, f64)]| points.windows(2).all(|pair| pair[0].0 <= pair[1].0);
     let shown = |layer: &Layer| match layer {
         Layer::Line { points, .. } => ascends(points),
-        Layer::Points { points, .. } => points.iter().all(|it| it.x_interval.is_none() && it.y_interval.is_none()),
+        Layer::Points { points, .. } => {
+            points.len() <= MOST_MARKERS && points.iter().all(|it| it.x_interval.is_none() && it.y_interval.is_none())
+        }
         Layer::MarkX { .. } | Layer::MarkY { .. } => true,
         _ => false,
     };
@@ -92,6 +98,7 @@ impl Arrays {
         let (mut marks, mut levels) = (Vec::new(), Vec::new());
         let mut pairs = Vec::new();
         let mut curve = |arrays: &mut Self, label: &str, points: &[(f64, f64)], stroke: Stroke, marker: bool| {
+            let points = &thinned(points, panel);
             let x = arrays.place(abscissas(points.iter().map(|point| panel.x.factor * point.0).collect()));
             let y = arrays.place(ordinates(points.iter().map(|point| panel.y.factor * point.1), panel.y.scale));
             pairs.push((x, y));
@@ -151,6 +158,27 @@ fn axis(axis: &Axis) -> Value {
 fn hexadecimal(colour: Colour) -> String {
     let (red, green, blue) = colour.rgb();
     format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
+/// A long curve without the samples that a straight line between their neighbours gives as well.
+fn thinned(points: &[(f64, f64)], panel: &Panel) -> Vec<(f64, f64)> {
+    let mut kept = points.to_vec();
+    if [&panel.x, &panel.y].into_iter().any(|axis| axis.scale != Scale::Linear) {
+        return kept;
+    }
+    let low = points.iter().map(|point| point.1).fold(f64::INFINITY, f64::min);
+    let high = points.iter().map(|point| point.1).fold(f64::NEG_INFINITY, f64::max);
+    let missed = |part: &[(f64, f64)]| (part[1].1 - 0.5 * (part[0].1 + part[2].1)).abs();
+    let close = |part: &[(f64, f64)]| part.len() < 3 || missed(part) <= LEFT_OUT * (high - low);
+    if kept.len() > FEWEST_POINTS
+        && kept.chunks(2).zip(kept.chunks(2).skip(1)).all(|(a, b)| close(&[a, &b[..1]].concat()))
+    {
+        let last = kept.len() % 2 == 0;
+        let end = kept[kept.len() - 1];
+        kept = kept.into_iter().step_by(2).collect();
+        kept.extend(last.then_some(end));
+    }
+    kept
 }
 
 /// Start and step of an even array, 32 bits a number of any other.

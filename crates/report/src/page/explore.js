@@ -102,7 +102,7 @@
       const series = this.curves.map((curve) => ({
         label: curve.label,
         stroke: curve.colour,
-        width: 1.3 * curve.width,
+        width: Math.max(1, 1.3 * curve.width),
         dash: curve.dash.map((length) => 1.5 * length),
         paths: curve.marker ? () => null : undefined,
         points: { show: curve.marker ? true : undefined, size: 6, fill: curve.colour },
@@ -152,6 +152,7 @@
       ctx.setLineDash([4 * devicePixelRatio, 4 * devicePixelRatio]);
       ctx.font = `${11 * devicePixelRatio}px sans-serif`;
       ctx.textAlign = "center";
+      let taken = -Infinity;
       for (const mark of this.panel.marks) {
         const at = plot.valToPos(mark.at, "x", true);
         if (at < bbox.left || at > bbox.left + bbox.width) continue;
@@ -160,7 +161,11 @@
         ctx.moveTo(at, bbox.top);
         ctx.lineTo(at, bbox.top + bbox.height);
         ctx.stroke();
+        // A name that would lie on its neighbour's is left out.
+        const half = 0.5 * ctx.measureText(mark.label).width + devicePixelRatio;
+        if (at - half < taken) continue;
         ctx.fillText(mark.label, at, bbox.top - 3 * devicePixelRatio);
+        taken = at + half;
       }
       for (const level of this.panel.levels) {
         const at = plot.valToPos(level.at, "y", true);
