@@ -385,7 +385,7 @@ impl fmt::Display for Text<'_> {
         let mut rows: Vec<(Ratio, String)> = Vec::new();
         for line in &features.lines {
             let remark = match line.ratio {
-                _ if line.below_noise_floor => "  not above the floor around it",
+                _ if line.below_noise_floor => "  not above the floor",
                 Ratio::ONE => "  drive",
                 _ => "",
             };

@@ -27,7 +27,7 @@ use super::{
 use crate::{
     calibration::plan::{Asked, Plan, ReadAs, RecordPlan},
     measurement::{MeasurementError, Record, RecordKind, read_record},
-    scene::{self, ModelKind, Scene},
+    scene::{self, DampingKind, ModelKind, Scene},
     signal::{
         Dimension,
         feature::{Measurand, Window, amplitude_spectrum},
@@ -316,10 +316,11 @@ fn definition(
     line("]\n".into());
     line("# What is fitted. alpha is the factor between the horn's record and the drive of the chain: 1 if both sensitivities are right.".into());
     line("# fit = ['alpha', 'damping'] # and precompression, support_stiffness, gap, bandwidth".into());
-    line(format!(
-        "# damping = ['{}'] # laws that compete: linear, kuwabara-kono, linear+kuwabara-kono",
-        scene.damping.kind.name()
-    ));
+    let laws = "laws that compete: linear, kuwabara-kono, linear+kuwabara-kono";
+    match scene.damping.kind {
+        DampingKind::None => line(format!("damping = ['linear'] # the scene has none; {laws}")),
+        law => line(format!("# damping = ['{}'] # {laws}", law.name())),
+    }
     line("# features = 'full' # or 'paper': two peaks, and the lines at 1/3 and 2/3 over the drive line".into());
     line("# seed = 1\n# [parameters.alpha]\n# low = 0.2\n# high = 2.0".into());
     line(

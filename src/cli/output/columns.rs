@@ -22,7 +22,8 @@ pub fn columns_of(stream: &Term) -> Option<usize> {
     wide.map(|columns: usize| columns.clamp(NARROWEST, WIDEST))
 }
 
-/// `text` with its lines broken at blanks, none of them wider than `columns` but single words and lines to be typed (a command of this program).
+/// `text` with its lines broken at blanks, none of them wider than `columns` but those with a word that fits nowhere and those to be typed (a
+/// command of this program).
 pub fn broken(text: &str, columns: usize, program: &str) -> String {
     let mut shown = String::with_capacity(text.len() + text.len() / 40);
     for line in text.split_inclusive('\n') {
@@ -30,10 +31,13 @@ pub fn broken(text: &str, columns: usize, program: &str) -> String {
         let said = line.trim_start();
         let to_type = said.starts_with("so type, ")
             || [program, "granchain"].iter().any(|name| said.starts_with(&format!("{name} ")));
-        if to_type || display_width(line) <= columns {
+        let indent = indent_of(line);
+        // A digest or a path that fits nowhere is no better on a line of its own.
+        let unbreakable = || line.split_whitespace().skip(1).any(|word| display_width(word) > columns - indent);
+        if to_type || display_width(line) <= columns || unbreakable() {
             shown.push_str(line);
         } else {
-            let indent = " ".repeat(indent_of(line));
+            let indent = " ".repeat(indent);
             let options = Options::new(columns)
                 .subsequent_indent(&indent)
                 .break_words(false)
@@ -84,7 +88,7 @@ mod tests {
         assert_eq!(broken(command, 40, "granchain"), command);
         let table = "a   b\n\n  1   2\n";
         assert_eq!(broken(table, 40, "granchain"), table);
-        let path = "x".repeat(50);
-        assert_eq!(broken(&path, 40, "granchain"), path);
+        let digest = format!("  sha-256    {}", "x".repeat(50));
+        assert_eq!(broken(&digest, 40, "granchain"), digest);
     }
 }
