@@ -27,7 +27,7 @@ use crate::{
         Axis, Bodies, EnsemblePlan, Grid,
         ensemble::STEPS_PER_PERIOD,
         grid::GridError,
-        published::published,
+        published::{Published, published},
         sweep::{Run, SweepError, Watch, sweep},
     },
 };
@@ -136,7 +136,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         scene: &base,
         grid: &grid,
         runs: &runs,
-        published: published(&base),
+        published: printed(&bench, &base, &grid),
         ensemble: ensemble.is_some(),
     };
     let summary = table.json(&bench, calibrated.as_ref(), session.seed())?;
@@ -151,6 +151,12 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     }
     session.result(table.text(output.out.is_some()), &summary)?;
     Ok(Outcome::Done)
+}
+
+/// What the paper prints of a swept bench; nothing where the sweep leaves the paper's.
+fn printed(bench: &Bench, base: &Scene, grid: &Grid) -> Option<Published> {
+    let leaves = |point| bench.scene_with(&grid.overrides(point)).is_ok_and(|scene| published(&scene).is_none());
+    published(base).filter(|_| !(0..grid.len()).any(leaves))
 }
 
 /// Refuse a grid whose points together are estimated above the limits. Points that are no scene count nothing: they are tabled as such.
