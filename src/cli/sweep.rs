@@ -32,7 +32,7 @@ use crate::{
         Axis, Bodies, EnsemblePlan, Grid,
         ensemble::STEPS_PER_PERIOD,
         grid::GridError,
-        published::published,
+        published::{Published, published},
         sweep::{Run, SweepError, Watch, refuse_hopeless, sweep, sweep_part},
     },
 };
@@ -184,7 +184,7 @@ impl Study {
             scene: &self.base,
             grid: &self.grid,
             runs,
-            published: published(&self.base),
+            published: printed(&self.bench, &self.base, &self.grid),
             ensemble: self.ensemble.is_some(),
         };
         let session = &self.session;
@@ -243,6 +243,12 @@ pub fn base(bench: &mut Bench, grid: &Grid) -> anyhow::Result<Scene> {
     experiment::agree_on_model(bench, (0..grid.len()).map(|index| grid.overrides(index)));
     experiment::refuse_drive_keys(bench, grid.axes.iter().map(|axis| axis.key.as_str()))?;
     Ok(bench.scene_with(&[])?)
+}
+
+/// What the paper prints of a swept bench; nothing where the sweep leaves the paper's.
+fn printed(bench: &Bench, base: &Scene, grid: &Grid) -> Option<Published> {
+    let leaves = |point| bench.scene_with(&grid.overrides(point)).is_ok_and(|scene| published(&scene).is_none());
+    published(base).filter(|_| !(0..grid.len()).any(leaves))
 }
 
 /// Refuse a grid whose points together are estimated above the limits. Points that are no scene count nothing: they are tabled as such.

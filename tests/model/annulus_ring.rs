@@ -46,7 +46,9 @@ fn the_bead_touches_where_the_triangle_of_centres_says() {
         let torus = HalfTorus::under(&shape, bead);
         let ([r, z], centre) = (torus.contact_point(), torus.bead_centre());
         // On the bead's surface, on the section's, and on the line of both centres.
-        assert!((r.hypot(z - centre) / bead - 1.0).abs() < 1e-12 && ((r - ring).hypot(z) / section - 1.0).abs() < 1e-12);
+        assert!(
+            (r.hypot(z - centre) / bead - 1.0).abs() < 1e-12 && ((r - ring).hypot(z) / section - 1.0).abs() < 1e-12
+        );
         assert!((centre.hypot(ring) / (bead + section) - 1.0).abs() < 1e-12);
         assert!((r / bead - shape.contact_angle(bead).sin()).abs() < 1e-12);
     }
@@ -93,7 +95,8 @@ fn forces_scale_with_the_square_of_all_lengths() {
 
 #[test]
 fn under_a_rigid_bead_forces_are_proportional_to_the_rings_modulus() {
-    let rigid = ["materials.hard.youngs_modulus=1e15", "materials.hard.poissons_ratio=0.3", "materials.hard.density=7833"];
+    let rigid =
+        ["materials.hard.youngs_modulus=1e15", "materials.hard.poissons_ratio=0.3", "materials.hard.density=7833"];
     let of = |modulus: &str| {
         let modulus = format!("materials.resin.youngs_modulus={modulus}");
         forces(&[&rigid[..], &["chain.material=hard", &modulus]].concat(), &[0.3e-6, 2e-6])
@@ -116,7 +119,12 @@ fn the_law_of_a_ring_beside_the_papers_is_the_papers() {
 /// A large soft ring under large beads, and a thin one under small beads.
 const RINGS: [[&str; 4]; 2] = [
     ["support.ring_radius=4 mm", "support.section_radius=1.5 mm", "chain.radius=5 mm", "support.material=acrylic"],
-    ["support.ring_radius=0.4 mm", "support.section_radius=0.1 mm", "chain.radius=0.4 mm", "support.stiffness_factor=0.8"],
+    [
+        "support.ring_radius=0.4 mm",
+        "support.section_radius=0.1 mm",
+        "chain.radius=0.4 mm",
+        "support.stiffness_factor=0.8",
+    ],
 ];
 
 #[test]

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use granchain::scene::{
-    self, AnnulusShape, ContactMass, ContactNormal, DEFAULT_FEA_STEP, DEFAULT_WATER_STEP, Elements, FeaSettings, Integrator, Loaded,
-    Material, MeshFile, ModelKind, Scene, SceneError, Scheme, Support, load_text, load_with_notes,
+    self, AnnulusShape, ContactMass, ContactNormal, DEFAULT_FEA_STEP, DEFAULT_WATER_STEP, Elements, FeaSettings,
+    Integrator, Loaded, Material, MeshFile, ModelKind, Scene, SceneError, Scheme, Support, load_text, load_with_notes,
 };
 
 fn loaded(name: &str, overrides: &[&str]) -> Result<Loaded, SceneError> {

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use granchain::scene::{
-    Absorption, AnnulusShape, Baffle, Bead, Chain, ContactLaw, ContactMass, ContactNormal, DEFAULT_TOLERANCE, Damping, DampingKind,
-    DampingPlacement, DampingTerm, DiscShape, Drive, DriveKind, Elements, FeaSettings, FieldPoint, FlatContact,
-    Integrator, Limits, Material, Medium, MeshFile, ModelKind, ModelSettings, ReducedSettings, Rim, Scene, Scheme,
-    Support, Water, WaterMesh, WaterMethod, WaterSettings, load_text,
+    Absorption, AnnulusShape, Baffle, Bead, Chain, ContactLaw, ContactMass, ContactNormal, DEFAULT_TOLERANCE, Damping,
+    DampingKind, DampingPlacement, DampingTerm, DiscShape, Drive, DriveKind, Elements, FeaSettings, FieldPoint,
+    FlatContact, Integrator, Limits, Material, Medium, MeshFile, ModelKind, ModelSettings, ReducedSettings, Rim, Scene,
+    Scheme, Support, Water, WaterMesh, WaterMethod, WaterSettings, load_text,
 };
 use proptest::prelude::*;
 

@@ -57,7 +57,9 @@ impl BenchChoice {
                  [water]\n# \"tissue\", or \"none\" for a disc in air; density and sound_speed may be changed by themselves.\nmedium = \"water\"\n\
                  # Where the pressure is heard, z from the back of the disc.\nfield_points = [{ r = \"0 mm\", z = \"1 mm\" }]\n"
             }
-            Self::Free => "[support]\n# Nothing touches the last bead behind: it flies off, and no static force can hold the chain.\nkind = \"free\"\n",
+            Self::Free => {
+                "[support]\n# Nothing touches the last bead behind: it flies off, and no static force can hold the chain.\nkind = \"free\"\n"
+            }
         }
     }
 
@@ -81,4 +83,5 @@ impl BenchChoice {
     }
 }
 
-const PRECOMPRESSION: &str = "# Static force along the chain; not zero in any laboratory, and a sensitive quantity.\nprecompression = \"0 N\"\n";
+const PRECOMPRESSION: &str =
+    "# Static force along the chain; not zero in any laboratory, and a sensitive quantity.\nprecompression = \"0 N\"\n";

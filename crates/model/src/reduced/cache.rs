@@ -87,7 +87,9 @@ impl Cache {
         refuse_turning(scene)?;
         let key = key(scene)?;
         let path = self.folder.join(format!("{}{key}{}", NAME.0, NAME.1));
-        if let Some(reduction) = read::<Reduction>(&path, HEADER, &key).filter(|reduction| reduction.is_consistent(scene)) {
+        if let Some(reduction) =
+            read::<Reduction>(&path, HEADER, &key).filter(|reduction| reduction.is_consistent(scene))
+        {
             used(&path);
             return Ok((reduction, Origin::Read { path }));
         }

@@ -78,7 +78,11 @@ pub(super) fn read(reader: &Reader<'_>, bead_radius: f64) -> Result<AnnulusShape
             place: reader.place(if reader.has(key) { key } else { "support.kind" }),
             angle: format!("{angle:.1}°"),
             between: CONTACT_ANGLES,
-            remedy: if angle > CONTACT_ANGLES.1 { "smaller ring or a larger bead" } else { "larger ring or a smaller bead" },
+            remedy: if angle > CONTACT_ANGLES.1 {
+                "smaller ring or a larger bead"
+            } else {
+                "larger ring or a smaller bead"
+            },
         });
     }
     Ok(shape)
@@ -93,7 +97,9 @@ impl Scene {
     /// What a reader of the results must know where the last bead is not much harder than its ring: that its mesh is too coarse there.
     #[must_use]
     pub fn coarse_ring(&self) -> Option<String> {
-        let (Support::Annulus { material, .. }, Some(bead)) = (&self.support, self.chain.beads.last()) else { return None };
+        let (Support::Annulus { material, .. }, Some(bead)) = (&self.support, self.chain.beads.last()) else {
+            return None;
+        };
         let share = compliance(&bead.material) / (compliance(&bead.material) + compliance(material));
         (COARSE_BEAD * share > WORTH_A_WORD).then(|| {
             format!(

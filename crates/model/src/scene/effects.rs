@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::{
-    AnnulusShape, ContactLaw, ContactMass, ContactNormal, DampingPlacement, DampingTerm, DriveKind, FlatContact, ModelKind, Scene,
-    Scheme, Support, TermDescription,
+    AnnulusShape, ContactLaw, ContactMass, ContactNormal, DampingPlacement, DampingTerm, DriveKind, FlatContact,
+    ModelKind, Scene, Scheme, Support, TermDescription,
 };
 use granchain_signal::{Dimension, Quantity};
 

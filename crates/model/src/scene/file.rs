@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    Bead, Chain, Damping, DampingCoefficients, DampingKind, Drive, DriveKind, FlatContact, Material,
-    ModelKind, Scene, SceneText, Support, TermDescription, annulus, builtin, contact_law, disc,
+    Bead, Chain, Damping, DampingCoefficients, DampingKind, Drive, DriveKind, FlatContact, Material, ModelKind, Scene,
+    SceneText, Support, TermDescription, annulus, builtin, contact_law, disc,
     document::{Document, Value, resolved},
     error::SceneError,
     mesh_file,
@@ -355,7 +355,8 @@ fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
         "free" => {
             if chain.precompression > 0.0 {
                 let force = Quantity::new(chain.precompression, Dimension::FORCE).to_string();
-                let expected = "0 N before a free end (`support.kind` = \"free\"), which holds no static force".to_owned();
+                let expected =
+                    "0 N before a free end (`support.kind` = \"free\"), which holds no static force".to_owned();
                 return Err(reader.out_of_range("chain.precompression", expected, force));
             }
             Support::Free

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::{
-    Absorption, AnnulusShape, Bead, ContactLaw, Damping, DampingTerm, DiscShape, FieldPoint, Material, MeshFile, Meshing, Scene,
-    Support, WaterMesh, WaterMethod, WaterSettings, key::Get, table::KEYS,
+    Absorption, AnnulusShape, Bead, ContactLaw, Damping, DampingTerm, DiscShape, FieldPoint, Material, MeshFile,
+    Meshing, Scene, Support, WaterMesh, WaterMethod, WaterSettings, key::Get, table::KEYS,
 };
 use granchain_signal::{Dimension, Quantity};
 

@@ -2,9 +2,9 @@
 //! checked where the scene is built.
 
 use super::{
-    AnnulusShape, Baffle, ContactLaw, ContactMass, ContactNormal, DEFAULT_CONTACT_PATCH, DEFAULT_DISC, DEFAULT_OUTPUT_STEP,
-    DEFAULT_TOLERANCE, DampingKind, DampingPlacement, DampingTerm, DriveKind, Elements, FlatContact, Integrator, Key,
-    MOST_BEADS, ModelKind, Rim, Scene, Scheme, Support, ValueKind,
+    AnnulusShape, Baffle, ContactLaw, ContactMass, ContactNormal, DEFAULT_CONTACT_PATCH, DEFAULT_DISC,
+    DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DampingKind, DampingPlacement, DampingTerm, DriveKind, Elements,
+    FlatContact, Integrator, Key, MOST_BEADS, ModelKind, Rim, Scene, Scheme, Support, ValueKind,
     key::{
         When::{self, Beside, Damped, Is},
         count, nowhere, number, of_material, value, word,
