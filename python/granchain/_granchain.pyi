@@ -11,6 +11,7 @@ _Progress: TypeAlias = Callable[[int, int], object] | None
 _Path: TypeAlias = str | PathLike[str]
 
 __version__: str
+__all__: list[str]
 
 class GranchainError(Exception): ...
 class UsageError(GranchainError): ...
