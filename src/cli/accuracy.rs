@@ -7,7 +7,7 @@ use super::{
     Outcome,
     arguments::{OutputArguments, Session},
     interrupt::Interrupted,
-    output::{OutputFolder, PAGE_RESULTS},
+    output::{OutputFolder, page_results},
     progress, study, summary,
     timing::Timing,
 };
@@ -70,7 +70,11 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let (seed, limits) = (session.seed(), session.limits());
     let plan = AccuracyPlan { scene, sets: set, full, calibration, members: MEMBERS, seed, limits, program };
     let ready = Study::new(plan)?;
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
+    let folder = output
+        .out
+        .as_deref()
+        .map(|out| OutputFolder::stage(out, &page_results("accuracy.json"), output.force))
+        .transpose()?;
     timing.stage("read");
     let outcome = if stored {
         ready.shipped()

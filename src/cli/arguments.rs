@@ -7,6 +7,7 @@ use std::{
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
+use console::Term;
 
 use crate::{
     calibration::problem::DEFAULT_SEED,
@@ -18,7 +19,7 @@ use crate::{
 use super::{
     calibrated::Calibrated,
     level::level,
-    output::{print, visible, visible_json},
+    output::{print, shown_on, visible_json},
 };
 
 /// Most threads a core, and how many are no matter on any machine.
@@ -157,7 +158,7 @@ impl Session {
             let json = serde_json::to_string_pretty(value).context("the summary cannot be written as JSON")?;
             print(format_args!("{}\n", visible_json(&json)))
         } else {
-            print(visible(&text.to_string()))
+            print(shown_on(&Term::stdout(), &text.to_string()))
         }
     }
 }
@@ -165,7 +166,7 @@ impl Session {
 fn eprintln_quietly(text: &dyn std::fmt::Display) {
     use std::io::Write;
     // A closed standard error is no reason to stop a run.
-    let _ = writeln!(std::io::stderr().lock(), "{}", visible(&text.to_string()));
+    let _ = writeln!(std::io::stderr().lock(), "{}", shown_on(&Term::stderr(), &text.to_string()));
 }
 
 /// `--scene`, `--model`, `--drive`, `--drive-frequency`, `--alpha`, `--set`: which experiment is simulated, and how.
@@ -197,10 +198,11 @@ pub struct SceneArguments {
 /// `--out`, `--force`: where results go.
 #[derive(Debug, Clone, Default, Args)]
 pub struct OutputArguments {
-    /// Folder for the results; it appears whole at the end, or not at all
+    /// Folder for the results; it appears whole at the end, or not at all [default: none, and nothing is written; of calibrate calibrations/NAME,
+    /// after the record's folder or file]
     #[arg(long, value_name = "DIR", help_heading = "Output")]
     pub out: Option<PathBuf>,
-    /// Write beside files that granchain did not write; none of them is ever replaced or removed
+    /// Write beside files that granchain did not write, which are never replaced or removed; put results in the place of another kind of run's
     #[arg(long, help_heading = "Output")]
     pub force: bool,
 }

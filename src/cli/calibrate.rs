@@ -191,7 +191,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         session.note(format_args!("warning: {warning}"));
     }
     timing.stage("read");
-    let usual = || default_target(&job.problem);
+    let usual = || free_target(&job.problem);
     if dry_run {
         // A folder that was named is the one meant; else nothing may take the place of a fit.
         let preview = || {
@@ -276,6 +276,26 @@ fn model_taken(problem: &Problem) -> anyhow::Result<Option<String>> {
         return Ok(Some("model `chain`: several records are searched and answered on the chain".into()));
     }
     Ok(problem.lead().bench.model_taken()?)
+}
+
+/// The usual folder, or `NAME-2`, `NAME-3` … where it holds the fit of other records of that name.
+fn free_target(problem: &Problem) -> PathBuf {
+    let usual = default_target(problem);
+    let name = usual.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let further = (2..).map(|number| usual.with_file_name(format!("{name}-{number}")));
+    let free = std::iter::once(usual.clone()).chain(further).find(|folder| !is_of_others(folder, problem));
+    free.unwrap_or(usual)
+}
+
+/// Whether a folder holds a calibration, and that of other records.
+fn is_of_others(folder: &Path, problem: &Problem) -> bool {
+    let read = std::fs::read(folder.join(manifest::FILE)).ok();
+    let Some(manifest) = read.and_then(|bytes| serde_json::from_slice::<manifest::Manifest>(&bytes).ok()) else {
+        return false;
+    };
+    let inputs = manifest.inputs.iter().filter(|(role, _)| role.starts_with("measured"));
+    let of: BTreeSet<&str> = inputs.map(|(_, input)| input.sha256.as_str()).collect();
+    of != problem.shots.iter().map(|shot| shot.measured.sha256()).collect()
 }
 
 /// `calibrations/NAME`: the record's folder where the record is its `vib.csv` or `hydrophone.csv`, else the record's own name; of several

@@ -9,7 +9,7 @@ use super::{
     Outcome,
     arguments::{OutputArguments, Session, ValueError, positive_time, time, usage},
     interrupt::{self, Interrupted},
-    output::{OutputFolder, PAGE_RESULTS},
+    output::{OutputFolder, page_results},
     progress, summary,
     timing::{self, Timing},
 };
@@ -92,7 +92,11 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         windows_s: windows,
         ..ConvergencePlan::default()
     };
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
+    let folder = output
+        .out
+        .as_deref()
+        .map(|out| OutputFolder::stage(out, &page_results("convergence.json"), output.force))
+        .transpose()?;
     timing.stage("read");
 
     let bar = progress::Bar(progress::bar(&session, cost(&plan), "runs"));

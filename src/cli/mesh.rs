@@ -2,7 +2,7 @@
 
 use std::{fmt, path::PathBuf, sync::Arc};
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::Args;
 use serde::Serialize;
 
@@ -15,8 +15,8 @@ use crate::{
     model::{
         Estimate,
         fea::{
-            arrangement::Arrangement,
-            mesh::{HalfTorus, Quality, quality},
+            arrangement::{Arrangement, torus},
+            mesh::{Quality, quality},
         },
     },
     report::{
@@ -24,7 +24,7 @@ use crate::{
         number::{fixed, significant},
     },
     response::{Field, FieldBody, write_vtu},
-    scene::{self, Scene, Support},
+    scene::{self, FlatContact, ModelKind, Scene, Support},
 };
 
 /// Arguments of `granchain mesh`.
@@ -93,7 +93,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     }
     let scene = loaded.scene.with_limits(session.limits());
     Estimate::of_bodies(&scene).check(&scene.model.limits)?;
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, &[], output.force)).transpose()?;
+    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, &["mesh.json"], output.force)).transpose()?;
     let arrangement = Arrangement::new(&scene).with_context(|| format!("scene `{name}` cannot be meshed"))?;
     let summary = summary(&scene, &arrangement);
     if let Some(folder) = folder {
@@ -150,30 +150,63 @@ fn summary(scene: &Scene, arrangement: &Arrangement) -> Summary {
 
 fn support_mass(scene: &Scene) -> Option<f64> {
     match &scene.support {
-        Support::Annulus { material, .. } => Some(material.density * HalfTorus::published().volume()),
+        Support::Annulus { material, .. } => Some(material.density * torus(scene)?.volume()),
         _ => None,
     }
 }
 
-fn write(folder: OutputFolder, scene: &Scene, arrangement: &Arrangement, summary: &Summary) -> anyhow::Result<PathBuf> {
+/// Most beads that are drawn for a first look.
+const MOST_DRAWN: usize = 40;
+/// Mesh density of that picture.
+const DRAWN_DENSITY: u32 = 6;
+
+/// The bench of any scene, cut open and revolved, as PNG: of the bodies that meshes have, whatever model runs it.
+///
+/// # Errors
+/// Too many beads; a scene that no mesh can show; a figure that cannot be drawn.
+pub(super) fn picture(scene: &Scene) -> anyhow::Result<Vec<u8>> {
+    let beads = scene.chain.beads.len();
+    if beads > MOST_DRAWN {
+        bail!("{beads} beads are too many for one picture, of at most {MOST_DRAWN}");
+    }
+    let mut scene = scene.clone();
+    scene.model.kind = ModelKind::Fea;
+    scene.model.fea.density = DRAWN_DENSITY;
+    // A half-space looks as a rigid flat does.
+    scene.piston = FlatContact::Rigid;
+    if let Support::Flat(flat) = &mut scene.support {
+        *flat = FlatContact::Rigid;
+    }
+    let arrangement = Arrangement::new(&scene)?;
+    Ok(revolved(&bench(&arrangement)).to_png()?)
+}
+
+/// The bodies where they stand.
+fn bench(arrangement: &Arrangement) -> Bench<'_> {
     let kinds = arrangement.beads.iter().chain(&arrangement.support);
-    let names: Vec<&str> =
-        arrangement.beads.iter().map(|_| "bead").chain(arrangement.support.map(|_| "support")).collect();
-    let bodies: Vec<Standing<'_>> = kinds
-        .clone()
-        .zip(&arrangement.origins)
-        .zip(&names)
-        .map(|((kind, offset), name)| Standing { name, mesh: arrangement.kinds[*kind].mesh(), offset: *offset })
-        .collect();
-    let far_pole = |bead: usize| -> f64 {
-        let body = &bodies[bead];
-        let places = body.mesh.nodes.iter().filter(|[r, _]| *r == 0.0);
-        body.offset + places.map(|[_, z]| *z).fold(f64::NEG_INFINITY, f64::max)
-    };
+    let names = arrangement.beads.iter().map(|_| "bead").chain(arrangement.support.map(|_| "support"));
+    let standing = kinds.zip(&arrangement.origins).zip(names).map(|((kind, offset), name)| Standing {
+        name,
+        mesh: arrangement.kinds[*kind].mesh(),
+        offset: *offset,
+    });
+    let bodies: Vec<Standing<'_>> = standing.collect();
     let last = arrangement.beads.len() - 1;
-    let flat = arrangement.support.is_none().then(|| far_pole(last));
+    let flat = arrangement.support.is_none().then(|| far_pole(&bodies[last]));
+    Bench { bodies, flat }
+}
+
+/// Where a body's axis ends, m.
+fn far_pole(body: &Standing<'_>) -> f64 {
+    let on_axis = body.mesh.nodes.iter().filter(|[r, _]| *r == 0.0);
+    body.offset + on_axis.map(|[_, z]| *z).fold(f64::NEG_INFINITY, f64::max)
+}
+
+fn write(folder: OutputFolder, scene: &Scene, arrangement: &Arrangement, summary: &Summary) -> anyhow::Result<PathBuf> {
+    let bench = bench(arrangement);
+    let last = arrangement.beads.len() - 1;
+    let far_pole = |bead: usize| far_pole(&bench.bodies[bead]);
     let windows = windows(scene, arrangement, &far_pole);
-    let bench = Bench { bodies, flat };
 
     let figures = [("mesh", chain(&bench)), ("contacts", contacts(&bench, &windows)), ("revolved", revolved(&bench))];
     for (name, figure) in figures {
@@ -181,6 +214,7 @@ fn write(folder: OutputFolder, scene: &Scene, arrangement: &Arrangement, summary
         folder.write(format!("{name}.png"), figure.to_png()?)?;
     }
     let meshes: Vec<_> = arrangement.kinds.iter().map(|body| Arc::new(body.mesh().to_field_mesh())).collect();
+    let kinds = arrangement.beads.iter().chain(&arrangement.support);
     let bodies = kinds.zip(&bench.bodies).enumerate().map(|(index, (kind, standing))| {
         let name = if index <= last { format!("bead{}", index + 1) } else { "support".to_owned() };
         FieldBody::at_rest(name, meshes[*kind].clone(), standing.offset)
@@ -199,9 +233,8 @@ fn windows(scene: &Scene, arrangement: &Arrangement, far_pole: &impl Fn(usize) -
     let half = 0.06 * scene.chain.beads[0].radius;
     let at = |title: &str, z: f64| Window { title: title.to_owned(), z: (z - half, z + half), r: (0.0, 2.0 * half) };
     let first = if beads > 1 { at("(a) beads 1 and 2", far_pole(0)) } else { at("(a) piston and bead 1", 0.0) };
-    let support = match (&scene.support, arrangement.origins.get(beads)) {
-        (Support::Annulus { .. }, Some(origin)) => {
-            let torus = HalfTorus { bead_radius: scene.chain.beads[beads - 1].radius, ..HalfTorus::published() };
+    let support = match (torus(scene), arrangement.origins.get(beads)) {
+        (Some(torus), Some(origin)) => {
             let ([r, z], half) = (torus.contact_point(), 0.18 * torus.section_radius);
             let z = z + origin;
             Window { title: "(b) last bead and support".to_owned(), z: (z - half, z + half), r: (r - half, r + half) }
@@ -220,20 +253,15 @@ impl fmt::Display for Text<'_> {
         writeln!(f, "{scene}: mesh of density {density}, patches of {elements_of_patches}")?;
         writeln!(
             f,
-            "  {:<16}{:>9}{:>9}{:>10}{:>10}{:>14}{:>13}{:>11}{:>18}",
-            "body", "elements", "nodes", "unknowns", "contact", "mass mg", "mass error", "Jacobian", "sides µm"
+            "  {:<13}{:>9}{:>7}{:>9}{:>8}{:>10}{:>11}{:>9}",
+            "body", "elements", "nodes", "unknowns", "contact", "mass mg", "its error", "Jacobian"
         )?;
         for kind in kinds {
             let Kind { bodies, quality, mass_kg, mass_error, .. } = kind;
             let error = mass_error.map_or_else(|| "–".to_owned(), |error| significant(error, 2));
-            let sides = format!(
-                "{} to {}",
-                significant(1e6 * quality.shortest_side, 2),
-                significant(1e6 * quality.longest_side, 3)
-            );
             writeln!(
                 f,
-                "  {bodies:<16}{:>9}{:>9}{:>10}{:>10}{:>14}{error:>13}{:>11}{sides:>18}",
+                "  {bodies:<13}{:>9}{:>7}{:>9}{:>8}{:>10}{error:>11}{:>9}",
                 quality.elements,
                 quality.nodes,
                 quality.unknowns,
@@ -242,7 +270,12 @@ impl fmt::Display for Text<'_> {
                 fixed(quality.worst_jacobian_ratio, 3),
             )?;
         }
-        writeln!(f, "  {:<16}{elements:>9}{:>9}{unknowns:>10}", "all bodies", "")?;
-        writeln!(f, "  contact: nodes that may touch; Jacobian: smallest over largest determinant of the worst element")
+        writeln!(f, "  {:<13}{elements:>9}{:>7}{unknowns:>9}", "all bodies", "")?;
+        for Kind { bodies, quality, .. } in kinds {
+            let [shortest, longest] = [quality.shortest_side, quality.longest_side].map(|side| 1e6 * side);
+            let (shortest, longest) = (significant(shortest, 2), significant(longest, 3));
+            writeln!(f, "  sides of elements of {bodies}: {shortest} to {longest} µm")?;
+        }
+        writeln!(f, "  contact: nodes that may touch; Jacobian: smallest over largest determinant,\n  worst element")
     }
 }

@@ -7,6 +7,7 @@
 
 pub mod accuracy;
 pub mod arguments;
+pub mod batch;
 pub mod calibrate;
 mod calibrated;
 mod completions;
@@ -15,6 +16,7 @@ pub mod convergence;
 pub mod convert;
 mod doctor;
 pub mod experiment;
+mod forecast;
 pub mod inspect;
 pub mod interrupt;
 mod level;
@@ -72,7 +74,7 @@ impl Outcome {
 }
 
 #[derive(Debug, Parser)]
-#[command(name = "granchain", bin_name = "granchain", version, about, max_term_width = 110, after_help = EXIT_CODES)]
+#[command(name = "granchain", bin_name = "granchain", version, about, max_term_width = output::WIDEST, after_help = EXIT_CODES)]
 struct CommandLine {
     #[command(subcommand)]
     command: Command,
@@ -115,6 +117,8 @@ enum Command {
     Scene(scene::Arguments),
     /// Calibrate against made-up records of known truth: the tool's own proof
     Twins(twins::Arguments),
+    /// Run a sweep or twins in parts, on a cluster or wherever there are workers
+    Batch(batch::Arguments),
     /// Print version, processor, threads and cache as found on this machine
     Doctor(doctor::Arguments),
     /// Print the completions of a shell
@@ -142,6 +146,7 @@ impl Command {
             Self::Report(arguments) => &arguments.session,
             Self::Scene(arguments) => &arguments.session,
             Self::Twins(arguments) => &arguments.session,
+            Self::Batch(arguments) => &arguments.session,
             Self::Doctor(arguments) => &arguments.session,
             Self::Completions(arguments) => &arguments.session,
             Self::Man(arguments) => &arguments.session,
@@ -166,9 +171,25 @@ impl Command {
             Self::Report(arguments) => report::execute(arguments),
             Self::Scene(arguments) => scene::execute(arguments),
             Self::Twins(arguments) => twins::execute(arguments),
+            Self::Batch(arguments) => batch::execute(arguments),
             Self::Doctor(arguments) => doctor::execute(arguments),
             Self::Completions(arguments) => completions::execute(arguments),
             Self::Man(arguments) => completions::execute_man(arguments),
+        }
+    }
+}
+
+/// The work of a command line that falls into points.
+///
+/// # Errors
+/// When the line is none that falls into points, and whatever its command refuses.
+fn divisible(line: &[String]) -> anyhow::Result<Box<dyn batch::Divisible>> {
+    match CommandLine::try_parse_from(std::iter::once("granchain").chain(line.iter().map(String::as_str)))?.command {
+        Command::Sweep(arguments) => Ok(Box::new(sweep::Study::new(arguments)?)),
+        Command::Twins(arguments) => Ok(Box::new(twins::Study::new(arguments)?)),
+        _ => {
+            let found = line.first().map_or("nothing", String::as_str);
+            Err(arguments::usage(format!("expected a command that falls into points, sweep or twins, found `{found}`")))
         }
     }
 }
@@ -250,7 +271,7 @@ fn report_failure(error: &anyhow::Error) {
         message.push_str(&format!("\n  so type, with values of this bench: {} {whole}", program()));
     }
     // Without a standard error there is nobody left to tell.
-    let _ = writeln!(std::io::stderr().lock(), "{}", output::visible(&message));
+    let _ = writeln!(std::io::stderr().lock(), "{}", output::shown_on(&console::Term::stderr(), &message));
 }
 
 /// A word as a shell takes it whole.
@@ -271,6 +292,9 @@ fn program() -> String {
 pub fn remedy(error: &(dyn std::error::Error + 'static)) -> Option<String> {
     if let Some(reading::DriveUnread(error)) = error.downcast_ref() {
         return Some(reading::DriveUnread::of_drive(&error.remedy()?));
+    }
+    if let Some(unread) = error.downcast_ref::<start::Unread>() {
+        return Some(unread.flags.clone());
     }
     error.downcast_ref::<MeasurementError>()?.remedy()
 }

@@ -4,6 +4,7 @@
 //! holds a `.granchain` list of the files granchain wrote there, with their digests, so that a later run knows what it may replace: a folder
 //! with other files in it is refused unless forced, and then those files are kept.
 
+mod columns;
 mod folder;
 mod list;
 mod terminal;
@@ -15,12 +16,23 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use console::Term;
+
+use columns::{broken, columns_of};
+
+pub use columns::WIDEST;
 pub use folder::{NOTHING_SAVED, OutputFolder, remove_staged};
 pub use list::{LIST, files_below, is_altered};
 pub use terminal::{visible, visible_json};
 
-/// Results that every command with a page has.
-pub const PAGE_RESULTS: &[&str] = &["report.html", "report.md", super::timing::FILE];
+/// Results that commands of several kinds have.
+const COMMON: [&str; 6] =
+    ["report.html", "report.md", "manifest.json", "summary.json", "scene.toml", super::timing::FILE];
+
+/// Results of a command with a page: those that all of them have, and one that tells it from others.
+pub fn page_results(own: &str) -> [&str; 4] {
+    ["report.html", "report.md", super::timing::FILE, own]
+}
 
 /// Why output could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -54,6 +66,18 @@ pub enum OutputError {
         /// The folder.
         folder: PathBuf,
         /// What is in the way.
+        found: String,
+    },
+    /// The folder holds what another kind of run wrote.
+    #[error(
+        "{}: holds `{found}`, which another kind of run wrote; name another --out, or pass --force to put the new results in the place of \
+         the old ones",
+        folder.display()
+    )]
+    OtherKind {
+        /// The folder.
+        folder: PathBuf,
+        /// One of its files.
         found: String,
     },
     /// A file of ours was changed since.
@@ -209,7 +233,14 @@ fn sync_folder(folder: &Path) {
     }
 }
 
-/// Write to standard output.
+/// Text for people as this stream shows it.
+#[must_use]
+pub fn shown_on(stream: &Term, text: &str) -> String {
+    let text = visible(text);
+    columns_of(stream).map_or_else(|| text.clone().into_owned(), |columns| broken(&text, columns, &super::program()))
+}
+
+/// Write to standard output, as it is.
 ///
 /// # Errors
 /// When it is closed or full; the frame ends quietly on a closed pipe.

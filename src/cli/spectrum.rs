@@ -142,7 +142,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     }
     let kind = kind.map(RecordKind::from);
     let options = reading.options_of_any(kind, drive_frequency)?;
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, &[], output.force)).transpose()?;
+    let folder =
+        output.out.as_deref().map(|out| OutputFolder::stage(out, &["spectrum.csv"], output.force)).transpose()?;
     let ours = is_response(&file);
     let record = if ours {
         // A simulation has neither an offset nor noise, and its free flights are no clipping.
@@ -298,12 +299,72 @@ fn window(
 
 fn write(folder: OutputFolder, series: &Series, summary: &Summary) -> anyhow::Result<PathBuf> {
     let spectrum = amplitude_spectrum(series, summary.features.window)?;
-    let figure = page::figure(&spectrum, &summary.features);
     folder.write("spectrum.csv", page::csv(&spectrum, &summary.features))?;
-    folder.write("spectrum.svg", figure.to_svg()?)?;
-    folder.write("spectrum.png", figure.to_png()?)?;
     folder.write("summary.json", serde_json::to_string_pretty(summary)? + "\n")?;
+    let page = page::SpectrumPage {
+        file: &summary.file,
+        quantity: summary.quantity,
+        facts: facts(summary),
+        series,
+        spectrum: &spectrum,
+        features: &summary.features,
+        assumptions: summary.assumptions.clone(),
+    };
+    for (name, bytes) in page.files()? {
+        folder.write(name, bytes)?;
+    }
     Ok(folder.finish()?)
+}
+
+/// Unit in which amplitudes are shown, and its number over the SI's.
+fn shown_unit(features: &Features) -> (f64, &'static str) {
+    match features.unit.as_str() {
+        "m" => (1e6, "µm"),
+        "Pa" if features.peaks.positive.max(-features.peaks.negative) >= 1e3 => (1e-3, "kPa"),
+        "Pa" => (1.0, "Pa"),
+        _ => (1e3, "mm/s"),
+    }
+}
+
+/// What was measured, line by line: name and value.
+fn facts(summary: &Summary) -> Vec<(String, String)> {
+    let Summary { drive_frequency_from, window_from, features, .. } = summary;
+    let (factor, unit) = shown_unit(features);
+    let mut facts = Vec::new();
+    let mut row = |name: &str, text: String| facts.push((name.to_owned(), text));
+    let amplitude = |value: f64| significant(factor * value, 4);
+    let frequency = features.drive_frequency_hz;
+    row("drive frequency", format!("{} kHz ({drive_frequency_from})", fixed(1e-3 * frequency, 4)));
+    let window = features.window;
+    let span = format!("{} to {} µs", fixed(1e6 * window.from, 2), fixed(1e6 * window.to, 2));
+    let periods = fixed(window.duration() * frequency, 1);
+    row("window", format!("{span}, {periods} drive periods ({window_from})"));
+    let peaks = &features.peaks;
+    let raw = if features.noise_rms > 0.0 {
+        format!(", noise bias removed (raw {} and {})", amplitude(peaks.raw_positive), amplitude(peaks.raw_negative))
+    } else {
+        String::new()
+    };
+    row("peaks", format!("{} and {} {unit}{raw}", amplitude(peaks.positive), amplitude(peaks.negative)));
+    row("rms", format!("{} {unit}", amplitude(features.rms)));
+    row("distortion", format!("{} (rms of the drive's harmonics over total rms)", fixed(features.thd, 4)));
+    let edge = |edge: Option<f64>| edge.map_or_else(|| "none".to_owned(), |hertz| engineering(hertz, "Hz", 4));
+    let (six, twenty) = (edge(features.bandwidth_hz), edge(features.bandwidth_20db_hz));
+    row("bandwidth", format!("{six} at −6 dB, {twenty} at −20 dB re the drive line"));
+    let train = features.repetition.map_or_else(
+        || "fewer than two impulses above half the positive peak".to_owned(),
+        |train| {
+            let (interval, spread) = (fixed(train.mean_interval_periods, 2), fixed(100.0 * train.irregularity, 1));
+            format!("{} impulses every {interval} drive periods ± {spread} %", train.impulses)
+        },
+    );
+    row("repetition", train);
+    let floor = features.noise_floor.map_or_else(
+        || "window too short to tell it from the lines".to_owned(),
+        |floor| format!("{} {unit} (median of the spectrum)", amplitude(floor)),
+    );
+    row("noise floor", floor);
+    facts
 }
 
 /// The form for people.
@@ -311,58 +372,20 @@ struct Text<'a>(&'a Summary);
 
 impl fmt::Display for Text<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Summary { file, quantity, drive_frequency_from, window_from, features, .. } = self.0;
-        let (factor, unit) = match features.unit.as_str() {
-            "m" => (1e6, "µm"),
-            "Pa" if features.peaks.positive.max(-features.peaks.negative) >= 1e3 => (1e-3, "kPa"),
-            "Pa" => (1.0, "Pa"),
-            _ => (1e3, "mm/s"),
-        };
+        let Summary { file, quantity, features, .. } = self.0;
+        let (factor, unit) = shown_unit(features);
         let amplitude = |value: f64| significant(factor * value, 4);
-        let row = |f: &mut fmt::Formatter<'_>, name: &str, text: String| writeln!(f, "  {name:<18}{text}");
-        let frequency = features.drive_frequency_hz;
         writeln!(f, "{file}: spectrum of the {quantity}")?;
-        row(f, "drive frequency", format!("{} kHz ({drive_frequency_from})", fixed(1e-3 * frequency, 4)))?;
-        let window = features.window;
-        let span = format!("{} to {} µs", fixed(1e6 * window.from, 2), fixed(1e6 * window.to, 2));
-        let periods = fixed(window.duration() * frequency, 1);
-        row(f, "window", format!("{span}, {periods} drive periods ({window_from})"))?;
-        let peaks = &features.peaks;
-        let raw = if features.noise_rms > 0.0 {
-            format!(
-                ", noise bias removed (raw {} and {})",
-                amplitude(peaks.raw_positive),
-                amplitude(peaks.raw_negative)
-            )
-        } else {
-            String::new()
-        };
-        row(f, "peaks", format!("{} and {} {unit}{raw}", amplitude(peaks.positive), amplitude(peaks.negative)))?;
-        row(f, "rms", format!("{} {unit}", amplitude(features.rms)))?;
-        row(f, "distortion", format!("{} (rms of the drive's harmonics over total rms)", fixed(features.thd, 4)))?;
-        let edge = |edge: Option<f64>| edge.map_or_else(|| "none".to_owned(), |hertz| engineering(hertz, "Hz", 4));
-        let (six, twenty) = (edge(features.bandwidth_hz), edge(features.bandwidth_20db_hz));
-        row(f, "bandwidth", format!("{six} at −6 dB, {twenty} at −20 dB re the drive line"))?;
-        let train = features.repetition.map_or_else(
-            || "fewer than two impulses above half the positive peak".to_owned(),
-            |train| {
-                let (interval, spread) = (fixed(train.mean_interval_periods, 2), fixed(100.0 * train.irregularity, 1));
-                format!("{} impulses every {interval} drive periods ± {spread} %", train.impulses)
-            },
-        );
-        row(f, "repetition", train)?;
-        let floor = features.noise_floor.map_or_else(
-            || "window too short to tell it from the lines".to_owned(),
-            |floor| format!("{} {unit} (median of the spectrum)", amplitude(floor)),
-        );
-        row(f, "noise floor", floor)?;
+        for (name, text) in facts(self.0) {
+            writeln!(f, "  {name:<18}{text}")?;
+        }
 
         let header = format!("amplitude {unit}");
         writeln!(f, "\n  {:>5}{:>15}{header:>17}{:>11}{:>9}  remark", "ratio", "frequency kHz", "relative", "dB")?;
         let mut rows: Vec<(Ratio, String)> = Vec::new();
         for line in &features.lines {
             let remark = match line.ratio {
-                _ if line.below_noise_floor => "  not above the floor around it",
+                _ if line.below_noise_floor => "  not above the floor",
                 Ratio::ONE => "  drive",
                 _ => "",
             };

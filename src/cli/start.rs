@@ -1,5 +1,8 @@
 //! `granchain start`: from the files of a laboratory to a fit definition with every open choice in it.
 
+mod ask;
+mod unread;
+
 use std::{
     fmt::Write as _,
     fs::OpenOptions,
@@ -8,20 +11,23 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-use clap::Args;
+use clap::{Args, FromArgMatches};
 use serde_json::json;
+use shell_words::quote;
 
+pub use self::unread::Unread;
+use self::{ask::Ask, unread::is_named_horn};
 use super::{
     Outcome,
     arguments::{Session, usage},
-    inspect, program,
-    reading::{ChannelArguments, DriveReadArguments, DriveUnread, ReadArguments, shown},
-    shell_word, typed,
+    inspect, mesh, program,
+    reading::{ChannelArguments, DriveReadArguments, ReadArguments, shown},
+    scene as scene_command, typed,
 };
 use crate::{
     calibration::plan::{Asked, Plan, ReadAs, RecordPlan},
-    measurement::{Record, RecordKind, read_record},
-    scene::{self, ModelKind, Scene},
+    measurement::{MeasurementError, Record, RecordKind, read_record},
+    scene::{self, DampingKind, ModelKind, Scene},
     signal::{
         Dimension,
         feature::{Measurand, Window, amplitude_spectrum},
@@ -32,8 +38,8 @@ use crate::{
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain start vib.csv horn_tip.csv")]
 pub struct Arguments {
-    /// Records of the last bead (or of a hydrophone) and of the horn's tip, in any order; or one file with both channels
-    #[arg(value_name = "FILE", required = true, num_args = 1..=2)]
+    /// Records of the last bead (or of a hydrophone) and of the horn's tip, in any order; or one file with both channels [default: asked for, on a terminal]
+    #[arg(value_name = "FILE", num_args = 0..=2)]
     pub files: Vec<PathBuf>,
     /// Which of the two is the horn's tip [default: told from names, units and spectra]
     #[arg(long, value_name = "FILE")]
@@ -58,12 +64,90 @@ pub struct Arguments {
     pub session: Session,
 }
 
-/// Run it.
+/// Run it: with questions where nothing was typed and somebody can be asked.
 ///
 /// # Errors
 /// When a file is no record, none or both are the horn's, the scene is refused, or the definition exists or cannot be written.
-pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let (measured, horn, why) = roles(&arguments)?;
+pub fn execute(mut arguments: Arguments) -> anyhow::Result<Outcome> {
+    let mut words: Vec<String> = typed().skip(1).skip_while(|word| word != "start").skip(1).collect();
+    let mut person = ask::terminal();
+    if arguments.files.is_empty() {
+        let Some(person) = &mut person else {
+            return Err(usage(
+                "expected the records of last bead and horn's tip, found none, and no terminal to ask on; type: granchain start vib.csv horn_tip.csv",
+            ));
+        };
+        words.extend(ask::words(person)?);
+        arguments = parsed(&words, &arguments.session)?;
+    }
+    loop {
+        let unread = match begin(&arguments, &words) {
+            Err(error) if error.is::<Unread>() => error,
+            done => return done,
+        };
+        let (Some(person), Some(Unread { flags, .. })) = (&mut person, unread.downcast_ref()) else {
+            return Err(unread);
+        };
+        person.tell(&unread.to_string());
+        let said = person.text("So say it, with values of this bench (nothing: stop)", flags)?;
+        let Some(said) = shell_words::split(&said).ok().filter(|said| !said.is_empty()) else { return Err(unread) };
+        words.extend(said);
+        arguments = parsed(&words, &arguments.session)?;
+    }
+}
+
+/// Words behind `start` as arguments.
+fn parsed(words: &[String], session: &Session) -> anyhow::Result<Arguments> {
+    let command = Arguments::augment_args(clap::Command::new("start"));
+    let words = std::iter::once("start").chain(words.iter().map(String::as_str));
+    let matches = command.try_get_matches_from(words).map_err(|error| usage(error.to_string()))?;
+    Ok(Arguments { session: session.clone(), ..Arguments::from_arg_matches(&matches)? })
+}
+
+/// The files of a bench, read.
+struct Files {
+    bead: Record,
+    horn: Option<Record>,
+    /// What told them apart.
+    why: String,
+}
+
+fn begin(arguments: &Arguments, words: &[String]) -> anyhow::Result<Outcome> {
+    let picture = arguments.out.with_extension("png");
+    [&arguments.out, &picture].into_iter().try_for_each(|path| refuse_existing(path))?;
+    let files = read(arguments)?;
+    let Files { bead, horn, .. } = &files;
+    let usual = if bead.kind == RecordKind::Hydrophone { "water" } else { "annulus" };
+    let name = arguments.scene.as_deref().unwrap_or(usual);
+    let loaded = scene::load_preferring(name, &arguments.set, ModelKind::Reduced)?;
+    let plan = definition(arguments, words, name, &loaded.scene, bead, horn.as_ref());
+    write_new(&arguments.out, plan.as_bytes())?;
+    let session = &arguments.session;
+    let drawn = match mesh::picture(&loaded.scene) {
+        Ok(png) => write_new(&picture, &png).map(|()| Some(picture))?,
+        Err(error) => {
+            session.note(format_args!("warning: the bench is not drawn: {error:#}"));
+            None
+        }
+    };
+    for record in [Some(bead), horn.as_ref()].into_iter().flatten() {
+        inspect::warn(record, session);
+    }
+    let frequency = horn.as_ref().and_then(Record::strongest_line);
+    let text = summary(arguments, &files, (name, &loaded.scene), drawn.as_deref())?;
+    session.result(
+        text,
+        &json!({
+            "plan": arguments.out, "picture": drawn, "measured": bead.path, "drive": horn.as_ref().map(|horn| &horn.path), "why": files.why,
+            "scene": name, "drive_frequency_hz": frequency,
+        }),
+    )?;
+    Ok(Outcome::Done)
+}
+
+/// Read the record to be fitted and the horn's; what both of them leave open is told at once.
+fn read(arguments: &Arguments) -> anyhow::Result<Files> {
+    let (measured, horn, why) = roles(arguments)?;
     let record = RecordPlan { measured, ..RecordPlan::default() };
     let asked = Asked {
         measured: arguments.reading.options(None),
@@ -71,35 +155,28 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         drive_file: horn,
     };
     let ReadAs { measured: options, drive } = Plan::default().read_as(&record, asked)?;
-    let probe = inspect::read(&record.measured, None, &options)?;
-    let kind = if probe.kind == RecordKind::Hydrophone { RecordKind::Hydrophone } else { RecordKind::Vibrometer };
-    let bead = read_record(&record.measured, kind, &arguments.reading.filled(kind, options)?)?;
-    let drive = match drive {
+    let own_file = drive.as_ref().is_none_or(|(file, ..)| *file == record.measured);
+    let (mut unread_bead, mut unread_horn) = (None, None);
+    let bead = match inspect::read(&record.measured, None, &options) {
+        Ok(probe) => {
+            let kind = if probe.kind == RecordKind::Hydrophone { probe.kind } else { RecordKind::Vibrometer };
+            read_record(&record.measured, kind, &arguments.reading.filled(kind, options)?)
+        }
+        Err(error) => Err(error),
+    };
+    let bead = bead.map_err(|error| unread_bead = Some(error)).ok();
+    let horn = match drive {
         Some((file, options, _)) => {
             let options = arguments.reading.filled(RecordKind::HornTip, options)?;
-            Some(read_record(&file, RecordKind::HornTip, &options).map_err(DriveUnread)?)
+            read_record(&file, RecordKind::HornTip, &options).map_err(|error| unread_horn = Some(error)).ok()
         }
         None => None,
     };
-    let usual = if kind == RecordKind::Hydrophone { "water" } else { "annulus" };
-    let name = arguments.scene.as_deref().unwrap_or(usual);
-    let loaded = scene::load_preferring(name, &arguments.set, ModelKind::Reduced)?;
-    let plan = definition(&arguments, name, &loaded.scene, &bead, drive.as_ref());
-    write_new(&arguments.out, &plan)?;
-    let session = &arguments.session;
-    for record in [Some(&bead), drive.as_ref()].into_iter().flatten() {
-        inspect::warn(record, session);
+    match (bead, unread_bead, unread_horn) {
+        (Some(bead), _, None) => Ok(Files { bead, horn, why }),
+        (_, Some(error), None) if own_file && horn.is_none() => Err(Unread::of_one(error)?.into()),
+        (_, bead, horn) => Err(Unread::of(bead, horn, None)?.into()),
     }
-    let frequency = drive.as_ref().and_then(Record::strongest_line);
-    let text = summary(&arguments, &bead, drive.as_ref(), &why, name)?;
-    session.result(
-        text,
-        &json!({
-            "plan": arguments.out, "measured": bead.path, "drive": drive.as_ref().map(|drive| &drive.path), "why": why, "scene": name,
-            "drive_frequency_hz": frequency,
-        }),
-    )?;
-    Ok(Outcome::Done)
 }
 
 /// The record to be fitted, that of the horn's tip where it is another file, and what told them apart.
@@ -120,7 +197,10 @@ fn roles(arguments: &Arguments) -> anyhow::Result<(PathBuf, Option<PathBuf>, Str
         return apart(horn == first, "named with --horn".into());
     }
     let options = arguments.reading.options(None);
-    let records = [inspect::read(first, None, &options)?, inspect::read(second, None, &options)?];
+    let records = match [first, second].map(|file| inspect::read(file, None, &options)) {
+        [Ok(first), Ok(second)] => [first, second],
+        unread => return Err(untold([first, second], unread.map(Result::err))?.into()),
+    };
     let is_horn = records.each_ref().map(|record| record.kind == RecordKind::HornTip);
     if is_horn[0] != is_horn[1] {
         return apart(is_horn[0], "told from names and units".into());
@@ -149,6 +229,13 @@ fn roles(arguments: &Arguments) -> anyhow::Result<(PathBuf, Option<PathBuf>, Str
     )
 }
 
+/// What two files leave open that cannot be told apart for it: the one named like a horn's is taken for it, else the second, and that too is said.
+fn untold(files: [&PathBuf; 2], [first, second]: [Option<MeasurementError>; 2]) -> anyhow::Result<Unread> {
+    let horn_is_first = is_named_horn(files[0]) && !is_named_horn(files[1]);
+    let (bead, horn, file) = if horn_is_first { (second, first, files[0]) } else { (first, second, files[1]) };
+    Unread::of(bead, horn, Some(format!("--horn {}", quote(&file.display().to_string()))))
+}
+
 /// Share of the squared motion within 5 % of its strongest line, 1; 0 where there is none.
 fn share_of_strongest_line(record: &Record) -> f64 {
     let Some(line) = record.strongest_line() else { return 0.0 };
@@ -164,7 +251,14 @@ fn share_of_strongest_line(record: &Record) -> f64 {
 const OF_THE_BENCH: [&str; 6] = ["chain.", "piston.", "support.", "disc.", "water.", "vibrometer."];
 
 /// The fit definition as text.
-fn definition(arguments: &Arguments, name: &str, scene: &Scene, bead: &Record, drive: Option<&Record>) -> String {
+fn definition(
+    arguments: &Arguments,
+    words: &[String],
+    name: &str,
+    scene: &Scene,
+    bead: &Record,
+    drive: Option<&Record>,
+) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     let mut line = |words: String| {
@@ -176,7 +270,7 @@ fn definition(arguments: &Arguments, name: &str, scene: &Scene, bead: &Record, d
         format!("'{}'", path.display())
     };
     line("# A fit definition, begun by `granchain start`. Lines behind `#` are choices left open, with what is taken now.".into());
-    line(format!("#\n#   granchain calibrate --plan {}\n#", shell_word(&arguments.out.display().to_string())));
+    line(format!("#\n#   granchain calibrate --plan {}\n#", quote(&arguments.out.display().to_string())));
     line(format!("measured = {} # {}", place(&bead.path), of_record(bead)));
     let own_file = drive.is_some_and(|drive| drive.path == bead.path);
     match drive {
@@ -189,10 +283,14 @@ fn definition(arguments: &Arguments, name: &str, scene: &Scene, bead: &Record, d
     }
     line("\n# How the files are read: sensitivity of a column in volts, delay, sign (`granchain inspect --help` has every key).".into());
     let channels = [
-        ("reading", flags::<ChannelArguments>(""), ["scale = '100 mm/s/V'", "delay = '4.2 us'", "invert = true"]),
+        (
+            "reading",
+            flags::<ChannelArguments>(words, ""),
+            ["scale = '100 mm/s/V'", "delay = '4.2 us'", "invert = true"],
+        ),
         (
             "drive.reading",
-            flags::<DriveReadArguments>("drive-"),
+            flags::<DriveReadArguments>(words, "drive-"),
             ["scale = '2 um/V'", "delay = '0 s'", "invert = true"],
         ),
     ];
@@ -218,10 +316,11 @@ fn definition(arguments: &Arguments, name: &str, scene: &Scene, bead: &Record, d
     line("]\n".into());
     line("# What is fitted. alpha is the factor between the horn's record and the drive of the chain: 1 if both sensitivities are right.".into());
     line("# fit = ['alpha', 'damping'] # and precompression, support_stiffness, gap, bandwidth".into());
-    line(format!(
-        "# damping = ['{}'] # laws that compete: linear, kuwabara-kono, linear+kuwabara-kono",
-        scene.damping.kind.name()
-    ));
+    let laws = "laws that compete: linear, kuwabara-kono, linear+kuwabara-kono";
+    match scene.damping.kind {
+        DampingKind::None => line(format!("damping = ['linear'] # the scene has none; {laws}")),
+        law => line(format!("# damping = ['{}'] # {laws}", law.name())),
+    }
     line("# features = 'full' # or 'paper': two peaks, and the lines at 1/3 and 2/3 over the drive line".into());
     line("# seed = 1\n# [parameters.alpha]\n# low = 0.2\n# high = 2.0".into());
     line(
@@ -236,9 +335,9 @@ fn toml_text(text: &str) -> String {
 }
 
 /// The flags of one channel that were typed, as keys of a plan: their names with `_` for `-`.
-fn flags<A: Args>(prefix: &str) -> Vec<(String, String)> {
+fn flags<A: Args>(words: &[String], prefix: &str) -> Vec<(String, String)> {
     let command = A::augment_args(clap::Command::new(""));
-    let mut words = typed().skip(1).peekable();
+    let mut words = words.iter().cloned();
     let mut found = Vec::new();
     while let Some(word) = words.next() {
         let Some(flag) = word.strip_prefix("--") else { continue };
@@ -273,46 +372,71 @@ fn of_record(record: &Record) -> String {
     )
 }
 
-fn write_new(path: &Path, text: &str) -> anyhow::Result<()> {
-    let written =
-        OpenOptions::new().write(true).create_new(true).open(path).and_then(|mut file| file.write_all(text.as_bytes()));
-    match written {
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => {
-            bail!("{}: the file exists; name another with --out, or delete it first", path.display())
-        }
-        written => written.with_context(|| format!("{}: the fit definition cannot be written", path.display())),
+fn refuse_existing(path: &Path) -> anyhow::Result<()> {
+    if path.exists() {
+        bail!("{}: the file exists; name another with --out, or delete it first", path.display());
     }
+    Ok(())
+}
+
+fn write_new(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    let written = OpenOptions::new().write(true).create_new(true).open(path).and_then(|mut file| file.write_all(bytes));
+    match written {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => refuse_existing(path),
+        written => written.with_context(|| format!("{}: cannot be written", path.display())),
+    }
+}
+
+/// A column of the record's file that is neither its time nor what was read.
+fn further_column(record: &Record) -> Option<&String> {
+    let used = [&record.time_column.0, &record.value_column.0];
+    record.columns.iter().find(|column| !column.is_empty() && !used.contains(column))
 }
 
 /// What the terminal shows.
 fn summary(
     arguments: &Arguments,
-    bead: &Record,
-    drive: Option<&Record>,
-    why: &str,
-    scene: &str,
+    Files { bead, horn, why }: &Files,
+    (name, scene): (&str, &Scene),
+    picture: Option<&Path>,
 ) -> Result<String, std::fmt::Error> {
     let mut text = String::new();
     let what = if bead.kind == RecordKind::Hydrophone { "pressure" } else { "last bead" };
     writeln!(text, "  {what:<10} {}: {}", bead.path.display(), of_record(bead))?;
-    match drive {
-        Some(drive) => {
-            let line = drive.strongest_line().map_or_else(String::new, |line| format!(", {:.2} kHz", 1e-3 * line));
-            writeln!(text, "  {:<10} {}: {}{line}", "horn tip", drive.path.display(), of_record(drive))?;
+    match horn {
+        Some(horn) => {
+            let line = horn.strongest_line().map_or_else(String::new, |line| format!(", {:.2} kHz", 1e-3 * line));
+            writeln!(text, "  {:<10} {}: {}{line}", "horn tip", horn.path.display(), of_record(horn))?;
             if arguments.files.len() > 1 {
-                writeln!(text, "             ({why})")?;
+                writeln!(text, "  {:<10} ({why})", "")?;
             }
         }
-        None => writeln!(text, "  {:<10} no record: the piston moves as the scene says", "horn tip")?,
+        None => {
+            writeln!(text, "  {:<10} no record: the piston moves as the scene says", "horn tip")?;
+            if let Some(other) = further_column(bead) {
+                let quoted = quote(other);
+                writeln!(
+                    text,
+                    "  {:<10} (if `{other}` is the horn's: --drive-column {quoted}, in volts with --drive-scale '2 um/V')",
+                    ""
+                )?;
+            }
+        }
     }
-    writeln!(text, "  {:<10} {scene}; what differs from it on your bench goes into `set`", "scene")?;
-    let plan = shell_word(&arguments.out.display().to_string());
-    writeln!(text, "\nwrote {plan}: every choice left open is a line in it. Then\n")?;
-    writeln!(
-        text,
-        "  {} calibrate --plan {plan} --dry-run --out look   # records and uncalibrated response",
-        program()
-    )?;
-    writeln!(text, "  {} calibrate --plan {plan} --out fit             # the fit and its report", program())?;
+    writeln!(text, "  {:<10} {name}; what differs from it on your bench goes into `set`", "scene")?;
+    writeln!(text, "\nscene check of {name}: valid")?;
+    for (label, value) in scene_command::consequences_of_bench(scene) {
+        writeln!(text, "  {label:<30}  {value}")?;
+    }
+    let plan = arguments.out.display().to_string();
+    let plan = quote(&plan);
+    writeln!(text, "\nwrote {plan}: every choice left open is a line in it")?;
+    if let Some(picture) = picture {
+        writeln!(text, "wrote {}: the bench as it stands there, drawn", picture.display())?;
+    }
+    let program = program();
+    writeln!(text, "\nLook at records and uncalibrated response, then fit and report:\n")?;
+    writeln!(text, "  {program} calibrate --plan {plan} --dry-run --out look")?;
+    writeln!(text, "  {program} calibrate --plan {plan} --out fit")?;
     Ok(text)
 }

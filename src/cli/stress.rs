@@ -9,7 +9,7 @@ use super::{
     Outcome,
     arguments::{OutputArguments, Session, usage},
     interrupt::{self, Interrupted},
-    output::{OutputFolder, PAGE_RESULTS},
+    output::{OutputFolder, page_results},
     progress, study, summary,
     timing::Timing,
 };
@@ -54,7 +54,11 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         return Err(usage(format!("--cases {unknown}: there is no such case; cases are {}", known.join(", "))));
     }
     let plan = StressPlan { quick, cases, overrides: set, seed: session.seed() };
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
+    let folder = output
+        .out
+        .as_deref()
+        .map(|out| OutputFolder::stage(out, &page_results("stress.json"), output.force))
+        .transpose()?;
     timing.stage("read");
     let bodies = Bodies::new(session.cache());
     let bar = progress::Bar(progress::bar(&session, count(&plan), "cases"));

@@ -153,12 +153,6 @@ fn estimate(bodies: &Bodies, scene: &Scene, runs: usize) -> anyhow::Result<Durat
 /// Last line of a study that was not asked to keep anything.
 const NOTHING_WRITTEN: &str = "Nothing was written; pass --out DIR for the page, the figures and the tables.\n";
 
-/// A time as one says it.
-fn rough_time(time: Duration) -> String {
-    let seconds = time.as_secs_f64();
-    if seconds < 90.0 { format!("{:.0} s", seconds.max(1.0).round()) } else { format!("{:.0} min", seconds / 60.0) }
-}
-
 /// Keep the files of a report and the time it took.
 pub(super) fn write(folder: OutputFolder, files: Files, mut timing: Timing, session: &Session) -> anyhow::Result<()> {
     for (name, bytes) in files {

@@ -17,8 +17,8 @@ use crate::{
     report::number::{engineering, fixed, significant},
     response::SolverWork,
     scene::{
-        DampingCoefficients, DampingPlacement, DampingTerm, DriveKind, Integrator, Limits, ModelKind, Scene,
-        TermDescription,
+        ContactLaw, DampingCoefficients, DampingPlacement, DampingTerm, DriveKind, Integrator, Limits, ModelKind,
+        Scene, TermDescription,
     },
     signal::Quantity,
     study::{
@@ -192,11 +192,23 @@ pub fn scene_digest(scene: &Scene) -> String {
 #[must_use]
 pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) -> String {
     let mut text = format!("{}: {}\n", scene.name, scene.description);
-    let mut row = |name: &str, value: String| {
+    for (name, value) in facts(scene, summary) {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "  {name:<11}{value}");
-    };
+    }
+    if let Some(spread) = spread {
+        text.push_str(&ensemble(summary, spread));
+    }
+    text
+}
+
+/// What a run's report says, line by line: name and value.
+#[must_use]
+pub fn facts(scene: &Scene, summary: &Summary) -> Vec<(String, String)> {
+    let mut facts = Vec::new();
+    let mut row = |name: &str, value: String| facts.push((name.to_owned(), value));
     let features = &summary.features;
+    row("model", model(scene));
     row(
         "drive",
         format!(
@@ -238,10 +250,36 @@ pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) 
     if let Some(laws) = &summary.contact_laws {
         row("contacts", contacts(laws));
     }
-    if let Some(spread) = spread {
-        text.push_str(&ensemble(summary, spread));
-    }
-    text
+    facts
+}
+
+/// The model and what its accuracy hangs on.
+#[must_use]
+pub fn model(scene: &Scene) -> String {
+    let model = &scene.model;
+    let step = |step: f64| format!("step {}", engineering(step, "s", 3));
+    let settings = match (model.kind, model.integrator) {
+        (ModelKind::Chain, integrator) => {
+            let law =
+                if scene.contact_law == ContactLaw::Hertz { "Hertz contacts" } else { "contacts of finite bodies" };
+            match integrator {
+                Integrator::DormandPrince853 { tolerance } => {
+                    format!("{law}, adaptive steps, tolerance {tolerance:.0e}")
+                }
+                Integrator::Symplectic { step: fixed } => format!("{law}, {}", step(fixed)),
+            }
+        }
+        (ModelKind::Reduced, _) => format!(
+            "mesh density {}, {} modes a body, {}",
+            model.meshing().density,
+            model.reduced.modes,
+            step(model.reduced.step)
+        ),
+        (ModelKind::Fea, _) => {
+            format!("mesh density {}, {}, {}", model.meshing().density, model.fea.scheme.name(), step(model.fea.step))
+        }
+    };
+    format!("{}: {settings}", model.kind.name())
 }
 
 /// The fitted contact laws and how well they follow the bodies' statics.
@@ -381,7 +419,7 @@ fn lines(summary: &Summary) -> String {
     format!("{} mm/s (of the drive frequency)", shown.map(line).join("  "))
 }
 
-fn ensemble(summary: &Summary, outcome: &EnsembleOutcome) -> String {
+pub fn ensemble(summary: &Summary, outcome: &EnsembleOutcome) -> String {
     let plan = &outcome.plan;
     let mut text = format!(
         "\nEnsemble of {} (gaps ± {} nm, drive ± {} %; fixed-step runs at 0, +1 and −1 % drive, {} failed)\n",

@@ -12,12 +12,13 @@ use crate::{
     calibration::bench::Bench,
     report::{
         number::{engineering, fixed},
-        sweep::{SweepCurve, SweepPoint, SweepReport},
+        page::{Column, Table},
+        sweep::{SweepCurve, SweepPage, SweepPoint, SweepReport},
     },
     scene::{Key, Scene, ValueKind},
     study::{
         Axis, Grid, Value,
-        observation::{Heard, watched},
+        observation::{Heard, Observation, watched},
         published::Published,
         sweep::Run,
     },
@@ -25,6 +26,8 @@ use crate::{
 
 /// Most rows printed on a terminal.
 const MOST_ROWS: usize = 60;
+/// Width of a number of the table.
+const NUMBER: usize = 9;
 /// Most figures of a grid with several axes.
 const MOST_FIGURES: usize = 16;
 
@@ -197,6 +200,60 @@ impl SweepTable<'_> {
             .collect()
     }
 
+    /// What `report.html` shows.
+    #[must_use]
+    pub fn page(&self, assumptions: Vec<String>) -> SweepPage<'_> {
+        let failed = self.runs.iter().filter(|run| matches!(run, Run::Failed { .. })).count();
+        let swept = self.grid.axes.iter().map(|axis| {
+            let values: Vec<String> = axis.values.iter().map(Value::to_string).collect();
+            (axis.key.clone(), values.join(", "))
+        });
+        let runs = [("runs".to_owned(), format!("{}, {failed} failed", self.runs.len()))];
+        SweepPage {
+            scene: (&self.scene.name, &self.scene.description),
+            facts: swept.chain(runs).collect(),
+            figures: self.figures(),
+            table: self.rows(),
+            assumptions,
+        }
+    }
+
+    /// Every run with the numbers most looked at.
+    fn rows(&self) -> Table {
+        const SHOWN: [(&str, f64, usize); 5] = [
+            ("positive_peak", 1e3, 1),
+            ("negative_peak", 1e3, 1),
+            ("ratio_1/3", 1.0, 3),
+            ("ratio_1/2", 1.0, 3),
+            ("ratio_2/3", 1.0, 3),
+        ];
+        let mut columns: Vec<Column> = self.grid.axes.iter().map(|axis| Column::numbers(axis.key.clone())).collect();
+        columns.extend(["Positive peak", "Negative peak"].map(|name| Column::numbers(name).unit("mm/s")));
+        columns.extend(["1/3", "1/2", "2/3"].map(|line| Column::numbers(format!("Line {line}")).unit("1")));
+        columns.push(Column::words("Remark"));
+        let row = |(index, run): (usize, &Run)| {
+            let mut cells: Vec<String> = self.grid.values(index).iter().map(ToString::to_string).collect();
+            let (observation, remark) = match run {
+                Run::Finished { observation, .. } => (Some(observation), String::new()),
+                Run::Failed { reason } => (None, format!("failed: {reason}")),
+            };
+            cells.extend(SHOWN.map(|(key, factor, digits)| {
+                let value = observation.and_then(|observation| observation.get(key));
+                value.map_or("–".into(), |value| fixed(factor * value, digits))
+            }));
+            cells.push(remark);
+            cells
+        };
+        let below = engineering(self.scene.vibrometer_bandwidth, "Hz", 3);
+        Table {
+            caption: format!(
+                "Every run: peaks of the last bead below {below}; lines are amplitudes over the drive line's."
+            ),
+            columns,
+            rows: self.runs.iter().enumerate().map(row).collect(),
+        }
+    }
+
     fn report(&self, swept: usize, members: &[usize], fixed: &[String]) -> SweepReport {
         let axis = &self.grid.axes[swept];
         let name = match axis.key.as_str() {
@@ -261,47 +318,41 @@ impl SweepTable<'_> {
     /// A table for people: peaks in mm/s and the ratios of the subharmonics.
     #[must_use]
     pub fn text(&self, written: bool) -> String {
-        let mut text = String::new();
-        for axis in &self.grid.axes {
-            let _ = write!(text, "{:>16}", axis.key);
-        }
-        let _ = write!(text, "{:>10}{:>10}{:>10}{:>10}{:>10}", "+ mm/s", "- mm/s", "1/3", "1/2", "2/3");
         let has_water = self.has_water();
-        if has_water {
-            let _ = write!(text, "{:>10}{:>10}{:>10}", "+ kPa", "- kPa", "dB");
-        }
-        text.push('\n');
-        for (index, run) in self.runs.iter().enumerate().take(MOST_ROWS) {
-            for value in self.grid.values(index) {
-                let _ = write!(text, "{:>16}", value.to_string());
+        let heard: &[&str] = if has_water { &["+ kPa", "- kPa", "dB"] } else { &[] };
+        let heads = ["+ mm/s", "- mm/s", "1/3", "1/2", "2/3"].iter().chain(heard);
+        let shown = self.runs.len().min(MOST_ROWS);
+        let values: Vec<Vec<String>> =
+            (0..shown).map(|index| self.grid.values(index).iter().map(ToString::to_string).collect()).collect();
+        let width = |(place, axis): (usize, &Axis)| {
+            let cells = values.iter().map(|row| row[place].chars().count());
+            cells.chain([axis.key.chars().count()]).max().unwrap_or(0)
+        };
+        let widths: Vec<usize> = self.grid.axes.iter().enumerate().map(width).collect();
+        let row = |text: &mut String, cells: &[&str]| {
+            for (cell, width) in cells.iter().zip(&widths) {
+                let _ = write!(text, "  {cell:>width$}");
             }
-            let _ = match run {
+        };
+        let mut text = String::new();
+        row(&mut text, &self.grid.axes.iter().map(|axis| axis.key.as_str()).collect::<Vec<_>>());
+        heads.for_each(|head| text.push_str(&format!("{head:>NUMBER$}")));
+        text.push('\n');
+        for (run, values) in self.runs.iter().zip(&values) {
+            row(&mut text, &values.iter().map(String::as_str).collect::<Vec<_>>());
+            match run {
                 Run::Finished { observation, heard, .. } => {
-                    let cell = |key: &str, factor: f64, digits: usize| {
-                        observation.get(key).map_or("–".into(), |value| fixed(factor * value, digits))
-                    };
-                    let _ = write!(
-                        text,
-                        "{:>10}{:>10}{:>10}{:>10}{:>10}",
-                        cell("positive_peak", 1e3, 1),
-                        cell("negative_peak", 1e3, 1),
-                        cell("ratio_1/3", 1.0, 3),
-                        cell("ratio_1/2", 1.0, 3),
-                        cell("ratio_2/3", 1.0, 3)
-                    );
-                    if let Some(heard) = heard {
-                        let level = heard.level_at_950_khz_db.map_or("–".into(), |level| fixed(level, 1));
-                        let (positive, negative) = (heard.positive_peak_pa, heard.negative_peak_pa);
-                        let (positive, negative) = (fixed(1e-3 * positive, 2), fixed(1e-3 * negative, 2));
-                        let _ = write!(text, "{positive:>10}{negative:>10}{level:>10}");
-                    }
-                    writeln!(text)
+                    cells(observation, heard.as_ref()).for_each(|cell| text.push_str(&format!("{cell:>NUMBER$}")));
                 }
-                Run::Failed { reason } => writeln!(text, "  failed: {reason}"),
-            };
+                Run::Failed { reason } => text.push_str(&format!("  failed: {reason}")),
+            }
+            text.push('\n');
         }
         if self.runs.len() > MOST_ROWS {
             let _ = writeln!(text, "… {} rows more", self.runs.len() - MOST_ROWS);
+        }
+        if !self.grid.axes.iter().any(|axis| axis.key == "model.kind") {
+            let _ = writeln!(text, "Model {}.", summary::model(self.scene));
         }
         let below = engineering(self.scene.vibrometer_bandwidth, "Hz", 3);
         let _ = writeln!(text, "Peaks of the last bead below {below}; ratios are amplitudes over the drive line's.");
@@ -313,6 +364,26 @@ impl SweepTable<'_> {
         }
         text
     }
+}
+
+/// What is printed of a run: two peaks, three ratios, and what was heard.
+fn cells(observation: &Observation, heard: Option<&Heard>) -> impl Iterator<Item = String> {
+    let seen = [
+        ("positive_peak", 1e3, 1),
+        ("negative_peak", 1e3, 1),
+        ("ratio_1/3", 1.0, 3),
+        ("ratio_1/2", 1.0, 3),
+        ("ratio_2/3", 1.0, 3),
+    ];
+    let cell = |(key, factor, digits): (&str, f64, usize)| {
+        observation.get(key).map_or("–".into(), |value| fixed(factor * value, digits))
+    };
+    let kilo = |pascal: f64| fixed(1e-3 * pascal, 2);
+    let heard = heard.map(|heard| {
+        let level = heard.level_at_950_khz_db.map_or("–".into(), |level| fixed(level, 1));
+        [kilo(heard.positive_peak_pa), kilo(heard.negative_peak_pa), level]
+    });
+    seen.map(cell).into_iter().chain(heard.into_iter().flatten())
 }
 
 /// SI unit of an axis: as the scene knows the key, else as written; `None` for words.

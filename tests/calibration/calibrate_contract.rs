@@ -169,6 +169,22 @@ fn the_horn_tip_record_beside_drives_and_outcomes_go_to_calibrations() {
 }
 
 #[test]
+fn another_record_of_the_same_name_finds_a_folder_of_its_own() {
+    let bench = Bench::new();
+    let fit = ["--alpha", "0.6", "--evaluations", "200", "--quiet"];
+    assert!([0, 3].contains(&code(&bench.calibrate(&fit))));
+    let first = bench.contents("calibrations/lab");
+    // The same record again takes its own place.
+    assert!([0, 3].contains(&code(&bench.calibrate(&fit))));
+    assert_eq!(bench.contents("calibrations/lab").len(), first.len());
+    let record = fs::read_to_string(bench.path("lab/vib.csv")).unwrap();
+    bench.write("lab/vib.csv", record + "# of another day\n");
+    assert!([0, 3].contains(&code(&bench.calibrate(&fit))));
+    let digest = |folder: &str| bench.outcome(folder)["inputs"]["measured"]["sha256"].clone();
+    assert_ne!(digest("calibrations/lab"), digest("calibrations/lab-2"));
+}
+
+#[test]
 fn both_laws_are_fitted_and_the_right_one_is_named() {
     let bench = Bench::new();
     let output = bench.calibrate(&["--damping", "kuwabara-kono,linear", "--out", "out"]);

@@ -1,6 +1,7 @@
 //! The program as somebody uses it: commands, folders of results, reports.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
+mod batch_command;
 #[path = "../calibration/calibrate_bench/mod.rs"]
 mod calibrate_bench;
 mod cli_contract;
@@ -14,10 +15,12 @@ mod harness;
 mod inspect_command;
 mod mesh_command;
 mod output_safety;
+mod pages;
 mod reduced_replay;
 mod report_calibration;
 mod report_verify;
 mod scene_command;
 mod spectrum_command;
 mod start_command;
+mod terminal;
 mod water_command;

@@ -10,6 +10,8 @@ use std::{
 
 use tempfile::TempDir;
 
+use crate::harness::{self, PROJECT};
+
 const REPLAY: [&str; 5] = ["replay", "--scene", "rigid", "--set", "duration=100us"];
 const SWEEP: [&str; 7] = ["sweep", "--scene", "rigid", "--set", "duration=100us", "--vary", "alpha=0.5,0.7"];
 const ANALYSIS: [&str; 9] =
@@ -265,4 +267,24 @@ fn text_from_files_and_paths_never_steers_the_terminal() {
         let found = plain(arguments);
         assert!(found.contains(shown), "{arguments:?}: {found}");
     }
+}
+
+#[test]
+fn results_of_another_kind_of_run_are_replaced_only_by_force() {
+    let place = tempfile::tempdir().unwrap();
+    let sweep = ["sweep", "--scene", "rigid", "--model", "chain", "--vary", "alpha=0.5,1", "--quiet", "--out", "out"];
+    let replay = ["replay", "--scene", "rigid", "--model", "chain", "--quiet", "--out", "out"];
+    let spectrum = ["spectrum", "vib.csv", "--quiet", "--out", "out"];
+    fs::copy(Path::new(PROJECT).join("measurements/twin-annulus/vib.csv"), place.path().join("vib.csv")).unwrap();
+    let run = |words: &[&str]| harness::granchain(place.path(), words);
+    assert_eq!(run(&sweep).0, 0);
+    assert_eq!(run(&sweep).0, 0);
+    for other in [&replay[..], &spectrum] {
+        let (code, _, err) = run(other);
+        assert!(code == 1 && err.contains("which another kind of run wrote") && err.contains("--force"), "{err}");
+        assert!(place.path().join("out/sweep.csv").is_file());
+    }
+    let (code, _, err) = run(&[&replay[..], &["--force"]].concat());
+    assert_eq!(code, 0, "{err}");
+    assert!(place.path().join("out/response.csv").is_file() && !place.path().join("out/sweep.csv").exists());
 }

@@ -46,6 +46,10 @@ fn two_files_of_any_name_and_order_become_a_plan_that_calibrate_takes() {
     for key in shown.lines().filter_map(|line| line.split_whitespace().next()).filter(|key| key.starts_with("chain.")) {
         assert_eq!(plan.matches(&format!("'{key}=")).count(), 1, "{key}: {plan}");
     }
+    // The bench is drawn beside it, and checked.
+    assert!(fs::read(folder.path().join("plan.png")).unwrap().starts_with(b"\x89PNG"));
+    assert!(out.contains("scene check of annulus: valid") && out.contains("mass of a bead"), "{out}");
+    assert!(out.contains("granchain calibrate --plan plan.toml --out fit"), "{out}");
     // It is nobody's to overwrite.
     let (code, _, err) = granchain(folder.path(), &["start", "a.csv", "b.csv"]);
     assert!(code == 1 && err.contains("plan.toml: the file exists"), "{err}");
@@ -99,4 +103,64 @@ fn what_was_said_of_two_channels_in_volts_is_kept_in_the_plan() {
         assert!(plan.contains(&format!("\n{line}\n")), "{line}: {plan}");
     }
     assert!(looked_at(folder.path()).contains("record +289 and -24"));
+}
+
+#[test]
+fn without_files_and_without_a_terminal_it_says_what_to_type() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, _, err) = granchain(folder.path(), &["start"]);
+    assert!(code == 2 && err.contains("no terminal to ask on; type: granchain start vib.csv horn_tip.csv"), "{err}");
+}
+
+/// The command that a refusal proposes, as a shell parts it.
+fn proposed(err: &str) -> Vec<String> {
+    let line = err.lines().find_map(|line| line.split_once("so type, with values of this bench: granchain "));
+    shell_words::split(line.unwrap_or_else(|| panic!("{err}")).1).unwrap()
+}
+
+fn typed_as_proposed(folder: &Path, first: &[&str]) -> String {
+    let (code, _, err) = granchain(folder, first);
+    assert_eq!(code, 1, "{err}");
+    let words = proposed(&err);
+    let (code, out, err) = granchain(folder, &words.iter().map(String::as_str).collect::<Vec<_>>());
+    assert_eq!(code, 0, "{words:?}: {err}");
+    out
+}
+
+#[test]
+fn two_files_in_volts_are_told_all_that_is_missing_at_once_and_the_proposed_command_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let volts = |rows: Vec<(f64, f64)>, each: f64| rows.into_iter().map(move |row| vec![1e-6 * row.0, row.1 / each]);
+    write(folder.path(), "first.csv", "Time (s),CH1 (V)", volts(rows("vib.csv"), 125.0));
+    write(folder.path(), "second.csv", "Time (s),CH1 (V)", volts(rows("horn_tip.csv"), 2.0));
+    let out = typed_as_proposed(folder.path(), &["start", "first.csv", "second.csv"]);
+    assert!(
+        out.contains("last bead  first.csv") && out.contains("peak 288.9 mm/s") && out.contains("73.00 kHz"),
+        "{out}"
+    );
+    assert!(looked_at(folder.path()).contains("record +289 and -24"));
+}
+
+#[test]
+fn one_file_in_volts_is_asked_for_both_its_channels_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let both = rows("vib.csv").into_iter().zip(rows("horn_tip.csv"));
+    let volts = both.map(|(bead, horn)| vec![1e-6 * bead.0, bead.1 / 125.0, horn.1 / 2.0]);
+    write(folder.path(), "scope.csv", "Time (s),CH1 (V),CH2 (V)", volts);
+    let out = typed_as_proposed(folder.path(), &["start", "scope.csv"]);
+    assert!(out.contains("horn tip   scope.csv") && out.contains("73.00 kHz"), "{out}");
+    assert!(looked_at(folder.path()).contains("record +289 and -24"));
+}
+
+#[test]
+fn another_frequency_and_other_beads_become_a_plan_that_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let slower = |rows: Vec<(f64, f64)>| rows.into_iter().map(|row| vec![1.46 * row.0, row.1]);
+    write(folder.path(), "vib.csv", "time_us,velocity_mm_per_s", slower(rows("vib.csv")));
+    write(folder.path(), "horn.csv", "time_us,displacement_um", slower(rows("horn_tip.csv")));
+    let bench = ["--scene", "rigid", "--set", "chain.beads=8", "--set", "chain.radius=1mm"];
+    let (code, out, err) = granchain(folder.path(), &[&["start", "vib.csv", "horn.csv"][..], &bench].concat());
+    assert_eq!(code, 0, "{err}");
+    assert!(out.contains("50.00 kHz") && out.contains("length of the chain             16 mm"), "{out}");
+    looked_at(folder.path());
 }

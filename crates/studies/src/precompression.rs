@@ -16,6 +16,9 @@ pub const FORCES: [f64; 11] = [0.0, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e
 /// The order of magnitude at and below which the companion work finds impulses, N.
 pub const COMPANION_FORCE: f64 = 0.01;
 
+/// Mesh density of meshed bodies: 12, the usual one, does not feel the overlap of 1.2 nm under the smallest force.
+const MESH_DENSITY: u32 = 16;
+
 /// One law over the static force.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Precompressions {
@@ -41,22 +44,33 @@ pub fn runs(plan: &TrendPlan) -> usize {
     LAWS.len() * FORCES.len() * plan.members
 }
 
-/// Both laws at the paper's α over the static force.
+/// The overrides of every scene of the study: a finer mesh for meshed bodies, then `given`, which win.
+///
+/// # Errors
+/// [`StudyError`] for overrides that make no scene.
+pub fn overrides(given: &[String]) -> Result<Vec<String>, StudyError> {
+    let meshed = LAWS[0].scene(given)?.model.kind.is_meshed();
+    let finer = meshed.then(|| format!("model.mesh_density={MESH_DENSITY}"));
+    Ok(finer.into_iter().chain(given.iter().cloned()).collect())
+}
+
+/// Both laws at the paper's α over the static force; `given` are overrides of every scene.
 ///
 /// # Errors
 /// [`StudyError`].
 pub fn run(
     plan: &TrendPlan,
-    overrides: &[String],
+    given: &[String],
     bodies: &Bodies,
     watch: &dyn Watch,
 ) -> Result<Vec<Precompressions>, StudyError> {
+    let overrides = overrides(given)?;
     let settings: Vec<Setting> = FORCES
         .iter()
         .map(|force| Setting { value: *force, overrides: vec![format!("chain.precompression={force}")] })
         .collect();
     let study =
-        |law: &Law| Ok(Precompressions { law: *law, points: along(law, overrides, &settings, plan, bodies, watch)? });
+        |law: &Law| Ok(Precompressions { law: *law, points: along(law, &overrides, &settings, plan, bodies, watch)? });
     LAWS.iter().map(study).collect()
 }
 
@@ -75,6 +89,21 @@ mod tests {
             TrendPoint { value: FORCES[index], moments, failed: 0, spectrum_m_per_s: Vec::new() }
         };
         Precompressions { law: LAWS[0], points: crests.iter().enumerate().map(point).collect() }
+    }
+
+    #[test]
+    fn the_smallest_force_is_felt_by_the_meshes_that_are_taken_and_a_mesh_that_is_given_wins() {
+        let felt = |given: &[String]| {
+            let mut all = overrides(given).unwrap();
+            all.extend([format!("chain.precompression={}", FORCES[1]), "duration=10us".into()]);
+            let scene = LAWS[0].scene(&all).unwrap();
+            (scene.model.meshing().density, granchain_model::run(&scene, &mut |_| true).map(|_| ()))
+        };
+        let reduced = "model.kind=reduced".to_owned();
+        assert_eq!(felt(std::slice::from_ref(&reduced)).1, Ok(()));
+        let (density, refused) = felt(&[reduced, "model.mesh_density=12".into()]);
+        assert!(density == 12 && refused.unwrap_err().to_string().contains("model.mesh_density"));
+        assert_eq!(overrides(&["model.kind=chain".into()]).unwrap(), ["model.kind=chain"]);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{ConfirmChoice, Job, ended, manifest, page};
 use crate::{
     calibration::{Course, Fitted, fingerprints, ladder::SavedFit, outcome::CalibrationOutcome},
-    cli::{arguments::Session, interrupt, progress, summary, timing::Timing},
+    cli::{arguments::Session, forecast::Forecast, interrupt, progress, summary, timing::Timing},
     report,
     study::confirmed::Confirmed,
 };
@@ -46,9 +46,10 @@ pub fn fitted(job: &Job, saved: Vec<SavedFit>, session: &Session, timing: &mut T
     }
     timing.stage("prepare");
     let bar = progress::work(session, problem.work(), "runs");
-    let shown = bar.clone();
+    let (shown, forecast, work) = (bar.clone(), Forecast::new(session, "the fit"), problem.work() as f64);
     let watch = Arc::new(move |done| {
         shown.set_position(done);
+        forecast.at(done as f64 / work);
         !interrupt::requested()
     });
     let fitted = problem.fit(Course { bodies: bodies.as_ref(), saved, watch }).map_err(ended)?;

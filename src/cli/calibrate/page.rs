@@ -8,7 +8,13 @@ use crate::{
         Fitted, Problem, comparison::Reduction, drive::displacement, fit::Fit, forward::Run, measured::Measured,
         outcome::CalibrationOutcome, parameter::Parameter, posterior::Posterior, shot::Shot,
     },
-    cli::{Outcome, arguments::Session, interrupt, output::OutputFolder},
+    cli::{
+        Outcome,
+        arguments::Session,
+        interrupt,
+        output::{OutputFolder, page_results},
+        summary,
+    },
     feature::{Features, Measurand, Peaks, Window},
     measurement::{PublishedFeature, PublishedFeatures, Record, Statement},
     report::{
@@ -218,7 +224,9 @@ fn printed(shot: &Shot, scene: &Scene, confirmation: &Confirmation) -> BTreeMap<
         Measured::Record(measured) => beside(&measured.record),
         Measured::Published(measured) => Some(measured.published.clone()),
     };
-    let in_code = published(scene).filter(|_| shot.measured.record().is_some());
+    // What is in print of the bench is no word on a twin of it.
+    let in_code =
+        published(scene).filter(|_| shot.measured.record().is_some_and(|record| record_label(record) != "twin"));
     let number = |key: &str| match printed.as_ref().and_then(|it| statement_on(it, key)).map(|it| &it.statement) {
         Some(Statement::Value { value, uncertainty, .. }) => Some((*value, *uncertainty)),
         _ => match key {
@@ -239,6 +247,9 @@ fn statement_on<'a>(printed: &'a PublishedFeatures, key: &str) -> Option<&'a Pub
     }
 }
 
+/// What a dry run measured of the uncalibrated response.
+const DRY_RUN: &str = "dry-run.json";
+
 /// Draw drive, record and the uncalibrated response, before any fit.
 ///
 /// # Errors
@@ -258,10 +269,11 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
             target.display()
         );
     }
-    let folder = OutputFolder::stage(target, &[], force)?;
+    let folder = OutputFolder::stage(target, &page_results(DRY_RUN), force)?;
     for (name, bytes) in report.preview()? {
         folder.write(name, bytes)?;
     }
+    folder.write(DRY_RUN, summary::json(&confirmation.simulated_features)?)?;
     let place = folder.finish()?;
     let window: Window = confirmation.window;
     let peaks = |features: &Features| {
@@ -278,7 +290,7 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
         },
     );
     let text = format!(
-        "Nothing was fitted. Uncalibrated response at α = {}: peaks {}{compared}\nin the window {:.0} … {:.0} µs. Figures: {}\n",
+        "Nothing was fitted. Uncalibrated response of the chain at α = {}: peaks {}{compared}\nin the window {:.0} … {:.0} µs. Figures: {}\n",
         significant(scene.amplitude_scale, 3),
         peaks(&confirmation.simulated_features),
         window.from * 1e6,
@@ -295,6 +307,7 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
     let mount = outcome.best.mount.as_ref().map_or_else(String::new, |mount| format!(", {mount} disc"));
     let law = law_name(&outcome.best.damping_kind);
     let _ = writeln!(text, "{}: {} with {law} damping{mount}", outcome.best.verdict, outcome.scene);
+    let _ = writeln!(text, "  model    {}", answered_by(outcome));
     let widest = outcome.best.parameters.keys().map(String::len).max().unwrap_or(0).max(8);
     for (name, parameter) in &outcome.best.parameters {
         let interval = match (parameter.low, parameter.high) {
@@ -348,6 +361,14 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
             .display()
     );
     text
+}
+
+/// The model that answers, and the one that searched.
+fn answered_by(outcome: &CalibrationOutcome) -> String {
+    match outcome.best.rungs.first().filter(|rung| rung.model != outcome.model) {
+        Some(below) => format!("{}, searched on the {}", outcome.model, below.model),
+        None => outcome.model.clone(),
+    }
 }
 
 /// The three fitted features that are farthest off, and up to five that no run has.

@@ -16,7 +16,7 @@ use std::{
 
 use sha2::{Digest, Sha256};
 
-use super::OutputError;
+use super::{COMMON, OutputError};
 use crate::{
     cli::timing,
     measurement::{hexadecimal, sha256},
@@ -152,14 +152,22 @@ impl Standing {
 
     /// Refuse a folder that holds something else, unless it may (`force`); and in any case one in which the name of a result is taken.
     ///
+    /// A folder of ours in which nothing stands that only such a run writes is another kind's.
+    ///
     /// # Errors
-    /// [`OutputError::Foreign`], [`OutputError::Taken`].
+    /// [`OutputError::OtherKind`], [`OutputError::Foreign`], [`OutputError::Taken`].
     pub fn refuse<'a>(
         &self,
         folder: &Path,
         force: bool,
         names: impl IntoIterator<Item = &'a str>,
     ) -> Result<(), OutputError> {
+        let names: Vec<&str> = names.into_iter().collect();
+        let own = || names.iter().filter(|name| !COMMON.contains(name));
+        let same_kind = own().next().is_none() || own().any(|name| self.ours.contains(*name));
+        if let Some(found) = self.ours.iter().find(|_| !force && !same_kind) {
+            return Err(OutputError::OtherKind { folder: folder.into(), found: found.clone() });
+        }
         let Some(found) = &self.foreign else { return Ok(()) };
         if !force {
             return Err(OutputError::Foreign { folder: folder.into(), found: found.clone() });

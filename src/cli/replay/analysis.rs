@@ -17,6 +17,7 @@ use crate::{
     calibration::drive::Input,
     cli::{
         arguments::{Session, positive_time, usage},
+        forecast::Forecast,
         interrupt::{self, Interrupted},
         output::{NOTHING_SAVED, OutputFolder, write_atomically},
         progress, summary,
@@ -245,6 +246,7 @@ impl<'a> Analysis<'a> {
             self.follow();
             self.write_frame()?;
         }
+        let forecast = Forecast::new(self.session, "the run");
         let mut said = self.simulation.cuts().len();
         while !self.simulation.is_done() {
             if interrupt::requested() {
@@ -263,6 +265,7 @@ impl<'a> Analysis<'a> {
             if self.save.is_some_and(|steps| taken.is_multiple_of(steps)) {
                 self.save()?;
             }
+            forecast.at(self.simulation.time() / self.scene.duration);
             progress::advance_to(bar, self.simulation.time(), self.scene.duration);
         }
         // What is stopped from here on has only to be written again; water is in no saved state.

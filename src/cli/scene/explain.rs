@@ -10,7 +10,7 @@ use crate::{
     cli::{
         arguments::{OutputArguments, Session, usage},
         interrupt::{self, Interrupted},
-        output::{OutputFolder, PAGE_RESULTS},
+        output::{OutputFolder, page_results},
         progress, study, summary,
         timing::Timing,
     },
@@ -71,7 +71,11 @@ pub fn execute(session: &Session, arguments: &Arguments, scene: &Scene) -> anyho
         );
     }
     let mut timing = Timing::start();
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
+    let folder = output
+        .out
+        .as_deref()
+        .map(|out| OutputFolder::stage(out, &page_results("effects.json"), output.force))
+        .transpose()?;
     let bar = progress::Bar(progress::bar(session, count(), "effects"));
     let outcome = measured(scene, &bar);
     bar.0.finish_and_clear();

@@ -5,13 +5,14 @@ use std::{fmt::Write as _, path::Path};
 use anyhow::Context;
 use clap::Args;
 
-use super::{NOTHING_WRITTEN, StudyArguments, estimate, rough_time, write};
+use super::{NOTHING_WRITTEN, StudyArguments, estimate, write};
 use crate::{
     cli::{
         Outcome,
         arguments::{OutputArguments, Session},
+        forecast::rough_time,
         interrupt::{self, Interrupted},
-        output::{OutputFolder, PAGE_RESULTS},
+        output::{OutputFolder, page_results},
         progress, summary,
         timing::Timing,
     },
@@ -56,7 +57,11 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     let study = Study::new(plan, &arguments.study.overrides(), Bodies::new(session.cache()))?;
     let reconstruction = reconstruction(&study.scenes()[0])?;
     let output = &arguments.output;
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
+    let folder = output
+        .out
+        .as_deref()
+        .map(|out| OutputFolder::stage(out, &page_results("paper.json"), output.force))
+        .transpose()?;
     timing.stage("read");
     let (own, on_chain) = study.plan().runs();
     let scene = &study.scenes()[0];
@@ -95,7 +100,8 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
         write(folder, files, timing, session)?;
     }
     let summary = serde_json::json!({ "model": report.outcome.model, "judgements": report.judgements });
-    session.result(text(&report.judgements, output.out.is_none()), &summary)?;
+    let models = (report.outcome.model, report.outcome.readings_model);
+    session.result(text(&report.judgements, models, output.out.is_none()), &summary)?;
     Ok(Outcome::Done)
 }
 
@@ -130,8 +136,8 @@ fn reconstruction(scene: &Scene) -> anyhow::Result<Reconstruction> {
     })
 }
 
-fn text(judgements: &[Judgement], nothing_written: bool) -> String {
-    let mut text = String::new();
+fn text(judgements: &[Judgement], (model, of_readings): (&str, &str), nothing_written: bool) -> String {
+    let mut text = format!("model {model}; the readings of what the paper leaves open: {of_readings}\n");
     for judgement in judgements {
         let verdict = match judgement.verdict {
             Verdict::Agrees => "agrees",

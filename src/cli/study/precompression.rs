@@ -13,7 +13,7 @@ use crate::{
         failure::StudyError,
         members::Watch,
         portrait::Trait,
-        precompression::{Precompressions, run, runs},
+        precompression::{Precompressions, overrides, run, runs},
         trend::TrendPlan,
     },
 };
@@ -25,17 +25,21 @@ impl trend::Study for Study {
     const NAME: &str = "precompression";
     type Law = Precompressions;
 
+    fn overrides(given: Vec<String>) -> Result<Vec<String>, StudyError> {
+        overrides(&given)
+    }
+
     fn runs(plan: &TrendPlan) -> usize {
         runs(plan)
     }
 
     fn run(
         plan: &TrendPlan,
-        overrides: &[String],
+        given: &[String],
         bodies: &Bodies,
         watch: &dyn Watch,
     ) -> Result<Vec<Precompressions>, StudyError> {
-        run(plan, overrides, bodies, watch)
+        run(plan, given, bodies, watch)
     }
 
     fn files(head: Head, laws: &[Precompressions]) -> Result<Files, ReportError> {

@@ -3,14 +3,16 @@
 use anyhow::Context;
 use clap::Args;
 use serde::Serialize;
+use serde_json::json;
 
-use super::{NOTHING_WRITTEN, StudyArguments, estimate, rough_time, write};
+use super::{NOTHING_WRITTEN, StudyArguments, estimate, write};
 use crate::{
     cli::{
         Outcome,
         arguments::{OutputArguments, Session},
+        forecast::rough_time,
         interrupt::Interrupted,
-        output::{OutputFolder, PAGE_RESULTS},
+        output::{OutputFolder, page_results},
         progress, summary,
         timing::Timing,
     },
@@ -52,6 +54,14 @@ pub(super) trait Study {
     /// Outcome of one law.
     type Law: Serialize;
 
+    /// The overrides of every scene, where `given` are those of the command line.
+    ///
+    /// # Errors
+    /// Overrides that make no scene.
+    fn overrides(given: Vec<String>) -> Result<Vec<String>, StudyError> {
+        Ok(given)
+    }
+
     /// Runs the plan takes.
     fn runs(plan: &TrendPlan) -> usize;
 
@@ -79,9 +89,11 @@ pub(super) fn execute<S: Study>(arguments: Arguments, session: &Session) -> anyh
     let Arguments { study, members, output } = arguments;
     let members = members.map_or(if study.quick { 2 } else { 8 }, |members| members as usize);
     let plan = TrendPlan { members, seed: session.seed() };
-    let overrides = study.overrides();
+    let overrides = S::overrides(study.overrides())?;
     let scene = LAWS[0].scene(&overrides)?;
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
+    let main = format!("{}.json", S::NAME);
+    let folder =
+        output.out.as_deref().map(|out| OutputFolder::stage(out, &page_results(&main), output.force)).transpose()?;
     timing.stage("read");
     let bodies = Bodies::new(session.cache());
     let total = S::runs(&plan);
@@ -97,7 +109,8 @@ pub(super) fn execute<S: Study>(arguments: Arguments, session: &Session) -> anyh
         outcome => outcome?,
     };
     timing.stage("run");
-    let mut text = S::text(&laws);
+    let model = scene.model.kind.name();
+    let mut text = format!("model {}\n{}", summary::model(&scene), S::text(&laws));
     match folder {
         Some(folder) => {
             let command_line = study.command_line(S::NAME, Some(members as u32).filter(|_| !study.quick), session);
@@ -106,6 +119,6 @@ pub(super) fn execute<S: Study>(arguments: Arguments, session: &Session) -> anyh
         }
         None => text.push_str(NOTHING_WRITTEN),
     }
-    session.result(text, &laws)?;
+    session.result(text, &json!({ "model": model, "laws": laws }))?;
     Ok(Outcome::Done)
 }

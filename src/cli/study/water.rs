@@ -4,14 +4,16 @@ use std::{fmt::Write as _, time::Instant};
 
 use anyhow::Context;
 use clap::Args;
+use serde_json::json;
 
-use super::{NOTHING_WRITTEN, StudyArguments, rough_time, write};
+use super::{NOTHING_WRITTEN, StudyArguments, write};
 use crate::{
     cli::{
         Outcome,
         arguments::{ModelChoice, OutputArguments, Session, usage},
+        forecast::rough_time,
         interrupt::Interrupted,
-        output::{OutputFolder, PAGE_RESULTS},
+        output::{OutputFolder, page_results},
         progress, summary,
         timing::Timing,
     },
@@ -57,7 +59,11 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     let overrides: Vec<String> =
         std::iter::once(format!("model.kind={}", model.name())).chain(shared.set.iter().cloned()).collect();
     let study = Study::new(plan, &overrides, Bodies::new(session.cache()))?;
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
+    let folder = output
+        .out
+        .as_deref()
+        .map(|out| OutputFolder::stage(out, &page_results("water.json"), output.force))
+        .transpose()?;
     timing.stage("read");
     let runs = study.plan().runs();
     // Bodies are made by the first run and not counted; so are those of the soft baffle, whose elements are stepped once for each mount.
@@ -90,13 +96,13 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
         }
         None => text.push_str(NOTHING_WRITTEN),
     }
-    session.result(text, &combinations)?;
+    session.result(text, &json!({ "model": ModelKind::Chain.name(), "combinations": combinations }))?;
     Ok(Outcome::Done)
 }
 
 /// One line a combination: where it passes the printed pressure, and what the printed drive gives.
 fn text(outcome: &WaterOutcome) -> String {
-    let mut text = String::from("rim        baffle  dampers  14 kPa at  level there  at 3.96 um\n");
+    let mut text = String::from("model chain\nrim        baffle  dampers  14 kPa at  level there  at 3.96 um\n");
     for own in &outcome.combinations {
         let combination = &own.combination;
         // Writing to a string cannot fail.

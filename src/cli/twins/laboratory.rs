@@ -12,7 +12,7 @@ use crate::{
         Outcome,
         arguments::{OutputArguments, Session, usage},
         interrupt,
-        output::{OutputFolder, PAGE_RESULTS},
+        output::{OutputFolder, page_results},
         progress, summary,
         timing::{self, Timing},
     },
@@ -66,7 +66,11 @@ pub fn execute(
     session: &Session,
     mut timing: Timing,
 ) -> anyhow::Result<Outcome> {
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
+    let folder = output
+        .out
+        .as_deref()
+        .map(|out| OutputFolder::stage(out, &page_results("laboratory.json"), output.force))
+        .transpose()?;
     let bar = progress::bar(session, plan.conditions.len() as u64 * plan.count, "records");
     let unwritten = Mutex::new(None);
     let keep = |twin: &LaboratoryTwin, files: Option<&Files>| {
@@ -86,7 +90,8 @@ pub fn execute(
     timing.stage("twins");
     let count = LaboratoryCount::of(&twins);
     let summary = LaboratorySummary { program: summary::program(), plan, count: &count, twins: &twins };
-    let mut text: String = tables(&count).iter().map(aligned).collect::<Vec<_>>().join("\n");
+    let tables: Vec<String> = tables(&count).iter().map(aligned).collect();
+    let mut text = format!("made and fitted by model {}\n{}", plan.model, tables.join("\n"));
     if let Some(folder) = folder {
         folder.write("laboratory.json", summary::json(&summary)?)?;
         for (name, bytes) in page(plan, &count, &twins).files()? {

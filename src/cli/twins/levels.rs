@@ -10,7 +10,7 @@ use crate::{
         Outcome,
         arguments::{OutputArguments, Session},
         interrupt,
-        output::{OutputFolder, PAGE_RESULTS},
+        output::{OutputFolder, page_results},
         progress, summary,
         timing::{self, Timing},
     },
@@ -47,7 +47,11 @@ pub fn execute(
     overrides.push("model.kind=chain".into());
     let base = scene::load("annulus", &overrides)?;
     let levels: Vec<f64> = (0..levels as i32).map(|number| 0.5_f64.powi(number)).collect();
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, PAGE_RESULTS, output.force)).transpose()?;
+    let folder = output
+        .out
+        .as_deref()
+        .map(|out| OutputFolder::stage(out, &page_results("twins.json"), output.force))
+        .transpose()?;
     let bar = progress::bar(session, plan.count, "twins");
     let outcomes = level_twins(&base, &plan, &levels, &|| bar.inc(1), &interrupt::requested);
     bar.finish_and_clear();
@@ -72,7 +76,7 @@ pub fn execute(
         let place = folder.finish()?;
         session.note(format_args!("written to {}", place.display()));
     }
-    let mut text = String::new();
+    let mut text = "twins of model chain, fitted by the chain\n".to_owned();
     for statement in said {
         let _ = writeln!(text, "{statement}");
     }

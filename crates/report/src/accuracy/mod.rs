@@ -86,19 +86,23 @@ pub fn sentence(found: &Stored) -> String {
 pub fn text(accuracy: &Accuracy) -> String {
     let found = &accuracy.found;
     let front = found.front();
-    let mut text = format!("{:<62}{:>10}{:>12}{:>12}\n", "setting", "error", "setup s", "run s");
-    for (index, measured) in found.measured.iter().enumerate() {
-        let mark = if front.contains(&index) { " *" } else { "" };
-        let old = if accuracy.fresh.get(index) == Some(&true) { "" } else { "  (stored)" };
+    let names: Vec<String> = found.measured.iter().map(setting_of).collect();
+    let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0).max("model and setting".len());
+    let mut text = format!("  {:<width$}{:>8}{:>10}{:>9}\n", "model and setting", "error", "setup s", "run s");
+    for (index, (name, measured)) in names.iter().zip(&found.measured).enumerate() {
+        let mark = if front.contains(&index) { "*" } else { " " };
+        let old = if accuracy.fresh.get(index) == Some(&true) { "" } else { " †" };
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "{:<62}{:>10}{:>12}{:>12}{mark}{old}",
-            setting_of(measured),
+            "{mark} {name:<width$}{:>8}{:>10}{:>9}{old}",
             percent(measured.error),
             significant(measured.cost.setup_s.least, 2),
             significant(measured.cost.run_s.least, 2)
         );
+    }
+    if !found.measured.iter().enumerate().all(|(index, _)| accuracy.fresh.get(index) == Some(&true)) {
+        text.push_str("† as stored with the program\n");
     }
     let _ = writeln!(text, "* nothing is both cheaper and more accurate; errors over {}", window(found));
     for own in &found.own {

@@ -236,7 +236,7 @@ pub const CASES: &[Case] = &[
     Case {
         number: 15,
         name: "elastic bar on a rigid wall",
-        what: "The contact lasts 2L/c and carries ρ c v A; the bar leaves with its speed; nothing oscillates (Doyen, Ern & Piperno 2011).",
+        what: "The contact lasts 2L/c and carries ρ c v A; the bar leaves with its speed; nothing oscillates but the last mode of the reduced model (Doyen, Ern & Piperno 2011).",
         rungs: &[Rung::Reduced, Rung::Fea],
         examine: bar::examine,
     },

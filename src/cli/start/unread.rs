@@ -1,0 +1,92 @@
+//! What the files of a bench leave open: everything at once, with the flags that would say it.
+
+use std::{fmt, path::Path};
+
+use shell_words::quote;
+
+use crate::{cli::reading::DriveUnread, measurement::MeasurementError};
+
+/// Why the records cannot be read, and the flags that would settle all of it, with values of a usual bench.
+#[derive(Debug)]
+pub struct Unread {
+    messages: Vec<String>,
+    /// As they are typed.
+    pub flags: String,
+}
+
+impl fmt::Display for Unread {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.messages.join("\n  and "))
+    }
+}
+
+impl std::error::Error for Unread {}
+
+/// Sensitivities as the reader proposes them and as a horn has them.
+const OF_A_BEAD: &str = "'125 mm/s/V'";
+const OF_A_HORN: &str = "'2 um/V'";
+
+impl Unread {
+    /// Of a record and, in another file, the horn's; `settled` are flags to type besides. An error that no flag settles comes back as it is.
+    ///
+    /// # Errors
+    /// That error.
+    pub fn of(
+        bead: Option<MeasurementError>,
+        horn: Option<MeasurementError>,
+        settled: Option<String>,
+    ) -> Result<Self, anyhow::Error> {
+        let (mut messages, mut flags) = (Vec::new(), Vec::new());
+        if let Some(error) = bead {
+            let Some(remedy) = error.remedy() else { return Err(error.into()) };
+            messages.push(error.to_string());
+            flags.push(remedy);
+        }
+        if let Some(error) = horn {
+            let Some(remedy) = error.remedy() else { return Err(DriveUnread(error).into()) };
+            messages.push(DriveUnread::of_drive(&error.to_string()).replace(OF_A_BEAD, OF_A_HORN));
+            flags.push(DriveUnread::of_drive(&remedy).replace(OF_A_BEAD, OF_A_HORN));
+        }
+        flags.extend(settled);
+        Ok(Self { messages, flags: flags.join(" ") })
+    }
+
+    /// Of one file whose columns may hold both channels.
+    ///
+    /// # Errors
+    /// An error that no flag settles.
+    pub fn of_one(error: MeasurementError) -> Result<Self, anyhow::Error> {
+        let other = other_column(&error);
+        let in_volts = error.remedy().is_some_and(|remedy| remedy.contains("--scale"));
+        let mut unread = Self::of(Some(error), None, None)?;
+        if let Some(other) = other {
+            let quoted = quote(&other);
+            unread.messages.push(format!(
+                "`{other}`: if it is the horn's tip, its channel too is to be named; leave --drive-column away if it is something else"
+            ));
+            unread.flags.push_str(&format!(" --drive-column {quoted}"));
+            if in_volts {
+                unread.flags.push_str(&format!(" --drive-scale {OF_A_HORN}"));
+            }
+        }
+        Ok(unread)
+    }
+}
+
+/// The second of two columns of which one was to be chosen for the record.
+fn other_column(error: &MeasurementError) -> Option<String> {
+    match error {
+        MeasurementError::Several(errors) => errors.iter().find_map(other_column),
+        MeasurementError::Ambiguous { flag: "--column", candidates, .. } => match &candidates[..] {
+            [first, second] if first != second => Some(second.clone()),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+/// Whether a file is the horn's by its name.
+pub fn is_named_horn(path: &Path) -> bool {
+    let name = path.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
+    ["horn", "tip", "drive", "sonotrode"].iter().any(|word| name.contains(word))
+}
