@@ -11,6 +11,32 @@ _Progress: TypeAlias = Callable[[int, int], object] | None
 _Path: TypeAlias = str | PathLike[str]
 
 __version__: str
+__all__ = [
+    "Calibration",
+    "CalibrationError",
+    "FeatureError",
+    "GranchainError",
+    "Record",
+    "RecordError",
+    "Run",
+    "Scene",
+    "SceneError",
+    "SimulationError",
+    "UsageError",
+    "__version__",
+    "built_in",
+    "calibrate",
+    "keys",
+    "measure",
+    "read",
+    "read_bytes",
+    "replay",
+    "run_program",
+    "spectrum",
+    "sweep",
+    "table",
+    "universal",
+]
 
 class GranchainError(Exception): ...
 class UsageError(GranchainError): ...

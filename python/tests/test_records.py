@@ -38,8 +38,9 @@ def test_arrays_are_read_as_the_same_samples_in_a_file(twin: Path) -> None:
     made = granchain.Record.from_arrays(values * 1e3, unit="mm/s", time=time, drive_frequency=73e3, bandwidth=1.5e6)
     assert made.path == "(array)/vibrometer"
     np.testing.assert_allclose(made.values, record.values, rtol=0, atol=1e-15)
-    volts = granchain.Record.from_arrays(values / 0.125, unit="V", sample_rate=5e6, scale="125 mm/s/V")
+    volts = granchain.Record.from_arrays(values / 0.125, unit="V", sample_rate=5e6, start=-5e-5, scale="125 mm/s/V")
     np.testing.assert_allclose(volts.raw[1], values, rtol=1e-12)
+    np.testing.assert_allclose(volts.time, record.time, atol=1e-12)
 
 
 def test_a_refusal_says_where_and_what_to_pass_in_keywords(tmp_path: Path) -> None:

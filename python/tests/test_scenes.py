@@ -142,5 +142,5 @@ def test_ctrl_c_is_a_keyboard_interrupt() -> None:
     assert running.stdout is not None and running.stdout.readline() == "go\n"
     time.sleep(0.5)
     running.send_signal(signal.SIGINT)
-    out, _ = running.communicate(timeout=60)
+    out, _ = running.communicate(timeout=300)
     assert out == "stopped\n" and running.returncode == 0
