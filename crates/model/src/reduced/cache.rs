@@ -394,7 +394,7 @@ mod tests {
                 let mut forged = made.clone();
                 forge(&mut forged);
                 let key = key(&scene).unwrap();
-                cache.keep(&place.path().join(format!("reduction-{key}.json")), &key, &forged).unwrap();
+                cache.keep(&place.path().join(format!("reduction-{key}.json")), HEADER, &key, &forged).unwrap();
                 let (again, origin) = cache.reduction(&scene).unwrap();
                 assert_eq!((&again, origin), (&made, Origin::Made { not_kept: None }), "{support}: {what}");
             }
