@@ -247,7 +247,7 @@ fn supports_that_a_model_cannot_hold_a_bead_with_are_refused() {
     );
     assert_eq!(
         refusal("annulus", &["support.section_radius=0.6mm"]),
-        "--set support.section_radius=0.6mm: `support.section_radius`: expected a section radius below the ring radius 0.55 mm, which leaves an \
+        "--set support.section_radius=0.6mm: `support.section_radius`: expected a section radius below the ring radius 550 µm, which leaves an \
          opening; change one of both, found 0.6 mm"
     );
     assert_eq!(

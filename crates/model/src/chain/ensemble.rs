@@ -280,7 +280,6 @@ impl Work {
     /// Put runs into the lanes; places left over repeat the first.
     fn load(&mut self, ensemble: &Ensemble, variations: &[Variation], chunk: &[usize]) {
         let last = self.beads;
-        let gaps: Vec<f64> = ensemble.scene.gaps().collect();
         // Where no run of the group shakes, none pays for it.
         let shaken = chunk.iter().any(|index| !variations[*index].shaken.is_empty());
         self.shaken.resize(if shaken { ensemble.shakes.len() } else { 0 }, Lane::ZERO);
@@ -290,7 +289,7 @@ impl Work {
             for (number, shaken) in self.shaken.iter_mut().enumerate() {
                 shaken.0[place] = variation.shaken.get(number).copied().unwrap_or(0.0);
             }
-            for (contact, gap) in gaps.iter().enumerate() {
+            for (contact, gap) in ensemble.scene.gaps().enumerate() {
                 let mut law = ensemble.laws[contact];
                 if contact == last {
                     let factor = variation.support_stiffness_factor;
