@@ -24,6 +24,9 @@ const OWNED_CRATES: &[(&str, &str)] = &[
     ("clap", "src/cli"),
     ("anyhow", "src/cli"),
     ("indicatif", "src/cli"),
+    ("console", "src/cli"),
+    ("dialoguer", "src/cli"),
+    ("textwrap", "src/cli"),
     ("ctrlc", "src/cli"),
     ("signal_hook", "src/cli"),
 ];

@@ -48,71 +48,71 @@ pub struct Arguments {
     /// Record of a vibrometer or hydrophone (CSV), or TOML of published features; repeated: records fitted together
     #[arg(long, value_name = "FILE", help_heading = "Fit")]
     pub measured: Vec<PathBuf>,
-    /// Horn-tip record of each --measured, in the same order [default: horn_tip.csv beside it]
-    #[arg(long, value_name = "FILE", conflicts_with = "drive", conflicts_with = "scene_drive", help_heading = "Fit")]
-    pub input: Vec<PathBuf>,
-    /// Override one key of the scene for record N alone, such as 2:chain.beads=7; repeatable
-    #[arg(long, value_name = "N:KEY=VALUE", help_heading = "Fit")]
-    pub record_set: Vec<String>,
-    /// What was recorded [default: velocity]
-    #[arg(long, value_enum, help_heading = "Fit")]
-    pub quantity: Option<QuantityChoice>,
     /// Fit definition (TOML); flags win over it
     #[arg(long, value_name = "FILE", help_heading = "Fit")]
     pub plan: Option<PathBuf>,
-    /// Damping laws to fit, such as linear,kuwabara-kono [default: the scene's own]
-    #[arg(long, value_name = "LAW,…", value_delimiter = ',', help_heading = "Fit")]
-    pub damping: Vec<String>,
-    /// Mounts of the disc to compare [default for a pressure: clamped,supported,free, or disc.rim where it is set]
-    #[arg(long, value_name = "MOUNT,…", value_delimiter = ',', help_heading = "Fit")]
-    pub mount: Vec<String>,
     /// Parameters to fit, of alpha, damping, precompression, support_stiffness, gap, bandwidth; the others keep the scene's value [default:
     /// alpha,damping]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', help_heading = "Fit")]
     pub fit: Vec<String>,
-    /// Bounds of a parameter, such as alpha=0.3:1.5 or "damping=0.1 N s/m:1 N s/m"; repeatable
-    #[arg(long, value_name = "NAME=LOW:HIGH", help_heading = "Fit")]
-    pub bounds: Vec<String>,
-    /// Which features are compared: all, or the two peaks and the 1/3 and 2/3 ratios as in the source paper
-    #[arg(long, value_enum, help_heading = "Fit")]
-    pub features: Option<FeatureChoice>,
-    /// How the box is searched; the answer is read from a regression over all runs in any case
-    #[arg(long, value_enum, default_value = "likelihood", help_heading = "Fit")]
-    pub search: SearchChoice,
-    /// Uncertainty of what the bench leaves open, drawn into every run: of gap, baseline, drive, precompression, support_stiffness, such as
-    /// "gap=0.5 nm"; repeatable [default: gap=0.3nm, drive=0.005, baseline as the horn-tip record tells]
-    #[arg(long, value_name = "NAME=VALUE", help_heading = "Fit")]
-    pub uncertainty: Vec<String>,
-    /// Runs a damping law [default: the number whose intervals were tested, 600, or 1800 for more than two parameters, or 1200 for several records]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(200..=100_000), help_heading = "Fit")]
-    pub evaluations: Option<u32>,
-    /// Drive with the scene's own drive even where a horn_tip.csv lies beside the record
-    #[arg(long, conflicts_with = "drive", help_heading = "Fit")]
-    pub scene_drive: bool,
-    /// Run another model once at the answer and show its features beside the others'
-    #[arg(long, value_enum, value_name = "MODEL", help_heading = "Fit")]
-    pub confirm: Option<ConfirmChoice>,
+    /// Damping laws to fit, such as linear,kuwabara-kono [default: the scene's own]
+    #[arg(long, value_name = "LAW,…", value_delimiter = ',', help_heading = "Fit")]
+    pub damping: Vec<String>,
+    /// Draw drive, record and the uncalibrated response, then stop
+    #[arg(long, help_heading = "Fit")]
+    pub dry_run: bool,
     /// End with exit code 4 where the best answer is `outside scatter`
     #[arg(long, help_heading = "Fit")]
     pub strict: bool,
     /// Continue the fit that Ctrl-C or a crash left behind
     #[arg(long, help_heading = "Fit")]
     pub resume: bool,
-    /// Draw drive, record and the uncalibrated response, then stop
-    #[arg(long, help_heading = "Fit")]
-    pub dry_run: bool,
+    /// Horn-tip record of each --measured, in the same order [default: horn_tip.csv beside it]
+    #[arg(long, value_name = "FILE", conflicts_with = "drive", conflicts_with = "scene_drive", help_heading = "Fit")]
+    pub input: Vec<PathBuf>,
+    /// What was recorded [default: velocity]
+    #[arg(long, value_enum, help_heading = "Fit")]
+    pub quantity: Option<QuantityChoice>,
+    /// Mounts of the disc to compare [default for a pressure: clamped,supported,free, or disc.rim where it is set]
+    #[arg(long, value_name = "MOUNT,…", value_delimiter = ',', help_heading = "Fit")]
+    pub mount: Vec<String>,
+    /// Bounds of a parameter, such as alpha=0.3:1.5 or "damping=0.1 N s/m:1 N s/m"; repeatable
+    #[arg(long, value_name = "NAME=LOW:HIGH", help_heading = "Fit")]
+    pub bounds: Vec<String>,
+    /// Uncertainty of what the bench leaves open, drawn into every run: of gap, baseline, drive, precompression, support_stiffness, such as
+    /// "gap=0.5 nm"; repeatable [default: gap=0.3nm, drive=0.005, baseline as the horn-tip record tells]
+    #[arg(long, value_name = "NAME=VALUE", help_heading = "Fit")]
+    pub uncertainty: Vec<String>,
+    /// Which features are compared: all, or the two peaks and the 1/3 and 2/3 ratios as in the source paper
+    #[arg(long, value_enum, help_heading = "Fit")]
+    pub features: Option<FeatureChoice>,
+    /// Runs a damping law [default: the number whose intervals were tested, 600, or 1800 for more than two parameters, or 1200 for several records]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(200..=100_000), help_heading = "Fit")]
+    pub evaluations: Option<u32>,
+    /// How the box is searched; the answer is read from a regression over all runs in any case
+    #[arg(long, value_enum, default_value = "likelihood", help_heading = "Fit")]
+    pub search: SearchChoice,
+    /// Drive with the scene's own drive even where a horn_tip.csv lies beside the record
+    #[arg(long, conflicts_with = "drive", help_heading = "Fit")]
+    pub scene_drive: bool,
+    /// Override one key of the scene for record N alone, such as 2:chain.beads=7; repeatable
+    #[arg(long, value_name = "N:KEY=VALUE", help_heading = "Fit")]
+    pub record_set: Vec<String>,
+    /// Run another model once at the answer and show its features beside the others'
+    #[arg(long, value_enum, value_name = "MODEL", help_heading = "Fit")]
+    pub confirm: Option<ConfirmChoice>,
     /// What is simulated.
     #[command(flatten)]
     pub scene: SceneArguments,
+    /// Where results go.
+    #[command(flatten)]
+    pub output: OutputArguments,
     /// How the record is read.
     #[command(flatten)]
     pub reading: ReadArguments,
     /// How the drive is read.
     #[command(flatten)]
     pub drive_reading: DriveReadArguments,
-    /// Where results go.
-    #[command(flatten)]
-    pub output: OutputArguments,
     /// Session flags.
     #[command(flatten)]
     pub session: Session,

@@ -52,6 +52,9 @@ pub struct Arguments {
     /// Also run N perturbed copies at each of three drive levels and report mean, scatter and sensitivity
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..), help_heading = "Study")]
     pub ensemble: Option<u32>,
+    /// Where results go.
+    #[command(flatten)]
+    pub output: OutputArguments,
     /// What a finite element run does on the way.
     #[command(flatten)]
     pub analysis: AnalysisArguments,
@@ -61,9 +64,6 @@ pub struct Arguments {
     /// How the drive record is to be read.
     #[command(flatten)]
     pub reading: ReadArguments,
-    /// Where results go.
-    #[command(flatten)]
-    pub output: OutputArguments,
     /// Session flags.
     #[command(flatten)]
     pub session: Session,

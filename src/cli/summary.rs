@@ -284,7 +284,9 @@ pub fn model(scene: &Scene) -> String {
 
 /// The fitted contact laws and how well they follow the bodies' statics.
 fn contacts(laws: &FiniteBodyLaws) -> String {
-    let fits = laws.fits.iter().map(|fit| match fit.quality {
+    // Before a ring alone the others are Hertz' by choice.
+    let told = laws.fits.iter().filter(|fit| fit.quality.is_some() || !laws.couplings.is_empty());
+    let fits = told.map(|fit| match fit.quality {
         Some(quality) => format!(
             "{} within {} % ({} to {})",
             fit.between,

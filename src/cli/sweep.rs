@@ -53,6 +53,9 @@ pub struct Arguments {
     /// At each point also run N perturbed copies at each of three drive levels: mean, scatter and sensitivity
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..), help_heading = "Study")]
     pub ensemble: Option<u32>,
+    /// Where results go.
+    #[command(flatten)]
+    pub output: OutputArguments,
     /// Continue a sweep that was stopped; needs the same flags
     #[arg(long, requires = "out", help_heading = "Output")]
     pub resume: bool,
@@ -62,9 +65,6 @@ pub struct Arguments {
     /// How the drive record is to be read.
     #[command(flatten)]
     pub reading: ReadArguments,
-    /// Where results go.
-    #[command(flatten)]
-    pub output: OutputArguments,
     /// Session flags.
     #[command(flatten)]
     pub session: Session,

@@ -37,15 +37,16 @@ const COMMANDS = {
   replay: ["replay", ...scene],
   sweep: ["sweep", ...scene, "--vary", "alpha=0.2:1:0.2"],
   spectrum: ["spectrum", "measurements/twin-annulus/vib.csv"],
-  effects: ["scene", "explain", "annulus", "--measure"],
+  effects: ["scene", "explain", "annulus", "--measure", "--set", "model.kind=chain"],
 };
 
-// Pages that the program makes now, by name.
+// Pages that the program makes now, by name; once for all files of tests where ./run names a folder for them.
 export function made(names = Object.keys(COMMANDS)) {
-  const folder = mkdtempSync(join(tmpdir(), "granchain-pages-"));
+  const folder = process.env.GRANCHAIN_PAGES ?? mkdtempSync(join(tmpdir(), "granchain-pages-"));
   const options = { cwd: root, stdio: ["ignore", "ignore", "inherit"] };
   const page = (name) => {
     const out = join(folder, name);
+    if (existsSync(join(out, "report.html"))) return [name, join(out, "report.html")];
     execFileSync(join(root, "target/release/granchain"), [...COMMANDS[name], "--quiet", "--out", out], options);
     return [name, join(out, "report.html")];
   };

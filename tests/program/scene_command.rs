@@ -133,7 +133,7 @@ fn every_bench_that_init_writes_checks_and_runs_on_its_default_model() {
         let (code, out, err) = granchain(folder.path(), &[&["replay", "--scene", &file][..], &set].concat());
         assert_eq!(code, 0, "{bench}: {err}");
         let summary: serde_json::Value = serde_json::from_str(&out).unwrap();
-        assert_eq!(summary["model"], model, "{bench}");
+        assert_eq!(summary["settings"]["model"], model, "{bench}");
         let (_, out, _) = granchain(folder.path(), &["scene", "show", &file, "--json"]);
         let rows: Vec<serde_json::Value> = serde_json::from_str(&out).unwrap();
         let kind = rows.iter().find(|row| row["key"] == "support.kind").unwrap();
@@ -195,7 +195,7 @@ fn a_scene_that_a_record_drives_needs_no_frequency_of_its_own() {
     assert_eq!(code, 0, "{err}");
     assert!(err.contains("`drive.frequency` is not given; taken as that of"), "{err}");
     let summary: serde_json::Value = serde_json::from_str(&out).unwrap();
-    let frequency = summary["drive_frequency_hz"].as_f64().unwrap_or_else(|| panic!("{summary:.2000}"));
+    let frequency = summary["settings"]["drive_frequency_hz"].as_f64().unwrap_or_else(|| panic!("{summary:.2000}"));
     assert!((frequency / 80e3 - 1.0).abs() < 5e-3, "{frequency}");
     // A formula must be told.
     let formula = format!("duration = \"300 us\"\n{}", bench.replace("record", "sine"));

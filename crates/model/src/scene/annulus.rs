@@ -69,7 +69,7 @@ pub(super) fn read(reader: &Reader<'_>, bead_radius: f64) -> Result<AnnulusShape
         return Err(SceneError::ThroughAnnulus {
             place,
             radius: length(bead_radius),
-            opening: length(1e-9 * (1e9 * shape.opening()).round()),
+            opening: length((1e9 * shape.opening()).round() / 1e9),
         });
     }
     let angle = shape.contact_angle(bead_radius).to_degrees();

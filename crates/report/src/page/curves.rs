@@ -9,7 +9,7 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Value, json};
 
 use super::Drawn;
-use crate::figure::{Axis, Colour, Figure, Layer, Panel, Scale, Stroke};
+use crate::figure::{Axis, Colour, Figure, Layer, Marker, Panel, Scale, Stroke};
 
 /// A figure whose longest curve has fewer points has nothing to zoom into.
 const FEWEST_POINTS: usize = 32;
@@ -97,25 +97,26 @@ impl Arrays {
         let mut curves = Vec::new();
         let (mut marks, mut levels) = (Vec::new(), Vec::new());
         let mut pairs = Vec::new();
-        let mut curve = |arrays: &mut Self, label: &str, points: &[(f64, f64)], stroke: Stroke, marker: bool| {
-            let points = &thinned(points, panel);
-            let x = arrays.place(abscissas(points.iter().map(|point| panel.x.factor * point.0).collect()));
-            let y = arrays.place(ordinates(points.iter().map(|point| panel.y.factor * point.1), panel.y.scale));
-            pairs.push((x, y));
-            curves.push(json!({
-                "label": label, "x": x, "y": y, "colour": hexadecimal(stroke.colour), "dash": stroke.dash.pattern(),
-                "width": stroke.width, "marker": marker,
-            }));
-        };
+        let mut curve =
+            |arrays: &mut Self, label: &str, points: &[(f64, f64)], stroke: Stroke, marker: Option<&str>| {
+                let points = &thinned(points, panel);
+                let x = arrays.place(abscissas(points.iter().map(|point| panel.x.factor * point.0).collect()));
+                let y = arrays.place(ordinates(points.iter().map(|point| panel.y.factor * point.1), panel.y.scale));
+                pairs.push((x, y));
+                curves.push(json!({
+                    "label": label, "x": x, "y": y, "colour": hexadecimal(stroke.colour), "dash": stroke.dash.pattern(),
+                    "width": stroke.width, "marker": marker,
+                }));
+            };
         for layer in &panel.layers {
             match layer {
                 Layer::Line { label, points, stroke } if !points.is_empty() => {
-                    curve(self, label, points, *stroke, false);
+                    curve(self, label, points, *stroke, None);
                 }
-                Layer::Points { label, points, colour, .. } if !points.is_empty() => {
+                Layer::Points { label, points, colour, marker } if !points.is_empty() => {
                     let mut points: Vec<_> = points.iter().map(|point| (point.x, point.y)).collect();
                     points.sort_by(|a, b| a.0.total_cmp(&b.0));
-                    curve(self, label, &points, Stroke::new(*colour), true);
+                    curve(self, label, &points, Stroke::new(*colour), Some(face(*marker)));
                 }
                 Layer::MarkX { at, label } => marks.push(json!({"at": at * panel.x.factor, "label": label})),
                 Layer::MarkY { at, stroke, .. } => {
@@ -155,6 +156,14 @@ fn axis(axis: &Axis) -> Value {
     json!({"label": axis.title(), "log": axis.scale == Scale::Logarithmic, "range": range})
 }
 
+/// Whether a marker has a filled or an open face.
+fn face(marker: Marker) -> &'static str {
+    match marker {
+        Marker::Ring | Marker::Cross | Marker::Below => "open",
+        Marker::Disc | Marker::Dot | Marker::Square | Marker::Diamond => "filled",
+    }
+}
+
 fn hexadecimal(colour: Colour) -> String {
     let (red, green, blue) = colour.rgb();
     format!("#{red:02x}{green:02x}{blue:02x}")
@@ -173,7 +182,7 @@ fn thinned(points: &[(f64, f64)], panel: &Panel) -> Vec<(f64, f64)> {
     if kept.len() > FEWEST_POINTS
         && kept.chunks(2).zip(kept.chunks(2).skip(1)).all(|(a, b)| close(&[a, &b[..1]].concat()))
     {
-        let last = kept.len() % 2 == 0;
+        let last = kept.len().is_multiple_of(2);
         let end = kept[kept.len() - 1];
         kept = kept.into_iter().step_by(2).collect();
         kept.extend(last.then_some(end));
@@ -252,6 +261,17 @@ mod tests {
             let value = low + step * f64::from(u16::from_le_bytes([pair[0], pair[1]]));
             assert!((value - 200.0 * (index as f64 * 0.3).sin()).abs() < 400.0 * 1e-5, "{index}: {value}");
         }
+    }
+
+    #[test]
+    fn a_curve_finer_than_it_needs_to_be_loses_every_second_sample_and_a_spike_none() {
+        let dense = |height: &dyn Fn(f64) -> f64| {
+            let points: Vec<_> = (0..4001).map(|i| (f64::from(i) * 1e-7, height(f64::from(i)))).collect();
+            let panel = Panel::new(Axis::new("Time", "µs").times(1e6), Axis::new("u", "m"));
+            data(&[Figure::new("f").panel(panel.line("", points, Stroke::new(Colour::Blue)))]).unwrap()["arrays"][0]["n"].clone()
+        };
+        assert_eq!(dense(&|i| (0.01 * i).sin()), 2001);
+        assert_eq!(dense(&|i| if i == 2001.0 { 1.0 } else { 0.0 }), 4001);
     }
 
     #[test]

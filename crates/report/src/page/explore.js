@@ -30,7 +30,8 @@
     made.addEventListener("click", action);
     return made;
   };
-  const shown = (value) => String(Number(value.toPrecision(4))).replace("-", "\u2212");
+  const shown = (value, digits = 4) => String(Number(value.toPrecision(digits))).replace("-", "\u2212");
+  const unit = (label) => label.match(/ \(([^–()]*)\)$/)?.[1] ?? "";
 
   // The curve's value at x between its neighbours; nothing beyond its ends.
   function at(curve, x) {
@@ -83,8 +84,9 @@
     toggle(curve, series) {
       if (!curve.label) return;
       const swatch = element("span", { className: "swatch" });
-      swatch.style.borderTopColor = curve.colour;
+      swatch.style.borderColor = curve.colour;
       swatch.style.borderTopStyle = curve.dash.length ? "dashed" : "solid";
+      if (curve.marker) swatch.classList.add(curve.marker);
       const made = button("", null, () => {
         const on = made.getAttribute("aria-pressed") !== "true";
         made.setAttribute("aria-pressed", on);
@@ -98,14 +100,18 @@
     draw() {
       const { x, y, height } = this.panel;
       const font = '12px "DejaVu Sans",sans-serif';
-      const axis = (label, more) => ({ label, font, labelFont: font, stroke: "#1e1e1e", labelSize: 20, ...more });
+      const plain = (_, ticks) => ticks.map((tick) => shown(tick, 6));
+      const axis = ({ label, log }, size) => {
+        const words = { label, font, labelFont: font, stroke: "#1e1e1e", labelSize: 20, size };
+        return log ? words : { ...words, values: plain };
+      };
       const series = this.curves.map((curve) => ({
         label: curve.label,
         stroke: curve.colour,
         width: Math.max(1, 1.3 * curve.width),
         dash: curve.dash.map((length) => 1.5 * length),
         paths: curve.marker ? () => null : undefined,
-        points: { show: curve.marker ? true : undefined, size: 6, fill: curve.colour },
+        points: { show: curve.marker ? true : undefined, size: 7, fill: curve.marker === "open" ? "#fff" : curve.colour },
       }));
       const one = this.curves.every((curve) => curve.x === this.curves[0].x);
       const own = this.curves.map((curve) => [array(curve.x), array(curve.y)]);
@@ -118,7 +124,7 @@
           x: { time: false, distr: x.log ? 3 : 1 },
           y: { distr: y.log ? 3 : 1, ...(y.range && { range: () => y.range }) },
         },
-        axes: [axis(x.label, { size: 34 }), axis(y.label, { size: 56 })],
+        axes: [axis(x, 34), axis(y, 56)],
         series: [{}, ...series],
         cursor: {
           drag: { x: true, y: false },
@@ -233,9 +239,9 @@
       }
       const values = this.curves.map((curve, index) => {
         const value = this.plot.series[index + 1].show ? at(curve, x) : null;
-        return value === null ? null : `${curve.label || this.panel.y.label}: ${shown(value)}`;
+        return value === null ? null : `${curve.label || "value"}: ${shown(value)} ${unit(this.panel.y.label)}`;
       });
-      const parts = [`${this.panel.x.label}: ${shown(x)}`, ...values.filter((value) => value !== null)];
+      const parts = [`${shown(x)} ${unit(this.panel.x.label)}`, ...values.filter((value) => value !== null)];
       this.reading.textContent = parts.join("   ");
     }
 

@@ -215,6 +215,19 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_plotting_script_is_the_pinned_one() {
+        let sums = include_str!("../../assets/SHA256SUMS");
+        let files = [("LICENSE", PLOT_LICENCE), ("uPlot.iife.min.js", PLOT), ("uPlot.min.css", PLOT_STYLE)];
+        for (name, text) in files {
+            let line = format!("{}  uplot/{name}", granchain_signal::sha256(text.as_bytes()));
+            assert!(sums.lines().any(|known| known == line), "{name}: run crates/report/assets/update");
+        }
+        let package: serde_json::Value = serde_json::from_str(include_str!("../../assets/package.json")).unwrap();
+        let version = package["dependencies"]["uplot"].as_str().unwrap();
+        assert!(PLOT.contains(&format!("(v{version})")), "{version}");
+    }
+
+    #[test]
     fn backticks_become_code_and_a_lone_one_stays() {
         assert_eq!(prose("the scene `annulus` of <6> beads").0, "the scene <code>annulus</code> of &lt;6&gt; beads");
         assert_eq!(prose("a ` b").0, "a ` b");
