@@ -16,7 +16,7 @@ OTHERWISE = {"input": "drive", "set": "settings", "record-set": "record_settings
 
 
 def told(program: Program, command: str) -> set[str]:
-    return set(re.findall(r"^\s+(?:-\w, )?--([a-z-]+)", program(command, "--help").stdout, re.MULTILINE))
+    return set(re.findall(r"^ {2,6}(?:-\w, )?--([a-z-]+)", program(command, "--help").stdout, re.MULTILINE))
 
 
 def test_every_flag_of_reading_is_a_keyword(program: Program) -> None:
