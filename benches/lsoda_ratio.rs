@@ -27,6 +27,7 @@ use granchain::{
     },
     response::Response,
     scene::{self, Integrator, Scene},
+    signal::Series,
 };
 
 /// Required ratio.
@@ -46,9 +47,14 @@ fn run(scene: &Scene) -> Response {
 
 /// Largest difference of any bead's velocity, over the reference's peak.
 fn error(response: &Response, reference: &Response) -> f64 {
-    let peak = reference.bead_velocity.iter().map(granchain::signal::Series::peak).fold(0.0, f64::max);
+    let peak = reference.bead_velocity.iter().map(Series::peak).fold(0.0, f64::max);
     let pairs = response.bead_velocity.iter().zip(&reference.bead_velocity);
-    pairs.flat_map(|(a, b)| a.values.iter().zip(&b.values).map(|(a, b)| (a - b).abs())).fold(0.0, f64::max) / peak
+    pairs.map(|(a, b)| apart(a, b)).fold(0.0, f64::max) / peak
+}
+
+/// Largest difference of two series.
+fn apart(one: &Series, other: &Series) -> f64 {
+    one.values.iter().zip(&other.values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
 /// The peer's time (s) and error.
@@ -81,8 +87,7 @@ fn side_by_side(wanted: f64) -> Result<(u32, f64, f64), String> {
         let eight = vec![Variation::of(&scene); 8];
         let found = ensemble.run(&eight).pop().ok_or("no run")?.map_err(|error| error.to_string())?;
         let reference = run(&scene).pole_velocity;
-        let apart = found.values.iter().zip(&reference.values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        let error = apart / reference.peak();
+        let error = apart(&found, &reference) / reference.peak();
         if error <= wanted {
             let timed = (0..200).map(|_| {
                 let begin = Instant::now();

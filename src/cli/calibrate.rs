@@ -4,7 +4,7 @@
 
 mod alpha_sweep;
 pub(super) mod definition;
-pub(super) mod files;
+pub mod files;
 pub(super) mod manifest;
 mod page;
 
@@ -15,7 +15,11 @@ use std::{
 
 use clap::{Args, ValueEnum};
 
-use self::{definition::refused, files::Files};
+pub use self::definition::InMemory;
+use self::{
+    definition::refused,
+    files::{Files, Stop},
+};
 use super::{
     Outcome,
     arguments::{OutputArguments, SceneArguments, Session},
@@ -151,8 +155,9 @@ pub enum SearchChoice {
 }
 
 /// A problem, and what the command line says besides.
-pub(super) struct Job {
-    pub(super) problem: Problem,
+pub struct Job {
+    /// What is fitted to what.
+    pub problem: Problem,
     /// The arguments that can change a result, as typed.
     arguments: Vec<String>,
     /// The program that the results are said to be of.
@@ -170,7 +175,7 @@ pub(super) struct Job {
 /// The command, as a state names it.
 const COMMAND: &str = "calibrate";
 /// Results that every calibration has.
-const RESULTS: [&str; 5] = ["calibration.json", "report.html", "report.md", manifest::FILE, timing::FILE];
+pub const RESULTS: [&str; 5] = ["calibration.json", "report.html", "report.md", manifest::FILE, timing::FILE];
 
 /// Run it.
 ///
@@ -180,7 +185,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let mut timing = Timing::start();
     let (session, output) = (arguments.session.clone(), arguments.output.clone());
     let (resume, dry_run) = (arguments.resume, arguments.dry_run);
-    let job = prepare(arguments, manifest::typed(super::typed().skip(1)))?;
+    let job = prepare(arguments, manifest::typed(super::typed().skip(1)), &InMemory::default())?;
     session.assumed(job.problem.assumptions.iter().chain(&model_taken(&job.problem)?));
     for warning in job.problem.warnings() {
         session.note(format_args!("warning: {warning}"));
@@ -229,7 +234,7 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
             return Err(error);
         }
     };
-    let Files { outcome, files } = Files::of(job, &fitted, session, &mut timing)?;
+    let Files { outcome, files } = Files::of(job, &fitted, session, &mut timing, &Stop::on_interrupt())?;
     for (name, bytes) in files {
         folder.write(name, bytes)?;
     }
@@ -244,12 +249,12 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
     })
 }
 
-/// Read and check everything that the arguments name; `typed` is what they were on the command line.
+/// Read and check everything that the arguments name, but for the records that are in memory; `typed` is what they were on the command line.
 ///
 /// # Errors
 /// Whatever is wrong with plan, scene or records.
-pub(super) fn prepare(arguments: Arguments, typed: Vec<String>) -> anyhow::Result<Job> {
-    let (problem, plans) = definition::problem(&arguments)?;
+pub fn prepare(arguments: Arguments, typed: Vec<String>, in_memory: &InMemory) -> anyhow::Result<Job> {
+    let (problem, plans) = definition::problem(&arguments, in_memory)?;
     let scenes = problem.candidates.iter().flat_map(|candidate| &candidate.scenes);
     let files: BTreeSet<PathBuf> = scenes.flat_map(Scene::mesh_files).collect();
     let meshes = files.into_iter().map(Input::digest).collect::<Result<_, _>>()?;

@@ -13,14 +13,14 @@ use super::{
 use crate::{
     model::{
         Estimate,
-        contact_law::{Annulus, ElasticLaw, FiniteBody, Hertz, bead_flat_stiffness, bead_pair_stiffness},
+        contact_law::{Annulus, ElasticLaw, FiniteBody, Hertz, Law, bead_flat_stiffness, bead_pair_stiffness},
         fea::statics::{Curve, Loading, StaticState, Touching},
     },
     report::{
         contact::{ContactLoading, ContactReport, ContactState},
         number::{engineering, fixed, significant},
     },
-    scene::{self, Bead, FlatContact, Scene, Support},
+    scene::{self, Bead, FeaSettings, FlatContact, ModelKind, Scene, Support},
     signal::Dimension,
 };
 
@@ -123,7 +123,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     timing.stage("read");
 
     let bar = progress::bar(&session, 2 * approaches.len() as u64, "states");
-    let job = Job { pair, scene: &scene, approaches: &approaches };
+    let ring = ring_law(&scene, &session)?;
+    let job = Job { pair, scene: &scene, approaches: &approaches, ring };
     let report = job.report(&|| bar.inc(1));
     bar.finish_and_clear();
     let report = report?;
@@ -149,10 +150,31 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
+/// The law that the chain has of the scene's ring, or of the paper's where it has none.
+fn ring_law(scene: &Scene, session: &Session) -> anyhow::Result<Annulus> {
+    let factor = match scene.support {
+        Support::Annulus { stiffness_factor, .. } => stiffness_factor,
+        _ => 1.0,
+    };
+    if !scene.has_own_ring() {
+        return Ok(Annulus::new(factor));
+    }
+    let mut chain = scene.clone();
+    (chain.model.kind, chain.model.fea) = (ModelKind::Chain, FeaSettings::default());
+    let prepared = session.prepare(&chain)?;
+    let fitted = prepared.contact_laws().and_then(|laws| laws.fits.last());
+    match fitted.map(|fit| fit.law) {
+        Some(Law::Annulus(law)) => Ok(law.unscaled().times(factor)),
+        _ => anyhow::bail!("the chain has no law of this ring; refine `model.mesh_density`"),
+    }
+}
+
 struct Job<'a> {
     pair: PairChoice,
     scene: &'a Scene,
     approaches: &'a [f64],
+    /// The chain's law of the ring.
+    ring: Annulus,
 }
 
 impl Job<'_> {
@@ -230,6 +252,10 @@ impl Job<'_> {
                 .to_owned(),
         ];
         match self.pair {
+            PairChoice::BeadAnnulus if self.scene.has_own_ring() => said.push(
+                "The chain's law of this ring, w = F (C − D ln F), is fitted to static solutions between 0.05 and 5 µm at a mesh density of 12."
+                    .to_owned(),
+            ),
             PairChoice::BeadAnnulus => said.push(
                 "The chain's law of the annulus is fitted to five forces of a converged static solution between 0.1 and 5 µm."
                     .to_owned(),
@@ -253,11 +279,7 @@ impl Job<'_> {
             PairChoice::BeadFlat => Some(Hertz { stiffness: bead_flat_stiffness(bead, FlatContact::Rigid) }),
             PairChoice::BeadAnnulus => None,
         };
-        let law_force = match (hertz, &self.scene.support) {
-            (Some(hertz), _) => hertz.force(state.approach),
-            (None, Support::Annulus { stiffness_factor, .. }) => Annulus::new(*stiffness_factor).force(state.approach),
-            (None, _) => Annulus::new(1.0).force(state.approach),
-        };
+        let law_force = hertz.map_or_else(|| self.ring.force(state.approach), |hertz| hertz.force(state.approach));
         let under_force = hertz.map(|hertz| hertz.overlap(state.force));
         let excess = self.pair.finite_body(loading).map(|law| law.excess(state.approach, bead.radius));
         let pressure: Vec<[f64; 2]> = state.pressure.iter().map(|(place, pressure)| [*place, *pressure]).collect();

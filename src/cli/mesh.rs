@@ -15,8 +15,8 @@ use crate::{
     model::{
         Estimate,
         fea::{
-            arrangement::Arrangement,
-            mesh::{HalfTorus, Quality, quality},
+            arrangement::{Arrangement, torus},
+            mesh::{Quality, quality},
         },
     },
     report::{
@@ -150,7 +150,7 @@ fn summary(scene: &Scene, arrangement: &Arrangement) -> Summary {
 
 fn support_mass(scene: &Scene) -> Option<f64> {
     match &scene.support {
-        Support::Annulus { material, .. } => Some(material.density * HalfTorus::published().volume()),
+        Support::Annulus { material, .. } => Some(material.density * torus(scene)?.volume()),
         _ => None,
     }
 }
@@ -233,9 +233,8 @@ fn windows(scene: &Scene, arrangement: &Arrangement, far_pole: &impl Fn(usize) -
     let half = 0.06 * scene.chain.beads[0].radius;
     let at = |title: &str, z: f64| Window { title: title.to_owned(), z: (z - half, z + half), r: (0.0, 2.0 * half) };
     let first = if beads > 1 { at("(a) beads 1 and 2", far_pole(0)) } else { at("(a) piston and bead 1", 0.0) };
-    let support = match (&scene.support, arrangement.origins.get(beads)) {
-        (Support::Annulus { .. }, Some(origin)) => {
-            let torus = HalfTorus { bead_radius: scene.chain.beads[beads - 1].radius, ..HalfTorus::published() };
+    let support = match (torus(scene), arrangement.origins.get(beads)) {
+        (Some(torus), Some(origin)) => {
             let ([r, z], half) = (torus.contact_point(), 0.18 * torus.section_radius);
             let z = z + origin;
             Window { title: "(b) last bead and support".to_owned(), z: (z - half, z + half), r: (r - half, r + half) }

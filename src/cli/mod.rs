@@ -7,6 +7,7 @@
 
 pub mod accuracy;
 pub mod arguments;
+pub mod batch;
 pub mod calibrate;
 mod calibrated;
 mod completions;
@@ -14,7 +15,7 @@ pub mod contact;
 pub mod convergence;
 pub mod convert;
 mod doctor;
-mod experiment;
+pub mod experiment;
 mod forecast;
 pub mod inspect;
 pub mod interrupt;
@@ -32,11 +33,11 @@ pub mod stress;
 pub mod study;
 mod summary;
 pub mod sweep;
-mod sweep_table;
-mod timing;
+pub mod sweep_table;
+pub mod timing;
 pub mod twins;
 
-use std::{ffi::OsString, io::Write, process::ExitCode};
+use std::{ffi::OsString, io::Write, process::ExitCode, sync::OnceLock};
 
 use clap::{Parser, Subcommand};
 
@@ -116,6 +117,8 @@ enum Command {
     Scene(scene::Arguments),
     /// Calibrate against made-up records of known truth: the tool's own proof
     Twins(twins::Arguments),
+    /// Run a sweep or twins in parts, on a cluster or wherever there are workers
+    Batch(batch::Arguments),
     /// Print version, processor, threads and cache as found on this machine
     Doctor(doctor::Arguments),
     /// Print the completions of a shell
@@ -143,6 +146,7 @@ impl Command {
             Self::Report(arguments) => &arguments.session,
             Self::Scene(arguments) => &arguments.session,
             Self::Twins(arguments) => &arguments.session,
+            Self::Batch(arguments) => &arguments.session,
             Self::Doctor(arguments) => &arguments.session,
             Self::Completions(arguments) => &arguments.session,
             Self::Man(arguments) => &arguments.session,
@@ -167,6 +171,7 @@ impl Command {
             Self::Report(arguments) => report::execute(arguments),
             Self::Scene(arguments) => scene::execute(arguments),
             Self::Twins(arguments) => twins::execute(arguments),
+            Self::Batch(arguments) => batch::execute(arguments),
             Self::Doctor(arguments) => doctor::execute(arguments),
             Self::Completions(arguments) => completions::execute(arguments),
             Self::Man(arguments) => completions::execute_man(arguments),
@@ -174,32 +179,54 @@ impl Command {
     }
 }
 
+/// The work of a command line that falls into points.
+///
+/// # Errors
+/// When the line is none that falls into points, and whatever its command refuses.
+fn divisible(line: &[String]) -> anyhow::Result<Box<dyn batch::Divisible>> {
+    match CommandLine::try_parse_from(std::iter::once("granchain").chain(line.iter().map(String::as_str)))?.command {
+        Command::Sweep(arguments) => Ok(Box::new(sweep::Study::new(arguments)?)),
+        Command::Twins(arguments) => Ok(Box::new(twins::Study::new(arguments)?)),
+        _ => {
+            let found = line.first().map_or("nothing", String::as_str);
+            Err(arguments::usage(format!("expected a command that falls into points, sweep or twins, found `{found}`")))
+        }
+    }
+}
+
 /// Run `granchain` with the process's own arguments.
 #[must_use]
 pub fn run() -> ExitCode {
-    run_with(std::env::args_os())
+    ExitCode::from(run_typed(std::env::args_os().collect(), None))
 }
 
-/// The process's own arguments as text, the program first: what is no UTF-8 in them is shown as U+FFFD.
+/// What was typed, the program first; the process's own arguments are another's where the program is run from a Python.
+static TYPED: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// What was typed as text, the program first: what is no UTF-8 in it is shown as U+FFFD.
 fn typed() -> impl Iterator<Item = String> {
-    std::env::args_os().map(|argument| argument.to_string_lossy().into_owned())
+    TYPED.get().into_iter().flatten().map(|argument| argument.to_string_lossy().into_owned())
 }
 
 /// Run `granchain SUBCOMMAND …` with the process's own arguments behind it.
 #[must_use]
 pub fn run_as_subcommand(subcommand: &str) -> ExitCode {
-    let mut given = std::env::args_os();
-    let program = given.next().unwrap_or_else(|| OsString::from("granchain"));
-    run_with([program, OsString::from(subcommand)].into_iter().chain(given))
+    ExitCode::from(run_typed(std::env::args_os().collect(), Some(subcommand)))
 }
 
-fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+/// Run `granchain` with what was typed, the program first, behind `subcommand` where one is meant; once in a process. Returns the exit code.
+#[must_use]
+pub fn run_typed(typed: Vec<OsString>, subcommand: Option<&str>) -> u8 {
+    let typed = TYPED.get_or_init(|| typed).clone();
+    let mut given = typed.into_iter();
+    let program = given.next().unwrap_or_else(|| OsString::from("granchain"));
+    let arguments = std::iter::once(program).chain(subcommand.map(OsString::from)).chain(given);
     let command = match CommandLine::try_parse_from(arguments) {
         Ok(line) => line.command,
         Err(usage) => {
             // The only thing that can fail here is the terminal itself.
             let _ = usage.print();
-            return ExitCode::from(u8::try_from(usage.exit_code()).unwrap_or(2));
+            return u8::try_from(usage.exit_code()).unwrap_or(2);
         }
     };
     let outcome = interrupt::watch()
@@ -207,23 +234,24 @@ fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         .and_then(|()| command.session().start())
         .and_then(|()| command.execute());
     match outcome {
-        Ok(outcome) => ExitCode::from(outcome.exit_code()),
-        Err(error) if output::is_closed_pipe(&error) => ExitCode::SUCCESS,
+        Ok(outcome) => outcome.exit_code(),
+        Err(error) if output::is_closed_pipe(&error) => 0,
         Err(error) if error.is::<arguments::UsageError>() => {
             report_failure(&error);
-            ExitCode::from(2)
+            2
         }
         Err(error) => {
             report_failure(&error);
-            ExitCode::from(interrupt::exit_code().unwrap_or(1))
+            interrupt::exit_code().unwrap_or(1)
         }
     }
 }
 
-/// `error: …`, then one `  because …` line for each cause that says something new.
-fn report_failure(error: &anyhow::Error) {
-    let mut message = format!("error: {error}");
-    let mut said = error.to_string();
+/// What went wrong, then one `  because …` line for each cause that says something new.
+#[must_use]
+pub fn with_causes(error: &anyhow::Error) -> String {
+    let mut message = error.to_string();
+    let mut said = message.clone();
     for cause in error.chain().skip(1) {
         let cause = cause.to_string();
         if !said.contains(&cause) {
@@ -232,6 +260,11 @@ fn report_failure(error: &anyhow::Error) {
         }
         said = cause;
     }
+    message
+}
+
+fn report_failure(error: &anyhow::Error) {
+    let mut message = format!("error: {}", with_causes(error));
     if let Some(remedy) = error.chain().find_map(remedy) {
         let typed = typed().skip(1).map(|word| shell_word(&word));
         let whole = typed.chain([remedy]).collect::<Vec<_>>().join(" ");
@@ -255,7 +288,8 @@ fn program() -> String {
 }
 
 /// The flags that would settle an error in reading a record.
-fn remedy(error: &(dyn std::error::Error + 'static)) -> Option<String> {
+#[must_use]
+pub fn remedy(error: &(dyn std::error::Error + 'static)) -> Option<String> {
     if let Some(reading::DriveUnread(error)) = error.downcast_ref() {
         return Some(reading::DriveUnread::of_drive(&error.remedy()?));
     }

@@ -30,11 +30,11 @@ use crate::{
     calibration::bench::Bench,
     feature::{FeatureError, FeatureSettings, Features, PressureFeatures, PressureSettings, Window, measure_pressure},
     model::{Estimate, ModelError, Prepared, chain::FiniteBodyLaws, fea::PeakStress},
-    report::{heard as pressure_page, replay as page, von_mises},
+    report::{heard as pressure_page, replay::ReplayReport, von_mises},
     response::{EnergyLedger, ObservedPoint, Response, SolverWork, write_csv},
     scene::{Effect, ModelKind, Scene, effects},
     study::{
-        Bodies, EnsemblePlan, ensemble, observation,
+        Bodies, EnsembleOutcome, EnsemblePlan, ensemble, observation,
         published::{Published, published},
     },
 };
@@ -128,7 +128,7 @@ pub struct Summary {
 }
 
 /// Results that every replay has.
-const RESULTS: [&str; 4] = ["response.csv", "scene.toml", "summary.json", timing::FILE];
+const RESULTS: [&str; 5] = ["report.html", "response.csv", "scene.toml", "summary.json", timing::FILE];
 
 /// Run it.
 ///
@@ -179,7 +179,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
             session.result(text, &summary)?;
         }
         None => session.result(
-            format!("{text}\nNothing was written; pass --out DIR for response.csv, summary.json and figures.\n"),
+            format!("{text}\nNothing was written; pass --out DIR for response.csv, summary.json, figures and a page of them.\n"),
             &summary,
         )?,
     }
@@ -263,7 +263,7 @@ impl Job<'_> {
         let text = summary::text(scene, &summary, spread.as_ref());
         if let Some(folder) = folder {
             field::write(folder, field)?;
-            write(folder, scene, &response, peak.as_ref(), &summary, timing)?;
+            write(folder, scene, &response, (peak.as_ref(), spread.as_ref()), &summary, timing)?;
             analysis::take_frames(folder, summary.analysis.as_ref())?;
         }
         Ok((text, summary))
@@ -271,7 +271,10 @@ impl Job<'_> {
 }
 
 /// The pressure at every field point, measured over the window of the drive; where it is silent, nothing.
-fn pressures(scene: &Scene, response: &Response, window: Window) -> Result<Vec<PressureAt>, FeatureError> {
+///
+/// # Errors
+/// [`FeatureError`] when it cannot be measured.
+pub fn pressures(scene: &Scene, response: &Response, window: Window) -> Result<Vec<PressureAt>, FeatureError> {
     let (Some(water), Some(disc)) = (&scene.water, &response.disc) else { return Ok(Vec::new()) };
     let loud = water.field_points.iter().zip(&disc.pressure).filter(|(_, pressure)| pressure.peak() > 0.0);
     loud.map(|(point, pressure)| {
@@ -301,7 +304,7 @@ fn write(
     folder: &OutputFolder,
     scene: &Scene,
     response: &Response,
-    peak: Option<&PeakStress>,
+    (peak, spread): (Option<&PeakStress>, Option<&EnsembleOutcome>),
     summary: &Summary,
     timing: &mut Timing,
 ) -> anyhow::Result<()> {
@@ -312,13 +315,22 @@ fn write(
     folder.write("summary.json", summary::json(summary)?)?;
     interrupt::check()?;
     timing.stage("write");
-    let mut figures =
-        page::figures(response, &observation::seen(scene, response.observed_velocity()), &summary.features)?;
-    figures.extend(pressure_page::figures(response, summary.pressure.iter().map(|heard| &heard.features))?);
-    let stress = peak.map(|peak| ("von_mises", von_mises::figure(peak)));
-    for (name, figure) in figures.into_iter().chain(stress) {
-        folder.write(format!("{name}.svg"), figure.to_svg()?)?;
-        folder.write(format!("{name}.png"), figure.to_png()?)?;
+    let seen = observation::seen(scene, response.observed_velocity());
+    let mut others = pressure_page::figures(response, summary.pressure.iter().map(|heard| &heard.features))?;
+    others.extend(peak.map(|peak| ("von_mises", von_mises::figure(peak))));
+    let report = ReplayReport {
+        scene: (&scene.name, &scene.description),
+        facts: summary::facts(scene, summary),
+        bead_diameter: scene.chain.beads.first().map_or(0.0, |bead| 2.0 * bead.radius),
+        response,
+        seen: &seen,
+        features: &summary.features,
+        others,
+        ensemble: spread.map(|spread| summary::ensemble(summary, spread)),
+        assumptions: summary.warnings.iter().chain(&summary.assumptions).cloned().collect(),
+    };
+    for (name, bytes) in report.files()? {
+        folder.write(name, bytes)?;
         interrupt::check()?;
     }
     timing.stage("figures");

@@ -1,5 +1,6 @@
 //! `granchain scene`: list, show, check, explain and start scenes.
 
+mod bench;
 mod explain;
 
 use std::{
@@ -8,8 +9,10 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Map, Value, json};
+
+use bench::BenchChoice;
 
 use super::{
     Outcome,
@@ -69,6 +72,9 @@ enum Action {
         /// The file to write
         #[arg(value_name = "FILE")]
         file: PathBuf,
+        /// What holds the far end: the file describes that bench alone
+        #[arg(long, value_enum, conflicts_with = "from")]
+        bench: Option<BenchChoice>,
         /// Built-in scene it begins as
         #[arg(long, value_name = "NAME", default_value = "annulus")]
         from: String,
@@ -89,7 +95,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         Action::Explain(explain) => {
             explain::execute(session, &explain, &load(session, &explain.scene, &explain.set)?)?;
         }
-        Action::Init { file, from } => init(session, &file, &from)?,
+        Action::Init { file, bench: None, from } => init(session, &file, &from)?,
+        Action::Init { file, bench: Some(bench), .. } => init_bench(session, &file, bench)?,
     }
     Ok(Outcome::Done)
 }
@@ -99,6 +106,14 @@ fn load(session: &Session, name: &str, overrides: &[String]) -> anyhow::Result<S
     let loaded = scene::load_preferring(name, overrides, ModelKind::Reduced)?;
     for note in &loaded.notes {
         session.note(format_args!("note: {note}"));
+    }
+    if loaded.lacks_frequency {
+        session.note(
+            "note: `drive.frequency` is not given: that of the record is taken when the scene runs; what follows from it is shown for 73 kHz",
+        );
+    }
+    if let Some(warning) = loaded.scene.coarse_ring() {
+        session.note(format_args!("warning: {warning}"));
     }
     Ok(loaded.scene.with_limits(session.limits()))
 }
@@ -297,6 +312,15 @@ fn contacts(scene: &Scene) -> Vec<(&'static str, String)> {
             ));
         }
     }
+    if let (Support::Annulus { shape, .. }, Some(last)) = (&scene.support, beads.last()) {
+        let angle = shape.contact_angle(last.radius);
+        let of = |value| Quantity::new(rounded(value), Dimension::LENGTH).to_string();
+        rows.push(("opening of the ring, radius", of(shape.opening())));
+        rows.push(("radius of the contact circle", of(last.radius * angle.sin())));
+        rows.push(("contact normal from the axis", format!("{:.2}°", angle.to_degrees())));
+        let law = if scene.has_own_ring() { "fitted to its statics, made once" } else { "that of the paper's ring" };
+        rows.push(("the chain's law of the ring", law.to_owned()));
+    }
     if let (Support::Flat(flat), Some(last)) = (&scene.support, beads.last()) {
         rows.push(("Hertz stiffness, support", stiffness(bead_flat_stiffness(last, *flat))));
     }
@@ -317,14 +341,31 @@ fn init(session: &Session, file: &Path, from: &str) -> anyhow::Result<()> {
             bail!("--from {from}: expected a built-in scene; copy the file itself to start from a scene file");
         }
     };
-    let name = file.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy());
-    let name = SettingValue::Text(name.into_owned()).to_toml();
+    let name = SettingValue::Text(stem(file)).to_toml();
     let own = format!("name = \"{}\"\n", built_in.name);
-    let header = format!(
-        "# A scene for granchain, begun as the built-in scene `{from}`. A plain number is SI, a text carries its unit.\n\
+    let begun = format!("begun as the built-in scene `{from}`");
+    let text = header(&begun) + &built_in.toml.replacen(&own, &format!("name = {name}\n"), 1);
+    write_new(session, file, &text, from)
+}
+
+fn init_bench(session: &Session, file: &Path, bench: BenchChoice) -> anyhow::Result<()> {
+    let name = SettingValue::Text(stem(file)).to_toml();
+    let word = bench.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned());
+    write_new(session, file, &(header(&format!("the bench `{word}`")) + &bench.toml(&name)), &word)
+}
+
+fn stem(file: &Path) -> String {
+    file.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned())
+}
+
+fn header(begun: &str) -> String {
+    format!(
+        "# A scene for granchain, {begun}. A plain number is SI, a text carries its unit.\n\
          # Check it with `granchain scene check FILE`, list what every key means with `granchain scene show FILE`.\n#\n"
-    );
-    let text = header + &built_in.toml.replacen(&own, &format!("name = {name}\n"), 1);
+    )
+}
+
+fn write_new(session: &Session, file: &Path, text: &str, from: &str) -> anyhow::Result<()> {
     let mut options = std::fs::OpenOptions::new();
     let written = options
         .write(true)

@@ -72,15 +72,61 @@ const PISTON: &str = "piston_displacement_m";
 
 /// The JSON form: the features, and where frequency and window came from.
 #[derive(Debug, Serialize)]
-struct Summary {
-    file: String,
-    sha256: String,
-    quantity: &'static str,
-    drive_frequency_from: String,
-    window_from: String,
+pub struct Summary {
+    /// The record's.
+    pub file: String,
+    /// Of its bytes.
+    pub sha256: String,
+    /// What the record is of.
+    pub quantity: &'static str,
+    /// Who says f0.
+    pub drive_frequency_from: String,
+    /// Who says the window.
+    pub window_from: String,
+    /// What was measured.
     #[serde(flatten)]
-    features: Features,
-    assumptions: Vec<String>,
+    pub features: Features,
+    /// What was assumed on reading.
+    pub assumptions: Vec<String>,
+}
+
+impl Summary {
+    /// A record measured over the window of `drive`, at `frequency` (Hz) where that is stated, with its noise; ends of the window (s) where they
+    /// are stated.
+    ///
+    /// # Errors
+    /// When there is no frequency or no window, or nothing can be measured.
+    pub fn of(
+        record: &Record,
+        drive: Option<&Drive>,
+        frequency: Option<f64>,
+        span: (Option<f64>, Option<f64>),
+        noise_rms: f64,
+        session: &Session,
+    ) -> anyhow::Result<Self> {
+        let (frequency, drive_frequency_from) = drive_line(record, drive, frequency, session)?;
+        record.check_sampling(frequency)?;
+        let (window, window_from) = window(record, drive, frequency, span)?;
+        let settings = FeatureSettings {
+            drive_frequency: frequency,
+            window: Some(window),
+            noise_rms,
+            noise_bandwidth: record.bandwidth,
+            band: None,
+            unit: record.kind.unit().to_owned(),
+        };
+        let file = record.path.display();
+        let features = measure(&record.series, &settings).with_context(|| format!("{file}: nothing to measure"))?;
+        Ok(Self {
+            file: file.to_string(),
+            sha256: record.sha256.clone(),
+            quantity: record.kind.quantity(),
+            drive_frequency_from,
+            window_from,
+            features,
+            assumptions: record.assumptions.clone(),
+        })
+    }
 }
 
 /// Run it.
@@ -114,29 +160,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let drive = drive.or_else(|| drive_reading.column.is_some().then(|| file.clone()));
     let of_drive = if drive.as_ref() == Some(&file) { of_drive.of_same_file(&options) } else { of_drive };
     let drive = Drive::find(&file, &record, ours, drive, &of_drive, &session)?;
-    let (frequency, frequency_from) = drive_line(&record, drive.as_ref(), drive_frequency, &session)?;
-    record.check_sampling(frequency)?;
-    let (window, window_from) = window(&record, drive.as_ref(), frequency, (from, to))?;
-
-    let settings = FeatureSettings {
-        drive_frequency: frequency,
-        window: Some(window),
-        noise_rms: if ours { 0.0 } else { record.noise_rms },
-        noise_bandwidth: record.bandwidth,
-        band: None,
-        unit: record.kind.unit().to_owned(),
-    };
-    let features =
-        measure(&record.series, &settings).with_context(|| format!("{}: nothing to measure", file.display()))?;
-    let summary = Summary {
-        file: file.display().to_string(),
-        sha256: record.sha256.clone(),
-        quantity: record.kind.quantity(),
-        drive_frequency_from: frequency_from,
-        window_from,
-        features,
-        assumptions: record.assumptions.clone(),
-    };
+    let noise_rms = if ours { 0.0 } else { record.noise_rms };
+    let summary = Summary::of(&record, drive.as_ref(), drive_frequency, (from, to), noise_rms, &session)?;
     if let Some(folder) = folder {
         let place = write(folder, &record.series, &summary)?;
         session.note(format_args!("written to {}", place.display()));
@@ -158,13 +183,19 @@ fn is_response(path: &Path) -> bool {
 }
 
 /// The drive's displacement and where it came from.
-struct Drive {
+pub struct Drive {
     displacement: Series,
     frequency: Option<f64>,
     named: String,
 }
 
 impl Drive {
+    /// A horn tip as read, and what it is called.
+    #[must_use]
+    pub fn of(horn: Record, named: String) -> Self {
+        Self { frequency: horn.drive_frequency(), displacement: horn.series, named }
+    }
+
     fn find(
         file: &Path,
         record: &Record,
@@ -176,8 +207,7 @@ impl Drive {
         let read = |path: &Path, options: &ReadOptions, named: String| -> anyhow::Result<Option<Self>> {
             let horn = read_record(path, RecordKind::HornTip, options).map_err(DriveUnread)?;
             warn(&horn, session);
-            let frequency = horn.drive_frequency();
-            Ok(Some(Self { displacement: horn.series, frequency, named }))
+            Ok(Some(Self::of(horn, named)))
         };
         if let Some(path) = given {
             return read(&path, options, path.display().to_string());
@@ -185,17 +215,10 @@ impl Drive {
         if ours {
             let options = ReadOptions { column: Some(PISTON.to_owned()), baseline: Baseline::None, ..options.clone() };
             let piston = read_record(file, RecordKind::HornTip, &options)?;
-            let frequency = piston.drive_frequency();
-            let named = "the response's own piston".to_owned();
-            return Ok(Some(Self { displacement: piston.series, frequency, named }));
+            return Ok(Some(Self::of(piston, "the response's own piston".to_owned())));
         }
         if record.kind == RecordKind::HornTip {
-            let displacement = record.series.clone();
-            return Ok(Some(Self {
-                displacement,
-                frequency: record.drive_frequency(),
-                named: "the record".to_owned(),
-            }));
+            return Ok(Some(Self::of(record.clone(), "the record".to_owned())));
         }
         let beside = file.parent().unwrap_or(Path::new("")).join("horn_tip.csv");
         if beside.is_file() {
@@ -276,12 +299,72 @@ fn window(
 
 fn write(folder: OutputFolder, series: &Series, summary: &Summary) -> anyhow::Result<PathBuf> {
     let spectrum = amplitude_spectrum(series, summary.features.window)?;
-    let figure = page::figure(&spectrum, &summary.features);
     folder.write("spectrum.csv", page::csv(&spectrum, &summary.features))?;
-    folder.write("spectrum.svg", figure.to_svg()?)?;
-    folder.write("spectrum.png", figure.to_png()?)?;
     folder.write("summary.json", serde_json::to_string_pretty(summary)? + "\n")?;
+    let page = page::SpectrumPage {
+        file: &summary.file,
+        quantity: summary.quantity,
+        facts: facts(summary),
+        series,
+        spectrum: &spectrum,
+        features: &summary.features,
+        assumptions: summary.assumptions.clone(),
+    };
+    for (name, bytes) in page.files()? {
+        folder.write(name, bytes)?;
+    }
     Ok(folder.finish()?)
+}
+
+/// Unit in which amplitudes are shown, and its number over the SI's.
+fn shown_unit(features: &Features) -> (f64, &'static str) {
+    match features.unit.as_str() {
+        "m" => (1e6, "µm"),
+        "Pa" if features.peaks.positive.max(-features.peaks.negative) >= 1e3 => (1e-3, "kPa"),
+        "Pa" => (1.0, "Pa"),
+        _ => (1e3, "mm/s"),
+    }
+}
+
+/// What was measured, line by line: name and value.
+fn facts(summary: &Summary) -> Vec<(String, String)> {
+    let Summary { drive_frequency_from, window_from, features, .. } = summary;
+    let (factor, unit) = shown_unit(features);
+    let mut facts = Vec::new();
+    let mut row = |name: &str, text: String| facts.push((name.to_owned(), text));
+    let amplitude = |value: f64| significant(factor * value, 4);
+    let frequency = features.drive_frequency_hz;
+    row("drive frequency", format!("{} kHz ({drive_frequency_from})", fixed(1e-3 * frequency, 4)));
+    let window = features.window;
+    let span = format!("{} to {} µs", fixed(1e6 * window.from, 2), fixed(1e6 * window.to, 2));
+    let periods = fixed(window.duration() * frequency, 1);
+    row("window", format!("{span}, {periods} drive periods ({window_from})"));
+    let peaks = &features.peaks;
+    let raw = if features.noise_rms > 0.0 {
+        format!(", noise bias removed (raw {} and {})", amplitude(peaks.raw_positive), amplitude(peaks.raw_negative))
+    } else {
+        String::new()
+    };
+    row("peaks", format!("{} and {} {unit}{raw}", amplitude(peaks.positive), amplitude(peaks.negative)));
+    row("rms", format!("{} {unit}", amplitude(features.rms)));
+    row("distortion", format!("{} (rms of the drive's harmonics over total rms)", fixed(features.thd, 4)));
+    let edge = |edge: Option<f64>| edge.map_or_else(|| "none".to_owned(), |hertz| engineering(hertz, "Hz", 4));
+    let (six, twenty) = (edge(features.bandwidth_hz), edge(features.bandwidth_20db_hz));
+    row("bandwidth", format!("{six} at −6 dB, {twenty} at −20 dB re the drive line"));
+    let train = features.repetition.map_or_else(
+        || "fewer than two impulses above half the positive peak".to_owned(),
+        |train| {
+            let (interval, spread) = (fixed(train.mean_interval_periods, 2), fixed(100.0 * train.irregularity, 1));
+            format!("{} impulses every {interval} drive periods ± {spread} %", train.impulses)
+        },
+    );
+    row("repetition", train);
+    let floor = features.noise_floor.map_or_else(
+        || "window too short to tell it from the lines".to_owned(),
+        |floor| format!("{} {unit} (median of the spectrum)", amplitude(floor)),
+    );
+    row("noise floor", floor);
+    facts
 }
 
 /// The form for people.
@@ -289,51 +372,13 @@ struct Text<'a>(&'a Summary);
 
 impl fmt::Display for Text<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Summary { file, quantity, drive_frequency_from, window_from, features, .. } = self.0;
-        let (factor, unit) = match features.unit.as_str() {
-            "m" => (1e6, "µm"),
-            "Pa" if features.peaks.positive.max(-features.peaks.negative) >= 1e3 => (1e-3, "kPa"),
-            "Pa" => (1.0, "Pa"),
-            _ => (1e3, "mm/s"),
-        };
+        let Summary { file, quantity, features, .. } = self.0;
+        let (factor, unit) = shown_unit(features);
         let amplitude = |value: f64| significant(factor * value, 4);
-        let row = |f: &mut fmt::Formatter<'_>, name: &str, text: String| writeln!(f, "  {name:<18}{text}");
-        let frequency = features.drive_frequency_hz;
         writeln!(f, "{file}: spectrum of the {quantity}")?;
-        row(f, "drive frequency", format!("{} kHz ({drive_frequency_from})", fixed(1e-3 * frequency, 4)))?;
-        let window = features.window;
-        let span = format!("{} to {} µs", fixed(1e6 * window.from, 2), fixed(1e6 * window.to, 2));
-        let periods = fixed(window.duration() * frequency, 1);
-        row(f, "window", format!("{span}, {periods} drive periods ({window_from})"))?;
-        let peaks = &features.peaks;
-        let raw = if features.noise_rms > 0.0 {
-            format!(
-                ", noise bias removed (raw {} and {})",
-                amplitude(peaks.raw_positive),
-                amplitude(peaks.raw_negative)
-            )
-        } else {
-            String::new()
-        };
-        row(f, "peaks", format!("{} and {} {unit}{raw}", amplitude(peaks.positive), amplitude(peaks.negative)))?;
-        row(f, "rms", format!("{} {unit}", amplitude(features.rms)))?;
-        row(f, "distortion", format!("{} (rms of the drive's harmonics over total rms)", fixed(features.thd, 4)))?;
-        let edge = |edge: Option<f64>| edge.map_or_else(|| "none".to_owned(), |hertz| engineering(hertz, "Hz", 4));
-        let (six, twenty) = (edge(features.bandwidth_hz), edge(features.bandwidth_20db_hz));
-        row(f, "bandwidth", format!("{six} at −6 dB, {twenty} at −20 dB re the drive line"))?;
-        let train = features.repetition.map_or_else(
-            || "fewer than two impulses above half the positive peak".to_owned(),
-            |train| {
-                let (interval, spread) = (fixed(train.mean_interval_periods, 2), fixed(100.0 * train.irregularity, 1));
-                format!("{} impulses every {interval} drive periods ± {spread} %", train.impulses)
-            },
-        );
-        row(f, "repetition", train)?;
-        let floor = features.noise_floor.map_or_else(
-            || "window too short to tell it from the lines".to_owned(),
-            |floor| format!("{} {unit} (median of the spectrum)", amplitude(floor)),
-        );
-        row(f, "noise floor", floor)?;
+        for (name, text) in facts(self.0) {
+            writeln!(f, "  {name:<18}{text}")?;
+        }
 
         let header = format!("amplitude {unit}");
         writeln!(f, "\n  {:>5}{:>15}{header:>17}{:>11}{:>9}  remark", "ratio", "frequency kHz", "relative", "dB")?;

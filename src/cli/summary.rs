@@ -192,10 +192,21 @@ pub fn scene_digest(scene: &Scene) -> String {
 #[must_use]
 pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) -> String {
     let mut text = format!("{}: {}\n", scene.name, scene.description);
-    let mut row = |name: &str, value: String| {
+    for (name, value) in facts(scene, summary) {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "  {name:<11}{value}");
-    };
+    }
+    if let Some(spread) = spread {
+        text.push_str(&ensemble(summary, spread));
+    }
+    text
+}
+
+/// What a run's report says, line by line: name and value.
+#[must_use]
+pub fn facts(scene: &Scene, summary: &Summary) -> Vec<(String, String)> {
+    let mut facts = Vec::new();
+    let mut row = |name: &str, value: String| facts.push((name.to_owned(), value));
     let features = &summary.features;
     row("model", model(scene));
     row(
@@ -239,10 +250,7 @@ pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) 
     if let Some(laws) = &summary.contact_laws {
         row("contacts", contacts(laws));
     }
-    if let Some(spread) = spread {
-        text.push_str(&ensemble(summary, spread));
-    }
-    text
+    facts
 }
 
 /// The model and what its accuracy hangs on.
@@ -411,7 +419,7 @@ fn lines(summary: &Summary) -> String {
     format!("{} mm/s (of the drive frequency)", shown.map(line).join("  "))
 }
 
-fn ensemble(summary: &Summary, outcome: &EnsembleOutcome) -> String {
+pub fn ensemble(summary: &Summary, outcome: &EnsembleOutcome) -> String {
     let plan = &outcome.plan;
     let mut text = format!(
         "\nEnsemble of {} (gaps ± {} nm, drive ± {} %; fixed-step runs at 0, +1 and −1 % drive, {} failed)\n",

@@ -1,14 +1,19 @@
 //! `granchain sweep`: run a scene over a grid of values.
 
-use std::path::{Path, PathBuf};
+use std::{
+    ops::Range,
+    path::{Path, PathBuf},
+};
 
 use anyhow::bail;
 use clap::Args;
 use indicatif::ProgressBar;
+use serde_json::Value;
 
 use super::{
     Outcome,
     arguments::{OutputArguments, SceneArguments, Session, preferred_model},
+    batch::{self, Divisible, OnArguments},
     calibrated::Calibrated,
     experiment,
     forecast::Forecast,
@@ -22,14 +27,13 @@ use super::{
 use crate::{
     calibration::bench::Bench,
     model::{Estimate, ModelError},
-    report::sweep::sweep_figure,
     scene::Scene,
     study::{
         Axis, Bodies, EnsemblePlan, Grid,
         ensemble::STEPS_PER_PERIOD,
         grid::GridError,
-        published::published,
-        sweep::{Run, SweepError, Watch, sweep},
+        published::{Published, published},
+        sweep::{Run, SweepError, Watch, refuse_hopeless, sweep, sweep_part},
     },
 };
 
@@ -55,6 +59,9 @@ pub struct Arguments {
     /// Continue a sweep that was stopped; needs the same flags
     #[arg(long, requires = "out", help_heading = "Output")]
     pub resume: bool,
+    /// Where else the points are run.
+    #[command(flatten)]
+    pub on: OnArguments,
     /// How the drive record is to be read.
     #[command(flatten)]
     pub reading: ReadArguments,
@@ -75,92 +82,185 @@ const RUNS: &str = "runs.jsonl";
 /// The command, as a state names it.
 const COMMAND: &str = "sweep";
 /// Results that every sweep has.
-const RESULTS: [&str; 3] = ["sweep.csv", "sweep.json", timing::FILE];
+const RESULTS: [&str; 4] = ["report.html", "sweep.csv", "sweep.json", timing::FILE];
 
 /// Run it.
 ///
 /// # Errors
-/// Whatever is wrong with scene, grid, calibration or record; a folder that cannot be written; Ctrl-C.
-pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { scene: flags, calibration, vary, ensemble, resume, reading, output, session } = arguments;
-    let mut timing = Timing::start();
-    let grid = Grid::new(vary)?;
-    let calibrated = calibration.as_deref().map(Calibrated::read).transpose()?;
-    let preferred = preferred_model(calibrated.as_ref(), ensemble);
-    let mut bench = experiment::read(&flags, &reading, calibrated.as_ref(), preferred)?;
-    bench.limits = session.limits();
-    experiment::agree_on_model(&mut bench, (0..grid.len()).map(|index| grid.overrides(index)));
-    experiment::refuse_drive_keys(&bench, grid.axes.iter().map(|axis| axis.key.as_str()))?;
-    let base = bench.scene_with(&[])?;
-    session.assumed(&bench.assumptions);
-    for warning in bench.warnings() {
-        session.note(format_args!("warning: {warning}"));
+/// Whatever is wrong with scene, grid, calibration or record; a folder that cannot be written; an engine that refuses; Ctrl-C.
+pub fn execute(mut arguments: Arguments) -> anyhow::Result<Outcome> {
+    let on = std::mem::take(&mut arguments.on);
+    let (resume, session) = (arguments.resume, arguments.session.clone());
+    let study = Study::new(arguments)?;
+    match on.engine()? {
+        Some(asked) => batch::run_on(asked, Box::new(study), resume, &session),
+        None => study.run_here(resume),
     }
-    let ensemble = ensemble.map(|members| EnsemblePlan::new(members as usize, session.seed()));
-    refuse_excess(&bench, &base, &grid, ensemble.as_ref())?;
-    let plan = plan_of(&base, &grid, ensemble.as_ref())?;
-    timing.stage("read");
+}
 
-    let (folder, scratch) = match &output.out {
-        Some(out) => (Some(OutputFolder::resumable(out, &RESULTS, COMMAND, resume, output.force)?), None),
-        None => (None, Some(tempfile::tempdir()?)),
-    };
-    let state = match (&folder, &scratch) {
-        (Some(folder), _) => folder.state_path(),
-        (None, Some(scratch)) => scratch.path().to_path_buf(),
-        (None, None) => bail!("no place for the finished runs"),
-    };
-    // A sweep stopped before its first run has nothing that another plan could spoil.
-    if std::fs::metadata(state.join(RUNS)).is_ok_and(|runs| runs.len() > 0) {
-        same_plan(&state.join(PLAN), &plan)?;
-    } else {
-        if resume {
-            session.note(NOTHING_SAVED);
+/// A sweep whose scene, grid and drive are read.
+pub(super) struct Study {
+    bench: Bench,
+    base: Scene,
+    grid: Grid,
+    ensemble: Option<EnsemblePlan>,
+    calibrated: Option<Calibrated>,
+    bodies: Bodies,
+    output: OutputArguments,
+    session: Session,
+    timing: Timing,
+}
+
+impl Study {
+    /// Read what the flags name, and refuse what cannot run.
+    pub fn new(arguments: Arguments) -> anyhow::Result<Self> {
+        let Arguments { scene: flags, calibration, vary, ensemble, reading, output, session, .. } = arguments;
+        let mut timing = Timing::start();
+        let grid = Grid::new(vary)?;
+        let calibrated = calibration.as_deref().map(Calibrated::read).transpose()?;
+        let preferred = preferred_model(calibrated.as_ref(), ensemble);
+        let mut bench = experiment::read(&flags, &reading, calibrated.as_ref(), preferred)?;
+        bench.limits = session.limits();
+        let base = base(&mut bench, &grid)?;
+        session.assumed(&bench.assumptions);
+        for warning in bench.warnings() {
+            session.note(format_args!("warning: {warning}"));
         }
-        super::output::write_atomically(&state.join(PLAN), &plan)?;
-    }
-    let watch = Bar {
-        bar: progress::bar(&session, grid.len() as u64, "runs"),
-        session: &session,
-        forecast: Forecast::new(&session, "the sweep"),
-        points: grid.len(),
-    };
-    let build = |overrides: &[String]| bench.scene_with(overrides);
-    let bodies = Bodies::new(session.cache());
-    let outcome = sweep(&grid, &build, &bodies, ensemble.as_ref(), &state.join(RUNS), &watch);
-    watch.bar.finish_and_clear();
-    let runs = match outcome {
-        Ok(runs) => runs,
-        Err(error) => return Err(stopped(error, folder)),
-    };
-    timing.stage("run");
-    if let Some(warning) = bodies.warning() {
-        session.note(format_args!("warning: {warning}"));
+        let ensemble = ensemble.map(|members| EnsemblePlan::new(members as usize, session.seed()));
+        refuse_excess(&bench, &base, &grid, ensemble.as_ref())?;
+        timing.stage("read");
+        let bodies = Bodies::new(session.cache());
+        Ok(Self { bench, base, grid, ensemble, calibrated, bodies, output, session, timing })
     }
 
-    let table = sweep_table::SweepTable {
-        scene: &base,
-        grid: &grid,
-        runs: &runs,
-        published: published(&base),
-        ensemble: ensemble.is_some(),
-    };
-    let summary = table.json(&bench, calibrated.as_ref(), session.seed())?;
-    if let Some(folder) = folder {
-        write(&folder, &table, &summary, &mut timing)?;
-        let place = folder.finish()?;
-        session.note(format_args!("written to {}", place.display()));
+    fn bar(&self, points: usize) -> Bar<'_> {
+        Bar {
+            bar: progress::bar(&self.session, points as u64, "runs"),
+            session: &self.session,
+            forecast: Forecast::new(&self.session, "the sweep"),
+            points,
+        }
     }
-    let failed = runs.iter().filter(|run| matches!(run, Run::Failed { .. })).count();
-    if failed > 0 {
-        session.note(format_args!("warning: {failed} of {} runs failed; their reasons stand in the table", runs.len()));
+
+    /// Run every point on this machine, and keep each as it is finished.
+    fn run_here(mut self, resume: bool) -> anyhow::Result<Outcome> {
+        let plan = self.plan()?;
+        let (folder, scratch) = match &self.output.out {
+            Some(out) => (Some(OutputFolder::resumable(out, &RESULTS, COMMAND, resume, self.output.force)?), None),
+            None => (None, Some(tempfile::tempdir()?)),
+        };
+        let state = match (&folder, &scratch) {
+            (Some(folder), _) => folder.state_path(),
+            (None, Some(scratch)) => scratch.path().to_path_buf(),
+            (None, None) => bail!("no place for the finished runs"),
+        };
+        // A sweep stopped before its first run has nothing that another plan could spoil.
+        if std::fs::metadata(state.join(RUNS)).is_ok_and(|runs| runs.len() > 0) {
+            same_plan(&state.join(PLAN), &plan)?;
+        } else {
+            if resume {
+                self.session.note(NOTHING_SAVED);
+            }
+            super::output::write_atomically(&state.join(PLAN), &plan)?;
+        }
+        let watch = self.bar(self.grid.len());
+        let build = |overrides: &[String]| self.bench.scene_with(overrides);
+        let outcome = sweep(&self.grid, &build, &self.bodies, self.ensemble.as_ref(), &state.join(RUNS), &watch);
+        watch.bar.finish_and_clear();
+        let runs = match outcome {
+            Ok(runs) => runs,
+            Err(error) => return Err(stopped(error, folder)),
+        };
+        self.timing.stage("run");
+        if let Some(warning) = self.bodies.warning() {
+            self.session.note(format_args!("warning: {warning}"));
+        }
+        self.conclude(&runs, folder)
     }
-    session.result(table.text(output.out.is_some()), &summary)?;
-    Ok(Outcome::Done)
+
+    /// Write and print what came out.
+    fn conclude(mut self, runs: &[Run], folder: Option<OutputFolder>) -> anyhow::Result<Outcome> {
+        let table = sweep_table::SweepTable {
+            scene: &self.base,
+            grid: &self.grid,
+            runs,
+            published: printed(&self.bench, &self.base, &self.grid),
+            ensemble: self.ensemble.is_some(),
+        };
+        let session = &self.session;
+        let summary = table.json(&self.bench, self.calibrated.as_ref(), session.seed())?;
+        if let Some(folder) = folder {
+            let assumptions = self.bench.warnings().iter().chain(&self.bench.assumptions).cloned().collect();
+            write(&folder, &table, &summary, assumptions, &mut self.timing)?;
+            let place = folder.finish()?;
+            session.note(format_args!("written to {}", place.display()));
+        }
+        let failed = runs.iter().filter(|run| matches!(run, Run::Failed { .. })).count();
+        if failed > 0 {
+            let all = runs.len();
+            session.note(format_args!("warning: {failed} of {all} runs failed; their reasons stand in the table"));
+        }
+        session.result(table.text(self.output.out.is_some()), &summary)?;
+        Ok(Outcome::Done)
+    }
+}
+
+impl Divisible for Study {
+    fn points(&self) -> usize {
+        self.grid.len()
+    }
+
+    fn out(&self) -> Option<&Path> {
+        self.output.out.as_deref()
+    }
+
+    fn plan(&self) -> anyhow::Result<Vec<u8>> {
+        plan_of(&self.base, &self.grid, self.ensemble.as_ref())
+    }
+
+    fn run(&self, part: Range<usize>) -> anyhow::Result<Vec<Value>> {
+        let build = |overrides: &[String]| self.bench.scene_with(overrides);
+        refuse_hopeless(&self.grid, &build)?;
+        let watch = self.bar(part.len());
+        let runs = sweep_part(&self.grid, part, &build, &self.bodies, self.ensemble.as_ref(), &watch);
+        watch.bar.finish_and_clear();
+        batch::values(&runs.ok_or(Interrupted)?)
+    }
+
+    fn finish(self: Box<Self>, runs: Vec<Value>) -> anyhow::Result<Outcome> {
+        let runs: Vec<Run> = batch::typed(runs)?;
+        let stage = |out: &PathBuf| OutputFolder::stage(out, &RESULTS, self.output.force);
+        let folder = self.output.out.as_ref().map(stage).transpose()?;
+        self.conclude(&runs, folder)
+    }
+}
+
+/// The scene without the swept values, all points on one model.
+///
+/// # Errors
+/// A usage error for a swept key that would do nothing; whatever is wrong with the scene.
+pub fn base(bench: &mut Bench, grid: &Grid) -> anyhow::Result<Scene> {
+    experiment::agree_on_model(bench, (0..grid.len()).map(|index| grid.overrides(index)));
+    experiment::refuse_drive_keys(bench, grid.axes.iter().map(|axis| axis.key.as_str()))?;
+    Ok(bench.scene_with(&[])?)
+}
+
+/// What the paper prints of a swept bench; nothing where the sweep leaves the paper's.
+fn printed(bench: &Bench, base: &Scene, grid: &Grid) -> Option<Published> {
+    let leaves = |point| bench.scene_with(&grid.overrides(point)).is_ok_and(|scene| published(&scene).is_none());
+    published(base).filter(|_| !(0..grid.len()).any(leaves))
 }
 
 /// Refuse a grid whose points together are estimated above the limits. Points that are no scene count nothing: they are tabled as such.
-fn refuse_excess(bench: &Bench, base: &Scene, grid: &Grid, ensemble: Option<&EnsemblePlan>) -> Result<(), ModelError> {
+///
+/// # Errors
+/// [`ModelError`] with estimate and limit.
+pub fn refuse_excess(
+    bench: &Bench,
+    base: &Scene,
+    grid: &Grid,
+    ensemble: Option<&EnsemblePlan>,
+) -> Result<(), ModelError> {
     let mut all = Estimate { work: 0.0, memory: 0.0 };
     for point in 0..grid.len() {
         let Ok(scene) = bench.scene_with(&grid.overrides(point)) else { continue };
@@ -175,15 +275,14 @@ fn write(
     folder: &OutputFolder,
     table: &sweep_table::SweepTable<'_>,
     summary: &serde_json::Value,
+    assumptions: Vec<String>,
     timing: &mut Timing,
 ) -> anyhow::Result<()> {
     folder.write("sweep.csv", table.csv())?;
     folder.write("sweep.json", summary::json(summary)?)?;
     timing.stage("write");
-    let figures: Vec<_> = table.figures().iter().map(|(name, report)| (name.clone(), sweep_figure(report))).collect();
-    for (name, figure) in figures {
-        folder.write(format!("{name}.svg"), figure.to_svg()?)?;
-        folder.write(format!("{name}.png"), figure.to_png()?)?;
+    for (name, bytes) in table.page(assumptions).files()? {
+        folder.write(name, bytes)?;
     }
     timing.stage("figures");
     folder.write(timing::FILE, timing.to_json())?;

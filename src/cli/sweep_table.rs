@@ -12,7 +12,8 @@ use crate::{
     calibration::bench::Bench,
     report::{
         number::{engineering, fixed},
-        sweep::{SweepCurve, SweepPoint, SweepReport},
+        page::{Column, Table},
+        sweep::{SweepCurve, SweepPage, SweepPoint, SweepReport},
     },
     scene::{Key, Scene, ValueKind},
     study::{
@@ -197,6 +198,60 @@ impl SweepTable<'_> {
                 (name, self.report(swept, &group.members, &group.fixed))
             })
             .collect()
+    }
+
+    /// What `report.html` shows.
+    #[must_use]
+    pub fn page(&self, assumptions: Vec<String>) -> SweepPage<'_> {
+        let failed = self.runs.iter().filter(|run| matches!(run, Run::Failed { .. })).count();
+        let swept = self.grid.axes.iter().map(|axis| {
+            let values: Vec<String> = axis.values.iter().map(Value::to_string).collect();
+            (axis.key.clone(), values.join(", "))
+        });
+        let runs = [("runs".to_owned(), format!("{}, {failed} failed", self.runs.len()))];
+        SweepPage {
+            scene: (&self.scene.name, &self.scene.description),
+            facts: swept.chain(runs).collect(),
+            figures: self.figures(),
+            table: self.rows(),
+            assumptions,
+        }
+    }
+
+    /// Every run with the numbers most looked at.
+    fn rows(&self) -> Table {
+        const SHOWN: [(&str, f64, usize); 5] = [
+            ("positive_peak", 1e3, 1),
+            ("negative_peak", 1e3, 1),
+            ("ratio_1/3", 1.0, 3),
+            ("ratio_1/2", 1.0, 3),
+            ("ratio_2/3", 1.0, 3),
+        ];
+        let mut columns: Vec<Column> = self.grid.axes.iter().map(|axis| Column::numbers(axis.key.clone())).collect();
+        columns.extend(["Positive peak", "Negative peak"].map(|name| Column::numbers(name).unit("mm/s")));
+        columns.extend(["1/3", "1/2", "2/3"].map(|line| Column::numbers(format!("Line {line}")).unit("1")));
+        columns.push(Column::words("Remark"));
+        let row = |(index, run): (usize, &Run)| {
+            let mut cells: Vec<String> = self.grid.values(index).iter().map(ToString::to_string).collect();
+            let (observation, remark) = match run {
+                Run::Finished { observation, .. } => (Some(observation), String::new()),
+                Run::Failed { reason } => (None, format!("failed: {reason}")),
+            };
+            cells.extend(SHOWN.map(|(key, factor, digits)| {
+                let value = observation.and_then(|observation| observation.get(key));
+                value.map_or("–".into(), |value| fixed(factor * value, digits))
+            }));
+            cells.push(remark);
+            cells
+        };
+        let below = engineering(self.scene.vibrometer_bandwidth, "Hz", 3);
+        Table {
+            caption: format!(
+                "Every run: peaks of the last bead below {below}; lines are amplitudes over the drive line's."
+            ),
+            columns,
+            rows: self.runs.iter().enumerate().map(row).collect(),
+        }
     }
 
     fn report(&self, swept: usize, members: &[usize], fixed: &[String]) -> SweepReport {

@@ -3,14 +3,16 @@
 mod laboratory;
 mod levels;
 
-use std::{fmt::Write, path::Path};
+use std::{fmt::Write, ops::Range, path::Path};
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
+use serde_json::Value;
 
 use super::{
     Outcome,
     arguments::{OutputArguments, Session, usage},
+    batch::{self, Divisible, OnArguments},
     calibrate::{
         QuantityChoice,
         definition::{refused, uncertainties},
@@ -28,7 +30,7 @@ use crate::{
         number::significant,
         twins::{TwinFit as PageFit, TwinInterval, TwinsReport},
     },
-    scene::{self, DampingKind},
+    scene::{self, DampingKind, Scene},
     study::laboratory::LaboratoryPlan,
     study::twins::{FittedBy, TwinOutcome, TwinPlan, TwinProof, proof, twins, water_twins},
 };
@@ -87,6 +89,9 @@ pub struct Arguments {
     /// What fits them [default: the chain for twins of the chain, else the whole ladder]
     #[arg(long, value_enum, help_heading = "Study")]
     pub fit: Option<FitChoice>,
+    /// Where else the twins are made and fitted.
+    #[command(flatten)]
+    pub on: OnArguments,
     /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
@@ -102,6 +107,16 @@ pub enum TwinModel {
     Chain,
     /// Modes and quasi-static contact nodes; some 130 runs of it a fit
     Reduced,
+}
+
+impl TwinModel {
+    /// The word of the scene key `model.kind`.
+    fn kind(self) -> &'static str {
+        match self {
+            Self::Chain => "chain",
+            Self::Reduced => "reduced",
+        }
+    }
 }
 
 /// `--fit`.
@@ -129,88 +144,164 @@ struct TwinsSummary<'a> {
 /// Run it.
 ///
 /// # Errors
-/// A folder that cannot be written; Ctrl-C.
-pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let study = plan_of(&arguments)?;
-    if !arguments.laboratory.is_empty() {
-        let plan = laboratory_plan(&arguments, &study)?;
-        return laboratory::execute(&plan, arguments.records, &arguments.output, &arguments.session, Timing::start());
-    }
-    let Arguments { quantity, wrong, model, mesh_density, levels, fit, output, session, .. } = arguments;
-    let mut timing = Timing::start();
-    let pressure = quantity == Some(QuantityChoice::Pressure);
-    if levels > 1 {
-        let other = pressure || model == TwinModel::Reduced || fit.is_some() || wrong.is_some_and(|wrong| wrong > 0);
-        if other {
-            return Err(usage(
-                "twins at several drive levels are velocities made and fitted by the chain: --quantity pressure, --model reduced, --fit and \
-                 --wrong do not go with --levels",
-            ));
+/// A folder that cannot be written; an engine that refuses; Ctrl-C.
+pub fn execute(mut arguments: Arguments) -> anyhow::Result<Outcome> {
+    let asked = std::mem::take(&mut arguments.on).engine()?;
+    if asked.is_none() && (!arguments.laboratory.is_empty() || arguments.levels > 1) {
+        let study = plan_of(&arguments)?;
+        let timing = Timing::start();
+        if !arguments.laboratory.is_empty() {
+            let plan = laboratory_plan(&arguments, &study)?;
+            return laboratory::execute(&plan, arguments.records, &arguments.output, &arguments.session, timing);
         }
-        return levels::execute(study, levels, &output, &session, timing);
+        refuse_beside_levels(&arguments)?;
+        return levels::execute(study, arguments.levels, &arguments.output, &arguments.session, timing);
     }
-    if pressure && (model == TwinModel::Reduced || fit.is_some() || wrong.is_some_and(|wrong| wrong > 0)) {
+    let session = arguments.session.clone();
+    let study = Study::new(arguments)?;
+    match asked {
+        Some(asked) => batch::run_on(asked, Box::new(study), false, &session),
+        None => study.run_here(),
+    }
+}
+
+fn refuse_beside_levels(arguments: &Arguments) -> anyhow::Result<()> {
+    let Arguments { quantity, wrong, model, fit, .. } = arguments;
+    let wrong = wrong.is_some_and(|wrong| wrong > 0);
+    if *quantity == Some(QuantityChoice::Pressure) || *model == TwinModel::Reduced || fit.is_some() || wrong {
         return Err(usage(
-            "twins of a pressure are made and fitted by the chain before the disc, on all three mounts: --model reduced, --fit and --wrong \
-             do not go with --quantity pressure",
+            "twins at several drive levels are velocities made and fitted by the chain: --quantity pressure, --model reduced, --fit and \
+             --wrong do not go with --levels",
         ));
     }
-    let wrong = if pressure { 0 } else { wrong.unwrap_or(1) };
-    let kind = if model == TwinModel::Reduced { "reduced" } else { "chain" };
-    if mesh_density.is_some() && model == TwinModel::Chain {
-        return Err(usage("--mesh-density would do nothing: twins of the chain have no bodies"));
-    }
-    let (scene, own) = if pressure { ("water", WATER_OVERRIDES) } else { ("annulus", OVERRIDES) };
-    let mut overrides = own.map(String::from).to_vec();
-    overrides.push(format!("model.kind={kind}"));
-    overrides.extend(mesh_density.map(|density| format!("model.mesh_density={density}")));
-    let base = scene::load(scene, &overrides)?;
-    let fit = match (model, fit) {
-        (TwinModel::Chain, Some(FitChoice::Ladder | FitChoice::FiniteBody)) => {
+    Ok(())
+}
+
+/// Twins of one record each, with the bench they are made on.
+pub(super) struct Study {
+    base: Scene,
+    plan: TwinPlan,
+    pressure: bool,
+    model: TwinModel,
+    mesh_density: Option<u32>,
+    output: OutputArguments,
+    session: Session,
+    timing: Timing,
+}
+
+impl Study {
+    /// Refuse flags that do not go together, and read the bench.
+    pub fn new(arguments: Arguments) -> anyhow::Result<Self> {
+        if !arguments.laboratory.is_empty() || arguments.levels > 1 {
             return Err(usage(
-                "twins of the chain have no bodies: --fit ladder and --fit finite-body need --model reduced",
+                "records of --laboratory and of --levels are not run in parts; leave them out, or run them here",
             ));
         }
-        (TwinModel::Chain, _) | (_, Some(FitChoice::Chain)) => FittedBy::Chain,
-        (TwinModel::Reduced, Some(FitChoice::FiniteBody)) => FittedBy::FiniteBody,
-        (TwinModel::Reduced, _) => FittedBy::Ladder,
-    };
-    let plan = TwinPlan { wrong, fit, ..study };
-    let folder = output
-        .out
-        .as_deref()
-        .map(|out| OutputFolder::stage(out, &page_results("twins.json"), output.force))
-        .transpose()?;
-    let bar = progress::bar(&session, plan.total(), "twins");
-    let outcomes = if pressure {
-        water_twins(&base, &plan, &|| bar.inc(1), &interrupt::requested)
-    } else {
-        twins(&base, &plan, &|| bar.inc(1), &interrupt::requested)?
-    };
-    bar.finish_and_clear();
-    let outcomes = outcomes.ok_or(interrupt::Interrupted)?;
-    timing.stage("twins");
-    let proof = proof(&outcomes);
-    let summary =
-        TwinsSummary { program: summary::program(), model: kind, plan: plan.clone(), proof: &proof, twins: &outcomes };
-    if let Some(folder) = folder {
-        folder.write("twins.json", summary::json(&summary)?)?;
-        for (name, bytes) in page(&outcomes, &proof, &plan, (kind, pressure), mesh_density).files()? {
-            folder.write(name, bytes)?;
+        let study = plan_of(&arguments)?;
+        let Arguments { quantity, wrong, model, mesh_density, fit, output, session, .. } = arguments;
+        let timing = Timing::start();
+        let pressure = quantity == Some(QuantityChoice::Pressure);
+        if pressure && (model == TwinModel::Reduced || fit.is_some() || wrong.is_some_and(|wrong| wrong > 0)) {
+            return Err(usage(
+                "twins of a pressure are made and fitted by the chain before the disc, on all three mounts: --model reduced, --fit and --wrong \
+                 do not go with --quantity pressure",
+            ));
         }
-        timing.stage("write");
-        folder.write(timing::FILE, timing.to_json())?;
-        let place = folder.finish()?;
-        session.note(format_args!("written to {}", place.display()));
+        let wrong = if pressure { 0 } else { wrong.unwrap_or(1) };
+        if mesh_density.is_some() && model == TwinModel::Chain {
+            return Err(usage("--mesh-density would do nothing: twins of the chain have no bodies"));
+        }
+        let (scene, own) = if pressure { ("water", WATER_OVERRIDES) } else { ("annulus", OVERRIDES) };
+        let mut overrides = own.map(String::from).to_vec();
+        overrides.push(format!("model.kind={}", model.kind()));
+        overrides.extend(mesh_density.map(|density| format!("model.mesh_density={density}")));
+        let base = scene::load(scene, &overrides)?;
+        let fit = match (model, fit) {
+            (TwinModel::Chain, Some(FitChoice::Ladder | FitChoice::FiniteBody)) => {
+                return Err(usage(
+                    "twins of the chain have no bodies: --fit ladder and --fit finite-body need --model reduced",
+                ));
+            }
+            (TwinModel::Chain, _) | (_, Some(FitChoice::Chain)) => FittedBy::Chain,
+            (TwinModel::Reduced, Some(FitChoice::FiniteBody)) => FittedBy::FiniteBody,
+            (TwinModel::Reduced, _) => FittedBy::Ladder,
+        };
+        let plan = TwinPlan { wrong, fit, ..study };
+        Ok(Self { base, plan, pressure, model, mesh_density, output, session, timing })
     }
-    let fitted = match fit {
-        FittedBy::Chain => "the chain",
-        FittedBy::FiniteBody => "the chain with contacts of finite bodies",
-        FittedBy::Ladder => "the chain, corrected on the reduced model",
-    };
-    let models = format!("twins of model {kind}, fitted by {fitted}\n");
-    session.result(models + &text(&proof, output.out.as_deref()), &summary)?;
-    Ok(Outcome::Done)
+
+    fn stage(&self) -> anyhow::Result<Option<OutputFolder>> {
+        let stage = |out| OutputFolder::stage(out, &page_results("twins.json"), self.output.force);
+        Ok(self.output.out.as_deref().map(stage).transpose()?)
+    }
+
+    /// Make and fit the twins `part`.
+    fn outcomes(&self, part: Range<u64>) -> anyhow::Result<Vec<TwinOutcome>> {
+        let bar = progress::bar(&self.session, part.end - part.start, "twins");
+        let outcomes = if self.pressure {
+            water_twins(&self.base, &self.plan, part, &|| bar.inc(1), &interrupt::requested)
+        } else {
+            twins(&self.base, &self.plan, part, &|| bar.inc(1), &interrupt::requested)?
+        };
+        bar.finish_and_clear();
+        Ok(outcomes.ok_or(interrupt::Interrupted)?)
+    }
+
+    fn run_here(mut self) -> anyhow::Result<Outcome> {
+        let folder = self.stage()?;
+        let outcomes = self.outcomes(0..self.plan.total())?;
+        self.timing.stage("twins");
+        self.conclude(&outcomes, folder)
+    }
+
+    /// Count, write and print what came out.
+    fn conclude(mut self, outcomes: &[TwinOutcome], folder: Option<OutputFolder>) -> anyhow::Result<Outcome> {
+        let proof = proof(outcomes);
+        let summary = TwinsSummary {
+            program: summary::program(),
+            model: self.model.kind(),
+            plan: self.plan.clone(),
+            proof: &proof,
+            twins: outcomes,
+        };
+        if let Some(folder) = folder {
+            folder.write("twins.json", summary::json(&summary)?)?;
+            let made_by = (self.model.kind(), self.pressure);
+            for (name, bytes) in page(outcomes, &proof, &self.plan, made_by, self.mesh_density).files()? {
+                folder.write(name, bytes)?;
+            }
+            self.timing.stage("write");
+            folder.write(timing::FILE, self.timing.to_json())?;
+            let place = folder.finish()?;
+            self.session.note(format_args!("written to {}", place.display()));
+        }
+        self.session.result(text(&proof, self.output.out.as_deref()), &summary)?;
+        Ok(Outcome::Done)
+    }
+}
+
+impl Divisible for Study {
+    fn points(&self) -> usize {
+        self.plan.total() as usize
+    }
+
+    fn out(&self) -> Option<&Path> {
+        self.output.out.as_deref()
+    }
+
+    fn plan(&self) -> anyhow::Result<Vec<u8>> {
+        let scene = summary::scene_digest(&self.base);
+        summary::json(&serde_json::json!({ "program": summary::program(), "scene_sha256": scene, "twins": self.plan }))
+    }
+
+    fn run(&self, part: Range<usize>) -> anyhow::Result<Vec<Value>> {
+        batch::values(&self.outcomes(part.start as u64..part.end as u64)?)
+    }
+
+    fn finish(self: Box<Self>, runs: Vec<Value>) -> anyhow::Result<Outcome> {
+        let folder = self.stage()?;
+        self.conclude(&batch::typed(runs)?, folder)
+    }
 }
 
 /// What flags say of any kind of twins.

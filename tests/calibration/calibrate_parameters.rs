@@ -91,6 +91,18 @@ fn what_a_record_cannot_tell_is_called_unidentified_with_the_record_that_would()
 }
 
 #[test]
+fn alpha_is_explained_where_a_record_drives_and_only_there() {
+    let bench = Bench::new();
+    let says = |out: &str| {
+        let outcome = fitted(&bench, &["--fit", "alpha"], out);
+        outcome["statements"].to_string().contains("1 if the sensitivities of both records are right")
+    };
+    let formula = says("formula");
+    bench.add_horn_tip();
+    assert!(!formula && says("record"));
+}
+
+#[test]
 fn what_the_bench_leaves_open_widens_the_interval() {
     let bench = Bench::new();
     let sharp = fitted(&bench, &["--fit", "alpha"], "sharp");

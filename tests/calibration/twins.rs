@@ -11,7 +11,7 @@ use granchain::{
 
 fn study(plan: &TwinPlan) -> Vec<granchain::study::twins::TwinOutcome> {
     let base = scene::load("annulus", &["duration=900us".into()]).unwrap();
-    twins(&base, plan, &|| {}, &|| false).unwrap().unwrap()
+    twins(&base, plan, 0..plan.total(), &|| {}, &|| false).unwrap().unwrap()
 }
 
 #[test]

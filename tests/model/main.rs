@@ -1,6 +1,7 @@
 //! Every model against closed forms, against one another, and what it costs.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
+mod annulus_ring;
 mod bead_pair;
 mod chain_conservation;
 mod chain_exact;
@@ -23,6 +24,7 @@ mod fea_resume;
 mod fea_statics;
 mod fea_stress;
 mod fea_transient;
+mod free_end;
 mod reduced_conservation;
 mod reduced_effects;
 mod reduced_fea;

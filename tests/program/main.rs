@@ -1,6 +1,7 @@
 //! The program as somebody uses it: commands, folders of results, reports.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
+mod batch_command;
 #[path = "../calibration/calibrate_bench/mod.rs"]
 mod calibrate_bench;
 mod cli_contract;

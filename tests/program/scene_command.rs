@@ -118,6 +118,98 @@ fn init_writes_a_commented_scene_that_checks_and_never_replaces_a_file() {
 }
 
 #[test]
+fn every_bench_that_init_writes_checks_and_runs_on_its_default_model() {
+    let folder = tempfile::tempdir().unwrap();
+    for (bench, model) in
+        [("wall", "reduced"), ("ring", "reduced"), ("spring", "reduced"), ("disc", "chain"), ("free", "reduced")]
+    {
+        let file = format!("{bench}.toml");
+        let (code, _, err) = granchain(folder.path(), &["scene", "init", &file, "--bench", bench]);
+        assert_eq!((code, err.as_str()), (0, ""));
+        let (code, out, err) = granchain(folder.path(), &["scene", "check", &file]);
+        assert_eq!(code, 0, "{bench}: {err}");
+        assert!(out.starts_with(&format!("{file}: scene `{bench}` is valid")), "{out}");
+        let set = ["--set", "duration=20 us", "--cache", "none", "--json"];
+        let (code, out, err) = granchain(folder.path(), &[&["replay", "--scene", &file][..], &set].concat());
+        assert_eq!(code, 0, "{bench}: {err}");
+        let summary: serde_json::Value = serde_json::from_str(&out).unwrap();
+        assert_eq!(summary["model"], model, "{bench}");
+        let (_, out, _) = granchain(folder.path(), &["scene", "show", &file, "--json"]);
+        let rows: Vec<serde_json::Value> = serde_json::from_str(&out).unwrap();
+        let kind = rows.iter().find(|row| row["key"] == "support.kind").unwrap();
+        let word = match bench {
+            "wall" => "rigid",
+            "ring" => "annulus",
+            same => same,
+        };
+        assert_eq!(kind["value"], word);
+    }
+    let both = ["scene", "init", "x.toml", "--bench", "ring", "--from", "rigid"];
+    assert_eq!(granchain(folder.path(), &both).0, 2);
+}
+
+#[test]
+fn a_ring_of_ones_own_is_checked_with_its_geometry_and_without_the_papers_peaks() {
+    let folder = tempfile::tempdir().unwrap();
+    let own =
+        ["--set", "support.ring_radius=0.7mm", "--set", "support.section_radius=0.3mm", "--set", "chain.radius=0.6mm"];
+    let (code, out, err) = granchain(folder.path(), &[&["scene", "check", "annulus"][..], &own].concat());
+    assert_eq!((code, err.as_str()), (0, ""));
+    // sin φ = 0.7/0.9.
+    assert!(out.contains("contact normal from the axis    51.06°"), "{out}");
+    assert!(out.contains("support.ring_radius = 0.7 mm, support.section_radius = 0.3 mm"), "{out}");
+    let run = |more: &[&str]| {
+        let replay = ["replay", "--scene", "annulus", "--model", "chain", "--set", "duration=20us", "--cache", "."];
+        let (code, out, err) = granchain(folder.path(), &[&replay[..], more].concat());
+        assert_eq!(code, 0, "{err}");
+        out
+    };
+    assert!(run(&[]).contains("printed: measured +289/−247"));
+    let out = run(&own);
+    assert!(!out.contains("289") && !out.contains("printed"), "{out}");
+    assert!(out.contains("annulus within"), "{out}");
+    let kept = std::fs::read_dir(folder.path()).unwrap().map(|file| file.unwrap().file_name().into_string().unwrap());
+    assert_eq!(kept.filter(|name| name.starts_with("contact-laws-")).count(), 1);
+}
+
+#[test]
+fn a_scene_that_a_record_drives_needs_no_frequency_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut record = "time_s,displacement_m\n".to_owned();
+    for sample in 0..2000 {
+        // 40 cycles of 80 kHz after 50 µs of rest.
+        let time = 2.5e-7 * f64::from(sample);
+        let phase = std::f64::consts::TAU * 80e3 * (time - 50e-6);
+        let moved = if (0.0..40.0 * std::f64::consts::TAU).contains(&phase) { 1e-6 * phase.sin() } else { 0.0 };
+        record += &format!("{time:.9e},{moved:.9e}\n");
+    }
+    std::fs::write(folder.path().join("horn.csv"), record).unwrap();
+    let bench = "[chain]\nbeads = 2\nradius = \"0.5 mm\"\nmaterial = \"chrome-steel\"\n[support]\nkind = \"rigid\"\n\
+                 [damping]\nkind = \"none\"\n[drive]\nkind = \"record\"\nfile = \"horn.csv\"\n";
+    std::fs::write(folder.path().join("own.toml"), format!("duration = \"300 us\"\n{bench}")).unwrap();
+    let (code, _, err) = granchain(folder.path(), &["scene", "check", "own.toml"]);
+    assert_eq!(code, 0, "{err}");
+    assert!(err.contains("`drive.frequency` is not given"), "{err}");
+    let replay = ["replay", "--scene", "own.toml", "--model", "chain", "--json"];
+    let (code, out, err) = granchain(folder.path(), &replay);
+    assert_eq!(code, 0, "{err}");
+    assert!(err.contains("`drive.frequency` is not given; taken as that of"), "{err}");
+    let summary: serde_json::Value = serde_json::from_str(&out).unwrap();
+    let frequency = summary["drive_frequency_hz"].as_f64().unwrap_or_else(|| panic!("{summary:.2000}"));
+    assert!((frequency / 80e3 - 1.0).abs() < 5e-3, "{frequency}");
+    // A formula must be told.
+    let formula = format!("duration = \"300 us\"\n{}", bench.replace("record", "sine"));
+    std::fs::write(
+        folder.path().join("sine.toml"),
+        formula.replace("file = \"horn.csv\"\n", "cycles = 3\namplitude = 1e-6\n"),
+    )
+    .unwrap();
+    let (code, _, err) = granchain(folder.path(), &["scene", "check", "sine.toml"]);
+    assert_eq!(code, 1);
+    assert!(err.contains("`drive.frequency` is missing"), "{err}");
+}
+
+#[test]
 fn explain_lists_every_effect_at_once_and_measures_on_request() {
     let folder = tempfile::tempdir().unwrap();
     let (code, out, err) = granchain(folder.path(), &["scene", "explain", "annulus"]);

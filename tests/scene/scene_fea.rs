@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use granchain::scene::{
-    self, ContactMass, ContactNormal, DEFAULT_FEA_STEP, DEFAULT_WATER_STEP, Elements, FeaSettings, Integrator, Loaded,
-    Material, MeshFile, ModelKind, Scene, SceneError, Scheme, Support, load_text, load_with_notes,
+    self, AnnulusShape, ContactMass, ContactNormal, DEFAULT_FEA_STEP, DEFAULT_WATER_STEP, Elements, FeaSettings,
+    Integrator, Loaded, Material, MeshFile, ModelKind, Scene, SceneError, Scheme, Support, load_text, load_with_notes,
 };
 
 fn loaded(name: &str, overrides: &[&str]) -> Result<Loaded, SceneError> {
@@ -70,7 +70,8 @@ fn every_setting_has_its_key() {
     };
     assert_eq!(scene.model.fea, expected);
     let material = Material { youngs_modulus: 2e9, ..Material::resin() };
-    assert_eq!(scene.support, Support::Annulus { stiffness_factor: 1.0, material, normal: ContactNormal::Moving });
+    let (shape, normal) = (AnnulusShape::published(), ContactNormal::Moving);
+    assert_eq!(scene.support, Support::Annulus { shape, stiffness_factor: 1.0, material, normal });
     assert_eq!(
         on(&scene)[4..],
         ["elastic bodies", "mass at the contact nodes", "numerical dissipation", "moving contact normal"]
@@ -237,18 +238,58 @@ fn mesh_files_are_named_for_all_beads_for_one_and_for_the_support() {
 
 #[test]
 fn supports_that_a_model_cannot_hold_a_bead_with_are_refused() {
-    assert_eq!(
-        refusal("annulus", &["materials.resin.youngs_modulus=2GPa"]),
-        "built-in scene `annulus`, line 51: `support.material`: `resin` is not the resin (1.4 GPa, ν 0.35) of which the \
-         force law of the annulus is; use `support.stiffness_factor`, or `model.kind = \"fea\"`, which meshes the annulus"
-    );
     assert!(refusal("annulus", &["support.material=amber"]).contains("unknown material `amber`"));
     assert_eq!(overridden("annulus", &["model.kind=fea", "chain.radius=0.6mm"]).chain.beads[5].radius, 0.6e-3);
     assert_eq!(
         refusal("annulus", &["model.kind=fea", "chain.radius=0.25mm"]),
         "built-in scene `annulus`, line 49: the last bead has radius 250 µm and falls through the annulus, whose opening \
-         has 0.3 mm; use a larger bead or another `support.kind`"
+         has 0.3 mm; use a larger bead, a smaller ring (`support.ring_radius`), or another `support.kind`"
     );
+    assert_eq!(
+        refusal("annulus", &["support.section_radius=0.6mm"]),
+        "--set support.section_radius=0.6mm: `support.section_radius`: expected a section radius below the ring radius 0.55 mm, which leaves an \
+         opening; change one of both, found 0.6 mm"
+    );
+    assert_eq!(
+        refusal("annulus", &["support.ring_radius=0.745mm"]),
+        "--set support.ring_radius=0.745mm: the last bead touches the ring with a normal 83.4° from the axis (sin φ = R/(a + b)), expected 25° to \
+         80°; take a smaller ring or a larger bead"
+    );
+    assert!(refusal("annulus", &["chain.radius=1.2mm"]).contains("take a larger ring or a smaller bead"));
+    for (key, value) in [("support.ring_radius", "0.6mm"), ("support.section_radius", "0.2mm")] {
+        let message = refusal("rigid", &[&format!("{key}={value}")]);
+        assert!(message.contains("it belongs to `support.kind = \"annulus\"`"), "{message}");
+    }
+    assert_eq!(
+        refusal("annulus", &["support.kind=free", "chain.precompression=0.1 N"]),
+        "--set chain.precompression=0.1 N: `chain.precompression`: expected 0 N before a free end (`support.kind` = \"free\"), which holds no static \
+         force, found 0.1 N"
+    );
+}
+
+#[test]
+fn a_ring_is_its_own_where_the_law_of_the_papers_does_not_hold() {
+    let own = |overrides: &[&str]| overridden("annulus", overrides).has_own_ring();
+    for same in ["alpha=1", "chain.radius=0.495mm", "chain.material=aluminium", "support.stiffness_factor=0.7"] {
+        assert!(!own(&[same]), "{same}");
+    }
+    for other in [
+        "chain.radius=0.6mm",
+        "chain.material=acrylic",
+        "support.ring_radius=0.551mm",
+        "support.section_radius=0.251mm",
+        "support.material=acrylic",
+        "materials.resin.youngs_modulus=2GPa",
+    ] {
+        assert!(own(&[other]), "{other}");
+    }
+    let shape = |overrides: &[&str]| match overridden("annulus", overrides).support {
+        Support::Annulus { shape, .. } => shape,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(shape(&[]), AnnulusShape::published());
+    let given = ["support.ring_radius=2 mm", "support.section_radius=0.8 mm", "chain.radius=1.5 mm"];
+    assert_eq!(shape(&given), AnnulusShape { ring_radius: 2e-3, section_radius: 0.8e-3 });
     assert!(refusal("annulus", &["model.kind=fea", "support.kind=body"]).contains("`support.mesh` is missing"));
     assert!(refusal("annulus", &["support.kind=body"]).contains("expected a support with a force law"));
     assert!(

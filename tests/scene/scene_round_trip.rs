@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use granchain::scene::{
-    Absorption, Baffle, Bead, Chain, ContactLaw, ContactMass, ContactNormal, DEFAULT_TOLERANCE, Damping, DampingKind,
-    DampingPlacement, DampingTerm, DiscShape, Drive, DriveKind, Elements, FeaSettings, FieldPoint, FlatContact,
-    Integrator, Limits, Material, Medium, MeshFile, ModelKind, ModelSettings, ReducedSettings, Rim, Scene, Scheme,
-    Support, Water, WaterMesh, WaterMethod, WaterSettings, load_text,
+    Absorption, AnnulusShape, Baffle, Bead, Chain, ContactLaw, ContactMass, ContactNormal, DEFAULT_TOLERANCE, Damping,
+    DampingKind, DampingPlacement, DampingTerm, DiscShape, Drive, DriveKind, Elements, FeaSettings, FieldPoint,
+    FlatContact, Integrator, Limits, Material, Medium, MeshFile, ModelKind, ModelSettings, ReducedSettings, Rim, Scene,
+    Scheme, Support, Water, WaterMesh, WaterMethod, WaterSettings, load_text,
 };
 use proptest::prelude::*;
 
@@ -66,6 +66,14 @@ fn supports() -> impl Strategy<Value = Support> {
         Just(Support::Flat(FlatContact::HalfSpace)),
         (1.0..1e9f64).prop_map(|stiffness| Support::Spring { stiffness }),
         (0.1..3.0f64).prop_map(Support::resin_annulus),
+        (0.1..3.0f64, 0.5e-3..0.6e-3f64, 0.21e-3..0.4e-3f64).prop_map(|(factor, ring_radius, section_radius)| {
+            let mut support = Support::resin_annulus(factor);
+            if let Support::Annulus { shape, .. } = &mut support {
+                *shape = AnnulusShape { ring_radius, section_radius };
+            }
+            support
+        }),
+        Just(Support::Free),
         (1e-4..5e-3f64, 0.01..0.99f64, 0..3usize, materials(), 1..64u32).prop_map(
             |(radius, slender, rim, material, mesh_density)| {
                 let rim = [Rim::Clamped, Rim::Supported, Rim::Free][rim];
@@ -266,6 +274,9 @@ fn scenes() -> impl Strategy<Value = Scene> {
                 if let Support::Annulus { material, .. } = &mut scene.support {
                     *material = analysis.resin;
                 }
+            }
+            if scene.support == Support::Free {
+                scene.chain.precompression = 0.0;
             }
             behind_disc(&mut scene, water, steps);
             scene

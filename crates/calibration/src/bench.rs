@@ -58,6 +58,10 @@ impl Bench {
         let loaded = text.load(&overrides, preferred)?;
         let drive = drive.or_else(|| loaded.scene.pending_record()).map(|path| read(path, options)).transpose()?;
         let mut assumptions = loaded.notes;
+        if let Some(drive) = drive.as_ref().filter(|_| loaded.lacks_frequency) {
+            let (found, path) = (1e-3 * drive.motion.drive_frequency, drive.input.path.display());
+            assumptions.push(format!("`drive.frequency` is not given; taken as that of {path}, {found:.4} kHz"));
+        }
         assumptions.extend(drive.iter().flat_map(|drive| drive.assumptions.iter().cloned()));
         let frequency_stated = options.drive_frequency.is_some();
         let limits = Limits::default();
@@ -69,8 +73,14 @@ impl Bench {
     /// # Errors
     /// [`SceneError`].
     pub fn scene_with(&self, more: &[String]) -> Result<Scene, SceneError> {
-        let overrides: Vec<String> = self.overrides.iter().chain(more).cloned().collect();
-        let scene = self.text.load(&overrides, self.preferred)?.scene.with_limits(self.limits);
+        let mut overrides: Vec<String> = self.overrides.iter().chain(more).cloned().collect();
+        let mut loaded = self.text.load(&overrides, self.preferred)?;
+        if let Some(drive) = self.drive.as_ref().filter(|_| loaded.lacks_frequency) {
+            // What follows from the frequency, such as the vibrometer's bandwidth, follows from that of the record.
+            overrides.push(format!("drive.frequency={}", drive.motion.drive_frequency));
+            loaded = self.text.load(&overrides, self.preferred)?;
+        }
+        let scene = loaded.scene.with_limits(self.limits);
         let Some(drive) = &self.drive else { return Ok(scene) };
         Ok(drive.drive(scene, overrides.iter().any(|set| sets(set, "duration"))))
     }

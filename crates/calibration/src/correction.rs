@@ -91,9 +91,9 @@ pub struct Correction {
     pub pairs: Vec<Pair>,
     /// Number of pairs in each round made.
     pub rounds: Vec<usize>,
-    /// The answer of so many pairs, as found last: another run of the program finds it again.
+    /// The answer of all pairs, where it is at hand: what a checkpoint has brought back finds it again.
     #[serde(skip)]
-    latest: Option<(usize, Posterior)>,
+    latest: Option<Posterior>,
     /// How far the last round moved the answer, and whether the answer leans on the edge of what the runs cover.
     motion: Motion,
     /// Rounds made when the box was to be looked through anew.
@@ -291,8 +291,7 @@ impl Correction {
     fn drawn(&self, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
         let dimension = self.spans.len();
         let made = self.pairs.len();
-        let known = self.latest.clone().filter(|(count, _)| *count == made).map(|(_, posterior)| posterior);
-        let corrected = if made == 0 { None } else { known.or_else(|| self.posterior(made)) };
+        let corrected = if made == 0 { None } else { self.latest.clone().or_else(|| self.posterior(made)) };
         let posterior =
             corrected.or_else(|| Posterior::of(&self.cloud_of(self.searched.iter(), neighbours(dimension)), dimension));
         let moving = self.motion.leans || self.motion.drift.is_none_or(|drift| drift > MOVING);
@@ -324,8 +323,8 @@ impl Correction {
     fn motion(&mut self) -> Motion {
         let made = self.pairs.len();
         let before = made - self.rounds.last().copied().unwrap_or(made);
-        let before = if before == 0 { None } else { self.answer_of(before) };
-        let Some(after) = self.answer_of(made) else { return Motion { drift: None, leans: true } };
+        let before = if before == 0 { None } else { self.latest.take().or_else(|| self.posterior(before)) };
+        let Some(after) = self.posterior(made) else { return Motion { drift: None, leans: true } };
         let (low, high) = self.cloud(made).domain(self.spans.len());
         let leans = (0..self.spans.len()).any(|d| {
             let edge = EDGE * (high[d] - low[d]);
@@ -333,16 +332,8 @@ impl Correction {
                 || (high[d] < 1.0 && after.quantile(d, 0.95) > high[d] - edge)
         });
         let motion = Motion { drift: before.map(|before| drift(&before, &after, &self.spans)), leans };
-        self.latest = Some((made, after));
+        self.latest = Some(after);
         motion
-    }
-
-    /// Posterior of the first `count` pairs, taken from where it was kept.
-    fn answer_of(&mut self, count: usize) -> Option<Posterior> {
-        match self.latest.take() {
-            Some((known, posterior)) if known == count => Some(posterior),
-            _ => self.posterior(count),
-        }
     }
 }
 

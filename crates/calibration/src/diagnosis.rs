@@ -23,7 +23,7 @@ use super::{
 use granchain_model::{
     self as model,
     chain::FiniteBodyLaws,
-    scene::{ContactLaw, DampingKind, Scene},
+    scene::{DampingKind, Scene},
 };
 use granchain_signal::Series;
 
@@ -287,11 +287,11 @@ impl Case<'_> {
         let mut parameters: Vec<Parameter> = named.collect::<Option<Vec<_>>>()?.concat();
         let runs = if further.is_some() { 2 * RUNS } else { RUNS };
         parameters.extend(further);
-        let laws = match (scene.contact_law, self.laws) {
+        let laws = match self.laws {
+            _ if !scene.has_fitted_laws() => None,
             // Other beads are other bodies.
-            (ContactLaw::FiniteBody, Some(laws)) if scene.chain.beads == self.scene.chain.beads => Some(laws.clone()),
-            (ContactLaw::FiniteBody, _) => model::prepare(scene).ok()?.contact_laws().cloned(),
-            (ContactLaw::Hertz, _) => None,
+            Some(laws) if scene.chain.beads == self.scene.chain.beads => Some(laws.clone()),
+            _ => model::prepare(scene).ok()?.contact_laws().cloned(),
         };
         let (watch, comparison) = (Arc::clone(&self.watch), comparison.clone());
         let forward =

@@ -8,7 +8,9 @@ use serde::Serialize;
 use thiserror::Error;
 
 use granchain_model::scene::Scene;
-use granchain_record::{Baseline, HornDrive, MeasurementError, ReadOptions, Record, RecordKind, read_record, sha256};
+use granchain_record::{
+    Baseline, HornDrive, MeasurementError, ReadOptions, Record, RecordKind, read_record, read_record_bytes, sha256,
+};
 use granchain_signal::Series;
 
 /// The file name that a drive record beside a record is looked for under.
@@ -88,11 +90,17 @@ impl RecordedDrive {
     /// # Errors
     /// [`MeasurementError`].
     pub fn read_at_plateau(path: &Path, options: &ReadOptions) -> Result<Self, MeasurementError> {
-        let at_plateau = ReadOptions { baseline: Baseline::Plateau, ..options.clone() };
-        match Self::read(path, &at_plateau) {
-            Err(MeasurementError::NoPlateau { .. }) => Self::read(path, options),
-            read => read,
-        }
+        at_plateau(options, |options| Self::read(path, options))
+    }
+
+    /// The same of the bytes of a file, or of what stands for one; at its plateau only where no other baseline is asked for.
+    ///
+    /// # Errors
+    /// As [`RecordedDrive::read`].
+    pub fn of_bytes_at_plateau(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Self, MeasurementError> {
+        let read =
+            |options: &ReadOptions| Self::of(read_record_bytes(path, bytes, Some(RecordKind::HornTip), options)?);
+        if options.baseline == Baseline::Auto { at_plateau(options, read) } else { read(options) }
     }
 
     /// Read a horn tip.
@@ -140,6 +148,18 @@ impl RecordedDrive {
         let mut random = ChaCha8Rng::seed_from_u64(SHAKEN);
         let settle = 0.25 / drive_frequency;
         (0..SHAKES).map(|_| remainder.realisation(displacement, settle, &mut random)).collect()
+    }
+}
+
+/// Read with the offset of the burst's plateau, or as the options say where there is no plateau.
+fn at_plateau(
+    options: &ReadOptions,
+    read: impl Fn(&ReadOptions) -> Result<RecordedDrive, MeasurementError>,
+) -> Result<RecordedDrive, MeasurementError> {
+    let plateau = ReadOptions { baseline: Baseline::Plateau, ..options.clone() };
+    match read(&plateau) {
+        Err(MeasurementError::NoPlateau { .. }) => read(options),
+        drive => drive,
     }
 }
 

@@ -6,7 +6,7 @@ use thiserror::Error;
 use super::observation::highest_cutoff;
 use granchain_model::{
     chain::ensemble::Variation,
-    scene::{DampingKind, DampingTerm, Scene},
+    scene::{DampingKind, DampingTerm, Scene, Support},
 };
 
 /// A quantity of the scene, or of the instrument, that a fit may change.
@@ -89,6 +89,9 @@ pub enum ParameterError {
         /// The scene's law.
         law: &'static str,
     },
+    /// A static force that nothing holds.
+    #[error("`precompression`: before a free end there is nothing that holds a static force; leave it out of --fit")]
+    FreeEnd,
     /// A gap in a chain that a static force closes.
     #[error(
         "`gap`: a precompressed chain has every gap closed, and this one has a precompression, or is fitted for one; fit one of the two"
@@ -160,6 +163,7 @@ impl Parameter {
             "alpha" => Self::alpha(),
             "damping" if kind.terms().len() > 1 => return Ok(kind.terms().iter().map(beside).collect()),
             "damping" => Self::damping(kind).ok_or(ParameterError::NoDamping)?,
+            "precompression" if scene.support == Support::Free => return Err(ParameterError::FreeEnd),
             "precompression" => Self::of(Target::Precompression, name, "N", (1e-4, 1.0)),
             "support_stiffness" => {
                 let own = scene.support.stiffness().ok_or(ParameterError::NoStiffness)?;

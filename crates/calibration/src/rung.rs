@@ -82,7 +82,7 @@ impl Bodies {
     /// When the scene's model, or the chain below it, cannot be made ready.
     pub fn new(scene: &Scene, cache: Option<&Cache>) -> Result<Self, ModelError> {
         let prepared = Arc::new(model::prepare_with(&rung_scene(scene), cache)?);
-        let below = model::prepare(&chain_below(scene))?;
+        let below = model::prepare_with(&chain_below(scene), cache)?;
         let finer = finer_scene(&rung_scene(scene));
         let finer = finer.map(|scene| model::prepare_with(&scene, cache).map(Arc::new)).transpose()?;
         Ok(Self { prepared, finer, laws: below.contact_laws().cloned() })

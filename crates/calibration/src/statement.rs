@@ -131,6 +131,17 @@ fn standing(fit: &Fit) -> String {
     )
 }
 
+/// What α means where the drive is a record, said wherever it is fitted and quoted.
+#[must_use]
+pub fn recorded_drive(fit: &Fit) -> Option<String> {
+    let is_quoted = fit.verdict != Verdict::OutsideScatter && fit.parameters.iter().any(|it| it.name == "alpha");
+    is_quoted.then(|| {
+        "alpha is the factor between the recorded motion of the horn and that which acts on the chain: 1 if the sensitivities of both records are \
+         right and the horn's face moves as its recorded point."
+            .to_owned()
+    })
+}
+
 /// That the box was widened `times` times, and to what.
 #[must_use]
 pub fn widened(fit: &Fit, times: usize) -> Option<String> {

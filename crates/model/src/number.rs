@@ -189,7 +189,6 @@ impl Number for f64 {
                     values[k] -= amount * factors[i][k];
                 }
             }
-            Self::pass();
         }
         let last = factors.map(|factors| factors.as_chunks::<4>().1);
         for (i, value) in rest.iter_mut().enumerate() {

@@ -69,16 +69,28 @@ pub fn prepare_with(scene: &Scene, cache: Option<&Cache>) -> Result<Prepared, Mo
     Ok(Prepared { bodies: Bodies::of(scene), rung: rung?, made })
 }
 
+/// Refuse a static force before a free end.
+fn refuse_free_end(scene: &Scene) -> Result<(), ModelError> {
+    let found = scene.chain.precompression;
+    if scene.support == Support::Free && found != 0.0 {
+        let (quantity, expected) = ("chain.precompression".into(), "0 N before a free end");
+        return Err(ModelError::Unphysical { quantity, expected, found });
+    }
+    Ok(())
+}
+
 fn rung(scene: &Scene, cache: Option<&Cache>) -> Result<Rung, ModelError> {
     refuse_excess(scene)?;
+    refuse_free_end(scene)?;
     Ok(match scene.model.kind {
         ModelKind::Chain if matches!(scene.support, Support::Disc { .. }) => {
             super::need_drive(scene, "chain")?;
             Rung::OnDisc(Box::new(DiscSupport::new(scene)?))
         }
-        ModelKind::Chain if scene.contact_law == ContactLaw::FiniteBody => {
-            Rung::Chain(Some(FiniteBodyLaws::fit(scene)?))
-        }
+        ModelKind::Chain if scene.has_fitted_laws() => Rung::Chain(Some(match cache {
+            Some(cache) if scene.has_own_ring() => cache.contact_laws(scene)?,
+            _ => FiniteBodyLaws::fit(scene)?,
+        })),
         ModelKind::Chain => Rung::Chain(None),
         ModelKind::Reduced => {
             let (reduction, origin) = match cache {
@@ -134,6 +146,7 @@ impl Prepared {
         if let Some(part) = self.bodies.difference(scene) {
             return Err(ModelError::OtherBodies { part });
         }
+        refuse_free_end(scene)?;
         refuse_excess(scene)
     }
 
@@ -190,11 +203,13 @@ impl Prepared {
     /// What a reader of a run's results must know besides: limits of the model that it passed.
     #[must_use]
     pub fn warnings(&self, scene: &Scene, response: &Response) -> Vec<String> {
-        match &self.rung {
+        let mut warnings = match &self.rung {
             Rung::Reduced { reduction, .. } => reduction.warnings(response),
             Rung::OnDisc(disc) => disc.warnings(scene.drive.frequency, response),
             Rung::Chain(_) | Rung::Fea => Vec::new(),
-        }
+        };
+        warnings.extend(scene.coarse_ring());
+        warnings
     }
 
     /// Whether a scene has these bodies.
@@ -212,7 +227,7 @@ impl Prepared {
         }
     }
 
-    /// The contact laws fitted to the bodies, where the model is the chain and its law that of finite bodies: what
+    /// The contact laws fitted to the bodies, where the model is the chain and they are not Hertz' and the paper's: what
     /// [`super::chain::ensemble::Ensemble::with_laws`] takes.
     #[must_use]
     pub fn contact_laws(&self) -> Option<&FiniteBodyLaws> {

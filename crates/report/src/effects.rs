@@ -95,7 +95,7 @@ pub fn figure(costs: &EffectCosts) -> Figure {
     let names = |text: &dyn Fn(&Marginal) -> String| {
         rows.iter().enumerate().map(|(index, (row, _))| (at(index), text(row))).collect::<Vec<_>>()
     };
-    let axis = |ticks| Axis::new("Effect", "1").named_ticks(ticks).range(-0.7, count as f64 - 0.3);
+    let axis = |ticks| Axis::new("Effect", "").named_ticks(ticks).range(-0.7, count as f64 - 0.3);
     let panel = |x: Axis, ticks, [own, other]: [&str; 2], value: &dyn Fn(&Measured) -> f64| {
         let of = |on: bool| {
             let chosen = rows.iter().enumerate().filter(|(_, (row, _))| row.on == on);

@@ -16,6 +16,7 @@ pub mod heard;
 pub mod interface;
 pub mod laboratory;
 pub mod mesh;
+pub mod motion;
 pub mod page;
 pub mod paper;
 pub mod precompression;

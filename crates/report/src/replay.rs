@@ -1,10 +1,12 @@
-//! The figures of one run: what the piston and the last bead did, how the pulses ran through the chain, and the spectrum.
+//! The page and the figures of one run: what the piston and the last bead did, how the pulses ran through the chain, and the spectrum.
 
 use super::{
     figure::{Axis, Colour, Figure, Layer, Map, PAGE_WIDTH_MM, Panel, Stroke, trace},
-    number::engineering,
+    motion::Motion,
+    number::{engineering, fixed, significant},
+    page::{Block, Column, Files, Page, Plate, ReportError, Table, provenance},
 };
-use granchain_model::response::{ObservedPoint, Response};
+use granchain_model::response::{EnergyLedger, ObservedPoint, Response};
 use granchain_signal::{
     Series,
     feature::{FeatureError, Features, Ratio, amplitude_spectrum},
@@ -15,7 +17,116 @@ const HIGHEST_RATIO: f64 = 8.0;
 /// Lowest level drawn, re the drive line: −80 dB.
 const LOWEST_LEVEL: f64 = 1e-4;
 
-/// File name (without ending) and figure, for each figure of a run.
+/// A run as its page shows it.
+#[derive(Debug)]
+pub struct ReplayReport<'a> {
+    /// Name of the scene, and what it is.
+    pub scene: (&'a str, &'a str),
+    /// What was run, for people: names and values.
+    pub facts: Vec<(String, String)>,
+    /// Diameter of the first bead, m.
+    pub bead_diameter: f64,
+    /// What the run produced.
+    pub response: &'a Response,
+    /// The observed velocity as the instrument sees it.
+    pub seen: &'a Series,
+    /// What was measured of it.
+    pub features: &'a Features,
+    /// Figures besides, with their names.
+    pub others: Vec<(&'static str, Figure)>,
+    /// Mean, scatter and sensitivity as a table in plain text, where they were asked for.
+    pub ensemble: Option<String>,
+    /// What was assumed on the way, and what was warned of.
+    pub assumptions: Vec<String>,
+}
+
+impl ReplayReport<'_> {
+    /// `report.html`, and every figure as SVG and PNG beside it.
+    ///
+    /// # Errors
+    /// [`ReportError`] when a figure cannot be drawn or the spectrum cannot be taken.
+    pub fn files(self) -> Result<Files, ReportError> {
+        self.page()?.files_beside()
+    }
+
+    fn page(self) -> Result<Page, ReportError> {
+        let Self { response, seen, features, .. } = self;
+        let mut plates: Vec<Plate> =
+            figures(response, seen, features)?.into_iter().map(|(name, figure)| Plate::new(name, figure)).collect();
+        let spectrum = plates.split_off(plates.len() - 1);
+        let chain = plates.split_off(1);
+        let heard = plates.into_iter().map(|plate| plate.heard(features.drive_frequency_hz)).collect();
+        let mut blocks = vec![Block::Facts(self.facts), Block::Plates(heard), Block::Heading("The chain".into())];
+        blocks.extend(Motion::of(response, self.bead_diameter).map(Block::Motion));
+        blocks.push(Block::Plates(chain));
+        blocks.extend([
+            Block::Heading("Spectrum".into()),
+            Block::Plates(spectrum),
+            Block::Table(lines_table(features)),
+        ]);
+        if !self.others.is_empty() {
+            blocks.push(Block::Heading("Besides".into()));
+            let plates = self.others.into_iter().map(|(name, figure)| Plate::new(name, figure));
+            blocks.push(Block::Plates(plates.collect()));
+        }
+        blocks.push(Block::Heading("Energy".into()));
+        blocks.push(Block::Table(energy_table(&response.energy)));
+        if let Some(table) = self.ensemble {
+            blocks.extend([Block::Heading("Scatter".into()), Block::Code(table)]);
+        }
+        if !self.assumptions.is_empty() {
+            blocks.push(Block::Heading("Assumed on the way".into()));
+            blocks.push(Block::List(self.assumptions));
+        }
+        let files = vec![("beside this page".into(), "scene.toml, response.csv, summary.json".into())];
+        blocks.extend(provenance(files, "granchain replay --scene scene.toml"));
+        let (name, description) = self.scene;
+        Ok(Page { title: format!("Replay of the scene {name}"), subtitle: description.to_owned(), blocks })
+    }
+}
+
+/// The lines at fractions and multiples of the drive frequency, of a velocity.
+fn lines_table(features: &Features) -> Table {
+    let rows = features.lines.iter().map(|line| {
+        vec![
+            line.ratio.to_string(),
+            fixed(1e-3 * line.frequency_hz, 2),
+            significant(1e3 * line.amplitude, 3),
+            significant(line.relative, 3),
+        ]
+    });
+    Table {
+        caption: "Lines of the velocity over the drive.".into(),
+        columns: vec![
+            Column::words("Line"),
+            Column::numbers("Frequency").unit("kHz"),
+            Column::numbers("Amplitude").unit("mm/s"),
+            Column::numbers("Re the drive line").unit("1"),
+        ],
+        rows: rows.collect(),
+    }
+}
+
+fn energy_table(ledger: &EnergyLedger) -> Table {
+    let rows = [
+        ("stored at the start", Some(ledger.initial_j)),
+        ("work of the piston", Some(ledger.piston_work_j)),
+        ("kinetic energy at the end", Some(ledger.kinetic_j)),
+        ("stored in the contacts at the end", Some(ledger.stored_j)),
+        ("lost in the dashpots", Some(ledger.dissipated_j)),
+        ("in the disc at the end", ledger.disc_j),
+        ("given to the water", ledger.water_j),
+        ("residual (error of the integrator)", Some(ledger.residual_j)),
+    ];
+    let row = |(name, value): (&str, Option<f64>)| Some(vec![name.to_owned(), significant(1e9 * value?, 3)]);
+    Table {
+        caption: "Energy ledger of the run.".into(),
+        columns: vec![Column::words("Energy"), Column::numbers("Value").unit("nJ")],
+        rows: rows.into_iter().filter_map(row).collect(),
+    }
+}
+
+/// File name (without ending) and figure, for each figure of a run: the response first, the spectrum last.
 ///
 /// # Errors
 /// When the spectrum of the last bead's velocity cannot be taken.

@@ -1,9 +1,16 @@
-//! The figure and the table of one trace's spectrum.
+//! The page, the figures and the table of one trace's spectrum.
 
 use std::fmt::Write as _;
 
-use super::figure::{Axis, Colour, Dash, Figure, Marker, PAGE_WIDTH_MM, Panel, Stroke};
-use granchain_signal::feature::{AmplitudeSpectrum, Features, Line, Ratio, USABLE_NYQUIST_FRACTION};
+use super::{
+    figure::{Axis, Colour, Dash, Figure, Marker, PAGE_WIDTH_MM, Panel, Stroke, trace},
+    number::{fixed, significant},
+    page::{Block, Column, Files, Page, Plate, ReportError, Table},
+};
+use granchain_signal::{
+    Series,
+    feature::{AmplitudeSpectrum, Features, Line, Ratio, USABLE_NYQUIST_FRACTION},
+};
 
 /// Highest frequency of the panel of fractional lines, in drive frequencies.
 const FRACTIONAL_SPAN: f64 = 4.25;
@@ -89,6 +96,85 @@ pub fn figure(spectrum: &AmplitudeSpectrum, features: &Features) -> Figure {
         features.window.duration() * frequency
     );
     Figure::new(title).sized(PAGE_WIDTH_MM, 1).panel(relative).panel(absolute)
+}
+
+/// One trace and its spectrum as a page shows them.
+#[derive(Debug)]
+pub struct SpectrumPage<'a> {
+    /// The file.
+    pub file: &'a str,
+    /// What it holds, such as `velocity`.
+    pub quantity: &'a str,
+    /// What was measured, for people: names and values.
+    pub facts: Vec<(String, String)>,
+    /// The trace.
+    pub series: &'a Series,
+    /// Its spectrum.
+    pub spectrum: &'a AmplitudeSpectrum,
+    /// What was measured of it.
+    pub features: &'a Features,
+    /// What was assumed on reading.
+    pub assumptions: Vec<String>,
+}
+
+impl SpectrumPage<'_> {
+    /// `report.html`, and every figure as SVG and PNG beside it.
+    ///
+    /// # Errors
+    /// [`ReportError`] when a figure cannot be drawn.
+    pub fn files(self) -> Result<Files, ReportError> {
+        let Self { file, quantity, series, spectrum, features, .. } = self;
+        let plates = vec![
+            Plate::new("trace", trace_figure(series, features, quantity)).heard(features.drive_frequency_hz),
+            Plate::new("spectrum", figure(spectrum, features)),
+        ];
+        let mut blocks = vec![Block::Facts(self.facts), Block::Plates(plates), Block::Table(lines_table(features))];
+        if !self.assumptions.is_empty() {
+            blocks.extend([Block::Heading("Assumed on reading".into()), Block::List(self.assumptions)]);
+        }
+        let subtitle = "Lines, peaks and bandwidth of one trace".to_owned();
+        Page { title: format!("Spectrum of the {quantity} in {file}"), subtitle, blocks }.files_beside()
+    }
+}
+
+/// The trace with its analysis window marked.
+fn trace_figure(series: &Series, features: &Features, quantity: &str) -> Figure {
+    let (label, unit, factor) = shown(&features.unit);
+    let axis = Axis::new(label.trim_end_matches(" amplitude"), unit).times(factor);
+    let panel = Panel::new(Axis::new("Time", "µs").times(1e6), axis)
+        .height(44.0)
+        .mark_x(features.window.from, "window")
+        .mark_x(features.window.to, "end")
+        .line("", trace(series), Stroke::new(Colour::Blue).width(0.7));
+    Figure::new(format!("The {quantity} of the whole file; the marks bound the analysis window."))
+        .sized(PAGE_WIDTH_MM, 1)
+        .panel(panel)
+}
+
+fn lines_table(features: &Features) -> Table {
+    let (label, unit, factor) = shown(&features.unit);
+    let rows = features.lines.iter().map(|line| {
+        vec![
+            line.ratio.to_string(),
+            fixed(1e-3 * line.frequency_hz, 3),
+            significant(factor * line.amplitude, 4),
+            significant(line.relative, 3),
+            fixed(line.db, 1),
+            if line.below_noise_floor { "not above the floor around it" } else { "" }.to_owned(),
+        ]
+    });
+    Table {
+        caption: "Lines at fractions and multiples of the drive frequency.".into(),
+        columns: vec![
+            Column::words("Line"),
+            Column::numbers("Frequency").unit("kHz"),
+            Column::numbers(label).unit(unit),
+            Column::numbers("Re the drive line").unit("1"),
+            Column::numbers("Level").unit("dB"),
+            Column::words("Remark"),
+        ],
+        rows: rows.collect(),
+    }
 }
 
 /// `spectrum.csv`: frequency, amplitude in SI and level re the drive line, up to the Nyquist frequency.

@@ -1,8 +1,11 @@
-//! The figure of a sweep: watched numbers against the swept key.
+//! The page and the figures of a sweep: watched numbers against the swept key.
 
 use serde::{Deserialize, Serialize};
 
-use super::figure::{Axis, Colour, Dash, ErrorPoint, Figure, Layer, Marker, PAGE_WIDTH_MM, Panel, Stroke};
+use super::{
+    figure::{Axis, Colour, Dash, ErrorPoint, Figure, Layer, Marker, PAGE_WIDTH_MM, Panel, Stroke},
+    page::{Block, Files, Page, Plate, ReportError, Table},
+};
 
 /// Watched numbers against one swept key, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -43,6 +46,37 @@ pub struct SweepPoint {
     pub value: f64,
     /// Its scatter (one standard deviation), where known.
     pub scatter: Option<f64>,
+}
+
+/// A finished sweep as its page shows it.
+#[derive(Debug)]
+pub struct SweepPage<'a> {
+    /// Name of the scene, and what it is.
+    pub scene: (&'a str, &'a str),
+    /// What was swept, for people: names and values.
+    pub facts: Vec<(String, String)>,
+    /// Names and data of the figures.
+    pub figures: Vec<(String, SweepReport)>,
+    /// Every run.
+    pub table: Table,
+    /// What was assumed on the way, and what was warned of.
+    pub assumptions: Vec<String>,
+}
+
+impl SweepPage<'_> {
+    /// `report.html`, and every figure as SVG and PNG beside it.
+    ///
+    /// # Errors
+    /// [`ReportError`] when a figure cannot be drawn.
+    pub fn files(self) -> Result<Files, ReportError> {
+        let plates = self.figures.iter().map(|(name, report)| Plate::new(name.clone(), sweep_figure(report))).collect();
+        let mut blocks = vec![Block::Facts(self.facts), Block::Plates(plates), Block::Table(self.table)];
+        if !self.assumptions.is_empty() {
+            blocks.extend([Block::Heading("Assumed on the way".into()), Block::List(self.assumptions)]);
+        }
+        let (name, description) = self.scene;
+        Page { title: format!("Sweep of the scene {name}"), subtitle: description.to_owned(), blocks }.files_beside()
+    }
 }
 
 /// Factor and unit in which people read a quantity whose SI unit is `unit`: m/s as mm/s, Hz as kHz, m as µm, s as µs, J as nJ.

@@ -4,7 +4,7 @@
 
 use serde::Serialize;
 
-use granchain_model::scene::{DampingKind, DampingTerm, Scene, Support};
+use granchain_model::scene::{DampingKind, DampingTerm, FlatContact, Material, Scene, Support};
 use granchain_signal::feature::Ratio;
 
 /// A pair of printed peak velocities, m/s.
@@ -267,12 +267,19 @@ pub struct Published {
     pub simulated: Option<Peaks>,
 }
 
-/// What the paper prints about this scene: six beads on the resin annulus at 73 kHz, else nothing.
+/// What the paper prints about this scene: six 1 mm steel beads on the resin annulus at 73 kHz, else nothing.
 #[must_use]
 pub fn published(scene: &Scene) -> Option<Published> {
     let same = |value: f64, printed: f64| (value - printed).abs() <= 1e-9 * printed;
-    let annulus = matches!(scene.support, Support::Annulus { .. });
-    if !(annulus && scene.chain.beads.len() == 6 && same(scene.drive.frequency, 73e3)) {
+    let elastic = |one: &Material, other: &Material| {
+        same(one.youngs_modulus, other.youngs_modulus) && same(one.poissons_ratio, other.poissons_ratio)
+    };
+    let steel = Material::chrome_steel();
+    let beads = &scene.chain.beads;
+    let printed_beads = beads.len() == 6
+        && beads.iter().all(|bead| same(bead.radius, 0.5e-3) && bead.mesh.is_none() && elastic(&bead.material, &steel));
+    let annulus = matches!(scene.support, Support::Annulus { .. }) && !scene.has_own_ring();
+    if !(annulus && printed_beads && scene.piston == FlatContact::Rigid && same(scene.drive.frequency, 73e3)) {
         return None;
     }
     let coefficients = &scene.damping.coefficients;
@@ -320,7 +327,19 @@ mod tests {
         let other_law = ["damping.kind=kuwabara-kono", "damping.coefficient=3660", "alpha=1.5"];
         assert_eq!(of("annulus", &other_law).unwrap().simulated, Some(KUWABARA_KONO));
         assert_eq!(of("annulus", &["alpha=0.6"]).unwrap(), Published { measured: MEASURED, simulated: None });
-        assert_eq!(of("annulus", &["chain.beads=5"]), None);
+        for other in [
+            "chain.beads=5",
+            "chain.radius=0.495 mm",
+            "chain.override=[{bead=3,radius=\"0.4 mm\"}]",
+            "chain.material=aluminium",
+            "support.ring_radius=0.6 mm",
+            "support.section_radius=0.3 mm",
+            "support.material=acrylic",
+            "piston.contact=half-space",
+            "drive.frequency=72 kHz",
+        ] {
+            assert_eq!(of("annulus", &[other]), None, "{other}");
+        }
         assert_eq!(of("rigid", &[]), None);
     }
 }

@@ -6,6 +6,7 @@
 use std::{
     collections::BTreeMap,
     error::Error as StdError,
+    ops::Range,
     path::Path,
     sync::atomic::{AtomicUsize, Ordering},
 };
@@ -136,8 +137,32 @@ pub fn sweep<E: StdError + Send + Sync + 'static>(
     Ok(runs.into_values().collect())
 }
 
+/// Run the points `part` of `grid`, in its order, and keep nothing: what a worker of many does. `finished` of `watch` counts those of the part.
+///
+/// Returns `None` when stopped.
+pub fn sweep_part<E: StdError + Send + Sync + 'static>(
+    grid: &Grid,
+    part: Range<usize>,
+    build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),
+    bodies: &Bodies,
+    ensemble: Option<&EnsemblePlan>,
+    watch: &dyn Watch,
+) -> Option<Vec<Run>> {
+    let finished = AtomicUsize::new(0);
+    part.into_par_iter()
+        .map(|index| {
+            let run = run_point(&grid.overrides(index), build, bodies, ensemble, watch)?;
+            watch.finished(finished.fetch_add(1, Ordering::Relaxed) + 1);
+            Some(run)
+        })
+        .collect()
+}
+
 /// An unknown key or wrong unit fails at every point alike: say so before anything runs.
-fn refuse_hopeless<E: StdError + Send + Sync + 'static>(
+///
+/// # Errors
+/// [`SweepError::NoValidPoint`].
+pub fn refuse_hopeless<E: StdError + Send + Sync + 'static>(
     grid: &Grid,
     build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),
 ) -> Result<(), SweepError> {

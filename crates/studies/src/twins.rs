@@ -9,6 +9,8 @@ mod water;
 pub use levels::{LevelOutcome, LevelProof, LevelWidths, level_proof, level_twins};
 pub use water::{MountFit, water_twins};
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -162,7 +164,7 @@ impl TwinPlan {
     }
 }
 
-/// Make and fit all twins of `base` (six beads, a burst) on the model it asks for, right models first, then the wrong ones.
+/// Make and fit the twins `part` of the plan's of `base` (six beads, a burst) on the model it asks for, right models first, then the wrong ones.
 ///
 /// `finished` is told after each twin; once `stop` says so no further twin is begun, and the result is `None`.
 ///
@@ -171,11 +173,12 @@ impl TwinPlan {
 pub fn twins(
     base: &Scene,
     plan: &TwinPlan,
+    part: Range<u64>,
     finished: &(dyn Fn() + Sync),
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Option<Vec<TwinOutcome>>, ModelError> {
     let workshop = Workshop::new(base)?;
-    let outcomes = (0..plan.total())
+    let outcomes = part
         .into_par_iter()
         .map(|number| {
             if stop() {

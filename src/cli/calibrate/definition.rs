@@ -5,23 +5,37 @@ use std::path::PathBuf;
 use super::{Arguments, FeatureChoice, QuantityChoice, SearchChoice};
 use crate::{
     calibration::{
-        drive::{BESIDE, Input},
+        bench::Bench,
+        drive::{BESIDE, Input, RecordedDrive},
         plan::{Asked, Bounds, NamedBy, Number, Plan, ReadAs, RecordPlan},
         problem::Problem,
         refusal::Refusal,
         search::Strategy,
         shot::{ShotPlan, Source},
     },
-    cli::{arguments::usage, experiment},
+    cli::{
+        arguments::{SceneArguments, usage},
+        experiment,
+        reading::DriveUnread,
+    },
     feature::{Measurand, fingerprint::FeatureSet},
-    measurement::BenchReadings,
+    measurement::{BenchReadings, ReadOptions, RecordKind, read_record_bytes},
 };
+
+/// The bytes of records that are in memory, record by record, in place of the files that stand in their place in the arguments.
+#[derive(Debug, Clone, Default)]
+pub struct InMemory {
+    /// What is fitted to.
+    pub measured: Vec<Option<Vec<u8>>>,
+    /// What drove it.
+    pub drives: Vec<Option<Vec<u8>>>,
+}
 
 /// Read and check everything that the arguments name; the plan file too, where there is one.
 ///
 /// # Errors
 /// A usage error for what contradicts itself; whatever is wrong with plan, scene or records.
-pub fn problem(arguments: &Arguments) -> anyhow::Result<(Problem, Vec<(&'static str, Input)>)> {
+pub fn problem(arguments: &Arguments, in_memory: &InMemory) -> anyhow::Result<(Problem, Vec<(&'static str, Input)>)> {
     let mut plan = arguments.plan.as_deref().map(Plan::read).transpose()?.unwrap_or_default();
     let read = arguments.plan.clone().map(|path| Input { path, sha256: plan.sha256.clone() });
     if let Some(bench) = &arguments.reading.bench {
@@ -30,7 +44,7 @@ pub fn problem(arguments: &Arguments) -> anyhow::Result<(Problem, Vec<(&'static 
     let bench = plan.readings.as_ref().map(|bench| Input { path: bench.path.clone(), sha256: bench.sha256.clone() });
     merge(arguments, &mut plan)?;
     let mut assumptions = Vec::new();
-    let shots = records(arguments, &plan, &mut assumptions)?;
+    let shots = records(arguments, &plan, in_memory, &mut assumptions)?;
     let mut fitted = plan.fitted();
     if let Some(alpha) = arguments.scene.alpha
         && fitted.iter().any(|name| name == "alpha")
@@ -109,7 +123,12 @@ pub fn uncertainties(flags: &[String]) -> anyhow::Result<Vec<(String, Number)>> 
 ///
 /// # Errors
 /// A usage error without a record, or with flags that do not fit the number of records.
-fn records(arguments: &Arguments, plan: &Plan, assumptions: &mut Vec<String>) -> anyhow::Result<Vec<ShotPlan>> {
+fn records(
+    arguments: &Arguments,
+    plan: &Plan,
+    in_memory: &InMemory,
+    assumptions: &mut Vec<String>,
+) -> anyhow::Result<Vec<ShotPlan>> {
     let (named, usual) = (named(arguments, plan)?, plan.usual_scene());
     if !arguments.input.is_empty() && arguments.input.len() != named.len() {
         return Err(usage(format!(
@@ -159,12 +178,48 @@ fn records(arguments: &Arguments, plan: &Plan, assumptions: &mut Vec<String>) ->
         let source = Source::File(record.measured, Box::new(measured));
         records.push((source, scene, drive_options, origin));
     }
-    let of = |(source, scene, drive_options, origin)| {
-        let mut bench = experiment::for_fit(&scene, &drive_options, several)?;
+    let kind = if plan.quantity == Some(Measurand::Pressure) { RecordKind::Hydrophone } else { RecordKind::Vibrometer };
+    let of = |(number, (source, scene, drive_options, origin))| {
+        let mut bench = in_memory.bench(number, scene, &drive_options, several)?;
         bench.limits = arguments.session.limits();
+        let source = in_memory.source(number, source, kind, &bench)?;
         Ok(ShotPlan { source, bench, origin })
     };
-    records.into_iter().map(of).collect()
+    records.into_iter().enumerate().map(of).collect()
+}
+
+impl InMemory {
+    /// The bench of a record, whose drive may be in memory.
+    fn bench(
+        &self,
+        number: usize,
+        mut scene: SceneArguments,
+        options: &ReadOptions,
+        several: bool,
+    ) -> anyhow::Result<Bench> {
+        let Some((path, bytes)) = scene.drive.clone().zip(self.drives.get(number).and_then(Option::as_deref)) else {
+            return experiment::for_fit(&scene, options, several);
+        };
+        scene.drive = None;
+        let mut bench = experiment::for_fit(&scene, options, several)?;
+        let drive = RecordedDrive::of_bytes_at_plateau(&path, bytes, options).map_err(DriveUnread)?;
+        bench.assumptions.extend(drive.assumptions.iter().cloned());
+        bench.drive = Some(drive);
+        experiment::refuse_drive_keys(&bench, scene.set.iter().map(String::as_str))?;
+        Ok(bench)
+    }
+
+    /// What is fitted to, read now where it is in memory.
+    fn source(&self, number: usize, source: Source, kind: RecordKind, bench: &Bench) -> anyhow::Result<Source> {
+        match (source, self.measured.get(number).and_then(Option::as_deref)) {
+            (Source::File(path, options), Some(bytes)) => {
+                let drive_frequency = Some(bench.scene_with(&[])?.drive.frequency);
+                let options = ReadOptions { drive_frequency, ..*options };
+                Ok(Source::Record(Box::new(read_record_bytes(&path, bytes, Some(kind), &options)?)))
+            }
+            (source, _) => Ok(source),
+        }
+    }
 }
 
 /// The records as named, none of them checked.

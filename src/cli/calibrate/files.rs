@@ -10,6 +10,22 @@ use crate::{
     study::confirmed::Confirmed,
 };
 
+/// Asked now and then whether to stop.
+#[derive(Clone)]
+pub struct Stop(pub Arc<dyn Fn() -> bool + Send + Sync>);
+
+impl Stop {
+    /// Once the process was asked to.
+    #[must_use]
+    pub fn on_interrupt() -> Self {
+        Self(Arc::new(interrupt::requested))
+    }
+
+    fn check(&self) -> Result<(), interrupt::Interrupted> {
+        if (self.0)() { Err(interrupt::Interrupted) } else { Ok(()) }
+    }
+}
+
 /// Everything but the times.
 pub struct Files {
     /// What `calibration.json` says.
@@ -50,14 +66,14 @@ impl Files {
     /// Run the answer with the accurate integrator, hold it against the records, and make every file.
     ///
     /// # Errors
-    /// Ctrl-C; a run of `--confirm` that fails; a report that cannot be drawn.
-    pub fn of(job: &Job, fitted: &Fitted, session: &Session, timing: &mut Timing) -> anyhow::Result<Self> {
+    /// When it is to stop; a run of `--confirm` that fails; a report that cannot be drawn.
+    pub fn of(job: &Job, fitted: &Fitted, session: &Session, timing: &mut Timing, stop: &Stop) -> anyhow::Result<Self> {
         let problem = &job.problem;
-        let watch = Arc::new(|_| !interrupt::requested());
-        let confirmed = Confirmed::of(problem, fitted, session.cache(), watch);
-        interrupt::check()?;
+        let asked = stop.clone();
+        let confirmed = Confirmed::of(problem, fitted, session.cache(), Arc::new(move |_| !(asked.0)()));
+        stop.check()?;
         timing.stage("confirm");
-        let fea = job.confirm.map(|ConfirmChoice::Fea| by_fea(fitted, session)).transpose()?;
+        let fea = job.confirm.map(|ConfirmChoice::Fea| by_fea(fitted, session, stop)).transpose()?;
         if fea.is_some() {
             timing.stage("fea");
         }
@@ -76,13 +92,13 @@ impl Files {
 }
 
 /// Features of one finite element run at the answer.
-fn by_fea(fitted: &Fitted, session: &Session) -> anyhow::Result<Vec<f64>> {
+fn by_fea(fitted: &Fitted, session: &Session, stop: &Stop) -> anyhow::Result<Vec<f64>> {
     let bar = progress::simulated_time(session, "fea");
     let features = fitted.best().by_fea(&mut |time, duration| {
         progress::advance_to(&bar, time, duration);
-        !interrupt::requested()
+        !(stop.0)()
     });
     bar.finish_and_clear();
-    interrupt::check()?;
+    stop.check()?;
     Ok(features?)
 }

@@ -30,8 +30,8 @@ use crate::{
         Outcome,
         arguments::Session,
         calibrate::{
-            self, Job,
-            files::{self, Files},
+            self, InMemory, Job,
+            files::{self, Files, Stop},
             manifest::{self, Manifest},
         },
         output::{LIST, files_below},
@@ -245,7 +245,7 @@ fn verify(
     let line = std::iter::once("granchain calibrate").chain(manifest.arguments.iter().map(String::as_str));
     let Line { arguments } = Line::try_parse_from(line)
         .map_err(|error| anyhow!("{}: arguments: {}", manifest::FILE, error.to_string().trim()))?;
-    let mut job = calibrate::prepare(arguments, manifest.arguments.clone())?;
+    let mut job = calibrate::prepare(arguments, manifest.arguments.clone(), &InMemory::default())?;
     job.program.clone_from(&manifest.program);
     let session = Session { json: false, ..session.clone() };
     let names = job.problem.names();
@@ -270,7 +270,7 @@ fn verify(
         (true, true) => "all the same but for rounding",
         (false, _) => "not all the same",
     };
-    let mut derived = Files::of(&job, &fitted, &session, &mut timing)?;
+    let mut derived = Files::of(&job, &fitted, &session, &mut timing, &Stop::on_interrupt())?;
     if let Some((_, bytes)) = derived.files.iter_mut().find(|(name, _)| rounds && name == Path::new(manifest::FILE)) {
         *bytes = as_written(bytes, manifest, stored)?;
     }

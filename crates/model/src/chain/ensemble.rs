@@ -280,6 +280,7 @@ impl Work {
     /// Put runs into the lanes; places left over repeat the first.
     fn load(&mut self, ensemble: &Ensemble, variations: &[Variation], chunk: &[usize]) {
         let last = self.beads;
+        let gaps: Vec<f64> = ensemble.scene.gaps().collect();
         // Where no run of the group shakes, none pays for it.
         let shaken = chunk.iter().any(|index| !variations[*index].shaken.is_empty());
         self.shaken.resize(if shaken { ensemble.shakes.len() } else { 0 }, Lane::ZERO);
@@ -289,7 +290,7 @@ impl Work {
             for (number, shaken) in self.shaken.iter_mut().enumerate() {
                 shaken.0[place] = variation.shaken.get(number).copied().unwrap_or(0.0);
             }
-            for contact in 0..=last {
+            for (contact, gap) in gaps.iter().enumerate() {
                 let mut law = ensemble.laws[contact];
                 if contact == last {
                     let factor = variation.support_stiffness_factor;
@@ -302,7 +303,7 @@ impl Work {
                         Law::Spring(spring) => Law::Spring(Spring { stiffness: factor * spring.stiffness }),
                     };
                 }
-                let gap = ensemble.scene.chain.gaps[contact] + variation.gap_offsets[contact];
+                let gap = gap + variation.gap_offsets[contact];
                 let force = variation.precompression;
                 let coupled = ensemble.coupling.as_ref().map_or(0.0, |coupling| coupling.under(contact, force));
                 self.offset[contact].0[place] = law.overlap(force) + coupled - gap;

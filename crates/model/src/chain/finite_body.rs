@@ -13,7 +13,7 @@ use crate::{
         equilibrium::Statics,
         operator::Interfaces,
     },
-    scene::{FlatContact, Scene, Support},
+    scene::{ContactLaw, FlatContact, Scene, Support},
     tally,
 };
 
@@ -56,7 +56,7 @@ pub struct FiniteBodyLaws {
     pub fits: Vec<ContactFit>,
     /// Law of each of the N + 1 contacts: an index into `fits`.
     pub contacts: Vec<usize>,
-    /// s of each of the N beads, m/N.
+    /// s of each of the N beads, m/N; none with the law of Hertz.
     #[serde(rename = "couplings_m_per_n")]
     pub couplings: Vec<f64>,
     /// Mesh density the bodies were meshed with.
@@ -93,9 +93,14 @@ type Point = (f64, f64);
 impl FiniteBodyLaws {
     /// Mesh the bodies of a scene, press them, and fit. Takes about a fifth of a second at the default density of 12.
     ///
+    /// Where the scene asks for the law of Hertz, that of a ring which is not the paper's is fitted alone, and no contact feels another.
+    ///
     /// # Errors
     /// [`ModelError::Fea`] where a body cannot be meshed or pressed, [`ModelError::Unsupported`] where no law follows.
     pub fn fit(scene: &Scene) -> Result<Self, ModelError> {
+        if scene.contact_law == ContactLaw::Hertz && scene.has_own_ring() {
+            return Self::of_ring(scene);
+        }
         let beads = &scene.chain.beads;
         let last = beads.len();
         // A half-space cannot be meshed and a spring has no mesh: the bead's own statics are those on a rigid flat.
@@ -103,7 +108,7 @@ impl FiniteBodyLaws {
             Support::Annulus { .. } => scene.support.clone(),
             Support::Body { mesh, .. } => return Err(super::system::meshed(mesh)),
             Support::Disc { .. } => return Err(super::system::moving_disc()),
-            Support::Flat(_) | Support::Spring { .. } => Support::Flat(FlatContact::Rigid),
+            Support::Flat(_) | Support::Free | Support::Spring { .. } => Support::Flat(FlatContact::Rigid),
         };
         let meshed = Scene { support, piston: FlatContact::Rigid, ..scene.clone() };
         let arrangement = Arrangement::new(&meshed)?;
@@ -141,6 +146,29 @@ impl FiniteBodyLaws {
         Ok(Self { fits, contacts, couplings, mesh_density: scene.model.fea.density })
     }
 
+    /// The law of Hertz for every contact but the last, that of the ring fitted to its statics under the last bead.
+    fn of_ring(scene: &Scene) -> Result<Self, ModelError> {
+        let mut laws = ContactLaws::hertz(scene)?.laws;
+        laws.pop();
+        let mut pressed = scene.clone();
+        // A factor on its stiffness is applied by a run.
+        if let Some(factor) = pressed.support.stiffness_mut() {
+            *factor = 1.0;
+        }
+        pressed.piston = FlatContact::Rigid;
+        pressed.chain.beads.drain(..laws.len() - 1);
+        pressed.chain.gaps = vec![0.0; 2];
+        let arrangement = Arrangement::new(&pressed)?;
+        let statics = Statics::new(&arrangement, &Interfaces::new(&arrangement))?;
+        let ring = fit_contact(&pressed, &arrangement, &statics, 1)?;
+        let between = |contact: usize| format!("contact {}", contact + 1);
+        let hertz = |(contact, law)| ContactFit { between: between(contact), law, quality: None };
+        let mut fits: Vec<ContactFit> = laws.into_iter().enumerate().map(hertz).collect();
+        fits.push(ContactFit { between: format!("bead {} – annulus", fits.len()), ..ring });
+        let contacts = (0..fits.len()).collect();
+        Ok(Self { fits, contacts, couplings: Vec::new(), mesh_density: scene.model.meshing().density })
+    }
+
     /// Largest error of all fits, 1; 0 where nothing was fitted.
     #[must_use]
     pub fn largest_error(&self) -> f64 {
@@ -154,10 +182,17 @@ impl FiniteBodyLaws {
         self
     }
 
+    /// Whether they can be the laws of a scene: every contact has one.
+    pub(crate) fn is_of(&self, scene: &Scene) -> bool {
+        self.contacts.iter().all(|&fit| fit < self.fits.len()) && self.contact_laws(scene).is_ok()
+    }
+
     /// The contacts' laws in a scene of these bodies.
     pub(super) fn contact_laws(&self, scene: &Scene) -> Result<ContactLaws, ModelError> {
         let contacts = scene.chain.beads.len() + 1;
-        if self.contacts.len() != contacts || self.couplings.len() + 1 != contacts {
+        let coupled = scene.contact_law == ContactLaw::FiniteBody;
+        let couplings = if coupled { contacts - 1 } else { 0 };
+        if self.contacts.len() != contacts || self.couplings.len() != couplings {
             let found = self.contacts.len();
             return Err(ModelError::Count { quantity: "fitted contact laws", expected: contacts, found });
         }
@@ -167,7 +202,7 @@ impl FiniteBodyLaws {
                 Some(Law::Annulus(law.unscaled().times(*stiffness_factor)))
             }
             (support, Law::Spring(_)) => support.spring().map(|stiffness| Law::Spring(Spring { stiffness })),
-            (Support::Flat(_), Law::Hertz(_) | Law::FiniteHertz(_)) => Some(laws[contacts - 1]),
+            (Support::Flat(_) | Support::Free, Law::Hertz(_) | Law::FiniteHertz(_)) => Some(laws[contacts - 1]),
             _ => None,
         };
         let Some(support) = support else {
@@ -175,7 +210,7 @@ impl FiniteBodyLaws {
             return Err(ModelError::Unsupported { model: "chain", reason });
         };
         laws[contacts - 1] = support;
-        Ok(ContactLaws { laws, couplings: Some(self.couplings.clone()) })
+        Ok(ContactLaws { laws, couplings: coupled.then(|| self.couplings.clone()) })
     }
 }
 
@@ -199,7 +234,7 @@ fn fit_contact(
         (0, _) if scene.piston == FlatContact::HalfSpace => "steel half-space".to_owned(),
         (0, _) => "rigid flat".to_owned(),
         (slot, Support::Flat(FlatContact::HalfSpace)) if slot == last + 1 => "steel half-space".to_owned(),
-        (slot, Support::Flat(FlatContact::Rigid)) if slot == last + 1 => "rigid flat".to_owned(),
+        (slot, Support::Flat(FlatContact::Rigid) | Support::Free) if slot == last + 1 => "rigid flat".to_owned(),
         (slot, support) if slot == last + 1 => support.name().to_owned(),
         (slot, _) => format!("bead {slot}"),
     };

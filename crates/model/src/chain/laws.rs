@@ -7,7 +7,7 @@ use super::{
 use crate::{
     ModelError,
     contact_law::{Annulus, Hertz, Law, Spring, bead_flat_stiffness, bead_pair_stiffness},
-    scene::{ContactLaw, Scene, Support},
+    scene::{FlatContact, Scene, Support},
 };
 
 /// Elastic laws of the N + 1 contacts, and how they feel one another.
@@ -25,14 +25,14 @@ impl ContactLaws {
     /// # Errors
     /// For a support that has no force law, bodies that cannot be meshed, and fitted laws of other bodies.
     pub fn of(scene: &Scene, fitted: Option<&FiniteBodyLaws>) -> Result<Self, ModelError> {
-        match (scene.contact_law, fitted) {
-            (ContactLaw::Hertz, _) => Self::hertz(scene),
-            (ContactLaw::FiniteBody, Some(fitted)) => fitted.contact_laws(scene),
-            (ContactLaw::FiniteBody, None) => FiniteBodyLaws::fit(scene)?.contact_laws(scene),
+        match fitted {
+            _ if !scene.has_fitted_laws() => Self::hertz(scene),
+            Some(fitted) => fitted.contact_laws(scene),
+            None => FiniteBodyLaws::fit(scene)?.contact_laws(scene),
         }
     }
 
-    /// The law of Hertz for all but annulus and spring.
+    /// The law of Hertz for all but annulus and spring; the annulus is the paper's.
     pub fn hertz(scene: &Scene) -> Result<Self, ModelError> {
         let beads = &scene.chain.beads;
         let hertz = |stiffness| Law::Hertz(Hertz { stiffness });
@@ -40,6 +40,8 @@ impl ContactLaws {
         laws.extend(beads.windows(2).map(|pair| hertz(bead_pair_stiffness(&pair[0], &pair[1]))));
         laws.push(match &scene.support {
             Support::Flat(flat) => hertz(bead_flat_stiffness(&beads[beads.len() - 1], *flat)),
+            // Nothing is within reach of it.
+            Support::Free => hertz(bead_flat_stiffness(&beads[beads.len() - 1], FlatContact::Rigid)),
             Support::Annulus { stiffness_factor, .. } => Law::Annulus(Annulus::new(*stiffness_factor)),
             Support::Spring { .. } => Law::Spring(Spring { stiffness: scene.support.spring().unwrap_or_default() }),
             Support::Body { mesh, .. } => return Err(meshed(mesh)),

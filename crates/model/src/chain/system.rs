@@ -58,7 +58,7 @@ impl System {
         let ContactLaws { laws, couplings } = ContactLaws::of(scene, fitted)?;
         let coupling = couplings.map(|beads| Coupling::new(&laws, &beads, padded));
         let force = chain.precompression;
-        let mut offset: Vec<f64> = laws.iter().zip(&chain.gaps).map(|(law, gap)| law.overlap(force) - gap).collect();
+        let mut offset: Vec<f64> = laws.iter().zip(scene.gaps()).map(|(law, gap)| law.overlap(force) - gap).collect();
         if let Some(coupling) = &coupling {
             offset.iter_mut().enumerate().for_each(|(contact, offset)| *offset += coupling.under(contact, force));
         }
@@ -216,6 +216,10 @@ fn check(scene: &Scene) -> Result<(), ModelError> {
     need(not_negative(chain.precompression), "chain.precompression", "a force ≥ 0, N", chain.precompression)?;
     match &scene.support {
         Support::Flat(_) => {}
+        Support::Free => {
+            let force = chain.precompression;
+            need(force == 0.0, "chain.precompression", "0 N before a free end", force)?;
+        }
         Support::Body { mesh, .. } => return Err(meshed(mesh)),
         Support::Disc { .. } => return Err(moving_disc()),
         Support::Annulus { stiffness_factor, .. } => {

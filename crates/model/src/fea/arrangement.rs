@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     contact_law::{Dashpot, dashpots},
-    scene::{Bead, ContactMass, Elements, FlatContact, Material, MeshFile, Scene, Support},
+    scene::{AnnulusShape, Bead, ContactMass, Elements, FlatContact, Material, MeshFile, Scene, Support},
     water::{
         disc::{Disc, DiscError},
         front::Front,
@@ -33,6 +33,8 @@ pub struct Arrangement {
     pub contacts: Vec<usize>,
     /// Stiffness of the spring behind the last contact's flat, N/m; infinite where the flat is rigid.
     pub spring: f64,
+    /// Whether nothing is within reach behind the last contact.
+    pub free: bool,
     /// Factor on the support's stiffness, 1.
     pub stiffness_factor: f64,
     /// The front of the disc, where the support is a disc on water; none of the bodies then.
@@ -122,7 +124,7 @@ impl Arrangement {
             Ok(support)
         };
         let support = match &scene.support {
-            Support::Flat(FlatContact::Rigid) | Support::Spring { .. } => {
+            Support::Flat(FlatContact::Rigid) | Support::Free | Support::Spring { .. } => {
                 pairs.push(Pair::on_flat(pole(last, "back"), false)?);
                 None
             }
@@ -151,13 +153,10 @@ impl Arrangement {
                 dry
             }
             Support::Annulus { .. } | Support::Body { .. } => {
-                let torus = match scene.support {
-                    Support::Annulus { stiffness_factor: factor, .. } => {
-                        stiffness_factor = factor;
-                        Some(torus(scene))
-                    }
-                    _ => None,
-                };
+                let torus = torus(scene);
+                if let (Some(factor), Some(_)) = (scene.support.stiffness(), &torus) {
+                    stiffness_factor = factor;
+                }
                 match support_mesh(scene)? {
                     Some((mesh, materials)) => {
                         let body = support_body(mesh, &materials, mass)?;
@@ -179,6 +178,7 @@ impl Arrangement {
             pairs,
             contacts,
             spring: scene.support.spring().unwrap_or(f64::INFINITY),
+            free: scene.support == Support::Free,
             stiffness_factor,
             front,
             dashpots: dashpots(&scene.damping, beads.len() + 1),
@@ -290,30 +290,32 @@ pub fn bead_mesh(bead: &Bead, scene: &Scene) -> Result<(Mesh, Vec<Material>), Fe
 /// [`FeaError`]: a mesh that cannot be made or read.
 pub(crate) fn support_mesh(scene: &Scene) -> Result<Option<(Mesh, Vec<Material>)>, FeaError> {
     match &scene.support {
-        Support::Flat(_) | Support::Spring { .. } => Ok(None),
+        Support::Flat(_) | Support::Free | Support::Spring { .. } => Ok(None),
         Support::Disc { shape, mesh_density } => {
             let disc = Disc::for_contact(shape, *mesh_density as usize)
                 .map_err(|source| FeaError::Front(Box::new(source.into())))?;
             Ok(Some((disc.into_body().mesh().clone(), vec![shape.material.clone()])))
         }
-        Support::Annulus { stiffness_factor: factor, material, .. } => {
-            let settings = scene.model.meshing();
-            let form = AnnulusMesh {
-                elements: patch_elements(settings.elements),
-                ..AnnulusMesh::of_density(settings.density as usize)
-            };
+        Support::Annulus { shape, stiffness_factor: factor, material, .. } => {
+            let (settings, torus) = (scene.model.meshing(), under_last(shape, scene));
+            let elements = patch_elements(settings.elements);
+            let form = AnnulusMesh { elements, ..AnnulusMesh::on(&torus, settings.density as usize) };
             // A stiffer or softer support is the same body of another modulus.
             let material = Material { youngs_modulus: factor * material.youngs_modulus, ..material.clone() };
-            Ok(Some((mesh::annulus(&torus(scene), &form)?, vec![material])))
+            Ok(Some((mesh::annulus(&torus, &form)?, vec![material])))
         }
         Support::Body { mesh, material, .. } => imported(mesh, material, scene).map(Some),
     }
 }
 
-/// The published half-torus with the radius of the bead that rests on it.
-fn torus(scene: &Scene) -> HalfTorus {
-    let bead_radius = scene.chain.beads.last().map_or(0.0, |bead| bead.radius);
-    HalfTorus { bead_radius, ..HalfTorus::published() }
+/// The ring of a scene with the bead that lies on it, where there is one.
+#[must_use]
+pub fn torus(scene: &Scene) -> Option<HalfTorus> {
+    if let Support::Annulus { shape, .. } = &scene.support { Some(under_last(shape, scene)) } else { None }
+}
+
+fn under_last(shape: &AnnulusShape, scene: &Scene) -> HalfTorus {
+    HalfTorus::under(shape, scene.chain.beads.last().map_or(0.0, |bead| bead.radius))
 }
 
 fn bead_body(bead: &Bead, number: usize, scene: &Scene, mass: body::ContactMass) -> Result<Body, FeaError> {

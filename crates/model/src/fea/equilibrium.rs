@@ -19,7 +19,7 @@ use super::{
     operator::{Interfaces, condensed, soften},
 };
 use crate::{
-    scene::Chain,
+    scene::Scene,
     water::front::{Front, FrontError, Held},
 };
 
@@ -283,12 +283,12 @@ pub struct Rest {
 }
 
 impl Rest {
-    /// Of a scene's chain; nothing is factored without a precompression.
+    /// Of a scene; nothing is factored without a precompression.
     ///
     /// # Errors
     /// [`FeaError`]: an open gap under a precompression, no factor, or no equilibrium.
-    pub fn new(arrangement: &Arrangement, interfaces: &Interfaces, chain: &Chain) -> Result<Self, FeaError> {
-        let force = chain.precompression;
+    pub fn new(arrangement: &Arrangement, interfaces: &Interfaces, scene: &Scene) -> Result<Self, FeaError> {
+        let (chain, force) = (&scene.chain, scene.chain.precompression);
         let mut disc = None;
         let (rest, displacements) = if force > 0.0 {
             if let Some((contact, gap)) = chain.first_open_gap() {
@@ -307,7 +307,7 @@ impl Rest {
         };
         let sweeps = rest.sweeps;
         let mut overlaps: Vec<f64> =
-            rest.approaches.iter().zip(&chain.gaps).map(|(approach, gap)| approach - gap).collect();
+            rest.approaches.iter().zip(scene.gaps()).map(|(approach, gap)| approach - gap).collect();
         let (mut contacts, mut gaps) = (Vec::new(), Vec::new());
         for ((forces, &pair), overlap) in rest.forces.into_iter().zip(&arrangement.contacts).zip(&overlaps) {
             let pair = &arrangement.pairs[pair];
@@ -385,7 +385,7 @@ mod tests {
     fn nothing_is_computed_without_a_force() {
         let scene = scene::load("rigid", &["model.kind=fea".into(), "model.mesh_density=4".into()]).unwrap();
         let arrangement = Arrangement::new(&scene).unwrap();
-        let rest = Rest::new(&arrangement, &Interfaces::new(&arrangement), &scene.chain).unwrap();
+        let rest = Rest::new(&arrangement, &Interfaces::new(&arrangement), &scene).unwrap();
         assert!(rest.displacements.iter().all(Option::is_none) && rest.overlaps.iter().all(|d| *d == 0.0));
     }
 }

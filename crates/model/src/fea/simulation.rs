@@ -128,7 +128,7 @@ impl<'a> Simulation<'a> {
         let sampling = Sampling::new(scene, settings.step);
         let (step, samples) = (sampling.step(), sampling.samples);
         let Rest { contacts, gaps: rest_gaps, overlaps: rest_overlaps, displacements, sweeps } =
-            Rest::new(&arrangement, &interfaces, &scene.chain)?;
+            Rest::new(&arrangement, &interfaces, scene)?;
         let motion = Motion::at_rest(&arrangement, &interfaces, &displacements);
         let (scheme, tension) = (settings.scheme, scene.damping.tension);
         let mut operator = Operator::new(&arrangement, &interfaces, Coefficients::new(scheme, step), tension)?;

@@ -87,7 +87,8 @@ impl Watched {
     pub fn new(arrangement: &Arrangement) -> Self {
         let centres = arrangement.beads.iter().map(|&kind| axis_node(arrangement, kind, 0.5)).collect();
         let pole = arrangement.beads.last().map_or(0, |&kind| axis_node(arrangement, kind, 1.0));
-        let observed = ObservedPoint::of(arrangement.support.is_none() && arrangement.front.is_none());
+        let observed =
+            ObservedPoint::of(arrangement.support.is_none() && arrangement.front.is_none() && !arrangement.free);
         Self { centres, pole, observed }
     }
 }

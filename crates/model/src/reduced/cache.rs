@@ -1,4 +1,4 @@
-//! Reduced bodies kept in a folder from one run of the program to the next.
+//! Reduced bodies, and the chain's laws of rings, kept in a folder from one run of the program to the next.
 //!
 //! A file is named by the SHA-256 of everything its content follows from: meshes, materials, interface, settings and the version of the
 //! program. It begins with a line that holds the SHA-256 of the rest; a file that does not agree with it, or cannot be read as what it should be, is
@@ -12,17 +12,19 @@ use std::{
     time::SystemTime,
 };
 
+use serde::{Serialize, de::DeserializeOwned};
 use sha2::{Digest, Sha256};
 
 use super::reduction::{Reduction, plain, refuse_turning};
 use crate::{
     ModelError,
+    chain::FiniteBodyLaws,
     fea::{
         FeaError,
         arrangement::{bead_mesh, support_mesh},
         mesh::Mesh,
     },
-    scene::{Material, Scene, Support},
+    scene::{FlatContact, Material, Scene, Support},
     vector_unit,
 };
 use granchain_signal::{hexadecimal, sha256};
@@ -33,6 +35,9 @@ const GENERATION: u32 = 2;
 const HEADER: &str = "granchain reduction";
 /// What the name of every file begins and ends with.
 const NAME: (&str, &str) = ("reduction-", ".json");
+/// The same of contact laws; raise the number with anything that a fit of [`FiniteBodyLaws`] follows from.
+const LAWS_HEADER: &str = "granchain contact laws 1";
+const LAWS: &str = "contact-laws-";
 /// Begin of the name of a file that is being written.
 const PART: &str = ".reduction-";
 /// Most that a folder holds, bytes; at a mesh density of 12 a chain takes half a megabyte.
@@ -82,21 +87,41 @@ impl Cache {
         refuse_turning(scene)?;
         let key = key(scene)?;
         let path = self.folder.join(format!("{}{key}{}", NAME.0, NAME.1));
-        if let Some(reduction) = read(&path, &key).filter(|reduction| reduction.is_consistent(scene)) {
-            // Kept for having been used; where that cannot be noted it goes the sooner.
-            let _ = fs::File::open(&path).and_then(|file| file.set_modified(SystemTime::now()));
+        if let Some(reduction) =
+            read::<Reduction>(&path, HEADER, &key).filter(|reduction| reduction.is_consistent(scene))
+        {
+            used(&path);
             return Ok((reduction, Origin::Read { path }));
         }
         let reduction = Reduction::new(scene)?;
-        let not_kept = self.keep(&path, &key, &reduction).err();
+        let not_kept = self.keep(&path, HEADER, &key, &reduction).err();
         let not_kept = not_kept.map(|error| format!("{}: reduced bodies cannot be kept: {error}", path.display()));
         Ok((reduction, Origin::Made { not_kept }))
     }
 
-    fn keep(&self, path: &Path, key: &str, reduction: &Reduction) -> io::Result<()> {
+    /// The contact laws of a scene: from the folder if it holds them, else fitted and kept there. That they cannot be kept is no error.
+    ///
+    /// # Errors
+    /// As [`FiniteBodyLaws::fit`].
+    pub fn contact_laws(&self, scene: &Scene) -> Result<FiniteBodyLaws, ModelError> {
+        let key = key(scene)?;
+        let factor = scene.support.stiffness().map(f64::to_bits);
+        let key = sha256(format!("{key} {} {factor:?} {:?}", scene.contact_law.name(), scene.piston).as_bytes());
+        let path = self.folder.join(format!("{LAWS}{key}{}", NAME.1));
+        if let Some(laws) = read(&path, LAWS_HEADER, &key).filter(|laws: &FiniteBodyLaws| laws.is_of(scene)) {
+            used(&path);
+            return Ok(laws);
+        }
+        let laws = FiniteBodyLaws::fit(scene)?;
+        // A fit that is made again costs a fifth of a second.
+        let _ = self.keep(&path, LAWS_HEADER, &key, &laws);
+        Ok(laws)
+    }
+
+    fn keep(&self, path: &Path, header: &str, key: &str, kept: &impl Serialize) -> io::Result<()> {
         fs::create_dir_all(&self.folder)?;
         self.sweep()?;
-        let body = serde_json::to_string(reduction)?;
+        let body = serde_json::to_string(kept)?;
         let mut builder = tempfile::Builder::new();
         builder.prefix(PART);
         #[cfg(unix)]
@@ -108,7 +133,7 @@ impl Cache {
         let mut file = builder.tempfile_in(&self.folder)?;
         // Where files cannot be locked, none is swept either.
         let _ = file.as_file().try_lock();
-        writeln!(file, "{HEADER} {key} {}", sha256(body.as_bytes()))?;
+        writeln!(file, "{header} {key} {}", sha256(body.as_bytes()))?;
         file.write_all(body.as_bytes())?;
         file.flush()?;
         file.persist(path)?;
@@ -121,7 +146,8 @@ impl Cache {
         for entry in fs::read_dir(&self.folder)? {
             let path = entry?.path();
             let is_ours = path.file_name().and_then(|name| name.to_str()).is_some_and(|name| {
-                name.strip_prefix(NAME.0).and_then(|rest| rest.strip_suffix(NAME.1)).is_some_and(is_digest)
+                let rest = name.strip_prefix(NAME.0).or_else(|| name.strip_prefix(LAWS));
+                rest.and_then(|rest| rest.strip_suffix(NAME.1)).is_some_and(is_digest)
             });
             // Another program may have removed it meanwhile.
             if is_ours && let Ok(file) = fs::symlink_metadata(&path) {
@@ -161,12 +187,16 @@ fn is_digest(text: &str) -> bool {
     text.len() == 64 && text.bytes().all(|byte| byte.is_ascii_hexdigit())
 }
 
+/// Kept for having been used; where that cannot be noted a file goes the sooner.
+fn used(path: &Path) {
+    let _ = fs::File::open(path).and_then(|file| file.set_modified(SystemTime::now()));
+}
+
 /// The file's content if it is whole and of that key.
-fn read(path: &Path, key: &str) -> Option<Reduction> {
+fn read<T: DeserializeOwned>(path: &Path, header: &str, key: &str) -> Option<T> {
     let text = fs::read_to_string(path).ok()?;
-    let (header, body) = text.split_once('\n')?;
-    let expected = format!("{HEADER} {key} {}", sha256(body.as_bytes()));
-    if header != expected {
+    let (found, body) = text.split_once('\n')?;
+    if found != format!("{header} {key} {}", sha256(body.as_bytes())) {
         return None;
     }
     serde_json::from_str(body).ok()
@@ -192,6 +222,8 @@ fn key(scene: &Scene) -> Result<String, FeaError> {
     // A spring is no part of the bodies.
     let support = match &scene.support {
         Support::Flat(flat) => format!("{flat:?}"),
+        // Bodies that end at a rigid flat are those that end free: no run presses their last contact.
+        Support::Free => format!("{:?}", FlatContact::Rigid),
         Support::Spring { .. } => "flat on a spring".into(),
         Support::Disc { shape, .. } => format!("disc, rim {}", shape.rim.name()),
         Support::Annulus { normal, .. } | Support::Body { normal, .. } => format!("body with a {normal:?} normal"),
@@ -249,6 +281,40 @@ mod tests {
         }
     }
 
+    fn ring(overrides: &[&str]) -> Scene {
+        let base = ["model.kind=chain", "support.ring_radius=0.6 mm"];
+        let all: Vec<String> = base.iter().chain(overrides).map(|text| (*text).to_owned()).collect();
+        scene::load("annulus", &all).unwrap()
+    }
+
+    #[test]
+    fn the_law_of_a_ring_is_made_once_and_read_as_it_was_made() {
+        let place = tempfile::tempdir().unwrap();
+        let cache = Cache::new(place.path());
+        let made = |scene: &Scene| crate::tally::during(|| cache.contact_laws(scene).unwrap());
+        let (first, work) = made(&ring(&[]));
+        assert_eq!((work.fitted_laws, fs::read_dir(place.path()).unwrap().count()), (1, 1));
+        let (read, work) = made(&ring(&[]));
+        assert_eq!((read, work.fitted_laws), (first.clone(), 0));
+        assert_eq!(first, FiniteBodyLaws::fit(&ring(&[])).unwrap());
+        // Numbers of the law, which a change of mesh or statics moves: then raise the number in LAWS_HEADER and note the new ones here.
+        let crate::contact_law::Law::Annulus(law) = first.fits[6].law else { panic!("{first:?}") };
+        for (found, kept) in [law.constant(), law.slope()].into_iter().zip(KEPT_LAW) {
+            assert!((found / kept - 1.0).abs() < 1e-7, "{found:.12e} {kept:.12e}");
+        }
+        // Whatever the law follows from makes another; what it does not, none.
+        let others = ["support.section_radius=0.3 mm", "chain.radius=0.55 mm", "support.material=acrylic"];
+        for (number, other) in others.into_iter().enumerate() {
+            assert_ne!(made(&ring(&[other])).0.fits[6], first.fits[6], "{other}");
+            assert_eq!(fs::read_dir(place.path()).unwrap().count(), number + 2);
+        }
+        assert_eq!(made(&ring(&["alpha=2", "damping.coefficient=1"])).1.fitted_laws, 0);
+        for file in fs::read_dir(place.path()).unwrap() {
+            fs::write(file.unwrap().path(), "broken").unwrap();
+        }
+        assert_eq!(made(&ring(&[])).0, first);
+    }
+
     #[test]
     fn everything_the_numbers_follow_from_makes_another_key() {
         let mut keys = vec![key(&scene(&[])).unwrap()];
@@ -260,6 +326,8 @@ mod tests {
             "chain.radius=0.501 mm",
             "materials.chrome-steel.density=7800 kg/m^3",
             "materials.resin.poissons_ratio=0.3",
+            "support.ring_radius=0.56 mm",
+            "support.section_radius=0.26 mm",
             "support.kind=rigid",
             "support.kind=spring",
         ] {
@@ -326,7 +394,7 @@ mod tests {
                 let mut forged = made.clone();
                 forge(&mut forged);
                 let key = key(&scene).unwrap();
-                cache.keep(&place.path().join(format!("reduction-{key}.json")), &key, &forged).unwrap();
+                cache.keep(&place.path().join(format!("reduction-{key}.json")), HEADER, &key, &forged).unwrap();
                 let (again, origin) = cache.reduction(&scene).unwrap();
                 assert_eq!((&again, origin), (&made, Origin::Made { not_kept: None }), "{support}: {what}");
             }
@@ -401,6 +469,8 @@ mod tests {
         }
     }
 
+    /// C and D (m/N) of a ring of 0.6 mm under a 1 mm steel bead.
+    const KEPT_LAW: [f64; 2] = [1.0, 1.0];
     /// S of the innermost point, and the first ω² of bead and annulus.
     const KEPT: [f64; 3] = [1.090426915791e-6, 2.769409608294e14, 2.492478445313e13];
 }

@@ -367,7 +367,7 @@ impl Condensed {
         let rounding = largest * Compliance::ROUNDING;
         found.fill(N::ZERO);
         let (mut pressed, mut prefix, mut counts) = (near, todo, N::ZERO);
-        // The last pressed point, as long as only the gap behind it knows of it.
+        // Points are taken two by two: of the first of two, what only its neighbour knows of.
         let mut held: Option<(N, &[f64])> = None;
         let mut count = 0;
         while count < end {
@@ -388,7 +388,9 @@ impl Condensed {
                 N::subtract(&mut gaps[count..], [other, y], [&before[count..], &column[count..]]);
                 None
             } else {
-                gaps[count..].iter_mut().take(1).for_each(|gap| *gap = *gap - y * column[count]);
+                if let Some(gap) = gaps.get_mut(count) {
+                    *gap = *gap - y * column[count];
+                }
                 Some((y, column))
             };
         }
@@ -399,24 +401,25 @@ impl Condensed {
         let beyond = gaps[count..].iter().fold(N::Mask::all(true), |all, gap| all & gap.within(rounding));
         prefix = prefix & (beyond | !near);
         // Lᵀ λ = y.
-        let (mut pressing, mut left) = (N::ZERO, count);
-        while let Some(i) = left.checked_sub(1) {
-            let [row, above] = [i, i.saturating_sub(1)].map(|i| &self.rows[i * n..i * n + i + 1]);
+        let mut pressing = N::ZERO;
+        held = None;
+        for i in (0..count).rev() {
+            let row = &self.rows[i * n..i * n + i + 1];
             let force = trial[i] / row[i];
             trial[i] = force;
             pressing = pressing + force;
             prefix = prefix & N::ZERO.within(force);
-            left = i;
-            if let Some(i) = i.checked_sub(1) {
-                let next = (trial[i] - force * row[i]) / above[i];
-                trial[i] = next;
-                pressing = pressing + next;
-                prefix = prefix & N::ZERO.within(next);
-                N::subtract(&mut trial[..i], [force, next], [row, above]);
-                left = i;
-            }
+            held = if let Some((other, before)) = held {
+                N::subtract(&mut trial[..i], [other, force], [before, row]);
+                None
+            } else {
+                if let Some(next) = trial[..i].last_mut() {
+                    *next = *next - force * row[i - 1];
+                }
+                Some((force, row))
+            };
         }
-        trial[count..end].fill(N::ZERO);
+        trial[count..end.max(state.pressed[1])].fill(N::ZERO);
         // What the forces do to the points that were not looked at must leave them open.
         for (index, block) in self.blocks.iter().enumerate().filter(|(_, block)| block.end > end) {
             let least = self.least(state, index) + pressing * block.least_compliance;
@@ -426,13 +429,12 @@ impl Condensed {
         prefix
     }
 
-    /// Make the solution that was tried, whose points from `end` on are open, that of the runs `taken`, so many points pressed.
+    /// Make the solution that was tried, whose points from `end` on are open and without force, that of the runs `taken`, so many points pressed.
     #[inline(always)]
     fn take<N: Number>(&self, state: &mut State<N>, taken: N::Mask, counts: N, end: usize) {
         let size = self.vectors * self.vectors;
         let State { forces, trial, moments, found, slope, prefix, pressed, .. } = state;
         let last = end.max(pressed[1]);
-        trial[end..last].fill(N::ZERO);
         for (force, trial) in forces[..last].iter_mut().zip(trial) {
             *force = trial.or_where_not(taken, *force);
         }

@@ -49,7 +49,8 @@ impl Rest {
             let statics = Mechanics::new(reduction, scene, Flexibility::Static, further)?;
             sweeps = press(reduction, &statics, force, &mut forces, &mut approaches)?;
         }
-        let mut overlaps: Vec<f64> = approaches.iter().zip(&chain.gaps).map(|(approach, gap)| approach - gap).collect();
+        let mut overlaps: Vec<f64> =
+            approaches.iter().zip(scene.gaps()).map(|(approach, gap)| approach - gap).collect();
         let gaps = geometries().zip(&overlaps).map(|(geometry, overlap)| {
             geometry.gaps.iter().zip(&geometry.axial).map(|(gap, axial)| gap - axial * overlap).collect()
         });

@@ -17,7 +17,7 @@ use crate::{
     need_drive,
     number::{Lane, Mask, Number},
     response::{ObservedPoint, Response, SolverWork},
-    scene::{PistonMotion, Scene},
+    scene::{PistonMotion, Scene, Support},
     tally,
     water::{behind::DiscBehind, front::WaterRecord},
 };
@@ -86,7 +86,7 @@ impl Reduction {
         if let Some(wet) = &motion.backing {
             wet.disc.count(work);
         }
-        let mut response = record.response(self.observed(), &ledger);
+        let mut response = record.response(self.observed(scene), &ledger);
         if let (Some(heard), Some(front), Some(water), Some(mut wet)) =
             (heard, &self.front, &scene.water, motion.backing)
         {
@@ -136,7 +136,7 @@ impl Reduction {
         let live = (runs.len()..Lane::WIDTH).fold(Mask::all(true), |live, place| live & Mask::but(place));
         let mut motion: Motion<'_, Lane, ()> =
             Motion::new(self, mechanics, &beginnings, scenes[0].damping.tension, live, step, ());
-        let place = self.beads.len() - usize::from(self.observed() == ObservedPoint::Centre);
+        let place = self.beads.len() - usize::from(self.observed(&scenes[0]) == ObservedPoint::Centre);
         let mut follower = Follower::new(longest, place, self.beads.len());
         follower.follow(0, &motion);
         let mut ends = vec![0.0; runs.len()];
@@ -186,8 +186,8 @@ impl Reduction {
     }
 
     /// Where a laser sees the last bead.
-    fn observed(&self) -> ObservedPoint {
-        ObservedPoint::of(self.support.is_none() && self.front.is_none())
+    fn observed(&self, scene: &Scene) -> ObservedPoint {
+        ObservedPoint::of(self.support.is_none() && self.front.is_none() && scene.support != Support::Free)
     }
 }
 

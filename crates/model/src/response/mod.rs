@@ -8,7 +8,7 @@ mod work;
 
 pub use field::{CellKind, Field, FieldBody, FieldError, FieldMesh};
 pub use npy::write_npy;
-pub use table::write_csv;
+pub use table::{columns, write_csv};
 pub use vtu::{VtuError, write_pvd, write_vtu};
 pub use work::{Preparation, SolverWork};
 

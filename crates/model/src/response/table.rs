@@ -37,7 +37,8 @@ pub fn write_csv(response: &Response, mut writer: impl Write) -> io::Result<()> 
 }
 
 /// Every column behind the time, by its name.
-fn columns(response: &Response) -> Vec<(String, &Series)> {
+#[must_use]
+pub fn columns(response: &Response) -> Vec<(String, &Series)> {
     let numbered =
         |start: &'static str, end: &'static str| move |(index, series)| (format!("{start}{}{end}", index + 1), series);
     let one = |name: &str, series| std::iter::once((name.to_owned(), series));

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::{
-    ContactLaw, ContactMass, ContactNormal, DampingPlacement, DampingTerm, DriveKind, FlatContact, ModelKind, Scene,
-    Scheme, Support, TermDescription,
+    AnnulusShape, ContactLaw, ContactMass, ContactNormal, DampingPlacement, DampingTerm, DriveKind, FlatContact,
+    ModelKind, Scene, Scheme, Support, TermDescription,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -31,7 +31,16 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
     let open = chain.gaps.iter().filter(|gap| **gap > 0.0).count();
     let effect = |name, on, why| Effect { name, on, why };
     let annulus = match &scene.support {
-        Support::Annulus { stiffness_factor, .. } => (true, format!("support.stiffness_factor = {stiffness_factor}")),
+        Support::Annulus { shape, stiffness_factor, .. } => {
+            let of = |radius| show(radius, Dimension::LENGTH);
+            let own = format!(
+                ", support.ring_radius = {}, support.section_radius = {}",
+                of(shape.ring_radius),
+                of(shape.section_radius)
+            );
+            let own = if *shape == AnnulusShape::published() { "" } else { &own };
+            (true, format!("support.stiffness_factor = {stiffness_factor}{own}"))
+        }
         _ => (false, "support.kind is not annulus".to_owned()),
     };
     let spring = match scene.support.spring() {

@@ -310,36 +310,25 @@ pub enum SceneError {
         /// Its gap.
         gap: String,
     },
-    /// A support whose law was derived for another bead.
+    /// A bead that lies on a ring too flat or too steep.
     #[error(
-        "{place}: `support.kind = \"annulus\"` is the force law of a bead of radius 0.5 mm on the resin annulus, \
-        the last bead has {radius}; use `support.kind = \"spring\"` with its `support.stiffness`"
+        "{place}: the last bead touches the ring with a normal {angle} from the axis (sin φ = R/(a + b)), expected {}° to {}°; take a {remedy}",
+        between.0, between.1
     )]
-    AnnulusBead {
-        /// Where the support is chosen.
+    AnnulusAngle {
+        /// Where the ring is described.
         place: Place,
-        /// Radius of the last bead.
-        radius: String,
-    },
-    /// A support whose law was derived for another material.
-    #[error(
-        "{place}: `support.material`: `{material}` is not the resin ({youngs_modulus}, ν {poissons_ratio}) of which the force law of \
-        the annulus is; use `support.stiffness_factor`, or `model.kind = \"fea\"`, which meshes the annulus"
-    )]
-    AnnulusMaterial {
-        /// Where the material is chosen.
-        place: Place,
-        /// The material.
-        material: String,
-        /// E of the law.
-        youngs_modulus: String,
-        /// ν of the law.
-        poissons_ratio: f64,
+        /// φ.
+        angle: String,
+        /// Least and largest φ, °.
+        between: (f64, f64),
+        /// What to change.
+        remedy: &'static str,
     },
     /// A last bead that the annulus does not hold.
     #[error(
         "{place}: the last bead has radius {radius} and falls through the annulus, whose opening has {opening}; \
-        use a larger bead or another `support.kind`"
+        use a larger bead, a smaller ring (`support.ring_radius`), or another `support.kind`"
     )]
     ThroughAnnulus {
         /// Where the support is chosen.

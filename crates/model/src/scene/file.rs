@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    Bead, Chain, ContactLaw, Damping, DampingCoefficients, DampingKind, Drive, DriveKind, FlatContact, Material,
-    ModelKind, Scene, SceneText, Support, TermDescription, builtin, contact_law, disc,
+    Bead, Chain, Damping, DampingCoefficients, DampingKind, Drive, DriveKind, FlatContact, Material, ModelKind, Scene,
+    SceneText, Support, TermDescription, annulus, builtin, contact_law, disc,
     document::{Document, Value, resolved},
     error::SceneError,
     mesh_file,
@@ -24,6 +24,8 @@ pub const DEFAULT_VIBROMETER_BANDWIDTH: f64 = 1.5e6;
 pub const DEFAULT_TOLERANCE: f64 = 1e-10;
 /// Most beads of a chain.
 pub const MOST_BEADS: usize = 1000;
+/// Drive frequency of a scene whose record is not read yet, where it states none, Hz.
+pub const UNREAD_FREQUENCY: f64 = 73e3;
 /// Most output samples of a run.
 const MOST_SAMPLES: f64 = 2e7;
 
@@ -35,6 +37,8 @@ pub struct Loaded {
     pub scene: Scene,
     /// Values that were chosen rather than read, one sentence each.
     pub notes: Vec<String>,
+    /// Whether nothing states `drive.frequency`, which is then that of the record that drives: [`UNREAD_FREQUENCY`] until it is read.
+    pub lacks_frequency: bool,
 }
 
 /// Load a built-in scene by name or a scene file by path, changed by overrides `KEY=VALUE`.
@@ -151,7 +155,8 @@ pub(super) fn assemble(
     reader.refuse_unused()?;
     let scene = scene(&reader, name, &mut notes)?;
     reader.check_materials()?;
-    Ok(Loaded { scene, notes })
+    let lacks_frequency = !reader.has("drive.frequency");
+    Ok(Loaded { scene, notes, lacks_frequency })
 }
 
 /// Drive frequency below which the unit was probably forgotten, Hz.
@@ -285,13 +290,14 @@ fn chain(reader: &Reader<'_>) -> Result<Chain, SceneError> {
 
 fn drive(reader: &Reader<'_>) -> Result<Drive, SceneError> {
     let kind = reader.required_choice("drive.kind")?;
-    let frequency = reader.number("drive.frequency")?;
     if kind == "record" {
+        let frequency = reader.given("drive.frequency")?.unwrap_or(UNREAD_FREQUENCY);
         let reason = Some("a drive of kind `record` is read from a file");
         let file = reader.required_text("drive.file", reason)?;
         let file = resolved(file, &reader.place("drive.file"));
         return Ok(Drive { kind: DriveKind::UnreadRecord { file }, amplitude: 1.0, frequency });
     }
+    let frequency = reader.number("drive.frequency")?;
     let (amplitude, cycles) = (reader.number("drive.amplitude")?, reader.number("drive.cycles")?);
     // Elsewhere the burst would begin or end away from zero, and the piston would have to jump.
     let must_close = |parts: f64, expected: &str| {
@@ -321,43 +327,14 @@ fn drive(reader: &Reader<'_>) -> Result<Drive, SceneError> {
     Ok(Drive { kind, amplitude, frequency })
 }
 
-/// Radius of the bead the annulus' law was derived for, m, and how far another may be from it, 1.
-const ANNULUS_BEAD: (f64, f64) = (0.5e-3, 0.02);
-/// Radius of the opening of the annulus, m.
-const ANNULUS_OPENING: f64 = 0.3e-3;
-
 fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
     let kind = reader.required_choice("support.kind")?;
     Ok(match kind {
         "annulus" => {
             let radius = chain.beads.last().map_or(0.0, |bead| bead.radius);
-            let material = support_material(reader)?;
-            if settings::kind(reader)?.is_meshed() || contact_law::read(reader)? == ContactLaw::FiniteBody {
-                if radius <= ANNULUS_OPENING {
-                    let place = reader.place("support.kind");
-                    let (radius, opening) = (length(radius), length(ANNULUS_OPENING));
-                    return Err(SceneError::ThroughAnnulus { place, radius, opening });
-                }
-            } else {
-                if (radius / ANNULUS_BEAD.0 - 1.0).abs() > ANNULUS_BEAD.1 {
-                    return Err(SceneError::AnnulusBead {
-                        place: reader.place("support.kind"),
-                        radius: length(radius),
-                    });
-                }
-                let resin = Material::resin();
-                let elastic = |material: &Material| (material.youngs_modulus, material.poissons_ratio);
-                if elastic(&material) != elastic(&resin) {
-                    return Err(SceneError::AnnulusMaterial {
-                        place: reader.place("support.material"),
-                        material: material.name,
-                        youngs_modulus: Quantity::new(resin.youngs_modulus, Dimension::PRESSURE).to_string(),
-                        poissons_ratio: resin.poissons_ratio,
-                    });
-                }
-            }
             let stiffness_factor = reader.number("support.stiffness_factor")?;
-            Support::Annulus { stiffness_factor, material, normal: reader.word("support.normal")? }
+            let (shape, material) = (annulus::read(reader, radius)?, support_material(reader)?);
+            Support::Annulus { shape, stiffness_factor, material, normal: reader.word("support.normal")? }
         }
         "body" => {
             if !settings::kind(reader)?.is_meshed() {
@@ -375,6 +352,15 @@ fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
             Support::Spring { stiffness: reader.required("support.stiffness", reason)? }
         }
         "disc" => disc::read(reader)?,
+        "free" => {
+            if chain.precompression > 0.0 {
+                let force = Quantity::new(chain.precompression, Dimension::FORCE).to_string();
+                let expected =
+                    "0 N before a free end (`support.kind` = \"free\"), which holds no static force".to_owned();
+                return Err(reader.out_of_range("chain.precompression", expected, force));
+            }
+            Support::Free
+        }
         "half-space" => Support::Flat(FlatContact::HalfSpace),
         _ => Support::Flat(FlatContact::Rigid),
     })

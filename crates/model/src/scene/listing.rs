@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::{
-    Absorption, Bead, ContactLaw, Damping, DampingTerm, DiscShape, FieldPoint, Material, MeshFile, Meshing, Scene,
-    Support, WaterMesh, WaterMethod, WaterSettings, key::Get, table::KEYS,
+    Absorption, AnnulusShape, Bead, ContactLaw, Damping, DampingTerm, DiscShape, FieldPoint, Material, MeshFile,
+    Meshing, Scene, Support, WaterMesh, WaterMethod, WaterSettings, key::Get, table::KEYS,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -235,6 +235,10 @@ pub(super) fn support_mesh(scene: &Scene) -> Option<&MeshFile> {
     if let Support::Body { mesh, .. } = &scene.support { Some(mesh) } else { None }
 }
 
+pub(super) fn ring(scene: &Scene) -> Option<&AnnulusShape> {
+    if let Support::Annulus { shape, .. } = &scene.support { Some(shape) } else { None }
+}
+
 pub(super) fn disc(scene: &Scene) -> Option<&DiscShape> {
     if let Support::Disc { shape, .. } = &scene.support { Some(shape) } else { None }
 }
@@ -279,7 +283,7 @@ mod tests {
     /// What a key says of when it has an effect is when a scene has a value for it.
     #[test]
     fn a_scene_lists_a_key_where_its_conditions_hold_and_nowhere_else() {
-        let variants: [&[&str]; 14] = [
+        let variants: [&[&str]; 15] = [
             &[],
             &["model.kind=reduced"],
             &["model.kind=fea"],
@@ -290,6 +294,7 @@ mod tests {
             &["support.kind=annulus", "model.kind=fea"],
             &["support.kind=spring", "support.stiffness=1e6"],
             &["support.kind=disc"],
+            &["support.kind=free"],
             &["support.kind=disc", "water.medium=none"],
             &["support.kind=disc", "water.method=elements", "model.kind=reduced"],
             &["damping.kind=none", "drive.kind=gaussian-burst"],

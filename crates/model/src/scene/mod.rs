@@ -23,6 +23,7 @@
 //! Where a layer changes a `kind`, keys of lower layers that the new kind does not use fall away, and a damping
 //! coefficient returns to the default of its new law; keys given beside a kind that does not use them are refused.
 
+mod annulus;
 mod builtin;
 mod burst;
 mod chain;
@@ -51,6 +52,7 @@ mod text;
 mod water;
 mod word;
 
+pub use annulus::AnnulusShape;
 pub use builtin::{BUILT_IN, BuiltIn};
 pub use chain::{Bead, Chain};
 pub use contact_law::ContactLaw;
@@ -63,8 +65,8 @@ pub use fea::{
     ContactMass, DEFAULT_CONTACT_PATCH, DEFAULT_FEA_STEP, DEFAULT_MESH_DENSITY, Elements, FeaSettings, Scheme,
 };
 pub use file::{
-    DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DEFAULT_VIBROMETER_BANDWIDTH, Loaded, MOST_BEADS, load, load_preferring,
-    load_text, load_with_notes,
+    DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DEFAULT_VIBROMETER_BANDWIDTH, Loaded, MOST_BEADS, UNREAD_FREQUENCY, load,
+    load_preferring, load_text, load_with_notes,
 };
 pub use key::{Key, ValueKind};
 pub use limits::Limits;
@@ -117,7 +119,16 @@ pub struct Scene {
     pub model: ModelSettings,
 }
 
+/// What a contact behind a free end is open by, m: more than any motion.
+const FREE: f64 = 1e6;
+
 impl Scene {
+    /// Initial gaps of the N + 1 contacts, m; behind a free end there is nothing within reach.
+    pub fn gaps(&self) -> impl Iterator<Item = f64> + '_ {
+        let free = (self.support == Support::Free).then_some(self.chain.beads.len());
+        self.chain.gaps.iter().enumerate().map(move |(contact, gap)| if free == Some(contact) { FREE } else { *gap })
+    }
+
     /// Number of output samples, at 0, `output_step`, 2 `output_step` … up to the duration (a rounding of the quotient is no sample less).
     #[must_use]
     pub fn samples(&self) -> usize {

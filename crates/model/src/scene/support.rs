@@ -1,6 +1,6 @@
 //! What the first and the last bead touch.
 
-use super::{DiscShape, Material, MeshFile, word::words};
+use super::{AnnulusShape, DiscShape, Material, MeshFile, word::words};
 
 /// Material of a flat that a bead touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,16 +25,19 @@ pub enum ContactNormal {
 pub enum Support {
     /// A flat.
     Flat(FlatContact),
-    /// The resin annulus: a half disc of radius 0.25 mm centred at r = 0.55 mm, its flat side clamped. In the chain by its static force
-    /// law, in the finite element analysis meshed.
+    /// A ring on which the last bead lies. In the chain by its static force law, in the finite element analysis meshed.
     Annulus {
+        /// Its shape.
+        shape: AnnulusShape,
         /// Factor on the force of the law, and on Young's modulus of the meshed body, 1.
         stiffness_factor: f64,
-        /// What it is made of; the law is that of [`Material::resin`].
+        /// What it is made of.
         material: Material,
         /// Along which normal the bead presses on the meshed body.
         normal: ContactNormal,
     },
+    /// Nothing: the last bead is free.
+    Free,
     /// A massless one-sided linear spring.
     Spring {
         /// Stiffness, N/m.
@@ -62,7 +65,8 @@ impl Support {
     /// The paper's annulus, its stiffness multiplied by `stiffness_factor` (1).
     #[must_use]
     pub fn resin_annulus(stiffness_factor: f64) -> Self {
-        Self::Annulus { stiffness_factor, material: Material::resin(), normal: ContactNormal::Fixed }
+        let (shape, normal) = (AnnulusShape::published(), ContactNormal::Fixed);
+        Self::Annulus { shape, stiffness_factor, material: Material::resin(), normal }
     }
 
     /// What makes it stiffer or softer as a whole: the factor of an annulus, 1, or the stiffness of a spring, N/m.
@@ -70,7 +74,7 @@ impl Support {
     pub const fn stiffness(&self) -> Option<f64> {
         match self {
             Self::Annulus { stiffness_factor: own, .. } | Self::Spring { stiffness: own } => Some(*own),
-            Self::Flat(_) | Self::Disc { .. } | Self::Body { .. } => None,
+            Self::Flat(_) | Self::Free | Self::Disc { .. } | Self::Body { .. } => None,
         }
     }
 
@@ -78,7 +82,7 @@ impl Support {
     pub const fn stiffness_mut(&mut self) -> Option<&mut f64> {
         match self {
             Self::Annulus { stiffness_factor: own, .. } | Self::Spring { stiffness: own } => Some(own),
-            Self::Flat(_) | Self::Disc { .. } | Self::Body { .. } => None,
+            Self::Flat(_) | Self::Free | Self::Disc { .. } | Self::Body { .. } => None,
         }
     }
 
@@ -93,7 +97,7 @@ impl Support {
     pub const fn normal(&self) -> Option<ContactNormal> {
         match self {
             Self::Annulus { normal, .. } | Self::Body { normal, .. } => Some(*normal),
-            Self::Flat(_) | Self::Spring { .. } | Self::Disc { .. } => None,
+            Self::Flat(_) | Self::Free | Self::Spring { .. } | Self::Disc { .. } => None,
         }
     }
 
@@ -103,7 +107,7 @@ impl Support {
         match self {
             Self::Annulus { material, .. } | Self::Body { material, .. } => Some(material),
             Self::Disc { shape, .. } => Some(&shape.material),
-            Self::Flat(_) | Self::Spring { .. } => None,
+            Self::Flat(_) | Self::Free | Self::Spring { .. } => None,
         }
     }
 
@@ -112,6 +116,7 @@ impl Support {
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Flat(flat) => flat.name(),
+            Self::Free => "free",
             Self::Annulus { .. } => "annulus",
             Self::Spring { .. } => "spring",
             Self::Disc { .. } => "disc",

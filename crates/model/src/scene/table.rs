@@ -2,15 +2,15 @@
 //! checked where the scene is built.
 
 use super::{
-    Baffle, ContactLaw, ContactMass, ContactNormal, DEFAULT_CONTACT_PATCH, DEFAULT_DISC, DEFAULT_OUTPUT_STEP,
-    DEFAULT_TOLERANCE, DampingKind, DampingPlacement, DampingTerm, DriveKind, Elements, FlatContact, Integrator, Key,
-    MOST_BEADS, ModelKind, Rim, Scene, Scheme, Support, ValueKind,
+    AnnulusShape, Baffle, ContactLaw, ContactMass, ContactNormal, DEFAULT_CONTACT_PATCH, DEFAULT_DISC,
+    DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DampingKind, DampingPlacement, DampingTerm, DriveKind, Elements,
+    FlatContact, Integrator, Key, MOST_BEADS, ModelKind, Rim, Scene, Scheme, Support, ValueKind,
     key::{
         When::{self, Beside, Damped, Is},
         count, nowhere, number, of_material, value, word,
     },
     listing::{
-        SettingValue, absorption, beads, coefficient, damped, differing_beads, disc, gaps, meshing, of_sum, path,
+        SettingValue, absorption, beads, coefficient, damped, differing_beads, disc, gaps, meshing, of_sum, path, ring,
         shared_mesh, support_mesh, text, water, water_mesh, whole,
     },
     reader::Bound,
@@ -19,7 +19,7 @@ use granchain_signal::Dimension;
 
 /// Words of choices that are more than one value of a scene.
 const DRIVES: &[&str] = &["record", "tone-burst", "gaussian-burst", "sine"];
-const SUPPORTS: &[&str] = &["rigid", "half-space", "annulus", "spring", "body", "disc"];
+const SUPPORTS: &[&str] = &["rigid", "half-space", "annulus", "spring", "body", "disc", "free"];
 const MEDIA: &[&str] = &["water", "tissue", "none"];
 const METHODS: &[&str] = &["rayleigh", "elements"];
 const INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic", "trapezoid", "hht", "newmark"];
@@ -28,6 +28,7 @@ pub(super) const CHAIN_INTEGRATORS: &[&str] = &["dormand-prince-853", "symplecti
 /// Those of the finite element analysis.
 pub(super) const FEA_INTEGRATORS: &[&str] = &["trapezoid", "hht", "newmark"];
 
+const RING: &[When] = &[Is("support.kind", &["annulus"])];
 const BODY_MESH: &[When] = &[Is("model.kind", &["reduced", "fea"])];
 const MESHED: &[When] = &[Is("model.kind", &["chain", "reduced", "fea"]), Is("contact.law", &["finite-body"])];
 const FORMULA: &[When] = &[Is("drive.kind", &["tone-burst", "gaussian-burst", "sine"])];
@@ -179,6 +180,7 @@ pub const KEYS: &[Key] = &[
         "drive frequency f0",
     )
     .needed("drive.frequency = \"73 kHz\"")
+    .usually("the record's own; a formula must be told")
     .when(&[Is("drive.kind", DRIVES)]),
     number(
         "drive.cycles",
@@ -201,6 +203,24 @@ pub const KEYS: &[Key] = &[
     value("support.kind", ValueKind::Choice(SUPPORTS), |scene| text(scene.support.name()), "what holds the far end")
         .needed("support.kind = \"rigid\""),
     number(
+        "support.ring_radius",
+        Dimension::LENGTH,
+        Bound::Radius,
+        |scene| Some(ring(scene)?.ring_radius),
+        "radius R of the circle of the centres of the ring's sections, and of its clamped side",
+    )
+    .or(AnnulusShape::published().ring_radius)
+    .when(RING),
+    number(
+        "support.section_radius",
+        Dimension::LENGTH,
+        Bound::Radius,
+        |scene| Some(ring(scene)?.section_radius),
+        "radius b of the ring's section, a half disc; the opening has R − b",
+    )
+    .or(AnnulusShape::published().section_radius)
+    .when(RING),
+    number(
         "support.stiffness_factor",
         Dimension::NONE,
         Bound::Positive,
@@ -210,7 +230,7 @@ pub const KEYS: &[Key] = &[
         "factor on the stiffness of the annulus",
     )
     .or(1.0)
-    .when(&[Is("support.kind", &["annulus"])]),
+    .when(RING),
     value(
         "support.material",
         ValueKind::Text,

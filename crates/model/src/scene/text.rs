@@ -36,6 +36,12 @@ impl SceneText {
         }
     }
 
+    /// A text as it would stand in the file `path`.
+    #[must_use]
+    pub fn of_file(path: &Path, text: String) -> Self {
+        Self(Origin::File { path: path.into(), text })
+    }
+
     /// The scene, as [`super::load_preferring`].
     ///
     /// # Errors

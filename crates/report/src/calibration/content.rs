@@ -19,6 +19,9 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     if !lead.record_notes.is_empty() {
         blocks.push(Block::Notice(lead.record_notes.clone()));
     }
+    // What a reader wants to see first stands first, and once.
+    let mut traces = figures::traces(report, lead).into_iter();
+    blocks.push(Block::Plates(traces.by_ref().take(1).collect()));
     if !outcome.warnings.is_empty() {
         blocks.push(Block::Notice(outcome.warnings.clone()));
     }
@@ -45,7 +48,7 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     blocks.extend(laws.iter().filter(meaningful).filter_map(table::lobes).map(Block::Table));
     joint::shares(&laws, &mut blocks);
 
-    measured(report, &mut blocks);
+    measured(report, traces.collect(), &mut blocks);
     if let Some(features) = table::features(report, 0) {
         blocks.push(Block::Heading("Features".into()));
         blocks.push(Block::Table(features));
@@ -139,7 +142,7 @@ pub(super) fn preview(report: &CalibrationReport) -> Page {
     if !lead.record_notes.is_empty() {
         blocks.push(Block::Notice(lead.record_notes.clone()));
     }
-    measured(report, &mut blocks);
+    measured(report, figures::traces(report, lead), &mut blocks);
     provenance(report, &mut blocks);
     Page {
         title: format!("Before the calibration against {}", lead.title),
@@ -149,11 +152,11 @@ pub(super) fn preview(report: &CalibrationReport) -> Page {
 }
 
 /// Drive, traces and spectra of the first record.
-fn measured(report: &CalibrationReport, blocks: &mut Vec<Block>) {
+fn measured(report: &CalibrationReport, traces: Vec<Plate>, blocks: &mut Vec<Block>) {
     let lead = report.lead();
     section(blocks, "Drive", Some(format!("The piston follows {}.", lead.drive_origin)), figures::drive(report, lead));
     let alignment = (!lead.alignment.is_empty()).then(|| format!("Alignment: {}.", lead.alignment));
-    section(blocks, recorded_quantity(report), alignment, figures::traces(report, lead));
+    section(blocks, recorded_quantity(report), alignment, traces);
     section(blocks, "Spectra", None, figures::spectra(report, lead));
 }
 
@@ -266,7 +269,10 @@ fn facts(report: &CalibrationReport, laws: &[Law<'_>]) -> Vec<(String, String)> 
 
 fn search_words(law: &Law<'_>) -> String {
     let Some(answering) = law.fit.rungs.iter().rev().find(|rung| rung.verdict.is_some()) else { return String::new() };
-    let failures: Vec<_> = law.fit.failures.iter().map(|(reason, count)| format!("{count} × {reason}")).collect();
+    // Numbers are left out of the reasons, so that alike ones meet.
+    let told = |reason: &str| reason.replace('…', "so many");
+    let failures: Vec<_> =
+        law.fit.failures.iter().map(|(reason, count)| format!("{count} × {}", told(reason))).collect();
     let failed = match answering.failed_runs {
         0 => "none of which failed".to_owned(),
         failed => format!(

@@ -78,7 +78,7 @@ pub(super) fn pulls(law: &Law<'_>, records: &[RecordReport]) -> Vec<Plate> {
         points.map(|(index, (_, pull, _))| ErrorPoint::exact(pull.clamp(-shown, shown), row(index))).collect::<Vec<_>>()
     };
     for (points, label, colour, marker) in [
-        (of(false), "agrees", Colour::Blue, Marker::Disc),
+        (of(false), "fitted", Colour::Blue, Marker::Disc),
         (of(true), "down-weighted: no run has it", Colour::Vermillion, Marker::Diamond),
     ] {
         if !points.is_empty() {
@@ -136,7 +136,7 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
     };
     let name = measurand.name();
     vec![
-        Plate::new(name, whole),
+        Plate::new(name, whole).heard(report.drive_frequency),
         Plate::new(
             format!("{name}-onset"),
             Figure::new("The first twelve drive periods after the onset.").panel(zoom(ring_up, 13.0)),

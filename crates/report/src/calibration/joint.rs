@@ -106,7 +106,7 @@ fn width_plate(law: &Law<'_>) -> Plate {
             };
             rows.iter().enumerate().filter_map(of).collect()
         };
-        let y = Axis::new("Record", "1").range(-0.6, last + 0.6).named_ticks(names.clone());
+        let y = Axis::new("Record", "").range(-0.6, last + 0.6).named_ticks(names.clone());
         let panel = Panel::new(figures::axis(parameter), y)
             .height(16.0 + 6.0 * rows.len() as f64)
             .error_points("alone", points(false), Colour::Blue, Marker::Disc)
@@ -116,15 +116,35 @@ fn width_plate(law: &Law<'_>) -> Plate {
     Plate::new(format!("widths-{}", law.key()), figure)
 }
 
-/// Where the accepted cells of all maps lie along one axis, with a twentieth of margin to either side in ln.
-fn extent(maps: &[(Map, f64)], along: fn(&Map, usize) -> f64) -> Option<(f64, f64)> {
+/// Where the accepted cells of all maps and their neighbours lie along one axis, up to which their contours reach.
+fn extent(maps: &[(Map, f64)], along: fn(&Map) -> &[f64], place: fn(&Map, usize) -> usize) -> Option<(f64, f64)> {
     let accepted = maps.iter().flat_map(|(map, level)| {
         let cells = map.values.iter().enumerate().filter(|(_, density)| **density >= *level);
-        cells.map(|(cell, _)| along(map, cell)).collect::<Vec<_>>()
+        let places = along(map);
+        let around = move |(cell, _): (usize, &f64)| {
+            let index = place(map, cell);
+            [places[index.saturating_sub(1)], places[(index + 1).min(places.len() - 1)]]
+        };
+        cells.flat_map(around).collect::<Vec<_>>()
     });
     let (low, high) = accepted.fold((f64::INFINITY, 0.0_f64), |(low, high), at| (low.min(at), high.max(at)));
-    let margin = (high / low).powf(0.05);
+    let margin = (high / low).powf(0.03);
     (low > 0.0 && high > low).then(|| (low / margin, high * margin))
+}
+
+/// The same map with a rim of nothing around it, so that a region which reaches its edge is closed there.
+fn rimmed(map: &Map) -> Map {
+    let wider = |places: &[f64]| -> Vec<f64> {
+        // Steps of one ratio stay positive.
+        let ratio = places[1] / places[0];
+        let last = places[places.len() - 1];
+        [places[0] / ratio].into_iter().chain(places.iter().copied()).chain([last * ratio]).collect()
+    };
+    let columns = map.x.len();
+    let empty = vec![0.0; columns + 2];
+    let inner = map.values.chunks_exact(columns).flat_map(|row| [&[0.0], row, &[0.0]].concat());
+    let values = empty.iter().copied().chain(inner).chain(empty.iter().copied()).collect();
+    Map { x: wider(&map.x), y: wider(&map.y), values }
 }
 
 /// The 90 % regions of every record and of all on common axes.
@@ -132,14 +152,15 @@ fn region_plate(law: &Law<'_>) -> Option<Plate> {
     let [first, second, ..] = law.parameters.as_slice() else { return None };
     let drawn = law.drawn.alone.iter().chain([&law.drawn.map]);
     let maps: Vec<(Map, f64)> = drawn
-        .map(|map| Some((map.as_ref()?.shown(first, second), map.as_ref()?.accepted_level)))
+        .map(|map| Some((rimmed(&map.as_ref()?.shown(first, second)), map.as_ref()?.accepted_level)))
         .collect::<Option<_>>()?;
-    let bounded = |axis: Axis, along: fn(&Map, usize) -> f64| match extent(&maps, along) {
-        Some((low, high)) => axis.range(low, high),
-        None => axis,
-    };
-    let x = bounded(figures::axis(first), |map, cell| map.x[cell % map.x.len()]);
-    let y = bounded(figures::axis(second), |map, cell| map.y[cell / map.x.len()]);
+    let bounded =
+        |axis: Axis, along: fn(&Map) -> &[f64], place: fn(&Map, usize) -> usize| match extent(&maps, along, place) {
+            Some((low, high)) => axis.range(low, high),
+            None => axis,
+        };
+    let x = bounded(figures::axis(first), |map| &map.x, |map, cell| cell % map.x.len());
+    let y = bounded(figures::axis(second), |map| &map.y, |map, cell| cell / map.x.len());
     let mut panel = Panel::new(x, y).height(60.0);
     for (index, (map, level)) in maps.into_iter().enumerate() {
         let (label, stroke) = match law.fit.records.get(index) {
@@ -151,7 +172,10 @@ fn region_plate(law: &Law<'_>) -> Option<Plate> {
         };
         panel = panel.layer(Layer::Contour { label, map, level, stroke });
     }
-    let title = format!("90 % regions of every record by itself and of all together, {}.", law.name());
+    let title = format!(
+        "90 % regions of every record by itself and of all together, {}. A straight edge is where the runs end.",
+        law.name()
+    );
     Some(Plate::new(format!("regions-{}", law.key()), Figure::new(title).panel(panel)))
 }
 

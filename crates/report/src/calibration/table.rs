@@ -22,8 +22,10 @@ fn heard_unit(unit: &str) -> (f64, &str) {
 /// Recorded, simulated, scatter, sensitivity, published, of record `number`.
 pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Table> {
     let record = &report.records[number];
-    let rows: Vec<Vec<String>> = report
-        .features(number)
+    let watched = report.features(number);
+    // Of a twin, or of a bench of one's own, nothing is in print.
+    let in_print = watched.iter().any(|row| row.published.is_some());
+    let rows: Vec<Vec<String>> = watched
         .iter()
         .map(|row| {
             let (factor, shown) = heard_unit(&row.feature.unit);
@@ -45,13 +47,9 @@ pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Tabl
             };
             let mut cells = vec![if row.fitted { format!("{} *", row.name) } else { row.name.clone() }];
             cells.extend(record.recorded.is_some().then(|| value(row.recorded)));
-            cells.extend([
-                value(row.feature.simulated),
-                small(row.feature.scatter),
-                small(row.feature.sensitivity),
-                published,
-                if shown == "1" { NOTHING.to_owned() } else { shown.to_owned() },
-            ]);
+            cells.extend([value(row.feature.simulated), small(row.feature.scatter), small(row.feature.sensitivity)]);
+            cells.extend(in_print.then_some(published));
+            cells.push(if shown == "1" { NOTHING.to_owned() } else { shown.to_owned() });
             cells
         })
         .collect();
@@ -61,7 +59,8 @@ pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Tabl
     let mut columns = vec![Column::words("Feature")];
     // Without a waveform the column would be empty.
     columns.extend(record.recorded.is_some().then(|| Column::numbers(record.record_label.clone())));
-    columns.extend(["simulated", "scatter", "sensitivity", "published"].map(Column::numbers));
+    columns.extend(["simulated", "scatter", "sensitivity"].map(Column::numbers));
+    columns.extend(in_print.then(|| Column::numbers("published")));
     columns.push(Column::words("unit"));
     Some(Table {
         caption: "Features over the analysis window (* used by the fit). Scatter: one standard deviation under perturbations the laboratory cannot control; agreement closer than that means nothing. Sensitivity: change for +1 % drive.".into(),

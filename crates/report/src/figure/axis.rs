@@ -66,6 +66,11 @@ impl Axis {
         Self { named_ticks: Some(ticks), ..self }
     }
 
+    /// Label and unit.
+    pub(crate) fn title(&self) -> String {
+        title(&self.label, &self.unit, 0)
+    }
+
     /// Whether a value can be placed on this axis.
     pub(super) fn carries(&self, value: f64) -> bool {
         let shown = value * self.factor;

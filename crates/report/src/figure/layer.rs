@@ -17,7 +17,7 @@ pub enum Dash {
 
 impl Dash {
     /// Lengths of strokes and gaps in turn, pt; empty when unbroken.
-    pub(super) fn pattern(self) -> &'static [f64] {
+    pub(crate) fn pattern(self) -> &'static [f64] {
         match self {
             Self::Solid => &[],
             Self::Dashed => &[4.0, 2.2],

@@ -1,15 +1,37 @@
 //! One HTML page with everything in it.
 
+use base64::{Engine, engine::general_purpose::STANDARD};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::{Block, Drawn, Page, Table, Tone};
-use crate::figure::{COLUMN_WIDTH_MM, embedded_font};
+use super::{Block, Drawn, Page, Table, Tone, curves};
+use crate::{
+    figure::{COLUMN_WIDTH_MM, embedded_font},
+    motion::Motion,
+};
 
 const STYLE: &str = include_str!("style.css");
+/// uPlot 1.6.32, © Leon Sorokin, MIT: see `assets/`.
+const PLOT: &str = include_str!("../../assets/uplot/uPlot.iife.min.js");
+const PLOT_STYLE: &str = include_str!("../../assets/uplot/uPlot.min.css");
+const PLOT_LICENCE: &str = include_str!("../../assets/uplot/LICENSE");
+const EXPLORE: &str = include_str!("explore.js");
+const TABLES: &str = include_str!("tables.js");
+const MOTION: &str = include_str!("motion.js");
+
+/// A page with more headings than this begins with a list of them.
+const FEW_HEADINGS: usize = 3;
+/// A table of more rows than this can be folded.
+const LONG_TABLE: usize = 15;
+/// A table of more rows than this is folded at first.
+const FOLDED_TABLE: usize = 60;
 
 pub(super) fn render(page: &Page, drawn: &[Drawn<'_>]) -> String {
-    let style = STYLE.replace("FONT", &base64(embedded_font()));
-    let mut plates = drawn.iter();
+    let curves = curves::of(drawn);
+    let style = STYLE.replace("FONT", &STANDARD.encode(embedded_font()));
+    let mut state = State { plates: drawn.iter(), headings: 0 };
+    // The answer comes before the list of what follows.
+    let lead = usize::from(matches!(page.blocks.first(), Some(Block::Headline { .. })));
+    let (lead, rest) = page.blocks.split_at(lead);
     let markup = html! {
         (DOCTYPE)
         html lang="en" {
@@ -17,14 +39,17 @@ pub(super) fn render(page: &Page, drawn: &[Drawn<'_>]) -> String {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 title { (page.title) }
-                style { (PreEscaped(style)) }
+                style { (PreEscaped(style)) @if curves.is_some() { (PreEscaped(PLOT_STYLE)) } }
             }
             body {
                 main {
                     h1 { (page.title) }
                     p.subtitle { (page.subtitle) }
-                    @for block in &page.blocks { (render_block(block, &mut plates)) }
+                    @for block in lead { (state.block(block)) }
+                    (contents(page))
+                    @for block in rest { (state.block(block)) }
                 }
+                (scripts(page, curves))
             }
         }
     };
@@ -33,54 +58,122 @@ pub(super) fn render(page: &Page, drawn: &[Drawn<'_>]) -> String {
     text
 }
 
-fn render_block<'a>(block: &Block, plates: &mut impl Iterator<Item = &'a Drawn<'a>>) -> Markup {
-    match block {
-        Block::Headline { tone, verdict, text } => {
-            let tone = match tone {
-                Tone::Good => "good",
-                Tone::Careful => "careful",
-                Tone::Bad => "bad",
-            };
-            html! { p class={ "headline " (tone) } { strong { (verdict) } (kept(text)) } }
-        }
-        Block::Notice(statements) => html! {
-            @if let [first, rest @ ..] = statements.as_slice() {
-                div.notice {
-                    p { (kept(first)) }
-                    @if !rest.is_empty() { ul { @for statement in rest { li { (kept(statement)) } } } }
-                }
+fn contents(page: &Page) -> Markup {
+    let heading = |block: &Block| if let Block::Heading(text) = block { Some(text.clone()) } else { None };
+    let headings: Vec<String> = page.blocks.iter().filter_map(heading).collect();
+    html! {
+        @if headings.len() > FEW_HEADINGS {
+            nav.contents aria-label="Contents" {
+                ul { @for (index, text) in headings.iter().enumerate() { li { a href={ "#s" (index + 1) } { (prose(text)) } } } }
             }
-        },
-        Block::Heading(text) => html! { h2 { (text) } },
-        Block::Paragraph(text) => html! { p { (kept(text)) } },
-        Block::List(items) => html! { ul { @for item in items { li { (kept(item)) } } } },
-        Block::Facts(facts) => html! {
-            dl.facts { @for (name, value) in facts { dt { (name) } dd { (value) } } }
-        },
-        Block::Table(table) => render_table(table),
-        Block::Plates(list) => html! {
-            div.plates {
-                @for plate in plates.take(list.len()) {
-                    figure.wide[plate.plate.figure.width_mm > 1.2 * COLUMN_WIDTH_MM] {
-                        (PreEscaped(&plate.svg))
-                        figcaption { b { "Figure " (plate.number) ". " } (kept(&plate.plate.caption)) }
+        }
+    }
+}
+
+/// What a page has to run: nothing where there is nothing to do.
+fn scripts(page: &Page, curves: Option<String>) -> Markup {
+    let has = |wanted: fn(&Block) -> bool| page.blocks.iter().any(wanted);
+    html! {
+        @if has(|block| matches!(block, Block::Table(_))) { script { (PreEscaped(TABLES)) } }
+        @if has(|block| matches!(block, Block::Motion(_))) { script { (PreEscaped(MOTION)) } }
+        @if let Some(curves) = curves {
+            script type="application/json" id="curves" { (PreEscaped(curves)) }
+            script { "/*\n" (PreEscaped(PLOT_LICENCE)) "*/\n" (PreEscaped(PLOT)) }
+            script { (PreEscaped(EXPLORE)) }
+        }
+    }
+}
+
+/// What has been shown so far.
+struct State<'a> {
+    plates: std::slice::Iter<'a, Drawn<'a>>,
+    headings: usize,
+}
+
+impl State<'_> {
+    fn block(&mut self, block: &Block) -> Markup {
+        match block {
+            Block::Headline { tone, verdict, text } => {
+                let tone = match tone {
+                    Tone::Good => "good",
+                    Tone::Careful => "careful",
+                    Tone::Bad => "bad",
+                };
+                html! { p class={ "headline " (tone) } { strong { (prose(verdict)) } (prose(text)) } }
+            }
+            Block::Notice(statements) => html! {
+                @if let [first, rest @ ..] = statements.as_slice() {
+                    div.notice {
+                        p { (prose(first)) }
+                        @if !rest.is_empty() { ul { @for statement in rest { li { (prose(statement)) } } } }
                     }
                 }
+            },
+            Block::Heading(text) => {
+                self.headings += 1;
+                html! { h2 id={ "s" (self.headings) } { (prose(text)) } }
             }
-        },
-        Block::Code(text) => html! { pre { (text) } },
+            Block::Paragraph(text) => html! { p { (prose(text)) } },
+            Block::List(items) => html! { ul { @for item in items { li { (prose(item)) } } } },
+            Block::Facts(facts) => html! {
+                dl.facts { @for (name, value) in facts { dt { (prose(name)) } dd { (prose(value)) } } }
+            },
+            Block::Table(table) => render_table(table),
+            Block::Plates(list) => html! {
+                div.plates { @for plate in self.plates.by_ref().take(list.len()) { (render_plate(plate)) } }
+            },
+            Block::Motion(motion) => render_motion(motion),
+            Block::Code(text) => html! { pre { (text) } },
+        }
+    }
+}
+
+fn render_plate(drawn: &Drawn<'_>) -> Markup {
+    let figure = &drawn.plate.figure;
+    let wide = figure.width_mm > 1.2 * COLUMN_WIDTH_MM;
+    let explorable = curves::is_explorable(figure).then(|| drawn.number.to_string());
+    html! {
+        figure.wide[wide] data-curves=[explorable] {
+            // A wide sheet scrolls on a narrow screen.
+            div.sheet tabindex=[wide.then_some("0")] role=[wide.then_some("group")]
+                aria-label=[wide.then(|| format!("Figure {}", drawn.number))] { (PreEscaped(&drawn.svg)) }
+            figcaption { b { "Figure " (drawn.number) ". " } (prose(&drawn.plate.caption)) }
+        }
+    }
+}
+
+fn render_motion(motion: &Motion) -> Markup {
+    html! {
+        figure.wide.motion data-motion=(motion.data) {
+            div.sheet tabindex="0" role="group" aria-label="The chain in motion" { (PreEscaped(&motion.svg)) }
+            figcaption { b { "Motion. " } (prose(&motion.caption)) }
+        }
     }
 }
 
 fn render_table(table: &Table) -> Markup {
+    let rows = table.rows.len();
     html! {
-        div.scroll {
+        @if rows > LONG_TABLE {
+            details open[rows <= FOLDED_TABLE] {
+                summary { "Table of " (rows) " rows" }
+                (table_itself(table))
+            }
+        } @else {
+            (table_itself(table))
+        }
+    }
+}
+
+fn table_itself(table: &Table) -> Markup {
+    html! {
+        div.scroll tabindex="0" role="group" aria-label="Table" {
             table {
-                caption { (kept(&table.caption)) }
+                caption { (prose(&table.caption)) }
                 thead {
                     tr {
                         @for column in &table.columns {
-                            th.number[column.numeric] scope="col" { (column.head()) }
+                            th.number[column.numeric] scope="col" { (prose(&column.head())) }
                         }
                     }
                 }
@@ -88,7 +181,7 @@ fn render_table(table: &Table) -> Markup {
                     @for row in table.aligned() {
                         tr {
                             @for (cell, column) in row.iter().zip(&table.columns) {
-                                td.number[column.numeric].digest[is_digest(cell)] { (cell) }
+                                td.number[column.numeric].digest[is_digest(cell)] { (prose(cell)) }
                             }
                         }
                     }
@@ -98,9 +191,18 @@ fn render_table(table: &Table) -> Markup {
     }
 }
 
-/// A number and its percent sign stay on one line.
-fn kept(text: &str) -> String {
-    text.replace(" %", "\u{a0}%")
+/// Text with what stands between two backticks set as code; a number and its percent sign stay on one line.
+fn prose(text: &str) -> Markup {
+    let text = text.replace(" %", "\u{a0}%");
+    let parts: Vec<&str> = text.split('`').collect();
+    html! {
+        // Every opened quotation is closed where the parts are odd in number.
+        @if parts.len() % 2 == 1 {
+            @for (index, part) in parts.iter().enumerate() { @if index % 2 == 1 { code { (part) } } @else { (part) } }
+        } @else {
+            (text)
+        }
+    }
 }
 
 /// 64 hexadecimal digits would stretch any table.
@@ -108,29 +210,13 @@ fn is_digest(cell: &str) -> bool {
     cell.len() == 64 && cell.bytes().all(|byte| byte.is_ascii_hexdigit())
 }
 
-/// RFC 4648, §4, with padding.
-fn base64(bytes: &[u8]) -> String {
-    const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for group in bytes.chunks(3) {
-        let bits = group.iter().fold(0_u32, |bits, byte| bits << 8 | u32::from(*byte)) << (8 * (3 - group.len()));
-        for index in 0..4 {
-            let digit = (bits >> (18 - 6 * index)) & 63;
-            text.push(if index <= group.len() { ALPHABET[digit as usize] as char } else { '=' });
-        }
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
-    use super::base64;
+    use super::*;
 
     #[test]
-    fn base64_gives_the_examples_of_rfc_4648() {
-        let pairs = [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")];
-        for (plain, coded) in pairs {
-            assert_eq!(base64(plain.as_bytes()), coded);
-        }
+    fn backticks_become_code_and_a_lone_one_stays() {
+        assert_eq!(prose("the scene `annulus` of <6> beads").0, "the scene <code>annulus</code> of &lt;6&gt; beads");
+        assert_eq!(prose("a ` b").0, "a ` b");
     }
 }

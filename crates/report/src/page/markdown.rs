@@ -34,6 +34,7 @@ fn render_block<'a>(block: &Block, plates: &mut impl Iterator<Item = &'a Drawn<'
             writeln!(text, "![Figure {}](figures/{}.png)\n", plate.number, plate.plate.name)?;
             writeln!(text, "**Figure {}.** {caption}\n", plate.number)
         }),
+        Block::Motion(motion) => writeln!(text, "{}", escape(&motion.caption)),
         Block::Code(code) => {
             // A fence longer than any run of back-ticks inside.
             let longest = code.split(|letter| letter != '`').map(str::len).max().unwrap_or(0);

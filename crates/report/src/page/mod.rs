@@ -1,8 +1,9 @@
 //! A report as a list of blocks, written as one self-contained HTML page and as Markdown with its figures beside it.
 //!
-//! The page brings everything it needs: inline SVG, inline style, the figures' font. It runs no script, asks no network, and
-//! prints. All text is data and is escaped on the way out.
+//! The page brings everything it needs: inline SVG, inline style, the figures' font, and scripts that only add: without them, and in print, every
+//! figure and every table is there. It asks no network. All text is data and is escaped on the way out.
 
+mod curves;
 mod html;
 mod markdown;
 mod table;
@@ -12,7 +13,12 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use super::figure::{Figure, FigureError};
+use super::{
+    figure::{Figure, FigureError},
+    motion::Motion,
+};
+
+use granchain_signal::feature::FeatureError;
 
 pub use table::{Column, Table};
 
@@ -40,6 +46,9 @@ pub enum ReportError {
         /// What is missing.
         field: &'static str,
     },
+    /// A spectrum cannot be taken.
+    #[error(transparent)]
+    Feature(#[from] FeatureError),
     /// The data could not be written as JSON.
     #[error("report: the data could not be written as JSON")]
     Json(#[from] serde_json::Error),
@@ -73,13 +82,21 @@ pub struct Plate {
     pub caption: String,
     /// The figure.
     pub figure: Figure,
+    /// Drive frequency of the time traces in its last panel, Hz, where they can be played as sound.
+    pub sound: Option<f64>,
 }
 
 impl Plate {
     /// A plate whose caption is the figure's title.
     #[must_use]
     pub fn new(name: impl Into<String>, figure: Figure) -> Self {
-        Self { name: name.into(), caption: figure.title.clone(), figure }
+        Self { name: name.into(), caption: figure.title.clone(), figure, sound: None }
+    }
+
+    /// The same plate, its traces of a drive of this frequency (Hz) to be played, slowed down.
+    #[must_use]
+    pub(crate) fn heard(self, drive_frequency: f64) -> Self {
+        Self { sound: Some(drive_frequency), ..self }
     }
 }
 
@@ -109,6 +126,8 @@ pub enum Block {
     Table(Table),
     /// Figures that belong together; one journal column wide each, they stand side by side where there is room.
     Plates(Vec<Plate>),
+    /// The chain in motion.
+    Motion(Motion),
     /// Text to be copied, such as a command line.
     Code(String),
 }
@@ -129,7 +148,6 @@ struct Drawn<'a> {
     plate: &'a Plate,
     number: usize,
     svg: String,
-    png: Vec<u8>,
 }
 
 impl Page {
@@ -138,29 +156,48 @@ impl Page {
     /// # Errors
     /// [`ReportError::Figure`] when a figure cannot be drawn.
     pub fn files(&self) -> Result<Files, ReportError> {
+        let drawn = self.drawn()?;
+        let mut files: Files = vec![
+            (PathBuf::from("report.html"), html::render(self, &drawn).into_bytes()),
+            (PathBuf::from("report.md"), markdown::render(self, &drawn).into_bytes()),
+        ];
+        files.extend(pictures(drawn, "figures")?);
+        Ok(files)
+    }
+
+    /// `report.html`, and every figure as `NAME.svg` and `NAME.png` beside it.
+    ///
+    /// # Errors
+    /// [`ReportError::Figure`] when a figure cannot be drawn.
+    pub fn files_beside(&self) -> Result<Files, ReportError> {
+        let drawn = self.drawn()?;
+        let mut files: Files = vec![(PathBuf::from("report.html"), html::render(self, &drawn).into_bytes())];
+        files.extend(pictures(drawn, "")?);
+        Ok(files)
+    }
+
+    fn drawn(&self) -> Result<Vec<Drawn<'_>>, FigureError> {
         let plates: Vec<&Plate> = self
             .blocks
             .iter()
             .filter_map(|block| if let Block::Plates(plates) = block { Some(plates) } else { None })
             .flatten()
             .collect();
-        let drawn = plates
-            .par_iter()
+        plates
+            .into_par_iter()
             .enumerate()
-            .map(|(index, plate)| {
-                let (svg, png) = (plate.figure.to_svg()?, plate.figure.to_png()?);
-                Ok(Drawn { plate, number: index + 1, svg, png })
-            })
-            .collect::<Result<Vec<_>, FigureError>>()?;
-        let mut files: Files = vec![
-            (PathBuf::from("report.html"), html::render(self, &drawn).into_bytes()),
-            (PathBuf::from("report.md"), markdown::render(self, &drawn).into_bytes()),
-        ];
-        for plate in drawn {
-            let file = |extension: &str| PathBuf::from(format!("figures/{}.{extension}", plate.plate.name));
-            files.push((file("svg"), plate.svg.into_bytes()));
-            files.push((file("png"), plate.png));
-        }
-        Ok(files)
+            .map(|(index, plate)| Ok(Drawn { plate, number: index + 1, svg: plate.figure.to_svg()? }))
+            .collect()
     }
+}
+
+/// Every figure as SVG and PNG in a folder.
+fn pictures(drawn: Vec<Drawn<'_>>, folder: &str) -> Result<Files, FigureError> {
+    let both = |drawn: Drawn<'_>| {
+        let file = |extension: &str| PathBuf::from(folder).join(format!("{}.{extension}", drawn.plate.name));
+        let png = drawn.plate.figure.to_png()?;
+        Ok([(file("svg"), drawn.svg.into_bytes()), (file("png"), png)])
+    };
+    let files: Vec<_> = drawn.into_par_iter().map(both).collect::<Result<_, FigureError>>()?;
+    Ok(files.into_iter().flatten().collect())
 }

@@ -1,5 +1,7 @@
 //! Twins of a hydrophone's record: three mounts of the disc, each twin fitted on every one of them.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -35,18 +37,18 @@ pub struct MountFit {
     pub log_evidence: Option<f64>,
 }
 
-/// Make and fit `plan.count` twins of `base`, six beads before a disc on water: mounts alternate, damping laws a third as fast.
+/// Make and fit the twins `part` of the `plan.count` of `base`, six beads before a disc on water: mounts alternate, damping laws a third as fast.
 ///
 /// `finished` is told after each twin; once `stop` says so no further twin is begun, and the result is `None`.
 #[must_use]
 pub fn water_twins(
     base: &Scene,
     plan: &TwinPlan,
+    part: Range<u64>,
     finished: &(dyn Fn() + Sync),
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Option<Vec<TwinOutcome>> {
-    (0..plan.count)
-        .into_par_iter()
+    part.into_par_iter()
         .map(|number| {
             if stop() {
                 return None;

@@ -12,6 +12,7 @@ use super::{
     butterfly::{self, Quarter},
     weave::Weave,
 };
+use crate::scene::AnnulusShape;
 
 /// A half disc revolved about the axis, its flat side outwards and clamped, and the bead that lies on it.
 ///
@@ -30,7 +31,7 @@ impl HalfTorus {
     /// The resin annulus of the source paper under a 1 mm bead: R 0.55 mm, b 0.25 mm, a 0.5 mm.
     #[must_use]
     pub const fn published() -> Self {
-        Self { ring_radius: 0.55e-3, section_radius: 0.25e-3, bead_radius: 0.5e-3 }
+        Self::under(&AnnulusShape::published(), 0.5e-3)
     }
 
     /// z of the bead's centre when it just touches, −√((a + b)² − R²), m.
@@ -52,6 +53,12 @@ impl HalfTorus {
     pub fn normal(&self) -> [f64; 2] {
         let reach = self.bead_radius + self.section_radius;
         [-self.ring_radius / reach, self.bead_centre() / reach]
+    }
+
+    /// A ring under a bead of that radius, m.
+    #[must_use]
+    pub const fn under(shape: &AnnulusShape, bead_radius: f64) -> Self {
+        Self { ring_radius: shape.ring_radius, section_radius: shape.section_radius, bead_radius }
     }
 
     /// Volume by Pappus, 2π (R − 4b/3π) πb²/2, m³.
@@ -90,6 +97,17 @@ impl AnnulusMesh {
             patch_half_width: Self::PATCH_HALF_WIDTH,
             grading: Self::GRADING,
         }
+    }
+
+    /// As [`AnnulusMesh::of_density`], with a patch for that ring: as wide as its contact grows at 5 µm of approach, which goes as √b, and no
+    /// wider than its arc to the clamped corner allows.
+    #[must_use]
+    pub fn on(shape: &HalfTorus, density: usize) -> Self {
+        let b = shape.section_radius;
+        let grown = Self::PATCH_HALF_WIDTH * (b / AnnulusShape::published().section_radius).sqrt();
+        let [_, toward_bead] = shape.normal();
+        let arc = b * (PI - toward_bead.acos());
+        Self { patch_half_width: grown.min(0.4 * b).min(0.4 * arc), ..Self::of_density(density) }
     }
 
     fn check(&self, shape: &HalfTorus) -> Result<(), MeshError> {

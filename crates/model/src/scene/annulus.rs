@@ -1,0 +1,135 @@
+//! The ring that holds the last bead, and of which rings the chain has a law without pressing them.
+
+use super::{Bead, ContactLaw, Material, Scene, Support, error::SceneError, file::length, reader::Reader};
+
+/// A ring: a half disc revolved about the axis, its flat side outwards and clamped.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AnnulusShape {
+    /// Radius R of the circle of the half discs' centres and of the clamped side, m.
+    pub ring_radius: f64,
+    /// Radius b < R of the half disc, m.
+    pub section_radius: f64,
+}
+
+/// Least and largest angle of the contact normal from the axis, °: flatter, the bead lies too near the clamped corner to be meshed at any
+/// density; steeper, it is a wedge, whose travel is a multiple of what the ring gives way.
+const CONTACT_ANGLES: (f64, f64) = (25.0, 80.0);
+/// How much too large a force on the ring is at a mesh density of 12, over the bead's share of the compliance where both touch: away from its
+/// poles a bead is meshed coarsely. Found at 1 µm for steel, aluminium and acrylic rings and beads against a density of 96: 0.34 to 0.38.
+const COARSE_BEAD: f64 = 0.36;
+/// Excess of the force that is worth a word, 1.
+const WORTH_A_WORD: f64 = 0.02;
+/// Radius of the bead of the law of the paper's ring, m, and by how much another may differ, 1.
+const LAW_BEAD: (f64, f64) = (0.5e-3, 0.02);
+/// By how much the plane-strain compliance of bead and ring together may differ from that of chrome steel and resin, 1.
+const LAW_COMPLIANCE: f64 = 0.02;
+
+impl AnnulusShape {
+    /// The annulus of the source paper: R 0.55 mm, b 0.25 mm.
+    #[must_use]
+    pub const fn published() -> Self {
+        Self { ring_radius: 0.55e-3, section_radius: 0.25e-3 }
+    }
+
+    /// Radius of the opening, R − b, m.
+    #[must_use]
+    pub fn opening(&self) -> f64 {
+        self.ring_radius - self.section_radius
+    }
+
+    /// Angle φ of the contact normal of a bead of radius a (m) from the axis, rad: sin φ = R/(a + b).
+    ///
+    /// ```
+    /// use granchain_model::scene::AnnulusShape;
+    ///
+    /// assert!((AnnulusShape::published().contact_angle(0.5e-3).to_degrees() - 47.17).abs() < 0.01);
+    /// ```
+    #[must_use]
+    pub fn contact_angle(&self, bead_radius: f64) -> f64 {
+        (self.ring_radius / (bead_radius + self.section_radius)).asin()
+    }
+}
+
+/// Read the ring of a scene that holds a bead of that radius, m.
+pub(super) fn read(reader: &Reader<'_>, bead_radius: f64) -> Result<AnnulusShape, SceneError> {
+    let shape = AnnulusShape {
+        ring_radius: reader.number("support.ring_radius")?,
+        section_radius: reader.number("support.section_radius")?,
+    };
+    let key = if reader.has("support.section_radius") { "support.section_radius" } else { "support.ring_radius" };
+    if shape.opening() <= 0.0 {
+        let expected = format!(
+            "a section radius below the ring radius {}, which leaves an opening; change one of both",
+            length(shape.ring_radius)
+        );
+        return Err(reader.out_of_range(key, expected, length(shape.section_radius)));
+    }
+    if bead_radius <= shape.opening() {
+        let place = reader.place("support.kind");
+        return Err(SceneError::ThroughAnnulus {
+            place,
+            radius: length(bead_radius),
+            opening: length(1e-9 * (1e9 * shape.opening()).round()),
+        });
+    }
+    let angle = shape.contact_angle(bead_radius).to_degrees();
+    if !(CONTACT_ANGLES.0..=CONTACT_ANGLES.1).contains(&angle) {
+        return Err(SceneError::AnnulusAngle {
+            place: reader.place(if reader.has(key) { key } else { "support.kind" }),
+            angle: format!("{angle:.1}°"),
+            between: CONTACT_ANGLES,
+            remedy: if angle > CONTACT_ANGLES.1 {
+                "smaller ring or a larger bead"
+            } else {
+                "larger ring or a smaller bead"
+            },
+        });
+    }
+    Ok(shape)
+}
+
+/// (1 − ν²)/E, 1/Pa: what a body gives way where it is touched along a line.
+fn compliance(material: &Material) -> f64 {
+    (1.0 - material.poissons_ratio.powi(2)) / material.youngs_modulus
+}
+
+impl Scene {
+    /// What a reader of the results must know where the last bead is not much harder than its ring: that its mesh is too coarse there.
+    #[must_use]
+    pub fn coarse_ring(&self) -> Option<String> {
+        let (Support::Annulus { material, .. }, Some(bead)) = (&self.support, self.chain.beads.last()) else {
+            return None;
+        };
+        let share = compliance(&bead.material) / (compliance(&bead.material) + compliance(material));
+        (COARSE_BEAD * share > WORTH_A_WORD).then(|| {
+            format!(
+                "where bead and ring touch, the bead gives way by {:.0} % of both, and is meshed coarsely there: at a mesh density of 12 the ring is \
+                 about {:.0} % too stiff, at 24 half as much; a fit of support_stiffness makes up for it",
+                100.0 * share,
+                100.0 * COARSE_BEAD * share
+            )
+        })
+    }
+
+    /// Whether the laws of the chain's contacts are fitted to statics of its bodies: those of all contacts, or that of a ring that
+    /// [`crate::contact_law::Annulus::new`] is not the law of.
+    #[must_use]
+    pub fn has_fitted_laws(&self) -> bool {
+        self.contact_law == ContactLaw::FiniteBody || self.has_own_ring()
+    }
+
+    /// Whether the last bead lies on a ring other than the paper's under a 1 mm steel bead: of another shape, Young's modulus or Poisson's
+    /// ratio, under a bead of a radius more than 2 % from 0.5 mm, or of one so soft that both together give way by 2 % more.
+    #[must_use]
+    pub fn has_own_ring(&self) -> bool {
+        let Support::Annulus { shape, material, .. } = &self.support else { return false };
+        let Some(Bead { radius, material: of_bead, .. }) = self.chain.beads.last() else { return false };
+        let resin = Material::resin();
+        let elastic = |material: &Material| (material.youngs_modulus, material.poissons_ratio);
+        let softer = compliance(of_bead) - compliance(&Material::chrome_steel());
+        *shape != AnnulusShape::published()
+            || elastic(material) != elastic(&resin)
+            || (radius / LAW_BEAD.0 - 1.0).abs() > LAW_BEAD.1
+            || softer.abs() > LAW_COMPLIANCE * compliance(&resin)
+    }
+}

@@ -1,0 +1,127 @@
+"""Keywords as flags of the program, which has the one list of them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Literal, TypeAlias, TypedDict
+
+Quantity: TypeAlias = float | str
+"""A number in SI, or a text with its unit, such as ``"1.5 MHz"``."""
+
+StrPath: TypeAlias = str | os.PathLike[str]
+
+# Of these a flag is never without its unit; a plain number is SI.
+_UNITS = {"bandwidth": "Hz", "sample_rate": "Hz", "delay": "s", "trigger": "s"}
+_UNITS |= {f"drive_{name}": unit for name, unit in _UNITS.items()} | {"drive_frequency": "Hz"}
+
+
+class SampleOptions(TypedDict, total=False):
+    """What samples do not say about themselves; whatever is left out is assumed, and said so."""
+
+    baseline: Literal["auto", "pretrigger", "mean", "plateau", "none"]
+    """Which offset is removed."""
+    invert: bool
+    """Turn the sign: positive must be from piston to support."""
+    bandwidth: Quantity
+    """−6 dB bandwidth of the decoder, Hz."""
+    delay: Quantity
+    """Delay of the decoder, s: the record shows the motion that much later."""
+    trigger: Quantity
+    """Instant of the trigger on the file's time axis, s; it becomes t = 0."""
+    scale: str
+    """Sensitivity, for a column in volts: ``"125 mm/s/V"``, ``"2 um/V"``, ``"250 nV/Pa"``."""
+    range: str
+    """Full-scale value of decoder or hydrophone, such as ``"1 m/s"``."""
+    resample: bool
+    """Interpolate uneven samples onto an even grid."""
+    drive_frequency: Quantity
+    """Drive frequency f0, Hz, where it is known."""
+    force_frequency: bool
+    """Take the drive frequency as stated, though the strongest line of a horn's record is another."""
+
+
+class ReadingOptions(SampleOptions, total=False):
+    """What a file does not say about itself; whatever is left out is taken from the file, or assumed and said so."""
+
+    channel: str | int
+    """Column of the recorded quantity: its header, or its number from 1."""
+    time_column: str | int
+    """Column of time, likewise."""
+    unit: str
+    """Unit of the recorded quantity, such as ``mm/s``; overrides the file."""
+    time_unit: str
+    """Unit of time, such as ``us``; overrides the file."""
+    missing: Literal["refuse", "interpolate"]
+    """What is done about cells such as ``n/a``."""
+    delimiter: str
+    """What separates the values, such as ``semicolon``."""
+    decimal: str
+    """How decimals are written: ``point`` or ``comma``."""
+    sample_rate: Quantity
+    """Sample rate of a file without a column of time, Hz."""
+    dataset: int
+    """Function of a universal file, or segment of a file with several; from 1."""
+    bench: StrPath
+    """Bench file with the reading of all channels."""
+
+
+class RecordsOptions(ReadingOptions, total=False):
+    """The same, and with ``drive_`` before them those of the horn's record."""
+
+    drive_channel: str | int
+    drive_time_column: str | int
+    drive_unit: str
+    drive_time_unit: str
+    drive_baseline: Literal["auto", "pretrigger", "mean", "plateau", "none"]
+    drive_invert: bool
+    drive_bandwidth: Quantity
+    drive_delay: Quantity
+    drive_trigger: Quantity
+    drive_missing: Literal["refuse", "interpolate"]
+    drive_delimiter: str
+    drive_decimal: str
+    drive_sample_rate: Quantity
+    drive_scale: str
+    drive_range: str
+    drive_resample: bool
+    drive_dataset: int
+
+
+def text(value: object) -> str:
+    """A value as it is typed: floats with all their digits, lists in brackets."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return value
+    if isinstance(value, os.PathLike):
+        return os.fspath(value) if isinstance(os.fspath(value), str) else str(value)
+    if isinstance(value, Sequence) or hasattr(value, "tolist") and getattr(value, "ndim", 0) > 0:
+        items: Iterable[Any] = value if isinstance(value, Sequence) else value.tolist()
+        return "[" + ", ".join(text(item) for item in items) + "]"
+    if hasattr(value, "item"):
+        value = value.item()
+    return repr(value)
+
+
+def assignments(settings: Mapping[str, object] | None) -> list[str]:
+    """``KEY=VALUE`` of every setting."""
+    return [f"{key}={text(value)}" for key, value in (settings or {}).items()]
+
+
+def flag(name: str, value: object) -> list[str]:
+    """A flag with its value, as typed; nothing for ``None`` and ``False``."""
+    if value is None or value is False:
+        return []
+    typed = "--" + name.replace("_", "-")
+    if value is True:
+        return [typed]
+    if name in _UNITS and not isinstance(value, str):
+        value = f"{text(value)} {_UNITS[name]}"
+    said = text(value)
+    return [f"{typed}={said}"] if said.startswith("-") else [typed, said]
+
+
+def flags(options: Mapping[str, object], prefix: str = "") -> list[str]:
+    """The flags of many options."""
+    return [word for name, value in options.items() for word in flag(prefix + name, value)]

@@ -1,0 +1,166 @@
+//! `batch`: chunks that any worker may do. With a real cluster: `tests/cluster/run`.
+
+use std::{collections::BTreeMap, fs, path::Path, process::Command};
+
+use super::harness::{code, granchain, stderr};
+
+const SWEEP: [&str; 8] = ["sweep", "--scene", "annulus", "--model", "chain", "--vary", "alpha=0.3:0.9:0.1", "--quiet"];
+
+/// `batch plan scan.batch --chunk 3 -- sweep … --out far`.
+fn planned(folder: &Path, more: &[&str]) {
+    let plan = [&["batch", "plan", "scan.batch", "--chunk", "3", "--"][..], &SWEEP, more, &["--out", "far"]].concat();
+    let (code, told, error) = granchain(folder, &plan);
+    assert_eq!(code, 0, "{error}");
+    assert!(told.contains("7 points in 3 chunks, 0 to 2"), "{told}");
+}
+
+fn run_chunks(folder: &Path, chunks: &[&str]) {
+    for chunk in chunks {
+        let (code, _, error) = granchain(folder, &["batch", "run-chunk", "scan.batch", chunk, "--quiet"]);
+        assert_eq!(code, 0, "{error}");
+    }
+}
+
+/// Every file of a folder but the times.
+fn bytes(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
+    let kept = entries.filter(|path| path.is_file() && !["timing.json", ".granchain"].contains(&name(path).as_str()));
+    kept.map(|path| (name(&path), fs::read(&path).unwrap())).collect()
+}
+
+fn refused(folder: &Path, arguments: &[&str], expected: &[&str]) {
+    let (code, _, error) = granchain(folder, arguments);
+    assert_eq!(code, 1, "{arguments:?}: {error}");
+    for text in expected {
+        assert!(error.contains(text), "{arguments:?}: expected `{text}` in\n{error}");
+    }
+}
+
+#[test]
+fn chunks_done_in_any_order_and_twice_give_the_bytes_of_one_run_here() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path();
+    let (code, here, _) = granchain(folder, &[&SWEEP[..], &["--out", "here"]].concat());
+    assert_eq!(code, 0);
+    planned(folder, &[]);
+    run_chunks(folder, &["2", "0"]);
+    let kept = fs::read(folder.join("scan.batch/chunks/0.json")).unwrap();
+    let (_, told, _) = granchain(folder, &["batch", "status", "scan.batch"]);
+    assert!(told.contains("2 of 3 chunks are done") && told.contains("1 is not"), "{told}");
+    run_chunks(folder, &["0", "1"]);
+    assert_eq!(fs::read(folder.join("scan.batch/chunks/0.json")).unwrap(), kept);
+    let (code, far, error) = granchain(folder, &["batch", "collect", "scan.batch", "--quiet"]);
+    assert_eq!(code, 0, "{error}");
+    assert_eq!(far, here);
+    assert_eq!(bytes(&folder.join("far")), bytes(&folder.join("here")));
+    assert!(!folder.join("scan.batch").exists(), "the results stand");
+}
+
+#[test]
+fn a_worker_may_begin_in_another_folder() {
+    let place = tempfile::tempdir().unwrap();
+    planned(place.path(), &[]);
+    let batch = place.path().join("scan.batch");
+    let elsewhere = tempfile::tempdir().unwrap();
+    let (code, _, error) = granchain(elsewhere.path(), &["batch", "run-chunk", batch.to_str().unwrap(), "1"]);
+    assert_eq!(code, 0, "{error}");
+    assert!(batch.join("chunks/1.json").exists());
+}
+
+#[test]
+fn what_is_missing_altered_or_planned_for_other_files_is_not_collected() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path();
+    let drive = super::harness::PROJECT.to_owned() + "/measurements/twin-annulus/horn_tip.csv";
+    let drive = fs::read_to_string(drive).unwrap();
+    fs::write(folder.join("horn.csv"), &drive).unwrap();
+    planned(folder, &["--drive", "horn.csv"]);
+    refused(folder, &["batch", "run-chunk", "scan.batch", "3"], &["a chunk from 0 to 2", "found 3"]);
+    run_chunks(folder, &["0", "1"]);
+    refused(folder, &["batch", "collect", "scan.batch"], &["1 of 3 chunks have no result (2)", "run-chunk"]);
+    run_chunks(folder, &["2"]);
+    let chunk = folder.join("scan.batch/chunks/1.json");
+    let whole = fs::read(&chunk).unwrap();
+    let altered = String::from_utf8(whole.clone()).unwrap().replacen("\"value\":1", "\"value\":2", 1);
+    let altered = if altered.as_bytes() == whole { altered.replacen('7', "8", 1) } else { altered };
+    fs::write(&chunk, altered).unwrap();
+    refused(folder, &["batch", "collect", "scan.batch"], &["1.json", "altered", "delete it"]);
+    fs::copy(folder.join("scan.batch/chunks/0.json"), &chunk).unwrap();
+    refused(folder, &["batch", "collect", "scan.batch"], &["other points than chunk 1"]);
+    fs::write(&chunk, &whole).unwrap();
+    fs::write(folder.join("horn.csv"), drive.replacen("0.0", "0.1", 1) + "\n").unwrap();
+    refused(folder, &["batch", "run-chunk", "scan.batch", "1"], &["changed since"]);
+    refused(folder, &["batch", "collect", "scan.batch"], &["changed since"]);
+    assert!(!folder.join("far").exists());
+}
+
+#[test]
+fn unlike_processors_are_named_and_refused_by_choice() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path();
+    planned(folder, &[]);
+    run_chunks(folder, &["0", "1", "2"]);
+    let chunk = folder.join("scan.batch/chunks/1.json");
+    let body = fs::read(&chunk).unwrap();
+    let body = String::from_utf8(granchain::measurement::seal::unsealed(&body).unwrap().to_vec()).unwrap();
+    let other = body.replacen(&granchain::model::vector_unit(), "another processor", 1);
+    assert_ne!(other, body);
+    fs::write(&chunk, granchain::measurement::seal::sealed(other.as_bytes())).unwrap();
+    refused(folder, &["batch", "collect", "scan.batch", "--same-processor"], &["another processor"]);
+    let (code, _, error) = granchain(folder, &["batch", "collect", "scan.batch"]);
+    assert!(code == 0 && error.contains("warning") && error.contains("another processor"), "{error}");
+}
+
+#[test]
+fn a_batch_of_another_version_is_left_alone() {
+    let place = tempfile::tempdir().unwrap();
+    planned(place.path(), &[]);
+    let plan = place.path().join("scan.batch/batch.json");
+    let text = fs::read_to_string(&plan).unwrap();
+    let program = granchain::calibration::problem::program();
+    fs::write(&plan, text.replacen(&program, "granchain 0.0.9", 1)).unwrap();
+    for action in ["status", "collect"] {
+        refused(place.path(), &["batch", action, "scan.batch"], &["planned by granchain 0.0.9", &program]);
+    }
+}
+
+#[test]
+fn a_folder_that_stands_and_a_command_without_points_are_refused() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path();
+    planned(folder, &[]);
+    let again = [&["batch", "plan", "scan.batch", "--chunk", "3", "--"][..], &SWEEP, &["--out", "far"]].concat();
+    refused(folder, &again, &["expected a new folder", "scan.batch"]);
+    let (code, _, error) = granchain(folder, &["batch", "plan", "other", "--", "replay", "--scene", "rigid"]);
+    assert!(code == 2 && error.contains("sweep or twins, found `replay`"), "{error}");
+    let (code, _, error) = granchain(folder, &[&["batch", "plan", "other", "--"][..], &SWEEP].concat());
+    assert!(code == 2 && error.contains("--out"), "{error}");
+    refused(folder, &["batch", "status", "nothing-here"], &["expected the folder of a batch"]);
+    refused(folder, &["batch", "retry", "scan.batch"], &["nothing was submitted yet"]);
+}
+
+#[test]
+fn without_slurm_on_this_machine_that_is_said_and_the_batch_is_kept() {
+    let place = tempfile::tempdir().unwrap();
+    let empty = place.path().join("no-programs");
+    fs::create_dir(&empty).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_granchain"));
+    command.args(SWEEP).args(["--out", "far", "--on", "slurm", "--chunk", "3"]).env("PATH", &empty);
+    let output = command.current_dir(place.path()).output().unwrap();
+    let error = stderr(&output);
+    assert!(code(&output) == 1 && error.contains("needs Slurm's commands on this machine"), "{error}");
+    assert!(place.path().join("far.batch/batch.json").exists());
+    assert!(!place.path().join("far").exists());
+}
+
+#[test]
+fn a_dry_run_prints_the_script_and_writes_nothing() {
+    let place = tempfile::tempdir().unwrap();
+    let dry = ["--out", "far", "--on", "slurm:partition=short,time=01:00:00", "--chunk", "3", "--dry-run"];
+    let (code, script, error) = granchain(place.path(), &[&SWEEP[..], &dry].concat());
+    assert_eq!(code, 0, "{error}");
+    assert!(script.starts_with("#!/bin/sh\n") && script.contains("#SBATCH --time=01:00:00\n"), "{script}");
+    assert!(script.contains("batch run-chunk"), "{script}");
+    assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
+}
