@@ -80,5 +80,5 @@ fn every_key_of_a_fit_definition_stands_on_the_page_of_formats() {
 #[test]
 fn the_readme_stays_short() {
     let lines = fs::read_to_string(Path::new(PROJECT).join("README.md")).unwrap().lines().count();
-    assert!(lines <= 130, "{lines} lines: docs/ holds what is more than a first look");
+    assert!(lines <= 135, "{lines} lines: docs/ holds what is more than a first look");
 }
