@@ -3,10 +3,11 @@
 use std::{collections::BTreeSet, fs, path::Path, process::Command};
 
 /// Files that every replay writes.
-const PLAIN: [&str; 11] = [
+const PLAIN: [&str; 12] = [
     ".granchain",
     "chain.png",
     "chain.svg",
+    "report.html",
     "response.csv",
     "response.png",
     "response.svg",

@@ -74,7 +74,9 @@ impl OutputFolder {
     /// cannot be written.
     pub fn stage(target: &Path, names: &[&str], force: bool) -> Result<Self, OutputError> {
         let target = absolute(target)?;
-        Standing::of(&target)?.refuse(&target, force, names.iter().copied())?;
+        let standing = Standing::of(&target)?;
+        standing.refuse_other_kind(&target, force, names)?;
+        standing.refuse(&target, force, names.iter().copied())?;
         let created = create_parents(&target)?;
         sweep(&target);
         let (work, lock) = partial(&target).inspect_err(|_| remove_empty(&created))?;
@@ -109,6 +111,7 @@ impl OutputFolder {
     ) -> Result<Self, OutputError> {
         let target = absolute(target)?;
         let standing = Standing::of(&target)?;
+        standing.refuse_other_kind(&target, force, names)?;
         standing.refuse(&target, force, names.iter().copied())?;
         let work = beside(&target, "unfinished");
         if resume && !work.exists() {

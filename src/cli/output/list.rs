@@ -150,24 +150,31 @@ impl Standing {
         Ok(standing)
     }
 
-    /// Refuse a folder that holds something else, unless it may (`force`); and in any case one in which the name of a result is taken.
-    ///
-    /// A folder of ours in which nothing stands that only such a run writes is another kind's.
+    /// Refuse a folder of ours in which nothing stands of what only a run that writes `names` writes, unless it may be replaced (`force`).
     ///
     /// # Errors
-    /// [`OutputError::OtherKind`], [`OutputError::Foreign`], [`OutputError::Taken`].
+    /// [`OutputError::OtherKind`].
+    pub fn refuse_other_kind(&self, folder: &Path, force: bool, names: &[&str]) -> Result<(), OutputError> {
+        let own = || names.iter().filter(|name| !COMMON.contains(name));
+        let same_kind = own().next().is_none() || own().any(|name| self.ours.contains(*name));
+        match self.ours.first() {
+            Some(found) if !force && !same_kind => {
+                Err(OutputError::OtherKind { folder: folder.into(), found: found.clone() })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuse a folder that holds something else, unless it may (`force`); and in any case one in which the name of a result is taken.
+    ///
+    /// # Errors
+    /// [`OutputError::Foreign`], [`OutputError::Taken`].
     pub fn refuse<'a>(
         &self,
         folder: &Path,
         force: bool,
         names: impl IntoIterator<Item = &'a str>,
     ) -> Result<(), OutputError> {
-        let names: Vec<&str> = names.into_iter().collect();
-        let own = || names.iter().filter(|name| !COMMON.contains(name));
-        let same_kind = own().next().is_none() || own().any(|name| self.ours.contains(*name));
-        if let Some(found) = self.ours.iter().find(|_| !force && !same_kind) {
-            return Err(OutputError::OtherKind { folder: folder.into(), found: found.clone() });
-        }
         let Some(found) = &self.foreign else { return Ok(()) };
         if !force {
             return Err(OutputError::Foreign { folder: folder.into(), found: found.clone() });
