@@ -1,6 +1,7 @@
 //! Flags that several subcommands share.
 
 use std::{
+    collections::BTreeSet,
     num::NonZeroUsize,
     path::{Path, PathBuf},
 };
@@ -142,7 +143,10 @@ impl Session {
                 self.note(format_args!("  {text}"));
             }
             let short = usual.iter().filter_map(|text| USUAL.iter().find(|(full, _)| text.starts_with(full)));
-            let short: Vec<&str> = short.map(|(_, short)| *short).collect();
+            let mut short: Vec<&str> = short.map(|(_, short)| *short).collect();
+            // Both channels of one file assume the same.
+            let mut said = BTreeSet::new();
+            short.retain(|text| said.insert(*text));
             if !short.is_empty() {
                 self.note(format_args!("  as nothing else is stated: {}", short.join(", ")));
             }

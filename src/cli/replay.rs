@@ -32,7 +32,7 @@ use crate::{
     model::{Estimate, ModelError, Prepared, chain::FiniteBodyLaws, fea::PeakStress},
     report::{heard as pressure_page, replay::ReplayReport, von_mises},
     response::{EnergyLedger, ObservedPoint, Response, SolverWork, write_csv},
-    scene::{Effect, ModelKind, Scene, effects},
+    scene::{Effect, ModelKind, Scene, Support, effects},
     study::{
         Bodies, EnsembleOutcome, EnsemblePlan, ensemble, observation,
         published::{Published, published},
@@ -319,8 +319,9 @@ fn write(
     let mut others = pressure_page::figures(response, summary.pressure.iter().map(|heard| &heard.features))?;
     others.extend(peak.map(|peak| ("von_mises", von_mises::figure(peak))));
     let report = ReplayReport {
-        scene: (&scene.name, &scene.description),
+        scene: (&scene.name, &summary::described(scene, &summary.settings.overrides)),
         facts: summary::facts(scene, summary),
+        has_support: scene.support != Support::Free,
         bead_diameter: scene.chain.beads.first().map_or(0.0, |bead| 2.0 * bead.radius),
         response,
         seen: &seen,

@@ -26,7 +26,7 @@ use super::{
 };
 use crate::{
     calibration::plan::{Asked, Plan, ReadAs, RecordPlan},
-    measurement::{MeasurementError, Record, RecordKind, read_record},
+    measurement::{MeasurementError, ReadOptions, Record, RecordKind, Sensitivity, read_record},
     scene::{self, DampingKind, ModelKind, Scene},
     signal::{
         Dimension,
@@ -157,6 +157,7 @@ fn read(arguments: &Arguments) -> anyhow::Result<Files> {
     let ReadAs { measured: options, drive } = Plan::default().read_as(&record, asked)?;
     let own_file = drive.as_ref().is_none_or(|(file, ..)| *file == record.measured);
     let (mut unread_bead, mut unread_horn) = (None, None);
+    let open = options.clone();
     let bead = match inspect::read(&record.measured, None, &options) {
         Ok(probe) => {
             let kind = if probe.kind == RecordKind::Hydrophone { probe.kind } else { RecordKind::Vibrometer };
@@ -174,7 +175,10 @@ fn read(arguments: &Arguments) -> anyhow::Result<Files> {
     };
     match (bead, unread_bead, unread_horn) {
         (Some(bead), _, None) => Ok(Files { bead, horn, why }),
-        (_, Some(error), None) if own_file && horn.is_none() => Err(Unread::of_one(error)?.into()),
+        (_, Some(error), None) if own_file && horn.is_none() => {
+            let file = &record.measured;
+            Err(Unread::of_one(error, |columns| is_horn_first(file, columns, &open))?.into())
+        }
         (_, bead, horn) => Err(Unread::of(bead, horn, None)?.into()),
     }
 }
@@ -208,7 +212,7 @@ fn roles(arguments: &Arguments) -> anyhow::Result<(PathBuf, Option<PathBuf>, Str
     // A horn moves as a sine, the last bead in impulses.
     let [one, other] = records.each_ref().map(share_of_strongest_line);
     let what = |of: f64| format!("{:.0} %", 100.0 * of);
-    if (one - other).abs() < 0.1 {
+    if (one - other).abs() < CLEARLY {
         bail!(
             "{} and {}: expected a horn's tip, which moves as a sine, beside a record of the last bead, found {} and {} of each motion within 5 % of its strongest \
              line; say which is the horn's with --horn FILE",
@@ -236,6 +240,24 @@ fn untold(files: [&PathBuf; 2], [first, second]: [Option<MeasurementError>; 2]) 
     Unread::of(bead, horn, Some(format!("--horn {}", quote(&file.display().to_string()))))
 }
 
+/// Whether the first of two columns is a sine and the second is not: a horn moves as a sine, the last bead in impulses. Read as volts of any
+/// sensitivity, or as a velocity, for the shape alone.
+fn is_horn_first(file: &Path, columns: [&str; 2], options: &ReadOptions) -> bool {
+    let share = |column: &str| {
+        let of = |unit: Option<&str>, scale: Option<&str>| ReadOptions {
+            column: Some(column.into()),
+            unit: unit.map(str::to_owned).or_else(|| options.unit.clone()),
+            scale: scale.and_then(|scale| Sensitivity::parse(scale).ok()).or(options.scale),
+            ..options.clone()
+        };
+        let ways = [of(None, None), of(None, Some("1 m/s/V")), of(Some("m/s"), None)];
+        let read = ways.iter().find_map(|options| read_record(file, RecordKind::Vibrometer, options).ok());
+        read.as_ref().map(share_of_strongest_line)
+    };
+    let [first, second] = columns.map(share);
+    first.zip(second).is_some_and(|(first, second)| first > second + CLEARLY)
+}
+
 /// Share of the squared motion within 5 % of its strongest line, 1; 0 where there is none.
 fn share_of_strongest_line(record: &Record) -> f64 {
     let Some(line) = record.strongest_line() else { return 0.0 };
@@ -246,6 +268,9 @@ fn share_of_strongest_line(record: &Record) -> f64 {
     let near: f64 = squares().filter(|(f, _)| (f / line - 1.0).abs() < 0.05).map(|(_, square)| square).sum();
     if whole > 0.0 { near / whole } else { 0.0 }
 }
+
+/// By how much more of a horn's motion lies at its strongest line than of a bead's, 1.
+const CLEARLY: f64 = 0.1;
 
 /// Scene keys that say what stands on a bench.
 const OF_THE_BENCH: [&str; 6] = ["chain.", "piston.", "support.", "disc.", "water.", "vibrometer."];

@@ -69,7 +69,8 @@ pub struct Settings {
     damping: DampingCoefficients,
     damping_at: &'static str,
     damping_tension: bool,
-    overrides: Vec<String>,
+    /// What of the scene was set otherwise.
+    pub overrides: Vec<String>,
     seed: u64,
 }
 
@@ -188,10 +189,20 @@ pub fn scene_digest(scene: &Scene) -> String {
     sha256(format!("{:?}", scene.clone().with_limits(Limits::default())).as_bytes())
 }
 
+/// A scene's own words, and what of it was set otherwise: they are of the scene as it comes.
+#[must_use]
+pub fn described(scene: &Scene, overrides: &[String]) -> String {
+    if overrides.is_empty() {
+        return scene.description.clone();
+    }
+    let set: Vec<String> = overrides.iter().map(|set| set.replacen('=', " = ", 1)).collect();
+    format!("{}; but {}", scene.description, set.join(", "))
+}
+
 /// A run's short report.
 #[must_use]
 pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) -> String {
-    let mut text = format!("{}: {}\n", scene.name, scene.description);
+    let mut text = format!("{}: {}\n", scene.name, described(scene, &summary.settings.overrides));
     for (name, value) in facts(scene, summary) {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "  {name:<11}{value}");

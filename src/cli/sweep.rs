@@ -191,7 +191,8 @@ impl Study {
         let summary = table.json(&self.bench, self.calibrated.as_ref(), session.seed())?;
         if let Some(folder) = folder {
             let assumptions = self.bench.warnings().iter().chain(&self.bench.assumptions).cloned().collect();
-            write(&folder, &table, &summary, assumptions, &mut self.timing)?;
+            let described = summary::described(&self.base, &self.bench.overrides);
+            write(&folder, &table, &summary, (&described, assumptions), &mut self.timing)?;
             let place = folder.finish()?;
             session.note(format_args!("written to {}", place.display()));
         }
@@ -275,13 +276,13 @@ fn write(
     folder: &OutputFolder,
     table: &sweep_table::SweepTable<'_>,
     summary: &serde_json::Value,
-    assumptions: Vec<String>,
+    (described, assumptions): (&str, Vec<String>),
     timing: &mut Timing,
 ) -> anyhow::Result<()> {
     folder.write("sweep.csv", table.csv())?;
     folder.write("sweep.json", summary::json(summary)?)?;
     timing.stage("write");
-    for (name, bytes) in table.page(assumptions).files()? {
+    for (name, bytes) in table.page(described, assumptions).files()? {
         folder.write(name, bytes)?;
     }
     timing.stage("figures");

@@ -202,7 +202,7 @@ impl SweepTable<'_> {
 
     /// What `report.html` shows.
     #[must_use]
-    pub fn page(&self, assumptions: Vec<String>) -> SweepPage<'_> {
+    pub fn page<'a>(&'a self, described: &'a str, assumptions: Vec<String>) -> SweepPage<'a> {
         let failed = self.runs.iter().filter(|run| matches!(run, Run::Failed { .. })).count();
         let swept = self.grid.axes.iter().map(|axis| {
             let values: Vec<String> = axis.values.iter().map(Value::to_string).collect();
@@ -210,7 +210,7 @@ impl SweepTable<'_> {
         });
         let runs = [("runs".to_owned(), format!("{}, {failed} failed", self.runs.len()))];
         SweepPage {
-            scene: (&self.scene.name, &self.scene.description),
+            scene: (&self.scene.name, described),
             facts: swept.chain(runs).collect(),
             figures: self.figures(),
             table: self.rows(),

@@ -143,13 +143,19 @@ fn two_files_in_volts_are_told_all_that_is_missing_at_once_and_the_proposed_comm
 
 #[test]
 fn one_file_in_volts_is_asked_for_both_its_channels_at_once() {
-    let folder = tempfile::tempdir().unwrap();
-    let both = rows("vib.csv").into_iter().zip(rows("horn_tip.csv"));
-    let volts = both.map(|(bead, horn)| vec![1e-6 * bead.0, bead.1 / 125.0, horn.1 / 2.0]);
-    write(folder.path(), "scope.csv", "Time (s),CH1 (V),CH2 (V)", volts);
-    let out = typed_as_proposed(folder.path(), &["start", "scope.csv"]);
-    assert!(out.contains("horn tip   scope.csv") && out.contains("73.00 kHz"), "{out}");
-    assert!(looked_at(folder.path()).contains("record +289 and -24"));
+    // The horn's channel is told by its sine, whichever comes first.
+    for horn_is_first in [false, true] {
+        let folder = tempfile::tempdir().unwrap();
+        let both = rows("vib.csv").into_iter().zip(rows("horn_tip.csv"));
+        let volts = both.map(|(bead, horn)| {
+            let (v, u) = (bead.1 / 125.0, horn.1 / 2.0);
+            [vec![1e-6 * bead.0], if horn_is_first { vec![u, v] } else { vec![v, u] }].concat()
+        });
+        write(folder.path(), "scope.csv", "Time (s),CH1 (V),CH2 (V)", volts);
+        let out = typed_as_proposed(folder.path(), &["start", "scope.csv"]);
+        assert!(out.contains("horn tip   scope.csv") && out.contains("73.00 kHz"), "{out}");
+        assert!(looked_at(folder.path()).contains("record +289 and -24"));
+    }
 }
 
 #[test]

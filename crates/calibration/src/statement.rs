@@ -90,11 +90,11 @@ pub fn statements(fit: &Fit) -> Vec<String> {
     }
     for (estimate, target) in &untold {
         said.push(format!(
-            "{} is unidentified: its interval ({} to {} {}) is hardly narrower than the box that was searched. {}",
+            "{} is unidentified: its interval ({} to {}{}) is hardly narrower than the box that was searched. {}",
             estimate.name,
             short(estimate.low),
             short(estimate.high),
-            estimate.unit,
+            if estimate.unit == "1" { String::new() } else { format!(" {}", estimate.unit) },
             remedy(*target)
         ));
     }

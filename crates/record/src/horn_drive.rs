@@ -396,11 +396,11 @@ impl HornDrive {
         let mut warnings = Vec::new();
         if let Beginning::Inside { missing_cycles } = self.begins {
             let missing = match missing_cycles {
-                Some(cycles) => format!("some {cycles:.1} cycles"),
-                None => "a part of a cycle or more".to_owned(),
+                Some(cycles) => format!("some {cycles:.1} cycles of it are"),
+                None => "at least a part of a cycle of it is".to_owned(),
             };
             warnings.push(format!(
-                "the horn's record begins inside the burst, and {missing} of it are missing: what the chain does first cannot be compared; \
+                "the horn's record begins inside the burst, and {missing} missing: what the chain does first cannot be compared; \
                  record from before the burst on"
             ));
         }

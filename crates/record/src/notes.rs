@@ -68,7 +68,7 @@ impl Notes {
     /// Values that hardly anything on such a bench has.
     pub(super) fn about_plausibility(&mut self, dimension: Dimension, peak: f64) {
         let (limit, least) = match dimension {
-            Dimension::LENGTH => (1e-3, "a horn's tip moves by micrometres"),
+            Dimension::LENGTH => (2e-4, "a horn's tip moves by micrometres"),
             Dimension::VELOCITY => (20.0, "beads and tips move at millimetres to metres a second"),
             Dimension::PRESSURE => (1e8, "shock waves of lithotripters have less"),
             _ => return,
@@ -278,7 +278,7 @@ impl Notes {
             self.warn(format!(
                 "noise of {} rms before the trigger, {:.2} % of the peak: the piston shakes the chain with it, and peaks and fits scatter \
                  accordingly; average several records, or use a decoder of less bandwidth",
-                Quantity::new(noise_rms, Dimension::LENGTH),
+                Quantity::new(format!("{noise_rms:.2e}").parse().unwrap_or(noise_rms), Dimension::LENGTH),
                 100.0 * noise_rms / peak
             ));
         }

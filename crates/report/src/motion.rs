@@ -41,9 +41,9 @@ struct Frame {
 }
 
 impl Motion {
-    /// Of a run with beads of this diameter, m; `None` where nothing moves or the chain is too long to be drawn bead by bead.
+    /// Of a run with beads of this diameter, m, and something behind the last or nothing; `None` where nothing moves or the chain is too long to be drawn bead by bead.
     #[must_use]
-    pub fn of(response: &Response, diameter: f64) -> Option<Self> {
+    pub fn of(response: &Response, diameter: f64, has_support: bool) -> Option<Self> {
         let beads = response.bead_displacement.len();
         let samples = response.piston_displacement.len();
         let places: Vec<_> = [&response.piston_displacement].into_iter().chain(&response.bead_displacement).collect();
@@ -87,7 +87,7 @@ impl Motion {
             fixed(step, 2),
         );
         let clock = start + step * shown as f64;
-        Some(Self { svg: drawing(frames.get(shown)?, pitch, clock), data: data.to_string(), caption })
+        Some(Self { svg: drawing(frames.get(shown)?, pitch, clock, has_support), data: data.to_string(), caption })
     }
 }
 
@@ -104,25 +104,28 @@ fn floor(pitch: f64) -> f64 {
 }
 
 /// Piston, beads, support and forces of one frame.
-fn drawing(frame: &Frame, pitch: f64, time: f64) -> String {
+fn drawing(frame: &Frame, pitch: f64, time: f64, has_support: bool) -> String {
     let (middle, floor) = (TOP + 0.5 * pitch, floor(pitch));
     let contact = |index: usize| 0.3 * pitch + index as f64 * pitch;
     let beads = frame.displacements.len() - 1;
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {:.0}\" role=\"img\" font-family=\"{FONT_STACK}\" font-size=\"18\">\n\
-         <title>Piston, {beads} beads and support, with the contact forces as bars</title>\n\
+         <title>Piston, {beads} beads{}, with the contact forces as bars</title>\n\
          <rect width=\"100%\" height=\"100%\" fill=\"#FFFFFF\"/>\n<text data-clock=\"\" x=\"8\" y=\"24\" fill=\"#1E1E1E\">{time:.2} µs</text>\n",
-        floor + 40.0
+        floor + 40.0,
+        if has_support { " and support" } else { "" }
     );
     let mut put = |text: std::fmt::Arguments<'_>| {
         // Writing to a string cannot fail.
         let _ = svg.write_fmt(text);
     };
     let (top, height, thick) = (middle - 0.55 * pitch, 1.1 * pitch, 0.28 * pitch);
-    put(format_args!(
-        "<rect x=\"{:.2}\" y=\"{top:.2}\" width=\"{thick:.2}\" height=\"{height:.2}\" fill=\"#787878\"/>\n",
-        contact(beads)
-    ));
+    if has_support {
+        put(format_args!(
+            "<rect x=\"{:.2}\" y=\"{top:.2}\" width=\"{thick:.2}\" height=\"{height:.2}\" fill=\"#787878\"/>\n",
+            contact(beads)
+        ));
+    }
     for (index, share) in frame.displacements.iter().enumerate() {
         let shift = format!("data-x=\"\" transform=\"translate({:.2} 0)\"", share * TRAVEL * pitch);
         if index == 0 {

@@ -26,6 +26,8 @@ pub struct ReplayReport<'a> {
     pub facts: Vec<(String, String)>,
     /// Diameter of the first bead, m.
     pub bead_diameter: f64,
+    /// Whether anything stands behind the last bead.
+    pub has_support: bool,
     /// What the run produced.
     pub response: &'a Response,
     /// The observed velocity as the instrument sees it.
@@ -57,7 +59,7 @@ impl ReplayReport<'_> {
         let chain = plates.split_off(1);
         let heard = plates.into_iter().map(|plate| plate.heard(features.drive_frequency_hz)).collect();
         let mut blocks = vec![Block::Facts(self.facts), Block::Plates(heard), Block::Heading("The chain".into())];
-        blocks.extend(Motion::of(response, self.bead_diameter).map(Block::Motion));
+        blocks.extend(Motion::of(response, self.bead_diameter, self.has_support).map(Block::Motion));
         blocks.push(Block::Plates(chain));
         blocks.extend([
             Block::Heading("Spectrum".into()),

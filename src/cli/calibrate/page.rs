@@ -78,7 +78,7 @@ fn frame(job: &Job, scene: &Scene) -> CalibrationReport {
     CalibrationReport {
         outcome: CalibrationOutcome { program: job.program.clone(), ..problem.outcome() },
         scene: scene.name.clone(),
-        scene_description: scene.description.clone(),
+        scene_description: summary::described(scene, &problem.lead().bench.overrides),
         drive_frequency: scene.drive.frequency,
         records: Vec::new(),
         laws: Vec::new(),

@@ -51,15 +51,20 @@ impl Unread {
         Ok(Self { messages, flags: flags.join(" ") })
     }
 
-    /// Of one file whose columns may hold both channels.
+    /// Of one file whose columns may hold both channels; `is_horn` says whether the first of two columns is rather the horn's.
     ///
     /// # Errors
     /// An error that no flag settles.
-    pub fn of_one(error: MeasurementError) -> Result<Self, anyhow::Error> {
-        let other = other_column(&error);
+    pub fn of_one(error: MeasurementError, is_horn: impl FnOnce([&str; 2]) -> bool) -> Result<Self, anyhow::Error> {
+        let columns = two_columns(&error);
         let in_volts = error.remedy().is_some_and(|remedy| remedy.contains("--scale"));
         let mut unread = Self::of(Some(error), None, None)?;
-        if let Some(other) = other {
+        if let Some([first, second]) = columns {
+            let first_is_horn = is_horn([&first, &second]);
+            if first_is_horn {
+                unread.flags = unread.flags.replace(&first, &second);
+            }
+            let other = if first_is_horn { first } else { second };
             let quoted = quote(&other);
             unread.messages.push(format!(
                 "`{other}`: if it is the horn's tip, its channel too is to be named; leave --drive-column away if it is something else"
@@ -73,12 +78,12 @@ impl Unread {
     }
 }
 
-/// The second of two columns of which one was to be chosen for the record.
-fn other_column(error: &MeasurementError) -> Option<String> {
+/// Two columns of which one was to be chosen for the record.
+fn two_columns(error: &MeasurementError) -> Option<[String; 2]> {
     match error {
-        MeasurementError::Several(errors) => errors.iter().find_map(other_column),
+        MeasurementError::Several(errors) => errors.iter().find_map(two_columns),
         MeasurementError::Ambiguous { flag: "--column", candidates, .. } => match &candidates[..] {
-            [first, second] if first != second => Some(second.clone()),
+            [first, second] if first != second => Some([first.clone(), second.clone()]),
             _ => None,
         },
         _ => None,
