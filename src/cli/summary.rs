@@ -189,14 +189,12 @@ pub fn scene_digest(scene: &Scene) -> String {
     sha256(format!("{:?}", scene.clone().with_limits(Limits::default())).as_bytes())
 }
 
-/// A scene's own words, and what of it was set otherwise: they are of the scene as it comes.
+/// A scene's own words, and what of its bench was set otherwise: they are of the scene as it comes. The model has its own place.
 #[must_use]
 pub fn described(scene: &Scene, overrides: &[String]) -> String {
-    if overrides.is_empty() {
-        return scene.description.clone();
-    }
-    let set: Vec<String> = overrides.iter().map(|set| set.replacen('=', " = ", 1)).collect();
-    format!("{}; but {}", scene.description, set.join(", "))
+    let of_bench = overrides.iter().filter(|set| !set.starts_with("model."));
+    let set: Vec<String> = of_bench.map(|set| set.replacen('=', " = ", 1)).collect();
+    if set.is_empty() { scene.description.clone() } else { format!("{}; but {}", scene.description, set.join(", ")) }
 }
 
 /// A run's short report.
