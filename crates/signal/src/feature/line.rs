@@ -238,7 +238,10 @@ pub fn lines(
             let reason = format!("above 0.8 of the Nyquist frequency ({:.1} kHz)", 1e-3 * limit);
             table.absent.push(AbsentLine { ratio, frequency_hz, reason });
         } else if periods < MINIMUM_LINE_PERIODS {
-            let reason = format!("window holds {:.1} of its periods, {MINIMUM_LINE_PERIODS} needed", (10.0 * periods).floor() / 10.0);
+            let reason = format!(
+                "window holds {:.1} of its periods, {MINIMUM_LINE_PERIODS} needed",
+                (10.0 * periods).floor() / 10.0
+            );
             table.absent.push(AbsentLine { ratio, frequency_hz, reason });
         } else {
             let amplitude = if ratio == Ratio::ONE { reference } else { line_amplitude(series, window, frequency_hz) };
