@@ -15,13 +15,13 @@ from conftest import ROOT
 NOTEBOOK = ROOT / "python" / "examples" / "from_vib_csv_to_a_report.ipynb"
 
 
-def texts(notebook: Any) -> list[list[str]]:
-    """What each code cell says, pictures left out."""
+def texts(notebook: Any) -> list[str]:
+    """What each code cell says, pictures left out; a kernel may hand what is printed over in several pieces."""
     told = []
     for cell in notebook.cells:
         if cell.cell_type == "code":
             said = [output.get("text") or output.get("data", {}).get("text/plain", "") for output in cell.outputs]
-            told.append([str(text) for text in said])
+            told.append("".join(str(text) for text in said))
     return told
 
 
