@@ -92,7 +92,7 @@ pub fn execute(mut arguments: Arguments) -> anyhow::Result<Outcome> {
     let on = std::mem::take(&mut arguments.on);
     let (resume, session) = (arguments.resume, arguments.session.clone());
     let study = Study::new(arguments)?;
-    match on.engine()? {
+    match on.asked() {
         Some(asked) => batch::run_on(asked, Box::new(study), resume, &session),
         None => study.run_here(resume),
     }

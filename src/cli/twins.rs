@@ -146,7 +146,7 @@ struct TwinsSummary<'a> {
 /// # Errors
 /// A folder that cannot be written; an engine that refuses; Ctrl-C.
 pub fn execute(mut arguments: Arguments) -> anyhow::Result<Outcome> {
-    let asked = std::mem::take(&mut arguments.on).engine()?;
+    let asked = std::mem::take(&mut arguments.on).asked();
     if asked.is_none() && (!arguments.laboratory.is_empty() || arguments.levels > 1) {
         let study = plan_of(&arguments)?;
         let timing = Timing::start();

@@ -78,9 +78,9 @@ pub struct Asked {
 
 impl OnArguments {
     /// The cluster, where one was asked for.
-    pub(super) fn engine(self) -> anyhow::Result<Option<Asked>> {
+    pub(super) fn asked(self) -> Option<Asked> {
         let Self { on, chunk, dry_run } = self;
-        Ok(on.map(|engine| Asked { engine, chunk, dry_run }))
+        on.map(|engine| Asked { engine, chunk, dry_run })
     }
 }
 
@@ -163,7 +163,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         Action::Submit { folder, on, dry_run } => {
             let job = Job::open(&folder)?;
             if dry_run {
-                session.result(on.script(job.folder(), 1), &json!({ "script": on.script(job.folder(), 1) }))?;
+                let script = on.script(job.folder(), 1);
+                session.result(&script, &json!({ "script": script }))?;
             } else {
                 let ids = on.submit(&job, &job.missing())?;
                 session.note(format_args!("submitted as {}", ids.join(", ")));
@@ -215,12 +216,17 @@ fn chunk_of(study: &dyn Divisible, asked: Option<u32>, session: &Session) -> any
     Ok(chunk)
 }
 
+/// The command that a batch was planned for. A worker may begin anywhere; its paths are from the folder where it was planned.
+fn planned(job: &Job) -> anyhow::Result<Box<dyn Divisible>> {
+    let folder = &job.plan.folder;
+    std::env::set_current_dir(folder)
+        .with_context(|| format!("{}: the folder in which the batch was planned", folder.display()))?;
+    divisible(&job.plan.command)
+}
+
 fn run_chunk(job: &Job, chunk: usize, session: &Session) -> anyhow::Result<Outcome> {
     let part = job.range(chunk)?;
-    // A worker may begin anywhere; the command was planned with paths from here.
-    std::env::set_current_dir(&job.plan.folder)
-        .with_context(|| format!("{}: the folder in which the batch was planned", job.plan.folder.display()))?;
-    let study = divisible(&job.plan.command)?;
+    let study = planned(job)?;
     job.agrees(study.as_ref())?;
     let runs = study.run(part)?;
     job.keep(chunk, runs)?;
@@ -230,19 +236,19 @@ fn run_chunk(job: &Job, chunk: usize, session: &Session) -> anyhow::Result<Outco
 
 fn status(job: &Job, session: &Session) -> anyhow::Result<Outcome> {
     let missing = job.missing();
-    let waits = match job.submissions()?.last() {
-        Some(last) => last.engine.is_alive(&last.ids)?.then_some("queued or running"),
-        None => None,
+    let is_waiting = match job.submissions()?.last() {
+        Some(last) => last.engine.is_alive(&last.ids)?,
+        None => false,
     };
     let mut text = format!("{} of {} chunks are done\n", job.chunks() - missing.len(), job.chunks());
     for chunk in &missing {
         let last = job.last_words(*chunk).map_or_else(String::new, |words| format!(": {words}"));
         text.push_str(&format!("  {chunk} is not{last}\n"));
     }
-    if let Some(waits) = waits {
-        text.push_str(&format!("what was submitted last is {waits}\n"));
+    if is_waiting {
+        text.push_str("what was submitted last is queued or running\n");
     }
-    let value = json!({ "chunks": job.chunks(), "missing": missing, "is_waiting": waits.is_some() });
+    let value = json!({ "chunks": job.chunks(), "missing": missing, "is_waiting": is_waiting });
     session.result(text, &value)?;
     Ok(Outcome::Done)
 }
@@ -286,14 +292,7 @@ fn collect(
             job.folder().display()
         );
     }
-    let study = match study {
-        Some(study) => study,
-        None => {
-            std::env::set_current_dir(&job.plan.folder)
-                .with_context(|| format!("{}: the folder in which the batch was planned", job.plan.folder.display()))?;
-            divisible(&job.plan.command)?
-        }
-    };
+    let study = study.map_or_else(|| planned(&job), Ok)?;
     job.agrees(study.as_ref())?;
     let (runs, processors) = job.runs()?;
     if processors.len() > 1 {
