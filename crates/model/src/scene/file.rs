@@ -7,7 +7,7 @@ use super::{
     SceneText, Support, TermDescription, annulus, builtin, contact_law, disc,
     document::{Document, Value, resolved},
     error::SceneError,
-    mesh_file,
+    holder, horn, loss, mesh_file,
     reader::{Bound, Reader},
     settings,
     source::Author,
@@ -181,7 +181,10 @@ fn of_the_chain(document: &Document) -> Option<String> {
     if is_own {
         return Some("its integrator is asked for".into());
     }
-    document.entries.contains_key("contact.law").then(|| "`contact.law` is of the chain".into())
+    ["contact.law", "contact.yield_strength"]
+        .into_iter()
+        .find(|key| document.entries.contains_key(*key))
+        .map(|key| format!("`{key}` is of the chain"))
 }
 
 fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Scene, SceneError> {
@@ -224,6 +227,8 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
         Support::Disc { shape, .. } => water::read(reader, shape)?,
         _ => None,
     };
+    let exact_friction = settings::kind(reader)? == ModelKind::Chain && !matches!(support, Support::Disc { .. });
+    let least_radius = chain.beads.iter().map(|bead| bead.radius).fold(f64::INFINITY, f64::min);
     Ok(Scene {
         name: reader.text("name")?.unwrap_or(name).to_owned(),
         description: reader.text("description")?.unwrap_or("").to_owned(),
@@ -233,6 +238,10 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
         water,
         damping: damping(reader, notes)?,
         contact_law: contact_law::read(reader)?,
+        yield_strength: reader.given("contact.yield_strength")?,
+        horn: horn::read(reader, drive.frequency)?,
+        holder: holder::read(reader, exact_friction, least_radius)?,
+        loss: loss::read(reader)?,
         model: settings::read(reader, drive.frequency, output_step, notes)?,
         chain,
         drive,

@@ -36,9 +36,12 @@ mod effects;
 mod error;
 mod fea;
 mod file;
+mod holder;
+mod horn;
 mod key;
 mod limits;
 mod listing;
+mod loss;
 mod material;
 mod mesh_file;
 mod motion;
@@ -68,9 +71,12 @@ pub use file::{
     DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DEFAULT_VIBROMETER_BANDWIDTH, Loaded, MOST_BEADS, UNREAD_FREQUENCY, load,
     load_preferring, load_text, load_with_notes,
 };
+pub use holder::{DEFAULT_SLIP_VELOCITY, Holder};
+pub use horn::Horn;
 pub use key::{Key, ValueKind};
 pub use limits::Limits;
 pub use listing::{Setting, SettingValue};
+pub use loss::{LOSS_FREQUENCY, MaterialLoss, Relaxation};
 pub use material::Material;
 pub use mesh_file::MeshFile;
 pub use motion::Motion;
@@ -98,6 +104,12 @@ pub struct Scene {
     pub drive: Drive,
     /// α, the factor on the drive, 1.
     pub amplitude_scale: f64,
+    /// The horn as a source that gives way; none moves as prescribed whatever pushes back.
+    pub horn: Option<Horn>,
+    /// What the holder around the beads does to them; none does nothing.
+    pub holder: Option<Holder>,
+    /// Losses within the bodies.
+    pub loss: MaterialLoss,
     /// What holds the far end.
     pub support: Support,
     /// The half-space of water behind the support, where that is a disc; none is a vacuum.
@@ -108,6 +120,8 @@ pub struct Scene {
     pub damping: Damping,
     /// Elastic law of the contacts in the chain.
     pub contact_law: ContactLaw,
+    /// Yield strength Y of the beads, Pa: contacts of the chain yield where the pressure in their middle would exceed 1.6 Y. None is elastic.
+    pub yield_strength: Option<f64>,
     /// Simulated time, s.
     pub duration: f64,
     /// Interval of the output samples, s. Where a model has a fixed step of its own (finite elements, reduced, any in front of a disc), it is a whole multiple of it: on loading, a

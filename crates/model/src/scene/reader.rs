@@ -104,6 +104,17 @@ impl<'a> Reader<'a> {
         SceneError::OutOfRange { place: self.place(key), key: key.to_owned(), expected, found }
     }
 
+    /// Refuse any of `keys`, which mean nothing without `needed`.
+    pub(super) fn refuse_alone(&self, keys: &[&'static str], needed: &str) -> Result<(), SceneError> {
+        match keys.iter().find(|key| self.has(key)) {
+            None => Ok(()),
+            Some(key) => {
+                let found = format!("`{key}` alone; give `{needed}`, or leave it out");
+                Err(self.out_of_range(key, format!("`{needed}` beside it"), found))
+            }
+        }
+    }
+
     pub(super) fn missing(&self, key: &'static str, reason: Option<&'static str>) -> SceneError {
         let example = Key::find(key).map_or("", |key| key.example);
         SceneError::Missing { scene: self.origin.to_owned(), key, reason, example }

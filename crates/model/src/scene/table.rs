@@ -4,14 +4,14 @@
 use super::{
     AnnulusShape, Baffle, ContactLaw, ContactMass, ContactNormal, DEFAULT_CONTACT_PATCH, DEFAULT_DISC,
     DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DampingKind, DampingPlacement, DampingTerm, DriveKind, Elements,
-    FlatContact, Integrator, Key, MOST_BEADS, ModelKind, Rim, Scene, Scheme, Support, ValueKind,
+    FlatContact, Holder, Integrator, Key, MOST_BEADS, ModelKind, Rim, Scene, Scheme, Support, ValueKind,
     key::{
         When::{self, Beside, Damped, Is},
         count, nowhere, number, of_material, value, word,
     },
     listing::{
-        SettingValue, absorption, beads, coefficient, damped, differing_beads, disc, gaps, meshing, of_sum, path, ring,
-        shared_mesh, support_mesh, text, water, water_mesh, whole,
+        SettingValue, absorption, beads, coefficient, damped, differing_beads, disc, gaps, given, meshing, of_sum,
+        path, ring, shared_mesh, support_mesh, text, water, water_mesh, whole,
     },
     reader::Bound,
 };
@@ -33,6 +33,7 @@ const BODY_MESH: &[When] = &[Is("model.kind", &["reduced", "fea"])];
 const MESHED: &[When] = &[Is("model.kind", &["chain", "reduced", "fea"]), Is("contact.law", &["finite-body"])];
 const FORMULA: &[When] = &[Is("drive.kind", &["tone-burst", "gaussian-burst", "sine"])];
 const OWN_BODY: &[When] = &[Is("model.kind", &["reduced", "fea"]), Is("support.kind", &["body"])];
+const OWN_NORMAL: &[When] = &[Is("model.kind", &["reduced", "fea"]), Is("support.kind", &["annulus", "body"])];
 const DISC: &[When] = &[Is("support.kind", &["disc"])];
 const LIQUID: &[When] = &[Is("support.kind", &["disc"]), Is("water.medium", &["water", "tissue"])];
 const WATER_MESH: &[When] =
@@ -143,6 +144,70 @@ pub const KEYS: &[Key] = &[
         |scene| text(scene.piston.name()),
         "face of the piston: rigid flat, or half-space of the bead's material",
     ),
+    number(
+        "horn.mass",
+        Dimension::MASS,
+        Bound::Positive,
+        |scene| Some(scene.horn?.mass),
+        "modal mass M at the horn's tip, whose free motion the drive then is: the chain's push moves it besides",
+    )
+    .usually("none: the tip moves as prescribed"),
+    number(
+        "horn.frequency",
+        Dimension::FREQUENCY,
+        Bound::Positive,
+        |scene| Some(scene.horn?.frequency),
+        "frequency of the horn's resonance",
+    )
+    .usually("the drive's"),
+    number(
+        "horn.quality",
+        Dimension::NONE,
+        Bound::Positive,
+        |scene| Some(scene.horn?.quality).filter(|quality| quality.is_finite()),
+        "Q of the horn's resonance",
+    )
+    .usually("infinite"),
+    number(
+        "holder.drag",
+        Dimension::LINEAR_DAMPING,
+        Bound::NotNegative,
+        |scene| given(scene.holder?.drag),
+        "viscous drag b on every bead, −b v",
+    )
+    .usually("0"),
+    number(
+        "holder.friction_force",
+        Dimension::FORCE,
+        Bound::NotNegative,
+        |scene| given(scene.holder?.friction_force),
+        "friction on every bead under a constant load across the chain",
+    )
+    .usually("0"),
+    number(
+        "holder.friction_coefficient",
+        Dimension::NONE,
+        Bound::NotNegative,
+        |scene| given(scene.holder?.friction_coefficient),
+        "coefficient μ of the friction that the clearance makes",
+    )
+    .usually("0"),
+    number(
+        "holder.clearance",
+        Dimension::LENGTH,
+        Bound::NotNegative,
+        |scene| given(scene.holder?.clearance),
+        "diameter of the bore less that of the beads: lines of centres oblique by at most sin θ = e/2a",
+    )
+    .usually("0"),
+    number(
+        "holder.slip_velocity",
+        Dimension::VELOCITY,
+        Bound::NotNegative,
+        |scene| scene.holder.filter(Holder::has_friction).map(|holder| holder.slip_velocity),
+        "velocity over which friction turns its sign; 0 is the exact law, with beads that stick",
+    )
+    .usually("0 on the chain, else 1 mm/s"),
     value(
         "drive.kind",
         ValueKind::Choice(DRIVES),
@@ -247,7 +312,7 @@ pub const KEYS: &[Key] = &[
         |scene| scene.support.normal().filter(|_| scene.model.kind.is_meshed()).and_then(|normal| text(normal.name())),
         "contact normal: of the undeformed surface, or to the moved bead",
     )
-    .when(&[Is("model.kind", &["reduced", "fea"]), Is("support.kind", &["annulus", "body"])]),
+    .when(OWN_NORMAL),
     value(
         "support.mesh",
         ValueKind::Path,
@@ -421,6 +486,51 @@ pub const KEYS: &[Key] = &[
         "law of the chain's contacts: of half-spaces, or fitted to the bodies and coupled through them",
     )
     .when(&[Is("model.kind", &["chain"])]),
+    number(
+        "contact.yield_strength",
+        Dimension::PRESSURE,
+        Bound::Modulus,
+        |scene| if scene.model.kind == ModelKind::Chain { scene.yield_strength } else { None },
+        "yield strength Y of the beads: their contacts yield from a pressure of 1.6 Y in the middle",
+    )
+    .usually("none: elastic")
+    .when(&[Is("model.kind", &["chain"])]),
+    number(
+        "loss.beads",
+        Dimension::NONE,
+        Bound::Between(0.0, 1.0),
+        |scene| given(scene.loss.beads).filter(|_| scene.model.kind.is_meshed()),
+        "loss factor of the beads' material at 1 MHz, growing with frequency",
+    )
+    .usually("0")
+    .when(BODY_MESH),
+    number(
+        "loss.support",
+        Dimension::NONE,
+        Bound::Between(0.0, 1.0),
+        |scene| given(scene.loss.support).filter(|_| scene.model.kind.is_meshed()),
+        "the same of the support's body",
+    )
+    .usually("0")
+    .when(OWN_NORMAL),
+    number(
+        "loss.relaxation",
+        Dimension::NONE,
+        Bound::Between(0.0, 100.0),
+        |scene| Some(scene.loss.relaxation?.strength),
+        "relaxation g of the annulus: E (1 + g e^(−t/τ)) of the standard linear solid",
+    )
+    .usually("0")
+    .when(RING),
+    number(
+        "loss.relaxation_time",
+        Dimension::TIME,
+        Bound::Positive,
+        |scene| Some(scene.loss.relaxation?.time),
+        "its time τ",
+    )
+    .needed("loss.relaxation_time = \"2 us\"")
+    .when(RING),
     word::<ModelKind>("model.kind", |scene| text(scene.model.kind.name()), "rung of the fidelity ladder")
         .usually("the command's: reduced of calibrate, else chain"),
     count(

@@ -1,0 +1,56 @@
+//! Losses within the bodies: of their elastic modes, of a viscoelastic annulus, of contacts that yield.
+
+use super::{error::SceneError, reader::Reader};
+
+/// Frequency at which loss factors are given, Hz.
+pub const LOSS_FREQUENCY: f64 = 1e6;
+
+/// Losses of the material of the bodies. All 0: elastic.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MaterialLoss {
+    /// Loss factor η of the beads at [`LOSS_FREQUENCY`], 1, growing with frequency (Kelvin–Voigt): in the meshed models.
+    pub beads: f64,
+    /// The same of the support's body.
+    pub support: f64,
+    /// Relaxation of the support's material, a standard linear solid: E(t) = E (1 + g e^(−t/τ)).
+    pub relaxation: Option<Relaxation>,
+}
+
+/// A standard linear solid: the modulus E of slow processes and E (1 + g) of fast ones.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Relaxation {
+    /// g, 1.
+    pub strength: f64,
+    /// τ, s.
+    pub time: f64,
+}
+
+impl MaterialLoss {
+    /// Whether nothing is lost.
+    #[must_use]
+    pub fn is_absent(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Time β of E (1 + β d/dt) that has the loss factor `factor` at [`LOSS_FREQUENCY`], s.
+    #[must_use]
+    pub fn retardation(factor: f64) -> f64 {
+        factor / (2.0 * std::f64::consts::PI * LOSS_FREQUENCY)
+    }
+}
+
+/// The losses that a scene asks for.
+pub(super) fn read(reader: &Reader<'_>) -> Result<MaterialLoss, SceneError> {
+    let strength = reader.given("loss.relaxation")?;
+    let time = reader.given("loss.relaxation_time")?;
+    let relaxation = match (strength, time) {
+        (Some(strength), Some(time)) => (strength > 0.0).then_some(Relaxation { strength, time }),
+        (Some(_), None) => return Err(reader.missing("loss.relaxation_time", Some("`loss.relaxation` needs it"))),
+        (None, _) => {
+            reader.refuse_alone(&["loss.relaxation_time"], "loss.relaxation")?;
+            None
+        }
+    };
+    let number = |key| Ok::<_, SceneError>(reader.given(key)?.unwrap_or(0.0));
+    Ok(MaterialLoss { beads: number("loss.beads")?, support: number("loss.support")?, relaxation })
+}
