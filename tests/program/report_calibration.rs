@@ -245,6 +245,7 @@ fn report() -> CalibrationReport {
             kinetic_j: 1.2e-9,
             stored_j: 3e-10,
             disc_j: None,
+            channels: None,
             water_j: None,
             dissipated_j: 4.2946e-7,
             residual_j: 4e-14,

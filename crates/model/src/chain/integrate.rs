@@ -555,6 +555,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             stored_j,
             dissipated_j,
             disc_j: None,
+            channels: None,
             water_j: None,
             residual_j,
             largest_j: self.largest_energy,

@@ -120,6 +120,7 @@ pub(super) fn integrate<const DAMPED: Terms, L: ElasticLaw>(
         stored_j,
         dissipated_j: dissipated,
         disc_j: None,
+        channels: None,
         water_j: None,
         residual_j: initial_energy + piston_work - kinetic_j - stored_j - dissipated,
         largest_j: largest,

@@ -99,6 +99,7 @@ impl Ledger {
             stored_j: self.stored,
             dissipated_j: self.dissipated,
             disc_j: None,
+            channels: None,
             water_j: None,
             residual_j: self.residual(),
             largest_j: self.largest,

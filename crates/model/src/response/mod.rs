@@ -93,6 +93,39 @@ pub struct DiscResponse {
     pub pressure: Vec<Series>,
 }
 
+/// Energy that went into effects beside the dashpots, and the books of a horn that gives way, J.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Channels {
+    /// Lost in the viscous drag of the holder.
+    pub drag_j: f64,
+    /// Lost in friction with the holder.
+    pub friction_j: f64,
+    /// Lost where contacts yielded.
+    pub yielding_j: f64,
+    /// Lost within the bodies: loss factors and relaxation.
+    pub material_j: f64,
+    /// Work of the source that the horn is: its free motion against the force of the first contact. The piston's work is what the chain got of it.
+    pub source_work_j: f64,
+    /// Energy in the horn's own motion at the end, kinetic and elastic.
+    pub horn_j: f64,
+    /// Lost in the horn.
+    pub horn_lost_j: f64,
+}
+
+impl Channels {
+    /// All that the chain lost in them, J.
+    #[must_use]
+    pub fn lost(&self) -> f64 {
+        self.drag_j + self.friction_j + self.yielding_j + self.material_j
+    }
+
+    /// What the books of the horn leave open, J: source work − piston work − energy in the horn − loss in the horn.
+    #[must_use]
+    pub fn horn_residual(&self, piston_work_j: f64) -> f64 {
+        self.source_work_j - piston_work_j - self.horn_j - self.horn_lost_j
+    }
+}
+
 /// Energies at the end of the run and the works done on the way, J.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct EnergyLedger {
@@ -112,7 +145,10 @@ pub struct EnergyLedger {
     /// Work done on the water, or on disc and water together, J.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub water_j: Option<f64>,
-    /// initial + piston work − kinetic − stored − dissipated − disc − water, J: the integrator's error.
+    /// What went elsewhere; none where a scene has nothing but dashpots to lose energy in.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub channels: Option<Channels>,
+    /// initial + piston work − kinetic − stored − dissipated − disc − water − all losses of the channels, J: the integrator's error.
     pub residual_j: f64,
     /// Largest total energy seen, J: what the residual is to be held against.
     pub largest_j: f64,

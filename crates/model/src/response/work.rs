@@ -55,6 +55,24 @@ pub struct SolverWork {
     /// Sweeps over all contacts for the equilibrium under the precompression.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub equilibrium_sweeps: u64,
+    /// Evaluations of the motion of a horn that gives way.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub horn_evaluations: u64,
+    /// Evaluations of the holder's drag and friction, one a bead.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub holder_evaluations: u64,
+    /// Beads that stuck, or began to slide.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub friction_turns: u64,
+    /// Contacts that began to yield.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub yields: u64,
+    /// Evaluations of the relaxation of a support.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub relaxation_evaluations: u64,
+    /// Evaluations of the loss within a body.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub loss_evaluations: u64,
 }
 
 /// Counts of what making bodies ready took, before any run.

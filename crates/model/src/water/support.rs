@@ -300,6 +300,7 @@ impl DiscSupport {
                 stored_j: books.stored,
                 dissipated_j: books.dissipated,
                 disc_j,
+                channels: None,
                 water_j: Some(water_j),
                 residual_j: books.initial + books.piston_work - held,
                 largest_j: books.largest,
