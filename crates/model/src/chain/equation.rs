@@ -1,6 +1,7 @@
 //! The equations of motion, m_i ü_i = F_{i−1} − F_i, as a right-hand side without branches.
 
 use super::{
+    beyond,
     coupling::{Coupling, Survey},
     system::System,
 };
@@ -50,23 +51,29 @@ pub(super) enum Mode {
 
 /// Right-hand side of one chain with the present modes of its contacts.
 ///
-/// The state is [displacements | velocities | piston work, dissipated energy, 0, 0], the first two blocks padded as in [`System`]. A
+/// The state is [displacements | velocities | piston work, dissipated energy, 0, 0], the first two blocks padded as in [`System`]; effects of
+/// [`beyond`] use the two places left and add theirs. A
 /// contact that is not pressed has its coefficients set to zero, so the inner loop knows no modes; which effects exist at all is a
 /// type parameter, so a run without dampers spends nothing on them.
 #[derive(Debug, Clone)]
 pub(super) struct Equation<'a, const DAMPED: Terms, L> {
     pub system: &'a System,
+    /// Elastic law of each contact and its overlap with all displacements zero (m), as in the system until a contact has yielded.
+    pub laws: Vec<Law>,
+    pub offset: Vec<f64>,
     /// Law of the last contact when it is not Hertz's.
-    support: L,
+    pub(super) support: L,
     /// Present coefficients: k (0 for a support of another law), and those of every term of the dashpots.
     hertz: Vec<f64>,
     damping: [Vec<f64>; DampingTerm::ALL.len()],
     /// 1 while the support carries force, else 0.
-    support_pressed: f64,
-    force: Vec<f64>,
+    pub(super) support_pressed: f64,
+    pub(super) force: Vec<f64>,
     /// Mode of every switch: one a contact, unless coupled.
     pub modes: Vec<Mode>,
     pub coupled: Option<CoupledState<'a>>,
+    /// Effects beside contacts and dashpots.
+    pub beyond: Option<beyond::State<'a>>,
 }
 
 /// What coupled contacts need besides.
@@ -108,8 +115,10 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             within: vec![[0.0; 4]; system.padded / 2],
         });
         let switches = if coupled.is_some() && (DAMPED != 0) { 2 } else { 1 };
-        Self {
+        let mut equation = Self {
             system,
+            laws: system.laws.clone(),
+            offset: system.offset.clone(),
             support,
             hertz: zeros.clone(),
             damping: std::array::from_fn(|_| zeros.clone()),
@@ -117,7 +126,21 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             force: zeros,
             modes: vec![Mode::Open; switches * (system.beads + 1)],
             coupled,
-        }
+            beyond: None,
+        };
+        equation.begin_beyond();
+        equation
+    }
+
+    /// δ_i, m.
+    #[inline(always)]
+    pub fn overlap(&self, contact: usize, u: &[f64]) -> f64 {
+        self.offset[contact] + u[contact] - u[contact + 1]
+    }
+
+    /// Elastic energy of every contact, J.
+    pub(crate) fn stored_energy(&self, u: &[f64]) -> f64 {
+        if L::IS_BEYOND && !L::IS_COUPLED { self.stored_beyond(u) } else { self.system.stored_energy(u) }
     }
 
     /// Contact of a switch.
@@ -134,7 +157,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
 
     /// Length of the state.
     pub(crate) fn state_length(&self) -> usize {
-        2 * self.system.padded + 4
+        2 * self.system.padded + 4 + if L::IS_BEYOND { beyond::FURTHER } else { 0 }
     }
 
     /// Whether a switch is that of the elastic force of a coupled contact.
@@ -167,7 +190,9 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             }
             return;
         }
-        match &self.system.laws[contact] {
+        match &self.laws[contact] {
+            // What it yields with is no part of its elastic law.
+            Law::Hertz(_) if self.yields(contact) => self.hertz[contact] = 0.0,
             Law::Hertz(hertz) => self.hertz[contact] = pressed * hertz.stiffness,
             Law::FiniteHertz(_) | Law::Annulus(_) | Law::Spring(_) => self.support_pressed = pressed,
         }
@@ -178,7 +203,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     /// Four contacts at a time; neighbours are moved between registers, since reading back what was just stored at another
     /// alignment would wait for the store.
     #[inline(always)]
-    fn evaluate_forces(&mut self, u: &[f64], v: &[f64]) -> f64 {
+    pub(super) fn evaluate_forces(&mut self, u: &[f64], v: &[f64]) -> f64 {
         if L::IS_COUPLED {
             return self.evaluate_coupled(u, v);
         }
@@ -186,7 +211,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         let (v, _) = v.as_chunks::<4>();
         let blocks = u.len();
         let v = &v[..blocks];
-        let offset = &self.system.offset.as_chunks::<4>().0[..blocks];
+        let offset = &self.offset.as_chunks::<4>().0[..blocks];
         let hertz = &self.hertz.as_chunks::<4>().0[..blocks];
         let damping: [_; DampingTerm::ALL.len()] =
             std::array::from_fn(|term| &self.damping[term].as_chunks::<4>().0[..blocks]);
@@ -231,8 +256,11 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         }
         if !L::IS_HERTZ {
             let last = self.system.beads;
-            let (u, offset) = (u.as_flattened(), self.system.offset[last]);
+            let (u, offset) = (u.as_flattened(), self.offset[last]);
             self.force[last] += self.support_pressed * self.support.force(offset + u[last] - u[last + 1]);
+        }
+        if L::IS_BEYOND {
+            self.add_beyond(u.as_flattened());
         }
         lost.iter().sum()
     }
@@ -271,6 +299,9 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     /// their slots of `state` first.
     #[inline(always)]
     pub fn evaluate(&mut self, weight: f64, piston: (f64, f64), state: &mut [f64], derivative: &mut [f64]) {
+        if L::IS_BEYOND {
+            return self.evaluate_beyond(weight, piston, state, derivative);
+        }
         let padded = self.system.padded;
         let (u, rest) = state.split_at_mut(padded);
         let (v, _) = rest.split_at_mut(padded);
@@ -318,7 +349,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         }
         for (i, force) in force.iter_mut().enumerate() {
             // A frozen dashpot may outlive its contact by less than a step; the response shows the law itself.
-            let separated = self.system.offset[i] + u[i] - u[i + 1] <= 0.0;
+            let separated = self.offset[i] + u[i] - u[i + 1] <= 0.0;
             if separated || (!self.system.tension && *force < 0.0) {
                 *force = 0.0;
             }
@@ -330,29 +361,35 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     pub(crate) fn elastic_force(&self, contact: usize, overlap: f64) -> f64 {
         match &self.coupled {
             Some(coupled) => coupled.elastic_force[contact],
-            None => self.system.laws[contact].force(overlap),
+            None => self.pressing(contact, overlap),
         }
     }
 
     /// Whether the switch's force may end before its overlap does.
     pub(crate) fn may_clip(&self, switch: usize) -> bool {
-        let has_dashpot = (DAMPED != 0) && !self.system.tension;
         if L::IS_COUPLED && !self.is_dashpot(switch) {
             return false;
         }
+        if self.relaxes(switch) {
+            return true;
+        }
+        let has_dashpot = (DAMPED != 0) && !self.system.tension;
         has_dashpot && !self.system.dashpots[self.contact(switch)].is_absent()
     }
 
     /// A continuous function of overlap and rate with the sign of the total force of a pressed contact: the force itself, N, or
     /// without linear dashpot the force over √δ, which is not singular at closing.
-    pub(crate) fn pull_indicator(&self, contact: usize, overlap: f64, rate: f64) -> f64 {
+    #[inline(always)]
+    fn pull_indicator(&self, instant: Instant, contact: usize, overlap: f64, rate: f64) -> f64 {
         let pressed = overlap.max(0.0);
-        self.system.dashpots[contact].pull(self.system.laws[contact].force(pressed), pressed, rate)
+        let elastic = self.pressing(contact, pressed) + self.relaxation(instant, contact);
+        self.system.dashpots[contact].pull(elastic, pressed, rate)
     }
 
     /// Look at all contacts of a state, its piston in place; nothing to do where none feels another.
     #[inline(always)]
     pub(crate) fn survey(&mut self, instant: Instant, state: &[f64]) {
+        self.relax(state, Some(instant));
         if let Some(coupled) = &mut self.coupled {
             let system = self.system;
             let survey = &mut coupled.surveys[instant as usize];
@@ -379,7 +416,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             }
             _ => {
                 let padded = self.system.padded;
-                (self.system.overlap(switch, state), state[padded + switch] - state[padded + switch + 1])
+                (self.overlap(switch, state), state[padded + switch] - state[padded + switch + 1])
             }
         }
     }
@@ -396,7 +433,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
                     rate,
                 )
             }
-            _ => self.pull_indicator(switch, overlap, rate),
+            _ => self.pull_indicator(instant, switch, overlap, rate),
         }
     }
 }

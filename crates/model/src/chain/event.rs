@@ -1,6 +1,7 @@
 //! Where contacts close, open and stop being pulled, located on the continuous extension.
 
 use super::{
+    beyond::place,
     dormand_prince::{Clock, Stepper},
     equation::{Equation, Instant, Mode},
 };
@@ -9,12 +10,13 @@ use crate::{
     scene::PistonMotion,
 };
 
-/// Smallest overlap (m) and force indicator that count as a change of mode: far below any tolerance, so that contacts which touch
+/// Smallest overlap (m), force indicator and velocity (m/s) that count as a change of mode: far below any tolerance, so that contacts which touch
 /// with rounding errors do not chatter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Resolution {
     pub overlap: f64,
     pub pull: f64,
+    pub velocity: f64,
 }
 
 /// A switch (a contact, unless coupled) changes its mode at σ.
@@ -42,6 +44,8 @@ impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
             }
             // Touching: pressed as long as it was, or as it is not parting.
             return match self.modes[switch] {
+                // What relaxes lags behind a bead that comes again.
+                Mode::Pressed if may_clip && pull() < -resolution.pull && rate > 0.0 => Mode::Clipped,
                 Mode::Pressed if may_clip && pull() < -resolution.pull => Mode::Open,
                 Mode::Pressed => Mode::Pressed,
                 _ if rate < 0.0 => Mode::Open,
@@ -112,7 +116,7 @@ impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
             let start = self.overlap_and_rate(Instant::Start, switch, start);
             let end = self.overlap_and_rate(Instant::End, switch, end);
             self.crossing(switch, start, end, clock, resolution) != Crossing::None
-        })
+        }) || L::IS_BEYOND && self.may_turn(stepper, clock, resolution)
     }
 
     /// The first change of mode within the finished and extended step.
@@ -148,7 +152,7 @@ impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
                 first = Some(Event { switch, sigma });
             }
         }
-        first
+        if L::IS_BEYOND { self.first_turn(stepper, clock, motion, resolution, first) } else { first }
     }
 
     /// δ (m) and δ̇ (m/s) that a switch follows, within the extended step.
@@ -167,6 +171,7 @@ impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
             stepper.values(sigma, &mut within);
             let state = within.as_flattened_mut();
             (state[0], state[padded]) = motion.at(clock.at(sigma));
+            self.give_way(state);
             self.survey(Instant::Within, state);
             let found = self.overlap_and_rate(Instant::Within, switch, state);
             if let Some(coupled) = &mut self.coupled {
@@ -174,8 +179,16 @@ impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
             }
             return found;
         }
+        let tail = 2 * padded;
         let (before, before_rate) = if switch == 0 {
-            motion.at(clock.at(sigma))
+            let (free, rate) = motion.at(clock.at(sigma));
+            match L::IS_BEYOND {
+                true => {
+                    let [q, more] = place::HORN.map(|place| stepper.value(tail + place, sigma));
+                    (free + q, rate + more)
+                }
+                false => (free, rate),
+            }
         } else {
             (stepper.value(switch, sigma), stepper.value(padded + switch, sigma))
         };
@@ -184,12 +197,15 @@ impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
         } else {
             (stepper.value(switch + 1, sigma), stepper.value(padded + switch + 1, sigma))
         };
-        (self.system.offset[switch] + before - after, before_rate - after_rate)
+        if self.relaxes(switch) {
+            self.relax_within(stepper.value(tail + place::RELAXING, sigma));
+        }
+        (self.offset[switch] + before - after, before_rate - after_rate)
     }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Crossing {
+pub(super) enum Crossing {
     None,
     Perhaps,
     Sure,
@@ -197,7 +213,7 @@ enum Crossing {
 
 /// The extreme of the cubic through overlaps and rates at both ends, which have rates of opposite sign; widened by a tenth of its
 /// distance from the ends, so that a step which only nearly touches is looked into.
-fn hermite_extremum(start: (f64, f64), end: (f64, f64), clock: &Clock) -> f64 {
+pub(super) fn hermite_extremum(start: (f64, f64), end: (f64, f64), clock: &Clock) -> f64 {
     let (slope0, slope1) = (start.1 * clock.rate(0.0), end.1 * clock.rate(1.0));
     let middle = 0.5 * (start.0 + end.0) + 0.125 * (slope0 - slope1);
     let chord = 0.5 * (start.0 + end.0);
@@ -206,7 +222,7 @@ fn hermite_extremum(start: (f64, f64), end: (f64, f64), clock: &Clock) -> f64 {
 }
 
 /// First σ at which `margin` falls through zero; `sure` when it is known to be negative at σ = 1.
-fn first_root(mut margin: impl FnMut(f64) -> f64, sure: bool) -> Option<f64> {
+pub(super) fn first_root(mut margin: impl FnMut(f64) -> f64, sure: bool) -> Option<f64> {
     const PARTS: u32 = 8;
     let mut held: Option<(f64, f64)> = None;
     for part in 0..=PARTS {

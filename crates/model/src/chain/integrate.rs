@@ -2,6 +2,7 @@
 
 use super::{
     InitialState,
+    beyond::place,
     dormand_prince::{Clock, Flow, SmoothInterval, Stepper},
     equation::{Equation, Instant, Mode},
     event::Resolution,
@@ -150,6 +151,12 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         scales[1..=beads].fill(1.0 / (control.tolerance * displacement_scale).max(displacement_floor));
         scales[padded + 1..=padded + beads].fill(1.0 / (control.tolerance * velocity_scale).max(velocity_floor));
 
+        if L::IS_BEYOND {
+            let tail = 2 * padded;
+            scales[tail + place::HORN[0]] = scales[1];
+            scales[tail + place::HORN[1]] = scales[padded + 1];
+            scales[tail + place::RELAXING] = 1.0 / (control.tolerance * force_scale);
+        }
         if L::IS_COUPLED && (DAMPED != 0) {
             // A clipped dashpot takes up an elastic force that moves no bead: only the books see where it ends.
             scales[2 * padded + 1] = 1.0 / (control.tolerance * lightest * velocity_scale * velocity_scale);
@@ -158,8 +165,8 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         let pull = 1e-12 * force_scale;
         let powers = system.dashpots.iter().filter_map(Dashpot::leading).map(DampingTerm::power);
         let pull = pull / displacement_scale.powf(powers.min_by(f64::total_cmp).unwrap_or(0.0));
-        let resolution = Resolution { overlap: 1e-12 * displacement_scale, pull };
-        let initial_energy = system.stored_energy(&displacement) + system.kinetic_energy(&velocity);
+        let resolution = Resolution { overlap: 1e-12 * displacement_scale, pull, velocity: 1e-12 * velocity_scale };
+        let initial_energy = equation.stored_energy(&displacement) + system.kinetic_energy(&velocity);
         Ok(Self {
             system,
             equation,
@@ -193,10 +200,11 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
     /// Look at all contacts at the start of the step, the piston in place.
     #[inline(always)]
     fn survey(&mut self) {
-        if L::IS_COUPLED {
+        if L::IS_COUPLED || L::IS_BEYOND {
             let piston = self.piston();
             let state = self.stepper.state.as_flattened_mut();
             (state[0], state[self.system.padded]) = piston;
+            self.equation.give_way(state);
             self.equation.survey(Instant::Start, state);
         }
     }
@@ -207,7 +215,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             return self.equation.set_mode(contact, mode);
         }
         let before = self.equation.modes[contact];
-        let energy = || self.system.laws[contact].energy(self.overlap_and_rate(contact).0);
+        let energy = || self.equation.laws[contact].energy(self.overlap_and_rate(contact).0);
         if mode == Mode::Clipped && before != Mode::Clipped {
             self.clipped += energy();
         } else if before == Mode::Clipped && mode == Mode::Pressed {
@@ -222,6 +230,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         let padded = self.system.padded;
         let state = self.stepper.state.as_flattened_mut();
         (state[0], state[padded]) = piston;
+        self.equation.give_way(state);
         self.equation.survey(Instant::Start, state);
         for switch in 0..self.equation.modes.len() {
             let mode = self.equation.settled_mode(switch, self.overlap_and_rate(switch), &self.resolution);
@@ -229,6 +238,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
                 self.switch(switch, mode);
             }
         }
+        self.equation.let_go(self.stepper.state.as_flattened());
         self.stepper.restart(&mut self.equation, piston);
     }
 
@@ -414,7 +424,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             let contact = self.equation.contact(switch);
             let acceleration = rate_of_state[padded + contact] - rate_of_state[padded + contact + 1];
             // Its own force pushes it apart and fades as (1 − t/τ)^(3/2): 2/3.5 of the force at the start counts as constant.
-            let own = self.system.laws[contact].force(overlap)
+            let own = self.equation.laws[contact].force(overlap)
                 * (self.system.inverse_mass[contact] + self.system.inverse_mass[contact + 1]);
             let acceleration = acceleration + own * (1.0 - 2.0 / 3.5);
             let discriminant = rate * rate - 2.0 * acceleration * overlap;
@@ -482,12 +492,22 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         let piston = self.stepper.end_piston();
         let state = self.stepper.end_state.as_flattened_mut();
         (state[0], state[padded]) = piston;
+        self.equation.give_way(state);
         self.equation.survey(Instant::End, state);
         self.equation.overlap_and_rate(Instant::End, switch, state)
     }
 
     /// Change the mode of a switch at a located event; the pace to go on with.
     fn change(&mut self, switch: usize) -> Pace {
+        if let Some(turn) = switch.checked_sub(self.equation.modes.len()) {
+            let piston = self.piston();
+            let state = self.stepper.state.as_flattened_mut();
+            (state[0], state[self.system.padded]) = piston;
+            self.equation.give_way(state);
+            self.equation.turn(turn, state);
+            self.restart();
+            return Pace::Plain { step: self.cruise };
+        }
         let closing = self.equation.modes[switch] == Mode::Open;
         let mode = match self.equation.modes[switch] {
             Mode::Open | Mode::Clipped => Mode::Pressed,
@@ -525,7 +545,9 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
     }
 
     fn note_energy(&mut self) {
-        let energy = self.initial_energy + self.piston_work() - self.dissipated();
+        let channels = self.equation.channels(self.stepper.state.as_flattened());
+        let further = channels.map_or(0.0, |(channels, _)| channels.lost());
+        let energy = self.initial_energy + self.piston_work() - self.dissipated() - further;
         self.largest_energy = self.largest_energy.max(energy);
     }
 
@@ -537,17 +559,20 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         let (padded, beads) = (self.system.padded, self.system.beads);
         let still_stored: f64 = (0..=beads)
             .filter(|contact| !L::IS_COUPLED && self.equation.modes[*contact] == Mode::Clipped)
-            .map(|contact| self.system.laws[contact].energy(self.overlap_and_rate(contact).0))
+            .map(|contact| self.equation.laws[contact].energy(self.overlap_and_rate(contact).0))
             .sum();
         let piston_work_j = self.piston_work();
         let dissipated_j = self.dissipated() - still_stored;
         let piston = self.motion.at(self.smooth.to);
         let state = self.stepper.state.as_flattened_mut();
         (state[0], state[padded]) = piston;
+        self.equation.give_way(state);
         let state = self.stepper.state.as_flattened();
+        let channels = self.equation.channels(state);
         let kinetic_j = self.system.kinetic_energy(&state[padded..2 * padded]);
-        let stored_j = self.system.stored_energy(&state[..padded]);
-        let residual_j = self.initial_energy + piston_work_j - kinetic_j - stored_j - dissipated_j;
+        let stored_j = self.equation.stored_energy(&state[..padded]);
+        let lost = channels.map_or(0.0, |(channels, _)| channels.lost());
+        let residual_j = self.initial_energy + piston_work_j - kinetic_j - stored_j - dissipated_j - lost;
         let ledger = EnergyLedger {
             initial_j: self.initial_energy,
             piston_work_j,
@@ -555,12 +580,15 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             stored_j,
             dissipated_j,
             disc_j: None,
-            channels: None,
+            channels: channels.map(|(channels, _)| channels),
             water_j: None,
             residual_j,
             largest_j: self.largest_energy,
         };
-        (ledger, self.work)
+        let SolverWork { unknowns, steps, rejected_steps, evaluations, events, dashpot_evaluations, .. } = self.work;
+        let further = channels.map_or_else(SolverWork::default, |(_, work)| work);
+        let work = SolverWork { unknowns, steps, rejected_steps, evaluations, events, dashpot_evaluations, ..further };
+        (ledger, work)
     }
 
     /// Why no step from here is possible.
@@ -573,7 +601,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             None => ModelError::StepUnderflow {
                 time: self.time,
                 step,
-                contact: (entry % padded).clamp(1, self.system.beads + 1),
+                contact: if entry < 2 * padded { (entry % padded).clamp(1, self.system.beads + 1) } else { 1 },
                 tolerance: self.control.tolerance,
             },
         }

@@ -8,9 +8,10 @@
 //! are the initial gaps, and δ⁰_i the overlaps that carry the precompression F₀, so a precompressed chain starts in exact
 //! equilibrium with the flats moved in by as much. The beads start at rest unless an [`InitialState`] says otherwise.
 //!
-//! Left out: bead elasticity outside the contact law (the lowest bead mode lies at 36 times the drive), rotation, friction,
-//! gravity, plasticity.
+//! A scene may ask for more: a horn that gives way, drag and friction of the holder, contacts that yield, an annulus that relaxes (`beyond.rs`).
+//! Left out: bead elasticity outside the contact law (the lowest bead mode lies at 36 times the drive), rotation, friction between beads, gravity.
 
+mod beyond;
 mod coupling;
 mod dormand_prince;
 pub mod ensemble;
@@ -30,6 +31,7 @@ mod trajectory;
 pub use finite_body::{ContactFit, FiniteBodyLaws, FitQuality};
 pub use trajectory::Trajectory;
 
+use beyond::Beyond;
 use equation::Coupled;
 use integrate::Control;
 use record::{Grid, Recording};
@@ -247,7 +249,15 @@ fn adaptive(
     ) -> Result<Books, ModelError> {
         integrate::integrate::<DAMPED, L>(system, support, motion, initial, control, recording, progress)
     }
-    specialised!(system, run(motion, initial, control, recording, progress))
+    let law = system.laws[system.beads];
+    // Effects that are beside the contacts cost more than a dashpot that is zero, too.
+    match (&system.effects, &system.coupling) {
+        (Some(_), Some(_)) => {
+            run::<ALL_TERMS, _>(system, Beyond(Coupled(law)), motion, initial, control, recording, progress)
+        }
+        (Some(_), None) => run::<ALL_TERMS, _>(system, Beyond(law), motion, initial, control, recording, progress),
+        (None, _) => specialised!(system, run(motion, initial, control, recording, progress)),
+    }
 }
 
 fn fixed(
@@ -259,5 +269,9 @@ fn fixed(
     progress: Progress<'_>,
 ) -> Result<Books, ModelError> {
     use symplectic::integrate as run;
+    if system.effects.is_some() {
+        let reason = "the fixed step knows neither a horn that gives way nor holder, yield and relaxation; set `model.integrator` = \"dormand-prince-853\"";
+        return Err(ModelError::Unsupported { model: "chain", reason: reason.into() });
+    }
     specialised!(system, run(motion, initial, step, grid, progress))
 }

@@ -1,6 +1,7 @@
 //! The run on the scene's output grid.
 
 use super::{
+    beyond,
     dormand_prince::{Clock, Stepper},
     equation::Equation,
     system::System,
@@ -56,7 +57,10 @@ impl Grid {
             velocity: columns(system.beads),
             force: columns(system.beads + 1),
             taken: 0,
-            buffer: vec![[0.0; 4]; system.padded / 2],
+            buffer: vec![
+                [0.0; 4];
+                system.padded / 2 + if system.effects.is_some() { 1 + beyond::FURTHER / 4 } else { 0 }
+            ],
             block: vec![0.0; BLOCK * (3 * system.beads + 1)],
             held: 0,
         }
@@ -76,10 +80,16 @@ impl Grid {
     #[inline(always)]
     pub fn store<const DAMPED: Terms, L: ElasticLaw>(&mut self, equation: &mut Equation<'_, DAMPED, L>) {
         let sample = self.taken;
-        let (u, v) = self.buffer.as_flattened_mut().split_at_mut(self.padded);
-        u[0] = self.piston_displacement[sample];
-        v[0] = self.piston_velocity[sample];
-        let force = equation.contact_forces(u, v);
+        let state = self.buffer.as_flattened_mut();
+        state[0] = self.piston_displacement[sample];
+        state[self.padded] = self.piston_velocity[sample];
+        if L::IS_BEYOND {
+            equation.give_way(state);
+            equation.relax(state, None);
+            self.piston_displacement[sample] = state[0];
+        }
+        let (u, v) = state.split_at(self.padded);
+        let force = equation.contact_forces(u, &v[..self.padded]);
         let beads = self.displacement.len();
         let width = 3 * beads + 1;
         let row = &mut self.block[self.held * width..(self.held + 1) * width];

@@ -2,6 +2,7 @@
 
 use super::{
     InitialState,
+    beyond::{self, Effects},
     coupling::{Coupling, Survey},
     finite_body::FiniteBodyLaws,
     laws::ContactLaws,
@@ -41,6 +42,8 @@ pub(super) struct System {
     pub precompression: f64,
     /// How the contacts of finite bodies feel one another; none with the law of Hertz.
     pub coupling: Option<Coupling>,
+    /// Effects beside contacts and dashpots; none where the scene has none.
+    pub effects: Option<Effects>,
 }
 
 impl System {
@@ -55,7 +58,8 @@ impl System {
             *slot = bead.mass();
         }
         let inverse_mass = mass.iter().map(|&m| if m > 0.0 { 1.0 / m } else { 0.0 }).collect();
-        let ContactLaws { laws, couplings } = ContactLaws::of(scene, fitted)?;
+        let ContactLaws { mut laws, couplings } = ContactLaws::of(scene, fitted)?;
+        beyond::tilt(scene, &mut laws);
         let coupling = couplings.map(|beads| Coupling::new(&laws, &beads, padded));
         let force = chain.precompression;
         let mut offset: Vec<f64> = laws.iter().zip(scene.gaps()).map(|(law, gap)| law.overlap(force) - gap).collect();
@@ -73,6 +77,7 @@ impl System {
             precompression: force,
             dashpots: dashpots(&scene.damping, beads + 1),
             tension: scene.damping.tension,
+            effects: Effects::of(scene, &laws, coupling.is_some())?,
             laws,
             coupling,
         })

@@ -4,14 +4,15 @@
 //!
 //! F = F_el(δ) + (c + γ √δ) δ̇ for δ > 0, and 0 once separated,
 //!
-//! never negative unless the dashpot may pull (`damping.tension`). Friction, adhesion, plasticity and the retardation of
-//! waves inside the bodies are left out.
+//! never negative unless the dashpot may pull (`damping.tension`). A contact that yields changes its elastic law as it does ([`Yielding`]).
+//! Friction between beads, adhesion and the retardation of waves inside the bodies are left out.
 
 mod annulus;
 mod dashpot;
 mod finite_body;
 mod finite_hertz;
 mod hertz;
+mod yielding;
 
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +24,7 @@ pub use finite_hertz::FiniteHertz;
 pub use hertz::{
     Hertz, bead_flat_stiffness, bead_pair_stiffness, effective_modulus, hertz_energy, hertz_force, hertz_stiffness,
 };
+pub use yielding::{YIELD_PRESSURE, Yielding, yield_force};
 
 /// An elastic contact law: force and stored energy as functions of the overlap.
 pub trait ElasticLaw: Copy {
@@ -30,6 +32,8 @@ pub trait ElasticLaw: Copy {
     const IS_HERTZ: bool;
     /// Whether the contacts of the chain are those of finite bodies, which feel one another.
     const IS_COUPLED: bool = false;
+    /// Whether the chain has effects beside contacts and dashpots: a horn that gives way, a holder, contacts that yield or relax.
+    const IS_BEYOND: bool = false;
     /// Force, N, ≥ 0; zero for `overlap` ≤ 0 (m).
     fn force(&self, overlap: f64) -> f64;
     /// dF/dδ, N/m; zero for `overlap` ≤ 0 (m).

@@ -1,0 +1,645 @@
+//! Effects beside contacts and dashpots: a horn that gives way, drag and friction of the holder, contacts that yield, an annulus that relaxes.
+//!
+//! They live in one wrapper of the support's law, [`Beyond`], by which the compiler makes a second copy of the chain's loops; chains
+//! without them run the first, in which none of this exists. What has a history (slip or stick of a bead, yield of a contact) is frozen within a step, as
+//! the modes of the contacts are, and switched at instants located on the continuous extension: the laws are met exactly, not regularised.
+
+use super::{
+    dormand_prince::{Clock, Stepper},
+    equation::{Equation, Instant, Mode},
+    event::{Crossing, Event, Resolution, first_root, hermite_extremum},
+};
+use crate::{
+    ModelError,
+    contact_law::{ElasticLaw, Law, Terms, Yielding},
+    response::{Channels, SolverWork},
+    scene::{Holder, Horn, PistonMotion, Relaxation, Scene, Support},
+};
+
+/// The law of the last contact in a chain that has effects of this module.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Beyond<L>(pub L);
+
+impl<L: ElasticLaw> ElasticLaw for Beyond<L> {
+    const IS_HERTZ: bool = false;
+    const IS_COUPLED: bool = L::IS_COUPLED;
+    const IS_BEYOND: bool = true;
+
+    fn force(&self, overlap: f64) -> f64 {
+        self.0.force(overlap)
+    }
+
+    fn tangent_stiffness(&self, overlap: f64) -> f64 {
+        self.0.tangent_stiffness(overlap)
+    }
+
+    fn energy(&self, overlap: f64) -> f64 {
+        self.0.energy(overlap)
+    }
+
+    fn overlap(&self, force: f64) -> f64 {
+        self.0.overlap(force)
+    }
+}
+
+/// Places in the state behind work and dissipated energy, from the end of the velocities on; the state is longer by [`FURTHER`] for them.
+pub(super) mod place {
+    /// q and q̇ of the horn, m and m/s.
+    pub const HORN: [usize; 2] = [2, 3];
+    /// Energy lost in drag and friction, J.
+    pub const DRAG: usize = 4;
+    pub const FRICTION: usize = 5;
+    /// Energy lost in the horn and work of its source, J.
+    pub const HORN_LOST: usize = 6;
+    pub const SOURCE: usize = 7;
+    /// Force of the annulus' relaxation s, N, and the work that it took, J.
+    pub const RELAXING: usize = 8;
+    pub const RELAXED: usize = 9;
+}
+pub(super) const FURTHER: usize = 8;
+
+/// What a chain has of these effects.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Effects {
+    pub horn: Option<Horn>,
+    pub holder: Option<Holder>,
+    /// tan θ of the line of centres at each contact; 0 at both ends.
+    obliquity: Vec<f64>,
+    /// How each contact yields, if it does.
+    yielding: Vec<Option<Yielding>>,
+    pub relaxation: Option<Relaxation>,
+}
+
+impl Effects {
+    /// Those of a scene; none where it has none.
+    ///
+    /// # Errors
+    /// For numbers that are none, and for contacts that can neither yield nor relax with the laws of finite bodies.
+    pub fn of(scene: &Scene, laws: &[Law], is_coupled: bool) -> Result<Option<Self>, ModelError> {
+        let relaxation = scene.loss.relaxation.filter(|_| matches!(scene.support, Support::Annulus { .. }));
+        if scene.horn.is_none() && scene.holder.is_none() && scene.yield_strength.is_none() && relaxation.is_none() {
+            return Ok(None);
+        }
+        check(scene)?;
+        let unsupported = |key: &str| {
+            let reason = format!("`{key}` needs contacts that do not feel one another; set `contact.law` = \"hertz\"");
+            ModelError::Unsupported { model: "chain", reason }
+        };
+        if is_coupled && scene.yield_strength.is_some() {
+            return Err(unsupported("contact.yield_strength"));
+        }
+        if is_coupled && relaxation.is_some() {
+            return Err(unsupported("loss.relaxation"));
+        }
+        let sines = sines(scene);
+        let cosine = |contact: usize| (1.0 - sines[contact] * sines[contact]).sqrt();
+        let beads = &scene.chain.beads;
+        let yielding = laws.iter().enumerate().map(|(contact, law)| {
+            let strength = scene.yield_strength.filter(|_| matches!(law, Law::Hertz(_)))?;
+            let law = match (contact, beads.get(contact)) {
+                (0, _) => Yielding::of(&beads[0], Err(scene.piston), strength),
+                (_, Some(next)) => Yielding::of(&beads[contact - 1], Ok(next), strength),
+                (_, None) => match scene.support {
+                    Support::Flat(flat) => Yielding::of(&beads[contact - 1], Err(flat), strength),
+                    _ => return None,
+                },
+            };
+            Some(law.oblique(cosine(contact)))
+        });
+        Ok(Some(Self {
+            horn: scene.horn,
+            holder: scene.holder,
+            yielding: yielding.collect(),
+            obliquity: (0..laws.len()).map(|contact| sines[contact] / cosine(contact)).collect(),
+            relaxation,
+        }))
+    }
+
+    fn rubs(&self) -> Option<&Holder> {
+        self.holder.as_ref().filter(|holder| holder.has_friction())
+    }
+}
+
+/// sin θ of the line of centres at each of the N + 1 contacts.
+fn sines(scene: &Scene) -> Vec<f64> {
+    let beads = &scene.chain.beads;
+    let mut sines = vec![0.0; beads.len() + 1];
+    if let Some(holder) = &scene.holder {
+        for (sine, pair) in sines[1..].iter_mut().zip(beads.windows(2)) {
+            *sine = holder.obliquity(pair[0].radius, pair[1].radius);
+        }
+    }
+    sines
+}
+
+/// Soften the contacts between beads whose line of centres is oblique: F = k cos^(5/2) θ δ^(3/2) along the axis.
+pub(super) fn tilt(scene: &Scene, laws: &mut [Law]) {
+    if scene.holder.is_none_or(|holder| holder.clearance == 0.0) {
+        return;
+    }
+    for (law, sine) in laws.iter_mut().zip(sines(scene)) {
+        let factor = (1.0 - sine * sine).powf(1.25);
+        match law {
+            Law::Hertz(law) => law.stiffness *= factor,
+            Law::FiniteHertz(law) => law.stiffness *= factor,
+            Law::Annulus(_) | Law::Spring(_) => {}
+        }
+    }
+}
+
+fn check(scene: &Scene) -> Result<(), ModelError> {
+    let need = |holds: bool, quantity: &str, expected: &'static str, found: f64| {
+        if holds { Ok(()) } else { Err(ModelError::Unphysical { quantity: quantity.into(), expected, found }) }
+    };
+    let positive = |value: f64| value > 0.0 && value.is_finite();
+    let not_negative = |value: f64| value >= 0.0 && value.is_finite();
+    if let Some(Horn { mass, frequency, quality }) = scene.horn {
+        need(positive(mass), "horn.mass", "a positive mass, kg", mass)?;
+        need(positive(frequency), "horn.frequency", "a positive frequency, Hz", frequency)?;
+        need(quality > 0.0, "horn.quality", "a positive number", quality)?;
+    }
+    if let Some(holder) = scene.holder {
+        need(not_negative(holder.drag), "holder.drag", "a coefficient ≥ 0, N·s/m", holder.drag)?;
+        need(not_negative(holder.friction_force), "holder.friction_force", "a force ≥ 0, N", holder.friction_force)?;
+        let coefficient = holder.friction_coefficient;
+        need(not_negative(coefficient), "holder.friction_coefficient", "a number ≥ 0", coefficient)?;
+        need(not_negative(holder.slip_velocity), "holder.slip_velocity", "a velocity ≥ 0, m/s", holder.slip_velocity)?;
+        let least = scene.chain.beads.iter().map(|bead| bead.radius).fold(f64::INFINITY, f64::min);
+        let fits = not_negative(holder.clearance) && holder.clearance <= 0.5 * least;
+        need(fits, "holder.clearance", "a length ≥ 0, at most half a bead's radius, m", holder.clearance)?;
+    }
+    if let Some(strength) = scene.yield_strength {
+        need(positive(strength), "contact.yield_strength", "a positive pressure, Pa", strength)?;
+    }
+    if let Some(Relaxation { strength, time }) = scene.loss.relaxation {
+        need(not_negative(strength), "loss.relaxation", "a number ≥ 0", strength)?;
+        need(positive(time), "loss.relaxation_time", "a positive time, s", time)?;
+    }
+    Ok(())
+}
+
+/// How a contact that may yield stands.
+#[derive(Debug, Clone, Copy)]
+struct Contact {
+    law: Yielding,
+    /// Overlap from the lasting indentation on up to which it is elastic, m.
+    elastic_to: f64,
+    /// Overlap (m) and force (N) since which it yields.
+    yields_since: Option<(f64, f64)>,
+}
+
+/// How a bead stands in the holder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Slip {
+    Stuck,
+    Forward,
+    Backward,
+}
+
+impl Slip {
+    fn sign(self) -> f64 {
+        match self {
+            Self::Stuck => 0.0,
+            Self::Forward => 1.0,
+            Self::Backward => -1.0,
+        }
+    }
+
+    fn along(force: f64) -> Self {
+        if force > 0.0 { Self::Forward } else { Self::Backward }
+    }
+}
+
+/// These effects within a run.
+#[derive(Debug, Clone)]
+pub(super) struct State<'a> {
+    effects: &'a Effects,
+    contacts: Vec<Option<Contact>>,
+    /// One a bead; none where friction is regularised or absent.
+    slips: Vec<Slip>,
+    precompression: f64,
+    /// Force of the relaxation s at the state that forces are evaluated at, and at the start, at the end and within the step, N.
+    relaxing: f64,
+    instants: [f64; 3],
+    /// Energy lost where contacts yielded, J.
+    yielded: f64,
+    /// A state within the step.
+    within: Vec<[f64; 4]>,
+    evaluations: u64,
+    work: SolverWork,
+}
+
+impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
+    /// Take the effects up, in a chain under its static force.
+    pub(super) fn begin_beyond(&mut self) {
+        let system = self.system;
+        let Some(effects) = system.effects.as_ref().filter(|_| L::IS_BEYOND) else { return };
+        let force = system.precompression;
+        let mut contacts = vec![None; system.beads + 1];
+        for (contact, law) in effects.yielding.iter().enumerate() {
+            let Some(law) = *law else { continue };
+            let (elastic, elastic_to) = law.after(force);
+            if force > law.yield_force() {
+                (self.laws[contact], self.offset[contact]) = (Law::Hertz(elastic), elastic_to);
+            }
+            contacts[contact] = Some(Contact { law, elastic_to, yields_since: None });
+        }
+        let sticks = effects.rubs().is_some_and(|holder| holder.slip_velocity == 0.0);
+        self.beyond = Some(State {
+            effects,
+            contacts,
+            slips: vec![Slip::Stuck; if sticks { system.beads } else { 0 }],
+            precompression: force,
+            relaxing: 0.0,
+            instants: [0.0; 3],
+            yielded: 0.0,
+            within: vec![[0.0; 4]; self.state_length() / 4],
+            evaluations: 0,
+            work: SolverWork::default(),
+        });
+    }
+
+    /// Add q and q̇ of the horn to the piston's slots, which hold its free motion.
+    #[inline(always)]
+    pub(super) fn give_way(&self, state: &mut [f64]) {
+        if L::IS_BEYOND {
+            let tail = 2 * self.system.padded;
+            state[0] += state[tail + place::HORN[0]];
+            state[self.system.padded] += state[tail + place::HORN[1]];
+        }
+    }
+
+    /// Take up the relaxation of a state whose forces are asked for.
+    #[inline(always)]
+    pub(super) fn relax(&mut self, state: &[f64], instant: Option<Instant>) {
+        if let Some(beyond) = self.beyond.as_mut().filter(|_| L::IS_BEYOND) {
+            let force = state[2 * self.system.padded + place::RELAXING];
+            match instant {
+                Some(instant) => beyond.instants[instant as usize] = force,
+                None => beyond.relaxing = force,
+            }
+        }
+    }
+
+    /// Force of the relaxation within the step, N.
+    pub(super) fn relax_within(&mut self, force: f64) {
+        if let Some(beyond) = &mut self.beyond {
+            beyond.instants[Instant::Within as usize] = force;
+        }
+    }
+
+    /// Force of the relaxation at an instant of the step, N: of the last contact only.
+    #[inline(always)]
+    pub(super) fn relaxation(&self, instant: Instant, contact: usize) -> f64 {
+        match &self.beyond {
+            Some(beyond) if L::IS_BEYOND && contact == self.system.beads => beyond.instants[instant as usize],
+            _ => 0.0,
+        }
+    }
+
+    /// Whether a contact relaxes.
+    #[inline(always)]
+    pub(super) fn relaxes(&self, contact: usize) -> bool {
+        let relaxes = |beyond: &State<'_>| beyond.effects.relaxation.is_some();
+        L::IS_BEYOND && contact == self.system.beads && self.beyond.as_ref().is_some_and(relaxes)
+    }
+
+    /// Whether a contact yields at present: its elastic law is off then.
+    pub(super) fn yields(&self, contact: usize) -> bool {
+        let yields = |beyond: &State<'_>| beyond.contacts[contact].is_some_and(|own| own.yields_since.is_some());
+        L::IS_BEYOND && self.beyond.as_ref().is_some_and(yields)
+    }
+
+    /// Force of a contact without its dashpot, N.
+    pub(super) fn pressing(&self, contact: usize, overlap: f64) -> f64 {
+        match self.beyond.as_ref().filter(|_| L::IS_BEYOND).and_then(|beyond| beyond.contacts[contact]) {
+            Some(Contact { law, yields_since: Some((from, force)), .. }) => force + law.slope() * (overlap - from),
+            _ => self.laws[contact].force(overlap),
+        }
+    }
+
+    /// Add the forces of contacts that yield, and of the relaxation, to those evaluated.
+    #[inline(always)]
+    pub(super) fn add_beyond(&mut self, u: &[f64]) {
+        let Some(beyond) = &self.beyond else { return };
+        for (contact, own) in beyond.contacts.iter().enumerate() {
+            if let Some(Contact { law, yields_since: Some((from, force)), .. }) = own {
+                let overlap = self.offset[contact] + u[contact] - u[contact + 1];
+                self.force[contact] += force + law.slope() * (overlap - from);
+            }
+        }
+        self.force[self.system.beads] += self.support_pressed * beyond.relaxing;
+    }
+
+    /// [`Equation::evaluate`] with these effects.
+    pub(super) fn evaluate_beyond(
+        &mut self,
+        weight: f64,
+        piston: (f64, f64),
+        state: &mut [f64],
+        derivative: &mut [f64],
+    ) {
+        let (padded, beads) = (self.system.padded, self.system.beads);
+        (state[0], state[padded]) = piston;
+        self.give_way(state);
+        self.relax(state, None);
+        let (u, rest) = state.split_at(padded);
+        let (v, tail) = rest.split_at(padded);
+        let lost = self.evaluate_forces(u, v);
+        let (du, rest) = derivative.split_at_mut(padded);
+        let (dv, work) = rest.split_at_mut(padded);
+        let force = &self.force;
+        let Some(beyond) = self.beyond.as_mut() else { return };
+        beyond.evaluations += 1;
+        let (mut dragged, mut rubbed) = (0.0, 0.0);
+        for i in 1..=beads {
+            let mut net = force[i - 1] - force[i];
+            let mut speed = v[i];
+            if let Some(holder) = &beyond.effects.holder {
+                net -= holder.drag * speed;
+                dragged += holder.drag * speed * speed;
+                let against = match beyond.slips.get(i - 1) {
+                    Some(Slip::Stuck) => {
+                        (net, speed) = (0.0, 0.0);
+                        0.0
+                    }
+                    Some(slip) => slip.sign() * limit(beyond.effects, force, i),
+                    None if holder.slip_velocity > 0.0 => {
+                        limit(beyond.effects, force, i) * (speed / holder.slip_velocity).tanh()
+                    }
+                    None => 0.0,
+                };
+                net -= against;
+                rubbed += against * speed;
+            }
+            du[i] = weight * speed;
+            dv[i] = weight * net * self.system.inverse_mass[i];
+        }
+        for slot in std::iter::once(0).chain(beads + 1..padded) {
+            (du[slot], dv[slot]) = (0.0, 0.0);
+        }
+        work.fill(0.0);
+        work[0] = weight * force[0] * v[0];
+        work[1] = weight * lost;
+        work[place::DRAG] = weight * dragged;
+        work[place::FRICTION] = weight * rubbed;
+        if let Some(horn) = &beyond.effects.horn {
+            let [q, rate] = place::HORN.map(|place| tail[place]);
+            let resistance = horn.resistance();
+            let pushed = beyond.precompression - force[0] - resistance * rate - horn.stiffness() * q;
+            work[place::HORN[0]] = weight * rate;
+            work[place::HORN[1]] = weight * pushed / horn.mass;
+            work[place::HORN_LOST] = weight * resistance * rate * rate;
+            work[place::SOURCE] = weight * force[0] * piston.1;
+        }
+        if let Some(relaxation) = &beyond.effects.relaxation {
+            let overlap = self.offset[beads] + u[beads] - u[beads + 1];
+            let rate = v[beads] - v[beads + 1];
+            let stiffness = if overlap > 0.0 { self.support.tangent_stiffness(overlap) } else { 0.0 };
+            let force = tail[place::RELAXING];
+            work[place::RELAXING] = weight * (relaxation.strength * stiffness * rate - force / relaxation.time);
+            work[place::RELAXED] = weight * self.support_pressed * force * rate;
+        }
+    }
+
+    /// Force of the contacts on the bead in a slot and the most that friction holds, N, as last evaluated.
+    fn pushed(&self, slot: usize) -> (f64, f64) {
+        let most = self.beyond.as_ref().map_or(0.0, |beyond| limit(beyond.effects, &self.force, slot));
+        (self.force[slot - 1] - self.force[slot], most)
+    }
+
+    /// Let go of beads that the contacts push harder than friction holds, in the state at the start of a step.
+    pub(super) fn let_go(&mut self, state: &[f64]) {
+        if self.beyond.as_ref().is_none_or(|beyond| !L::IS_BEYOND || beyond.slips.is_empty()) {
+            return;
+        }
+        self.evaluate_at(state);
+        for bead in 0..self.system.beads {
+            let (net, most) = self.pushed(bead + 1);
+            let Some(beyond) = &mut self.beyond else { return };
+            let moves = state[self.system.padded + bead + 1];
+            if beyond.slips[bead] == Slip::Stuck && (moves != 0.0 || net.abs() > most) {
+                beyond.slips[bead] = Slip::along(if moves == 0.0 { net } else { moves });
+                beyond.work.friction_turns += 1;
+            }
+        }
+    }
+
+    fn evaluate_at(&mut self, state: &[f64]) {
+        let padded = self.system.padded;
+        self.relax(state, None);
+        self.evaluate_forces(&state[..padded], &state[padded..2 * padded]);
+    }
+
+    /// Whether a contact may begin or cease to yield, or a bead to slide, within the finished step.
+    pub(super) fn may_turn(&mut self, stepper: &Stepper, clock: &Clock, resolution: &Resolution) -> bool {
+        let (start, end) = (stepper.state.as_flattened(), stepper.end_state.as_flattened());
+        if !self.slips().is_empty() {
+            self.evaluate_at(end);
+        }
+        (0..self.turns()).any(|turn| self.turn_within(turn, start, end, clock, resolution) != Crossing::None)
+    }
+
+    /// Numbers of what may turn: contacts that yield, then beads that slide.
+    fn turns(&self) -> usize {
+        self.system.beads + 1 + self.slips().len()
+    }
+
+    fn slips(&self) -> &[Slip] {
+        self.beyond.as_ref().map_or(&[], |beyond| &beyond.slips)
+    }
+
+    /// Whether it turns, forces being those of the end of the step.
+    fn turn_within(&self, turn: usize, start: &[f64], end: &[f64], clock: &Clock, resolution: &Resolution) -> Crossing {
+        let padded = self.system.padded;
+        let sure = |holds: bool| if holds { Crossing::Sure } else { Crossing::None };
+        let Some(bead) = turn.checked_sub(self.system.beads + 1) else {
+            let contact = self.beyond.as_ref().and_then(|beyond| beyond.contacts[turn]);
+            let Some(own) = contact.filter(|_| self.modes[turn] == Mode::Pressed) else { return Crossing::None };
+            let of = |state: &[f64]| {
+                (self.overlap(turn, state) - own.elastic_to, state[padded + turn] - state[padded + turn + 1])
+            };
+            let (start, end) = (of(start), of(end));
+            return match own.yields_since {
+                Some(_) => sure(end.1 < 0.0),
+                None if end.0 > resolution.overlap => Crossing::Sure,
+                None if start.1 > 0.0 && end.1 < 0.0 && hermite_extremum(start, end, clock) > 0.0 => Crossing::Perhaps,
+                None => Crossing::None,
+            };
+        };
+        let velocity = end[padded + bead + 1];
+        match self.slips()[bead] {
+            Slip::Stuck => {
+                let (net, most) = self.pushed(bead + 1);
+                sure(net.abs() > most * (1.0 + 1e-12))
+            }
+            slip => sure(slip.sign() * velocity < -resolution.velocity),
+        }
+    }
+
+    /// The first turn within the finished and extended step, if it comes before `first`; its number begins behind the switches of the contacts.
+    pub(super) fn first_turn(
+        &mut self,
+        stepper: &Stepper,
+        clock: &Clock,
+        motion: &dyn PistonMotion,
+        resolution: &Resolution,
+        mut first: Option<Event>,
+    ) -> Option<Event> {
+        let (start, end) = (stepper.state.as_flattened(), stepper.end_state.as_flattened());
+        for turn in 0..self.turns() {
+            if !self.slips().is_empty() {
+                self.evaluate_at(end);
+            }
+            let crossing = self.turn_within(turn, start, end, clock, resolution);
+            if crossing == Crossing::None {
+                continue;
+            }
+            let margin = |sigma: f64| self.margin(turn, stepper, clock, motion, sigma);
+            if let Some(sigma) = first_root(margin, crossing == Crossing::Sure)
+                && first.is_none_or(|event| sigma < event.sigma)
+            {
+                first = Some(Event { switch: self.modes.len() + turn, sigma });
+            }
+        }
+        first
+    }
+
+    /// Positive while what may turn stays as it is, at σ of the extended step.
+    fn margin(&mut self, turn: usize, stepper: &Stepper, clock: &Clock, motion: &dyn PistonMotion, sigma: f64) -> f64 {
+        let padded = self.system.padded;
+        let Some(mut within) = self.beyond.as_mut().map(|beyond| std::mem::take(&mut beyond.within)) else {
+            return 1.0;
+        };
+        stepper.values(sigma, &mut within);
+        let state = within.as_flattened_mut();
+        (state[0], state[padded]) = motion.at(clock.at(sigma));
+        self.give_way(state);
+        let margin = match turn.checked_sub(self.system.beads + 1) {
+            None => match self.beyond.as_ref().and_then(|beyond| beyond.contacts[turn]) {
+                Some(Contact { yields_since: Some(_), .. }) => state[padded + turn] - state[padded + turn + 1],
+                Some(Contact { elastic_to, .. }) => elastic_to - self.overlap(turn, state),
+                None => 1.0,
+            },
+            Some(bead) => match self.slips()[bead] {
+                Slip::Stuck => {
+                    self.evaluate_at(state);
+                    let (net, most) = self.pushed(bead + 1);
+                    most - net.abs()
+                }
+                slip => slip.sign() * state[padded + bead + 1],
+            },
+        };
+        if let Some(beyond) = &mut self.beyond {
+            beyond.within = within;
+        }
+        margin
+    }
+
+    /// Turn at a located event, the state being that of the event.
+    pub(super) fn turn(&mut self, turn: usize, state: &mut [f64]) {
+        let padded = self.system.padded;
+        let Some(bead) = turn.checked_sub(self.system.beads + 1) else { return self.turn_contact(turn, state) };
+        let sliding = self.slips()[bead] != Slip::Stuck;
+        if sliding {
+            state[padded + bead + 1] = 0.0;
+        }
+        self.evaluate_at(state);
+        let (net, most) = self.pushed(bead + 1);
+        let Some(beyond) = &mut self.beyond else { return };
+        beyond.slips[bead] = if sliding && net.abs() <= most { Slip::Stuck } else { Slip::along(net) };
+        beyond.work.friction_turns += 1;
+    }
+
+    fn turn_contact(&mut self, contact: usize, state: &[f64]) {
+        let overlap = self.overlap(contact, state);
+        let mode = self.modes[contact];
+        let Some(beyond) = &mut self.beyond else { return };
+        let Some(own) = &mut beyond.contacts[contact] else { return };
+        match own.yields_since {
+            None => {
+                own.yields_since = Some((own.elastic_to, self.laws[contact].force(own.elastic_to)));
+                beyond.work.yields += 1;
+            }
+            Some(since) => {
+                let (law, elastic_to, lost) = unload(&own.law, &self.laws[contact], since, overlap);
+                beyond.yielded += lost;
+                *own = Contact { elastic_to, yields_since: None, ..*own };
+                self.laws[contact] = law;
+                self.offset[contact] += elastic_to - overlap;
+            }
+        }
+        self.set_mode(contact, mode);
+    }
+
+    /// Elastic energy of every contact in a state, J; a contact that yields gives back what it would when unloaded.
+    pub(super) fn stored_beyond(&self, u: &[f64]) -> f64 {
+        (0..=self.system.beads)
+            .map(|contact| {
+                let overlap = self.overlap(contact, u);
+                match self.beyond.as_ref().and_then(|beyond| beyond.contacts[contact]) {
+                    Some(Contact { law, yields_since: Some(since), .. }) => {
+                        let (law, elastic_to, _) = unload(&law, &self.laws[contact], since, overlap);
+                        law.energy(elastic_to)
+                    }
+                    _ => self.laws[contact].energy(overlap),
+                }
+            })
+            .sum()
+    }
+
+    /// The books of these effects in a state, and what they took.
+    pub(super) fn channels(&self, state: &[f64]) -> Option<(Channels, SolverWork)> {
+        let beyond = self.beyond.as_ref().filter(|_| L::IS_BEYOND)?;
+        let tail = &state[2 * self.system.padded..];
+        let yielding = (0..=self.system.beads).filter_map(|contact| {
+            let own = beyond.contacts[contact]?;
+            Some(unload(&own.law, &self.laws[contact], own.yields_since?, self.overlap(contact, state)).2)
+        });
+        let [q, rate] = place::HORN.map(|place| tail[place]);
+        let horn_j = beyond.effects.horn.map_or(0.0, |horn| {
+            0.5 * horn.mass * rate * rate + 0.5 * horn.stiffness() * q * q - beyond.precompression * q
+        });
+        let channels = Channels {
+            drag_j: tail[place::DRAG],
+            friction_j: tail[place::FRICTION],
+            yielding_j: beyond.yielded + yielding.sum::<f64>(),
+            material_j: tail[place::RELAXED],
+            source_work_j: tail[place::SOURCE],
+            horn_j,
+            horn_lost_j: tail[place::HORN_LOST],
+        };
+        let effects = beyond.effects;
+        let count = |is_there: bool, each: usize| if is_there { beyond.evaluations * each as u64 } else { 0 };
+        let work = SolverWork {
+            horn_evaluations: count(effects.horn.is_some(), 1),
+            holder_evaluations: count(
+                effects.holder.is_some_and(|holder| holder.drag > 0.0 || holder.has_friction()),
+                self.system.beads,
+            ),
+            relaxation_evaluations: count(effects.relaxation.is_some(), 1),
+            ..beyond.work
+        };
+        Some((channels, work))
+    }
+}
+
+/// Most that friction holds the bead in a slot with, N.
+#[inline(always)]
+fn limit(effects: &Effects, force: &[f64], slot: usize) -> f64 {
+    let Some(holder) = &effects.holder else { return 0.0 };
+    let across = force[slot - 1] * effects.obliquity[slot - 1] + force[slot] * effects.obliquity[slot];
+    holder.friction_force + holder.friction_coefficient * across.max(0.0)
+}
+
+/// Of a contact that has yielded since the overlap (m) and force (N) `since` up to `overlap`: the elastic law to unload by, its overlap there, and the
+/// energy lost, J.
+fn unload(law: &Yielding, before: &Law, since: (f64, f64), overlap: f64) -> (Law, f64, f64) {
+    let (from, force) = since;
+    let further = overlap - from;
+    let hardest = force + law.slope() * further;
+    let (elastic, elastic_to) = law.after(hardest);
+    let elastic = Law::Hertz(elastic);
+    let lost = before.energy(from) + 0.5 * (force + hardest) * further - elastic.energy(elastic_to);
+    (elastic, elastic_to, lost)
+}
