@@ -8,7 +8,7 @@ use granchain::{
     response::Response,
     scene::{
         Bead, Chain, ContactLaw, Damping, DampingKind, DampingPlacement, DampingTerm, Drive, DriveKind, FlatContact,
-        Integrator, Material, ModelSettings, Scene, Support,
+        Integrator, Material, MaterialLoss, ModelSettings, Scene, Support,
     },
 };
 
@@ -31,6 +31,10 @@ fn scene(support: Support, kind: DampingKind) -> Scene {
             tension: false,
         },
         contact_law: ContactLaw::Hertz,
+        yield_strength: None,
+        horn: None,
+        holder: None,
+        loss: MaterialLoss::default(),
         duration: 200e-6,
         output_step: 1e-7,
         vibrometer_bandwidth: 1.5e6,

@@ -10,7 +10,7 @@ use granchain::{
     },
     scene::{
         Bead, Chain, ContactLaw, Damping, DampingCoefficients, DampingKind, DampingPlacement, DampingTerm, Drive,
-        DriveKind, FlatContact, Integrator, Material, ModelSettings, Scene, Support,
+        DriveKind, FlatContact, Integrator, Material, MaterialLoss, ModelSettings, Scene, Support,
     },
 };
 
@@ -41,6 +41,10 @@ fn rigid(tolerance: f64) -> Scene {
         materials: Vec::new(),
         damping: undamped(),
         contact_law: ContactLaw::Hertz,
+        yield_strength: None,
+        horn: None,
+        holder: None,
+        loss: MaterialLoss::default(),
         duration: 120e-6,
         output_step: 1e-7,
         vibrometer_bandwidth: 1.5e6,

@@ -10,7 +10,7 @@ use granchain::{
     },
     scene::{
         Bead, Chain, ContactLaw, Damping, DampingKind, DampingPlacement, DampingTerm, Drive, DriveKind, FlatContact,
-        Integrator, Material, ModelSettings, Scene, Support,
+        Integrator, Material, MaterialLoss, ModelSettings, Scene, Support,
     },
     signal::Series,
 };
@@ -32,6 +32,10 @@ fn scene(support: Support, kind: DampingKind) -> Scene {
         materials: Vec::new(),
         damping: Damping { kind, coefficients, placement: DampingPlacement::All, tension: false },
         contact_law: ContactLaw::Hertz,
+        yield_strength: None,
+        horn: None,
+        holder: None,
+        loss: MaterialLoss::default(),
         duration: 200e-6,
         output_step: 1.0 / (73e3 * 160.0),
         vibrometer_bandwidth: 1.5e6,

@@ -43,6 +43,12 @@ fn effects(work: SolverWork) -> SolverWork {
         dashpot_evaluations,
         normal_turns,
         equilibrium_sweeps,
+        horn_evaluations,
+        holder_evaluations,
+        friction_turns,
+        yields,
+        relaxation_evaluations,
+        loss_evaluations,
         ..
     } = work;
     SolverWork {
@@ -54,6 +60,12 @@ fn effects(work: SolverWork) -> SolverWork {
         dashpot_evaluations,
         normal_turns,
         equilibrium_sweeps,
+        horn_evaluations,
+        holder_evaluations,
+        friction_turns,
+        yields,
+        relaxation_evaluations,
+        loss_evaluations,
         ..SolverWork::default()
     }
 }
@@ -76,6 +88,12 @@ const NONE: SolverWork = SolverWork {
     dashpot_evaluations: 0,
     normal_turns: 0,
     equilibrium_sweeps: 0,
+    horn_evaluations: 0,
+    holder_evaluations: 0,
+    friction_turns: 0,
+    yields: 0,
+    relaxation_evaluations: 0,
+    loss_evaluations: 0,
 };
 
 #[test]

@@ -6,7 +6,7 @@ use thiserror::Error;
 use super::observation::highest_cutoff;
 use granchain_model::{
     chain::ensemble::Variation,
-    scene::{DampingKind, DampingTerm, Scene, Support},
+    scene::{Bead, DampingKind, DampingTerm, Scene, Support},
 };
 
 /// A quantity of the scene, or of the instrument, that a fit may change.
@@ -27,6 +27,12 @@ pub enum Target {
     Gap,
     /// The cutoff of the instrument that recorded.
     Bandwidth,
+    /// The modal mass of a horn that gives way.
+    HornMass,
+    /// The viscous drag of the holder.
+    Drag,
+    /// Its friction under a constant load across the chain.
+    Friction,
 }
 
 /// One fitted parameter with its bounds; its coordinate is u = ln(value/low)/ln(high/low) ∈ \[0, 1\].
@@ -110,7 +116,7 @@ impl Parameter {
     #[must_use]
     pub fn names() -> Vec<&'static str> {
         let terms = DampingTerm::ALL.map(|term| fitted(term).0);
-        let others = ["precompression", "support_stiffness", "gap", "bandwidth"];
+        let others = ["precompression", "support_stiffness", "gap", "bandwidth", "horn_mass", "drag", "friction"];
         ["alpha", "damping"].into_iter().chain(terms).chain(others).collect()
     }
 
@@ -143,7 +149,10 @@ impl Parameter {
     /// - `precompression`: 0.1 mN … 1 N (the paper's impulses vanish between 10 and 20 mN);
     /// - `support_stiffness`: a quarter to four times the scene's own;
     /// - `gap`: 0.3 nm (what is drawn into every contact of every run) … 300 nm;
-    /// - `bandwidth`: 1.5 f0 … the highest frequency that is compared.
+    /// - `bandwidth`: 1.5 f0 … the highest frequency that is compared;
+    /// - `horn_mass`: 1 … 3,000 times the mass of the first bead, of a horn that resonates where the scene says, else at the drive;
+    /// - `drag`: 1 mN·s/m … 1 N·s/m;
+    /// - `friction`: 0.1 mN … 0.3 N.
     ///
     /// # Errors
     /// [`ParameterError`].
@@ -176,6 +185,12 @@ impl Parameter {
                 let f0 = scene.drive.frequency;
                 Self::of(Target::Bandwidth, name, "Hz", (1.5 * f0, highest_cutoff(f0)))
             }
+            "horn_mass" => {
+                let bead = scene.chain.beads.first().map_or(1e-6, Bead::mass);
+                Self::of(Target::HornMass, name, "kg", (bead, 3e3 * bead))
+            }
+            "drag" => Self::of(Target::Drag, name, "N s/m", (1e-3, 1.0)),
+            "friction" => Self::of(Target::Friction, name, "N", (1e-4, 0.3)),
             _ => return Err(ParameterError::Unknown { name: name.into() }),
         }])
     }
@@ -183,7 +198,13 @@ impl Parameter {
     fn of(target: Target, name: &str, unit: &str, (low, high): (f64, f64)) -> Self {
         let limits = match target {
             Target::Alpha | Target::Damping(_) | Target::DampingBeside(_) => (low / FARTHEST, FARTHEST * high),
-            Target::Precompression | Target::SupportStiffness | Target::Gap | Target::Bandwidth => (low, high),
+            Target::Precompression
+            | Target::SupportStiffness
+            | Target::Gap
+            | Target::Bandwidth
+            | Target::HornMass
+            | Target::Drag
+            | Target::Friction => (low, high),
         };
         Self { target, name: name.into(), unit: unit.into(), low, high, limits }
     }
@@ -246,6 +267,9 @@ impl Parameter {
             }
             Target::Gap => scene.chain.gaps[0] = value,
             Target::Bandwidth => {}
+            Target::HornMass => scene.set_horn_mass(value),
+            Target::Drag => scene.holder_mut().drag = value,
+            Target::Friction => scene.holder_mut().friction_force = value,
         }
     }
 
@@ -259,6 +283,9 @@ impl Parameter {
             Target::SupportStiffness => scene.support.stiffness(),
             Target::Gap => scene.chain.gaps.first().copied(),
             Target::Bandwidth => None,
+            Target::HornMass => scene.horn.map(|horn| horn.mass),
+            Target::Drag => scene.holder.map(|holder| holder.drag),
+            Target::Friction => scene.holder.map(|holder| holder.friction_force),
         }
     }
 
@@ -273,6 +300,9 @@ impl Parameter {
             }
             Target::Gap => variation.gap_offsets[0] += value - scene.chain.gaps[0],
             Target::Bandwidth => {}
+            Target::HornMass => variation.effects.horn_mass = Some(value),
+            Target::Drag => variation.effects.drag = Some(value),
+            Target::Friction => variation.effects.friction_force = Some(value),
         }
     }
 }

@@ -196,6 +196,15 @@ fn remedy(target: Target) -> &'static str {
         Target::Bandwidth => {
             "The decoder's data sheet states it (--bandwidth); or a record of a short pulse by the same vibrometer shows it."
         }
+        Target::HornMass => {
+            "A record of the horn tip with the chain and one without tell it: what the chain's pulses take from the tip's motion."
+        }
+        Target::Drag => {
+            "A record at a lower drive level, fitted together with this one, tells it: drag stays where the contacts' losses fall."
+        }
+        Target::Friction => {
+            "A record at a lower drive level, fitted together with this one, tells it: friction counts the more the weaker the drive."
+        }
     }
 }
 

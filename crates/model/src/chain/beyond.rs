@@ -7,7 +7,7 @@
 use super::{
     dormand_prince::{Clock, Stepper},
     equation::{Equation, Instant, Mode},
-    event::{Crossing, Event, Resolution, first_root, hermite_extremum},
+    event::{Crossing, Event, Resolution, hermite_extremum, root_beyond},
 };
 use crate::{
     ModelError,
@@ -189,9 +189,10 @@ struct Contact {
 }
 
 /// How a bead stands in the holder.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Slip {
-    Stuck,
+    /// Held, with this force (N) more than friction has: not 0 where the force beyond it is gone before the bead has moved.
+    Stuck(f64),
     Forward,
     Backward,
 }
@@ -199,7 +200,7 @@ enum Slip {
 impl Slip {
     fn sign(self) -> f64 {
         match self {
-            Self::Stuck => 0.0,
+            Self::Stuck(_) => 0.0,
             Self::Forward => 1.0,
             Self::Backward => -1.0,
         }
@@ -248,7 +249,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         self.beyond = Some(State {
             effects,
             contacts,
-            slips: vec![Slip::Stuck; if sticks { system.beads } else { 0 }],
+            slips: vec![Slip::Stuck(0.0); if sticks { system.beads } else { 0 }],
             precompression: force,
             relaxing: 0.0,
             instants: [0.0; 3],
@@ -359,7 +360,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
                 net -= holder.drag * speed;
                 dragged += holder.drag * speed * speed;
                 let against = match beyond.slips.get(i - 1) {
-                    Some(Slip::Stuck) => {
+                    Some(Slip::Stuck(_)) => {
                         (net, speed) = (0.0, 0.0);
                         0.0
                     }
@@ -375,9 +376,9 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             du[i] = weight * speed;
             dv[i] = weight * net * self.system.inverse_mass[i];
         }
-        for slot in std::iter::once(0).chain(beads + 1..padded) {
-            (du[slot], dv[slot]) = (0.0, 0.0);
-        }
+        (du[0], dv[0]) = (weight * v[0], 0.0);
+        du[beads + 1..].fill(0.0);
+        dv[beads + 1..].fill(0.0);
         work.fill(0.0);
         work[0] = weight * force[0] * v[0];
         work[1] = weight * lost;
@@ -409,7 +410,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     }
 
     /// Let go of beads that the contacts push harder than friction holds, in the state at the start of a step.
-    pub(super) fn let_go(&mut self, state: &[f64]) {
+    pub(super) fn let_go(&mut self, state: &[f64], resolution: &Resolution) {
         if self.beyond.as_ref().is_none_or(|beyond| !L::IS_BEYOND || beyond.slips.is_empty()) {
             return;
         }
@@ -418,7 +419,9 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             let (net, most) = self.pushed(bead + 1);
             let Some(beyond) = &mut self.beyond else { return };
             let moves = state[self.system.padded + bead + 1];
-            if beyond.slips[bead] == Slip::Stuck && (moves != 0.0 || net.abs() > most) {
+            let Slip::Stuck(more) = beyond.slips[bead] else { continue };
+            let most = most + more;
+            if moves != 0.0 || net.abs() > most + resolution.force {
                 beyond.slips[bead] = Slip::along(if moves == 0.0 { net } else { moves });
                 beyond.work.friction_turns += 1;
             }
@@ -429,6 +432,11 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         let padded = self.system.padded;
         self.relax(state, None);
         self.evaluate_forces(&state[..padded], &state[padded..2 * padded]);
+    }
+
+    /// Whether beads may stick: steps are then held by the work of the piston too, for nothing else may move.
+    pub(super) fn sticks(&self) -> bool {
+        !self.slips().is_empty()
     }
 
     /// Whether a contact may begin or cease to yield, or a bead to slide, within the finished step.
@@ -469,9 +477,9 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         };
         let velocity = end[padded + bead + 1];
         match self.slips()[bead] {
-            Slip::Stuck => {
+            Slip::Stuck(more) => {
                 let (net, most) = self.pushed(bead + 1);
-                sure(net.abs() > most * (1.0 + 1e-12))
+                sure(net.abs() > most + more + resolution.force)
             }
             slip => sure(slip.sign() * velocity < -resolution.velocity),
         }
@@ -495,8 +503,10 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             if crossing == Crossing::None {
                 continue;
             }
-            let margin = |sigma: f64| self.margin(turn, stepper, clock, motion, sigma);
-            if let Some(sigma) = first_root(margin, crossing == Crossing::Sure)
+            let margin = |sigma: f64| self.margin(turn, stepper, clock, motion, resolution, sigma);
+            // A bead that is hardly let go comes to rest again early in the step.
+            let sigmas = [0.0, 0.001, 0.01].into_iter().chain((1..=12).map(|part| f64::from(part) / 12.0));
+            if let Some(sigma) = root_beyond(margin, crossing == Crossing::Sure, sigmas)
                 && first.is_none_or(|event| sigma < event.sigma)
             {
                 first = Some(Event { switch: self.modes.len() + turn, sigma });
@@ -506,7 +516,15 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     }
 
     /// Positive while what may turn stays as it is, at σ of the extended step.
-    fn margin(&mut self, turn: usize, stepper: &Stepper, clock: &Clock, motion: &dyn PistonMotion, sigma: f64) -> f64 {
+    fn margin(
+        &mut self,
+        turn: usize,
+        stepper: &Stepper,
+        clock: &Clock,
+        motion: &dyn PistonMotion,
+        resolution: &Resolution,
+        sigma: f64,
+    ) -> f64 {
         let padded = self.system.padded;
         let Some(mut within) = self.beyond.as_mut().map(|beyond| std::mem::take(&mut beyond.within)) else {
             return 1.0;
@@ -522,10 +540,10 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
                 None => 1.0,
             },
             Some(bead) => match self.slips()[bead] {
-                Slip::Stuck => {
+                Slip::Stuck(more) => {
                     self.evaluate_at(state);
                     let (net, most) = self.pushed(bead + 1);
-                    most - net.abs()
+                    most + more + resolution.force - net.abs()
                 }
                 slip => slip.sign() * state[padded + bead + 1],
             },
@@ -536,18 +554,24 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         margin
     }
 
-    /// Turn at a located event, the state being that of the event.
-    pub(super) fn turn(&mut self, turn: usize, state: &mut [f64]) {
+    /// Turn at a located event, the state being that of the event; `at_once`: what turns has not stayed as it was for any part of the step.
+    pub(super) fn turn(&mut self, turn: usize, at_once: bool, state: &mut [f64], resolution: &Resolution) {
         let padded = self.system.padded;
         let Some(bead) = turn.checked_sub(self.system.beads + 1) else { return self.turn_contact(turn, state) };
-        let sliding = self.slips()[bead] != Slip::Stuck;
+        let sliding = !matches!(self.slips()[bead], Slip::Stuck(_));
         if sliding {
             state[padded + bead + 1] = 0.0;
         }
         self.evaluate_at(state);
         let (net, most) = self.pushed(bead + 1);
         let Some(beyond) = &mut self.beyond else { return };
-        beyond.slips[bead] = if sliding && net.abs() <= most { Slip::Stuck } else { Slip::along(net) };
+        beyond.slips[bead] = if sliding && net.abs() <= most + resolution.force {
+            Slip::Stuck(0.0)
+        } else if sliding && at_once {
+            Slip::Stuck(net.abs() - most)
+        } else {
+            Slip::along(net)
+        };
         beyond.work.friction_turns += 1;
     }
 

@@ -9,14 +9,16 @@
 //! a rigid wall with linear dashpots, whose force jumps at touch, it is 3e-4 in the first 30 µs and 1e-3 to 4e-2 by 70 µs, depending on where
 //! in a step each touch falls (`docs/contact-laws.md`). Where the motion is chaotic, two runs of any two integrators part anyway.
 
-use super::{coupling::Coupling, finite_body::FiniteBodyLaws, lane::AnnulusLane, system::System};
+use super::{
+    ChainModel, InitialState, coupling::Coupling, finite_body::FiniteBodyLaws, lane::AnnulusLane, system::System,
+};
 use crate::{
     Estimate, ModelError,
     contact_law::{
         self, ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, Terms, dashpots, for_terms, terms_of,
     },
     number::{Lane, Number, WIDTH},
-    scene::{DampingCoefficients, DampingPlacement, DampingTerm, Drive, DriveKind, PistonMotion, Scene},
+    scene::{DampingCoefficients, DampingPlacement, DampingTerm, Drive, DriveKind, Integrator, PistonMotion, Scene},
 };
 use granchain_signal::Series;
 
@@ -35,6 +37,33 @@ pub struct Variation {
     pub support_stiffness_factor: f64,
     /// How much of each of the scene's realisations of what is not known of its drive, 1; none for none.
     pub shaken: Vec<f64>,
+    /// Effects beside contacts and dashpots.
+    pub effects: EffectVariation,
+}
+
+/// Numbers of effects beside contacts and dashpots in place of the scene's own; none leaves them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct EffectVariation {
+    /// Modal mass of the horn, kg.
+    pub horn_mass: Option<f64>,
+    /// Viscous drag of the holder, N·s/m.
+    pub drag: Option<f64>,
+    /// Its friction under a constant load, N.
+    pub friction_force: Option<f64>,
+}
+
+impl EffectVariation {
+    fn write_into(self, scene: &mut Scene) {
+        if let Some(mass) = self.horn_mass {
+            scene.set_horn_mass(mass);
+        }
+        if let Some(drag) = self.drag {
+            scene.holder_mut().drag = drag;
+        }
+        if let Some(force) = self.friction_force {
+            scene.holder_mut().friction_force = force;
+        }
+    }
 }
 
 impl Variation {
@@ -52,6 +81,7 @@ impl Variation {
             precompression: scene.chain.precompression,
             support_stiffness_factor: 1.0,
             shaken: Vec::new(),
+            effects: EffectVariation::default(),
         }
     }
 
@@ -69,6 +99,7 @@ impl Variation {
         if let Some(own) = scene.support.stiffness_mut() {
             *own *= self.support_stiffness_factor;
         }
+        self.effects.write_into(&mut scene);
         if let DriveKind::Record { displacement, shakes, .. } = &mut scene.drive.kind {
             for (part, shake) in self.shaken.iter().zip(shakes) {
                 displacement.values.iter_mut().zip(&shake.values).for_each(|(x, more)| *x += part * more);
@@ -121,6 +152,9 @@ pub struct Ensemble {
     shakes: Vec<Vec<(f64, f64)>>,
     steps: usize,
     step: f64,
+    /// Whether the scene has effects that no lane has: its runs are the adaptive integrator's, one by one.
+    is_single: bool,
+    fitted: Option<FiniteBodyLaws>,
 }
 
 /// Which effects a group of runs has; part of the loop's type.
@@ -174,8 +208,9 @@ impl Ensemble {
         let drive = sampled(&scene.drive);
         let shakes = scene.drive.shakes().iter().map(sampled).collect();
         let inverse_mass = system.inverse_mass[1..=system.beads].to_vec();
-        let System { laws, coupling, .. } = system;
-        Ok(Self { scene: scene.clone(), laws, coupling, inverse_mass, drive, shakes, steps, step })
+        let System { laws, coupling, effects, .. } = system;
+        let (scene, fitted, is_single) = (scene.clone(), fitted.cloned(), effects.is_some());
+        Ok(Self { scene, laws, coupling, inverse_mass, drive, shakes, steps, step, is_single, fitted })
     }
 
     /// Interval between two samples of the result, s.
@@ -197,7 +232,11 @@ impl Ensemble {
         let mut groups: [Vec<usize>; ALL_TERMS as usize + 1] = Default::default();
         for (index, variation) in variations.iter().enumerate() {
             results.push(variation.check(&self.scene).map(|()| Series::new(0.0, self.step, Vec::new())));
-            if results[index].is_ok() {
+            if self.is_single || variation.effects != EffectVariation::default() {
+                if results[index].is_ok() {
+                    results[index] = self.single(variation);
+                }
+            } else if results[index].is_ok() {
                 // Runs with the same effects go together, so that none pays for another's or is computed otherwise for it.
                 groups[usize::from(terms_of(&variation.damping))].push(index);
             }
@@ -214,7 +253,23 @@ impl Ensemble {
         }
         results
     }
+
+    /// A run with effects that no lane has, by the adaptive integrator; a gap that an offset would close further is closed.
+    fn single(&self, variation: &Variation) -> Result<Series, ModelError> {
+        let mut scene = variation.written_into(&self.scene, |gap| gap.max(0.0));
+        scene.output_step = self.step;
+        scene.model.integrator = Integrator::DormandPrince853 { tolerance: SINGLE_TOLERANCE };
+        let (motion, still) =
+            (scene.drive.motion(scene.amplitude_scale), InitialState::at_rest(scene.chain.beads.len()));
+        let run = ChainModel.run_on(&scene, self.fitted.as_ref(), motion.as_ref(), &still, &mut |_| true);
+        let mut trace = run?.pole_velocity;
+        trace.values.resize(self.samples(), trace.values.last().copied().unwrap_or(0.0));
+        Ok(trace)
+    }
 }
+
+/// Relative tolerance of runs that go alone: below the error of a lane's fixed step.
+const SINGLE_TOLERANCE: f64 = 1e-7;
 
 /// State and coefficients of eight runs.
 struct Work {

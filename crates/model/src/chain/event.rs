@@ -10,13 +10,14 @@ use crate::{
     scene::PistonMotion,
 };
 
-/// Smallest overlap (m), force indicator and velocity (m/s) that count as a change of mode: far below any tolerance, so that contacts which touch
+/// Smallest overlap (m), force indicator, velocity (m/s) and force (N) that count as a change of mode: far below any tolerance, so that contacts which touch
 /// with rounding errors do not chatter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Resolution {
     pub overlap: f64,
     pub pull: f64,
     pub velocity: f64,
+    pub force: f64,
 }
 
 /// A switch (a contact, unless coupled) changes its mode at σ.
@@ -222,11 +223,19 @@ pub(super) fn hermite_extremum(start: (f64, f64), end: (f64, f64), clock: &Clock
 }
 
 /// First σ at which `margin` falls through zero; `sure` when it is known to be negative at σ = 1.
-pub(super) fn first_root(mut margin: impl FnMut(f64) -> f64, sure: bool) -> Option<f64> {
+fn first_root(margin: impl FnMut(f64) -> f64, sure: bool) -> Option<f64> {
     const PARTS: u32 = 8;
+    root_beyond(margin, sure, (0..=PARTS).map(|part| f64::from(part) / f64::from(PARTS)))
+}
+
+/// The same, looked for between `sigmas`, ascending.
+pub(super) fn root_beyond(
+    mut margin: impl FnMut(f64) -> f64,
+    sure: bool,
+    sigmas: impl Iterator<Item = f64>,
+) -> Option<f64> {
     let mut held: Option<(f64, f64)> = None;
-    for part in 0..=PARTS {
-        let sigma = f64::from(part) / f64::from(PARTS);
+    for sigma in sigmas {
         let value = margin(sigma);
         if value > 0.0 {
             held = Some((sigma, value));

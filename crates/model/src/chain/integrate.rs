@@ -156,6 +156,9 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             scales[tail + place::HORN[0]] = scales[1];
             scales[tail + place::HORN[1]] = scales[padded + 1];
             scales[tail + place::RELAXING] = 1.0 / (control.tolerance * force_scale);
+            if equation.sticks() {
+                scales[tail] = 1.0 / (control.tolerance * lightest * velocity_scale * velocity_scale);
+            }
         }
         if L::IS_COUPLED && (DAMPED != 0) {
             // A clipped dashpot takes up an elastic force that moves no bead: only the books see where it ends.
@@ -165,7 +168,12 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         let pull = 1e-12 * force_scale;
         let powers = system.dashpots.iter().filter_map(Dashpot::leading).map(DampingTerm::power);
         let pull = pull / displacement_scale.powf(powers.min_by(f64::total_cmp).unwrap_or(0.0));
-        let resolution = Resolution { overlap: 1e-12 * displacement_scale, pull, velocity: 1e-12 * velocity_scale };
+        let resolution = Resolution {
+            overlap: 1e-12 * displacement_scale,
+            pull,
+            velocity: 1e-12 * velocity_scale,
+            force: 1e-12 * force_scale,
+        };
         let initial_energy = equation.stored_energy(&displacement) + system.kinetic_energy(&velocity);
         Ok(Self {
             system,
@@ -238,7 +246,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
                 self.switch(switch, mode);
             }
         }
-        self.equation.let_go(self.stepper.state.as_flattened());
+        self.equation.let_go(self.stepper.state.as_flattened(), &self.resolution);
         self.stepper.restart(&mut self.equation, piston);
     }
 
@@ -337,7 +345,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
                 recording.take(&mut self.equation, &self.stepper, &clock, now);
                 self.stepper.truncate(event.sigma);
                 self.time = now;
-                pace = self.change(event.switch);
+                pace = self.change(event.switch, event.sigma == 0.0);
                 if now >= stop {
                     return Ok(pace);
                 }
@@ -498,13 +506,13 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
     }
 
     /// Change the mode of a switch at a located event; the pace to go on with.
-    fn change(&mut self, switch: usize) -> Pace {
+    fn change(&mut self, switch: usize, at_once: bool) -> Pace {
         if let Some(turn) = switch.checked_sub(self.equation.modes.len()) {
             let piston = self.piston();
             let state = self.stepper.state.as_flattened_mut();
             (state[0], state[self.system.padded]) = piston;
             self.equation.give_way(state);
-            self.equation.turn(turn, state);
+            self.equation.turn(turn, at_once, state, &self.resolution);
             self.restart();
             return Pace::Plain { step: self.cruise };
         }

@@ -1,6 +1,6 @@
 //! What the holder around the beads does to them.
 
-use super::{error::SceneError, reader::Reader};
+use super::{ModelKind, Scene, Support, error::SceneError, reader::Reader};
 
 /// Forces of the holder along the chain, on every bead alike.
 ///
@@ -39,6 +39,19 @@ impl Holder {
     #[must_use]
     pub fn obliquity(&self, first: f64, second: f64) -> f64 {
         self.clearance / (first + second)
+    }
+}
+
+impl Scene {
+    /// The holder, to change it; made where there was none.
+    pub fn holder_mut(&mut self) -> &mut Holder {
+        let slip_velocity = if self.has_exact_friction() { 0.0 } else { DEFAULT_SLIP_VELOCITY };
+        self.holder.get_or_insert(Holder { slip_velocity, ..Holder::default() })
+    }
+
+    /// Whether its model has the exact law of friction.
+    fn has_exact_friction(&self) -> bool {
+        self.model.kind == ModelKind::Chain && !matches!(self.support, Support::Disc { .. })
     }
 }
 

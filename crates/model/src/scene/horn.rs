@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{error::SceneError, reader::Reader};
+use super::{Scene, error::SceneError, reader::Reader};
 
 /// The tip of a horn as a source with an impedance: its *free* motion is prescribed ([`super::Drive`]), and the force F₀ of the first contact moves
 /// it by q besides (Thévenin's form of a linear horn, one resonance of it):
@@ -37,6 +37,14 @@ impl Horn {
 
     fn angular(&self) -> f64 {
         2.0 * PI * self.frequency
+    }
+}
+
+impl Scene {
+    /// Give the horn a modal mass (kg); one that had none resonates at the drive, without loss.
+    pub fn set_horn_mass(&mut self, mass: f64) {
+        let frequency = self.drive.frequency;
+        self.horn.get_or_insert(Horn { mass, frequency, quality: f64::INFINITY }).mass = mass;
     }
 }
 
