@@ -51,7 +51,7 @@ pub struct Arguments {
     /// Fit definition (TOML); flags win over it
     #[arg(long, value_name = "FILE", help_heading = "Fit")]
     pub plan: Option<PathBuf>,
-    /// Parameters to fit, of alpha, damping, precompression, support_stiffness, gap, bandwidth; the others keep the scene's value [default:
+    /// Parameters to fit, of alpha, damping, precompression, support_stiffness, gap, bandwidth, horn_mass, drag, friction; the others keep the scene's value [default:
     /// alpha,damping]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', help_heading = "Fit")]
     pub fit: Vec<String>,

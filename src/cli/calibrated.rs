@@ -65,13 +65,16 @@ struct Parameter {
 }
 
 /// Parameter of a calibration → scene key.
-const KEYS: [(&str, &str); 6] = [
+const KEYS: [(&str, &str); 9] = [
     ("alpha", "alpha"),
     ("damping", "damping.coefficient"),
     ("precompression", "chain.precompression"),
     ("gap", "chain.gaps.contact1"),
     ("support_stiffness", SUPPORT_STIFFNESS),
     ("bandwidth", "vibrometer.bandwidth"),
+    ("horn_mass", "horn.mass"),
+    ("drag", "holder.drag"),
+    ("friction", "holder.friction_force"),
 ];
 /// The key of an annulus; a spring, whose unit is N/m, has another.
 const SUPPORT_STIFFNESS: &str = "support.stiffness_factor";

@@ -340,7 +340,7 @@ fn definition(
     }
     line("]\n".into());
     line("# What is fitted. alpha is the factor between the horn's record and the drive of the chain: 1 if both sensitivities are right.".into());
-    line("# fit = ['alpha', 'damping'] # and precompression, support_stiffness, gap, bandwidth".into());
+    line("# fit = ['alpha', 'damping'] # and precompression, support_stiffness, gap, bandwidth, horn_mass, drag, friction".into());
     let laws = "laws that compete: linear, kuwabara-kono, linear+kuwabara-kono";
     match scene.damping.kind {
         DampingKind::None => line(format!("damping = ['linear'] # the scene has none; {laws}")),

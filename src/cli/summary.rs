@@ -241,6 +241,21 @@ pub fn facts(scene: &Scene, summary: &Summary) -> Vec<(String, String)> {
             significant(summary.energy.residual_j / summary.energy.largest_j, 2)
         ),
     );
+    if let Some(channels) = summary.energy.channels {
+        let parts = [
+            ("in drag", channels.drag_j),
+            ("in friction", channels.friction_j),
+            ("where contacts yielded", channels.yielding_j),
+            ("within the bodies", channels.material_j),
+            ("in the horn", channels.horn_lost_j),
+        ];
+        let lost = parts.iter().filter(|(_, energy)| *energy != 0.0);
+        let lost: Vec<String> =
+            lost.map(|(place, energy)| format!("{} {place}", engineering(*energy, "J", 3))).collect();
+        if !lost.is_empty() {
+            row("", format!("besides lost: {}", lost.join(", ")));
+        }
+    }
     if let (Some(water), in_disc) = (summary.energy.water_j, summary.energy.disc_j) {
         let share = match in_disc {
             Some(disc) => format!(

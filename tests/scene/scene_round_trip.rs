@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use granchain::scene::{
-    Absorption, AnnulusShape, Baffle, Bead, Chain, ContactLaw, ContactMass, ContactNormal, DEFAULT_TOLERANCE, Damping,
-    DampingKind, DampingPlacement, DampingTerm, DiscShape, Drive, DriveKind, Elements, FeaSettings, FieldPoint,
-    FlatContact, Integrator, Limits, Material, Medium, MeshFile, ModelKind, ModelSettings, ReducedSettings, Rim, Scene,
-    Scheme, Support, Water, WaterMesh, WaterMethod, WaterSettings, load_text,
+    Absorption, AnnulusShape, Baffle, Bead, Chain, ContactLaw, ContactMass, ContactNormal, DEFAULT_SLIP_VELOCITY,
+    DEFAULT_TOLERANCE, Damping, DampingKind, DampingPlacement, DampingTerm, DiscShape, Drive, DriveKind, Elements,
+    FeaSettings, FieldPoint, FlatContact, Holder, Horn, Integrator, Limits, Material, MaterialLoss, Medium, MeshFile,
+    ModelKind, ModelSettings, ReducedSettings, Relaxation, Rim, Scene, Scheme, Support, Water, WaterMesh, WaterMethod,
+    WaterSettings, load_text,
 };
 use proptest::prelude::*;
 
@@ -220,6 +221,42 @@ fn analyse(scene: &mut Scene, analysis: Analysis) {
     }
 }
 
+/// A horn, a holder and losses, as far as they have an effect in the scene.
+fn affect(scene: &mut Scene, (which, one, other): (u32, f64, f64)) {
+    let has = |bit: u32| which >> bit & 1 == 1;
+    let is_chain = scene.model.kind == ModelKind::Chain;
+    if has(0) {
+        let quality = if has(1) { 1e3 * one } else { f64::INFINITY };
+        scene.horn = Some(Horn { mass: one, frequency: 1e5 * other, quality });
+    }
+    let least = scene.chain.beads.iter().map(|bead| bead.radius).fold(f64::INFINITY, f64::min);
+    let given = |bit: u32, value: f64| if has(bit) { value } else { 0.0 };
+    let mut holder = Holder {
+        drag: given(2, one),
+        friction_force: given(3, other),
+        clearance: given(4, 0.5 * least * one),
+        friction_coefficient: if has(4) { given(5, other) } else { 0.0 },
+        slip_velocity: 0.0,
+    };
+    let exact = is_chain && !matches!(scene.support, Support::Disc { .. });
+    if !exact {
+        holder.slip_velocity = DEFAULT_SLIP_VELOCITY;
+    }
+    if holder.has_friction() && has(6) {
+        holder.slip_velocity = other;
+    }
+    scene.holder = Some(holder).filter(|holder| holder.drag + holder.friction_force + holder.clearance > 0.0);
+    scene.yield_strength = Some(1e9 * one).filter(|_| is_chain && has(7));
+    let is_ring = matches!(scene.support, Support::Annulus { .. });
+    if !is_chain {
+        scene.loss.beads = given(8, one);
+        if is_ring || matches!(scene.support, Support::Body { .. }) {
+            scene.loss.support = given(9, other);
+        }
+    }
+    scene.loss.relaxation = Some(Relaxation { strength: other, time: one }).filter(|_| is_ring && has(9));
+}
+
 fn scenes() -> impl Strategy<Value = Scene> {
     let model = (0..3, any::<bool>(), -14.0..-2.0f64, 1e-10..4e-8f64).prop_map(|(kind, adaptive, exponent, step)| {
         let kind = [ModelKind::Chain, ModelKind::Reduced, ModelKind::Fea][kind as usize];
@@ -241,8 +278,9 @@ fn scenes() -> impl Strategy<Value = Scene> {
         (dampings(), any::<bool>(), 0.0..3.0f64, 1e-5..1e-2f64, 1e-8..1e-6f64, model),
         analyses(),
         waters(),
+        (0..1024u32, 1e-6..1.0f64, 1e-6..1.0f64),
     )
-        .prop_map(|(first, second, analysis, water)| {
+        .prop_map(|(first, second, analysis, water, further)| {
             let (name, description, chain, drive, support) = first;
             let (damping, steel, amplitude_scale, duration, output_step, model) = second;
             let vibrometer_bandwidth = drive.frequency + 0.3 / output_step;
@@ -259,6 +297,10 @@ fn scenes() -> impl Strategy<Value = Scene> {
                 materials: Vec::new(),
                 damping,
                 contact_law: ContactLaw::Hertz,
+                yield_strength: None,
+                horn: None,
+                holder: None,
+                loss: MaterialLoss::default(),
                 duration,
                 output_step,
                 vibrometer_bandwidth,
@@ -279,6 +321,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
                 scene.chain.precompression = 0.0;
             }
             behind_disc(&mut scene, water, steps);
+            affect(&mut scene, further);
             scene
         })
 }

@@ -6,7 +6,7 @@ use super::{
     number::{engineering, fixed, significant},
     page::{Block, Column, Files, Page, Plate, ReportError, Table, provenance},
 };
-use granchain_model::response::{EnergyLedger, ObservedPoint, Response};
+use granchain_model::response::{Channels, EnergyLedger, ObservedPoint, Response};
 use granchain_signal::{
     Series,
     feature::{FeatureError, Features, Ratio, amplitude_spectrum},
@@ -110,12 +110,20 @@ fn lines_table(features: &Features) -> Table {
 }
 
 fn energy_table(ledger: &EnergyLedger) -> Table {
+    let of = |part: fn(&Channels) -> f64| ledger.channels.as_ref().map(part).filter(|energy| *energy != 0.0);
     let rows = [
+        ("work of the horn's source", of(|channels| channels.source_work_j)),
+        ("in the horn at the end", of(|channels| channels.horn_j)),
+        ("lost in the horn", of(|channels| channels.horn_lost_j)),
         ("stored at the start", Some(ledger.initial_j)),
         ("work of the piston", Some(ledger.piston_work_j)),
         ("kinetic energy at the end", Some(ledger.kinetic_j)),
         ("stored in the contacts at the end", Some(ledger.stored_j)),
         ("lost in the dashpots", Some(ledger.dissipated_j)),
+        ("lost in the holder's drag", of(|channels| channels.drag_j)),
+        ("lost in friction with the holder", of(|channels| channels.friction_j)),
+        ("lost where contacts yielded", of(|channels| channels.yielding_j)),
+        ("lost within the bodies", of(|channels| channels.material_j)),
         ("in the disc at the end", ledger.disc_j),
         ("given to the water", ledger.water_j),
         ("residual (error of the integrator)", Some(ledger.residual_j)),

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::{
-    AnnulusShape, ContactLaw, ContactMass, ContactNormal, DampingPlacement, DampingTerm, DriveKind, FlatContact,
-    ModelKind, Scene, Scheme, Support, TermDescription,
+    AnnulusShape, ContactLaw, ContactMass, ContactNormal, DampingPlacement, DampingTerm, DriveKind, FlatContact, Horn,
+    ModelKind, Relaxation, Scene, Scheme, Support, TermDescription,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -118,8 +118,77 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
         effect("ring-up of the drive", ring_up.0, ring_up.1),
         effect("recorded drive", record.0, record.1),
     ];
-    let parts = [others, water_effects(scene), fea_effects(scene)];
+    let parts = [others, further_effects(scene), water_effects(scene), fea_effects(scene)];
     dampers.into_iter().chain(parts.into_iter().flatten()).collect()
+}
+
+/// What the horn, the holder and the bodies' own losses do.
+fn further_effects(scene: &Scene) -> Vec<Effect> {
+    let show = |value, dimension| Quantity::new(value, dimension).to_string();
+    let effect = |name, on, why: String| Effect { name, on, why };
+    let horn = match scene.horn {
+        Some(Horn { mass, frequency, quality }) => (
+            true,
+            format!(
+                "horn.mass = {}, horn.frequency = {}, horn.quality = {quality}",
+                show(mass, Dimension::MASS),
+                show(frequency, Dimension::FREQUENCY)
+            ),
+        ),
+        None => (false, "horn.mass is not given: the tip moves as prescribed".to_owned()),
+    };
+    let holder = scene.holder.unwrap_or_default();
+    let slip = format!("holder.slip_velocity = {}", show(holder.slip_velocity, Dimension::VELOCITY));
+    let loss = scene.loss;
+    let (relaxes, relaxation) = match (loss.relaxation, &scene.support) {
+        (Some(Relaxation { strength, time }), Support::Annulus { .. }) => {
+            (true, format!("loss.relaxation = {strength}, loss.relaxation_time = {}", show(time, Dimension::TIME)))
+        }
+        (_, Support::Annulus { .. }) => (false, "loss.relaxation = 0".to_owned()),
+        _ => (false, "support.kind is not annulus".to_owned()),
+    };
+    let is_chain = scene.model.kind == ModelKind::Chain;
+    let yields = match scene.yield_strength {
+        Some(strength) if is_chain => {
+            (true, format!("contact.yield_strength = {}", show(strength, Dimension::PRESSURE)))
+        }
+        None if is_chain => (false, "contact.yield_strength is not given: elastic".to_owned()),
+        _ => (false, format!("model.kind = {}", scene.model.kind.name())),
+    };
+    let lossy = scene.model.kind.is_meshed() && (loss.beads > 0.0 || loss.support > 0.0);
+    vec![
+        effect("loaded horn", horn.0, horn.1),
+        effect(
+            "drag in the holder",
+            holder.drag > 0.0,
+            format!("holder.drag = {}", show(holder.drag, Dimension::LINEAR_DAMPING)),
+        ),
+        effect(
+            "friction in the holder",
+            holder.friction_force > 0.0,
+            format!("holder.friction_force = {}, {slip}", show(holder.friction_force, Dimension::FORCE)),
+        ),
+        effect(
+            "oblique contacts",
+            holder.clearance > 0.0,
+            format!(
+                "holder.clearance = {}, holder.friction_coefficient = {}",
+                show(holder.clearance, Dimension::LENGTH),
+                holder.friction_coefficient
+            ),
+        ),
+        effect("yielding contacts", yields.0, yields.1),
+        effect("relaxing annulus", relaxes, relaxation),
+        effect(
+            "loss in the bodies",
+            lossy,
+            if scene.model.kind.is_meshed() {
+                format!("loss.beads = {}, loss.support = {}", loss.beads, loss.support)
+            } else {
+                format!("model.kind = {}", scene.model.kind.name())
+            },
+        ),
+    ]
 }
 
 /// The effects of a disc and the water behind it.

@@ -176,6 +176,9 @@ fn estimate(key: &str, fitted: &FittedParameter, law: &str) -> Estimate {
         "support_stiffness" => ("stiffness of the spring", "k", 1.0, fitted.unit.as_str()),
         "gap" => ("gap before the first bead", "g", 1e9, "nm"),
         "bandwidth" => ("bandwidth of the instrument", "B", 1e-3, "kHz"),
+        "horn_mass" => ("modal mass of the horn", "M", 1e6, "mg"),
+        "drag" => ("drag of the holder", "b", 1e3, "mN·s/m"),
+        "friction" => ("friction of the holder", "F_c", 1e3, "mN"),
         _ => ("parameter", "x", 1.0, fitted.unit.as_str()),
     };
     Estimate {

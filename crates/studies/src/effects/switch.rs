@@ -1,9 +1,9 @@
 //! How every effect is taken out of a scene, or put into one that does not have it.
 
 use granchain_model::scene::{
-    Absorption, ContactLaw, ContactMass, ContactNormal, DEFAULT_MODES, Damping, DampingKind, DampingPlacement,
-    DampingTerm, DriveKind, FlatContact, Integrator, ModelKind, Scene, Scheme, Support, TermDescription, WaterMesh,
-    WaterMethod,
+    Absorption, ContactLaw, ContactMass, ContactNormal, DEFAULT_MODES, DEFAULT_TOLERANCE, Damping, DampingKind,
+    DampingPlacement, DampingTerm, DriveKind, FlatContact, Horn, Integrator, ModelKind, Relaxation, Scene, Scheme,
+    Support, TermDescription, WaterMesh, WaterMethod,
 };
 use granchain_signal::Quantity;
 
@@ -177,6 +177,23 @@ fn in_elements(scene: &mut Scene) -> bool {
     is_ring && scene.chain.precompression == 0.0
 }
 
+/// The chain's fixed step knows none of them, and its contacts of finite bodies do not relax: it then is the usual one.
+fn takes_effects(scene: &mut Scene) -> bool {
+    if scene.model.kind == ModelKind::Chain && !matches!(scene.support, Support::Disc { .. }) {
+        scene.contact_law = ContactLaw::Hertz;
+        if let Integrator::Symplectic { .. } = scene.model.integrator {
+            scene.model.integrator = Integrator::DormandPrince853 { tolerance: DEFAULT_TOLERANCE };
+        }
+    }
+    true
+}
+
+/// A holder that does nothing is none.
+fn emptied(scene: &mut Scene) {
+    scene.holder =
+        scene.holder.filter(|holder| holder.drag > 0.0 || holder.friction_force > 0.0 || holder.clearance > 0.0);
+}
+
 /// All but the dampers.
 const CHANGES: &[Change] = &[
     Change {
@@ -339,6 +356,120 @@ const CHANGES: &[Change] = &[
         key: "",
         insert: never,
         ground: as_it_is,
+    },
+    Change {
+        name: "loaded horn",
+        belongs: Belongs::Bench,
+        out: "no horn.mass",
+        remove: |scene| {
+            scene.horn = None;
+            true
+        },
+        key: "horn.mass = 100 mg, horn.quality = 50",
+        insert: |scene| {
+            let frequency = scene.drive.frequency;
+            scene.horn = Some(Horn { mass: 1e-4, frequency, quality: 50.0 });
+            true
+        },
+        ground: takes_effects,
+    },
+    Change {
+        name: "drag in the holder",
+        belongs: Belongs::Bench,
+        out: "holder.drag = 0",
+        remove: |scene| {
+            scene.holder_mut().drag = 0.0;
+            emptied(scene);
+            true
+        },
+        key: "holder.drag = 0.02 N s/m",
+        insert: |scene| {
+            scene.holder_mut().drag = 0.02;
+            true
+        },
+        ground: takes_effects,
+    },
+    Change {
+        name: "friction in the holder",
+        belongs: Belongs::Bench,
+        out: "holder.friction_force = 0",
+        remove: |scene| {
+            scene.holder_mut().friction_force = 0.0;
+            emptied(scene);
+            true
+        },
+        key: "holder.friction_force = 5 mN",
+        insert: |scene| {
+            scene.holder_mut().friction_force = 5e-3;
+            true
+        },
+        ground: takes_effects,
+    },
+    Change {
+        name: "oblique contacts",
+        belongs: Belongs::Bench,
+        out: "holder.clearance = 0, no holder.friction_coefficient",
+        remove: |scene| {
+            let holder = scene.holder_mut();
+            (holder.clearance, holder.friction_coefficient) = (0.0, 0.0);
+            emptied(scene);
+            true
+        },
+        key: "holder.clearance = 20 um, holder.friction_coefficient = 0.15",
+        insert: |scene| {
+            let holder = scene.holder_mut();
+            (holder.clearance, holder.friction_coefficient) = (20e-6, 0.15);
+            scene.chain.beads.len() > 1
+        },
+        ground: takes_effects,
+    },
+    Change {
+        name: "yielding contacts",
+        belongs: Belongs::Bench,
+        out: "no contact.yield_strength",
+        remove: |scene| {
+            scene.yield_strength = None;
+            true
+        },
+        key: "contact.yield_strength = 2 GPa",
+        insert: |scene| {
+            scene.yield_strength = Some(2e9);
+            true
+        },
+        ground: |scene| {
+            // The chain alone yields, its contacts each for itself.
+            !matches!(scene.support, Support::Disc { .. }) && point_masses(scene)
+        },
+    },
+    Change {
+        name: "relaxing annulus",
+        belongs: Belongs::Bench,
+        out: "loss.relaxation = 0",
+        remove: |scene| {
+            scene.loss.relaxation = None;
+            true
+        },
+        key: "loss.relaxation = 0.1, loss.relaxation_time = 2 us",
+        insert: |scene| {
+            scene.loss.relaxation = Some(Relaxation { strength: 0.1, time: 2e-6 });
+            true
+        },
+        ground: |scene| matches!(scene.support, Support::Annulus { .. }) && takes_effects(scene),
+    },
+    Change {
+        name: "loss in the bodies",
+        belongs: Belongs::Bench,
+        out: "loss.beads = 0, loss.support = 0",
+        remove: |scene| {
+            (scene.loss.beads, scene.loss.support) = (0.0, 0.0);
+            true
+        },
+        key: "loss.beads = 0.001",
+        insert: |scene| {
+            scene.loss.beads = 1e-3;
+            true
+        },
+        ground: |scene| scene.model.kind.is_meshed() || elastic_bodies(scene),
     },
     Change {
         name: "elastic disc",

@@ -7,6 +7,7 @@ mod bar;
 mod chains;
 mod chaos;
 mod dampers;
+mod effects;
 mod fits;
 mod frequencies;
 mod grid_mesh;
@@ -239,6 +240,28 @@ pub const CASES: &[Case] = &[
         what: "The contact lasts 2L/c and carries ρ c v A; the bar leaves with its speed; nothing oscillates but the last mode of the reduced model (Doyen, Ern & Piperno 2011).",
         rungs: &[Rung::Reduced, Rung::Fea],
         examine: bar::examine,
+    },
+    Case {
+        number: 16,
+        name: "friction with reversal at rest",
+        what: "Beads rub on their holder from hardly to more than the contacts push, straight and oblique: they stick, let go and turn, and every \
+               joule is found.",
+        rungs: &[Rung::Hertz, Rung::FiniteBody, Rung::Reduced],
+        examine: effects::friction,
+    },
+    Case {
+        number: 17,
+        name: "yielding contacts that chatter",
+        what: "Contacts yield, open, close and yield again, hard as bearing steel and soft as wax; loading and unloading meet their curves exactly.",
+        rungs: &[Rung::Hertz],
+        examine: effects::yielding,
+    },
+    Case {
+        number: 18,
+        name: "a horn that gives way",
+        what: "A resonator of Q 1000 at the drive, a tip lighter than a bead, one with hardly a resonance: its books close with those of the chain.",
+        rungs: &[Rung::Hertz, Rung::Reduced],
+        examine: effects::horn,
     },
 ];
 
