@@ -234,7 +234,8 @@ mod tests {
             pushed = 0.5;
         }
         let all = forward.energy(&motion) + motion.lost;
-        // Of second order in ωh = 0.023.
-        assert!((all + given).abs() < 1e-4 * motion.lost, "{all:e} {given:e}");
+        // Kicks of half a step: (ωh)²/4 = 1.3e-4 of what 1.5 N put into the spring.
+        let scale = 1.5 * 1.5 / own.stiffness();
+        assert!(motion.lost > 0.3 * scale && (all + given).abs() < 1.4e-4 * scale, "{all:e} {given:e}");
     }
 }

@@ -23,6 +23,7 @@ pub mod equilibrium;
 mod error;
 pub mod factor;
 mod frame;
+pub(crate) mod loss;
 pub mod mesh;
 pub mod modes;
 pub mod motion;
