@@ -31,8 +31,6 @@ pub(crate) struct Hold<N> {
 struct Bead<N> {
     /// m, kg.
     mass: N,
-    /// b/m, 1/s.
-    rate: N,
     /// e^(−b h/(2m)), 1.
     half: N,
     /// F_c, N.
@@ -62,7 +60,6 @@ impl<N: Number> Hold<N> {
         let any = |asks: &dyn Fn(&Holder) -> bool| (0..N::WIDTH).any(|place| asks(&each(place)));
         let bead = |mass: &f64| Bead {
             mass: N::all(*mass),
-            rate: of(&|holder| holder.drag / mass),
             half: of(&|holder| (-0.5 * step * holder.drag / mass).exp()),
             friction: of(&|holder| holder.friction_force),
         };
@@ -96,11 +93,6 @@ impl<N: Number> Hold<N> {
     /// Whether there is drag.
     pub(crate) fn drags(&self) -> bool {
         self.drags
-    }
-
-    /// b/m of a bead, 1/s.
-    pub(crate) fn drag_rate(&self, bead: usize) -> N {
-        self.beads[bead].rate
     }
 
     /// The factor e^(−b h/(2m)) that half a step of drag leaves of a bead's velocities.

@@ -12,6 +12,7 @@ mod dashpot;
 mod finite_body;
 mod finite_hertz;
 mod hertz;
+mod yielding;
 
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +24,7 @@ pub use finite_hertz::FiniteHertz;
 pub use hertz::{
     Hertz, bead_flat_stiffness, bead_pair_stiffness, effective_modulus, hertz_energy, hertz_force, hertz_stiffness,
 };
+pub use yielding::yield_force;
 
 /// An elastic contact law: force and stored energy as functions of the overlap.
 pub trait ElasticLaw: Copy {

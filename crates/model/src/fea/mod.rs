@@ -36,6 +36,7 @@ pub mod simulation;
 pub mod statics;
 pub mod trace;
 mod turning;
+pub(crate) mod yielding;
 
 pub use control::{Control, Cut};
 pub use error::FeaError;

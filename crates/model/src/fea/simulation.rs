@@ -22,6 +22,7 @@ use super::{
     scheme::Coefficients,
     trace::{Sampling, Trace, Watched},
     turning::{Turned, Turning},
+    yielding::{self, yield_forces},
 };
 use crate::{
     holder::Hold,
@@ -84,6 +85,8 @@ pub struct Simulation<'a> {
     /// Nominal steps taken.
     taken: usize,
     piston: f64,
+    /// Force at which every contact would yield, N, where that is known.
+    yield_forces: Vec<Option<f64>>,
     /// Where the drive alone puts the piston, m.
     driven: f64,
     horn: Option<HornMotion<f64>>,
@@ -236,6 +239,7 @@ impl<'a> Simulation<'a> {
             driven: piston,
             horn: scene.horn.map(|_| HornMotion::at_rest()),
             beside,
+            yield_forces: yield_forces(scene),
             ledger,
             profile,
         };
@@ -329,6 +333,7 @@ impl<'a> Simulation<'a> {
                 self.complementarity.violations, self.complementarity.penetration_m, self.complementarity.adhesion_n
             ));
         }
+        warnings.extend(yielding::warning(&self.yield_forces, &self.trace.forces()));
         warnings
     }
 

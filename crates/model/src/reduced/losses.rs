@@ -27,7 +27,7 @@
 use super::{
     contact::dot,
     mechanics::Mechanics,
-    reduction::{Kind, Reduction},
+    reduction::Reduction,
 };
 use crate::{
     number::{Mask, Number},

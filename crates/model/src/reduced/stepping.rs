@@ -173,7 +173,12 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
             work: Work::default(),
         };
         let Self { reduction, mechanics, states, .. } = &motion;
-        motion.creep = Creep::new(reduction, &mechanics.laws, |contact| &states[contact].forces, BLOCK);
+        let forces = |contact: usize| &states[contact].forces[..];
+        let mut creep = Creep::new(reduction, &mechanics.laws, forces, BLOCK);
+        if let Some(creep) = &mut creep {
+            creep.begin(mechanics, forces, BLOCK);
+        }
+        motion.creep = creep;
         motion.press();
         motion.bodies.iter_mut().flatten().for_each(Moving::settle);
         for contact in contacts {
