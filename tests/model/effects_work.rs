@@ -248,7 +248,10 @@ fn horn_holder_and_losses_are_evaluated_where_the_scene_has_them_only() {
             let found = count(keys);
             assert_eq!(effects(found), expected, "{kind} {keys:?}");
             // One factor a kind of body as before.
-            assert_eq!((found.factorisations, found.unknowns, found.steps), (none.factorisations, none.unknowns, steps));
+            assert_eq!(
+                (found.factorisations, found.unknowns, found.steps),
+                (none.factorisations, none.unknowns, steps)
+            );
         };
         only(&["horn.mass=1 g"], SolverWork { horn_evaluations: steps, ..NONE });
         for keys in [

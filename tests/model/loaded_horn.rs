@@ -105,7 +105,9 @@ fn a_knock_leaves_the_horn_ringing_by_its_impulse() {
             let response = model::prepare(&plain).unwrap().run_with(&plain, &knock, &mut |_| true).unwrap();
             let force = &response.contact_force[0];
             let impulse = force.values.iter().sum::<f64>() * force.step;
-            let mean = force.values.iter().enumerate().map(|(i, f)| i as f64 * force.step * f).sum::<f64>() * force.step / impulse;
+            let mean = force.values.iter().enumerate().map(|(i, f)| i as f64 * force.step * f).sum::<f64>()
+                * force.step
+                / impulse;
             let q = own(&response, &knock);
             let angular = 2.0 * std::f64::consts::PI * horn.frequency;
             let decay = 0.5 * angular / quality;
@@ -153,11 +155,8 @@ fn the_books_of_the_horn_meet_to_second_order_and_those_of_the_chain_as_without(
 #[test]
 fn at_its_resonance_a_horn_loses_what_the_closed_form_says() {
     // One bead held against the piston by a soft spring, far below its resonance: the bead is a load in step with the spring.
-    let scene = load(
-        "rigid",
-        "reduced",
-        &["duration=30 us", "chain.beads=1", "support.kind=free", "output_step=0.1 us"],
-    );
+    let scene =
+        load("rigid", "reduced", &["duration=30 us", "chain.beads=1", "support.kind=free", "output_step=0.1 us"]);
     let still = Horn { mass: 5e-4, frequency: 73e3, quality: 10.0 };
     let response = run(&with(&scene, still));
     let own = channels(&response);
@@ -171,8 +170,17 @@ fn at_its_resonance_a_horn_loses_what_the_closed_form_says() {
 
 #[test]
 fn an_analysis_with_a_horn_and_losses_is_taken_up_to_the_same_bits() {
-    let keys = ["duration=20 us", "alpha=1.5", "loss.relaxation=0.5", "loss.relaxation_time=2 us", "loss.support=0.02",
-        "loss.beads=0.01", "horn.mass=1 mg", "holder.drag=0.01 N s/m", "holder.friction_force=5 mN"];
+    let keys = [
+        "duration=20 us",
+        "alpha=1.5",
+        "loss.relaxation=0.5",
+        "loss.relaxation_time=2 us",
+        "loss.support=0.02",
+        "loss.beads=0.01",
+        "horn.mass=1 mg",
+        "holder.drag=0.01 N s/m",
+        "holder.friction_force=5 mN",
+    ];
     let scene = load("annulus", "fea", &keys);
     let control = fea::Control::default();
     let finish = |stops: &[usize]| {
@@ -224,9 +232,23 @@ fn steps_that_are_cut_leave_the_horn_as_it_was() {
 
 #[test]
 fn side_by_side_every_run_has_its_own_horn_and_holder() {
-    let scene = load("annulus", "reduced", &["duration=40 us", "horn.mass=0.5 g", "holder.drag=0.01 N s/m",
-        "holder.friction_force=2 mN", "holder.friction_coefficient=0.2", "holder.clearance=20 um", "loss.beads=0.02",
-        "loss.support=0.05", "loss.relaxation=0.4", "loss.relaxation_time=1 us", "damping.kind=linear"]);
+    let scene = load(
+        "annulus",
+        "reduced",
+        &[
+            "duration=40 us",
+            "horn.mass=0.5 g",
+            "holder.drag=0.01 N s/m",
+            "holder.friction_force=2 mN",
+            "holder.friction_coefficient=0.2",
+            "holder.clearance=20 um",
+            "loss.beads=0.02",
+            "loss.support=0.05",
+            "loss.relaxation=0.4",
+            "loss.relaxation_time=1 us",
+            "damping.kind=linear",
+        ],
+    );
     let scenes: Vec<Scene> = (0..5)
         .map(|index| {
             let mut own = scene.clone();

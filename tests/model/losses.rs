@@ -29,7 +29,8 @@ fn channels(response: &Response) -> Channels {
 }
 
 fn difference(one: &Series, other: &Series) -> f64 {
-    let smooth = |series: &Series| -> Vec<f64> { series.values.windows(9).map(|w| w.iter().sum::<f64>() / 9.0).collect() };
+    let smooth =
+        |series: &Series| -> Vec<f64> { series.values.windows(9).map(|w| w.iter().sum::<f64>() / 9.0).collect() };
     let (one, other) = (smooth(one), smooth(other));
     let error: f64 = one.iter().zip(&other).map(|(a, b)| (a - b).powi(2)).sum();
     (error / other.iter().map(|b| b * b).sum::<f64>()).sqrt()
@@ -92,7 +93,7 @@ fn a_free_bead_in_drag_slows_exponentially() {
 #[test]
 fn a_sliding_bead_is_braked_evenly_and_stops_where_the_closed_form_says() {
     for kind in ["chain", "reduced", "fea"] {
-        let mut scene = flight(kind, "60 us", &["loss.beads=0.05"][..if kind == "chain" { 0 } else { 1 }]);
+        let mut scene = flight(kind, "100 us", &["loss.beads=0.05"][..if kind == "chain" { 0 } else { 1 }]);
         let (force, mass) = (0.03, scene.chain.beads[0].mass());
         scene.holder = Some(Holder { friction_force: force, slip_velocity: 1e-4, ..Holder::default() });
         let response = run_with(&scene, &KNOCK);
@@ -103,10 +104,16 @@ fn a_sliding_bead_is_braked_evenly_and_stops_where_the_closed_form_says() {
         let speed = (u[40] - u[20]) / (20.0 * h);
         let way = mass * speed * speed / (2.0 * force);
         // v_s over v of it.
-        assert!(((u[120] - u[30]) / way - 1.0).abs() < 2e-3, "{kind}: {} {way}", u[120] - u[30]);
+        assert!(((u[200] - u[30]) / way - 1.0).abs() < 2e-3, "{kind}: {} {way}", u[200] - u[30]);
         let own = channels(&response);
         let ledger = response.energy;
-        assert!(own.friction_j > 0.9 * ledger.piston_work_j && ledger.residual_j.abs() < 2e-3 * ledger.largest_j, "{kind} {own:?} {ledger:?}");
+        let all = own.friction_j + own.material_j + ledger.dissipated_j;
+        assert!(
+            own.friction_j > 0.8 * ledger.piston_work_j
+                && (all / ledger.piston_work_j - 1.0).abs() < 2e-3
+                && ledger.residual_j.abs() < 2e-3 * ledger.largest_j,
+            "{kind} {own:?} {ledger:?}"
+        );
     }
 }
 
@@ -148,7 +155,18 @@ fn the_lowest_mode_of_a_free_bead_decays_by_pi_times_its_loss_factor() {
 /// Two beads in a collision, the first kicked across a gap.
 fn collision(kind: &str, step: &str) -> Scene {
     let step = format!("model.step={step}");
-    load("rigid", kind, &["chain.beads=2", "duration=25 us", "output_step=0.1 us", "chain.gaps.contact2=1 um", "support.kind=free", &step])
+    load(
+        "rigid",
+        kind,
+        &[
+            "chain.beads=2",
+            "duration=25 us",
+            "output_step=0.1 us",
+            "chain.gaps.contact2=1 um",
+            "support.kind=free",
+            &step,
+        ],
+    )
 }
 
 #[test]
@@ -164,7 +182,8 @@ fn a_collision_loses_the_same_in_both_models() {
             found.push(response);
         }
         let [fast, full] = [&found[0], &found[1]];
-        let waveform = fast.bead_velocity.iter().zip(&full.bead_velocity).map(|(a, b)| difference(a, b)).fold(0.0, f64::max);
+        let waveform =
+            fast.bead_velocity.iter().zip(&full.bead_velocity).map(|(a, b)| difference(a, b)).fold(0.0, f64::max);
         let lost = channels(fast).material_j / channels(full).material_j;
         let share = channels(full).material_j / full.energy.piston_work_j;
         println!("eta {eta}: waveform {waveform:.5}, loss {lost:.5}, of the work {share:.5}");
@@ -176,7 +195,8 @@ fn a_collision_loses_the_same_in_both_models() {
 fn relaxation_that_never_comes_is_a_stiffer_support_and_one_at_once_is_none() {
     let g = 0.6;
     for (kind, step) in [("reduced", "50 ns"), ("fea", "100 ns")] {
-        let keys = ["chain.beads=2", "duration=40 us", "output_step=0.1 us", "alpha=1.5", &format!("model.step={step}")];
+        let keys =
+            ["chain.beads=2", "duration=40 us", "output_step=0.1 us", "alpha=1.5", &format!("model.step={step}")];
         let plain = load("annulus", kind, &keys);
         let relaxing = |time: f64| {
             let mut scene = plain.clone();
@@ -211,9 +231,10 @@ impl PistonMotion for Sine {
     }
 
     fn on_piece(&self, _: usize, time: f64) -> (f64, f64) {
-        let ramp = (self.angular * time / (2.0 * PI)).min(1.0);
+        // Over four periods: what else rings stays below a thousandth.
+        let ramp = (self.angular * time / (8.0 * PI)).min(1.0);
         let (envelope, slope) = if ramp < 1.0 {
-            (0.5 - 0.5 * (PI * ramp).cos(), 0.25 * self.angular * (PI * ramp).sin())
+            (0.5 - 0.5 * (PI * ramp).cos(), 0.0625 * self.angular * (PI * ramp).sin())
         } else {
             (1.0, 0.0)
         };
@@ -241,7 +262,14 @@ fn a_slow_sinusoidal_indentation_sees_the_modulus_of_the_standard_linear_solid()
     let frequency = 20e3;
     let angular = 2.0 * PI * frequency;
     for (kind, step) in [("reduced", "50 ns"), ("fea", "100 ns")] {
-        let keys = ["chain.beads=1", "duration=300 us", "output_step=0.1 us", "chain.precompression=0.3 N", &format!("model.step={step}")];
+        let keys = [
+            "chain.beads=1",
+            "duration=300 us",
+            "output_step=0.1 us",
+            "chain.precompression=0.3 N",
+            "damping.kind=none",
+            &format!("model.step={step}"),
+        ];
         let plain = load("annulus", kind, &keys);
         let stiffness = |scene: &Scene| {
             let response = run_with(scene, &Sine { amplitude: 10e-9, angular });
@@ -260,7 +288,10 @@ fn a_slow_sinusoidal_indentation_sees_the_modulus_of_the_standard_linear_solid()
             let expected = [1.0 + strength * x * x / (1.0 + x * x), strength * x / (1.0 + x * x)];
             println!("{kind} g {strength} wt {x:.2}: {storage:.4} {loss:.4}, closed form {expected:.4?}");
             // The steel of the bead, 1/140 of the resin's compliance, does not relax; the edge of the contact moves.
-            assert!((storage / expected[0] - 1.0).abs() < 0.02 && (loss / expected[1] - 1.0).abs() < 0.04, "{kind} {storage} {loss} {expected:?}");
+            assert!(
+                (storage / expected[0] - 1.0).abs() < 0.02 && (loss / expected[1] - 1.0).abs() < 0.04,
+                "{kind} {storage} {loss} {expected:?}"
+            );
         }
     }
 }
@@ -268,13 +299,24 @@ fn a_slow_sinusoidal_indentation_sees_the_modulus_of_the_standard_linear_solid()
 #[test]
 fn loss_of_the_beads_takes_the_ringing_out_of_raw_peaks() {
     let peak = |series: &Series| series.values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-    for eta in [0.0, 0.001, 0.01, 0.05] {
-        let mut scene = load("rigid", "reduced", &["duration=70 us", "output_step=50 ns", "model.step=50 ns", "damping.kind=linear", "damping.coefficient=0.3"]);
+    let mut ratios = Vec::new();
+    for eta in [0.0, 0.001, 0.003, 0.01, 0.03] {
+        let mut scene = load(
+            "rigid",
+            "reduced",
+            &["duration=120 us", "output_step=50 ns", "model.step=50 ns", "damping.kind=none"],
+        );
         scene.loss.beads = eta;
         let last = run(&scene).bead_velocity.pop().unwrap();
         let smooth = Series::new(0.0, last.step, last.values.windows(9).map(|w| w.iter().sum::<f64>() / 9.0).collect());
-        println!("eta {eta}: raw peak over the filtered one {:.4}, raw {:.4}", peak(&last) / peak(&smooth), peak(&last));
+        println!(
+            "eta {eta}: raw peak over the filtered one {:.4}, raw {:.4}",
+            peak(&last) / peak(&smooth),
+            peak(&last)
+        );
+        ratios.push(peak(&last) / peak(&smooth) - 1.0);
     }
+    assert!(ratios[4] < 0.5 * ratios[0], "{ratios:?}");
 }
 
 #[test]
@@ -300,7 +342,9 @@ fn what_a_model_does_not_have_is_refused_by_its_key() {
     let support = MaterialLoss { support: 0.01, ..MaterialLoss::default() };
     let beads = MaterialLoss { beads: 0.01, ..MaterialLoss::default() };
     for kind in ["reduced", "fea"] {
-        for scene in [load("rigid", kind, &["duration=1 us"]), load("water", kind, &["duration=1 us", "damping.at=beads"])] {
+        for scene in
+            [load("rigid", kind, &["duration=1 us"]), load("water", kind, &["duration=1 us", "damping.at=beads"])]
+        {
             let refused = model::run(&loss(support, &scene), &mut |_| true).unwrap_err();
             let expected = ModelError::from(FeaError::LossWithoutBody { key: "loss.support" });
             assert_eq!(refused, expected, "{kind}");
@@ -308,9 +352,16 @@ fn what_a_model_does_not_have_is_refused_by_its_key() {
     }
     let disc = load("water", "chain", &["duration=1 us", "water.medium=none"]);
     let yielding = Scene { yield_strength: Some(2e9), ..disc.clone() };
-    for (scene, key) in [(loss(support, &disc), "loss.support"), (loss(beads, &disc), "loss.beads"), (yielding, "contact.yield_strength")] {
+    for (scene, key) in [
+        (loss(support, &disc), "loss.support"),
+        (loss(beads, &disc), "loss.beads"),
+        (yielding, "contact.yield_strength"),
+    ] {
         let refused = model::run(&scene, &mut |_| true).unwrap_err();
-        assert!(matches!(&refused, ModelError::Unsupported { model: "chain", reason } if reason.contains(key)), "{refused}");
+        assert!(
+            matches!(&refused, ModelError::Unsupported { model: "chain", reason } if reason.contains(key)),
+            "{refused}"
+        );
     }
 }
 

@@ -108,7 +108,8 @@ impl<N: Number> Hold<N> {
         let mut friction = own.friction;
         if !self.wedge.is_empty() {
             // Dashpots may pull; what rubs is how hard the wall is pressed.
-            friction = friction + self.wedge[bead] * forces[0].magnitude() + self.wedge[bead + 1] * forces[1].magnitude();
+            friction =
+                friction + self.wedge[bead] * forces[0].magnitude() + self.wedge[bead + 1] * forces[1].magnitude();
         }
         let spent = friction * self.step / (own.mass * self.slip);
         let speed = velocity.magnitude() / self.slip;
@@ -211,8 +212,7 @@ mod tests {
 
     #[test]
     fn friction_opposes_either_direction_and_grows_with_the_load_across() {
-        let holder =
-            Holder { friction_coefficient: 0.3, clearance: 1e-4, slip_velocity: 1e-3, ..Holder::default() };
+        let holder = Holder { friction_coefficient: 0.3, clearance: 1e-4, slip_velocity: 1e-3, ..Holder::default() };
         let (hold, mass) = hold(holder, 5e-8);
         let tangent = 0.1 / f64::sqrt(1.0 - 0.01);
         for (forces, load) in [([0.0, 4.0], 4.0), ([4.0, 0.0], 0.0), ([0.0, -1.0], 1.0)] {

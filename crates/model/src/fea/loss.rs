@@ -20,11 +20,7 @@
 //!
 //! Loss of a step, exact for the trapezoid: h v̄ᵀ C v̄ + ½ g (d₀ + d₁)ᵀ K Δz with v̄ = Δu/h, z = u − d.
 
-use super::{
-    FeaError,
-    arrangement::Arrangement,
-    scheme::Coefficients,
-};
+use super::{FeaError, arrangement::Arrangement, scheme::Coefficients};
 use crate::scene::{MaterialLoss, Relaxation, Scene, Support};
 
 /// What a kind of body loses.

@@ -362,19 +362,19 @@ impl Motion {
         let c = &operator.coefficients;
         // Drag answers at once.
         let braking = -operator.losses[kind].map_or(0.0, |loss| loss.own.drag) * change;
-        let group = &mut self.groups[kind];
-        let width = group.velocity.width();
-        for row in group.velocity.as_mut_slice().chunks_exact_mut(2 * width) {
+        let Group { displacement, velocity, acceleration, predicted, .. } = &mut self.groups[kind];
+        let width = velocity.width();
+        for row in velocity.as_mut_slice().chunks_exact_mut(2 * width) {
             row[width + column] += change;
         }
         if braking != 0.0 {
-            for row in group.acceleration.as_mut_slice().chunks_exact_mut(2 * width) {
+            for row in acceleration.as_mut_slice().chunks_exact_mut(2 * width) {
                 row[width + column] += braking;
             }
         }
-        let ahead = c.predicted(0.0, change, braking);
-        for row in group.predicted.as_mut_slice().chunks_exact_mut(2 * width) {
-            row[width + column] += ahead;
+        let (u, v, a) = (displacement.as_slice(), velocity.as_slice(), acceleration.as_slice());
+        for place in (width + column..u.len()).step_by(2 * width) {
+            predicted.as_mut_slice()[place] = c.predicted(u[place], v[place], a[place]);
         }
         self.rigid[slot].velocity += change;
         self.rigid[slot].acceleration += braking;

@@ -241,7 +241,8 @@ impl Operator {
             .zip(&interfaces.unknowns)
             .enumerate()
             .map(|(kind, (body, interface))| {
-                let (stiffness, mass) = losses[kind].map_or((1.0, 1.0), |loss| (loss.stiffness_scale(), loss.mass_scale()));
+                let (stiffness, mass) =
+                    losses[kind].map_or((1.0, 1.0), |loss| (loss.stiffness_scale(), loss.mass_scale()));
                 Factor::new(body, gain * stiffness, mass, interface)
                     .map_err(|source| arrangement.factor_error(kind, source))
             })

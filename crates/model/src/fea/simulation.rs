@@ -202,9 +202,8 @@ impl<'a> Simulation<'a> {
         work.unknowns = arrangement.unknowns() as u64;
         work.factorisations += arrangement.kinds.len() as u64;
         ledger.work = work;
-        let has_channels = scene.horn.is_some()
-            || beside[0].hold.is_some()
-            || arrangement.losses.iter().any(Option::is_some);
+        let has_channels =
+            scene.horn.is_some() || beside[0].hold.is_some() || arrangement.losses.iter().any(Option::is_some);
         ledger.channels = has_channels.then(Channels::default);
         let piston = drive.at(0.0).0;
         let turning = Turning::new(scene, &arrangement, &interfaces)?;

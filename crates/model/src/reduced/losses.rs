@@ -24,11 +24,7 @@
 //! exactly under a λ that is straight over the step: λᵉ′ = w λ′ + p, with w the same in every step and p known at its start. So the contacts are
 //! condensed on w R once, and R p joins their gaps. The same y in every point: nothing is lost in the static answer, and nothing left out.
 
-use super::{
-    contact::dot,
-    mechanics::Mechanics,
-    reduction::Reduction,
-};
+use super::{contact::dot, mechanics::Mechanics, reduction::Reduction};
 use crate::{
     number::{Mask, Number},
     scene::{MaterialLoss, Relaxation},
@@ -287,12 +283,8 @@ impl<N: Number> Creep<N> {
 
     /// Begin a step: what the flexibility has not yet given back, in the gaps. `forces` are those at its start.
     #[inline(always)]
-    pub(super) fn begin<'a>(
-        &mut self,
-        mechanics: &Mechanics,
-        forces: impl Fn(usize) -> &'a [N],
-        block: usize,
-    ) where
+    pub(super) fn begin<'a>(&mut self, mechanics: &Mechanics, forces: impl Fn(usize) -> &'a [N], block: usize)
+    where
         N: 'a,
     {
         self.gaps.iter_mut().for_each(|gaps| gaps.fill(N::ZERO));
@@ -472,7 +464,10 @@ mod tests {
             let square = storage * storage + loss * loss;
             let (sine, cosine) = (2.0 * sine / 5479.0, 2.0 * cosine / 5479.0);
             // Straight pieces of a sine: (ωh)²/12 = 4e-5; the window misses half a step of 20 periods.
-            assert!((sine - storage / square).abs() < 3e-4 && (cosine + loss / square).abs() < 3e-4, "{law:?} {sine} {cosine}");
+            assert!(
+                (sine - storage / square).abs() < 3e-4 && (cosine + loss / square).abs() < 3e-4,
+                "{law:?} {sine} {cosine}"
+            );
         }
     }
 

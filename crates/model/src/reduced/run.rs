@@ -262,8 +262,7 @@ impl<'a> Single<'a> {
         let mechanics = Mechanics::new(reduction, scene, Flexibility::Residual(step), further)?;
         let before = vec![[0.0; 2]; rest.forces.len()];
         let beginning = Beginning { rest, dashpots, piston };
-        let others =
-            Others { horn: HornStep::of(scene, step), hold: Hold::of(scene, &reduction.bead_masses(), step) };
+        let others = Others { horn: HornStep::of(scene, step), hold: Hold::of(scene, &reduction.bead_masses(), step) };
         let has_channels = others.horn.is_some() || others.hold.is_some() || mechanics.laws.iter().any(Option::is_some);
         let motion = Motion::new(reduction, mechanics, &[beginning], scene.damping.tension, true, step, wet, others);
         let (ledger, driven) = (Ledger::of(work), piston);
@@ -327,8 +326,7 @@ impl<'a> Single<'a> {
         if !self.has_channels {
             return;
         }
-        let mut channels =
-            Channels { material_j: self.crept, source_work_j: self.source_work, ..Channels::default() };
+        let mut channels = Channels { material_j: self.crept, source_work_j: self.source_work, ..Channels::default() };
         for body in self.motion.bodies.iter().flatten() {
             channels.drag_j += body.held.drag;
             channels.friction_j += body.held.friction;
