@@ -3,7 +3,7 @@
 use granchain::{
     model::{self, fea},
     response::{Channels, Response},
-    scene::{self, Horn, PistonMotion, Scene},
+    scene::{self, Holder, Horn, PistonMotion, Scene},
 };
 
 fn load(name: &str, kind: &str, keys: &[&str]) -> Scene {
@@ -266,6 +266,13 @@ fn side_by_side_every_run_has_its_own_horn_and_holder() {
         let alone = prepared.run(scene, &mut |_| true).unwrap();
         let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(&trace.as_ref().unwrap().values), bits(&alone.observed_velocity().values));
+    }
+    // One whose holder does nothing among others: as alone.
+    let mut idle = scenes.clone();
+    idle[1].holder = Some(Holder::default());
+    idle[3].holder.as_mut().unwrap().friction_coefficient = 0.0;
+    for (trace, scene) in prepared.traces(&idle, &|| true).iter().zip(&idle) {
+        assert_eq!(trace.as_ref().unwrap(), prepared.run(scene, &mut |_| true).unwrap().observed_velocity());
     }
     // Some with a horn and some without: each as alone.
     let mut mixed = scenes;

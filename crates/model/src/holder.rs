@@ -114,7 +114,9 @@ impl<N: Number> Hold<N> {
         let spent = friction * self.step / (own.mass * self.slip);
         let speed = velocity.magnitude() / self.slip;
         let left = N::of(|place| slowed(speed.get(place), spent.get(place))) * self.slip;
-        (N::ZERO - left).or_where_not(N::ZERO.above(velocity), left)
+        let left = (N::ZERO - left).or_where_not(N::ZERO.above(velocity), left);
+        // To the bit as it was where nothing rubs.
+        left.or_where_not(spent.above(N::ZERO), velocity)
     }
 
     /// Drag over half a step, friction over a step, drag over half a step; what each took is booked.
