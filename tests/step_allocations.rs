@@ -46,7 +46,20 @@ fn the_reduced_model() {
     for (name, more) in [("rigid", "alpha=1"), ("annulus", "alpha=2"), ("annulus", "chain.precompression=0.05 N")] {
         compare(name, &["model.kind=reduced", "model.mesh_density=6", more], 30e-6);
     }
+    compare("annulus", &[&["model.kind=reduced", "model.mesh_density=6"], EFFECTS].concat(), 30e-6);
 }
+
+/// A horn that gives way, a holder that drags and rubs, material that loses and relaxes.
+const EFFECTS: &[&str] = &[
+    "horn.mass=1 g",
+    "holder.drag=0.01 N s/m",
+    "holder.friction_coefficient=0.3",
+    "holder.clearance=20 um",
+    "loss.beads=0.01",
+    "loss.support=0.02",
+    "loss.relaxation=0.5",
+    "loss.relaxation_time=2 us",
+];
 
 #[test]
 fn the_finite_element_analysis() {
@@ -58,6 +71,7 @@ fn the_finite_element_analysis() {
     ] {
         compare(name, &["model.kind=fea", "model.mesh_density=4", more], 15e-6);
     }
+    compare("annulus", &[&["model.kind=fea", "model.mesh_density=4"], EFFECTS].concat(), 15e-6);
 }
 
 #[test]

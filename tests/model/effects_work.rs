@@ -233,3 +233,48 @@ fn what_a_cache_holds_is_not_made_again() {
     assert!(first.bodies == 2 && first.factorisations == 6 && first.modes == 3 + 1 + 3, "{first:?}");
     assert_eq!(made(), Preparation::default());
 }
+
+#[test]
+fn horn_holder_and_losses_are_evaluated_where_the_scene_has_them_only() {
+    for kind in ["reduced", "fea"] {
+        let model = format!("model.kind={kind}");
+        let count = |keys: &[&str]| work("annulus", &[&[&model[..], "damping.kind=none"], keys].concat()).1;
+        let none = count(&[]);
+        assert_eq!(effects(none), NONE, "{kind}");
+        // The steps tried and taken are as many: nothing is cut here.
+        assert_eq!(none.rejected_steps, 0);
+        let (steps, beads) = (none.steps, 6);
+        let only = |keys: &[&str], expected: SolverWork| {
+            let found = count(keys);
+            assert_eq!(effects(found), expected, "{kind} {keys:?}");
+            // One factor a kind of body as before.
+            assert_eq!(
+                (found.factorisations, found.unknowns, found.steps),
+                (none.factorisations, none.unknowns, steps)
+            );
+        };
+        only(&["horn.mass=1 g"], SolverWork { horn_evaluations: steps, ..NONE });
+        for keys in [
+            &["holder.drag=0.01 N s/m"][..],
+            &["holder.friction_force=1 mN"],
+            &["holder.drag=0.01 N s/m", "holder.friction_force=1 mN"],
+        ] {
+            only(keys, SolverWork { holder_evaluations: beads * steps, ..NONE });
+        }
+        only(&["loss.beads=0.01"], SolverWork { loss_evaluations: beads * steps, ..NONE });
+        only(&["loss.support=0.01"], SolverWork { loss_evaluations: steps, ..NONE });
+        let relaxing = ["loss.relaxation=0.5", "loss.relaxation_time=2 us"];
+        only(&relaxing, SolverWork { relaxation_evaluations: steps, ..NONE });
+        // Of no strength they are none.
+        for none_of in ["holder.drag=0 N s/m", "loss.beads=0", "loss.support=0"] {
+            assert_eq!(count(&[none_of]), none, "{kind} {none_of}");
+        }
+    }
+    let disc = |key: &str| work("water", &["model.kind=chain", "water.medium=none", key]).1;
+    let none = disc("alpha=1");
+    let horn = disc("horn.mass=1 g");
+    assert_eq!((none.horn_evaluations, horn.horn_evaluations), (0, none.steps));
+    let drag = disc("holder.drag=0.01 N s/m");
+    let beads = load("water", &["model.kind=chain"]).chain.beads.len() as u64;
+    assert_eq!((none.holder_evaluations, drag.holder_evaluations), (0, none.steps * beads));
+}

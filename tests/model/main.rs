@@ -25,6 +25,8 @@ mod fea_statics;
 mod fea_stress;
 mod fea_transient;
 mod free_end;
+mod loaded_horn;
+mod losses;
 mod reduced_conservation;
 mod reduced_effects;
 mod reduced_fea;

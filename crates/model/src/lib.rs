@@ -5,6 +5,8 @@ pub mod chain;
 pub mod contact_law;
 mod estimate;
 pub mod fea;
+mod holder;
+mod horn;
 mod number;
 mod prepared;
 pub mod reduced;

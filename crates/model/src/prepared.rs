@@ -4,7 +4,7 @@ use super::{
     ModelError, Progress,
     chain::{ChainModel, FiniteBodyLaws, InitialState},
     estimate::refuse_excess,
-    fea::FeaModel,
+    fea::{FeaModel, loss::refuse_losses, yielding},
     reduced::{self, Cache, Origin, Reduction},
     tally,
     water::DiscSupport,
@@ -147,6 +147,9 @@ impl Prepared {
             return Err(ModelError::OtherBodies { part });
         }
         refuse_free_end(scene)?;
+        if scene.model.kind.is_meshed() {
+            refuse_losses(scene)?;
+        }
         refuse_excess(scene)
     }
 
@@ -208,6 +211,9 @@ impl Prepared {
             Rung::OnDisc(disc) => disc.warnings(scene.drive.frequency, response),
             Rung::Chain(_) | Rung::Fea => Vec::new(),
         };
+        if scene.model.kind.is_meshed() {
+            warnings.extend(yielding::warning(&yielding::yield_forces(scene), &response.contact_force));
+        }
         warnings.extend(scene.coarse_ring());
         warnings
     }

@@ -141,6 +141,16 @@ mod tests {
         assert!(law.indentation(0.1).abs() < 1e-20);
     }
 
+    #[test]
+    fn the_pressure_in_the_middle_is_1_6_of_the_strength_when_it_begins() {
+        let (modulus, radius, strength) = (110e9, 0.25e-3, 2.03e9);
+        let force = yield_force(modulus, radius, strength);
+        // From the overlap: p₀ = 3F/(2πa²), a² = R δ, F = k δ^(3/2).
+        let overlap = (force / super::super::hertz_stiffness(modulus, radius)).powf(2.0 / 3.0);
+        let pressure = 3.0 * force / (2.0 * std::f64::consts::PI * radius * overlap);
+        assert!((pressure / (1.6 * strength) - 1.0).abs() < 1e-12, "{pressure}");
+    }
+
     /// Thornton (1997), eq. (57): e = (6√3/5)^½ [1 − x²/6]^½ [x/(x + 2 √(6/5 − x²/5))]^¼, x = V_y/V; for x → 0, e = 1.185 x^¼.
     #[test]
     fn restitution_is_thornton_s_published_function_of_speed() {

@@ -5,6 +5,7 @@ use super::{
     body::{self, Body},
     contact::pair::{Pair, Pole, Profile},
     factor::FactorError,
+    loss::BodyLoss,
     mesh::{self, AnnulusMesh, BeadMesh, HalfTorus, Mesh, PatchElements},
     modes::ModesError,
     trace::poles,
@@ -41,6 +42,8 @@ pub struct Arrangement {
     pub front: Option<Front>,
     /// Dashpot of every contact.
     pub dashpots: Vec<Dashpot>,
+    /// What every kind of body loses in drag and material; none where nothing.
+    pub(crate) losses: Vec<Option<BodyLoss>>,
     /// z of the origin of every body's coordinates while all just touch, m: beads, then the support; the piston's face lies at 0.
     pub origins: Vec<f64>,
 }
@@ -171,7 +174,8 @@ impl Arrangement {
             kinds.push(body);
             kinds.len() - 1
         });
-        Ok(Self {
+        let mut arrangement = Self {
+            losses: Vec::new(),
             kinds,
             beads: of_bead,
             support,
@@ -183,7 +187,9 @@ impl Arrangement {
             front,
             dashpots: dashpots(&scene.damping, beads.len() + 1),
             origins,
-        })
+        };
+        arrangement.losses = BodyLoss::of(&arrangement, scene);
+        Ok(arrangement)
     }
 
     /// Kind of the body in slot 0…N + 1 (piston, beads, support); none where it is rigid.

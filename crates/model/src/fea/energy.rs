@@ -1,6 +1,6 @@
 //! The books of a run: where the work of the piston went.
 
-use crate::response::{EnergyLedger, SolverWork};
+use crate::response::{Channels, EnergyLedger, SolverWork};
 
 /// Share of the energy put in above which energy from nowhere ends a run, 1: it grows from there on.
 pub const LARGEST_GAIN: f64 = 0.1;
@@ -21,6 +21,9 @@ pub struct Ledger {
     largest: f64,
     /// Largest residual of all samples, J.
     largest_residual: f64,
+    /// What went elsewhere; none where the scene has nothing of the kind.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) channels: Option<Channels>,
     /// Counts.
     pub work: SolverWork,
 }
@@ -67,7 +70,8 @@ impl Ledger {
     }
 
     fn residual(&self) -> f64 {
-        self.initial + self.piston_work - self.kinetic - self.stored - self.dissipated
+        let lost = self.channels.map_or(0.0, |channels| channels.lost());
+        self.initial + self.piston_work - self.kinetic - self.stored - self.dissipated - lost
     }
 
     /// Energy from nowhere at the last sample, J, and all that was put in, if it is more than [`LARGEST_GAIN`] of that.
@@ -99,7 +103,7 @@ impl Ledger {
             stored_j: self.stored,
             dissipated_j: self.dissipated,
             disc_j: None,
-            channels: None,
+            channels: self.channels,
             water_j: None,
             residual_j: self.residual(),
             largest_j: self.largest,

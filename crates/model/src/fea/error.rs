@@ -62,6 +62,14 @@ pub enum FeaError {
     /// A saved state of an analysis with water.
     #[error("an analysis with water behind the disc cannot be taken up again; run it from the start")]
     WaterNotKept,
+    /// Losses of a support without a body.
+    #[error(
+        "`{key}` is of the material of a support that is a meshed body, an annulus or one from a file; this scene's is none, or a disc that steps with its          water: leave the key out"
+    )]
+    LossWithoutBody {
+        /// The key.
+        key: &'static str,
+    },
     /// Only a sphere can rest on a ring.
     #[error(
         "bead {bead} is an imported body: on this support it must be a sphere, whose gap is known exactly; drop its `mesh`"

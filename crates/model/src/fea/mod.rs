@@ -23,6 +23,7 @@ pub mod equilibrium;
 mod error;
 pub mod factor;
 mod frame;
+pub(crate) mod loss;
 pub mod mesh;
 pub mod modes;
 pub mod motion;
@@ -35,6 +36,7 @@ pub mod simulation;
 pub mod statics;
 pub mod trace;
 mod turning;
+pub(crate) mod yielding;
 
 pub use control::{Control, Cut};
 pub use error::FeaError;

@@ -3,10 +3,12 @@
 use super::{
     arrangement::Arrangement,
     assembly::{Columns, Direction, DofMap},
+    body::Body,
     contact::{
         chain::{ContactState, RigidPrediction, net_force},
         face::Face,
     },
+    loss::StepLoss,
     operator::{Interfaces, Operator},
     profile::Profile,
     scheme::Coefficients,
@@ -34,6 +36,32 @@ struct Group {
     forces: Columns,
     /// The same of one body.
     own_forces: Vec<f64>,
+    /// Of bodies that lose something.
+    lossy: Option<Lossy>,
+}
+
+/// What a step of bodies with losses needs besides.
+#[derive(Debug, Clone)]
+struct Lossy {
+    blend: Columns,
+    product: Columns,
+    /// d, the part of the displacements that is not yet relaxed, m; none without relaxation.
+    behind: Option<Columns>,
+    /// Velocities of the massless unknowns in the step before, m/s; empty without retardation.
+    slopes: Vec<f64>,
+}
+
+impl Lossy {
+    /// ½ dᵀ K d g with the strength g of the relaxation, J; 0 without.
+    fn energy(&mut self, body: &Body, strength: f64) -> f64 {
+        let Some(behind) = &self.behind else { return 0.0 };
+        body.multiply_stiffness(behind, &mut self.product);
+        0.5 * strength * dot(behind, &self.product)
+    }
+}
+
+fn dot(a: &Columns, b: &Columns) -> f64 {
+    a.as_slice().iter().zip(b.as_slice()).map(|(a, b)| a * b).sum()
 }
 
 /// Mass-mean motion of one body along z.
@@ -63,6 +91,9 @@ pub struct Saved {
     velocity: Vec<Vec<f64>>,
     acceleration: Vec<Vec<f64>>,
     rigid: Vec<Rigid>,
+    /// Empty where nothing relaxes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    behind: Vec<Vec<f64>>,
 }
 
 impl Motion {
@@ -83,7 +114,18 @@ impl Motion {
                 }
             }
             let interface = Columns::new(interfaces.unknowns[kind].len(), members.len());
+            let massless: Vec<u32> = (0..body.mesh().nodes.len() as u32)
+                .filter(|&node| body.mass().get(node, node) == 0.0)
+                .flat_map(|node| [2 * node, 2 * node + 1])
+                .collect();
+            let lossy = arrangement.losses[kind].map(|loss| Lossy {
+                blend: zeros.clone(),
+                product: zeros.clone(),
+                behind: loss.relaxation.map(|_| zeros.clone()),
+                slopes: vec![0.0; if loss.retardation > 0.0 { massless.len() * zeros.width() } else { 0 }],
+            });
             groups.push(Group {
+                lossy,
                 displacement,
                 velocity: zeros.clone(),
                 acceleration: zeros.clone(),
@@ -91,10 +133,7 @@ impl Motion {
                 solution: zeros,
                 half: Columns::new(body.dofs().free().len(), members.len()),
                 free: interface.clone(),
-                massless: (0..body.mesh().nodes.len() as u32)
-                    .filter(|&node| body.mass().get(node, node) == 0.0)
-                    .flat_map(|node| [2 * node, 2 * node + 1])
-                    .collect(),
+                massless,
                 own_forces: vec![0.0; interface.rows()],
                 forces: interface,
                 slots: members,
@@ -120,10 +159,13 @@ impl Motion {
             if !known {
                 group.predict(&c);
             }
-            body.multiply_mass(&group.predicted, &mut group.solution);
+            match &operator.losses[kind] {
+                None => body.multiply_mass(&group.predicted, &mut group.solution),
+                Some(loss) => group.load_losing(body, loss, &c),
+            }
         }
         if c.lag > 0.0 {
-            self.lag(arrangement, interfaces, &c, before);
+            self.lag(arrangement, interfaces, operator, before);
         }
         self.predicted_for = Some(c.step);
         profile.mass += lap.lap();
@@ -135,11 +177,21 @@ impl Motion {
     }
 
     /// Add what the old forces still do to the right-hand sides: α β h² (f₀ − K u₀).
-    fn lag(&mut self, arrangement: &Arrangement, interfaces: &Interfaces, c: &Coefficients, before: &[ContactState]) {
+    fn lag(
+        &mut self,
+        arrangement: &Arrangement,
+        interfaces: &Interfaces,
+        operator: &Operator,
+        before: &[ContactState],
+    ) {
+        let c = &operator.coefficients;
         let gain = c.lag * c.gain;
         for (kind, group) in self.groups.iter_mut().enumerate() {
             let body = &arrangement.kinds[kind];
-            body.multiply_stiffness(&group.displacement, &mut group.predicted);
+            match &operator.losses[kind] {
+                None => body.multiply_stiffness(&group.displacement, &mut group.predicted),
+                Some(loss) => group.resistance_losing(body, loss),
+            }
             let (solution, product) = (group.solution.as_mut_slice(), group.predicted.as_slice());
             solution.iter_mut().zip(product).for_each(|(s, p)| *s -= gain * p);
             for (column, &slot) in group.slots.iter().enumerate() {
@@ -166,10 +218,11 @@ impl Motion {
     pub(crate) fn predict_rigid(
         &self,
         arrangement: &Arrangement,
-        c: &Coefficients,
+        operator: &Operator,
         before: &[ContactState],
         out: &mut [RigidPrediction],
     ) {
+        let c = &operator.coefficients;
         for (slot, (out, rigid)) in out.iter_mut().zip(&self.rigid).enumerate().skip(1) {
             let Some(kind) = arrangement.kind(slot).filter(|&kind| arrangement.kinds[kind].is_free()) else { continue };
             let Rigid { displacement: u, velocity: v, acceleration: a } = *rigid;
@@ -177,6 +230,10 @@ impl Motion {
                 c.lag * net_force(before, slot, ContactState::total) / arrangement.kinds[kind].total_mass()
             } else {
                 0.0
+            };
+            let lagging = match &operator.losses[kind] {
+                None => lagging,
+                Some(loss) => loss.braked(lagging, c.lag, [v, c.velocity(v, a, 0.0)]),
             };
             *out = RigidPrediction {
                 displacement: c.predicted(u, v, a) + c.gain * lagging,
@@ -218,7 +275,8 @@ impl Motion {
                 let damping = net_force(contacts, slot, |contact| contact.damping);
                 if damping != 0.0 && body.is_free() {
                     // A body force of constant density moves a free body as a whole.
-                    let shift = gain * damping / body.total_mass();
+                    let braking = operator.losses[kind].map_or(1.0, |loss| loss.mass_scale());
+                    let shift = gain * damping / (body.total_mass() * braking);
                     let width = group.solution.width();
                     for row in group.solution.as_mut_slice().chunks_exact_mut(2 * width) {
                         row[width + column] += shift;
@@ -252,12 +310,13 @@ impl Motion {
     pub fn accept(
         &mut self,
         arrangement: &Arrangement,
-        c: &Coefficients,
+        operator: &Operator,
         contacts: &[ContactState],
         before: &[ContactState],
         profile: &mut Profile,
     ) {
         let mut lap = profile.start();
+        let c = &operator.coefficients;
         for group in &mut self.groups {
             group.accept(c);
         }
@@ -267,6 +326,10 @@ impl Motion {
             let old = if c.lag > 0.0 { c.lag * net_force(before, slot, ContactState::total) } else { 0.0 };
             let new = ((1.0 - c.lag) * net_force(contacts, slot, ContactState::total) + old) / mass;
             let Rigid { displacement: u, velocity: v, acceleration: a } = self.rigid[slot];
+            let new = match &operator.losses[kind] {
+                None => new,
+                Some(loss) => loss.braked(new, c.lag, [v, c.velocity(v, a, 0.0)]),
+            };
             self.rigid[slot] = Rigid {
                 displacement: c.predicted(u, v, a) + c.gain * new,
                 velocity: c.velocity(v, a, new),
@@ -274,6 +337,47 @@ impl Motion {
             };
         }
         profile.update += lap.lap();
+    }
+
+    /// Energy (J) that the bodies lost in drag and in their material in the step just accepted; what relaxes follows.
+    pub(crate) fn lose(&mut self, arrangement: &Arrangement, operator: &Operator) -> [f64; 2] {
+        let mut lost = [0.0; 2];
+        for (kind, group) in self.groups.iter_mut().enumerate() {
+            if let Some(loss) = &operator.losses[kind] {
+                let own = group.lose(&arrangement.kinds[kind], loss);
+                lost = [lost[0] + own[0], lost[1] + own[1]];
+            }
+        }
+        lost
+    }
+
+    /// Rigid velocity of a body, m/s.
+    pub(crate) fn rigid_velocity(&self, slot: usize) -> f64 {
+        self.rigid[slot].velocity
+    }
+
+    /// Push the body in a slot as a whole: its velocity changes by `change` (m/s) everywhere.
+    pub(crate) fn push(&mut self, operator: &Operator, slot: usize, change: f64) {
+        let Some((kind, column)) = self.columns[slot] else { return };
+        let c = &operator.coefficients;
+        // Drag answers at once.
+        let braking = -operator.losses[kind].map_or(0.0, |loss| loss.own.drag) * change;
+        let Group { displacement, velocity, acceleration, predicted, .. } = &mut self.groups[kind];
+        let width = velocity.width();
+        for row in velocity.as_mut_slice().chunks_exact_mut(2 * width) {
+            row[width + column] += change;
+        }
+        if braking != 0.0 {
+            for row in acceleration.as_mut_slice().chunks_exact_mut(2 * width) {
+                row[width + column] += braking;
+            }
+        }
+        let (u, v, a) = (displacement.as_slice(), velocity.as_slice(), acceleration.as_slice());
+        for place in (width + column..u.len()).step_by(2 * width) {
+            predicted.as_mut_slice()[place] = c.predicted(u[place], v[place], a[place]);
+        }
+        self.rigid[slot].velocity += change;
+        self.rigid[slot].acceleration += braking;
     }
 
     /// ũ must be made anew: the step changes.
@@ -327,11 +431,17 @@ impl Motion {
     pub fn energy(&mut self, arrangement: &Arrangement) -> (f64, f64) {
         let (mut kinetic, mut stored) = (0.0, 0.0);
         for (body, group) in arrangement.kinds.iter().zip(&mut self.groups) {
-            let dot = |a: &Columns, b: &Columns| a.as_slice().iter().zip(b.as_slice()).map(|(a, b)| a * b).sum::<f64>();
             body.multiply_mass(&group.velocity, &mut group.solution);
             kinetic += 0.5 * dot(&group.velocity, &group.solution);
             body.multiply_stiffness(&group.displacement, &mut group.solution);
             stored += 0.5 * dot(&group.displacement, &group.solution);
+        }
+        for (kind, group) in self.groups.iter_mut().enumerate() {
+            if let (Some(lossy), Some(relaxation)) =
+                (&mut group.lossy, arrangement.losses[kind].and_then(|loss| loss.relaxation))
+            {
+                stored += lossy.energy(&arrangement.kinds[kind], relaxation.strength);
+            }
         }
         (kinetic, stored)
     }
@@ -350,7 +460,20 @@ impl Motion {
             velocity: all(|group| &group.velocity),
             acceleration: all(|group| &group.acceleration),
             rigid: self.rigid.clone(),
+            behind: self.relaxing().map(|(kind, column)| self.behind(kind).column(column)).collect(),
         }
+    }
+
+    /// Kind and column of every body that relaxes, in the order of slots.
+    fn relaxing(&self) -> impl Iterator<Item = (usize, usize)> {
+        let relaxes = |kind: usize| self.groups[kind].lossy.as_ref().is_some_and(|lossy| lossy.behind.is_some());
+        self.columns.iter().copied().flatten().filter(move |&(kind, _)| relaxes(kind))
+    }
+
+    /// d of a kind that relaxes.
+    fn behind(&self, kind: usize) -> &Columns {
+        let group = &self.groups[kind];
+        group.lossy.as_ref().and_then(|lossy| lossy.behind.as_ref()).unwrap_or(&group.displacement)
     }
 
     /// Take a saved state; false (and nothing taken) if it is of other bodies.
@@ -361,7 +484,13 @@ impl Motion {
                     values.len() == place.map_or(0, |(kind, _)| self.groups[kind].displacement.rows())
                 })
         };
-        let Saved { displacement, velocity, acceleration, rigid } = saved;
+        let Saved { displacement, velocity, acceleration, rigid, behind } = saved;
+        let relaxing: Vec<(usize, usize)> = self.relaxing().collect();
+        let relaxes = behind.len() == relaxing.len()
+            && behind.iter().zip(&relaxing).all(|(values, &(kind, _))| values.len() == self.behind(kind).rows());
+        if !relaxes {
+            return false;
+        }
         if ![displacement, velocity, acceleration].iter().all(|values| fits(values)) || rigid.len() != self.rigid.len()
         {
             return false;
@@ -372,6 +501,11 @@ impl Motion {
                 group.displacement.set_column(column, &displacement[slot]);
                 group.velocity.set_column(column, &velocity[slot]);
                 group.acceleration.set_column(column, &acceleration[slot]);
+            }
+        }
+        for (values, (kind, column)) in behind.iter().zip(relaxing) {
+            if let Some(own) = self.groups[kind].lossy.as_mut().and_then(|lossy| lossy.behind.as_mut()) {
+                own.set_column(column, values);
             }
         }
         self.rigid.clone_from(rigid);
@@ -391,6 +525,12 @@ impl Group {
     /// a₁, v₁, u₁, and ũ of the next step of the same size, in one pass.
     fn accept(&mut self, c: &Coefficients) {
         let inverse = 1.0 / c.gain;
+        if let Some(lossy) = &mut self.lossy {
+            let width = self.velocity.width();
+            let rows = self.massless.iter().flat_map(|&unknown| self.velocity.row(unknown as usize));
+            debug_assert!(lossy.slopes.is_empty() || lossy.slopes.len() == self.massless.len() * width);
+            lossy.slopes.iter_mut().zip(rows).for_each(|(slope, velocity)| *slope = *velocity);
+        }
         std::mem::swap(&mut self.displacement, &mut self.solution);
         let u = self.displacement.as_slice();
         let v = self.velocity.as_mut_slice();
@@ -410,6 +550,123 @@ impl Group {
                 self.acceleration.as_mut_slice()[place] = 0.0;
             }
         }
+        if let Some(lossy) = &self.lossy {
+            // Where material is viscous, how their velocity changed.
+            let width = self.velocity.width();
+            for (before, &unknown) in lossy.slopes.chunks_exact(width).zip(&self.massless) {
+                for (place, before) in (unknown as usize * width..).zip(before) {
+                    self.acceleration.as_mut_slice()[place] = (self.velocity.as_slice()[place] - before) / c.step;
+                }
+            }
+        }
+    }
+
+    /// Right-hand side of a step with losses, without what lags: M (ũ + θ b/m (ũ − ṽ/c)) + K (1 − α) β_N h² (β (c ũ − ṽ) − g (e d₀ − k u₀)).
+    fn load_losing(&mut self, body: &Body, loss: &StepLoss, c: &Coefficients) {
+        let Self { displacement, velocity, acceleration, predicted, solution, massless, lossy, .. } = self;
+        let Some(lossy) = lossy else { return };
+        let (u, v, a) = (displacement.as_slice(), velocity.as_slice(), acceleration.as_slice());
+        let gain = c.new_force_gain();
+        let drag = loss.share * loss.own.drag;
+        if drag == 0.0 {
+            body.multiply_mass(predicted, solution);
+        } else {
+            let blend = lossy.blend.as_mut_slice();
+            for (((blend, &ahead), &v), &a) in blend.iter_mut().zip(predicted.as_slice()).zip(v).zip(a) {
+                *blend = ahead + drag * (ahead - c.velocity(v, a, 0.0) / loss.rate);
+            }
+            body.multiply_mass(&lossy.blend, solution);
+        }
+        let retardation = gain * loss.own.retardation;
+        if retardation == 0.0 && lossy.behind.is_none() {
+            return;
+        }
+        let blend = lossy.blend.as_mut_slice();
+        if retardation > 0.0 {
+            for (((blend, &ahead), &v), &a) in blend.iter_mut().zip(predicted.as_slice()).zip(v).zip(a) {
+                *blend = retardation * (loss.rate * ahead - c.velocity(v, a, 0.0));
+            }
+            let width = displacement.width();
+            for &unknown in &*massless {
+                for place in unknown as usize * width..(unknown as usize + 1) * width {
+                    blend[place] = retardation * loss.massless_history(u[place], v[place], a[place]);
+                }
+            }
+        } else {
+            blend.fill(0.0);
+        }
+        if let Some(behind) = &lossy.behind {
+            let [strength, kept, mean] = loss.relaxing;
+            for ((blend, d), u) in blend.iter_mut().zip(behind.as_slice()).zip(u) {
+                *blend -= gain * strength * (kept * d - mean * u);
+            }
+        }
+        body.multiply_stiffness(&lossy.blend, &mut lossy.product);
+        solution.as_mut_slice().iter_mut().zip(lossy.product.as_slice()).for_each(|(load, more)| *load += more);
+    }
+
+    /// K (u₀ + β v₀ + g d₀) + (b/m) M v₀, in the place of ũ.
+    fn resistance_losing(&mut self, body: &Body, loss: &StepLoss) {
+        let Self { displacement, velocity, acceleration, predicted, massless, lossy, .. } = self;
+        let Some(lossy) = lossy else { return };
+        let beta = loss.own.retardation;
+        let blend = lossy.blend.as_mut_slice();
+        for ((blend, u), v) in blend.iter_mut().zip(displacement.as_slice()).zip(velocity.as_slice()) {
+            *blend = u + beta * v;
+        }
+        if beta > 0.0 {
+            let width = displacement.width();
+            for &unknown in &*massless {
+                for place in unknown as usize * width..(unknown as usize + 1) * width {
+                    blend[place] += beta * loss.half_step() * acceleration.as_slice()[place];
+                }
+            }
+        }
+        if let Some(behind) = &lossy.behind {
+            blend.iter_mut().zip(behind.as_slice()).for_each(|(blend, d)| *blend += loss.relaxing[0] * d);
+        }
+        body.multiply_stiffness(&lossy.blend, predicted);
+        if loss.own.drag > 0.0 {
+            body.multiply_mass(velocity, &mut lossy.product);
+            let all = predicted.as_mut_slice().iter_mut().zip(lossy.product.as_slice());
+            all.for_each(|(sum, more)| *sum += loss.own.drag * more);
+        }
+    }
+
+    /// Energy lost in drag and material from the displacements before (in `solution`) to those now, J.
+    fn lose(&mut self, body: &Body, loss: &StepLoss) -> [f64; 2] {
+        let Self { displacement, solution, lossy, .. } = self;
+        let Some(Lossy { blend, product, behind, .. }) = lossy else { return [0.0; 2] };
+        let (mut drag, mut material) = (0.0, 0.0);
+        let moved = || displacement.as_slice().iter().zip(solution.as_slice()).map(|(new, old)| new - old);
+        blend.as_mut_slice().iter_mut().zip(moved()).for_each(|(blend, moved)| *blend = moved);
+        let step = 2.0 * loss.half_step();
+        if loss.own.drag > 0.0 {
+            body.multiply_mass(blend, product);
+            drag = loss.own.drag / step * dot(blend, product);
+        }
+        if loss.own.retardation > 0.0 {
+            body.multiply_stiffness(blend, product);
+            material = loss.own.retardation / step * dot(blend, product);
+        }
+        if let Some(behind) = behind {
+            let [strength, kept, mean] = loss.relaxing;
+            // Δz, while d moves on; then (d₀ + d₁)ᵀ K Δz.
+            for (blend, d) in blend.as_mut_slice().iter_mut().zip(behind.as_slice()) {
+                *blend -= mean * *blend + (kept - 1.0) * d;
+            }
+            body.multiply_stiffness(blend, product);
+            let values = behind.as_mut_slice().iter_mut().zip(product.as_slice()).zip(moved());
+            let sum: f64 = values
+                .map(|((d, product), moved)| {
+                    let before = *d;
+                    *d = mean * moved + kept * before;
+                    (before + *d) * product
+                })
+                .sum();
+            material += 0.5 * strength * sum;
+        }
+        [drag, material]
     }
 }
 
@@ -450,7 +707,7 @@ mod tests {
         for _ in 0..50 {
             motion.predict(&arrangement, &interfaces, &operator, &open, &mut profile);
             motion.complete(&arrangement, &interfaces, &operator, &open, &mut profile);
-            motion.accept(&arrangement, &c, &open, &open, &mut profile);
+            motion.accept(&arrangement, &operator, &open, &open, &mut profile);
         }
         let moved = 50.0 * 1e-7 * 0.3;
         assert!((motion.rigid_displacement(2) - moved).abs() < 1e-20 && motion.rigid_displacement(1) == 0.0);

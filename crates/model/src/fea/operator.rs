@@ -11,6 +11,7 @@ use super::{
         pair::Pair,
     },
     factor::Factor,
+    loss::StepLoss,
     scheme::Coefficients,
 };
 
@@ -19,8 +20,10 @@ use super::{
 pub struct Operator {
     /// Step and scheme.
     pub coefficients: Coefficients,
-    /// Factor of M + (1 − α) β h² K of every kind of body.
+    /// Factor of M + (1 − α) β h² K of every kind of body, with drag and material loss where it has any ([`super::loss`]).
     pub factors: Vec<Factor>,
+    /// What every kind loses in a step; none where nothing.
+    pub(crate) losses: Vec<Option<StepLoss>>,
     /// Dense inverse of every kind's factor over its interface, row by row.
     pub inverse: Vec<Vec<f64>>,
     /// Contacts with the compliances of this step.
@@ -230,13 +233,18 @@ impl Operator {
         tension: bool,
     ) -> Result<Self, FeaError> {
         let gain = coefficients.new_force_gain();
+        let losses: Vec<Option<StepLoss>> =
+            arrangement.losses.iter().map(|loss| loss.map(|loss| StepLoss::new(loss, &coefficients))).collect();
         let factors = arrangement
             .kinds
             .iter()
             .zip(&interfaces.unknowns)
             .enumerate()
             .map(|(kind, (body, interface))| {
-                Factor::new(body, gain, 1.0, interface).map_err(|source| arrangement.factor_error(kind, source))
+                let (stiffness, mass) =
+                    losses[kind].map_or((1.0, 1.0), |loss| (loss.stiffness_scale(), loss.mass_scale()));
+                Factor::new(body, gain * stiffness, mass, interface)
+                    .map_err(|source| arrangement.factor_error(kind, source))
             })
             .collect::<Result<Vec<_>, _>>()?;
         let inverse: Vec<Vec<f64>> = factors.iter().map(Factor::interface_compliance).collect();
@@ -246,7 +254,8 @@ impl Operator {
             .map(|slot| match arrangement.kind(slot) {
                 Some(kind) if arrangement.kinds[kind].is_free() => {
                     let mass = arrangement.kinds[kind].total_mass();
-                    let per_force = (1.0 - coefficients.lag) / mass;
+                    let braking = losses[kind].map_or(1.0, |loss| loss.mass_scale());
+                    let per_force = (1.0 - coefficients.lag) / (mass * braking);
                     Mobility {
                         displacement: per_force * coefficients.gain,
                         velocity: per_force * coefficients.gamma * coefficients.step,
@@ -256,7 +265,7 @@ impl Operator {
             })
             .collect();
         let contacts = Contacts { links, compliances, couplings, mobilities, behind: Behind::default(), tension };
-        Ok(Self { coefficients, factors, inverse, contacts })
+        Ok(Self { coefficients, factors, losses, inverse, contacts })
     }
 
     /// Let what the last contact touches give way besides by a compliance of its points (row by row, m/N).

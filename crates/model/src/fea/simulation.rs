@@ -10,10 +10,11 @@ use std::fmt;
 use super::{
     FeaError,
     arrangement::Arrangement,
-    contact::chain::{Behind, ContactState, RigidPrediction, Workspace},
+    contact::chain::{Behind, ContactState, Mobility, RigidPrediction, Workspace},
     control::{Cause, Complementarity, Control, Cut, PENETRATION},
     energy::Ledger,
     equilibrium::Rest,
+    loss::refuse_losses,
     motion::{Motion, Saved},
     operator::{Interfaces, Operator},
     profile::Profile,
@@ -21,9 +22,12 @@ use super::{
     scheme::Coefficients,
     trace::{Sampling, Trace, Watched},
     turning::{Turned, Turning},
+    yielding::{self, yield_forces},
 };
 use crate::{
-    response::{Response, SolverWork},
+    holder::Hold,
+    horn::{HornMotion, HornStep},
+    response::{Channels, Response, SolverWork},
     scene::{PistonMotion, Scene, Scheme, WaterSettings},
     tally,
     water::{behind::DiscBehind, front::WaterRecord},
@@ -48,6 +52,9 @@ pub struct Snapshot {
     ledger: Ledger,
     complementarity: Complementarity,
     cuts: Vec<Cut>,
+    /// None where the horn does not give way.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    horn: Option<HornMotion<f64>>,
 }
 
 /// A transient analysis that can be advanced, saved and taken up again.
@@ -78,6 +85,13 @@ pub struct Simulation<'a> {
     /// Nominal steps taken.
     taken: usize,
     piston: f64,
+    /// Force at which every contact would yield, N, where that is known.
+    yield_forces: Vec<Option<f64>>,
+    /// Where the drive alone puts the piston, m.
+    driven: f64,
+    horn: Option<HornMotion<f64>>,
+    /// By the halvings of the step.
+    beside: Vec<Beside>,
     /// Largest overlap of the last bead's rigid motion with its support, m.
     travel: f64,
     trace: Trace,
@@ -87,12 +101,28 @@ pub struct Simulation<'a> {
     profile: Profile,
 }
 
+/// Horn and friction in steps of one size, where the scene has them.
+#[derive(Debug)]
+struct Beside {
+    horn: Option<HornStep<f64>>,
+    hold: Option<Hold<f64>>,
+}
+
 /// The disc on the water behind the last contact.
 struct Wet {
     disc: DiscBehind,
     record: WaterRecord,
     /// Energy of the disc and work on the water at the last look, J.
     energies: [f64; 2],
+}
+
+impl Beside {
+    /// Let the piston's face be pushed where the horn gives way.
+    fn yield_piston(&self, operator: &mut Operator) {
+        if let Some(horn) = &self.horn {
+            operator.contacts.mobilities[0] = Mobility { displacement: 0.0, velocity: horn.mobility() };
+        }
+    }
 }
 
 impl fmt::Debug for Simulation<'_> {
@@ -117,6 +147,7 @@ impl<'a> Simulation<'a> {
     pub fn with_motion(scene: &Scene, drive: Box<dyn PistonMotion + 'a>, control: Control) -> Result<Self, FeaError> {
         let mut profile = Profile::default();
         let mut lap = profile.start();
+        refuse_losses(scene)?;
         let arrangement = Arrangement::new(scene)?;
         resolution::check(
             scene,
@@ -149,6 +180,16 @@ impl<'a> Simulation<'a> {
         };
         // Disc and water have one factor: their clock has one step.
         let control = if wet.is_some() { Control { halvings: 0, ..control } } else { control };
+        let masses: Vec<f64> = arrangement.beads.iter().map(|&kind| arrangement.kinds[kind].total_mass()).collect();
+        let beside: Vec<Beside> = (0..=control.halvings)
+            .map(|level| {
+                let step = step / f64::from(1_u32 << level);
+                // Drag is in the operator.
+                let hold = Hold::of(scene, &masses, step).filter(Hold::rubs);
+                Beside { horn: HornStep::of(scene, step), hold }
+            })
+            .collect();
+        beside[0].yield_piston(&mut operator);
         let workspace = Workspace::new(&operator.contacts);
         let mut operators = vec![None; control.halvings as usize + 1];
         operators[0] = Some(operator);
@@ -161,6 +202,9 @@ impl<'a> Simulation<'a> {
         work.unknowns = arrangement.unknowns() as u64;
         work.factorisations += arrangement.kinds.len() as u64;
         ledger.work = work;
+        let has_channels =
+            scene.horn.is_some() || beside[0].hold.is_some() || arrangement.losses.iter().any(Option::is_some);
+        ledger.channels = has_channels.then(Channels::default);
         let piston = drive.at(0.0).0;
         let turning = Turning::new(scene, &arrangement, &interfaces)?;
         let mut simulation = Self {
@@ -191,6 +235,10 @@ impl<'a> Simulation<'a> {
             contacts,
             workspace,
             piston,
+            driven: piston,
+            horn: scene.horn.map(|_| HornMotion::at_rest()),
+            beside,
+            yield_forces: yield_forces(scene),
             ledger,
             profile,
         };
@@ -284,6 +332,7 @@ impl<'a> Simulation<'a> {
                 self.complementarity.violations, self.complementarity.penetration_m, self.complementarity.adhesion_n
             ));
         }
+        warnings.extend(yielding::warning(&self.yield_forces, &self.trace.forces()));
         warnings
     }
 
@@ -360,7 +409,9 @@ impl<'a> Simulation<'a> {
         if place.is_none() {
             let mut lap = self.profile.start();
             let coefficients = Coefficients::new(self.scheme, self.step / f64::from(1_u32 << level));
-            *place = Some(Operator::new(&self.arrangement, &self.interfaces, coefficients, self.tension)?);
+            let mut operator = Operator::new(&self.arrangement, &self.interfaces, coefficients, self.tension)?;
+            self.beside[level as usize].yield_piston(&mut operator);
+            *place = Some(operator);
             self.ledger.work.factorisations += self.arrangement.kinds.len() as u64;
             self.profile.factorisation += lap.lap();
         }
@@ -371,14 +422,25 @@ impl<'a> Simulation<'a> {
     fn attempt(&mut self, level: u32, end: f64) -> Result<(), (Cause, usize)> {
         let Self { arrangement, interfaces, operators, motion, contacts, before, profile, ledger, .. } = self;
         let Some(operator) = &mut operators[level as usize] else { return Err((Cause::NotFinite, 0)) };
-        let c = operator.coefficients;
-        let (piston, piston_velocity) = self.drive.at(end);
+        let (driven, driven_velocity) = self.drive.at(end);
+        let (mut piston, mut piston_velocity) = (driven, driven_velocity);
+        let Beside { horn: horn_step, hold } = &self.beside[level as usize];
+        let mut horn = self.horn;
+        if let (Some(step), Some(horn)) = (horn_step, &mut horn) {
+            step.turn(horn, contacts[0].total());
+            piston += horn.displacement;
+            // The second kick but for the force that is not known yet.
+            let mut free = *horn;
+            step.kick(&mut free, 0.0);
+            piston_velocity += free.velocity;
+            ledger.work.horn_evaluations += 1;
+        }
         before.iter_mut().zip(contacts.iter()).for_each(|(before, contact)| before.copy_from(contact));
         ledger.work.solves += arrangement.kinds.len() as u64;
         motion.predict(arrangement, interfaces, operator, before, profile);
 
         let mut lap = profile.start();
-        motion.predict_rigid(arrangement, &c, before, &mut self.rigid);
+        motion.predict_rigid(arrangement, operator, before, &mut self.rigid);
         self.rigid[0] = RigidPrediction { displacement: piston, velocity: piston_velocity };
         if let (Some(Wet { disc, .. }), Some(behind)) = (&mut self.wet, self.rigid.last_mut()) {
             disc.predict();
@@ -464,7 +526,7 @@ impl<'a> Simulation<'a> {
             dissipated -= 0.5 * (last.damping + before[contacts.len() - 1].damping) * wet.disc.moved();
         }
         let old_piston = self.piston;
-        motion.accept(arrangement, &c, contacts, before, profile);
+        motion.accept(arrangement, operator, contacts, before, profile);
         motion.move_piston(piston);
         let mut lap = profile.start();
         for contact in 0..contacts.len() {
@@ -477,6 +539,32 @@ impl<'a> Simulation<'a> {
         ledger.step(work, dissipated, contact_energy);
         ledger.work.steps += 1;
         self.piston = piston;
+        if let Some(channels) = &mut ledger.channels {
+            let [drag, material] = motion.lose(arrangement, operator);
+            (channels.drag_j, channels.material_j) = (channels.drag_j + drag, channels.material_j + material);
+            for slot in 1..contacts.len() + 1 {
+                let Some(loss) = arrangement.kind(slot).and_then(|kind| operator.losses[kind]) else { continue };
+                ledger.work.holder_evaluations += u64::from(loss.own.drag > 0.0 && hold.is_none());
+                ledger.work.loss_evaluations += u64::from(loss.own.retardation > 0.0);
+                ledger.work.relaxation_evaluations += u64::from(loss.own.relaxation.is_some());
+            }
+            if let (Some(step), Some(horn)) = (horn_step, &mut horn) {
+                step.kick(horn, contacts[0].total());
+                channels.source_work_j += 0.5 * (contacts[0].total() + before[0].total()) * (driven - self.driven);
+                (channels.horn_j, channels.horn_lost_j) = (step.energy(horn), horn.lost);
+            }
+            if let Some(hold) = hold {
+                for slot in 1..contacts.len() {
+                    let velocity = motion.rigid_velocity(slot);
+                    let left = hold.rubbed(slot - 1, velocity, [contacts[slot - 1].total(), contacts[slot].total()]);
+                    let mass = arrangement.kind(slot).map_or(0.0, |kind| arrangement.kinds[kind].total_mass());
+                    motion.push(operator, slot, left - velocity);
+                    channels.friction_j += 0.5 * mass * (velocity * velocity - left * left);
+                    ledger.work.holder_evaluations += 1;
+                }
+            }
+        }
+        (self.driven, self.horn) = (driven, horn);
         let last = contacts.len() - 1;
         self.travel = self.travel.max(motion.rigid_displacement(last) + self.rest_overlaps[last]);
         self.measure_contacts();
@@ -559,6 +647,7 @@ impl<'a> Simulation<'a> {
             ledger: self.ledger,
             complementarity: self.complementarity,
             cuts: self.cuts.clone(),
+            horn: self.horn,
         }
     }
 
@@ -572,7 +661,9 @@ impl<'a> Simulation<'a> {
         }
         let points =
             |contacts: &[ContactState]| contacts.iter().map(|contact| contact.forces.len()).collect::<Vec<_>>();
-        let fits = snapshot.identity == identity && points(&snapshot.contacts) == points(&self.contacts);
+        let fits = snapshot.identity == identity
+            && points(&snapshot.contacts) == points(&self.contacts)
+            && snapshot.horn.is_some() == self.horn.is_some();
         if !fits || !self.motion.restore(&snapshot.motion) {
             return Err(FeaError::OtherState { expected: identity.into(), found: snapshot.identity });
         }
@@ -585,7 +676,9 @@ impl<'a> Simulation<'a> {
         (self.taken, self.travel, self.contacts, self.trace) = (taken, travel, contacts, trace);
         (self.ledger, self.complementarity, self.cuts) = (ledger, complementarity, cuts);
         self.before.clone_from(&self.contacts);
-        self.piston = self.drive.at(self.time()).0;
+        self.horn = snapshot.horn;
+        self.driven = self.drive.at(self.time()).0;
+        self.piston = self.horn.map_or(self.driven, |horn| self.driven + horn.displacement);
         self.motion.move_piston(self.piston);
         Ok(())
     }

@@ -174,6 +174,13 @@ impl Trace {
         }
     }
 
+    /// Forces of the contacts at the samples.
+    #[must_use]
+    pub(crate) fn forces(&self) -> Vec<Series> {
+        let series = |values: &Vec<f64>| Series::new(0.0, self.sampling.output_step, values.clone());
+        self.force.iter().map(series).collect()
+    }
+
     /// Samples taken.
     #[must_use]
     pub fn samples(&self) -> usize {

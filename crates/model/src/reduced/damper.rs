@@ -22,13 +22,22 @@ pub(super) struct Behind<N> {
     pub(super) mobility: f64,
 }
 
-/// Find the forces of all dashpots in the runs `live`, their coefficients given, the piston moving at `piston` (m/s); returns how often a
+/// The piston's face at the end of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Face<N> {
+    /// Its velocity without the forces of the last half step, m/s.
+    pub(super) velocity: N,
+    /// What a unit of force takes from that, m/(N·s); none where the horn does not give way.
+    pub(super) mobility: Option<N>,
+}
+
+/// Find the forces of all dashpots in the runs `live`, their coefficients given; returns how often a
 /// dashpot was evaluated. Runs in which they do not settle are shown to `unsettled` with the place and the contact.
 #[inline(always)]
 pub(super) fn solve<N: Number>(
     states: &mut [State<N>],
     bodies: &[Option<Moving<N>>],
-    piston: N,
+    piston: Face<N>,
     behind: Option<Behind<N>>,
     tension: bool,
     live: N::Mask,
@@ -50,6 +59,7 @@ pub(super) fn solve<N: Number>(
                 continue;
             }
             let (mut rate, mut mobility, mut fastest) = (N::ZERO, 0.0, N::ZERO);
+            let mut yielding = None;
             for (slot, is_before) in [(contact, true), (contact + 1, false)] {
                 let toward = |rate: N, velocity: N| if is_before { rate + velocity } else { rate - velocity };
                 match &bodies[slot] {
@@ -60,8 +70,12 @@ pub(super) fn solve<N: Number>(
                         fastest = fastest.larger(body.rigid_velocity.magnitude());
                     }
                     None if slot == 0 => {
-                        rate = rate + piston;
-                        fastest = fastest.larger(piston.magnitude());
+                        rate = rate + piston.velocity;
+                        if let Some(mobility) = piston.mobility {
+                            rate = rate - states[0].total() * mobility;
+                            yielding = Some(mobility);
+                        }
+                        fastest = fastest.larger(piston.velocity.magnitude());
                     }
                     None => {
                         if let Some(behind) = behind {
@@ -72,7 +86,13 @@ pub(super) fn solve<N: Number>(
                 }
             }
             // Without this dashpot's own force the rate is larger by mobility × D.
-            let force = coefficient * (rate + own * mobility) / (coefficient * mobility + 1.0);
+            let force = match yielding {
+                None => coefficient * (rate + own * mobility) / (coefficient * mobility + 1.0),
+                Some(face) => {
+                    let mobility = face + mobility;
+                    coefficient * (rate + own * mobility) / (coefficient * mobility + 1.0)
+                }
+            };
             let force = if tension { force } else { force.larger(N::ZERO - states[contact].pressing) };
             let force = force.or_where_not(on, N::ZERO);
             states[contact].damping = force.or_where_not(active, own);

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::{
     contact::{BLOCK, Condensed, bounds, dot},
+    losses::{Law, StepLaw},
     rank::Crossing,
     reduction::{Face, Member, Reduction, Watch},
 };
@@ -29,6 +30,12 @@ pub(super) struct Mechanics {
     pub(super) condensed: Vec<Condensed>,
     /// Which of them every contact is.
     pub(super) of_contact: Vec<usize>,
+    /// How each kind of body loses, none where it is elastic; the contacts are condensed on w R of those that do.
+    pub(super) laws: Vec<Option<StepLaw>>,
+    /// R of the faces of those, and between front and back of the members of those kinds: row by row, rows by front and columns by back, and
+    /// the other way round.
+    pub(super) whole: Vec<Option<Vec<f64>>>,
+    pub(super) across: Vec<[Option<Vec<f64>>; 2]>,
 }
 
 /// Normal displacements of the points of a face by the rigid motion and the modes kept.
@@ -46,7 +53,7 @@ pub(super) struct Surface {
 /// Which flexibility the contacts have.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Flexibility {
-    /// Without that of the modes up to this angular frequency, rad/s, which are followed in time.
+    /// In steps of this length, s: without that of the modes that it can follow in time.
     Residual(f64),
     /// All of it, at rest.
     Static,
@@ -115,24 +122,49 @@ impl Mechanics {
         };
         // A stiffer support: the same shapes, all ω² and 1/S in proportion.
         let factor = |kind: usize| if support == Some(kind) { factor } else { 1.0 };
+        let laws: Vec<Option<StepLaw>> = match flexibility {
+            Flexibility::Residual(step) => {
+                let stepped = |law: Option<Law>| law.map(|law| StepLaw::new(law, step));
+                Law::of(reduction, &scene.loss).into_iter().map(stepped).collect()
+            }
+            Flexibility::Static => vec![None; reduction.kinds.len()],
+        };
         let squares: Vec<Vec<f64>> = (reduction.kinds.iter().enumerate())
             .map(|(kind, body)| {
                 let all = body.squares.iter().map(|square| square * factor(kind));
                 match flexibility {
-                    Flexibility::Residual(limit) => all.take_while(|square| square.sqrt() <= limit).collect(),
+                    Flexibility::Residual(step) => {
+                        // Relaxing material is stiffer to what is fast.
+                        let fast = laws[kind].as_ref().map_or(1.0, StepLaw::fast);
+                        all.take_while(|square| (fast * square).sqrt() <= LARGEST_PHASE / step).collect()
+                    }
                     Flexibility::Static => Vec::new(),
                 }
             })
             .collect();
         let surfaces = reduction.faces.iter().map(|face| Surface::new(face, squares[face.kind].len())).collect();
-        let compliances: Vec<Vec<f64>> = (reduction.faces.iter())
+        let mut compliances: Vec<Vec<f64>> = (reduction.faces.iter())
             .map(|face| residual(&face.compliance, factor(face.kind), face, face, &squares[face.kind]))
             .collect();
-        let crossings: Vec<Crossing> = (reduction.members.iter())
-            .map(|member| {
+        let weight = |kind: usize| laws[kind].as_ref().map(|law| law.weight);
+        let whole = (reduction.faces.iter().zip(&mut compliances))
+            .map(|(face, own)| {
+                let weight = weight(face.kind)?;
+                let whole = own.clone();
+                own.iter_mut().for_each(|value| *value *= weight);
+                Some(whole)
+            })
+            .collect();
+        let mut across = vec![[None, None]; reduction.members.len()];
+        let crossings: Vec<Crossing> = (reduction.members.iter().zip(&mut across))
+            .map(|(member, across)| {
                 let (front, squares) = (&reduction.faces[member.front], &squares[member.kind]);
                 member.back.map_or_else(Crossing::default, |back| {
-                    let matrix = residual(&member.crossing, 1.0, &reduction.faces[back], front, squares);
+                    let mut matrix = residual(&member.crossing, 1.0, &reduction.faces[back], front, squares);
+                    if let Some(weight) = weight(member.kind) {
+                        *across = [Some(transposed(&matrix, front.axial.len())), Some(matrix.clone())];
+                        matrix.iter_mut().for_each(|value| *value *= weight);
+                    }
                     Crossing::of(matrix, front.axial.len())
                 })
             })
@@ -173,7 +205,7 @@ impl Mechanics {
             of_contact.push(condensed.len());
             condensed.push(own);
         }
-        Ok(Self { squares, surfaces, watched, condensed, of_contact })
+        Ok(Self { squares, surfaces, watched, condensed, of_contact, laws, whole, across })
     }
 }
 
@@ -216,6 +248,11 @@ fn residual(compliance: &[f64], factor: f64, to: &Face, from: &Face, squares: &[
         }
     }
     matrix
+}
+
+/// A matrix of that many columns with its columns as rows.
+fn transposed(matrix: &[f64], columns: usize) -> Vec<f64> {
+    (0..columns).flat_map(|column| matrix.iter().skip(column).step_by(columns).copied()).collect()
 }
 
 impl Watch {

@@ -23,6 +23,7 @@ mod chain;
 mod consistency;
 mod contact;
 mod damper;
+mod losses;
 mod mechanics;
 mod motion;
 mod rank;

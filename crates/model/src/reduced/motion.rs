@@ -6,8 +6,14 @@
 //!
 //! μ_k = (x/sin x)² with x = ω_k h/2 is the modal mass with which a free mode turns at exactly ω_k.
 
-use super::reduction::Kind;
-use crate::number::Number;
+use super::{
+    losses::{ModalLoss, StepLaw},
+    reduction::Kind,
+};
+use crate::{
+    holder::{Hold, HoldLoss},
+    number::Number,
+};
 
 /// One body in motion.
 #[derive(Debug, Clone)]
@@ -31,13 +37,20 @@ pub(super) struct Moving<N> {
     /// h/(2 μ), s.
     halves: Vec<f64>,
     step: f64,
+    /// What its material loses; none of an elastic one.
+    pub(super) loss: Option<ModalLoss<N>>,
+    /// Energy lost in material and holder so far, J.
+    pub(super) material: N,
+    pub(super) held: HoldLoss<N>,
 }
 
 impl<N: Number> Moving<N> {
     /// At rest and undeformed.
-    pub(super) fn new(kind: &Kind, squares: &[f64], step: f64) -> Self {
+    pub(super) fn new(kind: &Kind, squares: &[f64], law: Option<&StepLaw>, step: f64) -> Self {
+        // The modal masses are those of fast motion, which is what a step must follow.
+        let fast = law.map_or(1.0, StepLaw::fast);
         let mass = |square: &f64| {
-            let half = 0.5 * square.sqrt() * step;
+            let half = 0.5 * (fast * square).sqrt() * step;
             (half / half.sin()).powi(2)
         };
         let masses: Vec<f64> = squares.iter().map(mass).collect();
@@ -54,6 +67,9 @@ impl<N: Number> Moving<N> {
             halves: masses.iter().map(|mass| 0.5 * step / mass).collect(),
             masses,
             step,
+            loss: law.map(|law| ModalLoss::new(law, squares)),
+            material: N::ZERO,
+            held: HoldLoss::none(),
         }
     }
 
@@ -78,6 +94,12 @@ impl<N: Number> Moving<N> {
             *velocity = *velocity + (*force - *q * *square) * *half;
             N::pass();
         }
+        if let Some((strength, behind)) = self.loss.as_ref().and_then(ModalLoss::stiffening) {
+            let parts = behind.iter().zip(self.squares.iter().zip(&self.halves));
+            for (velocity, (behind, (square, half))) in self.modal_velocity.iter_mut().zip(parts) {
+                *velocity = *velocity - *behind * (strength * square * half);
+            }
+        }
     }
 
     /// A step of displacement.
@@ -88,6 +110,44 @@ impl<N: Number> Moving<N> {
         let step = self.step;
         self.modal.iter_mut().zip(&self.modal_velocity).for_each(|(q, velocity)| *q = *q + *velocity * step);
     }
+
+    /// The same with what holder and material take from the velocities, half-way: `hold` has the bead this is and the forces of the contacts
+    /// before and after it (N).
+    #[inline(always)]
+    pub(super) fn drift_losing(&mut self, hold: Option<(&Hold<N>, usize, [N; 2])>) {
+        let step = self.step;
+        let velocity = self.rigid_velocity;
+        let mut drag = None;
+        if let Some((hold, bead, forces)) = hold {
+            let left = hold.slowed(bead, velocity, forces);
+            hold.book(bead, velocity, left, &mut self.held);
+            self.rigid_velocity = left[2];
+            let half = hold.drag_half(bead);
+            drag = hold.drags().then(|| half * half);
+        }
+        self.travelled = (velocity + self.rigid_velocity) * (0.5 * step);
+        self.rigid = self.rigid + self.travelled;
+        for k in 0..self.modal.len() {
+            let before = self.modal_velocity[k];
+            let half_mass = 0.5 * self.masses[k];
+            let mut after = before;
+            if let Some(loss) = &self.loss {
+                after = after * loss.damping[k];
+                self.material = self.material + (before * before - after * after) * half_mass;
+            }
+            if let Some(drag) = drag {
+                let dragged = after * drag;
+                self.held.drag = self.held.drag + (after * after - dragged * dragged) * half_mass;
+                after = dragged;
+            }
+            self.modal_velocity[k] = after;
+            let moved = (before + after) * (0.5 * step);
+            self.modal[k] = self.modal[k] + moved;
+            if let Some(loss) = &mut self.loss {
+                self.material = self.material + loss.relax(k, moved, self.squares[k]);
+            }
+        }
+    }
 }
 
 impl Moving<f64> {
@@ -96,7 +156,8 @@ impl Moving<f64> {
         let rigid = if self.inverse_mass > 0.0 { self.rigid_velocity.powi(2) / self.inverse_mass } else { 0.0 };
         let moving = self.masses.iter().zip(&self.modal_velocity).map(|(mass, v)| mass * v * v).sum::<f64>();
         let bent = self.squares.iter().zip(&self.modal).map(|(square, q)| square * q * q).sum::<f64>();
-        (0.5 * (rigid + moving), 0.5 * bent)
+        let relaxing = self.loss.as_ref().map_or(0.0, |loss| loss.energy(&self.squares));
+        (0.5 * (rigid + moving), 0.5 * bent + relaxing)
     }
 }
 
@@ -112,7 +173,7 @@ mod tests {
     fn a_free_mode_turns_at_its_own_frequency_at_any_step() {
         for phase in [0.1, 1.0, 2.0_f64] {
             let step = 5e-8;
-            let mut body = Moving::<f64>::new(&kind(), &[(phase / step).powi(2)], step);
+            let mut body = Moving::<f64>::new(&kind(), &[(phase / step).powi(2)], None, step);
             body.modal[0] = 1.0;
             for taken in 1..=1000 {
                 body.kick(0.0);
@@ -128,7 +189,7 @@ mod tests {
     fn a_held_force_bends_a_mode_about_its_static_answer_at_any_step() {
         let step = 5e-8;
         let square = (1.7 / step) * (1.7 / step);
-        let mut body = Moving::<f64>::new(&kind(), &[square], step);
+        let mut body = Moving::<f64>::new(&kind(), &[square], None, step);
         body.forces[0] = 3.0;
         let mut sum = 0.0;
         // 1.7 rad a step: the mean over many turns.
@@ -145,7 +206,7 @@ mod tests {
 
     #[test]
     fn backwards_in_time_it_returns() {
-        let mut body = Moving::<f64>::new(&kind(), &[1e13, 3e14], 5e-8);
+        let mut body = Moving::<f64>::new(&kind(), &[1e13, 3e14], None, 5e-8);
         body.modal.copy_from_slice(&[1e-9, -2e-9]);
         body.rigid_velocity = 0.2;
         let steps = |body: &mut Moving<f64>| {

@@ -48,7 +48,9 @@ impl<N: Number> Follower<N> {
             let bead = place.min(beads - 1);
             let watch = &motion.mechanics.watched[reduction.beads[bead]][place - bead];
             if let Some(body) = &motion.bodies[bead + 1] {
-                *value = watch.displacement(body.rigid, &body.modal, &states[bead].forces, &states[bead + 1].forces);
+                let felt = |end: usize| motion.creep.as_ref().and_then(|creep| creep.felt(bead + 1, end));
+                let [front, back] = [0, 1].map(|end| felt(end).unwrap_or(&states[bead + end].forces));
+                *value = watch.displacement(body.rigid, &body.modal, front, back);
             }
         }
         let h = self.sampling.step();

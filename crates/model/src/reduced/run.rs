@@ -3,20 +3,22 @@
 use super::{
     backing::{Backing, Wet},
     contact::State,
-    mechanics::{Flexibility, LARGEST_PHASE, Mechanics},
+    mechanics::{Flexibility, Mechanics},
     motion::Moving,
     record::{Follower, Record},
     reduction::Reduction,
     rest::Rest,
-    stepping::{Beginning, Motion},
+    stepping::{Beginning, Motion, Others},
 };
 use crate::{
     ModelError, Progress,
     contact_law::dashpots,
     fea::{energy::Ledger, resolution, trace::Sampling},
+    holder::Hold,
+    horn::HornStep,
     need_drive,
     number::{Lane, Mask, Number},
-    response::{ObservedPoint, Response, SolverWork},
+    response::{Channels, ObservedPoint, Response, SolverWork},
     scene::{PistonMotion, Scene, Support},
     tally,
     water::{behind::DiscBehind, front::WaterRecord},
@@ -32,7 +34,13 @@ pub(crate) const MOST_TOGETHER: usize = Lane::WIDTH;
 /// Whether two scenes with the same bodies can be run side by side.
 pub(crate) fn go_together(one: &Scene, other: &Scene) -> bool {
     let kept = |scene: &Scene| (scene.damping.tension, scene.output_step.to_bits());
-    one.water.is_none() && other.water.is_none() && one.support == other.support && kept(one) == kept(other)
+    // What a run has of horn and holder may be each its own, whether it has any is of all.
+    let has = |scene: &Scene| (scene.horn.is_some(), scene.holder.is_some());
+    one.water.is_none()
+        && other.water.is_none()
+        && one.support == other.support
+        && one.loss == other.loss
+        && (kept(one), has(one)) == (kept(other), has(other))
 }
 
 impl Reduction {
@@ -80,6 +88,8 @@ impl Reduction {
         }
         let Single { motion, mut ledger, .. } = run;
         let (done, work) = (motion.work, &mut ledger.work);
+        (work.horn_evaluations, work.holder_evaluations) = (done.horn_evaluations, done.holder_evaluations);
+        (work.relaxation_evaluations, work.loss_evaluations) = (done.relaxation_evaluations, done.loss_evaluations);
         (work.contact_sweeps, work.active_sets) = (done.contact_sweeps, done.active_sets);
         work.dashpot_evaluations = done.dashpot_evaluations;
         work.unknowns = motion.bodies.iter().flatten().map(|body| 1 + body.modal.len() as u64).sum();
@@ -128,14 +138,22 @@ impl Reduction {
             return outcomes;
         };
         let step = longest.step();
-        let mechanics = match Mechanics::new(self, &scenes[0], Flexibility::Residual(LARGEST_PHASE / step), &[]) {
+        let mechanics = match Mechanics::new(self, &scenes[0], Flexibility::Residual(step), &[]) {
             Ok(mechanics) => mechanics,
             Err(error) => return scenes.iter().map(|_| Err(error.clone().into())).collect(),
         };
         let beginnings: Vec<Beginning> = runs.iter().map(|(_, _, beginning, _)| beginning.clone()).collect();
         let live = (runs.len()..Lane::WIDTH).fold(Mask::all(true), |live, place| live & Mask::but(place));
+        let of = |place: usize| &scenes[runs[place.min(runs.len() - 1)].0];
+        let horn = of(0).horn.map(|first| {
+            HornStep::new(|place| (of(place).horn.unwrap_or(first), of(place).chain.precompression), step)
+        });
+        let hold = of(0).holder.filter(|_| (0..runs.len()).any(|place| of(place).holder.is_some_and(|own| own.acts())));
+        let hold = hold
+            .map(|first| Hold::new(|place| of(place).holder.unwrap_or(first), &scenes[0], &self.bead_masses(), step));
+        let others = Others { horn, hold };
         let mut motion: Motion<'_, Lane, ()> =
-            Motion::new(self, mechanics, &beginnings, scenes[0].damping.tension, live, step, ());
+            Motion::new(self, mechanics, &beginnings, scenes[0].damping.tension, live, step, (), others);
         let place = self.beads.len() - usize::from(self.observed(&scenes[0]) == ObservedPoint::Centre);
         let mut follower = Follower::new(longest, place, self.beads.len());
         follower.follow(0, &motion);
@@ -177,6 +195,11 @@ impl Reduction {
         outcomes
     }
 
+    /// Masses of the beads, kg.
+    fn bead_masses(&self) -> Vec<f64> {
+        self.beads.iter().map(|&member| self.kinds[self.members[member].kind].mass).collect()
+    }
+
     /// Refuse what these bodies cannot run; the steps and samples of a run.
     fn sampling(&self, scene: &Scene) -> Result<Sampling, ModelError> {
         need_drive(scene, "reduced")?;
@@ -212,6 +235,12 @@ struct Single<'a> {
     ledger: Ledger,
     /// Whole and dashpot forces of the last step, N.
     before: Vec<[f64; 2]>,
+    /// Where the drive alone puts the piston, m.
+    driven: f64,
+    /// Energy lost in creep and work of the horn as a source, J.
+    crept: f64,
+    source_work: f64,
+    has_channels: bool,
 }
 
 impl<'a> Single<'a> {
@@ -230,21 +259,32 @@ impl<'a> Single<'a> {
             _ => None,
         };
         let further = wet.as_ref().map_or(&[][..], |wet| wet.disc.compliance());
-        let mechanics = Mechanics::new(reduction, scene, Flexibility::Residual(LARGEST_PHASE / step), further)?;
+        let mechanics = Mechanics::new(reduction, scene, Flexibility::Residual(step), further)?;
         let before = vec![[0.0; 2]; rest.forces.len()];
         let beginning = Beginning { rest, dashpots, piston };
-        let motion = Motion::new(reduction, mechanics, &[beginning], scene.damping.tension, true, step, wet);
-        Ok(Self { motion, ledger: Ledger::of(work), before })
+        let others = Others { horn: HornStep::of(scene, step), hold: Hold::of(scene, &reduction.bead_masses(), step) };
+        let has_channels = others.horn.is_some() || others.hold.is_some() || mechanics.laws.iter().any(Option::is_some);
+        let motion = Motion::new(reduction, mechanics, &[beginning], scene.damping.tension, true, step, wet, others);
+        let (ledger, driven) = (Ledger::of(work), piston);
+        Ok(Self { motion, ledger, before, driven, crept: 0.0, source_work: 0.0, has_channels })
     }
 
-    /// One step: the piston's displacement (m) and velocity (m/s) at its end.
+    /// One step: the displacement (m) and velocity (m/s) that drive the piston at its end.
     fn advance(&mut self, (position, velocity): (f64, f64)) {
         for (before, state) in self.before.iter_mut().zip(&self.motion.states) {
             *before = [state.total(), state.damping];
         }
-        let pushed = position - self.motion.piston;
+        let from = self.motion.piston;
         advance(&mut self.motion, position, velocity);
-        self.book(pushed);
+        self.book(self.motion.piston - from);
+        if self.motion.horn.is_some() {
+            let force = self.motion.states[0].total() + self.before[0][0];
+            self.source_work += 0.5 * force * (position - self.driven);
+            self.driven = position;
+        }
+        if let Some(creep) = &self.motion.creep {
+            self.crept += creep.lost(&self.motion.mechanics);
+        }
     }
 
     /// Work of the piston and of the dashpots in this step, by the mean of old and new forces.
@@ -269,11 +309,32 @@ impl<'a> Single<'a> {
 
     /// Kinetic and stored energy, J; a spring behind the support is part of its contact's flexibility.
     fn energy(&mut self) -> (f64, f64) {
-        let Motion { states, bodies, backing, .. } = &mut self.motion;
+        self.enter_channels();
+        let Motion { states, bodies, backing, creep, mechanics, .. } = &mut self.motion;
         let mut contacts: f64 = states.iter().map(State::energy).sum();
+        if let Some(creep) = creep {
+            contacts += creep.energy(mechanics, |contact| &states[contact].forces);
+        }
         if let (Some(wet), Some(last)) = (backing, states.last()) {
             contacts += wet.energy(&last.forces);
         }
         bodies.iter().flatten().map(Moving::energy).fold((0.0, contacts), |sum, own| (sum.0 + own.0, sum.1 + own.1))
+    }
+
+    /// Enter what the channels took into the books.
+    fn enter_channels(&mut self) {
+        if !self.has_channels {
+            return;
+        }
+        let mut channels = Channels { material_j: self.crept, source_work_j: self.source_work, ..Channels::default() };
+        for body in self.motion.bodies.iter().flatten() {
+            channels.drag_j += body.held.drag;
+            channels.friction_j += body.held.friction;
+            channels.material_j += body.material;
+        }
+        if let Some((horn, motion)) = &self.motion.horn {
+            (channels.horn_j, channels.horn_lost_j) = (horn.energy(motion), motion.lost);
+        }
+        self.ledger.channels = Some(channels);
     }
 }

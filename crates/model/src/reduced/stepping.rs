@@ -7,6 +7,7 @@ use super::{
     chain::{self, Unsolved},
     contact::{BLOCK, Measure, State, dot},
     damper,
+    losses::Creep,
     mechanics::{Mechanics, Surface},
     motion::Moving,
     reduction::Reduction,
@@ -16,6 +17,8 @@ use crate::{
     ModelError,
     contact_law::Dashpot,
     fea::{FeaError, control::Cause},
+    holder::Hold,
+    horn::{HornMotion, HornStep},
     number::{Mask, Number},
     scene::DampingTerm,
 };
@@ -45,6 +48,12 @@ pub(super) struct Motion<'a, N: Number, B> {
     /// Displacement of the piston, m.
     pub(super) piston: N,
     pub(super) backing: B,
+    /// The horn that gives way, and where its own motion is.
+    pub(super) horn: Option<(HornStep<N>, HornMotion<N>)>,
+    hold: Option<Hold<N>>,
+    pub(super) creep: Option<Creep<N>>,
+    /// Whether any body loses in material or holder.
+    loses: bool,
     /// Runs that go on, and why others do not.
     pub(super) live: N::Mask,
     pub(super) failed: Vec<(usize, Failure)>,
@@ -58,6 +67,17 @@ pub(super) struct Work {
     pub(super) contact_sweeps: u64,
     pub(super) active_sets: u64,
     pub(super) dashpot_evaluations: u64,
+    pub(super) horn_evaluations: u64,
+    pub(super) holder_evaluations: u64,
+    pub(super) relaxation_evaluations: u64,
+    pub(super) loss_evaluations: u64,
+}
+
+/// What acts beside contacts and dashpots.
+#[derive(Debug)]
+pub(super) struct Others<N> {
+    pub(super) horn: Option<HornStep<N>>,
+    pub(super) hold: Option<Hold<N>>,
 }
 
 /// Why a step failed.
@@ -108,6 +128,7 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
         live: N::Mask,
         step: f64,
         backing: B,
+        Others { horn, hold }: Others<N>,
     ) -> Self {
         let each =
             |value: &dyn Fn(&Beginning) -> f64| N::of(|place| value(&beginnings[place.min(beginnings.len() - 1)]));
@@ -124,7 +145,7 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
         });
         let bodies = (0..reduction.beads.len() + 2).map(|slot| {
             let kind = reduction.members[reduction.member(slot)?].kind;
-            Some(Moving::new(&reduction.kinds[kind], &mechanics.squares[kind], step))
+            Some(Moving::new(&reduction.kinds[kind], &mechanics.squares[kind], mechanics.laws[kind].as_ref(), step))
         });
         let dashpot =
             |contact: usize| DampingTerm::ALL.map(|term| each(&|own| own.dashpots[contact].coefficients[term]));
@@ -140,6 +161,10 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
             bodies: bodies.collect(),
             states: states.collect(),
             piston: each(&|own| own.piston),
+            horn: horn.map(|horn| (horn, HornMotion::at_rest())),
+            loses: hold.is_some() || mechanics.laws.iter().any(Option::is_some),
+            hold,
+            creep: None,
             mechanics,
             backing,
             live,
@@ -147,6 +172,13 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
             unsolved: Vec::new(),
             work: Work::default(),
         };
+        let Self { reduction, mechanics, states, .. } = &motion;
+        let forces = |contact: usize| &states[contact].forces[..];
+        let mut creep = Creep::new(reduction, &mechanics.laws, forces, BLOCK);
+        if let Some(creep) = &mut creep {
+            creep.begin(mechanics, forces, BLOCK);
+        }
+        motion.creep = creep;
         motion.press();
         motion.bodies.iter_mut().flatten().for_each(Moving::settle);
         for contact in contacts {
@@ -179,17 +211,57 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
         states[slot - 1].total() - states.get(slot).map_or(N::ZERO, State::total)
     }
 
-    /// One step: the piston's displacement (m) and velocity (m/s) at its end. Runs that fail are entered in `failed` and live no more.
+    /// Drift with the losses of holder and material.
+    #[inline(always)]
+    fn drift_losing(&mut self) {
+        let Self { bodies, states, hold, mechanics, reduction, work, .. } = self;
+        for (slot, body) in bodies.iter_mut().enumerate() {
+            let Some(body) = body else { continue };
+            let held = hold.as_ref().filter(|_| slot <= reduction.beads.len()).map(|hold| {
+                work.holder_evaluations += 1;
+                let after = states.get(slot).map_or(N::ZERO, State::total);
+                (hold, slot - 1, [states[slot - 1].total(), after])
+            });
+            if let Some(member) = reduction.member(slot)
+                && let Some(law) = &mechanics.laws[reduction.members[member].kind]
+            {
+                let [damps, relaxes] = law.parts();
+                work.loss_evaluations += u64::from(damps);
+                work.relaxation_evaluations += u64::from(relaxes);
+            }
+            body.drift_losing(held);
+        }
+        if let Some(creep) = &mut self.creep {
+            creep.begin(mechanics, |contact| &states[contact].forces, BLOCK);
+        }
+    }
+
+    /// One step: the displacement (m) and velocity (m/s) that drive the piston at its end. Runs that fail are entered in `failed` and live no more.
     #[inline(always)]
     pub(super) fn advance(&mut self, position: N, velocity: N) {
         for (slot, body) in self.bodies.iter_mut().enumerate() {
             if let Some(body) = body {
                 body.kick(Self::net(&self.states, slot));
-                body.drift();
+                if !self.loses {
+                    body.drift();
+                }
             }
+        }
+        if self.loses {
+            self.drift_losing();
         }
         self.backing.predict();
         self.piston = position;
+        let mut face = damper::Face { velocity, mobility: None };
+        if let Some((horn, motion)) = &mut self.horn {
+            horn.turn(motion, self.states[0].total());
+            self.work.horn_evaluations += 1;
+            self.piston = position + motion.displacement;
+            // The second kick but for the force that is not known yet.
+            let mut free = *motion;
+            horn.kick(&mut free, N::ZERO);
+            face = damper::Face { velocity: velocity + free.velocity, mobility: Some(horn.mobility()) };
+        }
         if self.is_damped {
             for contact in 0..self.states.len() {
                 let overlap = self.overlaps[contact] + self.rigid(contact) - self.rigid(contact + 1);
@@ -200,7 +272,14 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
                 self.states[contact].coefficient = sum.or_where_not(overlap.above(N::ZERO), N::ZERO);
             }
         }
-        self.solve_forces(velocity);
+        self.solve_forces(face);
+        if let Some((horn, motion)) = &mut self.horn {
+            horn.kick(motion, self.states[0].total());
+        }
+        if let Some(creep) = &mut self.creep {
+            let states = &self.states;
+            creep.end(&self.mechanics, |contact| &states[contact].forces);
+        }
         self.press();
         if let Some(last) = self.states.last() {
             self.backing.push(&last.forces, last.damping);
@@ -215,10 +294,10 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
         }
     }
 
-    /// Forces of contacts and dashpots, the piston moving at `velocity` (m/s). A dashpot that moves the points of the last contact does so very
+    /// Forces of contacts and dashpots, the piston's face moving as `face`. A dashpot that moves the points of the last contact does so very
     /// little: both are found in turn.
     #[inline(always)]
-    fn solve_forces(&mut self, velocity: N) {
+    fn solve_forces(&mut self, face: damper::Face<N>) {
         let last = self.states.len() - 1;
         for _ in 0..MOST_DASHPOT_PASSES {
             let solved_with = self.states[last].damping;
@@ -229,7 +308,7 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
             let behind = self.backing.behind(&self.states[last].forces);
             let Self { states, bodies, unsolved, tension, live, .. } = self;
             let unsettled = |place, contact| unsolved.push((place, Unsolved::NotSettled(contact)));
-            let evaluations = damper::solve(states, bodies, velocity, behind, *tension, *live, unsettled);
+            let evaluations = damper::solve(states, bodies, face, behind, *tension, *live, unsettled);
             self.work.dashpot_evaluations += evaluations;
             self.bury();
             if !self.backing.feels_dashpot() {
@@ -340,6 +419,9 @@ impl<'a, N: Number, B: Backing<N>> Measured<'a, '_, N, B> {
         if let Some(retreat) = motion.backing.least(self.damping).filter(|_| self.is_last(contact)) {
             add(least, retreat);
         }
+        if let Some(creep) = &motion.creep {
+            least.iter_mut().zip(&creep.least[contact]).for_each(|(least, more)| *least = *least + *more);
+        }
     }
 }
 
@@ -354,6 +436,10 @@ impl<N: Number, B: Backing<N>> Measure<N> for Measured<'_, '_, N, B> {
         }
         for (body, surface) in self.sides(contact) {
             surface.close(body.rigid, &body.modal, points.clone(), free);
+        }
+        if let Some(creep) = &motion.creep {
+            let known = &creep.gaps[contact][points.clone()];
+            free.iter_mut().zip(known).for_each(|(free, known)| *free = *free + *known);
         }
         if self.is_last(contact) {
             motion.backing.retreat(points, free, self.damping);

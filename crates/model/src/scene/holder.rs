@@ -35,6 +35,12 @@ impl Holder {
         self.friction_force > 0.0 || self.friction_coefficient > 0.0 && self.clearance > 0.0
     }
 
+    /// Whether it does anything.
+    #[must_use]
+    pub fn acts(&self) -> bool {
+        self.drag > 0.0 || self.has_friction()
+    }
+
     /// sin θ of the line of centres of two beads of these radii (m).
     #[must_use]
     pub fn obliquity(&self, first: f64, second: f64) -> f64 {

@@ -17,6 +17,9 @@ use super::{
 };
 use crate::{
     contact_law::{Dashpot, bead_flat_stiffness, bead_pair_stiffness, dashpots, hertz_energy, hertz_force},
+    holder::{Hold, HoldLoss},
+    horn::{HornMotion, HornStep},
+    response::Channels,
     scene::{Bead, Damping, FlatContact, PistonMotion},
 };
 
@@ -144,6 +147,18 @@ pub(super) struct Books {
     pub events: u64,
     /// Evaluations of a dashpot.
     pub dashpots: u64,
+    /// What went into horn and holder; none where neither is.
+    pub channels: Option<Channels>,
+    /// Evaluations of the horn, and of the holder of a bead.
+    pub horn: u64,
+    pub holder: u64,
+}
+
+/// What acts beside contacts and dashpots.
+#[derive(Debug, Default)]
+pub(super) struct Others {
+    pub horn: Option<HornStep<f64>>,
+    pub hold: Option<Hold<f64>>,
 }
 
 /// Step a chain from equilibrium under the static force `preload` (N) through `instants` steps against a disc at rest, whose motion is
@@ -151,8 +166,10 @@ pub(super) struct Books {
 ///
 /// # Errors
 /// [`ChainOnWaterError`].
+#[allow(clippy::too_many_arguments, reason = "what stands on the bench, part by part")]
 pub(super) fn march(
     chain: &ChainInFront,
+    Others { horn, hold }: &Others,
     motion: &dyn PistonMotion,
     contact: &DiscContact,
     preload: f64,
@@ -183,13 +200,16 @@ pub(super) fn march(
     // Slot 0 is the piston, 1…N the beads.
     let (mut u, mut v) = (vec![0.0; count + 1], vec![0.0; count + 1]);
     let (mut a, mut moved) = (u.clone(), u.clone());
-    // What a unit of force held through the second half of a step adds to a velocity, m/s/N; nothing to the piston's.
-    let mobility: Vec<f64> = std::iter::once(0.0).chain(masses.iter().map(|mass| 0.5 * step / mass)).collect();
+    // What a unit of force held through the second half of a step adds to a velocity, m/s/N; to the piston's only where the horn gives way.
+    let of_piston = horn.as_ref().map_or(0.0, HornStep::mobility);
+    let mobility: Vec<f64> = std::iter::once(of_piston).chain(masses.iter().map(|mass| 0.5 * step / mass)).collect();
     let mut force = vec![preload; count + 1];
     let mut before = force.clone();
     let mut pairs = vec![Pair { elastic: preload, ..Pair::default() }; count];
     let mut pressing = Pressing { force: preload, indentation: contact.indentation(preload) };
     (u[0], v[0]) = motion.at(0.0);
+    let mut own = horn.as_ref().map(|_| HornMotion::at_rest());
+    let (mut driven, mut held) = (u[0], HoldLoss::none());
     let pressed = |u: &[f64], pressing: &Pressing| -> f64 {
         let pairs = (0..count).map(|i| hertz_energy(stiffness[i], u[i] - u[i + 1] + rest[i]));
         pairs.sum::<f64>() + contact.stored(pressing)
@@ -206,10 +226,27 @@ pub(super) fn march(
         for i in 1..=count {
             v[i] += 0.5 * step * a[i];
             moved[i] = step * v[i];
+            if let Some(hold) = hold {
+                // Half-way through the drift.
+                let left = hold.slowed(i - 1, v[i], [force[i - 1], force[i]]);
+                hold.book(i - 1, v[i], left, &mut held);
+                moved[i] = 0.5 * step * (v[i] + left[2]);
+                v[i] = left[2];
+                books.holder += 1;
+            }
             u[i] += moved[i];
         }
-        let pushed = u[0];
+        let (pushed, drawn) = (u[0], driven);
         (u[0], v[0]) = motion.at(time);
+        driven = u[0];
+        if let (Some(horn), Some(own)) = (horn, &mut own) {
+            horn.turn(own, force[0]);
+            let mut free = *own;
+            // The second kick but for the force that is not known yet.
+            horn.kick(&mut free, 0.0);
+            (u[0], v[0]) = (u[0] + own.displacement, v[0] + free.velocity);
+            books.horn += 1;
+        }
         moved[0] = u[0] - pushed;
         before.copy_from_slice(&force);
         for (i, pair) in pairs.iter_mut().enumerate() {
@@ -254,12 +291,23 @@ pub(super) fn march(
             v[i] += 0.5 * step * a[i];
         }
         books.piston_work += 0.5 * (before[0] + force[0]) * moved[0];
+        if horn.is_some() || hold.is_some() {
+            let channels = books.channels.get_or_insert_default();
+            (channels.drag_j, channels.friction_j) = (held.drag, held.friction);
+            if let (Some(horn), Some(own)) = (horn, &mut own) {
+                v[0] -= of_piston * force[0];
+                horn.kick(own, force[0]);
+                channels.source_work_j += 0.5 * (before[0] + force[0]) * (driven - drawn);
+                (channels.horn_j, channels.horn_lost_j) = (horn.energy(own), own.lost);
+            }
+        }
         if damped > 0 {
             for (i, pair) in pairs.iter().enumerate() {
                 books.dissipated += 0.5 * (pair.lost + force[i] - pair.elastic) * (moved[i] - moved[i + 1]);
             }
         }
-        books.largest = books.largest.max(books.initial + books.piston_work - books.dissipated);
+        let lost = books.dissipated + books.channels.map_or(0.0, |channels| channels.lost());
+        books.largest = books.largest.max(books.initial + books.piston_work - lost);
         if !(v[count].is_finite() && force[count].is_finite()) {
             return Err(ChainOnWaterError::NonFinite { time, step });
         }
@@ -343,7 +391,7 @@ pub fn run(
     let step = disc.step();
     let instants = (duration / step).round() as usize;
     let mut out = WaterRun { step, pressure: vec![Vec::with_capacity(instants + 1); points], ..WaterRun::default() };
-    let books = march(chain, motion, contact, 0.0, disc, instants, &mut |moment| {
+    let books = march(chain, &Others::default(), motion, contact, 0.0, disc, instants, &mut |moment| {
         let last = moment.force.len() - 1;
         if moment.force[last] > 0.0 {
             out.last_touch = Some(moment.time);

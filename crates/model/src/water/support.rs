@@ -14,7 +14,7 @@ use thiserror::Error;
 
 use super::{
     OnWater, UnitResponse, Water, absorption,
-    chain::{ChainInFront, ChainOnWaterError, Moment, march},
+    chain::{ChainInFront, ChainOnWaterError, Moment, Others, march},
     contact::{DiscContact, PatchError},
     disc::{Disc, DiscError, DiscMesh, DiscModes},
     elements::{DiscOnWater, DiscOnWaterSettings, ElementsError},
@@ -26,8 +26,13 @@ use super::{
 use crate::{
     ModelError, Progress,
     contact_law::dashpots,
+    holder::Hold,
+    horn::HornStep,
     response::{DiscResponse, EnergyLedger, ObservedPoint, Response, SolverWork},
-    scene::{Baffle, ContactLaw, DiscShape, Integrator, PistonMotion, Rim, Scene, Support, WaterMethod, WaterSettings},
+    scene::{
+        Baffle, Bead, ContactLaw, DiscShape, Integrator, MaterialLoss, PistonMotion, Rim, Scene, Support, WaterMethod,
+        WaterSettings,
+    },
 };
 use granchain_signal::{Dimension, Quantity, Series};
 
@@ -198,6 +203,7 @@ impl DiscSupport {
         motion: &dyn PistonMotion,
         progress: Progress<'_>,
     ) -> Result<Response, ModelError> {
+        refuse_losses(scene)?;
         let step = clock(scene)?;
         if step != self.step {
             return Err(ModelError::OtherBodies { part: "model.step" });
@@ -244,7 +250,9 @@ impl DiscSupport {
             damping: scene.damping,
         };
         let preload = scene.chain.precompression;
-        let books = march(&chain, motion, contact, preload, disc, steps, &mut |moment: &Moment<'_>| {
+        let masses: Vec<f64> = scene.chain.beads.iter().map(Bead::mass).collect();
+        let others = Others { horn: HornStep::of(scene, self.step), hold: Hold::of(scene, &masses, self.step) };
+        let books = march(&chain, &others, motion, contact, preload, disc, steps, &mut |moment: &Moment<'_>| {
             if moment.instant.is_multiple_of(every) {
                 let own = [(&mut displacement, moment.displacement), (&mut velocity, moment.velocity)];
                 for (columns, values) in own.into_iter().chain([(&mut force, moment.force)]) {
@@ -262,6 +270,8 @@ impl DiscSupport {
             steps: steps as u64,
             events: books.events,
             dashpot_evaluations: books.dashpots,
+            horn_evaluations: books.horn,
+            holder_evaluations: books.holder,
             pressure_samples: pressure.iter().map(|trace| trace.len() as u64).sum(),
             ..SolverWork::default()
         };
@@ -283,7 +293,8 @@ impl DiscSupport {
             true => (Some(disc_j), disc.work_on_water()),
             false => (None, disc.work_on_water() + preload * disc.pole_displacement()),
         };
-        let held = books.kinetic + books.stored + books.dissipated + disc_j.unwrap_or(0.0) + water_j;
+        let lost = books.channels.map_or(0.0, |channels| channels.lost());
+        let held = books.kinetic + books.stored + books.dissipated + disc_j.unwrap_or(0.0) + water_j + lost;
         Ok(Response {
             piston_displacement,
             bead_displacement: displacement.collect(),
@@ -300,7 +311,7 @@ impl DiscSupport {
                 stored_j: books.stored,
                 dissipated_j: books.dissipated,
                 disc_j,
-                channels: None,
+                channels: books.channels,
                 water_j: Some(water_j),
                 residual_j: books.initial + books.piston_work - held,
                 largest_j: books.largest,
@@ -352,6 +363,28 @@ impl DiscSupport {
         }
         out
     }
+}
+
+/// Refuse what a chain before a disc does not have.
+///
+/// # Errors
+/// [`ModelError::Unsupported`].
+fn refuse_losses(scene: &Scene) -> Result<(), ModelError> {
+    let key = match scene.loss {
+        MaterialLoss { relaxation: Some(_), .. } => "loss.relaxation",
+        MaterialLoss { support, .. } if support > 0.0 => "loss.support",
+        MaterialLoss { beads, .. } if beads > 0.0 => "loss.beads",
+        _ if scene.yield_strength.is_some() => "contact.yield_strength",
+        _ => return Ok(()),
+    };
+    let remedy = if key == "contact.yield_strength" {
+        "its contacts before a disc are elastic; leave it out, or take another support"
+    } else if key == "loss.beads" {
+        "its beads are rigid; take `model.kind = \"reduced\"` or \"fea\""
+    } else {
+        "a disc has no such loss; leave it out"
+    };
+    Err(ModelError::Unsupported { model: "chain", reason: format!("`{key}`: {remedy}") })
 }
 
 /// Steps to the last output sample and to the end of a scene.

@@ -49,7 +49,7 @@ pub struct Contacts {
     pub compliances: Vec<Compliance>,
     /// The different V, row by row: points of the later contact × points of the earlier.
     pub couplings: Vec<Vec<f64>>,
-    /// Of piston, beads, support: N + 2.
+    /// Of piston, beads, support: N + 2; the piston's is that of a horn that gives way, whose displacement a force feels a step later.
     pub mobilities: Vec<Mobility>,
     /// What the last dashpot stands on, if it moves without being a body of the chain.
     pub behind: Behind,
@@ -348,7 +348,8 @@ impl Contacts {
         if self.mobilities[body].velocity == 0.0 {
             return 0.0;
         }
-        states[body - 1].total() - states[body].total()
+        // The piston is pushed by its own contact alone; it moves by that where the horn gives way.
+        body.checked_sub(1).map_or(0.0, |contact| states[contact].total()) - states[body].total()
     }
 
     /// Displacement and velocity of body b at the end of the step, m and m/s.

@@ -1,0 +1,54 @@
+//! Whether contacts of meshed bodies, which are elastic, carried more than their beads' material bears.
+
+use crate::{
+    contact_law::{effective_modulus, yield_force},
+    scene::{Bead, FlatContact, Scene, Support},
+};
+use granchain_signal::{Dimension, Quantity, Series};
+
+/// Yield strength of a chrome-steel bead without a key that says so, Pa.
+const CHROME_STEEL: f64 = 2.03e9;
+
+/// Force at which every contact between beads, or of a bead and a flat, begins to yield, N; none where that is not known.
+#[must_use]
+pub(crate) fn yield_forces(scene: &Scene) -> Vec<Option<f64>> {
+    let beads = &scene.chain.beads;
+    let strength = |bead: &Bead| {
+        let own = (bead.material.name == "chrome-steel").then_some(CHROME_STEEL);
+        scene.yield_strength.or(own).filter(|_| bead.mesh.is_none())
+    };
+    let on_flat = |bead: Option<&Bead>| {
+        let bead = bead?;
+        Some(yield_force(effective_modulus(&bead.material, None), bead.radius, strength(bead)?))
+    };
+    let between = beads.windows(2).map(|pair| {
+        let [one, other] = [&pair[0], &pair[1]];
+        let radius = one.radius * other.radius / (one.radius + other.radius);
+        let weaker = strength(one)?.min(strength(other)?);
+        Some(yield_force(effective_modulus(&one.material, Some(&other.material)), radius, weaker))
+    });
+    let last = match &scene.support {
+        Support::Flat(FlatContact::Rigid) | Support::Spring { .. } => on_flat(beads.last()),
+        _ => None,
+    };
+    std::iter::once(on_flat(beads.first())).chain(between).chain([last]).collect()
+}
+
+/// What a reader must know of contacts that would have yielded.
+#[must_use]
+pub(crate) fn warning(limits: &[Option<f64>], forces: &[Series]) -> Option<String> {
+    let most = |force: &Series| force.values.iter().fold(0.0, |most: f64, value| most.max(*value));
+    let passed = limits.iter().zip(forces).enumerate().filter_map(|(contact, (limit, force))| {
+        let (limit, most) = ((*limit)?, most(force));
+        (most > limit).then_some((contact, limit, most))
+    });
+    let (contact, limit, most) = passed.max_by(|(_, a, b), (_, c, d)| (b / a).total_cmp(&(d / c)))?;
+    let newtons = |value: f64| Quantity::new((value * 1e3).round() / 1e3, Dimension::FORCE);
+    Some(format!(
+        "contact {} (1 = piston) carried {}, and yields from {} on, where the pressure in its middle is 1.6 of the yield strength: the bodies are elastic \
+         here; `contact.yield_strength` of `model.kind = \"chain\"` has contacts that yield",
+        contact + 1,
+        newtons(most),
+        newtons(limit)
+    ))
+}
