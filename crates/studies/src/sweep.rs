@@ -20,9 +20,9 @@ use super::{
     ensemble::{self, EnsembleOutcome, EnsemblePlan},
     grid::Grid,
     observation::{self, Heard, Observation},
-    run_log::{RunLog, RunLogError},
 };
 use granchain_model::{ModelError, scene::Scene};
+use granchain_record::run_log::{RunLog, RunLogError};
 
 /// What came of one point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -1,4 +1,4 @@
-//! The runs of a study, kept as they finish: one JSON line a run, appended and synced.
+//! The runs of a study or a fit, kept as they finish: one JSON line a run, appended and synced.
 //!
 //! A process may die between any two bytes. What counts on reading is every line that ends in a newline and whose seal is whole; a torn last
 //! line is cut off before more is appended, an altered one is named and its run made again.
@@ -14,7 +14,7 @@ use std::{
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use thiserror::Error;
 
-use granchain_record::seal::{sealed, unsealed};
+use crate::seal::{sealed, unsealed};
 
 /// Why the log cannot be used.
 #[derive(Debug, Error)]
@@ -84,7 +84,7 @@ impl RunLog {
 
     /// What is to be said of lines that were altered since they were written; nothing where there are none.
     #[must_use]
-    pub(crate) fn damage(&self) -> Option<String> {
+    pub fn damage(&self) -> Option<String> {
         let lines: Vec<String> = self.damaged.iter().map(ToString::to_string).collect();
         (!lines.is_empty()).then(|| {
             let path = self.path.display();
