@@ -12,7 +12,7 @@ use serde_json::Value;
 use super::{
     Outcome,
     arguments::{OutputArguments, Session, usage},
-    batch::{self, Divisible, OnArguments},
+    batch::{self, Divisible, Kept, OnArguments},
     calibrate::{
         QuantityChoice,
         definition::{refused, uncertainties},
@@ -298,9 +298,9 @@ impl Divisible for Study {
         batch::values(&self.outcomes(part.start as u64..part.end as u64)?)
     }
 
-    fn finish(self: Box<Self>, runs: Vec<Value>) -> anyhow::Result<Outcome> {
+    fn finish(self: Box<Self>, kept: &Kept<'_>) -> anyhow::Result<Outcome> {
         let folder = self.stage()?;
-        self.conclude(&batch::typed(runs)?, folder)
+        self.conclude(&kept.all()?, folder)
     }
 }
 

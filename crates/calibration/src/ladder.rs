@@ -180,7 +180,7 @@ pub(super) fn climb(
         Ok(fit) if !made.rungs.is_empty() => fit,
         fit => return Ok(Climbed { made, fit, searching, correcting, warnings }),
     };
-    if let (Some(kept), Some(top)) = (saved.kept, made.rungs.pop()) {
+    if let Some((kept, top)) = saved.kept.and_then(|kept| Some((kept, made.rungs.pop()?))) {
         let [own, finer] = [kept.open(), kept.finer().open()].map(|kept| kept.map(Arc::new));
         let (own, finer) = (own.map_err(Refusal::Kept)?, finer.map_err(Refusal::Kept)?);
         warnings.extend(own.damage().into_iter().chain(finer.damage()));
