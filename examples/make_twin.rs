@@ -4,7 +4,7 @@
 //! answer with at α = 0.7 and c = 0.6 N·s/m, both with noise and offsets, as a lab would store them. The velocity is driven
 //! by the *recorded* horn motion, noise and all, because that is what a calibration replays.
 //!
-//! `cargo run --release --example make_twin [-- DIR]`
+//! `cargo run --release --example make_twin [-- DIR [MODEL]]`, MODEL one of chain, reduced, fea
 
 use std::{error::Error, fs, path::PathBuf};
 
@@ -34,7 +34,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     fs::create_dir_all(&folder)?;
     let mut random = ChaCha8Rng::seed_from_u64(73);
     let mut normal = move || -> f64 { StandardNormal.sample(&mut random) };
-    let scene = scene::load("annulus", &["duration=800us".into()])?;
+    let model = std::env::args().nth(2).unwrap_or_else(|| "chain".into());
+    let scene = scene::load("annulus", &["duration=800us".into(), format!("model.kind={model}")])?;
 
     let motion = scene.drive.motion(1.0);
     let samples = ((PRE_TRIGGER + scene.duration) / SAMPLE_STEP).round() as usize;

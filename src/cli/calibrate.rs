@@ -22,7 +22,7 @@ use self::{
 };
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session},
+    arguments::{OutputArguments, SceneArguments, Session, usage},
     interrupt,
     output::{NOTHING_SAVED, OutputFolder},
     reading::{DriveReadArguments, ReadArguments},
@@ -36,7 +36,7 @@ use crate::{
         fit::{FitError, Verdict},
         refusal::Refusal,
     },
-    scene::Scene,
+    scene::{ModelKind, Scene},
 };
 
 /// Arguments of `granchain calibrate`.
@@ -255,6 +255,9 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
 /// Whatever is wrong with plan, scene or records.
 pub fn prepare(arguments: Arguments, typed: Vec<String>, in_memory: &InMemory) -> anyhow::Result<Job> {
     let (problem, plans) = definition::problem(&arguments, in_memory)?;
+    if arguments.confirm.is_some() && problem.above.contains(&ModelKind::Fea) {
+        return Err(usage("--confirm fea would do nothing: the model `fea` answers itself; leave it out"));
+    }
     let scenes = problem.candidates.iter().flat_map(|candidate| &candidate.scenes);
     let files: BTreeSet<PathBuf> = scenes.flat_map(Scene::mesh_files).collect();
     let meshes = files.into_iter().map(Input::digest).collect::<Result<_, _>>()?;

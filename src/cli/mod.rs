@@ -186,7 +186,7 @@ impl Command {
 fn divisible(line: &[String]) -> anyhow::Result<Box<dyn batch::Divisible>> {
     match CommandLine::try_parse_from(std::iter::once("granchain").chain(line.iter().map(String::as_str)))?.command {
         Command::Sweep(arguments) => Ok(Box::new(sweep::Study::new(arguments)?)),
-        Command::Twins(arguments) => Ok(Box::new(twins::Study::new(arguments)?)),
+        Command::Twins(arguments) => twins::divisible(arguments),
         _ => {
             let found = line.first().map_or("nothing", String::as_str);
             Err(arguments::usage(format!("expected a command that falls into points, sweep or twins, found `{found}`")))

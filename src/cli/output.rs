@@ -202,6 +202,17 @@ impl OutputError {
 /// # Errors
 /// [`OutputError::Io`].
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    written_atomically(path, |file| file.write_all(bytes))
+}
+
+/// Bytes gathered before they go to a file.
+const BUFFER: usize = 1 << 16;
+
+/// The same of what `make` writes.
+///
+/// # Errors
+/// As [`write_atomically`].
+pub fn written_atomically(path: &Path, make: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), OutputError> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -215,7 +226,9 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     let mut file = builder.tempfile_in(folder).map_err(OutputError::io("create a file", folder))?;
-    file.write_all(bytes).map_err(OutputError::io("write", path))?;
+    let mut buffered = io::BufWriter::with_capacity(BUFFER, &mut file);
+    make(&mut buffered).and_then(|()| buffered.flush()).map_err(OutputError::io("write", path))?;
+    drop(buffered);
     file.as_file().sync_all().map_err(OutputError::io("write", path))?;
     file.persist(path).map_err(|error| OutputError::Io {
         action: "rename to",

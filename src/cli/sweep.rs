@@ -8,12 +8,13 @@ use std::{
 use anyhow::bail;
 use clap::Args;
 use indicatif::ProgressBar;
+use serde::Serialize;
 use serde_json::Value;
 
 use super::{
     Outcome,
     arguments::{OutputArguments, SceneArguments, Session, preferred_model},
-    batch::{self, Divisible, OnArguments},
+    batch::{self, Divisible, Kept, OnArguments},
     calibrated::Calibrated,
     experiment,
     forecast::Forecast,
@@ -21,7 +22,8 @@ use super::{
     output::{NOTHING_SAVED, OutputFolder},
     progress,
     reading::ReadArguments,
-    summary, sweep_table,
+    summary,
+    sweep_table::{Runs, SweepTable},
     timing::{self, Timing},
 };
 use crate::{
@@ -179,14 +181,9 @@ impl Study {
     }
 
     /// Write and print what came out.
-    fn conclude(mut self, runs: &[Run], folder: Option<OutputFolder>) -> anyhow::Result<Outcome> {
-        let table = sweep_table::SweepTable {
-            scene: &self.base,
-            grid: &self.grid,
-            runs,
-            published: printed(&self.bench, &self.base, &self.grid),
-            ensemble: self.ensemble.is_some(),
-        };
+    fn conclude(mut self, runs: &dyn Runs, folder: Option<OutputFolder>) -> anyhow::Result<Outcome> {
+        let published = printed(&self.bench, &self.base, &self.grid);
+        let table = SweepTable::new(&self.base, &self.grid, runs, published, self.ensemble.is_some())?;
         let session = &self.session;
         let summary = table.json(&self.bench, self.calibrated.as_ref(), session.seed())?;
         if let Some(folder) = folder {
@@ -196,9 +193,8 @@ impl Study {
             let place = folder.finish()?;
             session.note(format_args!("written to {}", place.display()));
         }
-        let failed = runs.iter().filter(|run| matches!(run, Run::Failed { .. })).count();
+        let (all, failed) = table.counts();
         if failed > 0 {
-            let all = runs.len();
             session.note(format_args!("warning: {failed} of {all} runs failed; their reasons stand in the table"));
         }
         session.result(table.text(self.output.out.is_some()), &summary)?;
@@ -228,12 +224,22 @@ impl Divisible for Study {
         batch::values(&runs.ok_or(Interrupted)?)
     }
 
-    fn finish(self: Box<Self>, runs: Vec<Value>) -> anyhow::Result<Outcome> {
-        let runs: Vec<Run> = batch::typed(runs)?;
+    fn finish(self: Box<Self>, kept: &Kept<'_>) -> anyhow::Result<Outcome> {
         let stage = |out: &PathBuf| OutputFolder::stage(out, &RESULTS, self.output.force);
         let folder = self.output.out.as_ref().map(stage).transpose()?;
-        self.conclude(&runs, folder)
+        self.conclude(kept, folder)
     }
+}
+
+impl Runs for Kept<'_> {
+    fn each(&self, seen: &mut dyn FnMut(usize, &Run) -> anyhow::Result<()>) -> anyhow::Result<()> {
+        self.each_typed(|index, run| seen(index, &run))
+    }
+}
+
+/// A full disk behind a writer of JSON is that of the file.
+fn as_written(error: serde_json::Error) -> anyhow::Error {
+    if error.is_io() { std::io::Error::from(error).into() } else { error.into() }
 }
 
 /// The scene without the swept values, all points on one model.
@@ -274,13 +280,16 @@ pub fn refuse_excess(
 
 fn write(
     folder: &OutputFolder,
-    table: &sweep_table::SweepTable<'_>,
-    summary: &serde_json::Value,
+    table: &SweepTable<'_>,
+    summary: &impl Serialize,
     (described, assumptions): (&str, Vec<String>),
     timing: &mut Timing,
 ) -> anyhow::Result<()> {
-    folder.write("sweep.csv", table.csv())?;
-    folder.write("sweep.json", summary::json(summary)?)?;
+    folder.write_as_it_comes("sweep.csv", |out| table.csv(out))?;
+    folder.write_as_it_comes("sweep.json", |out| {
+        serde_json::to_writer_pretty(&mut *out, summary).map_err(as_written)?;
+        Ok(writeln!(out)?)
+    })?;
     timing.stage("write");
     for (name, bytes) in table.page(described, assumptions).files()? {
         folder.write(name, bytes)?;

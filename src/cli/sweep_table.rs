@@ -1,7 +1,13 @@
 //! The results of a sweep: CSV, JSON, figures and a table for people, all in the order of the grid.
+//!
+//! The runs are read in passes and never held together: what is shown of many is thinned evenly.
 
-use std::fmt::Write;
+use std::{collections::BTreeMap, fmt::Write, io};
 
+use serde::{
+    Serialize, Serializer,
+    ser::{Error as _, SerializeSeq},
+};
 use serde_json::{Map, Value as Json, json};
 
 use super::{
@@ -10,6 +16,7 @@ use super::{
 };
 use crate::{
     calibration::bench::Bench,
+    measurement::run_log::RunIndex,
     report::{
         number::{engineering, fixed},
         page::{Column, Table},
@@ -30,19 +37,54 @@ const MOST_ROWS: usize = 60;
 const NUMBER: usize = 9;
 /// Most figures of a grid with several axes.
 const MOST_FIGURES: usize = 16;
+/// Most points of a curve, and most rows of the page; of more, every so many-th is shown.
+const MOST_SHOWN: usize = 2000;
+/// Most values of an axis that the page lists.
+const MOST_VALUES: usize = 100;
 
 /// Columns of what was heard.
 const HEARD: [&str; 3] = ["pressure_positive_peak_pa", "pressure_negative_peak_pa", "pressure_level_at_950_khz_db"];
 
+/// The runs of a sweep, wherever they lie.
+pub trait Runs {
+    /// Hand on every run in the order of the grid.
+    ///
+    /// # Errors
+    /// Those of `seen`; a run that cannot be read.
+    fn each(&self, seen: &mut dyn FnMut(usize, &Run) -> anyhow::Result<()>) -> anyhow::Result<()>;
+}
+
+impl Runs for RunIndex {
+    fn each(&self, seen: &mut dyn FnMut(usize, &Run) -> anyhow::Result<()>) -> anyhow::Result<()> {
+        (0..self.len()).try_for_each(|index| seen(index, &self.read(index)?))
+    }
+}
+
+/// What is held of the runs of a sweep.
+#[derive(Default)]
+struct Seen {
+    runs: usize,
+    failed: usize,
+    /// Whether any run heard something.
+    has_water: bool,
+    /// The rows of the terminal.
+    first: Vec<Run>,
+    /// Those of the page.
+    rows: Vec<(usize, Run)>,
+    /// The figures: axis along which they run, and what they show.
+    slices: Option<(usize, Vec<Slice>)>,
+}
+
 /// A finished sweep.
-#[derive(Debug)]
 pub struct SweepTable<'a> {
     /// The scene without the swept values.
     pub scene: &'a Scene,
     /// What was swept.
     pub grid: &'a Grid,
-    /// What came of it, in the order of the grid.
-    pub runs: &'a [Run],
+    /// What came of it.
+    runs: &'a dyn Runs,
+    /// What one pass over it told.
+    seen: Seen,
     /// What the source paper prints of this scene.
     pub published: Option<Published>,
     /// Whether each point has an ensemble.
@@ -52,14 +94,65 @@ pub struct SweepTable<'a> {
 /// The points of a grid that differ in the swept axis only.
 struct Slice {
     fixed: Vec<String>,
-    members: Vec<usize>,
+    members: Vec<(usize, Run)>,
 }
 
-impl SweepTable<'_> {
+impl<'a> SweepTable<'a> {
+    /// Look once through the runs of `grid` over `scene`.
+    ///
+    /// # Errors
+    /// A run that cannot be read.
+    pub fn new(
+        scene: &'a Scene,
+        grid: &'a Grid,
+        runs: &'a dyn Runs,
+        published: Option<Published>,
+        ensemble: bool,
+    ) -> anyhow::Result<Self> {
+        let is_number = |axis: &Axis| axis.values.iter().all(|value| matches!(value, Value::Number(_)));
+        let swept = grid.axes.iter().position(is_number);
+        let mut seen = Seen { slices: swept.map(|axis| (axis, Vec::new())), ..Seen::default() };
+        let stride = grid.len().div_ceil(MOST_SHOWN);
+        runs.each(&mut |index, run| {
+            seen.runs += 1;
+            seen.failed += usize::from(matches!(run, Run::Failed { .. }));
+            seen.has_water |= matches!(run, Run::Finished { heard: Some(_), .. });
+            if index < MOST_ROWS {
+                seen.first.push(run.clone());
+            }
+            if index % stride == 0 {
+                seen.rows.push((index, run.clone()));
+            }
+            if let Some((axis, slices)) = &mut seen.slices {
+                let [place, length] = [grid.place(index, *axis), grid.axes[*axis].values.len()];
+                let fixed = others(grid, *axis, index);
+                let known = slices.iter().position(|slice| slice.fixed == fixed);
+                let slice = known.or_else(|| {
+                    let fits = slices.len() < MOST_FIGURES;
+                    fits.then(|| slices.push(Slice { fixed, members: Vec::new() }))?;
+                    Some(slices.len() - 1)
+                });
+                if let Some(slice) = slice.filter(|_| place % length.div_ceil(MOST_SHOWN) == 0) {
+                    slices[slice].members.push((index, run.clone()));
+                }
+            }
+            Ok(())
+        })?;
+        Ok(Self { scene, grid, runs, seen, published, ensemble })
+    }
+
+    /// Runs made, and how many of them failed.
+    #[must_use]
+    pub fn counts(&self) -> (usize, usize) {
+        (self.seen.runs, self.seen.failed)
+    }
+
     /// `sweep.csv`: the swept keys with their units, `status`, the watched numbers, with an ensemble also their mean,
     /// scatter and sensitivity, and the reason of a failure.
-    #[must_use]
-    pub fn csv(&self) -> String {
+    ///
+    /// # Errors
+    /// A run that cannot be read, or `out` that cannot be written.
+    pub fn csv(&self, out: &mut dyn io::Write) -> anyhow::Result<()> {
         let mut header: Vec<String> = self.grid.axes.iter().map(column).collect();
         header.push("status".into());
         for watched in watched() {
@@ -75,8 +168,8 @@ impl SweepTable<'_> {
             header.extend(HEARD.map(str::to_owned));
         }
         header.push("reason".into());
-        let mut text = header.join(",") + "\n";
-        for (index, run) in self.runs.iter().enumerate() {
+        writeln!(out, "{}", header.join(","))?;
+        self.runs.each(&mut |index, run| {
             let mut cells: Vec<String> = self.grid.values(index).into_iter().map(|value| value.to_string()).collect();
             match run {
                 Run::Finished { observation, heard, ensemble, .. } => {
@@ -105,39 +198,44 @@ impl SweepTable<'_> {
                     cells.push(format!("\"{}\"", reason.replace('"', "\"\"")));
                 }
             }
-            text.push_str(&cells.join(","));
-            text.push('\n');
-        }
-        text
+            Ok(writeln!(out, "{}", cells.join(","))?)
+        })
     }
 
-    /// `sweep.json`.
+    /// `sweep.json`: whatever writes it reads the runs.
     ///
     /// # Errors
     /// When an input file can no longer be read for its digest.
-    pub fn json(&self, experiment: &Bench, calibrated: Option<&Calibrated>, seed: u64) -> anyhow::Result<Json> {
-        let points: Vec<Json> = self.runs.iter().enumerate().map(|(index, run)| self.point(index, run)).collect();
+    pub fn json(
+        &'a self,
+        experiment: &Bench,
+        calibrated: Option<&Calibrated>,
+        seed: u64,
+    ) -> anyhow::Result<impl Serialize + 'a> {
         let axes: Vec<Json> = self
             .grid
             .axes
             .iter()
             .map(|axis| json!({"key": axis.key, "unit": unit(axis).unwrap_or_default(), "values": axis.values}))
             .collect();
-        let failed = self.runs.iter().filter(|run| matches!(run, Run::Failed { .. })).count();
-        Ok(json!({
+        let told = json!({
             "program": summary::program(),
             "scene": experiment.source,
             "axes": axes,
-            "runs": self.runs.len(),
-            "failed_runs": failed,
-            "points": points,
+            "runs": self.seen.runs,
+            "failed_runs": self.seen.failed,
             "settings": summary::Settings::new(self.scene, experiment, seed),
             "published": self.published,
             "assumptions": experiment.assumptions,
             "warnings": experiment.warnings(),
             "drive_origin_s": experiment.drive.as_ref().map(|drive| drive.motion.origin),
             "inputs": summary::Inputs::new(experiment, calibrated),
-        }))
+        });
+        let Json::Object(told) = told else { anyhow::bail!("the summary is no object") };
+        let mut parts: BTreeMap<String, Part<'a>> =
+            told.into_iter().map(|(key, value)| (key, Part::Told(value))).collect();
+        parts.insert("points".into(), Part::Points(Points(self)));
+        Ok(parts)
     }
 
     fn point(&self, index: usize, run: &Run) -> Json {
@@ -171,44 +269,28 @@ impl SweepTable<'_> {
     /// One figure for each combination of the other axes, against the first axis that has numbers.
     #[must_use]
     pub fn figures(&self) -> Vec<(String, SweepReport)> {
-        let is_number = |axis: &Axis| axis.values.iter().all(|value| matches!(value, Value::Number(_)));
-        let Some(swept) = self.grid.axes.iter().position(is_number) else { return Vec::new() };
-        let others = |index: usize| -> Vec<String> {
-            let values = self.grid.axes.iter().zip(self.grid.values(index)).enumerate();
-            values
-                .filter(|(axis, _)| *axis != swept)
-                .map(|(_, (axis, value))| format!("{} = {value}", axis.key))
-                .collect()
+        let Some((swept, slices)) = &self.seen.slices else { return Vec::new() };
+        let single = slices.len() == 1;
+        let figure = |(number, slice): (usize, &Slice)| {
+            let name = if single { "sweep".into() } else { format!("sweep-{}", number + 1) };
+            (name, self.report(*swept, &slice.members, &slice.fixed))
         };
-        let mut groups: Vec<Slice> = Vec::new();
-        for index in 0..self.runs.len() {
-            let fixed = others(index);
-            match groups.iter().position(|group| group.fixed == fixed) {
-                Some(group) => groups[group].members.push(index),
-                None if groups.len() == MOST_FIGURES => {}
-                None => groups.push(Slice { fixed, members: vec![index] }),
-            }
-        }
-        let single = groups.len() == 1;
-        groups
-            .iter()
-            .enumerate()
-            .map(|(number, group)| {
-                let name = if single { "sweep".into() } else { format!("sweep-{}", number + 1) };
-                (name, self.report(swept, &group.members, &group.fixed))
-            })
-            .collect()
+        slices.iter().enumerate().map(figure).collect()
     }
 
     /// What `report.html` shows.
     #[must_use]
-    pub fn page<'a>(&'a self, described: &'a str, assumptions: Vec<String>) -> SweepPage<'a> {
-        let failed = self.runs.iter().filter(|run| matches!(run, Run::Failed { .. })).count();
+    pub fn page(&'a self, described: &'a str, assumptions: Vec<String>) -> SweepPage<'a> {
+        let (runs, failed) = self.counts();
         let swept = self.grid.axes.iter().map(|axis| {
-            let values: Vec<String> = axis.values.iter().map(Value::to_string).collect();
-            (axis.key.clone(), values.join(", "))
+            let shown = axis.values.iter().take(MOST_VALUES);
+            let mut values = shown.map(Value::to_string).collect::<Vec<_>>().join(", ");
+            if let (true, Some(last)) = (axis.values.len() > MOST_VALUES, axis.values.last()) {
+                let _ = write!(values, ", … {last} ({} values)", axis.values.len());
+            }
+            (axis.key.clone(), values)
         });
-        let runs = [("runs".to_owned(), format!("{}, {failed} failed", self.runs.len()))];
+        let runs = [("runs".to_owned(), format!("{runs}, {failed} failed"))];
         SweepPage {
             scene: (&self.scene.name, described),
             facts: swept.chain(runs).collect(),
@@ -231,8 +313,8 @@ impl SweepTable<'_> {
         columns.extend(["Positive peak", "Negative peak"].map(|name| Column::numbers(name).unit("mm/s")));
         columns.extend(["1/3", "1/2", "2/3"].map(|line| Column::numbers(format!("Line {line}")).unit("1")));
         columns.push(Column::words("Remark"));
-        let row = |(index, run): (usize, &Run)| {
-            let mut cells: Vec<String> = self.grid.values(index).iter().map(ToString::to_string).collect();
+        let row = |(index, run): &(usize, Run)| {
+            let mut cells: Vec<String> = self.grid.values(*index).iter().map(ToString::to_string).collect();
             let (observation, remark) = match run {
                 Run::Finished { observation, .. } => (Some(observation), String::new()),
                 Run::Failed { reason } => (None, format!("failed: {reason}")),
@@ -247,14 +329,18 @@ impl SweepTable<'_> {
         let below = engineering(self.scene.vibrometer_bandwidth, "Hz", 3);
         Table {
             caption: format!(
-                "Every run: peaks of the last bead below {below}; lines are amplitudes over the drive line's."
+                "{}: peaks of the last bead below {below}; lines are amplitudes over the drive line's.",
+                match self.seen.runs.div_ceil(MOST_SHOWN) {
+                    0 | 1 => "Every run".into(),
+                    stride => format!("One run of every {stride}, all of them in sweep.csv"),
+                }
             ),
             columns,
-            rows: self.runs.iter().enumerate().map(row).collect(),
+            rows: self.seen.rows.iter().map(row).collect(),
         }
     }
 
-    fn report(&self, swept: usize, members: &[usize], fixed: &[String]) -> SweepReport {
+    fn report(&self, swept: usize, members: &[(usize, Run)], fixed: &[String]) -> SweepReport {
         let axis = &self.grid.axes[swept];
         let name = match axis.key.as_str() {
             "alpha" => "Amplitude scale α".into(),
@@ -264,7 +350,7 @@ impl SweepTable<'_> {
         let curve = |group: &str, name: &str, key: &str, reference: Option<f64>| {
             let at = watched().iter().position(|watched| watched.key == key);
             let unit = at.map_or("1", |at| if watched()[at].unit.is_empty() { "1" } else { "m/s" });
-            let points = members.iter().filter_map(|index| self.curve_point(*index, swept, at?)).collect();
+            let points = members.iter().filter_map(|member| self.curve_point(member, swept, at?)).collect();
             SweepCurve { group: group.into(), name: name.into(), unit: unit.into(), points, reference }
         };
         let measured = self.published.map(|published| published.measured);
@@ -280,7 +366,7 @@ impl SweepTable<'_> {
         );
         if self.has_water() {
             let curve = |group: &str, name: &str, unit: &str, pick: fn(&Heard) -> Option<f64>| {
-                let points = members.iter().filter_map(|index| self.heard_point(*index, swept, pick)).collect();
+                let points = members.iter().filter_map(|member| self.heard_point(member, swept, pick)).collect();
                 SweepCurve { group: group.into(), name: name.into(), unit: unit.into(), points, reference: None }
             };
             curves.push(curve("Peak pressure", "positive", "Pa", |heard| Some(heard.positive_peak_pa)));
@@ -298,18 +384,23 @@ impl SweepTable<'_> {
 
     /// Whether any run heard something.
     fn has_water(&self) -> bool {
-        self.runs.iter().any(|run| matches!(run, Run::Finished { heard: Some(_), .. }))
+        self.seen.has_water
     }
 
-    fn heard_point(&self, index: usize, swept: usize, pick: fn(&Heard) -> Option<f64>) -> Option<SweepPoint> {
-        let Value::Number(position) = self.grid.values(index)[swept] else { return None };
-        let Run::Finished { heard, .. } = &self.runs[index] else { return None };
+    fn heard_point(
+        &self,
+        (index, run): &(usize, Run),
+        swept: usize,
+        pick: fn(&Heard) -> Option<f64>,
+    ) -> Option<SweepPoint> {
+        let Value::Number(position) = self.grid.values(*index)[swept] else { return None };
+        let Run::Finished { heard, .. } = run else { return None };
         Some(SweepPoint { at: *position, value: pick(heard.as_ref()?)?, scatter: None })
     }
 
-    fn curve_point(&self, index: usize, swept: usize, at: usize) -> Option<SweepPoint> {
-        let Value::Number(position) = self.grid.values(index)[swept] else { return None };
-        let Run::Finished { observation, ensemble, .. } = &self.runs[index] else { return None };
+    fn curve_point(&self, (index, run): &(usize, Run), swept: usize, at: usize) -> Option<SweepPoint> {
+        let Value::Number(position) = self.grid.values(*index)[swept] else { return None };
+        let Run::Finished { observation, ensemble, .. } = run else { return None };
         let spread = ensemble.as_ref().and_then(|ensemble| ensemble.spreads[at]);
         let value = spread.map(|spread| spread.mean).or(observation.0[at])?;
         Some(SweepPoint { at: *position, value, scatter: spread.map(|spread| spread.scatter) })
@@ -321,7 +412,7 @@ impl SweepTable<'_> {
         let has_water = self.has_water();
         let heard: &[&str] = if has_water { &["+ kPa", "- kPa", "dB"] } else { &[] };
         let heads = ["+ mm/s", "- mm/s", "1/3", "1/2", "2/3"].iter().chain(heard);
-        let shown = self.runs.len().min(MOST_ROWS);
+        let shown = self.seen.first.len();
         let values: Vec<Vec<String>> =
             (0..shown).map(|index| self.grid.values(index).iter().map(ToString::to_string).collect()).collect();
         let width = |(place, axis): (usize, &Axis)| {
@@ -338,7 +429,7 @@ impl SweepTable<'_> {
         row(&mut text, &self.grid.axes.iter().map(|axis| axis.key.as_str()).collect::<Vec<_>>());
         heads.for_each(|head| text.push_str(&format!("{head:>NUMBER$}")));
         text.push('\n');
-        for (run, values) in self.runs.iter().zip(&values) {
+        for (run, values) in self.seen.first.iter().zip(&values) {
             row(&mut text, &values.iter().map(String::as_str).collect::<Vec<_>>());
             match run {
                 Run::Finished { observation, heard, .. } => {
@@ -348,8 +439,8 @@ impl SweepTable<'_> {
             }
             text.push('\n');
         }
-        if self.runs.len() > MOST_ROWS {
-            let _ = writeln!(text, "… {} rows more", self.runs.len() - MOST_ROWS);
+        if self.seen.runs > MOST_ROWS {
+            let _ = writeln!(text, "… {} rows more", self.seen.runs - MOST_ROWS);
         }
         if !self.grid.axes.iter().any(|axis| axis.key == "model.kind") {
             let _ = writeln!(text, "Model {}.", summary::model(self.scene));
@@ -364,6 +455,41 @@ impl SweepTable<'_> {
         }
         text
     }
+}
+
+/// A part of `sweep.json`.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Part<'a> {
+    Told(Json),
+    Points(Points<'a>),
+}
+
+/// The points of a sweep, written while they are read.
+struct Points<'a>(&'a SweepTable<'a>);
+
+impl Serialize for Points<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut points = serializer.serialize_seq(Some(self.0.seen.runs))?;
+        let mut refused = None;
+        let read = self.0.runs.each(&mut |index, run| {
+            points.serialize_element(&self.0.point(index, run)).map_err(|error| {
+                refused = Some(error);
+                anyhow::anyhow!("the summary cannot be written")
+            })
+        });
+        match (refused, read) {
+            (Some(error), _) => Err(error),
+            (None, Err(error)) => Err(S::Error::custom(format_args!("{error:#}"))),
+            (None, Ok(())) => points.end(),
+        }
+    }
+}
+
+/// The values of the other axes at a point.
+fn others(grid: &Grid, swept: usize, index: usize) -> Vec<String> {
+    let values = grid.axes.iter().zip(grid.values(index)).enumerate();
+    values.filter(|(axis, _)| *axis != swept).map(|(_, (axis, value))| format!("{} = {value}", axis.key)).collect()
 }
 
 /// What is printed of a run: two peaks, three ratios, and what was heard.

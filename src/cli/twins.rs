@@ -12,7 +12,7 @@ use serde_json::Value;
 use super::{
     Outcome,
     arguments::{OutputArguments, Session, usage},
-    batch::{self, Divisible, OnArguments},
+    batch::{self, Divisible, Kept, OnArguments},
     calibrate::{
         QuantityChoice,
         definition::{refused, uncertainties},
@@ -92,6 +92,9 @@ pub struct Arguments {
     /// Where else the twins are made and fitted.
     #[command(flatten)]
     pub on: OnArguments,
+    /// Take up what was handed to a cluster, and is not collected yet; needs the same flags
+    #[arg(long, requires = "on", help_heading = "Cluster")]
+    pub resume: bool,
     /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
@@ -147,22 +150,57 @@ struct TwinsSummary<'a> {
 /// A folder that cannot be written; an engine that refuses; Ctrl-C.
 pub fn execute(mut arguments: Arguments) -> anyhow::Result<Outcome> {
     let asked = std::mem::take(&mut arguments.on).asked();
-    if asked.is_none() && (!arguments.laboratory.is_empty() || arguments.levels > 1) {
-        let study = plan_of(&arguments)?;
-        let timing = Timing::start();
-        if !arguments.laboratory.is_empty() {
-            let plan = laboratory_plan(&arguments, &study)?;
-            return laboratory::execute(&plan, arguments.records, &arguments.output, &arguments.session, timing);
+    let (resume, session, records) = (arguments.resume, arguments.session.clone(), arguments.records);
+    if let Some(asked) = asked {
+        return batch::run_on(asked, divisible(arguments)?, resume, &session);
+    }
+    match Kind::of(arguments)? {
+        Kind::Usual(study) => study.run_here(),
+        Kind::Levels(study) => study.run_here(),
+        Kind::Laboratory(study) => study.run_here(records),
+    }
+}
+
+/// The twins that flags ask for.
+enum Kind {
+    Usual(Box<Study>),
+    Levels(Box<levels::Study>),
+    Laboratory(Box<laboratory::Study>),
+}
+
+impl Kind {
+    fn of(arguments: Arguments) -> anyhow::Result<Self> {
+        let laboratory = !arguments.laboratory.is_empty();
+        if !laboratory && arguments.levels == 1 {
+            return Ok(Self::Usual(Box::new(Study::new(arguments)?)));
+        }
+        let plan = plan_of(&arguments)?;
+        if laboratory {
+            let plan = laboratory_plan(&arguments, &plan)?;
+            return Ok(Self::Laboratory(Box::new(laboratory::Study::new(plan, arguments.output, arguments.session))));
         }
         refuse_beside_levels(&arguments)?;
-        return levels::execute(study, arguments.levels, &arguments.output, &arguments.session, timing);
+        let Arguments { levels, output, session, .. } = arguments;
+        Ok(Self::Levels(Box::new(levels::Study::new(plan, levels, output, session)?)))
     }
-    let session = arguments.session.clone();
-    let study = Study::new(arguments)?;
-    match asked {
-        Some(asked) => batch::run_on(asked, Box::new(study), false, &session),
-        None => study.run_here(),
+}
+
+/// The twins that flags ask for, to be run in parts.
+pub(super) fn divisible(arguments: Arguments) -> anyhow::Result<Box<dyn Divisible>> {
+    if arguments.records {
+        return Err(usage("--records keeps files that chunks do not hold: leave it out, or make the records here"));
     }
+    Ok(match Kind::of(arguments)? {
+        Kind::Usual(study) => study,
+        Kind::Levels(study) => study,
+        Kind::Laboratory(study) => study,
+    })
+}
+
+/// The folder of results whose summary is `summary`, where one is asked for.
+fn staged(output: &OutputArguments, summary: &str) -> anyhow::Result<Option<OutputFolder>> {
+    let stage = |out| OutputFolder::stage(out, &page_results(summary), output.force);
+    Ok(output.out.as_deref().map(stage).transpose()?)
 }
 
 fn refuse_beside_levels(arguments: &Arguments) -> anyhow::Result<()> {
@@ -192,11 +230,6 @@ pub(super) struct Study {
 impl Study {
     /// Refuse flags that do not go together, and read the bench.
     pub fn new(arguments: Arguments) -> anyhow::Result<Self> {
-        if !arguments.laboratory.is_empty() || arguments.levels > 1 {
-            return Err(usage(
-                "records of --laboratory and of --levels are not run in parts; leave them out, or run them here",
-            ));
-        }
         let study = plan_of(&arguments)?;
         let Arguments { quantity, wrong, model, mesh_density, fit, output, session, .. } = arguments;
         let timing = Timing::start();
@@ -230,11 +263,6 @@ impl Study {
         Ok(Self { base, plan, pressure, model, mesh_density, output, session, timing })
     }
 
-    fn stage(&self) -> anyhow::Result<Option<OutputFolder>> {
-        let stage = |out| OutputFolder::stage(out, &page_results("twins.json"), self.output.force);
-        Ok(self.output.out.as_deref().map(stage).transpose()?)
-    }
-
     /// Make and fit the twins `part`.
     fn outcomes(&self, part: Range<u64>) -> anyhow::Result<Vec<TwinOutcome>> {
         let bar = progress::bar(&self.session, part.end - part.start, "twins");
@@ -248,7 +276,7 @@ impl Study {
     }
 
     fn run_here(mut self) -> anyhow::Result<Outcome> {
-        let folder = self.stage()?;
+        let folder = staged(&self.output, "twins.json")?;
         let outcomes = self.outcomes(0..self.plan.total())?;
         self.timing.stage("twins");
         self.conclude(&outcomes, folder)
@@ -298,9 +326,9 @@ impl Divisible for Study {
         batch::values(&self.outcomes(part.start as u64..part.end as u64)?)
     }
 
-    fn finish(self: Box<Self>, runs: Vec<Value>) -> anyhow::Result<Outcome> {
-        let folder = self.stage()?;
-        self.conclude(&batch::typed(runs)?, folder)
+    fn finish(self: Box<Self>, kept: &Kept<'_>) -> anyhow::Result<Outcome> {
+        let folder = staged(&self.output, "twins.json")?;
+        self.conclude(&kept.all()?, folder)
     }
 }
 

@@ -67,10 +67,101 @@ fn the_answer_of_the_upper_rung_stands_beside_the_chains_and_survives_ctrl_c() {
     }
 }
 
+/// Finite elements coarse enough for a hundred runs in half a minute.
+const FINITE: [&str; 6] = ["--model", "fea", "--set", "model.mesh_density=3", "--set", "drive.cycles=12"];
+
 #[test]
-fn the_finite_element_analysis_confirms_but_is_not_fitted() {
+fn finite_elements_answer_above_the_reduced_model_and_lose_no_finished_run_to_kill_9() {
     let bench = Bench::new();
-    let output = bench.calibrate(&["--model", "fea", "--out", "out"]);
+    let answered = |told: &[&str]| {
+        let output = bench.calibrate(told);
+        assert!([0, 3].contains(&code(&output)), "{}", stderr(&output));
+        stderr(&output)
+    };
+    answered(&[&FINITE[..], &["--out", "whole", "--threads", "1"]].concat());
+    let outcome = bench.outcome("whole");
+    assert_eq!(outcome["model"], "fea");
+    let rungs = outcome["rungs"].as_array().unwrap();
+    let models: Vec<&Value> = rungs.iter().map(|rung| &rung["model"]).collect();
+    assert_eq!(models, ["chain", "reduced", "fea"]);
+    let runs: Vec<u64> = rungs.iter().map(|rung| rung["runs"].as_u64().unwrap()).collect();
+    assert_eq!(runs.iter().sum::<u64>(), outcome["evaluations"].as_u64().unwrap());
+    assert!((112..=176).contains(&runs[2]), "{runs:?}");
+    assert_eq!(rungs[2]["parameters"], outcome["parameters"]);
+    assert!(rungs.iter().all(|rung| rung["features"]["positive_peak"]["value"].as_f64().is_some()), "{rungs:?}");
+    for file in ["runs-linear-chain.csv", "runs-linear-reduced.csv", "figures/rungs-linear.svg"] {
+        assert!(bench.path("whole").join(file).is_file(), "{:?}", bench.tree());
+    }
+
+    // What lies below is what the reduced model answers by itself.
+    answered(&[&["--model", "reduced"], &FINITE[2..], &["--out", "reduced"]].concat());
+    assert_eq!(bench.outcome("reduced")["parameters"], rungs[1]["parameters"]);
+    assert_ne!(rungs[1]["parameters"], rungs[2]["parameters"]);
+
+    let kept = bench.path(".broken.unfinished/state/linear-fea.jsonl");
+    let lines = || fs::read_to_string(&kept).map_or(0, |text| text.lines().count());
+    let told = [&FINITE[..], &["--out", "broken"]].concat();
+    let mut child = bench.command(&told).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let patience = Instant::now() + Duration::from_secs(300);
+    while lines() < 5 {
+        assert!(child.try_wait().unwrap().is_none(), "the fit ended before it could be killed");
+        assert!(Instant::now() < patience, "no run was kept");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    // The last line torn, the first one altered: one is dropped, the other named, both are run again.
+    let before = fs::read_to_string(&kept).unwrap();
+    let altered = before.replacen("\"index\":", "\"index\": ", 1);
+    fs::write(&kept, &altered[..altered.len() - 9]).unwrap();
+    let said = answered(&[&told[..], &["--resume", "--threads", "2"]].concat());
+    assert!(said.contains("linear-fea.jsonl:1: altered or damaged"), "{said}");
+    let (whole, broken) = (bench.contents("whole"), bench.contents("broken"));
+    assert!(whole.keys().eq(broken.keys()), "{:?} {:?}", whole.keys(), broken.keys());
+    for (name, bytes) in &whole {
+        assert!(broken[name] == *bytes, "{name} differs");
+    }
+}
+
+#[test]
+fn a_kept_run_of_finite_elements_is_not_made_again() {
+    let scene = [&FINITE[..], &["--out", "out"]].concat();
+    let bench = Bench::new();
+    let kept = bench.path(".out.unfinished/state/linear-fea.jsonl");
+    let mut child = bench.command(&scene).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let lines = || fs::read_to_string(&kept).map_or(0, |text| text.lines().count());
+    while lines() < 40 {
+        assert!(child.try_wait().unwrap().is_none(), "the fit ended before it could be killed");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let before = lines();
+    let mut child = bench
+        .command(&[&scene[..], &["--resume"]].concat())
+        .stderr(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    while lines() == before {
+        assert!(child.try_wait().unwrap().is_none(), "the fit ended before it went on");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let numbers: Vec<String> = fs::read_to_string(&kept)
+        .unwrap()
+        .lines()
+        .map(|line| line.split("\"index\":").nth(1).unwrap().split(',').next().unwrap().to_owned())
+        .collect();
+    let distinct: std::collections::BTreeSet<&String> = numbers.iter().collect();
+    assert_eq!(distinct.len(), numbers.len(), "{numbers:?}");
+}
+
+#[test]
+fn finite_elements_that_answer_need_no_confirmation() {
+    let bench = Bench::new();
+    let output = bench.calibrate(&["--model", "fea", "--confirm", "fea", "--out", "out"]);
     assert_eq!(code(&output), 2);
-    assert!(stderr(&output).contains("--confirm fea"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("leave it out"), "{}", stderr(&output));
 }

@@ -65,5 +65,5 @@ fn every_mistake_is_named() {
 
 #[test]
 fn stopping_leaves_no_result() {
-    assert!(laboratory(&plan(&["pretrigger"], 1, 200), &|_, _| {}, &|| true).unwrap().is_none());
+    assert!(laboratory(&plan(&["pretrigger"], 1, 200), 0..1, &|_, _| {}, &|| true).unwrap().is_none());
 }

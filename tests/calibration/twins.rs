@@ -49,7 +49,7 @@ fn three_drive_levels_together_narrow_the_interval_of_the_damping_and_keep_its_c
     let base = scene::load("annulus", &["duration=900us".into()]).unwrap();
     let levels = [1.0, 0.5, 0.25];
     let plan = TwinPlan { count: 6, evaluations: TESTED_TOGETHER, ..TwinPlan::default() };
-    let outcomes = level_twins(&base, &plan, &levels, &|| {}, &|| false).unwrap();
+    let outcomes = level_twins(&base, &plan, &levels, 0..plan.count, &|| {}, &|| false).unwrap();
     let proof = level_proof(&outcomes, &levels);
     assert_eq!(proof.without_fit, 0);
     let of = |name: &str, levels: &str| {

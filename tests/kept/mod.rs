@@ -7,9 +7,9 @@ use granchain::{
         Plan,
         fingerprints::{self, Names},
     },
-    measurement::{PublishedFeatures, seal::sealed},
+    measurement::{PublishedFeatures, run_log::RunLog, seal::sealed},
     model::fea::mesh::gmsh::parse,
-    study::{run_log::RunLog, sweep},
+    study::sweep,
 };
 
 /// Columns of the tables that are tried.
@@ -17,8 +17,7 @@ pub fn names() -> Names {
     Names {
         parameters: vec!["alpha".into(), "damping".into()],
         features: vec![vec!["peak".into(), "line_1/3".into()]],
-        lower: "chain".into(),
-        upper: "reduced".into(),
+        models: vec!["chain".into(), "reduced".into(), "fea".into()],
     }
 }
 

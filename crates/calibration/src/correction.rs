@@ -24,7 +24,7 @@ use super::{
     likelihood::{Cloud, neighbours},
     parameter::{Parameter, reflect},
     posterior::Posterior,
-    rung::{Pair, Rung},
+    rung::{Pair, Rung, Unmade},
     search::{SearchState, around_elite, framed, ranking, scattered},
 };
 
@@ -99,6 +99,8 @@ pub struct Correction {
     /// Rounds made when the box was to be looked through anew.
     restarted: Option<usize>,
     seed: u64,
+    /// Runs made on the rungs below, behind which its own are numbered.
+    before: usize,
     searched: Vec<Run>,
     spans: Vec<f64>,
     observed: Vec<f64>,
@@ -141,9 +143,15 @@ struct Motion {
 }
 
 impl Correction {
-    /// A correction of what `searched` found.
+    /// A correction of what `searched` found on the chain.
     #[must_use]
     pub fn new(rung: &Rung, searched: &[Run], seed: u64) -> Self {
+        Self::above(rung, searched, searched.len(), seed)
+    }
+
+    /// A correction of what the runs of the rung below found, the last of the `before` runs of all rungs below.
+    #[must_use]
+    pub(crate) fn above(rung: &Rung, searched: &[Run], before: usize, seed: u64) -> Self {
         let chain = rung.chain();
         Self {
             pairs: vec![],
@@ -152,6 +160,7 @@ impl Correction {
             motion: Motion { drift: None, leans: true },
             restarted: None,
             seed,
+            before,
             searched: searched.to_vec(),
             spans: chain.parameters.iter().map(Parameter::span).collect(),
             observed: chain.comparison.features.clone(),
@@ -219,10 +228,14 @@ impl Correction {
     /// The upper rung's runs of the first `count` pairs as the regression sees them.
     #[must_use]
     pub(crate) fn cloud(&self, count: usize) -> Cloud {
-        let upper = || self.pairs.iter().take(count).map(|pair| &pair.upper);
-        let finished = upper().filter(|run| run.outcome.is_ok()).count();
-        let (low, high) = reach(upper().map(|run| run.position.as_slice()), self.spans.len());
-        let cloud = self.cloud_of(upper(), neighbours(self.spans.len()).min(finished.saturating_sub(1)));
+        self.cloud_within(self.pairs.iter().take(count).map(|pair| &pair.upper))
+    }
+
+    /// Runs of a correction, which cover a part of the box, as the regression sees them.
+    fn cloud_within<'a>(&self, runs: impl Iterator<Item = &'a Run> + Clone) -> Cloud {
+        let finished = runs.clone().filter(|run| run.outcome.is_ok()).count();
+        let (low, high) = reach(runs.clone().map(|run| run.position.as_slice()), self.spans.len());
+        let cloud = self.cloud_of(runs, neighbours(self.spans.len()).min(finished.saturating_sub(1)));
         framed(cloud, self.spans.len()).within(low, high)
     }
 
@@ -292,8 +305,12 @@ impl Correction {
         let dimension = self.spans.len();
         let made = self.pairs.len();
         let corrected = if made == 0 { None } else { self.latest.clone().or_else(|| self.posterior(made)) };
-        let posterior =
-            corrected.or_else(|| Posterior::of(&self.cloud_of(self.searched.iter(), neighbours(dimension)), dimension));
+        let posterior = corrected.or_else(|| {
+            let below = self.searched.iter();
+            let is_search = self.before == self.searched.len();
+            let cloud = if is_search { self.cloud_of(below, neighbours(dimension)) } else { self.cloud_within(below) };
+            Posterior::of(&cloud, dimension)
+        });
         let moving = self.motion.leans || self.motion.drift.is_none_or(|drift| drift > MOVING);
         let widening = if moving { WIDENING } else { FINER_WIDENING };
         let count = sized(if self.pairs.is_empty() { FIRST_ROUND } else { FURTHER_ROUND }, dimension);
@@ -362,10 +379,14 @@ impl Solver<Rung, SearchState> for Correction {
         problem: &mut Problem<Rung>,
         state: SearchState,
     ) -> Result<(SearchState, Option<KV>), Error> {
-        let first = (self.searched.len() + self.pairs.len()) as u64;
+        let first = (self.before + self.pairs.len()) as u64;
         let positions = self.propose();
         let made = problem.bulk_problem("cost_count", positions.len(), |rung| Ok(rung.pairs(first, &positions)))?;
-        let Ok(pairs) = made else { return Ok((state.terminate_with(TerminationReason::Interrupt), None)) };
+        let pairs = match made {
+            Ok(pairs) => pairs,
+            Err(Unmade::Stopped) => return Ok((state.terminate_with(TerminationReason::Interrupt), None)),
+            Err(error) => return Err(error.into()),
+        };
         let state = match self.take(pairs) {
             Some((misfit, position)) => state.param(position).cost(misfit),
             None => state,

@@ -14,7 +14,7 @@ use super::{
     forward::Run,
     joint::Joint,
     likelihood::Cloud,
-    rung::{Rung, Stopped},
+    rung::{Rung, Unmade},
 };
 
 /// Pairs on the chain, whose runs cost next to nothing.
@@ -77,10 +77,10 @@ impl Discrepancy {
     /// Of the bodies of a rung, by the same with finer bodies; `None` where too few finish.
     ///
     /// # Errors
-    /// [`Stopped`].
-    pub(crate) fn of_rung(rung: &Rung, finer: &Rung, at: &[f64], first: u64) -> Result<Option<Self>, Stopped> {
+    /// [`Unmade`].
+    pub(crate) fn of_rung(rung: &Rung, finer: &Rung, at: &[f64], first: u64) -> Result<Option<Self>, Unmade> {
         let points = vec![at.to_vec(); RUNG_PAIRS];
-        let upper = |rung: &Rung| -> Result<Vec<Run>, Stopped> {
+        let upper = |rung: &Rung| -> Result<Vec<Run>, Unmade> {
             Ok(rung.pairs(first, &points)?.into_iter().map(|pair| pair.upper).collect())
         };
         Ok(Self::of(&upper(rung)?, &upper(finer)?, MESH_ERROR))

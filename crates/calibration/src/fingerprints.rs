@@ -5,7 +5,7 @@
 //! | column | content |
 //! |---|---|
 //! | `candidate` | damping law, behind it the mount where mounts compete |
-//! | `stage` | `search` on the chain, or `correction`: a line for each rung of a pair; `narrow-1` and so on: searches of boxes on whose bounds the best runs pressed |
+//! | `stage` | `search` on the chain, or `correction`: a line for each rung of a pair; `correction-2` on the rung above that; `narrow-1` and so on: searches of boxes on whose bounds the best runs pressed |
 //! | `batch`, `run` | number of the batch or round within the stage, number of the run within the candidate, from 1 |
 //! | `model` | what made the run |
 //! | `u_NAME` | position in the unit box |
@@ -64,8 +64,8 @@ pub struct CandidateRuns {
     pub narrow: Vec<Vec<Vec<Run>>>,
     /// The search on the chain, batch by batch.
     pub search: Vec<Vec<Run>>,
-    /// The rounds of the correction; none where the chain answers.
-    pub correction: Vec<Vec<Pair>>,
+    /// The rounds of the correction on each rung above the chain, the lowest first; none where the chain answers.
+    pub corrections: Vec<Vec<Vec<Pair>>>,
 }
 
 impl CandidateRuns {
@@ -73,9 +73,18 @@ impl CandidateRuns {
     #[must_use]
     pub fn len(&self) -> usize {
         let narrow: usize = self.narrow.iter().flatten().map(Vec::len).sum();
-        narrow
-            + self.search.iter().map(Vec::len).sum::<usize>()
-            + 2 * self.correction.iter().map(Vec::len).sum::<usize>()
+        narrow + self.before(0) + 2 * self.pairs(self.corrections.len())
+    }
+
+    /// Number of runs made before rung `rung` above the chain, from 0, those of the rungs below it but for repetitions in pairs.
+    #[must_use]
+    pub fn before(&self, rung: usize) -> usize {
+        self.search.iter().map(Vec::len).sum::<usize>() + self.pairs(rung)
+    }
+
+    /// Pairs of the lowest so many rungs.
+    fn pairs(&self, rungs: usize) -> usize {
+        self.corrections.iter().take(rungs).flatten().map(Vec::len).sum()
     }
 
     /// Whether there are none.
@@ -92,13 +101,17 @@ pub struct Names {
     pub parameters: Vec<String>,
     /// The features of each record.
     pub features: Vec<Vec<String>>,
-    /// The model below, which searches.
-    pub lower: String,
-    /// The model that corrects; the same where none does.
-    pub upper: String,
+    /// The model that searches, and those that correct it, one after another.
+    pub models: Vec<String>,
 }
 
 impl Names {
+    /// The model of a rung, the one that searches number 0.
+    #[must_use]
+    pub fn model(&self, rung: usize) -> &str {
+        self.models.get(rung).map_or("?", String::as_str)
+    }
+
     /// The header, cell by cell.
     #[must_use]
     pub fn columns(&self) -> Vec<String> {
@@ -143,20 +156,23 @@ pub fn to_csv(names: &Names, candidates: &[CandidateRuns]) -> Result<Vec<u8>, Fi
             let stage = format!("narrow-{}", narrower + 1);
             let runs = batches.iter().enumerate().flat_map(|(batch, runs)| runs.iter().map(move |run| (batch, run)));
             for (number, (batch, run)) in runs.enumerate() {
-                line(&stage, batch, number + 1, &names.lower, run)?;
+                line(&stage, batch, number + 1, names.model(0), run)?;
             }
         }
         for (batch, runs) in candidate.search.iter().enumerate() {
             for run in runs {
                 number += 1;
-                line("search", batch, number, &names.lower, run)?;
+                line("search", batch, number, names.model(0), run)?;
             }
         }
-        for (round, pairs) in candidate.correction.iter().enumerate() {
-            for pair in pairs {
+        for (rung, rounds) in candidate.corrections.iter().enumerate() {
+            let stage = correction(rung);
+            for (round, pair) in
+                rounds.iter().enumerate().flat_map(|(round, pairs)| pairs.iter().map(move |it| (round, it)))
+            {
                 number += 1;
-                line("correction", round, number, &names.lower, &pair.lower)?;
-                line("correction", round, number, &names.upper, &pair.upper)?;
+                line(&stage, round, number, names.model(rung), &pair.lower)?;
+                line(&stage, round, number, names.model(rung + 1), &pair.upper)?;
             }
         }
     }
@@ -210,15 +226,18 @@ pub fn from_csv(names: &Names, bytes: &[u8]) -> Result<Vec<CandidateRuns>, Finge
                 let Some(last) = candidate.narrow.last_mut() else { continue };
                 batch_of(last, batch).ok_or_else(misplaced)?.push(run);
             }
-            ("search", None) if candidate.correction.is_empty() => {
+            ("search", None) if candidate.corrections.is_empty() => {
                 batch_of(&mut candidate.search, batch).ok_or_else(misplaced)?.push(run);
             }
-            ("correction", None) => lower = Some(run),
-            ("correction", Some(lower)) => {
-                let pair = Pair { lower, upper: run };
-                batch_of(&mut candidate.correction, batch).ok_or_else(misplaced)?.push(pair);
+            (stage, None) if corrected(stage, candidate.corrections.len()).is_some() => lower = Some(run),
+            (stage, Some(lower)) if corrected(stage, candidate.corrections.len()).is_some() => {
+                if corrected(stage, candidate.corrections.len()) == Some(candidate.corrections.len()) {
+                    candidate.corrections.push(Vec::new());
+                }
+                let Some(last) = candidate.corrections.last_mut() else { continue };
+                batch_of(last, batch).ok_or_else(misplaced)?.push(Pair { lower, upper: run });
             }
-            _ => return Err(cell(1, "`search`, and then `correction` twice a pair")),
+            _ => return Err(cell(1, "`search`, and then `correction` twice a pair, rung by rung")),
         }
     }
     Ok(candidates)
@@ -228,6 +247,16 @@ pub fn from_csv(names: &Names, bytes: &[u8]) -> Result<Vec<CandidateRuns>, Finge
 fn narrower(stage: &str, known: usize) -> Option<usize> {
     let number: usize = stage.strip_prefix("narrow-")?.parse().ok()?;
     (number >= 1 && (number == known || number == known + 1)).then(|| number - 1)
+}
+
+/// The stage of a rung above the chain, from 0.
+fn correction(rung: usize) -> String {
+    if rung == 0 { "correction".into() } else { format!("correction-{}", rung + 1) }
+}
+
+/// Which rung above the chain a stage is of, from 0: the last of `known`, or the next.
+fn corrected(stage: &str, known: usize) -> Option<usize> {
+    [known.checked_sub(1), Some(known)].into_iter().flatten().find(|rung| correction(*rung) == stage)
 }
 
 /// Batch `number`, from 1: the last one, or a new one behind it.
@@ -285,8 +314,7 @@ mod tests {
         Names {
             parameters: own(&["alpha", "damping"]),
             features: vec![own(&["positive_peak", "band_1/3"]), own(&["positive_peak"])],
-            lower: "chain".into(),
-            upper: "reduced".into(),
+            models: own(&["chain", "reduced", "fea"]),
         }
     }
 
@@ -298,13 +326,16 @@ mod tests {
                 candidate: "linear".into(),
                 narrow: vec![vec![vec![run(5.0)], vec![run(6.0)]], vec![vec![run(7.0)]]],
                 search: vec![vec![run(1.0), failed.clone()], vec![run(2.0)]],
-                correction: vec![vec![Pair { lower: run(3.0), upper: failed }], vec![]],
+                corrections: vec![
+                    vec![vec![Pair { lower: run(3.0), upper: failed }]],
+                    vec![vec![Pair { lower: run(8.0), upper: run(9.0) }], vec![]],
+                ],
             },
             CandidateRuns {
                 candidate: "kuwabara-kono".into(),
                 narrow: vec![],
                 search: vec![vec![run(4.0)]],
-                correction: vec![],
+                corrections: vec![],
             },
         ]
     }
@@ -312,7 +343,7 @@ mod tests {
     #[test]
     fn runs_come_back_to_the_last_bit() {
         let mut runs = runs();
-        runs[0].correction.pop();
+        runs[0].corrections[1].pop();
         let bytes = to_csv(&names(), &runs).unwrap();
         let text = String::from_utf8(bytes.clone()).unwrap();
         assert!(text.starts_with(
@@ -321,7 +352,7 @@ mod tests {
         let again = from_csv(&names(), &bytes).unwrap();
         assert_eq!(again, runs);
         assert!(again[0].search[0][0].features().unwrap()[2].is_sign_negative());
-        assert_eq!(runs[0].len(), 8);
+        assert_eq!((runs[0].len(), runs[0].before(1)), (10, 4));
     }
 
     #[test]

@@ -17,9 +17,10 @@ use super::{
     likelihood::Cloud,
     parameter::Parameter,
     posterior::{Lobe, Posterior},
-    rung::{Rung, Stopped},
+    rung::{Rung, Unmade},
     search::{Search, ranking},
 };
+use granchain_record::run_log::RunLogError;
 
 /// Runs of a search that FIT is the median misfit of.
 const BEST: usize = 10;
@@ -216,6 +217,9 @@ pub enum FitError {
         /// Runs made.
         runs: usize,
     },
+    /// A finished run could not be kept.
+    #[error("a finished run cannot be kept; what was kept before is used by the same command with --resume")]
+    NotKept(#[source] RunLogError),
     /// The executor failed.
     #[error("the search failed")]
     Search(#[source] Error),
@@ -339,8 +343,12 @@ pub fn corrected(rung: &Rung, chain: Fit, correction: &Correction) -> Result<Fit
     };
     let first = read(&Discrepancy::none(&all)).ok_or_else(|| too_few(&runs))?;
     let found = match rung.finer() {
-        Some(finer) => Discrepancy::of_rung(rung, finer, &first.most_likely, made as u64)
-            .map_err(|Stopped| FitError::Stopped { runs: made })?,
+        Some(finer) => {
+            Discrepancy::of_rung(rung, finer, &first.most_likely, made as u64).map_err(|unmade| match unmade {
+                Unmade::Stopped => FitError::Stopped { runs: made },
+                Unmade::NotKept(source) => FitError::NotKept(source),
+            })?
+        }
         None => None,
     };
     let answer = found.as_ref().and_then(read).unwrap_or(first);

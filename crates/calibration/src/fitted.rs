@@ -2,7 +2,10 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    sync::Arc,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
     time::Duration,
 };
 
@@ -27,12 +30,15 @@ use super::{
     statement,
 };
 use granchain_model::{
-    self as model,
+    self as model, Estimate,
     scene::{ModelKind, Scene},
 };
 
-/// Runs of the chain that cost as much as one above it, for the time left.
-const UPPER_COST: u64 = 16;
+/// Runs of the chain that cost as much as one of the reduced model, for the time left.
+const REDUCED_COST: u64 = 16;
+
+/// Unknowns × steps of a finite element run that cost as much as a run of the chain.
+const FEA_WORK: f64 = 1e5;
 
 /// A candidate with its answer.
 pub struct FittedCandidate {
@@ -42,7 +48,7 @@ pub struct FittedCandidate {
     pub fit: Fit,
     /// The runs of the chain for the first record.
     pub forward: Forward,
-    /// The rung above the chain, where there is one.
+    /// The rung that answers, where it stands above the chain.
     pub upper: Option<Rung>,
 }
 
@@ -56,8 +62,10 @@ pub struct Fitted {
     pub made: Vec<Made>,
     /// What the searches on the chain took.
     pub searching: Duration,
-    /// What the corrections took.
-    pub correcting: Duration,
+    /// What the corrections on each rung above the chain took, the lowest first.
+    pub correcting: Vec<Duration>,
+    /// What is to be said of runs that were kept.
+    pub warnings: Vec<String>,
 }
 
 /// How a fit is run; by default from its beginning, unwatched, on bodies of its own.
@@ -80,13 +88,21 @@ impl Problem {
     /// Work to be done, in runs of the chain; a correction that has to look for itself does more.
     #[must_use]
     pub fn work(&self) -> u64 {
-        self.candidates.len() as u64 * (self.evaluations as u64 + self.work_above())
+        self.candidates.len() as u64 * (self.evaluations as u64 + self.work_above().iter().sum::<u64>())
     }
 
-    /// Of one candidate, above the chain.
-    fn work_above(&self) -> u64 {
+    /// Of one candidate, on each rung above the chain.
+    pub(super) fn work_above(&self) -> Vec<u64> {
         let most = self.candidates.iter().map(|candidate| candidate.parameters.len()).max().unwrap_or(0);
-        self.upper.map_or(0, |_| most_pairs(most) as u64 * UPPER_COST)
+        self.above.iter().map(|kind| most_pairs(most) as u64 * self.cost(*kind)).collect()
+    }
+
+    /// Of one run above the chain.
+    pub(super) fn cost(&self, kind: ModelKind) -> u64 {
+        match kind {
+            ModelKind::Fea => (Estimate::of(self.candidates[0].scene()).work / FEA_WORK).max(1.0) as u64,
+            ModelKind::Chain | ModelKind::Reduced => REDUCED_COST,
+        }
     }
 
     /// Search every candidate on the chain and correct it on the rung above. A mount of which no run can be compared with the record, while
@@ -96,25 +112,29 @@ impl Problem {
     /// [`Refusal::Stopped`] when whoever watches says so; a candidate that cannot be fitted.
     pub fn fit(&self, course: Course<'_>) -> Result<Fitted, Refusal> {
         let own = if course.bodies.is_none() { self.bodies(None)? } else { None };
-        let bodies = course.bodies.or(own.as_ref()).filter(|_| self.upper.is_some());
-        let (budget, reckoned) = (self.evaluations as u64, self.work_above());
+        let bodies = course.bodies.or(own.as_ref()).filter(|_| !self.above.is_empty());
+        let each = self.evaluations as u64 + self.work_above().iter().sum::<u64>();
         let (mut candidates, mut excluded, mut made) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut searching, mut correcting) = (Duration::ZERO, Duration::ZERO);
+        let (mut searching, mut correcting) = (Duration::ZERO, vec![Duration::ZERO; self.above.len()]);
+        let mut warnings = Vec::new();
+        // What a rung takes for its own errors is not reckoned with, and goes no step back.
+        let furthest = Arc::new(AtomicU64::new(0));
         let mut saved = course.saved.into_iter();
         for (number, candidate) in self.candidates.iter().enumerate() {
-            let done = number as u64 * (budget + reckoned);
-            let watched = Arc::clone(&course.watch);
-            let watch: Arc<Watch> = Arc::new(move |runs| {
-                let above = runs.saturating_sub(budget);
-                // A correction that had to look for itself makes more pairs than were reckoned with.
-                watched(done + runs - above + (above * UPPER_COST).min(reckoned))
+            let done = number as u64 * each;
+            let (watched, furthest) = (Arc::clone(&course.watch), Arc::clone(&furthest));
+            let watch: Arc<Watch> = Arc::new(move |work| {
+                let before = furthest.fetch_max(done + work, Ordering::Relaxed);
+                watched(before.max(done + work))
             });
             let climbed = climb(self, candidate, bodies, saved.next().unwrap_or_default(), &watch)?;
-            (searching, correcting) = (searching + climbed.searching, correcting + climbed.correcting);
-            let Climbed { made: runs, fit, .. } = climbed;
+            let Climbed { made: runs, fit, searching: took, correcting: rungs, warnings: said } = climbed;
+            searching += took;
+            correcting.iter_mut().zip(rungs).for_each(|(all, took)| *all += took);
+            warnings.extend(said);
             match fit {
                 Ok(fit) => {
-                    let (forward, upper) = (runs.joint.first().clone(), runs.upper.clone());
+                    let (forward, upper) = (runs.joint.first().clone(), runs.rungs.last().cloned());
                     candidates.push(FittedCandidate { candidate: candidate.clone(), fit, forward, upper });
                 }
                 Err(error @ FitError::TooFewRuns { .. }) if candidate.mount.is_some() && self.candidates.len() > 1 => {
@@ -126,7 +146,7 @@ impl Problem {
                 }
             }
             made.push(runs);
-            let _ = (course.watch)(done + budget + reckoned);
+            let _ = (course.watch)(done + each);
         }
         if candidates.is_empty() {
             let reasons: Vec<String> =
@@ -134,7 +154,7 @@ impl Problem {
             let path = self.lead().measured.path().into();
             return Err(Refusal::NoFit { path, reasons: reasons.join("; ") });
         }
-        Ok(Fitted { candidates, excluded, made, searching, correcting })
+        Ok(Fitted { candidates, excluded, made, searching, correcting, warnings })
     }
 }
 
@@ -220,16 +240,21 @@ impl FittedCandidate {
         };
         let mut rungs = Vec::new();
         if let Some(below) = &self.fit.below {
-            let of_chain = |index: usize| {
-                let rung = below.differences.get(index)?;
-                Some((rung.lower, Some(rung.lower_scatter)))
-            };
-            rungs.push(RungOutcome::of(ModelKind::Chain.name(), &below.fit, features(&of_chain)));
             let of_upper = |index: usize| {
                 let rung = below.differences.get(index)?;
                 Some((rung.upper, Some(rung.upper_scatter)))
             };
             rungs.push(RungOutcome::of(problem.model(), &self.fit, features(&of_upper)));
+            let models = problem.above.iter().rev().skip(1).chain([&ModelKind::Chain]);
+            let fits = std::iter::successors(self.fit.below.as_ref(), |below| below.fit.below.as_ref());
+            for (kind, below) in models.zip(fits) {
+                let of_lower = |index: usize| {
+                    let rung = below.differences.get(index)?;
+                    Some((rung.lower, Some(rung.lower_scatter)))
+                };
+                rungs.push(RungOutcome::of(kind.name(), &below.fit, features(&of_lower)));
+            }
+            rungs.reverse();
         } else {
             let expected = |index: usize| {
                 let scatter = *self.fit.scatter.get(index)?;

@@ -14,7 +14,7 @@ use super::{
     observation::{Passband, clip},
     parameter::{Parameter, Target},
     posterior::Posterior,
-    rung::{Rung, Stopped},
+    rung::Rung,
 };
 use granchain_model::{
     ModelError,
@@ -234,6 +234,11 @@ impl Forward {
         Self { above: Some(Arc::new(rung)), ..chain }
     }
 
+    /// The same, telling another.
+    pub(super) fn watched(self, watch: Arc<Watch>) -> Self {
+        Self { watch, ..self }
+    }
+
     /// The same, drawing from a seed that is `by` further.
     pub(super) fn reseeded(mut self, by: u64) -> Self {
         self.seed = self.seed.wrapping_add(by);
@@ -250,9 +255,9 @@ impl Forward {
         };
         match rung.pairs(first, positions) {
             Ok(pairs) => pairs.into_iter().map(|pair| pair.upper).collect(),
-            Err(Stopped) => {
-                let stopped = |at: &Vec<f64>| Run { position: at.clone(), outcome: Err("stopped".into()) };
-                positions.iter().map(stopped).collect()
+            Err(unmade) => {
+                let unmade = |at: &Vec<f64>| Run { position: at.clone(), outcome: Err(unmade.to_string()) };
+                positions.iter().map(unmade).collect()
             }
         }
     }

@@ -13,6 +13,7 @@ use super::{
     fit::{Fit, FitError, answer, corrected, paired, searched},
     forward::{Forward, Run, Watch},
     joint::Joint,
+    kept::KeptPlace,
     problem::Problem,
     refusal::Refusal,
     rung::{Bodies, Pair, Rung, chain_below},
@@ -23,7 +24,10 @@ use super::{
 #[derive(Default)]
 pub struct SavedFit {
     search: (Option<SearchCheckpoint>, Option<Search>),
-    correction: (Option<SearchCheckpoint>, Option<Correction>),
+    /// Of each rung above the chain, the lowest first.
+    corrections: Vec<(SearchCheckpoint, Option<Correction>)>,
+    /// Where the runs of the highest rung are kept one by one.
+    kept: Option<KeptPlace>,
     /// All its runs: nothing is to be run anew.
     ended: Option<CandidateRuns>,
 }
@@ -35,13 +39,19 @@ impl SavedFit {
         Self { ended: Some(runs), ..Self::default() }
     }
 
-    /// What lies where search and correction are kept from batch to batch.
+    /// What lies where search and corrections, the lowest first, are kept from batch to batch, and the runs of the highest one by one.
     ///
     /// # Errors
     /// A state that is damaged or belongs to another fit.
-    pub fn restore(search: SearchCheckpoint, correction: SearchCheckpoint) -> Result<Self, CheckpointError> {
-        let (found, paired) = (search.restore()?, correction.restore()?);
-        Ok(Self { search: (Some(search), found), correction: (Some(correction), paired), ended: None })
+    pub fn restore(
+        search: SearchCheckpoint,
+        corrections: Vec<SearchCheckpoint>,
+        kept: Option<KeptPlace>,
+    ) -> Result<Self, CheckpointError> {
+        let found = search.restore()?;
+        let restored = |checkpoint: SearchCheckpoint| Ok((checkpoint.clone(), checkpoint.restore()?));
+        let corrections = corrections.into_iter().map(restored).collect::<Result<_, CheckpointError>>()?;
+        Ok(Self { search: (Some(search), found), corrections, kept, ended: None })
     }
 }
 
@@ -51,8 +61,8 @@ pub struct Made {
     pub runs: CandidateRuns,
     /// What makes those of the search.
     pub joint: Joint,
-    /// What makes the pairs of the correction, where there is one.
-    pub upper: Option<Rung>,
+    /// What makes the pairs of the corrections, the lowest first.
+    pub rungs: Vec<Rung>,
 }
 
 impl Made {
@@ -64,12 +74,14 @@ impl Made {
         Some((stored, again))
     }
 
-    /// A pair of the correction made again, by its number from 0, `aside` as of [`searched_again`](Self::searched_again).
+    /// A pair of the correction on rung `rung` above the chain, from 0, made again, by its number from 0, `aside` as of
+    /// [`searched_again`](Self::searched_again).
     #[must_use]
-    pub fn paired_again(&self, number: usize, aside: f64) -> Option<(&Pair, Pair)> {
-        let stored = self.runs.correction.iter().flatten().nth(number)?;
-        let first = self.runs.search.iter().map(Vec::len).sum::<usize>() + number;
-        let again = self.upper.as_ref()?.pairs(first as u64, &[beside(&stored.upper.position, aside)]).ok()?.pop()?;
+    pub fn paired_again(&self, rung: usize, number: usize, aside: f64) -> Option<(&Pair, Pair)> {
+        let stored = self.runs.corrections.get(rung)?.iter().flatten().nth(number)?;
+        let first = self.runs.before(rung) + number;
+        let position = beside(&stored.upper.position, aside);
+        let again = self.rungs.get(rung)?.pairs(first as u64, &[position]).ok()?.pop()?;
         Some((stored, again))
     }
 }
@@ -92,10 +104,13 @@ pub(super) struct Climbed {
     /// The answer of its top rung, or why the search has none.
     pub(super) fit: Result<Fit, FitError>,
     pub(super) searching: Duration,
-    pub(super) correcting: Duration,
+    /// Of each rung above the chain that was climbed.
+    pub(super) correcting: Vec<Duration>,
+    /// What is to be said of kept runs.
+    pub(super) warnings: Vec<String>,
 }
 
-/// Search a candidate on the chain and correct it on the rung above, with its `bodies`; `watch` is told the number of its runs.
+/// Search a candidate on the chain and correct it on the rungs above, one after another, with its `bodies`; `watch` is told the number of its runs.
 ///
 /// # Errors
 /// When it is stopped, cannot be run, or its correction has no answer.
@@ -157,31 +172,57 @@ pub(super) fn climb(
             return Err(Refusal::Stopped);
         }
     };
-    let upper = bodies.map(|bodies| {
-        Rung::new(joint.first(), bodies.prepared.clone(), candidate.scene()).with_finer(bodies.finer.clone())
-    });
-    let mut made = Made { runs, joint, upper };
+    let rungs = bodies.map_or_else(Vec::new, |bodies| bodies.rungs(joint.first(), candidate.scene()));
+    let mut made = Made { runs, joint, rungs };
     let searching = started.elapsed();
-    let (chain, rung) = match (fit, &made.upper) {
-        (Ok(chain), Some(rung)) => (chain, rung),
-        (fit, _) => return Ok(Climbed { made, fit, searching, correcting: Duration::ZERO }),
+    let (mut correcting, mut warnings) = (Vec::new(), Vec::new());
+    let mut fit = match fit {
+        Ok(fit) if !made.rungs.is_empty() => fit,
+        fit => return Ok(Climbed { made, fit, searching, correcting, warnings }),
     };
-    if !watch(budget as u64) {
-        return Err(Refusal::Stopped);
+    if let Some((kept, top)) = saved.kept.and_then(|kept| Some((kept, made.rungs.pop()?))) {
+        let [own, finer] = [kept.open(), kept.finer().open()].map(|kept| kept.map(Arc::new));
+        let (own, finer) = (own.map_err(Refusal::Kept)?, finer.map_err(Refusal::Kept)?);
+        warnings.extend(own.damage().into_iter().chain(finer.damage()));
+        made.rungs.push(top.keeping(own, finer));
     }
-    let started = Instant::now();
-    let (checkpoint, correction) = saved.correction;
-    let fresh = || Correction::new(rung, &chain.runs, seed);
-    let correction = match saved.ended {
-        Some(stored) => {
-            let found = stored.len();
-            fresh().ended_with(stored.correction).ok_or_else(|| other_runs(found))?
+    let (mut corrections, reckoned) = (Vec::<Correction>::new(), problem.work_above());
+    let mut states = saved.corrections.into_iter();
+    for (number, rung) in made.rungs.iter().enumerate() {
+        let before = made.runs.before(number);
+        let done = budget as u64 + reckoned[..number].iter().sum::<u64>();
+        if !watch(done) {
+            return Err(Refusal::Stopped);
         }
-        None => paired(rung, correction.unwrap_or_else(fresh), checkpoint).map_err(failed)?,
-    };
-    let fit = corrected(rung, chain, &correction).map_err(failed)?;
-    made.runs.correction = parted(&correction.pairs, &correction.rounds);
-    Ok(Climbed { made, fit: Ok(fit), searching, correcting: started.elapsed() })
+        let (told, cost, most) = (Arc::clone(watch), problem.cost(problem.above[number]), reckoned[number]);
+        // A correction that had to look for itself makes more pairs than were reckoned with.
+        let rung =
+            &rung.watched(Arc::new(move |runs| told(done + (runs.saturating_sub(before as u64) * cost).min(most))));
+        let started = Instant::now();
+        let (checkpoint, correction) = states.next().map_or((None, None), |(place, found)| (Some(place), found));
+        let fresh = || Correction::above(rung, &fit.runs, before, seed);
+        let correction = match &saved.ended {
+            Some(stored) => {
+                let rounds = stored.corrections.get(number).cloned().unwrap_or_default();
+                fresh().ended_with(rounds).ok_or_else(|| other_runs(stored.len()))?
+            }
+            None => paired(rung, correction.unwrap_or_else(fresh), checkpoint).map_err(failed)?,
+        };
+        fit = corrected(rung, fit, &correction).map_err(failed)?;
+        made.runs.corrections.push(parted(&correction.pairs, &correction.rounds));
+        corrections.push(correction);
+        correcting.push(started.elapsed());
+    }
+    // What each rung expects is told at the answer of the highest.
+    let (at, mut upper) = (fit.most_likely.clone(), fit.below.as_deref_mut());
+    corrections.pop();
+    while let (Some(rung), Some(correction)) = (upper, corrections.pop()) {
+        upper = rung.fit.below.as_deref_mut();
+        if let Some(below) = &mut upper {
+            below.differences = correction.differences(&at);
+        }
+    }
+    Ok(Climbed { made, fit: Ok(fit), searching, correcting, warnings })
 }
 
 /// The runs of a candidate on the chain, every record under its own drive.

@@ -21,6 +21,7 @@ pub mod fitted;
 pub mod forward;
 pub mod frame;
 pub mod joint;
+pub mod kept;
 pub mod ladder;
 pub mod likelihood;
 pub mod measured;

@@ -18,6 +18,7 @@ use super::{
     fingerprints::Names,
     fit::Fit,
     joint::{TESTED_TOGETHER, at_one_frequency},
+    kept::KeptPlace,
     ladder::SavedFit,
     likelihood::misfit,
     measured::{Measured, is_published},
@@ -65,8 +66,8 @@ pub struct Problem {
     pub shots: Vec<Shot>,
     /// What is compared, at least one.
     pub candidates: Vec<Candidate>,
-    /// The model above the chain that corrects, where there is one.
-    pub upper: Option<ModelKind>,
+    /// The models above the chain that correct, one after another; the last one answers.
+    pub above: Vec<ModelKind>,
     /// Runs of the chain a candidate.
     pub evaluations: usize,
     /// How the box is searched.
@@ -185,7 +186,7 @@ impl Problem {
         if let Some(above) = scenes.iter().find(|it| scenes.len() > 1 && it.model.kind != ModelKind::Chain) {
             return Err(Contradiction::Together { model: above.model.kind.name() }.into());
         }
-        let upper = upper(scene)?;
+        let above = above(scene)?;
         let stated = StatedUncertainty::new(&plan.uncertainty)?;
         let drawn = |(bench, scene): (&&Bench, &Scene)| stated.of(scene, bench.drive.as_ref());
         let uncertainties = benches.iter().zip(&scenes).map(drawn).collect::<Result<Vec<_>, _>>()?;
@@ -221,7 +222,7 @@ impl Problem {
             quantity,
             shots,
             candidates,
-            upper,
+            above,
             evaluations: plan.evaluations.unwrap_or(tested),
             strategy: Strategy::Likelihood,
             seed: plan.seed.unwrap_or(DEFAULT_SEED),
@@ -277,7 +278,7 @@ impl Problem {
     /// The model that answers.
     #[must_use]
     pub fn model(&self) -> &'static str {
-        self.upper.unwrap_or(ModelKind::Chain).name()
+        self.above.last().unwrap_or(&ModelKind::Chain).name()
     }
 
     /// What the columns of `fingerprints.csv` are called.
@@ -287,17 +288,17 @@ impl Problem {
         Names {
             parameters: self.candidates[0].parameters.iter().map(|parameter| parameter.name.clone()).collect(),
             features: self.shots.iter().map(of).collect(),
-            lower: ModelKind::Chain.name().into(),
-            upper: self.model().into(),
+            models: [ModelKind::Chain].iter().chain(&self.above).map(|kind| kind.name().into()).collect(),
         }
     }
 
-    /// The bodies of the model above the chain, where there is one, taken from `cache` where they lie there.
+    /// The bodies of the models above the chain, where there are any, taken from `cache` where they lie there.
     ///
     /// # Errors
     /// When they cannot be made ready.
     pub fn bodies(&self, cache: Option<&Cache>) -> Result<Option<Bodies>, ModelError> {
-        self.upper.map(|_| Bodies::new(self.candidates[0].scene(), cache)).transpose()
+        let scene = (!self.above.is_empty()).then(|| self.candidates[0].scene());
+        scene.map(|scene| Bodies::new(scene, cache)).transpose()
     }
 
     /// The states of all candidates in a folder, and where they are to be kept.
@@ -308,7 +309,11 @@ impl Problem {
         let saved = |candidate: &Candidate| {
             let (name, key) = (candidate.key(), self.key(candidate));
             let checkpoint = |name: String| SearchCheckpoint::new(&folder.join(name), &key);
-            SavedFit::restore(checkpoint(format!("{name}.json")), checkpoint(format!("{name}-{}.json", self.model())))
+            let corrections = self.above.iter().map(|kind| checkpoint(format!("{name}-{}.json", kind.name())));
+            let slow = self.above.last().filter(|kind| **kind == ModelKind::Fea);
+            let kept = slow
+                .map(|kind| KeptPlace { path: folder.join(format!("{name}-{}.jsonl", kind.name())), key: key.clone() });
+            SavedFit::restore(checkpoint(format!("{name}.json")), corrections.collect(), kept)
         };
         self.candidates.iter().map(saved).collect()
     }
@@ -361,15 +366,17 @@ fn refuse_frequencies(asked: &[ShotPlan], scenes: &[Scene]) -> Result<(), Refusa
     Ok(at_one_frequency(&stated)?)
 }
 
-/// The model above the chain, where the scene has one: not the finite element analysis, which is far too slow to be fitted, and none before a
-/// disc.
-fn upper(scene: &Scene) -> Result<Option<ModelKind>, Contradiction> {
-    match scene.model.kind {
-        ModelKind::Reduced if matches!(scene.support, Support::Disc { .. }) => Err(Contradiction::UpperBeforeDisc),
-        ModelKind::Chain => Ok(None),
-        ModelKind::Reduced => Ok(Some(ModelKind::Reduced)),
-        ModelKind::Fea => Err(Contradiction::Fea),
+/// The models above the chain up to the scene's own; none before a disc.
+fn above(scene: &Scene) -> Result<Vec<ModelKind>, Contradiction> {
+    let model = scene.model.kind;
+    if model.is_meshed() && matches!(scene.support, Support::Disc { .. }) {
+        return Err(Contradiction::UpperBeforeDisc { model: model.name() });
     }
+    Ok(match model {
+        ModelKind::Chain => vec![],
+        ModelKind::Reduced => vec![model],
+        ModelKind::Fea => vec![ModelKind::Reduced, model],
+    })
 }
 
 /// Where a pressure is heard, in words.

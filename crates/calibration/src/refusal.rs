@@ -116,16 +116,13 @@ pub enum Contradiction {
     },
     /// A correction before a disc.
     #[error(
-        "model `reduced` corrects no calibration in front of a disc: a run takes twenty times the chain's, and its weak hits differ by the \
-         nodes of a contact patch, not by physics (docs/water.md); use --model chain, and replay --model reduced at the answer"
+        "model `{model}` corrects no calibration in front of a disc: a run takes twenty times the chain's or more, and its weak hits differ by \
+         the nodes of a contact patch, not by physics (docs/water.md); use --model chain, and replay --model {model} at the answer"
     )]
-    UpperBeforeDisc,
-    /// Hundreds of finite element runs.
-    #[error(
-        "a calibration makes hundreds of runs, too many for model `fea`; use --model reduced, with --confirm fea for one run at \
-         the answer"
-    )]
-    Fea,
+    UpperBeforeDisc {
+        /// The model.
+        model: &'static str,
+    },
     /// An uncertainty that nobody knows.
     #[error("uncertainty of `{name}`: expected one of {}", Uncertainty::default().named().map(|(name, ..)| name).join(", "))]
     Uncertainty {
@@ -278,6 +275,9 @@ pub enum Refusal {
     /// The state of a search cannot be taken up.
     #[error(transparent)]
     Checkpoint(#[from] super::checkpoint::CheckpointError),
+    /// The finished runs of a rung cannot be read or kept.
+    #[error("the finished runs of the fit")]
+    Kept(#[source] granchain_record::run_log::RunLogError),
     /// Whoever watched said so.
     #[error("stopped")]
     Stopped,

@@ -1,7 +1,7 @@
-//! The rung above the chain: the same runs, with the same draws, on bodies made ready once.
+//! A rung above the chain: the same runs, with the same draws, on bodies made ready once.
 //!
-//! A run of the chain costs a millisecond, one on the reduced model a few tenths of a second. So the chain searches
-//! ([`super::search`]), and the rung above is run only where the answer lies ([`super::correction`]).
+//! A run of the chain costs a millisecond, one on the reduced model a few tenths of a second, one by finite elements ten seconds. So the chain
+//! searches ([`super::search`]), and each rung above is run only where the answer of the rung below it lies ([`super::correction`]).
 
 use std::sync::{
     Arc,
@@ -9,11 +9,13 @@ use std::sync::{
 };
 
 use rayon::prelude::*;
+use thiserror::Error;
 
 use super::{
     discrepancy,
     engine::{sampled_scene, traces},
-    forward::{Forward, Run},
+    forward::{Forward, Run, TimedRun, Watch},
+    kept::KeptRuns,
     parameter::varied,
 };
 use granchain_model::{
@@ -22,10 +24,19 @@ use granchain_model::{
     reduced::Cache,
     scene::{ContactLaw, ModelKind, Scene},
 };
+use granchain_record::run_log::RunLogError;
 
-/// Stopped from outside; nothing of the batch in hand is kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stopped;
+/// Why runs of a rung are not there.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Unmade {
+    /// Stopped from outside; nothing of the batch in hand is kept but in a file of its own.
+    #[error("stopped")]
+    Stopped,
+    /// A finished run could not be kept.
+    #[error(transparent)]
+    NotKept(#[from] RunLogError),
+}
 
 /// A model above the chain, ready to be run at any point of the box and compared with one record.
 #[derive(Clone)]
@@ -33,8 +44,12 @@ pub struct Rung {
     chain: Forward,
     prepared: Arc<Prepared>,
     scene: Scene,
+    /// The rung between it and the chain.
+    below: Option<Arc<Self>>,
     /// The same on finer bodies.
     finer: Option<Arc<Self>>,
+    /// Where its runs are kept as they finish.
+    kept: Option<Arc<KeptRuns>>,
 }
 
 /// A scene as a search runs it above the chain: with as many samples a drive period as the chain has steps.
@@ -47,8 +62,10 @@ pub(crate) fn rung_scene(scene: &Scene) -> Scene {
 #[must_use]
 pub fn chain_below(scene: &Scene) -> Scene {
     let mut chain = scene.clone();
-    if scene.model.kind == ModelKind::Reduced {
+    if scene.model.kind.is_meshed() {
         chain.contact_law = ContactLaw::FiniteBody;
+    }
+    if scene.model.kind == ModelKind::Reduced {
         (chain.model.fea.density, chain.model.fea.elements) =
             (scene.model.reduced.density, scene.model.reduced.elements);
     }
@@ -56,12 +73,27 @@ pub fn chain_below(scene: &Scene) -> Scene {
     chain
 }
 
-/// The scene on a mesh 1.5 times as dense, where its model is the reduced one.
+/// The reduced model between the chain and the finite element analysis, its bodies meshed as those; `None` of another model.
+#[must_use]
+pub fn reduced_below(scene: &Scene) -> Option<Scene> {
+    let mut reduced = scene.clone();
+    (reduced.model.reduced.density, reduced.model.reduced.elements) =
+        (scene.model.fea.density, scene.model.fea.elements);
+    reduced.model.reduced.contact_patch = scene.model.fea.contact_patch;
+    reduced.model.kind = ModelKind::Reduced;
+    (scene.model.kind == ModelKind::Fea).then_some(reduced)
+}
+
+/// The scene on a mesh 1.5 times as dense, where its model has one.
 fn finer_scene(scene: &Scene) -> Option<Scene> {
     let mut scene = scene.clone();
-    let density = &mut scene.model.reduced.density;
-    *density = (f64::from(*density) * discrepancy::FINER).round() as u32;
-    (scene.model.kind == ModelKind::Reduced).then_some(scene)
+    let finer = |density: u32| (f64::from(density) * discrepancy::FINER).round() as u32;
+    match scene.model.kind {
+        ModelKind::Chain => return None,
+        ModelKind::Reduced => scene.model.reduced.density = finer(scene.model.reduced.density),
+        ModelKind::Fea => scene.model.fea.density = finer(scene.model.fea.density),
+    }
+    Some(scene)
 }
 
 /// The bodies of a scene made ready for a search: on its own model, and as contact laws of the chain below.
@@ -69,8 +101,10 @@ fn finer_scene(scene: &Scene) -> Option<Scene> {
 pub struct Bodies {
     /// For the scene's own model.
     pub prepared: Arc<Prepared>,
-    /// Those of a finer mesh, which tell what the model's own is off by; `None` of a model that is no reduced one.
+    /// Those of a finer mesh, which tell what the model's own is off by; `None` of the chain.
     pub finer: Option<Arc<Prepared>>,
+    /// Those of the rung between it and the chain, with its scene.
+    pub below: Option<Box<(Scene, Self)>>,
     /// For the chain below; `None` where that has Hertz contacts.
     pub laws: Option<FiniteBodyLaws>,
 }
@@ -85,7 +119,23 @@ impl Bodies {
         let below = model::prepare_with(&chain_below(scene), cache)?;
         let finer = finer_scene(&rung_scene(scene));
         let finer = finer.map(|scene| model::prepare_with(&scene, cache).map(Arc::new)).transpose()?;
-        Ok(Self { prepared, finer, laws: below.contact_laws().cloned() })
+        let laws = below.contact_laws().cloned();
+        let below = reduced_below(scene).map(|scene| Self::new(&scene, cache).map(|bodies| Box::new((scene, bodies))));
+        Ok(Self { prepared, finer, below: below.transpose()?, laws })
+    }
+
+    /// The rungs of a scene on these bodies, the lowest first, above the runs of `chain`.
+    #[must_use]
+    pub fn rungs(&self, chain: &Forward, scene: &Scene) -> Vec<Rung> {
+        let own = Rung::new(chain, Arc::clone(&self.prepared), scene).with_finer(self.finer.clone());
+        let Some((below, scene_below)) = self.below.as_deref().map(|(_, bodies)| bodies).zip(reduced_below(scene))
+        else {
+            return vec![own];
+        };
+        let mut rungs = below.rungs(chain, &scene_below);
+        let lower = rungs.last().cloned();
+        rungs.push(Rung { below: lower.map(|rung| Arc::new(rung.watched(Arc::new(|_| true)))), ..own });
+        rungs
     }
 }
 
@@ -95,7 +145,7 @@ impl Rung {
     pub fn new(chain: &Forward, prepared: Arc<Prepared>, scene: &Scene) -> Self {
         let mut scene = rung_scene(scene);
         scene.duration = chain.comparison.duration(&scene.drive);
-        Self { chain: chain.clone(), prepared, scene, finer: None }
+        Self { chain: chain.clone(), prepared, scene, below: None, finer: None, kept: None }
     }
 
     /// The same beside one on finer bodies of the same scene.
@@ -103,8 +153,22 @@ impl Rung {
     pub fn with_finer(mut self, prepared: Option<Arc<Prepared>>) -> Self {
         self.finer = prepared
             .zip(finer_scene(&self.scene))
-            .map(|(prepared, scene)| Arc::new(Self { chain: self.chain.clone(), prepared, scene, finer: None }));
+            .map(|(prepared, scene)| Arc::new(Self { prepared, scene, ..self.clone() }));
         self
+    }
+
+    /// The same, its runs and those of its finer bodies kept as they finish.
+    #[must_use]
+    pub fn keeping(mut self, own: Arc<KeptRuns>, finer: Arc<KeptRuns>) -> Self {
+        self.kept = Some(own);
+        self.finer = self.finer.map(|rung| Arc::new(Self { kept: Some(finer), ..Self::clone(&rung) }));
+        self
+    }
+
+    /// The same, telling another of its runs.
+    pub(super) fn watched(&self, watch: Arc<Watch>) -> Self {
+        let finer = self.finer.as_ref().map(|finer| Arc::new(finer.watched(Arc::clone(&watch))));
+        Self { chain: self.chain.clone().watched(watch), finer, ..self.clone() }
     }
 
     /// The same on finer bodies, where there are any.
@@ -125,19 +189,29 @@ impl Rung {
         &self.prepared
     }
 
-    /// Run number `first` and those that follow it, first on the chain, then, under the same nuisances, on this rung.
+    /// Run number `first` and those that follow it, first on the rung below, then, under the same nuisances, on this rung.
     ///
     /// The chain's onset says how long a run has to be simulated; one that proves too short is made again at full length. The chain's
     /// watch is told after every run.
     ///
     /// # Errors
-    /// [`Stopped`] when whoever watches says so.
-    pub fn pairs(&self, first: u64, positions: &[Vec<f64>]) -> Result<Vec<Pair>, Stopped> {
-        let lower = self.chain.timed(first, positions);
+    /// [`Unmade`] when whoever watches says so, or a finished run cannot be kept.
+    pub fn pairs(&self, first: u64, positions: &[Vec<f64>]) -> Result<Vec<Pair>, Unmade> {
+        let chain = self.chain.timed(first, positions);
+        let lower = match &self.below {
+            Some(below) => below.own(first, &chain)?,
+            None => chain.iter().map(|(run, _)| run.clone()).collect(),
+        };
+        let upper = self.own(first, &chain)?;
+        Ok(lower.into_iter().zip(upper).map(|(lower, upper)| Pair { lower, upper }).collect())
+    }
+
+    /// The runs of this rung that go with those of the chain, the first of them number `first`.
+    fn own(&self, first: u64, chain: &[TimedRun]) -> Result<Vec<Run>, Unmade> {
         let (done, stopped) = (AtomicU64::new(first), AtomicBool::new(false));
         let longest = self.scene.duration;
         let mut plans: Vec<(u64, &[f64], f64)> = (first..)
-            .zip(&lower)
+            .zip(chain)
             .map(|(number, (run, onset))| {
                 let end = onset.and_then(|onset| self.chain.comparison.end_of_run(onset, &self.scene.drive));
                 (number, &run.position[..], end.map_or(longest, |end| end.min(longest)))
@@ -148,22 +222,31 @@ impl Rung {
         let groups = plans.len().div_ceil(self.prepared.together()).max(1);
         let made = plans.par_chunks(plans.len().div_ceil(groups).max(1)).map(|plans| {
             let runs = self.group(plans, &stopped)?;
+            for ((number, ..), run) in plans.iter().zip(&runs).filter(|(plan, _)| self.found(plan).is_none()) {
+                self.kept.iter().try_for_each(|kept| kept.keep(*number, run))?;
+            }
             if !self.chain.report(done.fetch_add(plans.len() as u64, Ordering::Relaxed) + plans.len() as u64) {
                 stopped.store(true, Ordering::Relaxed);
             }
             Ok(plans.iter().map(|(number, ..)| *number).zip(runs).collect())
         });
-        let made: Vec<Vec<(u64, Run)>> = made.collect::<Result<_, _>>()?;
+        let made: Vec<Vec<(u64, Run)>> = made.collect::<Result<_, Unmade>>()?;
         let mut made: Vec<(u64, Run)> = made.into_iter().flatten().collect();
         made.sort_by_key(|(number, _)| *number);
-        Ok(lower.into_iter().zip(made).map(|((lower, _), (_, upper))| Pair { lower, upper }).collect())
+        Ok(made.into_iter().map(|(_, run)| run).collect())
+    }
+
+    /// A run that was kept.
+    fn found(&self, (number, at, _): &(u64, &[f64], f64)) -> Option<Run> {
+        self.kept.as_ref()?.found(*number, at).cloned()
     }
 
     /// The runs of these numbers, at these points, of these durations, s.
-    fn group(&self, plans: &[(u64, &[f64], f64)], stopped: &AtomicBool) -> Result<Vec<Run>, Stopped> {
+    fn group(&self, plans: &[(u64, &[f64], f64)], stopped: &AtomicBool) -> Result<Vec<Run>, Unmade> {
         let (longest, measurand) = (self.scene.duration, self.chain.comparison.measurand());
-        let mut runs: Vec<Option<Run>> = vec![None; plans.len()];
+        let mut runs: Vec<Option<Run>> = plans.iter().map(|plan| self.found(plan)).collect();
         let mut left: Vec<(usize, f64)> = plans.iter().map(|plan| plan.2).enumerate().collect();
+        left.retain(|(index, _)| runs[*index].is_none());
         while !left.is_empty() {
             let (mut scenes, mut draws) = (Vec::new(), Vec::new());
             for (index, duration) in &left {
@@ -175,7 +258,7 @@ impl Rung {
             }
             let traces = traces(&self.prepared, &scenes, measurand, &|| !stopped.load(Ordering::Relaxed));
             if stopped.load(Ordering::Relaxed) {
-                return Err(Stopped);
+                return Err(Unmade::Stopped);
             }
             let finished = traces.into_iter().zip(&mut draws).zip(std::mem::take(&mut left));
             for ((trace, random), (index, duration)) in finished {
@@ -191,10 +274,10 @@ impl Rung {
     }
 }
 
-/// One point of the box, run on both rungs under the same nuisances.
+/// One point of the box, run on two rungs under the same nuisances.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Pair {
-    /// On the chain.
+    /// On the rung below: the chain, or the reduced model below finite elements.
     pub lower: Run,
     /// On the rung above.
     pub upper: Run,

@@ -58,8 +58,10 @@ fn sweep(
         let (bodies, log) = (Bodies::new(cache(cache_folder)), place.path().join("runs.jsonl"));
         let runs = run_all(&grid, &build, &bodies, plan.as_ref(), &log, &Points(attendance, grid.len() as u64))?;
         let (published, ensemble) = (published(&base), plan.is_some());
-        let table = SweepTable { scene: &base, grid: &grid, runs: &runs, published, ensemble };
-        anyhow::Ok((table.csv(), table.json(&bench, None, seed)?.to_string()))
+        let table = SweepTable::new(&base, &grid, &runs, published, ensemble)?;
+        let mut csv = Vec::new();
+        table.csv(&mut csv)?;
+        anyhow::Ok((String::from_utf8(csv)?, serde_json::to_string(&table.json(&bench, None, seed)?)?))
     });
     done?.map_err(raised)
 }

@@ -32,6 +32,7 @@ mod read;
 mod reading;
 mod record;
 mod remedy;
+pub mod run_log;
 mod samples;
 mod sampling;
 mod scale;

@@ -14,6 +14,7 @@ use granchain_calibration::{
     measured::Measured,
     observation::{HALFWAY, Passband},
     outcome::{CalibrationOutcome, OutcomeFeature},
+    rung::reduced_below,
 };
 use granchain_model::{reduced::Cache, scene::Scene};
 
@@ -60,15 +61,19 @@ impl Confirmed {
     #[must_use]
     pub fn of(problem: &Problem, fitted: &Fitted, cache: Option<Cache>, watch: Arc<Watch>) -> Self {
         let best: &FittedCandidate = fitted.best();
-        let upper = best.upper.as_ref().map(|rung| rung.prepared().clone());
-        let members = if upper.is_some() { UPPER_MEMBERS } else { MEMBERS };
+        let rungs = &fitted.best_made().rungs;
+        let members = if rungs.is_empty() { MEMBERS } else { UPPER_MEMBERS };
         let plan = EnsemblePlan::new(members, problem.seed);
         let forwards = fitted.best_made().joint.records();
-        let bodies = upper.into_iter().fold(Bodies::new(cache), Bodies::holding);
+        let ready = rungs.iter().map(|rung| Arc::clone(rung.prepared()));
+        let bodies = ready.fold(Bodies::new(cache), Bodies::holding);
         let (mut confirmations, mut failures) = (Vec::new(), Vec::new());
         for (number, shot) in problem.shots.iter().enumerate() {
             let (variations, passbands) = forwards[number].predicted(&best.fit.posterior, members).into_iter().unzip();
-            let predicted = Predicted { scene: best.candidate.scenes[number].clone(), variations, passbands };
+            let scene = &best.candidate.scenes[number];
+            // How runs scatter, the reduced model tells as well as finite elements do.
+            let scene = reduced_below(scene).unwrap_or_else(|| scene.clone());
+            let predicted = Predicted { scene, variations, passbands };
             let passband = forwards[number].passband(&best.fit.position(), || HALFWAY);
             let how = (&plan, Some(&predicted));
             let confirmation = confirm_measured(&shot.measured, &best.scene(number), &bodies, how, passband);

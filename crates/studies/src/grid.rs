@@ -217,6 +217,13 @@ impl Grid {
         values
     }
 
+    /// Place of point `index` along an axis, from 0.
+    #[must_use]
+    pub fn place(&self, index: usize, axis: usize) -> usize {
+        let behind: usize = self.axes[axis + 1..].iter().map(|axis| axis.values.len()).product();
+        index / behind % self.axes[axis].values.len()
+    }
+
     /// The overrides of point `index`, as for `--set`: `KEY=VALUE` in SI.
     #[must_use]
     pub fn overrides(&self, index: usize) -> Vec<String> {

@@ -20,7 +20,6 @@ pub mod paper;
 pub mod portrait;
 pub mod precompression;
 pub mod published;
-pub mod run_log;
 pub mod stress;
 pub mod sweep;
 pub mod trend;

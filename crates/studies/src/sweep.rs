@@ -4,7 +4,6 @@
 //! earlier attempt was stopped.
 
 use std::{
-    collections::BTreeMap,
     error::Error as StdError,
     ops::Range,
     path::Path,
@@ -20,9 +19,9 @@ use super::{
     ensemble::{self, EnsembleOutcome, EnsemblePlan},
     grid::Grid,
     observation::{self, Heard, Observation},
-    run_log::{RunLog, RunLogError},
 };
 use granchain_model::{ModelError, scene::Scene};
+use granchain_record::run_log::{RunIndex, RunLog, RunLogError};
 
 /// What came of one point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -96,7 +95,7 @@ pub trait Watch: Sync {
 /// - `bodies`: where bodies made ready are shared
 /// - `ensemble`: also report scatter and sensitivity at each point
 ///
-/// Returns the runs in the order of the grid.
+/// Returns where the runs lie, so that they need not be in memory together.
 ///
 /// # Errors
 /// [`SweepError`]; a failed run is no error but a [`Run::Failed`].
@@ -107,34 +106,29 @@ pub fn sweep<E: StdError + Send + Sync + 'static>(
     ensemble: Option<&EnsemblePlan>,
     log_path: &Path,
     watch: &dyn Watch,
-) -> Result<Vec<Run>, SweepError> {
+) -> Result<RunIndex, SweepError> {
     let points = grid.len();
     refuse_hopeless(grid, build)?;
-    let (log, mut runs) = RunLog::open::<Run>(log_path)?;
+    let (log, runs) = RunLog::index::<Run>(log_path)?;
     if let Some(damage) = log.damage() {
         watch.warn(&damage);
     }
-    if let Some((&index, _)) = runs.last_key_value().filter(|(index, _)| **index >= points) {
+    if let Some(index) = runs.last().filter(|index| *index >= points) {
         return Err(SweepError::OtherGrid { index, points });
     }
     let finished = AtomicUsize::new(runs.len());
     watch.finished(runs.len());
-    let missing: Vec<usize> = (0..points).filter(|index| !runs.contains_key(index)).collect();
-    let fresh: BTreeMap<usize, Run> = missing
-        .into_par_iter()
-        .map(|index| {
-            let Some(run) = run_point(&grid.overrides(index), build, bodies, ensemble, watch) else { return Ok(None) };
-            log.keep(index, &run)?;
-            watch.finished(finished.fetch_add(1, Ordering::Relaxed) + 1);
-            Ok(Some((index, run)))
-        })
-        .filter_map(Result::transpose)
-        .collect::<Result<_, RunLogError>>()?;
-    runs.extend(fresh);
+    (0..points).into_par_iter().filter(|index| !runs.contains(*index)).try_for_each(|index| {
+        let Some(run) = run_point(&grid.overrides(index), build, bodies, ensemble, watch) else { return Ok(()) };
+        log.keep(index, &run)?;
+        watch.finished(finished.fetch_add(1, Ordering::Relaxed) + 1);
+        Ok::<_, RunLogError>(())
+    })?;
+    let (_, runs) = RunLog::index::<Run>(log_path)?;
     if runs.len() < points {
         return Err(SweepError::Stopped { finished: runs.len(), points });
     }
-    Ok(runs.into_values().collect())
+    Ok(runs)
 }
 
 /// Run the points `part` of `grid`, in its order, and keep nothing: what a worker of many does. `finished` of `watch` counts those of the part.

@@ -11,7 +11,7 @@ use anyhow::{Context, bail};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::{Divisible, slurm::Slurm};
+use super::{Divisible, engine::Engine};
 use crate::{
     cli::{output::write_atomically, summary},
     measurement::{
@@ -47,19 +47,19 @@ pub(super) struct JobPlan {
 
 /// A chunk that is done: `chunks/K.json`, sealed.
 #[derive(Debug, Serialize, Deserialize)]
-struct Chunk {
+pub(super) struct Chunk {
     /// What did the arithmetic.
     processor: String,
     plan_sha256: String,
     /// Its first point.
     first: usize,
-    runs: Vec<Value>,
+    pub runs: Vec<Value>,
 }
 
 /// Chunks that were handed to an engine.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Submission {
-    pub engine: Slurm,
+    pub engine: Engine,
     /// The engine's names of it.
     pub ids: Vec<String>,
     /// How many chunks.
@@ -178,25 +178,24 @@ impl Job {
         !self.chunk_path(chunk).exists()
     }
 
-    /// What came of every point, and the processors that ran them.
-    pub fn runs(&self) -> anyhow::Result<(Vec<Value>, BTreeSet<String>)> {
-        let (mut runs, mut processors) = (Vec::with_capacity(self.plan.points), BTreeSet::new());
-        for chunk in 0..self.chunks() {
-            let path = self.chunk_path(chunk);
-            let again =
-                || format!("{}: cannot be used; delete it and run `batch run-chunk` of {chunk} again", path.display());
-            let bytes = fs::read(&path).with_context(again)?;
-            let body = unsealed(&bytes).with_context(again)?;
-            let found: Chunk = serde_json::from_slice(body).with_context(again)?;
-            let part = self.range(chunk)?;
-            if found.plan_sha256 != self.plan.plan_sha256 || found.first != part.start || found.runs.len() != part.len()
-            {
-                bail!("{}: it holds other points than chunk {chunk}; delete it and run that again", path.display());
-            }
-            runs.extend(found.runs);
-            processors.insert(found.processor);
+    /// What came of a chunk.
+    pub fn read(&self, chunk: usize) -> anyhow::Result<Chunk> {
+        let path = self.chunk_path(chunk);
+        let again =
+            || format!("{}: cannot be used; delete it and run `batch run-chunk` of {chunk} again", path.display());
+        let bytes = fs::read(&path).with_context(again)?;
+        let body = unsealed(&bytes).with_context(again)?;
+        let found: Chunk = serde_json::from_slice(body).with_context(again)?;
+        let part = self.range(chunk)?;
+        if found.plan_sha256 != self.plan.plan_sha256 || found.first != part.start || found.runs.len() != part.len() {
+            bail!("{}: it holds other points than chunk {chunk}; delete it and run that again", path.display());
         }
-        Ok((runs, processors))
+        Ok(found)
+    }
+
+    /// The processors that ran the chunks, each of which can be read.
+    pub fn processors(&self) -> anyhow::Result<BTreeSet<String>> {
+        (0..self.chunks()).map(|chunk| Ok(self.read(chunk)?.processor)).collect()
     }
 
     /// The last line that a chunk printed.

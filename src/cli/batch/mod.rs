@@ -4,6 +4,8 @@
 //! which appears whole. Any worker may do any chunk again, to the same bytes. The scheduler's part is to start `batch run-chunk FOLDER K` for
 //! every K; nothing here schedules.
 
+mod engine;
+mod hyperqueue;
 mod job;
 mod slurm;
 mod wait;
@@ -19,7 +21,7 @@ use clap::{Args, Subcommand};
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::{Value, json};
 
-use self::{job::Job, slurm::Slurm};
+use self::{engine::Engine, job::Job};
 use super::{
     Outcome,
     arguments::{Session, usage},
@@ -28,6 +30,9 @@ use super::{
 
 /// What a chunk is to take, s: long beside the start of a process, short beside a scheduler's limits.
 const CHUNK_SECONDS: f64 = 60.0;
+
+/// Most points in a chunk that nobody asked for: one chunk is held in memory at a time.
+const MOST_IN_CHUNK: usize = 10_000;
 
 /// A command whose work falls into numbered points that need nothing of one another.
 pub(super) trait Divisible {
@@ -40,7 +45,7 @@ pub(super) trait Divisible {
     /// Run the points `part`; one value each.
     fn run(&self, part: Range<usize>) -> anyhow::Result<Vec<Value>>;
     /// Write and print what the values of all points say.
-    fn finish(self: Box<Self>, runs: Vec<Value>) -> anyhow::Result<Outcome>;
+    fn finish(self: Box<Self>, kept: &Kept<'_>) -> anyhow::Result<Outcome>;
 }
 
 /// What came of points, as a chunk keeps it.
@@ -48,18 +53,51 @@ pub(super) fn values(runs: &[impl Serialize]) -> anyhow::Result<Vec<Value>> {
     runs.iter().map(serde_json::to_value).collect::<Result<_, _>>().context("a run cannot be written as JSON")
 }
 
-/// What a chunk kept of its points.
-pub(super) fn typed<T: DeserializeOwned>(values: Vec<Value>) -> anyhow::Result<Vec<T>> {
-    let typed = values.into_iter().map(serde_json::from_value).collect::<Result<_, _>>();
-    typed.context("the chunks hold other runs than this command makes; delete the batch's folder and start anew")
+/// What came of all points, read chunk by chunk.
+pub(super) struct Kept<'a>(&'a Job);
+
+impl Kept<'_> {
+    /// Hand on every point in order.
+    ///
+    /// # Errors
+    /// Those of `seen`; a chunk that is not there or not what was kept.
+    pub fn each_typed<T: DeserializeOwned>(
+        &self,
+        mut seen: impl FnMut(usize, T) -> anyhow::Result<()>,
+    ) -> anyhow::Result<()> {
+        let mut index = 0;
+        for chunk in 0..self.0.chunks() {
+            for value in self.0.read(chunk)?.runs {
+                let typed = serde_json::from_value(value);
+                let other =
+                    "the chunks hold other runs than this command makes; delete the batch's folder and start anew";
+                seen(index, typed.context(other)?)?;
+                index += 1;
+            }
+        }
+        Ok(())
+    }
+
+    /// All points in memory.
+    ///
+    /// # Errors
+    /// As [`Kept::each_typed`].
+    pub fn all<T: DeserializeOwned>(&self) -> anyhow::Result<Vec<T>> {
+        let mut all = Vec::new();
+        self.each_typed(|_, point| {
+            all.push(point);
+            Ok(())
+        })?;
+        Ok(all)
+    }
 }
 
 /// `--on`, `--chunk`, `--dry-run`: where else the points of a command are run.
 #[derive(Debug, Clone, Default, Args)]
 pub struct OnArguments {
-    /// Run the points on a cluster, wait for them and collect: slurm, or slurm:OPTION=VALUE,… with options of sbatch
-    #[arg(long, value_name = "ENGINE", value_parser = Slurm::parse, requires = "out", help_heading = "Cluster")]
-    pub on: Option<Slurm>,
+    /// Run the points on a cluster, wait for them and collect: slurm or hyperqueue, or slurm:OPTION=VALUE,… with options of sbatch or hq submit
+    #[arg(long, value_name = "ENGINE", value_parser = Engine::parse, requires = "out", help_heading = "Cluster")]
+    pub on: Option<Engine>,
     /// Points in a chunk [default: as many as take a minute, by a run of the first]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), requires = "on", help_heading = "Cluster")]
     pub chunk: Option<u32>,
@@ -71,7 +109,7 @@ pub struct OnArguments {
 /// A cluster that was asked for.
 #[derive(Debug)]
 pub struct Asked {
-    engine: Slurm,
+    engine: Engine,
     chunk: Option<u32>,
     dry_run: bool,
 }
@@ -89,7 +127,7 @@ impl OnArguments {
 #[command(
     after_help = "Examples:\n  granchain batch plan scan.batch --chunk 50 -- sweep --model chain --scene annulus --vary alpha=0.2:2:0.001 --out scan\n  \
 granchain batch run-chunk scan.batch 0\n  granchain batch status scan.batch\n  granchain batch collect scan.batch\n\n\
-Any scheduler, Make or Snakemake can start the chunks; `sweep --on slurm` does all of it on a cluster with Slurm."
+Any scheduler, Make or Snakemake can start the chunks; `sweep --on slurm` and `sweep --on hyperqueue` do all of it."
 )]
 pub struct Arguments {
     #[command(subcommand)]
@@ -129,8 +167,8 @@ enum Action {
         /// Folder of the batch
         folder: PathBuf,
         /// As of `sweep --on`
-        #[arg(long, value_name = "ENGINE", value_parser = Slurm::parse)]
-        on: Slurm,
+        #[arg(long, value_name = "ENGINE", value_parser = Engine::parse)]
+        on: Engine,
         /// Print the script and submit nothing
         #[arg(long)]
         dry_run: bool,
@@ -163,7 +201,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         Action::Submit { folder, on, dry_run } => {
             let job = Job::open(&folder)?;
             if dry_run {
-                let script = on.script(job.folder(), 1);
+                let script = on.script(job.folder(), &job.missing());
                 session.result(&script, &json!({ "script": script }))?;
             } else {
                 let ids = on.submit(&job, &job.missing())?;
@@ -210,7 +248,8 @@ fn chunk_of(study: &dyn Divisible, asked: Option<u32>, session: &Session) -> any
     };
     // The first run of all may make bodies that the others find.
     let seconds = timed().and_then(|first| if first < CHUNK_SECONDS / 10.0 { timed() } else { Ok(first) })?;
-    let chunk = (CHUNK_SECONDS / seconds).round().clamp(1.0, study.points() as f64) as usize;
+    let most = study.points().min(MOST_IN_CHUNK);
+    let chunk = (CHUNK_SECONDS / seconds).round().clamp(1.0, most as f64) as usize;
     session
         .note(format_args!("the first point takes {seconds:.2} s here: {chunk} a chunk (say otherwise with --chunk)"));
     Ok(chunk)
@@ -259,14 +298,14 @@ fn retry(job: &Job, session: &Session) -> anyhow::Result<Outcome> {
         bail!("{}: every chunk is done; write the results with `batch collect`", job.folder().display());
     }
     let Some(last) = job.submissions()?.pop() else {
-        bail!("{}: nothing was submitted yet; use `batch submit --on slurm`", job.folder().display());
+        bail!("{}: nothing was submitted yet; use `batch submit --on ENGINE`", job.folder().display());
     };
     if last.engine.is_alive(&last.ids)? {
         bail!(
-            "{}: what was submitted last ({}) is still queued or running; wait for it, or end it with `scancel {}`",
+            "{}: what was submitted last ({}) is still queued or running; wait for it, or end it with `{}`",
             job.folder().display(),
             last.ids.join(", "),
-            last.ids.join(" ")
+            last.engine.end(&last.ids)
         );
     }
     let ids = last.engine.submit(job, &missing)?;
@@ -294,7 +333,7 @@ fn collect(
     }
     let study = study.map_or_else(|| planned(&job), Ok)?;
     job.agrees(study.as_ref())?;
-    let (runs, processors) = job.runs()?;
+    let processors = job.processors()?;
     if processors.len() > 1 {
         let unlike = processors.into_iter().collect::<Vec<_>>().join(", ");
         if same_processor {
@@ -304,7 +343,7 @@ fn collect(
             "warning: the chunks were run on unlike processors, whose last digits may differ: {unlike}"
         ));
     }
-    let outcome = study.finish(runs)?;
+    let outcome = study.finish(&Kept(&job))?;
     job.remove();
     Ok(outcome)
 }
@@ -330,8 +369,8 @@ pub(super) fn run_on(
     let folder = out.with_file_name(name);
     if dry_run {
         let chunk = chunk_of(study.as_ref(), chunk, session)?;
-        let script = engine.script(&job::absolute(&folder)?, 1);
         let chunks = study.points().div_ceil(chunk);
+        let script = engine.script(&job::absolute(&folder)?, &(0..chunks).collect::<Vec<_>>());
         session.result(&script, &json!({ "script": script, "points": study.points(), "chunks": chunks }))?;
         return Ok(Outcome::Done);
     }

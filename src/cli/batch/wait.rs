@@ -7,7 +7,7 @@ use std::{
 
 use anyhow::{Context, bail};
 
-use super::{Session, job::Job, listed, slurm::Slurm};
+use super::{Session, engine::Engine, job::Job, listed};
 use crate::cli::{
     interrupt::{self, Interrupted},
     progress,
@@ -22,14 +22,14 @@ const MOST_SUBMISSIONS: usize = 6;
 
 /// Submit what is not done and is not under way already, and return when every chunk is done. Chunks that a worker lost are submitted again, as
 /// long as that brings some more of them to an end.
-pub(super) fn finished(job: &Job, engine: Slurm, session: &Session) -> anyhow::Result<()> {
+pub(super) fn finished(job: &Job, engine: Engine, session: &Session) -> anyhow::Result<()> {
     let mut missing = job.missing();
     let mut ids = match job.submissions()?.pop() {
         Some(last) if last.engine.is_alive(&last.ids)? => last.ids,
         _ if missing.is_empty() => return Ok(()),
         _ => engine.submit(job, &missing)?,
     };
-    session.note(format_args!("{} chunks are with slurm as {}", missing.len(), ids.join(", ")));
+    session.note(format_args!("{} chunks are with {} as {}", missing.len(), engine.name(), ids.join(", ")));
     let bar = progress::bar(session, job.chunks() as u64, "chunks");
     let (mut before, mut submissions, mut asked) = (missing.len(), 1, Instant::now());
     loop {
@@ -41,9 +41,9 @@ pub(super) fn finished(job: &Job, engine: Slurm, session: &Session) -> anyhow::R
         }
         if interrupt::requested() {
             return Err(anyhow::Error::from(Interrupted).context(format!(
-                "the chunks go on without this program: come back with --resume or `batch collect {}`, or end them with `scancel {}`",
+                "the chunks go on without this program: come back with --resume or `batch collect {}`, or end them with `{}`",
                 job.folder().display(),
-                ids.join(" ")
+                engine.end(&ids)
             )));
         }
         if asked.elapsed() > ASK {

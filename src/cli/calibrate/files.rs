@@ -7,6 +7,7 @@ use crate::{
     calibration::{Course, Fitted, fingerprints, ladder::SavedFit, outcome::CalibrationOutcome},
     cli::{arguments::Session, forecast::Forecast, interrupt, progress, summary, timing::Timing},
     report,
+    scene::ModelKind,
     study::confirmed::Confirmed,
 };
 
@@ -54,10 +55,14 @@ pub fn fitted(job: &Job, saved: Vec<SavedFit>, session: &Session, timing: &mut T
     });
     let fitted = problem.fit(Course { bodies: bodies.as_ref(), saved, watch }).map_err(ended)?;
     bar.finish_and_clear();
+    for warning in &fitted.warnings {
+        session.note(format_args!("warning: {warning}"));
+    }
     timing.stage("fit");
     if bodies.is_some() {
-        let seconds = [fitted.searching, fitted.correcting].map(|duration| duration.as_secs_f64());
-        timing.breakdown("fit", &[("chain", seconds[0]), (problem.model(), seconds[1])]);
+        let rungs = problem.above.iter().zip(&fitted.correcting).map(|(kind, took)| (kind.name(), took.as_secs_f64()));
+        let chain = (ModelKind::Chain.name(), fitted.searching.as_secs_f64());
+        timing.breakdown("fit", &std::iter::once(chain).chain(rungs).collect::<Vec<_>>());
     }
     Ok(fitted)
 }

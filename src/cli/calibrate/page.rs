@@ -176,7 +176,7 @@ fn law_report(fit: &Fit, problem: &Problem) -> LawReport {
         runs: fit.runs.iter().zip(problem.misfits(fit)).map(run).collect(),
         history: fit.history.clone(),
         alone: fit.shares.iter().map(|share| density_map(fit, &share.posterior)).collect(),
-        chain: fit.below.as_ref().map(|below| Box::new(law_report(&below.fit, problem))),
+        below: fit.below.as_ref().map(|below| Box::new(law_report(&below.fit, problem))),
     }
 }
 
@@ -366,7 +366,12 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
 /// The model that answers, and the one that searched.
 fn answered_by(outcome: &CalibrationOutcome) -> String {
     match outcome.best.rungs.first().filter(|rung| rung.model != outcome.model) {
-        Some(below) => format!("{}, searched on the {}", outcome.model, below.model),
+        Some(below) => {
+            let between = &outcome.best.rungs[1..];
+            let above = between.iter().take_while(|rung| rung.model != outcome.model);
+            let above: String = above.map(|rung| format!(", above the {} model", rung.model)).collect();
+            format!("{}{above}, searched on the {}", outcome.model, below.model)
+        }
         None => outcome.model.clone(),
     }
 }

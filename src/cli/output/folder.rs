@@ -14,7 +14,7 @@ use super::{
         BOTH, DROPPED, PART, RESULTS, STATE, beside, instant, lock, partial, put_back, random, remove, remove_all,
         rename, replace, sweep,
     },
-    write_atomically,
+    write_atomically, written_atomically,
 };
 
 /// Name of the file in a state that says which command it is of.
@@ -173,6 +173,32 @@ impl OutputFolder {
             write_atomically(path, bytes)?;
             Ok(digest(name, bytes))
         })
+    }
+
+    /// Write one file as it comes, whole, as of [`write`](Self::write).
+    ///
+    /// # Errors
+    /// [`OutputError::Io`]; those of `make`.
+    pub fn write_as_it_comes(
+        &self,
+        name: impl AsRef<Path>,
+        make: impl FnOnce(&mut dyn io::Write) -> anyhow::Result<()>,
+    ) -> anyhow::Result<PathBuf> {
+        let mut failed = None;
+        let written = self.put(name.as_ref(), |name, path| {
+            written_atomically(path, |file| {
+                make(file).map_err(|error| io::Error::other(failed.insert(error).to_string()))
+            })?;
+            digest_of_file(name, path)
+        });
+        // What the maker says of its own is told as it says it.
+        match failed.map(|error| error.downcast::<io::Error>()) {
+            Some(Err(error)) => Err(error),
+            Some(Ok(error)) => {
+                Err(OutputError::io("write", &self.work.join(RESULTS).join(name.as_ref()))(error).into())
+            }
+            None => Ok(written?),
+        }
     }
 
     /// Take a file of the state into the results; it stays in the state, so that work stopped before its end loses nothing.

@@ -352,12 +352,14 @@ fn make_again(all: &[Made], names: &fingerprints::Names, rounds: bool, told: &mu
                 compare(format!("run {}", number + 1), stored, &anew, beside.as_ref());
             }
         }
-        for number in spread(made.runs.correction.iter().map(Vec::len).sum(), PAIRS_AGAIN) {
-            if let Some((stored, anew)) = made.paired_again(number, 0.0) {
-                let beside = rounds.then(|| made.paired_again(number, ASIDE)).flatten().map(|(_, pair)| pair);
-                let of = |model: &str| format!("run {} on {model}", searched + number + 1);
-                compare(of(&names.lower), &stored.lower, &anew.lower, beside.as_ref().map(|pair| &pair.lower));
-                compare(of(&names.upper), &stored.upper, &anew.upper, beside.as_ref().map(|pair| &pair.upper));
+        for (rung, rounds_of) in made.runs.corrections.iter().enumerate() {
+            for number in spread(rounds_of.iter().map(Vec::len).sum(), PAIRS_AGAIN) {
+                let Some((stored, anew)) = made.paired_again(rung, number, 0.0) else { continue };
+                let beside = rounds.then(|| made.paired_again(rung, number, ASIDE)).flatten().map(|(_, pair)| pair);
+                let of = |model: &str| format!("run {} on {model}", made.runs.before(rung) + number + 1);
+                let [lower, upper] = [names.model(rung), names.model(rung + 1)].map(of);
+                compare(lower, &stored.lower, &anew.lower, beside.as_ref().map(|pair| &pair.lower));
+                compare(upper, &stored.upper, &anew.upper, beside.as_ref().map(|pair| &pair.upper));
             }
         }
     }

@@ -2,17 +2,22 @@
 
 use std::{
     fmt::Write,
+    ops::Range,
+    path::Path,
     sync::{Mutex, PoisonError},
 };
 
 use serde::Serialize;
+use serde_json::{Value, json};
 
+use super::staged;
 use crate::{
     cli::{
         Outcome,
         arguments::{OutputArguments, Session, usage},
+        batch::{self, Divisible, Kept},
         interrupt,
-        output::{OutputFolder, page_results},
+        output::OutputFolder,
         progress, summary,
         timing::{self, Timing},
     },
@@ -55,57 +60,97 @@ pub fn conditions(names: &[String]) -> anyhow::Result<Vec<Condition>> {
     Ok(all.into_iter().filter(|condition| asked.contains(condition)).collect())
 }
 
-/// Make, write, read, fit, count.
-///
-/// # Errors
-/// A folder that cannot be written; Ctrl-C.
-pub fn execute(
-    plan: &LaboratoryPlan,
-    records: bool,
-    output: &OutputArguments,
-    session: &Session,
-    mut timing: Timing,
-) -> anyhow::Result<Outcome> {
-    let folder = output
-        .out
-        .as_deref()
-        .map(|out| OutputFolder::stage(out, &page_results("laboratory.json"), output.force))
-        .transpose()?;
-    let bar = progress::bar(session, plan.conditions.len() as u64 * plan.count, "records");
-    let unwritten = Mutex::new(None);
-    let keep = |twin: &LaboratoryTwin, files: Option<&Files>| {
-        if let (true, Some(folder), Some(files)) = (records, &folder, files)
-            && let Err(error) = keep(folder, plan, &twin.setting, files)
-        {
-            unwritten.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-        }
-        bar.inc(1);
-    };
-    let twins = laboratory(plan, &keep, &interrupt::requested)?;
-    bar.finish_and_clear();
-    let twins = twins.ok_or(interrupt::Interrupted)?;
-    if let Some(error) = unwritten.into_inner().unwrap_or_else(PoisonError::into_inner) {
-        return Err(error);
+/// Records of other laboratories.
+pub struct Study {
+    plan: LaboratoryPlan,
+    output: OutputArguments,
+    session: Session,
+    timing: Timing,
+}
+
+impl Study {
+    /// Of a plan.
+    #[must_use]
+    pub fn new(plan: LaboratoryPlan, output: OutputArguments, session: Session) -> Self {
+        Self { plan, output, session, timing: Timing::start() }
     }
-    timing.stage("twins");
-    let count = LaboratoryCount::of(&twins);
-    let summary = LaboratorySummary { program: summary::program(), plan, count: &count, twins: &twins };
-    let tables: Vec<String> = tables(&count).iter().map(aligned).collect();
-    let mut text = format!("made and fitted by model {}\n{}", plan.model, tables.join("\n"));
-    if let Some(folder) = folder {
-        folder.write("laboratory.json", summary::json(&summary)?)?;
-        for (name, bytes) in page(plan, &count, &twins).files()? {
-            folder.write(name, bytes)?;
+
+    /// Make, write, read and fit the twins `part`, the files of each kept in `records` where there is such a folder.
+    fn outcomes(&self, part: Range<usize>, records: Option<&OutputFolder>) -> anyhow::Result<Vec<LaboratoryTwin>> {
+        let bar = progress::bar(&self.session, part.len() as u64, "records");
+        let unwritten = Mutex::new(None);
+        let keep = |twin: &LaboratoryTwin, files: Option<&Files>| {
+            if let (Some(folder), Some(files)) = (records, files)
+                && let Err(error) = keep(folder, &self.plan, &twin.setting, files)
+            {
+                unwritten.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+            }
+            bar.inc(1);
+        };
+        let twins = laboratory(&self.plan, part, &keep, &interrupt::requested)?;
+        bar.finish_and_clear();
+        let twins = twins.ok_or(interrupt::Interrupted)?;
+        match unwritten.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            Some(error) => Err(error),
+            None => Ok(twins),
         }
-        timing.stage("write");
-        folder.write(timing::FILE, timing.to_json())?;
-        let place = folder.finish()?;
-        session.note(format_args!("written to {}", place.display()));
-    } else {
-        text.push_str("Nothing was written; pass --out DIR for every record's truth, fit and diagnosis.\n");
     }
-    session.result(text, &summary)?;
-    Ok(Outcome::Done)
+
+    /// Make, write, read, fit, count; the files of every record are kept where `records` says so.
+    ///
+    /// # Errors
+    /// A folder that cannot be written; Ctrl-C.
+    pub fn run_here(mut self, records: bool) -> anyhow::Result<Outcome> {
+        let folder = staged(&self.output, "laboratory.json")?;
+        let twins = self.outcomes(0..self.plan.total(), folder.as_ref().filter(|_| records))?;
+        self.timing.stage("twins");
+        self.conclude(&twins, folder)
+    }
+
+    fn conclude(mut self, twins: &[LaboratoryTwin], folder: Option<OutputFolder>) -> anyhow::Result<Outcome> {
+        let Self { plan, session, timing, .. } = &mut self;
+        let count = LaboratoryCount::of(twins);
+        let summary = LaboratorySummary { program: summary::program(), plan, count: &count, twins };
+        let tables: Vec<String> = tables(&count).iter().map(aligned).collect();
+        let mut text = format!("made and fitted by model {}\n{}", plan.model, tables.join("\n"));
+        if let Some(folder) = folder {
+            folder.write("laboratory.json", summary::json(&summary)?)?;
+            for (name, bytes) in page(plan, &count, twins).files()? {
+                folder.write(name, bytes)?;
+            }
+            timing.stage("write");
+            folder.write(timing::FILE, timing.to_json())?;
+            let place = folder.finish()?;
+            session.note(format_args!("written to {}", place.display()));
+        } else {
+            text.push_str("Nothing was written; pass --out DIR for every record's truth, fit and diagnosis.\n");
+        }
+        session.result(text, &summary)?;
+        Ok(Outcome::Done)
+    }
+}
+
+impl Divisible for Study {
+    fn points(&self) -> usize {
+        self.plan.total()
+    }
+
+    fn out(&self) -> Option<&Path> {
+        self.output.out.as_deref()
+    }
+
+    fn plan(&self) -> anyhow::Result<Vec<u8>> {
+        summary::json(&json!({ "program": summary::program(), "laboratory": self.plan }))
+    }
+
+    fn run(&self, part: Range<usize>) -> anyhow::Result<Vec<Value>> {
+        batch::values(&self.outcomes(part, None)?)
+    }
+
+    fn finish(self: Box<Self>, kept: &Kept<'_>) -> anyhow::Result<Outcome> {
+        let folder = staged(&self.output, "laboratory.json")?;
+        self.conclude(&kept.all()?, folder)
+    }
 }
 
 /// `records/CONDITION-NUMBER/`: the two files, and the plan by which `calibrate` fits them.

@@ -1,16 +1,18 @@
 //! `granchain twins --levels N`: what further drive levels narrow.
 
-use std::fmt::Write;
+use std::{fmt::Write, ops::Range, path::Path};
 
 use serde::Serialize;
+use serde_json::{Value, json};
 
-use super::{OVERRIDES, shown_name};
+use super::{OVERRIDES, shown_name, staged};
 use crate::{
     cli::{
         Outcome,
         arguments::{OutputArguments, Session},
+        batch::{self, Divisible, Kept},
         interrupt,
-        output::{OutputFolder, page_results},
+        output::OutputFolder,
         progress, summary,
         timing::{self, Timing},
     },
@@ -18,7 +20,7 @@ use crate::{
         number::significant,
         twins::{TwinFit as PageFit, TwinInterval, TwinsReport},
     },
-    scene,
+    scene::{self, Scene},
     study::twins::{LevelOutcome, LevelProof, LevelWidths, TwinPlan, level_proof, level_twins},
 };
 
@@ -32,56 +34,97 @@ struct LevelsSummary<'a> {
     twins: &'a [LevelOutcome],
 }
 
-/// Make, fit, count.
-///
-/// # Errors
-/// A folder that cannot be written; Ctrl-C.
-pub fn execute(
+/// Twins at several drive levels, with the bench they are made on.
+pub struct Study {
+    base: Scene,
     plan: TwinPlan,
-    levels: u32,
-    output: &OutputArguments,
-    session: &Session,
-    mut timing: Timing,
-) -> anyhow::Result<Outcome> {
-    let mut overrides = OVERRIDES.map(String::from).to_vec();
-    overrides.push("model.kind=chain".into());
-    let base = scene::load("annulus", &overrides)?;
-    let levels: Vec<f64> = (0..levels as i32).map(|number| 0.5_f64.powi(number)).collect();
-    let folder = output
-        .out
-        .as_deref()
-        .map(|out| OutputFolder::stage(out, &page_results("twins.json"), output.force))
-        .transpose()?;
-    let bar = progress::bar(session, plan.count, "twins");
-    let outcomes = level_twins(&base, &plan, &levels, &|| bar.inc(1), &interrupt::requested);
-    bar.finish_and_clear();
-    let outcomes = outcomes.ok_or(interrupt::Interrupted)?;
-    timing.stage("twins");
-    let proof = level_proof(&outcomes, &levels);
-    let said = statements(&proof, &outcomes);
-    let summary = LevelsSummary {
-        program: summary::program(),
-        plan: plan.clone(),
-        levels: &levels,
-        proof: &proof,
-        twins: &outcomes,
-    };
-    if let Some(folder) = folder {
-        folder.write("twins.json", summary::json(&summary)?)?;
-        for (name, bytes) in page(&outcomes, &plan, &levels, said.clone()).files()? {
-            folder.write(name, bytes)?;
+    levels: Vec<f64>,
+    output: OutputArguments,
+    session: Session,
+    timing: Timing,
+}
+
+impl Study {
+    /// Read the bench.
+    ///
+    /// # Errors
+    /// A bench that cannot be read.
+    pub fn new(plan: TwinPlan, levels: u32, output: OutputArguments, session: Session) -> anyhow::Result<Self> {
+        let timing = Timing::start();
+        let mut overrides = OVERRIDES.map(String::from).to_vec();
+        overrides.push("model.kind=chain".into());
+        let base = scene::load("annulus", &overrides)?;
+        let levels = (0..levels as i32).map(|number| 0.5_f64.powi(number)).collect();
+        Ok(Self { base, plan, levels, output, session, timing })
+    }
+
+    fn outcomes(&self, part: Range<u64>) -> anyhow::Result<Vec<LevelOutcome>> {
+        let bar = progress::bar(&self.session, part.end - part.start, "twins");
+        let outcomes = level_twins(&self.base, &self.plan, &self.levels, part, &|| bar.inc(1), &interrupt::requested);
+        bar.finish_and_clear();
+        Ok(outcomes.ok_or(interrupt::Interrupted)?)
+    }
+
+    /// Make, fit, count.
+    ///
+    /// # Errors
+    /// A folder that cannot be written; Ctrl-C.
+    pub fn run_here(mut self) -> anyhow::Result<Outcome> {
+        let folder = staged(&self.output, "twins.json")?;
+        let outcomes = self.outcomes(0..self.plan.count)?;
+        self.timing.stage("twins");
+        self.conclude(&outcomes, folder)
+    }
+
+    fn conclude(mut self, outcomes: &[LevelOutcome], folder: Option<OutputFolder>) -> anyhow::Result<Outcome> {
+        let Self { plan, levels, session, timing, .. } = &mut self;
+        let proof = level_proof(outcomes, levels);
+        let said = statements(&proof, outcomes);
+        let summary =
+            LevelsSummary { program: summary::program(), plan: plan.clone(), levels, proof: &proof, twins: outcomes };
+        if let Some(folder) = folder {
+            folder.write("twins.json", summary::json(&summary)?)?;
+            for (name, bytes) in page(outcomes, plan, levels, said.clone()).files()? {
+                folder.write(name, bytes)?;
+            }
+            timing.stage("write");
+            folder.write(timing::FILE, timing.to_json())?;
+            let place = folder.finish()?;
+            session.note(format_args!("written to {}", place.display()));
         }
-        timing.stage("write");
-        folder.write(timing::FILE, timing.to_json())?;
-        let place = folder.finish()?;
-        session.note(format_args!("written to {}", place.display()));
+        let mut text = "twins of model chain, fitted by the chain\n".to_owned();
+        for statement in said {
+            let _ = writeln!(text, "{statement}");
+        }
+        session.result(text, &summary)?;
+        Ok(Outcome::Done)
     }
-    let mut text = "twins of model chain, fitted by the chain\n".to_owned();
-    for statement in said {
-        let _ = writeln!(text, "{statement}");
+}
+
+impl Divisible for Study {
+    fn points(&self) -> usize {
+        self.plan.count as usize
     }
-    session.result(text, &summary)?;
-    Ok(Outcome::Done)
+
+    fn out(&self) -> Option<&Path> {
+        self.output.out.as_deref()
+    }
+
+    fn plan(&self) -> anyhow::Result<Vec<u8>> {
+        let scene = summary::scene_digest(&self.base);
+        let (program, levels) = (summary::program(), &self.levels);
+        let plan = json!({ "program": program, "scene_sha256": scene, "twins": self.plan, "levels": levels });
+        summary::json(&plan)
+    }
+
+    fn run(&self, part: Range<usize>) -> anyhow::Result<Vec<Value>> {
+        batch::values(&self.outcomes(part.start as u64..part.end as u64)?)
+    }
+
+    fn finish(self: Box<Self>, kept: &Kept<'_>) -> anyhow::Result<Outcome> {
+        let folder = staged(&self.output, "twins.json")?;
+        self.conclude(&kept.all()?, folder)
+    }
 }
 
 fn statements(proof: &LevelProof, outcomes: &[LevelOutcome]) -> Vec<String> {

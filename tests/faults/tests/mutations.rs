@@ -3,7 +3,7 @@
 //! Of a file of more than `FAULTS_PLACES` bytes (150 where the variable is not set; for `report verify`, which makes runs again, a quarter)
 //! every n-th byte is taken, with n the least that gives no more than that many; of byte p the bit p modulo 8 is flipped, of files of up to 32
 //! bytes every bit. Cuts are a fifth as many. That no flip
-//! and no cut at all passes a seal is proved inside the project (`measurement::seal`, `study::run_log`); here it is seen what commands do then.
+//! and no cut at all passes a seal is proved inside the project (`measurement::seal`, `measurement::run_log`); here it is seen what commands do then.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 mod bench;

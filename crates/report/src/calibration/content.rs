@@ -116,16 +116,20 @@ fn share(p: f64) -> String {
 
 /// The rungs of the ladder side by side.
 fn rungs(report: &CalibrationReport, laws: &[Law<'_>], blocks: &mut Vec<Block>) {
-    let laddered = || laws.iter().filter(|law| law.drawn.chain.is_some());
+    let laddered = || laws.iter().filter(|law| law.drawn.below.is_some());
     if laddered().next().is_none() {
         return;
     }
     blocks.push(Block::Heading("How far the rungs differ".into()));
     for law in laddered() {
-        let upper = law.fit.rungs.get(1).map_or("the rung above", |rung| rung.model.as_str());
+        let (upper, below) = (&report.outcome.model, law.below());
+        let of_below = match below.as_slice() {
+            [_, (model, ..)] => format!("answer of the {model} model, itself led there by the chain's, and"),
+            _ => "chain's answer,".to_owned(),
+        };
         blocks.push(Block::Paragraph(format!(
             "{}: the search ran on the chain; the values quoted come from the runs of the model `{upper}` alone, made where the \
-             chain's answer, corrected round by round, led them. Where the two regions part, the chain leaves out what the record shows.",
+             {of_below} corrected round by round, led them. Where the regions part, the model below leaves out what the record shows.",
             capitalised(&law.name())
         )));
         blocks.push(Block::Table(table::rungs(law)));
@@ -281,7 +285,7 @@ fn search_words(law: &Law<'_>) -> String {
             failures.join("; ")
         ),
     };
-    let on = if law.drawn.chain.is_some() { format!(" of the model `{}`", answering.model) } else { String::new() };
+    let on = if law.drawn.below.is_some() { format!(" of the model `{}`", answering.model) } else { String::new() };
     format!("{}: {} runs{on}, {failed}.", capitalised(&law.name()), answering.runs)
 }
 

@@ -295,11 +295,10 @@ fn pairs(law: &Law<'_>) -> Option<Plate> {
     Some(Plate::new(format!("pairs-{}", law.key()), figure))
 }
 
-/// The 90 % regions of the chain and of the rung above it on common axes.
+/// The 90 % regions of all rungs on common axes.
 pub(super) fn rungs(law: &Law<'_>) -> Option<Plate> {
     let [first, second, ..] = law.parameters.as_slice() else { return None };
-    let (chain, of_chain) = law.chain()?;
-    let (below, above) = (chain.map.as_ref()?, law.drawn.map.as_ref()?);
+    let (below, above) = (law.below(), law.drawn.map.as_ref()?);
     let region = |panel: Panel, label: &str, map: &DensityMap, stroke: Stroke| {
         panel.layer(Layer::Contour {
             label: format!("90 % region, {label}"),
@@ -308,21 +307,21 @@ pub(super) fn rungs(law: &Law<'_>) -> Option<Plate> {
             stroke,
         })
     };
-    let models: Vec<&str> = law.fit.rungs.iter().map(|rung| rung.model.as_str()).collect();
-    let (lower, upper) = (models.first()?, models.get(1)?);
+    let upper = law.fit.rungs.get(below.len())?.model.as_str();
     let at = |parameters: &[Estimate]| match parameters {
         [first, second, ..] => vec![(first.value, second.value)],
         _ => Vec::new(),
     };
     let mut panel = Panel::new(axis(first), axis(second)).height(55.0);
-    panel = region(panel, lower, below, Stroke::new(Colour::Blue).width(0.9).dash(Dash::Dashed));
+    let looks = [(Colour::Blue, Dash::Dashed, Marker::Diamond), (Colour::Green, Dash::Dotted, Marker::Square)];
+    for ((lower, drawn, _), (colour, dash, _)) in below.iter().zip(looks) {
+        panel = region(panel, lower, drawn.map.as_ref()?, Stroke::new(colour).width(0.9).dash(dash));
+    }
     panel = region(panel, upper, above, Stroke::new(Colour::Vermillion).width(1.1));
-    panel = panel.points(format!("fit, {lower}"), at(&of_chain), Colour::Blue, Marker::Diamond).points(
-        format!("fit, {upper}"),
-        at(&law.parameters),
-        Colour::Vermillion,
-        Marker::Ring,
-    );
+    for ((lower, _, parameters), (colour, _, marker)) in below.iter().zip(looks) {
+        panel = panel.points(format!("fit, {lower}"), at(parameters), colour, marker);
+    }
+    panel = panel.points(format!("fit, {upper}"), at(&law.parameters), Colour::Vermillion, Marker::Ring);
     let key = law.key();
     let title = format!("Accepted sets before and after the correction, {}.", law.name());
     Some(Plate::new(format!("rungs-{key}"), Figure::new(title).panel(panel)))

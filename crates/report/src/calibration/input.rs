@@ -81,9 +81,9 @@ pub struct LawReport {
     /// Density over both parameters by each of several records alone.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub alone: Vec<Option<DensityMap>>,
-    /// The fit on the chain, from which the correction to the rung above started.
+    /// The fit on the rung below, from which the correction started.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub chain: Option<Box<LawReport>>,
+    pub below: Option<Box<LawReport>>,
 }
 
 /// Density over two of several parameters.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::{CalibrationReport, DensityMap, LawReport, RecordReport};
 use crate::figure::Map;
 use granchain_calibration::{
-    outcome::{FitOutcome, FittedFeature, FittedParameter, OutcomeFeature},
+    outcome::{FitOutcome, FittedFeature, FittedParameter, OutcomeFeature, RungOutcome},
     parameter::Parameter,
 };
 use granchain_model::scene::DampingKind;
@@ -79,7 +79,7 @@ pub(super) struct FeatureRow<'a> {
     pub fitted: bool,
 }
 
-impl Law<'_> {
+impl<'r> Law<'r> {
     /// The law as it reads in a sentence: `linear damping`, `linear dampers`, `linear damping on the free disc`.
     pub(super) fn name(&self) -> String {
         let mount = self.fit.mount.as_ref().map_or_else(String::new, |mount| format!(" on the {mount} disc"));
@@ -94,11 +94,14 @@ impl Law<'_> {
         self.fit.mount.as_ref().map_or_else(|| law.clone(), |mount| format!("{law}-{mount}"))
     }
 
-    /// The chain's own answer, where another rung stands above it.
-    pub(super) fn chain(&self) -> Option<(&LawReport, Vec<Estimate>)> {
-        let chain = self.drawn.chain.as_deref()?;
-        let parameters = &self.fit.rungs.first()?.parameters;
-        Some((chain, estimates(parameters, &chain.parameters, &self.fit.damping_kind)))
+    /// The model of each rung below the answer with what it says by itself, the chain first.
+    pub(super) fn below(&self) -> Vec<(&'r str, &'r LawReport, Vec<Estimate>)> {
+        let below = std::iter::successors(self.drawn.below.as_deref(), |law| law.below.as_deref());
+        let below: Vec<&LawReport> = below.collect();
+        let own = |(law, rung): (&'r LawReport, &'r RungOutcome)| {
+            (rung.model.as_str(), law, estimates(&rung.parameters, &law.parameters, &self.fit.damping_kind))
+        };
+        below.into_iter().rev().zip(&self.fit.rungs).map(own).collect()
     }
 
     /// Correlation of the first two parameters, where there are two.

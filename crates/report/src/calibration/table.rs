@@ -179,8 +179,8 @@ pub(super) fn rung_features(law: &Law<'_>, record: &RecordReport) -> Option<Tabl
     columns.push(Column::words("unit"));
     Some(Table {
         caption: format!(
-            "Fitted features at the answer on every rung, {}: expected value and scatter of a single run. Difference: rung above the chain \
-             less the chain in the logarithm, over pairs under the same nuisances, with its standard error.",
+            "Fitted features at the answer on every rung, {}: expected value and scatter of a single run. Difference: rung that answers \
+             less the one below it in the logarithm, over pairs under the same nuisances, with its standard error.",
             law.name()
         ),
         columns,
@@ -292,8 +292,8 @@ pub(super) fn csv_files(report: &CalibrationReport) -> Result<Files, ReportError
     files.push(("features.csv".into(), bytes(features)?));
     for law in report.laws() {
         files.push((format!("runs-{}.csv", law.key()).into(), runs(law.drawn, &law.parameters)?));
-        if let Some((chain, parameters)) = law.chain() {
-            files.push((format!("runs-{}-chain.csv", law.key()).into(), runs(chain, &parameters)?));
+        for (model, below, parameters) in law.below() {
+            files.push((format!("runs-{}-{model}.csv", law.key()).into(), runs(below, &parameters)?));
         }
     }
     let quantity = report.outcome.quantity.name();

@@ -18,6 +18,7 @@ pub use record::{Files, Regime};
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs, io,
+    ops::Range,
     path::Path,
     sync::Arc,
 };
@@ -101,7 +102,15 @@ pub struct LaboratoryFit {
     pub diagnosis: Vec<Finding>,
 }
 
-/// Make and fit all twins.
+impl LaboratoryPlan {
+    /// Number of twins.
+    #[must_use]
+    pub fn total(&self) -> usize {
+        self.conditions.len() * self.count as usize
+    }
+}
+
+/// Make and fit the twins `part`.
 ///
 /// `finished` is given each with its files; once `stop` says so the fits in hand end, and the result is `None`.
 ///
@@ -109,11 +118,13 @@ pub struct LaboratoryFit {
 /// When the bodies of a bench cannot be made ready.
 pub fn laboratory(
     plan: &LaboratoryPlan,
+    part: Range<usize>,
     finished: &(dyn Fn(&LaboratoryTwin, Option<&Files>) + Sync),
     stop: &'static (dyn Fn() -> bool + Sync),
 ) -> Result<Option<Vec<LaboratoryTwin>>, ModelError> {
     let all: Vec<(Condition, u64)> =
         plan.conditions.iter().flat_map(|condition| (0..plan.count).map(|number| (*condition, number))).collect();
+    let all = all[part].to_vec();
     let workshop = Workshop::of(plan, &all)?;
     let twins = all
         .into_par_iter()

@@ -3,6 +3,8 @@
 //! Shot 0 of a twin is the same record as the twin of a single level, and its own fit is the same fit: what is gained by the further levels is
 //! read twin by twin.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +31,7 @@ pub struct LevelOutcome {
     pub shares: Vec<Vec<Estimate>>,
 }
 
-/// Make and fit `plan.count` twins of `base` at the drive `levels` (factors on its amplitude, the first of them 1) on the chain.
+/// Make and fit the twins `part` of the `plan.count` of `base` at the drive `levels` (factors on its amplitude, the first of them 1) on the chain.
 ///
 /// `finished` is told after each twin; once `stop` says so no further twin is begun, and the result is `None`.
 #[must_use]
@@ -37,11 +39,11 @@ pub fn level_twins(
     base: &Scene,
     plan: &TwinPlan,
     levels: &[f64],
+    part: Range<u64>,
     finished: &(dyn Fn() + Sync),
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Option<Vec<LevelOutcome>> {
-    (0..plan.count)
-        .into_par_iter()
+    part.into_par_iter()
         .map(|index| {
             if stop() {
                 return None;

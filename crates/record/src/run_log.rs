@@ -1,4 +1,4 @@
-//! The runs of a study, kept as they finish: one JSON line a run, appended and synced.
+//! The runs of a study or a fit, kept as they finish: one JSON line a run, appended and synced.
 //!
 //! A process may die between any two bytes. What counts on reading is every line that ends in a newline and whose seal is whole; a torn last
 //! line is cut off before more is appended, an altered one is named and its run made again.
@@ -6,7 +6,7 @@
 use std::{
     collections::BTreeMap,
     fs::{File, OpenOptions},
-    io::{self, Read, Seek, SeekFrom, Write},
+    io::{self, BufRead, BufReader, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
     sync::{Mutex, PoisonError},
 };
@@ -14,7 +14,7 @@ use std::{
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use thiserror::Error;
 
-use granchain_record::seal::{sealed, unsealed};
+use crate::seal::{sealed, unsealed};
 
 /// Why the log cannot be used.
 #[derive(Debug, Error)]
@@ -55,36 +55,116 @@ struct Entry<T> {
     run: T,
 }
 
+/// What a line says, where its seal is whole.
+fn read_line<T: DeserializeOwned>(line: &[u8]) -> Option<Entry<T>> {
+    serde_json::from_slice(unsealed(line).ok()?).ok()
+}
+
+/// Where the runs of a log lie: of each no more than its place is held in memory.
+#[derive(Debug)]
+pub struct RunIndex {
+    path: PathBuf,
+    file: Mutex<BufReader<File>>,
+    places: BTreeMap<usize, u64>,
+}
+
+impl RunIndex {
+    /// Number of runs.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+
+    /// Whether it has this run.
+    #[must_use]
+    pub fn contains(&self, index: usize) -> bool {
+        self.places.contains_key(&index)
+    }
+
+    /// The largest index of a run.
+    #[must_use]
+    pub fn last(&self) -> Option<usize> {
+        self.places.last_key_value().map(|(index, _)| *index)
+    }
+
+    /// Read one run.
+    ///
+    /// # Errors
+    /// When it is not there, or not what was written.
+    pub fn read<T: DeserializeOwned>(&self, index: usize) -> Result<T, RunLogError> {
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut read = || {
+            let place = *self.places.get(&index).ok_or(io::ErrorKind::NotFound)?;
+            // What lies close behind is in the buffer already.
+            let here = file.stream_position()?;
+            file.seek_relative(place.cast_signed() - here.cast_signed())?;
+            let mut line = Vec::new();
+            file.read_until(b'\n', &mut line)?;
+            line.pop();
+            Ok(read_line::<T>(&line).filter(|entry| entry.index == index).ok_or(io::ErrorKind::InvalidData)?.run)
+        };
+        read().map_err(|source: io::Error| RunLogError::Io { action: "read", path: self.path.clone(), source })
+    }
+}
+
 impl RunLog {
     /// Open or create the log and read the runs in it, by index.
     ///
     /// # Errors
     /// When the file cannot be read or written.
     pub fn open<T: DeserializeOwned>(path: &Path) -> Result<(Self, BTreeMap<usize, T>), RunLogError> {
+        let mut runs = BTreeMap::new();
+        let log = Self::scanned(path, |entry: Entry<T>, _| drop(runs.insert(entry.index, entry.run)))?;
+        Ok((log, runs))
+    }
+
+    /// Open or create the log and find the runs in it, to be read one by one.
+    ///
+    /// # Errors
+    /// As [`RunLog::open`].
+    pub fn index<T: DeserializeOwned>(path: &Path) -> Result<(Self, RunIndex), RunLogError> {
+        let mut places = BTreeMap::new();
+        let log = Self::scanned(path, |entry: Entry<T>, place| {
+            places.insert(entry.index, place);
+        })?;
+        let file = File::open(path).map_err(|source| RunLogError::Io { action: "open", path: path.into(), source })?;
+        Ok((log, RunIndex { path: path.into(), file: Mutex::new(BufReader::new(file)), places }))
+    }
+
+    /// Open or create the log; every run in it is handed on with the place of its line.
+    fn scanned<T: DeserializeOwned>(path: &Path, mut found: impl FnMut(Entry<T>, u64)) -> Result<Self, RunLogError> {
         let io = |action| move |source| RunLogError::Io { action, path: path.into(), source };
         let mut file =
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(io("open"))?;
-        let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes).map_err(io("read"))?;
-        let whole = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |last| last + 1);
-        let (mut runs, mut damaged) = (BTreeMap::new(), Vec::new());
-        for (index, line) in bytes[..whole].split(|&byte| byte == b'\n').enumerate() {
-            if line.is_empty() {
-                continue;
+        let (mut whole, mut damaged) = (0, Vec::new());
+        let (mut reader, mut line) = (BufReader::new(&file), Vec::new());
+        for number in 1.. {
+            line.clear();
+            let length = reader.read_until(b'\n', &mut line).map_err(io("read"))?;
+            if line.pop_if(|last| *last == b'\n').is_none() {
+                break;
             }
-            match unsealed(line).ok().and_then(|body| serde_json::from_slice::<Entry<T>>(body).ok()) {
-                Some(entry) => drop(runs.insert(entry.index, entry.run)),
-                None => damaged.push(index + 1),
+            match read_line(&line) {
+                Some(entry) => found(entry, whole),
+                None if line.is_empty() => {}
+                None => damaged.push(number),
             }
+            whole += length as u64;
         }
-        file.set_len(whole as u64).map_err(io("cut"))?;
+        file.set_len(whole).map_err(io("cut"))?;
         file.seek(SeekFrom::End(0)).map_err(io("seek"))?;
-        Ok((Self { path: path.into(), end: Mutex::new(End { file, torn: false }), damaged }, runs))
+        Ok(Self { path: path.into(), end: Mutex::new(End { file, torn: false }), damaged })
     }
 
     /// What is to be said of lines that were altered since they were written; nothing where there are none.
     #[must_use]
-    pub(crate) fn damage(&self) -> Option<String> {
+    pub fn damage(&self) -> Option<String> {
         let lines: Vec<String> = self.damaged.iter().map(ToString::to_string).collect();
         (!lines.is_empty()).then(|| {
             let path = self.path.display();
@@ -138,6 +218,27 @@ mod tests {
             log.keep(2, &(1.0 / 3.0)).unwrap();
             assert_eq!(fs::read(&path).unwrap(), whole);
         }
+    }
+
+    #[test]
+    fn runs_are_read_one_by_one_as_they_were_kept() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("runs.jsonl");
+        let (log, _) = RunLog::open::<f64>(&path).unwrap();
+        for index in [7, 2, 5, 2] {
+            log.keep(index, &(1.0 / index as f64)).unwrap();
+        }
+        let (_, runs) = RunLog::index::<f64>(&path).unwrap();
+        assert_eq!((runs.len(), runs.last(), runs.contains(5), runs.contains(3)), (3, Some(7), true, false));
+        for index in [2, 7, 5, 2] {
+            assert_eq!(runs.read::<f64>(index).unwrap().to_bits(), (1.0 / index as f64).to_bits());
+        }
+        assert!(runs.read::<f64>(3).unwrap_err().to_string().contains("runs.jsonl: cannot read"));
+        // Altered behind its back.
+        let altered = fs::read_to_string(&path).unwrap().replace("0.5", "0.6");
+        fs::write(&path, altered).unwrap();
+        let (_, runs) = RunLog::index::<f64>(&path).unwrap();
+        assert!(!runs.contains(2) && runs.contains(5));
     }
 
     #[test]
