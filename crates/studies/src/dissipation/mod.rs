@@ -244,6 +244,12 @@ impl Study {
         &self.plan
     }
 
+    /// Its bodies.
+    #[must_use]
+    pub fn bodies(&self) -> &Bodies {
+        &self.bodies
+    }
+
     /// The scene with linear dampers.
     #[must_use]
     pub fn scene(&self) -> &Scene {
