@@ -1,6 +1,7 @@
 //! `granchain study`: whole studies with a page each.
 
 pub mod chain_length;
+pub mod dissipation;
 pub mod paper;
 pub mod precompression;
 mod trend;
@@ -59,6 +60,8 @@ pub enum Which {
     Precompression(trend::Arguments),
     /// The scene before water under every reading of mount, baffle and dampers: pressure and content over the drive
     Water(water::Arguments),
+    /// Which dampers, with which effects beside them, bring the printed peaks and thirds
+    Dissipation(dissipation::Arguments),
 }
 
 /// Run it.
@@ -71,6 +74,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         Which::ChainLength(lengths) => trend::execute::<chain_length::Study>(lengths, &arguments.session),
         Which::Precompression(forces) => trend::execute::<precompression::Study>(forces, &arguments.session),
         Which::Water(water) => water::execute(water, &arguments.session),
+        Which::Dissipation(dissipation) => dissipation::execute(dissipation, &arguments.session),
     }
 }
 

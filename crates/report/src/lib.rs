@@ -10,6 +10,7 @@ pub mod calibration;
 pub mod chain_length;
 pub mod contact;
 pub mod convergence;
+pub mod dissipation;
 pub mod effects;
 pub mod figure;
 pub mod heard;

@@ -49,6 +49,12 @@ impl EnsemblePlan {
         Self { members, seed, gap_jitter_m: 3e-10, drive_jitter: 1e-4, drive_change: 0.01 }
     }
 
+    /// Factors on the drive: the scene's own, then those of the sensitivity.
+    #[must_use]
+    pub(crate) fn levels(&self) -> [f64; 3] {
+        [1.0, 1.0 + self.drive_change, 1.0 - self.drive_change]
+    }
+
     /// What all its runs of a scene take, with a step of T0/`steps_per_period` of the chain.
     #[must_use]
     pub fn estimate(&self, scene: &Scene, steps_per_period: u32) -> Estimate {
@@ -175,8 +181,8 @@ pub(crate) fn run_perturbed(
     if members < 2 {
         return Err(EnsembleError::TooFew { found: members });
     }
-    let levels = [1.0, 1.0 + plan.drive_change, 1.0 - plan.drive_change];
-    let variations: Vec<Variation> = levels
+    let variations: Vec<Variation> = plan
+        .levels()
         .iter()
         .flat_map(|level| {
             perturbed.iter().map(move |variation| Variation {

@@ -155,6 +155,12 @@ impl PortraitMoments {
         Self(Trait::all().into_iter().map(moments).collect())
     }
 
+    /// Over what was seen of runs, those that failed left out.
+    #[must_use]
+    pub fn of(runs: &[Result<Portrait, String>]) -> Self {
+        Self::over(&runs.iter().flatten().collect::<Vec<_>>())
+    }
+
     /// One of its numbers.
     #[must_use]
     pub fn get(&self, what: Trait) -> Option<Moments> {

@@ -141,7 +141,7 @@ fn judged(statement: &Statement, found: impl Into<String>, verdict: Verdict) -> 
 
 fn number(statement: &Statement, ours: Option<Spread>, printed: f64) -> Judgement {
     let Some(spread) = ours else { return judged(statement, "could not be measured in every run", Verdict::NotTested) };
-    let allowance = 2.0 * spread.scatter + spread.sensitivity.abs() + PEAK_HALF_DIGIT;
+    let allowance = allowance(&spread);
     let difference = spread.mean - printed;
     Judgement {
         statement: *statement,
@@ -150,6 +150,12 @@ fn number(statement: &Statement, ours: Option<Spread>, printed: f64) -> Judgemen
         allowance: Some(allowance),
         verdict: Verdict::of(difference.abs() <= allowance),
     }
+}
+
+/// How far a printed velocity may lie from our mean and agree, m/s.
+#[must_use]
+pub fn allowance(spread: &Spread) -> f64 {
+    2.0 * spread.scatter + spread.sensitivity.abs() + PEAK_HALF_DIGIT
 }
 
 /// With its sign, a true minus.

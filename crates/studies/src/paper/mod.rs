@@ -13,24 +13,24 @@ use serde::Serialize;
 use super::{
     bodies::Bodies,
     decoder::Decoder,
-    ensemble::{EnsemblePlan, Moments, STEPS_PER_PERIOD, Spread},
+    ensemble::{EnsemblePlan, Moments, Spread},
     failure::{StudyError, enough, reasons},
-    members::{self, Watch, perturbations},
+    members::Watch,
     observation,
     portrait::{Portrait, PortraitMoments, Trait},
     published::SWEPT_ALPHAS,
+    seen::{Seen, spreads},
 };
 use granchain_model::{
     ModelError,
-    chain::ensemble::Variation,
     scene::{self, DampingKind, ModelKind, Scene, SceneError},
 };
 use granchain_signal::{
     Series,
-    feature::{AmplitudeSpectrum, FeatureSettings, Measurand, Ratio, amplitude_spectrum},
+    feature::{AmplitudeSpectrum, FeatureSettings, Ratio, amplitude_spectrum},
 };
 
-pub use judgement::{Judgement, Verdict, judge};
+pub use judgement::{Judgement, Verdict, allowance, judge};
 pub use reading::{Change, READINGS, Reading, ReadingOutcome};
 pub use rigid::{RigidOutcome, RigidRun};
 
@@ -290,21 +290,10 @@ impl Study {
         let spectrum = amplitude_spectrum(&velocity, window).map_err(unmeasured)?;
 
         let plan = EnsemblePlan::new(self.plan.members, self.plan.seed);
-        let perturbed = perturbations(scene, &plan);
-        let levels = [1.0, 1.0 + plan.drive_change, 1.0 - plan.drive_change];
-        let variations: Vec<Variation> =
-            levels.iter().flat_map(|level| perturbed.iter().map(|member| scaled(member, *level))).collect();
-        let portraits = self.portraits(scene, &variations, &self.settings, watch)?;
-        let failures = reasons(&portraits);
-        let [own, above, below] = [0, 1, 2].map(|level| {
-            let members = &portraits[level * plan.members..(level + 1) * plan.members];
-            PortraitMoments::over(&members.iter().flatten().collect::<Vec<_>>())
-        });
-        let own = enough(own, &portraits[..plan.members], what)?;
-        let spreads = Trait::all()
-            .into_iter()
-            .map(|number| Some(Spread::between(&own.get(number)?, &above.get(number)?, &below.get(number)?)))
-            .collect();
+        let levels = self.seen().at(scene, &plan.levels(), &plan, watch)?;
+        let failures = levels.iter().flat_map(|members| reasons(members)).collect();
+        let own = enough(PortraitMoments::of(&levels[0]), &levels[0], what)?;
+        let spreads = spreads(&levels);
         let energy = response.energy;
         let energy_balance = if energy.largest_j > 0.0 { energy.residual_j.abs() / energy.largest_j } else { 0.0 };
         Ok(LawOutcome { law: *law, single, spreads, moments: own, failures, energy_balance, velocity, spectrum })
@@ -317,15 +306,11 @@ impl Study {
     pub fn sweeps(&self, watch: &dyn Watch) -> Result<Vec<Vec<SweepPoint>>, StudyError> {
         let plan = EnsemblePlan::new(self.plan.sweep_members, self.plan.seed);
         let sweep = |(law, scene): (&Law, &Scene)| {
-            let perturbed = perturbations(scene, &plan);
-            let variations: Vec<Variation> = (self.plan.alphas.iter())
-                .flat_map(|alpha| perturbed.iter().map(move |member| scaled(member, alpha / law.alpha)))
-                .collect();
-            let portraits = self.portraits(scene, &variations, &self.settings, watch)?;
-            let points = self.plan.alphas.iter().zip(portraits.chunks(plan.members)).map(|(&alpha, members)| {
-                let moments = PortraitMoments::over(&members.iter().flatten().collect::<Vec<_>>());
+            let factors: Vec<f64> = self.plan.alphas.iter().map(|alpha| alpha / law.alpha).collect();
+            let seen = self.seen().at(scene, &factors, &plan, watch)?;
+            let points = self.plan.alphas.iter().zip(&seen).map(|(&alpha, members)| {
                 let what = || format!("{} dampers at α = {alpha}", law.name);
-                Ok(SweepPoint { alpha, moments: enough(moments, members, what)? })
+                Ok(SweepPoint { alpha, moments: enough(PortraitMoments::of(members), members, what)? })
             });
             points.collect()
         };
@@ -340,25 +325,10 @@ impl Study {
         LAWS.iter().map(|law| reading::run(self, law, watch)).collect()
     }
 
-    /// Portraits of perturbed runs of a scene as the decoder sees them.
-    fn portraits(
-        &self,
-        scene: &Scene,
-        variations: &[Variation],
-        settings: &FeatureSettings,
-        watch: &dyn Watch,
-    ) -> Result<Vec<Result<Portrait, String>>, StudyError> {
-        let noisy = self.decoder.settings(settings);
-        let see = |index, velocity: &Series| Portrait::of(&self.decoder.sees(velocity, index), &noisy);
-        let portraits =
-            members::run(&self.bodies, scene, variations, STEPS_PER_PERIOD, Measurand::Velocity, watch, see)
-                .map_err(|source| StudyError::Run { what: "perturbed runs".into(), source })?;
-        if watch.stop() { Err(StudyError::Stopped) } else { Ok(portraits) }
+    /// What sees its runs.
+    fn seen(&self) -> Seen<'_> {
+        Seen { bodies: &self.bodies, decoder: self.decoder, settings: &self.settings }
     }
-}
-
-fn scaled(member: &Variation, factor: f64) -> Variation {
-    Variation { amplitude_scale: member.amplitude_scale * factor, ..member.clone() }
 }
 
 /// The moments of one number that every run has.

@@ -16,9 +16,10 @@ use super::{Law, Study, moment};
 use crate::{
     ensemble::EnsemblePlan,
     failure::{StudyError, enough},
-    members::{Watch, perturbations},
+    members::Watch,
     observation,
     portrait::{PortraitMoments, Trait},
+    seen::Seen,
 };
 use granchain_model::scene::ModelKind;
 
@@ -147,10 +148,8 @@ fn ensemble(study: &Study, law: &Law, overrides: &[&str], watch: &dyn Watch) -> 
     let scene = law.scene(&all)?;
     let settings = observation::settings(&scene).map_err(|source| StudyError::Feature { what: what(), source })?;
     let plan = EnsemblePlan::new(study.plan.reading_members, study.plan.seed);
-    let variations = perturbations(&scene, &plan);
-    let portraits = study.portraits(&scene, &variations, &settings, watch)?;
-    let moments = PortraitMoments::over(&portraits.iter().flatten().collect::<Vec<_>>());
-    enough(moments, &portraits, what)
+    let portraits = Seen { settings: &settings, ..study.seen() }.at(&scene, &[1.0], &plan, watch)?.concat();
+    enough(PortraitMoments::of(&portraits), &portraits, what)
 }
 
 fn compared(reading: &Reading, law: &Law, base: &PortraitMoments, moved: &PortraitMoments) -> ReadingOutcome {

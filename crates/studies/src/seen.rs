@@ -1,0 +1,68 @@
+//! Perturbed runs of one scene at several levels of its drive, as a decoder sees them.
+
+use super::{
+    bodies::Bodies,
+    decoder::Decoder,
+    ensemble::{EnsemblePlan, STEPS_PER_PERIOD, Spread},
+    failure::StudyError,
+    members::{self, Watch, perturbations},
+    portrait::{Portrait, PortraitMoments, Trait},
+};
+use granchain_model::{chain::ensemble::Variation, scene::Scene};
+use granchain_signal::{
+    Series,
+    feature::{FeatureSettings, Measurand},
+};
+
+/// What perturbed runs pass through before they are measured.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Seen<'a> {
+    /// Bodies made ready.
+    pub bodies: &'a Bodies,
+    /// The decoder.
+    pub decoder: Decoder,
+    /// How velocities without noise are measured.
+    pub settings: &'a FeatureSettings,
+}
+
+impl Seen<'_> {
+    /// Portraits of the plan's members at each factor on the scene's drive, the same perturbations at each; a run that failed leaves its reason.
+    ///
+    /// # Errors
+    /// [`StudyError::Run`] for a scene that no run can be made of, [`StudyError::Stopped`].
+    pub fn at(
+        &self,
+        scene: &Scene,
+        factors: &[f64],
+        plan: &EnsemblePlan,
+        watch: &dyn Watch,
+    ) -> Result<Vec<Vec<Result<Portrait, String>>>, StudyError> {
+        let perturbed = perturbations(scene, plan);
+        let at = |factor: f64| {
+            let scaled = move |member: &Variation| Variation {
+                amplitude_scale: member.amplitude_scale * factor,
+                ..member.clone()
+            };
+            perturbed.iter().map(scaled)
+        };
+        let variations: Vec<Variation> = factors.iter().flat_map(|factor| at(*factor)).collect();
+        let noisy = self.decoder.settings(self.settings);
+        let see = |index, velocity: &Series| Portrait::of(&self.decoder.sees(velocity, index), &noisy);
+        let portraits = members::run(self.bodies, scene, &variations, STEPS_PER_PERIOD, Measurand::Velocity, watch, see)
+            .map_err(|source| StudyError::Run { what: "perturbed runs".into(), source })?;
+        if watch.stop() {
+            return Err(StudyError::Stopped);
+        }
+        Ok(portraits.chunks(plan.members).map(<[_]>::to_vec).collect())
+    }
+}
+
+/// Mean, scatter and sensitivity of every number from runs at the drive's [`EnsemblePlan::levels`], in the order of [`Trait::all`].
+pub(crate) fn spreads(levels: &[Vec<Result<Portrait, String>>]) -> Vec<Option<Spread>> {
+    let moments: Vec<PortraitMoments> = levels.iter().map(|members| PortraitMoments::of(members)).collect();
+    let of = |number: Trait| {
+        let [own, above, below] = moments.as_slice() else { return None };
+        Some(Spread::between(&own.get(number)?, &above.get(number)?, &below.get(number)?))
+    };
+    Trait::all().into_iter().map(of).collect()
+}
