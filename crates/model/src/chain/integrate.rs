@@ -7,6 +7,7 @@ use super::{
     equation::{Equation, Instant, Mode},
     event::Resolution,
     forecast::Forecast,
+    pace::Pace,
     record::Recording,
     system::System,
 };
@@ -43,49 +44,6 @@ const STEPS_A_REPORT: u64 = 256;
 const CHANGES_AT_ONCE: usize = 64;
 /// Longest second step after a closing, over the first, both in √(t − t*).
 const SECOND_AFTER_CLOSING: f64 = 0.72;
-
-/// Size and kind of the next step.
-#[derive(Debug, Clone, Copy)]
-enum Pace {
-    /// Even in time, s.
-    Plain { step: f64 },
-    /// Even in √(t − t*), √s, since a contact closed at t*; `root` = √(t − t*) now.
-    SinceClosing { closing: f64, root: f64, step: f64 },
-    /// Even in √(t* − t) up to t* = now + `step` (s), when a contact without dashpot is expected to open.
-    ToOpening { switch: usize, step: f64, refinements: u32 },
-}
-
-impl Pace {
-    /// The clock of the next step from `time`, at most up to `stop`; whether it reaches it.
-    fn clock(&self, time: f64, stop: f64) -> (Clock, bool) {
-        match *self {
-            Self::Plain { step } => {
-                let last = time + 1.01 * step >= stop;
-                let step = if last { stop - time } else { step };
-                (Clock { start: time, linear: step, quadratic: 0.0 }, last)
-            }
-            Self::SinceClosing { closing, root, step } => {
-                let longest = (stop - closing).sqrt() - root;
-                let last = 1.01 * step >= longest;
-                let step = if last { longest } else { step };
-                (Clock { start: time, linear: 2.0 * root * step, quadratic: step * step }, last)
-            }
-            Self::ToOpening { step, .. } => (Clock { start: time, linear: 2.0 * step, quadratic: -step }, false),
-        }
-    }
-
-    /// After the rejected step of this clock: `factor` times as long, in the pace's own variable.
-    fn shortened(self, clock: &Clock, factor: f64) -> Self {
-        match self {
-            Self::Plain { .. } => Self::Plain { step: factor * clock.linear },
-            Self::SinceClosing { closing, root, .. } => {
-                Self::SinceClosing { closing, root, step: factor * clock.quadratic.sqrt() }
-            }
-            // Leave for the approach what it can do in one step.
-            Self::ToOpening { step, .. } => Self::Plain { step: (1.0 - factor * factor).max(0.3) * step },
-        }
-    }
-}
 
 /// Run the chain; the ledger and the work done.
 pub(super) fn integrate<const DAMPED: Terms, L: ElasticLaw>(

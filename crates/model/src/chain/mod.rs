@@ -14,6 +14,7 @@
 mod beyond;
 mod coupling;
 mod dormand_prince;
+mod effects;
 pub mod ensemble;
 mod equation;
 mod event;
@@ -22,6 +23,7 @@ mod forecast;
 mod integrate;
 mod lane;
 mod laws;
+mod pace;
 mod record;
 mod symplectic;
 mod system;

@@ -2,8 +2,8 @@
 
 use super::{
     InitialState,
-    beyond::{self, Effects},
     coupling::{Coupling, Survey},
+    effects::{self, Effects},
     finite_body::FiniteBodyLaws,
     laws::ContactLaws,
 };
@@ -59,7 +59,7 @@ impl System {
         }
         let inverse_mass = mass.iter().map(|&m| if m > 0.0 { 1.0 / m } else { 0.0 }).collect();
         let ContactLaws { mut laws, couplings } = ContactLaws::of(scene, fitted)?;
-        beyond::tilt(scene, &mut laws);
+        effects::tilt(scene, &mut laws);
         let coupling = couplings.map(|beads| Coupling::new(&laws, &beads, padded));
         let force = chain.precompression;
         let mut offset: Vec<f64> = laws.iter().zip(scene.gaps()).map(|(law, gap)| law.overlap(force) - gap).collect();

@@ -5,6 +5,11 @@
 //! allocated in it. A step without a solution, or one in which contacts make energy from nothing, leaves no trace: it is tried again as two
 //! steps of half the size, whose factor is made when it is first needed and kept.
 
+mod snapshot;
+mod warnings;
+
+pub use snapshot::Snapshot;
+
 use std::fmt;
 
 use super::{
@@ -15,14 +20,14 @@ use super::{
     energy::Ledger,
     equilibrium::Rest,
     loss::refuse_losses,
-    motion::{Motion, Saved},
+    motion::Motion,
     operator::{Interfaces, Operator},
     profile::Profile,
     resolution,
     scheme::Coefficients,
     trace::{Sampling, Trace, Watched},
     turning::{Turned, Turning},
-    yielding::{self, yield_forces},
+    yielding::yield_forces,
 };
 use crate::{
     holder::Hold,
@@ -38,24 +43,6 @@ pub(crate) const FIXED_NORMAL_TRAVEL: f64 = 5e-6;
 
 /// Steps from one look at the energies of all bodies to the next: two matrix products are too much for every step.
 const STEPS_PER_AUDIT: usize = 10;
-
-/// Everything that must be saved to go on later, exactly.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Snapshot {
-    /// What the state belongs to: a text that differs when anything that matters differs.
-    pub identity: String,
-    taken: usize,
-    travel: f64,
-    motion: Saved,
-    contacts: Vec<ContactState>,
-    trace: Trace,
-    ledger: Ledger,
-    complementarity: Complementarity,
-    cuts: Vec<Cut>,
-    /// None where the horn does not give way.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    horn: Option<HornMotion<f64>>,
-}
 
 /// A transient analysis that can be advanced, saved and taken up again.
 pub struct Simulation<'a> {
@@ -302,38 +289,6 @@ impl<'a> Simulation<'a> {
     #[must_use]
     pub fn ledger(&self) -> &Ledger {
         &self.ledger
-    }
-
-    /// What a reader of the results must know: limits of the model that the run came near or passed.
-    #[must_use]
-    pub fn warnings(&self) -> Vec<String> {
-        let mut warnings = Vec::new();
-        let is_ring = self.arrangement.contacts.last().is_some_and(|&pair| self.arrangement.pairs[pair].ring.is_some());
-        if is_ring && self.turning.is_none() && self.travel > FIXED_NORMAL_TRAVEL {
-            warnings.push(format!(
-                "the last bead travelled {:.1} um into its support; with a fixed normal its force is too large by 0.19 % per um, and past 5 um \
-                 `support.normal = \"moving\"` is needed",
-                1e6 * self.travel
-            ));
-        }
-        if !self.cuts.is_empty() {
-            let first = self.cuts[0];
-            warnings.push(format!(
-                "{} steps were taken back and tried smaller, first at {:.4} us, contact {}: {}",
-                self.cuts.len(),
-                1e6 * first.time_s,
-                first.contact,
-                first.cause
-            ));
-        }
-        if self.complementarity.violations > 0 {
-            warnings.push(format!(
-                "{} steps violated the contact conditions, by up to {:.2e} m and {:.2e} N",
-                self.complementarity.violations, self.complementarity.penetration_m, self.complementarity.adhesion_n
-            ));
-        }
-        warnings.extend(yielding::warning(&self.yield_forces, &self.trace.forces()));
-        warnings
     }
 
     /// Where the time went.
@@ -632,54 +587,5 @@ impl<'a> Simulation<'a> {
         if let Some(Wet { disc, record, .. }) = &mut self.wet {
             disc.sample(record);
         }
-    }
-
-    /// Save everything that is needed to go on later; `identity` says what the state belongs to.
-    #[must_use]
-    pub fn snapshot(&self, identity: &str) -> Snapshot {
-        Snapshot {
-            identity: identity.into(),
-            taken: self.taken,
-            travel: self.travel,
-            motion: self.motion.save(),
-            contacts: self.contacts.clone(),
-            trace: self.trace.clone(),
-            ledger: self.ledger,
-            complementarity: self.complementarity,
-            cuts: self.cuts.clone(),
-            horn: self.horn,
-        }
-    }
-
-    /// Go on from a saved state: the run then ends in the same bytes as if it had never stopped.
-    ///
-    /// # Errors
-    /// [`FeaError::OtherState`] when the state is of another analysis.
-    pub fn restore(&mut self, snapshot: Snapshot, identity: &str) -> Result<(), FeaError> {
-        if self.wet.is_some() {
-            return Err(FeaError::WaterNotKept);
-        }
-        let points =
-            |contacts: &[ContactState]| contacts.iter().map(|contact| contact.forces.len()).collect::<Vec<_>>();
-        let fits = snapshot.identity == identity
-            && points(&snapshot.contacts) == points(&self.contacts)
-            && snapshot.horn.is_some() == self.horn.is_some();
-        if !fits || !self.motion.restore(&snapshot.motion) {
-            return Err(FeaError::OtherState { expected: identity.into(), found: snapshot.identity });
-        }
-        let Snapshot { taken, travel, contacts, trace, ledger, complementarity, cuts, .. } = snapshot;
-        // The factors that the saved run had made: levels are made in order, one factor a kind of body.
-        let made = ledger.work.factorisations as usize / self.arrangement.kinds.len().max(1);
-        for level in 1..made.min(self.operators.len()) {
-            self.factor(level as u32)?;
-        }
-        (self.taken, self.travel, self.contacts, self.trace) = (taken, travel, contacts, trace);
-        (self.ledger, self.complementarity, self.cuts) = (ledger, complementarity, cuts);
-        self.before.clone_from(&self.contacts);
-        self.horn = snapshot.horn;
-        self.driven = self.drive.at(self.time()).0;
-        self.piston = self.horn.map_or(self.driven, |horn| self.driven + horn.displacement);
-        self.motion.move_piston(self.piston);
-        Ok(())
     }
 }

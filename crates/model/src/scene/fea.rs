@@ -1,11 +1,11 @@
 //! Settings of the contact finite element analysis.
 
 use super::{
+    condition::FEA_INTEGRATORS,
     error::SceneError,
     file::time,
     reader::{Bound, Reader},
     settings::check_step,
-    table::FEA_INTEGRATORS,
     word::words,
 };
 use granchain_signal::Dimension;

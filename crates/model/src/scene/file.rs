@@ -4,14 +4,15 @@ use std::path::{Path, PathBuf};
 
 use super::{
     Bead, Chain, Damping, DampingCoefficients, DampingKind, Drive, DriveKind, FlatContact, Material, ModelKind, Scene,
-    SceneText, Support, TermDescription, annulus, builtin, contact_law, disc,
+    SceneText, Support, TermDescription, annulus, builtin,
+    condition::CHAIN_INTEGRATORS,
+    contact_law, disc,
     document::{Document, Value, resolved},
     error::SceneError,
     holder, horn, loss, mesh_file,
     reader::{Bound, Reader},
     settings,
     source::Author,
-    table::CHAIN_INTEGRATORS,
     water,
 };
 use granchain_signal::{Dimension, Quantity};

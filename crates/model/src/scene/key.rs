@@ -148,6 +148,22 @@ pub(super) const fn number(
     key(name, ValueKind::Quantity(dimension), bound, Get::Number(get), meaning)
 }
 
+/// A number that is 0 where it is not given.
+pub(super) const fn optional(
+    name: &'static str,
+    dimension: Dimension,
+    get: fn(&Scene) -> Option<f64>,
+    meaning: &'static str,
+) -> Key {
+    number(name, dimension, Bound::NotNegative, get, meaning).usually("0")
+}
+
+/// The key of a term's coefficient beside another.
+pub(super) const fn beside(term: DampingTerm, get: fn(&Scene) -> Option<f64>, meaning: &'static str) -> Key {
+    let description = term.description();
+    number(description.key, description.dimension, Bound::NotNegative, get, meaning).usually("the paper's")
+}
+
 pub(super) const fn of_material(
     name: &'static str,
     dimension: Dimension,

@@ -27,6 +27,7 @@ mod annulus;
 mod builtin;
 mod burst;
 mod chain;
+mod condition;
 mod contact_law;
 mod damping;
 mod disc;

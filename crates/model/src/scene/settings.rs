@@ -2,13 +2,14 @@
 
 use super::{
     ContactLaw, ContactMass, DEFAULT_FEA_STEP, DEFAULT_REDUCED_STEP, DEFAULT_WATER_STEP, Elements, FeaSettings, Limits,
-    ReducedSettings, contact_law,
+    ReducedSettings,
+    condition::CHAIN_INTEGRATORS,
+    contact_law,
     error::SceneError,
     fea,
     file::{DEFAULT_TOLERANCE, time},
     reader::Reader,
     reduced,
-    table::CHAIN_INTEGRATORS,
     word::words,
 };
 

@@ -4,10 +4,14 @@
 use super::{
     AnnulusShape, Baffle, ContactLaw, ContactMass, ContactNormal, DEFAULT_CONTACT_PATCH, DEFAULT_DISC,
     DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DampingKind, DampingPlacement, DampingTerm, DriveKind, Elements,
-    FlatContact, Holder, Integrator, Key, MOST_BEADS, ModelKind, Rim, Scene, Scheme, Support, ValueKind,
+    FlatContact, Holder, Integrator, Key, MOST_BEADS, ModelKind, Rim, Scheme, Support, ValueKind,
+    condition::{
+        BODY_MESH, DISC, DRIVES, FORMULA, INTEGRATORS, LIQUID, MEDIA, MESHED, METHODS, OWN_BODY, OWN_NORMAL, RING,
+        SUPPORTS, WATER_MESH,
+    },
     key::{
-        When::{self, Beside, Damped, Is},
-        count, nowhere, number, of_material, value, word,
+        When::{Beside, Damped, Is},
+        beside, count, nowhere, number, of_material, optional, value, word,
     },
     listing::{
         SettingValue, absorption, beads, coefficient, damped, differing_beads, disc, gaps, given, meshing, of_sum,
@@ -16,28 +20,6 @@ use super::{
     reader::Bound,
 };
 use granchain_signal::Dimension;
-
-/// Words of choices that are more than one value of a scene.
-const DRIVES: &[&str] = &["record", "tone-burst", "gaussian-burst", "sine"];
-const SUPPORTS: &[&str] = &["rigid", "half-space", "annulus", "spring", "body", "disc", "free"];
-const MEDIA: &[&str] = &["water", "tissue", "none"];
-const METHODS: &[&str] = &["rayleigh", "elements"];
-const INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic", "trapezoid", "hht", "newmark"];
-/// Those of the chain.
-pub(super) const CHAIN_INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic"];
-/// Those of the finite element analysis.
-pub(super) const FEA_INTEGRATORS: &[&str] = &["trapezoid", "hht", "newmark"];
-
-const RING: &[When] = &[Is("support.kind", &["annulus"])];
-const BODY_MESH: &[When] = &[Is("model.kind", &["reduced", "fea"])];
-const MESHED: &[When] = &[Is("model.kind", &["chain", "reduced", "fea"]), Is("contact.law", &["finite-body"])];
-const FORMULA: &[When] = &[Is("drive.kind", &["tone-burst", "gaussian-burst", "sine"])];
-const OWN_BODY: &[When] = &[Is("model.kind", &["reduced", "fea"]), Is("support.kind", &["body"])];
-const OWN_NORMAL: &[When] = &[Is("model.kind", &["reduced", "fea"]), Is("support.kind", &["annulus", "body"])];
-const DISC: &[When] = &[Is("support.kind", &["disc"])];
-const LIQUID: &[When] = &[Is("support.kind", &["disc"]), Is("water.medium", &["water", "tissue"])];
-const WATER_MESH: &[When] =
-    &[Is("support.kind", &["disc"]), Is("water.medium", &["water", "tissue"]), Is("water.method", &["elements"])];
 
 /// All keys, in the order in which they are written.
 pub const KEYS: &[Key] = &[
@@ -168,38 +150,30 @@ pub const KEYS: &[Key] = &[
         "Q of the horn's resonance",
     )
     .usually("infinite"),
-    number(
+    optional(
         "holder.drag",
         Dimension::LINEAR_DAMPING,
-        Bound::NotNegative,
         |scene| given(scene.holder?.drag),
         "viscous drag b on every bead, −b v",
-    )
-    .usually("0"),
-    number(
+    ),
+    optional(
         "holder.friction_force",
         Dimension::FORCE,
-        Bound::NotNegative,
         |scene| given(scene.holder?.friction_force),
         "friction on every bead under a constant load across the chain",
-    )
-    .usually("0"),
-    number(
+    ),
+    optional(
         "holder.friction_coefficient",
         Dimension::NONE,
-        Bound::NotNegative,
         |scene| given(scene.holder?.friction_coefficient),
         "coefficient μ of the friction that the clearance makes",
-    )
-    .usually("0"),
-    number(
+    ),
+    optional(
         "holder.clearance",
         Dimension::LENGTH,
-        Bound::NotNegative,
         |scene| given(scene.holder?.clearance),
         "diameter of the bore less that of the beads: lines of centres oblique by at most sin θ = e/2a",
-    )
-    .usually("0"),
+    ),
     number(
         "holder.slip_velocity",
         Dimension::VELOCITY,
@@ -629,9 +603,3 @@ pub const KEYS: &[Key] = &[
         Is("model.integrator", &["symplectic", "trapezoid", "hht", "newmark"]),
     ]),
 ];
-
-/// The key of a term's coefficient beside another.
-const fn beside(term: DampingTerm, get: fn(&Scene) -> Option<f64>, meaning: &'static str) -> Key {
-    let description = term.description();
-    number(description.key, description.dimension, Bound::NotNegative, get, meaning).usually("the paper's")
-}

@@ -1,0 +1,135 @@
+//! What a chain has of effects beside contacts and dashpots, fixed for a run: how they act stands in [`super::beyond`].
+
+use crate::{
+    ModelError,
+    contact_law::{Law, Yielding},
+    scene::{Holder, Horn, Relaxation, Scene, Support},
+};
+
+/// What a chain has of these effects.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Effects {
+    pub horn: Option<Horn>,
+    pub holder: Option<Holder>,
+    /// tan θ of the line of centres at each contact; 0 at both ends.
+    pub obliquity: Vec<f64>,
+    /// How each contact yields, if it does.
+    pub yielding: Vec<Option<Yielding>>,
+    pub relaxation: Option<Relaxation>,
+}
+
+impl Effects {
+    /// Those of a scene; none where it has none.
+    ///
+    /// # Errors
+    /// For numbers that are none, and for contacts that can neither yield nor relax with the laws of finite bodies.
+    pub fn of(scene: &Scene, laws: &[Law], is_coupled: bool) -> Result<Option<Self>, ModelError> {
+        let relaxation = scene.loss.relaxation.filter(|_| matches!(scene.support, Support::Annulus { .. }));
+        if scene.horn.is_none() && scene.holder.is_none() && scene.yield_strength.is_none() && relaxation.is_none() {
+            return Ok(None);
+        }
+        check(scene)?;
+        let unsupported = |key: &str| {
+            let reason = format!("`{key}` needs contacts that do not feel one another; set `contact.law` = \"hertz\"");
+            ModelError::Unsupported { model: "chain", reason }
+        };
+        if is_coupled && scene.yield_strength.is_some() {
+            return Err(unsupported("contact.yield_strength"));
+        }
+        if is_coupled && relaxation.is_some() {
+            return Err(unsupported("loss.relaxation"));
+        }
+        let sines = sines(scene);
+        let cosine = |contact: usize| (1.0 - sines[contact] * sines[contact]).sqrt();
+        let beads = &scene.chain.beads;
+        let yielding = laws.iter().enumerate().map(|(contact, law)| {
+            let strength = scene.yield_strength.filter(|_| matches!(law, Law::Hertz(_)))?;
+            let law = match (contact, beads.get(contact)) {
+                (0, _) => Yielding::of(&beads[0], Err(scene.piston), strength),
+                (_, Some(next)) => Yielding::of(&beads[contact - 1], Ok(next), strength),
+                (_, None) => match scene.support {
+                    Support::Flat(flat) => Yielding::of(&beads[contact - 1], Err(flat), strength),
+                    _ => return None,
+                },
+            };
+            Some(law.oblique(cosine(contact)))
+        });
+        Ok(Some(Self {
+            horn: scene.horn,
+            holder: scene.holder,
+            yielding: yielding.collect(),
+            obliquity: (0..laws.len()).map(|contact| sines[contact] / cosine(contact)).collect(),
+            relaxation,
+        }))
+    }
+
+    /// Most that friction holds the bead in a slot with, N.
+    #[inline(always)]
+    pub fn friction(&self, force: &[f64], slot: usize) -> f64 {
+        let Some(holder) = &self.holder else { return 0.0 };
+        let across = force[slot - 1] * self.obliquity[slot - 1] + force[slot] * self.obliquity[slot];
+        holder.friction_force + holder.friction_coefficient * across.max(0.0)
+    }
+
+    pub fn rubs(&self) -> Option<&Holder> {
+        self.holder.as_ref().filter(|holder| holder.has_friction())
+    }
+}
+
+/// sin θ of the line of centres at each of the N + 1 contacts.
+fn sines(scene: &Scene) -> Vec<f64> {
+    let beads = &scene.chain.beads;
+    let mut sines = vec![0.0; beads.len() + 1];
+    if let Some(holder) = &scene.holder {
+        for (sine, pair) in sines[1..].iter_mut().zip(beads.windows(2)) {
+            *sine = holder.obliquity(pair[0].radius, pair[1].radius);
+        }
+    }
+    sines
+}
+
+/// Soften the contacts between beads whose line of centres is oblique: F = k cos^(5/2) θ δ^(3/2) along the axis.
+pub(super) fn tilt(scene: &Scene, laws: &mut [Law]) {
+    if scene.holder.is_none_or(|holder| holder.clearance == 0.0) {
+        return;
+    }
+    for (law, sine) in laws.iter_mut().zip(sines(scene)) {
+        let factor = (1.0 - sine * sine).powf(1.25);
+        match law {
+            Law::Hertz(law) => law.stiffness *= factor,
+            Law::FiniteHertz(law) => law.stiffness *= factor,
+            Law::Annulus(_) | Law::Spring(_) => {}
+        }
+    }
+}
+
+fn check(scene: &Scene) -> Result<(), ModelError> {
+    let need = |holds: bool, quantity: &str, expected: &'static str, found: f64| {
+        if holds { Ok(()) } else { Err(ModelError::Unphysical { quantity: quantity.into(), expected, found }) }
+    };
+    let positive = |value: f64| value > 0.0 && value.is_finite();
+    let not_negative = |value: f64| value >= 0.0 && value.is_finite();
+    if let Some(Horn { mass, frequency, quality }) = scene.horn {
+        need(positive(mass), "horn.mass", "a positive mass, kg", mass)?;
+        need(positive(frequency), "horn.frequency", "a positive frequency, Hz", frequency)?;
+        need(quality > 0.0, "horn.quality", "a positive number", quality)?;
+    }
+    if let Some(holder) = scene.holder {
+        need(not_negative(holder.drag), "holder.drag", "a coefficient ≥ 0, N·s/m", holder.drag)?;
+        need(not_negative(holder.friction_force), "holder.friction_force", "a force ≥ 0, N", holder.friction_force)?;
+        let coefficient = holder.friction_coefficient;
+        need(not_negative(coefficient), "holder.friction_coefficient", "a number ≥ 0", coefficient)?;
+        need(not_negative(holder.slip_velocity), "holder.slip_velocity", "a velocity ≥ 0, m/s", holder.slip_velocity)?;
+        let least = scene.chain.beads.iter().map(|bead| bead.radius).fold(f64::INFINITY, f64::min);
+        let fits = not_negative(holder.clearance) && holder.clearance <= 0.5 * least;
+        need(fits, "holder.clearance", "a length ≥ 0, at most half a bead's radius, m", holder.clearance)?;
+    }
+    if let Some(strength) = scene.yield_strength {
+        need(positive(strength), "contact.yield_strength", "a positive pressure, Pa", strength)?;
+    }
+    if let Some(Relaxation { strength, time }) = scene.loss.relaxation {
+        need(not_negative(strength), "loss.relaxation", "a number ≥ 0", strength)?;
+        need(positive(time), "loss.relaxation_time", "a positive time, s", time)?;
+    }
+    Ok(())
+}
