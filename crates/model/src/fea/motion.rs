@@ -588,8 +588,9 @@ impl Group {
             }
             let width = displacement.width();
             for &unknown in &*massless {
-                for place in unknown as usize * width..(unknown as usize + 1) * width {
-                    blend[place] = retardation * loss.massless_history(u[place], v[place], a[place]);
+                let row = unknown as usize * width..(unknown as usize + 1) * width;
+                for (place, blend) in row.clone().zip(&mut blend[row]) {
+                    *blend = retardation * loss.massless_history(u[place], v[place], a[place]);
                 }
             }
         } else {
