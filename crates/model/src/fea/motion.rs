@@ -618,8 +618,9 @@ impl Group {
         if beta > 0.0 {
             let width = displacement.width();
             for &unknown in &*massless {
-                for place in unknown as usize * width..(unknown as usize + 1) * width {
-                    blend[place] += beta * loss.half_step() * acceleration.as_slice()[place];
+                let row = unknown as usize * width..(unknown as usize + 1) * width;
+                for (blend, a) in blend[row.clone()].iter_mut().zip(&acceleration.as_slice()[row]) {
+                    *blend += beta * loss.half_step() * a;
                 }
             }
         }
