@@ -274,11 +274,13 @@ fn side_by_side_every_run_has_its_own_horn_and_holder() {
     for (trace, scene) in prepared.traces(&idle, &|| true).iter().zip(&idle) {
         assert_eq!(trace.as_ref().unwrap(), prepared.run(scene, &mut |_| true).unwrap().observed_velocity());
     }
-    // Some with a horn and some without: each as alone.
-    let mut mixed = scenes;
-    mixed[2].horn = None;
-    mixed[4].loss.beads = 0.0;
-    for (trace, scene) in prepared.traces(&mixed, &|| true).iter().zip(&mixed) {
-        assert_eq!(trace.as_ref().unwrap(), prepared.run(scene, &mut |_| true).unwrap().observed_velocity());
+    // Some with a horn and some without, one of other losses: each as alone.
+    let (mut mixed, mut lossy) = (scenes.clone(), scenes);
+    mixed[4].horn = None;
+    lossy[4].loss.beads = 0.0;
+    for scenes in [mixed, lossy] {
+        for (trace, scene) in prepared.traces(&scenes, &|| true).iter().zip(&scenes) {
+            assert_eq!(trace.as_ref().unwrap(), prepared.run(scene, &mut |_| true).unwrap().observed_velocity());
+        }
     }
 }

@@ -3,7 +3,10 @@
 use std::f64::consts::PI;
 
 use granchain::{
-    model::{self, ModelError, fea::FeaError},
+    model::{
+        self, ModelError,
+        fea::{Control, FeaError, Simulation},
+    },
     response::{Channels, Response},
     scene::{self, Holder, MaterialLoss, PistonMotion, Relaxation, Scene},
     signal::Series,
@@ -289,7 +292,7 @@ fn a_slow_sinusoidal_indentation_sees_the_modulus_of_the_standard_linear_solid()
             println!("{kind} g {strength} wt {x:.2}: {storage:.4} {loss:.4}, closed form {expected:.4?}");
             // The steel of the bead, 1/140 of the resin's compliance, does not relax; the edge of the contact moves.
             assert!(
-                (storage / expected[0] - 1.0).abs() < 0.02 && (loss / expected[1] - 1.0).abs() < 0.04,
+                (storage / expected[0] - 1.0).abs() < 2e-3 && (loss / expected[1] - 1.0).abs() < 9e-3,
                 "{kind} {storage} {loss} {expected:?}"
             );
         }
@@ -303,15 +306,42 @@ fn loss_of_the_beads_takes_the_ringing_out_of_raw_velocities() {
         let mut scene = load("rigid", "reduced", &keys);
         scene.loss.beads = eta;
         let last = run(&scene).bead_velocity.pop().unwrap();
-        let smooth: Vec<f64> = last.values.windows(9).map(|w| w.iter().sum::<f64>() / 9.0).collect();
-        // What is faster than 2.2 MHz, late in the run.
-        let late = smooth.len() / 2..smooth.len();
-        let fast = late.clone().map(|i| (last.values[i + 4] - smooth[i]).abs()).fold(0.0, f64::max);
-        let share = fast / late.map(|i| smooth[i].abs()).fold(0.0, f64::max);
-        println!("eta {eta}: {share:.4} of the peak rings above 2.2 MHz");
+        let late = &last.values[last.values.len() / 2..];
+        let count = late.len() as f64;
+        // Of the late half under a Hann window, what lies from 2.4 MHz to 8 MHz.
+        let line = |frequency: f64| {
+            let (mut real, mut imaginary) = (0.0, 0.0);
+            for (i, v) in late.iter().enumerate() {
+                let window = 0.5 - 0.5 * (2.0 * PI * i as f64 / count).cos();
+                let (sine, cosine) = (2.0 * PI * frequency * i as f64 * last.step).sin_cos();
+                (real, imaginary) = (real + window * v * cosine, imaginary + window * v * sine);
+            }
+            real * real + imaginary * imaginary
+        };
+        let bin = 1.0 / (count * last.step);
+        let band = |from: f64, to: f64| {
+            ((from / bin) as u32..(to / bin) as u32).map(|k| line(f64::from(k) * bin)).sum::<f64>()
+        };
+        let share = (band(2.4e6, 8e6) / band(0.0, 2.4e6)).sqrt();
+        println!("eta {eta}: {share:.5} of the rms lies above 2.4 MHz");
         share
     });
-    assert!(ringing[3] < 0.6 * ringing[0], "{ringing:?}");
+    assert!(ringing[3] < 0.6 * ringing[0] && ringing[2] < ringing[0], "{ringing:?}");
+}
+
+#[test]
+fn dashpots_push_a_dragged_bead_by_as_much_as_its_contacts_reckon_with() {
+    let keys =
+        ["duration=15 us", "output_step=0.1 us", "chain.beads=3", "damping.kind=linear", "damping.coefficient=3"];
+    let scene = load("rigid", "fea", &[&keys[..], &["holder.drag=2 N s/m", "alpha=2"]].concat());
+    let mut simulation = Simulation::new(&scene, Control::default()).unwrap();
+    while !simulation.is_done() {
+        simulation.advance().unwrap();
+    }
+    // Were the push another, the gaps measured anew would miss their conditions.
+    assert!(simulation.complementarity().violations == 0, "{:?}", simulation.complementarity());
+    let response = simulation.response();
+    assert!(response.work.dashpot_evaluations > 0 && channels(&response).drag_j > 0.1 * response.energy.piston_work_j);
 }
 
 #[test]

@@ -164,7 +164,9 @@ fn a_bead_that_moves_far_into_a_fixed_normal_is_warned_of() {
         let prepared = model::prepare(&scene).unwrap();
         let mut response = prepared.run(&scene, &mut |_| true).unwrap();
         response.bead_displacement[1].values[50] = factor * 1e-6;
-        prepared.warnings(&scene, &response)
+        // Contacts of this drive yield, of which another warning tells.
+        let said = prepared.warnings(&scene, &response).into_iter();
+        said.filter(|text| !text.contains("yield")).collect::<Vec<_>>()
     };
     assert!(warnings("annulus", 4.9).is_empty() && warnings("rigid", 9.0).is_empty());
     let said = warnings("annulus", 6.0);

@@ -120,6 +120,7 @@ impl<'a, N: Number, B> Motion<'a, N, B> {
 
 impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
     /// At the beginning of the runs in the places `live`, with one beginning a place, the last for those that are left over.
+    #[allow(clippy::too_many_arguments, reason = "what stands on the bench, part by part")]
     pub(super) fn new(
         reduction: &'a Reduction,
         mechanics: Mechanics,

@@ -83,8 +83,9 @@ impl Group {
             }
             let width = displacement.width();
             for &unknown in &*massless {
-                for place in unknown as usize * width..(unknown as usize + 1) * width {
-                    blend[place] = retardation * loss.massless_history(u[place], v[place], a[place]);
+                let row = unknown as usize * width..(unknown as usize + 1) * width;
+                for (place, blend) in row.clone().zip(&mut blend[row]) {
+                    *blend = retardation * loss.massless_history(u[place], v[place], a[place]);
                 }
             }
         } else {
@@ -112,8 +113,9 @@ impl Group {
         if beta > 0.0 {
             let width = displacement.width();
             for &unknown in &*massless {
-                for place in unknown as usize * width..(unknown as usize + 1) * width {
-                    blend[place] += beta * loss.half_step() * acceleration.as_slice()[place];
+                let row = unknown as usize * width..(unknown as usize + 1) * width;
+                for (blend, a) in blend[row.clone()].iter_mut().zip(&acceleration.as_slice()[row]) {
+                    *blend += beta * loss.half_step() * a;
                 }
             }
         }
