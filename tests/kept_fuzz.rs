@@ -12,8 +12,11 @@ use granchain::{
         fingerprints::{self, CandidateRuns},
         forward::Run,
     },
-    measurement::seal::{sealed, unsealed},
-    study::{run_log::RunLog, sweep},
+    measurement::{
+        run_log::RunLog,
+        seal::{sealed, unsealed},
+    },
+    study::sweep,
 };
 use harm::{cases, harm, harmed};
 use proptest::prelude::*;
