@@ -15,7 +15,7 @@ fn plan(conditions: &[&str], count: u64, evaluations: usize) -> LaboratoryPlan {
 }
 
 fn made(plan: &LaboratoryPlan) -> Vec<LaboratoryTwin> {
-    laboratory(plan, &|_, _| {}, &|| false).unwrap().unwrap()
+    laboratory(plan, 0..plan.total(), &|_, _| {}, &|| false).unwrap().unwrap()
 }
 
 #[test]

@@ -217,6 +217,14 @@ impl Grid {
         values
     }
 
+    /// At most some `most` points, evenly spread and out of step with every axis; all where there are no more.
+    pub fn spread(&self, most: usize) -> impl ExactSizeIterator<Item = usize> + use<> {
+        let in_step = |stride: usize| self.axes.iter().any(|axis| axis.values.len() % stride == 0);
+        let least = self.len().div_ceil(most);
+        let stride = if least < 2 { 1 } else { (least..).find(|stride| !in_step(*stride)).unwrap_or(least) };
+        (0..self.len()).step_by(stride)
+    }
+
     /// Place of point `index` along an axis, from 0.
     #[must_use]
     pub fn place(&self, index: usize, axis: usize) -> usize {
@@ -234,6 +242,28 @@ impl Grid {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn few_of_many_points_take_every_value_of_every_axis() {
+        let grid = Grid::new(
+            ["alpha=1:30:1", "chain.beads=2:11:1", "drive.cycles=1:40:1"].map(|text| Axis::parse(text).unwrap()).into(),
+        )
+        .unwrap();
+        assert_eq!(grid.spread(12_000).collect::<Vec<_>>(), (0..12_000).collect::<Vec<_>>());
+        let some: Vec<usize> = grid.spread(2000).collect();
+        assert!(some.len() <= 2000 && some.len() > 1000, "{}", some.len());
+        for (axis, length) in [30, 10, 40].into_iter().enumerate() {
+            let mut met: Vec<usize> = some.iter().map(|index| grid.place(*index, axis)).collect();
+            met.sort_unstable();
+            met.dedup();
+            assert_eq!(met.len(), length);
+        }
+        let values = |index: usize| grid.values(index).into_iter().cloned().collect::<Vec<_>>();
+        let placed = |index: usize| {
+            (0..3).map(|axis| grid.axes[axis].values[grid.place(index, axis)].clone()).collect::<Vec<_>>()
+        };
+        assert!((0..12_000).step_by(7).all(|index| values(index) == placed(index)));
+    }
 
     fn numbers(text: &str) -> Vec<f64> {
         let number = |value: &Value| match value {
