@@ -5,7 +5,7 @@ use serde_json::json;
 use super::{
     figure::{Axis, Colour, Dash, Figure, Marker, PAGE_WIDTH_MM, Panel, Stroke},
     number::{engineering, fixed, short, significant},
-    page::{Block, Column, Files, Page, Plate, ReportError, Table, Tone, provenance},
+    page::{Block, Column, Files, Page, Plate, ReportError, Table, Tone, csv_bytes, provenance},
     sweep::capitalised,
 };
 use granchain_studies::{
@@ -96,14 +96,24 @@ fn headline(outcome: &DissipationOutcome) -> Block {
     let all = outcome.ranked().filter(|(_, found, _)| brings_all(outcome, found)).count();
     let agreeing = outcome.ranked().filter(|(_, found, _)| found.agrees(outcome.plan.printed)).count();
     let (tone, verdict) = match all {
-        0 => (Tone::Bad, format!("None of {ran} candidates brings both printed peaks and thirds stronger than linear dampers have.")),
-        _ => (Tone::Careful, format!("{all} of {ran} candidates bring both printed peaks and thirds stronger than linear dampers have.")),
+        0 => (
+            Tone::Bad,
+            format!("None of {ran} candidates brings both printed peaks and thirds stronger than linear dampers have."),
+        ),
+        _ => (
+            Tone::Careful,
+            format!("{all} of {ran} candidates bring both printed peaks and thirds stronger than linear dampers have."),
+        ),
     };
     let weak = within(outcome, WEAK).len();
     let undecided = if weak > 1 {
-        format!("{weak} candidates lie within {WEAK} of ln evidence of the best: two printed numbers do not tell them apart.")
+        format!(
+            "{weak} candidates lie within {WEAK} of ln evidence of the best: two printed numbers do not tell them apart."
+        )
     } else {
-        format!("The best one is ahead of all others by more than {WEAK} of ln evidence, under ranges and a drive that are ours.")
+        format!(
+            "The best one is ahead of all others by more than {WEAK} of ln evidence, under ranges and a drive that are ours."
+        )
     };
     Block::Headline { tone, verdict, text: format!(" {agreeing} bring both peaks. {undecided}") }
 }
@@ -140,7 +150,9 @@ fn findings(outcome: &DissipationOutcome) -> Vec<String> {
         weakly.len()
     ));
     for base in &BASES {
-        if let Some((rank, (candidate, found, behind))) = place(outcome, |own| own.base == *base && own.effects.is_empty()) {
+        if let Some((rank, (candidate, found, behind))) =
+            place(outcome, |own| own.base == *base && own.effects.is_empty())
+        {
             said.push(format!(
                 "{} alone: rank {rank}, Δ ln evidence {}; likeliest at α = {} with {} and {} mm/s.",
                 capitalised(&candidate.name()),
@@ -155,7 +167,9 @@ fn findings(outcome: &DissipationOutcome) -> Vec<String> {
         let best = place(outcome, |own| own.effects.len() == 1 && own.effects[0] == *effect);
         if let Some((rank, (candidate, found, behind))) = best {
             let gain = place(outcome, |own| own.base == candidate.base && own.effects.is_empty());
-            let gain = gain.map_or_else(String::new, |(_, (_, _, bare))| format!(", {} of the dampers alone", gained(behind - bare)));
+            let gain = gain.map_or_else(String::new, |(_, (_, _, bare))| {
+                format!(", {} of the dampers alone", gained(behind - bare))
+            });
             said.push(format!(
                 "{}, at its best with {} dampers: rank {rank}, Δ ln evidence {}{gain}; {}, α = {}.",
                 capitalised(effect.name),
@@ -218,7 +232,8 @@ fn largest_at(outcome: &DissipationOutcome) -> String {
     let ran = outcome.ranked().count();
     let there = outcome.ranked().filter(|(_, found, _)| near(found)).count();
     let exactly = outcome.ranked().filter(|(_, found, _)| found.largest_third_at == Some(PRINTED_ALPHA)).count();
-    let own = place(outcome, |own| own.base == BASES[0] && own.effects.is_empty()).and_then(|(_, (_, found, _))| found.largest_third_at);
+    let own = place(outcome, |own| own.base == BASES[0] && own.effects.is_empty())
+        .and_then(|(_, (_, found, _))| found.largest_third_at);
     format!(
         "A(f0/3)/A(f0) is printed to be largest over α at {PRINTED_ALPHA} with linear dampers; ours with linear dampers alone is largest at {}. At its likeliest \
          strength {exactly} of {ran} candidates have it largest at {PRINTED_ALPHA}, {there} there or one step of {} beside.",
@@ -288,8 +303,15 @@ fn scatter(outcome: &DissipationOutcome) -> Figure {
 fn thirds(outcome: &DissipationOutcome) -> Figure {
     let linear = place(outcome, |own| own.base == BASES[0] && own.effects.is_empty()).map(|(_, own)| own);
     let first = outcome.ranked().filter(|own| Some(own.0) != linear.map(|own| own.0)).take(NAMED);
-    let panel = Panel::new(Axis::new("α", "1"), Axis::new("A(f0/3)/A(f0)", "1")).height(60.0).mark_x(PRINTED_ALPHA, "printed");
-    let curves = linear.into_iter().chain(first).zip(Colour::CYCLE.into_iter().zip([Marker::Disc, Marker::Square, Marker::Diamond, Marker::Disc, Marker::Square]));
+    let panel =
+        Panel::new(Axis::new("α", "1"), Axis::new("A(f0/3)/A(f0)", "1")).height(60.0).mark_x(PRINTED_ALPHA, "printed");
+    let curves = linear.into_iter().chain(first).zip(Colour::CYCLE.into_iter().zip([
+        Marker::Disc,
+        Marker::Square,
+        Marker::Diamond,
+        Marker::Disc,
+        Marker::Square,
+    ]));
     let panel = curves.fold(panel, |panel, ((candidate, found, _), (colour, marker))| {
         let points: Vec<(f64, f64)> =
             found.third_over_alpha.iter().filter_map(|(alpha, own)| Some((*alpha, own.as_ref()?.mean))).collect();
@@ -304,7 +326,8 @@ fn thirds(outcome: &DissipationOutcome) -> Figure {
 
 fn ranking(outcome: &DissipationOutcome) -> Table {
     let rows = outcome.ranked().map(|(candidate, found, behind)| {
-        let times = found.thirds_over(&outcome.reference).map(|own| own.map_or("–".into(), |own| significant(own, 2)));
+        let times =
+            found.thirds_over(&outcome.reference).map(|own| own.map_or("–".into(), |own| significant(own, 2)));
         let [one, two] = times;
         vec![
             candidate.base.name.to_owned(),
@@ -391,7 +414,9 @@ fn place(
 /// Effects with their strengths.
 fn strengths(candidate: &Candidate, found: &Found) -> String {
     let own = candidate.effects.iter().zip(&found.strengths);
-    own.map(|(effect, strength)| format!("{} {}", effect.name, quantity(effect, *strength))).collect::<Vec<_>>().join(", ")
+    own.map(|(effect, strength)| format!("{} {}", effect.name, quantity(effect, *strength)))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 fn quantity(effect: &Effect, strength: f64) -> String {
@@ -415,7 +440,14 @@ fn candidates_in_words(count: usize) -> String {
 }
 
 fn gained(difference: f64) -> String {
-    format!("{} that", if difference >= 0.0 { format!("{} above", fixed(difference, 1)) } else { format!("{} below", fixed(-difference, 1)) })
+    format!(
+        "{} that",
+        if difference >= 0.0 {
+            format!("{} above", fixed(difference, 1))
+        } else {
+            format!("{} below", fixed(-difference, 1))
+        }
+    )
 }
 
 fn peak(found: Option<Spread>) -> String {
@@ -437,7 +469,10 @@ fn signed_to(value: f64, digits: usize) -> String {
 /// One row a candidate, in the order of the table.
 fn candidates_csv(outcome: &DissipationOutcome) -> Result<Vec<u8>, ReportError> {
     let mut table = csv::Writer::from_writer(Vec::new());
-    let mut head: Vec<String> = ["damping", "effect_1", "strength_1_si", "effect_2", "strength_2_si", "log_evidence_less_best"].map(str::to_owned).into();
+    let mut head: Vec<String> =
+        ["damping", "effect_1", "strength_1_si", "effect_2", "strength_2_si", "log_evidence_less_best"]
+            .map(str::to_owned)
+            .into();
     head.extend(["log_evidence_error", "alpha"].map(str::to_owned));
     for what in WATCHED {
         head.extend([what.key(), format!("scatter_{}", what.key()), format!("per_percent_drive_{}", what.key())]);
@@ -454,7 +489,9 @@ fn candidates_csv(outcome: &DissipationOutcome) -> Result<Vec<u8>, ReportError> 
         row.push(number(found.map(|found| found.alpha)));
         for index in 0..WATCHED.len() {
             let own = found.and_then(|found| found.there[index]);
-            row.extend([own.map(|own| own.mean), own.map(|own| own.scatter), own.map(|own| own.sensitivity)].map(number));
+            row.extend(
+                [own.map(|own| own.mean), own.map(|own| own.scatter), own.map(|own| own.sensitivity)].map(number),
+            );
         }
         row.push(found.map_or_else(String::new, |found| found.agrees(outcome.plan.printed).to_string()));
         row.push(number(found.and_then(|found| found.largest_third_at)));
@@ -462,14 +499,16 @@ fn candidates_csv(outcome: &DissipationOutcome) -> Result<Vec<u8>, ReportError> 
         row.extend([runs.0.to_string(), runs.1.to_string(), refused.clone().unwrap_or_default()]);
         table.write_record(&row)?;
     }
-    finished(table)
+    csv_bytes(table)
 }
 
 /// Every point of every grid.
 fn points_csv(outcome: &DissipationOutcome) -> Result<Vec<u8>, ReportError> {
     let mut table = csv::Writer::from_writer(Vec::new());
     let mut head: Vec<String> =
-        ["damping", "effect_1", "strength_1_si", "effect_2", "strength_2_si", "alpha", "failed_runs"].map(str::to_owned).into();
+        ["damping", "effect_1", "strength_1_si", "effect_2", "strength_2_si", "alpha", "failed_runs"]
+            .map(str::to_owned)
+            .into();
     head.extend(WATCHED.iter().flat_map(|what| [what.key(), format!("scatter_{}", what.key())]));
     table.write_record(&head)?;
     for (candidate, found, _) in outcome.ranked() {
@@ -483,7 +522,7 @@ fn points_csv(outcome: &DissipationOutcome) -> Result<Vec<u8>, ReportError> {
             table.write_record(&row)?;
         }
     }
-    finished(table)
+    csv_bytes(table)
 }
 
 /// Dampers, then two effects with their strengths, empty where there are fewer.
@@ -495,8 +534,4 @@ fn named_strengths(candidate: &Candidate, strength: impl Fn(usize) -> Option<f64
         row.push(effect.and_then(|_| strength(index)).map_or_else(String::new, |value| format!("{value:e}")));
     }
     row
-}
-
-fn finished(table: csv::Writer<Vec<u8>>) -> Result<Vec<u8>, ReportError> {
-    table.into_inner().map_err(|error| ReportError::Csv(error.into_error().into()))
 }

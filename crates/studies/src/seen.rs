@@ -48,8 +48,9 @@ impl Seen<'_> {
         let variations: Vec<Variation> = factors.iter().flat_map(|factor| at(*factor)).collect();
         let noisy = self.decoder.settings(self.settings);
         let see = |index, velocity: &Series| Portrait::of(&self.decoder.sees(velocity, index), &noisy);
-        let portraits = members::run(self.bodies, scene, &variations, STEPS_PER_PERIOD, Measurand::Velocity, watch, see)
-            .map_err(|source| StudyError::Run { what: "perturbed runs".into(), source })?;
+        let portraits =
+            members::run(self.bodies, scene, &variations, STEPS_PER_PERIOD, Measurand::Velocity, watch, see)
+                .map_err(|source| StudyError::Run { what: "perturbed runs".into(), source })?;
         if watch.stop() {
             return Err(StudyError::Stopped);
         }

@@ -98,9 +98,11 @@ const LISTED: usize = 12;
 fn text(outcome: &DissipationOutcome) -> String {
     let mut text = String::from("ln Z     alpha  peaks there, mm/s  thirds  candidate\n");
     for (candidate, found, behind) in outcome.ranked().take(LISTED) {
-        let peak = |index: usize| found.there[index].map_or_else(|| "-".into(), |own| format!("{:+.0}", 1e3 * own.mean));
+        let peak =
+            |index: usize| found.there[index].map_or_else(|| "-".into(), |own| format!("{:+.0}", 1e3 * own.mean));
         let third = found.thirds_over(&outcome.reference)[0].map_or_else(|| "-".into(), |own| format!("x {own:.2}"));
-        let peaks = format!("{} {}{}", peak(0), peak(1), if found.agrees(outcome.plan.printed) { " agree" } else { "" });
+        let peaks =
+            format!("{} {}{}", peak(0), peak(1), if found.agrees(outcome.plan.printed) { " agree" } else { "" });
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{behind:<9.1}{:<7.2}{peaks:<19}{third:<8}{}", found.alpha, candidate.name());
     }

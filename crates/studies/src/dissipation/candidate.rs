@@ -84,13 +84,7 @@ pub const EFFECTS: [Effect; 8] = [
         strengths: [1e-5, 2e-5, 5e-5, 1e-4, 2e-4],
         beside: &["holder.friction_coefficient=0.2"],
     },
-    Effect {
-        name: "drag",
-        key: "holder.drag",
-        unit: "N·s/m",
-        strengths: [1e-3, 3e-3, 1e-2, 3e-2, 0.1],
-        beside: &[],
-    },
+    Effect { name: "drag", key: "holder.drag", unit: "N·s/m", strengths: [1e-3, 3e-3, 1e-2, 3e-2, 0.1], beside: &[] },
     Effect {
         name: "yielding contacts",
         key: "contact.yield_strength",
@@ -194,7 +188,9 @@ mod tests {
         assert_eq!(on("chain", by_name("relaxing annulus")).unwrap().loss.relaxation.unwrap().time, 2.2e-6);
         assert_eq!(on("chain", by_name("drag")).unwrap().holder.unwrap().drag, 1e-2);
         assert!(on("chain", by_name("loss in the annulus")).unwrap_err().to_string().contains("loss.support"));
-        assert!(on("reduced", by_name("yielding contacts")).unwrap_err().to_string().contains("contact.yield_strength"));
+        assert!(
+            on("reduced", by_name("yielding contacts")).unwrap_err().to_string().contains("contact.yield_strength")
+        );
         assert_eq!(by_name("drag").spread(3), [1e-3, 1e-2, 0.1]);
         assert_eq!(by_name("drag").spread(2), [1e-3, 0.1]);
     }

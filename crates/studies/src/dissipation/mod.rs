@@ -232,8 +232,8 @@ impl Study {
             return Err(StudyError::TooFew { what, least, found });
         }
         let scene = LAWS[0].scene(overrides)?;
-        let settings = observation::settings(&scene)
-            .map_err(|source| StudyError::Feature { what: "the drive".into(), source })?;
+        let settings =
+            observation::settings(&scene).map_err(|source| StudyError::Feature { what: "the drive".into(), source })?;
         let candidates = candidates(&plan.effects).into_iter().map(|candidate| (candidate, None)).collect();
         Ok(Self { plan, overrides: overrides.to_vec(), scene, settings, bodies, candidates })
     }
@@ -372,9 +372,8 @@ impl Study {
         let distance = |setting: &Vec<f64>| -> f64 {
             setting.iter().zip(chosen).map(|(own, chosen)| (own / chosen).ln().powi(2)).sum()
         };
-        let nearest = (0..settings.len())
-            .min_by(|a, b| distance(&settings[*a]).total_cmp(&distance(&settings[*b])))
-            .unwrap_or(0);
+        let nearest =
+            (0..settings.len()).min_by(|a, b| distance(&settings[*a]).total_cmp(&distance(&settings[*b]))).unwrap_or(0);
         let points: Vec<GridPoint> = settings
             .iter()
             .zip(&runs)
@@ -427,21 +426,15 @@ fn weigh(
     printed: Peaks,
 ) -> Option<(f64, Vec<f64>)> {
     let logarithms = |axis: &[f64]| axis.iter().map(|value| value.ln()).collect::<Vec<f64>>();
-    let axes: Vec<Vec<f64>> =
-        strengths.iter().map(Vec::as_slice).chain([alphas]).map(logarithms).collect();
+    let axes: Vec<Vec<f64>> = strengths.iter().map(Vec::as_slice).chain([alphas]).map(logarithms).collect();
     let points: Vec<Option<TwoPeaks>> =
         peaks.iter().flat_map(|setting| likely(setting, &axes[strengths.len()], left_out)).collect();
-    let Evidence { log, at } =
-        evidence(&axes, &points, [printed.positive_m_per_s, printed.negative_m_per_s])?;
+    let Evidence { log, at } = evidence(&axes, &points, [printed.positive_m_per_s, printed.negative_m_per_s])?;
     Some((log, at.into_iter().map(f64::exp).collect()))
 }
 
 /// What the runs along ln α say of the peaks of a single one.
-fn likely(
-    runs: &[Vec<Option<[f64; 2]>>],
-    log_alphas: &[f64],
-    left_out: Option<usize>,
-) -> Vec<Option<TwoPeaks>> {
+fn likely(runs: &[Vec<Option<[f64; 2]>>], log_alphas: &[f64], left_out: Option<usize>) -> Vec<Option<TwoPeaks>> {
     let moments: Vec<Option<[Moments; 2]>> = runs
         .iter()
         .map(|members| {
