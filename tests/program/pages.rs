@@ -9,7 +9,7 @@ use std::{
 use crate::harness::{PROJECT, code, stderr, stdout};
 
 /// What takes a minute or more, or needs a file that nobody ships; the program must take it, but does not run it here.
-const NOT_RUN: [&str; 21] = [
+const NOT_RUN: [&str; 22] = [
     "calibrate --plan calibrations/twin-levels.toml",
     "calibrate --plan calibrations/twin-water.toml",
     "calibrate --measured vib.csv --fit",
@@ -21,6 +21,7 @@ const NOT_RUN: [&str; 21] = [
     "study chain-length",
     "study precompression",
     "study water",
+    "study dissipation",
     "stress",
     "scene explain annulus --accuracy",
     "replay --scene annulus --set damping.kind",

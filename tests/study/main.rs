@@ -5,6 +5,7 @@ mod accuracy;
 mod report_study;
 mod stress;
 mod study_command;
+mod study_dissipation;
 mod study_ensemble;
 mod study_paper;
 mod study_trends;

@@ -64,7 +64,7 @@ fn the_time_of_fifty_runs_of_the_sweep_is_kept() {
 fn a_wrong_key_is_refused_before_anything_runs_and_leaves_nothing() {
     let place = tempfile::tempdir().unwrap();
     let out = place.path().join("out");
-    for name in ["paper", "chain-length", "precompression"] {
+    for name in ["paper", "chain-length", "precompression", "dissipation"] {
         let output = study(&[name, "--set", "chain.bead=3", "--out", out.to_str().unwrap()]);
         assert_eq!(output.status.code(), Some(1), "{}", said(&output));
         assert!(said(&output).contains("chain.beads"), "{}", said(&output));

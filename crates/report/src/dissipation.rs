@@ -5,7 +5,7 @@ use serde_json::json;
 use super::{
     figure::{Axis, Colour, Dash, Figure, Marker, PAGE_WIDTH_MM, Panel, Stroke},
     number::{engineering, fixed, short, significant},
-    page::{Block, Column, Files, Page, Plate, ReportError, Table, Tone, provenance},
+    page::{Block, Column, Files, Page, Plate, ReportError, Table, Tone, csv_bytes, provenance},
     sweep::capitalised,
 };
 use granchain_studies::{
@@ -499,7 +499,7 @@ fn candidates_csv(outcome: &DissipationOutcome) -> Result<Vec<u8>, ReportError> 
         row.extend([runs.0.to_string(), runs.1.to_string(), refused.clone().unwrap_or_default()]);
         table.write_record(&row)?;
     }
-    finished(table)
+    csv_bytes(table)
 }
 
 /// Every point of every grid.
@@ -522,7 +522,7 @@ fn points_csv(outcome: &DissipationOutcome) -> Result<Vec<u8>, ReportError> {
             table.write_record(&row)?;
         }
     }
-    finished(table)
+    csv_bytes(table)
 }
 
 /// Dampers, then two effects with their strengths, empty where there are fewer.
@@ -534,8 +534,4 @@ fn named_strengths(candidate: &Candidate, strength: impl Fn(usize) -> Option<f64
         row.push(effect.and_then(|_| strength(index)).map_or_else(String::new, |value| format!("{value:e}")));
     }
     row
-}
-
-fn finished(table: csv::Writer<Vec<u8>>) -> Result<Vec<u8>, ReportError> {
-    table.into_inner().map_err(|error| ReportError::Csv(error.into_error().into()))
 }

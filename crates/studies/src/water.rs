@@ -38,6 +38,13 @@ pub const BAFFLES: [&str; 2] = ["rigid", "soft"];
 /// Places of the dampers, as in `damping.at`.
 pub const PLACEMENTS: [&str; 2] = ["all", "beads"];
 
+/// Largest modal mass of a horn's tip, kg; the least is that of a bead.
+pub const HEAVIEST_TIP: f64 = 0.3e-3;
+/// Q of its resonance, which lies at the drive.
+pub const TIP_QUALITIES: [f64; 2] = [50.0, 500.0];
+/// Masses from the largest to the least, evenly in the logarithm.
+const TIP_MASSES: usize = 5;
+
 /// How much is run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WaterPlan {
@@ -62,10 +69,10 @@ impl WaterPlan {
         Self { members: 3, soft_side_m: 0.1e-3, ..Self::whole() }
     }
 
-    /// Runs in all, those of the aluminium beads included.
+    /// Runs in all, those of the aluminium beads and of the loaded tips included.
     #[must_use]
     pub fn runs(&self) -> usize {
-        (combinations().len() + 1) * self.drives_m.len() * self.members
+        ((combinations().len() + 1) * self.drives_m.len() + TIP_MASSES * TIP_QUALITIES.len()) * self.members
     }
 }
 
@@ -270,6 +277,28 @@ pub struct Companion {
     pub mount_similarity: Vec<(f64, f64)>,
 }
 
+/// A tip that gives way, whose free motion is the printed drive, before the scene's own disc.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LoadedTip {
+    /// Modal mass, kg.
+    pub mass_kg: f64,
+    /// Q of its resonance.
+    pub quality: f64,
+    /// The runs; where none could be made, why.
+    pub cell: Cell,
+}
+
+/// How much of the factor between ours and the printed pressure a tip that gives way explains.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Explained {
+    /// Median pressure under the tip that moves as prescribed, Pa.
+    pub prescribed_pa: f64,
+    /// The tip of the least median pressure: number among the tips, and that pressure, Pa.
+    pub least: (usize, f64),
+    /// ln(prescribed/least) over ln(prescribed/printed), 1; below 0 where every tip makes it louder.
+    pub share: f64,
+}
+
 /// What came of the study.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WaterOutcome {
@@ -281,6 +310,24 @@ pub struct WaterOutcome {
     pub waveforms: Vec<Waveform>,
     /// The companion's beads.
     pub companion: Companion,
+    /// Tips that give way at the printed drive, heaviest first.
+    pub tips: Vec<LoadedTip>,
+}
+
+impl WaterOutcome {
+    /// What a tip that gives way explains; none where none could be run.
+    #[must_use]
+    pub fn explained(&self) -> Option<Explained> {
+        let own = self.combinations.iter().find(|outcome| outcome.combination == OWN)?;
+        explained(own.printed()?.pressure_pa?.median, &self.tips)
+    }
+}
+
+fn explained(prescribed_pa: f64, tips: &[LoadedTip]) -> Option<Explained> {
+    let medians = tips.iter().enumerate().filter_map(|(index, tip)| Some((index, tip.cell.pressure_pa?.median)));
+    let least = medians.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let share = (prescribed_pa / least.1).ln() / (prescribed_pa / PRINTED_PRESSURE).ln();
+    Some(Explained { prescribed_pa, least, share })
 }
 
 /// The combination that is drawn, and the companion's: the scene's own.
@@ -360,7 +407,7 @@ impl Study {
         let combinations = combinations()
             .into_iter()
             .map(|combination| {
-                let cells = self.cells(combination, &[], watch)?;
+                let cells = self.cells(combination, &self.plan.drives_m, &[], watch)?;
                 Ok(CombinationOutcome { combination, crossing: crossing(&cells), cells })
             })
             .collect::<Result<Vec<_>, StudyError>>()?;
@@ -376,7 +423,7 @@ impl Study {
             .into_iter()
             .map(|drive| self.waveform(OWN, drive, &[]))
             .collect::<Result<Vec<_>, _>>()?;
-        let cells = self.cells(OWN, &aluminium(), watch)?;
+        let cells = self.cells(OWN, &self.plan.drives_m, &aluminium(), watch)?;
         let mut mount_similarity = Vec::new();
         for &drive in &self.plan.drives_m {
             let run_of = |combination| -> Result<Series, StudyError> {
@@ -386,12 +433,37 @@ impl Study {
             mount_similarity.extend(found.ok().map(|found| (drive, found.value)));
         }
         let companion = Companion { combination: OWN, cells, mount_similarity };
-        Ok(WaterOutcome { plan: self.plan.clone(), combinations, waveforms, companion })
+        let tips = self.tips(watch)?;
+        Ok(WaterOutcome { plan: self.plan.clone(), combinations, waveforms, companion, tips })
     }
 
-    /// One cell a drive; runs side by side.
-    fn cells(&self, combination: Combination, besides: &[String], watch: &dyn Watch) -> Result<Vec<Cell>, StudyError> {
-        let WaterPlan { drives_m, members, .. } = &self.plan;
+    /// The printed drive as the free motion of tips that give way; what cannot be run says why.
+    fn tips(&self, watch: &dyn Watch) -> Result<Vec<LoadedTip>, StudyError> {
+        let scene = self.scene(OWN, PRINTED_DRIVE, &[])?;
+        let least = scene.chain.beads.first().map_or(HEAVIEST_TIP, granchain_model::scene::Bead::mass);
+        let mass = |step: usize| HEAVIEST_TIP * (least / HEAVIEST_TIP).powf(step as f64 / (TIP_MASSES - 1) as f64);
+        let tips = (0..TIP_MASSES).flat_map(|step| TIP_QUALITIES.map(|quality| (mass(step), quality)));
+        let tip = |(mass_kg, quality): (f64, f64)| {
+            let horn = [format!("horn.mass={mass_kg:e}"), format!("horn.quality={quality}")];
+            let cell = match self.cells(OWN, &[PRINTED_DRIVE], &horn, watch) {
+                Ok(cells) => cells.into_iter().next(),
+                Err(StudyError::Stopped) => return Err(StudyError::Stopped),
+                Err(error) => Some(Cell::of(PRINTED_DRIVE, &[Err(error.to_string())])),
+            };
+            Ok(cell.map(|cell| LoadedTip { mass_kg, quality, cell }))
+        };
+        tips.filter_map(|own| tip(own).transpose()).collect()
+    }
+
+    /// One cell a drive (m); runs side by side.
+    fn cells(
+        &self,
+        combination: Combination,
+        drives_m: &[f64],
+        besides: &[String],
+        watch: &dyn Watch,
+    ) -> Result<Vec<Cell>, StudyError> {
+        let members = &self.plan.members;
         let scenes = drives_m
             .iter()
             .flat_map(|drive| (0..*members).map(move |member| drive * spread(member, *members)))
@@ -526,6 +598,20 @@ mod tests {
         // 14 = √(10 × 19.6).
         assert!((passing.with_both()[0] / (0.3e-6 * 2f64.sqrt()) - 1.0).abs() < 1e-12 && !passing.begins_above());
         assert!(of(vec![cell(0.3e-6, 10e3, -35.0), cell(0.6e-6, 19.6e3, -35.0)]).with_both().is_empty());
+    }
+
+    #[test]
+    fn a_tip_explains_its_share_of_the_logarithm_of_the_factor() {
+        let tip = |pressure: Option<f64>| LoadedTip {
+            mass_kg: 1e-4,
+            quality: 50.0,
+            cell: Cell { pressure_pa: pressure.and_then(|own| Quantiles::of([own])), ..cell(PRINTED_DRIVE, 0.0, 0.0) },
+        };
+        // 14 kPa × 64 down to 14 kPa × 8: half of the logarithm; what was refused does not count.
+        let tips = [tip(Some(30.0 * PRINTED_PRESSURE)), tip(None), tip(Some(8.0 * PRINTED_PRESSURE))];
+        let found = explained(64.0 * PRINTED_PRESSURE, &tips).unwrap();
+        assert!((found.share - 0.5).abs() < 1e-12 && found.least.0 == 2, "{found:?}");
+        assert_eq!(explained(64.0 * PRINTED_PRESSURE, &[tip(None)]), None);
     }
 
     #[test]

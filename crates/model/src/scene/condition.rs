@@ -25,3 +25,8 @@ pub(super) const DISC: &[When] = &[Is("support.kind", &["disc"])];
 pub(super) const LIQUID: &[When] = &[Is("support.kind", &["disc"]), Is("water.medium", &["water", "tissue"])];
 pub(super) const WATER_MESH: &[When] =
     &[Is("support.kind", &["disc"]), Is("water.medium", &["water", "tissue"]), Is("water.method", &["elements"])];
+/// A fixed step.
+pub(super) const STEPPED: &[When] = &[
+    Is("model.kind", &["chain", "reduced", "fea"]),
+    Is("model.integrator", &["symplectic", "trapezoid", "hht", "newmark"]),
+];

@@ -7,12 +7,10 @@ use super::{
     FlatContact, Holder, Integrator, Key, MOST_BEADS, ModelKind, Rim, Scheme, Support, ValueKind,
     condition::{
         BODY_MESH, DISC, DRIVES, FORMULA, INTEGRATORS, LIQUID, MEDIA, MESHED, METHODS, OWN_BODY, OWN_NORMAL, RING,
-        SUPPORTS, WATER_MESH,
+        STEPPED, SUPPORTS, WATER_MESH,
     },
-    key::{
-        When::{Beside, Damped, Is},
-        beside, count, nowhere, number, of_material, optional, value, word,
-    },
+    key::When::{Beside, Damped, Is},
+    key::{beside, count, nowhere, number, of_material, optional, value, word},
     listing::{
         SettingValue, absorption, beads, coefficient, damped, differing_beads, disc, gaps, given, meshing, of_sum,
         path, ring, shared_mesh, support_mesh, text, water, water_mesh, whole,
@@ -139,7 +137,7 @@ pub const KEYS: &[Key] = &[
         Dimension::FREQUENCY,
         Bound::Positive,
         |scene| Some(scene.horn?.frequency),
-        "frequency of the horn's resonance",
+        "its resonance",
     )
     .usually("the drive's"),
     number(
@@ -598,8 +596,5 @@ pub const KEYS: &[Key] = &[
     )
     .needed("model.step = \"50 ns\"")
     .usually("0.1 µs of the fea, 50 ns reduced, 25 ns before a disc; symplectic must be told")
-    .when(&[
-        Is("model.kind", &["chain", "reduced", "fea"]),
-        Is("model.integrator", &["symplectic", "trapezoid", "hht", "newmark"]),
-    ]),
+    .when(STEPPED),
 ];

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     number::{short, significant, to_uncertainty, unit, with_interval},
-    page::{Column, Files, ReportError, Table},
+    page::{Column, Files, ReportError, Table, csv_bytes},
     sweep::shown_unit,
 };
 use granchain_calibration::outcome::OutcomeFeature;
@@ -289,7 +289,7 @@ pub(super) fn csv_files(report: &CalibrationReport) -> Result<Files, ReportError
         let words = [row.name.clone(), unit.clone()].into_iter();
         features.write_record(words.chain(numbers.map(cell)).chain([row.fitted.to_string()]))?;
     }
-    files.push(("features.csv".into(), bytes(features)?));
+    files.push(("features.csv".into(), csv_bytes(features)?));
     for law in report.laws() {
         files.push((format!("runs-{}.csv", law.key()).into(), runs(law.drawn, &law.parameters)?));
         for (model, below, parameters) in law.below() {
@@ -309,7 +309,7 @@ pub(super) fn csv_files(report: &CalibrationReport) -> Result<Files, ReportError
         for (index, value) in series.values.iter().enumerate() {
             table.write_record([format!("{:.9e}", series.time(index)), value.to_string()])?;
         }
-        files.push((format!("{name}_{quantity}.csv").into(), bytes(table)?));
+        files.push((format!("{name}_{quantity}.csv").into(), csv_bytes(table)?));
     }
     Ok(files)
 }
@@ -324,9 +324,5 @@ fn runs(drawn: &LawReport, parameters: &[Estimate]) -> Result<Vec<u8>, ReportErr
         let misfit = run.misfit.map(|misfit| misfit.to_string()).unwrap_or_default();
         table.write_record([(index + 1).to_string()].into_iter().chain(shown).chain([misfit]))?;
     }
-    bytes(table)
-}
-
-fn bytes(table: csv::Writer<Vec<u8>>) -> Result<Vec<u8>, ReportError> {
-    table.into_inner().map_err(|error| ReportError::Csv(error.into_error().into()))
+    csv_bytes(table)
 }

@@ -57,6 +57,11 @@ pub enum ReportError {
     Csv(#[from] csv::Error),
 }
 
+/// A table's bytes.
+pub(super) fn csv_bytes(table: csv::Writer<Vec<u8>>) -> Result<Vec<u8>, ReportError> {
+    table.into_inner().map_err(|error| ReportError::Csv(error.into_error().into()))
+}
+
 /// Where a page comes from: its facts, and the command line that makes it again.
 pub(super) fn provenance(facts: Vec<(String, String)>, command_line: &str) -> [Block; 3] {
     [Block::Heading("Provenance".into()), Block::Facts(facts), Block::Code(command_line.to_owned())]

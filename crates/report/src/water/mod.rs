@@ -26,7 +26,7 @@ impl WaterReport {
     /// # Errors
     /// [`ReportError`] when there is no combination or no drawn run, or a figure cannot be drawn.
     pub fn files(&self) -> Result<Files, ReportError> {
-        let WaterOutcome { combinations, waveforms, companion, plan } = &self.outcome;
+        let WaterOutcome { combinations, waveforms, companion, plan, tips } = &self.outcome;
         if combinations.is_empty() {
             return Err(ReportError::Missing { field: "combinations" });
         }
@@ -36,7 +36,7 @@ impl WaterReport {
         let mut files = self.page().files()?;
         // The drawn runs are in the figures; their series would be most of the file.
         let mut json = serde_json::to_vec_pretty(&serde_json::json!({
-            "program": self.program, "model": self.model, "plan": plan, "combinations": combinations, "companion": companion,
+            "program": self.program, "model": self.model, "plan": plan, "combinations": combinations, "companion": companion, "tips": tips,
         }))?;
         json.push(b'\n');
         files.push(("water.json".into(), json));
@@ -54,6 +54,9 @@ impl WaterReport {
         blocks.extend(tables::combinations(outcome).into_iter().map(Block::Table));
         blocks.push(Block::Heading("Drive, velocity and pressure (Fig. 7 and 8 of the paper)".into()));
         blocks.push(Block::Plates(figures::waveforms(&outcome.waveforms)));
+        blocks.push(Block::Heading("A tip that gives way".into()));
+        blocks.push(Block::Paragraph(text::tips(outcome)));
+        blocks.push(Block::Table(tables::tips(outcome)));
         blocks.push(Block::Heading("Six aluminium beads (companion work)".into()));
         blocks.push(Block::Paragraph(text::companion(&outcome.companion)));
         blocks.push(Block::Table(tables::companion(&outcome.companion)));

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::{
-    number::{fixed, significant},
+    number::{engineering, fixed, significant},
     page::{Column, Table},
     sweep::capitalised,
 };
@@ -90,20 +90,13 @@ pub(super) fn combinations(outcome: &WaterOutcome) -> Vec<Table> {
 
 fn cells(title: &str, cells: &[Cell]) -> Table {
     let rows = cells.iter().map(|cell| {
-        let failed = cell.failures.len();
-        let verdict = match (cell.has_pressure(), cell.has_level()) {
-            (true, true) => "both",
-            (true, false) => "pressure",
-            (false, true) => "level",
-            (false, false) => "–",
-        };
         vec![
             significant(1e6 * cell.drive_m, 3),
             spread(cell.pressure_pa, 1e-3, three),
             spread(cell.level_db, 1.0, whole),
             spread(cell.content_hz, 1e-3, whole),
             spread(cell.velocity_m_per_s, 1e3, whole),
-            if failed > 0 { format!("{verdict}; {failed} failed") } else { verdict.to_owned() },
+            holds(cell),
         ]
     });
     Table {
@@ -121,6 +114,47 @@ fn cells(title: &str, cells: &[Cell]) -> Table {
         ],
         rows: rows.collect(),
     }
+}
+
+/// The printed drive as the free motion of a tip that gives way.
+pub(super) fn tips(outcome: &WaterOutcome) -> Table {
+    let rows = outcome.tips.iter().map(|tip| {
+        let refused = tip.cell.failures.first().filter(|_| tip.cell.pressure_pa.is_none());
+        vec![
+            engineering(1e3 * tip.mass_kg, "g", 2),
+            fixed(tip.quality, 0),
+            spread(tip.cell.pressure_pa, 1e-3, three),
+            spread(tip.cell.level_db, 1.0, whole),
+            spread(tip.cell.velocity_m_per_s, 1e3, whole),
+            refused.map_or_else(|| holds(&tip.cell), |reason| format!("not run: {reason}")),
+        ]
+    });
+    Table {
+        caption: "A tip of this modal mass and Q, resonant at the drive, whose free motion is the printed 3.96 µm: clamped disc, rigid baffle, dampers at all \
+                  contacts. The lightest has the mass of a bead."
+            .into(),
+        columns: vec![
+            Column::words("Tip"),
+            Column::numbers("Q"),
+            Column::words("Pressure (kPa)"),
+            Column::words("0.95 MHz (dB)"),
+            Column::words("Pole (mm/s)"),
+            Column::words("Holds"),
+        ],
+        rows: rows.collect(),
+    }
+}
+
+/// Which printed number lies within the runs of a cell, and how many of them failed.
+fn holds(cell: &Cell) -> String {
+    let failed = cell.failures.len();
+    let verdict = match (cell.has_pressure(), cell.has_level()) {
+        (true, true) => "both",
+        (true, false) => "pressure",
+        (false, true) => "level",
+        (false, false) => "–",
+    };
+    if failed > 0 { format!("{verdict}; {failed} failed") } else { verdict.to_owned() }
 }
 
 /// The companion's beads beside what is known of them.

@@ -2,12 +2,12 @@
 
 use super::tables::name;
 use crate::{
-    number::{fixed, significant},
+    number::{engineering, fixed, significant},
     page::{Block, Tone},
 };
 use granchain_studies::water::{
-    CombinationOutcome, Companion, DRIVE_SPREAD, LEVEL_TOLERANCE_DB, PRINTED_DRIVE, PRINTED_PRESSURE, WaterOutcome,
-    WaterPlan,
+    CombinationOutcome, Companion, DRIVE_SPREAD, Explained, LEVEL_TOLERANCE_DB, PRINTED_DRIVE, PRINTED_PRESSURE,
+    WaterOutcome, WaterPlan,
 };
 
 /// Whether the printed numbers come together anywhere, and what the printed drive gives.
@@ -114,6 +114,63 @@ pub(super) fn findings(outcome: &WaterOutcome) -> Vec<String> {
         said.push(format!("{failed} runs failed, the first because: {}.", first.map_or("", String::as_str)));
     }
     said
+}
+
+/// What of the printed pressure a tip that gives way explains.
+pub(super) fn tips(outcome: &WaterOutcome) -> String {
+    let Some(found) = outcome.explained() else {
+        let reason = outcome.tips.iter().find_map(|tip| tip.cell.failures.first());
+        return format!(
+            "What of the printed pressure is explained by a tip that gives way is not known: none of these cells could be run{}.",
+            reason.map_or_else(String::new, |reason| format!(", the first because: {reason}"))
+        );
+    };
+    let Explained { prescribed_pa, least: (index, least), share } = found;
+    let tip = &outcome.tips[index];
+    let start = format!(
+        "The paper’s 3.96 µm may be the free motion of a horn that the chain loads. Under a tip that moves as prescribed ours is {} kPa",
+        significant(1e-3 * prescribed_pa, 2)
+    );
+    if share <= 0.0 {
+        return format!(
+            "{start}, and no tip tried makes it less: nothing of the factor to the printed 14 kPa is explained by one that gives way."
+        );
+    }
+    let held: Vec<String> = outcome
+        .tips
+        .iter()
+        .filter(|tip| tip.cell.has_pressure())
+        .map(|tip| format!("{} with Q {}", engineering(1e3 * tip.mass_kg, "g", 2), fixed(tip.quality, 0)))
+        .collect();
+    let verdict = if held.is_empty() {
+        let beyond = if least < PRINTED_PRESSURE { "passes" } else { "does not reach" };
+        format!("a tip that gives way {beyond} the printed 14 kPa, and no tip tried holds it within its runs")
+    } else {
+        format!("the printed 14 kPa lies within the runs of {}", held.join(", "))
+    };
+    format!(
+        "{start}; the least of the tips below, {} with Q {}, gives {} kPa, a factor {} of the {} between ours and the printed 14 kPa ({} % of its logarithm): {verdict}. \
+         A tip as light as a bead is no horn: of one of 0.1 g and more, {}.",
+        engineering(1e3 * tip.mass_kg, "g", 2),
+        fixed(tip.quality, 0),
+        significant(1e-3 * least, 2),
+        significant(prescribed_pa / least, 2),
+        significant(prescribed_pa / PRINTED_PRESSURE, 2),
+        fixed(100.0 * share, 0),
+        heavy(outcome, prescribed_pa)
+    )
+}
+
+/// What tips of 0.1 g and more leave of the pressure under a prescribed motion.
+fn heavy(outcome: &WaterOutcome, prescribed_pa: f64) -> String {
+    let heavy = outcome.tips.iter().filter(|tip| tip.mass_kg >= 0.1e-3);
+    let medians: Vec<f64> = heavy.filter_map(|tip| Some(tip.cell.pressure_pa?.median / prescribed_pa)).collect();
+    let (low, high) = ends(&medians);
+    if medians.is_empty() {
+        "none could be run".into()
+    } else {
+        format!("{} of the pressure is left", range(100.0 * low, 100.0 * high, "%"))
+    }
 }
 
 /// How the companion's beads compare.
