@@ -68,6 +68,9 @@ pub struct DissipationPlan {
     pub effects: Vec<Effect>,
 }
 
+/// Portraits of every run at each level of the drive; one that failed leaves its reason.
+type Levels = Vec<Vec<Result<Portrait, String>>>;
+
 impl DissipationPlan {
     /// α by 0.1.
     #[must_use]
@@ -334,7 +337,7 @@ impl Study {
         scene: &Scene,
         factor: f64,
         watch: &dyn Watch,
-    ) -> Result<([Option<Spread>; 4], Vec<Vec<Result<Portrait, String>>>), StudyError> {
+    ) -> Result<([Option<Spread>; 4], Levels), StudyError> {
         let plan = EnsemblePlan::new(self.plan.confirming, self.plan.seed);
         let levels = self.seen().at(scene, &plan.levels().map(|level| level * factor), &plan, watch)?;
         let all = spreads(&levels);
