@@ -4,6 +4,10 @@
 //! −21 dB at 0.95 MHz. Every combination is run at several drives, each drive as a handful of runs spread evenly over ±2 %: the chain is
 //! strongly nonlinear, so that a single run says little. Deterministic: no seed.
 
+mod tips;
+
+pub use tips::{Explained, LoadedTip};
+
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -277,28 +281,6 @@ pub struct Companion {
     pub mount_similarity: Vec<(f64, f64)>,
 }
 
-/// A tip that gives way, whose free motion is the printed drive, before the scene's own disc.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct LoadedTip {
-    /// Modal mass, kg.
-    pub mass_kg: f64,
-    /// Q of its resonance.
-    pub quality: f64,
-    /// The runs; where none could be made, why.
-    pub cell: Cell,
-}
-
-/// How much of the factor between ours and the printed pressure a tip that gives way explains.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Explained {
-    /// Median pressure under the tip that moves as prescribed, Pa.
-    pub prescribed_pa: f64,
-    /// The tip of the least median pressure: number among the tips, and that pressure, Pa.
-    pub least: (usize, f64),
-    /// ln(prescribed/least) over ln(prescribed/printed), 1; below 0 where every tip makes it louder.
-    pub share: f64,
-}
-
 /// What came of the study.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WaterOutcome {
@@ -312,15 +294,6 @@ pub struct WaterOutcome {
     pub companion: Companion,
     /// Tips that give way at the printed drive, heaviest first.
     pub tips: Vec<LoadedTip>,
-}
-
-impl WaterOutcome {
-    /// What a tip that gives way explains; none where none could be run.
-    #[must_use]
-    pub fn explained(&self) -> Option<Explained> {
-        let own = self.combinations.iter().find(|outcome| outcome.combination == OWN)?;
-        explained(own.printed()?.pressure_pa?.median, &self.tips)
-    }
 }
 
 fn explained(prescribed_pa: f64, tips: &[LoadedTip]) -> Option<Explained> {
@@ -598,20 +571,6 @@ mod tests {
         // 14 = √(10 × 19.6).
         assert!((passing.with_both()[0] / (0.3e-6 * 2f64.sqrt()) - 1.0).abs() < 1e-12 && !passing.begins_above());
         assert!(of(vec![cell(0.3e-6, 10e3, -35.0), cell(0.6e-6, 19.6e3, -35.0)]).with_both().is_empty());
-    }
-
-    #[test]
-    fn a_tip_explains_its_share_of_the_logarithm_of_the_factor() {
-        let tip = |pressure: Option<f64>| LoadedTip {
-            mass_kg: 1e-4,
-            quality: 50.0,
-            cell: Cell { pressure_pa: pressure.and_then(|own| Quantiles::of([own])), ..cell(PRINTED_DRIVE, 0.0, 0.0) },
-        };
-        // 14 kPa × 64 down to 14 kPa × 8: half of the logarithm; what was refused does not count.
-        let tips = [tip(Some(30.0 * PRINTED_PRESSURE)), tip(None), tip(Some(8.0 * PRINTED_PRESSURE))];
-        let found = explained(64.0 * PRINTED_PRESSURE, &tips).unwrap();
-        assert!((found.share - 0.5).abs() < 1e-12 && found.least.0 == 2, "{found:?}");
-        assert_eq!(explained(64.0 * PRINTED_PRESSURE, &[tip(None)]), None);
     }
 
     #[test]
