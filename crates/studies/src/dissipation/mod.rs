@@ -325,7 +325,7 @@ impl Study {
 
     fn seen(&self) -> Seen<'_> {
         let decoder = Decoder::of_reconstruction(self.plan.seed);
-        Seen { bodies: &self.bodies, decoder, settings: &self.settings }
+        Seen { bodies: &self.bodies, decoder, settings: &self.settings, every: 4 }
     }
 
     /// Runs of a scene at the drive's three levels, and [`WATCHED`] of them.
