@@ -266,7 +266,7 @@ fn unknown(outcome: &DissipationOutcome) -> Vec<String> {
         "That thirds are more pronounced in the measurement is printed without a number: it is no part of the evidence and stands beside it, against linear dampers at α = \
          0.5 in our own model."
             .into(),
-        "Between the points of a grid means and variances are multilinear. Where a candidate is likeliest it is run for real; a row whose peaks differ there was likely between \
+        "Between the points of a grid means and variances are multilinear, and by how much a mean misses the line between its neighbours along α is part of its variance. Where a candidate is likeliest it is run for real; a row whose peaks differ there was likely between \
          the points only."
             .into(),
         format!("Chosen and not varied: {}.", if chosen.is_empty() { "nothing".into() } else { chosen.join("; ") }),
