@@ -57,7 +57,9 @@ impl DissipationReport {
             headline(outcome),
             Block::Paragraph(introduction(outcome)),
             Block::List(findings(outcome)),
-            Block::Plates(vec![Plate::new("candidates", scatter(outcome)), Plate::new("thirds", thirds(outcome))]),
+            Block::Plates(
+                [("candidates", scatter(outcome)), ("thirds", thirds(outcome))].into_iter().filter_map(plate).collect(),
+            ),
             Block::Table(ranking(outcome)),
         ];
         let refused = refused(outcome);
@@ -264,15 +266,24 @@ fn unknown(outcome: &DissipationOutcome) -> Vec<String> {
         "That thirds are more pronounced in the measurement is printed without a number: it is no part of the evidence and stands beside it, against linear dampers at α = \
          0.5 in our own model."
             .into(),
-        "Between the points of a grid means and variances are multilinear. Where a candidate is likeliest it is run for real; a row whose peaks differ there was likely between \
+        "Between the points of a grid means and variances are multilinear, and by how much a mean misses the line between its neighbours along α is part of its variance. Where a candidate is likeliest it is run for real; a row whose peaks differ there was likely between \
          the points only."
             .into(),
         format!("Chosen and not varied: {}.", if chosen.is_empty() { "nothing".into() } else { chosen.join("; ") }),
     ]
 }
 
-/// Third-line ratio against the distance from the printed peaks.
-fn scatter(outcome: &DissipationOutcome) -> Figure {
+/// A plate, where there is anything to draw: a burst too short to resolve the thirds has none.
+fn plate((name, (figure, drawn)): (&str, (Figure, bool))) -> Option<Plate> {
+    drawn.then(|| Plate::new(name, figure))
+}
+
+/// Third-line ratio against the distance from the printed peaks, and whether there is any.
+fn scatter(outcome: &DissipationOutcome) -> (Figure, bool) {
+    let known = |found: &Found| {
+        found.distance(outcome.plan.printed).is_some() && found.thirds_over(&outcome.reference)[0].is_some()
+    };
+    let drawn = outcome.ranked().any(|(_, found, _)| known(found));
     let x = Axis::new("Distance from the printed peaks", "mm/s").times(1e3).logarithmic();
     let y = Axis::new("A(f0/3)/A(f0) over that of linear dampers at α = 0.5", "1");
     let panel = Panel::new(x, y).height(70.0).mark_y(1.0, "", Stroke::new(Colour::Grey).dash(Dash::Dotted));
@@ -291,16 +302,18 @@ fn scatter(outcome: &DissipationOutcome) -> Figure {
         let label = if count == 1 { format!("{} dampers", base.name) } else { String::new() };
         panel.points(label, points, colour, marker)
     });
-    Figure::new(
+    let figure = Figure::new(
         "Each candidate where its peaks are likeliest, as it was run there: how far the two peaks lie from the printed ones (root of squares), and how much stronger its line at \
          1/3 is than with linear dampers at α = 0.5. The measurement lies far left and above the dotted line. Disc: dampers alone; square: one effect; diamond: two.",
     )
     .sized(PAGE_WIDTH_MM, 1)
-    .panel(panel)
+    .panel(panel);
+    (figure, drawn)
 }
 
 /// A(f0/3)/A(f0) over α: linear dampers alone and the first of the rank.
-fn thirds(outcome: &DissipationOutcome) -> Figure {
+fn thirds(outcome: &DissipationOutcome) -> (Figure, bool) {
+    let drawn = outcome.ranked().any(|(_, found, _)| found.largest_third_at.is_some());
     let linear = place(outcome, |own| own.base == BASES[0] && own.effects.is_empty()).map(|(_, own)| own);
     let first = outcome.ranked().filter(|own| Some(own.0) != linear.map(|own| own.0)).take(NAMED);
     let panel =
@@ -317,11 +330,12 @@ fn thirds(outcome: &DissipationOutcome) -> Figure {
             found.third_over_alpha.iter().filter_map(|(alpha, own)| Some((*alpha, own.as_ref()?.mean))).collect();
         panel.line("", points.clone(), Stroke::new(colour).width(0.7)).points(candidate.name(), points, colour, marker)
     });
-    Figure::new(format!(
+    let figure = Figure::new(format!(
         "Mean A(f0/3)/A(f0) over α at the likeliest strengths: linear dampers alone and the first {NAMED} of the table. The paper finds its linear dampers’ largest at {PRINTED_ALPHA}."
     ))
     .sized(PAGE_WIDTH_MM, 1)
-    .panel(panel)
+    .panel(panel);
+    (figure, drawn)
 }
 
 fn ranking(outcome: &DissipationOutcome) -> Table {

@@ -23,6 +23,8 @@ pub(crate) struct Seen<'a> {
     pub decoder: Decoder,
     /// How velocities without noise are measured.
     pub settings: &'a FeatureSettings,
+    /// Every so many of the samples behind the decoder are measured: measuring all of them costs more than the run.
+    pub every: usize,
 }
 
 impl Seen<'_> {
@@ -47,7 +49,8 @@ impl Seen<'_> {
         };
         let variations: Vec<Variation> = factors.iter().flat_map(|factor| at(*factor)).collect();
         let noisy = self.decoder.settings(self.settings);
-        let see = |index, velocity: &Series| Portrait::of(&self.decoder.sees(velocity, index), &noisy);
+        let see =
+            |index, velocity: &Series| Portrait::of(&thinned(self.decoder.sees(velocity, index), self.every), &noisy);
         let portraits =
             members::run(self.bodies, scene, &variations, STEPS_PER_PERIOD, Measurand::Velocity, watch, see)
                 .map_err(|source| StudyError::Run { what: "perturbed runs".into(), source })?;
@@ -66,4 +69,37 @@ pub(crate) fn spreads(levels: &[Vec<Result<Portrait, String>>]) -> Vec<Option<Sp
         Some(Spread::between(&own.get(number)?, &above.get(number)?, &below.get(number)?))
     };
     Trait::all().into_iter().map(of).collect()
+}
+
+fn thinned(series: Series, every: usize) -> Series {
+    if every == 1 {
+        return series;
+    }
+    Series::new(series.start, series.step * every as f64, series.values.into_iter().step_by(every).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{members::Unwatched, observation};
+    use granchain_signal::feature::Ratio;
+
+    #[test]
+    fn a_fourth_of_the_samples_of_the_chain_has_the_same_peaks_and_thirds() {
+        let scene = granchain_model::scene::load("annulus", &["alpha=0.5".to_owned()]).unwrap();
+        let settings = observation::settings(&scene).unwrap();
+        let bodies = Bodies::default();
+        let decoder = Decoder::of_reconstruction(1);
+        let [all, fourth] = [1, 4].map(|every| {
+            let seen = Seen { bodies: &bodies, decoder, settings: &settings, every };
+            seen.at(&scene, &[1.0], &EnsemblePlan::new(2, 1), &Unwatched).unwrap().concat()
+        });
+        for (all, fourth) in all.iter().flatten().zip(fourth.iter().flatten()) {
+            // The noise at the peaks is 1 mm/s of 300, and every fourth sample has another part of it.
+            for what in [Trait::PositivePeak, Trait::NegativePeak, Trait::Level(Ratio::new(1, 3))] {
+                let (all, fourth) = (all.get(what).unwrap(), fourth.get(what).unwrap());
+                assert!((fourth / all - 1.0).abs() < 3e-3, "{}: {all} {fourth}", what.key());
+            }
+        }
+    }
 }

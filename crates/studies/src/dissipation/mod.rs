@@ -5,11 +5,12 @@
 //! the grid is a handful of perturbed runs; the candidates are ranked by the [`evidence`] of the two peaks, whose variance at a point is
 //!
 //! ```text
-//! σ² = s² (1 + 1/n) + S² + h²
+//! σ² = s² (1 + 1/n) + S² + h² + r²
 //! ```
 //!
 //! s is the scatter of the n runs, S the change for 1 % of drive (from the neighbours along α) and h half the last printed digit: what
-//! [`paper`](crate::paper) allows a printed number to be off. Where a candidate is likeliest it is run again.
+//! [`paper`](crate::paper) allows a printed number to be off. r is by how much the mean misses the line between its neighbours along α: the response jumps
+//! between regimes, and what lies between two points is not known better than that. Where a candidate is likeliest it is run again.
 
 mod candidate;
 mod evidence;
@@ -328,7 +329,7 @@ impl Study {
 
     fn seen(&self) -> Seen<'_> {
         let decoder = Decoder::of_reconstruction(self.plan.seed);
-        Seen { bodies: &self.bodies, decoder, settings: &self.settings }
+        Seen { bodies: &self.bodies, decoder, settings: &self.settings, every: 4 }
     }
 
     /// Runs of a scene at the drive's three levels, and [`WATCHED`] of them.
@@ -447,17 +448,31 @@ fn likely(runs: &[Vec<Option<[f64; 2]>>], log_alphas: &[f64], left_out: Option<u
             Some([of(0)?, of(1)?])
         })
         .collect();
+    let neighbours = |index: usize| {
+        let below = index.checked_sub(1).and_then(|below| Some((log_alphas[below], moments[below]?)));
+        let above = moments.get(index + 1).and_then(|own| Some((log_alphas[index + 1], (*own)?)));
+        (below, above)
+    };
+    // By how much a mean misses the line between its neighbours, m/s; at an end as at the point beside it.
+    let misses = |index: usize, peak: usize| {
+        let (Some(own), (Some(below), Some(above))) = (moments[index], neighbours(index)) else { return None };
+        let share = (log_alphas[index] - below.0) / (above.0 - below.0);
+        Some(own[peak].mean - below.1[peak].mean - share * (above.1[peak].mean - below.1[peak].mean))
+    };
+    let roughness = |index: usize, peak: usize| {
+        let beside = || [index.checked_sub(1), Some(index + 1).filter(|next| *next < moments.len())];
+        let found = misses(index, peak).or_else(|| beside().into_iter().flatten().find_map(|next| misses(next, peak)));
+        found.unwrap_or(0.0)
+    };
     let at = |index: usize| -> Option<TwoPeaks> {
         let own = moments[index]?;
-        let known = |index: usize| moments[index].map(|moments| (log_alphas[index], moments));
-        let below = index.checked_sub(1).and_then(known).unwrap_or((log_alphas[index], own));
-        let above = Some(index + 1).filter(|next| *next < moments.len()).and_then(known);
-        let above = above.unwrap_or((log_alphas[index], own));
+        let (below, above) = neighbours(index);
+        let (below, above) = (below.unwrap_or((log_alphas[index], own)), above.unwrap_or((log_alphas[index], own)));
         let variance = |peak: usize| {
             let span = above.0 - below.0;
             let slope = if span > 0.0 { (above.1[peak].mean - below.1[peak].mean) / span } else { 0.0 };
             let scatter = own[peak].deviation.powi(2) + own[peak].error().powi(2);
-            scatter + (DRIVE_CHANGE * slope).powi(2) + PEAK_HALF_DIGIT.powi(2)
+            scatter + (DRIVE_CHANGE * slope).powi(2) + roughness(index, peak).powi(2) + PEAK_HALF_DIGIT.powi(2)
         };
         Some(TwoPeaks { mean: own.map(|peak| peak.mean), variance: [variance(0), variance(1)] })
     };
@@ -539,8 +554,11 @@ mod tests {
         let runs = |mean: f64| vec![Some([mean - 0.01, -0.1]), Some([mean, -0.1]), Some([mean + 0.01, -0.1])];
         let log_alphas = [0.0, 1.0, 3.0];
         let found = likely(&[runs(0.1), runs(0.3), runs(0.5)], &log_alphas, None);
-        // Between the neighbours: 0.4 over 3.
-        let expected = 1e-4 * (1.0 + 1.0 / 3.0) + (0.01_f64 * 0.4 / 3.0).powi(2) + PEAK_HALF_DIGIT.powi(2);
+        // Between the neighbours: 0.4 over 3, and the line between them passes 0.1 + 0.4/3 here.
+        let expected = 1e-4 * (1.0 + 1.0 / 3.0)
+            + (0.01_f64 * 0.4 / 3.0).powi(2)
+            + (0.2_f64 - 0.4 / 3.0).powi(2)
+            + PEAK_HALF_DIGIT.powi(2);
         let own = found[1].unwrap();
         assert!((own.variance[0] / expected - 1.0).abs() < 1e-9 && (own.mean[0] - 0.3).abs() < 1e-12, "{own:?}");
         assert!((own.variance[1] - PEAK_HALF_DIGIT.powi(2)).abs() < 1e-15);

@@ -327,7 +327,7 @@ impl Study {
 
     /// What sees its runs.
     fn seen(&self) -> Seen<'_> {
-        Seen { bodies: &self.bodies, decoder: self.decoder, settings: &self.settings }
+        Seen { bodies: &self.bodies, decoder: self.decoder, settings: &self.settings, every: 1 }
     }
 }
 
