@@ -296,13 +296,6 @@ pub struct WaterOutcome {
     pub tips: Vec<LoadedTip>,
 }
 
-fn explained(prescribed_pa: f64, tips: &[LoadedTip]) -> Option<Explained> {
-    let medians = tips.iter().enumerate().filter_map(|(index, tip)| Some((index, tip.cell.pressure_pa?.median)));
-    let least = medians.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let share = (prescribed_pa / least.1).ln() / (prescribed_pa / PRINTED_PRESSURE).ln();
-    Some(Explained { prescribed_pa, least, share })
-}
-
 /// The combination that is drawn, and the companion's: the scene's own.
 const OWN: Combination = Combination { rim: "clamped", baffle: "rigid", placement: "all" };
 const HELD_OTHERWISE: Combination = Combination { rim: "supported", ..OWN };
@@ -571,6 +564,20 @@ mod tests {
         // 14 = √(10 × 19.6).
         assert!((passing.with_both()[0] / (0.3e-6 * 2f64.sqrt()) - 1.0).abs() < 1e-12 && !passing.begins_above());
         assert!(of(vec![cell(0.3e-6, 10e3, -35.0), cell(0.6e-6, 19.6e3, -35.0)]).with_both().is_empty());
+    }
+
+    #[test]
+    fn a_tip_explains_its_share_of_the_logarithm_of_the_factor() {
+        let tip = |pressure: Option<f64>| LoadedTip {
+            mass_kg: 1e-4,
+            quality: 50.0,
+            cell: Cell { pressure_pa: pressure.and_then(|own| Quantiles::of([own])), ..cell(PRINTED_DRIVE, 0.0, 0.0) },
+        };
+        // 14 kPa × 64 down to 14 kPa × 8: half of the logarithm; what was refused does not count.
+        let all = [tip(Some(30.0 * PRINTED_PRESSURE)), tip(None), tip(Some(8.0 * PRINTED_PRESSURE))];
+        let found = tips::explained(64.0 * PRINTED_PRESSURE, &all).unwrap();
+        assert!((found.share - 0.5).abs() < 1e-12 && found.least.0 == 2, "{found:?}");
+        assert_eq!(tips::explained(64.0 * PRINTED_PRESSURE, &[tip(None)]), None);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Cell, PRINTED_PRESSURE};
+use super::{Cell, OWN, PRINTED_PRESSURE, WaterOutcome};
 
 /// A tip that gives way, whose free motion is the printed drive, before the scene's own disc.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -29,27 +29,15 @@ pub struct Explained {
 impl WaterOutcome {
     /// What a tip that gives way explains; none where none could be run.
     #[must_use]
-    pub pub(super) fn explained(&self) -> Option<Explained> {
+    pub fn explained(&self) -> Option<Explained> {
         let own = self.combinations.iter().find(|outcome| outcome.combination == OWN)?;
         explained(own.printed()?.pressure_pa?.median, &self.tips)
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_tip_explains_its_share_of_the_logarithm_of_the_factor() {
-        let tip = |pressure: Option<f64>| LoadedTip {
-            mass_kg: 1e-4,
-            quality: 50.0,
-            cell: Cell { pressure_pa: pressure.and_then(|own| Quantiles::of([own])), ..cell(PRINTED_DRIVE, 0.0, 0.0) },
-        };
-        // 14 kPa × 64 down to 14 kPa × 8: half of the logarithm; what was refused does not count.
-        let tips = [tip(Some(30.0 * PRINTED_PRESSURE)), tip(None), tip(Some(8.0 * PRINTED_PRESSURE))];
-        let found = explained(64.0 * PRINTED_PRESSURE, &tips).unwrap();
-        assert!((found.share - 0.5).abs() < 1e-12 && found.least.0 == 2, "{found:?}");
-        assert_eq!(explained(64.0 * PRINTED_PRESSURE, &[tip(None)]), None);
-    }
+pub(super) fn explained(prescribed_pa: f64, tips: &[LoadedTip]) -> Option<Explained> {
+    let medians = tips.iter().enumerate().filter_map(|(index, tip)| Some((index, tip.cell.pressure_pa?.median)));
+    let least = medians.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let share = (prescribed_pa / least.1).ln() / (prescribed_pa / PRINTED_PRESSURE).ln();
+    Some(Explained { prescribed_pa, least, share })
 }
