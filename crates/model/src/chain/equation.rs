@@ -112,7 +112,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             overlap: zeros.clone(),
             elastic_force: zeros.clone(),
             surveys: std::array::from_fn(|_| Survey::new(system.padded)),
-            within: vec![[0.0; 4]; system.padded / 2],
+            within: vec![[0.0; 4]; system.padded / 2 + if L::IS_BEYOND { 1 + beyond::FURTHER / 4 } else { 0 }],
         });
         let switches = if coupled.is_some() && (DAMPED != 0) { 2 } else { 1 };
         let mut equation = Self {

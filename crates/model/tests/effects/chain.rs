@@ -478,6 +478,16 @@ fn everything_together_closes_its_books() {
 }
 
 #[test]
+fn contacts_of_finite_bodies_go_with_horn_and_holder() {
+    let keys = ["model.kind=chain", "contact.law=finite-body", "model.mesh_density=6", "duration=60 us"];
+    let mut scene = load("rigid", &keys);
+    scene.horn = Some(Horn { mass: 1e-5, frequency: 73e3, quality: 30.0 });
+    scene.holder = Some(Holder { friction_force: 0.02, drag: 0.01, ..Holder::default() });
+    let response = at_rest(&scene);
+    assert!(response.work.friction_turns > 3 && channels(&response).friction_j > 0.0);
+}
+
+#[test]
 fn what_a_chain_cannot_do_is_refused_by_its_key() {
     let refused = |overrides: &[&str]| {
         let scene = load("annulus", &[&["model.kind=chain"], overrides].concat());
