@@ -20,7 +20,7 @@ use super::{
 pub struct Operator {
     /// Step and scheme.
     pub coefficients: Coefficients,
-    /// Factor of M + (1 − α) β h² K of every kind of body, with drag and material loss where it has any ([`super::loss`]).
+    /// Factor of M + (1 − α) β h² K of every kind of body, with drag and material loss where it has any (`loss.rs`).
     pub factors: Vec<Factor>,
     /// What every kind loses in a step; none where nothing.
     pub(crate) losses: Vec<Option<StepLoss>>,
