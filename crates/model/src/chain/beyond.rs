@@ -1,46 +1,20 @@
 //! Effects beside contacts and dashpots: a horn that gives way, drag and friction of the holder, contacts that yield, an annulus that relaxes.
 //!
-//! They live in one wrapper of the support's law, [`Beyond`], by which the compiler makes a second copy of the chain's loops; chains
-//! without them run the first, in which none of this exists. What has a history (slip or stick of a bead, yield of a contact) is frozen within a step, as
+//! They live in one mark of the support's law ([`Marked`](super::equation::Marked)), by which the compiler makes a second copy of the chain's loops;
+//! chains without them run the first, in which none of this exists. What has a history (slip or stick of a bead, yield of a contact) is frozen within a step, as
 //! the modes of the contacts are, and switched at instants located on the continuous extension: the laws are met exactly, not regularised.
 
 use super::{
     dormand_prince::{Clock, Stepper},
     effects::Effects,
     equation::{Equation, Instant, Mode},
-    event::{Crossing, Event, Resolution, hermite_extremum, root_beyond},
+    event::{Crossing, Event, Resolution, first_fall, may_rise},
 };
 use crate::{
     contact_law::{ElasticLaw, Law, Terms, Yielding},
     response::{Channels, SolverWork},
     scene::PistonMotion,
 };
-
-/// The law of the last contact in a chain that has effects of this module.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Beyond<L>(pub L);
-
-impl<L: ElasticLaw> ElasticLaw for Beyond<L> {
-    const IS_HERTZ: bool = false;
-    const IS_COUPLED: bool = L::IS_COUPLED;
-    const IS_BEYOND: bool = true;
-
-    fn force(&self, overlap: f64) -> f64 {
-        self.0.force(overlap)
-    }
-
-    fn tangent_stiffness(&self, overlap: f64) -> f64 {
-        self.0.tangent_stiffness(overlap)
-    }
-
-    fn energy(&self, overlap: f64) -> f64 {
-        self.0.energy(overlap)
-    }
-
-    fn overlap(&self, force: f64) -> f64 {
-        self.0.overlap(force)
-    }
-}
 
 /// Places in the state behind work and dissipated energy, from the end of the velocities on; the state is longer by [`FURTHER`] for them.
 pub(super) mod place {
@@ -57,6 +31,9 @@ pub(super) mod place {
     pub const RELAXED: usize = 9;
 }
 pub(super) const FURTHER: usize = 8;
+
+/// Overlap at which a contact yields (again), over that up to which it is elastic: as often as it is pressed just as hard, it does not.
+const PRESSED_HARDER: f64 = 1.0 + 1e-9;
 
 /// How a contact that may yield stands.
 #[derive(Debug, Clone, Copy)]
@@ -134,7 +111,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             relaxing: 0.0,
             instants: [0.0; 3],
             yielded: 0.0,
-            within: vec![[0.0; 4]; self.state_length() / 4],
+            within: system.moment(),
             evaluations: 0,
             work: SolverWork::default(),
         });
@@ -314,11 +291,6 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         self.evaluate_forces(&state[..padded], &state[padded..2 * padded]);
     }
 
-    /// Whether beads may stick: steps are then held by the work of the piston too, for nothing else may move.
-    pub(super) fn sticks(&self) -> bool {
-        !self.slips().is_empty()
-    }
-
     /// Whether a contact may begin or cease to yield, or a bead to slide, within the finished step.
     pub(super) fn may_turn(&mut self, stepper: &Stepper, clock: &Clock, resolution: &Resolution) -> bool {
         let (start, end) = (stepper.state.as_flattened(), stepper.end_state.as_flattened());
@@ -345,13 +317,16 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             let contact = self.beyond.as_ref().and_then(|beyond| beyond.contacts[turn]);
             let Some(own) = contact.filter(|_| self.modes[turn] == Mode::Pressed) else { return Crossing::None };
             let of = |state: &[f64]| {
-                (self.overlap(turn, state) - own.elastic_to, state[padded + turn] - state[padded + turn + 1])
+                (
+                    self.overlap(turn, state) - PRESSED_HARDER * own.elastic_to,
+                    state[padded + turn] - state[padded + turn + 1],
+                )
             };
             let (start, end) = (of(start), of(end));
             return match own.yields_since {
                 Some(_) => sure(end.1 < 0.0),
-                None if end.0 > resolution.overlap => Crossing::Sure,
-                None if start.1 > 0.0 && end.1 < 0.0 && hermite_extremum(start, end, clock) > 0.0 => Crossing::Perhaps,
+                None if end.0 > 0.0 => Crossing::Sure,
+                None if may_rise(start, end, clock) => Crossing::Perhaps,
                 None => Crossing::None,
             };
         };
@@ -386,7 +361,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             let margin = |sigma: f64| self.margin(turn, stepper, clock, motion, resolution, sigma);
             // A bead that is hardly let go comes to rest again early in the step.
             let sigmas = [0.0, 0.001, 0.01].into_iter().chain((1..=12).map(|part| f64::from(part) / 12.0));
-            if let Some(sigma) = root_beyond(margin, crossing == Crossing::Sure, sigmas)
+            if let Some(sigma) = first_fall(margin, crossing, sigmas)
                 && first.is_none_or(|event| sigma < event.sigma)
             {
                 first = Some(Event { switch: self.modes.len() + turn, sigma });
@@ -395,7 +370,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         first
     }
 
-    /// Positive while what may turn stays as it is, at σ of the extended step.
+    /// Positive while what may turn stays as it is, at σ of the extended step; its rate, of a contact that may begin to yield.
     fn margin(
         &mut self,
         turn: usize,
@@ -404,28 +379,31 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         motion: &dyn PistonMotion,
         resolution: &Resolution,
         sigma: f64,
-    ) -> f64 {
+    ) -> (f64, f64) {
         let padded = self.system.padded;
         let Some(mut within) = self.beyond.as_mut().map(|beyond| std::mem::take(&mut beyond.within)) else {
-            return 1.0;
+            return (1.0, 0.0);
         };
         stepper.values(sigma, &mut within);
         let state = within.as_flattened_mut();
         (state[0], state[padded]) = motion.at(clock.at(sigma));
         self.give_way(state);
+        let rate = |state: &[f64]| state[padded + turn] - state[padded + turn + 1];
         let margin = match turn.checked_sub(self.system.beads + 1) {
             None => match self.beyond.as_ref().and_then(|beyond| beyond.contacts[turn]) {
-                Some(Contact { yields_since: Some(_), .. }) => state[padded + turn] - state[padded + turn + 1],
-                Some(Contact { elastic_to, .. }) => elastic_to - self.overlap(turn, state),
-                None => 1.0,
+                Some(Contact { yields_since: Some(_), .. }) => (rate(state), 0.0),
+                Some(Contact { elastic_to, .. }) => {
+                    (PRESSED_HARDER * elastic_to - self.overlap(turn, state), -rate(state))
+                }
+                None => (1.0, 0.0),
             },
             Some(bead) => match self.slips()[bead] {
                 Slip::Stuck(more) => {
                     self.evaluate_at(state);
                     let (net, most) = self.pushed(bead + 1);
-                    most + more + resolution.force - net.abs()
+                    (most + more + resolution.force - net.abs(), 0.0)
                 }
-                slip => slip.sign() * state[padded + bead + 1],
+                slip => (slip.sign() * state[padded + bead + 1], 0.0),
             },
         };
         if let Some(beyond) = &mut self.beyond {
@@ -492,8 +470,8 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             .sum()
     }
 
-    /// The books of these effects in a state, and what they took.
-    pub(super) fn channels(&self, state: &[f64]) -> Option<(Channels, SolverWork)> {
+    /// The books of these effects in a state; none where there are none.
+    pub(super) fn channels(&self, state: &[f64]) -> Option<Channels> {
         let beyond = self.beyond.as_ref().filter(|_| L::IS_BEYOND)?;
         let tail = &state[2 * self.system.padded..];
         let yielding = (0..=self.system.beads).filter_map(|contact| {
@@ -504,7 +482,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         let horn_j = beyond.effects.horn.map_or(0.0, |horn| {
             0.5 * horn.mass * rate * rate + 0.5 * horn.stiffness() * q * q - beyond.precompression * q
         });
-        let channels = Channels {
+        Some(Channels {
             drag_j: tail[place::DRAG],
             friction_j: tail[place::FRICTION],
             yielding_j: beyond.yielded + yielding.sum::<f64>(),
@@ -512,19 +490,20 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             source_work_j: tail[place::SOURCE],
             horn_j,
             horn_lost_j: tail[place::HORN_LOST],
-        };
+        })
+    }
+
+    /// Counts of what these effects took, none of them where there are none.
+    pub(super) fn counts(&self) -> SolverWork {
+        let Some(beyond) = self.beyond.as_ref().filter(|_| L::IS_BEYOND) else { return SolverWork::default() };
         let effects = beyond.effects;
         let count = |is_there: bool, each: usize| if is_there { beyond.evaluations * each as u64 } else { 0 };
-        let work = SolverWork {
+        SolverWork {
             horn_evaluations: count(effects.horn.is_some(), 1),
-            holder_evaluations: count(
-                effects.holder.is_some_and(|holder| holder.drag > 0.0 || holder.has_friction()),
-                self.system.beads,
-            ),
+            holder_evaluations: count(effects.holder.is_some_and(|holder| holder.acts()), self.system.beads),
             relaxation_evaluations: count(effects.relaxation.is_some(), 1),
             ..beyond.work
-        };
-        Some((channels, work))
+        }
     }
 }
 

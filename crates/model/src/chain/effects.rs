@@ -39,7 +39,7 @@ impl Effects {
         if is_coupled && relaxation.is_some() {
             return Err(unsupported("loss.relaxation"));
         }
-        let sines = sines(scene);
+        let sines = between_beads(scene, Holder::obliquity);
         let cosine = |contact: usize| (1.0 - sines[contact] * sines[contact]).sqrt();
         let beads = &scene.chain.beads;
         let yielding = laws.iter().enumerate().map(|(contact, law)| {
@@ -58,7 +58,7 @@ impl Effects {
             horn: scene.horn,
             holder: scene.holder,
             yielding: yielding.collect(),
-            obliquity: (0..laws.len()).map(|contact| sines[contact] / cosine(contact)).collect(),
+            obliquity: between_beads(scene, Holder::tangent),
             relaxation,
         }))
     }
@@ -76,16 +76,16 @@ impl Effects {
     }
 }
 
-/// sin θ of the line of centres at each of the N + 1 contacts.
-fn sines(scene: &Scene) -> Vec<f64> {
+/// What a holder says of the radii of two beads, at each of the N + 1 contacts; 0 at both ends.
+fn between_beads(scene: &Scene, of: impl Fn(&Holder, f64, f64) -> f64) -> Vec<f64> {
     let beads = &scene.chain.beads;
-    let mut sines = vec![0.0; beads.len() + 1];
+    let mut found = vec![0.0; beads.len() + 1];
     if let Some(holder) = &scene.holder {
-        for (sine, pair) in sines[1..].iter_mut().zip(beads.windows(2)) {
-            *sine = holder.obliquity(pair[0].radius, pair[1].radius);
+        for (found, pair) in found[1..].iter_mut().zip(beads.windows(2)) {
+            *found = of(holder, pair[0].radius, pair[1].radius);
         }
     }
-    sines
+    found
 }
 
 /// Soften the contacts between beads whose line of centres is oblique: F = k cos^(5/2) θ δ^(3/2) along the axis.
@@ -93,7 +93,7 @@ pub(super) fn tilt(scene: &Scene, laws: &mut [Law]) {
     if scene.holder.is_none_or(|holder| holder.clearance == 0.0) {
         return;
     }
-    for (law, sine) in laws.iter_mut().zip(sines(scene)) {
+    for (law, sine) in laws.iter_mut().zip(between_beads(scene, Holder::obliquity)) {
         let factor = (1.0 - sine * sine).powf(1.25);
         match law {
             Law::Hertz(law) => law.stiffness *= factor,

@@ -10,16 +10,19 @@ use crate::{
     scene::DampingTerm,
 };
 
-/// Any law of any contact, the contacts coupled through the bodies: see [`Coupling`].
+/// Any law of the last contact, marked with what the chain's loops must know of the others: the compiler makes a copy of the loops for each mark.
 ///
-/// Elastic force and dashpot of a contact then begin and end apart, the force with the overlap δ of the contact, the dashpot with that of
-/// the rigid motions, so each contact has two switches: 0…N the elastic ones, N + 1…2N + 1 the dashpots, if there are any.
+/// - `COUPLED`: the contacts feel one another through the bodies, see [`Coupling`]. Elastic force and dashpot of a contact then begin and end apart, the
+///   force with the overlap δ of the contact, the dashpot with that of the rigid motions, so each contact has two switches: 0…N the elastic
+///   ones, N + 1…2N + 1 the dashpots, if there are any.
+/// - `BEYOND`: there are effects of [`beyond`].
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Coupled(pub Law);
+pub(super) struct Marked<const COUPLED: bool, const BEYOND: bool>(pub Law);
 
-impl ElasticLaw for Coupled {
+impl<const COUPLED: bool, const BEYOND: bool> ElasticLaw for Marked<COUPLED, BEYOND> {
     const IS_HERTZ: bool = false;
-    const IS_COUPLED: bool = true;
+    const IS_COUPLED: bool = COUPLED;
+    const IS_BEYOND: bool = BEYOND;
 
     fn force(&self, overlap: f64) -> f64 {
         self.0.force(overlap)
@@ -112,7 +115,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             overlap: zeros.clone(),
             elastic_force: zeros.clone(),
             surveys: std::array::from_fn(|_| Survey::new(system.padded)),
-            within: vec![[0.0; 4]; system.padded / 2 + if L::IS_BEYOND { 1 + beyond::FURTHER / 4 } else { 0 }],
+            within: system.moment(),
         });
         let switches = if coupled.is_some() && (DAMPED != 0) { 2 } else { 1 };
         let mut equation = Self {

@@ -114,9 +114,8 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             scales[tail + place::HORN[0]] = scales[1];
             scales[tail + place::HORN[1]] = scales[padded + 1];
             scales[tail + place::RELAXING] = 1.0 / (control.tolerance * force_scale);
-            if equation.sticks() {
-                scales[tail] = 1.0 / (control.tolerance * lightest * velocity_scale * velocity_scale);
-            }
+            // Beads that stick, and soft ones that yield, take up work without a motion that would hold the steps.
+            scales[tail] = 1.0 / (control.tolerance * lightest * velocity_scale * velocity_scale);
         }
         if L::IS_COUPLED && (DAMPED != 0) {
             // A clipped dashpot takes up an elastic force that moves no bead: only the books see where it ends.
@@ -158,6 +157,15 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         self.motion.at(self.time.clamp(self.smooth.from, self.smooth.to))
     }
 
+    /// Put the piston into its slots, moved by what a horn gives way; its free motion.
+    fn place_piston(&mut self) -> (f64, f64) {
+        let piston = self.piston();
+        let state = self.stepper.state.as_flattened_mut();
+        (state[0], state[self.system.padded]) = piston;
+        self.equation.give_way(state);
+        piston
+    }
+
     /// δ (m) and δ̇ (m/s) that a switch follows, now; of coupled contacts as last surveyed.
     fn overlap_and_rate(&self, switch: usize) -> (f64, f64) {
         self.equation.overlap_and_rate(Instant::Start, switch, self.stepper.state.as_flattened())
@@ -167,11 +175,8 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
     #[inline(always)]
     fn survey(&mut self) {
         if L::IS_COUPLED || L::IS_BEYOND {
-            let piston = self.piston();
-            let state = self.stepper.state.as_flattened_mut();
-            (state[0], state[self.system.padded]) = piston;
-            self.equation.give_way(state);
-            self.equation.survey(Instant::Start, state);
+            self.place_piston();
+            self.equation.survey(Instant::Start, self.stepper.state.as_flattened());
         }
     }
 
@@ -192,12 +197,8 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
 
     /// Evaluate the derivative here, after putting every contact in the mode it belongs in.
     fn restart(&mut self) {
-        let piston = self.piston();
-        let padded = self.system.padded;
-        let state = self.stepper.state.as_flattened_mut();
-        (state[0], state[padded]) = piston;
-        self.equation.give_way(state);
-        self.equation.survey(Instant::Start, state);
+        let piston = self.place_piston();
+        self.equation.survey(Instant::Start, self.stepper.state.as_flattened());
         for switch in 0..self.equation.modes.len() {
             let mode = self.equation.settled_mode(switch, self.overlap_and_rate(switch), &self.resolution);
             if mode != self.equation.modes[switch] {
@@ -466,11 +467,8 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
     /// Change the mode of a switch at a located event; the pace to go on with.
     fn change(&mut self, switch: usize, at_once: bool) -> Pace {
         if let Some(turn) = switch.checked_sub(self.equation.modes.len()) {
-            let piston = self.piston();
-            let state = self.stepper.state.as_flattened_mut();
-            (state[0], state[self.system.padded]) = piston;
-            self.equation.give_way(state);
-            self.equation.turn(turn, at_once, state, &self.resolution);
+            self.place_piston();
+            self.equation.turn(turn, at_once, self.stepper.state.as_flattened_mut(), &self.resolution);
             self.restart();
             return Pace::Plain { step: self.cruise };
         }
@@ -512,7 +510,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
 
     fn note_energy(&mut self) {
         let channels = self.equation.channels(self.stepper.state.as_flattened());
-        let further = channels.map_or(0.0, |(channels, _)| channels.lost());
+        let further = channels.map_or(0.0, |channels| channels.lost());
         let energy = self.initial_energy + self.piston_work() - self.dissipated() - further;
         self.largest_energy = self.largest_energy.max(energy);
     }
@@ -537,7 +535,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         let channels = self.equation.channels(state);
         let kinetic_j = self.system.kinetic_energy(&state[padded..2 * padded]);
         let stored_j = self.equation.stored_energy(&state[..padded]);
-        let lost = channels.map_or(0.0, |(channels, _)| channels.lost());
+        let lost = channels.map_or(0.0, |channels| channels.lost());
         let residual_j = self.initial_energy + piston_work_j - kinetic_j - stored_j - dissipated_j - lost;
         let ledger = EnergyLedger {
             initial_j: self.initial_energy,
@@ -546,13 +544,13 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             stored_j,
             dissipated_j,
             disc_j: None,
-            channels: channels.map(|(channels, _)| channels),
+            channels,
             water_j: None,
             residual_j,
             largest_j: self.largest_energy,
         };
         let SolverWork { unknowns, steps, rejected_steps, evaluations, events, dashpot_evaluations, .. } = self.work;
-        let further = channels.map_or_else(SolverWork::default, |(_, work)| work);
+        let further = self.equation.counts();
         let work = SolverWork { unknowns, steps, rejected_steps, evaluations, events, dashpot_evaluations, ..further };
         (ledger, work)
     }

@@ -33,8 +33,7 @@ mod trajectory;
 pub use finite_body::{ContactFit, FiniteBodyLaws, FitQuality};
 pub use trajectory::Trajectory;
 
-use beyond::Beyond;
-use equation::Coupled;
+use equation::Marked;
 use integrate::Control;
 use record::{Grid, Recording};
 use system::System;
@@ -220,9 +219,9 @@ macro_rules! specialised {
         match system.laws[system.beads] {
             // Coupled contacts cost more than a dashpot that is zero, so all dampers share one copy.
             law if system.coupling.is_some() && terms != 0 => {
-                $run::<ALL_TERMS, _>(system, Coupled(law), $($argument),*)
+                $run::<ALL_TERMS, _>(system, Marked::<true, false>(law), $($argument),*)
             }
-            law if system.coupling.is_some() => $run::<0, _>(system, Coupled(law), $($argument),*),
+            law if system.coupling.is_some() => $run::<0, _>(system, Marked::<true, false>(law), $($argument),*),
             Law::Hertz(law) => for_terms!(terms, DAMPED => $run::<DAMPED, _>(system, law, $($argument),*)),
             // Any other law of the one contact at the support is picked within the loop: it is worth no copy of the code.
             law => for_terms!(terms, DAMPED => $run::<DAMPED, _>(system, law, $($argument),*)),
@@ -255,9 +254,11 @@ fn adaptive(
     // Effects that are beside the contacts cost more than a dashpot that is zero, too.
     match (&system.effects, &system.coupling) {
         (Some(_), Some(_)) => {
-            run::<ALL_TERMS, _>(system, Beyond(Coupled(law)), motion, initial, control, recording, progress)
+            run::<ALL_TERMS, _>(system, Marked::<true, true>(law), motion, initial, control, recording, progress)
         }
-        (Some(_), None) => run::<ALL_TERMS, _>(system, Beyond(law), motion, initial, control, recording, progress),
+        (Some(_), None) => {
+            run::<ALL_TERMS, _>(system, Marked::<false, true>(law), motion, initial, control, recording, progress)
+        }
         (None, _) => specialised!(system, run(motion, initial, control, recording, progress)),
     }
 }

@@ -1,7 +1,6 @@
 //! The run on the scene's output grid.
 
 use super::{
-    beyond,
     dormand_prince::{Clock, Stepper},
     equation::Equation,
     system::System,
@@ -57,10 +56,7 @@ impl Grid {
             velocity: columns(system.beads),
             force: columns(system.beads + 1),
             taken: 0,
-            buffer: vec![
-                [0.0; 4];
-                system.padded / 2 + if system.effects.is_some() { 1 + beyond::FURTHER / 4 } else { 0 }
-            ],
+            buffer: system.moment(),
             block: vec![0.0; BLOCK * (3 * system.beads + 1)],
             held: 0,
         }

@@ -1,7 +1,7 @@
 //! The chain as the integrators see it: masses, stiffnesses and rest positions in flat, padded arrays.
 
 use super::{
-    InitialState,
+    InitialState, beyond,
     coupling::{Coupling, Survey},
     effects::{self, Effects},
     finite_body::FiniteBodyLaws,
@@ -81,6 +81,12 @@ impl System {
             laws,
             coupling,
         })
+    }
+
+    /// Room for displacements and velocities of an instant, and for what effects have behind them.
+    pub(crate) fn moment(&self) -> Vec<[f64; 4]> {
+        let behind = if self.effects.is_some() { 1 + beyond::FURTHER / 4 } else { 0 };
+        vec![[0.0; 4]; self.padded / 2 + behind]
     }
 
     /// Contacts with a dashpot.

@@ -252,7 +252,7 @@ pub const CASES: &[Case] = &[
     Case {
         number: 17,
         name: "yielding contacts that chatter",
-        what: "Contacts yield, open, close and yield again, hard as bearing steel and soft as lead; loading and unloading meet their curves exactly.",
+        what: "Contacts yield, open, close and yield again, hard as bearing steel and soft as wax; loading and unloading meet their curves exactly.",
         rungs: &[Rung::Hertz],
         examine: effects::yielding,
     },

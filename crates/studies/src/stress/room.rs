@@ -129,6 +129,14 @@ impl<'a> Room<'a> {
         self.keep(criterion.into(), Some(measured), limit, unit, None);
     }
 
+    /// Note what a run lost (J), which is of the piston's work and no more of it than there is.
+    pub fn lost(&mut self, which: &str, lost: f64, ran: &Ran) {
+        let share = lost / ran.response.energy.piston_work_j;
+        for limit in [Limit::AtMost(1.02), Limit::AtLeast(0.0)] {
+            self.check(format!("{which}: lost over the piston’s work"), share, limit, "1");
+        }
+    }
+
     /// Note that a run that should have worked did not.
     pub fn failed(&mut self, which: &str, reason: String) {
         self.keep(format!("{which}: runs to its end"), None, Limit::AtLeast(1.0), "1", Some(reason));
