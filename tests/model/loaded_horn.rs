@@ -1,29 +1,18 @@
 //! A horn that gives way, in the models of a fixed step: limits, closed forms, books.
 
+use super::scenes::{self, Knock, channels, run};
 use granchain::{
     model::{self, fea},
-    response::{Channels, Response},
-    scene::{self, Holder, Horn, PistonMotion, Scene},
+    response::Response,
+    scene::{Holder, Horn, PistonMotion, Scene},
 };
 
 fn load(name: &str, kind: &str, keys: &[&str]) -> Scene {
-    let base = ["model.mesh_density=6", "output_step=0.1 us"];
-    let meshed: &[&str] = if kind == "chain" { &[] } else { &base[..1] };
-    let kind = format!("model.kind={kind}");
-    let all = [&kind[..], base[1]].into_iter().chain(meshed.iter().copied()).chain(keys.iter().copied());
-    scene::load(name, &all.map(str::to_owned).collect::<Vec<_>>()).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn run(scene: &Scene) -> Response {
-    model::run(scene, &mut |_| true).unwrap_or_else(|error| panic!("{error}"))
+    scenes::load(name, kind, &[&["output_step=0.1 us"], keys].concat())
 }
 
 fn with(scene: &Scene, horn: Horn) -> Scene {
     Scene { horn: Some(horn), ..scene.clone() }
-}
-
-fn channels(response: &Response) -> Channels {
-    response.energy.channels.unwrap()
 }
 
 fn velocity(response: &Response) -> &[f64] {
@@ -62,28 +51,6 @@ fn a_heavy_horn_is_the_prescribed_motion_in_every_model() {
         };
         let (light, heavier) = (shift(10.0), shift(20.0));
         assert!((light / heavier - 2.0).abs() < 0.05, "{name} {kind}: {light:e} {heavier:e}");
-    }
-}
-
-/// The piston stands still; bead 1 comes back to it from bead 2, once.
-struct Knock {
-    /// Speed at which the piston hits in the beginning, m/s, and until when, s.
-    speed: f64,
-    until: f64,
-}
-
-impl PistonMotion for Knock {
-    fn breaks(&self) -> &[f64] {
-        &[]
-    }
-
-    fn on_piece(&self, _: usize, time: f64) -> (f64, f64) {
-        // A raised cosine of velocity: forward and never back.
-        if time >= self.until {
-            return (0.5 * self.speed * self.until, 0.0);
-        }
-        let turn = 2.0 * std::f64::consts::PI / self.until;
-        (0.5 * self.speed * (time - (turn * time).sin() / turn), 0.5 * self.speed * (1.0 - (turn * time).cos()))
     }
 }
 

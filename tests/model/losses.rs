@@ -2,33 +2,19 @@
 
 use std::f64::consts::PI;
 
+use super::scenes::{Knock, channels, load, run};
 use granchain::{
     model::{
         self, ModelError,
         fea::{Control, FeaError, Simulation},
     },
-    response::{Channels, Response},
-    scene::{self, Holder, MaterialLoss, PistonMotion, Relaxation, Scene},
+    response::Response,
+    scene::{Holder, MaterialLoss, PistonMotion, Relaxation, Scene},
     signal::Series,
 };
 
-fn load(name: &str, kind: &str, keys: &[&str]) -> Scene {
-    let kind_key = format!("model.kind={kind}");
-    let density: &[&str] = if kind == "chain" { &[] } else { &["model.mesh_density=6"] };
-    let all = [&kind_key[..]].into_iter().chain(density.iter().copied()).chain(keys.iter().copied());
-    scene::load(name, &all.map(str::to_owned).collect::<Vec<_>>()).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn run(scene: &Scene) -> Response {
-    model::run(scene, &mut |_| true).unwrap_or_else(|error| panic!("{error}"))
-}
-
 fn run_with(scene: &Scene, motion: &dyn PistonMotion) -> Response {
     model::prepare(scene).unwrap().run_with(scene, motion, &mut |_| true).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn channels(response: &Response) -> Channels {
-    response.energy.channels.unwrap()
 }
 
 fn difference(one: &Series, other: &Series) -> f64 {
@@ -37,26 +23,6 @@ fn difference(one: &Series, other: &Series) -> f64 {
     let (one, other) = (smooth(one), smooth(other));
     let error: f64 = one.iter().zip(&other).map(|(a, b)| (a - b).powi(2)).sum();
     (error / other.iter().map(|b| b * b).sum::<f64>()).sqrt()
-}
-
-/// A push that ends at rest: the velocity is a raised cosine of `until` (s).
-struct Knock {
-    speed: f64,
-    until: f64,
-}
-
-impl PistonMotion for Knock {
-    fn breaks(&self) -> &[f64] {
-        &[]
-    }
-
-    fn on_piece(&self, _: usize, time: f64) -> (f64, f64) {
-        if time >= self.until {
-            return (0.5 * self.speed * self.until, 0.0);
-        }
-        let turn = 2.0 * PI / self.until;
-        (0.5 * self.speed * (time - (turn * time).sin() / turn), 0.5 * self.speed * (1.0 - (turn * time).cos()))
-    }
 }
 
 /// One bead that flies freely after the knock.

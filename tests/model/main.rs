@@ -32,6 +32,7 @@ mod reduced_effects;
 mod reduced_fea;
 mod reduced_side_by_side;
 mod response_field;
+mod scenes;
 mod water_agreement;
 mod water_chain;
 mod water_disc;

@@ -66,10 +66,9 @@ impl<N: Number> Hold<N> {
         let wedged = any(&|holder| holder.friction_coefficient > 0.0 && holder.clearance > 0.0);
         let wedge = |contact: usize| match contact.checked_sub(1).and_then(|bead| scene.chain.beads.get(bead..bead + 2))
         {
-            Some([before, after]) => of(&|holder| {
-                let sine = holder.obliquity(before.radius, after.radius);
-                holder.friction_coefficient * sine / (1.0 - sine * sine).sqrt()
-            }),
+            Some([before, after]) => {
+                of(&|holder| holder.friction_coefficient * holder.tangent(before.radius, after.radius))
+            }
             _ => N::ZERO,
         };
         let contacts = if wedged { masses.len() + 1 } else { 0 };

@@ -22,11 +22,21 @@ pub fn hertz_stiffness(effective_modulus: f64, effective_radius: f64) -> f64 {
     4.0 / 3.0 * effective_modulus * effective_radius.sqrt()
 }
 
+/// Effective modulus E* (Pa) and radius R* (m) of a bead on another, 1/R* = 1/a₁ + 1/a₂, or on a flat, R* = a.
+pub(crate) fn touching(bead: &Bead, other: Result<&Bead, FlatContact>) -> (f64, f64) {
+    let (material, radius) = match other {
+        Ok(other) => (Some(&other.material), bead.radius * other.radius / (bead.radius + other.radius)),
+        Err(FlatContact::Rigid) => (None, bead.radius),
+        Err(FlatContact::HalfSpace) => (Some(&bead.material), bead.radius),
+    };
+    (effective_modulus(&bead.material, material), radius)
+}
+
 /// Hertz stiffness of two beads in contact, N·m^(-3/2): E* of both materials, 1/R* = 1/a₁ + 1/a₂. Symmetric in the beads.
 #[must_use]
 pub fn bead_pair_stiffness(bead: &Bead, other: &Bead) -> f64 {
-    let radius = bead.radius * other.radius / (bead.radius + other.radius);
-    hertz_stiffness(effective_modulus(&bead.material, Some(&other.material)), radius)
+    let (modulus, radius) = touching(bead, Ok(other));
+    hertz_stiffness(modulus, radius)
 }
 
 /// Hertz stiffness of a bead on a flat, N·m^(-3/2), R* = a.
@@ -35,11 +45,8 @@ pub fn bead_pair_stiffness(bead: &Bead, other: &Bead) -> f64 {
 /// - [`FlatContact::HalfSpace`]: a half-space of the bead's own material, (2/3) E/(1 − ν²) √a, √2 times that of two such beads.
 #[must_use]
 pub fn bead_flat_stiffness(bead: &Bead, flat: FlatContact) -> f64 {
-    let other = match flat {
-        FlatContact::Rigid => None,
-        FlatContact::HalfSpace => Some(&bead.material),
-    };
-    hertz_stiffness(effective_modulus(&bead.material, other), bead.radius)
+    let (modulus, radius) = touching(bead, Err(flat));
+    hertz_stiffness(modulus, radius)
 }
 
 /// Normal force of an elastic sphere–sphere contact, F = k δ₊^(3/2).

@@ -21,6 +21,7 @@ pub(crate) use dashpot::{ALL_TERMS, Terms, check, for_terms, terms_of};
 pub use dashpot::{Dashpot, dashpots};
 pub use finite_body::FiniteBody;
 pub use finite_hertz::FiniteHertz;
+pub(crate) use hertz::touching;
 pub use hertz::{
     Hertz, bead_flat_stiffness, bead_pair_stiffness, effective_modulus, hertz_energy, hertz_force, hertz_stiffness,
 };

@@ -1,6 +1,6 @@
 //! Contacts that yield: Thornton's elastic–perfectly plastic sphere.
 
-use super::{Hertz, effective_modulus, hertz_force};
+use super::{Hertz, hertz_force, touching};
 use crate::scene::{Bead, FlatContact};
 
 /// Pressure in the middle of a contact at which its material begins to flow, over its yield strength Y: von Mises' criterion is first met below the
@@ -44,13 +44,7 @@ impl Yielding {
     /// Of a bead and what it touches, of the yield strength Y (Pa); a half-space is as hard as the bead, a rigid flat harder.
     #[must_use]
     pub fn of(bead: &Bead, other: Result<&Bead, FlatContact>, yield_strength: f64) -> Self {
-        let material = match other {
-            Ok(other) => Some(&other.material),
-            Err(FlatContact::HalfSpace) => Some(&bead.material),
-            Err(FlatContact::Rigid) => None,
-        };
-        let radius = other.map_or(bead.radius, |other| bead.radius * other.radius / (bead.radius + other.radius));
-        let modulus = effective_modulus(&bead.material, material);
+        let (modulus, radius) = touching(bead, other);
         let slope = std::f64::consts::PI * YIELD_PRESSURE * yield_strength / (2.0 * modulus);
         Self { stiffness: super::hertz_stiffness(modulus, radius), yield_overlap: slope * slope * radius }
     }

@@ -1,7 +1,7 @@
 //! Whether contacts of meshed bodies, which are elastic, carried more than their beads' material bears.
 
 use crate::{
-    contact_law::{effective_modulus, yield_force},
+    contact_law::{touching, yield_force},
     scene::{Bead, FlatContact, Scene, Support},
 };
 use granchain_signal::{Dimension, Quantity, Series};
@@ -17,16 +17,13 @@ pub(crate) fn yield_forces(scene: &Scene) -> Vec<Option<f64>> {
         let own = (bead.material.name == "chrome-steel").then_some(CHROME_STEEL);
         scene.yield_strength.or(own).filter(|_| bead.mesh.is_none())
     };
-    let on_flat = |bead: Option<&Bead>| {
-        let bead = bead?;
-        Some(yield_force(effective_modulus(&bead.material, None), bead.radius, strength(bead)?))
+    let on = |bead: &Bead, other: Result<&Bead, FlatContact>| {
+        let weaker = other.map_or(Some(f64::INFINITY), strength)?.min(strength(bead)?);
+        let (modulus, radius) = touching(bead, other);
+        Some(yield_force(modulus, radius, weaker))
     };
-    let between = beads.windows(2).map(|pair| {
-        let [one, other] = [&pair[0], &pair[1]];
-        let radius = one.radius * other.radius / (one.radius + other.radius);
-        let weaker = strength(one)?.min(strength(other)?);
-        Some(yield_force(effective_modulus(&one.material, Some(&other.material)), radius, weaker))
-    });
+    let on_flat = |bead: Option<&Bead>| on(bead?, Err(FlatContact::Rigid));
+    let between = beads.windows(2).map(|pair| on(&pair[0], Ok(&pair[1])));
     let last = match &scene.support {
         Support::Flat(FlatContact::Rigid) | Support::Spring { .. } => on_flat(beads.last()),
         _ => None,

@@ -228,7 +228,7 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
         Support::Disc { shape, .. } => water::read(reader, shape)?,
         _ => None,
     };
-    let exact_friction = settings::kind(reader)? == ModelKind::Chain && !matches!(support, Support::Disc { .. });
+    let exact_friction = holder::is_exact(settings::kind(reader)?, &support);
     let least_radius = chain.beads.iter().map(|bead| bead.radius).fold(f64::INFINITY, f64::min);
     Ok(Scene {
         name: reader.text("name")?.unwrap_or(name).to_owned(),

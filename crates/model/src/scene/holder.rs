@@ -46,19 +46,26 @@ impl Holder {
     pub fn obliquity(&self, first: f64, second: f64) -> f64 {
         self.clearance / (first + second)
     }
+
+    /// tan θ of the same.
+    #[must_use]
+    pub fn tangent(&self, first: f64, second: f64) -> f64 {
+        let sine = self.obliquity(first, second);
+        sine / (1.0 - sine * sine).sqrt()
+    }
 }
 
 impl Scene {
     /// The holder, to change it; made where there was none.
     pub fn holder_mut(&mut self) -> &mut Holder {
-        let slip_velocity = if self.has_exact_friction() { 0.0 } else { DEFAULT_SLIP_VELOCITY };
+        let slip_velocity = if is_exact(self.model.kind, &self.support) { 0.0 } else { DEFAULT_SLIP_VELOCITY };
         self.holder.get_or_insert(Holder { slip_velocity, ..Holder::default() })
     }
+}
 
-    /// Whether its model has the exact law of friction.
-    fn has_exact_friction(&self) -> bool {
-        self.model.kind == ModelKind::Chain && !matches!(self.support, Support::Disc { .. })
-    }
+/// Whether a model has the exact law of friction before that support.
+pub(super) fn is_exact(kind: ModelKind, support: &Support) -> bool {
+    kind == ModelKind::Chain && !matches!(support, Support::Disc { .. })
 }
 
 const KEYS: [&str; 4] = ["holder.drag", "holder.friction_force", "holder.friction_coefficient", "holder.clearance"];

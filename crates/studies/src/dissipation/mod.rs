@@ -517,7 +517,8 @@ mod tests {
     fn made(effects: &[(&str, f64)], alpha: f64) -> [f64; 2] {
         let strength = |name: &str| effects.iter().find(|own| own.0 == name).map_or(0.0, |own| own.1);
         let drag = strength("holder.drag") / 1e-2;
-        let friction = strength("holder.friction_force") / 3e-3;
+        // Acts over all its range, so that one who may choose it pays for it.
+        let friction = strength("holder.friction_force") / 3e-4;
         [0.6 * alpha / (1.0 + 0.3 * friction), -0.3 * alpha * (1.0 + 0.4 * drag.powf(0.7)) / (1.0 + 0.3 * friction)]
     }
 
@@ -544,8 +545,7 @@ mod tests {
         let printed = Peaks { positive_m_per_s: up, negative_m_per_s: down };
         let sets: [&[Effect]; 4] = [&[], &[drag], &[friction], &[drag, friction]];
         let [alone, own, other, both] = sets.map(|set| weighed(set, printed).unwrap());
-        assert!(own.0 > both.0 && both.0 > alone.0 && own.0 > other.0 + WEAK, "{own:?} {both:?} {other:?}");
-        // The pair pays little: over most of its range the second effect hardly acts.
+        assert!(own.0 > both.0 + NOTHING && both.0 > alone.0 && own.0 > other.0 + WEAK, "{own:?} {both:?} {other:?}");
         // A grid of three strengths over two decades, linear in between.
         assert!((own.1[0] / 1e-2).ln().abs() < 0.2 && (own.1[1] / 0.6 - 1.0).abs() < 0.02, "{own:?}");
     }

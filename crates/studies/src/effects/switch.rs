@@ -190,8 +190,7 @@ fn takes_effects(scene: &mut Scene) -> bool {
 
 /// A holder that does nothing is none.
 fn emptied(scene: &mut Scene) {
-    scene.holder =
-        scene.holder.filter(|holder| holder.drag > 0.0 || holder.friction_force > 0.0 || holder.clearance > 0.0);
+    scene.holder = scene.holder.filter(|holder| holder.acts() || holder.clearance > 0.0);
 }
 
 /// All but the dampers.
