@@ -17,7 +17,9 @@ pub(super) fn render(page: &Page, drawn: &[Drawn<'_>]) -> String {
 fn render_block<'a>(block: &Block, plates: &mut impl Iterator<Item = &'a Drawn<'a>>, text: &mut String) {
     // Writing to a String cannot fail.
     let _ = match block {
-        Block::Headline { verdict, text: answer, .. } => writeln!(text, "**{}** {}", escape(verdict), escape(answer.trim_start())),
+        Block::Headline { verdict, text: answer, .. } => {
+            writeln!(text, "**{}** {}", escape(verdict), escape(answer.trim_start()))
+        }
         Block::Notice(statements) => {
             let quoted: Vec<String> = statements.iter().map(|statement| format!("> {}", escape(statement))).collect();
             writeln!(text, "{}", quoted.join("\n>\n"))
