@@ -133,7 +133,7 @@ fn a_folder_that_stands_and_a_command_without_points_are_refused() {
     let again = [&["batch", "plan", "scan.batch", "--chunk", "3", "--"][..], &SWEEP, &["--out", "far"]].concat();
     refused(folder, &again, &["expected a new folder", "scan.batch"]);
     let (code, _, error) = granchain(folder, &["batch", "plan", "other", "--", "replay", "--scene", "rigid"]);
-    assert!(code == 2 && error.contains("sweep or twins, found `replay`"), "{error}");
+    assert!(code == 2 && error.contains("sweep, twins or study, found `replay`"), "{error}");
     let (code, _, error) = granchain(folder, &[&["batch", "plan", "other", "--"][..], &SWEEP].concat());
     assert!(code == 2 && error.contains("--out"), "{error}");
     refused(folder, &["batch", "status", "nothing-here"], &["expected the folder of a batch"]);

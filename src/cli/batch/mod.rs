@@ -42,6 +42,10 @@ pub(super) trait Divisible {
     fn out(&self) -> Option<&Path>;
     /// Everything that decides what the runs are.
     fn plan(&self) -> anyhow::Result<Vec<u8>>;
+    /// A point to be timed, and how many times as long the longest takes.
+    fn sample(&self) -> (usize, f64) {
+        (0, 1.0)
+    }
     /// Run the points `part`; one value each.
     fn run(&self, part: Range<usize>) -> anyhow::Result<Vec<Value>>;
     /// Write and print what the values of all points say.
@@ -98,7 +102,7 @@ pub struct OnArguments {
     /// Run the points on a cluster, wait for them and collect: slurm or hyperqueue, or slurm:OPTION=VALUE,… with options of sbatch or hq submit
     #[arg(long, value_name = "ENGINE", value_parser = Engine::parse, requires = "out", help_heading = "Cluster")]
     pub on: Option<Engine>,
-    /// Points in a chunk [default: as many as take a minute, by a run of the first]
+    /// Points in a chunk [default: as many as take a minute, by one of them]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), requires = "on", help_heading = "Cluster")]
     pub chunk: Option<u32>,
     /// Print the script that --on would submit, and nothing more
@@ -127,7 +131,7 @@ impl OnArguments {
 #[command(
     after_help = "Examples:\n  granchain batch plan scan.batch --chunk 50 -- sweep --model chain --scene annulus --vary alpha=0.2:2:0.001 --out scan\n  \
 granchain batch run-chunk scan.batch 0\n  granchain batch status scan.batch\n  granchain batch collect scan.batch\n\n\
-Any scheduler, Make or Snakemake can start the chunks; `sweep --on slurm` and `sweep --on hyperqueue` do all of it."
+Any scheduler, Make or Snakemake can start the chunks; `sweep --on slurm` and `sweep --on hyperqueue` do all of it, so of `twins` and `study`."
 )]
 pub struct Arguments {
     #[command(subcommand)]
@@ -139,11 +143,11 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Cut the points of a sweep or of twins into chunks, and write the batch's folder
+    /// Cut the points of a sweep, of twins or of a study into chunks, and write the batch's folder
     Plan {
         /// Folder of the batch; it must not exist
         folder: PathBuf,
-        /// Points in a chunk [default: as many as take a minute, by a run of the first]
+        /// Points in a chunk [default: as many as take a minute, by one of them]
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
         chunk: Option<u32>,
         /// The command and its arguments, with --out
@@ -236,22 +240,22 @@ fn plan(folder: &Path, chunk: Option<u32>, command: Vec<String>, session: &Sessi
     Ok(Outcome::Done)
 }
 
-/// Points in a chunk: as asked, or by the time that the first takes.
+/// Points in a chunk: as asked, or by the time that one takes.
 fn chunk_of(study: &dyn Divisible, asked: Option<u32>, session: &Session) -> anyhow::Result<usize> {
     if let Some(asked) = asked {
         return Ok(asked as usize);
     }
+    let (sample, longest) = study.sample();
     let timed = || -> anyhow::Result<f64> {
         let begin = Instant::now();
-        study.run(0..1)?;
-        Ok(begin.elapsed().as_secs_f64())
+        study.run(sample..sample + 1)?;
+        Ok(longest * begin.elapsed().as_secs_f64())
     };
     // The first run of all may make bodies that the others find.
     let seconds = timed().and_then(|first| if first < CHUNK_SECONDS / 10.0 { timed() } else { Ok(first) })?;
     let most = study.points().min(MOST_IN_CHUNK);
     let chunk = (CHUNK_SECONDS / seconds).round().clamp(1.0, most as f64) as usize;
-    session
-        .note(format_args!("the first point takes {seconds:.2} s here: {chunk} a chunk (say otherwise with --chunk)"));
+    session.note(format_args!("a point takes {seconds:.2} s here: {chunk} a chunk (say otherwise with --chunk)"));
     Ok(chunk)
 }
 
