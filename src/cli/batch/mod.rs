@@ -11,6 +11,7 @@ mod slurm;
 mod wait;
 
 use std::{
+    collections::BTreeSet,
     ops::Range,
     path::{Path, PathBuf},
     time::Instant,
@@ -21,7 +22,8 @@ use clap::{Args, Subcommand};
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::{Value, json};
 
-use self::{engine::Engine, job::Job};
+pub use self::engine::Engine;
+use self::job::Job;
 use super::{
     Outcome,
     arguments::{Session, usage},
@@ -42,6 +44,10 @@ pub(super) trait Divisible {
     fn out(&self) -> Option<&Path>;
     /// Everything that decides what the runs are.
     fn plan(&self) -> anyhow::Result<Vec<u8>>;
+    /// What decides the runs that the command line does not say; kept with the batch.
+    fn besides(&self) -> anyhow::Result<Option<Value>> {
+        Ok(None)
+    }
     /// A point to be timed, and how many times as long the longest takes.
     fn sample(&self) -> (usize, f64) {
         (0, 1.0)
@@ -116,6 +122,13 @@ pub struct Asked {
     engine: Engine,
     chunk: Option<u32>,
     dry_run: bool,
+}
+
+impl Asked {
+    /// This cluster, with so many points in a chunk.
+    pub(super) fn of(engine: Engine, chunk: Option<u32>) -> Self {
+        Self { engine, chunk, dry_run: false }
+    }
 }
 
 impl OnArguments {
@@ -219,7 +232,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
 }
 
 fn plan(folder: &Path, chunk: Option<u32>, command: Vec<String>, session: &Session) -> anyhow::Result<Outcome> {
-    let study = divisible(&command)?;
+    let study = divisible(&command, None)?;
     if study.out().is_none() {
         return Err(usage("the command to be cut into chunks needs --out DIR, for what `batch collect` writes"));
     }
@@ -264,7 +277,7 @@ fn planned(job: &Job) -> anyhow::Result<Box<dyn Divisible>> {
     let folder = &job.plan.folder;
     std::env::set_current_dir(folder)
         .with_context(|| format!("{}: the folder in which the batch was planned", folder.display()))?;
-    divisible(&job.plan.command)
+    divisible(&job.plan.command, job.plan.besides.as_ref())
 }
 
 fn run_chunk(job: &Job, chunk: usize, session: &Session) -> anyhow::Result<Outcome> {
@@ -339,17 +352,21 @@ fn collect(
     job.agrees(study.as_ref())?;
     let processors = job.processors()?;
     if processors.len() > 1 {
-        let unlike = processors.into_iter().collect::<Vec<_>>().join(", ");
         if same_processor {
-            bail!("{}: expected chunks of one kind of processor, found {unlike}", job.folder().display());
+            let found = processors.into_iter().collect::<Vec<_>>().join(", ");
+            bail!("{}: expected chunks of one kind of processor, found {found}", job.folder().display());
         }
-        session.note(format_args!(
-            "warning: the chunks were run on unlike processors, whose last digits may differ: {unlike}"
-        ));
+        session.note(unlike(&processors));
     }
     let outcome = study.finish(&Kept(&job))?;
     job.remove();
     Ok(outcome)
+}
+
+/// What to say of chunks from more than one kind of processor.
+fn unlike(processors: &BTreeSet<String>) -> String {
+    let found = processors.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
+    format!("warning: the chunks were run on unlike processors, whose last digits may differ: {found}")
 }
 
 /// Numbers of chunks, not more than a line of them.
@@ -368,9 +385,7 @@ pub(super) fn run_on(
 ) -> anyhow::Result<Outcome> {
     let Asked { engine, chunk, dry_run } = asked;
     let Some(out) = study.out() else { return Err(usage("--on needs --out DIR")) };
-    let mut name = out.file_name().unwrap_or_default().to_os_string();
-    name.push(".batch");
-    let folder = out.with_file_name(name);
+    let folder = beside(out);
     if dry_run {
         let chunk = chunk_of(study.as_ref(), chunk, session)?;
         let chunks = study.points().div_ceil(chunk);
@@ -389,6 +404,46 @@ pub(super) fn run_on(
     };
     wait::finished(&job, engine, session)?;
     collect(job, Some(study), false, session)
+}
+
+/// The folder of a batch whose results go to `out`.
+pub(super) fn beside(out: &Path) -> PathBuf {
+    let mut name = out.file_name().unwrap_or_default().to_os_string();
+    name.push(".batch");
+    out.with_file_name(name)
+}
+
+/// Have points made on a cluster that are a part of what the command does, `usual` of them in a chunk where nobody asked for a number, and wait for them. The
+/// batch stays in `folder` until the next one takes its place: what an earlier process left there is taken up where `goes_on`.
+pub(super) fn made_on(
+    asked: &Asked,
+    folder: &Path,
+    work: &dyn Divisible,
+    usual: usize,
+    goes_on: bool,
+    session: &Session,
+) -> anyhow::Result<Vec<Value>> {
+    let found = if goes_on && folder.exists() { Some(Job::open(folder)?) } else { None };
+    let job = match found {
+        Some(same) if same.agrees(work).is_ok() => same,
+        found => {
+            found.into_iter().for_each(Job::remove);
+            let chunk = asked.chunk.map_or(usual, |chunk| chunk as usize);
+            Job::create(folder, without_on(typed_line().skip(1)), work, chunk)?
+        }
+    };
+    wait::finished(&job, asked.engine.clone(), session)?;
+    let processors = job.processors()?;
+    if processors.len() > 1 {
+        session.note(unlike(&processors));
+    }
+    let chunks = (0..job.chunks()).map(|chunk| Ok(job.read(chunk)?.runs));
+    Ok(chunks.collect::<anyhow::Result<Vec<_>>>()?.concat())
+}
+
+/// Remove the batch in a folder, where there is one of this version.
+pub(super) fn remove(folder: &Path) {
+    Job::open(folder).into_iter().for_each(Job::remove);
 }
 
 /// A command line without what sends it elsewhere.
