@@ -22,7 +22,7 @@ use clap::{Args, Subcommand};
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::{Value, json};
 
-pub use self::engine::Engine;
+pub use self::engine::{Engine, NoEngine};
 use self::job::Job;
 use super::{
     Outcome,

@@ -16,7 +16,7 @@ pub struct GridPoint {
     pub strengths: Vec<f64>,
     /// α, 1.
     pub alpha: f64,
-    /// Mean and scatter of [`WATCHED`].
+    /// Mean and scatter of [`WATCHED`](super::WATCHED).
     pub moments: [Option<Moments>; 4],
     /// Runs that failed.
     pub failed: usize,
@@ -33,7 +33,7 @@ pub struct Found {
     pub alpha: f64,
     /// Strengths there, SI.
     pub strengths: Vec<f64>,
-    /// [`WATCHED`] as it was run there again; none where too few runs could tell.
+    /// [`WATCHED`](super::WATCHED) as it was run there again; none where too few runs could tell.
     pub there: [Option<Spread>; 4],
     /// α at which A(f0/3)/A(f0) is largest at the strengths nearest to these.
     pub largest_third_at: Option<f64>,
@@ -88,7 +88,7 @@ pub struct DissipationOutcome {
     pub plan: DissipationPlan,
     /// The model.
     pub model: &'static str,
-    /// Linear dampers at the paper's α, [`WATCHED`]: against them thirds are more or less pronounced.
+    /// Linear dampers at the paper's α, [`WATCHED`](super::WATCHED): against them thirds are more or less pronounced.
     pub reference: [Option<Spread>; 4],
     /// The candidates, most evidence first, those that could not be run last.
     pub candidates: Vec<CandidateOutcome>,
