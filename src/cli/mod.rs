@@ -117,7 +117,7 @@ enum Command {
     Scene(scene::Arguments),
     /// Calibrate against made-up records of known truth: the tool's own proof
     Twins(twins::Arguments),
-    /// Run a sweep or twins in parts, on a cluster or wherever there are workers
+    /// Run a sweep, twins or a study in parts, on a cluster or wherever there are workers
     Batch(batch::Arguments),
     /// Print version, processor, threads and cache as found on this machine
     Doctor(doctor::Arguments),
@@ -179,17 +179,21 @@ impl Command {
     }
 }
 
-/// The work of a command line that falls into points.
+/// The work of a command line that falls into points; `besides` is what the line does not say of them.
 ///
 /// # Errors
 /// When the line is none that falls into points, and whatever its command refuses.
-fn divisible(line: &[String]) -> anyhow::Result<Box<dyn batch::Divisible>> {
+fn divisible(line: &[String], besides: Option<&serde_json::Value>) -> anyhow::Result<Box<dyn batch::Divisible>> {
     match CommandLine::try_parse_from(std::iter::once("granchain").chain(line.iter().map(String::as_str)))?.command {
         Command::Sweep(arguments) => Ok(Box::new(sweep::Study::new(arguments)?)),
         Command::Twins(arguments) => twins::divisible(arguments),
+        Command::Study(arguments) => study::divisible(arguments),
+        Command::Calibrate(arguments) => calibrate::divisible(*arguments, besides),
         _ => {
             let found = line.first().map_or("nothing", String::as_str);
-            Err(arguments::usage(format!("expected a command that falls into points, sweep or twins, found `{found}`")))
+            Err(arguments::usage(format!(
+                "expected a command that falls into points, sweep, twins or study, found `{found}`"
+            )))
         }
     }
 }

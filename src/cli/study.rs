@@ -6,6 +6,7 @@ pub mod paper;
 pub mod precompression;
 mod trend;
 pub mod water;
+mod whole;
 
 use std::{
     fmt::Write as _,
@@ -18,6 +19,7 @@ use indicatif::ProgressBar;
 use super::{
     Outcome,
     arguments::{ModelChoice, Session},
+    batch::{self, Divisible, OnArguments},
     interrupt,
     output::OutputFolder,
     progress, shell_word,
@@ -29,11 +31,13 @@ use crate::{
     signal::{Series, feature::Measurand},
     study::{
         Bodies, EnsemblePlan,
+        chain_length::ChainLengths,
         decoder::Decoder,
         ensemble::STEPS_PER_PERIOD,
         members::{self, perturbations},
         observation,
         portrait::Portrait,
+        precompression::Precompressions,
     },
 };
 
@@ -67,18 +71,46 @@ pub enum Which {
 /// Run it.
 ///
 /// # Errors
-/// Whatever is wrong with the scene; a run that everything rests on; a folder that cannot be written; Ctrl-C.
-pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    match arguments.which {
-        Which::Paper(paper) => paper::execute(paper, &arguments.session),
-        Which::ChainLength(lengths) => trend::execute::<chain_length::Study>(lengths, &arguments.session),
-        Which::Precompression(forces) => trend::execute::<precompression::Study>(forces, &arguments.session),
-        Which::Water(water) => water::execute(water, &arguments.session),
-        Which::Dissipation(dissipation) => dissipation::execute(dissipation, &arguments.session),
+/// Whatever is wrong with the scene; a run that everything rests on; a folder that cannot be written; an engine that refuses; Ctrl-C.
+pub fn execute(mut arguments: Arguments) -> anyhow::Result<Outcome> {
+    let shared = arguments.which.shared();
+    let (asked, resume) = (std::mem::take(&mut shared.on).asked(), shared.resume);
+    let session = arguments.session.clone();
+    let study = command(arguments)?;
+    match asked {
+        Some(asked) => batch::run_on(asked, study, resume, &session),
+        None => study.run_here(),
     }
 }
 
-/// `--model`, `--set`, `--quick`: what all studies share.
+/// The study that flags ask for, to be run in parts.
+pub(super) fn divisible(arguments: Arguments) -> anyhow::Result<Box<dyn Divisible>> {
+    Ok(command(arguments)?)
+}
+
+fn command(Arguments { which, session }: Arguments) -> anyhow::Result<Box<dyn whole::Command>> {
+    Ok(match which {
+        Which::Paper(flags) => Box::new(paper::read(flags, session)?),
+        Which::ChainLength(flags) => Box::new(trend::read::<ChainLengths>(flags, session)?),
+        Which::Precompression(flags) => Box::new(trend::read::<Precompressions>(flags, session)?),
+        Which::Water(flags) => Box::new(water::read(flags, session)?),
+        Which::Dissipation(flags) => Box::new(dissipation::read(flags, session)?),
+    })
+}
+
+impl Which {
+    /// What all of them share.
+    fn shared(&mut self) -> &mut StudyArguments {
+        match self {
+            Self::Paper(flags) => &mut flags.study,
+            Self::ChainLength(flags) | Self::Precompression(flags) => &mut flags.study,
+            Self::Water(flags) => &mut flags.study,
+            Self::Dissipation(flags) => &mut flags.study,
+        }
+    }
+}
+
+/// `--model`, `--set`, `--quick`, `--on`: what all studies share.
 #[derive(Debug, Clone, Default, Args)]
 pub struct StudyArguments {
     /// Rung of the fidelity ladder
@@ -90,15 +122,21 @@ pub struct StudyArguments {
     /// Few runs and a coarse grid, for a first look
     #[arg(long, help_heading = "Study")]
     pub quick: bool,
+    /// Where else the points are run.
+    #[command(flatten)]
+    pub on: OnArguments,
+    /// Take up what was handed to a cluster, and is not collected yet; needs the same flags
+    #[arg(long, requires = "on", help_heading = "Cluster")]
+    pub resume: bool,
 }
 
-/// Model where none is named.
+/// Model of most studies where none is named.
 const DEFAULT_MODEL: ModelChoice = ModelChoice::Reduced;
 
 impl StudyArguments {
-    /// The overrides of every scene.
-    fn overrides(&self) -> Vec<String> {
-        let model = format!("model.kind={}", self.model.unwrap_or(DEFAULT_MODEL).name());
+    /// The overrides of every scene, on the model `usual` where none is named.
+    fn overrides(&self, usual: ModelChoice) -> Vec<String> {
+        let model = format!("model.kind={}", self.model.unwrap_or(usual).name());
         std::iter::once(model).chain(self.set.iter().cloned()).collect()
     }
 

@@ -27,11 +27,13 @@ impl Timing {
         Self { started: now, last: now, stages: Map::new(), breakdowns: Map::new(), settings: None }
     }
 
-    /// The stage that ends now; its key gets the unit, `NAME_s`.
-    pub fn stage(&mut self, name: &str) {
+    /// The stage that ends now; its key gets the unit, `NAME_s`. Returns what it took, s.
+    pub fn stage(&mut self, name: &str) -> f64 {
         let now = Instant::now();
-        self.stages.insert(format!("{name}_s"), json!((now - self.last).as_secs_f64()));
+        let seconds = (now - self.last).as_secs_f64();
+        self.stages.insert(format!("{name}_s"), json!(seconds));
         self.last = now;
+        seconds
     }
 
     /// Where the time of a stage went, by name and seconds.

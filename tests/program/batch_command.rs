@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fs, path::Path, process::Command};
 
-use super::harness::{code, granchain, stderr};
+use super::harness::{code, granchain, stderr, stdout};
 
 const SWEEP: [&str; 8] = ["sweep", "--scene", "annulus", "--model", "chain", "--vary", "alpha=0.3:0.9:0.1", "--quiet"];
 
@@ -133,7 +133,7 @@ fn a_folder_that_stands_and_a_command_without_points_are_refused() {
     let again = [&["batch", "plan", "scan.batch", "--chunk", "3", "--"][..], &SWEEP, &["--out", "far"]].concat();
     refused(folder, &again, &["expected a new folder", "scan.batch"]);
     let (code, _, error) = granchain(folder, &["batch", "plan", "other", "--", "replay", "--scene", "rigid"]);
-    assert!(code == 2 && error.contains("sweep or twins, found `replay`"), "{error}");
+    assert!(code == 2 && error.contains("sweep, twins or study, found `replay`"), "{error}");
     let (code, _, error) = granchain(folder, &[&["batch", "plan", "other", "--"][..], &SWEEP].concat());
     assert!(code == 2 && error.contains("--out"), "{error}");
     refused(folder, &["batch", "status", "nothing-here"], &["expected the folder of a batch"]);
@@ -202,6 +202,69 @@ fn records_of_other_laboratories_are_the_same_in_parts() {
 #[test]
 fn twins_at_several_levels_are_the_same_in_parts() {
     same_in_parts(&["twins", "--levels", "2", "--count", "2", "--evaluations", "200", "--seed", "4"], "1", 2);
+}
+
+#[test]
+fn a_study_before_water_is_the_same_in_parts() {
+    // 12 combinations, the companion's beads, 10 tips.
+    let short = ["--set", "drive.cycles=8", "--set", "duration=125us"];
+    same_in_parts(&[&["study", "water", "--quick"][..], &short].concat(), "8", 3);
+}
+
+#[test]
+fn a_study_of_dissipation_is_the_same_in_parts() {
+    // The reference and 111 candidates, those that the chain refuses too.
+    let short = ["--model", "chain", "--set", "drive.cycles=6", "--set", "duration=140us", "--seed", "3"];
+    same_in_parts(&[&["study", "dissipation", "--quick"][..], &short].concat(), "45", 3);
+}
+
+#[test]
+fn studies_along_the_chain_are_the_same_in_parts() {
+    let small = ["--model", "chain", "--quick", "--seed", "3"];
+    same_in_parts(&[&["study", "chain-length"], &small[..]].concat(), "7", 3);
+    same_in_parts(&[&["study", "precompression", "--set", "chain.beads=3"], &small[..]].concat(), "8", 3);
+}
+
+#[test]
+fn the_study_of_the_paper_is_the_same_in_parts() {
+    // Two models before the rigid wall, two laws, two sweeps, 16 readings of each law.
+    let small = ["study", "paper", "--model", "chain", "--quick", "--members", "2", "--seed", "3"];
+    same_in_parts(&small, "13", 3);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_study_handed_to_a_cluster_is_collected_to_the_bytes_of_one_run_here() {
+    let place = tempfile::tempdir().unwrap();
+    let study =
+        ["study", "precompression", "--model", "chain", "--quick", "--set", "chain.beads=3", "--quiet", "--out"];
+    let run = |more: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_granchain"));
+        command.args(study).args(more).current_dir(place.path());
+        command
+    };
+    let here = run(&["here"]).output().unwrap();
+    let path = super::hyperqueue::path_with_hq(place.path());
+    let far = run(&["far", "--on", "hyperqueue", "--chunk", "9"]).env("PATH", &path).output().unwrap();
+    assert_eq!((code(&here), code(&far)), (0, 0), "{}", stderr(&far));
+    assert_eq!(far.stdout, here.stdout);
+    assert_eq!(bytes(&place.path().join("far")), bytes(&place.path().join("here")));
+    assert!(!place.path().join("far.batch").exists());
+    // Without a number of points a chunk is as many as take a minute, by one of them.
+    let told = run(&["all", "--on", "hyperqueue", "--dry-run"]).output().unwrap();
+    assert!(stdout(&told).contains("--array=0 "), "{}", stderr(&told));
+}
+
+#[test]
+fn a_calibration_is_no_batch_of_its_own() {
+    let place = tempfile::tempdir().unwrap();
+    let record = super::harness::PROJECT.to_owned() + "/measurements/twin-annulus/vib.csv";
+    let calibrate = ["calibrate", "--measured", &record, "--scene", "annulus", "--out", "far"];
+    let (code, _, error) = granchain(place.path(), &[&["batch", "plan", "parts", "--"][..], &calibrate].concat());
+    assert!(code == 2 && error.contains("rests on those before") && error.contains("calibrate --on ENGINE"), "{error}");
+    let (code, _, error) = granchain(place.path(), &[&calibrate[..], &["--model", "chain", "--on", "slurm"]].concat());
+    assert!(code == 2 && error.contains("--on would do nothing"), "{error}");
+    assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
 }
 
 #[test]

@@ -12,6 +12,9 @@ mod documents;
 mod fea_replay;
 #[path = "../harness/mod.rs"]
 mod harness;
+#[cfg(unix)]
+#[path = "../harness/hyperqueue.rs"]
+mod hyperqueue;
 mod inspect_command;
 mod mesh_command;
 mod output_safety;

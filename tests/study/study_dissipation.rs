@@ -5,7 +5,7 @@ use std::{fs, process::Command};
 use granchain::{
     report::dissipation::DissipationReport,
     study::{
-        Bodies,
+        Bodies, Divided,
         dissipation::{BASES, Candidate, DissipationOutcome, DissipationPlan, EFFECTS, Effect, NOTHING, Study},
         members::Unwatched,
         observation,
@@ -29,7 +29,7 @@ fn overrides() -> Vec<String> {
 }
 
 fn run(printed: Peaks, threads: usize) -> DissipationOutcome {
-    let mut study = Study::new(plan(printed), &overrides(), Bodies::default()).unwrap();
+    let study = Study::new(plan(printed), &overrides(), Bodies::default()).unwrap();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
         study.probe(&Unwatched).unwrap();

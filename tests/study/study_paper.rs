@@ -7,7 +7,7 @@ use granchain::{
     report::paper::{PaperReport, Reconstruction},
     signal::Series,
     study::{
-        Bodies,
+        Bodies, Divided,
         ensemble::Moments,
         members::Unwatched,
         paper::{Judgement, LAWS, PaperOutcome, PaperPlan, READINGS, Study, Verdict, judge},
@@ -19,16 +19,8 @@ use granchain::{
 fn outcome_on(threads: usize) -> PaperOutcome {
     let plan = PaperPlan { alphas: vec![0.3, 0.5, 1.0, 1.5], members: 3, reading_members: 2, ..PaperPlan::quick(1) };
     let study = Study::new(plan, &["model.kind=chain".into()], Bodies::new(None)).unwrap();
-    let run = || PaperOutcome {
-        plan: study.plan().clone(),
-        model: study.model().name(),
-        readings_model: study.readings_model().name(),
-        rigid: study.rigid(&Unwatched).unwrap(),
-        laws: study.ensembles(&Unwatched).unwrap(),
-        sweeps: study.sweeps(&Unwatched).unwrap(),
-        readings: study.readings(&Unwatched).unwrap(),
-    };
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(run)
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| study.run(&Unwatched).unwrap())
 }
 
 static OUTCOME: LazyLock<PaperOutcome> = LazyLock::new(|| outcome_on(2));

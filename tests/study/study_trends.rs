@@ -4,12 +4,12 @@ use granchain::{
     feature::Ratio,
     report::{chain_length::ChainLengthReport, precompression::PrecompressionReport},
     study::{
-        Bodies,
-        chain_length::{self, BEADS},
+        Bodies, Divided,
+        chain_length::{BEADS, ChainLengths},
         members::Unwatched,
         portrait::Trait,
-        precompression::{self, FORCES},
-        trend::{SPECTRUM_POINTS, SPECTRUM_SPAN, TrendPlan},
+        precompression::{FORCES, Precompressions},
+        trend::{SPECTRUM_POINTS, SPECTRUM_SPAN, Study, TrendPlan, Varied},
     },
 };
 
@@ -20,9 +20,13 @@ fn on_chain<T: Send>(threads: usize, run: impl FnOnce(&[String]) -> T + Send) ->
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| run(&overrides))
 }
 
+fn all<V: Varied>(overrides: &[String]) -> Vec<V> {
+    Study::new(PLAN, overrides, Bodies::new(None)).unwrap().run(&Unwatched).unwrap()
+}
+
 #[test]
 fn chains_of_all_lengths_are_run_and_six_beads_have_the_lines_of_their_law() {
-    let run = |threads| on_chain(threads, |own| chain_length::run(&PLAN, own, &Bodies::new(None), &Unwatched).unwrap());
+    let run = |threads| on_chain(threads, all::<ChainLengths>);
     let laws = run(2);
     for law in &laws {
         assert_eq!(law.points.iter().map(|point| point.value as usize).collect::<Vec<_>>(), BEADS.collect::<Vec<_>>());
@@ -52,7 +56,7 @@ fn chains_of_all_lengths_are_run_and_six_beads_have_the_lines_of_their_law() {
 
 #[test]
 fn a_pressed_chain_loses_its_impulses_and_moves_less() {
-    let laws = on_chain(2, |own| precompression::run(&PLAN, own, &Bodies::new(None), &Unwatched).unwrap());
+    let laws = on_chain(2, all::<Precompressions>);
     for law in &laws {
         assert_eq!(law.points.iter().map(|point| point.value).collect::<Vec<_>>(), FORCES);
         let crest = |index: usize| law.points[index].moments.get(Trait::Crest).unwrap().mean;

@@ -5,7 +5,7 @@ use std::{fs, process::Command};
 use granchain::{
     report::water::WaterReport,
     study::{
-        Bodies,
+        Bodies, Divided,
         failure::StudyError,
         members::{Unwatched, Watch},
         water::{Study, WaterOutcome, WaterPlan, combinations},

@@ -14,6 +14,7 @@ mod descent;
 pub mod diagnosis;
 pub mod discrepancy;
 pub mod drive;
+pub mod elsewhere;
 pub mod engine;
 pub mod fingerprints;
 pub mod fit;

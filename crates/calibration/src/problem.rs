@@ -319,7 +319,8 @@ impl Problem {
     }
 
     /// What a saved search must have been made from to be continued: everything that could change a run.
-    fn key(&self, candidate: &Candidate) -> String {
+    #[must_use]
+    pub fn key(&self, candidate: &Candidate) -> String {
         let drive = |shot: &Shot| shot.bench.drive.as_ref().map(|drive| drive.input.sha256.clone());
         let lead = self.lead();
         let mut text = format!(

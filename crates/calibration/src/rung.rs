@@ -13,6 +13,7 @@ use thiserror::Error;
 
 use super::{
     discrepancy,
+    elsewhere::{Handed, RoundPoint},
     engine::{sampled_scene, traces},
     forward::{Forward, Run, TimedRun, Watch},
     kept::KeptRuns,
@@ -36,6 +37,9 @@ pub enum Unmade {
     /// A finished run could not be kept.
     #[error(transparent)]
     NotKept(#[from] RunLogError),
+    /// Whoever was to make them did not.
+    #[error(transparent)]
+    NotMade(Box<dyn std::error::Error + Send + Sync>),
 }
 
 /// A model above the chain, ready to be run at any point of the box and compared with one record.
@@ -50,6 +54,8 @@ pub struct Rung {
     finer: Option<Arc<Self>>,
     /// Where its runs are kept as they finish.
     kept: Option<Arc<KeptRuns>>,
+    /// Who makes its runs in place of this process.
+    handed: Option<Handed>,
 }
 
 /// A scene as a search runs it above the chain: with as many samples a drive period as the chain has steps.
@@ -145,7 +151,7 @@ impl Rung {
     pub fn new(chain: &Forward, prepared: Arc<Prepared>, scene: &Scene) -> Self {
         let mut scene = rung_scene(scene);
         scene.duration = chain.comparison.duration(&scene.drive);
-        Self { chain: chain.clone(), prepared, scene, below: None, finer: None, kept: None }
+        Self { chain: chain.clone(), prepared, scene, below: None, finer: None, kept: None, handed: None }
     }
 
     /// The same beside one on finer bodies of the same scene.
@@ -162,6 +168,14 @@ impl Rung {
     pub fn keeping(mut self, own: Arc<KeptRuns>, finer: Arc<KeptRuns>) -> Self {
         self.kept = Some(own);
         self.finer = self.finer.map(|rung| Arc::new(Self { kept: Some(finer), ..Self::clone(&rung) }));
+        self
+    }
+
+    /// The same, its runs and those of its finer bodies handed to another.
+    #[must_use]
+    pub(super) fn handing(mut self, handed: &Handed) -> Self {
+        self.handed = Some(handed.clone());
+        self.finer = self.finer.map(|rung| Arc::new(Self { handed: Some(handed.finer()), ..Self::clone(&rung) }));
         self
     }
 
@@ -208,15 +222,47 @@ impl Rung {
 
     /// The runs of this rung that go with those of the chain, the first of them number `first`.
     fn own(&self, first: u64, chain: &[TimedRun]) -> Result<Vec<Run>, Unmade> {
-        let (done, stopped) = (AtomicU64::new(first), AtomicBool::new(false));
         let longest = self.scene.duration;
-        let mut plans: Vec<(u64, &[f64], f64)> = (first..)
+        let plans: Vec<(u64, &[f64], f64)> = (first..)
             .zip(chain)
             .map(|(number, (run, onset))| {
                 let end = onset.and_then(|onset| self.chain.comparison.end_of_run(onset, &self.scene.drive));
                 (number, &run.position[..], end.map_or(longest, |end| end.min(longest)))
             })
             .collect();
+        match &self.handed {
+            Some(handed) => self.handed_over(handed, &plans),
+            None => self.here(plans),
+        }
+    }
+
+    /// Have the runs of these numbers, at these points, of these durations, s, made by another, but for those that were kept.
+    fn handed_over(&self, handed: &Handed, plans: &[(u64, &[f64], f64)]) -> Result<Vec<Run>, Unmade> {
+        let left = plans.iter().filter(|plan| self.found(plan).is_none());
+        let point =
+            |&(number, at, duration): &(u64, &[f64], f64)| RoundPoint { number, position: at.to_vec(), duration };
+        let points: Vec<RoundPoint> = left.clone().map(point).collect();
+        let made = handed.made(points)?;
+        for ((number, ..), run) in left.zip(&made) {
+            self.kept.iter().try_for_each(|kept| kept.keep(*number, run))?;
+        }
+        let last = plans.last().map_or(0, |plan| plan.0);
+        if !self.chain.report(last + 1) {
+            return Err(Unmade::Stopped);
+        }
+        let mut made = made.into_iter();
+        Ok(plans.iter().filter_map(|plan| self.found(plan).or_else(|| made.next())).collect())
+    }
+
+    /// Runs that another has handed over.
+    pub(super) fn made_here(&self, points: &[RoundPoint]) -> Result<Vec<Run>, Unmade> {
+        self.here(points.iter().map(|point| (point.number, &point.position[..], point.duration)).collect())
+    }
+
+    /// The runs of these ascending numbers, at these points, of these durations, s.
+    fn here(&self, mut plans: Vec<(u64, &[f64], f64)>) -> Result<Vec<Run>, Unmade> {
+        let first = plans.first().map_or(0, |plan| plan.0);
+        let (done, stopped) = (AtomicU64::new(first), AtomicBool::new(false));
         // Runs that go together last as long as the longest of them.
         plans.sort_by(|one, other| one.2.total_cmp(&other.2));
         let groups = plans.len().div_ceil(self.prepared.together()).max(1);

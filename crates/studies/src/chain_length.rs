@@ -3,12 +3,9 @@
 use serde::Serialize;
 
 use super::{
-    bodies::Bodies,
-    failure::StudyError,
-    members::Watch,
-    paper::{LAWS, Law},
+    paper::Law,
     portrait::Trait,
-    trend::{Setting, TrendPlan, TrendPoint, along, rank_correlation},
+    trend::{self, Setting, TrendPoint, Varied, rank_correlation},
 };
 use granchain_signal::feature::Ratio;
 
@@ -47,29 +44,18 @@ impl ChainLengths {
     }
 }
 
-/// Runs in all.
-#[must_use]
-pub fn runs(plan: &TrendPlan) -> usize {
-    LAWS.len() * BEADS.count() * plan.members
-}
-
 /// Both laws at the paper's α over the number of beads.
-///
-/// # Errors
-/// [`StudyError`].
-pub fn run(
-    plan: &TrendPlan,
-    overrides: &[String],
-    bodies: &Bodies,
-    watch: &dyn Watch,
-) -> Result<Vec<ChainLengths>, StudyError> {
-    let settings: Vec<Setting> =
-        BEADS.map(|beads| Setting { value: beads as f64, overrides: vec![format!("chain.beads={beads}")] }).collect();
-    let study = |law: &Law| {
-        let points = along(law, overrides, &settings, plan, bodies, watch)?;
+pub type Study = trend::Study<ChainLengths>;
+
+impl Varied for ChainLengths {
+    fn settings() -> Vec<Setting> {
+        let setting = |beads: usize| Setting { value: beads as f64, overrides: vec![format!("chain.beads={beads}")] };
+        BEADS.map(setting).collect()
+    }
+
+    fn of(law: Law, points: Vec<TrendPoint>) -> Self {
         let (beads, width): (Vec<f64>, Vec<f64>) =
             points.iter().filter_map(|point| Some((point.value, point.moments.get(Trait::Bandwidth)?.mean))).unzip();
-        Ok(ChainLengths { law: *law, points, bandwidth_correlation: rank_correlation(&beads, &width) })
-    };
-    LAWS.iter().map(study).collect()
+        Self { law, points, bandwidth_correlation: rank_correlation(&beads, &width) }
+    }
 }

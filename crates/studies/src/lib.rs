@@ -10,6 +10,7 @@ pub mod confirmed;
 pub mod convergence;
 pub mod decoder;
 pub mod dissipation;
+pub mod divided;
 pub mod effects;
 pub mod ensemble;
 pub mod failure;
@@ -29,6 +30,7 @@ pub mod twins;
 pub mod water;
 
 pub use bodies::Bodies;
+pub use divided::Divided;
 pub use ensemble::{EnsembleOutcome, EnsemblePlan, Moments, Spread};
 pub use grid::{Axis, Grid, Value};
 pub use observation::Observation;

@@ -3,11 +3,9 @@
 use serde::Serialize;
 
 use super::{
-    bodies::Bodies,
     failure::StudyError,
-    members::Watch,
     paper::{LAWS, Law},
-    trend::{Setting, TrendPlan, TrendPoint, along},
+    trend::{self, Setting, TrendPoint, Varied},
 };
 
 /// Static forces, N: none, then from far below to far above what the companion work names.
@@ -38,40 +36,25 @@ impl Precompressions {
     }
 }
 
-/// Runs in all.
-#[must_use]
-pub fn runs(plan: &TrendPlan) -> usize {
-    LAWS.len() * FORCES.len() * plan.members
-}
+/// Both laws at the paper's α over the static force.
+pub type Study = trend::Study<Precompressions>;
 
-/// The overrides of every scene of the study: a finer mesh for meshed bodies, then `given`, which win.
-///
-/// # Errors
-/// [`StudyError`] for overrides that make no scene.
-pub fn overrides(given: &[String]) -> Result<Vec<String>, StudyError> {
-    let meshed = LAWS[0].scene(given)?.model.kind.is_meshed();
-    let finer = meshed.then(|| format!("model.mesh_density={MESH_DENSITY}"));
-    Ok(finer.into_iter().chain(given.iter().cloned()).collect())
-}
+impl Varied for Precompressions {
+    fn settings() -> Vec<Setting> {
+        let setting = |force: &f64| Setting { value: *force, overrides: vec![format!("chain.precompression={force}")] };
+        FORCES.iter().map(setting).collect()
+    }
 
-/// Both laws at the paper's α over the static force; `given` are overrides of every scene.
-///
-/// # Errors
-/// [`StudyError`].
-pub fn run(
-    plan: &TrendPlan,
-    given: &[String],
-    bodies: &Bodies,
-    watch: &dyn Watch,
-) -> Result<Vec<Precompressions>, StudyError> {
-    let overrides = overrides(given)?;
-    let settings: Vec<Setting> = FORCES
-        .iter()
-        .map(|force| Setting { value: *force, overrides: vec![format!("chain.precompression={force}")] })
-        .collect();
-    let study =
-        |law: &Law| Ok(Precompressions { law: *law, points: along(law, &overrides, &settings, plan, bodies, watch)? });
-    LAWS.iter().map(study).collect()
+    /// A finer mesh for meshed bodies.
+    fn overrides(given: &[String]) -> Result<Vec<String>, StudyError> {
+        let meshed = LAWS[0].scene(given)?.model.kind.is_meshed();
+        let finer = meshed.then(|| format!("model.mesh_density={MESH_DENSITY}"));
+        Ok(finer.into_iter().chain(given.iter().cloned()).collect())
+    }
+
+    fn of(law: Law, points: Vec<TrendPoint>) -> Self {
+        Self { law, points }
+    }
 }
 
 #[cfg(test)]
@@ -94,7 +77,7 @@ mod tests {
     #[test]
     fn the_smallest_force_is_felt_by_the_meshes_that_are_taken_and_a_mesh_that_is_given_wins() {
         let felt = |given: &[String]| {
-            let mut all = overrides(given).unwrap();
+            let mut all = Precompressions::overrides(given).unwrap();
             all.extend([format!("chain.precompression={}", FORCES[1]), "duration=10us".into()]);
             let scene = LAWS[0].scene(&all).unwrap();
             (scene.model.meshing().density, granchain_model::run(&scene, &mut |_| true).map(|_| ()))
@@ -103,7 +86,7 @@ mod tests {
         assert_eq!(felt(std::slice::from_ref(&reduced)).1, Ok(()));
         let (density, refused) = felt(&[reduced, "model.mesh_density=12".into()]);
         assert!(density == 12 && refused.unwrap_err().to_string().contains("model.mesh_density"));
-        assert_eq!(overrides(&["model.kind=chain".into()]).unwrap(), ["model.kind=chain"]);
+        assert_eq!(Precompressions::overrides(&["model.kind=chain".into()]).unwrap(), ["model.kind=chain"]);
     }
 
     #[test]

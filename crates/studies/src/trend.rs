@@ -1,17 +1,21 @@
 //! The paper's scene on the annulus along one varied quantity: portraits and spectra of perturbed runs at each value.
 
-use serde::Serialize;
+use std::{marker::PhantomData, ops::Range};
+
+use serde::{Deserialize, Serialize};
 
 use super::{
     bodies::Bodies,
     decoder::Decoder,
+    divided::Divided,
     ensemble::{EnsemblePlan, STEPS_PER_PERIOD},
     failure::{StudyError, enough},
     members::{self, Watch, perturbations},
     observation,
-    paper::Law,
+    paper::{LAWS, Law},
     portrait::{Portrait, PortraitMoments},
 };
+use granchain_model::scene::Scene;
 use granchain_signal::{
     Series,
     feature::{FeatureError, FeatureSettings, Measurand, Window, amplitude_spectrum},
@@ -41,7 +45,7 @@ pub struct Setting {
 }
 
 /// What came of a value.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrendPoint {
     /// The value, SI.
     pub value: f64,
@@ -53,55 +57,127 @@ pub struct TrendPoint {
     pub spectrum_m_per_s: Vec<f64>,
 }
 
-/// Run `law` at every setting; `overrides` apply to all, the setting's own come last.
-///
-/// # Errors
-/// [`StudyError`]; single failed runs are counted.
-pub fn along(
-    law: &Law,
-    overrides: &[String],
-    settings: &[Setting],
-    plan: &TrendPlan,
-    bodies: &Bodies,
-    watch: &dyn Watch,
-) -> Result<Vec<TrendPoint>, StudyError> {
-    if plan.members < 2 {
-        return Err(StudyError::TooFew { what: "members", least: 2, found: plan.members });
+/// What is varied along the chain under both laws, and what came of one law.
+pub trait Varied: Sized {
+    /// The values, in the order in which they are shown.
+    fn settings() -> Vec<Setting>;
+
+    /// The overrides of every scene, where `given` are the caller's, which win.
+    ///
+    /// # Errors
+    /// [`StudyError`] for overrides that make no scene.
+    fn overrides(given: &[String]) -> Result<Vec<String>, StudyError> {
+        Ok(given.to_vec())
     }
-    settings.iter().map(|setting| point(law, overrides, setting, plan, bodies, watch)).collect()
+
+    /// What a law's points, one a setting, say together.
+    fn of(law: Law, points: Vec<TrendPoint>) -> Self;
 }
 
-fn point(
-    law: &Law,
-    overrides: &[String],
-    setting: &Setting,
-    plan: &TrendPlan,
-    bodies: &Bodies,
-    watch: &dyn Watch,
-) -> Result<TrendPoint, StudyError> {
-    let what = || format!("{} dampers with {}", law.name, setting.overrides.join(", "));
-    let all: Vec<String> = overrides.iter().chain(&setting.overrides).cloned().collect();
-    let scene = law.scene(&all)?;
-    let clean = observation::settings(&scene).map_err(|source| StudyError::Feature { what: what(), source })?;
-    let decoder = Decoder::of_reconstruction(plan.seed);
-    let noisy = decoder.settings(&clean);
-    let variations = perturbations(&scene, &EnsemblePlan::new(plan.members, plan.seed));
-    let see = |index, velocity: &Series| {
-        let velocity = decoder.sees(velocity, index);
-        Ok((Portrait::of(&velocity, &noisy)?, bands(&velocity, &noisy)?))
-    };
-    let outcomes = members::run(bodies, &scene, &variations, STEPS_PER_PERIOD, Measurand::Velocity, watch, see)
-        .map_err(|source| StudyError::Run { what: what(), source })?;
-    if watch.stop() {
-        return Err(StudyError::Stopped);
+/// Both laws at the paper's α along what `V` varies: a point is a law at a value.
+#[derive(Debug)]
+pub struct Study<V> {
+    plan: TrendPlan,
+    overrides: Vec<String>,
+    scene: Scene,
+    settings: Vec<Setting>,
+    bodies: Bodies,
+    varied: PhantomData<fn() -> V>,
+}
+
+impl<V: Varied> Study<V> {
+    /// Check plan and scene; `given` overrides apply to all runs, before a setting's own.
+    ///
+    /// # Errors
+    /// [`StudyError::TooFew`], [`StudyError::Scene`].
+    pub fn new(plan: TrendPlan, given: &[String], bodies: Bodies) -> Result<Self, StudyError> {
+        if plan.members < 2 {
+            return Err(StudyError::TooFew { what: "members", least: 2, found: plan.members });
+        }
+        let overrides = V::overrides(given)?;
+        let scene = LAWS[0].scene(&overrides)?;
+        Ok(Self { plan, overrides, scene, settings: V::settings(), bodies, varied: PhantomData })
     }
-    let (portraits, spectra): (Vec<_>, Vec<_>) = outcomes.into_iter().map(Result::unzip_pair).unzip();
-    let moments = PortraitMoments::over(&portraits.iter().flatten().collect::<Vec<_>>());
-    let moments = enough(moments, &portraits, what)?;
-    let spectra: Vec<&Vec<f64>> = spectra.iter().flatten().collect();
-    let mean = |band: usize| spectra.iter().map(|bands| bands[band]).sum::<f64>() / spectra.len().max(1) as f64;
-    let failed = portraits.iter().filter(|portrait| portrait.is_err()).count();
-    Ok(TrendPoint { value: setting.value, moments, failed, spectrum_m_per_s: (0..SPECTRUM_POINTS).map(mean).collect() })
+
+    /// What is run.
+    #[must_use]
+    pub fn plan(&self) -> &TrendPlan {
+        &self.plan
+    }
+
+    /// Its bodies.
+    #[must_use]
+    pub fn bodies(&self) -> &Bodies {
+        &self.bodies
+    }
+
+    /// The first law's scene.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+}
+
+/// Single failed runs are counted.
+impl<V: Varied> Divided for Study<V> {
+    type Point = TrendPoint;
+    type Outcome = Vec<V>;
+
+    fn points(&self) -> usize {
+        LAWS.len() * self.settings.len()
+    }
+
+    fn runs_of(&self, _point: usize) -> usize {
+        self.plan.members
+    }
+
+    fn sample(&self) -> (usize, f64) {
+        // The longest chain comes last, and a force is as good as another.
+        (self.settings.len() - 1, 1.0)
+    }
+
+    fn part(&self, part: Range<usize>, watch: &dyn Watch) -> Result<Vec<TrendPoint>, StudyError> {
+        let settings = self.settings.len();
+        part.map(|number| self.point(&LAWS[number / settings], &self.settings[number % settings], watch)).collect()
+    }
+
+    fn outcome(&self, points: Vec<TrendPoint>) -> Result<Vec<V>, StudyError> {
+        Ok(LAWS.iter().zip(points.chunks(self.settings.len())).map(|(law, own)| V::of(*law, own.to_vec())).collect())
+    }
+}
+
+impl<V: Varied> Study<V> {
+    fn point(&self, law: &Law, setting: &Setting, watch: &dyn Watch) -> Result<TrendPoint, StudyError> {
+        let Self { plan, overrides, bodies, .. } = self;
+        let what = || format!("{} dampers with {}", law.name, setting.overrides.join(", "));
+        let all: Vec<String> = overrides.iter().chain(&setting.overrides).cloned().collect();
+        let scene = law.scene(&all)?;
+        let clean = observation::settings(&scene).map_err(|source| StudyError::Feature { what: what(), source })?;
+        let decoder = Decoder::of_reconstruction(plan.seed);
+        let noisy = decoder.settings(&clean);
+        let variations = perturbations(&scene, &EnsemblePlan::new(plan.members, plan.seed));
+        let see = |index, velocity: &Series| {
+            let velocity = decoder.sees(velocity, index);
+            Ok((Portrait::of(&velocity, &noisy)?, bands(&velocity, &noisy)?))
+        };
+        let outcomes = members::run(bodies, &scene, &variations, STEPS_PER_PERIOD, Measurand::Velocity, watch, see)
+            .map_err(|source| StudyError::Run { what: what(), source })?;
+        if watch.stop() {
+            return Err(StudyError::Stopped);
+        }
+        let (portraits, spectra): (Vec<_>, Vec<_>) = outcomes.into_iter().map(Result::unzip_pair).unzip();
+        let moments = PortraitMoments::over(&portraits.iter().flatten().collect::<Vec<_>>());
+        let moments = enough(moments, &portraits, what)?;
+        let spectra: Vec<&Vec<f64>> = spectra.iter().flatten().collect();
+        let mean = |band: usize| spectra.iter().map(|bands| bands[band]).sum::<f64>() / spectra.len().max(1) as f64;
+        let failed = portraits.iter().filter(|portrait| portrait.is_err()).count();
+        Ok(TrendPoint {
+            value: setting.value,
+            moments,
+            failed,
+            spectrum_m_per_s: (0..SPECTRUM_POINTS).map(mean).collect(),
+        })
+    }
 }
 
 /// A pair of results out of the result of a pair.

@@ -4,14 +4,18 @@
 //! −21 dB at 0.95 MHz. Every combination is run at several drives, each drive as a handful of runs spread evenly over ±2 %: the chain is
 //! strongly nonlinear, so that a single run says little. Deterministic: no seed.
 
+mod cell;
 mod tips;
 
+pub use cell::{Cell, Quantiles, Run};
 pub use tips::{Explained, LoadedTip};
+
+use std::ops::Range;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{bodies::Bodies, failure::StudyError, members::Watch, observation};
+use super::{bodies::Bodies, divided::Divided, failure::StudyError, members::Watch, observation};
 use granchain_model::{
     response::Response,
     scene::{self, Scene},
@@ -72,12 +76,6 @@ impl WaterPlan {
     pub fn quick() -> Self {
         Self { members: 3, soft_side_m: 0.1e-3, ..Self::whole() }
     }
-
-    /// Runs in all, those of the aluminium beads and of the loaded tips included.
-    #[must_use]
-    pub fn runs(&self) -> usize {
-        ((combinations().len() + 1) * self.drives_m.len() + TIP_MASSES * TIP_QUALITIES.len()) * self.members
-    }
 }
 
 /// A way to read what the paper leaves open.
@@ -100,93 +98,6 @@ pub fn combinations() -> Vec<Combination> {
             .flat_map(move |baffle| PLACEMENTS.into_iter().map(move |placement| Combination { rim, baffle, placement }))
     };
     RIMS.into_iter().flat_map(with).collect()
-}
-
-/// Median and ends of a handful of runs.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Quantiles {
-    /// Median.
-    pub median: f64,
-    /// Lowest.
-    pub lowest: f64,
-    /// Highest.
-    pub highest: f64,
-}
-
-impl Quantiles {
-    /// Of some values; none of none.
-    #[must_use]
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
-        let mut values: Vec<f64> = values.into_iter().collect();
-        values.sort_by(f64::total_cmp);
-        let (&lowest, &highest) = (values.first()?, values.last()?);
-        let middle = values.len() / 2;
-        let median = if values.len() % 2 == 1 { values[middle] } else { 0.5 * (values[middle - 1] + values[middle]) };
-        Some(Self { median, lowest, highest })
-    }
-}
-
-/// One run as it is measured.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Run {
-    /// Drive, m.
-    pub drive_m: f64,
-    /// What its pressure is.
-    pub pressure: PressureFeatures,
-    /// Largest size of the velocity of the last bead's far pole, m/s.
-    pub velocity_m_per_s: f64,
-}
-
-/// All runs at one drive.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Cell {
-    /// Nominal drive, m.
-    pub drive_m: f64,
-    /// Larger peak of the pressure, Pa.
-    pub pressure_pa: Option<Quantiles>,
-    /// Level around 0.95 MHz, dB re the fundamental.
-    pub level_db: Option<Quantiles>,
-    /// Highest frequency at −21 dB, Hz.
-    pub content_hz: Option<Quantiles>,
-    /// −6 dB width of the strongest band, Hz.
-    pub band_width_hz: Option<Quantiles>,
-    /// Total harmonic distortion, 1.
-    pub thd: Option<Quantiles>,
-    /// Velocity of the pole, m/s.
-    pub velocity_m_per_s: Option<Quantiles>,
-    /// Why runs failed, one a failed run.
-    pub failures: Vec<String>,
-}
-
-impl Cell {
-    fn of(drive_m: f64, runs: &[Result<Run, String>]) -> Self {
-        let over = |pick: &dyn Fn(&Run) -> Option<f64>| Quantiles::of(runs.iter().flatten().filter_map(pick));
-        Self {
-            drive_m,
-            pressure_pa: over(&|run| Some(run.pressure.largest())),
-            level_db: over(&|run| run.pressure.probe_level_db),
-            content_hz: over(&|run| run.pressure.content_hz),
-            band_width_hz: over(&|run| run.pressure.band_width_hz),
-            thd: over(&|run| Some(run.pressure.thd)),
-            velocity_m_per_s: over(&|run| Some(run.velocity_m_per_s)),
-            failures: runs.iter().filter_map(|run| run.as_ref().err().cloned()).collect(),
-        }
-    }
-
-    /// Whether the printed pressure lies between the lowest and the highest of the runs.
-    #[must_use]
-    pub fn has_pressure(&self) -> bool {
-        self.pressure_pa.is_some_and(|found| (found.lowest..=found.highest).contains(&PRINTED_PRESSURE))
-    }
-
-    /// Whether the printed level lies between the lowest and the highest of the runs, a reader's error aside.
-    #[must_use]
-    pub fn has_level(&self) -> bool {
-        self.level_db.is_some_and(|found| {
-            found.lowest - LEVEL_TOLERANCE_DB <= PRINTED_LEVEL_DB
-                && PRINTED_LEVEL_DB <= found.highest + LEVEL_TOLERANCE_DB
-        })
-    }
 }
 
 /// Where the median pressure passes the printed one.
@@ -310,6 +221,8 @@ fn aluminium() -> [String; 1] {
 pub struct Study {
     plan: WaterPlan,
     overrides: Vec<String>,
+    /// At the printed drive.
+    scene: Scene,
     bodies: Bodies,
 }
 
@@ -325,9 +238,8 @@ impl Study {
         if plan.drives_m.len() < 2 {
             return Err(StudyError::TooFew { what: "drives", least: 2, found: plan.drives_m.len() });
         }
-        let study = Self { plan, overrides: overrides.to_vec(), bodies };
-        study.scene(OWN, PRINTED_DRIVE, &[])?;
-        Ok(study)
+        let scene = scene_of(&plan, overrides, OWN, PRINTED_DRIVE, &[])?;
+        Ok(Self { plan, overrides: overrides.to_vec(), scene, bodies })
     }
 
     /// What is run.
@@ -336,25 +248,10 @@ impl Study {
         &self.plan
     }
 
-    /// The scene of a combination at a drive (m).
-    ///
-    /// # Errors
-    /// [`StudyError::Scene`].
-    pub fn scene(&self, combination: Combination, drive: f64, besides: &[String]) -> Result<Scene, StudyError> {
-        let Combination { rim, baffle, placement } = combination;
-        let mut overrides = self.overrides.clone();
-        overrides.extend([
-            format!("drive.amplitude={drive:e} m"),
-            format!("disc.rim={rim}"),
-            format!("damping.at={placement}"),
-            format!("water.baffle={baffle}"),
-        ]);
-        if baffle == "soft" {
-            overrides.push("water.method=elements".into());
-            overrides.push(format!("water.mesh_side={:e} m", self.plan.soft_side_m));
-        }
-        overrides.extend_from_slice(besides);
-        Ok(scene::load("water", &overrides)?)
+    /// The scene's own combination at the printed drive.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
     }
 
     /// One run of the scene's own combination, its bodies made before: for the time it takes. Thrown away.
@@ -365,60 +262,21 @@ impl Study {
         self.waveform(OWN, self.plan.drives_m[0], &[]).map(drop)
     }
 
-    /// All of it.
-    ///
-    /// # Errors
-    /// [`StudyError`]: a scene that cannot be built, bodies that cannot be made, a drawn run that failed, stopped. Other failed runs are counted.
-    pub fn run(&self, watch: &dyn Watch) -> Result<WaterOutcome, StudyError> {
-        let combinations = combinations()
-            .into_iter()
-            .map(|combination| {
-                let cells = self.cells(combination, &self.plan.drives_m, &[], watch)?;
-                Ok(CombinationOutcome { combination, crossing: crossing(&cells), cells })
-            })
-            .collect::<Result<Vec<_>, StudyError>>()?;
-        let own = combinations.iter().find(|outcome| outcome.combination == OWN);
-        let distance = |cell: &Cell| {
-            let median = cell.pressure_pa.map_or(f64::MIN_POSITIVE, |pressure| pressure.median.max(f64::MIN_POSITIVE));
-            (median / PRINTED_PRESSURE).ln().abs()
-        };
-        let nearest = own
-            .and_then(|own| own.cells.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))))
-            .map_or(PRINTED_DRIVE, |cell| cell.drive_m);
-        let waveforms = [PRINTED_DRIVE, nearest]
-            .into_iter()
-            .map(|drive| self.waveform(OWN, drive, &[]))
-            .collect::<Result<Vec<_>, _>>()?;
-        let cells = self.cells(OWN, &self.plan.drives_m, &aluminium(), watch)?;
-        let mut mount_similarity = Vec::new();
-        for &drive in &self.plan.drives_m {
-            let run_of = |combination| -> Result<Series, StudyError> {
-                Ok(self.waveform(combination, drive, &aluminium())?.pressure)
-            };
-            let found = correlation_peak(&run_of(OWN)?, &run_of(HELD_OTHERWISE)?);
-            mount_similarity.extend(found.ok().map(|found| (drive, found.value)));
-        }
-        let companion = Companion { combination: OWN, cells, mount_similarity };
-        let tips = self.tips(watch)?;
-        Ok(WaterOutcome { plan: self.plan.clone(), combinations, waveforms, companion, tips })
+    /// Mass (kg) and Q of the tips that give way, heaviest first.
+    fn tips(&self) -> Vec<(f64, f64)> {
+        let least = self.scene.chain.beads.first().map_or(HEAVIEST_TIP, granchain_model::scene::Bead::mass);
+        let mass = |step: usize| HEAVIEST_TIP * (least / HEAVIEST_TIP).powf(step as f64 / (TIP_MASSES - 1) as f64);
+        (0..TIP_MASSES).flat_map(|step| TIP_QUALITIES.map(|quality| (mass(step), quality))).collect()
     }
 
-    /// The printed drive as the free motion of tips that give way; what cannot be run says why.
-    fn tips(&self, watch: &dyn Watch) -> Result<Vec<LoadedTip>, StudyError> {
-        let scene = self.scene(OWN, PRINTED_DRIVE, &[])?;
-        let least = scene.chain.beads.first().map_or(HEAVIEST_TIP, granchain_model::scene::Bead::mass);
-        let mass = |step: usize| HEAVIEST_TIP * (least / HEAVIEST_TIP).powf(step as f64 / (TIP_MASSES - 1) as f64);
-        let tips = (0..TIP_MASSES).flat_map(|step| TIP_QUALITIES.map(|quality| (mass(step), quality)));
-        let tip = |(mass_kg, quality): (f64, f64)| {
-            let horn = [format!("horn.mass={mass_kg:e}"), format!("horn.quality={quality}")];
-            let cell = match self.cells(OWN, &[PRINTED_DRIVE], &horn, watch) {
-                Ok(cells) => cells.into_iter().next(),
-                Err(StudyError::Stopped) => return Err(StudyError::Stopped),
-                Err(error) => Some(Cell::of(PRINTED_DRIVE, &[Err(error.to_string())])),
-            };
-            Ok(cell.map(|cell| LoadedTip { mass_kg, quality, cell }))
-        };
-        tips.filter_map(|own| tip(own).transpose()).collect()
+    /// The printed drive as the free motion of a tip that gives way; what cannot be run says why.
+    fn tip(&self, (mass_kg, quality): (f64, f64), watch: &dyn Watch) -> Result<Vec<Cell>, StudyError> {
+        let horn = [format!("horn.mass={mass_kg:e}"), format!("horn.quality={quality}")];
+        match self.cells(OWN, &[PRINTED_DRIVE], &horn, watch) {
+            Ok(cells) => Ok(cells),
+            Err(StudyError::Stopped) => Err(StudyError::Stopped),
+            Err(error) => Ok(vec![Cell::of(PRINTED_DRIVE, &[Err(error.to_string())])]),
+        }
     }
 
     /// One cell a drive (m); runs side by side.
@@ -433,7 +291,7 @@ impl Study {
         let scenes = drives_m
             .iter()
             .flat_map(|drive| (0..*members).map(move |member| drive * spread(member, *members)))
-            .map(|drive| Ok((drive, self.scene(combination, drive, besides)?)))
+            .map(|drive| Ok((drive, scene_of(&self.plan, &self.overrides, combination, drive, besides)?)))
             .collect::<Result<Vec<_>, StudyError>>()?;
         let what = || format!("disc {}, baffle {}", combination.rim, combination.baffle);
         // Made once, before the runs ask for it side by side.
@@ -453,7 +311,7 @@ impl Study {
     }
 
     fn waveform(&self, combination: Combination, drive: f64, besides: &[String]) -> Result<Waveform, StudyError> {
-        let scene = self.scene(combination, drive, besides)?;
+        let scene = scene_of(&self.plan, &self.overrides, combination, drive, besides)?;
         let what = || format!("disc {}, drive {drive:e} m", combination.rim);
         let response = self
             .bodies
@@ -475,6 +333,95 @@ impl Study {
             features,
         })
     }
+}
+
+/// The combinations, the companion's beads, the tips. What is drawn (twelve runs) is run where all of them are at hand.
+impl Divided for Study {
+    type Point = Vec<Cell>;
+    type Outcome = WaterOutcome;
+
+    fn points(&self) -> usize {
+        combinations().len() + 1 + TIP_MASSES * TIP_QUALITIES.len()
+    }
+
+    fn runs_of(&self, point: usize) -> usize {
+        let drives = if point <= combinations().len() { self.plan.drives_m.len() } else { 1 };
+        drives * self.plan.members
+    }
+
+    fn sample(&self) -> (usize, f64) {
+        // A soft baffle is the only one whose elements are stepped.
+        (combinations().iter().position(|own| own.baffle == "soft").unwrap_or(0), 1.0)
+    }
+
+    fn part(&self, part: Range<usize>, watch: &dyn Watch) -> Result<Vec<Vec<Cell>>, StudyError> {
+        let (combinations, tips) = (combinations(), self.tips());
+        let point = |point: usize| match (combinations.get(point), point.checked_sub(combinations.len() + 1)) {
+            (Some(combination), _) => self.cells(*combination, &self.plan.drives_m, &[], watch),
+            (None, Some(tip)) => self.tip(tips[tip], watch),
+            (None, None) => self.cells(OWN, &self.plan.drives_m, &aluminium(), watch),
+        };
+        part.map(point).collect()
+    }
+
+    fn outcome(&self, points: Vec<Vec<Cell>>) -> Result<WaterOutcome, StudyError> {
+        let mut points = points.into_iter();
+        let combinations: Vec<CombinationOutcome> = combinations()
+            .into_iter()
+            .zip(&mut points)
+            .map(|(combination, cells)| CombinationOutcome { combination, crossing: crossing(&cells), cells })
+            .collect();
+        let own = combinations.iter().find(|outcome| outcome.combination == OWN);
+        let distance = |cell: &Cell| {
+            let median = cell.pressure_pa.map_or(f64::MIN_POSITIVE, |pressure| pressure.median.max(f64::MIN_POSITIVE));
+            (median / PRINTED_PRESSURE).ln().abs()
+        };
+        let nearest = own
+            .and_then(|own| own.cells.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))))
+            .map_or(PRINTED_DRIVE, |cell| cell.drive_m);
+        let waveforms = [PRINTED_DRIVE, nearest]
+            .into_iter()
+            .map(|drive| self.waveform(OWN, drive, &[]))
+            .collect::<Result<Vec<_>, _>>()?;
+        let cells = points.next().unwrap_or_default();
+        let mut mount_similarity = Vec::new();
+        for &drive in &self.plan.drives_m {
+            let run_of = |combination| -> Result<Series, StudyError> {
+                Ok(self.waveform(combination, drive, &aluminium())?.pressure)
+            };
+            let found = correlation_peak(&run_of(OWN)?, &run_of(HELD_OTHERWISE)?);
+            mount_similarity.extend(found.ok().map(|found| (drive, found.value)));
+        }
+        let companion = Companion { combination: OWN, cells, mount_similarity };
+        let tip = |((mass_kg, quality), cells): ((f64, f64), Vec<Cell>)| {
+            Some(LoadedTip { mass_kg, quality, cell: cells.into_iter().next()? })
+        };
+        let tips = self.tips().into_iter().zip(points).filter_map(tip).collect();
+        Ok(WaterOutcome { plan: self.plan.clone(), combinations, waveforms, companion, tips })
+    }
+}
+
+/// The scene of a combination at a drive (m).
+fn scene_of(
+    plan: &WaterPlan,
+    overrides: &[String],
+    Combination { rim, baffle, placement }: Combination,
+    drive: f64,
+    besides: &[String],
+) -> Result<Scene, StudyError> {
+    let mut overrides = overrides.to_vec();
+    overrides.extend([
+        format!("drive.amplitude={drive:e} m"),
+        format!("disc.rim={rim}"),
+        format!("damping.at={placement}"),
+        format!("water.baffle={baffle}"),
+    ]);
+    if baffle == "soft" {
+        overrides.push("water.method=elements".into());
+        overrides.push(format!("water.mesh_side={:e} m", plan.soft_side_m));
+    }
+    overrides.extend_from_slice(besides);
+    Ok(scene::load("water", &overrides)?)
 }
 
 /// Factor on the drive of a member: evenly over 1 ± [`DRIVE_SPREAD`].

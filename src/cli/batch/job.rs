@@ -43,6 +43,9 @@ pub(super) struct JobPlan {
     pub chunk: usize,
     /// Digest of everything that decides what the runs are.
     pub plan_sha256: String,
+    /// What decides the runs that the command does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub besides: Option<Value>,
 }
 
 /// A chunk that is done: `chunks/K.json`, sealed.
@@ -95,6 +98,7 @@ impl Job {
             points: study.points(),
             chunk,
             plan_sha256: sha256(&study.plan()?),
+            besides: study.besides()?,
         };
         write_atomically(&folder.join(PLAN), &summary::json(&plan)?)?;
         Ok(Self { folder, plan })

@@ -11,6 +11,7 @@ mod slurm;
 mod wait;
 
 use std::{
+    collections::BTreeSet,
     ops::Range,
     path::{Path, PathBuf},
     time::Instant,
@@ -21,7 +22,8 @@ use clap::{Args, Subcommand};
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::{Value, json};
 
-use self::{engine::Engine, job::Job};
+pub use self::engine::{Engine, NoEngine};
+use self::job::Job;
 use super::{
     Outcome,
     arguments::{Session, usage},
@@ -42,6 +44,14 @@ pub(super) trait Divisible {
     fn out(&self) -> Option<&Path>;
     /// Everything that decides what the runs are.
     fn plan(&self) -> anyhow::Result<Vec<u8>>;
+    /// What decides the runs that the command line does not say; kept with the batch.
+    fn besides(&self) -> anyhow::Result<Option<Value>> {
+        Ok(None)
+    }
+    /// A point to be timed, and how many times as long the longest takes.
+    fn sample(&self) -> (usize, f64) {
+        (0, 1.0)
+    }
     /// Run the points `part`; one value each.
     fn run(&self, part: Range<usize>) -> anyhow::Result<Vec<Value>>;
     /// Write and print what the values of all points say.
@@ -98,7 +108,7 @@ pub struct OnArguments {
     /// Run the points on a cluster, wait for them and collect: slurm or hyperqueue, or slurm:OPTION=VALUE,… with options of sbatch or hq submit
     #[arg(long, value_name = "ENGINE", value_parser = Engine::parse, requires = "out", help_heading = "Cluster")]
     pub on: Option<Engine>,
-    /// Points in a chunk [default: as many as take a minute, by a run of the first]
+    /// Points in a chunk [default: as many as take a minute, by one of them]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), requires = "on", help_heading = "Cluster")]
     pub chunk: Option<u32>,
     /// Print the script that --on would submit, and nothing more
@@ -114,6 +124,13 @@ pub struct Asked {
     dry_run: bool,
 }
 
+impl Asked {
+    /// This cluster, with so many points in a chunk.
+    pub(super) fn of(engine: Engine, chunk: Option<u32>) -> Self {
+        Self { engine, chunk, dry_run: false }
+    }
+}
+
 impl OnArguments {
     /// The cluster, where one was asked for.
     pub(super) fn asked(self) -> Option<Asked> {
@@ -127,7 +144,7 @@ impl OnArguments {
 #[command(
     after_help = "Examples:\n  granchain batch plan scan.batch --chunk 50 -- sweep --model chain --scene annulus --vary alpha=0.2:2:0.001 --out scan\n  \
 granchain batch run-chunk scan.batch 0\n  granchain batch status scan.batch\n  granchain batch collect scan.batch\n\n\
-Any scheduler, Make or Snakemake can start the chunks; `sweep --on slurm` and `sweep --on hyperqueue` do all of it."
+Any scheduler, Make or Snakemake can start the chunks; `sweep --on slurm` and `sweep --on hyperqueue` do all of it, so of `twins` and `study`."
 )]
 pub struct Arguments {
     #[command(subcommand)]
@@ -139,11 +156,11 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Cut the points of a sweep or of twins into chunks, and write the batch's folder
+    /// Cut the points of a sweep, of twins or of a study into chunks, and write the batch's folder
     Plan {
         /// Folder of the batch; it must not exist
         folder: PathBuf,
-        /// Points in a chunk [default: as many as take a minute, by a run of the first]
+        /// Points in a chunk [default: as many as take a minute, by one of them]
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
         chunk: Option<u32>,
         /// The command and its arguments, with --out
@@ -215,7 +232,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
 }
 
 fn plan(folder: &Path, chunk: Option<u32>, command: Vec<String>, session: &Session) -> anyhow::Result<Outcome> {
-    let study = divisible(&command)?;
+    let study = divisible(&command, None)?;
     if study.out().is_none() {
         return Err(usage("the command to be cut into chunks needs --out DIR, for what `batch collect` writes"));
     }
@@ -236,22 +253,22 @@ fn plan(folder: &Path, chunk: Option<u32>, command: Vec<String>, session: &Sessi
     Ok(Outcome::Done)
 }
 
-/// Points in a chunk: as asked, or by the time that the first takes.
+/// Points in a chunk: as asked, or by the time that one takes.
 fn chunk_of(study: &dyn Divisible, asked: Option<u32>, session: &Session) -> anyhow::Result<usize> {
     if let Some(asked) = asked {
         return Ok(asked as usize);
     }
+    let (sample, longest) = study.sample();
     let timed = || -> anyhow::Result<f64> {
         let begin = Instant::now();
-        study.run(0..1)?;
-        Ok(begin.elapsed().as_secs_f64())
+        study.run(sample..sample + 1)?;
+        Ok(longest * begin.elapsed().as_secs_f64())
     };
     // The first run of all may make bodies that the others find.
     let seconds = timed().and_then(|first| if first < CHUNK_SECONDS / 10.0 { timed() } else { Ok(first) })?;
     let most = study.points().min(MOST_IN_CHUNK);
     let chunk = (CHUNK_SECONDS / seconds).round().clamp(1.0, most as f64) as usize;
-    session
-        .note(format_args!("the first point takes {seconds:.2} s here: {chunk} a chunk (say otherwise with --chunk)"));
+    session.note(format_args!("a point takes {seconds:.2} s here: {chunk} a chunk (say otherwise with --chunk)"));
     Ok(chunk)
 }
 
@@ -260,7 +277,7 @@ fn planned(job: &Job) -> anyhow::Result<Box<dyn Divisible>> {
     let folder = &job.plan.folder;
     std::env::set_current_dir(folder)
         .with_context(|| format!("{}: the folder in which the batch was planned", folder.display()))?;
-    divisible(&job.plan.command)
+    divisible(&job.plan.command, job.plan.besides.as_ref())
 }
 
 fn run_chunk(job: &Job, chunk: usize, session: &Session) -> anyhow::Result<Outcome> {
@@ -335,17 +352,21 @@ fn collect(
     job.agrees(study.as_ref())?;
     let processors = job.processors()?;
     if processors.len() > 1 {
-        let unlike = processors.into_iter().collect::<Vec<_>>().join(", ");
         if same_processor {
-            bail!("{}: expected chunks of one kind of processor, found {unlike}", job.folder().display());
+            let found = processors.into_iter().collect::<Vec<_>>().join(", ");
+            bail!("{}: expected chunks of one kind of processor, found {found}", job.folder().display());
         }
-        session.note(format_args!(
-            "warning: the chunks were run on unlike processors, whose last digits may differ: {unlike}"
-        ));
+        session.note(unlike(&processors));
     }
     let outcome = study.finish(&Kept(&job))?;
     job.remove();
     Ok(outcome)
+}
+
+/// What to say of chunks from more than one kind of processor.
+fn unlike(processors: &BTreeSet<String>) -> String {
+    let found = processors.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
+    format!("warning: the chunks were run on unlike processors, whose last digits may differ: {found}")
 }
 
 /// Numbers of chunks, not more than a line of them.
@@ -364,9 +385,7 @@ pub(super) fn run_on(
 ) -> anyhow::Result<Outcome> {
     let Asked { engine, chunk, dry_run } = asked;
     let Some(out) = study.out() else { return Err(usage("--on needs --out DIR")) };
-    let mut name = out.file_name().unwrap_or_default().to_os_string();
-    name.push(".batch");
-    let folder = out.with_file_name(name);
+    let folder = beside(out);
     if dry_run {
         let chunk = chunk_of(study.as_ref(), chunk, session)?;
         let chunks = study.points().div_ceil(chunk);
@@ -385,6 +404,46 @@ pub(super) fn run_on(
     };
     wait::finished(&job, engine, session)?;
     collect(job, Some(study), false, session)
+}
+
+/// The folder of a batch whose results go to `out`.
+pub(super) fn beside(out: &Path) -> PathBuf {
+    let mut name = out.file_name().unwrap_or_default().to_os_string();
+    name.push(".batch");
+    out.with_file_name(name)
+}
+
+/// Have points made on a cluster that are a part of what the command does, `usual` of them in a chunk where nobody asked for a number, and wait for them. The
+/// batch stays in `folder` until the next one takes its place: what an earlier process left there is taken up where `goes_on`.
+pub(super) fn made_on(
+    asked: &Asked,
+    folder: &Path,
+    work: &dyn Divisible,
+    usual: usize,
+    goes_on: bool,
+    session: &Session,
+) -> anyhow::Result<Vec<Value>> {
+    let found = if goes_on && folder.exists() { Some(Job::open(folder)?) } else { None };
+    let job = match found {
+        Some(same) if same.agrees(work).is_ok() => same,
+        found => {
+            found.into_iter().for_each(Job::remove);
+            let chunk = asked.chunk.map_or(usual, |chunk| chunk as usize);
+            Job::create(folder, without_on(typed_line().skip(1)), work, chunk)?
+        }
+    };
+    wait::finished(&job, asked.engine.clone(), session)?;
+    let processors = job.processors()?;
+    if processors.len() > 1 {
+        session.note(unlike(&processors));
+    }
+    let chunks = (0..job.chunks()).map(|chunk| Ok(job.read(chunk)?.runs));
+    Ok(chunks.collect::<anyhow::Result<Vec<_>>>()?.concat())
+}
+
+/// Remove the batch in a folder, where there is one of this version.
+pub(super) fn remove(folder: &Path) {
+    Job::open(folder).into_iter().for_each(Job::remove);
 }
 
 /// A command line without what sends it elsewhere.

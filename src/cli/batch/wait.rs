@@ -40,9 +40,13 @@ pub(super) fn finished(job: &Job, engine: Engine, session: &Session) -> anyhow::
             return Ok(());
         }
         if interrupt::requested() {
+            // A part of what a command does is of use to that command alone.
+            let or = match job.plan.besides {
+                None => format!(" or `batch collect {}`", job.folder().display()),
+                Some(_) => String::new(),
+            };
             return Err(anyhow::Error::from(Interrupted).context(format!(
-                "the chunks go on without this program: come back with --resume or `batch collect {}`, or end them with `{}`",
-                job.folder().display(),
+                "the chunks go on without this program: come back with --resume{or}, or end them with `{}`",
                 engine.end(&ids)
             )));
         }

@@ -22,7 +22,7 @@ pub const PUBLISHED: &str = "features.toml";
 
 /// Arguments that cannot change a result and have no value, and those that have one.
 const SILENT: [&str; 5] = ["--resume", "--quiet", "--json", "--force", "--strict"];
-const SILENT_WITH_VALUE: [&str; 3] = ["--threads", "--out", "--cache"];
+const SILENT_WITH_VALUE: [&str; 5] = ["--threads", "--out", "--cache", "--on", "--chunk"];
 
 /// `manifest.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

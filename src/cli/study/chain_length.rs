@@ -2,48 +2,25 @@
 
 use std::fmt::Write as _;
 
-use super::trend::{self, Head};
+use super::{trend::Law, whole::Head};
 use crate::{
-    report::{
-        chain_length::ChainLengthReport,
-        page::{Files, ReportError},
-    },
+    report::{chain_length::ChainLengthReport, page::Files},
     study::{
-        Bodies,
-        chain_length::{ChainLengths, SUBHARMONICS, run, runs},
-        failure::StudyError,
-        members::Watch,
-        trend::TrendPlan,
+        chain_length::{ChainLengths, SUBHARMONICS},
+        trend::Study,
     },
 };
 
-/// Two to ten beads.
-pub(super) struct Study;
-
-impl trend::Study for Study {
+impl Law for ChainLengths {
     const NAME: &str = "chain-length";
-    type Law = ChainLengths;
 
-    fn runs(plan: &TrendPlan) -> usize {
-        runs(plan)
+    fn files(head: Head, study: &Study<Self>, laws: Vec<Self>) -> anyhow::Result<Files> {
+        let Head { program, command_line } = head;
+        let (model, drive_frequency) = (study.scene().model.kind.name(), study.scene().drive.frequency);
+        Ok(ChainLengthReport { program, model, plan: *study.plan(), laws, drive_frequency, command_line }.files()?)
     }
 
-    fn run(
-        plan: &TrendPlan,
-        overrides: &[String],
-        bodies: &Bodies,
-        watch: &dyn Watch,
-    ) -> Result<Vec<ChainLengths>, StudyError> {
-        run(plan, overrides, bodies, watch)
-    }
-
-    fn files(head: Head, laws: &[ChainLengths]) -> Result<Files, ReportError> {
-        let Head { program, scene, plan, command_line } = head;
-        let (model, drive_frequency) = (scene.model.kind.name(), scene.drive.frequency);
-        ChainLengthReport { program, model, plan, laws: laws.to_vec(), drive_frequency, command_line }.files()
-    }
-
-    fn text(laws: &[ChainLengths]) -> String {
+    fn text(laws: &[Self]) -> String {
         let mut text = String::new();
         let list = |beads: Vec<usize>| {
             if beads.is_empty() {

@@ -4,24 +4,25 @@ use std::{fmt::Write as _, time::Instant};
 
 use anyhow::Context;
 use clap::Args;
-use serde_json::json;
+use serde::Serialize;
+use serde_json::{Value, json};
 
-use super::{NOTHING_WRITTEN, StudyArguments, write};
+use super::{
+    DEFAULT_MODEL, StudyArguments,
+    whole::{Head, Shown, Whole, stopped},
+};
 use crate::{
     cli::{
-        Outcome,
         arguments::{OutputArguments, Session},
         forecast::rough_time,
-        interrupt::Interrupted,
-        output::{OutputFolder, page_results},
         progress, summary,
         timing::Timing,
     },
-    report::dissipation::DissipationReport,
+    report::{dissipation::DissipationReport, page::Files},
+    scene::Scene,
     study::{
-        Bodies,
+        Bodies, Divided,
         dissipation::{DissipationOutcome, DissipationPlan, NOTHING, Study, WEAK},
-        failure::StudyError,
     },
 };
 
@@ -39,55 +40,53 @@ pub struct Arguments {
     pub output: OutputArguments,
 }
 
-/// Run it.
+/// Read the study that flags ask for.
 ///
 /// # Errors
-/// Whatever is wrong with the scene; linear dampers that cannot be run; a folder that cannot be written; Ctrl-C.
-pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
-    let mut timing = Timing::start();
+/// Whatever is wrong with the scene.
+pub(super) fn read(arguments: Arguments, session: Session) -> anyhow::Result<Whole<Study>> {
+    let timing = Timing::start();
     let Arguments { study: shared, members, output } = arguments;
     let seed = session.seed();
     let mut plan = if shared.quick { DissipationPlan::quick(seed) } else { DissipationPlan::whole(seed) };
     plan.members = members.map_or(plan.members, |members| members as usize);
-    let mut study = Study::new(plan, &shared.overrides(), Bodies::new(session.cache()))?;
-    let folder = output
-        .out
-        .as_deref()
-        .map(|out| OutputFolder::stage(out, &page_results("dissipation.json"), output.force))
-        .transpose()?;
-    timing.stage("read");
-    // Bodies are made once and not counted.
-    study.bodies().prepared(study.scene()).context("the scene with linear dampers cannot be run")?;
-    let started = Instant::now();
-    let probed = stopped(study.probe(&progress::Bar(indicatif::ProgressBar::hidden())))?;
-    let (time, runs) = (started.elapsed().div_f64(probed as f64), study.runs());
-    let model = study.scene().model.kind.name();
-    session.note(format_args!("{runs} runs on model `{model}`, about {}", rough_time(time.mul_f64(runs as f64))));
-    timing.stage("estimate");
-
-    let bar = progress::Bar(progress::bar(session, runs as u64, "runs"));
-    let outcome = study.run(&bar);
-    bar.0.finish_and_clear();
-    let outcome = stopped(outcome)?;
-    timing.stage("run");
-    let mut text = format!("model {}\n{}", summary::model(study.scene()), text(&outcome));
-    let json = json!({ "model": model, "candidates": outcome.candidates });
-    match folder {
-        Some(folder) => {
-            let command_line = shared.command_line("dissipation", members, session);
-            let report = DissipationReport { program: summary::program(), outcome, command_line };
-            write(folder, report.files().context("the report cannot be made")?, timing, session)?;
-        }
-        None => text.push_str(NOTHING_WRITTEN),
-    }
-    session.result(text, &json)?;
-    Ok(Outcome::Done)
+    let study = Study::new(plan, &shared.overrides(DEFAULT_MODEL), Bodies::new(session.cache()))?;
+    Ok(Whole { study, shared, members, output, session, timing })
 }
 
-fn stopped<T>(outcome: Result<T, StudyError>) -> anyhow::Result<T> {
-    match outcome {
-        Err(StudyError::Stopped) => Err(Interrupted.into()),
-        outcome => Ok(outcome?),
+impl Shown for Study {
+    const NAME: &str = "dissipation";
+
+    fn scene(&self) -> &Scene {
+        self.scene()
+    }
+
+    fn plan(&self) -> impl Serialize + '_ {
+        self.plan()
+    }
+
+    fn foretell(&self, session: &Session) -> anyhow::Result<()> {
+        // Bodies are made once and not counted.
+        self.bodies().prepared(self.scene()).context("the scene with linear dampers cannot be run")?;
+        let started = Instant::now();
+        let probed = stopped(self.probe(&progress::Bar(indicatif::ProgressBar::hidden())))?;
+        let (time, runs) = (started.elapsed().div_f64(probed.max(1) as f64), self.runs());
+        let model = self.scene().model.kind.name();
+        session.note(format_args!("{runs} runs on model `{model}`, about {}", rough_time(time.mul_f64(runs as f64))));
+        Ok(())
+    }
+
+    fn text(&self, outcome: &DissipationOutcome) -> String {
+        format!("model {}\n{}", summary::model(self.scene()), text(outcome))
+    }
+
+    fn json(&self, outcome: &DissipationOutcome) -> Value {
+        json!({ "model": outcome.model, "candidates": outcome.candidates })
+    }
+
+    fn files(&self, outcome: DissipationOutcome, head: Head) -> anyhow::Result<Files> {
+        let Head { program, command_line } = head;
+        Ok(DissipationReport { program, outcome, command_line }.files()?)
     }
 }
 

@@ -4,26 +4,28 @@ use std::{fmt::Write as _, path::Path};
 
 use anyhow::Context;
 use clap::Args;
+use serde::Serialize;
+use serde_json::{Value, json};
 
-use super::{NOTHING_WRITTEN, StudyArguments, estimate, write};
+use super::{
+    DEFAULT_MODEL, StudyArguments, estimate,
+    whole::{Head, Shown, Whole},
+};
 use crate::{
     cli::{
-        Outcome,
         arguments::{OutputArguments, Session},
         forecast::rough_time,
-        interrupt::{self, Interrupted},
-        output::{OutputFolder, page_results},
-        progress, summary,
         timing::Timing,
     },
     feature::{amplitude_spectrum, line_amplitude},
     measurement::{ReadOptions, RecordKind, read_record_bytes},
-    report::paper::{PaperReport, Reconstruction},
+    report::{
+        page::Files,
+        paper::{PaperReport, Reconstruction},
+    },
     scene::{ModelKind, Scene},
     study::{
-        Bodies,
-        failure::StudyError,
-        observation,
+        Bodies, observation,
         paper::{Judgement, LAWS, PaperOutcome, PaperPlan, Study, Verdict, judge},
     },
 };
@@ -45,81 +47,76 @@ pub struct Arguments {
     pub output: OutputArguments,
 }
 
-/// Run it.
+/// Read the study that flags ask for.
 ///
 /// # Errors
-/// Whatever is wrong with the scenes; a run that everything rests on; a folder that cannot be written; Ctrl-C.
-pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
-    let mut timing = Timing::start();
-    let mut plan =
-        if arguments.study.quick { PaperPlan::quick(session.seed()) } else { PaperPlan::whole(session.seed()) };
-    plan.members = arguments.members.map_or(plan.members, |members| members as usize);
-    let study = Study::new(plan, &arguments.study.overrides(), Bodies::new(session.cache()))?;
-    let reconstruction = reconstruction(&study.scenes()[0])?;
-    let output = &arguments.output;
-    let folder = output
-        .out
-        .as_deref()
-        .map(|out| OutputFolder::stage(out, &page_results("paper.json"), output.force))
-        .transpose()?;
-    timing.stage("read");
-    let (own, on_chain) = study.plan().runs();
-    let scene = &study.scenes()[0];
-    let mut time = estimate(study.bodies(), scene, own).context("the scene with linear dampers cannot be run")?;
-    if on_chain > 0 {
-        let mut chain = scene.clone();
-        chain.model.kind = ModelKind::Chain;
-        time += estimate(study.bodies(), &chain, on_chain)
-            .context("the scene with linear dampers cannot be run on the chain")?;
-    }
-    let runs = own + on_chain;
-    session.note(format_args!("{runs} runs, {own} on model `{}`: about {}", study.model().name(), rough_time(time)));
-    timing.stage("estimate");
-
-    let bar = progress::Bar(progress::bar(session, runs as u64, "runs"));
-    let outcome = run(&study, &bar, &mut timing);
-    bar.0.finish_and_clear();
-    let outcome = match outcome {
-        Err(StudyError::Stopped) => return Err(Interrupted.into()),
-        outcome => outcome?,
-    };
-    let report = PaperReport {
-        program: summary::program(),
-        judgements: judge(&outcome),
-        outcome,
-        reconstruction,
-        drive_frequency: study.scenes()[0].drive.frequency,
-        command_line: arguments.study.command_line("paper", arguments.members, session),
-    };
-    interrupt::check()?;
-    if let Some(folder) = folder {
-        let mut files = report.files().context("the report cannot be made")?;
-        for (law, scene) in LAWS.iter().zip(study.scenes()) {
-            files.push((format!("{}.toml", law.kind).into(), scene.to_toml().into_bytes()));
-        }
-        write(folder, files, timing, session)?;
-    }
-    let summary = serde_json::json!({ "model": report.outcome.model, "judgements": report.judgements });
-    let models = (report.outcome.model, report.outcome.readings_model);
-    session.result(text(&report.judgements, models, output.out.is_none()), &summary)?;
-    Ok(Outcome::Done)
+/// Whatever is wrong with the scenes.
+pub(super) fn read(arguments: Arguments, session: Session) -> anyhow::Result<Whole<Study>> {
+    let timing = Timing::start();
+    let Arguments { study: shared, members, output } = arguments;
+    let seed = session.seed();
+    let mut plan = if shared.quick { PaperPlan::quick(seed) } else { PaperPlan::whole(seed) };
+    plan.members = members.map_or(plan.members, |members| members as usize);
+    let study = Study::new(plan, &shared.overrides(DEFAULT_MODEL), Bodies::new(session.cache()))?;
+    Ok(Whole { study, shared, members, output, session, timing })
 }
 
-fn run(study: &Study, bar: &progress::Bar, timing: &mut Timing) -> Result<PaperOutcome, StudyError> {
-    let rigid = study.rigid(bar)?;
-    timing.stage("rigid");
-    let laws = study.ensembles(bar)?;
-    timing.stage("ensembles");
-    let started = std::time::Instant::now();
-    let sweeps = study.sweeps(bar)?;
-    let seconds = started.elapsed().as_secs_f64();
-    timing.stage("sweep");
-    let runs = LAWS.len() * study.plan().alphas.len() * study.plan().sweep_members;
-    timing.breakdown("sweep", &[("50 runs", seconds * 50.0 / runs as f64)]);
-    let readings = study.readings(bar)?;
-    timing.stage("readings");
-    let (model, readings_model) = (study.model().name(), study.readings_model().name());
-    Ok(PaperOutcome { plan: study.plan().clone(), model, readings_model, rigid, laws, sweeps, readings })
+impl Shown for Study {
+    const NAME: &str = "paper";
+
+    fn scene(&self) -> &Scene {
+        &self.scenes()[0]
+    }
+
+    fn plan(&self) -> impl Serialize + '_ {
+        self.plan()
+    }
+
+    fn foretell(&self, session: &Session) -> anyhow::Result<()> {
+        let (own, on_chain) = self.plan().runs();
+        let scene = Shown::scene(self);
+        let mut time = estimate(self.bodies(), scene, own).context("the scene with linear dampers cannot be run")?;
+        if on_chain > 0 {
+            let mut chain = scene.clone();
+            chain.model.kind = ModelKind::Chain;
+            time += estimate(self.bodies(), &chain, on_chain)
+                .context("the scene with linear dampers cannot be run on the chain")?;
+        }
+        let runs = own + on_chain;
+        session.note(format_args!("{runs} runs, {own} on model `{}`: about {}", self.model().name(), rough_time(time)));
+        Ok(())
+    }
+
+    fn breakdown(&self, stage: &str, seconds: f64) -> Option<(&'static str, f64)> {
+        let runs = LAWS.len() * self.plan().alphas.len() * self.plan().sweep_members;
+        (stage == "sweep").then_some(("50 runs", seconds * 50.0 / runs as f64))
+    }
+
+    fn text(&self, outcome: &PaperOutcome) -> String {
+        text(&judge(outcome), (outcome.model, outcome.readings_model))
+    }
+
+    fn json(&self, outcome: &PaperOutcome) -> Value {
+        json!({ "model": outcome.model, "judgements": judge(outcome) })
+    }
+
+    fn files(&self, outcome: PaperOutcome, head: Head) -> anyhow::Result<Files> {
+        let Head { program, command_line } = head;
+        let scene = Shown::scene(self);
+        let report = PaperReport {
+            program,
+            judgements: judge(&outcome),
+            outcome,
+            reconstruction: reconstruction(scene)?,
+            drive_frequency: scene.drive.frequency,
+            command_line,
+        };
+        let mut files = report.files()?;
+        for (law, scene) in LAWS.iter().zip(self.scenes()) {
+            files.push((format!("{}.toml", law.kind).into(), scene.to_toml().into_bytes()));
+        }
+        Ok(files)
+    }
 }
 
 /// The shipped reconstruction with its spectrum in the window where the scene's drive is on: both count from the start of the burst.
@@ -136,7 +133,7 @@ fn reconstruction(scene: &Scene) -> anyhow::Result<Reconstruction> {
     })
 }
 
-fn text(judgements: &[Judgement], (model, of_readings): (&str, &str), nothing_written: bool) -> String {
+fn text(judgements: &[Judgement], (model, of_readings): (&str, &str)) -> String {
     let mut text = format!("model {model}; the readings of what the paper leaves open: {of_readings}\n");
     for judgement in judgements {
         let verdict = match judgement.verdict {
@@ -157,9 +154,6 @@ fn text(judgements: &[Judgement], (model, of_readings): (&str, &str), nothing_wr
             ),
             None => writeln!(text, ": {}", judgement.found),
         };
-    }
-    if nothing_written {
-        text.push_str(NOTHING_WRITTEN);
     }
     text
 }

@@ -2,53 +2,22 @@
 
 use std::fmt::Write as _;
 
-use super::trend::{self, Head};
+use super::{trend::Law, whole::Head};
 use crate::{
-    report::{
-        page::{Files, ReportError},
-        precompression::PrecompressionReport,
-    },
-    study::{
-        Bodies,
-        failure::StudyError,
-        members::Watch,
-        portrait::Trait,
-        precompression::{Precompressions, overrides, run, runs},
-        trend::TrendPlan,
-    },
+    report::{page::Files, precompression::PrecompressionReport},
+    study::{portrait::Trait, precompression::Precompressions, trend::Study},
 };
 
-/// A static force along the chain.
-pub(super) struct Study;
-
-impl trend::Study for Study {
+impl Law for Precompressions {
     const NAME: &str = "precompression";
-    type Law = Precompressions;
 
-    fn overrides(given: Vec<String>) -> Result<Vec<String>, StudyError> {
-        overrides(&given)
+    fn files(head: Head, study: &Study<Self>, laws: Vec<Self>) -> anyhow::Result<Files> {
+        let Head { program, command_line } = head;
+        let model = study.scene().model.kind.name();
+        Ok(PrecompressionReport { program, model, plan: *study.plan(), laws, command_line }.files()?)
     }
 
-    fn runs(plan: &TrendPlan) -> usize {
-        runs(plan)
-    }
-
-    fn run(
-        plan: &TrendPlan,
-        given: &[String],
-        bodies: &Bodies,
-        watch: &dyn Watch,
-    ) -> Result<Vec<Precompressions>, StudyError> {
-        run(plan, given, bodies, watch)
-    }
-
-    fn files(head: Head, laws: &[Precompressions]) -> Result<Files, ReportError> {
-        let Head { program, scene, plan, command_line } = head;
-        let model = scene.model.kind.name();
-        PrecompressionReport { program, model, plan, laws: laws.to_vec(), command_line }.files()
-    }
-
-    fn text(laws: &[Precompressions]) -> String {
+    fn text(laws: &[Self]) -> String {
         let mut text = String::new();
         for law in laws {
             // Writing to a string cannot fail.

@@ -4,24 +4,23 @@ use std::{fmt::Write as _, time::Instant};
 
 use anyhow::Context;
 use clap::Args;
-use serde_json::json;
+use serde::Serialize;
+use serde_json::{Value, json};
 
-use super::{NOTHING_WRITTEN, StudyArguments, write};
+use super::{
+    StudyArguments,
+    whole::{Head, Shown, Whole},
+};
 use crate::{
     cli::{
-        Outcome,
         arguments::{ModelChoice, OutputArguments, Session, usage},
         forecast::rough_time,
-        interrupt::Interrupted,
-        output::{OutputFolder, page_results},
-        progress, summary,
         timing::Timing,
     },
-    report::water::WaterReport,
-    scene::ModelKind,
+    report::{page::Files, water::WaterReport},
+    scene::{ModelKind, Scene},
     study::{
-        Bodies,
-        failure::StudyError,
+        Bodies, Divided,
         water::{Study, WaterOutcome, WaterPlan},
     },
 };
@@ -40,12 +39,12 @@ pub struct Arguments {
     pub output: OutputArguments,
 }
 
-/// Run it.
+/// Read the study that flags ask for.
 ///
 /// # Errors
-/// Whatever is wrong with the scene; a drawn run that failed; a folder that cannot be written; Ctrl-C.
-pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
-    let mut timing = Timing::start();
+/// Whatever is wrong with the scene.
+pub(super) fn read(arguments: Arguments, session: Session) -> anyhow::Result<Whole<Study>> {
+    let timing = Timing::start();
     let Arguments { study: shared, members, output } = arguments;
     let model = shared.model.unwrap_or(ModelChoice::Chain);
     if model != ModelChoice::Chain {
@@ -56,48 +55,47 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     }
     let mut plan = if shared.quick { WaterPlan::quick() } else { WaterPlan::whole() };
     plan.members = members.map_or(plan.members, |members| members as usize);
-    let overrides: Vec<String> =
-        std::iter::once(format!("model.kind={}", model.name())).chain(shared.set.iter().cloned()).collect();
-    let study = Study::new(plan, &overrides, Bodies::new(session.cache()))?;
-    let folder = output
-        .out
-        .as_deref()
-        .map(|out| OutputFolder::stage(out, &page_results("water.json"), output.force))
-        .transpose()?;
-    timing.stage("read");
-    let runs = study.plan().runs();
-    // Bodies are made by the first run and not counted; so are those of the soft baffle, whose elements are stepped once for each mount.
-    study.first().context("the scene before water cannot be run")?;
-    let started = Instant::now();
-    study.first()?;
-    let each = u32::try_from(runs.div_ceil(rayon::current_num_threads())).unwrap_or(u32::MAX);
-    session.note(format_args!(
-        "{runs} runs: about {}, and as long as the soft baffle's elements take",
-        rough_time(started.elapsed() * each)
-    ));
-    timing.stage("estimate");
+    let study = Study::new(plan, &shared.overrides(model), Bodies::new(session.cache()))?;
+    Ok(Whole { study, shared, members, output, session, timing })
+}
 
-    let bar = progress::Bar(progress::bar(session, runs as u64, "runs"));
-    let outcome = study.run(&bar);
-    bar.0.finish_and_clear();
-    let outcome = match outcome {
-        Err(StudyError::Stopped) => return Err(Interrupted.into()),
-        outcome => outcome?,
-    };
-    timing.stage("run");
-    let mut text = text(&outcome);
-    let combinations = outcome.combinations.clone();
-    match folder {
-        Some(folder) => {
-            let command_line = shared.command_line("water", members, session);
-            let report =
-                WaterReport { program: summary::program(), model: ModelKind::Chain.name(), outcome, command_line };
-            write(folder, report.files().context("the report cannot be made")?, timing, session)?;
-        }
-        None => text.push_str(NOTHING_WRITTEN),
+impl Shown for Study {
+    const NAME: &str = "water";
+
+    fn scene(&self) -> &Scene {
+        self.scene()
     }
-    session.result(text, &json!({ "model": ModelKind::Chain.name(), "combinations": combinations }))?;
-    Ok(Outcome::Done)
+
+    fn plan(&self) -> impl Serialize + '_ {
+        self.plan()
+    }
+
+    fn foretell(&self, session: &Session) -> anyhow::Result<()> {
+        let runs = self.runs();
+        // Bodies are made by the first run and not counted; so are those of the soft baffle, whose elements are stepped once for each mount.
+        self.first().context("the scene before water cannot be run")?;
+        let started = Instant::now();
+        self.first()?;
+        let each = u32::try_from(runs.div_ceil(rayon::current_num_threads())).unwrap_or(u32::MAX);
+        session.note(format_args!(
+            "{runs} runs: about {}, and as long as the soft baffle's elements take",
+            rough_time(started.elapsed() * each)
+        ));
+        Ok(())
+    }
+
+    fn text(&self, outcome: &WaterOutcome) -> String {
+        text(outcome)
+    }
+
+    fn json(&self, outcome: &WaterOutcome) -> Value {
+        json!({ "model": ModelKind::Chain.name(), "combinations": outcome.combinations })
+    }
+
+    fn files(&self, outcome: WaterOutcome, head: Head) -> anyhow::Result<Files> {
+        let Head { program, command_line } = head;
+        Ok(WaterReport { program, model: ModelKind::Chain.name(), outcome, command_line }.files()?)
+    }
 }
 
 /// One line a combination: where it passes the printed pressure, and what the printed drive gives.

@@ -135,6 +135,12 @@ pub struct Candidate {
 }
 
 impl Candidate {
+    /// Whether another has the same dashpots and all of its effects.
+    #[must_use]
+    pub fn is_part_of(&self, other: &Self) -> bool {
+        self.base == other.base && self.effects.iter().all(|effect| other.effects.contains(effect))
+    }
+
     /// In words: `linear dampers, friction and drag`.
     #[must_use]
     pub fn name(&self) -> String {

@@ -14,18 +14,22 @@
 
 mod candidate;
 mod evidence;
+mod outcome;
+
+use std::{ops::Range, sync::OnceLock};
 
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{
     bodies::Bodies,
     decoder::Decoder,
+    divided::Divided,
     ensemble::{EnsemblePlan, Moments, Spread},
     failure::{StudyError, enough, reasons},
     members::Watch,
     observation,
-    paper::{LAWS, allowance},
+    paper::LAWS,
     portrait::{Portrait, PortraitMoments, Trait},
     published::{MEASURED, PEAK_HALF_DIGIT, Peaks, SWEPT_ALPHAS},
     seen::{Seen, spreads},
@@ -35,6 +39,7 @@ use granchain_signal::feature::{FeatureSettings, Ratio};
 
 pub use candidate::{BASES, Base, Candidate, EFFECTS, Effect, candidates};
 pub use evidence::{Evidence, TwoPeaks, evidence};
+pub use outcome::{CandidateOutcome, DissipationOutcome, Found, GridPoint};
 
 /// Differences of ln evidence below this mean nothing.
 pub const NOTHING: f64 = 1.0;
@@ -108,106 +113,6 @@ fn alphas(every: u32) -> Vec<f64> {
     (0..=count / every).map(|index| ((first + step * f64::from(index * every)) * 100.0).round() / 100.0).collect()
 }
 
-/// A point of a grid as it was run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct GridPoint {
-    /// Strength of each effect, SI.
-    pub strengths: Vec<f64>,
-    /// α, 1.
-    pub alpha: f64,
-    /// Mean and scatter of [`WATCHED`].
-    pub moments: [Option<Moments>; 4],
-    /// Runs that failed.
-    pub failed: usize,
-}
-
-/// What came of a candidate.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Found {
-    /// ln of the evidence of the printed peaks, of a density in (m/s)⁻².
-    pub log_evidence: f64,
-    /// Its standard error from the few runs a point: the jackknife over the perturbations.
-    pub log_evidence_error: Option<f64>,
-    /// α where the printed peaks are likeliest.
-    pub alpha: f64,
-    /// Strengths there, SI.
-    pub strengths: Vec<f64>,
-    /// [`WATCHED`] as it was run there again; none where too few runs could tell.
-    pub there: [Option<Spread>; 4],
-    /// α at which A(f0/3)/A(f0) is largest at the strengths nearest to these.
-    pub largest_third_at: Option<f64>,
-    /// A(f0/3)/A(f0) over α at those.
-    pub third_over_alpha: Vec<(f64, Option<Moments>)>,
-    /// The grid; not written with the rest.
-    #[serde(skip)]
-    pub points: Vec<GridPoint>,
-    /// Runs made and runs failed.
-    pub runs: (usize, usize),
-    /// Why the first of them failed.
-    pub failure: Option<String>,
-}
-
-impl Found {
-    /// Distance of the peaks there from `printed`, m/s.
-    #[must_use]
-    pub fn distance(&self, printed: Peaks) -> Option<f64> {
-        let [up, down, ..] = self.there;
-        Some((up?.mean - printed.positive_m_per_s).hypot(down?.mean - printed.negative_m_per_s))
-    }
-
-    /// Whether both peaks agree there, as the study of the paper judges it.
-    #[must_use]
-    pub fn agrees(&self, printed: Peaks) -> bool {
-        let own = self.there.iter().zip([printed.positive_m_per_s, printed.negative_m_per_s]);
-        own.into_iter().all(|(peak, printed)| peak.is_some_and(|own| (own.mean - printed).abs() <= allowance(&own)))
-    }
-
-    /// A(f0/3)/A(f0) and A(2f0/3)/A(f0) there over those of `reference`.
-    #[must_use]
-    pub fn thirds_over(&self, reference: &[Option<Spread>; 4]) -> [Option<f64>; 2] {
-        [2, 3].map(|index| Some(self.there[index]?.mean / reference[index]?.mean))
-    }
-}
-
-/// A candidate and what came of it, or why it could not be run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct CandidateOutcome {
-    /// Which.
-    pub candidate: Candidate,
-    /// What came of it.
-    pub found: Option<Found>,
-    /// Why nothing did.
-    pub refused: Option<String>,
-}
-
-/// Everything.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct DissipationOutcome {
-    /// What was asked for.
-    pub plan: DissipationPlan,
-    /// The model.
-    pub model: &'static str,
-    /// Linear dampers at the paper's α, [`WATCHED`]: against them thirds are more or less pronounced.
-    pub reference: [Option<Spread>; 4],
-    /// The candidates, most evidence first, those that could not be run last.
-    pub candidates: Vec<CandidateOutcome>,
-}
-
-impl DissipationOutcome {
-    /// Those that were run, with their difference of ln evidence from the best (≤ 0).
-    pub fn ranked(&self) -> impl Iterator<Item = (&Candidate, &Found, f64)> {
-        let found = self.candidates.iter().filter_map(|own| Some((&own.candidate, own.found.as_ref()?)));
-        let best = self.candidates.first().and_then(|own| own.found.as_ref()).map_or(0.0, |found| found.log_evidence);
-        found.map(move |(candidate, found)| (candidate, found, found.log_evidence - best))
-    }
-
-    /// Whether both thirds stand out more than with linear dampers.
-    #[must_use]
-    pub fn is_pronounced(&self, found: &Found) -> bool {
-        found.thirds_over(&self.reference).iter().all(|ratio| ratio.is_some_and(|ratio| ratio > 1.0))
-    }
-}
-
 /// Scenes and bodies made ready.
 #[derive(Debug)]
 pub struct Study {
@@ -216,8 +121,18 @@ pub struct Study {
     scene: Scene,
     settings: FeatureSettings,
     bodies: Bodies,
-    /// Each candidate, with the reason why it cannot be run.
-    candidates: Vec<(Candidate, Option<String>)>,
+    candidates: Vec<Candidate>,
+    /// For each of them that has at most one effect, once it was tried: why it cannot be run, if it cannot.
+    tried: Vec<OnceLock<Option<String>>>,
+}
+
+/// What is kept of a point.
+#[derive(Debug, Serialize, Deserialize)]
+pub enum DissipationPoint {
+    /// Of linear dampers at the paper's α, [`WATCHED`].
+    Reference([Option<Spread>; 4]),
+    /// Of a candidate, with its grid; why nothing, where it could not be run.
+    Candidate(Result<(Box<Found>, Vec<GridPoint>), String>),
 }
 
 impl Study {
@@ -238,8 +153,9 @@ impl Study {
         let scene = LAWS[0].scene(overrides)?;
         let settings =
             observation::settings(&scene).map_err(|source| StudyError::Feature { what: "the drive".into(), source })?;
-        let candidates = candidates(&plan.effects).into_iter().map(|candidate| (candidate, None)).collect();
-        Ok(Self { plan, overrides: overrides.to_vec(), scene, settings, bodies, candidates })
+        let candidates = candidates(&plan.effects);
+        let tried = candidates.iter().map(|_| OnceLock::new()).collect();
+        Ok(Self { plan, overrides: overrides.to_vec(), scene, settings, bodies, candidates, tried })
     }
 
     /// What is run.
@@ -263,8 +179,13 @@ impl Study {
     /// Run each candidate of one effect once: what the model refuses is known then, of the pairs too, before anything is run; how many runs were made.
     ///
     /// # Errors
-    /// [`StudyError`] where the scene with linear dampers cannot be run at all.
-    pub fn probe(&mut self, watch: &dyn Watch) -> Result<usize, StudyError> {
+    /// [`StudyError::Stopped`].
+    pub fn probe(&self, watch: &dyn Watch) -> Result<usize, StudyError> {
+        self.probe_for(&self.candidates, watch)
+    }
+
+    /// The same of the effects that some candidates have, but for those that were run before.
+    fn probe_for(&self, some: &[Candidate], watch: &dyn Watch) -> Result<usize, StudyError> {
         let plan = EnsemblePlan::new(1, self.plan.seed);
         let probed = |candidate: &Candidate| {
             let middle: Vec<f64> = candidate.effects.iter().map(|effect| effect.strengths[2]).collect();
@@ -277,54 +198,36 @@ impl Study {
                 Err(error) => Ok(Some(error.to_string())),
             }
         };
-        let few: Vec<&Candidate> =
-            self.candidates.iter().map(|(own, _)| own).filter(|own| own.effects.len() < 2).collect();
-        let refused = few
-            .par_iter()
-            .map(|candidate| Ok(((*candidate).clone(), probed(candidate)?)))
-            .collect::<Result<Vec<_>, StudyError>>()?;
-        let runs = refused.len();
-        for (candidate, reason) in &mut self.candidates {
-            let part = |of: &Candidate| {
-                of.base == candidate.base && of.effects.iter().all(|effect| candidate.effects.contains(effect))
-            };
-            *reason = refused.iter().filter(|(of, _)| part(of)).find_map(|(_, reason)| reason.clone());
+        let few = self.candidates.iter().zip(&self.tried).filter(|(own, tried)| {
+            own.effects.len() < 2 && tried.get().is_none() && some.iter().any(|other| own.is_part_of(other))
+        });
+        let few: Vec<_> = few.collect();
+        let reasons = few.par_iter().map(|(own, _)| probed(own)).collect::<Result<Vec<_>, StudyError>>()?;
+        for ((_, tried), reason) in few.iter().zip(reasons) {
+            tried.get_or_init(|| reason);
         }
-        Ok(runs)
+        Ok(few.len())
     }
 
-    /// Runs in all, without those of what is refused.
-    #[must_use]
-    pub fn runs(&self) -> usize {
-        let run = self.candidates.iter().filter(|(_, refused)| refused.is_none());
-        run.map(|(candidate, _)| self.plan.runs(candidate)).sum::<usize>() + 3 * self.plan.confirming
+    /// Why a candidate cannot be run, as far as its effects were tried.
+    fn refused(&self, candidate: &Candidate) -> Option<&String> {
+        let parts = self.candidates.iter().zip(&self.tried).filter(|(part, _)| part.is_part_of(candidate));
+        parts.filter_map(|(_, tried)| tried.get()?.as_ref()).next()
     }
 
-    /// All of it.
-    ///
-    /// # Errors
-    /// [`StudyError::Stopped`], and what makes the runs with linear dampers impossible. Other failed runs are counted, and a candidate none of
-    /// whose runs can be made says why.
-    pub fn run(&self, watch: &dyn Watch) -> Result<DissipationOutcome, StudyError> {
-        let what = || format!("linear dampers at α = {}", LAWS[0].alpha);
-        let (reference, levels) = self.closely(&self.scene, 1.0, watch)?;
-        enough(PortraitMoments::of(&levels[0]), &levels[0], what)?;
-        let outcome = |(candidate, refused): &(Candidate, Option<String>)| {
-            let found = match refused {
-                Some(reason) => Err(reason.clone()),
-                None => match self.candidate(candidate, watch) {
-                    Ok(found) => Ok(found),
-                    Err(StudyError::Stopped) => return Err(StudyError::Stopped),
-                    Err(error) => Err(error.to_string()),
-                },
-            };
-            let (found, refused) = found.map_or_else(|reason| (None, Some(reason)), |found| (Some(found), None));
-            Ok(CandidateOutcome { candidate: candidate.clone(), found, refused })
+    fn tried_out(&self, candidate: &Candidate, watch: &dyn Watch) -> Result<DissipationPoint, StudyError> {
+        let found = match self.refused(candidate) {
+            Some(reason) => Err(reason.clone()),
+            None => match self.candidate(candidate, watch) {
+                Ok(mut found) => {
+                    let points = std::mem::take(&mut found.points);
+                    Ok((Box::new(found), points))
+                }
+                Err(StudyError::Stopped) => return Err(StudyError::Stopped),
+                Err(error) => Err(error.to_string()),
+            },
         };
-        let mut candidates = self.candidates.par_iter().map(outcome).collect::<Result<Vec<_>, StudyError>>()?;
-        rank(&mut candidates);
-        let model = self.scene.model.kind.name();
-        Ok(DissipationOutcome { plan: self.plan.clone(), model, reference, candidates })
+        Ok(DissipationPoint::Candidate(found))
     }
 
     fn seen(&self) -> Seen<'_> {
@@ -409,6 +312,64 @@ impl Study {
             runs: (all.len(), failures.len()),
             failure: failures.into_iter().next(),
         })
+    }
+}
+
+/// Linear dampers at the paper's α, then the candidates. What makes the runs with linear dampers impossible is an error; other failed runs are counted, and a
+/// candidate none of whose runs can be made says why.
+impl Divided for Study {
+    type Point = DissipationPoint;
+    type Outcome = DissipationOutcome;
+
+    fn points(&self) -> usize {
+        1 + self.candidates.len()
+    }
+
+    fn runs_of(&self, point: usize) -> usize {
+        match point.checked_sub(1).map(|own| &self.candidates[own]) {
+            None => 3 * self.plan.confirming,
+            Some(candidate) if self.refused(candidate).is_some() => 0,
+            Some(candidate) => self.plan.runs(candidate),
+        }
+    }
+
+    fn sample(&self) -> (usize, f64) {
+        let most = (0..self.points()).map(|point| self.runs_of(point)).max().unwrap_or(1);
+        (0, most as f64 / self.runs_of(0) as f64)
+    }
+
+    fn part(&self, part: Range<usize>, watch: &dyn Watch) -> Result<Vec<DissipationPoint>, StudyError> {
+        let mut reference = Vec::new();
+        if part.contains(&0) {
+            let what = || format!("linear dampers at α = {}", LAWS[0].alpha);
+            let (spreads, levels) = self.closely(&self.scene, 1.0, watch)?;
+            enough(PortraitMoments::of(&levels[0]), &levels[0], what)?;
+            reference.push(DissipationPoint::Reference(spreads));
+        }
+        let candidates = &self.candidates[part.start.max(1) - 1..part.end.max(1) - 1];
+        self.probe_for(candidates, watch)?;
+        let tried = candidates.par_iter().map(|candidate| self.tried_out(candidate, watch));
+        Ok(reference.into_iter().chain(tried.collect::<Result<Vec<_>, StudyError>>()?).collect())
+    }
+
+    fn outcome(&self, points: Vec<DissipationPoint>) -> Result<DissipationOutcome, StudyError> {
+        let (mut reference, mut outcomes) = ([None; 4], Vec::new());
+        let mut candidates = self.candidates.iter();
+        for point in points {
+            match point {
+                DissipationPoint::Reference(spreads) => reference = spreads,
+                DissipationPoint::Candidate(found) => {
+                    let found = found.map(|(found, points)| Found { points, ..*found });
+                    let (found, refused) =
+                        found.map_or_else(|reason| (None, Some(reason)), |found| (Some(found), None));
+                    let candidate = candidates.next().cloned();
+                    outcomes.extend(candidate.map(|candidate| CandidateOutcome { candidate, found, refused }));
+                }
+            }
+        }
+        rank(&mut outcomes);
+        let model = self.scene.model.kind.name();
+        Ok(DissipationOutcome { plan: self.plan.clone(), model, reference, candidates: outcomes })
     }
 }
 
@@ -584,12 +545,13 @@ mod tests {
         assert!(alphas(2).contains(&PRINTED_ALPHA) && alphas(4).contains(&PRINTED_ALPHA) && alphas(4).contains(&1.5));
         let plan = DissipationPlan { effects: EFFECTS[6..].to_vec(), ..DissipationPlan::quick(1) };
         let overrides = ["model.kind=chain".to_owned()];
-        let mut study = Study::new(plan, &overrides, Bodies::default()).unwrap();
+        let study = Study::new(plan, &overrides, Bodies::default()).unwrap();
         // None, one (3), one (3), both (4 strengths), 7 α and 3 members each, and 12 confirming.
         assert_eq!(study.runs(), 3 * (21 + 63 + 63 + 84 + 4 * 12) + 12);
         assert_eq!(study.probe(&Unwatched).unwrap(), 9);
         assert_eq!(study.runs(), 3 * (21 + 63 + 2 * 12) + 12);
-        let refused: Vec<&str> = study.candidates.iter().filter_map(|(_, reason)| reason.as_deref()).collect();
+        let refused: Vec<&str> =
+            study.candidates.iter().filter_map(|own| study.refused(own).map(String::as_str)).collect();
         assert!(refused.len() == 6 && refused.iter().all(|reason| reason.contains("loss.support")), "{refused:?}");
     }
 }

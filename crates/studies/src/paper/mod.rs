@@ -1,18 +1,21 @@
 //! The source paper's experiment, whole: its chain before the rigid wall, its two damping laws on the annulus, its sweep of the
 //! amplitude scale, every printed statement beside ours, and how much each reading of what is not printed matters.
 //!
-//! A study is taken step by step ([`Study::rigid`], [`Study::ensembles`], [`Study::sweeps`], [`Study::readings`]) so that a caller can
-//! time, show and stop each; [`judge`] holds the outcome against [`published::STATEMENTS`](super::published::STATEMENTS).
+//! A study falls into points ([`PaperPoint`]) in four stages; [`judge`] holds the outcome against
+//! [`published::STATEMENTS`](super::published::STATEMENTS).
 
 mod judgement;
 mod reading;
 mod rigid;
 
-use serde::Serialize;
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
 
 use super::{
     bodies::Bodies,
     decoder::Decoder,
+    divided::Divided,
     ensemble::{EnsemblePlan, Moments, Spread},
     failure::{StudyError, enough, reasons},
     members::Watch,
@@ -260,74 +263,175 @@ impl Study {
         if self.plan.readings_on_chain { ModelKind::Chain } else { self.model() }
     }
 
-    /// The chain before the rigid wall on every model that is cheap.
-    ///
-    /// # Errors
-    /// [`StudyError`].
-    pub fn rigid(&self, watch: &dyn Watch) -> Result<RigidOutcome, StudyError> {
-        rigid::run(&self.overrides, self.plan.fea, &self.bodies, watch)
-    }
-
-    /// Both laws at their own α: once as they are, then perturbed at α and α ± 1 %.
-    ///
-    /// # Errors
-    /// [`StudyError`].
-    pub fn ensembles(&self, watch: &dyn Watch) -> Result<Vec<LawOutcome>, StudyError> {
-        LAWS.iter().zip(&self.scenes).map(|(law, scene)| self.ensemble(law, scene, watch)).collect()
-    }
-
-    fn ensemble(&self, law: &Law, scene: &Scene, watch: &dyn Watch) -> Result<LawOutcome, StudyError> {
+    /// A law at its own α: once as it is, then perturbed at α and α ± 1 %.
+    fn law(&self, law: &Law, scene: &Scene, watch: &dyn Watch) -> Result<LawRuns, StudyError> {
         let what = || format!("{} dampers at α = {}", law.name, law.alpha);
         let prepared = self.bodies.prepared(scene).map_err(|source| StudyError::Run { what: what(), source })?;
         let response = prepared.run(scene, &mut |_| !watch.stop()).map_err(|source| match source {
             ModelError::Stopped { .. } => StudyError::Stopped,
             source => StudyError::Run { what: what(), source },
         })?;
-        let unmeasured = |source| StudyError::Feature { what: what(), source };
         let velocity = self.decoder.passes(response.observed_velocity());
+        let plan = EnsemblePlan::new(self.plan.members, self.plan.seed);
+        let levels = self.seen().at(scene, &plan.levels(), &plan, watch)?;
+        let energy = response.energy;
+        let energy_balance = if energy.largest_j > 0.0 { energy.residual_j.abs() / energy.largest_j } else { 0.0 };
+        Ok(LawRuns { velocity, levels, energy_balance })
+    }
+
+    fn law_outcome(&self, law: &Law, runs: LawRuns) -> Result<LawOutcome, StudyError> {
+        let what = || format!("{} dampers at α = {}", law.name, law.alpha);
+        let LawRuns { velocity, levels, energy_balance } = runs;
+        let unmeasured = |source| StudyError::Feature { what: what(), source };
         let single = Portrait::of(&velocity, &self.settings).map_err(unmeasured)?;
         let window = self.settings.window.unwrap_or_else(|| granchain_signal::feature::Window::whole(&velocity));
         let spectrum = amplitude_spectrum(&velocity, window).map_err(unmeasured)?;
-
-        let plan = EnsemblePlan::new(self.plan.members, self.plan.seed);
-        let levels = self.seen().at(scene, &plan.levels(), &plan, watch)?;
         let failures = levels.iter().flat_map(|members| reasons(members)).collect();
         let own = enough(PortraitMoments::of(&levels[0]), &levels[0], what)?;
         let spreads = spreads(&levels);
-        let energy = response.energy;
-        let energy_balance = if energy.largest_j > 0.0 { energy.residual_j.abs() / energy.largest_j } else { 0.0 };
         Ok(LawOutcome { law: *law, single, spreads, moments: own, failures, energy_balance, velocity, spectrum })
     }
 
-    /// Both laws over the plan's α.
-    ///
-    /// # Errors
-    /// [`StudyError`].
-    pub fn sweeps(&self, watch: &dyn Watch) -> Result<Vec<Vec<SweepPoint>>, StudyError> {
+    /// A law over the plan's α.
+    fn sweep(&self, law: &Law, scene: &Scene, watch: &dyn Watch) -> Result<Members, StudyError> {
         let plan = EnsemblePlan::new(self.plan.sweep_members, self.plan.seed);
-        let sweep = |(law, scene): (&Law, &Scene)| {
-            let factors: Vec<f64> = self.plan.alphas.iter().map(|alpha| alpha / law.alpha).collect();
-            let seen = self.seen().at(scene, &factors, &plan, watch)?;
-            let points = self.plan.alphas.iter().zip(&seen).map(|(&alpha, members)| {
-                let what = || format!("{} dampers at α = {alpha}", law.name);
-                Ok(SweepPoint { alpha, moments: enough(PortraitMoments::of(members), members, what)? })
-            });
-            points.collect()
-        };
-        LAWS.iter().zip(&self.scenes).map(sweep).collect()
+        let factors: Vec<f64> = self.plan.alphas.iter().map(|alpha| alpha / law.alpha).collect();
+        self.seen().at(scene, &factors, &plan, watch)
     }
 
-    /// Both laws under each reading, one at a time, ranked.
-    ///
-    /// # Errors
-    /// [`StudyError`].
-    pub fn readings(&self, watch: &dyn Watch) -> Result<Vec<Vec<ReadingOutcome>>, StudyError> {
-        LAWS.iter().map(|law| reading::run(self, law, watch)).collect()
+    fn sweep_outcome(&self, law: &Law, seen: &Members) -> Result<Vec<SweepPoint>, StudyError> {
+        let points = self.plan.alphas.iter().zip(seen).map(|(&alpha, members)| {
+            let what = || format!("{} dampers at α = {alpha}", law.name);
+            Ok(SweepPoint { alpha, moments: enough(PortraitMoments::of(members), members, what)? })
+        });
+        points.collect()
     }
 
     /// What sees its runs.
     fn seen(&self) -> Seen<'_> {
         Seen { bodies: &self.bodies, decoder: self.decoder, settings: &self.settings, every: 1 }
+    }
+}
+
+/// Portraits of perturbed runs at each of several levels of the drive; one that failed leaves its reason.
+type Members = Vec<Vec<Result<Portrait, String>>>;
+
+/// What is kept of a point.
+#[derive(Debug, Serialize, Deserialize)]
+pub enum PaperPoint {
+    /// The last bead before the rigid wall on one model, filtered, m/s.
+    Rigid(Series),
+    /// A law at its own α.
+    Law(LawRuns),
+    /// A law over α.
+    Sweep(Members),
+    /// A law under a reading, or as it is for comparison; why not, where it could not be run.
+    Reading(Result<PortraitMoments, String>),
+}
+
+/// Runs of a law at its own α.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct LawRuns {
+    /// Velocity of the pole in the unperturbed run within the bandwidth, m/s.
+    velocity: Series,
+    /// The perturbed ones at each level.
+    levels: Members,
+    /// Largest energy residual of the unperturbed run over its largest energy, 1.
+    energy_balance: f64,
+}
+
+impl Study {
+    /// Points of each stage: models before the rigid wall, laws at their own α, laws over α, laws under each reading.
+    fn counts(&self) -> [usize; 4] {
+        let readings = reading::Point::all(self).len();
+        [rigid::models(self.plan.fea).count(), LAWS.len(), LAWS.len(), LAWS.len() * readings]
+    }
+
+    fn point(&self, mut point: usize, watch: &dyn Watch) -> Result<PaperPoint, StudyError> {
+        let [models, laws, sweeps, _] = self.counts();
+        let own = |law: usize| (&LAWS[law], &self.scenes[law]);
+        if let Some(kind) = rigid::models(self.plan.fea).nth(point) {
+            return rigid::simulate(kind, &self.overrides, &self.bodies, watch).map(PaperPoint::Rigid);
+        }
+        point -= models;
+        if point < laws {
+            let (law, scene) = own(point);
+            return self.law(law, scene, watch).map(PaperPoint::Law);
+        }
+        point -= laws;
+        if point < sweeps {
+            let (law, scene) = own(point);
+            return self.sweep(law, scene, watch).map(PaperPoint::Sweep);
+        }
+        point -= sweeps;
+        let readings = reading::Point::all(self);
+        let law = &LAWS[point / readings.len()];
+        readings[point % readings.len()].run(self, law, watch).map(PaperPoint::Reading)
+    }
+}
+
+impl Divided for Study {
+    type Point = PaperPoint;
+    type Outcome = PaperOutcome;
+
+    fn points(&self) -> usize {
+        self.counts().into_iter().sum()
+    }
+
+    /// The few runs without perturbations are not counted.
+    fn runs_of(&self, point: usize) -> usize {
+        let PaperPlan { members, sweep_members, reading_members, alphas, .. } = &self.plan;
+        let [models, laws, sweeps, _] = self.counts();
+        let runs = [(models, 0), (laws, 3 * members), (sweeps, sweep_members * alphas.len())];
+        let ends = runs.iter().scan(0, |end, (count, runs)| {
+            *end += count;
+            Some((*end, *runs))
+        });
+        ends.into_iter().find(|(end, _)| point < *end).map_or(*reading_members, |(_, runs)| runs)
+    }
+
+    fn sample(&self) -> (usize, f64) {
+        let [models, laws, ..] = self.counts();
+        let (law, sweep) = (self.runs_of(models), self.runs_of(models + laws));
+        (models, 1.0_f64.max(sweep as f64 / law as f64))
+    }
+
+    fn stages(&self) -> Vec<(&'static str, usize)> {
+        ["rigid", "ensembles", "sweep", "readings"].into_iter().zip(self.counts()).collect()
+    }
+
+    fn part(&self, part: Range<usize>, watch: &dyn Watch) -> Result<Vec<PaperPoint>, StudyError> {
+        part.map(|point| self.point(point, watch)).collect()
+    }
+
+    fn outcome(&self, points: Vec<PaperPoint>) -> Result<PaperOutcome, StudyError> {
+        let (mut velocities, mut laws, mut sweeps, mut readings) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for point in points {
+            match point {
+                PaperPoint::Rigid(velocity) => velocities.push(velocity),
+                PaperPoint::Law(runs) => laws.push(runs),
+                PaperPoint::Sweep(seen) => sweeps.push(seen),
+                PaperPoint::Reading(found) => readings.push(found),
+            }
+        }
+        let each = readings.len() / LAWS.len();
+        Ok(PaperOutcome {
+            plan: self.plan.clone(),
+            model: self.model().name(),
+            readings_model: self.readings_model().name(),
+            rigid: rigid::outcome(self.plan.fea, velocities),
+            laws: LAWS.iter().zip(laws).map(|(law, runs)| self.law_outcome(law, runs)).collect::<Result<_, _>>()?,
+            sweeps: LAWS
+                .iter()
+                .zip(&sweeps)
+                .map(|(law, seen)| self.sweep_outcome(law, seen))
+                .collect::<Result<_, _>>()?,
+            readings: LAWS
+                .iter()
+                .zip(readings.chunks(each))
+                .map(|(law, own)| reading::ranked(self, law, own))
+                .collect(),
+        })
     }
 }
 

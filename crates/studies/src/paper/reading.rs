@@ -107,29 +107,69 @@ pub struct ReadingOutcome {
     pub significance: f64,
 }
 
-/// All readings of a law, largest shift first; those that could not be run last.
-pub(super) fn run(study: &Study, law: &Law, watch: &dyn Watch) -> Result<Vec<ReadingOutcome>, StudyError> {
-    let model = format!("model.kind={}", study.readings_model().name());
-    let default = ensemble(study, law, &[&model], watch)?;
-    let chain = ["model.kind=chain"];
-    let on_chain = match study.readings_model() {
-        ModelKind::Chain => default.clone(),
-        ModelKind::Reduced | ModelKind::Fea => ensemble(study, law, &chain, watch)?,
-    };
+/// An ensemble of a law: as it is on the model of the readings, as it is on the chain, or under a reading.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Point {
+    Default,
+    OnChain,
+    Under(&'static Reading),
+}
+
+impl Point {
+    /// Those of a law, in order.
+    pub(super) fn all(study: &Study) -> Vec<Self> {
+        // Where the default is on the chain, it is run once.
+        let on_chain = (study.readings_model() != ModelKind::Chain).then_some(Self::OnChain);
+        std::iter::once(Self::Default).chain(on_chain).chain(READINGS.iter().map(Self::Under)).collect()
+    }
+
+    /// Run it; only a reading may fail.
+    pub(super) fn run(
+        self,
+        study: &Study,
+        law: &Law,
+        watch: &dyn Watch,
+    ) -> Result<Result<PortraitMoments, String>, StudyError> {
+        let model = format!("model.kind={}", study.readings_model().name());
+        match self {
+            Self::Default => ensemble(study, law, &[&model], watch).map(Ok),
+            Self::OnChain => ensemble(study, law, &CHAIN, watch).map(Ok),
+            Self::Under(reading) => {
+                let own: &[&str] = if reading.chain_only { &CHAIN } else { &[model.as_str()] };
+                match ensemble(study, law, &[own, reading.overrides].concat(), watch) {
+                    Err(StudyError::Stopped) => Err(StudyError::Stopped),
+                    outcome => Ok(outcome.map_err(|error| error.to_string())),
+                }
+            }
+        }
+    }
+}
+
+const CHAIN: [&str; 1] = ["model.kind=chain"];
+
+/// All readings of a law, largest shift first; those that could not be run last. `found` are its [`Point::all`].
+pub(super) fn ranked(study: &Study, law: &Law, found: &[Result<PortraitMoments, String>]) -> Vec<ReadingOutcome> {
+    let (mut default, mut on_chain) = (None, None);
     let mut outcomes = Vec::new();
-    for reading in READINGS {
-        let (base, more) = if reading.chain_only {
-            (&on_chain, [&chain, reading.overrides].concat())
-        } else {
-            (&default, [&[model.as_str()], reading.overrides].concat())
+    for (point, found) in Point::all(study).into_iter().zip(found) {
+        let reading = match point {
+            Point::Default => {
+                (default, on_chain) = (found.as_ref().ok(), found.as_ref().ok());
+                continue;
+            }
+            Point::OnChain => {
+                on_chain = found.as_ref().ok();
+                continue;
+            }
+            Point::Under(reading) => reading,
         };
-        outcomes.push(match ensemble(study, law, &more, watch) {
-            Ok(moments) => compared(reading, law, base, &moments),
-            Err(StudyError::Stopped) => return Err(StudyError::Stopped),
-            Err(error) => ReadingOutcome {
+        let base = if reading.chain_only { on_chain } else { default };
+        outcomes.push(match (base, found) {
+            (Some(base), Ok(moments)) => compared(reading, law, base, moments),
+            (_, found) => ReadingOutcome {
                 reading: *reading,
                 changes: None,
-                failure: Some(error.to_string()),
+                failure: found.as_ref().err().cloned(),
                 shift: 0.0,
                 significance: 0.0,
             },
@@ -138,7 +178,7 @@ pub(super) fn run(study: &Study, law: &Law, watch: &dyn Watch) -> Result<Vec<Rea
     outcomes.sort_by(|a, b| {
         (a.changes.is_none(), b.shift).partial_cmp(&(b.changes.is_none(), a.shift)).unwrap_or(std::cmp::Ordering::Equal)
     });
-    Ok(outcomes)
+    outcomes
 }
 
 fn ensemble(study: &Study, law: &Law, overrides: &[&str], watch: &dyn Watch) -> Result<PortraitMoments, StudyError> {

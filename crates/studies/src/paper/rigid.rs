@@ -45,19 +45,16 @@ pub struct RigidOutcome {
     pub runs: Vec<RigidRun>,
 }
 
-/// Run the scene on every model, finest first, the finite elements only where asked for; those of `overrides` that
-/// concern the beads apply.
-pub(super) fn run(
-    overrides: &[String],
-    fea: bool,
-    bodies: &Bodies,
-    watch: &dyn Watch,
-) -> Result<RigidOutcome, StudyError> {
-    let own: Vec<String> = overrides.iter().filter(|set| set.trim_start().starts_with("chain.")).cloned().collect();
-    let mut runs: Vec<RigidRun> = Vec::new();
+/// The models, finest first, the finite elements only where asked for.
+pub(super) fn models(fea: bool) -> impl Iterator<Item = ModelKind> {
     let kinds = [ModelKind::Fea, ModelKind::Reduced, ModelKind::Chain];
-    for kind in kinds.into_iter().filter(|kind| fea || *kind != ModelKind::Fea) {
-        let velocity = simulate(kind, &own, bodies, watch)?;
+    kinds.into_iter().filter(move |kind| fea || *kind != ModelKind::Fea)
+}
+
+/// What the velocities on the models say.
+pub(super) fn outcome(fea: bool, velocities: Vec<Series>) -> RigidOutcome {
+    let mut runs: Vec<RigidRun> = Vec::new();
+    for (kind, velocity) in models(fea).zip(velocities) {
         let end = WINDOWS[WINDOWS.len() - 1].1;
         let seen = velocity.window(0.0, end);
         let extreme = |pick: fn(f64, f64) -> f64| seen.values.iter().copied().fold(0.0, pick);
@@ -67,13 +64,19 @@ pub(super) fn run(
         let model = kind.name();
         runs.push(RigidRun { model, positive_peak_m_per_s, negative_peak_m_per_s, differences, velocity });
     }
-    Ok(RigidOutcome { windows_s: WINDOWS.to_vec(), runs })
+    RigidOutcome { windows_s: WINDOWS.to_vec(), runs }
 }
 
-fn simulate(kind: ModelKind, overrides: &[String], bodies: &Bodies, watch: &dyn Watch) -> Result<Series, StudyError> {
+/// The last bead on a model; those of `overrides` that concern the beads apply.
+pub(super) fn simulate(
+    kind: ModelKind,
+    overrides: &[String],
+    bodies: &Bodies,
+    watch: &dyn Watch,
+) -> Result<Series, StudyError> {
     let build = || -> Result<_, SceneError> {
-        let mut all = vec![format!("model.kind={}", kind.name())];
-        all.extend(overrides.iter().cloned());
+        let own = overrides.iter().filter(|set| set.trim_start().starts_with("chain.")).cloned();
+        let all: Vec<String> = std::iter::once(format!("model.kind={}", kind.name())).chain(own).collect();
         scene::load("rigid", &all)
     };
     let scene = build()?;
