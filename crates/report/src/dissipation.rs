@@ -104,7 +104,10 @@ fn headline(outcome: &DissipationOutcome) -> Block {
         ),
         _ => (
             Tone::Careful,
-            format!("{all} of {ran} candidates bring both printed peaks and thirds stronger than linear dampers have."),
+            format!(
+                "{all} of {ran} candidates {} both printed peaks and thirds stronger than linear dampers have.",
+                if all == 1 { "brings" } else { "bring" }
+            ),
         ),
     };
     let weak = within(outcome, WEAK).len();
