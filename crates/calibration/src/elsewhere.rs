@@ -80,6 +80,6 @@ impl Problem {
         let rungs = bodies.rungs(joint.first(), candidate.scene());
         let rung = rungs.last().and_then(|rung| if round.finer { rung.finer() } else { Some(rung) });
         let points = round.points.get(part).ok_or_else(other)?;
-        rung.ok_or_else(other)?.made_here(points).map_err(|_| Refusal::Stopped)
+        rung.ok_or_else(other)?.here(points.to_vec()).map_err(|_| Refusal::Stopped)
     }
 }

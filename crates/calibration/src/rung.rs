@@ -223,30 +223,27 @@ impl Rung {
     /// The runs of this rung that go with those of the chain, the first of them number `first`.
     fn own(&self, first: u64, chain: &[TimedRun]) -> Result<Vec<Run>, Unmade> {
         let longest = self.scene.duration;
-        let plans: Vec<(u64, &[f64], f64)> = (first..)
-            .zip(chain)
-            .map(|(number, (run, onset))| {
-                let end = onset.and_then(|onset| self.chain.comparison.end_of_run(onset, &self.scene.drive));
-                (number, &run.position[..], end.map_or(longest, |end| end.min(longest)))
-            })
-            .collect();
+        let plan = |(number, (run, onset)): (u64, &TimedRun)| {
+            let end = onset.and_then(|onset| self.chain.comparison.end_of_run(onset, &self.scene.drive));
+            let duration = end.map_or(longest, |end| end.min(longest));
+            RoundPoint { number, position: run.position.clone(), duration }
+        };
+        let plans: Vec<RoundPoint> = (first..).zip(chain).map(plan).collect();
         match &self.handed {
             Some(handed) => self.handed_over(handed, &plans),
             None => self.here(plans),
         }
     }
 
-    /// Have the runs of these numbers, at these points, of these durations, s, made by another, but for those that were kept.
-    fn handed_over(&self, handed: &Handed, plans: &[(u64, &[f64], f64)]) -> Result<Vec<Run>, Unmade> {
-        let left = plans.iter().filter(|plan| self.found(plan).is_none());
-        let point =
-            |&(number, at, duration): &(u64, &[f64], f64)| RoundPoint { number, position: at.to_vec(), duration };
-        let points: Vec<RoundPoint> = left.clone().map(point).collect();
-        let made = handed.made(points)?;
-        for ((number, ..), run) in left.zip(&made) {
-            self.kept.iter().try_for_each(|kept| kept.keep(*number, run))?;
+    /// Have runs made by another, but for those that were kept.
+    fn handed_over(&self, handed: &Handed, plans: &[RoundPoint]) -> Result<Vec<Run>, Unmade> {
+        let left: Vec<RoundPoint> = plans.iter().filter(|plan| self.found(plan).is_none()).cloned().collect();
+        let numbers: Vec<u64> = left.iter().map(|plan| plan.number).collect();
+        let made = handed.made(left)?;
+        for (number, run) in numbers.into_iter().zip(&made) {
+            self.kept.iter().try_for_each(|kept| kept.keep(number, run))?;
         }
-        let last = plans.last().map_or(0, |plan| plan.0);
+        let last = plans.last().map_or(0, |plan| plan.number);
         if !self.chain.report(last + 1) {
             return Err(Unmade::Stopped);
         }
@@ -254,27 +251,22 @@ impl Rung {
         Ok(plans.iter().filter_map(|plan| self.found(plan).or_else(|| made.next())).collect())
     }
 
-    /// Runs that another has handed over.
-    pub(super) fn made_here(&self, points: &[RoundPoint]) -> Result<Vec<Run>, Unmade> {
-        self.here(points.iter().map(|point| (point.number, &point.position[..], point.duration)).collect())
-    }
-
-    /// The runs of these ascending numbers, at these points, of these durations, s.
-    fn here(&self, mut plans: Vec<(u64, &[f64], f64)>) -> Result<Vec<Run>, Unmade> {
-        let first = plans.first().map_or(0, |plan| plan.0);
+    /// Make runs of ascending numbers.
+    pub(super) fn here(&self, mut plans: Vec<RoundPoint>) -> Result<Vec<Run>, Unmade> {
+        let first = plans.first().map_or(0, |plan| plan.number);
         let (done, stopped) = (AtomicU64::new(first), AtomicBool::new(false));
         // Runs that go together last as long as the longest of them.
-        plans.sort_by(|one, other| one.2.total_cmp(&other.2));
+        plans.sort_by(|one, other| one.duration.total_cmp(&other.duration));
         let groups = plans.len().div_ceil(self.prepared.together()).max(1);
         let made = plans.par_chunks(plans.len().div_ceil(groups).max(1)).map(|plans| {
             let runs = self.group(plans, &stopped)?;
-            for ((number, ..), run) in plans.iter().zip(&runs).filter(|(plan, _)| self.found(plan).is_none()) {
-                self.kept.iter().try_for_each(|kept| kept.keep(*number, run))?;
+            for (plan, run) in plans.iter().zip(&runs).filter(|(plan, _)| self.found(plan).is_none()) {
+                self.kept.iter().try_for_each(|kept| kept.keep(plan.number, run))?;
             }
             if !self.chain.report(done.fetch_add(plans.len() as u64, Ordering::Relaxed) + plans.len() as u64) {
                 stopped.store(true, Ordering::Relaxed);
             }
-            Ok(plans.iter().map(|(number, ..)| *number).zip(runs).collect())
+            Ok(plans.iter().map(|plan| plan.number).zip(runs).collect())
         });
         let made: Vec<Vec<(u64, Run)>> = made.collect::<Result<_, Unmade>>()?;
         let mut made: Vec<(u64, Run)> = made.into_iter().flatten().collect();
@@ -283,22 +275,22 @@ impl Rung {
     }
 
     /// A run that was kept.
-    fn found(&self, (number, at, _): &(u64, &[f64], f64)) -> Option<Run> {
-        self.kept.as_ref()?.found(*number, at).cloned()
+    fn found(&self, plan: &RoundPoint) -> Option<Run> {
+        self.kept.as_ref()?.found(plan.number, &plan.position).cloned()
     }
 
-    /// The runs of these numbers, at these points, of these durations, s.
-    fn group(&self, plans: &[(u64, &[f64], f64)], stopped: &AtomicBool) -> Result<Vec<Run>, Unmade> {
+    /// Make runs that go together.
+    fn group(&self, plans: &[RoundPoint], stopped: &AtomicBool) -> Result<Vec<Run>, Unmade> {
         let (longest, measurand) = (self.scene.duration, self.chain.comparison.measurand());
         let mut runs: Vec<Option<Run>> = plans.iter().map(|plan| self.found(plan)).collect();
-        let mut left: Vec<(usize, f64)> = plans.iter().map(|plan| plan.2).enumerate().collect();
+        let mut left: Vec<(usize, f64)> = plans.iter().map(|plan| plan.duration).enumerate().collect();
         left.retain(|(index, _)| runs[*index].is_none());
         while !left.is_empty() {
             let (mut scenes, mut draws) = (Vec::new(), Vec::new());
             for (index, duration) in &left {
-                let (number, at, _) = plans[*index];
-                let mut random = self.chain.generator(number);
-                let variation = self.chain.variation(at, &mut random);
+                let RoundPoint { number, position, .. } = &plans[*index];
+                let mut random = self.chain.generator(*number);
+                let variation = self.chain.variation(position, &mut random);
                 scenes.push(Scene { duration: *duration, ..varied(&self.scene, &variation) });
                 draws.push(random);
             }
@@ -308,7 +300,7 @@ impl Rung {
             }
             let finished = traces.into_iter().zip(&mut draws).zip(std::mem::take(&mut left));
             for ((trace, random), (index, duration)) in finished {
-                let (run, _) = self.chain.finish(plans[index].1, trace, random);
+                let (run, _) = self.chain.finish(&plans[index].position, trace, random);
                 if run.outcome.is_ok() || duration >= longest {
                     runs[index] = Some(run);
                 } else {

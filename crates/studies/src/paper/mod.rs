@@ -340,33 +340,56 @@ pub struct LawRuns {
     energy_balance: f64,
 }
 
+/// What is run at a point.
+#[derive(Debug, Clone, Copy)]
+enum Work {
+    /// A model before the rigid wall.
+    Rigid(ModelKind),
+    /// A law, by its place, at its own α.
+    Law(usize),
+    /// A law over α.
+    Sweep(usize),
+    /// A law under a reading.
+    Reading(usize, reading::Point),
+}
+
 impl Study {
-    /// Points of each stage: models before the rigid wall, laws at their own α, laws over α, laws under each reading.
-    fn counts(&self) -> [usize; 4] {
-        let readings = reading::Point::all(self).len();
-        [rigid::models(self.plan.fea).count(), LAWS.len(), LAWS.len(), LAWS.len() * readings]
+    /// All of it, stage by stage.
+    fn stages_of_work(&self) -> [(&'static str, Vec<Work>); 4] {
+        let laws = || 0..LAWS.len();
+        let readings = |law| reading::Point::all(self).into_iter().map(move |point| Work::Reading(law, point));
+        [
+            ("rigid", rigid::models(self.plan.fea).map(Work::Rigid).collect()),
+            ("ensembles", laws().map(Work::Law).collect()),
+            ("sweep", laws().map(Work::Sweep).collect()),
+            ("readings", laws().flat_map(readings).collect()),
+        ]
     }
 
-    fn point(&self, mut point: usize, watch: &dyn Watch) -> Result<PaperPoint, StudyError> {
-        let [models, laws, sweeps, _] = self.counts();
+    /// What every point runs.
+    fn work(&self) -> Vec<Work> {
+        self.stages_of_work().into_iter().flat_map(|(_, work)| work).collect()
+    }
+
+    /// Runs of it; the few without perturbations are not counted.
+    fn runs_in(&self, work: Work) -> usize {
+        let PaperPlan { members, sweep_members, reading_members, alphas, .. } = &self.plan;
+        match work {
+            Work::Rigid(_) => 0,
+            Work::Law(_) => 3 * members,
+            Work::Sweep(_) => sweep_members * alphas.len(),
+            Work::Reading(..) => *reading_members,
+        }
+    }
+
+    fn point(&self, work: Work, watch: &dyn Watch) -> Result<PaperPoint, StudyError> {
         let own = |law: usize| (&LAWS[law], &self.scenes[law]);
-        if let Some(kind) = rigid::models(self.plan.fea).nth(point) {
-            return rigid::simulate(kind, &self.overrides, &self.bodies, watch).map(PaperPoint::Rigid);
+        match work {
+            Work::Rigid(kind) => rigid::simulate(kind, &self.overrides, &self.bodies, watch).map(PaperPoint::Rigid),
+            Work::Law(law) => self.law(own(law).0, own(law).1, watch).map(PaperPoint::Law),
+            Work::Sweep(law) => self.sweep(own(law).0, own(law).1, watch).map(PaperPoint::Sweep),
+            Work::Reading(law, reading) => reading.run(self, &LAWS[law], watch).map(PaperPoint::Reading),
         }
-        point -= models;
-        if point < laws {
-            let (law, scene) = own(point);
-            return self.law(law, scene, watch).map(PaperPoint::Law);
-        }
-        point -= laws;
-        if point < sweeps {
-            let (law, scene) = own(point);
-            return self.sweep(law, scene, watch).map(PaperPoint::Sweep);
-        }
-        point -= sweeps;
-        let readings = reading::Point::all(self);
-        let law = &LAWS[point / readings.len()];
-        readings[point % readings.len()].run(self, law, watch).map(PaperPoint::Reading)
     }
 }
 
@@ -375,33 +398,25 @@ impl Divided for Study {
     type Outcome = PaperOutcome;
 
     fn points(&self) -> usize {
-        self.counts().into_iter().sum()
+        self.work().len()
     }
 
-    /// The few runs without perturbations are not counted.
     fn runs_of(&self, point: usize) -> usize {
-        let PaperPlan { members, sweep_members, reading_members, alphas, .. } = &self.plan;
-        let [models, laws, sweeps, _] = self.counts();
-        let runs = [(models, 0), (laws, 3 * members), (sweeps, sweep_members * alphas.len())];
-        let ends = runs.iter().scan(0, |end, (count, runs)| {
-            *end += count;
-            Some((*end, *runs))
-        });
-        ends.into_iter().find(|(end, _)| point < *end).map_or(*reading_members, |(_, runs)| runs)
+        self.runs_in(self.work()[point])
     }
 
     fn sample(&self) -> (usize, f64) {
-        let [models, laws, ..] = self.counts();
-        let (law, sweep) = (self.runs_of(models), self.runs_of(models + laws));
-        (models, 1.0_f64.max(sweep as f64 / law as f64))
+        let runs: Vec<usize> = self.work().into_iter().map(|work| self.runs_in(work)).collect();
+        let law = rigid::models(self.plan.fea).count();
+        (law, 1.0_f64.max(runs[law + LAWS.len()] as f64 / runs[law] as f64))
     }
 
     fn stages(&self) -> Vec<(&'static str, usize)> {
-        ["rigid", "ensembles", "sweep", "readings"].into_iter().zip(self.counts()).collect()
+        self.stages_of_work().into_iter().map(|(name, work)| (name, work.len())).collect()
     }
 
     fn part(&self, part: Range<usize>, watch: &dyn Watch) -> Result<Vec<PaperPoint>, StudyError> {
-        part.map(|point| self.point(point, watch)).collect()
+        self.work()[part].iter().map(|work| self.point(*work, watch)).collect()
     }
 
     fn outcome(&self, points: Vec<PaperPoint>) -> Result<PaperOutcome, StudyError> {
