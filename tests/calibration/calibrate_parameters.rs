@@ -239,6 +239,23 @@ fn every_parameter_meets_its_own_record_at_its_truth_and_misses_it_elsewhere() {
 }
 
 #[test]
+fn a_record_that_lacks_its_beginning_is_met_by_the_run_that_made_it() {
+    let scene = bench_scene(&["drive.ring_up=30us"]);
+    let whole = recording(&scene, None);
+    // 20 periods of 13.7 µs: cut after 3 and after 6 of them, and once more at its end.
+    for (from, to, met) in [(60e-6, 420e-6, 0.03), (90e-6, 420e-6, 0.03), (60e-6, 230e-6, f64::INFINITY)] {
+        let recording = Recording { signal: whole.signal.window(from, to), ..whole.clone() };
+        let forward = forward(&scene, &["alpha"], &recording, EXACT);
+        let (there, away) = (off(&forward, &[0.6]), off(&forward, &[0.75]));
+        assert!(there < met && away > 0.1, "{from} {to}: {there} {away}");
+        // Where the end was not recorded, runs begin anywhere: no two alike.
+        let at: Vec<Vec<f64>> = vec![vec![0.4]; 3];
+        let runs = forward.run(0, &at);
+        assert_eq!(runs[0].outcome == runs[1].outcome, met.is_finite(), "{from} {to}");
+    }
+}
+
+#[test]
 fn every_nuisance_is_drawn_anew_and_what_is_fitted_is_not() {
     let scene = bench_scene(&[]);
     let recording = recording(&scene, None);

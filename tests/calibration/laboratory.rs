@@ -1,7 +1,10 @@
 //! Records of other laboratories through the whole of `calibrate`, few of them: that the study runs, is the same whatever the threads, and sees
 //! what is plainly right and plainly wrong. What the intervals are worth is `granchain twins --laboratory all`; see `docs/calibration.md`.
 
-use granchain::study::laboratory::{Condition, LaboratoryCount, LaboratoryPlan, LaboratoryTwin, laboratory};
+use granchain::{
+    calibration::fit::Verdict,
+    study::laboratory::{Condition, LaboratoryCount, LaboratoryFit, LaboratoryPlan, LaboratoryTwin, laboratory},
+};
 
 fn plan(conditions: &[&str], count: u64, evaluations: usize) -> LaboratoryPlan {
     LaboratoryPlan {
@@ -43,6 +46,20 @@ fn right_records_end_with_the_truth_held() {
     }
 }
 
+/// Nobody knows where in the answer such a record begins: by its end where that was recorded, else by a draw.
+#[test]
+fn a_record_that_begins_inside_the_answer_holds_the_truth() {
+    let twins = made(&plan(&["late-vibrometer", "middle"], 4, 300));
+    let count = LaboratoryCount::of(&twins);
+    let fits: Vec<_> = twins.iter().filter_map(|twin| Some((twin.setting.values, twin.fit.as_ref().ok()?))).collect();
+    let held = |(values, fit): &&([f64; 2], &LaboratoryFit)| {
+        fit.estimates.iter().zip(values).all(|(estimate, value)| (estimate.low..=estimate.high).contains(value))
+    };
+    // With a true coverage of 0.8 of both, fewer than 5 of 8 happen in 6 % of all seeds. Laid by their first samples, fewer are.
+    assert!(fits.iter().filter(held).count() >= 5, "{fits:?}");
+    assert!(fits.iter().filter(|(_, fit)| fit.verdict == Verdict::OutsideScatter).count() <= 1, "{count:?}");
+}
+
 /// One record of every mistake that a bench can make: refused with its cause, named by the diagnosis, or warned of beside the verdict.
 #[test]
 #[ignore = "slow, run by .ci/full"]
@@ -51,7 +68,7 @@ fn every_mistake_is_named() {
     // What is wrong with a model is counted, not promised: see `granchain twins --laboratory wrong`.
     let of_model = ["softer-support", "other-law", "bead-fewer", "bead-more", "radius", "first-gap"];
     let names: Vec<&str> = wrong.map(Condition::name).filter(|name| !of_model.contains(name)).collect();
-    assert_eq!(names.len(), 16);
+    assert_eq!(names.len(), 18);
     let twins = made(&LaboratoryPlan { seed: 4, ..plan(&names, 1, 300) });
     for twin in &twins {
         let name = twin.setting.condition.name();

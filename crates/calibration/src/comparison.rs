@@ -2,6 +2,7 @@
 
 use std::{borrow::Cow, collections::BTreeMap};
 
+use rand::Rng;
 use thiserror::Error;
 
 use super::{
@@ -18,6 +19,13 @@ use granchain_signal::{
 /// Drive periods allowed between the piston's first motion and the onset at the last bead: the pulse needs a few through
 /// the chain, a weak drive a few more before it crosses the threshold.
 const ONSET_ALLOWANCE: f64 = 25.0;
+
+/// Drive periods allowed between the end of the burst and where the answer has fallen: a few through the chain, and those over which its
+/// strength is taken.
+const FALL_ALLOWANCE: f64 = 15.0;
+
+/// Drive periods behind the end of the burst in which a record may end without showing that it falls.
+const UNSEEN_FALL: f64 = 3.0;
 
 /// Drive periods run beyond what a fingerprint needs, where the onset is known from another rung: it may come that much later, and
 /// the filter's edge lies outside.
@@ -209,6 +217,9 @@ impl Comparison {
     #[must_use]
     pub fn duration(&self, drive: &Drive) -> f64 {
         match &self.reduction {
+            Reduction::Fingerprint(fingerprint) if !fingerprint.by_onset() => {
+                drive.burst().1 + FALL_ALLOWANCE / drive.frequency
+            }
             Reduction::Fingerprint(fingerprint) => {
                 drive.burst().0 + (fingerprint.cycles_needed() as f64 + ONSET_ALLOWANCE) / drive.frequency
             }
@@ -217,12 +228,30 @@ impl Comparison {
     }
 
     /// First crossing of the onset threshold by a conditioned trace, s; `None` where it stays below, or where features are measured in
-    /// the model's own time.
+    /// the model's own time, before a fall, or nobody knows where.
     #[must_use]
     pub fn onset(&self, trace: &Series) -> Option<f64> {
-        let Reduction::Fingerprint(fingerprint) = &self.reduction else { return None };
-        let index = trace.values.iter().position(|value| value.abs() >= fingerprint.threshold())?;
-        Some(trace.time(index))
+        match &self.reduction {
+            Reduction::Fingerprint(fingerprint) if fingerprint.by_onset() => {
+                fingerprint.landmark(&trace.values).ok().map(|index| trace.time(index))
+            }
+            _ => None,
+        }
+    }
+
+    /// A trace as a record has it that begins nobody knows where in the answer: what lies before a place drawn evenly, from the onset to the last that
+    /// leaves enough before the answer is seen to fall, is gone. Any other comparison changes nothing and draws nothing.
+    pub(super) fn begun(&self, mut trace: Series, drive: &Drive, random: &mut impl Rng) -> Series {
+        if let Reduction::Fingerprint(fingerprint) = &self.reduction
+            && fingerprint.lies_somewhere()
+            && let Ok(onset) = fingerprint.landmark(&trace.values)
+        {
+            let end = drive.burst().1 + (UNSEEN_FALL - fingerprint.cycles_needed() as f64) / drive.frequency;
+            let last = (end - trace.start) / trace.step;
+            let first = random.random_range(onset..=usize::max(onset, last as usize));
+            trace = Series::new(trace.time(first), trace.step, trace.values.split_off(first));
+        }
+        trace
     }
 
     /// How long a run must be that crosses the onset threshold at `onset`, s; `None` where onsets mean nothing.

@@ -381,7 +381,7 @@ impl Forward {
             }
         }
         clip(&mut trace.values, self.comparison.clipped);
-        self.filtered(&trace)
+        self.comparison.begun(self.filtered(&trace), &self.scene.drive, random)
     }
 
     /// What the instrument lets through of a run at `position`, where that is felt in what is compared. A fitted band falls as a digital filter. One of

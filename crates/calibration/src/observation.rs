@@ -8,7 +8,8 @@ use granchain_signal::{
     LowPass, Resampler, Series,
     feature::{
         Measurand,
-        fingerprint::{FeatureSet, Fingerprint, FingerprintError, SAMPLES_PER_CYCLE, onset_threshold},
+        fingerprint::{FeatureSet, Fingerprint, FingerprintError, Placed, SAMPLES_PER_CYCLE},
+        landmark::{Strength, onset_threshold},
     },
 };
 
@@ -24,6 +25,12 @@ const UNKNOWN_OFFSET: f64 = 0.03;
 /// Share of the periods that could be compared below which a record is called short, and their number.
 const SHORT: f64 = 0.75;
 const MOST_COMPARED: f64 = 40.0;
+
+/// Periods after the beginning of a drive whose first ones are lost, until the chain has forgotten them.
+const SETTLED: f64 = 10.0;
+
+/// Periods within which nobody's answer is at its full strength where the drive takes longer to half of its own.
+const SUDDEN: f64 = 3.0;
 
 /// Highest cutoff, Hz: above it a laser vibrometer of this class records little but noise.
 const HIGHEST_CUTOFF: f64 = 1.25e6;
@@ -236,29 +243,51 @@ impl Observation {
         let unseen = f64::max(6.0 * noise, UNKNOWN_OFFSET * peak);
         let first = &trace.values[..usize::min(SAMPLES_PER_CYCLE / 4, trace.len())];
         let moving = onset < first.len() || recording.quiet == 0 && first.iter().any(|value| value.abs() > unseen);
-        let ended = (available < SHORT * drive_cycles.min(MOST_COMPARED)).then(|| {
-            format!(
-                "the record ends {available:.1} drive periods after its onset, in a burst of {drive_cycles:.0}: nothing later is compared; record \
-                 to the end of the burst"
-            )
-        });
-        let (fingerprint, mut warnings) = if moving || recording.begins_late {
+        let strength = Strength::of(&trace);
+        // Nor is it soon as strong as it ever gets, where the drive is not: a bead may rest between two impulses just where its record begins.
+        let sudden = strength.from_the_first
+            && (recording.quiet as f64 * signal.step) * drive_frequency < SUDDEN
+            && drive.ring_up() * drive_frequency > SUDDEN;
+        let moving = moving || sudden;
+        let mut warnings = Vec::new();
+        let fingerprint = if moving || recording.begins_late {
+            // Of a drive that begins inside its burst a run lacks what the chain did before.
+            let settled = if recording.begins_late { SETTLED } else { 0.0 };
+            let inside = |placed, level: f64, samples: usize| {
+                let cycles = f64::min(samples as f64 / SAMPLES_PER_CYCLE as f64, drive_cycles) - settled;
+                Fingerprint::inside(placed, measurand, set, (level, peak), cycles.max(0.0) as usize, drive_frequency)
+            };
+            let falls = strength.falls.filter(|_| drive.ends());
+            let falling = falls.and_then(|fall| inside(Placed::Fall, strength.level, fall));
+            let somewhere = || inside(Placed::Somewhere, threshold, trace.len() - onset).filter(|_| moving);
+            let (needed, start) = (fingerprint.cycles_needed(), fingerprint.late_start());
+            let (fingerprint, compared) = if let Some(falling) = falling {
+                let compared = format!("only the {} periods before the answer falls", falling.cycles_needed());
+                (falling, compared)
+            } else if let Some(somewhere) = somewhere() {
+                let cycles = somewhere.cycles_needed();
+                (somewhere, format!("only {cycles} periods, and where in the burst they lie is drawn into every run"))
+            } else {
+                (fingerprint.late_only(), format!("only the {} periods from the {start}th on", needed - start))
+            };
             let which = if moving {
                 "the record begins inside the answer"
             } else {
                 "the drive's record begins inside its burst"
             };
-            let warning = format!(
-                "{which}: early peaks and the extremes of the whole are not compared, only the {} periods from the {}th on; record \
-                 from before the burst on",
-                fingerprint.cycles_needed() - fingerprint.late_start(),
-                fingerprint.late_start()
-            );
-            (fingerprint.late_only(), vec![warning])
+            warnings.push(format!(
+                "{which}: early peaks and the extremes of the whole are not compared, {compared}; record from before the burst on"
+            ));
+            fingerprint
         } else {
-            (fingerprint, vec![])
+            fingerprint
         };
-        warnings.extend(ended);
+        if fingerprint.by_onset() && available < SHORT * drive_cycles.min(MOST_COMPARED) {
+            warnings.push(format!(
+                "the record ends {available:.1} drive periods after its onset, in a burst of {drive_cycles:.0}: nothing later is compared; record \
+                 to the end of the burst"
+            ));
+        }
         let features = fingerprint.measure(&trace)?;
         let nuggets = fingerprint.early().iter().map(|&early| if early { EARLY_NUGGET } else { LATE_NUGGET }).collect();
         let Recording { bandwidth, clipped, .. } = *recording;

@@ -16,6 +16,11 @@ pub(super) fn hertz(frequency: f64) -> String {
     Quantity::new(frequency, Dimension::FREQUENCY).to_string()
 }
 
+/// A quantity to three figures.
+fn to_three_figures(value: f64, dimension: Dimension) -> Quantity {
+    Quantity::new(format!("{value:.2e}").parse().unwrap_or(value), dimension)
+}
+
 /// Peak, as a fraction of full scale, from which overload is suspected.
 const NEAR_FULL_SCALE: f64 = 0.98;
 /// Peak, as a fraction of full scale, below which the resolution is.
@@ -259,7 +264,7 @@ impl Notes {
             RecordedQuantity::Velocity => Dimension::VELOCITY,
             RecordedQuantity::Pressure => Dimension::PRESSURE,
         };
-        let shown = |value: f64| Quantity::new(format!("{value:.2e}").parse().unwrap_or(value), dimension);
+        let shown = |value| to_three_figures(value, dimension);
         match source {
             NoiseSource::Unknown => self.assume("noise: unknown, taken as none".into()),
             NoiseSource::Quantisation => {}
@@ -309,7 +314,7 @@ impl Notes {
             };
             self.warn(format!(
                 "the baseline moves by {} within the record, {:.0} % of the peak: {what}; {remedy}",
-                Quantity::new(moved, kind.dimension()),
+                to_three_figures(moved, kind.dimension()),
                 100.0 * moved / peak
             ));
         }

@@ -24,10 +24,11 @@ use granchain_calibration::{
 };
 use granchain_model::{ModelError, chain::ensemble::Variation, response::Response, scene::Scene};
 use granchain_signal::{
-    Conditioning, Series, about_running_mean,
+    Conditioning, Resampler, Series, about_running_mean,
     feature::{
-        FeatureError, FeatureSettings, Features, Measurand, Similarity, Window, fingerprint::MEAN_CYCLES, measure,
-        similarity,
+        FeatureError, FeatureSettings, Features, Measurand, Similarity, Window,
+        fingerprint::{FingerprintError, MEAN_CYCLES},
+        measure, similarity,
     },
     low_pass,
 };
@@ -45,19 +46,9 @@ pub enum ConfirmationError {
     /// A trace could not be measured.
     #[error("the fitted response cannot be measured")]
     Feature(#[from] FeatureError),
-    /// The accurate run stays below the onset threshold of the record.
-    #[error(
-        "the accurate run at the fitted parameters never reaches the record's onset threshold of \
-         {threshold:.3e} {} (its peak is {peak:.3e} {})", measurand.unit(), measurand.unit()
-    )]
-    NoOnset {
-        /// What was recorded.
-        measurand: Measurand,
-        /// The threshold, unit of the measurand.
-        threshold: f64,
-        /// Peak of the run, likewise.
-        peak: f64,
-    },
+    /// The accurate run has no onset or no fall where the record has one.
+    #[error("the accurate run at the fitted parameters cannot be laid on the record")]
+    Fingerprint(#[from] FingerprintError),
 }
 
 /// One watched number: of the record, and of the calibrated model.
@@ -170,16 +161,18 @@ pub fn confirm(
     let response = bodies.prepared(scene)?.run(scene, &mut |_| true)?;
     let measurand = recording.measurand;
     let made = &trace(response.clone(), measurand)?;
-    let threshold = observation.fingerprint.threshold();
     let filtered = low_pass(made, observation.cutoff);
-    let no_onset = || ConfirmationError::NoOnset { measurand, threshold, peak: filtered.peak() };
-    let offset = onset(&observation.trace, threshold).ok_or_else(no_onset)?
-        - onset(&filtered, threshold).ok_or_else(no_onset)?;
-
+    let mut offset = landmark(&observation.trace, observation)? - landmark(&filtered, observation)?;
     let driven = observation::settings(scene)?;
     let window = driven.window.unwrap_or_else(|| Window::whole(made));
     let record = &recording.signal;
-    let window = Window { from: window.from + offset, to: window.to + offset }.on(record)?;
+    let seen_at = |offset: f64| Window { from: window.from + offset, to: window.to + offset }.on(record);
+    if !observation.fingerprint.by_onset() {
+        // A fall tells the offset to a period or two; the waveforms tell the rest.
+        let laid = Series::new(made.start + offset, made.step, filtered.values);
+        offset -= similarity(record, &laid, seen_at(offset)?, scene.drive.frequency)?.lag_s;
+    }
+    let window = seen_at(offset)?;
     let settings = FeatureSettings {
         window: Some(window),
         band: Some(observation.cutoff),
@@ -272,13 +265,20 @@ fn side_by_side(
         .collect()
 }
 
-/// First crossing of ±`threshold`, s, interpolated linearly.
-fn onset(trace: &Series, threshold: f64) -> Option<f64> {
-    let index = trace.values.iter().position(|value| value.abs() >= threshold)?;
+/// Instant by which record and runs are laid on each other, s: of an onset interpolated linearly.
+fn landmark(trace: &Series, observation: &Observation) -> Result<f64, FingerprintError> {
+    let fingerprint = &observation.fingerprint;
+    if fingerprint.falls() {
+        let (start, step) = (trace.start, observation.trace.step);
+        let count = ((trace.end() - start) / step) as usize;
+        let seen = Resampler::interpolating(start, trace.step, trace.len(), start, step, count).series(&trace.values);
+        return fingerprint.landmark(&seen.values).map(|index| seen.time(index));
+    }
+    let (index, threshold) = (fingerprint.landmark(&trace.values)?, fingerprint.threshold());
     let above = trace.values[index].abs();
     let fraction = match index.checked_sub(1).map(|before| trace.values[before].abs()) {
         Some(below) => (above - threshold) / (above - below),
         None => 0.0,
     };
-    Some(trace.time(index) - fraction * trace.step)
+    Ok(trace.time(index) - fraction * trace.step)
 }

@@ -73,7 +73,8 @@ fn frame(job: &Job, scene: &Scene) -> CalibrationReport {
             Measurand::Velocity => format!("{:.1} mm/s", fingerprint.threshold() * 1e3),
             Measurand::Pressure => format!("{:.3} kPa", fingerprint.threshold() * 1e-3),
         };
-        settings.push(("onset threshold".into(), threshold));
+        let name = if fingerprint.falls() { "rms below which the answer falls" } else { "onset threshold" };
+        settings.push((name.into(), threshold));
     }
     CalibrationReport {
         outcome: CalibrationOutcome { program: job.program.clone(), ..problem.outcome() },

@@ -48,4 +48,23 @@ impl Drive {
             }
         }
     }
+
+    /// Time from the first motion to half of the peak, s: of a record; 0 of a drive that is not told by its samples.
+    #[must_use]
+    pub fn ring_up(&self) -> f64 {
+        let DriveKind::Record { displacement, .. } = &self.kind else { return 0.0 };
+        let half = 0.5 * displacement.peak();
+        let first = displacement.values.iter().position(|value| value.abs() > half).unwrap_or(0);
+        displacement.time(first) - self.burst().0
+    }
+
+    /// Whether the end of the burst is known: it is where a record goes on behind it.
+    #[must_use]
+    pub fn ends(&self) -> bool {
+        match &self.kind {
+            DriveKind::Record { recorded_until, .. } => self.burst().1 < *recorded_until,
+            DriveKind::UnreadRecord { .. } => false,
+            DriveKind::SineCycles { .. } | DriveKind::ToneBurst { .. } | DriveKind::GaussianBurst { .. } => true,
+        }
+    }
 }

@@ -14,14 +14,15 @@
 //!
 //! Each amplitude f enters as z = ½ ln(f² + (0.003 P)²), P the peak of the *record*, so that a vanishing line has a
 //! floor and nothing is divided by the line at the drive. The onset is the first crossing of one fixed absolute
-//! threshold, so the trigger of the record drops out.
+//! threshold, so the trigger of the record drops out. A record that begins inside the answer has no onset: its late window ends where the answer falls,
+//! which the end of the burst makes every trace do, and nothing else is compared.
 
 use std::{borrow::Cow, sync::Arc};
 
 use realfft::{RealFftPlanner, RealToComplex};
 use thiserror::Error;
 
-use super::Measurand;
+use super::{Measurand, landmark::fall};
 use crate::{Series, about_running_mean};
 
 /// Samples a drive period of a conditioned trace.
@@ -53,6 +54,9 @@ const HIGHEST_HARMONIC: f64 = 1e6;
 
 /// Half-width of its band, in units of f0: the lines between harmonics stay outside.
 const HARMONIC_HALF_WIDTH: f64 = 0.25;
+
+/// Longest late window, periods of the drive.
+const MOST_LATE: usize = 30;
 
 /// Periods of the running mean that is taken off: whole ones of f0/2, f0/3, f0/4 and f0/6.
 pub const MEAN_CYCLES: usize = 12;
@@ -92,10 +96,29 @@ pub enum FingerprintError {
         /// Largest value of the trace in size, likewise.
         peak: f64,
     },
+    /// The trace is nowhere as strong as where the record falls.
+    #[error(
+        "the {} is nowhere as strong as where the record falls, {level:.4e} {} rms over three drive periods",
+        measurand.name(), measurand.unit()
+    )]
+    NoFall {
+        /// What the trace is of.
+        measurand: Measurand,
+        /// That strength, unit of the measurand.
+        level: f64,
+    },
     /// The trace ends too early after its onset.
     #[error("the trace has {available_cycles:.1} drive periods after its onset, expected at least {needed_cycles:.1}")]
     TooShort {
         /// Periods after the onset.
+        available_cycles: f64,
+        /// Periods needed.
+        needed_cycles: f64,
+    },
+    /// The trace falls too early.
+    #[error("the trace has {available_cycles:.1} drive periods before it falls, expected at least {needed_cycles:.1}")]
+    TooSoon {
+        /// Periods before the fall.
         available_cycles: f64,
         /// Periods needed.
         needed_cycles: f64,
@@ -113,10 +136,22 @@ pub struct Fingerprint {
     late_start: usize,
     late_cycles: usize,
     early_windows: usize,
-    /// Whether only the late window is looked at: the ring-up was not recorded.
-    late_only: bool,
+    placed: Placed,
     window: Vec<f64>,
     transform: Arc<dyn RealToComplex<f64>>,
+}
+
+/// By what the windows of a trace are placed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Placed {
+    /// By its onset.
+    Onset,
+    /// By its onset, but only the late window is looked at: the ring-up was not recorded.
+    Late,
+    /// By its beginning, which lies nobody knows where in the answer; only the late window is looked at.
+    Somewhere,
+    /// By its fall; only the late window before it is looked at.
+    Fall,
 }
 
 /// A band of the late window's spectrum: lower and upper edge in units of f0, and name.
@@ -158,7 +193,7 @@ impl std::fmt::Debug for Fingerprint {
 impl Fingerprint {
     /// A fingerprint for traces compared with one record of a velocity.
     ///
-    /// - `threshold`: onset threshold, m/s, see [`onset_threshold`]
+    /// - `threshold`: onset threshold, m/s, see [`onset_threshold`](super::landmark::onset_threshold)
     /// - `scale`: P, the peak of the record, m/s
     /// - `cycles`: drive periods that may be used after the onset
     ///
@@ -186,16 +221,46 @@ impl Fingerprint {
             return None;
         }
         let late_start = usize::min(10, cycles / 3);
-        let left = usize::min(30, cycles - late_start);
+        let left = usize::min(MOST_LATE, cycles - late_start);
         let late_cycles = if left >= 6 { left / 6 * 6 } else { 3 };
         let early_windows =
             EARLY_WINDOWS.iter().take_while(|window| window.1 <= (late_start + late_cycles) as f64).count();
+        let placed = (Placed::Onset, late_start, late_cycles, early_windows);
+        Some(Self::placed(measurand, set, (threshold, scale), placed, drive_frequency))
+    }
+
+    /// As [`Fingerprint::of`] for a record that begins inside the answer: a late window of up to 30 periods, a multiple of 6, and nothing else.
+    ///
+    /// - `placed`: by the fall where that was recorded, else somewhere
+    /// - `level`: rms of the fall, see [`Strength`](super::landmark::Strength), or onset threshold
+    /// - `cycles`: periods that may be used before the fall, or from the beginning on; `None` below 6
+    #[must_use]
+    pub fn inside(
+        placed: Placed,
+        measurand: Measurand,
+        set: FeatureSet,
+        (level, scale): (f64, f64),
+        cycles: usize,
+        drive_frequency: f64,
+    ) -> Option<Self> {
+        let set = if measurand == Measurand::Pressure { FeatureSet::Full } else { set };
+        let cycles = usize::min(MOST_LATE, cycles) / 6 * 6;
+        (cycles > 0).then(|| Self::placed(measurand, set, (level, scale), (placed, 0, cycles, 0), drive_frequency))
+    }
+
+    fn placed(
+        measurand: Measurand,
+        set: FeatureSet,
+        (threshold, scale): (f64, f64),
+        (placed, late_start, late_cycles, early_windows): (Placed, usize, usize, usize),
+        drive_frequency: f64,
+    ) -> Self {
         let count = late_cycles * SAMPLES_PER_CYCLE;
         let window =
             (0..count).map(|i| (std::f64::consts::PI * (i as f64 + 0.5) / count as f64).sin().powi(2)).collect();
         let transform = RealFftPlanner::new().plan_fft_forward(count);
         let bands = bands(measurand, drive_frequency);
-        Some(Self {
+        Self {
             measurand,
             set,
             bands,
@@ -204,10 +269,10 @@ impl Fingerprint {
             late_start,
             late_cycles,
             early_windows,
-            late_only: false,
+            placed,
             window,
             transform,
-        })
+        }
     }
 
     /// The same for traces of which every amplitude is `factor` times as large.
@@ -216,11 +281,11 @@ impl Fingerprint {
         Self { threshold: factor * self.threshold, scale: factor * self.scale, ..self }
     }
 
-    /// The same without what is measured before the late window, peaks included: for a record that begins inside its burst, whose ring-up nobody
-    /// saw.
+    /// The same without what is measured before the late window, peaks included: for a record whose drive was recorded from inside its burst on, so that
+    /// nobody knows what made the ring-up.
     #[must_use]
     pub fn late_only(self) -> Self {
-        Self { early_windows: 0, late_only: true, ..self }
+        Self { early_windows: 0, placed: Placed::Late, ..self }
     }
 
     /// Fewest drive periods after the onset that make a fingerprint.
@@ -261,10 +326,44 @@ impl Fingerprint {
         ((2.0 * z).exp() - self.floor(index).powi(2)).max(0.0).sqrt()
     }
 
-    /// The onset threshold, m/s or Pa.
+    /// The onset threshold, or the rms of the [fall](Fingerprint::falls), m/s or Pa.
     #[must_use]
     pub fn threshold(&self) -> f64 {
         self.threshold
+    }
+
+    /// Whether windows are placed by the fall of a trace, not by its onset.
+    #[must_use]
+    pub fn falls(&self) -> bool {
+        self.placed == Placed::Fall
+    }
+
+    /// Whether windows are placed by the onset of a trace.
+    #[must_use]
+    pub fn by_onset(&self) -> bool {
+        matches!(self.placed, Placed::Onset | Placed::Late)
+    }
+
+    /// Whether nobody knows where in the answer the record begins.
+    #[must_use]
+    pub fn lies_somewhere(&self) -> bool {
+        self.placed == Placed::Somewhere
+    }
+
+    /// Sample by which the windows of a trace are placed and two traces are laid on each other: its onset, or where its fall begins.
+    ///
+    /// # Errors
+    /// Where it has none.
+    pub fn landmark(&self, values: &[f64]) -> Result<usize, FingerprintError> {
+        let (measurand, threshold) = (self.measurand, self.threshold);
+        if self.falls() {
+            return fall(values, threshold).ok_or(FingerprintError::NoFall { measurand, level: threshold });
+        }
+        values.iter().position(|v| v.abs() >= threshold).ok_or_else(|| FingerprintError::NoOnset {
+            measurand,
+            threshold,
+            peak: values.iter().fold(0.0, |peak, value| f64::max(peak, value.abs())),
+        })
     }
 
     /// Drive periods after the onset at which the late window begins.
@@ -289,24 +388,23 @@ impl Fingerprint {
     /// No onset, or too few periods after it.
     pub fn measure(&self, trace: &Series) -> Result<Vec<f64>, FingerprintError> {
         let values = &trace.values;
-        let onset = values.iter().position(|v| v.abs() >= self.threshold).ok_or_else(|| FingerprintError::NoOnset {
-            measurand: self.measurand,
-            threshold: self.threshold,
-            peak: trace.peak(),
-        })?;
-        let after = &values[onset..];
-        let needed = self.cycles_needed() * SAMPLES_PER_CYCLE;
-        if after.len() < needed {
-            return Err(FingerprintError::TooShort {
-                available_cycles: after.len() as f64 / SAMPLES_PER_CYCLE as f64,
-                needed_cycles: self.cycles_needed() as f64,
+        let landmark = self.landmark(values)?;
+        let [needed, late_start] = [self.cycles_needed(), self.late_start].map(|cycles| cycles * SAMPLES_PER_CYCLE);
+        let available = if self.falls() { landmark } else { values.len() - landmark };
+        if available < needed {
+            let available_cycles = available as f64 / SAMPLES_PER_CYCLE as f64;
+            let needed_cycles = self.cycles_needed() as f64;
+            return Err(match self.placed {
+                Placed::Fall => FingerprintError::TooSoon { available_cycles, needed_cycles },
+                _ => FingerprintError::TooShort { available_cycles, needed_cycles },
             });
         }
-        let late_start = self.late_start * SAMPLES_PER_CYCLE;
-        let compared = about_running_mean(
-            &after[if self.late_only { late_start } else { 0 }..needed],
-            MEAN_CYCLES * SAMPLES_PER_CYCLE,
-        );
+        let looked_at = match self.placed {
+            Placed::Onset => landmark..landmark + needed,
+            Placed::Late | Placed::Somewhere => landmark + late_start..landmark + needed,
+            Placed::Fall => landmark - needed..landmark,
+        };
+        let compared = about_running_mean(&values[looked_at], MEAN_CYCLES * SAMPLES_PER_CYCLE);
         let late = &compared[compared.len() - (needed - late_start)..];
         let power = self.power(late);
         let (highest, lowest) = extremes(&compared);
@@ -368,41 +466,11 @@ fn extremes(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::NEG_INFINITY, f64::INFINITY), |(high, low), &v| (high.max(v), low.min(v)))
 }
 
-/// The onset threshold of a record, m/s or Pa: between max(4 % P, 6 σ) and 25 % P, as far as possible (in ratio) from every
-/// early extremum, so that neither noise nor a small change of the drive makes the onset slip by a cycle.
-///
-/// - `record`: conditioned velocity or pressure
-/// - `noise_rms`: σ of the conditioned record, unit of the record
-///
-/// `None` when 6 σ exceeds 25 % of the peak: the onset cannot be told from noise.
-#[must_use]
-pub fn onset_threshold(record: &Series, noise_rms: f64) -> Option<f64> {
-    const CANDIDATES: usize = 64;
-    let peak = record.peak();
-    let lowest = f64::max(0.04 * peak, 6.0 * noise_rms);
-    let highest = 0.25 * peak;
-    if !(lowest <= highest && peak > 0.0) {
-        return None;
-    }
-    let magnitude: Vec<f64> = record.values.iter().map(|v| v.abs()).collect();
-    let beyond = magnitude.iter().position(|&v| v >= highest)?;
-    let noise = 4.0 * noise_rms;
-    let extrema: Vec<f64> = (1..magnitude.len().saturating_sub(1))
-        .take_while(|&i| i <= beyond + 2 * SAMPLES_PER_CYCLE)
-        .filter(|&i| magnitude[i] >= magnitude[i - 1] && magnitude[i] > magnitude[i + 1] && magnitude[i] > noise)
-        .map(|i| magnitude[i])
-        .collect();
-    let clearance =
-        |threshold: f64| extrema.iter().map(|extremum| (extremum / threshold).ln().abs()).fold(f64::INFINITY, f64::min);
-    let candidates = (0..=CANDIDATES).map(|i| lowest * (highest / lowest).powf(i as f64 / CANDIDATES as f64));
-    candidates.map(|threshold| (clearance(threshold), threshold)).max_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
-}
-
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
 
-    use super::*;
+    use super::{super::landmark::Strength, *};
 
     /// A burst that starts `delay` periods late: line amplitudes 0.1 at f0/3 and 0.2 at f0, m/s.
     fn burst(delay: f64) -> Series {
@@ -480,23 +548,53 @@ mod tests {
     }
 
     #[test]
+    fn the_beginning_of_a_record_drops_out_where_its_end_was_recorded() {
+        // On from period 2 to 45, then a tail of a tenth.
+        let whole = {
+            let on = burst(2.0);
+            let strength = |index: usize| if index < 45 * SAMPLES_PER_CYCLE { 1.0 } else { 0.1 };
+            Series::new(0.0, on.step, on.values.iter().enumerate().map(|(i, v)| strength(i) * v).collect())
+        };
+        let cut = |from: usize, to: usize| {
+            let values = whole.values[from * SAMPLES_PER_CYCLE..to * SAMPLES_PER_CYCLE].to_vec();
+            Series::new(0.0, whole.step, values)
+        };
+        let strength = Strength::of(&whole);
+        assert!(!strength.from_the_first && (strength.level / (0.5 * 0.025_f64.sqrt()) - 1.0).abs() < 0.02);
+        // Three periods of which a quarter of the power is left.
+        let fall = strength.falls.unwrap() as f64 / SAMPLES_PER_CYCLE as f64;
+        assert!((43.5..46.5).contains(&fall), "{fall}");
+        let measured = |trace: &Series| {
+            let Strength { level, falls, .. } = Strength::of(trace);
+            let cycles = falls.unwrap() / SAMPLES_PER_CYCLE;
+            let of = |set| {
+                Fingerprint::inside(Placed::Fall, Measurand::Velocity, set, (level, 0.3), cycles.min(24), 1.0).unwrap()
+            };
+            (of(FeatureSet::Full).measure(trace).unwrap(), of(FeatureSet::Paper).measure(trace).unwrap())
+        };
+        let expected = measured(&whole);
+        for from in [9, 13, 20] {
+            let late = cut(from, 60);
+            assert!(Strength::of(&late).from_the_first);
+            let found = measured(&late);
+            let pairs = expected.0.iter().zip(&found.0).chain(expected.1.iter().zip(&found.1));
+            for (a, b) in pairs {
+                assert!((a - b).abs() < 1e-9, "{from}: {expected:?} {found:?}");
+            }
+        }
+        assert!(Strength::of(&cut(9, 44)).falls.is_none() && Strength::of(&cut(9, 47)).falls.is_none());
+        let fingerprint =
+            Fingerprint::inside(Placed::Fall, Measurand::Velocity, FeatureSet::Full, (0.08, 0.3), 30, 1.0).unwrap();
+        assert!(matches!(fingerprint.measure(&whole.map(|v| 0.1 * v)), Err(FingerprintError::NoFall { .. })));
+        assert!(matches!(fingerprint.measure(&cut(20, 60)), Err(FingerprintError::TooSoon { .. })));
+    }
+
+    #[test]
     fn silence_has_no_onset_and_a_short_record_too_few_periods() {
         let fingerprint = Fingerprint::new(FeatureSet::Full, 0.05, 0.3, 40).unwrap();
         let silent = burst(2.0).map(|value| 0.1 * value);
         assert!(matches!(fingerprint.measure(&silent), Err(FingerprintError::NoOnset { .. })));
         assert!(matches!(fingerprint.measure(&burst(30.0)), Err(FingerprintError::TooShort { .. })));
         assert!(Fingerprint::new(FeatureSet::Full, 0.05, 0.3, 4).is_none());
-    }
-
-    #[test]
-    fn the_onset_threshold_keeps_clear_of_early_extrema() {
-        let step = 1.0 / SAMPLES_PER_CYCLE as f64;
-        // Lobes of 0.05, 0.1, 0.5, 1: the widest clear span between 4 % and 25 % of the peak is 0.1 … 0.25.
-        let heights = [0.05, 0.1, 0.5, 1.0];
-        let value = |i: usize| heights[(i / 20).min(3)] * (TAU * i as f64 * step).sin();
-        let record = Series::new(0.0, step, (0..400).map(value).collect());
-        let threshold = onset_threshold(&record, 1e-4).unwrap();
-        assert!((0.2..=0.25).contains(&threshold), "{threshold}");
-        assert!(onset_threshold(&record, 0.1).is_none());
     }
 }

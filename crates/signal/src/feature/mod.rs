@@ -25,6 +25,7 @@ mod error;
 pub mod fingerprint;
 mod frequency;
 mod interpolation;
+pub mod landmark;
 mod line;
 mod measurand;
 mod measure;

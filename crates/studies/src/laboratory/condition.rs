@@ -96,6 +96,10 @@ pub enum Condition {
     ShortVibrometer,
     /// Both records begin 6 to 10 cycles into the burst; what was before is lost.
     Late,
+    /// The vibrometer's record alone does, 6 to 25 cycles into it.
+    LateVibrometer,
+    /// The vibrometer's record is 12 to 18 cycles from inside the burst.
+    Middle,
 }
 
 /// What a diagnosis has to say of a wrong record.
@@ -109,13 +113,13 @@ pub struct Expected {
 
 use Condition::{
     BeadFewer, BeadMore, Benches, Bits, BurstOnly, Clipped60, Clipped85, Clipped95, Clock, Coupling, Cut, Decoder,
-    Drift, EightBit, Envelopes, FirstGap, Frequency, HornVelocity, Hum, Late, LateTrigger, LowDrive, Noisy, OtherLaw,
-    Pretrigger, PureNoise, Radius, ScaleDown, ScaleUp, Sensitivity, ShortHorn, ShortVibrometer, Sign, SofterSupport,
-    StrongHum, Swapped, UnitDown, UnitUp,
+    Drift, EightBit, Envelopes, FirstGap, Frequency, HornVelocity, Hum, Late, LateTrigger, LateVibrometer, LowDrive,
+    Middle, Noisy, OtherLaw, Pretrigger, PureNoise, Radius, ScaleDown, ScaleUp, Sensitivity, ShortHorn,
+    ShortVibrometer, Sign, SofterSupport, StrongHum, Swapped, UnitDown, UnitUp,
 };
 
 /// Name and words of each, the right ones first.
-const TABLE: [(Condition, &str, &str); 38] = [
+const TABLE: [(Condition, &str, &str); 40] = [
     (Pretrigger, "pretrigger", "20 cycles before the trigger, 1 % noise, horn 0.1 %, offsets, unknown trigger"),
     (BurstOnly, "burst-only", "both records begin with the burst, 0–1 % noise"),
     (EightBit, "eight-bit", "8 bits, range 1.25 × peak, both channels"),
@@ -154,6 +158,12 @@ const TABLE: [(Condition, &str, &str); 38] = [
     (ShortHorn, "short-horn", "horn record ends 15 cycles into the burst"),
     (ShortVibrometer, "short-vibrometer", "vibrometer record ends 8 cycles into the burst"),
     (Late, "late", "records begin 6–10 cycles into the burst, what was before is lost"),
+    (
+        LateVibrometer,
+        "late-vibrometer",
+        "vibrometer record begins 6–25 cycles into the burst, nothing of the horn’s is lost",
+    ),
+    (Middle, "middle", "vibrometer record is 12–18 cycles from inside the burst"),
 ];
 
 impl Condition {
@@ -205,7 +215,7 @@ impl Condition {
             Noisy | PureNoise => (Cause::Record, &["noise of", "% noise", "noise beyond", "noise alone", "but noise"]),
             ShortHorn => (Cause::Record, &["ends", "shorter"]),
             ShortVibrometer => (Cause::Record, &["ends", "shorter", "too short", "record longer"]),
-            Late => (Cause::Record, &["begins", "missing", "lost"]),
+            Late | LateVibrometer | Middle => (Cause::Record, &["begins", "missing", "lost"]),
             _ => return None,
         };
         Some(Expected { cause, words })
@@ -265,6 +275,9 @@ pub struct Laboratory {
     pub horn_velocity: bool,
     /// Cycles of the burst before the first sample.
     pub lost: Option<f64>,
+    /// The same of the vibrometer's record alone.
+    #[serde(default)]
+    pub vibrometer_lost: Option<f64>,
     /// Cycles of the burst after which the horn's record ends.
     pub horn_end: Option<f64>,
     /// Cycles of the burst after which the vibrometer's ends.
@@ -349,6 +362,7 @@ impl Setting {
             clock_ppm: 0.0,
             horn_velocity: false,
             lost: None,
+            vibrometer_lost: None,
             horn_end: None,
             vibrometer_end: None,
             silent: false,
@@ -443,6 +457,11 @@ impl Setting {
             Late => {
                 lab.lost = Some(r.random_range(6.0..10.0));
                 (lab.before, lab.start_s, lab.shift_s) = (0.0, 0.0, 0.0);
+            }
+            LateVibrometer => lab.vibrometer_lost = Some(r.random_range(6.0..25.0)),
+            Middle => {
+                let (from, cycles) = (r.random_range(6.0..20.0), r.random_range(12.0..18.0));
+                (lab.vibrometer_lost, lab.vibrometer_end) = (Some(from), Some(from + cycles));
             }
         }
         // The law of the annulus is that of beads of 0.5 mm.

@@ -155,8 +155,8 @@ pub fn files(
         (horn, velocity) = (coupled(&horn, cutoff), coupled(&velocity, cutoff));
     }
     let clock = Clock::of(lab, frequency, random);
-    let horn = clock.channel(&horn, lab.horn_end, 1.0);
-    let velocity = clock.channel(&velocity, lab.vibrometer_end, 1.0 + 1e-6 * lab.clock_ppm);
+    let horn = clock.channel(&horn, [None, lab.horn_end], 1.0);
+    let velocity = clock.channel(&velocity, [lab.vibrometer_lost, lab.vibrometer_end], 1.0 + 1e-6 * lab.clock_ppm);
     let horn = disturbed(
         &horn,
         &Channel {
@@ -220,14 +220,15 @@ impl Clock {
         Self { first, end: lab.end / frequency, step, frequency }
     }
 
-    /// A channel whose clock runs `ratio` as fast, up to `end` cycles.
-    fn channel(&self, series: &Series, end: Option<f64>, ratio: f64) -> Series {
+    /// A channel whose clock runs `ratio` as fast, from and up to so many cycles of the burst where it does not go with the other.
+    fn channel(&self, series: &Series, [from, to]: [Option<f64>; 2], ratio: f64) -> Series {
         let filtered = LowPass::new(series.step, series.len(), ANTI_ALIAS / self.step).apply(&series.values);
         let spline = Spline::new(&Series::new(series.start, series.step, filtered), Ends::Natural);
-        let end = end.map_or(self.end, |cycles| cycles / self.frequency);
-        let count = ((end - self.first) / self.step) as usize;
-        let at = |index: usize| spline.at(self.first + index as f64 * self.step / ratio).0;
-        Series::new(self.first, self.step, (0..count).map(at).collect())
+        let [first, end] = [(from, self.first), (to, self.end)]
+            .map(|(own, shared)| own.map_or(shared, |cycles| cycles / self.frequency));
+        let count = ((end - first) / self.step) as usize;
+        let at = |index: usize| spline.at(first + index as f64 * self.step / ratio).0;
+        Series::new(first, self.step, (0..count).map(at).collect())
     }
 }
 

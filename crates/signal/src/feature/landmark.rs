@@ -1,0 +1,102 @@
+//! By what two traces are laid on each other: their onset, or the fall at the end of the answer.
+
+use super::fingerprint::{MEAN_CYCLES, SAMPLES_PER_CYCLE};
+use crate::{Series, about_running_mean};
+
+/// Periods over which the strength of a trace is taken where its fall is looked for: whole ones of f0/3.
+const FALL_CYCLES: usize = 3;
+
+/// Mean square over [`FALL_CYCLES`] periods, about the running mean, by the first of their samples.
+fn strength(values: &[f64]) -> impl DoubleEndedIterator<Item = (usize, f64)> + ExactSizeIterator {
+    let width = FALL_CYCLES * SAMPLES_PER_CYCLE;
+    let mut sums = vec![0.0];
+    sums.extend(about_running_mean(values, MEAN_CYCLES * SAMPLES_PER_CYCLE).iter().scan(0.0, |sum, value| {
+        *sum += value * value;
+        Some(*sum)
+    }));
+    (0..sums.len().saturating_sub(width)).map(move |first| (first, (sums[first + width] - sums[first]) / width as f64))
+}
+
+/// Where the fall of a trace begins: half a period behind the highest sample of the first of the last three periods whose rms is `level` or more, so that
+/// periods are cut between their impulses.
+pub(super) fn fall(values: &[f64], level: f64) -> Option<usize> {
+    let (first, _) = strength(values).rfind(|(_, square)| *square >= level * level)?;
+    let period = values[first..].iter().take(SAMPLES_PER_CYCLE);
+    let (highest, _) = period.enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
+    Some(first + highest + SAMPLES_PER_CYCLE / 2)
+}
+
+/// How strong a record is: rms over three periods, about its running mean.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Strength {
+    /// Half of the most that it has anywhere, m/s or Pa.
+    pub level: f64,
+    /// Whether its first three periods have as much.
+    pub from_the_first: bool,
+    /// Sample where it falls: in the last three periods that have as much, if six periods at least were recorded from there on.
+    pub falls: Option<usize>,
+}
+
+impl Strength {
+    /// Of a record of [`SAMPLES_PER_CYCLE`] samples a period.
+    #[must_use]
+    pub fn of(record: &Series) -> Self {
+        let most = strength(&record.values).map(|(_, square)| square).fold(0.0, f64::max);
+        let level = 0.5 * most.sqrt();
+        let seen = |fall: &usize| fall + 2 * FALL_CYCLES * SAMPLES_PER_CYCLE <= record.values.len();
+        Self {
+            level,
+            from_the_first: strength(&record.values).next().is_some_and(|(_, square)| square >= level * level),
+            falls: fall(&record.values, level).filter(seen),
+        }
+    }
+}
+
+/// The onset threshold of a record, m/s or Pa: between max(4 % P, 6 σ) and 25 % P, as far as possible (in ratio) from every
+/// early extremum, so that neither noise nor a small change of the drive makes the onset slip by a cycle.
+///
+/// - `record`: conditioned velocity or pressure
+/// - `noise_rms`: σ of the conditioned record, unit of the record
+///
+/// `None` when 6 σ exceeds 25 % of the peak: the onset cannot be told from noise.
+#[must_use]
+pub fn onset_threshold(record: &Series, noise_rms: f64) -> Option<f64> {
+    const CANDIDATES: usize = 64;
+    let peak = record.peak();
+    let lowest = f64::max(0.04 * peak, 6.0 * noise_rms);
+    let highest = 0.25 * peak;
+    if !(lowest <= highest && peak > 0.0) {
+        return None;
+    }
+    let magnitude: Vec<f64> = record.values.iter().map(|v| v.abs()).collect();
+    let beyond = magnitude.iter().position(|&v| v >= highest)?;
+    let noise = 4.0 * noise_rms;
+    let extrema: Vec<f64> = (1..magnitude.len().saturating_sub(1))
+        .take_while(|&i| i <= beyond + 2 * SAMPLES_PER_CYCLE)
+        .filter(|&i| magnitude[i] >= magnitude[i - 1] && magnitude[i] > magnitude[i + 1] && magnitude[i] > noise)
+        .map(|i| magnitude[i])
+        .collect();
+    let clearance =
+        |threshold: f64| extrema.iter().map(|extremum| (extremum / threshold).ln().abs()).fold(f64::INFINITY, f64::min);
+    let candidates = (0..=CANDIDATES).map(|i| lowest * (highest / lowest).powf(i as f64 / CANDIDATES as f64));
+    candidates.map(|threshold| (clearance(threshold), threshold)).max_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    #[test]
+    fn the_onset_threshold_keeps_clear_of_early_extrema() {
+        let step = 1.0 / SAMPLES_PER_CYCLE as f64;
+        // Lobes of 0.05, 0.1, 0.5, 1: the widest clear span between 4 % and 25 % of the peak is 0.1 … 0.25.
+        let heights = [0.05, 0.1, 0.5, 1.0];
+        let value = |i: usize| heights[(i / 20).min(3)] * (TAU * i as f64 * step).sin();
+        let record = Series::new(0.0, step, (0..400).map(value).collect());
+        let threshold = onset_threshold(&record, 1e-4).unwrap();
+        assert!((0.2..=0.25).contains(&threshold), "{threshold}");
+        assert!(onset_threshold(&record, 0.1).is_none());
+    }
+}
