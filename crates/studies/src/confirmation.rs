@@ -33,6 +33,9 @@ use granchain_signal::{
     low_pass,
 };
 
+/// Periods between the offsets at which a record is laid that may lie anywhere: a likeness looks as far to either side.
+const APART: f64 = 5.0;
+
 /// Why a calibrated scene could not be confirmed.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -168,9 +171,18 @@ pub fn confirm(
     let record = &recording.signal;
     let seen_at = |offset: f64| Window { from: window.from + offset, to: window.to + offset }.on(record);
     if !observation.fingerprint.by_onset() {
-        // A fall tells the offset to a period or two; the waveforms tell the rest.
-        let laid = Series::new(made.start + offset, made.step, filtered.values);
-        offset -= similarity(record, &laid, seen_at(offset)?, scene.drive.frequency)?.lag_s;
+        // A fall tells the offset to a period or two, and nothing tells it of a record that lies somewhere: the waveforms do.
+        let period = 1.0 / scene.drive.frequency;
+        let (begins, ends) = scene.drive.burst();
+        let tries =
+            if observation.fingerprint.falls() { 1 } else { ((ends - begins) / (APART * period)).ceil() as u32 };
+        let apart = |offset: f64| {
+            let laid = Series::new(made.start + offset, made.step, filtered.values.clone());
+            let found = similarity(record, &laid, seen_at(offset)?, scene.drive.frequency)?;
+            Ok::<_, FeatureError>((found.relative_rms_difference, offset - found.lag_s))
+        };
+        let found = (0..tries).filter_map(|number| apart(offset - f64::from(number) * APART * period).ok());
+        offset = found.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(offset, |(_, offset)| offset);
     }
     let window = seen_at(offset)?;
     let settings = FeatureSettings {
