@@ -233,7 +233,7 @@ impl Comparison {
     pub fn onset(&self, trace: &Series) -> Option<f64> {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) if fingerprint.by_onset() => {
-                fingerprint.landmark(&trace.values).ok().map(|index| trace.time(index))
+                fingerprint.landmark(trace).ok().map(|index| trace.time(index))
             }
             _ => None,
         }
@@ -244,11 +244,11 @@ impl Comparison {
     pub(super) fn begun(&self, mut trace: Series, drive: &Drive, random: &mut impl Rng) -> Series {
         if let Reduction::Fingerprint(fingerprint) = &self.reduction
             && fingerprint.lies_somewhere()
-            && let Ok(onset) = fingerprint.landmark(&trace.values)
+            && let Ok(onset) = fingerprint.landmark(&trace)
         {
             let end = drive.burst().1 + (UNSEEN_FALL - fingerprint.cycles_needed() as f64) / drive.frequency;
             let last = (end - trace.start) / trace.step;
-            let first = random.random_range(onset..=usize::max(onset, last as usize));
+            let first = random.random_range(onset..=usize::max(onset, (last as usize).min(trace.len())));
             trace = Series::new(trace.time(first), trace.step, trace.values.split_off(first));
         }
         trace

@@ -284,9 +284,9 @@ fn landmark(trace: &Series, observation: &Observation) -> Result<f64, Fingerprin
         let (start, step) = (trace.start, observation.trace.step);
         let count = ((trace.end() - start) / step) as usize;
         let seen = Resampler::interpolating(start, trace.step, trace.len(), start, step, count).series(&trace.values);
-        return fingerprint.landmark(&seen.values).map(|index| seen.time(index));
+        return fingerprint.landmark(&seen).map(|index| seen.time(index));
     }
-    let (index, threshold) = (fingerprint.landmark(&trace.values)?, fingerprint.threshold());
+    let (index, threshold) = (fingerprint.landmark(trace)?, fingerprint.threshold());
     let above = trace.values[index].abs();
     let fraction = match index.checked_sub(1).map(|before| trace.values[before].abs()) {
         Some(below) => (above - threshold) / (above - below),

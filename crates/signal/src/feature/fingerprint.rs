@@ -216,7 +216,6 @@ impl Fingerprint {
         cycles: usize,
         drive_frequency: f64,
     ) -> Option<Self> {
-        let set = if measurand == Measurand::Pressure { FeatureSet::Full } else { set };
         if cycles < Self::FEWEST_CYCLES {
             return None;
         }
@@ -243,7 +242,6 @@ impl Fingerprint {
         cycles: usize,
         drive_frequency: f64,
     ) -> Option<Self> {
-        let set = if measurand == Measurand::Pressure { FeatureSet::Full } else { set };
         let cycles = usize::min(MOST_LATE, cycles) / 6 * 6;
         (cycles > 0).then(|| Self::placed(measurand, set, (level, scale), (placed, 0, cycles, 0), drive_frequency))
     }
@@ -255,6 +253,7 @@ impl Fingerprint {
         (placed, late_start, late_cycles, early_windows): (Placed, usize, usize, usize),
         drive_frequency: f64,
     ) -> Self {
+        let set = if measurand == Measurand::Pressure { FeatureSet::Full } else { set };
         let count = late_cycles * SAMPLES_PER_CYCLE;
         let window =
             (0..count).map(|i| (std::f64::consts::PI * (i as f64 + 0.5) / count as f64).sin().powi(2)).collect();
@@ -354,16 +353,13 @@ impl Fingerprint {
     ///
     /// # Errors
     /// Where it has none.
-    pub fn landmark(&self, values: &[f64]) -> Result<usize, FingerprintError> {
-        let (measurand, threshold) = (self.measurand, self.threshold);
+    pub fn landmark(&self, trace: &Series) -> Result<usize, FingerprintError> {
+        let (measurand, threshold, values) = (self.measurand, self.threshold, &trace.values);
         if self.falls() {
             return fall(values, threshold).ok_or(FingerprintError::NoFall { measurand, level: threshold });
         }
-        values.iter().position(|v| v.abs() >= threshold).ok_or_else(|| FingerprintError::NoOnset {
-            measurand,
-            threshold,
-            peak: values.iter().fold(0.0, |peak, value| f64::max(peak, value.abs())),
-        })
+        let onset = values.iter().position(|v| v.abs() >= threshold);
+        onset.ok_or_else(|| FingerprintError::NoOnset { measurand, threshold, peak: trace.peak() })
     }
 
     /// Drive periods after the onset at which the late window begins.
@@ -388,7 +384,7 @@ impl Fingerprint {
     /// No onset, or too few periods after it.
     pub fn measure(&self, trace: &Series) -> Result<Vec<f64>, FingerprintError> {
         let values = &trace.values;
-        let landmark = self.landmark(values)?;
+        let landmark = self.landmark(trace)?;
         let [needed, late_start] = [self.cycles_needed(), self.late_start].map(|cycles| cycles * SAMPLES_PER_CYCLE);
         let available = if self.falls() { landmark } else { values.len() - landmark };
         if available < needed {

@@ -7,23 +7,28 @@ use crate::{Series, about_running_mean};
 const FALL_CYCLES: usize = 3;
 
 /// Mean square over [`FALL_CYCLES`] periods, about the running mean, by the first of their samples.
-fn strength(values: &[f64]) -> impl DoubleEndedIterator<Item = (usize, f64)> + ExactSizeIterator {
+fn strength(values: &[f64]) -> Vec<f64> {
     let width = FALL_CYCLES * SAMPLES_PER_CYCLE;
     let mut sums = vec![0.0];
     sums.extend(about_running_mean(values, MEAN_CYCLES * SAMPLES_PER_CYCLE).iter().scan(0.0, |sum, value| {
         *sum += value * value;
         Some(*sum)
     }));
-    (0..sums.len().saturating_sub(width)).map(move |first| (first, (sums[first + width] - sums[first]) / width as f64))
+    sums.iter().zip(sums.iter().skip(width)).map(|(before, after)| (after - before) / width as f64).collect()
 }
 
-/// Where the fall of a trace begins: half a period behind the highest sample of the first of the last three periods whose rms is `level` or more, so that
-/// periods are cut between their impulses.
-pub(super) fn fall(values: &[f64], level: f64) -> Option<usize> {
-    let (first, _) = strength(values).rfind(|(_, square)| *square >= level * level)?;
+/// Where a trace of that strength falls: half a period behind the highest sample of the first of the last three periods whose rms is `level` or more, so
+/// that periods are cut between their impulses.
+fn fall_of(values: &[f64], strength: &[f64], level: f64) -> Option<usize> {
+    let first = strength.iter().rposition(|square| *square >= level * level)?;
     let period = values[first..].iter().take(SAMPLES_PER_CYCLE);
     let (highest, _) = period.enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
     Some(first + highest + SAMPLES_PER_CYCLE / 2)
+}
+
+/// Where a trace falls below `level`, see [`Strength::falls`].
+pub(super) fn fall(values: &[f64], level: f64) -> Option<usize> {
+    fall_of(values, &strength(values), level)
 }
 
 /// How strong a record is: rms over three periods, about its running mean.
@@ -41,13 +46,13 @@ impl Strength {
     /// Of a record of [`SAMPLES_PER_CYCLE`] samples a period.
     #[must_use]
     pub fn of(record: &Series) -> Self {
-        let most = strength(&record.values).map(|(_, square)| square).fold(0.0, f64::max);
-        let level = 0.5 * most.sqrt();
+        let strength = strength(&record.values);
+        let level = 0.5 * strength.iter().copied().fold(0.0, f64::max).sqrt();
         let seen = |fall: &usize| fall + 2 * FALL_CYCLES * SAMPLES_PER_CYCLE <= record.values.len();
         Self {
             level,
-            from_the_first: strength(&record.values).next().is_some_and(|(_, square)| square >= level * level),
-            falls: fall(&record.values, level).filter(seen),
+            from_the_first: strength.first().is_some_and(|square| *square >= level * level),
+            falls: fall_of(&record.values, &strength, level).filter(seen),
         }
     }
 }
