@@ -108,7 +108,7 @@ pub struct Arguments {
 pub enum TwinModel {
     /// One unknown a bead
     Chain,
-    /// Modes and quasi-static contact nodes; some 130 runs of it a fit
+    /// Modes and quasi-static contact nodes; some 90 runs of it a fit
     Reduced,
 }
 

@@ -31,8 +31,11 @@ use super::{
 /// Pairs of the first round of one or two parameters.
 const FIRST_ROUND: usize = 48;
 
-/// Pairs of every further round of one or two parameters: a multiple of the runs that go side by side.
-const FURTHER_ROUND: usize = 32;
+/// Pairs of a further round of one or two parameters: a multiple of the runs that go side by side.
+const FURTHER_ROUND: usize = 16;
+
+/// The same where the answer leans on the edge of what the runs cover, or the box is looked through anew: there it is not known where it lies.
+const LEANING_ROUND: usize = 32;
 
 /// Fewest rounds: two would leave the answer to runs that were drawn before anything of the upper rung was known.
 const FEWEST_ROUNDS: usize = 3;
@@ -285,16 +288,16 @@ impl Correction {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ 0x00C0_44EC);
         random.set_stream(self.rounds.len() as u64);
         let dimension = self.spans.len();
-        let [scattered_round, further_round] = [SCATTERED_ROUND, FURTHER_ROUND].map(|round| sized(round, dimension));
+        let [scattered_round, leaning_round] = [SCATTERED_ROUND, LEANING_ROUND].map(|round| sized(round, dimension));
         match self.restarted.map(|before| self.rounds.len() - before) {
             Some(0) => scattered(0, scattered_round, dimension, self.seed),
             Some(round) if round <= ELITES.len() => {
                 let cloud = self.cloud(self.pairs.len());
                 if cloud.is_empty() {
-                    let made = scattered_round + (round - 1) * further_round;
-                    return scattered(made, further_round, dimension, self.seed);
+                    let made = scattered_round + (round - 1) * leaning_round;
+                    return scattered(made, leaning_round, dimension, self.seed);
                 }
-                around_elite(&cloud, ELITES[round - 1], further_round, &mut random)
+                around_elite(&cloud, ELITES[round - 1], leaning_round, &mut random)
             }
             _ => self.drawn(&mut random),
         }
@@ -313,7 +316,12 @@ impl Correction {
         });
         let moving = self.motion.leans || self.motion.drift.is_none_or(|drift| drift > MOVING);
         let widening = if moving { WIDENING } else { FINER_WIDENING };
-        let count = sized(if self.pairs.is_empty() { FIRST_ROUND } else { FURTHER_ROUND }, dimension);
+        let round = match self.motion {
+            _ if made == 0 => FIRST_ROUND,
+            Motion { leans: true, .. } => LEANING_ROUND,
+            _ => FURTHER_ROUND,
+        };
+        let count = sized(round, dimension);
         (0..count)
             .map(|_| {
                 let centre = match &posterior {

@@ -150,8 +150,11 @@ pub fn modes(body: &Body, count: usize) -> Result<Modes, ModesError> {
     // Where neighbours are furthest apart, counting from the last mode asked for.
     let gap = |k: &usize| frequencies[*k] - frequencies[*k - 1];
     let place = (count..frequencies.len()).max_by(|a, b| gap(a).total_cmp(&gap(b))).unwrap_or(count);
-    let sturm = confirm(body, &frequencies, 0.5 * (frequencies[place - 1] + frequencies[place]))?;
     let steps = lanczos.steps();
+    // What found them takes more memory than what confirms them: not both at once.
+    drop((lanczos, polish));
+    drop(factor);
+    let sturm = confirm(body, &frequencies, 0.5 * (frequencies[place - 1] + frequencies[place]))?;
     Ok(Modes { frequencies: frequencies[..count].to_vec(), shapes, residuals, sturm, steps })
 }
 

@@ -45,6 +45,7 @@ impl Basis {
         let body = &arrangement.kinds[kind];
         let factor = StaticFactor::new(body, interface).map_err(|source| arrangement.factor_error(kind, source))?;
         let compliance = factor.interface_compliance(body);
+        drop(factor);
         let rigid = usize::from(body.is_free());
         let (mut stiffness, mut shapes) = (Vec::new(), Vec::new());
         if most > 0 {

@@ -143,8 +143,8 @@ fn mismatch<N: Number>(
     (worst, most, largest)
 }
 
-/// Solve the linear system of all s for the sets as they are in the runs `active`: `wanted` of every contact; by Gauss–Seidel, whose error falls a
-/// hundredfold a sweep where bodies are much stiffer than contacts.
+/// Solve the linear system of all s for the sets as they are in the runs `active`: `wanted` of every contact, which holds the moments of its
+/// neighbours; by Gauss–Seidel, whose error falls a hundredfold a sweep where bodies are much stiffer than contacts.
 #[inline(always)]
 fn balance<N: Number>(
     condensed: &[Condensed],
@@ -161,8 +161,7 @@ fn balance<N: Number>(
         state.moments[a] - steps.fold(N::ZERO, |sum, (step, slope)| sum + *slope * *step)
     }
     for state in &mut *states {
-        for ((wanted, step), shift) in state.wanted.iter_mut().zip(&mut state.step).zip(&state.shift) {
-            *wanted = shift.or_where_not(active, *wanted);
+        for ((step, wanted), shift) in state.step.iter_mut().zip(&state.wanted).zip(&state.shift) {
             *step = *wanted - *shift;
         }
     }
@@ -184,7 +183,7 @@ fn balance<N: Number>(
                 step[a] = wanted[a] - shift[a];
             }
         }
-        active = active & !change.within(tolerance * 0.1);
+        active = active & !change.within(tolerance);
         if !active.any() {
             return;
         }

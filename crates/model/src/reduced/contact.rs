@@ -40,9 +40,8 @@ pub(super) struct Condensed {
     /// Vectors of U, and how many of them couple to the contact before.
     vectors: usize,
     before: usize,
-    /// L column by column and row by row; empty for [`Ordering::Any`].
-    columns: Vec<f64>,
-    rows: Vec<f64>,
+    /// L below the diagonal, Lᵀ above, on it 1/Lᵢᵢ, row by row; empty for [`Ordering::Any`].
+    factor: Vec<f64>,
     /// U vector by vector.
     coupling: Vec<f64>,
     /// L⁻¹ U point by point.
@@ -51,6 +50,8 @@ pub(super) struct Condensed {
     slopes: Vec<f64>,
     /// Block by block.
     blocks: Vec<Block>,
+    /// Largest amount of every vector of U.
+    largest: Vec<f64>,
 }
 
 /// Points that are bounded together: those of a contact that are surely open are not looked at.
@@ -74,8 +75,9 @@ pub(super) struct State<N: Number> {
     pub(super) free: Vec<N>,
     /// Points whose q is measured.
     pub(super) measured: usize,
-    /// Least q there can be in every block, m.
+    /// Least q there can be in every block, and by how much s may lessen it anywhere, m.
     pub(super) least: Vec<N>,
+    reach: N,
     /// λ, N.
     pub(super) forces: Vec<N>,
     /// Points from the first pressed to behind the last, in any run.
@@ -114,6 +116,7 @@ impl<N: Number> State<N> {
             free: vec![N::ZERO; n],
             measured: 0,
             least: vec![N::ZERO; n.div_ceil(BLOCK)],
+            reach: N::ZERO,
             forces: vec![N::ZERO; n],
             pressed: [0, 0],
             pressing: N::ZERO,
@@ -199,6 +202,7 @@ impl Condensed {
             }
         });
         let blocks = blocks.collect();
+        let largest = coupling.chunks_exact(points).map(largest).collect();
         let factored = Compliance::new(matrix.clone(), points, ordering)?;
         let compliance = Compliance::new(matrix, points, Ordering::Any)?;
         let mut condensed = Self {
@@ -207,36 +211,28 @@ impl Condensed {
             points,
             vectors,
             before: left,
-            columns: Vec::new(),
-            rows: Vec::new(),
+            factor: factored.factor().to_vec(),
             coupling,
             eliminated: Vec::new(),
             slopes: Vec::new(),
             blocks,
+            largest,
         };
         if ordering == Ordering::Prefix {
-            condensed.eliminate_coupling(&factored);
+            condensed.eliminate_coupling();
         }
         Ok(condensed)
     }
 
-    fn eliminate_coupling(&mut self, factored: &Compliance) {
+    fn eliminate_coupling(&mut self) {
         let (n, k) = (self.points, self.vectors);
-        self.rows = vec![0.0; n * n];
-        self.columns = vec![0.0; n * n];
-        for i in 0..n {
-            for (j, &value) in factored.factor_row(i)[..=i].iter().enumerate() {
-                self.rows[i * n + j] = value;
-                self.columns[j * n + i] = value;
-            }
-        }
         self.eliminated = vec![0.0; n * k];
         self.slopes = vec![0.0; (n + 1) * k * k];
         for i in 0..n {
-            let row = &self.rows[i * n..i * n + i + 1];
+            let row = &self.factor[i * n..i * n + i + 1];
             for a in 0..k {
                 let known: f64 = (0..i).map(|j| row[j] * self.eliminated[j * k + a]).sum();
-                self.eliminated[i * k + a] = (self.coupling[a * n + i] - known) / row[i];
+                self.eliminated[i * k + a] = (self.coupling[a * n + i] - known) * row[i];
             }
             for a in 0..k {
                 for b in 0..k {
@@ -262,11 +258,17 @@ impl Condensed {
         self.before
     }
 
-    /// Least gap in a block without forces at the shift `wanted`, by bounds alone.
+    /// In which of the runs a block may be closed at the shift `wanted` and under forces that lessen its gaps by at most `more` (m), by bounds alone.
     #[inline(always)]
-    fn least<N: Number>(&self, state: &State<N>, block: usize) -> N {
+    fn may_close<N: Number>(&self, state: &State<N>, block: usize, runs: N::Mask, more: N) -> N::Mask {
+        let least = state.least[block] - more;
+        // Most blocks are open beyond all doubt.
+        let doubtful = runs & !(least - state.reach).above(N::ZERO);
+        if !doubtful.any() {
+            return doubtful;
+        }
         let parts = state.wanted.iter().zip(&self.blocks[block].shapes);
-        parts.fold(state.least[block], |sum, (s, [low, high])| sum + (*s * *low).smaller(*s * *high))
+        runs & !parts.fold(least, |sum, (s, [low, high])| sum + (*s * *low).smaller(*s * *high)).above(N::ZERO)
     }
 
     /// Solve at the shift `wanted` in the runs `todo`, which all are if `again` is not set, else those whose shift has moved; q is measured
@@ -287,8 +289,10 @@ impl Condensed {
         }
         // Where it may be closed, and up to which block.
         let (mut near, mut end) = (N::Mask::all(false), 0);
+        let reaches = state.wanted.iter().zip(&self.largest);
+        state.reach = reaches.fold(N::ZERO, |sum, (s, largest)| sum + s.magnitude() * *largest);
         for (index, block) in self.blocks.iter().enumerate() {
-            let closed = todo & !self.least(state, index).above(N::ZERO);
+            let closed = self.may_close(state, index, todo, N::ZERO);
             if closed.any() {
                 (near, end) = (near | closed, block.end);
             }
@@ -378,8 +382,8 @@ impl Condensed {
             if !pressed.any() {
                 break;
             }
-            let column = &self.columns[count * n..count * n + end];
-            let y = (here / column[count]).or_where_not(pressed, N::ZERO);
+            let column = &self.factor[count * n..count * n + end];
+            let y = (here * column[count]).or_where_not(pressed, N::ZERO);
             trial[count] = y;
             N::subtract(found, [N::ZERO - y], [&self.eliminated[count * k..(count + 1) * k]]);
             counts = (counts + 1.0).or_where_not(pressed, counts);
@@ -404,8 +408,8 @@ impl Condensed {
         let mut pressing = N::ZERO;
         held = None;
         for i in (0..count).rev() {
-            let row = &self.rows[i * n..i * n + i + 1];
-            let force = trial[i] / row[i];
+            let row = &self.factor[i * n..i * n + i + 1];
+            let force = trial[i] * row[i];
             trial[i] = force;
             pressing = pressing + force;
             prefix = prefix & N::ZERO.within(force);
@@ -422,8 +426,7 @@ impl Condensed {
         trial[count..end.max(state.pressed[1])].fill(N::ZERO);
         // What the forces do to the points that were not looked at must leave them open.
         for (index, block) in self.blocks.iter().enumerate().filter(|(_, block)| block.end > end) {
-            let least = self.least(state, index) + pressing * block.least_compliance;
-            prefix = prefix & (least.above(N::ZERO) | !near);
+            prefix = prefix & !self.may_close(state, index, near, N::ZERO - pressing * block.least_compliance);
         }
         self.take(state, prefix, counts, count);
         prefix
@@ -476,6 +479,11 @@ fn extent<N: Number>(values: &[N], holds: impl Fn(&N) -> bool) -> [usize; 2] {
 /// Least and largest.
 pub(super) fn bounds(values: &[f64]) -> [f64; 2] {
     values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(*v), high.max(*v)])
+}
+
+/// The largest amount.
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |largest, value| value.abs().max(largest))
 }
 
 /// Σ a b.

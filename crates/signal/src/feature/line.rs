@@ -98,7 +98,22 @@ pub(super) struct Moments<const K: usize> {
 /// Samples handled side by side: independent rotations let the processor pipeline and vectorise the sum.
 const LANES: usize = 4;
 
+/// Compiled for the widest vectors this machine has; nothing is fused, so every machine finds the same.
 pub(super) fn moments<const K: usize>(series: &Series, window: Window, frequency: f64) -> Option<Moments<K>> {
+    struct Sums<'a, const K: usize>(&'a Series, Window, f64);
+    impl<const K: usize> pulp::NullaryFnOnce for Sums<'_, K> {
+        type Output = Option<Moments<K>>;
+
+        #[inline(always)]
+        fn call(self) -> Self::Output {
+            sums(self.0, self.1, self.2)
+        }
+    }
+    pulp::Arch::new().dispatch(Sums(series, window, frequency))
+}
+
+#[inline(always)]
+fn sums<const K: usize>(series: &Series, window: Window, frequency: f64) -> Option<Moments<K>> {
     let window = window.on(series).ok()?;
     let range = window.indices(series);
     let samples = &series.values[range.clone()];
@@ -119,10 +134,15 @@ pub(super) fn moments<const K: usize>(series: &Series, window: Window, frequency
 
     let mut weight = [0.0; LANES];
     let mut offset = [0.0; LANES];
-    let mut line = [[(0.0, 0.0); LANES]; K];
-    let mut kernel = [[(0.0, 0.0); LANES]; K];
+    // Real and imaginary parts.
+    let mut line = [[[0.0; LANES]; 2]; K];
+    let mut kernel = [[[0.0; LANES]; 2]; K];
     let mut index = 0.0 - middle as f64;
-    let mut take = |chunk: &[f64; LANES], live: usize| {
+    let (chunks, rest) = samples.as_chunks::<LANES>();
+    let mut last = [0.0; LANES];
+    last[..rest.len()].copy_from_slice(rest);
+    let last = (!rest.is_empty()).then_some((&last, rest.len()));
+    for (chunk, live) in chunks.iter().map(|chunk| (chunk, LANES)).chain(last) {
         for k in 0..LANES {
             let w = if k < live { 0.5 * (1.0 - hc[k]) } else { 0.0 };
             let wx = w * chunk[k];
@@ -130,32 +150,24 @@ pub(super) fn moments<const K: usize>(series: &Series, window: Window, frequency
             offset[k] += wx;
             let mut power = 1.0;
             for order in 0..K {
-                line[order][k].0 += wx * power * zc[k];
-                line[order][k].1 += wx * power * zs[k];
-                kernel[order][k].0 += w * power * zc[k];
-                kernel[order][k].1 += w * power * zs[k];
+                line[order][0][k] += wx * power * zc[k];
+                line[order][1][k] += wx * power * zs[k];
+                kernel[order][0][k] += w * power * zc[k];
+                kernel[order][1][k] += w * power * zs[k];
                 power *= (index + k as f64) * series.step;
             }
             (zc[k], zs[k]) = (zc[k] * zrc - zs[k] * zrs, zs[k] * zrc + zc[k] * zrs);
             (hc[k], hs[k]) = (hc[k] * hrc - hs[k] * hrs, hs[k] * hrc + hc[k] * hrs);
         }
         index += LANES as f64;
-    };
-    let (chunks, rest) = samples.as_chunks::<LANES>();
-    for chunk in chunks {
-        take(chunk, LANES);
-    }
-    if !rest.is_empty() {
-        let mut last = [0.0; LANES];
-        last[..rest.len()].copy_from_slice(rest);
-        take(&last, rest.len());
     }
     let weight: f64 = weight.iter().sum();
     if weight <= 0.0 {
         return None;
     }
     let mean = offset.iter().sum::<f64>() / weight;
-    let total = |lanes: &[(f64, f64); LANES]| lanes.iter().fold((0.0, 0.0), |sum, z| (sum.0 + z.0, sum.1 + z.1));
+    let total =
+        |[re, im]: &[[f64; LANES]; 2]| re.iter().zip(im).fold((0.0, 0.0), |sum, (re, im)| (sum.0 + re, sum.1 + im));
     let line = std::array::from_fn(|order| {
         let (signal, taper) = (total(&line[order]), total(&kernel[order]));
         (signal.0 - mean * taper.0, signal.1 - mean * taper.1)

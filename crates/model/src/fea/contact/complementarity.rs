@@ -46,7 +46,7 @@ pub struct Compliance {
     ordering: Ordering,
     /// W, row by row.
     matrix: Vec<f64>,
-    /// L of W = L Lᵀ, row by row; empty for [`Ordering::Any`].
+    /// W = L Lᵀ as [`factorise`] leaves it; empty for [`Ordering::Any`].
     factor: Vec<f64>,
 }
 
@@ -171,10 +171,10 @@ impl Compliance {
         &self.matrix[i * self.size..(i + 1) * self.size]
     }
 
-    /// Row i of L, where the ordering has one factor for all sets: W = L Lᵀ.
+    /// W = L Lᵀ where the ordering has one factor for all sets, row by row: L below the diagonal, Lᵀ above, on it 1/Lᵢᵢ.
     #[must_use]
-    pub(crate) fn factor_row(&self, i: usize) -> &[f64] {
-        &self.factor[i * self.size..(i + 1) * self.size]
+    pub(crate) fn factor(&self) -> &[f64] {
+        &self.factor
     }
 
     /// W to be rewritten in place, row by row; only for [`Ordering::Any`], which keeps no factor of it.
@@ -229,7 +229,7 @@ impl Compliance {
             for (l, y) in row[..count].iter().zip(y.iter()) {
                 value -= l * y;
             }
-            value /= row[count];
+            value *= row[count];
             if value <= 0.0 {
                 break;
             }
@@ -323,6 +323,7 @@ impl Compliance {
     ///
     /// # Errors
     /// [`NotSolved`] when W is not positive definite.
+    #[inline(always)]
     pub(crate) fn press_set(
         &self,
         free_gaps: &[f64],
@@ -357,45 +358,56 @@ impl Compliance {
     }
 }
 
+#[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Solve L y = b in place; L lies row by row with `stride` numbers a row.
-fn forward_substitute(lower: &[f64], stride: usize, b: &mut [f64]) {
+/// Solve L y = b in place, with `stride` numbers a row of what [`factorise`] left.
+#[inline(always)]
+fn forward_substitute(factor: &[f64], stride: usize, b: &mut [f64]) {
     for k in 0..b.len() {
-        let row = &lower[k * stride..k * stride + k + 1];
-        b[k] = (b[k] - dot(&row[..k], &b[..k])) / row[k];
+        let (known, row) = b.split_at_mut(k + 1);
+        let value = known[k] * factor[k * stride + k];
+        known[k] = value;
+        for (b, l) in row.iter_mut().zip(&factor[k * stride + k + 1..]) {
+            *b -= l * value;
+        }
     }
 }
 
-/// Solve the leading block of Lᵀ x = y in place; L lies row by row with `stride` numbers a row.
-fn back_substitute(lower: &[f64], stride: usize, y: &mut [f64]) {
+/// Solve the leading block of Lᵀ x = y in place, with `stride` numbers a row of what [`factorise`] left.
+#[inline(always)]
+fn back_substitute(factor: &[f64], stride: usize, y: &mut [f64]) {
     for k in (0..y.len()).rev() {
-        let row = &lower[k * stride..k * stride + k + 1];
-        y[k] /= row[k];
-        let value = y[k];
+        let row = &factor[k * stride..k * stride + k + 1];
+        let value = y[k] * row[k];
+        y[k] = value;
         for (y, l) in y[..k].iter_mut().zip(row) {
             *y -= l * value;
         }
     }
 }
 
-/// Lower Cholesky factor in place, row by row; false if a pivot is not positive.
+/// W = L Lᵀ in place, row by row: L below the diagonal, Lᵀ above, on it 1/Lᵢᵢ, so that solving divides by nothing; false if a pivot is not
+/// positive.
 fn factorise(matrix: &mut [f64], size: usize) -> bool {
-    for i in 0..size {
-        for j in 0..=i {
-            let (before, row) = matrix.split_at_mut(i * size);
-            if i == j {
-                let pivot = row[i] - row[..i].iter().map(|l| l * l).sum::<f64>();
-                // Rounding of a positive definite matrix leaves a positive pivot; a singular one does not.
-                if !(pivot > 1e-14 * row[i]) {
-                    return false;
-                }
-                row[i] = pivot.sqrt();
-            } else {
-                let other = &before[j * size..j * size + j + 1];
-                row[j] = (row[j] - dot(&row[..j], &other[..j])) / other[j];
+    // Rounding of a positive definite matrix leaves positive pivots; a singular one does not.
+    let least = 1e-14 * matrix.iter().step_by(size + 1).copied().fold(0.0, f64::max);
+    for k in 0..size {
+        let (row, below) = matrix[k * size..].split_at_mut(size);
+        if !(row[k] > least) {
+            return false;
+        }
+        row[k] = 1.0 / row[k].sqrt();
+        for j in k + 1..size {
+            row[j] *= row[k];
+        }
+        for (i, other) in (k + 1..).zip(below.chunks_exact_mut(size)) {
+            let value = row[i];
+            other[k] = value;
+            for (other, l) in other[i..].iter_mut().zip(&row[i..]) {
+                *other -= l * value;
             }
         }
     }
