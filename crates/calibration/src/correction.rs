@@ -316,12 +316,8 @@ impl Correction {
         });
         let moving = self.motion.leans || self.motion.drift.is_none_or(|drift| drift > MOVING);
         let widening = if moving { WIDENING } else { FINER_WIDENING };
-        let round = match self.motion {
-            _ if made == 0 => FIRST_ROUND,
-            Motion { leans: true, .. } => LEANING_ROUND,
-            _ => FURTHER_ROUND,
-        };
-        let count = sized(round, dimension);
+        let further = if self.motion.leans { LEANING_ROUND } else { FURTHER_ROUND };
+        let count = sized(if made == 0 { FIRST_ROUND } else { further }, dimension);
         (0..count)
             .map(|_| {
                 let centre = match &posterior {

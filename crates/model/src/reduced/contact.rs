@@ -202,8 +202,8 @@ impl Condensed {
             }
         });
         let blocks = blocks.collect();
-        let largest = coupling.chunks_exact(points).map(largest).collect();
-        let factored = Compliance::new(matrix.clone(), points, ordering)?;
+        let largest = coupling.chunks_exact(points).map(bounds).map(|[low, high]| high.max(-low)).collect();
+        let factor = Compliance::new(matrix.clone(), points, ordering)?.into_factor();
         let compliance = Compliance::new(matrix, points, Ordering::Any)?;
         let mut condensed = Self {
             compliance,
@@ -211,7 +211,7 @@ impl Condensed {
             points,
             vectors,
             before: left,
-            factor: factored.factor().to_vec(),
+            factor,
             coupling,
             eliminated: Vec::new(),
             slopes: Vec::new(),
@@ -479,11 +479,6 @@ fn extent<N: Number>(values: &[N], holds: impl Fn(&N) -> bool) -> [usize; 2] {
 /// Least and largest.
 pub(super) fn bounds(values: &[f64]) -> [f64; 2] {
     values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(*v), high.max(*v)])
-}
-
-/// The largest amount.
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |largest, value| value.abs().max(largest))
 }
 
 /// Σ a b.

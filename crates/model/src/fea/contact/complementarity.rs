@@ -173,8 +173,8 @@ impl Compliance {
 
     /// W = L Lᵀ where the ordering has one factor for all sets, row by row: L below the diagonal, Lᵀ above, on it 1/Lᵢᵢ.
     #[must_use]
-    pub(crate) fn factor(&self) -> &[f64] {
-        &self.factor
+    pub(crate) fn into_factor(self) -> Vec<f64> {
+        self.factor
     }
 
     /// W to be rewritten in place, row by row; only for [`Ordering::Any`], which keeps no factor of it.
