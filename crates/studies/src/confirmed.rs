@@ -2,6 +2,8 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
+use rayon::prelude::*;
+
 use super::{
     bodies::Bodies,
     confirmation::{Confirmation, ConfirmationError, ConfirmedFeature, Predicted, confirm, confirm_printed},
@@ -15,6 +17,7 @@ use granchain_calibration::{
     observation::{HALFWAY, Passband},
     outcome::{CalibrationOutcome, OutcomeFeature},
     rung::reduced_below,
+    shot::Shot,
 };
 use granchain_model::{reduced::Cache, scene::Scene};
 
@@ -67,8 +70,8 @@ impl Confirmed {
         let forwards = fitted.best_made().joint.records();
         let ready = rungs.iter().map(|rung| Arc::clone(rung.prepared()));
         let bodies = ready.fold(Bodies::new(cache), Bodies::holding);
-        let (mut confirmations, mut failures) = (Vec::new(), Vec::new());
-        for (number, shot) in problem.shots.iter().enumerate() {
+        let shots = problem.shots.par_iter().enumerate();
+        let confirm = |(number, shot): (usize, &Shot)| {
             let (variations, passbands) = forwards[number].predicted(&best.fit.posterior, members).into_iter().unzip();
             let scene = &best.candidate.scenes[number];
             // How runs scatter, the reduced model tells as well as finite elements do.
@@ -76,13 +79,14 @@ impl Confirmed {
             let predicted = Predicted { scene, variations, passbands };
             let passband = forwards[number].passband(&best.fit.position(), || HALFWAY);
             let how = (&plan, Some(&predicted));
-            let confirmation = confirm_measured(&shot.measured, &best.scene(number), &bodies, how, passband);
-            if let Err(error) = &confirmation {
+            confirm_measured(&shot.measured, &best.scene(number), &bodies, how, passband).map_err(|error| {
                 let place = if number == 0 { String::new() } else { format!("{}: ", shot.measured.path().display()) };
-                failures.push(place + &with_causes(error));
-            }
-            confirmations.push(confirmation.ok());
-        }
+                place + &with_causes(&error)
+            })
+        };
+        let confirmed: Vec<Result<Confirmation, String>> = shots.map(confirm).collect();
+        let failures = confirmed.iter().filter_map(|it| it.as_ref().err().cloned()).collect();
+        let confirmations = confirmed.into_iter().map(Result::ok).collect();
         Self { confirmations, failures, diagnosis: fitted.diagnose(problem, watch) }
     }
 

@@ -1,9 +1,12 @@
 //! Watched numbers against α around the fitted value, on the chain.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
+use super::files::Stop;
 use crate::{
-    calibration::outcome::CalibrationOutcome,
+    calibration::outcome::OutcomeFeature,
     feature::Measurand,
     report::sweep::{SweepCurve, SweepPoint, SweepReport},
     scene::{ModelKind, Scene},
@@ -11,8 +14,8 @@ use crate::{
     study::{
         Bodies, EnsemblePlan,
         ensemble::Moments,
-        members::{self, Unwatched, perturbations},
-        observation::{Observation, settings, watched_of},
+        members::{self, perturbations},
+        observation::{Observation, Watched, settings, watched_of},
     },
 };
 
@@ -46,57 +49,72 @@ const PRESSURE: [(&str, &str, &str); 6] = [
     ("line_8", "Amplitude of the harmonics", "8"),
 ];
 
-/// From half to one and a half times the fitted α, mean and scatter; `reference` names what the recorded values are.
-pub fn alpha_sweep(scene: &Scene, outcome: &CalibrationOutcome, reference: &str) -> Option<SweepReport> {
-    let measurand = outcome.quantity;
-    let centre = scene.amplitude_scale;
-    let on_disc = scene.water.is_some();
-    let plan = EnsemblePlan::new(if on_disc { MEMBERS_ON_DISC } else { MEMBERS }, outcome.seed);
-    let keys = watched_of(measurand, scene.drive.frequency);
-    let bodies = Bodies::new(None);
-    let seen = |scene: &Scene| -> Option<Vec<Observation>> {
-        let settings = settings(scene).ok()?;
-        let see = |_, trace: &Series| Observation::of_trace(measurand, trace, &settings);
-        let variations = perturbations(scene, &plan);
-        let runs = members::run(&bodies, scene, &variations, STEPS_PER_PERIOD, measurand, &Unwatched, see);
-        Some(runs.ok()?.into_iter().filter_map(Result::ok).collect())
-    };
-    let points: Vec<(f64, Vec<Observation>)> = (0..POINTS)
-        .into_par_iter()
-        .map(|index| {
-            let mut scene = scene.clone();
-            scene.model.kind = ModelKind::Chain;
-            scene.amplitude_scale = centre * (0.5 + index as f64 / (POINTS - 1) as f64);
-            (scene.amplitude_scale, seen(&scene).unwrap_or_default())
-        })
-        .collect();
-    let swept = match measurand {
-        Measurand::Velocity => &VELOCITY,
-        Measurand::Pressure => &PRESSURE,
-    };
-    let curves = swept.iter().filter_map(|(key, group, name)| {
-        let index = keys.iter().position(|watched| watched.key == *key)?;
-        let at = |(alpha, runs): &(f64, Vec<Observation>)| {
-            let moments = Moments::of(runs.iter().map(|run| run.0[index]))?;
-            Some(SweepPoint { at: *alpha, value: moments.mean, scatter: Some(moments.deviation) })
+/// Perturbed runs from half to one and a half times the fitted α.
+pub struct AlphaSweep {
+    measurand: Measurand,
+    /// The model the fit is of.
+    model: ModelKind,
+    centre: f64,
+    watched: Vec<Watched>,
+    /// α and what each run showed there.
+    points: Vec<(f64, Vec<Observation>)>,
+}
+
+impl AlphaSweep {
+    /// Run `scene`, the fitted values in it, on the chain; what is left once `stop` says so is not run.
+    pub fn of(scene: &Scene, measurand: Measurand, seed: u64, stop: &Stop) -> Self {
+        let centre = scene.amplitude_scale;
+        let plan = EnsemblePlan::new(if scene.water.is_some() { MEMBERS_ON_DISC } else { MEMBERS }, seed);
+        let bodies = Bodies::new(None);
+        let seen = |scene: &Scene| -> Option<Vec<Observation>> {
+            let settings = settings(scene).ok()?;
+            let see = |_, trace: &Series| Observation::of_trace(measurand, trace, &settings);
+            let variations = perturbations(scene, &plan);
+            let runs = members::run(&bodies, scene, &variations, STEPS_PER_PERIOD, measurand, stop, see);
+            Some(runs.ok()?.into_iter().filter_map(Result::ok).collect())
         };
-        Some(SweepCurve {
-            group: (*group).into(),
-            name: (*name).into(),
-            unit: if keys[index].unit.is_empty() { "1".into() } else { keys[index].unit.into() },
-            points: points.iter().filter_map(at).collect(),
-            reference: outcome.best.features.get(*key).and_then(|feature| feature.measured),
-        })
-    });
-    Some(SweepReport {
-        name: if scene.model.kind == ModelKind::Chain {
-            "Amplitude scale α".into()
-        } else {
-            "Amplitude scale α on the chain".into()
-        },
-        unit: "1".into(),
-        curves: curves.collect(),
-        reference_name: reference.into(),
-        marked: Some((centre, "fitted".into())),
-    })
+        let points = (0..POINTS)
+            .into_par_iter()
+            .map(|index| {
+                let mut scene = scene.clone();
+                scene.model.kind = ModelKind::Chain;
+                scene.amplitude_scale = centre * (0.5 + index as f64 / (POINTS - 1) as f64);
+                (scene.amplitude_scale, seen(&scene).unwrap_or_default())
+            })
+            .collect();
+        let watched = watched_of(measurand, scene.drive.frequency);
+        Self { measurand, model: scene.model.kind, centre, watched, points }
+    }
+
+    /// Mean and scatter beside the recorded `features`; `reference` names what these are.
+    pub fn report(&self, features: &BTreeMap<String, OutcomeFeature>, reference: &str) -> SweepReport {
+        let shown = match self.measurand {
+            Measurand::Velocity => &VELOCITY,
+            Measurand::Pressure => &PRESSURE,
+        };
+        let curves = shown.iter().filter_map(|(key, group, name)| {
+            let index = self.watched.iter().position(|watched| watched.key == *key)?;
+            let at = |(alpha, runs): &(f64, Vec<Observation>)| {
+                let moments = Moments::of(runs.iter().map(|run| run.0[index]))?;
+                Some(SweepPoint { at: *alpha, value: moments.mean, scatter: Some(moments.deviation) })
+            };
+            let unit = self.watched[index].unit;
+            Some(SweepCurve {
+                group: (*group).into(),
+                name: (*name).into(),
+                unit: if unit.is_empty() { "1".into() } else { unit.into() },
+                points: self.points.iter().filter_map(at).collect(),
+                reference: features.get(*key).and_then(|feature| feature.measured),
+            })
+        });
+        let name =
+            if self.model == ModelKind::Chain { "Amplitude scale α" } else { "Amplitude scale α on the chain" };
+        SweepReport {
+            name: name.into(),
+            unit: "1".into(),
+            curves: curves.collect(),
+            reference_name: reference.into(),
+            marked: Some((self.centre, "fitted".into())),
+        }
+    }
 }

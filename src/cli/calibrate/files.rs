@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use super::{ConfirmChoice, Job, ended, manifest, page, rounds::Rounds};
+use super::{ConfirmChoice, Job, alpha_sweep::AlphaSweep, ended, manifest, page, rounds::Rounds};
 use crate::{
     calibration::{Course, Fitted, fingerprints, ladder::SavedFit, outcome::CalibrationOutcome},
     cli::{arguments::Session, forecast::Forecast, interrupt, progress, summary, timing::Timing},
     report,
     scene::ModelKind,
-    study::confirmed::Confirmed,
+    study::{confirmed::Confirmed, members::Watch},
 };
 
 /// Asked now and then whether to stop.
@@ -24,6 +24,14 @@ impl Stop {
 
     fn check(&self) -> Result<(), interrupt::Interrupted> {
         if (self.0)() { Err(interrupt::Interrupted) } else { Ok(()) }
+    }
+}
+
+impl Watch for Stop {
+    fn advance(&self, _runs: u64) {}
+
+    fn stop(&self) -> bool {
+        (self.0)()
     }
 }
 
@@ -83,7 +91,12 @@ impl Files {
     pub fn of(job: &Job, fitted: &Fitted, session: &Session, timing: &mut Timing, stop: &Stop) -> anyhow::Result<Self> {
         let problem = &job.problem;
         let asked = stop.clone();
-        let confirmed = Confirmed::of(problem, fitted, session.cache(), Arc::new(move |_| !(asked.0)()));
+        let watch = Arc::new(move |_| !(asked.0)());
+        // The accurate run has one thread alone: the sweep takes what that leaves.
+        let (confirmed, alpha_sweep) = rayon::join(
+            || Confirmed::of(problem, fitted, session.cache(), watch),
+            || AlphaSweep::of(&fitted.best().scene(0), problem.quantity, problem.seed, stop),
+        );
         stop.check()?;
         timing.stage("confirm");
         let fea = job.confirm.map(|ConfirmChoice::Fea| by_fea(fitted, session, stop)).transpose()?;
@@ -93,7 +106,7 @@ impl Files {
         let mut outcome = CalibrationOutcome { program: job.program.clone(), ..confirmed.outcome(problem, fitted) };
         outcome.best.rungs = fitted.best().rungs(problem, fea.as_deref());
         outcome.laws[0].rungs.clone_from(&outcome.best.rungs);
-        let report = page::report(job, fitted, &confirmed, &outcome)?;
+        let report = page::report(job, fitted, (&confirmed, &alpha_sweep), &outcome);
         let mut files: report::page::Files = vec![("calibration.json".into(), summary::json(&outcome)?)];
         files.extend(report.files()?);
         files.push((fingerprints::FILE.into(), fitted.fingerprints(problem)?));

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fmt::Write, path::Path};
 
-use super::{Job, alpha_sweep::alpha_sweep, manifest};
+use super::{Job, alpha_sweep::AlphaSweep, manifest};
 use crate::{
     calibration::{
         Fitted, Problem, comparison::Reduction, drive::displacement, fit::Fit, forward::Run, measured::Measured,
@@ -11,7 +11,6 @@ use crate::{
     cli::{
         Outcome,
         arguments::Session,
-        interrupt,
         output::{OutputFolder, page_results},
         summary,
     },
@@ -32,33 +31,28 @@ use crate::{
 };
 
 /// The report of a calibration, plain and in SI.
-///
-/// # Errors
-/// When Ctrl-C was pressed on the way.
 pub fn report(
     job: &Job,
     fitted: &Fitted,
-    confirmed: &Confirmed,
+    (confirmed, alpha_sweep): (&Confirmed, &AlphaSweep),
     outcome: &CalibrationOutcome,
-) -> anyhow::Result<CalibrationReport> {
+) -> CalibrationReport {
     let (problem, best) = (&job.problem, fitted.best());
     let confirmation = confirmed.confirmations[0].as_ref();
     let scene = best.scene(0);
     let reference = if problem.lead().measured.record().is_some() { "of the record" } else { "as published" };
-    let alpha_sweep = alpha_sweep(&scene, outcome, reference);
-    interrupt::check()?;
     let shots = problem.shots.iter().zip(&confirmed.confirmations).enumerate();
     let records = shots.map(|(number, (shot, confirmation))| {
         record(problem, (number, shot), &best.scene(number), confirmation.as_ref())
     });
-    Ok(CalibrationReport {
+    CalibrationReport {
         outcome: outcome.clone(),
         records: records.collect(),
         laws: fitted.ranked().into_iter().map(|law| law_report(&law.fit, problem)).collect(),
-        alpha_sweep,
+        alpha_sweep: Some(alpha_sweep.report(&outcome.best.features, reference)),
         energy: confirmation.map(|confirmation| confirmation.response.energy),
         ..frame(job, &scene)
-    })
+    }
 }
 
 /// What a report says whatever came of the fit.
