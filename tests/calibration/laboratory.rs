@@ -1,6 +1,9 @@
 //! Records of other laboratories through the whole of `calibrate`, few of them: that the study runs, is the same whatever the threads, and sees
 //! what is plainly right and plainly wrong. What the intervals are worth is `granchain twins --laboratory all`; see `docs/calibration.md`.
 
+use std::{fs, path::Path};
+
+use crate::harness::{PROJECT, granchain};
 use granchain::{
     calibration::fit::Verdict,
     study::laboratory::{Condition, LaboratoryCount, LaboratoryFit, LaboratoryPlan, LaboratoryTwin, laboratory},
@@ -83,4 +86,27 @@ fn every_mistake_is_named() {
 #[test]
 fn stopping_leaves_no_result() {
     assert!(laboratory(&plan(&["pretrigger"], 1, 200), 0..1, &|_, _| {}, &|| true).unwrap().is_none());
+}
+
+#[test]
+fn a_record_triggered_late_is_told_wherever_it_begins() {
+    let folder = tempfile::tempdir().unwrap();
+    let twin = Path::new(PROJECT).join("measurements/twin-annulus");
+    let text = fs::read_to_string(twin.join("vib.csv")).unwrap();
+    let horn = twin.join("horn_tip.csv");
+    // Before 30 µs nothing has arrived, and until 55 µs hardly more than noise.
+    for (cut, late) in
+        [(-60, false), (0, false), (20, false), (55, true), (60, true), (75, true), (90, true), (200, true)]
+    {
+        let begins = |line: &&str| {
+            let time = line.split(',').next().and_then(|cell| cell.parse::<f64>().ok());
+            time.is_none_or(|time| time >= f64::from(cut))
+        };
+        let kept: Vec<&str> = text.lines().filter(begins).collect();
+        fs::write(folder.path().join("cut.csv"), kept.join("\n") + "\n").unwrap();
+        let record = ["calibrate", "--measured", "cut.csv", "--drive", horn.to_str().unwrap()];
+        let (code, _, said) = granchain(folder.path(), &[&record[..], &["--scene", "annulus", "--dry-run"]].concat());
+        assert_eq!(code, 0, "{said}");
+        assert_eq!(said.contains("the record begins inside the answer"), late, "{cut} µs: {said}");
+    }
 }

@@ -22,6 +22,10 @@ pub(super) const LATE_NUGGET: f64 = 0.01;
 /// Largest value at the beginning of a record without quiet samples that may be an offset, over its peak.
 const UNKNOWN_OFFSET: f64 = 0.03;
 
+/// Rms about its mean in the first period of a record without quiet samples beyond which it moves: over that of the noise, and over the peak, for a
+/// record may have no noise.
+const WAVERS: [f64; 2] = [2.0, 0.01];
+
 /// Share of the periods that could be compared below which a record is called short, and their number.
 const SHORT: f64 = 0.75;
 const MOST_COMPARED: f64 = 40.0;
@@ -241,8 +245,10 @@ impl Observation {
         // At rest no trace is beyond the threshold within the first quarter of a period, nor, before a wave can have come through, beyond what an unknown
         // offset and noise explain.
         let unseen = f64::max(6.0 * noise, UNKNOWN_OFFSET * peak);
+        let unwavering = f64::max(WAVERS[0] * noise, WAVERS[1] * peak);
         let first = &trace.values[..usize::min(SAMPLES_PER_CYCLE / 4, trace.len())];
-        let moving = onset < first.len() || recording.quiet == 0 && first.iter().any(|value| value.abs() > unseen);
+        let moving = onset < first.len()
+            || recording.quiet == 0 && (first.iter().any(|value| value.abs() > unseen) || wavers(&trace, unwavering));
         let strength = Strength::of(&trace);
         // Nor is it soon as strong as it ever gets, where the drive is not: a bead may rest between two impulses just where its record begins.
         let sudden = strength.from_the_first
@@ -293,6 +299,13 @@ impl Observation {
         let Recording { bandwidth, clipped, .. } = *recording;
         Ok(Self { trace, cutoff, bandwidth, clipped, noise_density, fingerprint, features, nuggets, warnings })
     }
+}
+
+/// Whether the first period of a trace moves about its mean, which no offset changes, by an rms of more than `least`.
+fn wavers(trace: &Series, least: f64) -> bool {
+    let first = &trace.values[..usize::min(SAMPLES_PER_CYCLE, trace.len())];
+    let mean = first.iter().sum::<f64>() / first.len() as f64;
+    first.iter().map(|value| (value - mean).powi(2)).sum::<f64>() > least * least * first.len() as f64
 }
 
 #[cfg(test)]

@@ -92,6 +92,7 @@ pub(super) fn quiet_lead(values: &[f64], before_trigger: usize, period: Option<f
     let moves = |count: usize| {
         period.is_some_and(|period| (count as f64) < 0.5 * period || line_share(&values[..count], period) > MOVED_SHARE)
             || roughness(&values[..count]).is_some_and(|(rough, rms)| rms > smallest_step && rough < SMOOTH)
+            || period.is_some_and(|period| stirs(&values[..count], period, smallest_step))
     };
     [0.8, 0.6, 0.45, 0.3, 0.2]
         .iter()
@@ -121,6 +122,27 @@ fn roughness(values: &[f64]) -> Option<(f64, f64)> {
         values.iter().enumerate().map(|(i, x)| (x - mean - slope * (i as f64 - middle)).powi(2)).sum::<f64>() / n;
     let differences = values.windows(2).map(|pair| (pair[1] - pair[0] - slope).powi(2)).sum::<f64>() / (n - 1.0);
     (left > 0.0).then(|| (differences / left, left.sqrt()))
+}
+
+/// Whether samples move under white noise: what they do beyond it, by more than `step`, is smooth. Noise is told by third differences, of which a motion
+/// has next to none, and motion about a straight line in every three periods of the drive, so that a hum is none.
+fn stirs(values: &[f64], period: f64, step: f64) -> bool {
+    let window = usize::min((3.0 * period).round() as usize, values.len());
+    if window < FEWEST_QUIET {
+        return false;
+    }
+    let (mut windows, mut differences, mut left, mut white) = (0.0, 0.0, 0.0, 0.0);
+    for part in values.chunks_exact(window) {
+        let Some((rough, rms)) = roughness(part) else { continue };
+        let third = part.windows(4).map(|x| (x[3] - 3.0 * (x[2] - x[1]) - x[0]).powi(2)).sum::<f64>();
+        windows += 1.0;
+        differences += rough * rms * rms;
+        left += rms * rms;
+        white += third / (20.0 * (window - 3) as f64);
+    }
+    let unsure = 2.0 * white * (2.0 / (windows * window as f64)).sqrt();
+    let beyond = left - white;
+    beyond > white && left > windows * step * step && differences - 2.0 * white < SMOOTH * beyond + unsure
 }
 
 /// Share of the variance of `values` about their mean that lines of `period` (samples) explain, mean and lines fitted together.
@@ -348,5 +370,25 @@ mod tests {
         assert!(quiet >= 125, "{quiet}");
         let rms = mean_and_rms(&values[..quiet]).1;
         assert!((0.8e-3..1.2e-3).contains(&rms), "{quiet}: {rms:e}");
+    }
+
+    #[test]
+    fn a_small_motion_under_noise_stirs_and_a_hum_or_a_decoder_does_not() {
+        let period = 1.0 / (73e3 * 2e-7);
+        let samples = |seed: u64, made: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            let mut random = seed;
+            (0..206).map(|i| made(f64::from(i)) + noise(&mut random)).collect()
+        };
+        let tone = |height: f64, periods: f64| move |i: f64| height * libm::sin(2.0 * PI * i / (periods * period));
+        for seed in 0..50 {
+            assert!(stirs(&samples(seed, &tone(4.0, 1.0)), period, 0.0), "{seed}");
+            assert!(!stirs(&samples(seed, &|_| 0.0), period, 0.0), "{seed}");
+            // A hundred times as slow as the drive; and a step of the converter that is greater than the motion.
+            assert!(!stirs(&samples(seed, &tone(4.0, 100.0)), period, 0.0), "{seed}");
+            assert!(!stirs(&samples(seed, &tone(4.0, 1.0)), period, 8.0), "{seed}");
+            let loud = samples(seed, &|_| 0.0);
+            let through = granchain_signal::LowPass::new(2e-7, loud.len(), 0.6e6).apply(&loud);
+            assert!(!stirs(&through, period, 0.0), "{seed}");
+        }
     }
 }
