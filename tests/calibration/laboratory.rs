@@ -109,4 +109,18 @@ fn a_record_triggered_late_is_told_wherever_it_begins() {
         assert_eq!(code, 0, "{said}");
         assert_eq!(said.contains("the record begins inside the answer"), late, "{cut} µs: {said}");
     }
+    // What is left of the last one is laid by its end, and tells the same.
+    let fit = ["calibrate", "--measured", "cut.csv", "--drive", horn.to_str().unwrap(), "--scene", "annulus"];
+    let (code, said, _) =
+        granchain(folder.path(), &[&fit[..], &["--model", "chain", "--quiet", "--out", "out"]].concat());
+    assert_eq!(code, 0, "{said}");
+    let outcome: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(folder.path().join("out/calibration.json")).unwrap()).unwrap();
+    let alpha = &outcome["parameters"]["alpha"];
+    assert!(alpha["low"].as_f64().unwrap() < 0.7 && alpha["high"].as_f64().unwrap() > 0.7, "{alpha}");
+    assert!(
+        fs::read_to_string(folder.path().join("out/report.html"))
+            .unwrap()
+            .contains("aligned by the fall of the answer")
+    );
 }

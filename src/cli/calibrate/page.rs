@@ -107,7 +107,7 @@ fn record(
         drive_origin: drive_origin(shot),
         recorded: record.map(|record| record.series.clone()),
         simulated: confirmation.map(simulated_span),
-        alignment: confirmation.map_or_else(String::new, alignment),
+        alignment: confirmation.map_or_else(String::new, |found| alignment(found, &shot.comparison.reduction)),
         window: confirmation.map(|confirmation| confirmation.window),
         compared: names.filter(|(_, weight)| **weight > 0.0).map(|(name, _)| name.into_owned()).collect(),
         published: confirmation.map_or_else(BTreeMap::new, |confirmation| printed(shot, scene, confirmation)),
@@ -144,12 +144,19 @@ fn simulated_span(confirmation: &Confirmation) -> Series {
     simulated.window(simulated.start, confirmation.response.observed_velocity().end() + confirmation.offset)
 }
 
-fn alignment(confirmation: &Confirmation) -> String {
+fn alignment(confirmation: &Confirmation, reduction: &Reduction) -> String {
     let Some(similarity) = confirmation.recorded.as_ref().map(|recorded| &recorded.similarity) else {
         return "none; times are the model's own".into();
     };
+    let by = match reduction {
+        Reduction::Fingerprint(fingerprint) if fingerprint.falls() => {
+            "the fall of the answer at the end of the burst and by likeness"
+        }
+        Reduction::Fingerprint(fingerprint) if fingerprint.lies_somewhere() => "likeness",
+        _ => "the first crossing of the onset threshold",
+    };
     format!(
-        "aligned by the first crossing of the onset threshold (record time = model time {:+.2} µs); normalised \
+        "aligned by {by} (record time = model time {:+.2} µs); normalised \
          cross-correlation {:.2}, {:.2} at the best of the equally valid drive-period shifts ({:+})",
         confirmation.offset * 1e6,
         similarity.unshifted_correlation,
