@@ -94,6 +94,10 @@ fn a_record_triggered_late_is_told_wherever_it_begins() {
     let twin = Path::new(PROJECT).join("measurements/twin-annulus");
     let text = fs::read_to_string(twin.join("vib.csv")).unwrap();
     let horn = twin.join("horn_tip.csv");
+    let calibrate = |more: &[&str]| {
+        let record = ["calibrate", "--measured", "cut.csv", "--drive", horn.to_str().unwrap(), "--scene", "annulus"];
+        granchain(folder.path(), &[&record[..], more].concat())
+    };
     // Before 30 µs nothing has arrived, and until 55 µs hardly more than noise.
     for (cut, late) in
         [(-60, false), (0, false), (20, false), (55, true), (60, true), (75, true), (90, true), (200, true)]
@@ -104,15 +108,12 @@ fn a_record_triggered_late_is_told_wherever_it_begins() {
         };
         let kept: Vec<&str> = text.lines().filter(begins).collect();
         fs::write(folder.path().join("cut.csv"), kept.join("\n") + "\n").unwrap();
-        let record = ["calibrate", "--measured", "cut.csv", "--drive", horn.to_str().unwrap()];
-        let (code, _, said) = granchain(folder.path(), &[&record[..], &["--scene", "annulus", "--dry-run"]].concat());
+        let (code, _, said) = calibrate(&["--dry-run"]);
         assert_eq!(code, 0, "{said}");
         assert_eq!(said.contains("the record begins inside the answer"), late, "{cut} µs: {said}");
     }
     // What is left of the last one is laid by its end, and tells the same.
-    let fit = ["calibrate", "--measured", "cut.csv", "--drive", horn.to_str().unwrap(), "--scene", "annulus"];
-    let (code, said, _) =
-        granchain(folder.path(), &[&fit[..], &["--model", "chain", "--quiet", "--out", "out"]].concat());
+    let (code, _, said) = calibrate(&["--model", "chain", "--quiet", "--out", "out"]);
     assert_eq!(code, 0, "{said}");
     let outcome: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(folder.path().join("out/calibration.json")).unwrap()).unwrap();

@@ -129,10 +129,7 @@ impl Recording {
         if (clear as f64) * self.signal.step * cutoff < 25.0 {
             return shaped;
         }
-        let quiet = &filtered[..clear];
-        let mean = quiet.iter().sum::<f64>() / clear as f64;
-        let seen = quiet.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / clear as f64;
-        (seen / cutoff).clamp(white, shaped)
+        (variance(&filtered[..clear]) / cutoff).clamp(white, shaped)
     }
 }
 
@@ -245,10 +242,14 @@ impl Observation {
         // At rest no trace is beyond the threshold within the first quarter of a period, nor, before a wave can have come through, beyond what an unknown
         // offset and noise explain.
         let unseen = f64::max(6.0 * noise, UNKNOWN_OFFSET * peak);
-        let unwavering = f64::max(WAVERS[0] * noise, WAVERS[1] * peak);
-        let first = &trace.values[..usize::min(SAMPLES_PER_CYCLE / 4, trace.len())];
-        let moving = onset < first.len()
-            || recording.quiet == 0 && (first.iter().any(|value| value.abs() > unseen) || wavers(&trace, unwavering));
+        let beginning = |samples: usize| &trace.values[..samples.min(trace.len())];
+        let first = beginning(SAMPLES_PER_CYCLE / 4);
+        let wavers = || {
+            let unwavering = f64::max(WAVERS[0] * noise, WAVERS[1] * peak);
+            variance(beginning(SAMPLES_PER_CYCLE)) > unwavering * unwavering
+        };
+        let moving =
+            onset < first.len() || recording.quiet == 0 && (first.iter().any(|value| value.abs() > unseen) || wavers());
         let strength = Strength::of(&trace);
         // Nor is it soon as strong as it ever gets, where the drive is not: a bead may rest between two impulses just where its record begins.
         let sudden = strength.from_the_first
@@ -301,11 +302,11 @@ impl Observation {
     }
 }
 
-/// Whether the first period of a trace moves about its mean, which no offset changes, by an rms of more than `least`.
-fn wavers(trace: &Series, least: f64) -> bool {
-    let first = &trace.values[..usize::min(SAMPLES_PER_CYCLE, trace.len())];
-    let mean = first.iter().sum::<f64>() / first.len() as f64;
-    first.iter().map(|value| (value - mean).powi(2)).sum::<f64>() > least * least * first.len() as f64
+/// Mean square about the mean, which no offset changes.
+fn variance(values: &[f64]) -> f64 {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count
 }
 
 #[cfg(test)]

@@ -90,9 +90,14 @@ pub(super) fn quiet_lead(values: &[f64], before_trigger: usize, period: Option<f
     };
     // The first cycles of a slow envelope are small, and motion.
     let moves = |count: usize| {
-        period.is_some_and(|period| (count as f64) < 0.5 * period || line_share(&values[..count], period) > MOVED_SHARE)
-            || roughness(&values[..count]).is_some_and(|(rough, rms)| rms > smallest_step && rough < SMOOTH)
-            || period.is_some_and(|period| stirs(&values[..count], period, smallest_step))
+        let lead = &values[..count];
+        let with_the_drive = |period: f64| {
+            (count as f64) < 0.5 * period
+                || line_share(lead, period) > MOVED_SHARE
+                || stirs(lead, period, smallest_step)
+        };
+        period.is_some_and(with_the_drive)
+            || roughness(lead).is_some_and(|(rough, rms)| rms > smallest_step && rough < SMOOTH)
     };
     [0.8, 0.6, 0.45, 0.3, 0.2]
         .iter()

@@ -23,7 +23,7 @@ impl Stop {
     }
 
     fn check(&self) -> Result<(), interrupt::Interrupted> {
-        if (self.0)() { Err(interrupt::Interrupted) } else { Ok(()) }
+        if self.stop() { Err(interrupt::Interrupted) } else { Ok(()) }
     }
 }
 
@@ -91,7 +91,7 @@ impl Files {
     pub fn of(job: &Job, fitted: &Fitted, session: &Session, timing: &mut Timing, stop: &Stop) -> anyhow::Result<Self> {
         let problem = &job.problem;
         let asked = stop.clone();
-        let watch = Arc::new(move |_| !(asked.0)());
+        let watch = Arc::new(move |_| !asked.stop());
         // The accurate run has one thread alone: the sweep takes what that leaves.
         let (confirmed, alpha_sweep) = rayon::join(
             || Confirmed::of(problem, fitted, session.cache(), watch),
@@ -122,7 +122,7 @@ fn by_fea(fitted: &Fitted, session: &Session, stop: &Stop) -> anyhow::Result<Vec
     let bar = progress::simulated_time(session, "fea");
     let features = fitted.best().by_fea(&mut |time, duration| {
         progress::advance_to(&bar, time, duration);
-        !(stop.0)()
+        !stop.stop()
     });
     bar.finish_and_clear();
     stop.check()?;
