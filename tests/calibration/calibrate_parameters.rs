@@ -18,6 +18,7 @@ use granchain::{
     study::{
         Bodies, EnsemblePlan,
         confirmation::{Predicted, confirm},
+        members::Unwatched,
     },
 };
 use serde_json::Value;
@@ -291,8 +292,9 @@ fn what_is_not_known_of_a_decoder_is_in_the_prediction() {
     let observation = Observation::new(&recording, &scene.drive, FeatureSet::Full).unwrap();
     let predicted = Predicted { scene: scene.clone(), variations, passbands };
     let plan = EnsemblePlan::new(12, 1);
+    let how = (&plan, Some(&predicted));
     let confirmed =
-        confirm(&scene, &Bodies::new(None), &recording, &observation, (&plan, Some(&predicted)), recording.passband());
+        confirm(&scene, &Bodies::new(None), &recording, &observation, how, recording.passband(), &Unwatched);
     let line =
         confirmed.unwrap().features.into_iter().find(|feature| feature.key == "line_1").unwrap().simulated.unwrap();
     let slow = LowPass::gaussian_gain(scene.drive.frequency, bandwidth);

@@ -96,19 +96,19 @@ fn a_correction_broken_off_and_taken_up_again_ends_in_the_same_bytes() {
         serde_json::to_vec(&correct(&rung, chain, correction, None).unwrap()).unwrap()
     };
 
-    // Stopped in the middle of the second round: the first is kept, the rest made again.
-    let left = Arc::new(AtomicU64::new(u64::MAX));
-    let counted = left.clone();
-    let watch = move |_| counted.fetch_sub(1, Ordering::Relaxed) > 1;
+    // Stopped once the first round is made, within the second: the first is kept, the rest made again.
+    let most = Arc::new(AtomicU64::new(u64::MAX));
+    let limit = most.clone();
+    let watch = move |runs| runs < limit.load(Ordering::Relaxed);
     let forward = forward(&scene, &recording, Arc::new(watch));
     let rung = Rung::new(&forward, prepared, &scene);
     let chain = searched(&forward);
     let place = tempfile::tempdir().unwrap();
     let checkpoint = SearchCheckpoint::new(&place.path().join("state.json"), "key");
-    left.store(60, Ordering::Relaxed);
+    most.store(chain.runs.len() as u64 + 48, Ordering::Relaxed);
     let stopped = correct(&rung, chain.clone(), Correction::new(&rung, &chain.runs, SEED), Some(checkpoint.clone()));
     assert!(matches!(stopped, Err(FitError::Stopped { runs: 48 })), "{stopped:?}");
-    left.store(u64::MAX, Ordering::Relaxed);
+    most.store(u64::MAX, Ordering::Relaxed);
     let saved: Correction = checkpoint.restore().unwrap().unwrap();
     assert_eq!(saved.pairs.len(), 48);
     let resumed = correct(&rung, chain, saved, Some(checkpoint)).unwrap();

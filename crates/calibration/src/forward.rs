@@ -125,7 +125,7 @@ const PREDICTED: u64 = 1 << 32;
 /// A run with the time at which it crossed the onset threshold, s; `None` where it did not, or where onsets mean nothing.
 pub(crate) type TimedRun = (Run, Option<f64>);
 
-/// Called with the number of runs finished; returning `false` stops the search after the current batch.
+/// Called with the number of runs finished, again and again; returning `false`, and from then on always, stops the search: the batch in hand is dropped.
 pub type Watch = dyn Fn(u64) -> bool + Send + Sync;
 
 /// Bandwidth over the highest frequency that is compared, from which even a slow decoder takes less than 5 % of it.
@@ -262,13 +262,17 @@ impl Forward {
         }
     }
 
-    /// As [`Forward::run`], with the onset of every run.
+    /// As [`Forward::run`], with the onset of every run. Once whoever watches says stop, what is left has no outcome.
     #[must_use]
     pub fn timed(&self, first: u64, positions: &[Vec<f64>]) -> Vec<TimedRun> {
         let chunks: Vec<Vec<TimedRun>> = positions
             .par_chunks(LANES)
             .enumerate()
             .map(|(chunk, positions)| {
+                if !self.report(first) {
+                    let stopped = |at: &Vec<f64>| Run { position: at.clone(), outcome: Err("stopped".into()) };
+                    return positions.iter().map(|at| (stopped(at), None)).collect();
+                }
                 let number = first + (chunk * LANES) as u64;
                 let mut generators: Vec<ChaCha8Rng> =
                     (0..positions.len()).map(|lane| self.generator(number + lane as u64)).collect();

@@ -244,8 +244,7 @@ pub(super) fn joint(
     let mut joint: Option<Joint> = None;
     for (shot, scene) in problem.shots.iter().zip(&candidate.scenes) {
         let (parameters, comparison) = (candidate.parameters.clone(), shot.comparison.clone());
-        // The first record tells of the runs of all.
-        let watch = if joint.is_none() { Arc::clone(watch) } else { Arc::new(|_| true) };
+        let watch = Arc::clone(watch);
         let scene = chain_below(scene);
         let forward = Forward::with_laws(&scene, laws, parameters, comparison, shot.uncertainty, problem.seed, watch)?;
         joint = Some(match joint {

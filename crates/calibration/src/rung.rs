@@ -255,11 +255,16 @@ impl Rung {
     pub(super) fn here(&self, mut plans: Vec<RoundPoint>) -> Result<Vec<Run>, Unmade> {
         let first = plans.first().map_or(0, |plan| plan.number);
         let (done, stopped) = (AtomicU64::new(first), AtomicBool::new(false));
+        let goes_on = || {
+            let goes = !stopped.load(Ordering::Relaxed) && self.chain.report(done.load(Ordering::Relaxed));
+            stopped.fetch_or(!goes, Ordering::Relaxed);
+            goes
+        };
         // Runs that go together last as long as the longest of them.
         plans.sort_by(|one, other| one.duration.total_cmp(&other.duration));
         let groups = plans.len().div_ceil(self.prepared.together()).max(1);
         let made = plans.par_chunks(plans.len().div_ceil(groups).max(1)).map(|plans| {
-            let runs = self.group(plans, &stopped)?;
+            let runs = self.group(plans, &goes_on)?;
             for (plan, run) in plans.iter().zip(&runs).filter(|(plan, _)| self.found(plan).is_none()) {
                 self.kept.iter().try_for_each(|kept| kept.keep(plan.number, run))?;
             }
@@ -279,8 +284,8 @@ impl Rung {
         self.kept.as_ref()?.found(plan.number, &plan.position).cloned()
     }
 
-    /// Make runs that go together.
-    fn group(&self, plans: &[RoundPoint], stopped: &AtomicBool) -> Result<Vec<Run>, Unmade> {
+    /// Make runs that go together, as long as `goes_on` says so.
+    fn group(&self, plans: &[RoundPoint], goes_on: &dyn Fn() -> bool) -> Result<Vec<Run>, Unmade> {
         let (longest, measurand) = (self.scene.duration, self.chain.comparison.measurand());
         let mut runs: Vec<Option<Run>> = plans.iter().map(|plan| self.found(plan)).collect();
         let mut left: Vec<(usize, f64)> = plans.iter().map(|plan| plan.duration).enumerate().collect();
@@ -294,8 +299,8 @@ impl Rung {
                 scenes.push(Scene { duration: *duration, ..varied(&self.scene, &variation) });
                 draws.push(random);
             }
-            let traces = traces(&self.prepared, &scenes, measurand, &|| !stopped.load(Ordering::Relaxed));
-            if stopped.load(Ordering::Relaxed) {
+            let traces = traces(&self.prepared, &scenes, measurand, goes_on);
+            if traces.iter().any(|trace| matches!(trace, Err(ModelError::Stopped { .. }))) {
                 return Err(Unmade::Stopped);
             }
             let finished = traces.into_iter().zip(&mut draws).zip(std::mem::take(&mut left));

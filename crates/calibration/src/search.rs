@@ -267,16 +267,18 @@ impl Solver<Joint, SearchState> for Search {
                 problem.bulk_problem("cost_count", count, |joint| descent::runs(joint, strategy, first, count, seed))?
             }
         };
+        let done = first + runs.len() as u64;
+        if !problem.problem("report_count", |joint| Ok(joint.first().report(done)))? {
+            // What of the batch was not run has no outcome: it is made anew.
+            return Ok((state.terminate_with(TerminationReason::Interrupt), None));
+        }
         self.runs.extend(runs);
         self.batch += 1;
-        let done = self.runs.len() as u64;
-        let go_on = problem.problem("report_count", |joint| Ok(joint.first().report(done)))?;
         let cloud = self.cloud(self.runs.len());
         let state = match ranking(&cloud).first() {
             Some(&(misfit, run)) => state.param(cloud.position(run).to_vec()).cost(misfit),
             None => state,
         };
-        let state = if go_on { state } else { state.terminate_with(TerminationReason::Interrupt) };
         Ok((state, None))
     }
 

@@ -14,7 +14,7 @@ use thiserror::Error;
 use super::{
     bodies::Bodies,
     ensemble::{self, EnsembleError, EnsembleOutcome, EnsemblePlan, STEPS_PER_PERIOD, Spread},
-    members::perturbations,
+    members::{Watch, perturbations},
     observation::{self, Observation as Watched, watched_of},
 };
 use granchain_calibration::{
@@ -149,10 +149,10 @@ impl Laboratory<'_> {
 /// Run `scene` (with the fitted values in it) accurately and perturbed, and hold both against the record; on the model
 /// it asks for, whose bodies may be ready already. The perturbed runs are `predicted` where there are any, drawn from what a fit leaves open (their
 /// scatter is then that of a further record), else the plan's. `passband` is what the instrument lets through of the accurate run, and of runs that
-/// are not predicted.
+/// are not predicted. It ends soon after `watch` says stop.
 ///
 /// # Errors
-/// When the accurate run fails or cannot be compared.
+/// When the accurate run fails, is stopped or cannot be compared.
 pub fn confirm(
     scene: &Scene,
     bodies: &Bodies,
@@ -160,8 +160,9 @@ pub fn confirm(
     observation: &Observation,
     (plan, predicted): (&EnsemblePlan, Option<&Predicted>),
     passband: Option<Passband>,
+    watch: &dyn Watch,
 ) -> Result<Confirmation, ConfirmationError> {
-    let response = bodies.prepared(scene)?.run(scene, &mut |_| true)?;
+    let response = bodies.prepared(scene)?.run(scene, &mut |_| !watch.stop())?;
     let measurand = recording.measurand;
     let made = &trace(response.clone(), measurand)?;
     let filtered = low_pass(made, observation.cutoff);
@@ -202,7 +203,7 @@ pub fn confirm(
 
     let (varied, perturbed) = perturbed(scene, plan, predicted);
     let seen_as = (measurand, STEPS_PER_PERIOD);
-    let ensemble = ensemble::run_perturbed(bodies, varied, seen_as, plan, &perturbed, |member, trace| {
+    let ensemble = ensemble::run_perturbed(bodies, varied, seen_as, plan, &perturbed, watch, |member, trace| {
         let passband = predicted.map_or(passband, |predicted| predicted.passbands[member]);
         Watched::of_trace(measurand, &laboratory.settled(&laboratory.sees(trace, passband)), &laboratory.settings)
     })?;
@@ -225,7 +226,7 @@ pub fn confirm(
 }
 
 /// Run `scene` (with the fitted values in it) accurately and perturbed, and hold both against published numbers; on
-/// the model it asks for, whose bodies may be ready already. `predicted` as of [`confirm`].
+/// the model it asks for, whose bodies may be ready already. `predicted` and `watch` as of [`confirm`].
 ///
 /// # Errors
 /// When the accurate run fails or cannot be measured.
@@ -234,8 +235,9 @@ pub(crate) fn confirm_printed(
     bodies: &Bodies,
     printed: &Printed,
     (plan, predicted): (&EnsemblePlan, Option<&Predicted>),
+    watch: &dyn Watch,
 ) -> Result<Confirmation, ConfirmationError> {
-    let response = bodies.prepared(scene)?.run(scene, &mut |_| true)?;
+    let response = bodies.prepared(scene)?.run(scene, &mut |_| !watch.stop())?;
     let window = printed.window();
     let settings =
         FeatureSettings { band: Some(printed.cutoff()), ..FeatureSettings::velocity(scene.drive.frequency, window) };
@@ -243,7 +245,7 @@ pub(crate) fn confirm_printed(
     let simulated_features = measure(&simulated, &settings)?;
     let (varied, perturbed) = perturbed(scene, plan, predicted);
     let seen_as = (Measurand::Velocity, STEPS_PER_PERIOD);
-    let ensemble = ensemble::run_perturbed(bodies, varied, seen_as, plan, &perturbed, |_, velocity| {
+    let ensemble = ensemble::run_perturbed(bodies, varied, seen_as, plan, &perturbed, watch, |_, velocity| {
         Watched::measure(&low_pass(velocity, printed.cutoff()), &settings)
     })?;
     let measured: Vec<Option<f64>> = observation::watched().iter().map(|watched| printed.value(&watched.key)).collect();

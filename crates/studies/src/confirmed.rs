@@ -8,6 +8,7 @@ use super::{
     bodies::Bodies,
     confirmation::{Confirmation, ConfirmationError, ConfirmedFeature, Predicted, confirm, confirm_printed},
     ensemble::EnsemblePlan,
+    members,
 };
 use granchain_calibration::{
     Fitted, FittedCandidate, Problem,
@@ -38,13 +39,25 @@ pub fn confirm_measured(
     bodies: &Bodies,
     how: (&EnsemblePlan, Option<&Predicted>),
     passband: Option<Passband>,
+    watch: &dyn members::Watch,
 ) -> Result<Confirmation, ConfirmationError> {
     match measured {
         Measured::Record(measured) => {
             let passband = passband.or_else(|| measured.recording.passband());
-            confirm(scene, bodies, &measured.recording, &measured.observation, how, passband)
+            confirm(scene, bodies, &measured.recording, &measured.observation, how, passband, watch)
         }
-        Measured::Published(measured) => confirm_printed(scene, bodies, &measured.printed, how),
+        Measured::Published(measured) => confirm_printed(scene, bodies, &measured.printed, how, watch),
+    }
+}
+
+/// Whoever watches a search, asked whether runs go on.
+struct Asked<'a>(&'a Watch);
+
+impl members::Watch for Asked<'_> {
+    fn advance(&self, _runs: u64) {}
+
+    fn stop(&self) -> bool {
+        !(self.0)(0)
     }
 }
 
@@ -60,7 +73,7 @@ pub struct Confirmed {
 }
 
 impl Confirmed {
-    /// Run the best candidate's answer, on bodies from `cache` where they lie there; `watch` is told of the searches of a diagnosis and stops them.
+    /// Run the best candidate's answer, on bodies from `cache` where they lie there; `watch` is told of the searches of a diagnosis and stops them, and all else.
     #[must_use]
     pub fn of(problem: &Problem, fitted: &Fitted, cache: Option<Cache>, watch: Arc<Watch>) -> Self {
         let best: &FittedCandidate = fitted.best();
@@ -79,10 +92,13 @@ impl Confirmed {
             let predicted = Predicted { scene, variations, passbands };
             let passband = forwards[number].passband(&best.fit.position(), || HALFWAY);
             let how = (&plan, Some(&predicted));
-            confirm_measured(&shot.measured, &best.scene(number), &bodies, how, passband).map_err(|error| {
-                let place = if number == 0 { String::new() } else { format!("{}: ", shot.measured.path().display()) };
-                place + &with_causes(&error)
-            })
+            confirm_measured(&shot.measured, &best.scene(number), &bodies, how, passband, &Asked(&*watch)).map_err(
+                |error| {
+                    let place =
+                        if number == 0 { String::new() } else { format!("{}: ", shot.measured.path().display()) };
+                    place + &with_causes(&error)
+                },
+            )
         };
         let confirmed: Vec<Result<Confirmation, String>> = shots.map(confirm).collect();
         let failures = confirmed.iter().filter_map(|it| it.as_ref().err().cloned()).collect();

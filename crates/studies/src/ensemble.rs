@@ -11,7 +11,7 @@ use thiserror::Error;
 
 use super::{
     bodies::Bodies,
-    members::{self, Unwatched, perturbations},
+    members::{self, Unwatched, Watch, perturbations},
     observation::{self, Observation},
 };
 use granchain_model::{
@@ -162,20 +162,21 @@ pub(crate) fn run_traces(
     watch: impl Fn(&Series) -> Result<Observation, FeatureError> + Sync,
 ) -> Result<EnsembleOutcome, EnsembleError> {
     let perturbed = perturbations(scene, plan);
-    run_perturbed(bodies, scene, (measurand, steps_per_period), plan, &perturbed, |_, trace| watch(trace))
+    run_perturbed(bodies, scene, (measurand, steps_per_period), plan, &perturbed, &Unwatched, |_, trace| watch(trace))
 }
 
-/// As [`run_traces`] with the scene varied as `perturbed` has it, in place of the plan's own jitter; `watch` is told which of them a trace is of.
+/// As [`run_traces`] with the scene varied as `perturbed` has it, in place of the plan's own jitter, until `watch` says stop; `see` is told which of them a trace is of.
 ///
 /// # Errors
-/// As [`run_traces`].
+/// As [`run_traces`]; [`EnsembleError::Failed`] where it was stopped.
 pub(crate) fn run_perturbed(
     bodies: &Bodies,
     scene: &Scene,
     (measurand, steps_per_period): (Measurand, u32),
     plan: &EnsemblePlan,
     perturbed: &[Variation],
-    watch: impl Fn(usize, &Series) -> Result<Observation, FeatureError> + Sync,
+    watch: &dyn Watch,
+    see: impl Fn(usize, &Series) -> Result<Observation, FeatureError> + Sync,
 ) -> Result<EnsembleOutcome, EnsembleError> {
     let members = perturbed.len();
     if members < 2 {
@@ -191,9 +192,9 @@ pub(crate) fn run_perturbed(
             })
         })
         .collect();
-    let see = |run: usize, trace: &Series| watch(run % members, trace);
+    let see = |run: usize, trace: &Series| see(run % members, trace);
     let watched: Vec<Result<Observation, String>> =
-        members::run(bodies, scene, &variations, steps_per_period, measurand, &Unwatched, see)?;
+        members::run(bodies, scene, &variations, steps_per_period, measurand, watch, see)?;
     let failures: Vec<String> = watched.iter().filter_map(|outcome| outcome.as_ref().err().cloned()).collect();
     let observations: Vec<Option<Observation>> = watched.into_iter().map(Result::ok).collect();
     let [at_scene, above, below] = [0, 1, 2]

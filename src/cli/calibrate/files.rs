@@ -89,6 +89,7 @@ impl Files {
     /// # Errors
     /// When it is to stop; a run of `--confirm` that fails; a report that cannot be drawn.
     pub fn of(job: &Job, fitted: &Fitted, session: &Session, timing: &mut Timing, stop: &Stop) -> anyhow::Result<Self> {
+        stop.check()?;
         let problem = &job.problem;
         let asked = stop.clone();
         let watch = Arc::new(move |_| !asked.stop());

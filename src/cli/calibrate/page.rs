@@ -26,6 +26,7 @@ use crate::{
         Bodies, EnsemblePlan,
         confirmation::Confirmation,
         confirmed::{Confirmed, confirm_measured},
+        members::Unwatched,
         published::published,
     },
 };
@@ -262,7 +263,7 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     let mut scene = problem.candidates[0].scene().clone();
     scene.model.kind = ModelKind::Chain;
     let measured = &problem.lead().measured;
-    let confirmation = confirm_measured(measured, &scene, &Bodies::new(None), (&plan, None), None)?;
+    let confirmation = confirm_measured(measured, &scene, &Bodies::new(None), (&plan, None), None, &Unwatched)?;
     let lead = record(problem, (0, problem.lead()), &scene, Some(&confirmation));
     let report = CalibrationReport { records: vec![lead], ..frame(job, &scene) };
     if target.join("calibration.json").exists() {
