@@ -140,7 +140,7 @@ fn main() {
         let mut own = [0.0; 3];
         let mut mass = 0.0;
         for (k, columns) in [1, 6, 32].into_iter().enumerate() {
-            let (mut load, mut y, mut u) = (body.columns(columns), factor.columns(columns), body.columns(columns));
+            let (mut load, mut y, mut u) = (body.columns(columns), factor.half(columns), body.columns(columns));
             for &dof in body.dofs().free() {
                 load.row_mut(dof as usize)[..columns].fill((f64::from(dof)).sin());
             }

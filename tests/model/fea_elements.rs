@@ -97,7 +97,7 @@ fn solve_inside(mesh: &Mesh, material: &Material, given: &Columns, force: &Colum
     let rest: Vec<f64> = load.as_slice().iter().zip(force.as_slice()).map(|(load, force)| force - load).collect();
     let factor = Factor::new(&held, 1.0, 0.0, &[]).unwrap();
     let mut u = held.columns(1);
-    factor.solve(&Columns::from_vector(&rest), &mut factor.columns(1), &mut u);
+    factor.solve(&Columns::from_vector(&rest), &mut factor.half(1), &mut u);
     let sum: Vec<f64> = u.as_slice().iter().zip(given.as_slice()).map(|(u, given)| u + given).collect();
     Columns::from_vector(&sum)
 }
@@ -389,7 +389,7 @@ fn the_assembled_matrices_are_symmetric_and_definite_where_they_should_be() {
     free.iter().enumerate().for_each(|(i, &dof)| given.set(dof as usize, 0, load[(i, 0)]));
     let factor = Factor::new(&body, 1.0, 0.0, &[]).unwrap();
     let mut u = body.columns(1);
-    factor.solve(&given, &mut factor.columns(1), &mut u);
+    factor.solve(&given, &mut factor.half(1), &mut u);
     for (i, &dof) in free.iter().enumerate() {
         assert!((u.get(dof as usize, 0) - exact[(i, 0)]).abs() < 1e-12 * exact.norm_max());
     }

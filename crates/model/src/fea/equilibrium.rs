@@ -10,7 +10,6 @@
 use super::{
     FeaError,
     arrangement::Arrangement,
-    assembly::Columns,
     contact::{
         chain::{ContactState, Link},
         complementarity::{Compliance, Scratch},
@@ -161,8 +160,8 @@ impl Statics {
                 for (&unknown, force) in unknowns.iter().zip(&local) {
                     load.set(unknown as usize, 0, *force);
                 }
-                let (mut y, mut u): (Columns, Columns) = (factor.factor().columns(1), body.columns(1));
-                factor.solve(&mut load, &mut y, &mut u);
+                let (mut half, mut u) = (factor.factor().half(1), body.columns(1));
+                factor.solve(&mut load, &mut half, &mut u);
                 Some(u.column(0))
             })
             .collect()

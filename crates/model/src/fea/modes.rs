@@ -22,7 +22,7 @@ use self::lanczos::Lanczos;
 use super::{
     assembly::Columns,
     body::Body,
-    factor::{Factor, FactorError, eigenvalues_below},
+    factor::{Factor, FactorError, Half, eigenvalues_below},
 };
 use crate::tally;
 
@@ -194,12 +194,12 @@ struct Polish<'a> {
     shift: f64,
     x: Columns,
     image: Columns,
-    work: Columns,
+    work: Half,
 }
 
 impl<'a> Polish<'a> {
     fn new(body: &'a Body, factor: &'a Factor, shift: f64) -> Self {
-        Self { body, factor, shift, x: body.columns(1), image: body.columns(1), work: factor.columns(1) }
+        Self { body, factor, shift, x: body.columns(1), image: body.columns(1), work: factor.half(1) }
     }
 
     /// image = A⁻¹ M x.

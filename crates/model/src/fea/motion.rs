@@ -9,6 +9,7 @@ use super::{
         chain::{ContactState, RigidPrediction, net_force},
         face::Face,
     },
+    factor::Half,
     operator::{Interfaces, Operator},
     profile::Profile,
     scheme::Coefficients,
@@ -28,7 +29,7 @@ struct Group {
     /// Right-hand side, then the new displacements.
     solution: Columns,
     /// The solution between its two halves, in the factor's order.
-    half: Columns,
+    half: Half,
     /// Interface displacements without new contact forces.
     free: Columns,
     /// Unknowns of nodes without mass.
@@ -108,7 +109,7 @@ impl Motion {
                 acceleration: zeros.clone(),
                 predicted: zeros.clone(),
                 solution: zeros,
-                half: Columns::new(body.dofs().free().len(), members.len()),
+                half: Half::new(body, &interfaces.unknowns[kind], members.len()),
                 free: interface.clone(),
                 massless,
                 own_forces: vec![0.0; interface.rows()],
@@ -148,7 +149,7 @@ impl Motion {
         profile.mass += lap.lap();
         for (factor, group) in operator.factors.iter().zip(&mut self.groups) {
             factor.forward(&group.solution, &mut group.half);
-            factor.interface_displacement(&group.half, &mut group.free);
+            factor.interface_displacement(&mut group.half, &mut group.free);
         }
         profile.forward += lap.lap();
     }
@@ -244,7 +245,7 @@ impl Motion {
                         group.forces.set(row, column, gain * force);
                     }
                 }
-                factor.add_interface_force(&mut group.forces, &mut group.half);
+                factor.add_interface_force(&group.forces, &mut group.half);
             }
             factor.backward(&mut group.half, &mut group.solution);
             let body = &arrangement.kinds[kind];

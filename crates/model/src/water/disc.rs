@@ -260,7 +260,7 @@ impl Disc {
     /// [`DiscError::Factor`].
     pub(super) fn point_flexibility(&self, points: &[Vec<(u32, f64)>]) -> Result<Vec<f64>, DiscError> {
         let factor = StaticFactor::new(&self.body, &[])?;
-        let (mut force, mut u, mut work) = (self.body.columns(1), self.body.columns(1), factor.factor().columns(1));
+        let (mut force, mut u, mut work) = (self.body.columns(1), self.body.columns(1), factor.factor().half(1));
         let mut flexibility = Vec::with_capacity(points.len() * points.len());
         for point in points {
             force.clear();
@@ -379,8 +379,7 @@ impl Disc {
     /// Static displacement under a load, by the body's unknowns, m; of a free disc relative to its mass mean, under inertia relief.
     fn deformation(&self, load: &[f64]) -> Result<Vec<f64>, DiscError> {
         let factor = StaticFactor::new(&self.body, &[])?;
-        let (mut force, mut u, mut work) =
-            (Columns::from_vector(load), self.body.columns(1), factor.factor().columns(1));
+        let (mut force, mut u, mut work) = (Columns::from_vector(load), self.body.columns(1), factor.factor().half(1));
         factor.solve(&mut force, &mut work, &mut u);
         Ok(u.as_slice().to_vec())
     }

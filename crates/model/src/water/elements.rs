@@ -27,6 +27,7 @@ mod coupled;
 mod driven;
 mod factor;
 mod mesh;
+mod panel;
 mod sparse;
 mod waves;
 

@@ -5,8 +5,8 @@ use std::ops::Range;
 /// Several vectors of the same length, interleaved: the values of one unknown in all vectors lie together.
 ///
 /// A factor or matrix entry then serves all vectors with one read and full vector instructions. The row length [`Columns::width`] is
-/// 1, 2, 4, 8 or a multiple of 8; places beyond the last column are zero and stay zero under linear operations. Rows of 8 start
-/// on a cache line.
+/// 1, 2, 4, 6 or a multiple of 8; places beyond the last column are zero and stay zero under linear operations. The two rows of a node start where
+/// a vector of four numbers does.
 #[derive(Debug)]
 pub struct Columns {
     data: Vec<f64>,
@@ -36,6 +36,7 @@ impl Columns {
         match count {
             0..=2 => count.max(1),
             3..=4 => 4,
+            5..=6 => 6,
             _ => count.next_multiple_of(8),
         }
     }

@@ -5,7 +5,7 @@ use std::marker::PhantomData;
 use pulp::Simd;
 
 /// A row of numbers, or a block of one, as the machine holds it.
-pub(in crate::fea) trait Arithmetic: Copy {
+pub(crate) trait Arithmetic: Copy {
     /// The numbers.
     type Row: Copy;
 
@@ -24,40 +24,42 @@ pub(in crate::fea) trait Arithmetic: Copy {
 }
 
 /// Work on rows of one length, whatever holds them.
-pub(in crate::fea) trait Kernel {
+pub(crate) trait Kernel {
     /// Run on rows of `step` blocks each.
     fn run<A: Arithmetic>(self, arithmetic: A, step: usize);
 }
 
-/// Run a kernel on rows of `width` numbers, in blocks of `WIDEST` at most: widths are 1, 2, 4, 8 or multiples of 8.
-pub(in crate::fea) fn run<const WIDEST: usize>(width: usize, kernel: impl Kernel) {
-    pulp::Arch::new().dispatch(Dispatch::<_, WIDEST> { width, kernel });
+/// Run a kernel on rows of `width` numbers: widths are 1, 2, 4, 6, 8, 12 or multiples of 8.
+pub(crate) fn run(width: usize, kernel: impl Kernel) {
+    pulp::Arch::new().dispatch(Dispatch { width, kernel });
 }
 
-struct Dispatch<K, const WIDEST: usize> {
+struct Dispatch<K> {
     width: usize,
     kernel: K,
 }
 
-impl<K: Kernel, const WIDEST: usize> pulp::WithSimd for Dispatch<K, WIDEST> {
+impl<K: Kernel> pulp::WithSimd for Dispatch<K> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { width, kernel } = self;
         let block = match width {
-            1 | 2 | 4 | 8 => width,
-            _ if WIDEST == 16 && width.is_multiple_of(16) => 16,
+            1 | 2 | 4 | 6 | 8 | 12 => width,
+            _ if width.is_multiple_of(16) => 16,
             _ if width.is_multiple_of(8) => 8,
             _ => 1,
         };
         let step = width / block;
-        // Vectors a block; a block of one or two numbers is left to the compiler.
+        // Vectors a block; a block of one, two or six numbers is left to the compiler.
         match (block, block / S::F64_LANES) {
             (1, _) => kernel.run(Numbers::<S, 1>(PhantomData), step),
             (2, _) => kernel.run(Numbers::<S, 2>(PhantomData), step),
+            (6, _) => kernel.run(Numbers::<S, 6>(PhantomData), step),
             (_, 1) => kernel.run(Vectors::<S, 1>(simd), step),
             (_, 2) => kernel.run(Vectors::<S, 2>(simd), step),
+            (_, 3) => kernel.run(Vectors::<S, 3>(simd), step),
             (_, 4) => kernel.run(Vectors::<S, 4>(simd), step),
             _ => kernel.run(Numbers::<S, 1>(PhantomData), width),
         }

@@ -13,5 +13,5 @@ mod sparse;
 
 pub use columns::Columns;
 pub use dof::{Direction, DofMap};
-pub(in crate::fea) use lanes::{Arithmetic, Kernel, run};
+pub(crate) use lanes::{Arithmetic, Kernel, run};
 pub use sparse::SymmetricSparse;

@@ -71,11 +71,11 @@ impl SymmetricSparse {
         out
     }
 
-    /// y = A x for rows of `width` numbers (1, 2, 4, 8, 16 or a multiple of 16 or 8); nothing is allocated.
+    /// y = A x for rows of `width` numbers (1, 2, 4, 6, 8, 12 or a multiple of 8); nothing is allocated.
     pub fn multiply(&self, x: &[f64], y: &mut [f64], width: usize) {
         debug_assert_eq!(x.len(), self.order() * width);
         debug_assert_eq!(y.len(), x.len());
-        run::<16>(width, Product { matrix: self, x, y });
+        run(width, Product { matrix: self, x, y });
     }
 }
 
@@ -126,7 +126,7 @@ mod tests {
             matrix.add(row, column, value);
         }
         let dense = [[2.0, 0.0, -1.0, 0.0], [0.0, 3.0, 0.5, 0.0], [-1.0, 0.5, 4.0, 0.0], [0.0; 4]];
-        for width in [1, 2, 3, 4, 8, 16, 24, 32] {
+        for width in [1, 2, 3, 4, 6, 8, 12, 16, 24, 32] {
             let x: Vec<f64> = (0..4 * width).map(|k| (k as f64 * 0.7).sin()).collect();
             let mut y = vec![f64::NAN; x.len()];
             matrix.multiply(&x, &mut y, width);

@@ -17,22 +17,21 @@
 
 mod cholesky;
 mod inertia;
+mod nodal;
 mod ordering;
+mod pair;
 mod panel;
 mod rest;
 
 pub use inertia::eigenvalues_below;
 pub use rest::StaticFactor;
 
-pub(crate) use self::{cholesky::MERGE, panel::Panels};
+pub(crate) use self::cholesky::MERGE;
 
 use thiserror::Error;
 
-use self::{cholesky::Cholesky, ordering::Ordering};
-use super::{
-    assembly::{Columns, DofMap},
-    body::Body,
-};
+use self::{cholesky::Cholesky, nodal::Nodal, ordering::Ordering, panel::Panels};
+use super::{assembly::Columns, body::Body};
 use crate::tally;
 
 /// Why there is no factor.
@@ -80,14 +79,39 @@ pub enum FactorError {
 
 /// The factor of κ K + σ M of a body, with its interface last.
 ///
-/// All methods work on [`Columns`] of all bodies of the kind at once and allocate nothing.
+/// All methods work on [`Columns`] of all bodies of the kind at once and allocate nothing. Both unknowns of a node stand together.
 #[derive(Debug, Clone)]
 pub struct Factor {
-    order: Vec<u32>,
+    nodes: Vec<u32>,
+    unknowns: usize,
     fixed: Vec<u32>,
     interface: Vec<u32>,
+    /// Where they stand among the nodes of the interface.
+    places: Vec<u32>,
+    tail_nodes: usize,
     panels: Panels,
     tail: Panels,
+}
+
+/// A solution between its two halves, y, in the factor's own order.
+#[derive(Debug, Clone)]
+pub struct Half {
+    y: Nodal,
+    /// Work space for the interface.
+    tail: Nodal,
+}
+
+impl Half {
+    /// `count` zero vectors for a body with that interface.
+    #[must_use]
+    pub(crate) fn new(body: &Body, interface: &[u32], count: usize) -> Self {
+        let mut interface: Vec<u32> = interface.iter().map(|dof| dof / 2).collect();
+        interface.sort_unstable();
+        interface.dedup();
+        let mut nodes: Vec<u32> = body.dofs().free().iter().map(|dof| dof / 2).collect();
+        nodes.dedup();
+        Self { y: Nodal::new(nodes.len(), count), tail: Nodal::new(interface.len(), count) }
+    }
 }
 
 impl Factor {
@@ -115,10 +139,20 @@ impl Factor {
         tally::add(|made| made.factorisations += 1);
         let cholesky = Cholesky::new(&matrix).map_err(|failure| failure.at(&ordering, stiffness_scale, mass_scale))?;
         let panels = Panels::new(cholesky.supernodes());
-        let tail = Panels::dense(&cholesky.trailing(interface.len()));
+        let tail_nodes = ordering.named(interface);
+        let tail = Panels::dense(&cholesky.trailing(2 * tail_nodes));
         let mut fixed = body.dofs().fixed().to_vec();
         fixed.extend(pinned);
-        Ok(Self { order: ordering.into_order(), fixed, interface: interface.to_vec(), panels, tail })
+        Ok(Self {
+            nodes: ordering.nodes().to_vec(),
+            unknowns: ordering.unknowns(),
+            fixed,
+            interface: interface.to_vec(),
+            places: ordering.places(interface, ordering.nodes().len() - tail_nodes),
+            tail_nodes,
+            panels,
+            tail,
+        })
     }
 
     /// The interface unknowns, in the order of interface vectors.
@@ -130,10 +164,10 @@ impl Factor {
     /// Number of unknowns factored.
     #[must_use]
     pub fn unknowns(&self) -> usize {
-        self.order.len()
+        self.unknowns
     }
 
-    /// Non-zeros of L stored, explicit zeros of merged columns included: what one solve reads twice.
+    /// Numbers of L stored, explicit zeros of merged columns and of fixed unknowns included: what one solve reads twice.
     #[must_use]
     pub fn nonzeros(&self) -> usize {
         self.panels.stored()
@@ -141,8 +175,8 @@ impl Factor {
 
     /// `count` zero vectors in the factor's own order, for y.
     #[must_use]
-    pub fn columns(&self, count: usize) -> Columns {
-        Columns::new(self.order.len(), count)
+    pub fn half(&self, count: usize) -> Half {
+        Half { y: Nodal::new(self.nodes.len(), count), tail: Nodal::new(self.tail_nodes, count) }
     }
 
     /// `count` zero interface vectors.
@@ -151,52 +185,40 @@ impl Factor {
         Columns::new(self.interface.len(), count)
     }
 
-    /// y = L⁻¹ P f: forward solve. `load` is by the body's unknowns (N for κ = 1), `y` in the factor's order.
-    pub fn forward(&self, load: &Columns, y: &mut Columns) {
-        let width = y.width();
-        for (row, &dof) in y.as_mut_slice().chunks_exact_mut(width).zip(&self.order) {
-            row.copy_from_slice(load.row(dof as usize));
-        }
-        self.panels.forward(y.as_mut_slice(), width);
+    /// y = L⁻¹ P f: forward solve. `load` is by the body's unknowns (N for κ = 1).
+    pub fn forward(&self, load: &Columns, half: &mut Half) {
+        half.y.take(&self.nodes, load);
+        self.panels.forward(&mut half.y);
     }
 
-    /// u = Pᵀ L⁻ᵀ y: backward solve; `y` is overwritten, fixed rows of `u` are zero.
-    pub fn backward(&self, y: &mut Columns, u: &mut Columns) {
-        let width = y.width();
-        self.panels.backward(y.as_mut_slice(), width);
-        for (row, &dof) in y.as_slice().chunks_exact(width).zip(&self.order) {
-            u.row_mut(dof as usize).copy_from_slice(row);
-        }
+    /// u = Pᵀ L⁻ᵀ y: backward solve; y is overwritten, fixed rows of `u` are zero.
+    pub fn backward(&self, half: &mut Half, u: &mut Columns) {
+        self.panels.backward(&mut half.y);
+        half.y.give(&self.nodes, u);
         for &dof in &self.fixed {
             u.row_mut(dof as usize).fill(0.0);
         }
     }
 
-    /// u = A⁻¹ f for all columns; `y` is work space.
-    pub fn solve(&self, load: &Columns, y: &mut Columns, u: &mut Columns) {
-        self.forward(load, y);
-        self.backward(y, u);
+    /// u = A⁻¹ f for all columns; `half` is work space.
+    pub fn solve(&self, load: &Columns, half: &mut Half, u: &mut Columns) {
+        self.forward(load, half);
+        self.backward(half, u);
     }
 
     /// Free displacement of the interface, u_b = L_bb⁻ᵀ y_b: what [`Factor::backward`] would give there without further forces.
-    pub fn interface_displacement(&self, y: &Columns, u: &mut Columns) {
-        u.as_mut_slice().copy_from_slice(self.tail_of(y.as_slice(), y.width()));
-        let width = u.width();
-        self.tail.backward(u.as_mut_slice(), width);
+    pub fn interface_displacement(&self, Half { y, tail }: &mut Half, u: &mut Columns) {
+        tail.copy_last(y);
+        self.tail.backward(tail);
+        tail.get(&self.places, u);
     }
 
-    /// y_b += L_bb⁻¹ p: let interface forces p (N, along the unknowns) act before [`Factor::backward`]; `force` is overwritten.
-    pub fn add_interface_force(&self, force: &mut Columns, y: &mut Columns) {
-        let width = y.width();
-        self.tail.forward(force.as_mut_slice(), width);
-        let start = (self.order.len() - self.interface.len()) * width;
-        for (sum, part) in y.as_mut_slice()[start..].iter_mut().zip(force.as_slice()) {
-            *sum += part;
-        }
-    }
-
-    fn tail_of<'a>(&self, y: &'a [f64], width: usize) -> &'a [f64] {
-        &y[(self.order.len() - self.interface.len()) * width..]
+    /// y_b += L_bb⁻¹ p: let interface forces p (N, along the unknowns) act before [`Factor::backward`].
+    pub fn add_interface_force(&self, force: &Columns, Half { y, tail }: &mut Half) {
+        tail.clear();
+        tail.set(&self.places, force);
+        self.tail.forward(tail);
+        tail.add_to_last(y);
     }
 
     /// W = (A⁻¹)_bb, dense and symmetric, row by row: displacement of the interface for unit forces on it, m/N for κ = 1.
@@ -207,9 +229,11 @@ impl Factor {
         for k in 0..size {
             columns.set(k, k, 1.0);
         }
-        let width = columns.width();
-        self.tail.forward(columns.as_mut_slice(), width);
-        self.tail.backward(columns.as_mut_slice(), width);
+        let mut tail = Nodal::new(self.tail_nodes, size);
+        tail.set(&self.places, &columns);
+        self.tail.forward(&mut tail);
+        self.tail.backward(&mut tail);
+        tail.get(&self.places, &mut columns);
         symmetric(size, |row, column| columns.get(row, column))
     }
 }
@@ -226,9 +250,9 @@ impl cholesky::Failure {
             Self::Pivot(position) => FactorError::NotPositiveDefinite {
                 stiffness_scale,
                 mass_scale,
-                node: ordering.order().get(position).map_or(0, |&dof| DofMap::place(dof).0),
+                node: ordering.nodes().get(position / 2).copied().unwrap_or(0),
             },
-            Self::Size(source) => FactorError::Size { unknowns: ordering.order().len(), source },
+            Self::Size(source) => FactorError::Size { unknowns: ordering.unknowns(), source },
         }
     }
 }

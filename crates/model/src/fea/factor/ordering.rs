@@ -1,4 +1,6 @@
-//! The order of the unknowns in a factor, and the matrix in that order.
+//! The order of the nodes in a factor, and the matrix in that order.
+
+use std::collections::BTreeSet;
 
 use faer::{
     dyn_stack::{MemBuffer, MemStack},
@@ -8,7 +10,7 @@ use faer::{
 use super::FactorError;
 use crate::fea::{assembly::DofMap, body::Body};
 
-/// Where a fixed unknown stands.
+/// Where a fixed node stands.
 const NOWHERE: u32 = u32::MAX;
 
 /// A symmetric matrix by the columns of its upper triangle, rows ascending.
@@ -55,75 +57,117 @@ impl Upper {
     }
 }
 
-/// Position → unknown, and back.
+/// The order of a body's nodes, the two unknowns of each one behind the other.
 #[derive(Debug, Clone)]
 pub(super) struct Ordering {
-    order: Vec<u32>,
+    nodes: Vec<u32>,
     position: Vec<u32>,
+    /// Unknowns that stay zero.
+    fixed: Vec<bool>,
 }
 
 impl Ordering {
-    /// Approximate minimum degree on the interior, then the interface as given.
+    /// Approximate minimum degree on the interior, then the nodes of the interface in the order in which it first names them. Nodes that are fixed
+    /// altogether have no place.
     pub(crate) fn interface_last(body: &Body, interface: &[u32], pinned: Option<u32>) -> Result<Self, FactorError> {
         let dofs = body.dofs();
-        let mut inside = vec![true; dofs.len()];
+        let mut fixed = vec![false; dofs.len()];
         for &dof in dofs.fixed().iter().chain(&pinned) {
-            inside[dof as usize] = false;
+            fixed[dof as usize] = true;
         }
+        let mut taken = fixed.clone();
+        let mut is_inside: Vec<bool> = fixed.chunks(2).map(|pair| pair.contains(&false)).collect();
+        let mut last = Vec::new();
         for &dof in interface {
-            let is_sound = inside.get_mut(dof as usize).is_some_and(|inside| std::mem::replace(inside, false));
+            let is_sound = taken.get_mut(dof as usize).is_some_and(|taken| !std::mem::replace(taken, true));
+            let node = DofMap::place(dof).0;
             if !is_sound {
-                return Err(FactorError::Interface { dof, node: DofMap::place(dof).0 });
+                return Err(FactorError::Interface { dof, node });
+            }
+            if std::mem::take(&mut is_inside[node as usize]) {
+                last.push(node);
             }
         }
-        let interior: Vec<u32> = dofs.free().iter().copied().filter(|&dof| inside[dof as usize]).collect();
-        let natural = Self::of(interior, dofs.len());
-        let permuted = minimum_degree(&natural.matrix(body, 1.0, 0.0))
+        let interior = (0..is_inside.len() as u32).filter(|&node| is_inside[node as usize]).collect();
+        let natural = Self::of(interior, fixed);
+        let permuted = minimum_degree(&natural.neighbours(body))
             .map_err(|source| FactorError::Size { unknowns: dofs.free().len(), source })?;
-        let mut order: Vec<u32> = permuted.iter().map(|&place| natural.order[place as usize]).collect();
-        order.extend(interface);
-        Ok(Self::of(order, dofs.len()))
+        let mut nodes: Vec<u32> = permuted.iter().map(|&place| natural.nodes[place as usize]).collect();
+        nodes.extend(last);
+        Ok(Self::of(nodes, natural.fixed))
     }
 
-    fn of(order: Vec<u32>, unknowns: usize) -> Self {
-        let mut position = vec![NOWHERE; unknowns];
-        for (place, &dof) in (0_u32..).zip(&order) {
-            position[dof as usize] = place;
+    fn of(nodes: Vec<u32>, fixed: Vec<bool>) -> Self {
+        let mut position = vec![NOWHERE; fixed.len() / 2];
+        for (place, &node) in (0_u32..).zip(&nodes) {
+            position[node as usize] = place;
         }
-        Self { order, position }
+        Self { nodes, position, fixed }
     }
 
-    /// Position → unknown.
-    pub fn order(&self) -> &[u32] {
-        &self.order
+    /// Place → node.
+    pub fn nodes(&self) -> &[u32] {
+        &self.nodes
     }
 
-    pub(crate) fn into_order(self) -> Vec<u32> {
-        self.order
+    /// Unknowns that do not stay zero.
+    pub fn unknowns(&self) -> usize {
+        self.nodes.iter().flat_map(|node| [2 * node, 2 * node + 1]).filter(|&dof| !self.fixed[dof as usize]).count()
     }
 
-    /// κ K + σ M in this order.
+    /// How many nodes these unknowns belong to.
+    pub fn named(&self, unknowns: &[u32]) -> usize {
+        unknowns.iter().map(|dof| dof / 2).collect::<BTreeSet<u32>>().len()
+    }
+
+    /// Where unknowns stand in the factor, from the place of the first of `nodes` on.
+    pub fn places(&self, unknowns: &[u32], first: usize) -> Vec<u32> {
+        unknowns.iter().map(|dof| 2 * (self.position[*dof as usize / 2] - first as u32) + dof % 2).collect()
+    }
+
+    /// Pairs of nodes that K or M couples, once each, a node with itself among them.
+    fn coupled(&self, body: &Body) -> impl Iterator<Item = (u32, u32)> {
+        self.nodes.iter().flat_map(move |&node| {
+            let rows = |dof: u32| body.stiffness().column(dof as usize).0;
+            let mut others: Vec<u32> =
+                [2 * node, 2 * node + 1].iter().flat_map(|&dof| rows(dof)).map(|row| row / 2).collect();
+            others.push(node);
+            others.sort_unstable();
+            others.dedup();
+            others.retain(|&other| self.position[other as usize] != NOWHERE);
+            others.into_iter().map(move |other| (other, node))
+        })
+    }
+
+    /// Which nodes are coupled, in this order.
+    fn neighbours(&self, body: &Body) -> Upper {
+        let place = |node: u32| self.position[node as usize];
+        let entries: Vec<_> = self.coupled(body).map(|(row, column)| (place(row), place(column), 1.0)).collect();
+        Upper::new(self.nodes.len(), &entries)
+    }
+
+    /// κ K + σ M in this order; 1 on the diagonal of an unknown that stays zero. Both unknowns of two coupled nodes are entries, zero or not: their
+    /// columns stay together in the factor.
     pub fn matrix(&self, body: &Body, stiffness_scale: f64, mass_scale: f64) -> Upper {
         let mut entries = Vec::with_capacity(body.stiffness().stored());
-        for &dof in &self.order {
-            let (rows, values) = body.stiffness().column(dof as usize);
-            let (nodes, masses) = body.mass().column(dof as usize / 2);
-            let mut masses = nodes.iter().zip(masses).peekable();
-            for (&row, &value) in rows.iter().zip(values) {
-                if self.position[row as usize] == NOWHERE {
+        for (row, column) in self.coupled(body) {
+            let mass = body.mass().get(row, column);
+            for (d, e) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                let (i, j) = (2 * row + d, 2 * column + e);
+                if row == column && d < e {
                     continue;
                 }
-                let node = row / 2;
-                while masses.next_if(|&(&other, _)| other < node).is_some() {}
-                let mass = match masses.peek() {
-                    Some(&(&other, &mass)) if other == node && row % 2 == dof % 2 => mass,
-                    _ => 0.0,
+                let entry = if self.fixed[i as usize] || self.fixed[j as usize] {
+                    f64::from(u8::from(i == j))
+                } else {
+                    let mass = if d == e { mass } else { 0.0 };
+                    stiffness_scale * body.stiffness().get(i, j) + mass_scale * mass
                 };
-                let entry = stiffness_scale * value + mass_scale * mass;
-                entries.push((self.position[row as usize], self.position[dof as usize], entry));
+                let place = |node: u32, d| 2 * self.position[node as usize] + d;
+                entries.push((place(row, d), place(column, e), entry));
             }
         }
-        Upper::new(self.order.len(), &entries)
+        Upper::new(2 * self.nodes.len(), &entries)
     }
 }
 

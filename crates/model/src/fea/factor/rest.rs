@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use super::{Factor, FactorError, symmetric};
+use super::{Factor, FactorError, Half, symmetric};
 use crate::fea::{
     assembly::{Columns, Direction, DofMap},
     body::Body,
@@ -57,9 +57,9 @@ impl StaticFactor {
     }
 
     /// Static displacement of each column of `load` (N); of a free body relative to its mass mean, under inertia relief. `load` becomes the
-    /// balanced load; `y` is work space of [`Factor::columns`].
-    pub fn solve(&self, load: &mut Columns, y: &mut Columns, u: &mut Columns) {
-        let Some(share) = &self.share else { return self.factor.solve(load, y, u) };
+    /// balanced load; `half` is work space of [`Factor::half`].
+    pub fn solve(&self, load: &mut Columns, half: &mut Half, u: &mut Columns) {
+        let Some(share) = &self.share else { return self.factor.solve(load, half, u) };
         let width = load.width();
         for column in 0..load.count() {
             let resultant: f64 = self.axial.iter().map(|&dof| load.as_slice()[dof as usize * width + column]).sum();
@@ -67,7 +67,7 @@ impl StaticFactor {
                 load.as_mut_slice()[dof as usize * width + column] -= resultant * share[(dof / 2) as usize];
             }
         }
-        self.factor.solve(load, y, u);
+        self.factor.solve(load, half, u);
         for column in 0..u.count() {
             let mean: f64 = self
                 .axial
@@ -86,14 +86,14 @@ impl StaticFactor {
     pub fn interface_compliance(&self, body: &Body) -> Vec<f64> {
         let interface = self.factor.interface();
         let mut out = Mat::zeros(interface.len(), interface.len());
-        let most = 8;
-        let (mut load, mut u, mut y) = (body.columns(most), body.columns(most), self.factor.columns(most));
+        let most = 6;
+        let (mut load, mut u, mut half) = (body.columns(most), body.columns(most), self.factor.half(most));
         for (batch, forced) in interface.chunks(most).enumerate() {
             load.clear();
             for (column, &dof) in forced.iter().enumerate() {
                 load.set(dof as usize, column, 1.0);
             }
-            self.solve(&mut load, &mut y, &mut u);
+            self.solve(&mut load, &mut half, &mut u);
             for column in 0..forced.len() {
                 for (row, &dof) in interface.iter().enumerate() {
                     out[(row, batch * most + column)] = u.get(dof as usize, column);

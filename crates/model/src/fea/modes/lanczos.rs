@@ -2,7 +2,11 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use crate::fea::{assembly::Columns, body::Body, factor::Factor};
+use crate::fea::{
+    assembly::Columns,
+    body::Body,
+    factor::{Factor, Half},
+};
 
 /// xᵀ M y.
 pub(super) fn mass_product(body: &Body, x: &[f64], y: &[f64]) -> f64 {
@@ -37,7 +41,7 @@ pub(super) struct Lanczos<'a> {
     below: Vec<f64>,
     /// The next direction before normalisation.
     next: Vec<f64>,
-    work: Columns,
+    work: Half,
 }
 
 impl<'a> Lanczos<'a> {
@@ -52,7 +56,7 @@ impl<'a> Lanczos<'a> {
             diagonal: Vec::new(),
             below: Vec::new(),
             next: Vec::new(),
-            work: factor.columns(1),
+            work: factor.half(1),
         };
         if known == 1 {
             out.next = body.rigid();

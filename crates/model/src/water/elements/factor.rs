@@ -18,12 +18,10 @@ use faer::{
 
 use super::{
     ElementsError,
+    panel::Panels,
     sparse::{Entries, Sparse},
 };
-use crate::{
-    fea::factor::{MERGE, Panels},
-    tally,
-};
+use crate::{fea::factor::MERGE, tally};
 
 /// L D Lᵀ of a symmetric quasi-definite matrix [A, Bᵀ; B, −C], A and C positive definite, rows in any order: it exists without pivoting. Held
 /// as (L |D|^½) sign D (L |D|^½)ᵀ, so that both halves of a solve are those of the finite elements' Cholesky factors.
@@ -107,9 +105,9 @@ impl QuasiDefinite {
         for (work, &place) in work.iter_mut().zip(&*order) {
             *work = x[place as usize];
         }
-        panels.forward(work, 1);
+        panels.forward(work);
         work.iter_mut().zip(signs).for_each(|(work, sign)| *work *= *sign);
-        panels.backward(work, 1);
+        panels.backward(work);
         for (work, &place) in work.iter().zip(&*order) {
             x[place as usize] = *work;
         }

@@ -1,9 +1,7 @@
-//! Triangular solves with several right-hand sides side by side.
+//! Triangular solves with one right-hand side.
 //!
 //! A supernode of L is cut into panels of at most four columns, stored row by row: one panel is a straight run through memory, its
-//! columns' unknowns stay in registers, and each entry multiplies all right-hand sides in one or two vector instructions.
-
-use faer::{Mat, sparse::linalg::cholesky::supernodal::SupernodeRef};
+//! columns' unknowns stay in registers.
 
 use crate::fea::assembly::{Arithmetic, Kernel, run};
 
@@ -36,24 +34,6 @@ pub struct Panels {
 }
 
 impl Panels {
-    /// From faer's supernodes.
-    pub fn new<'a>(supernodes: impl Iterator<Item = SupernodeRef<'a, u32, f64>>) -> Self {
-        let mut out = Self::default();
-        for supernode in supernodes {
-            let block = supernode.val();
-            out.push(supernode.start(), block.ncols(), supernode.pattern(), |row, column| block[(row, column)]);
-        }
-        out.values.shrink_to_fit();
-        out
-    }
-
-    /// From a dense lower triangle.
-    pub fn dense(triangle: &Mat<f64>) -> Self {
-        let mut out = Self::default();
-        out.push(0, triangle.ncols(), &[], |row, column| triangle[(row, column)]);
-        out
-    }
-
     /// Add the supernode of the columns `start`…, with the rows `below` it; its entries by place in the supernode, row ≥ column.
     pub fn push(&mut self, start: usize, columns: usize, below: &[u32], entry: impl Fn(usize, usize) -> f64) {
         let pattern = self.rows.len() as u32;
@@ -91,14 +71,14 @@ impl Panels {
         self.stored
     }
 
-    /// x ← L⁻¹ x for rows of `width` numbers (1, 2, 4, 8 or a multiple of 8).
-    pub fn forward(&self, x: &mut [f64], width: usize) {
-        run::<8>(width, Solve::<true> { panels: self, x });
+    /// x ← L⁻¹ x.
+    pub fn forward(&self, x: &mut [f64]) {
+        run(1, Solve::<true> { panels: self, x });
     }
 
-    /// x ← L⁻ᵀ x for rows of `width` numbers (1, 2, 4, 8 or a multiple of 8).
-    pub fn backward(&self, x: &mut [f64], width: usize) {
-        run::<8>(width, Solve::<false> { panels: self, x });
+    /// x ← L⁻ᵀ x.
+    pub fn backward(&self, x: &mut [f64]) {
+        run(1, Solve::<false> { panels: self, x });
     }
 
     /// The triangle on the diagonal, the rows of the same supernode below it, the rows further below with their numbers.
@@ -127,61 +107,50 @@ struct Solve<'a, const FORWARD: bool> {
 
 impl<const FORWARD: bool> Kernel for Solve<'_, FORWARD> {
     #[inline(always)]
-    fn run<A: Arithmetic>(self, a: A, step: usize) {
+    fn run<A: Arithmetic>(self, a: A, _: usize) {
         let panels = self.panels;
-        let x = A::rows_mut(self.x);
-        for block in 0..step {
-            let mut at = Place { a, x, step, block };
-            if FORWARD {
-                for panel in &panels.panels {
-                    match panel.width {
-                        1 => at.down(&panels.parts::<1>(panel)),
-                        2 => at.down(&panels.parts::<2>(panel)),
-                        3 => at.down(&panels.parts::<3>(panel)),
-                        _ => at.down(&panels.parts::<PANEL>(panel)),
-                    }
+        let mut at = Place { a, x: A::rows_mut(self.x) };
+        if FORWARD {
+            for panel in &panels.panels {
+                match panel.width {
+                    1 => at.down(&panels.parts::<1>(panel)),
+                    2 => at.down(&panels.parts::<2>(panel)),
+                    3 => at.down(&panels.parts::<3>(panel)),
+                    _ => at.down(&panels.parts::<PANEL>(panel)),
                 }
-            } else {
-                for panel in panels.panels.iter().rev() {
-                    match panel.width {
-                        1 => at.up(&panels.parts::<1>(panel)),
-                        2 => at.up(&panels.parts::<2>(panel)),
-                        3 => at.up(&panels.parts::<3>(panel)),
-                        _ => at.up(&panels.parts::<PANEL>(panel)),
-                    }
+            }
+        } else {
+            for panel in panels.panels.iter().rev() {
+                match panel.width {
+                    1 => at.up(&panels.parts::<1>(panel)),
+                    2 => at.up(&panels.parts::<2>(panel)),
+                    3 => at.up(&panels.parts::<3>(panel)),
+                    _ => at.up(&panels.parts::<PANEL>(panel)),
                 }
             }
         }
     }
 }
 
-/// One block of columns in rows of `step` blocks.
 struct Place<'a, A: Arithmetic> {
     a: A,
     x: &'a mut [A::Row],
-    step: usize,
-    block: usize,
 }
 
 impl<A: Arithmetic> Place<'_, A> {
     #[inline(always)]
-    fn row(&mut self, number: usize) -> &mut A::Row {
-        &mut self.x[number * self.step + self.block]
-    }
-
-    #[inline(always)]
     fn down<const P: usize>(&mut self, parts: &Parts<'_, P>) {
         let a = self.a;
-        let mut own: [A::Row; P] = std::array::from_fn(|k| *self.row(parts.start + k));
+        let mut own: [A::Row; P] = std::array::from_fn(|k| self.x[parts.start + k]);
         for k in 0..P {
             own[k] = a.scale(parts.triangle[k][k], own[k]);
             for i in k + 1..P {
                 own[i] = a.minus(own[i], parts.triangle[k][i], own[k]);
             }
-            *self.row(parts.start + k) = own[k];
+            self.x[parts.start + k] = own[k];
         }
         for (row, entries) in (parts.start + P..).zip(parts.near) {
-            let row = self.row(row);
+            let row = &mut self.x[row];
             let mut sum = *row;
             for k in 0..P {
                 sum = a.minus(sum, entries[k], own[k]);
@@ -189,7 +158,7 @@ impl<A: Arithmetic> Place<'_, A> {
             *row = sum;
         }
         for (&row, entries) in parts.rows.iter().zip(parts.far) {
-            let row = self.row(row as usize);
+            let row = &mut self.x[row as usize];
             let mut sum = *row;
             for k in 0..P {
                 sum = a.minus(sum, entries[k], own[k]);
@@ -202,15 +171,15 @@ impl<A: Arithmetic> Place<'_, A> {
     fn up<const P: usize>(&mut self, parts: &Parts<'_, P>) {
         // Rows last to first: the whole solve then runs backwards through memory in one line.
         let a = self.a;
-        let mut own: [A::Row; P] = std::array::from_fn(|k| *self.row(parts.start + k));
+        let mut own: [A::Row; P] = std::array::from_fn(|k| self.x[parts.start + k]);
         for (&row, entries) in parts.rows.iter().zip(parts.far).rev() {
-            let row = *self.row(row as usize);
+            let row = self.x[row as usize];
             for k in 0..P {
                 own[k] = a.minus(own[k], entries[k], row);
             }
         }
         for (row, entries) in (parts.start + P..parts.start + P + parts.near.len()).zip(parts.near).rev() {
-            let row = *self.row(row);
+            let row = self.x[row];
             for k in 0..P {
                 own[k] = a.minus(own[k], entries[k], row);
             }
@@ -220,7 +189,7 @@ impl<A: Arithmetic> Place<'_, A> {
                 own[k] = a.minus(own[k], parts.triangle[k][i], own[i]);
             }
             own[k] = a.scale(parts.triangle[k][k], own[k]);
-            *self.row(parts.start + k) = own[k];
+            self.x[parts.start + k] = own[k];
         }
     }
 }

@@ -1,0 +1,203 @@
+//! Arithmetic on the two unknowns of a node in several columns: (r₀, z₀, r₁, z₁, …).
+//!
+//! A pair of entries of L, one of either unknown, is then spread over a vector by one load and multiplies all columns; six columns fill three
+//! vectors of four numbers, none of them idle.
+
+use std::marker::PhantomData;
+
+use pulp::{Simd, bytemuck::cast, num_complex::Complex};
+
+/// One node in a block of columns, as the machine holds it.
+pub(super) trait Arithmetic: Copy {
+    /// Its pairs.
+    type Row: Copy;
+
+    /// Zeros.
+    fn zero(self) -> Self::Row;
+    /// (e₀ r, e₁ z).
+    fn times(self, entries: [f64; 2], row: Self::Row) -> Self::Row;
+    /// sum + (e₀ r, e₁ z), fused where the machine can; results of two machines differ by that rounding alone.
+    fn plus(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row;
+    /// sum − (e₀ r, e₁ z).
+    fn minus(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row;
+    /// one + other.
+    fn sum(self, one: Self::Row, other: Self::Row) -> Self::Row;
+    /// (z, r).
+    fn turned(self, row: Self::Row) -> Self::Row;
+    /// (r of one, z of the other).
+    fn merged(self, one: Self::Row, other: Self::Row) -> Self::Row;
+    /// Numbers as nodes.
+    fn rows_mut(numbers: &mut [f64]) -> &mut [Self::Row];
+
+    /// (r, r) and (z, z).
+    #[inline(always)]
+    fn spread(self, row: Self::Row) -> [Self::Row; 2] {
+        let turned = self.turned(row);
+        [self.merged(row, turned), self.merged(turned, row)]
+    }
+
+    /// (r + z of one, r + z of the other).
+    #[inline(always)]
+    fn gathered(self, [one, other]: [Self::Row; 2]) -> Self::Row {
+        self.sum(self.merged(one, self.turned(other)), self.merged(self.turned(one), other))
+    }
+}
+
+/// Work on nodes in a block of columns, whatever holds them.
+pub(super) trait Kernel {
+    /// Run.
+    fn run<A: Arithmetic>(self, arithmetic: A);
+}
+
+/// Blocks that a kernel runs on, columns.
+pub(super) const BLOCKS: [usize; 4] = [6, 4, 2, 1];
+
+/// Run a kernel on a block of 1, 2, 4 or 6 columns.
+pub(super) fn run(columns: usize, kernel: impl Kernel) {
+    pulp::Arch::new().dispatch(Dispatch { columns, kernel });
+}
+
+struct Dispatch<K> {
+    columns: usize,
+    kernel: K,
+}
+
+impl<K: Kernel> pulp::WithSimd for Dispatch<K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { columns, kernel } = self;
+        match (columns, S::F64_LANES) {
+            (6, 4) => kernel.run(Vectors::<S, 3>(simd)),
+            (4, 4) => kernel.run(Vectors::<S, 2>(simd)),
+            (2, 4) => kernel.run(Vectors::<S, 1>(simd)),
+            (6, 2) => kernel.run(Vectors::<S, 6>(simd)),
+            (4, 2) => kernel.run(Vectors::<S, 4>(simd)),
+            (2, 2) => kernel.run(Vectors::<S, 2>(simd)),
+            (6, _) => kernel.run(Numbers::<S, 12>(PhantomData)),
+            (4, _) => kernel.run(Numbers::<S, 8>(PhantomData)),
+            (2, _) => kernel.run(Numbers::<S, 4>(PhantomData)),
+            _ => kernel.run(Numbers::<S, 2>(PhantomData)),
+        }
+    }
+}
+
+/// Nodes of W plain numbers, left to the compiler.
+struct Numbers<S, const W: usize>(PhantomData<S>);
+
+impl<S, const W: usize> Clone for Numbers<S, W> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S, const W: usize> Copy for Numbers<S, W> {}
+
+impl<S: Simd, const W: usize> Arithmetic for Numbers<S, W> {
+    type Row = [f64; W];
+
+    #[inline(always)]
+    fn zero(self) -> Self::Row {
+        [0.0; W]
+    }
+
+    #[inline(always)]
+    fn times(self, entries: [f64; 2], row: Self::Row) -> Self::Row {
+        std::array::from_fn(|place| entries[place % 2] * row[place])
+    }
+
+    #[inline(always)]
+    fn plus(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row {
+        std::array::from_fn(|place| {
+            let (entry, value) = (entries[place % 2], row[place]);
+            if S::F64_LANES > 1 { entry.mul_add(value, sum[place]) } else { sum[place] + entry * value }
+        })
+    }
+
+    #[inline(always)]
+    fn minus(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row {
+        self.plus(sum, entries.map(|entry| -entry), row)
+    }
+
+    #[inline(always)]
+    fn sum(self, one: Self::Row, other: Self::Row) -> Self::Row {
+        std::array::from_fn(|place| one[place] + other[place])
+    }
+
+    #[inline(always)]
+    fn turned(self, row: Self::Row) -> Self::Row {
+        std::array::from_fn(|place| row[place ^ 1])
+    }
+
+    #[inline(always)]
+    fn merged(self, one: Self::Row, other: Self::Row) -> Self::Row {
+        std::array::from_fn(|place| [one, other][place % 2][place])
+    }
+
+    #[inline(always)]
+    fn rows_mut(numbers: &mut [f64]) -> &mut [Self::Row] {
+        numbers.as_chunks_mut().0
+    }
+}
+
+/// Nodes of R vectors.
+#[derive(Clone, Copy)]
+struct Vectors<S, const R: usize>(S);
+
+impl<S: Simd, const R: usize> Vectors<S, R> {
+    /// A pair beside itself.
+    #[inline(always)]
+    fn pairs(self, [re, im]: [f64; 2]) -> S::f64s {
+        cast(self.0.splat_c64s(Complex { re, im }))
+    }
+}
+
+impl<S: Simd, const R: usize> Arithmetic for Vectors<S, R> {
+    type Row = [S::f64s; R];
+
+    #[inline(always)]
+    fn zero(self) -> Self::Row {
+        [self.0.splat_f64s(0.0); R]
+    }
+
+    #[inline(always)]
+    fn times(self, entries: [f64; 2], row: Self::Row) -> Self::Row {
+        let entries = self.pairs(entries);
+        row.map(|row| self.0.mul_f64s(entries, row))
+    }
+
+    #[inline(always)]
+    fn plus(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row {
+        let entries = self.pairs(entries);
+        std::array::from_fn(|place| self.0.mul_add_e_f64s(entries, row[place], sum[place]))
+    }
+
+    #[inline(always)]
+    fn minus(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row {
+        let entries = self.pairs(entries);
+        std::array::from_fn(|place| self.0.negate_mul_add_e_f64s(entries, row[place], sum[place]))
+    }
+
+    #[inline(always)]
+    fn sum(self, one: Self::Row, other: Self::Row) -> Self::Row {
+        std::array::from_fn(|place| self.0.add_f64s(one[place], other[place]))
+    }
+
+    #[inline(always)]
+    fn turned(self, row: Self::Row) -> Self::Row {
+        row.map(|row| cast(self.0.swap_re_im_c64s(cast(row))))
+    }
+
+    #[inline(always)]
+    fn merged(self, one: Self::Row, other: Self::Row) -> Self::Row {
+        let first = self.0.equal_f64s(self.pairs([1.0, 0.0]), self.0.splat_f64s(1.0));
+        std::array::from_fn(|place| self.0.select_f64s(first, one[place], other[place]))
+    }
+
+    #[inline(always)]
+    fn rows_mut(numbers: &mut [f64]) -> &mut [Self::Row] {
+        S::as_mut_simd_f64s(numbers).0.as_chunks_mut().0
+    }
+}
