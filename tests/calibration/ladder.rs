@@ -18,8 +18,13 @@ use granchain::{
         twin::{Flaw, twin},
     },
     feature::fingerprint::FeatureSet,
-    model::{self, Prepared},
+    model::{self, ModelError, Prepared},
     scene::{self, DampingKind, Scene},
+    study::{
+        self, EnsemblePlan,
+        confirmation::{ConfirmationError, confirm},
+        members,
+    },
 };
 
 const SEED: u64 = 5;
@@ -81,6 +86,36 @@ fn both_runs_of_a_pair_are_made_under_the_same_nuisances() {
     // A fixed step of T0/160 is good to 4e-3 of the peak; a band 20 dB below it moves by ten times that in ln.
     assert!(within < 0.04, "{within}");
     assert!(across > 2.0 * within, "{across} {within}");
+}
+
+#[test]
+fn a_stop_is_asked_for_within_a_batch_and_a_confirmation() {
+    let scene = bench(&[]);
+    let (recording, truth) = record(&scene);
+    // Says stop when it is asked for the fourth time.
+    let asked = Arc::new(AtomicU64::new(0));
+    let count = asked.clone();
+    let forward = forward(&scene, &recording, Arc::new(move |_| count.fetch_add(1, Ordering::Relaxed) < 3));
+    let runs = forward.run(0, &vec![vec![0.5; 2]; 64]);
+    let made = runs.iter().filter(|run| run.outcome.as_ref().is_err_and(|reason| reason == "stopped")).count();
+    assert_eq!((runs.len() - made, asked.load(Ordering::Relaxed)), (24, 8));
+    let searched = fit(&forward, Search::new(&forward, 600, SEED, Strategy::Likelihood), None);
+    assert!(matches!(searched, Err(FitError::Stopped { runs: 0 })), "{searched:?}");
+
+    struct Stopped(AtomicU64);
+    impl members::Watch for Stopped {
+        fn advance(&self, _: u64) {}
+        fn stop(&self) -> bool {
+            self.0.fetch_add(1, Ordering::Relaxed) >= 3
+        }
+    }
+    let scene = Scene { amplitude_scale: truth[0], ..scene };
+    let observation = Observation::new(&recording, &scene.drive, FeatureSet::Full).unwrap();
+    let how = (&EnsemblePlan::new(2, SEED), None);
+    let watch = Stopped(AtomicU64::new(0));
+    let confirmed = confirm(&scene, &study::Bodies::new(None), &recording, &observation, how, None, &watch);
+    assert!(matches!(confirmed, Err(ConfirmationError::Model(ModelError::Stopped { .. }))), "{confirmed:?}");
+    assert_eq!(watch.0.load(Ordering::Relaxed), 4);
 }
 
 #[test]
