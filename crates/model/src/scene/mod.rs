@@ -49,6 +49,7 @@ mod motion;
 mod reader;
 mod reduced;
 mod settings;
+mod sines;
 mod source;
 mod support;
 mod table;

@@ -2,7 +2,10 @@
 
 use std::f64::consts::PI;
 
-use super::{Drive, DriveKind, PistonMotion};
+use super::{
+    Drive, DriveKind, PistonMotion,
+    sines::{LARGEST, TOGETHER, sin_cos},
+};
 use granchain_signal::spline::{Ends, Spline};
 
 /// The motion of a piston, α·drive. At t < 0 the piston is at rest at 0.
@@ -121,6 +124,63 @@ impl PistonMotion for Motion {
 
     fn longest_step(&self) -> f64 {
         self.period / 8.0
+    }
+
+    fn sample(&self, times: &[f64], displacements: &mut [f64], velocities: &mut [f64]) {
+        match self.shape {
+            Shape::Sine { angular } if times.iter().all(|t| (angular * t).abs() < LARGEST) => {
+                pulp::Arch::new().dispatch(Sines { motion: self, angular, times, displacements, velocities });
+            }
+            _ => {
+                for ((time, displacement), velocity) in times.iter().zip(displacements).zip(velocities) {
+                    (*displacement, *velocity) = self.at(*time);
+                }
+            }
+        }
+    }
+}
+
+/// [`Motion::sample`] of a sine, compiled for the widest vectors this machine has.
+struct Sines<'a> {
+    motion: &'a Motion,
+    /// ω, rad/s.
+    angular: f64,
+    times: &'a [f64],
+    displacements: &'a mut [f64],
+    velocities: &'a mut [f64],
+}
+
+impl pulp::NullaryFnOnce for Sines<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { motion, angular, times, displacements, velocities } = self;
+        let (from, to) = (motion.breaks[0], motion.breaks[1]);
+        let sets = displacements.chunks_mut(TOGETHER).zip(velocities.chunks_mut(TOGETHER));
+        for (times, (displacements, velocities)) in times.chunks(TOGETHER).zip(sets) {
+            let at: [f64; TOGETHER] = std::array::from_fn(|k| times.get(k).copied().unwrap_or(to));
+            let scale = at.map(|t| if t >= from && t < to { motion.scale } else { 0.0 });
+            if scale == [0.0; TOGETHER] {
+                displacements.fill(0.0);
+                velocities.fill(0.0);
+                continue;
+            }
+            let (mut sine, mut cosine) = sin_cos(at.map(|t| angular * t));
+            for k in 0..TOGETHER {
+                sine[k] *= scale[k];
+                cosine[k] *= scale[k] * angular;
+            }
+            if let (Some(displacements), Some(velocities)) =
+                (displacements.first_chunk_mut(), velocities.first_chunk_mut())
+            {
+                (*displacements, *velocities) = (sine, cosine);
+                continue;
+            }
+            for (k, (displacement, velocity)) in displacements.iter_mut().zip(velocities).enumerate() {
+                (*displacement, *velocity) = (sine[k], cosine[k]);
+            }
+        }
     }
 }
 
