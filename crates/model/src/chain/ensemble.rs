@@ -17,7 +17,7 @@ use crate::{
     contact_law::{
         self, ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, Terms, dashpots, for_terms, terms_of,
     },
-    number::{Lane, Number, WIDTH},
+    number::{Lane, Mask, Number, WIDTH},
     scene::{DampingCoefficients, DampingPlacement, DampingTerm, Drive, DriveKind, Integrator, PistonMotion, Scene},
 };
 use granchain_signal::Series;
@@ -295,9 +295,16 @@ struct Work {
     velocity: Vec<Lane>,
     stage_displacement: Vec<Lane>,
     stage_velocity: Vec<Lane>,
-    acceleration: [Vec<Lane>; 4],
-    pole: Vec<Lane>,
+    /// Of the first three stages.
+    acceleration: [Vec<Lane>; 3],
+    /// The last bead's velocity at the last instants.
+    trace: [Lane; HELD],
+    /// The same of every run at all instants before.
+    pole: [Vec<f64>; WIDTH],
 }
+
+/// Instants that are gathered before they go into the runs' own traces.
+const HELD: usize = 16;
 
 impl Work {
     fn new(ensemble: &Ensemble) -> Self {
@@ -328,7 +335,8 @@ impl Work {
             stage_displacement: of_beads(),
             stage_velocity: of_beads(),
             acceleration: std::array::from_fn(|_| of_beads()),
-            pole: vec![Lane::ZERO; ensemble.steps + 1],
+            trace: [Lane::ZERO; HELD],
+            pole: Default::default(),
         }
     }
 
@@ -376,19 +384,20 @@ impl Work {
         }
         self.displacement.fill(Lane::ZERO);
         self.velocity.fill(Lane::ZERO);
+        self.pole = std::array::from_fn(|_| Vec::with_capacity(ensemble.steps + 1));
     }
 
     /// The run in one place, or where it went astray.
-    fn unload(&self, ensemble: &Ensemble, place: usize) -> Result<Series, ModelError> {
+    fn unload(&mut self, ensemble: &Ensemble, place: usize) -> Result<Series, ModelError> {
         let broken = |bead: &usize| {
             !(self.displacement[*bead].0[place].is_finite() && self.velocity[*bead].0[place].is_finite())
         };
         if let Some(bead) = (0..self.beads).find(broken) {
-            let index = self.pole.iter().position(|pole| !pole.0[place].is_finite()).unwrap_or(ensemble.steps);
+            let index = self.pole[place].iter().position(|pole| !pole.is_finite()).unwrap_or(ensemble.steps);
             let time = index as f64 * ensemble.step;
             return Err(ModelError::NonFinite { time, step: ensemble.step, bead: bead + 1 });
         }
-        Ok(Series::new(0.0, ensemble.step, self.pole.iter().map(|pole| pole.0[place]).collect()))
+        Ok(Series::new(0.0, ensemble.step, std::mem::take(&mut self.pole[place])))
     }
 
     /// All steps of the loaded runs, by the support's kind.
@@ -413,25 +422,26 @@ impl Work {
 
     #[inline(always)]
     fn step_through<const DAMPED: Terms, const SUPPORT: u8>(&mut self, ensemble: &Ensemble) {
-        let h = ensemble.step;
-        let beads = self.beads;
-        self.pole[0] = self.velocity[beads - 1];
+        self.trace[0] = self.velocity[self.beads - 1];
         for step in 0..ensemble.steps {
             let drive = [0, 1, 2].map(|half| self.piston(ensemble, 2 * step + half));
-            self.forces::<DAMPED, SUPPORT, 0>(drive[0], true);
-            self.stage::<0>(0.5 * h, 0.0);
-            self.forces::<DAMPED, SUPPORT, 1>(drive[1], false);
-            self.stage::<1>(0.5 * h, 0.25 * h * h);
-            self.forces::<DAMPED, SUPPORT, 2>(drive[1], false);
-            self.stage::<2>(h, 0.5 * h * h);
-            self.forces::<DAMPED, SUPPORT, 3>(drive[2], false);
-            let [a1, a2, a3, a4] = &self.acceleration;
-            for i in 0..beads {
-                let middle = a2[i] + a3[i];
-                self.displacement[i] = self.displacement[i] + self.velocity[i] * h + (a1[i] + middle) * (h * h / 6.0);
-                self.velocity[i] = self.velocity[i] + (a1[i] + middle * 2.0 + a4[i]) * (h / 6.0);
+            self.stage::<DAMPED, SUPPORT, 0>(drive[0], ensemble.step);
+            self.stage::<DAMPED, SUPPORT, 1>(drive[1], ensemble.step);
+            self.stage::<DAMPED, SUPPORT, 2>(drive[1], ensemble.step);
+            self.stage::<DAMPED, SUPPORT, 3>(drive[2], ensemble.step);
+            self.trace[(step + 1) % HELD] = self.velocity[self.beads - 1];
+            if (step + 1) % HELD == HELD - 1 {
+                self.unload_trace(HELD);
             }
-            self.pole[step + 1] = self.velocity[beads - 1];
+        }
+        self.unload_trace((ensemble.steps + 1) % HELD);
+    }
+
+    /// Give every run its part of the instants gathered.
+    #[inline(always)]
+    fn unload_trace(&mut self, held: usize) {
+        for (place, pole) in self.pole.iter_mut().enumerate() {
+            pole.extend(self.trace[..held].iter().map(|velocity| velocity.0[place]));
         }
     }
 
@@ -448,46 +458,35 @@ impl Work {
         piston
     }
 
-    /// Stage state after stage `STAGE`: u + c v + d a_{STAGE−1}, v + c a_STAGE.
+    /// Accelerations a of stage `STAGE` with the piston at `piston`, at the step's own state or that of the stage, and where they lead from u and v: to the
+    /// state of the next stage, u + c v + d a_{STAGE−1} and v + c a_STAGE, or to the end of the step.
     #[inline(always)]
-    fn stage<const STAGE: usize>(&mut self, c: f64, d: f64) {
-        for i in 0..self.beads {
-            let mut displacement = self.displacement[i] + self.velocity[i] * c;
-            if STAGE > 0 {
-                displacement = displacement + self.acceleration[STAGE.max(1) - 1][i] * d;
-            }
-            self.stage_displacement[i] = displacement;
-            self.stage_velocity[i] = self.velocity[i] + self.acceleration[STAGE][i] * c;
-        }
-    }
-
-    /// Accelerations of stage `STAGE` at the stage state, or at the step's own.
-    #[inline(always)]
-    fn forces<const DAMPED: Terms, const SUPPORT: u8, const STAGE: usize>(
-        &mut self,
-        piston: (Lane, Lane),
-        at_start: bool,
-    ) {
+    fn stage<const DAMPED: Terms, const SUPPORT: u8, const STAGE: usize>(&mut self, piston: (Lane, Lane), h: f64) {
         let beads = self.beads;
-        let (u, v) = if at_start {
-            (&self.displacement[..beads], &self.velocity[..beads])
-        } else {
-            (&self.stage_displacement[..beads], &self.stage_velocity[..beads])
-        };
+        let (u, v) = (&mut self.displacement[..beads], &mut self.velocity[..beads]);
+        let (stage_u, stage_v) = (&mut self.stage_displacement[..beads], &mut self.stage_velocity[..beads]);
         let (offset, stiffness) = (&self.offset[..=beads], &self.stiffness[..=beads]);
         let damping: [_; DampingTerm::ALL.len()] = std::array::from_fn(|term| &self.damping[term][..=beads]);
-        let acceleration = &mut self.acceleration[STAGE][..beads];
+        let [a1, a2, a3] = self.acceleration.each_mut().map(|of_stage| &mut of_stage[..beads]);
         let inverse_mass = &self.inverse_mass[..beads];
         let mut before = piston;
         let mut before_force = Lane::ZERO;
         if SUPPORT >= COUPLED {
+            let u = if STAGE == 0 { &*u } else { &*stage_u };
             self.coupled.settle::<SUPPORT>(before.0, u, offset, stiffness, &self.annulus);
         }
         for i in 0..=beads {
-            let after = if i < beads { (u[i], v[i]) } else { (Lane::ZERO, Lane::ZERO) };
+            let after = match i {
+                _ if i == beads => (Lane::ZERO, Lane::ZERO),
+                _ if STAGE == 0 => (u[i], v[i]),
+                _ => (stage_u[i], stage_v[i]),
+            };
             let overlap = offset[i] + before.0 - after.0;
             let pressed = overlap.at_least(0.0);
-            let mut force = if SUPPORT >= COUPLED {
+            let is_open = SUPPORT < COUPLED && !overlap.above(Lane::ZERO).any();
+            let mut force = if is_open {
+                Lane::ZERO
+            } else if SUPPORT >= COUPLED {
                 self.coupled.force[i]
             } else if SUPPORT == ANNULUS && i == beads {
                 stiffness[i] * self.annulus.force(pressed)
@@ -496,7 +495,7 @@ impl Work {
             } else {
                 stiffness[i] * pressed * pressed.root()
             };
-            if DAMPED != 0 {
+            if DAMPED != 0 && !is_open {
                 let rate = before.1 - after.1;
                 for term in DampingTerm::ALL {
                     if DAMPED & term.alone() != 0 {
@@ -507,7 +506,21 @@ impl Work {
                 force = force.at_least(self.least_force).or_where_not(overlap.above(Lane::ZERO), Lane::ZERO);
             }
             if i > 0 {
-                acceleration[i - 1] = (before_force - force) * inverse_mass[i - 1];
+                let i = i - 1;
+                let a = (before_force - force) * inverse_mass[i];
+                match STAGE {
+                    0 => (a1[i], stage_u[i], stage_v[i]) = (a, u[i] + v[i] * (0.5 * h), v[i] + a * (0.5 * h)),
+                    1 => {
+                        stage_u[i] = u[i] + v[i] * (0.5 * h) + a1[i] * (0.25 * h * h);
+                        (a2[i], stage_v[i]) = (a, v[i] + a * (0.5 * h));
+                    }
+                    2 => (a3[i], stage_u[i], stage_v[i]) = (a, u[i] + v[i] * h + a2[i] * (0.5 * h * h), v[i] + a * h),
+                    _ => {
+                        let middle = a2[i] + a3[i];
+                        u[i] = u[i] + v[i] * h + (a1[i] + middle) * (h * h / 6.0);
+                        v[i] = v[i] + (a1[i] + middle * 2.0 + a) * (h / 6.0);
+                    }
+                }
             }
             before_force = force;
             before = after;
