@@ -203,7 +203,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         self.relax(state, None);
         let (u, rest) = state.split_at(padded);
         let (v, tail) = rest.split_at(padded);
-        let lost = self.evaluate_forces(u, v);
+        let lost = self.evaluate_forces((u[0], v[0]), u, v);
         let (du, rest) = derivative.split_at_mut(padded);
         let (dv, work) = rest.split_at_mut(padded);
         let force = &self.force;
@@ -288,7 +288,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     fn evaluate_at(&mut self, state: &[f64]) {
         let padded = self.system.padded;
         self.relax(state, None);
-        self.evaluate_forces(&state[..padded], &state[padded..2 * padded]);
+        self.evaluate_forces((state[0], state[padded]), &state[..padded], &state[padded..2 * padded]);
     }
 
     /// Whether a contact may begin or cease to yield, or a bead to slide, within the finished step.

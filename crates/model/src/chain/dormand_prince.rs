@@ -70,6 +70,7 @@ pub(super) struct Stepper {
     /// Derivatives of the sixteen stages times dt/dσ, one behind the other.
     stages: Row,
     stage: Row,
+    /// Coefficients of the continuous extension; before it is built, what the error is estimated with.
     dense: [Row; 7],
     /// 1/(absolute tolerance) of each entry; 0 for those not controlled.
     pub inverse_scale: Row,
@@ -80,13 +81,24 @@ pub(super) struct Stepper {
     pub evaluations: u64,
 }
 
-/// Rows taken together: the five of a chain of four to six beads, so that their sums stay in registers.
+/// Rows taken together: the five of a chain of three to six beads, so that their sums stay in registers.
 const BLOCK: usize = 5;
 
 /// out = base + Σ c_j k_j, the stages k lying one behind the other in `stages`; base 0 if there is none.
 #[inline(always)]
 fn combine(out: &mut [[f64; 4]], base: Option<&[[f64; 4]]>, terms: &[Term], stages: &[[f64; 4]]) {
     let rows = out.len();
+    if let (Ok(out), (stages, [])) = (<&mut [[f64; 4]; BLOCK]>::try_from(&mut *out), stages.as_chunks::<BLOCK>()) {
+        let mut sum = [[0.0; 4]; BLOCK];
+        if let Some(base) = base.and_then(|base| base.first_chunk()) {
+            sum = *base;
+        }
+        for (stage, weight) in terms {
+            add(&mut sum, *weight, &stages[*stage]);
+        }
+        *out = sum;
+        return;
+    }
     let mut first = 0;
     while first + BLOCK <= rows {
         combine_block::<BLOCK>(out, base, terms, stages, first);
@@ -113,14 +125,42 @@ fn combine_block<const B: usize>(
     }
     for (stage, weight) in terms {
         let from = stage * rows + first;
-        let k = &stages[from..from + B];
-        for (sum, k) in sum.iter_mut().zip(k) {
-            for lane in 0..4 {
-                sum[lane] += weight * k[lane];
-            }
-        }
+        add(&mut sum, *weight, &stages[from..from + B]);
     }
     out[first..first + B].copy_from_slice(&sum);
+}
+
+#[inline(always)]
+fn add(sum: &mut [[f64; 4]], weight: f64, stage: &[[f64; 4]]) {
+    for (sum, k) in sum.iter_mut().zip(stage) {
+        for lane in 0..4 {
+            sum[lane] += weight * k[lane];
+        }
+    }
+}
+
+/// One number of the state, or a difference of two, over a step: the coefficients of the continuous extension.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Course(pub [f64; 8]);
+
+impl Course {
+    /// Its value at σ.
+    #[inline(always)]
+    pub fn at(&self, sigma: f64) -> f64 {
+        let [y, d0, d1, d2, d3, d4, d5, d6] = self.0;
+        let rest = 1.0 - sigma;
+        let inner = d3 + sigma * (d4 + rest * (d5 + sigma * d6));
+        y + sigma * (d0 + rest * (d1 + sigma * (d2 + rest * inner)))
+    }
+
+    /// What it is above another.
+    pub fn above(self, other: Self) -> Self {
+        let mut above = self;
+        for (above, other) in above.0.iter_mut().zip(other.0) {
+            *above -= other;
+        }
+        above
+    }
 }
 
 impl Stepper {
@@ -188,7 +228,10 @@ impl Stepper {
             self.stage(flow, clock, stage);
         }
         combine(&mut self.end_state, Some(&self.state), A[12], &self.stages);
-        error_norm(&self.stages, &self.inverse_scale)
+        let [fifth, third, ..] = &mut self.dense;
+        combine(fifth, None, E[0], &self.stages);
+        combine(third, None, E[1], &self.stages);
+        error_norm(fifth, third, &self.inverse_scale)
     }
 
     /// State, then derivative, of one stage.
@@ -243,13 +286,15 @@ impl Stepper {
         }
     }
 
-    /// Entry `index` of the state at σ, by the continuous extension.
-    pub fn value(&self, index: usize, sigma: f64) -> f64 {
+    /// Entry `index` of the state over the extended step.
+    #[inline]
+    pub fn course(&self, index: usize) -> Course {
         let (r, lane) = (index / 4, index % 4);
-        let rest = 1.0 - sigma;
-        let d = |i: usize| self.dense[i][r][lane];
-        let inner = d(3) + sigma * (d(4) + rest * (d(5) + sigma * d(6)));
-        self.state[r][lane] + sigma * (d(0) + rest * (d(1) + sigma * (d(2) + rest * inner)))
+        let mut course = Course([self.state[r][lane]; 8]);
+        for (out, dense) in course.0[1..].iter_mut().zip(&self.dense) {
+            *out = dense[r][lane];
+        }
+        course
     }
 
     /// The first `out.len()` rows of the state at σ, by the continuous extension.
@@ -268,11 +313,6 @@ impl Stepper {
                 out[r][lane] = y[r][lane] + sigma * (d0[r][lane] + rest * outer);
             }
         }
-    }
-
-    /// Coefficients of the continuous extension and the state at the start, row by row: what [`Stepper::values`] needs.
-    pub fn coefficients(&self) -> impl Iterator<Item = &[[f64; 4]]> {
-        std::iter::once(self.state.as_slice()).chain(self.dense.iter().map(Vec::as_slice))
     }
 
     /// Go on from the end of the finished step.
@@ -304,29 +344,20 @@ impl Stepper {
         let rows = self.state.len();
         let error = |index: usize| {
             let (r, lane) = (index / 4, index % 4);
-            let sum: f64 = E.iter().map(|(stage, fifth, _)| fifth * self.stages[stage * rows + r][lane]).sum();
+            let sum: f64 = E[0].iter().map(|(stage, fifth)| fifth * self.stages[stage * rows + r][lane]).sum();
             (sum * self.inverse_scale[r][lane]).abs()
         };
         (0..4 * self.state.len()).max_by(|a, b| error(*a).total_cmp(&error(*b))).unwrap_or(0)
     }
 }
 
-/// Largest-entry norm of the combined error estimate, e₅²/√(e₅² + 0.01 e₃²); NaN when any entry is.
+/// Largest-entry norm of the estimates of order 5 and 3 combined, e₅²/√(e₅² + 0.01 e₃²); NaN when any entry is.
 #[inline(always)]
-fn error_norm(stages: &[[f64; 4]], inverse_scale: &[[f64; 4]]) -> f64 {
-    let rows = inverse_scale.len();
+fn error_norm(fifth: &[[f64; 4]], third: &[[f64; 4]], inverse_scale: &[[f64; 4]]) -> f64 {
     let mut largest5 = [0.0f64; 4];
     let mut largest3 = [0.0f64; 4];
     let mut sum = [0.0f64; 4];
-    for (r, inverse_scale) in inverse_scale.iter().enumerate() {
-        let (mut fifth, mut third) = ([0.0; 4], [0.0; 4]);
-        for (stage, weight5, weight3) in &E {
-            let k = &stages[stage * rows + r];
-            for lane in 0..4 {
-                fifth[lane] += weight5 * k[lane];
-                third[lane] += weight3 * k[lane];
-            }
-        }
+    for ((fifth, third), inverse_scale) in fifth.iter().zip(third).zip(inverse_scale) {
         for lane in 0..4 {
             let fifth = (fifth[lane] * inverse_scale[lane]).abs();
             let third = (third[lane] * inverse_scale[lane]).abs();

@@ -201,12 +201,13 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         }
     }
 
-    /// Contact forces with the present modes into `self.force`, and the power lost in the dashpots (W).
+    /// Contact forces with the present modes into `self.force`, and the power lost in the dashpots (W); the piston's displacement (m) and velocity
+    /// (m/s) are taken from `piston`, of coupled contacts from their slots.
     ///
-    /// Four contacts at a time; neighbours are moved between registers, since reading back what was just stored at another
-    /// alignment would wait for the store.
+    /// Four contacts at a time; neighbours and the piston are moved between registers, since reading back what was just stored at another
+    /// alignment or in parts would wait for the store.
     #[inline(always)]
-    pub(super) fn evaluate_forces(&mut self, u: &[f64], v: &[f64]) -> f64 {
+    pub(super) fn evaluate_forces(&mut self, piston: (f64, f64), u: &[f64], v: &[f64]) -> f64 {
         if L::IS_COUPLED {
             return self.evaluate_coupled(u, v);
         }
@@ -221,12 +222,13 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         let force = &mut self.force.as_chunks_mut::<4>().0[..blocks];
         let mut lost = [0.0; 4];
         for block in 0..blocks {
-            let shifted = |x: &[[f64; 4]]| {
-                let here = x[block];
+            let shifted = |x: &[[f64; 4]], first: f64| {
+                let mut here = x[block];
+                here[0] = if block == 0 { first } else { here[0] };
                 let next = if block + 1 < blocks { x[block + 1][0] } else { 0.0 };
                 (here, [here[1], here[2], here[3], next])
             };
-            let (lower, upper) = shifted(u);
+            let (lower, upper) = shifted(u, piston.0);
             let mut pressed = [0.0; 4];
             let mut root = [0.0; 4];
             let mut total = [0.0; 4];
@@ -241,7 +243,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
                 total[i] = hertz[block][i] * pressed[i] * root[i];
             }
             if DAMPED != 0 {
-                let (lower_rate, upper_rate) = shifted(v);
+                let (lower_rate, upper_rate) = shifted(v, piston.1);
                 for i in 0..4 {
                     let rate = lower_rate[i] - upper_rate[i];
                     let mut resistance = 0.0;
@@ -306,39 +308,48 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             return self.evaluate_beyond(weight, piston, state, derivative);
         }
         let padded = self.system.padded;
-        let (u, rest) = state.split_at_mut(padded);
-        let (v, _) = rest.split_at_mut(padded);
-        u[0] = piston.0;
-        v[0] = piston.1;
-        let lost = self.evaluate_forces(u, v);
-        let (du, rest) = derivative.split_at_mut(padded);
-        let (dv, work) = rest.split_at_mut(padded);
+        if L::IS_COUPLED {
+            (state[0], state[padded]) = piston;
+        }
+        let (u, rest) = state.split_at(padded);
+        let v = &rest[..padded];
+        let lost = self.evaluate_forces(piston, u, v);
         let blocks = padded / 4;
-        let (du, dv) = (&mut du.as_chunks_mut::<4>().0[..blocks], &mut dv.as_chunks_mut::<4>().0[..blocks]);
+        let (du, rest) = derivative.as_chunks_mut::<4>().0.split_at_mut(blocks);
+        let (dv, work) = rest.split_at_mut(blocks);
         let v = &v.as_chunks::<4>().0[..blocks];
         let inverse_mass = &self.system.inverse_mass.as_chunks::<4>().0[..blocks];
         let force = &self.force.as_chunks::<4>().0[..blocks];
-        let mut before = 0.0;
+        let mut before = [0.0; 4];
         for block in 0..blocks {
             let after = force[block];
-            let left = [before, after[0], after[1], after[2]];
-            before = after[3];
+            let left = [before[3], after[0], after[1], after[2]];
+            before = after;
+            let mut speed = v[block];
+            speed[0] = if block == 0 { piston.1 } else { speed[0] };
+            let mut acceleration = [0.0; 4];
             for i in 0..4 {
-                du[block][i] = weight * v[block][i];
+                speed[i] *= weight;
             }
             for i in 0..4 {
-                dv[block][i] = weight * (left[i] - after[i]) * inverse_mass[block][i];
+                acceleration[i] = weight * (left[i] - after[i]) * inverse_mass[block][i];
             }
+            (du[block], dv[block]) = (speed, acceleration);
         }
-        work[0] = weight * self.force[0] * piston.1;
-        work[1] = weight * lost;
+        work[0] = [weight * force[0][0] * piston.1, weight * lost, 0.0, 0.0];
+        if !L::IS_COUPLED {
+            (state[0], state[padded]) = piston;
+        }
     }
 
     /// Total force of each contact at a state, N: what the response reports.
     #[inline(always)]
     pub(crate) fn contact_forces(&mut self, u: &[f64], v: &[f64]) -> &[f64] {
-        self.evaluate_forces(u, v);
+        self.evaluate_forces((u[0], v[0]), u, v);
         let force = &mut self.force[..=self.system.beads];
+        if DAMPED == 0 && !L::IS_COUPLED && !L::IS_BEYOND {
+            return force;
+        }
         if let Some(coupled) = &self.coupled {
             for (i, force) in force.iter_mut().enumerate() {
                 if coupled.rigid[i] <= 0.0 {

@@ -2,7 +2,7 @@
 
 use super::{
     beyond::place,
-    dormand_prince::{Clock, Stepper},
+    dormand_prince::{Clock, Course, Stepper},
     equation::{Equation, Instant, Mode},
 };
 use crate::{
@@ -136,9 +136,10 @@ impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
             if crossing == Crossing::None {
                 continue;
             }
+            let courses = self.courses(switch, stepper);
             // Positive while the mode holds, and its rate.
             let margin = |sigma: f64| {
-                let (overlap, rate) = self.overlap_and_rate_within(switch, stepper, clock, motion, sigma);
+                let (overlap, rate) = self.overlap_and_rate_within(switch, &courses, stepper, clock, motion, sigma);
                 match self.modes[switch] {
                     Mode::Pressed if self.may_clip(switch) => {
                         (self.pull(Instant::Within, switch, (overlap, rate)), 0.0)
@@ -160,10 +161,31 @@ impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
         if L::IS_BEYOND { self.first_turn(stepper, clock, motion, resolution, first) } else { first }
     }
 
+    /// δ (m) and δ̇ (m/s) of a switch over the extended step, without a piston's own motion, and what relaxes (N); of coupled contacts none is used.
+    #[inline]
+    fn courses(&self, switch: usize, stepper: &Stepper) -> [Course; 3] {
+        let (padded, tail) = (self.system.padded, 2 * self.system.padded);
+        let (contact, still) = (self.contact(switch), Course([0.0; 8]));
+        let [mut overlap, rate] = [0, 1].map(|block| {
+            let before = match contact {
+                0 if L::IS_BEYOND => stepper.course(tail + place::HORN[block]),
+                0 => still,
+                _ => stepper.course(block * padded + contact),
+            };
+            let at_wall = contact == self.system.beads;
+            before.above(if at_wall { still } else { stepper.course(block * padded + contact + 1) })
+        });
+        overlap.0[0] += self.offset[contact];
+        let relaxing = if self.relaxes(switch) { stepper.course(tail + place::RELAXING) } else { still };
+        [overlap, rate, relaxing]
+    }
+
     /// δ (m) and δ̇ (m/s) that a switch follows, within the extended step.
+    #[inline(always)]
     fn overlap_and_rate_within(
         &mut self,
         switch: usize,
+        [overlap, rate, relaxing]: &[Course; 3],
         stepper: &Stepper,
         clock: &Clock,
         motion: &dyn PistonMotion,
@@ -184,28 +206,11 @@ impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
             }
             return found;
         }
-        let tail = 2 * padded;
-        let (before, before_rate) = if switch == 0 {
-            let (free, rate) = motion.at(clock.at(sigma));
-            match L::IS_BEYOND {
-                true => {
-                    let [q, more] = place::HORN.map(|place| stepper.value(tail + place, sigma));
-                    (free + q, rate + more)
-                }
-                false => (free, rate),
-            }
-        } else {
-            (stepper.value(switch, sigma), stepper.value(padded + switch, sigma))
-        };
-        let (after, after_rate) = if switch == self.system.beads {
-            (0.0, 0.0)
-        } else {
-            (stepper.value(switch + 1, sigma), stepper.value(padded + switch + 1, sigma))
-        };
         if self.relaxes(switch) {
-            self.relax_within(stepper.value(tail + place::RELAXING, sigma));
+            self.relax_within(relaxing.at(sigma));
         }
-        (self.offset[switch] + before - after, before_rate - after_rate)
+        let (free, speed) = if switch == 0 { motion.at(clock.at(sigma)) } else { (0.0, 0.0) };
+        (overlap.at(sigma) + free, rate.at(sigma) + speed)
     }
 }
 

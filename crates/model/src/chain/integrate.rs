@@ -273,7 +273,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
                 continue;
             }
             if error.is_nan() || error > 1.0 {
-                let factor = if error.is_nan() { 0.1 } else { (0.9 * error.powf(-0.125)).max(0.2) };
+                let factor = if error.is_nan() { 0.1 } else { (0.9 / error.sqrt().sqrt().sqrt()).max(0.2) };
                 if let Pace::ToOpening { step, .. } = pace {
                     self.before_opening = factor * factor * step;
                 }
@@ -292,7 +292,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
                     event = self.equation.first_event(&self.stepper, &clock, self.motion, &self.resolution);
                 }
             }
-            let growth = if error == 0.0 { 6.0 } else { (0.9 * error.powf(-0.125)).clamp(0.333, 6.0) };
+            let growth = if error == 0.0 { 6.0 } else { (0.9 / error.sqrt().sqrt().sqrt()).clamp(0.333, 6.0) };
             let growth = if rejected && !matches!(pace, Pace::ToOpening { .. }) { growth.min(1.0) } else { growth };
             self.work.steps += 1;
             rejected = false;

@@ -31,9 +31,10 @@ pub(super) struct Grid {
     force: Vec<Vec<f64>>,
     /// Samples taken.
     taken: usize,
-    buffer: Vec<[f64; 4]>,
-    /// The last samples, one behind the other: displacements, velocities, forces.
-    block: Vec<f64>,
+    /// The last samples, one behind the other: displacements and velocities, then forces.
+    block: Vec<[f64; 4]>,
+    /// Rows of displacements and velocities in each.
+    moment: usize,
     /// Samples in the block.
     held: usize,
 }
@@ -56,8 +57,8 @@ impl Grid {
             velocity: columns(system.beads),
             force: columns(system.beads + 1),
             taken: 0,
-            buffer: system.moment(),
-            block: vec![0.0; BLOCK * (3 * system.beads + 1)],
+            block: system.moment().repeat(2 * BLOCK),
+            moment: system.moment().len(),
             held: 0,
         }
     }
@@ -72,26 +73,32 @@ impl Grid {
         self.piston_velocity.iter().fold(0.0, |speed, v| f64::max(speed, v.abs()))
     }
 
+    /// Rows of the sample that is gathered now.
+    #[inline(always)]
+    fn sample(&mut self) -> (&mut [[f64; 4]], &mut [[f64; 4]]) {
+        self.block[2 * self.held * self.moment..][..2 * self.moment].split_at_mut(self.moment)
+    }
+
     /// Store the state in the buffer as the next sample.
     #[inline(always)]
     pub fn store<const DAMPED: Terms, L: ElasticLaw>(&mut self, equation: &mut Equation<'_, DAMPED, L>) {
-        let sample = self.taken;
-        let state = self.buffer.as_flattened_mut();
-        state[0] = self.piston_displacement[sample];
-        state[self.padded] = self.piston_velocity[sample];
+        let (sample, padded) = (self.taken, self.padded);
+        let piston = (self.piston_displacement[sample], self.piston_velocity[sample]);
+        let (state, forces) = self.sample();
+        let state = state.as_flattened_mut();
+        (state[0], state[padded]) = piston;
         if L::IS_BEYOND {
             equation.give_way(state);
             equation.relax(state, None);
-            self.piston_displacement[sample] = state[0];
         }
-        let (u, v) = state.split_at(self.padded);
-        let force = equation.contact_forces(u, &v[..self.padded]);
-        let beads = self.displacement.len();
-        let width = 3 * beads + 1;
-        let row = &mut self.block[self.held * width..(self.held + 1) * width];
-        row[..beads].copy_from_slice(&u[1..=beads]);
-        row[beads..2 * beads].copy_from_slice(&v[1..=beads]);
-        row[2 * beads..].copy_from_slice(&force[..=beads]);
+        let (u, v) = state.split_at(padded);
+        let force = equation.contact_forces(u, &v[..padded]);
+        for (out, force) in forces.as_flattened_mut().iter_mut().zip(force) {
+            *out = *force;
+        }
+        if L::IS_BEYOND {
+            self.piston_displacement[sample] = u[0];
+        }
         self.held += 1;
         self.taken += 1;
         if self.held == BLOCK {
@@ -102,11 +109,13 @@ impl Grid {
     /// Put the samples of the block into their series.
     #[inline(never)]
     fn sort_in(&mut self) {
-        let width = 3 * self.displacement.len() + 1;
-        let held = self.held;
-        let series = self.displacement.iter_mut().chain(&mut self.velocity).chain(&mut self.force);
-        for (column, series) in series.enumerate() {
-            series.extend((0..held).map(|row| self.block[row * width + column]));
+        let (width, held, block) = (8 * self.moment, self.held, self.block.as_flattened());
+        let blocks =
+            [(1, &mut self.displacement), (1 + self.padded, &mut self.velocity), (4 * self.moment, &mut self.force)];
+        for (first, series) in blocks {
+            for (place, series) in (first..).zip(series) {
+                series.extend((0..held).map(|sample| block[sample * width + place]));
+            }
         }
         self.held = 0;
     }
@@ -122,8 +131,8 @@ impl Grid {
     }
 
     /// Where the next sample's displacements and velocities are to be put before [`Grid::store`].
-    pub fn buffer(&mut self) -> &mut [f64] {
-        self.buffer.as_flattened_mut()
+    pub fn buffer(&mut self) -> &mut [[f64; 4]] {
+        self.sample().0
     }
 
     /// The response, with its books.
@@ -179,7 +188,7 @@ impl Recording {
         match self {
             Self::Grid(grid) => {
                 while !grid.is_full() && grid.next_time() <= to {
-                    stepper.values(clock.sigma(grid.next_time()), &mut grid.buffer);
+                    stepper.values(clock.sigma(grid.next_time()), grid.buffer());
                     grid.store(equation);
                 }
             }
@@ -190,8 +199,8 @@ impl Recording {
     /// Take the state at time zero.
     pub fn begin<const DAMPED: Terms, L: ElasticLaw>(&mut self, equation: &mut Equation<'_, DAMPED, L>, state: &[f64]) {
         if let Self::Grid(grid) = self {
-            let length = grid.buffer().len();
-            grid.buffer().copy_from_slice(&state[..length]);
+            let buffer = grid.buffer().as_flattened_mut();
+            buffer.copy_from_slice(&state[..buffer.len()]);
             grid.store(equation);
         }
     }

@@ -70,8 +70,9 @@ pub(super) fn integrate<const DAMPED: Terms, L: ElasticLaw>(
     (u[0], v[0]) = motion.at(0.0);
     let mut power = forces(&mut equation, &u, &v, &mut force);
     accelerations(system, &force, &mut acceleration);
-    grid.buffer()[..padded].copy_from_slice(&u);
-    grid.buffer()[padded..].copy_from_slice(&v);
+    let buffer = grid.buffer().as_flattened_mut();
+    buffer[..padded].copy_from_slice(&u);
+    buffer[padded..].copy_from_slice(&v);
     grid.store(&mut equation);
     let (mut before_u, mut before_v, mut before_a) = (u.clone(), v.clone(), acceleration.clone());
     for index in 0..steps {
@@ -99,7 +100,13 @@ pub(super) fn integrate<const DAMPED: Terms, L: ElasticLaw>(
         largest = f64::max(largest, initial_energy + piston_work - dissipated);
         while !grid.is_full() && grid.next_time() <= time * (1.0 + 1e-14) {
             let sigma = 1.0 - (time - grid.next_time()) / step;
-            interpolate(grid.buffer(), sigma, step, (&before_u, &before_v, &before_a), (&u, &v, &acceleration));
+            interpolate(
+                grid.buffer().as_flattened_mut(),
+                sigma,
+                step,
+                (&before_u, &before_v, &before_a),
+                (&u, &v, &acceleration),
+            );
             grid.store(&mut equation);
         }
         if (index + 1) % STEPS_A_REPORT == 0 || index + 1 == steps {

@@ -1,6 +1,6 @@
 //! The run as a function of time, between the samples too.
 
-use super::dormand_prince::{Clock, Stepper};
+use super::dormand_prince::{Clock, Course, Stepper};
 use crate::response::{EnergyLedger, SolverWork};
 
 /// Displacement and velocity of every bead at any instant of a run, by the integrator's continuous extension of order 7.
@@ -21,17 +21,8 @@ pub struct Trajectory {
 struct Piece {
     clock: Clock,
     to: f64,
-    /// Eight coefficients of each entry of the displacement and velocity blocks.
-    coefficients: Vec<[f64; 8]>,
-}
-
-impl Piece {
-    fn value(&self, entry: usize, sigma: f64) -> f64 {
-        let [y, d0, d1, d2, d3, d4, d5, d6] = self.coefficients[entry];
-        let rest = 1.0 - sigma;
-        let inner = d3 + sigma * (d4 + rest * (d5 + sigma * d6));
-        y + sigma * (d0 + rest * (d1 + sigma * (d2 + rest * inner)))
-    }
+    /// Each entry of the displacement and velocity blocks.
+    courses: Vec<Course>,
 }
 
 impl Trajectory {
@@ -48,7 +39,7 @@ impl Trajectory {
 
     fn value(&self, entry: usize, time: f64) -> f64 {
         let index = self.pieces.partition_point(|piece| piece.to < time).min(self.pieces.len().saturating_sub(1));
-        self.pieces.get(index).map_or(0.0, |piece| piece.value(entry, piece.clock.sigma(time.min(piece.to))))
+        self.pieces.get(index).map_or(0.0, |piece| piece.courses[entry].at(piece.clock.sigma(time.min(piece.to))))
     }
 
     /// Displacement of a bead at `time` (s), m.
@@ -123,12 +114,7 @@ impl Trajectory {
 impl Trajectory {
     /// Take the part of an extended step from its start up to `to` (s).
     pub(super) fn take(&mut self, stepper: &Stepper, clock: &Clock, to: f64) {
-        let mut coefficients = vec![[0.0; 8]; 2 * self.padded];
-        for (index, row) in stepper.coefficients().enumerate() {
-            for (entry, value) in coefficients.iter_mut().zip(row.as_flattened()) {
-                entry[index] = *value;
-            }
-        }
-        self.pieces.push(Piece { clock: *clock, to, coefficients });
+        let courses = (0..2 * self.padded).map(|entry| stepper.course(entry)).collect();
+        self.pieces.push(Piece { clock: *clock, to, courses });
     }
 }
