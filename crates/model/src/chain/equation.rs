@@ -328,8 +328,8 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             let mut speed = v[block];
             speed[0] = if block == 0 { piston.1 } else { speed[0] };
             let mut acceleration = [0.0; 4];
-            for i in 0..4 {
-                speed[i] *= weight;
+            for speed in &mut speed {
+                *speed *= weight;
             }
             for i in 0..4 {
                 acceleration[i] = weight * (left[i] - after[i]) * inverse_mass[block][i];
