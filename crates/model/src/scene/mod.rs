@@ -49,7 +49,6 @@ mod motion;
 mod reader;
 mod reduced;
 mod settings;
-mod sines;
 mod source;
 mod support;
 mod table;
