@@ -30,7 +30,7 @@ use crate::{
 use granchain_signal::{hexadecimal, sha256};
 
 /// Raise it when anything changes that the numbers of a [`Reduction`] follow from; the version of the program does so with a release.
-const GENERATION: u32 = 2;
+const GENERATION: u32 = 3;
 /// What every file begins with.
 const HEADER: &str = "granchain reduction";
 /// What the name of every file begins and ends with.
