@@ -252,7 +252,7 @@ pub fn searched(
     let stopped =
         matches!(result.state.get_termination_status(), TerminationStatus::Terminated(TerminationReason::Interrupt));
     let search = result.solver;
-    if stopped && search.batches_made() < search.batches.len() {
+    if stopped {
         return Err(FitError::Stopped { runs: search.runs.len() });
     }
     Ok(search)

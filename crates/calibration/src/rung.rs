@@ -5,7 +5,7 @@
 
 use std::sync::{
     Arc,
-    atomic::{AtomicBool, AtomicU64, Ordering},
+    atomic::{AtomicU64, Ordering},
 };
 
 use rayon::prelude::*;
@@ -254,12 +254,8 @@ impl Rung {
     /// Make runs of ascending numbers.
     pub(super) fn here(&self, mut plans: Vec<RoundPoint>) -> Result<Vec<Run>, Unmade> {
         let first = plans.first().map_or(0, |plan| plan.number);
-        let (done, stopped) = (AtomicU64::new(first), AtomicBool::new(false));
-        let goes_on = || {
-            let goes = !stopped.load(Ordering::Relaxed) && self.chain.report(done.load(Ordering::Relaxed));
-            stopped.fetch_or(!goes, Ordering::Relaxed);
-            goes
-        };
+        let done = AtomicU64::new(first);
+        let goes_on = || self.chain.report(done.load(Ordering::Relaxed));
         // Runs that go together last as long as the longest of them.
         plans.sort_by(|one, other| one.duration.total_cmp(&other.duration));
         let groups = plans.len().div_ceil(self.prepared.together()).max(1);
@@ -268,9 +264,8 @@ impl Rung {
             for (plan, run) in plans.iter().zip(&runs).filter(|(plan, _)| self.found(plan).is_none()) {
                 self.kept.iter().try_for_each(|kept| kept.keep(plan.number, run))?;
             }
-            if !self.chain.report(done.fetch_add(plans.len() as u64, Ordering::Relaxed) + plans.len() as u64) {
-                stopped.store(true, Ordering::Relaxed);
-            }
+            done.fetch_add(plans.len() as u64, Ordering::Relaxed);
+            goes_on();
             Ok(plans.iter().map(|plan| plan.number).zip(runs).collect())
         });
         let made: Vec<Vec<(u64, Run)>> = made.collect::<Result<_, Unmade>>()?;

@@ -80,9 +80,19 @@ pub trait PistonMotion: Send + Sync {
 
     /// Displacements (m) and velocities (m/s) at all of `times` (s): one dispatch for all stages of a step.
     fn sample(&self, times: &[f64], displacements: &mut [f64], velocities: &mut [f64]) {
-        for ((time, displacement), velocity) in times.iter().zip(displacements).zip(velocities) {
-            (*displacement, *velocity) = self.at(*time);
-        }
+        one_by_one(self, times, displacements, velocities);
+    }
+}
+
+/// [`PistonMotion::sample`] by [`PistonMotion::at`].
+pub(super) fn one_by_one(
+    motion: &(impl PistonMotion + ?Sized),
+    times: &[f64],
+    displacements: &mut [f64],
+    velocities: &mut [f64],
+) {
+    for ((time, displacement), velocity) in times.iter().zip(displacements).zip(velocities) {
+        (*displacement, *velocity) = motion.at(*time);
     }
 }
 

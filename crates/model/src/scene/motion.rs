@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Drive, DriveKind, PistonMotion};
+use super::{Drive, DriveKind, PistonMotion, drive::one_by_one};
 use granchain_signal::spline::{Ends, Spline};
 
 /// The motion of a piston, α·drive. At t < 0 the piston is at rest at 0.
@@ -129,11 +129,7 @@ impl PistonMotion for Motion {
             Shape::Sine { angular } if times.iter().all(|t| (angular * (t - first)).abs() <= NEAR) => {
                 pulp::Arch::new().dispatch(Near { motion: self, angular, times, displacements, velocities });
             }
-            _ => {
-                for ((time, displacement), velocity) in times.iter().zip(displacements).zip(velocities) {
-                    (*displacement, *velocity) = self.at(*time);
-                }
-            }
+            _ => one_by_one(self, times, displacements, velocities),
         }
     }
 }

@@ -67,7 +67,7 @@ impl<K: Kernel> pulp::WithSimd for Dispatch<K> {
 }
 
 /// Rows of W plain numbers.
-struct Numbers<S, const W: usize>(PhantomData<S>);
+pub(crate) struct Numbers<S, const W: usize>(pub(crate) PhantomData<S>);
 
 impl<S, const W: usize> Clone for Numbers<S, W> {
     #[inline(always)]
@@ -118,7 +118,7 @@ impl<S: Simd, const W: usize> Arithmetic for Numbers<S, W> {
 
 /// Rows of R vectors.
 #[derive(Clone, Copy)]
-struct Vectors<S, const R: usize>(S);
+pub(crate) struct Vectors<S, const R: usize>(pub(crate) S);
 
 impl<S: Simd, const R: usize> Arithmetic for Vectors<S, R> {
     type Row = [S::f64s; R];

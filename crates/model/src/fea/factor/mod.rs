@@ -139,8 +139,7 @@ impl Factor {
         tally::add(|made| made.factorisations += 1);
         let cholesky = Cholesky::new(&matrix).map_err(|failure| failure.at(&ordering, stiffness_scale, mass_scale))?;
         let panels = Panels::new(cholesky.supernodes());
-        let tail_nodes = ordering.named(interface);
-        let tail = Panels::dense(&cholesky.trailing(2 * tail_nodes));
+        let tail = Panels::dense(&cholesky.trailing(2 * ordering.last()));
         let mut fixed = body.dofs().fixed().to_vec();
         fixed.extend(pinned);
         Ok(Self {
@@ -148,8 +147,8 @@ impl Factor {
             unknowns: ordering.unknowns(),
             fixed,
             interface: interface.to_vec(),
-            places: ordering.places(interface, ordering.nodes().len() - tail_nodes),
-            tail_nodes,
+            places: ordering.places(interface),
+            tail_nodes: ordering.last(),
             panels,
             tail,
         })

@@ -1,7 +1,5 @@
 //! The order of the nodes in a factor, and the matrix in that order.
 
-use std::collections::BTreeSet;
-
 use faer::{
     dyn_stack::{MemBuffer, MemStack},
     sparse::{FaerError, SymbolicSparseColMatRef, linalg::amd},
@@ -61,6 +59,8 @@ impl Upper {
 #[derive(Debug, Clone)]
 pub(super) struct Ordering {
     nodes: Vec<u32>,
+    /// How many of them are the interface's.
+    last: usize,
     position: Vec<u32>,
     /// Unknowns that stay zero.
     fixed: Vec<bool>,
@@ -89,20 +89,20 @@ impl Ordering {
             }
         }
         let interior = (0..is_inside.len() as u32).filter(|&node| is_inside[node as usize]).collect();
-        let natural = Self::of(interior, fixed);
+        let natural = Self::of(interior, 0, fixed);
         let permuted = minimum_degree(&natural.neighbours(body))
             .map_err(|source| FactorError::Size { unknowns: dofs.free().len(), source })?;
         let mut nodes: Vec<u32> = permuted.iter().map(|&place| natural.nodes[place as usize]).collect();
-        nodes.extend(last);
-        Ok(Self::of(nodes, natural.fixed))
+        nodes.extend(&last);
+        Ok(Self::of(nodes, last.len(), natural.fixed))
     }
 
-    fn of(nodes: Vec<u32>, fixed: Vec<bool>) -> Self {
+    fn of(nodes: Vec<u32>, last: usize, fixed: Vec<bool>) -> Self {
         let mut position = vec![NOWHERE; fixed.len() / 2];
         for (place, &node) in (0_u32..).zip(&nodes) {
             position[node as usize] = place;
         }
-        Self { nodes, position, fixed }
+        Self { nodes, last, position, fixed }
     }
 
     /// Place → node.
@@ -115,14 +115,15 @@ impl Ordering {
         self.nodes.iter().flat_map(|node| [2 * node, 2 * node + 1]).filter(|&dof| !self.fixed[dof as usize]).count()
     }
 
-    /// How many nodes these unknowns belong to.
-    pub fn named(&self, unknowns: &[u32]) -> usize {
-        unknowns.iter().map(|dof| dof / 2).collect::<BTreeSet<u32>>().len()
+    /// Nodes of the interface.
+    pub fn last(&self) -> usize {
+        self.last
     }
 
-    /// Where unknowns stand in the factor, from the place of the first of `nodes` on.
-    pub fn places(&self, unknowns: &[u32], first: usize) -> Vec<u32> {
-        unknowns.iter().map(|dof| 2 * (self.position[*dof as usize / 2] - first as u32) + dof % 2).collect()
+    /// Where unknowns of the interface stand among its nodes.
+    pub fn places(&self, interface: &[u32]) -> Vec<u32> {
+        let first = (self.nodes.len() - self.last) as u32;
+        interface.iter().map(|dof| 2 * (self.position[*dof as usize / 2] - first) + dof % 2).collect()
     }
 
     /// Pairs of nodes that K or M couples, once each, a node with itself among them.

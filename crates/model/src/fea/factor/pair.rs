@@ -7,27 +7,22 @@ use std::marker::PhantomData;
 
 use pulp::{Simd, bytemuck::cast, num_complex::Complex};
 
-/// One node in a block of columns, as the machine holds it.
-pub(super) trait Arithmetic: Copy {
-    /// Its pairs.
-    type Row: Copy;
+use crate::fea::assembly::{Arithmetic, Numbers, Vectors};
 
-    /// Zeros.
-    fn zero(self) -> Self::Row;
+/// Arithmetic on nodes in a block of columns: a row is a node's pairs.
+pub(super) trait Pairs: Arithmetic {
     /// (e₀ r, e₁ z).
     fn times(self, entries: [f64; 2], row: Self::Row) -> Self::Row;
-    /// sum + (e₀ r, e₁ z), fused where the machine can; results of two machines differ by that rounding alone.
-    fn plus(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row;
+    /// sum + (e₀ r, e₁ z), fused as [`Arithmetic::plus`].
+    fn with(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row;
     /// sum − (e₀ r, e₁ z).
-    fn minus(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row;
+    fn without(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row;
     /// one + other.
     fn sum(self, one: Self::Row, other: Self::Row) -> Self::Row;
     /// (z, r).
     fn turned(self, row: Self::Row) -> Self::Row;
     /// (r of one, z of the other).
     fn merged(self, one: Self::Row, other: Self::Row) -> Self::Row;
-    /// Numbers as nodes.
-    fn rows_mut(numbers: &mut [f64]) -> &mut [Self::Row];
 
     /// (r, r) and (z, z).
     #[inline(always)]
@@ -46,7 +41,7 @@ pub(super) trait Arithmetic: Copy {
 /// Work on nodes in a block of columns, whatever holds them.
 pub(super) trait Kernel {
     /// Run.
-    fn run<A: Arithmetic>(self, arithmetic: A);
+    fn run<A: Pairs>(self, arithmetic: A);
 }
 
 /// Blocks that a kernel runs on, columns.
@@ -83,33 +78,14 @@ impl<K: Kernel> pulp::WithSimd for Dispatch<K> {
     }
 }
 
-/// Nodes of W plain numbers, left to the compiler.
-struct Numbers<S, const W: usize>(PhantomData<S>);
-
-impl<S, const W: usize> Clone for Numbers<S, W> {
-    #[inline(always)]
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<S, const W: usize> Copy for Numbers<S, W> {}
-
-impl<S: Simd, const W: usize> Arithmetic for Numbers<S, W> {
-    type Row = [f64; W];
-
-    #[inline(always)]
-    fn zero(self) -> Self::Row {
-        [0.0; W]
-    }
-
+impl<S: Simd, const W: usize> Pairs for Numbers<S, W> {
     #[inline(always)]
     fn times(self, entries: [f64; 2], row: Self::Row) -> Self::Row {
         std::array::from_fn(|place| entries[place % 2] * row[place])
     }
 
     #[inline(always)]
-    fn plus(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row {
+    fn with(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row {
         std::array::from_fn(|place| {
             let (entry, value) = (entries[place % 2], row[place]);
             if S::F64_LANES > 1 { entry.mul_add(value, sum[place]) } else { sum[place] + entry * value }
@@ -117,8 +93,8 @@ impl<S: Simd, const W: usize> Arithmetic for Numbers<S, W> {
     }
 
     #[inline(always)]
-    fn minus(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row {
-        self.plus(sum, entries.map(|entry| -entry), row)
+    fn without(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row {
+        self.with(sum, entries.map(|entry| -entry), row)
     }
 
     #[inline(always)]
@@ -135,16 +111,7 @@ impl<S: Simd, const W: usize> Arithmetic for Numbers<S, W> {
     fn merged(self, one: Self::Row, other: Self::Row) -> Self::Row {
         std::array::from_fn(|place| [one, other][place % 2][place])
     }
-
-    #[inline(always)]
-    fn rows_mut(numbers: &mut [f64]) -> &mut [Self::Row] {
-        numbers.as_chunks_mut().0
-    }
 }
-
-/// Nodes of R vectors.
-#[derive(Clone, Copy)]
-struct Vectors<S, const R: usize>(S);
 
 impl<S: Simd, const R: usize> Vectors<S, R> {
     /// A pair beside itself.
@@ -154,14 +121,7 @@ impl<S: Simd, const R: usize> Vectors<S, R> {
     }
 }
 
-impl<S: Simd, const R: usize> Arithmetic for Vectors<S, R> {
-    type Row = [S::f64s; R];
-
-    #[inline(always)]
-    fn zero(self) -> Self::Row {
-        [self.0.splat_f64s(0.0); R]
-    }
-
+impl<S: Simd, const R: usize> Pairs for Vectors<S, R> {
     #[inline(always)]
     fn times(self, entries: [f64; 2], row: Self::Row) -> Self::Row {
         let entries = self.pairs(entries);
@@ -169,13 +129,13 @@ impl<S: Simd, const R: usize> Arithmetic for Vectors<S, R> {
     }
 
     #[inline(always)]
-    fn plus(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row {
+    fn with(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row {
         let entries = self.pairs(entries);
         std::array::from_fn(|place| self.0.mul_add_e_f64s(entries, row[place], sum[place]))
     }
 
     #[inline(always)]
-    fn minus(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row {
+    fn without(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row {
         let entries = self.pairs(entries);
         std::array::from_fn(|place| self.0.negate_mul_add_e_f64s(entries, row[place], sum[place]))
     }
@@ -194,10 +154,5 @@ impl<S: Simd, const R: usize> Arithmetic for Vectors<S, R> {
     fn merged(self, one: Self::Row, other: Self::Row) -> Self::Row {
         let first = self.0.equal_f64s(self.pairs([1.0, 0.0]), self.0.splat_f64s(1.0));
         std::array::from_fn(|place| self.0.select_f64s(first, one[place], other[place]))
-    }
-
-    #[inline(always)]
-    fn rows_mut(numbers: &mut [f64]) -> &mut [Self::Row] {
-        S::as_mut_simd_f64s(numbers).0.as_chunks_mut().0
     }
 }

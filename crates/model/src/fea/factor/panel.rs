@@ -7,7 +7,7 @@ use faer::{Mat, sparse::linalg::cholesky::supernodal::SupernodeRef};
 
 use super::{
     nodal::Nodal,
-    pair::{Arithmetic, Kernel, run},
+    pair::{Kernel, Pairs, run},
 };
 
 /// Nodes of a panel at most.
@@ -127,7 +127,7 @@ struct Solve<'a, const FORWARD: bool> {
 
 impl<const FORWARD: bool> Kernel for Solve<'_, FORWARD> {
     #[inline(always)]
-    fn run<A: Arithmetic>(self, a: A) {
+    fn run<A: Pairs>(self, a: A) {
         let panels = self.panels;
         let x = A::rows_mut(self.x);
         if FORWARD {
@@ -150,18 +150,18 @@ impl<const FORWARD: bool> Kernel for Solve<'_, FORWARD> {
 
 /// One node's own unknowns, forward.
 #[inline(always)]
-fn solved<A: Arithmetic>(a: A, sum: A::Row, pivots: [f64; 2], between: [f64; 2]) -> A::Row {
-    a.plus(a.times(pivots, sum), between, a.turned(sum))
+fn solved<A: Pairs>(a: A, sum: A::Row, pivots: [f64; 2], between: [f64; 2]) -> A::Row {
+    a.with(a.times(pivots, sum), between, a.turned(sum))
 }
 
 /// One node's own unknowns, backward.
 #[inline(always)]
-fn solved_back<A: Arithmetic>(a: A, sum: A::Row, pivots: [f64; 2], [_, between]: [f64; 2]) -> A::Row {
-    a.plus(a.times(pivots, sum), [between, 0.0], a.turned(sum))
+fn solved_back<A: Pairs>(a: A, sum: A::Row, pivots: [f64; 2], [_, between]: [f64; 2]) -> A::Row {
+    a.with(a.times(pivots, sum), [between, 0.0], a.turned(sum))
 }
 
 #[inline(always)]
-fn down_one<A: Arithmetic>(a: A, x: &mut [A::Row], parts: &Parts<'_, 2, 2>) {
+fn down_one<A: Pairs>(a: A, x: &mut [A::Row], parts: &Parts<'_, 2, 2>) {
     let [pivots, between] = *parts.head;
     let own = solved(a, x[parts.start], pivots, between);
     x[parts.start] = own;
@@ -169,12 +169,12 @@ fn down_one<A: Arithmetic>(a: A, x: &mut [A::Row], parts: &Parts<'_, 2, 2>) {
 }
 
 #[inline(always)]
-fn down_two<A: Arithmetic>(a: A, x: &mut [A::Row], parts: &Parts<'_, 4, 6>) {
+fn down_two<A: Pairs>(a: A, x: &mut [A::Row], parts: &Parts<'_, 4, 6>) {
     let [pivots, between, first, second, its_pivots, its_between] = *parts.head;
     let own = solved(a, x[parts.start], pivots, between);
     x[parts.start] = own;
     let [r, z] = a.spread(own);
-    let next = a.minus(a.minus(x[parts.start + 1], first, r), second, z);
+    let next = a.without(a.without(x[parts.start + 1], first, r), second, z);
     let next = solved(a, next, its_pivots, its_between);
     x[parts.start + 1] = next;
     let [next_r, next_z] = a.spread(next);
@@ -183,49 +183,44 @@ fn down_two<A: Arithmetic>(a: A, x: &mut [A::Row], parts: &Parts<'_, 4, 6>) {
 
 /// Take the own unknowns, each over both places of its pair, from the nodes below.
 #[inline(always)]
-fn below<A: Arithmetic, const C: usize, const H: usize>(
-    a: A,
-    x: &mut [A::Row],
-    parts: &Parts<'_, C, H>,
-    own: [A::Row; C],
-) {
+fn below<A: Pairs, const C: usize, const H: usize>(a: A, x: &mut [A::Row], parts: &Parts<'_, C, H>, own: [A::Row; C]) {
     for (&row, entries) in parts.rows.iter().zip(parts.entries) {
         let row = &mut x[row as usize];
         let mut sum = *row;
         for k in 0..C {
-            sum = a.minus(sum, entries[k], own[k]);
+            sum = a.without(sum, entries[k], own[k]);
         }
         *row = sum;
     }
 }
 
 #[inline(always)]
-fn up_one<A: Arithmetic>(a: A, x: &mut [A::Row], parts: &Parts<'_, 2, 2>) {
+fn up_one<A: Pairs>(a: A, x: &mut [A::Row], parts: &Parts<'_, 2, 2>) {
     let [pivots, between] = *parts.head;
     let sum = a.sum(x[parts.start], a.gathered(above(a, x, parts)));
     x[parts.start] = solved_back(a, sum, pivots, between);
 }
 
 #[inline(always)]
-fn up_two<A: Arithmetic>(a: A, x: &mut [A::Row], parts: &Parts<'_, 4, 6>) {
+fn up_two<A: Pairs>(a: A, x: &mut [A::Row], parts: &Parts<'_, 4, 6>) {
     let [pivots, between, first, second, its_pivots, its_between] = *parts.head;
     let [r, z, next_r, next_z] = above(a, x, parts);
     let next = a.sum(x[parts.start + 1], a.gathered([next_r, next_z]));
     let next = solved_back(a, next, its_pivots, its_between);
     x[parts.start + 1] = next;
-    let sum = a.gathered([a.minus(r, first, next), a.minus(z, second, next)]);
+    let sum = a.gathered([a.without(r, first, next), a.without(z, second, next)]);
     x[parts.start] = solved_back(a, a.sum(x[parts.start], sum), pivots, between);
 }
 
 /// What the nodes below take from each own unknown, by both places of their pairs.
 #[inline(always)]
-fn above<A: Arithmetic, const C: usize, const H: usize>(a: A, x: &[A::Row], parts: &Parts<'_, C, H>) -> [A::Row; C] {
+fn above<A: Pairs, const C: usize, const H: usize>(a: A, x: &[A::Row], parts: &Parts<'_, C, H>) -> [A::Row; C] {
     // Nodes last to first: the whole solve then runs backwards through memory in one line.
     let mut sums = [a.zero(); C];
     for (&row, entries) in parts.rows.iter().zip(parts.entries).rev() {
         let row = x[row as usize];
         for k in 0..C {
-            sums[k] = a.minus(sums[k], entries[k], row);
+            sums[k] = a.without(sums[k], entries[k], row);
         }
     }
     sums
