@@ -228,6 +228,12 @@ impl Correction {
         self.motion.leans
     }
 
+    /// The answer of all pairs, where it is at hand.
+    #[must_use]
+    pub(crate) fn latest(&self) -> Option<&Posterior> {
+        self.latest.as_ref()
+    }
+
     /// The upper rung's runs of the first `count` pairs as the regression sees them.
     #[must_use]
     pub(crate) fn cloud(&self, count: usize) -> Cloud {

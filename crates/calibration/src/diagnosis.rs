@@ -281,8 +281,11 @@ impl Case<'_> {
         suspects
     }
 
-    /// The fit of another scene on the chain, with a further parameter where there is one.
+    /// The fit of another scene on the chain, with a further parameter where there is one; none once it is stopped.
     fn search(&self, scene: &Scene, further: Option<Parameter>, comparison: &Comparison) -> Option<(f64, Vec<f64>)> {
+        if !(self.watch)(0) {
+            return None;
+        }
         let named = self.parameters.iter().map(|parameter| Parameter::named(&parameter.name, scene).ok());
         let mut parameters: Vec<Parameter> = named.collect::<Option<Vec<_>>>()?.concat();
         let runs = if further.is_some() { 2 * RUNS } else { RUNS };

@@ -70,8 +70,9 @@ impl Discrepancy {
     #[must_use]
     pub(crate) fn of_search(joint: &Joint, at: &[f64], first: u64) -> Option<Self> {
         let points = vec![at.to_vec(); CHAIN_PAIRS];
-        let finer = joint.refined()?.run(first, &points);
-        Self::of(&joint.run(first, &points), &finer, CHAIN_ERROR)
+        let finer = joint.refined()?;
+        let (runs, finer) = rayon::join(|| joint.run(first, &points), || finer.run(first, &points));
+        Self::of(&runs, &finer, CHAIN_ERROR)
     }
 
     /// Of the bodies of a rung, by the same with finer bodies; `None` where too few finish.
@@ -83,7 +84,10 @@ impl Discrepancy {
         let upper = |rung: &Rung| -> Result<Vec<Run>, Unmade> {
             Ok(rung.pairs(first, &points)?.into_iter().map(|pair| pair.upper).collect())
         };
-        Ok(Self::of(&upper(rung)?, &upper(finer)?, MESH_ERROR))
+        // Whoever is handed rounds makes one at a time.
+        let (runs, finer) =
+            if rung.hands_over() { (upper(rung), upper(finer)) } else { rayon::join(|| upper(rung), || upper(finer)) };
+        Ok(Self::of(&runs?, &finer?, MESH_ERROR))
     }
 
     /// Of runs and the same at a finer setting.

@@ -284,13 +284,11 @@ pub fn answer(joint: &Joint, search: Search) -> Result<Fit, FitError> {
     let history = history(search.batches.iter().take(search.batches_made()), |count| search.cloud(count));
     let before = search.cloud(made - last_batch.min(made));
     let all = search.cloud(made);
-    let read = |discrepancy: &Discrepancy| {
-        Reading { parameters: joint.parameters(), cloud: &all, before: &before, best: BEST, seed: search.seed() }
-            .read(discrepancy)
-    };
-    let first = read(&Discrepancy::none(&all)).ok_or_else(|| too_few(&search.runs))?;
+    let reading =
+        Reading { parameters: joint.parameters(), cloud: &all, before: &before, best: BEST, seed: search.seed() };
+    let first = reading.place(Discrepancy::none(&all), None).ok_or_else(|| too_few(&search.runs))?;
     let found = Discrepancy::of_search(joint, &first.most_likely, made as u64).filter(Discrepancy::is_felt);
-    let answer = found.as_ref().and_then(read).unwrap_or(first);
+    let answer = reading.judge(found.and_then(|found| reading.place(found, None)).unwrap_or(first));
     Ok(Fit { history, runs: search.runs, ..answer })
 }
 
@@ -337,11 +335,9 @@ pub fn corrected(rung: &Rung, chain: Fit, correction: &Correction) -> Result<Fit
     let before = correction.cloud(made - last_round.min(made));
     let parameters = &rung.chain().parameters;
     let all = correction.cloud(made);
-    let read = |discrepancy: &Discrepancy| {
-        Reading { parameters, cloud: &all, before: &before, best: correction::BEST, seed: correction.seed() }
-            .read(discrepancy)
-    };
-    let first = read(&Discrepancy::none(&all)).ok_or_else(|| too_few(&runs))?;
+    let reading = Reading { parameters, cloud: &all, before: &before, best: correction::BEST, seed: correction.seed() };
+    let latest = correction.latest().cloned();
+    let first = reading.place(Discrepancy::none(&all), latest).ok_or_else(|| too_few(&runs))?;
     let found = match rung.finer() {
         Some(finer) => {
             Discrepancy::of_rung(rung, finer, &first.most_likely, made as u64).map_err(|unmade| match unmade {
@@ -352,7 +348,7 @@ pub fn corrected(rung: &Rung, chain: Fit, correction: &Correction) -> Result<Fit
         }
         None => None,
     };
-    let answer = found.as_ref().and_then(read).unwrap_or(first);
+    let answer = reading.judge(found.and_then(|found| reading.place(found, None)).unwrap_or(first));
     let mut fit = Fit { history, runs, ..answer };
     if correction.leans() && fit.verdict.explains() {
         fit.verdict = Verdict::NotConverged;
@@ -383,13 +379,27 @@ struct Reading<'a> {
     seed: u64,
 }
 
+/// Where the answer lies, once runs and record are known to differ by a discrepancy.
+struct Place {
+    discrepancy: Discrepancy,
+    /// All runs, corrected for it, every feature weighed alike; and as they are weighed in the end.
+    plain: Cloud,
+    cloud: Cloud,
+    posterior: Posterior,
+    log_evidence: f64,
+    estimates: Vec<Estimate>,
+    most_likely: Vec<f64>,
+    agreement: Agreement,
+    inflation: Vec<f64>,
+}
+
 impl Reading<'_> {
-    /// The answer, without the runs and their history; `None` where too few finished.
-    fn read(&self, discrepancy: &Discrepancy) -> Option<Fit> {
-        let Self { parameters, before, .. } = *self;
+    /// Where the answer lies; `known` is the posterior of the cloud as it is, where that is at hand. `None` where too few runs finished.
+    fn place(&self, discrepancy: Discrepancy, known: Option<Posterior>) -> Option<Place> {
+        let Self { parameters, .. } = *self;
         let dimension = parameters.len();
         let plain = self.cloud.clone().corrected(&discrepancy.shift, &discrepancy.nuggets);
-        let mut posterior = Posterior::of(&plain, dimension)?;
+        let mut posterior = known.or_else(|| Posterior::of(&plain, dimension))?;
         // Candidates are compared with every feature weighed alike.
         let log_evidence = posterior.log_evidence;
         let (mut estimates, mut most_likely) = estimates_of(parameters, &plain, &posterior);
@@ -410,10 +420,18 @@ impl Reading<'_> {
             };
             inflation = agreement::inflation(&pulls);
         }
+        Some(Place { discrepancy, plain, cloud, posterior, log_evidence, estimates, most_likely, agreement, inflation })
+    }
+
+    /// The answer there, without the runs and their history.
+    fn judge(&self, place: Place) -> Fit {
+        let Self { parameters, before, .. } = *self;
+        let Place { discrepancy, plain, cloud, posterior, log_evidence, estimates, most_likely, agreement, inflation } =
+            place;
         let spans: Vec<f64> = parameters.iter().map(Parameter::span).collect();
         let before = before.clone().corrected(&discrepancy.shift, &discrepancy.nuggets).inflated(inflation.clone());
         let drift =
-            Posterior::of(&before, dimension).map_or(f64::INFINITY, |before| drift(&before, &posterior, &spans));
+            Posterior::of(&before, parameters.len()).map_or(f64::INFINITY, |before| drift(&before, &posterior, &spans));
         let ranked = ranking(&plain);
         let best: Vec<(f64, usize)> = ranked.iter().take(self.best).copied().collect();
         let misfit = best.get(best.len() / 2).map_or(f64::INFINITY, |entry| entry.0);
@@ -438,7 +456,7 @@ impl Reading<'_> {
         } else {
             Verdict::WithinScatter
         };
-        Some(Fit {
+        Fit {
             parameters: parameters.to_vec(),
             estimates,
             most_likely,
@@ -447,7 +465,7 @@ impl Reading<'_> {
             misfit,
             agreement,
             inflation,
-            discrepancy: discrepancy.clone(),
+            discrepancy,
             deviations,
             scatter,
             drift,
@@ -458,7 +476,7 @@ impl Reading<'_> {
             runs: Vec::new(),
             below: None,
             shares,
-        })
+        }
     }
 }
 

@@ -179,6 +179,11 @@ impl Rung {
         self
     }
 
+    /// Whether another makes its runs.
+    pub(super) fn hands_over(&self) -> bool {
+        self.handed.is_some()
+    }
+
     /// The same, telling another of its runs.
     pub(super) fn watched(&self, watch: Arc<Watch>) -> Self {
         let finer = self.finer.as_ref().map(|finer| Arc::new(finer.watched(Arc::clone(&watch))));
