@@ -79,6 +79,8 @@ struct Run<'a, const DAMPED: Terms, L> {
     after_closing: f64,
     /// Length of the last step before an opening without dashpot, s.
     before_opening: f64,
+    /// How much farther than to the opening such a step is aimed, over its length: so that it lies within the step, and the error does not mind.
+    overshoot: f64,
 }
 
 impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
@@ -149,6 +151,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             cruise: 0.02 * system.natural_time,
             after_closing: 0.02 * system.natural_time,
             before_opening: 0.1 * system.natural_time,
+            overshoot: (0.6 * control.tolerance.powf(0.4)).clamp(1e-8, 3e-3),
         })
     }
 
@@ -401,7 +404,8 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             let remaining = 2.0 * overlap / (discriminant.sqrt() - rate);
             if remaining > 0.0 && remaining < soonest {
                 soonest = remaining;
-                pace = Pace::ToOpening { switch, step: remaining, refinements: 0 };
+                // An estimate is less sure than a correction.
+                pace = Pace::ToOpening { switch, step: remaining * (1.0 + 1.5 * self.overshoot), refinements: 0 };
             }
         }
         if matches!(pace, Pace::ToOpening { .. }) && soonest > 1.1 * self.before_opening {
@@ -419,12 +423,10 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             return None;
         }
         let correction = -overlap / rate;
-        // A little too far, so that the opening lies within the step; so little that the error does not mind.
-        let overshoot = (0.6 * self.control.tolerance.powf(0.4)).clamp(1e-8, 3e-3);
-        let missed = correction > 0.0 || correction.abs() > 3.0 * overshoot * step;
+        let missed = correction > 0.0 || correction.abs() > 3.0 * self.overshoot * step;
         (missed && correction.abs() < 0.4 * step).then_some(Pace::ToOpening {
             switch,
-            step: (step + correction) * (1.0 + overshoot),
+            step: (step + correction) * (1.0 + self.overshoot),
             refinements: refinements + 1,
         })
     }

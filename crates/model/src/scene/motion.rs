@@ -124,17 +124,16 @@ impl PistonMotion for Motion {
     }
 
     fn sample(&self, times: &[f64], displacements: &mut [f64], velocities: &mut [f64]) {
-        let first = times.first().copied().unwrap_or_default();
         match self.shape {
-            Shape::Sine { angular } if times.iter().all(|t| (angular * (t - first)).abs() <= NEAR) => {
-                pulp::Arch::new().dispatch(Near { motion: self, angular, times, displacements, velocities });
+            Shape::Sine { angular } => {
+                pulp::Arch::new().dispatch(Sine { motion: self, angular, times, displacements, velocities });
             }
             _ => one_by_one(self, times, displacements, velocities),
         }
     }
 }
 
-/// Angle from the first instant up to which the others are turned from it, rad: a piston's longest step.
+/// Angle from an instant up to which those behind it are turned from it, rad: a piston's longest step.
 const NEAR: f64 = 0.25 * PI;
 
 /// sin θ and cos θ of small angles, |θ| ≤ [`NEAR`], by their series up to θ¹⁵ and θ¹⁶: they leave 10⁻¹⁷ out.
@@ -155,8 +154,8 @@ fn turned(angles: [f64; 4]) -> ([f64; 4], [f64; 4]) {
     (std::array::from_fn(|k| angles[k] * sine[k]), cosine)
 }
 
-/// [`Motion::sample`] of a sine at instants near to one another, compiled for the widest vectors this machine has.
-struct Near<'a> {
+/// [`Motion::sample`] of a sine, compiled for the widest vectors this machine has.
+struct Sine<'a> {
     motion: &'a Motion,
     /// ω, rad/s.
     angular: f64,
@@ -165,24 +164,29 @@ struct Near<'a> {
     velocities: &'a mut [f64],
 }
 
-impl pulp::NullaryFnOnce for Near<'_> {
+impl pulp::NullaryFnOnce for Sine<'_> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
         let Self { motion, angular, times, displacements, velocities } = self;
-        let Some(&first) = times.first() else { return };
         let (from, to) = (motion.breaks[0], motion.breaks[1]);
-        let (sine, cosine) = (angular * first).sin_cos();
-        let sets = displacements.chunks_mut(4).zip(velocities.chunks_mut(4));
-        for (times, (displacements, velocities)) in times.chunks(4).zip(sets) {
-            let at: [f64; 4] = std::array::from_fn(|k| times.get(k).copied().unwrap_or(to));
-            let scale = at.map(|t| if t >= from && t < to { motion.scale } else { 0.0 });
-            let (s, c) = turned(at.map(|t| angular * (t - first)));
-            let displacement: [f64; 4] = std::array::from_fn(|k| scale[k] * (sine * c[k] + cosine * s[k]));
-            let velocity: [f64; 4] = std::array::from_fn(|k| scale[k] * angular * (cosine * c[k] - sine * s[k]));
-            displacements.copy_from_slice(&displacement[..times.len()]);
-            velocities.copy_from_slice(&velocity[..times.len()]);
+        let mut begin = 0;
+        while let Some(&first) = times.get(begin) {
+            let near = times[begin..].iter().take_while(|t| (angular * (**t - first)).abs() <= NEAR).count();
+            let stretch = begin..begin + near.max(1);
+            begin = stretch.end;
+            let (sine, cosine) = (angular * first).sin_cos();
+            let sets = displacements[stretch.clone()].chunks_mut(4).zip(velocities[stretch.clone()].chunks_mut(4));
+            for (times, (displacements, velocities)) in times[stretch].chunks(4).zip(sets) {
+                let at: [f64; 4] = std::array::from_fn(|k| times.get(k).copied().unwrap_or(to));
+                let scale = at.map(|t| if t >= from && t < to { motion.scale } else { 0.0 });
+                let (s, c) = turned(at.map(|t| angular * (t - first)));
+                let displacement: [f64; 4] = std::array::from_fn(|k| scale[k] * (sine * c[k] + cosine * s[k]));
+                let velocity: [f64; 4] = std::array::from_fn(|k| scale[k] * angular * (cosine * c[k] - sine * s[k]));
+                displacements.copy_from_slice(&displacement[..times.len()]);
+                velocities.copy_from_slice(&velocity[..times.len()]);
+            }
         }
     }
 }
@@ -246,7 +250,7 @@ mod tests {
     fn samples_are_what_the_motion_is_at_their_instants() {
         for drive in all() {
             let motion = drive.concrete_motion(0.7);
-            for count in [0, 1, 4, 11] {
+            for count in [0, 1, 4, 11, 150] {
                 for first in (-20..700).map(|k| f64::from(k) * 0.5e-6) {
                     let times: Vec<f64> = (0..count).map(|k| first + f64::from(k) * 0.31e-7).collect();
                     let (mut u, mut v) = (vec![f64::NAN; times.len()], vec![f64::NAN; times.len()]);
