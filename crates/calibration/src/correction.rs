@@ -228,10 +228,10 @@ impl Correction {
         self.motion.leans
     }
 
-    /// The answer of all pairs, where it is at hand.
+    /// The answer of all pairs.
     #[must_use]
-    pub(crate) fn latest(&self) -> Option<&Posterior> {
-        self.latest.as_ref()
+    pub(crate) fn answer(&self) -> Option<Posterior> {
+        self.latest.clone().or_else(|| self.posterior(self.pairs.len()))
     }
 
     /// The upper rung's runs of the first `count` pairs as the regression sees them.
@@ -313,7 +313,7 @@ impl Correction {
     fn drawn(&self, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
         let dimension = self.spans.len();
         let made = self.pairs.len();
-        let corrected = if made == 0 { None } else { self.latest.clone().or_else(|| self.posterior(made)) };
+        let corrected = if made == 0 { None } else { self.answer() };
         let posterior = corrected.or_else(|| {
             let below = self.searched.iter();
             let is_search = self.before == self.searched.len();

@@ -336,8 +336,7 @@ pub fn corrected(rung: &Rung, chain: Fit, correction: &Correction) -> Result<Fit
     let parameters = &rung.chain().parameters;
     let all = correction.cloud(made);
     let reading = Reading { parameters, cloud: &all, before: &before, best: correction::BEST, seed: correction.seed() };
-    let latest = correction.latest().cloned();
-    let first = reading.place(Discrepancy::none(&all), latest).ok_or_else(|| too_few(&runs))?;
+    let first = reading.place(Discrepancy::none(&all), correction.answer()).ok_or_else(|| too_few(&runs))?;
     let found = match rung.finer() {
         Some(finer) => {
             Discrepancy::of_rung(rung, finer, &first.most_likely, made as u64).map_err(|unmade| match unmade {

@@ -316,7 +316,7 @@ pub(super) fn misfit(deviations: impl Iterator<Item = f64>, scatter: &[f64], wei
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
@@ -324,7 +324,7 @@ mod tests {
     use super::*;
 
     /// Runs whose features are linear in the position with normal scatter: the regression must find both.
-    fn linear_cloud(scatter: f64) -> (Cloud, [f64; 2]) {
+    pub(in super::super) fn linear_cloud(scatter: f64) -> (Cloud, [f64; 2]) {
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let truth = [0.4, 0.6];
         let features = |at: &[f64]| [2.0 * at[0] - at[1], at[0] + 3.0 * at[1]];

@@ -348,11 +348,7 @@ fn likelihood(cloud: &Cloud, at: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
-    use rand_distr::{Distribution, StandardNormal};
-
-    use super::*;
+    use super::{super::likelihood::tests::linear_cloud, *};
 
     fn gaussian(correlation: f64) -> Posterior {
         let cells = 80;
@@ -384,31 +380,17 @@ mod tests {
         assert!((posterior.correlation(0, 1) - 0.8).abs() < 1e-2);
     }
 
-    /// Two features that are linear in the position, with normal scatter.
-    fn cloud(scatter: f64) -> Cloud {
-        let mut random = ChaCha8Rng::seed_from_u64(9);
-        let runs: Vec<([f64; 2], [f64; 2])> = (0..400)
-            .map(|_| {
-                let at = [random.random::<f64>(), random.random::<f64>()];
-                let mut scatter = || scatter * Distribution::<f64>::sample(&StandardNormal, &mut random);
-                (at, [at[0] + at[1] + scatter(), at[0] - 0.4 * at[1] + scatter()])
-            })
-            .collect();
-        let runs = runs.iter().map(|(at, features)| (at.as_slice(), features.as_slice()));
-        Cloud::new(runs, &[1.0, 0.2], &[0.3 * scatter; 2], &[1.0; 2], 40)
-    }
-
     #[test]
     fn where_it_carries_weight_a_posterior_is_that_of_the_whole_box() {
         // The second hill is narrower than a cell of the grid over the box.
-        for (scatter, low, side, narrow) in [(0.03, [0.0, 0.0], 1.0, false), (3e-4, [0.42, 0.56], 0.02, true)] {
-            let cloud = cloud(scatter);
+        for (scatter, low, side, widest) in [(0.05, [0.0; 2], 1.0, 0.5), (0.0, [0.39, 0.59], 0.02, 0.01)] {
+            let (cloud, _) = linear_cloud(scatter);
             let found = Posterior::of(&cloud, 2).unwrap();
             let whole = Posterior::evaluate(&cloud, low.to_vec(), low.map(|low| low + side).to_vec(), 250).unwrap();
             assert!((found.log_evidence - whole.log_evidence).abs() < 5e-3, "{scatter}");
             for d in 0..2 {
                 let width = whole.quantile(d, 0.95) - whole.quantile(d, 0.05);
-                assert!(if narrow { width < 0.01 } else { width < 0.5 }, "{width}");
+                assert!(width < widest, "{width}");
                 for probability in [0.01, 0.05, 0.5, 0.95, 0.99] {
                     let apart = found.quantile(d, probability) - whole.quantile(d, probability);
                     assert!(apart.abs() < 0.01 * width, "{scatter} {d} {probability} {apart} {width}");
