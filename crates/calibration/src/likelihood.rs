@@ -211,12 +211,12 @@ impl Cloud {
         self.positions.is_empty()
     }
 
-    /// Squared distance of every run from `at`, with its number, in the frame where there is one.
-    fn distances(&self, at: &[f64]) -> Vec<(f64, usize)> {
+    /// Squared distance of every run from `at`, in the frame where there is one.
+    fn distances(&self, at: &[f64]) -> Vec<f64> {
         let inside = self.frame.as_ref().map(|(frame, _)| frame.inside(at));
         let at = inside.as_deref().unwrap_or(at);
-        let squared = |position: &Vec<f64>| position.iter().zip(at).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
-        self.measured().iter().enumerate().map(|(run, position)| (squared(position), run)).collect()
+        let squared = |position: &Vec<f64>| position.iter().zip(at).map(|(a, b)| (a - b).powi(2)).sum();
+        self.measured().iter().map(squared).collect()
     }
 
     /// Positions as distances are measured.
@@ -227,24 +227,26 @@ impl Cloud {
     /// The runs nearest to a point, nearest first.
     #[must_use]
     pub fn nearest(&self, at: &[f64], count: usize) -> Vec<usize> {
-        let mut order = self.distances(at);
-        order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        order.into_iter().take(count).map(|(_, run)| run).collect()
+        let squared = self.distances(at);
+        let mut order: Vec<usize> = (0..squared.len()).collect();
+        order.sort_by(|a, b| squared[*a].total_cmp(&squared[*b]));
+        order.truncate(count);
+        order
     }
 
     /// Regress at the point `at`; `None` with too few runs or a degenerate neighbourhood.
     #[must_use]
     pub(crate) fn regress(&self, at: &[f64]) -> Option<Local> {
-        self.regress_over(at, self.distances(at))
+        self.regress_over(at, &self.distances(at))
     }
 
     /// The same where a run stands, without that run: how far it is from what all others expect there, and that expectation.
     #[must_use]
     pub(crate) fn regress_leaving(&self, run: usize) -> Option<(&[f64], Local)> {
         let at = &self.positions[run];
-        let mut order = self.distances(at);
-        order.swap_remove(run);
-        Some((&self.deviations[run], self.regress_over(at, order)?))
+        let mut squared = self.distances(at);
+        squared[run] = f64::INFINITY;
+        Some((&self.deviations[run], self.regress_over(at, &squared)?))
     }
 
     /// SL at a point; −∞ where the regression is impossible.

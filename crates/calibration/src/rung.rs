@@ -264,7 +264,7 @@ impl Rung {
         // Runs that go together last as long as the longest of them.
         plans.sort_by(|one, other| one.duration.total_cmp(&other.duration));
         let groups = plans.len().div_ceil(self.prepared.together()).max(1);
-        let made = plans.par_chunks(plans.len().div_ceil(groups).max(1)).map(|plans| {
+        let made = plans.par_chunks(plans.len().div_ceil(groups).max(1)).with_max_len(1).map(|plans| {
             let runs = self.group(plans, &goes_on)?;
             for (plan, run) in plans.iter().zip(&runs).filter(|(plan, _)| self.found(plan).is_none()) {
                 self.kept.iter().try_for_each(|kept| kept.keep(plan.number, run))?;

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
+use pulp::Simd;
 
 use super::{Cloud, SMALLEST_WEIGHT};
 
@@ -11,6 +12,12 @@ const SHRINKAGE: f64 = 0.4;
 
 /// Ridge on the slopes of the regression, relative to the unit-scaled Gram matrix.
 const RIDGE: f64 = 1e-4;
+
+/// Features side by side: two vectors of the widest that are dispatched to.
+const TILE: usize = 8;
+
+/// Rows of a covariance that are summed at once, a tile wide: as much as fits into registers.
+const ROWS: usize = 4;
 
 /// Regressors of so many parameters.
 const fn columns_of(dimension: usize) -> usize {
@@ -45,37 +52,28 @@ pub(crate) struct Judged {
 impl Cloud {
     /// Regress at `at` over runs at such squared distances, compiled for the widest vectors this machine has: nothing is fused, so every machine finds
     /// the same.
-    pub(super) fn regress_over(&self, at: &[f64], order: Vec<(f64, usize)>) -> Option<Local> {
-        struct Regression<'a>(&'a Cloud, &'a [f64], Vec<(f64, usize)>);
-        impl pulp::NullaryFnOnce for Regression<'_> {
+    pub(super) fn regress_over(&self, at: &[f64], squared: &[f64]) -> Option<Local> {
+        struct Regression<'a>(&'a Cloud, &'a [f64], &'a [f64]);
+        impl pulp::WithSimd for Regression<'_> {
             type Output = Option<Local>;
 
             #[inline(always)]
-            fn call(self) -> Self::Output {
-                self.0.regressed(self.1, self.2)
+            fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+                self.0.regressed(simd, self.1, self.2)
             }
         }
-        pulp::Arch::new().dispatch(Regression(self, at, order))
+        pulp::Arch::new().dispatch(Regression(self, at, squared))
     }
 
     #[inline(always)]
-    fn regressed(&self, at: &[f64], mut order: Vec<(f64, usize)>) -> Option<Local> {
+    fn regressed<S: Simd>(&self, simd: S, at: &[f64], squared: &[f64]) -> Option<Local> {
         let dimension = at.len();
-        if order.len() < self.neighbours + 1 {
-            return None;
-        }
         let inside = self.frame.as_ref().map(|(frame, _)| frame.inside(at));
         let at = inside.as_deref().unwrap_or(at);
         let positions = self.measured();
-        order.select_nth_unstable_by(self.neighbours, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let radius = order[self.neighbours].0.sqrt();
-        if radius <= 0.0 {
-            return None;
-        }
-        order.truncate(self.neighbours);
-        order.sort_unstable_by_key(|entry| entry.1);
+        let (radius, order) = nearest(squared, self.neighbours)?;
         let weights: Vec<f64> =
-            order.iter().map(|(squared, _)| (1.0 - (squared.sqrt() / radius).powi(3)).powi(3)).collect();
+            order.iter().map(|run| (1.0 - (squared[*run].sqrt() / radius).powi(3)).powi(3)).collect();
         let total: f64 = weights.iter().sum();
         let effective = total.powi(2) / weights.iter().map(|w| w * w).sum::<f64>();
         let spent = columns_of(dimension).max(3) as f64;
@@ -84,74 +82,107 @@ impl Cloud {
         }
         let columns = columns_of(dimension);
         let features = self.nuggets.len();
-        // One run a column: what is summed over runs then lies side by side.
-        let regressors = DMatrix::from_fn(columns, order.len(), |a, i| match a {
-            0 => 1.0,
-            a => (positions[order[i].1][a - 1] - at[a - 1]) / radius,
+        // A row of tiles a run: its regressors, then the features of each record. What is summed over runs lies side by side.
+        let mut firsts = vec![columns.div_ceil(TILE)];
+        for part in &self.parts {
+            firsts.push(firsts[firsts.len() - 1] + part.len().div_ceil(TILE));
+        }
+        let (of_regressors, tiles) = (firsts[0], firsts[self.parts.len()]);
+        let mut rows = vec![[0.0; TILE]; order.len() * tiles];
+        for (row, run) in rows.chunks_exact_mut(tiles).zip(&order) {
+            let regressors = row.as_flattened_mut();
+            regressors[0] = 1.0;
+            for d in 0..dimension {
+                regressors[1 + d] = (positions[*run][d] - at[d]) / radius;
+            }
+            for (part, first) in self.parts.iter().zip(&firsts) {
+                row[*first..].as_flattened_mut()[..part.len()].copy_from_slice(&self.deviations[*run][part.clone()]);
+            }
+        }
+        let mut moments = vec![[0.0; TILE]; columns * tiles];
+        for (row, weight) in rows.chunks_exact(tiles).zip(&weights) {
+            for (moments, regressor) in moments.chunks_exact_mut(tiles).zip(row.as_flattened()) {
+                add(moments, weight / total * regressor, row);
+            }
+        }
+        let gram = DMatrix::from_fn(columns, columns, |a, b| {
+            moments[a * tiles..].as_flattened()[b] + if a == b && a > 0 { RIDGE } else { 0.0 }
         });
-        let mut gram: DMatrix<f64> = DMatrix::zeros(columns, columns);
-        let mut moments: DMatrix<f64> = DMatrix::zeros(features, columns);
-        for ((regressor, weight), (_, run)) in regressors.as_slice().chunks(columns).zip(&weights).zip(&order) {
-            for (a, (of_a, moments)) in
-                regressor.iter().zip(moments.as_mut_slice().chunks_mut(features.max(1))).enumerate()
-            {
-                let weighted = weight / total * of_a;
-                for (b, of_b) in regressor.iter().enumerate() {
-                    gram[(a, b)] += weighted * of_b;
-                }
-                add(moments, [weighted], [&self.deviations[*run]]);
-            }
-        }
-        for a in 1..columns {
-            gram[(a, a)] += RIDGE;
-        }
         let inverse = Cholesky::new(gram)?.inverse();
-        let coefficients: DMatrix<f64> = &inverse * moments.transpose();
-        let by_feature = coefficients.transpose();
-        let mut residuals = vec![0.0; features * order.len()];
-        let rows = residuals.chunks_mut(features.max(1)).zip(regressors.as_slice().chunks(columns)).zip(&order);
-        for ((row, regressor), (_, run)) in rows {
-            for (of_a, coefficients) in regressor.iter().zip(by_feature.as_slice().chunks(features.max(1))) {
-                add(row, [*of_a], [coefficients]);
+        let mut coefficients = vec![[0.0; TILE]; columns * tiles];
+        for (a, coefficients) in coefficients.chunks_exact_mut(tiles).enumerate() {
+            for (b, moments) in moments.chunks_exact(tiles).enumerate() {
+                add(&mut coefficients[of_regressors..], inverse[(a, b)], &moments[of_regressors..]);
             }
-            row.iter_mut().zip(&self.deviations[*run]).for_each(|(fitted, deviation)| *fitted = deviation - *fitted);
+        }
+        for row in rows.chunks_exact_mut(tiles) {
+            let (regressors, row) = row.split_at_mut(of_regressors);
+            for (t, tile) in row.iter_mut().enumerate() {
+                let mut fitted = [0.0; TILE];
+                for (coefficients, regressor) in coefficients.chunks_exact(tiles).zip(regressors.as_flattened()) {
+                    fitted = added(fitted, *regressor, coefficients[of_regressors + t]);
+                }
+                for i in 0..TILE {
+                    tile[i] -= fitted[i];
+                }
+            }
         }
         let shares: Vec<f64> = weights.iter().map(|weight| weight / total).collect();
         let small_sample = effective / (effective - spent);
         let extrapolation = 1.0 + inverse[(0, 0)] / effective;
-        let records: Vec<Judged> =
-            self.parts.iter().map(|part| self.judge(part, &residuals, &shares, small_sample, extrapolation)).collect();
+        let mut records = Vec::with_capacity(self.parts.len());
+        for part in &self.parts {
+            let first = firsts[records.len()];
+            let residuals = rows.chunks_exact(tiles).map(|row| &row[first..]);
+            records.push(self.judge(simd, part, residuals.zip(&shares), small_sample, extrapolation));
+        }
         let scatter = |record: &Judged| -> Vec<f64> {
             let own = |(f, at): (usize, usize)| (record.covariance[(f, f)] * self.weights[at] / extrapolation).sqrt();
             record.features.clone().enumerate().map(own).collect()
         };
         let scatter = records.iter().flat_map(scatter).collect();
-        let deviation = (0..features).map(|f| coefficients[(0, f)]).collect();
-        let slopes = coefficients.rows(1, dimension).into_owned();
+        let own = |a: usize, part: &Range<usize>, first: usize| {
+            coefficients[a * tiles + first..].as_flattened()[..part.len()].to_vec()
+        };
+        let of_row = |a: usize| self.parts.iter().zip(&firsts).flat_map(move |(part, first)| own(a, part, *first));
+        let deviation = of_row(0).collect();
+        let slopes = DMatrix::from_row_iterator(dimension, features, (1..columns).flat_map(of_row));
         Some(Local { deviation, scatter, effective, freedom: effective - spent, slopes, records })
     }
 
-    /// The covariance Σ of one record's features, from the residuals of all runs (one behind the other) and their shares of the weight.
+    /// The covariance Σ of one record's features, from the residuals of all runs and their shares of the weight.
     #[inline(always)]
-    fn judge(
+    fn judge<'a, S: Simd>(
         &self,
+        simd: S,
         part: &Range<usize>,
-        residuals: &[f64],
-        shares: &[f64],
+        residuals: impl Iterator<Item = (&'a [[f64; TILE]], &'a f64)> + Clone,
         small_sample: f64,
         extrapolation: f64,
     ) -> Judged {
         let (first, features) = (part.start, part.len());
         let mut covariance: DMatrix<f64> = DMatrix::zeros(features, features);
-        let runs: Vec<&[f64]> = residuals.chunks(self.nuggets.len().max(1)).map(|run| &run[part.clone()]).collect();
-        let ((fours, rest), (shares_of_four, shares)) = (runs.as_chunks::<4>(), shares.as_chunks::<4>());
-        for (f, sums) in covariance.as_mut_slice().chunks_mut(features.max(1)).enumerate() {
-            let sums = &mut sums[..=f];
-            for (runs, shares) in fours.iter().zip(shares_of_four) {
-                add(sums, std::array::from_fn::<_, 4, _>(|k| shares[k] * runs[k][f]), *runs);
-            }
-            for (run, share) in rest.iter().zip(shares) {
-                add(sums, [share * run[f]], [*run]);
+        const { assert!(2 * S::F64_LANES <= TILE) };
+        let width = 2 * S::F64_LANES;
+        for f in (0..features).step_by(ROWS) {
+            for g in (0..features.min(f + ROWS)).step_by(width) {
+                let mut sums = [[simd.splat_f64s(0.0); 2]; ROWS];
+                for (residuals, share) in residuals.clone() {
+                    let residuals = residuals.as_flattened();
+                    let (of_f, of_g) = (&residuals[f..f + ROWS], S::as_simd_f64s(&residuals[g..g + width]).0);
+                    for (sums, of_f) in sums.iter_mut().zip(of_f) {
+                        let amount = simd.splat_f64s(share * of_f);
+                        for (sum, of_g) in sums.iter_mut().zip(of_g) {
+                            *sum = simd.add_f64s(*sum, simd.mul_f64s(amount, *of_g));
+                        }
+                    }
+                }
+                for (f, sums) in (f..features).zip(&sums) {
+                    let sums: &[f64] = pulp::bytemuck::cast_slice(sums);
+                    for (g, sum) in (g..features).zip(sums) {
+                        covariance[(g, f)] = *sum;
+                    }
+                }
             }
         }
         for f in 0..features {
@@ -172,9 +203,11 @@ impl Cloud {
             }
         }
         let weights = &self.weights[part.clone()];
-        for f in 0..features {
-            for g in 0..features {
-                covariance[(f, g)] /= (weights[f] * weights[g]).sqrt();
+        if weights.iter().any(|weight| *weight != 1.0) {
+            for f in 0..features {
+                for g in 0..features {
+                    covariance[(f, g)] /= (weights[f] * weights[g]).sqrt();
+                }
             }
         }
         let counted = weights.iter().filter(|weight| **weight > SMALLEST_WEIGHT).count();
@@ -203,14 +236,41 @@ impl Local {
     }
 }
 
-/// Add every amount times its values to the sums, one amount after another; at least as many values of each as there are sums.
-#[allow(clippy::needless_range_loop, reason = "one index for several lists is what the compiler turns into vectors")]
+/// Sums with an amount times as many values added.
 #[inline(always)]
-fn add<const TERMS: usize>(sums: &mut [f64], amounts: [f64; TERMS], values: [&[f64]; TERMS]) {
-    let values = values.map(|values| &values[..sums.len()]);
-    for (i, sum) in sums.iter_mut().enumerate() {
-        for term in 0..TERMS {
-            *sum += amounts[term] * values[term][i];
+fn added(mut sums: [f64; TILE], amount: f64, values: [f64; TILE]) -> [f64; TILE] {
+    for i in 0..TILE {
+        sums[i] += amount * values[i];
+    }
+    sums
+}
+
+/// The same, tile by tile.
+#[inline(always)]
+fn add(sums: &mut [[f64; TILE]], amount: f64, values: &[[f64; TILE]]) {
+    for (sums, values) in sums.iter_mut().zip(values) {
+        *sums = added(*sums, amount, *values);
+    }
+}
+
+/// The distance of the run behind the `count` nearest, and those by number; of several as far as that the first. `None` where there are no more, or
+/// where it is no distance.
+#[inline(always)]
+fn nearest(squared: &[f64], count: usize) -> Option<(f64, Vec<usize>)> {
+    let mut parted = squared.to_vec();
+    if parted.len() <= count {
+        return None;
+    }
+    let (nearer, &mut radius, _) = parted.select_nth_unstable_by(count, f64::total_cmp);
+    let mut as_far = nearer.iter().filter(|squared| **squared == radius).count();
+    let mut nearest = Vec::with_capacity(count);
+    for (run, squared) in squared.iter().enumerate() {
+        if *squared < radius {
+            nearest.push(run);
+        } else if *squared == radius && as_far > 0 {
+            as_far -= 1;
+            nearest.push(run);
         }
     }
+    (radius > 0.0 && radius.is_finite()).then(|| (radius.sqrt(), nearest))
 }
