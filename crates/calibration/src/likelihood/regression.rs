@@ -274,3 +274,61 @@ fn nearest(squared: &[f64], count: usize) -> Option<(f64, Vec<usize>)> {
     }
     (radius > 0.0 && radius.is_finite()).then(|| (radius.sqrt(), nearest))
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    #[test]
+    fn of_runs_as_far_as_the_last_the_first_are_the_nearest() {
+        assert_eq!(nearest(&[4.0, 1.0, 9.0, 4.0, 4.0, 16.0], 3), Some((2.0, vec![0, 1, 3])));
+        assert_eq!(nearest(&[4.0, 1.0, 9.0], 3), None);
+        // A run left out is infinitely far, and what stands on the point has no distance.
+        assert_eq!(nearest(&[4.0, f64::INFINITY], 1), None);
+        assert_eq!(nearest(&[0.0; 3], 2), None);
+    }
+
+    #[test]
+    fn covariances_are_those_of_a_weighted_regression_matrix_by_matrix() {
+        let mut random = ChaCha8Rng::seed_from_u64(11);
+        let mut draw = |count: usize| -> Vec<f64> { (0..count).map(|_| random.random::<f64>() - 0.5).collect() };
+        // Two records: one of fewer features than stand side by side, one of more.
+        let counts = [3, 11];
+        let runs: Vec<(Vec<f64>, Vec<f64>)> = (0..60).map(|_| (draw(2), draw(14))).collect();
+        let pairs = runs.iter().map(|(at, z)| (at.as_slice(), z.as_slice()));
+        let cloud = Cloud::new(pairs, &[0.1; 14], &[0.0; 14], &[1.0; 14], 40).parted(&counts);
+        let local = cloud.regress(&[0.0; 2]).unwrap();
+
+        let distance = |run: usize| runs[run].0[0].hypot(runs[run].0[1]);
+        let mut order: Vec<usize> = (0..60).collect();
+        order.sort_by(|a, b| distance(*a).total_cmp(&distance(*b)));
+        let (radius, order) = (distance(order[40]), &order[..40]);
+        let weights = DVector::from_fn(40, |i, _| (1.0 - (distance(order[i]) / radius).powi(3)).powi(3));
+        let shares = DMatrix::from_diagonal(&(&weights / weights.sum()));
+        let regressors = DMatrix::from_fn(40, 3, |i, a| if a == 0 { 1.0 } else { runs[order[i]].0[a - 1] / radius });
+        let features = DMatrix::from_fn(40, 14, |i, f| runs[order[i]].1[f] - 0.1);
+        let mut gram = regressors.transpose() * &shares * &regressors;
+        (1..3).for_each(|a| gram[(a, a)] += RIDGE);
+        let inverse = gram.try_inverse().unwrap();
+        let coefficients = &inverse * regressors.transpose() * &shares * &features;
+        let residuals = features - regressors * &coefficients;
+        let effective = weights.sum().powi(2) / weights.norm_squared();
+        let factor = effective / (effective - 3.0) * (1.0 + inverse[(0, 0)] / effective);
+        let expected = residuals.transpose() * shares * residuals * factor;
+        for (record, first) in local.records.iter().zip([0, 3]) {
+            for f in 0..record.features.len() {
+                for g in 0..record.features.len() {
+                    let expected = expected[(first + f, first + g)] * if f == g { 1.0 } else { SHRINKAGE };
+                    assert!((record.covariance[(f, g)] - expected).abs() < 1e-12, "{first} {f} {g}");
+                }
+            }
+        }
+        for f in 0..14 {
+            assert!((local.deviation[f] - coefficients[(0, f)]).abs() < 1e-12);
+            assert!((0..2).all(|d| (local.slopes[(d, f)] - coefficients[(1 + d, f)]).abs() < 1e-12));
+        }
+    }
+}
