@@ -99,10 +99,11 @@ impl Cloud {
                 row[*first..].as_flattened_mut()[..part.len()].copy_from_slice(&self.deviations[*run][part.clone()]);
             }
         }
+        let shares: Vec<f64> = weights.iter().map(|weight| weight / total).collect();
         let mut moments = vec![[0.0; TILE]; columns * tiles];
-        for (row, weight) in rows.chunks_exact(tiles).zip(&weights) {
+        for (row, share) in rows.chunks_exact(tiles).zip(&shares) {
             for (moments, regressor) in moments.chunks_exact_mut(tiles).zip(row.as_flattened()) {
-                add(moments, weight / total * regressor, row);
+                add(moments, share * regressor, row);
             }
         }
         let gram = DMatrix::from_fn(columns, columns, |a, b| {
@@ -127,13 +128,11 @@ impl Cloud {
                 }
             }
         }
-        let shares: Vec<f64> = weights.iter().map(|weight| weight / total).collect();
         let small_sample = effective / (effective - spent);
         let extrapolation = 1.0 + inverse[(0, 0)] / effective;
         let mut records = Vec::with_capacity(self.parts.len());
-        for part in &self.parts {
-            let first = firsts[records.len()];
-            let residuals = rows.chunks_exact(tiles).map(|row| &row[first..]);
+        for (part, first) in self.parts.iter().zip(&firsts) {
+            let residuals = rows.chunks_exact(tiles).map(|row| &row[*first..]);
             records.push(self.judge(simd, part, residuals.zip(&shares), small_sample, extrapolation));
         }
         let scatter = |record: &Judged| -> Vec<f64> {
@@ -141,10 +140,10 @@ impl Cloud {
             record.features.clone().enumerate().map(own).collect()
         };
         let scatter = records.iter().flat_map(scatter).collect();
-        let own = |a: usize, part: &Range<usize>, first: usize| {
-            coefficients[a * tiles + first..].as_flattened()[..part.len()].to_vec()
+        let of_row = |a: usize| {
+            let row = coefficients[a * tiles..].as_flattened();
+            self.parts.iter().zip(&firsts).flat_map(move |(part, first)| &row[first * TILE..][..part.len()]).copied()
         };
-        let of_row = |a: usize| self.parts.iter().zip(&firsts).flat_map(move |(part, first)| own(a, part, *first));
         let deviation = of_row(0).collect();
         let slopes = DMatrix::from_row_iterator(dimension, features, (1..columns).flat_map(of_row));
         Some(Local { deviation, scatter, effective, freedom: effective - spent, slopes, records })
