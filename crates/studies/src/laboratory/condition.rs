@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use granchain_calibration::diagnosis::Cause;
 
 /// Scale of the half-normal gaps in every contact, m: 0.3 nm, what a fit takes for granted.
-const GAP: f64 = 3e-10;
+pub(super) const GAP: f64 = 3e-10;
 
 /// A condition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -50,6 +50,25 @@ pub enum Condition {
     Clipped95,
     /// α between 0.15 and 0.3.
     LowDrive,
+    /// The vibrometer's signal is lost five times for 0.5 to 2 µs, and five single samples are spikes of 0.5 to 2 times the peak.
+    DropOuts,
+    /// The mean of 16 shots, each with its own gaps and noise and 0.2 µs of trigger jitter.
+    Averages,
+    /// A causal Butterworth or Bessel filter in the vibrometer, of which the bandwidth alone is stated.
+    CausalDecoder,
+    /// 1 % of the drive leaks into the vibrometer's channel, and a spike of 20 % of the peak follows the trigger.
+    Crosstalk,
+    /// 3 % and 2 % of second and third harmonic in the horn's motion, 1/f noise on both channels.
+    HornHarmonics,
+    /// A second burst after 25 cycles of rest.
+    TwoBursts,
+    /// Stiffness and mass of the beads off by up to 0.5 %, clocks 100 ppm apart.
+    OffNominal,
+    /// 5 % of amplitude modulation and 0.2 % of frequency drift in the drive.
+    Modulated,
+    /// Weakly driven, dampers between the beads only, 3 % of noise: the regime of the source paper.
+    #[serde(rename = "period-3")]
+    Period3,
     /// The annulus is 30 % softer than told.
     SofterSupport,
     /// The other damping law than told.
@@ -112,14 +131,15 @@ pub struct Expected {
 }
 
 use Condition::{
-    BeadFewer, BeadMore, Benches, Bits, BurstOnly, Clipped60, Clipped85, Clipped95, Clock, Coupling, Cut, Decoder,
-    Drift, EightBit, Envelopes, FirstGap, Frequency, HornVelocity, Hum, Late, LateTrigger, LateVibrometer, LowDrive,
-    Middle, Noisy, OtherLaw, Pretrigger, PureNoise, Radius, ScaleDown, ScaleUp, Sensitivity, ShortHorn,
-    ShortVibrometer, Sign, SofterSupport, StrongHum, Swapped, UnitDown, UnitUp,
+    Averages, BeadFewer, BeadMore, Benches, Bits, BurstOnly, CausalDecoder, Clipped60, Clipped85, Clipped95, Clock,
+    Coupling, Crosstalk, Cut, Decoder, Drift, DropOuts, EightBit, Envelopes, FirstGap, Frequency, HornHarmonics,
+    HornVelocity, Hum, Late, LateTrigger, LateVibrometer, LowDrive, Middle, Modulated, Noisy, OffNominal, OtherLaw,
+    Period3, Pretrigger, PureNoise, Radius, ScaleDown, ScaleUp, Sensitivity, ShortHorn, ShortVibrometer, Sign,
+    SofterSupport, StrongHum, Swapped, TwoBursts, UnitDown, UnitUp,
 };
 
 /// Name and words of each, the right ones first.
-const TABLE: [(Condition, &str, &str); 40] = [
+const TABLE: [(Condition, &str, &str); 49] = [
     (Pretrigger, "pretrigger", "20 cycles before the trigger, 1 % noise, horn 0.1 %, offsets, unknown trigger"),
     (BurstOnly, "burst-only", "both records begin with the burst, 0–1 % noise"),
     (EightBit, "eight-bit", "8 bits, range 1.25 × peak, both channels"),
@@ -136,6 +156,15 @@ const TABLE: [(Condition, &str, &str); 40] = [
     (Bits, "bits", "10, 12 or 14 bits, range 1.1–2.5 × peak"),
     (Clipped95, "clipped-95", "velocity clipped at 95 % of its peak"),
     (LowDrive, "low-drive", "α 0.15–0.3"),
+    (DropOuts, "drop-outs", "signal lost five times for 0.5–2 µs, five single-sample spikes"),
+    (Averages, "averages", "mean of 16 shots with their own gaps, noise and 0.2 µs of jitter"),
+    (CausalDecoder, "causal-decoder", "causal filter at 400 kHz, only its bandwidth stated"),
+    (Crosstalk, "crosstalk", "1 % of the drive in the velocity channel, a spike at the trigger"),
+    (HornHarmonics, "horn-harmonics", "3 % second and 2 % third harmonic, 1/f noise on both channels"),
+    (TwoBursts, "two-bursts", "second burst after 25 cycles of rest"),
+    (OffNominal, "off-nominal", "stiffness and mass ±0.5 %, clocks 100 ppm apart"),
+    (Modulated, "modulated", "5 % amplitude modulation, 0.2 % frequency drift"),
+    (Period3, "period-3", "α 0.12–0.3, dampers between beads only, 3 % noise"),
     (SofterSupport, "softer-support", "annulus 30 % softer than told"),
     (OtherLaw, "other-law", "other damping law than told"),
     (BeadFewer, "bead-fewer", "a bead fewer than told"),
@@ -287,6 +316,40 @@ pub struct Laboratory {
     /// Whether each file has the other's name.
     #[serde(default)]
     pub swapped: bool,
+    /// Losses of the vibrometer's signal, and as many spikes.
+    #[serde(default)]
+    pub drop_outs: usize,
+    /// Shots that the record is the mean of; further ones have gaps of their own and this jitter, s.
+    #[serde(default)]
+    pub averages: Option<(usize, f64)>,
+    /// Shape and −6 dB bandwidth (Hz) of a causal filter in the vibrometer's channel; the bandwidth is stated, its flat delay removed.
+    #[serde(default)]
+    pub causal: Option<(CausalFilter, f64)>,
+    /// Share of the drive in the vibrometer's channel, its phase (rad), and the spike that follows the trigger.
+    #[serde(default)]
+    pub crosstalk: Option<[f64; 3]>,
+    /// Second and third harmonic of the horn's motion over its fundamental.
+    #[serde(default)]
+    pub harmonics: [f64; 2],
+    /// σ of 1/f noise on the horn and on the vibrometer.
+    #[serde(default)]
+    pub pink: [f64; 2],
+    /// Rest before a second burst, cycles.
+    #[serde(default)]
+    pub second_burst: Option<f64>,
+    /// Amplitude modulation, and drift of the frequency over the burst.
+    #[serde(default)]
+    pub modulation: [f64; 2],
+}
+
+/// Shapes of causal filters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CausalFilter {
+    /// Butterworth of an order from 1 to 4.
+    Butterworth(u8),
+    /// Bessel of fourth order.
+    Bessel,
 }
 
 /// What one twin is made with, and what its fit is told.
@@ -367,6 +430,14 @@ impl Setting {
             vibrometer_end: None,
             silent: false,
             swapped: false,
+            drop_outs: 0,
+            averages: None,
+            causal: None,
+            crosstalk: None,
+            harmonics: [0.0; 2],
+            pink: [0.0; 2],
+            second_burst: None,
+            modulation: [0.0; 2],
         };
         let lab = &mut laboratory;
         let (mut kind, mut beads, mut radius, mut material) = ("tone-burst", 6_u64, 0.5e-3_f64, "chrome-steel");
@@ -427,6 +498,28 @@ impl Setting {
             }
             Clipped95 => lab.clip = Some(0.95),
             LowDrive => alpha = log_uniform(r, 0.15, 0.3),
+            DropOuts => lab.drop_outs = 5,
+            Averages => lab.averages = Some((16, 0.2e-6)),
+            CausalDecoder => {
+                let shapes = [1, 2, 2, 2, 3, 4].map(CausalFilter::Butterworth);
+                let shape = shapes.get(r.random_range(0..7)).copied().unwrap_or(CausalFilter::Bessel);
+                lab.causal = Some((shape, 0.4e6));
+            }
+            Crosstalk => lab.crosstalk = Some([0.01, r.random_range(0.0..std::f64::consts::TAU), 0.2]),
+            HornHarmonics => (lab.harmonics, lab.pink) = ([0.03, 0.02], [0.001, 0.01]),
+            TwoBursts => lab.second_burst = Some(25.0),
+            OffNominal => {
+                lab.clock_ppm = 100.0;
+                let [stiffness, mass] = [(); 2].map(|()| 1.0 + r.random_range(-0.005..0.005));
+                truth.push(format!("materials.chrome-steel.youngs_modulus={}", 201e9 * stiffness));
+                truth.push(format!("materials.chrome-steel.density={}", 7833.0 * mass));
+            }
+            Modulated => lab.modulation = [0.05, 0.002],
+            Period3 => {
+                alpha = log_uniform(r, 0.12, 0.3);
+                coefficient = if linear { log_uniform(r, 0.2, 0.8) } else { log_uniform(r, 1500.0, 6000.0) };
+                (lab.sample_rate_hz, lab.noise) = (2.5e6, 0.03);
+            }
             SofterSupport => {
                 support = "annulus";
                 truth.push("support.stiffness_factor=0.7".to_owned());
@@ -469,7 +562,7 @@ impl Setting {
             support = "rigid";
         }
         if condition != Cut {
-            lab.end = cycles + 12.0;
+            lab.end = cycles + 12.0 + lab.second_burst.map_or(0.0, |rest| cycles + rest);
         }
         truth.extend(true_beads.map(|count| format!("chain.beads={count}")));
         let contacts = true_beads.unwrap_or(beads) + 1;
@@ -503,6 +596,9 @@ impl Setting {
             told.push(format!("support.stiffness={SPRING}"));
         }
         told.push(format!("damping.kind={}", law(told_law)));
+        if condition == Period3 {
+            told.push("damping.at=beads".to_owned());
+        }
         let drive = if kind == "tone-burst" { format!("tone burst, τ {:.0} µs", 1e6 * ring_up) } else { kind.into() };
         let setting = Self {
             condition,

@@ -11,7 +11,7 @@ mod condition;
 mod count;
 mod record;
 
-pub use condition::{Condition, Expected, Laboratory, Setting};
+pub use condition::{CausalFilter, Condition, Expected, Laboratory, Setting};
 pub use count::{LaboratoryCount, ParameterCount, Tally, WrongTally};
 pub use record::{Files, Regime};
 

@@ -1,20 +1,21 @@
 //! From a truth to two files: the bench is simulated under its analytic drive, and what it does passes through the laboratory.
 //!
 //! ```text
-//! bench ─ decoder ─ AC coupling ─ anti-alias filter ─ samples at the channel's clock ─ gain, offset, hum, drift, noise ─ clipping ─ bits ─ file
+//! drive, bench ─ mean of shots ─ drop-outs ─ decoder ─ crosstalk ─ AC coupling ─ anti-alias filter ─ samples at the channel's clock ─ gain, offset, hum, drift, noise ─ clipping ─ bits ─ file
 //! ```
 
 use std::fmt::Write;
 
+use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-use super::condition::{Laboratory, Setting};
+use super::condition::{CausalFilter, GAP, Laboratory, Setting};
 use granchain_model::{
     ModelError,
     response::Response,
-    scene::{ModelKind, Scene},
+    scene::{Drive, DriveKind, ModelKind, Scene},
 };
 use granchain_signal::{
     LowPass, Series,
@@ -107,7 +108,63 @@ pub fn truth_scene(mut scene: Scene, setting: &Setting) -> Scene {
     if scene.model.kind == ModelKind::Reduced {
         scene.model.reduced.step = 0.5 * scene.output_step;
     }
-    scene
+    driven(scene, &setting.laboratory)
+}
+
+/// The scene under what a horn does to its drive: harmonics, modulation, a second burst. Sampled finely, as no formula of a scene has them.
+fn driven(scene: Scene, lab: &Laboratory) -> Scene {
+    if lab.harmonics == [0.0; 2] && lab.modulation == [0.0; 2] && lab.second_burst.is_none() {
+        return scene;
+    }
+    let (frequency, end) = (scene.drive.frequency, scene.drive.burst().1);
+    let harmonic = |(index, share): (usize, &f64)| {
+        let multiple = 2.0 + index as f64;
+        let mut drive = scene.drive.clone();
+        if let DriveKind::ToneBurst { cycles, .. } = &mut drive.kind {
+            *cycles *= multiple;
+        }
+        Drive { frequency: multiple * frequency, amplitude: share * drive.amplitude, ..drive }.motion(1.0)
+    };
+    let harmonics: Vec<_> = lab.harmonics.iter().enumerate().map(harmonic).collect();
+    let (fundamental, [modulation, drift]) = (scene.drive.motion(1.0), lab.modulation);
+    let once = |t: f64| {
+        let swing = 1.0 + modulation * (2.0 * std::f64::consts::TAU * t / end).sin();
+        let warped = t + 0.5 * drift * t * t / end;
+        let others: f64 = harmonics.iter().map(|motion| motion.at(t).0).sum();
+        if t < 0.0 { 0.0 } else { swing * fundamental.at(warped).0 + others }
+    };
+    let second = lab.second_burst.map(|rest| end + rest / frequency);
+    let step = scene.output_step;
+    let count = (scene.duration / step).round() as usize + 1;
+    let values = (0..count).map(|i| i as f64 * step).map(|t| once(t) + second.map_or(0.0, |at| once(t - at)));
+    let displacement = Series::new(0.0, step, values.collect());
+    let until = displacement.end();
+    scene.with_continued_record(displacement, until, vec![], frequency, None)
+}
+
+/// What the bead does in one shot, or in the mean of several, each with gaps of its own.
+fn shots(
+    truth: &Scene,
+    lab: &Laboratory,
+    random: &mut ChaCha8Rng,
+    run: &dyn Fn(&Scene) -> Result<Response, ModelError>,
+) -> Result<Series, ModelError> {
+    let mut mean = run(truth)?.observed_velocity().clone();
+    let Some((count, jitter)) = lab.averages else { return Ok(mean) };
+    for _ in 1..count {
+        let mut scene = truth.clone();
+        scene.chain.gaps.iter_mut().for_each(|gap| {
+            let normal: f64 = StandardNormal.sample(random);
+            *gap = GAP * normal.abs();
+        });
+        let late: f64 = StandardNormal.sample(random);
+        let shot = Spline::new(run(&scene)?.observed_velocity(), Ends::Natural);
+        let (start, step, end) = (mean.start, mean.step, mean.end());
+        for (index, value) in mean.values.iter_mut().enumerate() {
+            *value += shot.at((start + index as f64 * step - jitter * late).clamp(start, end)).0;
+        }
+    }
+    Ok(mean.map(|value| value / count as f64))
 }
 
 /// Simulate `truth`, of [`truth_scene`], by `run` and record it; noise is drawn from `random`.
@@ -122,7 +179,7 @@ pub fn files(
 ) -> Result<Files, ModelError> {
     let lab = &setting.laboratory;
     let frequency = truth.drive.frequency;
-    let velocity = run(truth)?.observed_velocity().clone();
+    let velocity = shots(truth, lab, random, run)?;
     // The middle of a Gaussian burst, else its end; of a record that was cut, the cut.
     let (_, end) = truth.drive.burst();
     let end = if setting.drive == "gaussian-burst" { 0.5 * end + LATE as f64 / 2.0 / frequency } else { end };
@@ -151,13 +208,28 @@ pub fn files(
         let stated = delay + bessel_delay(bandwidth);
         head = vec![format!("bandwidth: {:.4} MHz", 1e-6 * bandwidth), format!("delay: {:.4} us", 1e6 * stated)];
     }
+    if let Some((shape, bandwidth)) = lab.causal {
+        velocity = causal(&velocity, shape, bandwidth);
+        head = vec![format!("bandwidth: {:.4} MHz", 1e-6 * bandwidth)];
+    }
+    if let Some([share, phase, _]) = lab.crosstalk {
+        // The drive's voltage: the horn's motion some part of a period before, over its peak.
+        let drive = Spline::new(&horn, Ends::Natural);
+        let ahead = phase / std::f64::consts::TAU / frequency;
+        let [of_horn, of_bead] = peaks;
+        for index in 0..velocity.len() {
+            let t = (velocity.time(index) + ahead).min(horn.end());
+            velocity.values[index] += share * of_bead * drive.at(t).0 / of_horn;
+        }
+    }
     if let Some(cutoff) = lab.coupling_hz {
         (horn, velocity) = (coupled(&horn, cutoff), coupled(&velocity, cutoff));
     }
     let clock = Clock::of(lab, frequency, random);
     let horn = clock.channel(&horn, [None, lab.horn_end], 1.0);
     let velocity = clock.channel(&velocity, [lab.vibrometer_lost, lab.vibrometer_end], 1.0 + 1e-6 * lab.clock_ppm);
-    let horn = disturbed(
+    let clean = velocity.clone();
+    let mut horn = disturbed(
         &horn,
         &Channel {
             peak: peaks[0],
@@ -172,7 +244,7 @@ pub fn files(
         clock.end,
         random,
     );
-    let velocity = disturbed(
+    let mut velocity = disturbed(
         &velocity,
         &Channel {
             peak: peaks[1],
@@ -180,13 +252,25 @@ pub fn files(
             offset: lab.offset,
             hum: lab.hum,
             drift: lab.drift,
-            noise: lab.noise,
+            // Of shots of their own noise.
+            noise: lab.noise / lab.averages.map_or(1.0, |(count, _)| (count as f64).sqrt()),
             clip: lab.clip,
             bits: lab.bits,
         },
         clock.end,
         random,
     );
+    if let Some([_, _, spike]) = lab.crosstalk {
+        let first = velocity.values.iter_mut().take((0.4e-6 / clean.step).ceil() as usize);
+        first.for_each(|value| *value += spike * peaks[1]);
+    }
+    for (series, share, peak) in [(&mut horn, lab.pink[0], peaks[0]), (&mut velocity, lab.pink[1], peaks[1])] {
+        if share > 0.0 {
+            let noise = pink(series.len(), random);
+            series.values.iter_mut().zip(noise).for_each(|(value, noise)| *value += share * peak * noise);
+        }
+    }
+    drop_out(&mut velocity, lab, frequency, (peaks[1], lab.offset * peaks[1]), random);
     // Where the burst begins in each file.
     let zero = lab.lost.map_or(-lab.start_s, |_| horn.start);
     let (unit, column) = if lab.horn_velocity { (1e3, "velocity_mm_per_s") } else { (1e9, "displacement_nm") };
@@ -211,7 +295,6 @@ struct Clock {
 
 impl Clock {
     fn of(lab: &Laboratory, frequency: f64, random: &mut ChaCha8Rng) -> Self {
-        use rand::Rng;
         let step = 1.0 / lab.sample_rate_hz;
         let within_a_step: f64 = random.random_range(0.0..step);
         // A record that begins with the burst begins at its first sample.
@@ -266,6 +349,91 @@ fn disturbed(series: &Series, channel: &Channel, end: f64, random: &mut ChaCha8R
         }
     }
     disturbed
+}
+
+/// Lose the signal here and there within the burst: for 0.5 to 2 µs it stays at its offset, and as often a single sample leaps.
+fn drop_out(series: &mut Series, lab: &Laboratory, frequency: f64, (peak, offset): (f64, f64), random: &mut ChaCha8Rng) {
+    let burst = |random: &mut ChaCha8Rng| {
+        let t = random.random_range(5.0..lab.end - 8.0) / frequency;
+        (((t - series.start) / series.step).max(0.0) as usize).min(series.len() - 1)
+    };
+    let places: Vec<[usize; 2]> = (0..lab.drop_outs).map(|_| [burst(random), burst(random)]).collect();
+    for [lost, leap] in places {
+        let length = (random.random_range(0.5e-6..2e-6) / series.step).ceil() as usize;
+        let until = (lost + length).min(series.len());
+        for value in &mut series.values[lost..until] {
+            let noise: f64 = StandardNormal.sample(random);
+            *value = offset + lab.noise * peak * noise;
+        }
+        let sign = if random.random() { 1.0 } else { -1.0 };
+        series.values[leap] += sign * peak * random.random_range(0.5..2.0);
+    }
+}
+
+/// 1/f noise of rms 1: white noise through Kellet's filter, a sum of six first-order sections.
+fn pink(count: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
+    const SECTIONS: [(f64, f64); 6] = [
+        (0.99886, 0.055_517_9),
+        (0.99332, 0.075_075_9),
+        (0.96900, 0.153_852_0),
+        (0.86650, 0.310_485_6),
+        (0.55000, 0.532_952_2),
+        (-0.7616, -0.016_898_0),
+    ];
+    let mut sections = [0.0; 6];
+    let settle = 4096;
+    let mut values: Vec<f64> = (0..count + settle)
+        .map(|_| {
+            let white: f64 = StandardNormal.sample(random);
+            for (section, (kept, taken)) in sections.iter_mut().zip(SECTIONS) {
+                *section = kept * *section + taken * white;
+            }
+            sections.iter().sum::<f64>() + 0.5362 * white
+        })
+        .skip(settle)
+        .collect();
+    let rms = (values.iter().map(|value| value * value).sum::<f64>() / count as f64).sqrt();
+    values.iter_mut().for_each(|value| *value /= rms);
+    values
+}
+
+/// A causal low-pass, −6 dB at `bandwidth` of a Bessel filter, −3 dB of a Butterworth one; its delay at zero frequency is removed, as decoders do.
+fn causal(series: &Series, shape: CausalFilter, bandwidth: f64) -> Series {
+    let CausalFilter::Butterworth(order) = shape else {
+        let mut passed = decoded(series, bandwidth, 0.0);
+        passed.start -= bessel_delay(bandwidth);
+        return passed;
+    };
+    let omega = std::f64::consts::TAU * bandwidth;
+    let mut values = series.values.clone();
+    let mut delay = 0.0;
+    // Poles in pairs on a circle; of an odd order one more on the real axis.
+    for pair in 0..order.div_ceil(2) {
+        let angle = std::f64::consts::PI * (f64::from(2 * pair + 1) / f64::from(2 * order) + 0.5);
+        let k = 2.0 / series.step;
+        let real = order % 2 == 1 && pair == order / 2;
+        // ω²/(s² − 2 ω cos φ s + ω²), or ω/(s + ω), by the bilinear transform.
+        let (b, d) = if real {
+            (omega, [0.0, k + omega, omega - k])
+        } else {
+            let a = -2.0 * omega * angle.cos();
+            delay += a / (omega * omega);
+            let b = omega * omega;
+            (b, [k * k + a * k + b, 2.0 * (b - k * k), k * k - a * k + b])
+        };
+        delay += if real { 1.0 / omega } else { 0.0 };
+        let (mut before, mut out) = ([0.0; 2], [0.0; 2]);
+        for value in &mut values {
+            let new = if real {
+                (b * (*value + before[0]) - d[2] * out[0]) / d[1]
+            } else {
+                (b * (*value + 2.0 * before[0] + before[1]) - d[1] * out[0] - d[2] * out[1]) / d[0]
+            };
+            (before, out) = ([*value, before[0]], [new, out[0]]);
+            *value = new;
+        }
+    }
+    Series::new(series.start - delay, series.step, values)
 }
 
 /// A file in µs and `unit`: six digits below its peak.
@@ -350,6 +518,37 @@ mod tests {
         for (index, value) in seen.values.iter().enumerate().skip(5000) {
             assert!((value - (omega * (seen.time(index) - stated)).sin()).abs() < 2e-3);
         }
+    }
+
+    #[test]
+    fn a_causal_filter_halves_the_power_at_its_bandwidth_and_keeps_slow_motion_in_place() {
+        let step = 1.0 / (73e3 * FINE as f64);
+        for shape in [1, 2, 3, 4].map(CausalFilter::Butterworth) {
+            for (frequency, expected, tolerance) in [(10e3, 1.0, 1e-3), (0.4e6, 0.5f64.sqrt(), 0.01)] {
+                let omega = std::f64::consts::TAU * frequency;
+                let tone = Series::new(0.0, step, (0..40_000).map(|i| (omega * step * f64::from(i)).sin()).collect());
+                let seen = causal(&tone, shape, 0.4e6);
+                let late = Series { values: seen.values[20_000..].to_vec(), ..seen.clone() };
+                assert!((late.peak() - expected).abs() < tolerance, "{shape:?} {frequency}: {}", late.peak());
+                if frequency < 20e3 {
+                    for (index, value) in seen.values.iter().enumerate().skip(20_000) {
+                        assert!((value - (omega * seen.time(index)).sin()).abs() < 2e-3, "{shape:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn pink_noise_falls_by_three_decibels_an_octave() {
+        use rand::SeedableRng;
+        let noise = pink(1 << 16, &mut ChaCha8Rng::seed_from_u64(3));
+        // Variance of means of 2^k samples: of 1/f noise it falls with the logarithm of their length, of white noise with the length.
+        let spread = |length: usize| {
+            let means: Vec<f64> = noise.chunks(length).map(|part| part.iter().sum::<f64>() / length as f64).collect();
+            means.iter().map(|mean| mean * mean).sum::<f64>() / means.len() as f64
+        };
+        assert!((0.15..0.8).contains(&(spread(64) / spread(4))), "{}", spread(64) / spread(4));
     }
 
     #[test]
