@@ -5,7 +5,7 @@
 //! | column | content |
 //! |---|---|
 //! | `candidate` | damping law, behind it the mount where mounts compete |
-//! | `stage` | `search` on the chain, or `correction`: a line for each rung of a pair; `correction-2` on the rung above that; `narrow-1` and so on: searches of boxes on whose bounds the best runs pressed |
+//! | `stage` | `search` on the chain, or `correction`: a line for each rung of a pair; `correction-2` on the rung above that; `narrow-1` and so on: searches of boxes on whose bounds the best runs pressed, or that explained nothing; `wide`: a search of a wider box that explained no more |
 //! | `batch`, `run` | number of the batch or round within the stage, number of the run within the candidate, from 1 |
 //! | `model` | what made the run |
 //! | `u_NAME` | position in the unit box |
@@ -22,6 +22,9 @@ use super::{forward::Run, rung::Pair};
 
 /// Name of the file.
 pub const FILE: &str = "fingerprints.csv";
+
+/// Stage of a wider box that explains no more.
+const WIDE: &str = "wide";
 
 /// Columns before the positions.
 const LEADING: [&str; 5] = ["candidate", "stage", "batch", "run", "model"];
@@ -64,6 +67,8 @@ pub struct CandidateRuns {
     pub narrow: Vec<Vec<Vec<Run>>>,
     /// The search on the chain, batch by batch.
     pub search: Vec<Vec<Run>>,
+    /// A search of a wider box that explains the record no better; empty where there was none.
+    pub wide: Vec<Vec<Run>>,
     /// The rounds of the correction on each rung above the chain, the lowest first; none where the chain answers.
     pub corrections: Vec<Vec<Vec<Pair>>>,
 }
@@ -72,8 +77,8 @@ impl CandidateRuns {
     /// Number of runs made, those of a pair counted by themselves.
     #[must_use]
     pub fn len(&self) -> usize {
-        let narrow: usize = self.narrow.iter().flatten().map(Vec::len).sum();
-        narrow + self.before(0) + 2 * self.pairs(self.corrections.len())
+        let beside: usize = self.narrow.iter().flatten().chain(&self.wide).map(Vec::len).sum();
+        beside + self.before(0) + 2 * self.pairs(self.corrections.len())
     }
 
     /// Number of runs made before rung `rung` above the chain, from 0, those of the rungs below it but for repetitions in pairs.
@@ -165,6 +170,10 @@ pub fn to_csv(names: &Names, candidates: &[CandidateRuns]) -> Result<Vec<u8>, Fi
                 line("search", batch, number, names.model(0), run)?;
             }
         }
+        let wide = candidate.wide.iter().enumerate().flat_map(|(batch, runs)| runs.iter().map(move |run| (batch, run)));
+        for (number, (batch, run)) in wide.enumerate() {
+            line(WIDE, batch, number + 1, names.model(0), run)?;
+        }
         for (rung, rounds) in candidate.corrections.iter().enumerate() {
             let stage = correction(rung);
             for (round, pair) in
@@ -228,6 +237,9 @@ pub fn from_csv(names: &Names, bytes: &[u8]) -> Result<Vec<CandidateRuns>, Finge
             }
             ("search", None) if candidate.corrections.is_empty() => {
                 batch_of(&mut candidate.search, batch).ok_or_else(misplaced)?.push(run);
+            }
+            (WIDE, None) if candidate.corrections.is_empty() => {
+                batch_of(&mut candidate.wide, batch).ok_or_else(misplaced)?.push(run);
             }
             (stage, None) if corrected(stage, candidate.corrections.len()).is_some() => lower = Some(run),
             (stage, Some(lower)) if corrected(stage, candidate.corrections.len()).is_some() => {
@@ -326,6 +338,7 @@ mod tests {
                 candidate: "linear".into(),
                 narrow: vec![vec![vec![run(5.0)], vec![run(6.0)]], vec![vec![run(7.0)]]],
                 search: vec![vec![run(1.0), failed.clone()], vec![run(2.0)]],
+                wide: vec![vec![run(10.0), run(11.0)]],
                 corrections: vec![
                     vec![vec![Pair { lower: run(3.0), upper: failed }]],
                     vec![vec![Pair { lower: run(8.0), upper: run(9.0) }], vec![]],
@@ -335,6 +348,7 @@ mod tests {
                 candidate: "kuwabara-kono".into(),
                 narrow: vec![],
                 search: vec![vec![run(4.0)]],
+                wide: vec![],
                 corrections: vec![],
             },
         ]
@@ -352,7 +366,7 @@ mod tests {
         let again = from_csv(&names(), &bytes).unwrap();
         assert_eq!(again, runs);
         assert!(again[0].search[0][0].features().unwrap()[2].is_sign_negative());
-        assert_eq!((runs[0].len(), runs[0].before(1)), (10, 4));
+        assert_eq!((runs[0].len(), runs[0].before(1)), (12, 4));
     }
 
     #[test]

@@ -25,6 +25,9 @@ use granchain_record::run_log::RunLogError;
 /// Runs of a search that FIT is the median misfit of.
 const BEST: usize = 10;
 
+/// Share of a misfit below which that of a wider box is the better answer, though neither explains the record.
+const BETTER: f64 = 0.7;
+
 /// Times that features are weighed anew by how far they are off: more moves nothing that is quoted.
 const REWEIGHINGS: usize = 2;
 
@@ -179,6 +182,24 @@ impl Fit {
         });
         let widened: Vec<Parameter> = widened.collect();
         moved.then_some(widened)
+    }
+
+    /// The parameters in a box four times wider on every side that nobody chose; `None` where there is no such side.
+    #[must_use]
+    pub fn widened_all_round(&self) -> Option<Vec<Parameter>> {
+        let mut moved = false;
+        let widened = self.parameters.iter().map(|parameter| {
+            let widened = parameter.widened(true, true).inspect(|_| moved = true);
+            widened.unwrap_or_else(|| parameter.clone())
+        });
+        let widened: Vec<Parameter> = widened.collect();
+        moved.then_some(widened)
+    }
+
+    /// Whether this fit, of a wider box, explains the record where `narrow` does not, or much better.
+    #[must_use]
+    pub(crate) fn improves_on(&self, narrow: &Self) -> bool {
+        self.verdict.explains() || self.agreement.p >= agreement::OUTSIDE || self.misfit < BETTER * narrow.misfit
     }
 
     /// The fitted values, SI, in the order of `parameters`.

@@ -368,7 +368,7 @@ impl Fitted {
         let mut statements = statement::statements(fit);
         statements.extend(statement::together(fit, &problem.labels()));
         statements.extend(lead.bench.drive.as_ref().and_then(|_| statement::recorded_drive(fit)));
-        statements.extend(statement::widened(fit, self.best_made().runs.narrow.len()));
+        statements.extend(statement::widened(fit, &self.best_made().runs));
         statements.extend(lead.measured.features().into_iter().flat_map(|it| statement::printed(fit, &it.printed)));
         let laws: Vec<FitOutcome> = self.ranked().into_iter().map(|fitted| fitted.outcome(problem)).collect();
         CalibrationOutcome {

@@ -6,6 +6,7 @@ use std::{
 };
 
 use super::{
+    agreement,
     candidate::Candidate,
     checkpoint::{CheckpointError, SearchCheckpoint},
     correction::Correction,
@@ -15,6 +16,7 @@ use super::{
     forward::{Forward, Run, Watch},
     joint::Joint,
     kept::KeptPlace,
+    parameter::Parameter,
     problem::Problem,
     refusal::Refusal,
     rung::{Bodies, Pair, Rung, chain_below},
@@ -99,6 +101,14 @@ fn beside(position: &[f64], aside: f64) -> Vec<f64> {
 /// Times that a box is widened at most.
 const WIDEST: usize = 3;
 
+/// The search of a box that explains nothing, while a wider one is searched.
+struct Narrow {
+    joint: Joint,
+    fit: Fit,
+    batches: Vec<Vec<Run>>,
+    parameters: Vec<Parameter>,
+}
+
 /// What came of one candidate.
 pub(super) struct Climbed {
     pub(super) made: Made,
@@ -137,12 +147,18 @@ pub(super) fn climb(
     let (checkpoint, mut search) = saved.search;
     let mut candidate = candidate.clone();
     let mut runs = CandidateRuns { candidate: candidate.key(), ..CandidateRuns::default() };
-    // The box is widened while the best runs press on a bound that nobody chose, each time with a search of its own.
+    // The box is widened while the best runs press on a bound that nobody chose, each time with a search of its own. What explains nothing is
+    // looked for in a box that is wider on every side before the record is called inconsistent.
+    let (mut beyond, mut kept) = (false, None);
     let (joint, fit) = loop {
         let joint = joint(problem, &candidate, bodies, watch)?;
         let fresh = || Search::new(&joint, budget, seed, problem.strategy);
-        let wider = runs.narrow.len();
-        let stored = saved.ended.as_ref().map(|stored| stored.narrow.get(wider).unwrap_or(&stored.search));
+        let wider = runs.narrow.len() + usize::from(kept.is_some());
+        let stored = saved.ended.as_ref().map(|stored| match stored.narrow.get(wider) {
+            Some(narrow) => narrow,
+            None if beyond && !stored.wide.is_empty() => &stored.wide,
+            None => &stored.search,
+        });
         let made = match stored {
             Some(stored) => {
                 let runs = stored.concat();
@@ -161,15 +177,33 @@ pub(super) fn climb(
         };
         let batches = parted(&made.runs, &made.batches);
         let fit = answer(&joint, made);
-        match fit.as_ref().ok().and_then(Fit::widened).filter(|_| wider < WIDEST) {
-            Some(widened) => {
+        if let Some(narrow) = kept.take() {
+            let Narrow { joint: of_narrow, fit: narrow, batches: narrower, parameters } = narrow;
+            if fit.as_ref().is_ok_and(|fit| fit.improves_on(&narrow)) {
+                runs.narrow.push(narrower);
+            } else {
+                (runs.search, runs.wide, candidate.parameters) = (narrower, batches, parameters);
+                break (of_narrow, Ok(narrow));
+            }
+        }
+        let pressed = fit.as_ref().ok().and_then(Fit::widened).filter(|_| runs.narrow.len() < WIDEST);
+        let unexplained = |fit: &&Fit| fit.agreement.p < agreement::OUTSIDE && !beyond;
+        match (pressed, fit) {
+            (Some(widened), _) => {
                 candidate.parameters = widened;
                 runs.narrow.push(batches);
             }
-            None => {
-                runs.search = batches;
-                break (joint, fit);
-            }
+            (None, fit) => match fit.as_ref().ok().filter(unexplained).and_then(Fit::widened_all_round) {
+                Some(widened) => {
+                    let parameters = std::mem::replace(&mut candidate.parameters, widened);
+                    let Ok(fit) = fit else { continue };
+                    (beyond, kept) = (true, Some(Narrow { joint, fit, batches, parameters }));
+                }
+                None => {
+                    runs.search = batches;
+                    break (joint, fit);
+                }
+            },
         }
         if !watch(0) {
             return Err(Refusal::Stopped);

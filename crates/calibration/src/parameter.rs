@@ -126,10 +126,10 @@ impl Parameter {
         DampingTerm::ALL.into_iter().find(|term| fitted(*term).0 == name)
     }
 
-    /// α between 0.2 and 2 (the source paper swept 0.3 … 1.5).
+    /// α between 0.05 and 3 (the source paper swept 0.1 … 1.5).
     #[must_use]
     pub fn alpha() -> Self {
-        Self::of(Target::Alpha, "alpha", "1", (0.2, 2.0))
+        Self::of(Target::Alpha, "alpha", "1", (0.05, 3.0))
     }
 
     /// The damping coefficient of a law: c in 0.03 … 3 N·s/m, γ in 300 … 30 000 N·s·m^(-3/2); `None` for a law without
@@ -198,13 +198,10 @@ impl Parameter {
     fn of(target: Target, name: &str, unit: &str, (low, high): (f64, f64)) -> Self {
         let limits = match target {
             Target::Alpha | Target::Damping(_) | Target::DampingBeside(_) => (low / FARTHEST, FARTHEST * high),
-            Target::Precompression
-            | Target::SupportStiffness
-            | Target::Gap
-            | Target::Bandwidth
-            | Target::HornMass
-            | Target::Drag
-            | Target::Friction => (low, high),
+            Target::SupportStiffness | Target::HornMass => (low / WIDENING, WIDENING * high),
+            // Less than the lower bound is none.
+            Target::Precompression | Target::Gap | Target::Drag | Target::Friction => (low, WIDENING * high),
+            Target::Bandwidth => (low, high),
         };
         Self { target, name: name.into(), unit: unit.into(), low, high, limits }
     }
@@ -225,7 +222,8 @@ impl Parameter {
     #[must_use]
     pub(crate) fn is_unusual(&self, value: f64) -> bool {
         let (low, high) = (FARTHEST * self.limits.0, self.limits.1 / FARTHEST);
-        low < high && !(low / UNUSUAL..=high * UNUSUAL).contains(&value)
+        let free = matches!(self.target, Target::Alpha | Target::Damping(_) | Target::DampingBeside(_));
+        free && low < high && !(low / UNUSUAL..=high * UNUSUAL).contains(&value)
     }
 
     /// The same with a box that reaches further down, up or both ways; `None` where its limits do not allow that.
@@ -327,7 +325,7 @@ mod tests {
     #[test]
     fn coordinates_run_from_bound_to_bound_in_the_logarithm() {
         let alpha = Parameter::alpha();
-        assert!((alpha.value(0.0) - 0.2).abs() < 1e-15 && (alpha.value(1.0) - 2.0).abs() < 1e-14);
+        assert!((alpha.value(0.0) - 0.05).abs() < 1e-15 && (alpha.value(1.0) - 3.0).abs() < 1e-14);
         assert!((alpha.coordinate(alpha.value(0.37)) - 0.37).abs() < 1e-14);
     }
 

@@ -2,6 +2,7 @@
 
 use super::{
     agreement,
+    fingerprints::CandidateRuns,
     fit::{Estimate, Fit, Verdict},
     joint::Share,
     parameter::{Parameter, Target},
@@ -142,17 +143,17 @@ pub fn recorded_drive(fit: &Fit) -> Option<String> {
     })
 }
 
-/// That the box was widened `times` times, and to what.
+/// That a wider box was searched, and what came of it.
 #[must_use]
-pub fn widened(fit: &Fit, times: usize) -> Option<String> {
+pub fn widened(fit: &Fit, runs: &CandidateRuns) -> Option<String> {
     let bounds =
         |parameter: &Parameter| format!("{} {} to {}", parameter.name, short(parameter.low), short(parameter.high));
-    let bounds: Vec<String> = fit.parameters.iter().map(bounds).collect();
-    (times > 0).then(|| {
-        format!(
-            "The best runs pressed on a bound of the search, which was therefore widened and made anew: {}.",
-            bounds.join(", ")
-        )
+    let bounds = || fit.parameters.iter().map(bounds).collect::<Vec<_>>().join(", ");
+    if !runs.wide.is_empty() {
+        return Some("A search range four times wider on every side was tried too: it explains the record no better.".into());
+    }
+    (!runs.narrow.is_empty()).then(|| {
+        format!("The first search range did not contain the answer, so a wider one was searched: {}.", bounds())
     })
 }
 
