@@ -9,8 +9,8 @@ use clap::{
 
 use crate::{
     measurement::{
-        Baseline, BenchReadings, Choice, DecimalSign, Delimiter, MeasurementError, Missing, ReadOptions, RecordKind,
-        Sensitivity, SensitivityError,
+        Baseline, BenchReadings, Choice, DecimalSign, Delimiter, MaskError, Masking, MeasurementError, Missing,
+        ReadOptions, RecordKind, Sensitivity, SensitivityError,
     },
     signal::{Dimension, Quantity, QuantityError, Unit},
 };
@@ -87,6 +87,10 @@ macro_rules! channel_arguments {
             /// Function of a universal file, or segment of a file with several; from 1
             #[arg(id = concat!($prefix, "dataset"), long = concat!($prefix, "dataset"), value_name = "N", help_heading = $heading)]
             pub dataset: Option<usize>,
+            /// Samples that are masked: auto, none, or stretches of the file's time axis such as 12.1us:13.4us,50us:51us
+            #[arg(id = concat!($prefix, "mask"), long = concat!($prefix, "mask"), value_name = "STRETCHES", default_value = "auto",
+                value_parser = mask, help_heading = $heading)]
+            pub mask: Masking,
         }
 
         impl $name {
@@ -113,6 +117,7 @@ macro_rules! channel_arguments {
                     range: self.range,
                     resample: self.resample,
                     dataset: self.dataset,
+                    mask: self.mask.clone(),
                 }
             }
         }
@@ -264,6 +269,10 @@ fn motion_unit(text: &str) -> Result<String, UnitError> {
 
 fn sensitivity(text: &str) -> Result<Sensitivity, SensitivityError> {
     Sensitivity::parse(text)
+}
+
+fn mask(text: &str) -> Result<Masking, MaskError> {
+    text.parse()
 }
 
 fn range(text: &str) -> Result<Quantity, UnitError> {

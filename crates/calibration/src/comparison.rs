@@ -12,7 +12,7 @@ use super::{
 };
 use granchain_model::scene::Drive;
 use granchain_signal::{
-    Series,
+    Gap, Series, bridge,
     feature::{Measurand, fingerprint::Fingerprint},
 };
 
@@ -56,6 +56,10 @@ pub struct Comparison {
     pub bandwidth: Option<f64>,
     /// Where every run is clipped after its noise, below and above, m/s or Pa: as the record's input was.
     pub clipped: [Option<f64>; 2],
+    /// Stretches in which the record has no valid samples, counted from its landmark: every run is bridged there alike.
+    pub masked: Vec<Gap>,
+    /// Interval of the record's samples, s: where between two of them a gap begins in a run is drawn.
+    pub sampling: f64,
     /// Spectral density of the noise every run is given, one-sided, (m/s)²/Hz or Pa²/Hz.
     pub noise_density: f64,
     /// How runs are reduced.
@@ -101,6 +105,8 @@ impl From<Observation> for Comparison {
             cutoff: observation.cutoff,
             bandwidth: observation.bandwidth,
             clipped: observation.clipped,
+            masked: observation.masked,
+            sampling: observation.sampling,
             noise_density: observation.noise_density,
             weights: vec![1.0; observation.features.len()],
             reduction: Reduction::Fingerprint(observation.fingerprint),
@@ -121,6 +127,8 @@ impl From<Printed> for Comparison {
             cutoff: printed.cutoff(),
             bandwidth: None,
             clipped: [None; 2],
+            masked: vec![],
+            sampling: 0.0,
             noise_density: 0.0,
             features: printed.targets(),
             nuggets: printed.nuggets(),
@@ -252,6 +260,18 @@ impl Comparison {
             trace = Series::new(trace.time(first), trace.step, trace.values.split_off(first));
         }
         trace
+    }
+
+    /// Bridge a run where the record is bridged; `filtered` is the run as features see it, by which the two are aligned.
+    ///
+    /// - `within`: where between two samples of the record a gap begins, −½ to ½
+    pub(super) fn bridge(&self, trace: &mut Series, filtered: &Series, within: f64) {
+        if let Reduction::Fingerprint(fingerprint) = &self.reduction
+            && let Ok(at) = fingerprint.landmark_time(filtered)
+        {
+            let at = at + within * self.sampling;
+            bridge(trace, &self.masked.iter().map(|gap| gap.later(at)).collect::<Vec<_>>());
+        }
     }
 
     /// How long a run must be that crosses the onset threshold at `onset`, s; `None` where onsets mean nothing.

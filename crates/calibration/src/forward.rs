@@ -357,7 +357,23 @@ impl Forward {
     /// # Errors
     /// What the comparison says of a trace without them.
     pub fn features(&self, trace: Series) -> Result<Vec<f64>, String> {
-        self.comparison.reduce(&self.filtered(&trace))
+        let filtered = self.filtered(&trace);
+        self.comparison.reduce(&self.bridged(trace, filtered, || 0.0))
+    }
+
+    /// A run as features see it, `filtered`, with what the record lacks bridged before the filter; nothing is done where it lacks nothing.
+    fn bridged(&self, mut trace: Series, mut filtered: Series, within: impl FnOnce() -> f64) -> Series {
+        if self.comparison.masked.is_empty() {
+            return filtered;
+        }
+        if filtered.start > trace.start {
+            // A run that begins somewhere in its answer was cut behind the filter.
+            let whole = filtered.clone();
+            self.comparison.bridge(&mut filtered, &whole, within());
+            return filtered;
+        }
+        self.comparison.bridge(&mut trace, &filtered, within());
+        self.filtered(&trace)
     }
 
     /// The record's own noise, the record's own low-pass, 40 samples a period, features.
@@ -385,7 +401,8 @@ impl Forward {
             }
         }
         clip(&mut trace.values, self.comparison.clipped);
-        self.comparison.begun(self.filtered(&trace), &self.scene.drive, random)
+        let begun = self.comparison.begun(self.filtered(&trace), &self.scene.drive, random);
+        self.bridged(trace, begun, || random.random_range(-0.5..0.5))
     }
 
     /// What the instrument lets through of a run at `position`, where that is felt in what is compared. A fitted band falls as a digital filter. One of

@@ -5,7 +5,7 @@ use thiserror::Error;
 use granchain_model::scene::Drive;
 use granchain_record::{Record, RecordKind};
 use granchain_signal::{
-    LowPass, Resampler, Series,
+    Gap, LowPass, Resampler, Series,
     feature::{
         Measurand,
         fingerprint::{FeatureSet, Fingerprint, FingerprintError, Placed, SAMPLES_PER_CYCLE},
@@ -18,6 +18,9 @@ const EARLY_NUGGET: f64 = 0.02;
 
 /// Nugget of a late feature, in ln.
 pub(super) const LATE_NUGGET: f64 = 0.01;
+
+/// What is added to both where samples are bridged: a bridge is as good as its supports.
+const BRIDGED_NUGGET: f64 = 0.01;
 
 /// Largest value at the beginning of a record without quiet samples that may be an offset, over its peak.
 const UNKNOWN_OFFSET: f64 = 0.03;
@@ -62,6 +65,8 @@ pub struct Recording {
     pub clipped: [Option<f64>; 2],
     /// Whether the record of the drive begins inside its burst, so that nobody knows what the chain did first.
     pub begins_late: bool,
+    /// Stretches without valid samples, bridged in `signal`.
+    pub masked: Vec<Gap>,
 }
 
 /// Steepness of an instrument of which nothing but the bandwidth is stated, where one has to be chosen: halfway between what it may be.
@@ -109,6 +114,7 @@ impl Recording {
             quiet: record.pretrigger,
             clipped: record.clipped,
             begins_late,
+            masked: record.masked.iter().map(|masked| masked.gap).collect(),
         }
     }
 
@@ -182,6 +188,10 @@ pub enum ObservationError {
 pub struct Observation {
     /// The record at [`SAMPLES_PER_CYCLE`] a drive period, low-passed, m/s or Pa.
     pub trace: Series,
+    /// Stretches without valid samples, counted from the landmark of the trace.
+    pub masked: Vec<Gap>,
+    /// Interval of the samples as recorded, s.
+    pub sampling: f64,
     /// Cutoff applied to record and runs alike, Hz.
     pub cutoff: f64,
     /// Stated bandwidth of the instrument, Hz.
@@ -296,9 +306,25 @@ impl Observation {
             ));
         }
         let features = fingerprint.measure(&trace)?;
-        let nuggets = fingerprint.early().iter().map(|&early| if early { EARLY_NUGGET } else { LATE_NUGGET }).collect();
+        let bridged = if recording.masked.is_empty() { 0.0 } else { BRIDGED_NUGGET };
+        let nugget = |early: &bool| f64::hypot(if *early { EARLY_NUGGET } else { LATE_NUGGET }, bridged);
+        let nuggets = fingerprint.early().iter().map(nugget).collect();
         let Recording { bandwidth, clipped, .. } = *recording;
-        Ok(Self { trace, cutoff, bandwidth, clipped, noise_density, fingerprint, features, nuggets, warnings })
+        let landmark = fingerprint.landmark_time(&trace)?;
+        let masked = recording.masked.iter().map(|gap| gap.later(-landmark)).collect();
+        Ok(Self {
+            trace,
+            masked,
+            sampling: signal.step,
+            cutoff,
+            bandwidth,
+            clipped,
+            noise_density,
+            fingerprint,
+            features,
+            nuggets,
+            warnings,
+        })
     }
 }
 
@@ -323,7 +349,16 @@ mod tests {
         let values = (0..8000).map(|_| StandardNormal.sample(&mut random)).collect();
         let measurand = Measurand::Velocity;
         let signal = Series::new(0.0, 1e-7, values);
-        Recording { measurand, signal, noise_rms: 1.0, bandwidth, quiet: 4000, clipped: [None; 2], begins_late: false }
+        Recording {
+            measurand,
+            signal,
+            noise_rms: 1.0,
+            bandwidth,
+            quiet: 4000,
+            clipped: [None; 2],
+            begins_late: false,
+            masked: vec![],
+        }
     }
 
     #[test]

@@ -150,7 +150,9 @@ pub fn widened(fit: &Fit, runs: &CandidateRuns) -> Option<String> {
         |parameter: &Parameter| format!("{} {} to {}", parameter.name, short(parameter.low), short(parameter.high));
     let bounds = || fit.parameters.iter().map(bounds).collect::<Vec<_>>().join(", ");
     if !runs.wide.is_empty() {
-        return Some("A search range four times wider on every side was tried too: it explains the record no better.".into());
+        return Some(
+            "A search range four times wider on every side was tried too: it explains the record no better.".into(),
+        );
     }
     (!runs.narrow.is_empty()).then(|| {
         format!("The first search range did not contain the answer, so a wider one was searched: {}.", bounds())

@@ -588,6 +588,21 @@ pub enum MeasurementError {
         /// Drive frequency, Hz.
         frequency: f64,
     },
+    /// Too much of a record shows no motion.
+    #[error(
+        "{}: expected at most {:.0} % of the samples without a valid signal, found {:.1} % ({found}); record again, or pass --mask with the \
+         stretches to leave out, --mask none to use every sample", path.display(), 100.0 * allowed, 100.0 * share
+    )]
+    Masked {
+        /// The file.
+        path: PathBuf,
+        /// Share of the samples that are masked.
+        share: f64,
+        /// Share that may be.
+        allowed: f64,
+        /// What was found, in words.
+        found: String,
+    },
     /// A record that is no drive.
     #[error("{}: expected a horn-tip record to drive the piston, found a {} record; name the horn's record", path.display(), kind.name())]
     NotADrive {

@@ -5,9 +5,10 @@ use std::path::Path;
 use granchain_signal::{Dimension, Quantity, Series, wander};
 
 use super::{
-    MeasurementError, NoiseSource, ReadOptions, RecordKind, RecordedQuantity,
+    MaskReason, Masked, MeasurementError, NoiseSource, ReadOptions, RecordKind, RecordedQuantity,
     dialect::Dialect,
     encoding::Encoding,
+    mask,
     sampling::Sampled,
     table::{Form, Table, TextForm},
 };
@@ -292,7 +293,8 @@ impl Notes {
     /// A vibration whose middle moves: its mean over a drive period (f0, Hz) of a horn, over twelve of a bead or a pressure, which may have lines at
     /// f0/2, f0/3, f0/4 and f0/6.
     pub(super) fn about_drift(&mut self, displacement: &Series, drive_frequency: f64, kind: RecordKind) {
-        let periods = if kind == RecordKind::HornTip { 1.0 } else { 12.0 };
+        // A burst that begins or ends moves the mean of five periods by 0.06 of its peak at most.
+        let periods = if kind == RecordKind::HornTip { 5.0 } else { 12.0 };
         let period = (periods * displacement.sample_rate() / drive_frequency).round() as usize;
         if period < 4 || displacement.len() < 3 * period {
             return;
@@ -334,6 +336,22 @@ impl Notes {
     }
 
     /// Runs of one extreme value that are entered by a jump: where the input was clipped, below and above, unit of the samples.
+    /// What was masked, if anything; `stated` by the user it is no warning.
+    pub(super) fn about_mask(&mut self, masked: &[Masked]) {
+        if masked.is_empty() {
+            return;
+        }
+        let text = mask::in_words(masked);
+        if masked.iter().all(|masked| masked.reason == MaskReason::Stated) {
+            self.assume(format!("masked: {text} (--mask)"));
+        } else {
+            self.warn(format!(
+                "masked, as no motion looks like it: {text}; bridged here and in every simulated run alike; to use these samples pass --mask none, \
+                 to choose others --mask FROM:TO,…"
+            ));
+        }
+    }
+
     pub(super) fn about_clipping(&mut self, raw: &Series) -> [Option<f64>; 2] {
         let mut clipped = [None, None];
         let values = &raw.values;

@@ -2,7 +2,7 @@
 
 use granchain_signal::Quantity;
 
-use super::{DecimalSign, Delimiter, Sensitivity, choice::choice};
+use super::{DecimalSign, Delimiter, Masking, Sensitivity, choice::choice};
 
 /// What was recorded where.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -97,6 +97,8 @@ pub struct ReadOptions {
     pub resample: bool,
     /// Which function of a universal file, or which segment, from 1.
     pub dataset: Option<usize>,
+    /// Which samples are masked.
+    pub mask: Masking,
 }
 
 impl ReadOptions {

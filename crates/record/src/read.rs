@@ -13,6 +13,7 @@ use super::{
     baseline::{FEWEST_PERIODS, FEWEST_QUIET, mean_and_rms, plateau_mean, quiet_lead, without_drift},
     column::{Column, is_of, is_peak_detect},
     encoding, estimate, header, line,
+    mask::{self, Masking},
     noise::{noise, noise_band},
     notes::{Notes, hertz, written},
     place::SampleLines,
@@ -183,6 +184,22 @@ pub fn read_record_bytes(
     // Rounded to nothing where the axis is meant to hold the trigger.
     let before_trigger = raw.values.len().min((((trigger - start) / step) - 1e-6).ceil().max(0.0) as usize);
     let stated_drive_frequency = options.drive_frequency.or(said.drive_frequency);
+    let line_of_raw = || stated_drive_frequency.or_else(|| line::strongest_line(&raw));
+    let found = match (&options.mask, line_of_raw()) {
+        (Masking::Auto, Some(frequency)) if kind != RecordKind::Hydrophone => {
+            mask::find(&raw, frequency, kind == RecordKind::HornTip)
+        }
+        (Masking::Stretches(stretches), _) => mask::stated(&raw, stretches),
+        _ => Vec::new(),
+    };
+    let mut masked = mask::apply(&mut raw, &found);
+    masked.iter_mut().for_each(|masked| masked.gap = masked.gap.later(-trigger - delay));
+    let share = masked.iter().map(|masked| masked.samples).sum::<usize>() as f64 / raw.len() as f64;
+    if share > mask::MOST {
+        let found = mask::in_words(&masked);
+        return Err(MeasurementError::Masked { path: path.into(), share, allowed: mask::MOST, found });
+    }
+    notes.about_mask(&masked);
     let likely = stated_drive_frequency.or_else(|| line::strongest_line(&raw));
     let pretrigger = quiet_lead(&raw.values, before_trigger, likely.map(|frequency| 1.0 / (frequency * step)));
     if before_trigger >= FEWEST_QUIET && pretrigger == 0 {
@@ -311,6 +328,7 @@ pub fn read_record_bytes(
         recorded,
         series,
         raw,
+        masked,
         noise_rms,
         noise_source,
         recorded_noise_rms,

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use granchain_signal::{Dimension, Quantity, QuantityError};
 
-use super::{Choice, ReadOptions, RecordKind, Sensitivity, SensitivityError, line_of, sha256};
+use super::{Choice, MaskError, Masking, ReadOptions, RecordKind, Sensitivity, SensitivityError, line_of, sha256};
 
 /// Reading options as a file states them; what is absent is left to the record.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -62,6 +62,8 @@ pub struct Reading {
     pub resample: Option<bool>,
     /// Function or segment, from 1.
     pub dataset: Option<usize>,
+    /// Which samples are masked: `auto`, `none`, or stretches such as `12.1us:13.4us`.
+    pub mask: Option<String>,
 }
 
 /// Why a stated reading cannot be used.
@@ -87,6 +89,9 @@ pub enum ReadingError {
     /// A sensitivity that is none.
     #[error("`scale`: {0}")]
     Scale(#[from] SensitivityError),
+    /// A mask that is none.
+    #[error("`mask`: {0}")]
+    Mask(#[from] MaskError),
     /// A word that chooses nothing.
     #[error("`{key}`: expected one of {expected}, found `{found}`")]
     Word {
@@ -167,6 +172,10 @@ impl Reading {
             range: or(options.range, self.range.as_ref(), range)?,
             resample: options.resample || self.resample.unwrap_or(false),
             dataset: options.dataset.or(self.dataset),
+            mask: or(Some(options.mask).filter(|mask| *mask != Masking::Auto), self.mask.as_ref(), |text| {
+                Ok(text.parse::<Masking>()?)
+            })?
+            .unwrap_or_default(),
             drive_frequency: options.drive_frequency,
             force_frequency: options.force_frequency,
         })

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use granchain_signal::{Dimension, Series};
 
 use super::{
-    HornDrive, MeasurementError, NoiseSource, ReadOptions, RecordKind, horn_drive::Recorded, line, noise::noise_band,
+    HornDrive, Masked, MeasurementError, NoiseSource, ReadOptions, RecordKind, horn_drive::Recorded, line,
+    noise::noise_band,
 };
 
 /// What the file's column held.
@@ -46,8 +47,10 @@ pub struct Record {
     /// Displacement (m) of a horn tip, velocity (m/s) of a bead, pressure (Pa) of a hydrophone; sign and baseline done, t = 0 at the trigger, the decoder's
     /// delay removed.
     pub series: Series,
-    /// The recorded quantity as it stands in the file, SI, on the file's own time axis.
+    /// The recorded quantity as it stands in the file, SI, on the file's own time axis; masked samples are bridged.
     pub raw: Series,
+    /// Samples that show no motion, which are bridged in `series` and `raw`; on the clock of `series`.
+    pub masked: Vec<Masked>,
     /// Noise, unit of `series`, rms: the greater of that of the quiet samples (where there are none, of the spectrum's floor) and step/√12; 0 if
     /// unknown.
     pub noise_rms: f64,

@@ -24,7 +24,7 @@ use granchain_calibration::{
 };
 use granchain_model::{ModelError, chain::ensemble::Variation, response::Response, scene::Scene};
 use granchain_signal::{
-    Conditioning, Resampler, Series, about_running_mean,
+    Conditioning, Resampler, Series, about_running_mean, bridge,
     feature::{
         FeatureError, FeatureSettings, Features, Measurand, Similarity, Window,
         fingerprint::{FingerprintError, MEAN_CYCLES},
@@ -136,6 +136,7 @@ impl Laboratory<'_> {
         let onto = Conditioning { delay: self.offset, ..Conditioning::onto(&self.recording.signal) };
         let mut seen = onto.apply(passed.as_ref().unwrap_or(trace));
         clip(&mut seen.values, self.recording.clipped);
+        bridge(&mut seen, &self.recording.masked);
         seen
     }
 

@@ -352,7 +352,13 @@ fn disturbed(series: &Series, channel: &Channel, end: f64, random: &mut ChaCha8R
 }
 
 /// Lose the signal here and there within the burst: for 0.5 to 2 µs it stays at its offset, and as often a single sample leaps.
-fn drop_out(series: &mut Series, lab: &Laboratory, frequency: f64, (peak, offset): (f64, f64), random: &mut ChaCha8Rng) {
+fn drop_out(
+    series: &mut Series,
+    lab: &Laboratory,
+    frequency: f64,
+    (peak, offset): (f64, f64),
+    random: &mut ChaCha8Rng,
+) {
     let burst = |random: &mut ChaCha8Rng| {
         let t = random.random_range(5.0..lab.end - 8.0) / frequency;
         (((t - series.start) / series.step).max(0.0) as usize).min(series.len() - 1)

@@ -1,0 +1,600 @@
+//! Samples that show no motion: a vibrometer's signal lost for a moment, spikes, and what the trigger leaves before anything moves.
+//!
+//! Motion of a driven chain has next to nothing above some twelve times the drive frequency; an instrument that fails jumps from one sample to the
+//! next. So what lies above that band is compared with what the record's own impulses leave there, and an excess is masked if a short stretch explains
+//! all of it: a few samples (a spike), or neighbouring samples that all stand at one level (the signal was lost). Impulses are not masked: they repeat,
+//! and no stretch that short explains one.
+
+use std::{ops::Range, str::FromStr};
+
+use serde::Serialize;
+
+use granchain_signal::{Dimension, Gap, LowPass, Quantity, QuantityError, Series, bridge};
+
+use super::baseline::median;
+
+/// Why samples are masked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MaskReason {
+    /// The signal was lost: it stays at one level, with a jump at either end.
+    SignalLost,
+    /// A few samples that no motion reaches.
+    Spike,
+    /// A spike before anything moves, as a trigger makes.
+    TriggerSpike,
+    /// Stated by the user.
+    Stated,
+}
+
+impl MaskReason {
+    /// In words, one and several.
+    #[must_use]
+    pub fn words(self) -> [&'static str; 2] {
+        match self {
+            Self::SignalLost => ["drop-out", "drop-outs"],
+            Self::Spike => ["spike", "spikes"],
+            Self::TriggerSpike => ["spike before the motion begins", "spikes before the motion begins"],
+            Self::Stated => ["stretch as stated", "stretches as stated"],
+        }
+    }
+}
+
+/// A masked stretch.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Masked {
+    /// Where, on the clock of the record's series.
+    #[serde(flatten)]
+    pub gap: Gap,
+    /// Number of samples.
+    pub samples: usize,
+    /// Why.
+    pub reason: MaskReason,
+}
+
+/// Which samples are masked.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Masking {
+    /// Those that are found.
+    #[default]
+    Auto,
+    /// None.
+    None,
+    /// Those in these stretches, s on the file's own time axis, and no others.
+    Stretches(Vec<[f64; 2]>),
+}
+
+/// Why a mask cannot be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MaskError {
+    /// No stretch.
+    #[error(
+        "expected `auto`, `none` or stretches of the file\'s time axis such as `12.1us:13.4us,50us:51us`, found `{found}`"
+    )]
+    Form {
+        /// The text.
+        found: String,
+    },
+    /// No time.
+    #[error(transparent)]
+    Time(#[from] QuantityError),
+}
+
+impl FromStr for Masking {
+    type Err = MaskError;
+
+    fn from_str(text: &str) -> Result<Self, MaskError> {
+        let form = || MaskError::Form { found: text.into() };
+        let stretch = |part: &str| {
+            let (from, to) = part.split_once(':').ok_or_else(form)?;
+            let [from, to] = [from, to].map(|instant| Quantity::parse_as(instant.trim(), Dimension::TIME));
+            let [from, to] = [from?, to?];
+            if from < to { Ok([from, to]) } else { Err(form()) }
+        };
+        match text.trim() {
+            "auto" => Ok(Self::Auto),
+            "none" => Ok(Self::None),
+            text => Ok(Self::Stretches(text.split(',').map(stretch).collect::<Result<_, _>>()?)),
+        }
+    }
+}
+
+/// Most stretches that are listed by their instants.
+const LISTED: usize = 12;
+
+/// What is masked, in words: how many of each kind, and where.
+#[must_use]
+pub(super) fn in_words(masked: &[Masked]) -> String {
+    let mut kinds: Vec<MaskReason> = masked.iter().map(|masked| masked.reason).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let counted = |kind: &MaskReason| {
+        let count = masked.iter().filter(|masked| masked.reason == *kind).count();
+        format!("{count} {}", kind.words()[usize::from(count > 1)])
+    };
+    let kinds: Vec<String> = kinds.iter().map(counted).collect();
+    let instant = |t: f64| if t.is_finite() { format!("{:.2}", 1e6 * t) } else { "the end".into() };
+    let place = |Masked { gap, .. }: &Masked| match (gap.from.is_finite(), gap.to.is_finite()) {
+        (false, _) => format!("up to {}", instant(gap.to)),
+        _ => format!("{}–{}", instant(gap.from), instant(gap.to)),
+    };
+    let mut places: Vec<String> = masked.iter().take(LISTED).map(place).collect();
+    if masked.len() > LISTED {
+        places.push("…".into());
+    }
+    format!("{} at {} µs", kinds.join(" and "), places.join(", "))
+}
+
+/// Largest share of the samples that may be masked.
+pub(super) const MOST: f64 = 0.1;
+
+/// Highest frequency of motion, in drive frequencies.
+const BAND: f64 = 12.0;
+/// The same as a fraction of the sample rate, at most.
+const HIGHEST: f64 = 0.36;
+/// Fewest samples a drive period that tell a spike from an impulse.
+const FEWEST: f64 = 20.0;
+/// Excess over the typical impulse from which samples are looked at, and the same over the peak.
+const EXCESS: (f64, f64) = (4.0, 0.015);
+/// What a mask may leave of an excess, over what is typical, and over what was there.
+const LEFT: (f64, f64) = (2.5, 0.2);
+/// Largest of three periods over the deviation, below which it is that of noise.
+const NOISE: f64 = 5.0;
+/// Excess over the deviation of such noise from which samples are looked at.
+const NOISIEST: f64 = 7.0;
+/// Longest spike, drive periods.
+const SPIKE: f64 = 0.04;
+/// Longest stretch in which a signal is lost, drive periods.
+const LOST: f64 = 2.0;
+/// Most stretches.
+const MOST_STRETCHES: usize = 100;
+/// A sample that moves, over the robust peak.
+const MOVES: f64 = 0.1;
+/// Periods before the first motion that are not looked at for spikes of the trigger: motion may begin slowly.
+const CLEAR: f64 = 2.0;
+/// Distance of a trigger's spike from rest, over the robust deviation there, and over the peak.
+const LEAPS: (f64, f64) = (8.0, 0.03);
+/// Difference between a period and those around it, over the peak, up to which a motion is regular: of 95 of 100 samples.
+const REGULAR: f64 = 0.35;
+/// The same from which a stretch is unlike its neighbours, over that of 95 of 100 samples, and over the peak.
+const UNLIKE: (f64, f64) = (2.0, 0.04);
+/// Longest spike of a trigger, drive periods.
+const TRIGGER: f64 = 0.1;
+
+/// The stretches of a record that a user states.
+pub(super) fn stated(series: &Series, stretches: &[[f64; 2]]) -> Vec<(Range<usize>, MaskReason)> {
+    let inside = |[from, to]: &[f64; 2]| {
+        let index = |t: f64| (((t - series.start) / series.step).max(0.0)) as usize;
+        let (first, past) = ((index(*from - 1e-6 * series.step) + 1).min(series.len()), index(*to).min(series.len()));
+        let first = if *from <= series.start { 0 } else { first };
+        let past = if *to >= series.end() { series.len() } else { past + 1 };
+        (first < past).then_some((first..past.min(series.len()), MaskReason::Stated))
+    };
+    stretches.iter().filter_map(inside).collect()
+}
+
+/// The gap around some samples of a series.
+fn gap_of(series: &Series, samples: &Range<usize>) -> Gap {
+    let length = samples.len() as f64 * series.step;
+    Gap {
+        from: if samples.start == 0 { f64::NEG_INFINITY } else { series.time(samples.start - 1) },
+        to: if samples.end >= series.len() { f64::INFINITY } else { series.time(samples.end) },
+        support: f64::max(series.step, 0.25 * length),
+    }
+}
+
+/// Bridge the samples that are masked.
+pub(super) fn apply(series: &mut Series, found: &[(Range<usize>, MaskReason)]) -> Vec<Masked> {
+    let masked: Vec<Masked> = found
+        .iter()
+        .map(|(samples, reason)| Masked { gap: gap_of(series, samples), samples: samples.len(), reason: *reason })
+        .collect();
+    bridge(series, &masked.iter().map(|masked| masked.gap).collect::<Vec<_>>());
+    masked
+}
+
+/// The stretches of a record that show no motion, `frequency` (Hz) being that of the drive, which is recorded itself where it is `of_horn`. None where too few samples a period tell.
+pub(super) fn find(series: &Series, frequency: f64, of_horn: bool) -> Vec<(Range<usize>, MaskReason)> {
+    let period = 1.0 / (frequency * series.step);
+    let count = series.len();
+    if period < FEWEST || (count as f64) < 8.0 * period {
+        return Vec::new();
+    }
+    let highest = HIGHEST / series.step;
+    let mut cutoffs = vec![f64::min(BAND * frequency, highest)];
+    while let Some(cutoff) =
+        cutoffs.last().map(|last| f64::min(2.0 * last, highest)).filter(|it| *it > 1.5 * cutoffs[cutoffs.len() - 1])
+    {
+        cutoffs.push(cutoff);
+    }
+    let level = median(&series.values);
+    let mut distances: Vec<f64> = series.values.iter().map(|value| (value - level).abs()).collect();
+    let rank = ((count as f64) * 0.99) as usize;
+    let peak = *distances.select_nth_unstable_by(rank.min(count - 1), f64::total_cmp).1;
+    if !(peak > 0.0) {
+        return Vec::new();
+    }
+    let block = (0.5 * period).round() as usize;
+    // A record that begins or ends at rest shows it there.
+    let few = usize::max(16, block / 2).min(count);
+    let moves = |rest: f64| -> Vec<bool> {
+        series.values.chunks(block).map(|part| part.iter().any(|x| (x - rest).abs() > MOVES * peak)).collect()
+    };
+    // Motion goes on: a spike is followed by two periods of rest.
+    let goes_on = |eight: &[bool]| eight[0] && eight[1..4].contains(&true) && eight[4..].contains(&true);
+    let first_motion = moves(median(&series.values[..few])).windows(8).position(goes_on).unwrap_or(0) * block;
+    let last_motion =
+        moves(median(&series.values[count - few..])).windows(8).rposition(goes_on).map_or(0, |last| last + 4) * block;
+    let mut found = before_motion(series, first_motion, period, peak);
+    let mut repaired = series.clone();
+    apply(&mut repaired, &found);
+    let search = |cutoff| Search { period, cutoff, block, first_motion, last_motion, peak, of_horn };
+    for cutoff in cutoffs {
+        for _ in 0..MOST_STRETCHES {
+            let Some(further) = search(cutoff).next(&repaired, &found) else { break };
+            repaired.clone_from(series);
+            found.extend(further);
+            found = merged(found);
+            apply(&mut repaired, &found);
+        }
+    }
+    found.extend(search(highest).unlike_neighbours(&repaired));
+    merged(found)
+}
+
+/// Stretches in order, those that touch made one.
+fn merged(mut found: Vec<(Range<usize>, MaskReason)>) -> Vec<(Range<usize>, MaskReason)> {
+    found.sort_by_key(|(samples, _)| samples.start);
+    let mut all: Vec<(Range<usize>, MaskReason)> = Vec::new();
+    for (samples, reason) in found {
+        match all.last_mut() {
+            Some((last, known)) if samples.start <= last.end => {
+                last.end = last.end.max(samples.end);
+                *known = (*known).min(reason);
+            }
+            _ => all.push((samples, reason)),
+        }
+    }
+    all
+}
+
+/// Short excursions from rest, well before anything moves.
+fn before_motion(series: &Series, first_motion: usize, period: f64, peak: f64) -> Vec<(Range<usize>, MaskReason)> {
+    let until = first_motion.saturating_sub((CLEAR * period) as usize);
+    let quiet = &series.values[..until];
+    if quiet.len() < 16 {
+        return Vec::new();
+    }
+    let level = median(quiet);
+    let deviation = 1.4826 * median(&quiet.iter().map(|x| (x - level).abs()).collect::<Vec<_>>());
+    let limit = f64::max(LEAPS.0 * deviation, LEAPS.1 * peak);
+    let longest = (TRIGGER * period).ceil() as usize;
+    let mut found = Vec::new();
+    let mut i = 0;
+    while i < until {
+        if (quiet[i] - level).abs() <= limit {
+            i += 1;
+            continue;
+        }
+        // Up to where it is back at rest, and the tails of a filter with it.
+        let at_rest = |x: &f64| (x - level).abs() <= f64::max(3.0 * deviation, 0.1 * limit);
+        let past = quiet[i..].iter().position(at_rest).map_or(until, |n| i + n);
+        let first = quiet[..i].iter().rposition(at_rest).map_or(0, |before| before + 1);
+        if past - first <= longest {
+            found.push((first..past, MaskReason::TriggerSpike));
+        }
+        i = past.max(i + 1);
+    }
+    found
+}
+
+/// What a search goes by.
+struct Search {
+    /// Samples.
+    period: f64,
+    /// Hz.
+    cutoff: f64,
+    block: usize,
+    first_motion: usize,
+    last_motion: usize,
+    peak: f64,
+    of_horn: bool,
+}
+
+impl Search {
+    /// The samples from the first period of the motion on, which may begin with a jump of its own, but for the last of the record.
+    fn motion(&self, count: usize) -> Range<usize> {
+        let period = self.period as usize;
+        // A horn may stop with a jump of its velocity.
+        let end = if self.of_horn { usize::min(count, self.last_motion.saturating_sub(2 * self.block)) } else { count };
+        self.first_motion + period..end.saturating_sub(period)
+    }
+
+    /// What lies above the band of motion.
+    fn above(&self, series: &Series) -> Vec<f64> {
+        let low = LowPass::new(series.step, series.len(), self.cutoff).apply(&series.values);
+        series.values.iter().zip(low).map(|(value, low)| value - low).collect()
+    }
+
+    /// The stretches that explain the largest excesses, each at least its period from the other; `None` where there are none.
+    fn next(&self, series: &Series, known: &[(Range<usize>, MaskReason)]) -> Option<Vec<(Range<usize>, MaskReason)>> {
+        let above = self.above(series);
+        let mut tops: Vec<(f64, usize)> = above
+            .chunks(self.block)
+            .enumerate()
+            .filter_map(|(number, part)| {
+                let (at, top) = part.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+                Some((top.abs(), number * self.block + at))
+            })
+            .collect();
+        // A motion may have its strongest impulse in every third period only, and drop-outs in every other such stretch.
+        let moving: Vec<f64> = tops.iter().filter(|(_, at)| *at >= self.first_motion).map(|(top, _)| *top).collect();
+        let mut largest: Vec<f64> = moving.chunks(6).map(|part| part.iter().copied().fold(0.0, f64::max)).collect();
+        largest.sort_by(f64::total_cmp);
+        let rank = |share: f64| largest.get((share * largest.len() as f64) as usize).copied().unwrap_or(0.0);
+        let deviation = 1.4826 * median(&above.iter().map(|x| x.abs()).collect::<Vec<_>>());
+        // Where impulses leave nothing but noise, an excess is one over the largest noise.
+        let typical = rank(0.3);
+        let noisy = rank(0.4) < NOISE * deviation;
+        let (limit, allowed) = if noisy {
+            (f64::max(rank(0.4) + EXCESS.0 * (rank(0.4) - rank(0.1)), NOISIEST * deviation), rank(0.4))
+        } else {
+            (EXCESS.0 * typical, LEFT.0 * typical)
+        };
+        let limit = f64::max(limit, EXCESS.1 * self.peak);
+        let motion = self.motion(series.len());
+        tops.retain(|(top, at)| {
+            *top > limit && motion.contains(at) && !known.iter().any(|(samples, _)| samples.contains(at))
+        });
+        tops.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut found: Vec<(Range<usize>, MaskReason)> = Vec::new();
+        for (top, at) in tops.into_iter().take(MOST_STRETCHES) {
+            let apart = |(samples, _): &(Range<usize>, MaskReason)| {
+                samples.start.abs_diff(at).min(samples.end.abs_diff(at)) as f64 > self.period
+            };
+            if found.iter().all(apart)
+                && let Some(stretch) = self.explained(series, (top, at), allowed)
+            {
+                found.push(stretch);
+            }
+        }
+        (!found.is_empty()).then_some(found)
+    }
+
+    /// The shortest stretch about sample `at` without which nothing of the excess `top` there is left.
+    fn explained(&self, series: &Series, (top, at): (f64, usize), allowed: f64) -> Option<(Range<usize>, MaskReason)> {
+        let reach = (12.0 / (self.cutoff * series.step)).ceil() as usize + (LOST * self.period) as usize;
+        let (from, past) = (at.saturating_sub(reach), (at + reach + 1).min(series.len()));
+        let local = Series::new(0.0, series.step, series.values[from..past].to_vec());
+        let at = at - from;
+        let low_pass = LowPass::new(local.step, local.len(), self.cutoff);
+        let beside = (2.0 / (self.cutoff * local.step)).ceil() as usize;
+        let above = |series: &Series| -> Vec<f64> {
+            let low = low_pass.apply(&series.values);
+            series.values.iter().zip(low).map(|(value, low)| (value - low).abs()).collect()
+        };
+        let longest = (SPIKE * self.period).ceil() as usize;
+        // A second spike, so near that its tails reach here.
+        let near = longest + 1..beside + longest;
+        let own = above(&local);
+        let second = own.iter().enumerate().filter(|(i, _)| near.contains(&i.abs_diff(at)));
+        let second = second.max_by(|a, b| a.1.total_cmp(b.1)).filter(|(_, value)| **value > 0.5 * top);
+        let second = second.map(|(i, _)| gap_of(&local, &(i..i + 1)));
+        let left = |samples: &Range<usize>| {
+            let around = samples.start.saturating_sub(beside)..(samples.end + beside).min(local.len());
+            let left_by = |gaps: &[Gap]| {
+                let mut mended = local.clone();
+                bridge(&mut mended, gaps);
+                above(&mended)[around.clone()].iter().copied().fold(0.0, f64::max)
+            };
+            let gap = gap_of(&local, samples);
+            second.iter().map(|second| left_by(&[gap, *second])).fold(left_by(&[gap]), f64::min)
+        };
+        let allowed = f64::max(allowed, LEFT.1 * top);
+        let mut options: Vec<(Range<usize>, MaskReason)> = Vec::new();
+        for length in 1..=longest {
+            for first in (at + 1).saturating_sub(length)..=at {
+                if first + length <= local.len() {
+                    options.push((first..first + length, MaskReason::Spike));
+                }
+            }
+        }
+        options.extend(self.flat(&local, at).into_iter().map(|samples| (samples, MaskReason::SignalLost)));
+        // First what was lost: a short stretch at its edge may explain the jump, and leaves the rest.
+        options.sort_by_key(|(samples, reason)| (*reason, samples.len()));
+        let motion = self.motion(series.len());
+        let last = |reason: &MaskReason| if *reason == MaskReason::Spike { motion.end } else { self.last_motion };
+        let inside = |(samples, reason): &(Range<usize>, MaskReason)| {
+            samples.start + from >= motion.start && samples.end + from <= last(reason)
+        };
+        let (samples, reason) = options.into_iter().find(|option| inside(option) && left(&option.0) <= allowed)?;
+        Some((samples.start + from..samples.end + from, reason))
+    }
+
+    /// Stretches at rest where the same instants of the periods around are not: a signal that is lost without a jump shows in a regular motion only.
+    fn unlike_neighbours(&self, series: &Series) -> Vec<(Range<usize>, MaskReason)> {
+        let values = &series.values;
+        let count = values.len() as isize;
+        let at = |place: f64| {
+            let (whole, part) = (place.floor() as isize, place - place.floor());
+            let [a, b, c, d] = [-1, 0, 1, 2].map(|k| values[(whole + k).clamp(0, count - 1) as usize]);
+            b + 0.5 * part * (c - a + part * (2.0 * a - 5.0 * b + 4.0 * c - d + part * (3.0 * (b - c) + d - a)))
+        };
+        let rest = median(&values[..usize::min(self.first_motion, values.len())]);
+        let noise = self.noise(values);
+        // Of motions that repeat after one, two or three periods.
+        let unlike = |periods: usize| -> Vec<f64> {
+            let lag = periods as f64 * self.period;
+            // Both the periods before and those behind must differ, and to the same side: at its ends a burst differs from one of them.
+            let beside = |i: usize, side: f64| {
+                let [a, b, c] = [1.0, 2.0, 3.0].map(|k| at(i as f64 + side * k * lag));
+                values[i] - f64::max(f64::min(a, b), f64::min(f64::max(a, b), c))
+            };
+            let least = |(before, behind): (f64, f64)| match before * behind > 0.0 {
+                true if before.abs() < behind.abs() => before,
+                true => behind,
+                false => 0.0,
+            };
+            (0..values.len()).map(|i| least((beside(i, -1.0), beside(i, 1.0)))).collect()
+        };
+        let scale = |residual: &[f64]| {
+            let mut sorted: Vec<f64> =
+                residual[self.first_motion.min(residual.len())..].iter().map(|x| x.abs()).collect();
+            let rank = (0.95 * sorted.len() as f64) as usize;
+            if sorted.is_empty() { f64::INFINITY } else { *sorted.select_nth_unstable_by(rank, f64::total_cmp).1 }
+        };
+        let candidates = [1, 2, 3].map(|periods| {
+            let residual = unlike(periods);
+            (scale(&residual), periods, residual)
+        });
+        let Some((scale, periods, residual)) = candidates.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
+            return vec![];
+        };
+        if scale > REGULAR * self.peak {
+            return vec![];
+        }
+        let limit = f64::max(UNLIKE.0 * scale, UNLIKE.1 * self.peak);
+        let level = f64::max(4.0 * noise, 0.005 * self.peak);
+        let still = |i: usize| (values[i] - rest).abs() <= level;
+        let mut found = Vec::new();
+        // Three periods of the motion on either side.
+        let beside = (3.0 * periods as f64 * self.period) as usize;
+        let mut i = self.first_motion + beside;
+        while i + beside < self.last_motion {
+            if residual[i].abs() <= limit || !still(i) {
+                i += 1;
+                continue;
+            }
+            let first = (0..i).rev().take_while(|&k| still(k)).last().unwrap_or(i);
+            let past = (i..values.len()).find(|&k| !still(k)).unwrap_or(values.len());
+            let beyond = (first..past).filter(|&k| residual[k].abs() > limit).count();
+            if beyond >= 2 && ((past - first) as f64) < LOST * self.period {
+                found.push((first..past, MaskReason::SignalLost));
+            }
+            i = past.max(i + 1);
+        }
+        found
+    }
+
+    /// σ of the samples at rest, or of all by their differences.
+    fn noise(&self, values: &[f64]) -> f64 {
+        let quiet = &values[..self.first_motion.saturating_sub((CLEAR * self.period) as usize)];
+        if quiet.len() >= 32 {
+            let level = median(quiet);
+            return 1.4826 * median(&quiet.iter().map(|x| (x - level).abs()).collect::<Vec<_>>());
+        }
+        median(&values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect::<Vec<_>>()) / 0.954
+    }
+
+    /// Stretches of samples at one level that begin or end next to `at`.
+    fn flat(&self, local: &Series, at: usize) -> Vec<Range<usize>> {
+        let values = &local.values;
+        let beside = (0.01 * self.period).ceil() as usize + 1;
+        let differences: Vec<f64> = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+        let noise = median(&differences) / 0.954;
+        let mut found: Vec<Range<usize>> = Vec::new();
+        for start in at.saturating_sub(beside)..=(at + beside).min(values.len() - 1) {
+            // Noise of the lost signal, which nobody knows: as little as the record's, as much as a hundredth of the peak.
+            for tolerance in [0.01 * self.peak, f64::max(0.04 * self.peak, f64::min(4.0 * noise, 0.06 * self.peak))] {
+                let level = values[start];
+                let same = |x: &f64| (x - level).abs() <= tolerance;
+                let first = values[..start].iter().rposition(|x| !same(x)).map_or(0, |before| before + 1);
+                let past = values[start..].iter().position(|x| !same(x)).map_or(values.len(), |n| start + n);
+                let length = past - first;
+                if length >= 2 && (length as f64) < LOST * self.period && !found.contains(&(first..past)) {
+                    found.push(first..past);
+                }
+            }
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+
+    const F0: f64 = 73e3;
+
+    /// A train of impulses of 1.2 µs that alternate in height, a tone under them, 1 % of noise, after 40 µs of rest.
+    fn train(sample_rate: f64, seed: u64) -> Series {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let step = 1.0 / sample_rate;
+        let value = |t: f64| {
+            if t < 40e-6 {
+                return 0.0;
+            }
+            let cycle = ((t - 40e-6) * F0).floor();
+            let height = if (cycle as i64) % 2 == 0 { 1.0 } else { 0.6 };
+            let distance = (t - 40e-6) - (cycle + 0.5) / F0;
+            let grown = ((t - 40e-6) * F0 / 3.0).min(1.0);
+            grown
+                * (height * (-0.5 * (distance / 0.5e-6).powi(2)).exp() - 0.25 * (std::f64::consts::TAU * F0 * t).sin())
+        };
+        let values = (0..(700e-6 * sample_rate) as usize).map(|i| {
+            let noise: f64 = StandardNormal.sample(&mut random);
+            value(i as f64 * step) + 0.01 * noise
+        });
+        Series::new(0.0, step, values.collect())
+    }
+
+    #[test]
+    fn drop_outs_and_spikes_are_found_where_they_are_and_impulses_are_not_masked() {
+        for (number, sample_rate) in [2.5e6, 5e6, 12.5e6, 25e6].into_iter().enumerate() {
+            let clean = train(sample_rate, number as u64);
+            assert_eq!(find(&clean, F0, false), [], "{sample_rate}");
+            let mut random = ChaCha8Rng::seed_from_u64(100 + number as u64);
+            let mut broken = clean.clone();
+            let index = |t: f64| (t * sample_rate) as usize;
+            // Lost on the flank of the tone, for 1.6 µs; spikes between the impulses.
+            let lost = [150e-6, 260e-6, 391e-6].map(|t| index(t)..index(t + 1.6e-6));
+            for samples in lost.clone() {
+                broken.values[samples].fill(0.0);
+            }
+            let spikes = [201e-6, 330e-6, 500e-6].map(index);
+            for spike in spikes {
+                broken.values[spike] += if random.random() { 0.9 } else { -0.9 };
+            }
+            let found = find(&broken, F0, false);
+            for samples in &lost {
+                let jump = (clean.values[samples.start] - clean.values[samples.end])
+                    .abs()
+                    .max(clean.values[samples.start].abs());
+                let covered =
+                    found.iter().any(|(masked, _)| masked.start <= samples.start + 1 && masked.end + 1 >= samples.end);
+                assert!(covered || jump < 0.15, "{sample_rate}: {samples:?} in {found:?}");
+            }
+            for spike in spikes {
+                assert!(found.iter().any(|(masked, _)| masked.contains(&spike)), "{sample_rate}: {spike} in {found:?}");
+            }
+            // Nothing else, and little beside it.
+            let masked: usize = found.iter().map(|(samples, _)| samples.len()).sum();
+            assert!(masked <= 3 * (index(2.4e-6) + 2) + 3 * (1 + index(0.4e-6)), "{sample_rate}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn what_a_trigger_leaves_at_rest_is_masked() {
+        let mut series = train(10e6, 7);
+        series.values[..4].fill(0.2);
+        assert_eq!(find(&series, F0, false), [(0..4, MaskReason::TriggerSpike)]);
+    }
+
+    #[test]
+    fn a_mask_is_stated_in_stretches_of_the_file_s_axis() {
+        let series = Series::new(-1e-6, 1e-6, vec![0.0; 10]);
+        let Masking::Stretches(stretches) = "0.5us:2.5us, 7us:9us".parse().unwrap() else { panic!("stretches") };
+        let found = stated(&series, &stretches);
+        assert_eq!(found, [(2..4, MaskReason::Stated), (8..10, MaskReason::Stated)]);
+        assert_eq!("none".parse(), Ok(Masking::None));
+        for wrong in ["12us", "2us:1us", "1V:2V", ""] {
+            assert!(wrong.parse::<Masking>().is_err(), "{wrong}");
+        }
+    }
+}
