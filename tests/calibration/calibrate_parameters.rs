@@ -8,7 +8,7 @@ use crate::{
 use granchain::{
     calibration::{
         forward::{Forward, Uncertainty},
-        observation::{Observation, Passband, Recording},
+        observation::{Fall, Observation, Passband, Recording},
         parameter::Parameter,
     },
     feature::{Measurand, fingerprint::FeatureSet},
@@ -307,5 +307,5 @@ fn what_is_not_known_of_a_decoder_is_in_the_prediction() {
     let fitted = self::forward(&scene, &["bandwidth"], &recording, EXACT);
     let at = [fitted.parameters[0].coordinate(2.5e5)];
     let passband = fitted.passband(&at, || 0.3).unwrap();
-    assert!((passband.bandwidth / 2.5e5 - 1.0).abs() < 1e-12 && passband.steepness == 1.0, "{passband:?}");
+    assert!((passband.bandwidth / 2.5e5 - 1.0).abs() < 1e-12 && passband.fall == Fall::Steepness(1.0), "{passband:?}");
 }

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     comparison::Comparison,
     engine::Engine,
-    observation::{Passband, clip},
+    observation::{Fall, Passband, clip},
     parameter::{Parameter, Target},
     posterior::Posterior,
     rung::Rung,
@@ -406,15 +406,15 @@ impl Forward {
     }
 
     /// What the instrument lets through of a run at `position`, where that is felt in what is compared. A fitted band falls as a digital filter. One of
-    /// which the bandwidth alone is stated may fall as steeply as that or as slowly as a Bessel filter: `steepness` says how this one does.
+    /// which the bandwidth alone is stated may be any of [`Passband::stated`]: `which` says which this one is.
     #[must_use]
-    pub fn passband(&self, position: &[f64], steepness: impl FnOnce() -> f64) -> Option<Passband> {
+    pub fn passband(&self, position: &[f64], which: impl FnOnce() -> f64) -> Option<Passband> {
         let mut parameters = self.parameters.iter().zip(position);
         if let Some((fitted, &u)) = parameters.find(|(parameter, _)| parameter.target == Target::Bandwidth) {
-            return Some(Passband { bandwidth: fitted.value(u), steepness: 1.0 });
+            return Some(Passband { bandwidth: fitted.value(u), fall: Fall::Steepness(1.0) });
         }
         let stated = self.comparison.bandwidth.filter(|stated| *stated < UNFELT * self.comparison.cutoff)?;
-        Some(Passband { bandwidth: stated, steepness: steepness() })
+        Some(Passband::stated(stated, which()))
     }
 
     fn filtered(&self, trace: &Series) -> Series {

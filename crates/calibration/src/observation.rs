@@ -5,7 +5,7 @@ use thiserror::Error;
 use granchain_model::scene::Drive;
 use granchain_record::{Record, RecordKind};
 use granchain_signal::{
-    Gap, LowPass, Resampler, Series,
+    CausalShape, Gap, LowPass, Resampler, Series,
     feature::{
         Measurand,
         fingerprint::{FeatureSet, Fingerprint, FingerprintError, Placed, SAMPLES_PER_CYCLE},
@@ -69,24 +69,61 @@ pub struct Recording {
     pub masked: Vec<Gap>,
 }
 
-/// Steepness of an instrument of which nothing but the bandwidth is stated, where one has to be chosen: halfway between what it may be.
-pub const HALFWAY: f64 = 0.5;
-
 /// What an instrument passes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passband {
-    /// Its −6 dB point, Hz.
+    /// Where its gain is what `fall` says, Hz.
     pub bandwidth: f64,
-    /// How it falls beyond: 1 as a digital filter, 0 as a Gaussian; [`LowPass::falling`].
-    pub steepness: f64,
+    /// How it falls beyond.
+    pub fall: Fall,
 }
 
+/// How an instrument's gain falls beyond its bandwidth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fall {
+    /// Without phase: 1 as a digital filter, 0 as a Gaussian; ½ at the bandwidth; [`LowPass::falling`].
+    Steepness(f64),
+    /// Causal, its flat delay removed; this gain at the bandwidth.
+    Causal(CausalShape, f64),
+}
+
+/// Which of [`Passband::stated`] is taken where one has to be chosen.
+pub const MIDDLE: f64 = 0.5;
+
+/// Share of instruments of which nothing but the bandwidth is stated that are taken to have no phase.
+const PHASELESS: f64 = 0.3;
+
+/// Shapes of the others, each as likely; a bandwidth may be that of −3 dB or of −6 dB.
+const CAUSAL: [CausalShape; 5] = [
+    CausalShape::Butterworth(1),
+    CausalShape::Butterworth(2),
+    CausalShape::Butterworth(3),
+    CausalShape::Butterworth(4),
+    CausalShape::Bessel,
+];
+
 impl Passband {
+    /// One of those that a stated bandwidth (Hz) may mean; `which` from 0 to 1 says which. The middle one, of ½, is between them.
+    #[must_use]
+    pub fn stated(bandwidth: f64, which: f64) -> Self {
+        if which < PHASELESS {
+            return Self { bandwidth, fall: Fall::Steepness(which / PHASELESS) };
+        }
+        let number = ((which - PHASELESS) / (1.0 - PHASELESS) * 2.0 * CAUSAL.len() as f64) as usize;
+        let gain = if number.is_multiple_of(2) { 0.5f64.sqrt() } else { 0.5 };
+        Self { bandwidth, fall: Fall::Causal(CAUSAL[(number / 2).min(CAUSAL.len() - 1)], gain) }
+    }
+
     /// What is left of a trace.
     #[must_use]
     pub fn pass(&self, trace: &Series) -> Series {
-        let low_pass = LowPass::falling(trace.step, trace.len(), self.bandwidth, self.steepness);
-        Series::new(trace.start, trace.step, low_pass.apply(&trace.values))
+        match self.fall {
+            Fall::Steepness(steepness) => {
+                let low_pass = LowPass::falling(trace.step, trace.len(), self.bandwidth, steepness);
+                Series::new(trace.start, trace.step, low_pass.apply(&trace.values))
+            }
+            Fall::Causal(shape, gain) => shape.apply(trace, self.bandwidth, gain),
+        }
     }
 }
 
@@ -121,7 +158,7 @@ impl Recording {
     /// What its instrument lets through, as far as it is stated.
     #[must_use]
     pub fn passband(&self) -> Option<Passband> {
-        self.bandwidth.map(|bandwidth| Passband { bandwidth, steepness: HALFWAY })
+        self.bandwidth.map(|bandwidth| Passband::stated(bandwidth, MIDDLE))
     }
 
     /// One-sided density of its noise in what is compared, given the signal below `cutoff` (Hz): white up to half the sample rate, as that of a

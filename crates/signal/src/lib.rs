@@ -5,6 +5,7 @@
 pub mod feature;
 
 mod calculus;
+mod causal;
 mod conditioning;
 mod digest;
 mod filter;
@@ -18,6 +19,7 @@ pub mod spline;
 mod unit;
 
 pub use calculus::{derivative, integral};
+pub use causal::CausalShape;
 pub use conditioning::{Conditioner, Conditioning, about_running_mean, wander};
 pub use digest::{hexadecimal, sha256};
 pub use filter::{LowPass, low_pass};

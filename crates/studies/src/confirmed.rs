@@ -15,7 +15,7 @@ use granchain_calibration::{
     diagnosis::Finding,
     forward::Watch,
     measured::Measured,
-    observation::{HALFWAY, Passband},
+    observation::{MIDDLE, Passband},
     outcome::{CalibrationOutcome, OutcomeFeature},
     rung::reduced_below,
     shot::Shot,
@@ -90,7 +90,7 @@ impl Confirmed {
             // How runs scatter, the reduced model tells as well as finite elements do.
             let scene = reduced_below(scene).unwrap_or_else(|| scene.clone());
             let predicted = Predicted { scene, variations, passbands };
-            let passband = forwards[number].passband(&best.fit.position(), || HALFWAY);
+            let passband = forwards[number].passband(&best.fit.position(), || MIDDLE);
             let how = (&plan, Some(&predicted));
             confirm_measured(&shot.measured, &best.scene(number), &bodies, how, passband, &Asked(&*watch)).map_err(
                 |error| {

@@ -275,7 +275,7 @@ pub fn files(
     let zero = lab.lost.map_or(-lab.start_s, |_| horn.start);
     let (unit, column) = if lab.horn_velocity { (1e3, "velocity_mm_per_s") } else { (1e9, "displacement_nm") };
     let mut files = [
-        csv(&horn, -zero, (unit, column), &head),
+        csv(&horn, -zero, (unit, column), if lab.causal.is_some() { &[] } else { &head }),
         csv(&velocity, lab.shift_s - zero, (1e3, "velocity_mm_per_s"), &head),
     ];
     if lab.swapped {
