@@ -164,6 +164,15 @@ pub enum OutputError {
         /// Where it writes.
         path: PathBuf,
     },
+    /// A symbolic link where only folders and files of ours may be.
+    #[error(
+        "{}: expected a folder or file that granchain made, found a symbolic link; nothing was touched: remove the link, or name another --out",
+        path.display()
+    )]
+    Link {
+        /// The link.
+        path: PathBuf,
+    },
     /// A result that was written is gone.
     #[error("{}: the file was written and then removed by another program; run again", path.display())]
     Vanished {

@@ -11,8 +11,8 @@ use super::{
     list::{LIST, List, Standing, digest, digest_of_file, entries, files_below, is_plain},
     sync_folder,
     work::{
-        BOTH, DROPPED, PART, RESULTS, STATE, beside, instant, lock, partial, put_back, random, remove, remove_all,
-        rename, replace, sweep,
+        BOTH, DROPPED, PART, RESULTS, STATE, beside, instant, lock, partial, put_back, random, refuse_links, remove,
+        remove_all, rename, replace, sweep,
     },
     write_atomically, written_atomically,
 };
@@ -101,7 +101,8 @@ impl OutputFolder {
     /// everything as it was.
     ///
     /// # Errors
-    /// As [`stage`](Self::stage), and when there is something to resume but no `resume`, or the other way round, or that of another command.
+    /// As [`stage`](Self::stage), and when there is something to resume but no `resume`, or the other way round, or that of another command;
+    /// a symbolic link at the folder or anywhere in it.
     pub fn resumable(
         target: &Path,
         names: &[&str],
@@ -114,6 +115,7 @@ impl OutputFolder {
         standing.refuse_other_kind(&target, force, names)?;
         standing.refuse(&target, force, names.iter().copied())?;
         let work = beside(&target, "unfinished");
+        refuse_links(&work)?;
         if resume && !work.exists() {
             let stands = if standing.ours.is_empty() { None } else { Some(relative(&target)) };
             return Err(OutputError::NothingToResume { path: work, stands });
@@ -129,6 +131,7 @@ impl OutputFolder {
         fs::create_dir_all(&work).map_err(OutputError::io("create the folder", &work))?;
         let Some(lock) = lock(&work)? else { return Err(OutputError::InUse { path: work }) };
         // Another run may have worked there until now.
+        refuse_links(&work)?;
         refuse()?;
         sweep(&target);
         put_back(&work, &target)?;
