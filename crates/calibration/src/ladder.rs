@@ -9,7 +9,6 @@ use super::{
     candidate::Candidate,
     checkpoint::{CheckpointError, SearchCheckpoint},
     correction::Correction,
-    elsewhere::{Hand, Handed, Round},
     fingerprints::CandidateRuns,
     fit::{Fit, FitError, answer, corrected, paired, searched},
     forward::{Forward, Run, Watch},
@@ -111,8 +110,7 @@ pub(super) struct Climbed {
     pub(super) warnings: Vec<String>,
 }
 
-/// Search a candidate on the chain and correct it on the rungs above, one after another, with its `bodies`; `watch` is told the number of its runs, and
-/// `hand`, where there is one, makes those of the highest rung.
+/// Search a candidate on the chain and correct it on the rungs above, one after another, with its `bodies`; `watch` is told the number of its runs.
 ///
 /// # Errors
 /// When it is stopped, cannot be run, or its correction has no answer.
@@ -122,7 +120,6 @@ pub(super) fn climb(
     bodies: Option<&Bodies>,
     saved: SavedFit,
     watch: &Arc<Watch>,
-    hand: Option<&Arc<Hand>>,
 ) -> Result<Climbed, Refusal> {
     let failed = |source| match source {
         FitError::Stopped { .. } => Refusal::Stopped,
@@ -188,11 +185,6 @@ pub(super) fn climb(
         let (own, finer) = (own.map_err(Refusal::Kept)?, finer.map_err(Refusal::Kept)?);
         warnings.extend(own.damage().into_iter().chain(finer.damage()));
         made.rungs.push(top.keeping(own, finer));
-    }
-    if let Some((hand, top)) = hand.and_then(|hand| Some((hand, made.rungs.pop()?))) {
-        let (key, parameters) = (candidate.key(), candidate.parameters.clone());
-        let round = Round { candidate: key, parameters, finer: false, points: Vec::new() };
-        made.rungs.push(top.handing(&Handed { hand: Arc::clone(hand), round }));
     }
     let (mut corrections, reckoned) = (Vec::<Correction>::new(), problem.work_above());
     let mut states = saved.corrections.into_iter();

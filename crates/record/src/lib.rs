@@ -46,7 +46,7 @@ pub use decimal::DecimalSign;
 pub use dialect::Delimiter;
 pub use error::MeasurementError;
 pub use estimate::Remainder;
-pub use granchain_signal::{hexadecimal, sha256};
+pub use granchain_signal::{hexadecimal, read_back, read_back_text, sha256};
 pub use header::drive_frequency_line;
 pub use horn_drive::{Beginning, Ending, HornDrive};
 pub use noise::NoiseSource;

@@ -262,7 +262,7 @@ fn verify(
     let taken = as_told && !whole;
     let saved: Vec<SavedFit> = if taken { saved(&job, fingerprints::from_csv(&names, runs)?)? } else { Vec::new() };
     let mut timing = Timing::start();
-    let fitted = files::fitted(&job, saved, None, &session, &mut timing)?;
+    let fitted = files::fitted(&job, saved, &session, &mut timing)?;
     let rounds = verification.rounded.is_some();
     let again = if taken { make_again(&fitted.made, &names, rounds, &mut verification.differences) } else { 0 };
     let same = match (verification.differences.is_empty(), rounds) {
