@@ -42,7 +42,10 @@ use std::{ffi::OsString, io::Write, process::ExitCode, sync::OnceLock};
 use clap::{Parser, Subcommand};
 
 use self::arguments::{OutputArguments, Session};
-use crate::{calibration::fit::Verdict, measurement::MeasurementError};
+use crate::{
+    calibration::fit::Verdict,
+    measurement::{MeasurementError, shell_line},
+};
 
 /// How a command ended that did not fail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -304,17 +307,11 @@ pub fn with_causes(error: &anyhow::Error) -> String {
 fn report_failure(error: &anyhow::Error) {
     let mut message = format!("error: {}", with_causes(error));
     if let Some(remedy) = error.chain().find_map(remedy) {
-        let typed = typed().skip(1).map(|word| shell_word(&word));
-        let whole = typed.chain([remedy]).collect::<Vec<_>>().join(" ");
-        message.push_str(&format!("\n  so type, with values of this bench: {} {whole}", program()));
+        let typed = shell_line(std::iter::once(program()).chain(typed().skip(1)));
+        message.push_str(&format!("\n  so type, with values of this bench: {typed} {remedy}"));
     }
     // Without a standard error there is nobody left to tell.
     let _ = writeln!(std::io::stderr().lock(), "{}", output::shown_on(&console::Term::stderr(), &message));
-}
-
-/// A word as a shell takes it whole.
-fn shell_word(word: &str) -> String {
-    if word.contains(' ') { format!("'{word}'") } else { word.to_owned() }
 }
 
 /// The name that the program was called by.

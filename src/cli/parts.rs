@@ -28,9 +28,9 @@ use super::{
 };
 use crate::{
     measurement::{
-        read_back,
+        read_back::read_back,
         seal::{sealed, unsealed},
-        sha256,
+        sha256, shell_line,
     },
     model::vector_unit,
 };
@@ -256,8 +256,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let parts = Parts::of(&files)?;
     refuse_devices(&parts.head.arguments)?;
     let study = divisible(&parts.head.arguments, &output, &session).with_context(|| {
-        let words = parts.head.arguments.iter().map(|word| super::shell_word(word));
-        let line = words.collect::<Vec<_>>().join(" ");
+        let line = shell_line(&parts.head.arguments);
         format!(
             "the parts are of `{line}`, which cannot be read; run `merge` in the folder in which the parts were run"
         )

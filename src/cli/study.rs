@@ -22,10 +22,11 @@ use super::{
     interrupt,
     output::OutputFolder,
     parts::{self, Divisible, PartArguments},
-    progress, shell_word,
+    progress,
     timing::{self, Timing},
 };
 use crate::{
+    measurement::shell_word,
     report::page::Files,
     scene::{ModelKind, Scene},
     signal::{Series, feature::Measurand},

@@ -352,6 +352,40 @@ fn text_from_files_and_paths_never_steers_the_terminal() {
 }
 
 #[test]
+#[cfg(unix)]
+fn a_printed_command_is_read_by_a_shell_as_it_was_typed() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = "a';touch pwned;'b $(touch pwned) `touch pwned`";
+    fs::create_dir(place.path().join(folder)).unwrap();
+    let rows: String =
+        (0..2000).map(|i| format!("{:e},{:e}\n", f64::from(i) * 1e-7, (f64::from(i) * 0.046).sin())).collect();
+    let [scene, volts, record, plan] =
+        ["bench.toml", "volts.csv", "vib.csv", "plan.toml"].map(|name| format!("{folder}/{name}"));
+    fs::write(place.path().join(&record), format!("time_s,velocity_m_per_s\n{rows}")).unwrap();
+    fs::write(place.path().join(&volts), format!("time_s,ch1_V\n{rows}")).unwrap();
+    let run = |arguments: &[&str]| {
+        let (_, out, error) = harness::granchain(place.path(), arguments);
+        out + &error
+    };
+    let after = |text: String, before: &str| {
+        let (_, rest) = text.split_once(before).unwrap_or_else(|| panic!("`{before}` in {text}"));
+        rest.lines().next().unwrap().trim().trim_end_matches('`').to_owned()
+    };
+    let commands = [
+        after(run(&["scene", "init", &scene]), "run it with `"),
+        after(run(&["spectrum", &volts, "--drive-frequency", "73kHz"]), "with values of this bench: "),
+        after(run(&["start", &record, "--out", &plan]), "then fit and report:\n\n"),
+    ];
+    for command in commands {
+        let line = format!("granchain() {{ for word; do printf '%s\\n' \"$word\"; done; }}; {command}");
+        let output = Command::new("sh").args(["-c", &line]).current_dir(place.path()).output().unwrap();
+        let words = String::from_utf8(output.stdout).unwrap();
+        assert!(words.lines().any(|word| word.starts_with(folder)), "{command}: {words}");
+        assert!(!place.path().join("pwned").exists(), "{command}");
+    }
+}
+
+#[test]
 fn results_of_another_kind_of_run_are_replaced_only_by_force() {
     let place = tempfile::tempdir().unwrap();
     let sweep = ["sweep", "--scene", "rigid", "--model", "chain", "--vary", "alpha=0.5,1", "--quiet", "--out", "out"];

@@ -6,6 +6,12 @@ use std::{
     path::Path,
 };
 
+/// Largest summary, manifest, list or plan that the program reads back, bytes.
+pub const SMALL: u64 = 64 << 20;
+
+/// Largest saved state, result or frame that it reads back, bytes.
+pub const LARGE: u64 = 4 << 30;
+
 /// All bytes of a plain file that has at most `most` of them.
 ///
 /// # Errors
@@ -35,4 +41,18 @@ pub fn read_back(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 /// As [`read_back`]; bytes that are no UTF-8.
 pub fn read_back_text(path: &Path, most: u64) -> io::Result<String> {
     String::from_utf8(read_back(path, most)?).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
+}
+
+/// A text that a user wrote, from a file or a pipe, of at most [`SMALL`] bytes.
+///
+/// # Errors
+/// What the system says; a longer text; bytes that are no UTF-8.
+pub fn read_text(path: &Path) -> io::Result<String> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(SMALL + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > SMALL {
+        let text = format!("expected a text of at most {SMALL} bytes, found more");
+        return Err(io::Error::new(io::ErrorKind::InvalidData, text));
+    }
+    String::from_utf8(bytes).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
 }

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::Job;
 use crate::{
     calibration::{drive::Input, outcome::InputDigest, problem::Problem, shot::Shot},
-    cli::{shell_word, without},
-    measurement::sha256,
+    cli::without,
+    measurement::{sha256, shell_line},
     model::vector_unit,
     report::page::Files,
 };
@@ -65,8 +65,7 @@ pub fn typed(arguments: impl Iterator<Item = String>) -> Vec<String> {
 
 /// The command line that makes it again, as reports show it.
 pub fn command_line(arguments: &[String]) -> String {
-    let shown = arguments.iter().map(|word| shell_word(word));
-    std::iter::once("granchain calibrate".to_owned()).chain(shown).collect::<Vec<_>>().join(" ")
+    shell_line(["granchain", "calibrate"].into_iter().chain(arguments.iter().map(String::as_str)))
 }
 
 fn inputs(job: &Job) -> anyhow::Result<BTreeMap<String, InputDigest>> {

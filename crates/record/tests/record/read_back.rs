@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 
-use granchain_record::read_back;
+use granchain_record::read_back::{read_back, read_text};
 
 #[test]
 #[cfg(unix)]
@@ -22,4 +22,6 @@ fn what_is_no_plain_file_or_too_large_is_refused_before_it_is_read() {
     assert!(std::process::Command::new("mkfifo").arg(path("pipe")).status().unwrap().success());
     assert!(refused("pipe").contains("pipe"));
     assert!(refused("absent").contains("os error 2"));
+    assert_eq!(read_text(&path("small")).unwrap(), "text");
+    assert!(read_text(&path("zero")).unwrap_err().to_string().contains("at most 67108864 bytes, found more"));
 }
