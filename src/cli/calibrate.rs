@@ -36,6 +36,7 @@ use crate::{
         fit::{FitError, Verdict},
         refusal::Refusal,
     },
+    measurement::read_back::{SMALL, read_back},
     scene::{ModelKind, Scene},
 };
 
@@ -291,7 +292,7 @@ fn free_target(problem: &Problem) -> PathBuf {
 
 /// Whether a folder holds a calibration, and that of other records.
 fn is_of_others(folder: &Path, problem: &Problem) -> bool {
-    let read = std::fs::read(folder.join(manifest::FILE)).ok();
+    let read = read_back(&folder.join(manifest::FILE), SMALL).ok();
     let Some(manifest) = read.and_then(|bytes| serde_json::from_slice::<manifest::Manifest>(&bytes).ok()) else {
         return false;
     };

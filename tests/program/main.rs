@@ -11,6 +11,7 @@ mod documents;
 mod fea_replay;
 #[path = "../harness/mod.rs"]
 mod harness;
+mod hostile_files;
 mod inspect_command;
 mod mesh_command;
 mod output_safety;

@@ -14,7 +14,10 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use thiserror::Error as ThisError;
 
 use super::search::SearchState;
-use granchain_record::seal::{BrokenSeal, sealed, unsealed};
+use granchain_record::{
+    read_back::{LARGE, read_back},
+    seal::{BrokenSeal, sealed, unsealed},
+};
 
 /// Why a saved state cannot be used.
 #[derive(Debug, ThisError)]
@@ -91,7 +94,7 @@ impl SearchCheckpoint {
     /// When it is unreadable, damaged or of another fit.
     pub fn restore<S: DeserializeOwned>(&self) -> Result<Option<S>, CheckpointError> {
         let path = self.path.clone();
-        let bytes = match fs::read(&path) {
+        let bytes = match read_back(&path, LARGE) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(source) => return Err(CheckpointError::Unreadable { path, source }),
