@@ -16,6 +16,10 @@ use super::{
     },
     write_atomically, written_atomically,
 };
+use crate::measurement::read_back::{SMALL, read_back};
+
+/// Longest name of a target, bytes: of `.NAME.partial-RANDOM` file systems take 255.
+const LONGEST_NAME: usize = 230;
 
 /// Name of the file in a state that says which command it is of.
 const COMMAND: &str = "command";
@@ -389,7 +393,7 @@ fn is_saved(state: &Path) -> Result<bool, OutputError> {
 /// Refuse the state of another command.
 fn same_command(state: &Path, command: &'static str) -> Result<(), OutputError> {
     let path = state.join(COMMAND);
-    let found = match fs::read(&path) {
+    let found = match read_back(&path, SMALL) {
         Ok(found) => String::from_utf8_lossy(&found).trim_end().chars().take(80).collect(),
         Err(error) if error.kind() == io::ErrorKind::NotFound => "an unknown command".to_owned(),
         Err(source) => return Err(OutputError::io("read", &path)(source)),
@@ -423,7 +427,11 @@ fn relative(path: &Path) -> PathBuf {
 fn absolute(target: &Path) -> Result<PathBuf, OutputError> {
     let path = if target.exists() { fs::canonicalize(target) } else { std::path::absolute(target) }
         .map_err(OutputError::io("find", target))?;
-    if path.file_name().is_none() { Err(OutputError::Root { path }) } else { Ok(path) }
+    match path.file_name().map(|name| name.len()) {
+        None => Err(OutputError::Root { path }),
+        Some(found) if found > LONGEST_NAME => Err(OutputError::LongName { path, most: LONGEST_NAME, found }),
+        Some(_) => Ok(path),
+    }
 }
 
 fn create_parents(target: &Path) -> Result<Vec<PathBuf>, OutputError> {
