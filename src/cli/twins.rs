@@ -41,6 +41,9 @@ const OVERRIDES: [&str; 1] = ["duration=900us"];
 /// The same of the built-in scene with water: the sound of the burst has passed.
 const WATER_OVERRIDES: [&str; 1] = ["duration=480us"];
 
+/// Most twins of a kind: a day of eight cores.
+const MOST_TWINS: u64 = 1_000_000;
+
 /// Twins of each condition of a laboratory.
 const LABORATORY_COUNT: u64 = 8;
 
@@ -49,7 +52,7 @@ const LABORATORY_COUNT: u64 = 8;
 #[command(after_help = "Example:\n  granchain twins --count 8 --out twins")]
 pub struct Arguments {
     /// Twins whose model is right: both supports, both damping laws, 0–3 % noise, five sample rates [default: 80; 8 of each --laboratory]
-    #[arg(long, value_name = "N", help_heading = "Study")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_TWINS), help_heading = "Study")]
     pub count: Option<u64>,
     /// Records as other laboratories store them, made by a path that no fit shares and put through the whole of `calibrate`: all, right, wrong, or
     /// conditions by name, such as pretrigger,eight-bit
@@ -62,7 +65,7 @@ pub struct Arguments {
     #[arg(long, value_enum, help_heading = "Study")]
     pub quantity: Option<QuantityChoice>,
     /// Twins of each kind of wrong model: support 30 % softer, other damping law, a missing bead; of a velocity only [default: 1]
-    #[arg(long, value_name = "N", help_heading = "Study")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_TWINS), help_heading = "Study")]
     pub wrong: Option<u64>,
     /// Runs of the chain's search, a fit [default: 600; 1800 for more than two parameters; 1200 for several levels]
     #[arg(long, value_name = "N",
