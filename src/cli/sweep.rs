@@ -28,6 +28,7 @@ use super::{
 };
 use crate::{
     calibration::bench::Bench,
+    measurement::read_back::{LARGE, read_back},
     model::{Estimate, ModelError},
     scene::Scene,
     study::{
@@ -184,13 +185,18 @@ impl Study {
         let published = printed(&self.bench, &self.base, &self.grid);
         let table = SweepTable::new(&self.base, &self.grid, runs, published, self.ensemble.is_some())?;
         let session = &self.session;
+        let energy = table.energy_warning();
         let summary = table.json(&self.bench, self.calibrated.as_ref(), session.seed())?;
         if let Some(folder) = folder {
-            let assumptions = self.bench.warnings().iter().chain(&self.bench.assumptions).cloned().collect();
+            let assumptions =
+                self.bench.warnings().iter().chain(&self.bench.assumptions).chain(&energy).cloned().collect();
             let described = summary::described(&self.base, &self.bench.overrides);
             write(&folder, &table, &summary, (&described, assumptions), &mut self.timing)?;
             let place = folder.finish()?;
             session.note(format_args!("written to {}", place.display()));
+        }
+        if let Some(warning) = energy {
+            session.note(format_args!("warning: {warning}"));
         }
         let (all, failed) = table.counts();
         if failed > 0 {
@@ -311,7 +317,7 @@ fn plan_of(base: &Scene, grid: &Grid, ensemble: Option<&EnsemblePlan>) -> anyhow
 }
 
 fn same_plan(path: &Path, plan: &[u8]) -> anyhow::Result<()> {
-    let kept = std::fs::read(path).unwrap_or_default();
+    let kept = read_back(path, LARGE).unwrap_or_default();
     if kept == plan {
         return Ok(());
     }
