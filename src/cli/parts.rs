@@ -302,7 +302,10 @@ pub struct Parts {
 
 impl Parts {
     /// Look through the files.
-    fn of(files: &[PathBuf]) -> anyhow::Result<Self> {
+    ///
+    /// # Errors
+    /// Parts that are missing, given twice or of different commands; files that are none.
+    pub fn of(files: &[PathBuf]) -> anyhow::Result<Self> {
         let mut parts: Option<Self> = None;
         for path in files {
             let PartFile { head, processor, .. } = PartFile::read(path)?;

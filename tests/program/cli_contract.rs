@@ -415,8 +415,8 @@ fn names_and_numbers_beyond_what_can_be_are_refused_with_their_limit() {
     };
     for length in [231, 240, 255, 300] {
         let (code, _, error) = replay(length);
-        let told = format!("expected a name of at most 230 bytes, found {length}");
-        assert!(code == 1 && error.contains(&told), "{length}: {error}");
+        let limit = format!("expected a name of at most 230 bytes, found {length}");
+        assert!(code == 1 && error.contains(&limit), "{length}: {error}");
     }
     assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
     assert_eq!(replay(230).0, 0);

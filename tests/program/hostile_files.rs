@@ -191,13 +191,16 @@ fn runs_with_a_right_seal_and_too_few_numbers_are_run_again() {
     refused(&merged, &["1.part: expected runs of its command", "watched numbers, found 0"]);
 }
 
+/// A change of a saved state, and what is to be said of it.
+type Change<'a> = (&'a dyn Fn(&mut Value), &'a str);
+
 #[test]
 fn analyses_with_a_right_seal_that_cannot_be_are_refused() {
     let place = unfinished(&ANALYSIS);
     let path = place.path().join(".out.unfinished/state/checkpoint.json");
     let whole = fs::read(&path).unwrap();
     let impossible = "series, contacts or a number of steps that its analysis cannot have";
-    let changes: [(&dyn Fn(&mut Value), &str); 9] = [
+    let changes: [Change; 9] = [
         (&|state| state["simulation"]["taken"] = json!(1_u64 << 31), impossible),
         (&|state| state["simulation"]["taken"] = json!(u64::MAX), impossible),
         (&|state| drop(state["simulation"]["trace"]["displacement"].as_array_mut().unwrap().pop()), impossible),
@@ -208,9 +211,9 @@ fn analyses_with_a_right_seal_that_cannot_be_are_refused() {
         (&|state| state["peak"]["kept"]["contact"] = json!(99), "is of no contact of the scene"),
         (&|state| state["frames"]["/dev/zero"] = json!("0"), "is no file name"),
     ];
-    for (change, told) in changes {
+    for (change, expected) in changes {
         forge(&path, &whole, change);
-        refused(&resumed(place.path(), &ANALYSIS), &[told, "--force"]);
+        refused(&resumed(place.path(), &ANALYSIS), &[expected, "--force"]);
     }
     fs::write(&path, &whole).unwrap();
     assert_eq!(code(&resumed(place.path(), &ANALYSIS)), 0);

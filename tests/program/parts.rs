@@ -112,8 +112,8 @@ fn a_part_replaces_nothing_that_is_not_this_part() {
     fs::create_dir(folder.join("folder")).unwrap();
     part(folder, &SWEEP, 1, 2);
     let kept = fs::read(folder.join("1.part")).unwrap();
-    let second = |out: &str, told: &[&str]| {
-        refused(folder, &[&SWEEP[..], &["--part", "2/2", "--out", out]].concat(), told);
+    let second = |out: &str, text: &[&str]| {
+        refused(folder, &[&SWEEP[..], &["--part", "2/2", "--out", out]].concat(), text);
     };
     for out in ["thesis.tex", "folder", "1.part"] {
         second(out, &[out, "expected no file, or part 2/2 of this command", "left as it is"]);
@@ -331,8 +331,8 @@ fn peak_kb(folder: &Path, arguments: &[&str]) -> u64 {
     let status = format!("/proc/{}/status", child.id());
     let mut peak = 0;
     while child.try_wait().unwrap().is_none() {
-        let told = fs::read_to_string(&status).unwrap_or_default();
-        let line = told.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let text = fs::read_to_string(&status).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
         peak =
             line.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok()).map_or(peak, |kb: u64| peak.max(kb));
         std::thread::sleep(std::time::Duration::from_millis(2));

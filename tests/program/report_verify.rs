@@ -383,8 +383,9 @@ fn a_record_whose_name_is_no_text_is_refused_with_what_to_do() {
     let output = calibrate.arg("--measured").arg(Path::new("lab").join(name)).output().unwrap();
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let output = verify(&bench, &["fresh"]);
-    let told = "was not UTF-8 text, and the manifest cannot name it; give the file a name in UTF-8 and calibrate again";
-    assert!(code(&output) == 1 && stderr(&output).contains(told), "{}", stderr(&output));
+    let remedy =
+        "was not UTF-8 text, and the manifest cannot name it; give the file a name in UTF-8 and calibrate again";
+    assert!(code(&output) == 1 && stderr(&output).contains(remedy), "{}", stderr(&output));
 }
 
 fn what_is_not_there_is_said(bench: &Bench, written: &BTreeMap<String, Vec<u8>>) {

@@ -191,7 +191,7 @@ impl<'a> Analysis<'a> {
                 simulation.restore(saved.simulation, &identity)?;
                 if !saved.peak.fits(simulation.arrangement()) {
                     bail!(
-                        "{}: its largest contact force is of no contact of the scene; start anew with --force",
+                        "{}: its largest contact force is of no contact of the scene; start over with --force",
                         state.display()
                     );
                 }
@@ -366,7 +366,7 @@ impl Analysis<'_> {
         for (name, digest) in &self.written {
             if Path::new(name).file_name() != Some(name.as_ref()) {
                 bail!(
-                    "the saved state names a frame `{}`, which is no file name; start anew with --force",
+                    "the saved state names a frame `{}`, which is no file name; start over with --force",
                     name.escape_debug()
                 );
             }

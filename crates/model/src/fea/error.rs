@@ -182,7 +182,7 @@ pub enum FeaError {
     },
     /// A saved state that contradicts itself.
     #[error(
-        "the saved state has series, contacts or a number of steps that its analysis cannot have; start anew with --force"
+        "the saved state has series, contacts or a number of steps that its analysis cannot have; start over with --force"
     )]
     ImpossibleState,
 }
