@@ -95,9 +95,8 @@ class Record:
         """
         for what, array in (("values", values), ("time", time)):
             if array is not None and np.ma.is_masked(array):
-                count = np.ma.count_masked(array)
                 raise native.UsageError(
-                    f"`{what}`: expected samples without a mask, found {count} masked; cut them out with `compressed()`, or fill them"
+                    f"`{what}`: expected samples without a mask, found masked ones; cut them out with `compressed()`, or fill them"
                 )
         samples = np.ascontiguousarray(values, dtype=np.float64)
         if time is None:

@@ -28,15 +28,12 @@ use super::{
 };
 use crate::{
     measurement::{
-        read_back::read_back,
+        read_back::{LARGE, read_back},
         seal::{sealed, unsealed},
         sha256, shell_line,
     },
     model::vector_unit,
 };
-
-/// Largest part file that is read, bytes: two million points of a sweep.
-const LARGEST: u64 = 1 << 30;
 
 /// Most numbers of parts in a message.
 const MOST_LISTED: usize = 10;
@@ -150,7 +147,7 @@ impl PartFile {
     /// Read one that holds what it claims to hold.
     fn read(path: &Path) -> anyhow::Result<Self> {
         let no_part = || format!("{}: expected a file that --part wrote", path.display());
-        let bytes = read_back(path, LARGEST).with_context(no_part)?;
+        let bytes = read_back(path, LARGE).with_context(no_part)?;
         let file: Self = serde_json::from_slice(unsealed(&bytes).with_context(no_part)?).with_context(no_part)?;
         let Head { program, points, part, .. } = &file.head;
         if *program != summary::program() {

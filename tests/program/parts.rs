@@ -192,7 +192,7 @@ fn a_forged_part_with_a_right_seal_neither_writes_elsewhere_nor_lasts() {
         refused(folder, &merge, &["2.part", "found a device"]);
         fs::remove_file(folder.join("2.part")).unwrap();
         fs::File::create(folder.join("2.part")).unwrap().set_len(1 << 40).unwrap();
-        refused(folder, &merge, &["2.part", "at most 1073741824 bytes, found 1099511627776 bytes"]);
+        refused(folder, &merge, &["2.part", "at most 4294967296 bytes, found 1099511627776 bytes"]);
     }
     assert!(!folder.join("far").exists() && !folder.join("elsewhere").exists());
 }

@@ -21,7 +21,7 @@ use crate::{
     cli::timing,
     measurement::{
         hexadecimal,
-        read_back::{LARGE, SMALL, read_back},
+        read_back::{SMALL, read_back},
         sha256,
     },
 };
@@ -34,6 +34,9 @@ const FORM: &str = "# granchain: files of this folder, form 2";
 
 /// In place of a digest: the file carries its own.
 const SEALED: &str = "sealed";
+
+/// Largest result, bytes: none larger is hashed to see whether it is ours.
+const LARGEST: u64 = 64 << 30;
 
 /// Names of files, each with the digests it may have.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -66,7 +69,7 @@ impl List {
     fn is_as_written(&self, folder: &Path, name: &str) -> Result<Option<bool>, OutputError> {
         let Some(digests) = self.0.get(name).filter(|digests| !digests.is_empty()) else { return Ok(None) };
         let path = folder.join(name);
-        let plain = fs::symlink_metadata(&path).is_ok_and(|file| file.is_file() && file.len() <= LARGE);
+        let plain = fs::symlink_metadata(&path).is_ok_and(|file| file.is_file() && file.len() <= LARGEST);
         Ok(Some(plain && digests.contains(&digest_of_file(name, &path)?)))
     }
 
