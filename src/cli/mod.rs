@@ -265,7 +265,7 @@ pub fn run_typed(typed: Vec<OsString>, subcommand: Option<&str>) -> u8 {
             // The only thing that can fail here is the terminal itself.
             let _ = usage.print();
             if let Some(instead) = parts::instead_of(&usage) {
-                eprintln!("\n{instead}");
+                let _ = writeln!(std::io::stderr().lock(), "\n{instead}");
             }
             return u8::try_from(usage.exit_code()).unwrap_or(2);
         }
