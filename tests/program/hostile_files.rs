@@ -191,6 +191,45 @@ fn runs_with_a_right_seal_and_too_few_numbers_are_run_again() {
     refused(&merged, &["1.part: expected runs of its command", "watched numbers, found 0"]);
 }
 
+#[test]
+fn searches_with_a_right_seal_that_cannot_be_are_refused() {
+    let bench = Bench::new();
+    // The figures have no place, so that the state stays.
+    fs::create_dir(bench.path("out")).unwrap();
+    bench.write("out/figures", "mine");
+    let output = ended(bench.command(&["--out", "out", "--force"]));
+    refused(&output, &["the finished results are kept", ".out.unfinished"]);
+    let path = bench.path(".out.unfinished/state/linear.json");
+    let whole = fs::read(&path).unwrap();
+    let finished = |search: &Value| {
+        let runs = search["runs"].as_array().unwrap();
+        runs.iter().position(|run| run["outcome"].get("Ok").is_some()).unwrap()
+    };
+    let changes: [&dyn Fn(&mut Value); 9] = [
+        &|search| {
+            let run = finished(search);
+            search["runs"][run]["outcome"]["Ok"] = json!([]);
+        },
+        &|search| search["runs"][0]["position"] = json!([]),
+        &|search| search["runs"] = json!([]),
+        &|search| search["observed"] = json!([]),
+        &|search| search["weights"] = json!([]),
+        &|search| search["nuggets"] = json!([]),
+        &|search| search["parts"] = json!([]),
+        &|search| search["batch"] = json!(1_u64 << 31),
+        &|search| search["batches"] = json!([1_u64 << 60]),
+    ];
+    for change in changes {
+        forge(&path, &whole, |state| change(&mut state["search"]));
+        let output = ended(bench.command(&["--out", "out", "--force", "--resume"]));
+        refused(&output, &["linear.json", "numbers of them that it cannot have", "--force"]);
+    }
+    fs::remove_file(bench.path("out/figures")).unwrap();
+    fs::write(&path, &whole).unwrap();
+    let output = ended(bench.command(&["--out", "out", "--resume"]));
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+}
+
 /// A change of a saved state, and what is to be said of it.
 type Change<'a> = (&'a dyn Fn(&mut Value), &'a str);
 

@@ -47,6 +47,15 @@ pub enum CheckpointError {
         /// How.
         source: BrokenSeal,
     },
+    /// It contradicts itself.
+    #[error(
+        "{path}: expected runs, features and batches of this fit, found numbers of them that it cannot have; pass --force without --resume to start over",
+        path = path.display()
+    )]
+    Impossible {
+        /// The file.
+        path: PathBuf,
+    },
     /// It belongs to another fit.
     #[error(
         "{path}: the saved search belongs to another fit (other record, drive, scene, bounds, seed or version); repeat \
@@ -86,6 +95,11 @@ impl SearchCheckpoint {
             numbered.path.set_extension(format!("{number}.json"));
         }
         numbered
+    }
+
+    /// What was saved there cannot be.
+    pub(crate) fn impossible(&self) -> CheckpointError {
+        CheckpointError::Impossible { path: self.path.clone() }
     }
 
     /// The saved search, if there is one.

@@ -153,6 +153,11 @@ pub(super) fn climb(
                     (Some(checkpoint), _) => checkpoint.restore().map_err(Refusal::Checkpoint)?,
                     (None, _) => None,
                 };
+                if let (Some(found), Some(checkpoint)) = (&found, &checkpoint)
+                    && !found.may_follow(&fresh())
+                {
+                    return Err(Refusal::Checkpoint(checkpoint.impossible()));
+                }
                 searched(joint.clone(), found.unwrap_or_else(fresh), checkpoint).map_err(failed)?
             }
         };
@@ -201,6 +206,11 @@ pub(super) fn climb(
         let started = Instant::now();
         let (checkpoint, correction) = states.next().map_or((None, None), |(place, found)| (Some(place), found));
         let fresh = || Correction::above(rung, &fit.runs, before, seed);
+        if let (Some(found), Some(checkpoint)) = (&correction, &checkpoint)
+            && !found.may_follow(&fresh())
+        {
+            return Err(Refusal::Checkpoint(checkpoint.impossible()));
+        }
         let correction = match &saved.ended {
             Some(stored) => {
                 let rounds = stored.corrections.get(number).cloned().unwrap_or_default();
