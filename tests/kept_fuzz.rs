@@ -12,6 +12,7 @@ use granchain::{
         fingerprints::{self, CandidateRuns},
         forward::Run,
     },
+    cli::parts::Parts,
     measurement::{
         run_log::RunLog,
         seal::{sealed, unsealed},
@@ -48,9 +49,19 @@ static TABLE: LazyLock<Vec<u8>> = LazyLock::new(|| {
 
 /// One finished point of a sweep, and one that failed.
 const RUNS: [&str; 2] = [
-    r#"{"index":0,"run":{"finished":{"observation":[0.5,-0.25,null,1e-9],"energy_residual":1e-9,"ensemble":null}}}"#,
+    r#"{"index":0,"run":{"finished":{"observation":[0.5,-0.25,null,1e-9,0.125,0.125,0.125,0.125,0.125,0.125,0.125,0.125,0.125,0.125,0.125,0.125,0.125],"energy_residual":1e-9,"ensemble":null}}}"#,
     r#"{"index":1,"run":{"failed":{"reason":"no"}}}"#,
 ];
+
+/// A whole sweep in one part.
+static PART: LazyLock<String> = LazyLock::new(|| {
+    let runs = RUNS.map(|run| run.split_once("\"run\":").unwrap().1.strip_suffix('}').unwrap());
+    format!(
+        r#"{{"program":"{}","arguments":["sweep","--scene","rigid"],"plan_sha256":"0","points":2,"part":{{"number":1,"of":1}},"processor":"x","runs":[{}]}}"#,
+        granchain::calibration::problem::program(),
+        runs.join(",")
+    )
+});
 
 fn words() -> Vec<Vec<u8>> {
     let signs = [
@@ -141,6 +152,18 @@ proptest! {
     #[test]
     fn forged_logs_are_read_or_left_out(harms in harms()) {
         kept::forged_log(place().path(), RUNS.iter().map(|run| harmed(run.as_bytes(), &harms)));
+    }
+
+    /// Forged: harmed first, sealed then.
+    #[test]
+    fn forged_parts_are_read_or_refused(harms in harms()) {
+        let place = place();
+        let part = harmed(PART.as_bytes(), &harms);
+        fs::write(place.path(), sealed(&part)).unwrap();
+        let read = Parts::of(&[place.path().to_owned()])
+            .and_then(|parts| parts.each::<sweep::Run>(|index, _| { assert!(index < 2); Ok(()) }));
+        // The whole part is read, so that harmed ones meet more than the first refusal.
+        prop_assert!(part != PART.as_bytes() || read.is_ok());
     }
 
     #[test]

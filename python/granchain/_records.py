@@ -93,6 +93,11 @@ class Record:
         **reading
             What samples do not say: see :class:`SampleOptions`.
         """
+        for what, array in (("values", values), ("time", time)):
+            if array is not None and np.ma.is_masked(array):
+                raise native.UsageError(
+                    f"`{what}`: expected samples without a mask, found masked ones; cut them out with `compressed()`, or fill them"
+                )
         samples = np.ascontiguousarray(values, dtype=np.float64)
         if time is None:
             if sample_rate is None:

@@ -11,7 +11,7 @@ from granchain._keywords import flags, text
 
 SESSION = {"json", "quiet", "threads", "cache", "seed", "no-limits", "help"}
 # Of the program alone, and those that are called otherwise here.
-OF_THE_PROGRAM = {"out", "force", "resume", "dry-run", "strict", "json", "quiet", "threads", "help", "on", "chunk"}
+OF_THE_PROGRAM = {"out", "force", "resume", "dry-run", "strict", "json", "quiet", "threads", "help"}
 OTHERWISE = {"input": "drive", "set": "settings", "record-set": "record_settings", "no-limits": "limits"}
 
 

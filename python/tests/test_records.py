@@ -102,3 +102,14 @@ def test_a_record_goes_through_pyuff_and_back(twin: Path, tmp_path: Path) -> Non
     np.testing.assert_array_equal(pyuff.UFF(str(tmp_path / "ours.uff")).read_sets(1)["data"], record.values)
     ours = granchain.read(tmp_path / "theirs.uff", kind="vibrometer", baseline="none")
     np.testing.assert_array_equal(ours.values, record.values)
+
+
+def test_masked_samples_are_refused_and_a_mask_without_any_is_read() -> None:
+    samples = np.ma.masked_array(np.sin(np.arange(500) * 0.05), mask=False)
+    read = granchain.Record.from_arrays(samples, unit="m/s", sample_rate=1e6)
+    np.testing.assert_allclose(read.raw[1], samples.data, rtol=1e-12)
+    samples[[3, 7]] = np.ma.masked
+    with pytest.raises(granchain.UsageError, match="`values`: expected samples without a mask, found masked ones"):
+        granchain.Record.from_arrays(samples, unit="m/s", sample_rate=1e6)
+    with pytest.raises(granchain.UsageError, match="`time`: expected samples without a mask"):
+        granchain.Record.from_arrays(samples.data, unit="m/s", time=np.ma.masked_less(np.arange(500) * 1e-6, 2e-6))

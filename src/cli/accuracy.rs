@@ -12,6 +12,7 @@ use super::{
     timing::Timing,
 };
 use crate::{
+    measurement::shell_word,
     report::accuracy::{AccuracyReport, text},
     study::accuracy::{AccuracyError, AccuracyPlan, Study},
 };
@@ -53,7 +54,7 @@ const MEMBERS: usize = 24;
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let Arguments { scene, set, full, stored, calibration, output, session } = arguments;
     let mut timing = Timing::start();
-    let mut command_line = format!("granchain accuracy --scene {scene}{}", study::set_flags(&set));
+    let mut command_line = format!("granchain accuracy --scene {}{}", shell_word(&scene), study::set_flags(&set));
     if full {
         command_line.push_str(" --full");
     }

@@ -7,7 +7,6 @@ pub(super) mod definition;
 pub mod files;
 pub(super) mod manifest;
 mod page;
-mod rounds;
 
 use std::{
     collections::BTreeSet,
@@ -15,18 +14,15 @@ use std::{
 };
 
 use clap::{Args, ValueEnum};
-use serde_json::Value;
 
 pub use self::definition::InMemory;
 use self::{
     definition::refused,
     files::{Files, Stop},
-    rounds::{Part, Rounds},
 };
 use super::{
     Outcome,
     arguments::{OutputArguments, SceneArguments, Session, usage},
-    batch::{Asked, Divisible, Engine},
     interrupt,
     output::{NOTHING_SAVED, OutputFolder},
     reading::{DriveReadArguments, ReadArguments},
@@ -40,6 +36,7 @@ use crate::{
         fit::{FitError, Verdict},
         refusal::Refusal,
     },
+    measurement::read_back::{SMALL, read_back},
     scene::{ModelKind, Scene},
 };
 
@@ -102,12 +99,6 @@ pub struct Arguments {
     /// Override one key of the scene for record N alone, such as 2:chain.beads=7; repeatable
     #[arg(long, value_name = "N:KEY=VALUE", help_heading = "Fit")]
     pub record_set: Vec<String>,
-    /// Make the runs of the model that answers on a cluster, round by round: slurm or hyperqueue, or slurm:OPTION=VALUE,… with options of sbatch or hq submit
-    #[arg(long, value_name = "ENGINE", value_parser = Engine::parse, help_heading = "Cluster")]
-    pub on: Option<Engine>,
-    /// Runs in a chunk [default: as many as the model makes side by side, 1 by finite elements]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), requires = "on", help_heading = "Cluster")]
-    pub chunk: Option<u32>,
     /// Run another model once at the answer and show its features beside the others'
     #[arg(long, value_enum, value_name = "MODEL", help_heading = "Fit")]
     pub confirm: Option<ConfirmChoice>,
@@ -195,7 +186,6 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let mut timing = Timing::start();
     let (session, output) = (arguments.session.clone(), arguments.output.clone());
     let (resume, dry_run) = (arguments.resume, arguments.dry_run);
-    let asked = arguments.on.clone().map(|engine| Asked::of(engine, arguments.chunk));
     let job = prepare(arguments, manifest::typed(super::typed().skip(1)), &InMemory::default())?;
     session.assumed(job.problem.assumptions.iter().chain(&model_taken(&job.problem)?));
     for warning in job.problem.warnings() {
@@ -213,54 +203,22 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         return page::dry_run(&job, &output.out.clone().unwrap_or_else(preview), output.force, &session);
     }
     let target = output.out.clone().unwrap_or_else(usual);
-    if asked.is_some() {
-        refuse_to_hand_over(&job.problem)?;
-    }
-    let rounds = asked.map(|asked| Rounds::new(asked, &target, resume, &session));
-
     let folder = OutputFolder::resumable(&target, &RESULTS, COMMAND, resume, output.force)?;
     if resume && !folder.is_resumed() {
         session.note(NOTHING_SAVED);
     }
-    let outcome = fit_and_report(&job, folder, rounds.as_ref(), &session, timing);
+    let outcome = fit_and_report(&job, folder, &session, timing);
     if outcome.as_ref().is_err_and(|error| error.is::<interrupt::Interrupted>()) {
         session.note("the runs made so far are kept; continue with the same command and --resume");
     }
     outcome
 }
 
-/// The part of a round that a batch says, to be made here.
-pub(super) fn divisible(arguments: Arguments, besides: Option<&Value>) -> anyhow::Result<Box<dyn Divisible>> {
-    let (problem, _) = definition::problem(&arguments, &InMemory::default())?;
-    Ok(Box::new(Part::handed(problem, besides, arguments.session)?))
-}
-
-/// Refuse to hand over where there is nothing to hand over, and nobody to take it.
-fn refuse_to_hand_over(problem: &Problem) -> anyhow::Result<()> {
-    if problem.above.is_empty() {
-        return Err(usage(
-            "--on would do nothing: the chain's runs take a millisecond each and are all made here; leave it out, or take --model reduced or fea",
-        ));
-    }
-    if super::program() == COMMAND {
-        return Err(usage(
-            "--on starts `batch` of the program `granchain`: type `granchain calibrate` in place of `calibrate`",
-        ));
-    }
-    Ok(())
-}
-
 /// Fit, confirm, report, write. Stopped on the way, the folder keeps its state.
-fn fit_and_report(
-    job: &Job,
-    folder: OutputFolder,
-    rounds: Option<&Rounds>,
-    session: &Session,
-    mut timing: Timing,
-) -> anyhow::Result<Outcome> {
+fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing: Timing) -> anyhow::Result<Outcome> {
     // A state that cannot be continued is refused before anything is run, and left as it is: it may be hours of work.
     let saved = job.problem.saved(&folder.state_path())?;
-    let fitted = match files::fitted(job, saved, rounds, session, &mut timing) {
+    let fitted = match files::fitted(job, saved, session, &mut timing) {
         Ok(fitted) => fitted,
         Err(error) if error.is::<interrupt::Interrupted>() => return Err(error),
         Err(error) => {
@@ -283,7 +241,6 @@ fn fit_and_report(
     timing.stage("write");
     folder.write(timing::FILE, timing.to_json())?;
     let place = folder.finish()?;
-    rounds.into_iter().for_each(Rounds::remove);
     let text = page::text(&outcome, job.problem.lead().measured.noun(), &place);
     session.result(text, &outcome)?;
     Ok(match outcome.best.verdict {
@@ -335,7 +292,7 @@ fn free_target(problem: &Problem) -> PathBuf {
 
 /// Whether a folder holds a calibration, and that of other records.
 fn is_of_others(folder: &Path, problem: &Problem) -> bool {
-    let read = std::fs::read(folder.join(manifest::FILE)).ok();
+    let read = read_back(&folder.join(manifest::FILE), SMALL).ok();
     let Some(manifest) = read.and_then(|bytes| serde_json::from_slice::<manifest::Manifest>(&bytes).ok()) else {
         return false;
     };

@@ -2,7 +2,6 @@
 
 use std::{
     collections::BTreeMap,
-    fs,
     path::{Path, PathBuf},
 };
 
@@ -12,7 +11,10 @@ use serde::Deserialize;
 use super::output;
 use crate::{
     calibration::{drive, parameter},
-    measurement::sha256,
+    measurement::{
+        read_back::{SMALL, read_back_text},
+        sha256,
+    },
     scene::ModelKind,
 };
 
@@ -87,7 +89,7 @@ impl Calibrated {
     /// When there is none, or it is not what `granchain calibrate` writes.
     pub fn read(folder: &Path) -> anyhow::Result<Self> {
         let path = if folder.is_dir() { folder.join("calibration.json") } else { folder.to_path_buf() };
-        let text = fs::read_to_string(&path).with_context(|| {
+        let text = read_back_text(&path, SMALL).with_context(|| {
             format!(
                 "{}: expected the outcome of a calibration; make one with `granchain calibrate --out DIR`",
                 path.display()
@@ -136,6 +138,8 @@ impl Calibrated {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn read(text: &str) -> anyhow::Result<Calibrated> {

@@ -11,6 +11,7 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
+    measurement::shell_line,
     model::{
         Estimate,
         contact_law::{Annulus, ElasticLaw, FiniteBody, Hertz, Law, bead_flat_stiffness, bead_pair_stiffness},
@@ -219,7 +220,7 @@ impl Job<'_> {
             loadings,
             warnings,
             statements: self.statements(),
-            command_line: super::typed().collect::<Vec<_>>().join(" "),
+            command_line: shell_line(std::iter::once("granchain".to_owned()).chain(super::typed().skip(1))),
         })
     }
 

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use anyhow::Context;
 use clap::Args;
 
+use super::study::set_flags;
 use super::{
     Outcome,
     arguments::{OutputArguments, Session, ValueError, positive_time, time, usage},
@@ -14,6 +15,7 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
+    measurement::shell_word,
     model::Estimate,
     report::{
         convergence::{ConvergenceReport, name},
@@ -139,10 +141,7 @@ fn command_line(source: &str, set: &[String], plan: &ConvergencePlan) -> String 
     let densities: Vec<String> = plan.densities.iter().map(u32::to_string).collect();
     let windows: Vec<String> =
         plan.windows_s.iter().map(|&(from, to)| format!("{}:{}", in_microseconds(from), in_microseconds(to))).collect();
-    let mut text = format!("granchain convergence --scene {source}");
-    for set in set {
-        let _ = write!(text, " --set {set}");
-    }
+    let mut text = format!("granchain convergence --scene {}{}", shell_word(source), set_flags(set));
     let _ = write!(
         text,
         " --densities {} --steps {} --reference-density {} --reference-step {} --windows {}",

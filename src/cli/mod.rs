@@ -7,7 +7,6 @@
 
 pub mod accuracy;
 pub mod arguments;
-pub mod batch;
 pub mod calibrate;
 mod calibrated;
 mod completions;
@@ -22,6 +21,7 @@ pub mod interrupt;
 mod level;
 pub mod mesh;
 pub mod output;
+pub mod parts;
 pub mod progress;
 pub mod reading;
 pub mod replay;
@@ -41,8 +41,11 @@ use std::{ffi::OsString, io::Write, process::ExitCode, sync::OnceLock};
 
 use clap::{Parser, Subcommand};
 
-use self::arguments::Session;
-use crate::{calibration::fit::Verdict, measurement::MeasurementError};
+use self::arguments::{OutputArguments, Session};
+use crate::{
+    calibration::fit::Verdict,
+    measurement::{MeasurementError, shell_line},
+};
 
 /// How a command ended that did not fail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,8 +120,8 @@ enum Command {
     Scene(scene::Arguments),
     /// Calibrate against made-up records of known truth: the tool's own proof
     Twins(twins::Arguments),
-    /// Run a sweep, twins or a study in parts, on a cluster or wherever there are workers
-    Batch(batch::Arguments),
+    /// Join the parts of a sweep, of twins or of a study, run with --part K/N, to the results of the whole run
+    Merge(parts::Arguments),
     /// Print version, processor, threads and cache as found on this machine
     Doctor(doctor::Arguments),
     /// Print the completions of a shell
@@ -146,7 +149,7 @@ impl Command {
             Self::Report(arguments) => &arguments.session,
             Self::Scene(arguments) => &arguments.session,
             Self::Twins(arguments) => &arguments.session,
-            Self::Batch(arguments) => &arguments.session,
+            Self::Merge(arguments) => &arguments.session,
             Self::Doctor(arguments) => &arguments.session,
             Self::Completions(arguments) => &arguments.session,
             Self::Man(arguments) => &arguments.session,
@@ -171,7 +174,7 @@ impl Command {
             Self::Report(arguments) => report::execute(arguments),
             Self::Scene(arguments) => scene::execute(arguments),
             Self::Twins(arguments) => twins::execute(arguments),
-            Self::Batch(arguments) => batch::execute(arguments),
+            Self::Merge(arguments) => parts::execute(arguments),
             Self::Doctor(arguments) => doctor::execute(arguments),
             Self::Completions(arguments) => completions::execute(arguments),
             Self::Man(arguments) => completions::execute_man(arguments),
@@ -179,23 +182,54 @@ impl Command {
     }
 }
 
-/// The work of a command line that falls into points; `besides` is what the line does not say of them.
+/// The work that the arguments of a part file name. Only its seed is taken of their session flags; where results go and all else is said by `merge`.
 ///
 /// # Errors
-/// When the line is none that falls into points, and whatever its command refuses.
-fn divisible(line: &[String], besides: Option<&serde_json::Value>) -> anyhow::Result<Box<dyn batch::Divisible>> {
-    match CommandLine::try_parse_from(std::iter::once("granchain").chain(line.iter().map(String::as_str)))?.command {
-        Command::Sweep(arguments) => Ok(Box::new(sweep::Study::new(arguments)?)),
-        Command::Twins(arguments) => twins::divisible(arguments),
-        Command::Study(arguments) => study::divisible(arguments),
-        Command::Calibrate(arguments) => calibrate::divisible(*arguments, besides),
+/// When it is no work that falls into points, and whatever its command refuses.
+fn divisible(
+    arguments: &[String],
+    output: &OutputArguments,
+    session: &Session,
+) -> anyhow::Result<Box<dyn parts::Divisible>> {
+    let words = std::iter::once("granchain").chain(arguments.iter().map(String::as_str));
+    let mut command = CommandLine::try_parse_from(words)?.command;
+    let own = command.session();
+    if own.no_limits && !session.no_limits {
+        return Err(arguments::usage("the parts were run with --no-limits; pass it to `merge` too"));
+    }
+    let session = Session { seed: own.seed, ..session.clone() };
+    match &mut command {
+        Command::Sweep(flags) => (flags.output, flags.session) = (output.clone(), session),
+        Command::Twins(flags) => (flags.output, flags.session) = (output.clone(), session),
+        Command::Study(flags) => (*flags.which.output(), flags.session) = (output.clone(), session),
+        _ => {}
+    }
+    match command {
+        Command::Sweep(flags) => Ok(Box::new(sweep::Study::new(flags)?)),
+        Command::Twins(flags) => twins::divisible(flags),
+        Command::Study(flags) => study::divisible(flags),
         _ => {
-            let found = line.first().map_or("nothing", String::as_str);
-            Err(arguments::usage(format!(
-                "expected a command that falls into points, sweep, twins or study, found `{found}`"
-            )))
+            let found = arguments.first().map_or("nothing", String::as_str);
+            anyhow::bail!("expected the arguments of sweep, twins or study, found `{found}`")
         }
     }
+}
+
+/// Words of a command line without some flags, and without some that have a value.
+fn without(words: impl Iterator<Item = String>, flags: &[&str], with_value: &[&str]) -> Vec<String> {
+    let (mut kept, mut is_value) = (Vec::new(), false);
+    for word in words {
+        if std::mem::take(&mut is_value) {
+            continue;
+        }
+        let name = word.split('=').next().unwrap_or_default();
+        if with_value.contains(&name) {
+            is_value = !word.contains('=');
+        } else if !flags.contains(&name) {
+            kept.push(word);
+        }
+    }
+    kept
 }
 
 /// Run `granchain` with the process's own arguments.
@@ -230,6 +264,9 @@ pub fn run_typed(typed: Vec<OsString>, subcommand: Option<&str>) -> u8 {
         Err(usage) => {
             // The only thing that can fail here is the terminal itself.
             let _ = usage.print();
+            if let Some(instead) = parts::instead_of(&usage) {
+                let _ = writeln!(std::io::stderr().lock(), "\n{instead}");
+            }
             return u8::try_from(usage.exit_code()).unwrap_or(2);
         }
     };
@@ -270,17 +307,11 @@ pub fn with_causes(error: &anyhow::Error) -> String {
 fn report_failure(error: &anyhow::Error) {
     let mut message = format!("error: {}", with_causes(error));
     if let Some(remedy) = error.chain().find_map(remedy) {
-        let typed = typed().skip(1).map(|word| shell_word(&word));
-        let whole = typed.chain([remedy]).collect::<Vec<_>>().join(" ");
-        message.push_str(&format!("\n  so type, with values of this bench: {} {whole}", program()));
+        let typed = shell_line(std::iter::once(program()).chain(typed().skip(1)));
+        message.push_str(&format!("\n  so type, with values of this bench: {typed} {remedy}"));
     }
     // Without a standard error there is nobody left to tell.
     let _ = writeln!(std::io::stderr().lock(), "{}", output::shown_on(&console::Term::stderr(), &message));
-}
-
-/// A word as a shell takes it whole.
-fn shell_word(word: &str) -> String {
-    if word.contains(' ') { format!("'{word}'") } else { word.to_owned() }
 }
 
 /// The name that the program was called by.

@@ -22,7 +22,7 @@ use columns::{broken, columns_of};
 
 pub use columns::WIDEST;
 pub use folder::{NOTHING_SAVED, OutputFolder, remove_staged};
-pub use list::{LIST, files_below, is_altered};
+pub use list::{LIST, digest, files_below, is_altered, list_text};
 pub use terminal::{visible, visible_json};
 
 /// Results that commands of several kinds have.
@@ -43,6 +43,19 @@ pub enum OutputError {
     Root {
         /// As given.
         path: PathBuf,
+    },
+    /// A name that leaves no room for those of the folders beside it.
+    #[error(
+        "--out {}: expected a name of at most {most} bytes, found {found}: the hidden folder beside it has a longer one; shorten the name",
+        path.display()
+    )]
+    LongName {
+        /// As given.
+        path: PathBuf,
+        /// Most bytes.
+        most: usize,
+        /// How many there are.
+        found: usize,
     },
     /// The folder holds something that is not ours.
     #[error(
@@ -162,6 +175,15 @@ pub enum OutputError {
     #[error("{}: another run is writing there; wait for it, or name another --out", path.display())]
     InUse {
         /// Where it writes.
+        path: PathBuf,
+    },
+    /// A symbolic link where only folders and files of ours may be.
+    #[error(
+        "{}: expected a folder or file that granchain made, found a symbolic link; nothing was touched: remove the link, or name another --out",
+        path.display()
+    )]
+    Link {
+        /// The link.
         path: PathBuf,
     },
     /// A result that was written is gone.

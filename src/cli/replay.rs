@@ -90,8 +90,9 @@ pub struct Summary {
     pub scene: String,
     /// Where on the last bead its velocity was measured, below the scene's `vibrometer.bandwidth`.
     pub observed: ObservedPoint,
-    /// What was measured of it.
-    pub features: Features,
+    /// What was measured of it; nothing where the last bead does not move.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub features: Option<Features>,
     /// What was measured on the pressure at each field point, where there is water.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub pressure: Vec<PressureAt>,
@@ -229,14 +230,25 @@ impl Job<'_> {
             (response, None, None)
         };
         timing.stage("run");
-        let features = observation::measure_response(scene, &response, settings)?;
-        let pressure = pressures(scene, &response, features.window)?;
+        let features = match observation::measure_response(scene, &response, settings) {
+            Err(FeatureError::Constant { .. }) => {
+                let warning = "the last bead does not move while the drive is on, so there are no features; a gap may be too wide for the drive, or \
+                               friction too strong";
+                session.note(format_args!("warning: {warning}"));
+                assumptions.push(warning.into());
+                None
+            }
+            measured => Some(measured?),
+        };
+        let window = features.as_ref().map(|features| features.window).or(settings.window);
+        let window = window.unwrap_or_else(|| Window::whole(response.observed_velocity()));
+        let pressure = pressures(scene, &response, window)?;
         timing.stage("features");
         let spread = plan.map(|plan| ensemble::run_on(&Bodies::new(session.cache()), scene, &plan)).transpose()?;
         interrupt::check()?;
         timing.stage("ensemble");
         let prepared = || kept.map_or_else(|| session.prepare(scene), Ok);
-        let field = field::make(&arguments.field, scene, prepared, features.window)?;
+        let field = field::make(&arguments.field, scene, prepared, window)?;
         if arguments.field.is_given() {
             timing.stage("field");
         }
@@ -325,7 +337,8 @@ fn write(
         bead_diameter: scene.chain.beads.first().map_or(0.0, |bead| 2.0 * bead.radius),
         response,
         seen: &seen,
-        features: &summary.features,
+        drive_frequency: scene.drive.frequency,
+        features: summary.features.as_ref(),
         others,
         ensemble: spread.map(|spread| summary::ensemble(summary, spread)),
         assumptions: summary.warnings.iter().chain(&summary.assumptions).cloned().collect(),

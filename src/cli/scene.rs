@@ -20,6 +20,7 @@ use super::{
     output::{print, visible},
 };
 use crate::{
+    measurement::shell_word,
     model::contact_law::{ElasticLaw, Hertz, bead_flat_stiffness, bead_pair_stiffness},
     scene::{self, BUILT_IN, DriveKind, Effect, KEYS, ModelKind, Scene, SettingValue, Support},
     signal::{Dimension, Quantity},
@@ -378,8 +379,9 @@ fn write_new(session: &Session, file: &Path, text: &str, from: &str) -> anyhow::
         }
         written => written.with_context(|| format!("{}: the scene file cannot be written", file.display()))?,
     }
+    let name = file.display().to_string();
     session.result(
-        format_args!("wrote {}; run it with `granchain replay --scene {}`\n", file.display(), file.display()),
+        format_args!("wrote {name}; run it with `granchain replay --scene {}`\n", shell_word(&name)),
         &json!({ "file": file, "from": from }),
     )
 }

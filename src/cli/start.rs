@@ -13,7 +13,6 @@ use std::{
 use anyhow::{Context, bail};
 use clap::{Args, FromArgMatches};
 use serde_json::json;
-use shell_words::quote;
 
 pub use self::unread::Unread;
 use self::{ask::Ask, unread::is_named_horn};
@@ -26,7 +25,7 @@ use super::{
 };
 use crate::{
     calibration::plan::{Asked, Plan, ReadAs, RecordPlan},
-    measurement::{MeasurementError, ReadOptions, Record, RecordKind, Sensitivity, read_record},
+    measurement::{MeasurementError, ReadOptions, Record, RecordKind, Sensitivity, read_record, shell_word},
     scene::{self, DampingKind, ModelKind, Scene},
     signal::{
         Dimension,
@@ -237,7 +236,7 @@ fn roles(arguments: &Arguments) -> anyhow::Result<(PathBuf, Option<PathBuf>, Str
 fn untold(files: [&PathBuf; 2], [first, second]: [Option<MeasurementError>; 2]) -> anyhow::Result<Unread> {
     let horn_is_first = is_named_horn(files[0]) && !is_named_horn(files[1]);
     let (bead, horn, file) = if horn_is_first { (second, first, files[0]) } else { (first, second, files[1]) };
-    Unread::of(bead, horn, Some(format!("--horn {}", quote(&file.display().to_string()))))
+    Unread::of(bead, horn, Some(format!("--horn {}", shell_word(&file.display().to_string()))))
 }
 
 /// Whether the first of two columns is a sine and the second is not: a horn moves as a sine, the last bead in impulses. Read as volts of any
@@ -292,10 +291,10 @@ fn definition(
     let place = |path: &Path| {
         let beside = arguments.out.parent().is_none_or(|folder| folder.as_os_str().is_empty());
         let path = if beside { path.to_owned() } else { std::path::absolute(path).unwrap_or_else(|_| path.to_owned()) };
-        format!("'{}'", path.display())
+        toml_text(&path.display().to_string())
     };
     line("# A fit definition, begun by `granchain start`. Lines behind `#` are choices left open, with what is taken now.".into());
-    line(format!("#\n#   granchain calibrate --plan {}\n#", quote(&arguments.out.display().to_string())));
+    line(format!("#\n#   granchain calibrate --plan {}\n#", shell_word(&arguments.out.display().to_string())));
     line(format!("measured = {} # {}", place(&bead.path), of_record(bead)));
     let own_file = drive.is_some_and(|drive| drive.path == bead.path);
     match drive {
@@ -439,7 +438,7 @@ fn summary(
         None => {
             writeln!(text, "  {:<10} no record: the piston moves as the scene says", "horn tip")?;
             if let Some(other) = further_column(bead) {
-                let quoted = quote(other);
+                let quoted = shell_word(other);
                 writeln!(
                     text,
                     "  {:<10} (if `{other}` is the horn's: --drive-column {quoted}, in volts with --drive-scale '2 um/V')",
@@ -454,12 +453,13 @@ fn summary(
         writeln!(text, "  {label:<30}  {value}")?;
     }
     let plan = arguments.out.display().to_string();
-    let plan = quote(&plan);
+    let plan = shell_word(&plan);
     writeln!(text, "\nwrote {plan}: every choice left open is a line in it")?;
     if let Some(picture) = picture {
         writeln!(text, "wrote {}: the bench as it stands there, drawn", picture.display())?;
     }
     let program = program();
+    let program = shell_word(&program);
     writeln!(text, "\nLook at records and uncalibrated response, then fit and report:\n")?;
     writeln!(text, "  {program} calibrate --plan {plan} --dry-run --out look")?;
     writeln!(text, "  {program} calibrate --plan {plan} --out fit")?;

@@ -18,14 +18,15 @@ use indicatif::ProgressBar;
 
 use super::{
     Outcome,
-    arguments::{ModelChoice, Session},
-    batch::{self, Divisible, OnArguments},
+    arguments::{ModelChoice, OutputArguments, Session},
     interrupt,
     output::OutputFolder,
-    progress, shell_word,
+    parts::{self, Divisible, PartArguments},
+    progress,
     timing::{self, Timing},
 };
 use crate::{
+    measurement::shell_word,
     report::page::Files,
     scene::{ModelKind, Scene},
     signal::{Series, feature::Measurand},
@@ -71,14 +72,12 @@ pub enum Which {
 /// Run it.
 ///
 /// # Errors
-/// Whatever is wrong with the scene; a run that everything rests on; a folder that cannot be written; an engine that refuses; Ctrl-C.
-pub fn execute(mut arguments: Arguments) -> anyhow::Result<Outcome> {
-    let shared = arguments.which.shared();
-    let (asked, resume) = (std::mem::take(&mut shared.on).asked(), shared.resume);
-    let session = arguments.session.clone();
+/// Whatever is wrong with the scene; a run that everything rests on; a folder that cannot be written; Ctrl-C.
+pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
+    let (part, session) = (arguments.which.shared().part.part, arguments.session.clone());
     let study = command(arguments)?;
-    match asked {
-        Some(asked) => batch::run_on(asked, study, resume, &session),
+    match part {
+        Some(part) => parts::write(part, study.as_ref(), &session),
         None => study.run_here(),
     }
 }
@@ -100,17 +99,27 @@ fn command(Arguments { which, session }: Arguments) -> anyhow::Result<Box<dyn wh
 
 impl Which {
     /// What all of them share.
-    fn shared(&mut self) -> &mut StudyArguments {
+    fn shared(&self) -> &StudyArguments {
         match self {
-            Self::Paper(flags) => &mut flags.study,
-            Self::ChainLength(flags) | Self::Precompression(flags) => &mut flags.study,
-            Self::Water(flags) => &mut flags.study,
-            Self::Dissipation(flags) => &mut flags.study,
+            Self::Paper(flags) => &flags.study,
+            Self::ChainLength(flags) | Self::Precompression(flags) => &flags.study,
+            Self::Water(flags) => &flags.study,
+            Self::Dissipation(flags) => &flags.study,
+        }
+    }
+
+    /// Where results go.
+    pub(super) fn output(&mut self) -> &mut OutputArguments {
+        match self {
+            Self::Paper(flags) => &mut flags.output,
+            Self::ChainLength(flags) | Self::Precompression(flags) => &mut flags.output,
+            Self::Water(flags) => &mut flags.output,
+            Self::Dissipation(flags) => &mut flags.output,
         }
     }
 }
 
-/// `--model`, `--set`, `--quick`, `--on`: what all studies share.
+/// `--model`, `--set`, `--quick`, `--part`: what all studies share.
 #[derive(Debug, Clone, Default, Args)]
 pub struct StudyArguments {
     /// Rung of the fidelity ladder
@@ -122,12 +131,9 @@ pub struct StudyArguments {
     /// Few runs and a coarse grid, for a first look
     #[arg(long, help_heading = "Study")]
     pub quick: bool,
-    /// Where else the points are run.
+    /// Which part of the points is run.
     #[command(flatten)]
-    pub on: OnArguments,
-    /// Take up what was handed to a cluster, and is not collected yet; needs the same flags
-    #[arg(long, requires = "on", help_heading = "Cluster")]
-    pub resume: bool,
+    pub part: PartArguments,
 }
 
 /// Model of most studies where none is named.

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     calibration::{bench::Bench, drive::Input},
-    feature::Ratio,
+    feature::{Features, Ratio},
     measurement::sha256,
     model::chain::FiniteBodyLaws,
     report::number::{engineering, fixed, significant},
@@ -216,7 +216,6 @@ pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) 
 pub fn facts(scene: &Scene, summary: &Summary) -> Vec<(String, String)> {
     let mut facts = Vec::new();
     let mut row = |name: &str, value: String| facts.push((name.to_owned(), value));
-    let features = &summary.features;
     row("model", model(scene));
     row(
         "drive",
@@ -231,7 +230,9 @@ pub fn facts(scene: &Scene, summary: &Summary) -> Vec<(String, String)> {
     row("damping", damping(scene));
     row("peaks", peaks(scene, summary));
     row("lines", lines(summary));
-    row("distortion", format!("{} (rms of the drive's harmonics over total rms)", fixed(features.thd, 3)));
+    if let Some(features) = &summary.features {
+        row("distortion", format!("{} (rms of the drive's harmonics over total rms)", fixed(features.thd, 3)));
+    }
     row(
         "energy",
         format!(
@@ -384,13 +385,13 @@ fn damping(scene: &Scene) -> String {
 
 fn peaks(scene: &Scene, summary: &Summary) -> String {
     let pair = |positive: f64, negative: f64| format!("+{}/{}", fixed(1e3 * positive, 0), fixed(1e3 * negative, 0));
-    let found = &summary.features.peaks;
-    let mut text = format!(
-        "{} mm/s at the {} of the last bead, below {}",
-        pair(found.positive, found.negative),
-        summary.observed.name(),
-        engineering(scene.vibrometer_bandwidth, "Hz", 3)
-    );
+    let (place, band) = (summary.observed.name(), engineering(scene.vibrometer_bandwidth, "Hz", 3));
+    let mut text = match &summary.features {
+        Some(Features { peaks, .. }) => {
+            format!("{} mm/s at the {place} of the last bead, below {band}", pair(peaks.positive, peaks.negative))
+        }
+        None => format!("none: the {place} of the last bead does not move"),
+    };
     if let Some(published) = &summary.published {
         let measured = published.measured;
         let _ = write!(text, "; printed: measured {}", pair(measured.positive_m_per_s, measured.negative_m_per_s));
@@ -439,7 +440,8 @@ fn pressure(heard: &PressureAt) -> String {
 fn lines(summary: &Summary) -> String {
     let shown = [(1, 3), (1, 2), (2, 3), (1, 1), (2, 1), (3, 1)].map(|(num, den)| Ratio::new(num, den));
     let line = |ratio: Ratio| {
-        let amplitude = summary.features.line(ratio).map_or("–".into(), |line| fixed(1e3 * line.amplitude, 1));
+        let found = summary.features.as_ref().and_then(|features| features.line(ratio));
+        let amplitude = found.map_or("–".into(), |line| fixed(1e3 * line.amplitude, 1));
         format!("{ratio}: {amplitude}")
     };
     format!("{} mm/s (of the drive frequency)", shown.map(line).join("  "))

@@ -14,12 +14,12 @@ use serde_json::Value;
 use super::{
     Outcome,
     arguments::{OutputArguments, SceneArguments, Session, preferred_model},
-    batch::{self, Divisible, Kept, OnArguments},
     calibrated::Calibrated,
     experiment,
     forecast::Forecast,
     interrupt::{self, Interrupted},
     output::{NOTHING_SAVED, OutputFolder},
+    parts::{self, Divisible, PartArguments, Parts},
     progress,
     reading::ReadArguments,
     summary,
@@ -28,6 +28,7 @@ use super::{
 };
 use crate::{
     calibration::bench::Bench,
+    measurement::read_back::{LARGE, read_back},
     model::{Estimate, ModelError},
     scene::Scene,
     study::{
@@ -59,11 +60,11 @@ pub struct Arguments {
     #[command(flatten)]
     pub output: OutputArguments,
     /// Continue a sweep that was stopped; needs the same flags
-    #[arg(long, requires = "out", help_heading = "Output")]
+    #[arg(long, requires = "out", conflicts_with = "part", help_heading = "Output")]
     pub resume: bool,
-    /// Where else the points are run.
+    /// Which part of the points is run.
     #[command(flatten)]
-    pub on: OnArguments,
+    pub part: PartArguments,
     /// How the drive record is to be read.
     #[command(flatten)]
     pub reading: ReadArguments,
@@ -89,13 +90,12 @@ const RESULTS: [&str; 4] = ["report.html", "sweep.csv", "sweep.json", timing::FI
 /// Run it.
 ///
 /// # Errors
-/// Whatever is wrong with scene, grid, calibration or record; a folder that cannot be written; an engine that refuses; Ctrl-C.
-pub fn execute(mut arguments: Arguments) -> anyhow::Result<Outcome> {
-    let on = std::mem::take(&mut arguments.on);
-    let (resume, session) = (arguments.resume, arguments.session.clone());
+/// Whatever is wrong with scene, grid, calibration or record; a folder that cannot be written; Ctrl-C.
+pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
+    let (part, resume, session) = (arguments.part.part, arguments.resume, arguments.session.clone());
     let study = Study::new(arguments)?;
-    match on.asked() {
-        Some(asked) => batch::run_on(asked, Box::new(study), resume, &session),
+    match part {
+        Some(part) => parts::write(part, &study, &session),
         None => study.run_here(resume),
     }
 }
@@ -185,13 +185,18 @@ impl Study {
         let published = printed(&self.bench, &self.base, &self.grid);
         let table = SweepTable::new(&self.base, &self.grid, runs, published, self.ensemble.is_some())?;
         let session = &self.session;
+        let energy = table.energy_warning();
         let summary = table.json(&self.bench, self.calibrated.as_ref(), session.seed())?;
         if let Some(folder) = folder {
-            let assumptions = self.bench.warnings().iter().chain(&self.bench.assumptions).cloned().collect();
+            let assumptions =
+                self.bench.warnings().iter().chain(&self.bench.assumptions).chain(&energy).cloned().collect();
             let described = summary::described(&self.base, &self.bench.overrides);
             write(&folder, &table, &summary, (&described, assumptions), &mut self.timing)?;
             let place = folder.finish()?;
             session.note(format_args!("written to {}", place.display()));
+        }
+        if let Some(warning) = energy {
+            session.note(format_args!("warning: {warning}"));
         }
         let (all, failed) = table.counts();
         if failed > 0 {
@@ -221,19 +226,19 @@ impl Divisible for Study {
         let watch = self.bar(part.len());
         let runs = sweep_part(&self.grid, part, &build, &self.bodies, self.ensemble.as_ref(), &watch);
         watch.bar.finish_and_clear();
-        batch::values(&runs.ok_or(Interrupted)?)
+        parts::values(&runs.ok_or(Interrupted)?)
     }
 
-    fn finish(self: Box<Self>, kept: &Kept<'_>) -> anyhow::Result<Outcome> {
+    fn finish(self: Box<Self>, parts: &Parts) -> anyhow::Result<Outcome> {
         let stage = |out: &PathBuf| OutputFolder::stage(out, &RESULTS, self.output.force);
         let folder = self.output.out.as_ref().map(stage).transpose()?;
-        self.conclude(kept, folder)
+        self.conclude(parts, folder)
     }
 }
 
-impl Runs for Kept<'_> {
+impl Runs for Parts {
     fn each(&self, seen: &mut dyn FnMut(usize, &Run) -> anyhow::Result<()>) -> anyhow::Result<()> {
-        self.each_typed(|index, run| seen(index, &run))
+        Parts::each(self, |index, run| seen(index, &run))
     }
 }
 
@@ -312,7 +317,7 @@ fn plan_of(base: &Scene, grid: &Grid, ensemble: Option<&EnsemblePlan>) -> anyhow
 }
 
 fn same_plan(path: &Path, plan: &[u8]) -> anyhow::Result<()> {
-    let kept = std::fs::read(path).unwrap_or_default();
+    let kept = read_back(path, LARGE).unwrap_or_default();
     if kept == plan {
         return Ok(());
     }

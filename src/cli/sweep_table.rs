@@ -22,6 +22,7 @@ use crate::{
         page::{Column, Table},
         sweep::{SweepCurve, SweepPage, SweepPoint, SweepReport},
     },
+    response::SMALL_RESIDUAL,
     scene::{Key, Scene, ValueKind},
     study::{
         Axis, Grid, Value,
@@ -65,6 +66,8 @@ impl Runs for RunIndex {
 struct Seen {
     runs: usize,
     failed: usize,
+    /// Those that leave more energy unaccounted for than they may without a warning.
+    unbalanced: usize,
     /// Whether any run heard something.
     has_water: bool,
     /// The rows of the terminal.
@@ -116,6 +119,8 @@ impl<'a> SweepTable<'a> {
         runs.each(&mut |index, run| {
             seen.runs += 1;
             seen.failed += usize::from(matches!(run, Run::Failed { .. }));
+            let share = if let Run::Finished { energy_residual, .. } = run { *energy_residual } else { 0.0 };
+            seen.unbalanced += usize::from(share.abs() > SMALL_RESIDUAL);
             seen.has_water |= matches!(run, Run::Finished { heard: Some(_), .. });
             if index < MOST_ROWS {
                 seen.first.push(run.clone());
@@ -145,6 +150,19 @@ impl<'a> SweepTable<'a> {
     #[must_use]
     pub fn counts(&self) -> (usize, usize) {
         (self.seen.runs, self.seen.failed)
+    }
+
+    /// What a reader must know of the energy of the runs.
+    #[must_use]
+    pub fn energy_warning(&self) -> Option<String> {
+        let Seen { runs, unbalanced, .. } = self.seen;
+        (unbalanced > 0).then(|| {
+            format!(
+                "{unbalanced} of {runs} runs leave more than {:.0} % of their largest energy unaccounted for (`energy_residual` in sweep.json); shorten \
+                 `model.step` or lower `model.tolerance`, and refine the mesh",
+                100.0 * SMALL_RESIDUAL
+            )
+        })
     }
 
     /// `sweep.csv`: the swept keys with their units, `status`, the watched numbers, with an ensemble also their mean,

@@ -6,19 +6,19 @@ mod levels;
 use std::{fmt::Write, ops::Range, path::Path};
 
 use clap::{Args, ValueEnum};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::{
     Outcome,
     arguments::{OutputArguments, Session, usage},
-    batch::{self, Divisible, Kept, OnArguments},
     calibrate::{
         QuantityChoice,
         definition::{refused, uncertainties},
     },
     interrupt,
     output::{OutputFolder, page_results},
+    parts::{self, Divisible, PartArguments, Parts},
     progress, summary,
     timing::{self, Timing},
 };
@@ -41,6 +41,9 @@ const OVERRIDES: [&str; 1] = ["duration=900us"];
 /// The same of the built-in scene with water: the sound of the burst has passed.
 const WATER_OVERRIDES: [&str; 1] = ["duration=480us"];
 
+/// Most twins of a kind: a day of eight cores.
+const MOST_TWINS: u64 = 1_000_000;
+
 /// Twins of each condition of a laboratory.
 const LABORATORY_COUNT: u64 = 8;
 
@@ -49,20 +52,20 @@ const LABORATORY_COUNT: u64 = 8;
 #[command(after_help = "Example:\n  granchain twins --count 8 --out twins")]
 pub struct Arguments {
     /// Twins whose model is right: both supports, both damping laws, 0–3 % noise, five sample rates [default: 80; 8 of each --laboratory]
-    #[arg(long, value_name = "N", help_heading = "Study")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_TWINS), help_heading = "Study")]
     pub count: Option<u64>,
     /// Records as other laboratories store them, made by a path that no fit shares and put through the whole of `calibrate`: all, right, wrong, or
     /// conditions by name, such as pretrigger,eight-bit
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', help_heading = "Study")]
     pub laboratory: Vec<String>,
     /// Keep the files of every --laboratory record and the plan that fits them, in records/ below --out
-    #[arg(long, requires_all = ["laboratory", "out"], help_heading = "Study")]
+    #[arg(long, requires_all = ["laboratory", "out"], conflicts_with = "part", help_heading = "Study")]
     pub records: bool,
     /// What the twins record: velocity on annulus and rigid wall, or pressure behind a disc on three mounts [default: velocity]
     #[arg(long, value_enum, help_heading = "Study")]
     pub quantity: Option<QuantityChoice>,
     /// Twins of each kind of wrong model: support 30 % softer, other damping law, a missing bead; of a velocity only [default: 1]
-    #[arg(long, value_name = "N", help_heading = "Study")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_TWINS), help_heading = "Study")]
     pub wrong: Option<u64>,
     /// Runs of the chain's search, a fit [default: 600; 1800 for more than two parameters; 1200 for several levels]
     #[arg(long, value_name = "N",
@@ -89,12 +92,9 @@ pub struct Arguments {
     /// What fits them [default: the chain for twins of the chain, else the whole ladder]
     #[arg(long, value_enum, help_heading = "Study")]
     pub fit: Option<FitChoice>,
-    /// Where else the twins are made and fitted.
+    /// Which part of the twins is made and fitted.
     #[command(flatten)]
-    pub on: OnArguments,
-    /// Take up what was handed to a cluster, and is not collected yet; needs the same flags
-    #[arg(long, requires = "on", help_heading = "Cluster")]
-    pub resume: bool,
+    pub part: PartArguments,
     /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
@@ -144,16 +144,38 @@ struct TwinsSummary<'a> {
     twins: &'a [TwinOutcome],
 }
 
+/// A twin in a part file. JSON has one word, null, for a law or mount that was not tested and for one left undecided; a part keeps them apart.
+#[derive(Debug, Serialize, Deserialize)]
+struct PartTwin {
+    twin: TwinOutcome,
+    law_tested: bool,
+    mount_tested: bool,
+}
+
+impl From<TwinOutcome> for PartTwin {
+    fn from(twin: TwinOutcome) -> Self {
+        Self { law_tested: twin.named_law.is_some(), mount_tested: twin.named_mount.is_some(), twin }
+    }
+}
+
+impl From<PartTwin> for TwinOutcome {
+    fn from(PartTwin { twin, law_tested, mount_tested }: PartTwin) -> Self {
+        let named_law = law_tested.then(|| twin.named_law.flatten());
+        let named_mount = mount_tested.then(|| twin.named_mount.flatten());
+        Self { named_law, named_mount, ..twin }
+    }
+}
+
 /// Run it.
 ///
 /// # Errors
-/// A folder that cannot be written; an engine that refuses; Ctrl-C.
-pub fn execute(mut arguments: Arguments) -> anyhow::Result<Outcome> {
-    let asked = std::mem::take(&mut arguments.on).asked();
-    let (resume, session, records) = (arguments.resume, arguments.session.clone(), arguments.records);
-    if let Some(asked) = asked {
-        return batch::run_on(asked, divisible(arguments)?, resume, &session);
+/// A folder that cannot be written; Ctrl-C.
+pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
+    if let Some(part) = arguments.part.part {
+        let session = arguments.session.clone();
+        return parts::write(part, divisible(arguments)?.as_ref(), &session);
     }
+    let records = arguments.records;
     match Kind::of(arguments)? {
         Kind::Usual(study) => study.run_here(),
         Kind::Levels(study) => study.run_here(),
@@ -187,9 +209,6 @@ impl Kind {
 
 /// The twins that flags ask for, to be run in parts.
 pub(super) fn divisible(arguments: Arguments) -> anyhow::Result<Box<dyn Divisible>> {
-    if arguments.records {
-        return Err(usage("--records keeps files that chunks do not hold: leave it out, or make the records here"));
-    }
     Ok(match Kind::of(arguments)? {
         Kind::Usual(study) => study,
         Kind::Levels(study) => study,
@@ -323,12 +342,14 @@ impl Divisible for Study {
     }
 
     fn run(&self, part: Range<usize>) -> anyhow::Result<Vec<Value>> {
-        batch::values(&self.outcomes(part.start as u64..part.end as u64)?)
+        let twins = self.outcomes(part.start as u64..part.end as u64)?.into_iter().map(PartTwin::from);
+        parts::values(&twins.collect::<Vec<_>>())
     }
 
-    fn finish(self: Box<Self>, kept: &Kept<'_>) -> anyhow::Result<Outcome> {
+    fn finish(self: Box<Self>, parts: &Parts) -> anyhow::Result<Outcome> {
         let folder = staged(&self.output, "twins.json")?;
-        self.conclude(&kept.all()?, folder)
+        let twins = parts.all::<PartTwin>()?.into_iter().map(TwinOutcome::from).collect::<Vec<_>>();
+        self.conclude(&twins, folder)
     }
 }
 

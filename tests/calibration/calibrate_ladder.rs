@@ -124,55 +124,6 @@ fn finite_elements_answer_above_the_reduced_model_and_lose_no_finished_run_to_ki
 }
 
 #[test]
-fn rounds_that_others_make_end_in_the_same_bytes_through_a_kill_9() {
-    let bench = Bench::new();
-    let path = crate::hyperqueue::path_with_hq(&bench.path(""));
-    let on = |told: &[&str]| {
-        let mut command = bench.command(&[told, &["--on", "hyperqueue", "--threads", "1"]].concat());
-        command.env("PATH", &path);
-        command
-    };
-    let here = bench.calibrate(&[&FINITE[..], &["--out", "here"]].concat());
-    assert!([0, 3].contains(&code(&here)), "{}", stderr(&here));
-
-    let told = [&FINITE[..], &["--out", "far", "--chunk", "9"]].concat();
-    let mut child = on(&told).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    let patience = Instant::now() + Duration::from_secs(300);
-    let chunk = bench.path("far.batch/chunks/4.json");
-    while !chunk.exists() {
-        assert!(child.try_wait().unwrap().is_none(), "the fit ended before it could be killed");
-        assert!(Instant::now() < patience, "no chunk was made");
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
-    let collected = bench.granchain(&["batch", "collect", "far.batch"]).output().unwrap();
-    assert_eq!(code(&collected), 1, "a round is no result");
-    let far = on(&[&told[..], &["--resume"]].concat()).output().unwrap();
-    assert_eq!(code(&far), code(&here), "{}", stderr(&far));
-    let (here, far) = (bench.contents("here"), bench.contents("far"));
-    assert!(here.keys().eq(far.keys()), "{:?} {:?}", here.keys(), far.keys());
-    for (name, bytes) in &here {
-        assert!(far[name] == *bytes, "{name} differs");
-    }
-    assert!(!bench.path("far.batch").exists(), "the results stand");
-}
-
-#[test]
-#[ignore = "slow, run by .ci/full"]
-fn rounds_of_the_reduced_model_are_the_same_in_chunks_of_any_size() {
-    let bench = Bench::new();
-    let path = crate::hyperqueue::path_with_hq(&bench.path(""));
-    let here = bench.calibrate(&[&LADDER[..], &["--out", "here"]].concat());
-    for (out, chunk) in [("odd", "11"), ("all", "100")] {
-        let told = [&LADDER[..], &["--out", out, "--on", "hyperqueue", "--chunk", chunk]].concat();
-        let far = bench.command(&told).env("PATH", &path).output().unwrap();
-        assert_eq!(code(&far), code(&here), "{}", stderr(&far));
-        assert!(bench.contents("here") == bench.contents(out), "chunks of {chunk}");
-    }
-}
-
-#[test]
 fn a_kept_run_of_finite_elements_is_not_made_again() {
     let scene = [&FINITE[..], &["--out", "out"]].concat();
     let bench = Bench::new();

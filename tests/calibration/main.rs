@@ -13,9 +13,6 @@ mod calibrate_refusal;
 mod calibration_gain;
 #[path = "../harness/mod.rs"]
 mod harness;
-#[cfg(unix)]
-#[path = "../harness/hyperqueue.rs"]
-mod hyperqueue;
 mod laboratory;
 mod ladder;
 mod published_features;

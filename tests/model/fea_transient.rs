@@ -117,10 +117,14 @@ fn hht_and_newmark_dissipate_what_their_damping_says() {
     assert!(hht > 1.5 * trapezoid.abs() && hht < 0.005, "{trapezoid} {hht}");
 }
 
-/// A state of a run as one of half the step has it: twice the steps taken.
+/// A state of a run as one of half the step has it: twice the steps taken, and the far pole followed at each of them.
 fn for_half_step(snapshot: &Snapshot) -> Snapshot {
     let mut state = serde_json::to_value(snapshot).unwrap();
-    state["taken"] = (2 * state["taken"].as_u64().unwrap()).into();
+    let taken = 2 * state["taken"].as_u64().unwrap();
+    state["taken"] = taken.into();
+    let trace = &mut state["trace"];
+    trace["sampling"]["steps_per_sample"] = (2 * trace["sampling"]["steps_per_sample"].as_u64().unwrap()).into();
+    trace["pole"] = (0..=taken as usize).map(|step| trace["pole"][step / 2].clone()).collect();
     serde_json::from_value(state).unwrap()
 }
 

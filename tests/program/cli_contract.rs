@@ -9,7 +9,7 @@ use std::{
 
 use serde_json::Value;
 
-use crate::harness::{code, stderr, stdout};
+use crate::harness::{self, code, stderr, stdout};
 
 fn granchain() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_granchain"));
@@ -351,4 +351,77 @@ fn values_that_make_no_sense_are_refused_for_what_they_are() {
     }
     let (exit, said) = refused(&["--out", "/"]);
     assert!(exit == 1 && said.contains("found the root of the file system"), "{said}");
+}
+
+#[test]
+fn a_last_bead_that_does_not_move_has_a_response_and_no_features() {
+    for (scene, set) in [("rigid", "chain.gaps=10um"), ("annulus", "holder.friction_force=30mN")] {
+        let place = tempfile::tempdir().unwrap();
+        let replay =
+            ["replay", "--scene", scene, "--model", "chain", "--set", set, "--set", "duration=100us", "--out", "out"];
+        let (code, out, error) = harness::granchain(place.path(), &replay);
+        assert_eq!(code, 0, "{error}");
+        assert!(error.contains("the last bead does not move") && out.contains("peaks      none"), "{error}{out}");
+        let summary = fs::read_to_string(place.path().join("out/summary.json")).unwrap();
+        let summary: Value = serde_json::from_str(&summary).unwrap();
+        assert!(summary.get("features").is_none() && summary.get("energy").is_some());
+        let response = fs::read_to_string(place.path().join("out/response.csv")).unwrap();
+        assert_eq!(response.lines().count(), 1002);
+        let page = fs::read_to_string(place.path().join("out/report.html")).unwrap();
+        assert!(page.contains("the last bead does not move"));
+    }
+}
+
+#[test]
+fn energy_unaccounted_for_is_a_warning_above_1_percent_and_an_error_above_10_on_every_model() {
+    let place = tempfile::tempdir().unwrap();
+    let stiff = "extends = \"rigid\"\n[materials.stiff]\nyoungs_modulus = \"100 TPa\"\npoissons_ratio = 0.3\ndensity = \"7833 kg/m^3\"\n\
+                 [chain]\nmaterial = \"stiff\"\n";
+    fs::write(place.path().join("stiff.toml"), stiff).unwrap();
+    let replay = |scene: &str, model: &str, sets: &[&str]| {
+        let sets = sets.iter().flat_map(|set| ["--set", set]);
+        let words: Vec<&str> = ["replay", "--scene", scene, "--model", model].into_iter().chain(sets).collect();
+        harness::granchain(place.path(), &words)
+    };
+    let coarse = "model.mesh_density=4";
+    for (scene, model, sets) in [
+        ("annulus", "chain", &["model.tolerance=1e-2"][..]),
+        ("stiff.toml", "reduced", &[coarse, "model.step=50ns"]),
+        ("stiff.toml", "fea", &[coarse, "model.step=50ns"]),
+    ] {
+        let (code, _, error) = replay(scene, model, sets);
+        assert!(code == 0 && error.contains("% of the largest energy"), "{model}: {error}");
+        assert!(error.contains("expected at most 1 %") && error.contains("shorten `model.step`"), "{model}: {error}");
+    }
+    let (code, _, error) = replay("stiff.toml", "fea", &[coarse, "model.step=0.1us"]);
+    assert!(code == 1 && error.contains("energy balance: expected at most 10 % of the largest energy"), "{error}");
+    let (code, _, error) = replay("rigid", "chain", &[]);
+    assert!(code == 0 && !error.contains("% of the largest energy"), "{error}");
+    let sweep =
+        ["sweep", "--scene", "annulus", "--model", "chain", "--vary", "model.tolerance=1e-2,1e-10", "--out", "out"];
+    let (code, _, error) = harness::granchain(place.path(), &sweep);
+    assert!(code == 0 && error.contains("1 of 2 runs leave more than 1 % of their largest energy"), "{error}");
+}
+
+#[test]
+fn names_and_numbers_beyond_what_can_be_are_refused_with_their_limit() {
+    let place = tempfile::tempdir().unwrap();
+    let replay = |length: usize| {
+        let name = "n".repeat(length);
+        harness::granchain(
+            place.path(),
+            &["replay", "--scene", "rigid", "--set", "duration=60us", "--quiet", "--out", &name],
+        )
+    };
+    for length in [231, 240, 255, 300] {
+        let (code, _, error) = replay(length);
+        let limit = format!("expected a name of at most 230 bytes, found {length}");
+        assert!(code == 1 && error.contains(&limit), "{length}: {error}");
+    }
+    assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
+    assert_eq!(replay(230).0, 0);
+    for flags in [&["--count", "1000000000"][..], &["--count", "18446744073709551615"], &["--wrong", "1000000001"]] {
+        let (code, _, error) = harness::granchain(place.path(), &[&["twins"], flags].concat());
+        assert!(code == 2 && error.contains("1000000"), "{error}");
+    }
 }

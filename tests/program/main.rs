@@ -1,7 +1,6 @@
 //! The program as somebody uses it: commands, folders of results, reports.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
-mod batch_command;
 #[path = "../calibration/calibrate_bench/mod.rs"]
 mod calibrate_bench;
 mod cli_contract;
@@ -12,13 +11,12 @@ mod documents;
 mod fea_replay;
 #[path = "../harness/mod.rs"]
 mod harness;
-#[cfg(unix)]
-#[path = "../harness/hyperqueue.rs"]
-mod hyperqueue;
+mod hostile_files;
 mod inspect_command;
 mod mesh_command;
 mod output_safety;
 mod pages;
+mod parts;
 mod reduced_replay;
 mod report_calibration;
 mod report_verify;

@@ -169,6 +169,88 @@ fn the_state_of_another_command_is_refused_and_not_a_byte_of_it_touched() {
 }
 
 #[test]
+#[cfg(unix)]
+fn a_link_at_or_in_the_state_of_a_run_is_refused_and_neither_it_nor_its_target_is_touched() {
+    use std::os::unix::fs::symlink;
+
+    let record = Path::new(PROJECT).join("measurements/annulus-73khz/vib.csv");
+    let calibrate = ["calibrate", "--features", "paper", "--measured", record.to_str().unwrap()];
+    // Every folder and file that the program opens there; the last is the whole folder.
+    let links = [
+        "lock",
+        "results",
+        "state",
+        "old",
+        "dropped",
+        "both",
+        "state/command",
+        "state/plan.json",
+        "state/runs.jsonl",
+        "",
+    ];
+    for (command, name) in [(&SWEEP[..], "sweep"), (&ANALYSIS, "replay --model fea"), (&calibrate, "calibrate")] {
+        for link in links {
+            let place = tempfile::tempdir().unwrap();
+            let (work, victim) = (place.path().join(".out.unfinished"), place.path().join("victim"));
+            for folder in ["results", "state"] {
+                fs::create_dir_all(victim.join(folder)).unwrap();
+                fs::write(victim.join(folder).join("thesis.tex"), "years of work").unwrap();
+            }
+            fs::write(victim.join("state/command"), format!("{name}\n")).unwrap();
+            fs::create_dir_all(work.join("state")).unwrap();
+            fs::write(work.join("state/runs.jsonl"), "{}\n").unwrap();
+            let at = work.join(link);
+            if link.is_empty() || link == "state" {
+                fs::remove_dir_all(&at).unwrap();
+            }
+            let _ = fs::remove_file(&at);
+            let whole = ["", "results", "state", "old", "dropped"].contains(&link);
+            symlink(
+                if whole { victim.clone() } else { victim.join("state/thesis.tex") },
+                at.components().collect::<std::path::PathBuf>(),
+            )
+            .unwrap();
+            let before = contents(place.path());
+            for flag in ["--resume", "--force", "--quiet"] {
+                let output = granchain(place.path(), &[command, &[flag]]);
+                refused(
+                    &output,
+                    &[
+                        ".out.unfinished",
+                        "expected a folder or file that granchain made, found a symbolic link",
+                        "remove the link",
+                    ],
+                );
+                assert_eq!(contents(place.path()), before, "{command:?} {link} {flag}");
+                assert_eq!(names(place.path()), [".out.unfinished", "victim"]);
+            }
+        }
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn what_a_dead_run_left_is_not_removed_through_a_link() {
+    use std::os::unix::fs::symlink;
+
+    let place = tempfile::tempdir().unwrap();
+    let (left, victim) = (place.path().join(".out.partial-abc"), place.path().join("victim"));
+    fs::create_dir(&left).unwrap();
+    fs::create_dir(&victim).unwrap();
+    fs::write(victim.join("lock"), "").unwrap();
+    fs::write(victim.join("thesis.tex"), "years of work").unwrap();
+    symlink(victim.join("lock"), left.join("lock")).unwrap();
+    symlink(&victim, left.join("results")).unwrap();
+    symlink(&victim, place.path().join(".out.partial-def")).unwrap();
+    done(&granchain(place.path(), &[&REPLAY]));
+    assert_eq!(names(place.path()), [".out.partial-abc", ".out.partial-def", "out", "victim"]);
+    assert_eq!(
+        (names(&left), names(&victim)),
+        (vec!["lock".into(), "results".into()], vec!["lock".into(), "thesis.tex".to_owned()])
+    );
+}
+
+#[test]
 fn results_that_could_not_be_put_in_their_place_are_made_again_from_the_state_to_the_same_bytes() {
     for command in [&SWEEP[..], &[&ANALYSIS[..], &FRAMES].concat()] {
         let place = unfinished(command);
@@ -266,6 +348,40 @@ fn text_from_files_and_paths_never_steers_the_terminal() {
     ] {
         let found = plain(arguments);
         assert!(found.contains(shown), "{arguments:?}: {found}");
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_printed_command_is_read_by_a_shell_as_it_was_typed() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = "a';touch pwned;'b $(touch pwned) `touch pwned`";
+    fs::create_dir(place.path().join(folder)).unwrap();
+    let rows: String =
+        (0..2000).map(|i| format!("{:e},{:e}\n", f64::from(i) * 1e-7, (f64::from(i) * 0.046).sin())).collect();
+    let [scene, volts, record, plan] =
+        ["bench.toml", "volts.csv", "vib.csv", "plan.toml"].map(|name| format!("{folder}/{name}"));
+    fs::write(place.path().join(&record), format!("time_s,velocity_m_per_s\n{rows}")).unwrap();
+    fs::write(place.path().join(&volts), format!("time_s,ch1_V\n{rows}")).unwrap();
+    let run = |arguments: &[&str]| {
+        let (_, out, error) = harness::granchain(place.path(), arguments);
+        out + &error
+    };
+    let after = |text: String, before: &str| {
+        let (_, rest) = text.split_once(before).unwrap_or_else(|| panic!("`{before}` in {text}"));
+        rest.lines().next().unwrap().trim().trim_end_matches('`').to_owned()
+    };
+    let commands = [
+        after(run(&["scene", "init", &scene]), "run it with `"),
+        after(run(&["spectrum", &volts, "--drive-frequency", "73kHz"]), "with values of this bench: "),
+        after(run(&["start", &record, "--out", &plan]), "then fit and report:\n\n"),
+    ];
+    for command in commands {
+        let line = format!("granchain() {{ for word; do printf '%s\\n' \"$word\"; done; }}; {command}");
+        let output = Command::new("sh").args(["-c", &line]).current_dir(place.path()).output().unwrap();
+        let words = String::from_utf8(output.stdout).unwrap();
+        assert!(words.lines().any(|word| word.starts_with(folder)), "{command}: {words}");
+        assert!(!place.path().join("pwned").exists(), "{command}");
     }
 }
 

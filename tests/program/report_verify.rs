@@ -83,6 +83,7 @@ fn a_fresh_calibration_passes_and_any_altered_digit_is_named() {
     every_digit_of_the_outcome_is_held(&bench, &written);
     the_runs_the_manifest_and_the_times_are_held(&bench, &written);
     another_processor_is_held_to_rounding(&bench, &written);
+    the_list_is_held(&bench);
     the_inputs_are_held(&bench);
     a_colleague_finds_the_inputs_under_other_names(&bench);
     what_is_not_there_is_said(&bench, &written);
@@ -350,6 +351,41 @@ fn a_colleague_finds_the_inputs_under_other_names(bench: &Bench) {
         "{}",
         stderr(&output)
     );
+}
+
+/// Every kind of byte of `.granchain`: its form, a digest, a name, an end of line.
+fn the_list_is_held(bench: &Bench) {
+    let path = bench.path("fresh/.granchain");
+    let whole = fs::read(&path).unwrap();
+    let digest = whole.iter().position(|byte| *byte == b'\n').unwrap() + 5;
+    for at in [3, digest, digest + 65, whole.len() / 2, whole.len() - 1] {
+        let mut altered = whole.clone();
+        altered[at] ^= 1;
+        fs::write(&path, altered).unwrap();
+        let output = verify(bench, &["fresh"]);
+        assert_eq!(code(&output), 1, "byte {at}: {}", stdout(&output));
+        assert!(stdout(&output).contains(".granchain:"), "byte {at}: {}", stdout(&output));
+    }
+    fs::write(&path, whole).unwrap();
+    assert_eq!(code(&verify(bench, &["fresh"])), 0);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_record_whose_name_is_no_text_is_refused_with_what_to_do() {
+    use std::os::unix::ffi::OsStrExt;
+
+    let bench = Bench::new();
+    let name = std::ffi::OsStr::from_bytes(b"vib-\xff.csv");
+    fs::rename(bench.path("lab/vib.csv"), bench.path("lab").join(name)).unwrap();
+    let mut calibrate =
+        bench.granchain(&["calibrate", "--scene", "bench.toml", "--evaluations", "200", "--out", "fresh"]);
+    let output = calibrate.arg("--measured").arg(Path::new("lab").join(name)).output().unwrap();
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let output = verify(&bench, &["fresh"]);
+    let remedy =
+        "was not UTF-8 text, and the manifest cannot name it; give the file a name in UTF-8 and calibrate again";
+    assert!(code(&output) == 1 && stderr(&output).contains(remedy), "{}", stderr(&output));
 }
 
 fn what_is_not_there_is_said(bench: &Bench, written: &BTreeMap<String, Vec<u8>>) {

@@ -14,7 +14,10 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use thiserror::Error as ThisError;
 
 use super::search::SearchState;
-use granchain_record::seal::{BrokenSeal, sealed, unsealed};
+use granchain_record::{
+    read_back::{LARGE, read_back},
+    seal::{BrokenSeal, sealed, unsealed},
+};
 
 /// Why a saved state cannot be used.
 #[derive(Debug, ThisError)]
@@ -43,6 +46,15 @@ pub enum CheckpointError {
         path: PathBuf,
         /// How.
         source: BrokenSeal,
+    },
+    /// It contradicts itself.
+    #[error(
+        "{path}: expected runs, features and batches of this fit, found numbers of them that it cannot have; pass --force without --resume to start over",
+        path = path.display()
+    )]
+    Impossible {
+        /// The file.
+        path: PathBuf,
     },
     /// It belongs to another fit.
     #[error(
@@ -85,13 +97,18 @@ impl SearchCheckpoint {
         numbered
     }
 
+    /// What was saved there cannot be.
+    pub(crate) fn impossible(&self) -> CheckpointError {
+        CheckpointError::Impossible { path: self.path.clone() }
+    }
+
     /// The saved search, if there is one.
     ///
     /// # Errors
     /// When it is unreadable, damaged or of another fit.
     pub fn restore<S: DeserializeOwned>(&self) -> Result<Option<S>, CheckpointError> {
         let path = self.path.clone();
-        let bytes = match fs::read(&path) {
+        let bytes = match read_back(&path, LARGE) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(source) => return Err(CheckpointError::Unreadable { path, source }),

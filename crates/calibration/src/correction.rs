@@ -174,6 +174,20 @@ impl Correction {
         }
     }
 
+    /// Whether this, read back, may be what the correction `fresh` became.
+    pub(crate) fn may_follow(&self, fresh: &Self) -> bool {
+        let lengths = |it: &Self| {
+            let of_features = [it.observed.len(), it.nuggets.len(), it.weights.len(), it.sensitivity.1.len()];
+            (of_features, it.spans.len(), it.searched.len(), it.before)
+        };
+        let (dimension, features) = (fresh.spans.len(), fresh.observed.len());
+        let made = self.rounds.iter().try_fold(0_usize, |all, round| all.checked_add(*round));
+        lengths(self) == lengths(fresh)
+            && made == Some(self.pairs.len())
+            && self.searched.iter().all(|run| run.is_of(dimension, features))
+            && self.pairs.iter().flat_map(|pair| [&pair.lower, &pair.upper]).all(|run| run.is_of(dimension, features))
+    }
+
     /// The correction as it stood after these rounds, none of them made anew; `None` unless it would have ended there.
     #[must_use]
     pub(crate) fn ended_with(mut self, rounds: Vec<Vec<Pair>>) -> Option<Self> {

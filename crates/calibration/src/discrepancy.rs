@@ -84,9 +84,7 @@ impl Discrepancy {
         let upper = |rung: &Rung| -> Result<Vec<Run>, Unmade> {
             Ok(rung.pairs(first, &points)?.into_iter().map(|pair| pair.upper).collect())
         };
-        // Whoever is handed rounds makes one at a time.
-        let (runs, finer) =
-            if rung.hands_over() { (upper(rung), upper(finer)) } else { rayon::join(|| upper(rung), || upper(finer)) };
+        let (runs, finer) = rayon::join(|| upper(rung), || upper(finer));
         Ok(Self::of(&runs?, &finer?, MESH_ERROR))
     }
 

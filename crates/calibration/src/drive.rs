@@ -9,7 +9,9 @@ use thiserror::Error;
 
 use granchain_model::scene::Scene;
 use granchain_record::{
-    Baseline, HornDrive, MeasurementError, ReadOptions, Record, RecordKind, read_record, read_record_bytes, sha256,
+    Baseline, HornDrive, MeasurementError, ReadOptions, Record, RecordKind,
+    read_back::{LARGE, read_back},
+    read_record, read_record_bytes, sha256,
 };
 use granchain_signal::Series;
 
@@ -50,7 +52,7 @@ impl Input {
     /// # Errors
     /// When it cannot be read.
     pub fn digest(path: PathBuf) -> Result<Self, InputError> {
-        match std::fs::read(&path) {
+        match read_back(&path, LARGE) {
             Ok(bytes) => Ok(Self { path, sha256: sha256(&bytes) }),
             Err(source) => Err(InputError { path, source }),
         }

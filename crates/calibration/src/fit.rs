@@ -363,7 +363,6 @@ pub fn corrected(rung: &Rung, chain: Fit, correction: &Correction) -> Result<Fit
             Discrepancy::of_rung(rung, finer, &first.most_likely, made as u64).map_err(|unmade| match unmade {
                 Unmade::Stopped => FitError::Stopped { runs: made },
                 Unmade::NotKept(source) => FitError::NotKept(source),
-                unmade @ Unmade::NotMade(_) => FitError::Search(unmade.into()),
             })?
         }
         None => None,

@@ -15,7 +15,6 @@ use super::{
     correction::{RungDifference, most_pairs},
     diagnosis::{Case, Finding},
     drive::Input,
-    elsewhere::Hand,
     engine::trace,
     fingerprints,
     fit::{Fit, FitError, Verdict},
@@ -77,13 +76,11 @@ pub struct Course<'a> {
     pub saved: Vec<SavedFit>,
     /// Told of the work done, of [`Problem::work`]; returning `false` ends the fit after the batch in hand.
     pub watch: Arc<Watch>,
-    /// Who makes the runs of the highest rung above the chain, round by round, in place of this process.
-    pub hand: Option<Arc<Hand>>,
 }
 
 impl Default for Course<'_> {
     fn default() -> Self {
-        Self { bodies: None, saved: Vec::new(), watch: Arc::new(|_| true), hand: None }
+        Self { bodies: None, saved: Vec::new(), watch: Arc::new(|_| true) }
     }
 }
 
@@ -130,8 +127,7 @@ impl Problem {
                 let before = furthest.fetch_max(done + work, Ordering::Relaxed);
                 watched(before.max(done + work))
             });
-            let climbed =
-                climb(self, candidate, bodies, saved.next().unwrap_or_default(), &watch, course.hand.as_ref())?;
+            let climbed = climb(self, candidate, bodies, saved.next().unwrap_or_default(), &watch)?;
             let Climbed { made: runs, fit, searching: took, correcting: rungs, warnings: said } = climbed;
             searching += took;
             correcting.iter_mut().zip(rungs).for_each(|(all, took)| *all += took);

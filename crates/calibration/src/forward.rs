@@ -117,6 +117,11 @@ impl Run {
     pub fn features(&self) -> Option<&[f64]> {
         self.outcome.as_deref().ok()
     }
+
+    /// Whether it has so many coordinates and, where it finished, so many features.
+    pub(super) fn is_of(&self, dimension: usize, features: usize) -> bool {
+        self.position.len() == dimension && self.features().is_none_or(|found| found.len() == features)
+    }
 }
 
 /// Number of the first run that is predicted: beyond those of any search.

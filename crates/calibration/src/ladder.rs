@@ -10,7 +10,6 @@ use super::{
     candidate::Candidate,
     checkpoint::{CheckpointError, SearchCheckpoint},
     correction::Correction,
-    elsewhere::{Hand, Handed, Round},
     fingerprints::CandidateRuns,
     fit::{Fit, FitError, answer, corrected, paired, searched},
     forward::{Forward, Run, Watch},
@@ -121,8 +120,7 @@ pub(super) struct Climbed {
     pub(super) warnings: Vec<String>,
 }
 
-/// Search a candidate on the chain and correct it on the rungs above, one after another, with its `bodies`; `watch` is told the number of its runs, and
-/// `hand`, where there is one, makes those of the highest rung.
+/// Search a candidate on the chain and correct it on the rungs above, one after another, with its `bodies`; `watch` is told the number of its runs.
 ///
 /// # Errors
 /// When it is stopped, cannot be run, or its correction has no answer.
@@ -132,7 +130,6 @@ pub(super) fn climb(
     bodies: Option<&Bodies>,
     saved: SavedFit,
     watch: &Arc<Watch>,
-    hand: Option<&Arc<Hand>>,
 ) -> Result<Climbed, Refusal> {
     let failed = |source| match source {
         FitError::Stopped { .. } => Refusal::Stopped,
@@ -172,6 +169,11 @@ pub(super) fn climb(
                     (Some(checkpoint), _) => checkpoint.restore().map_err(Refusal::Checkpoint)?,
                     (None, _) => None,
                 };
+                if let (Some(found), Some(checkpoint)) = (&found, &checkpoint)
+                    && !found.may_follow(&fresh())
+                {
+                    return Err(Refusal::Checkpoint(checkpoint.impossible()));
+                }
                 searched(joint.clone(), found.unwrap_or_else(fresh), checkpoint).map_err(failed)?
             }
         };
@@ -223,11 +225,6 @@ pub(super) fn climb(
         warnings.extend(own.damage().into_iter().chain(finer.damage()));
         made.rungs.push(top.keeping(own, finer));
     }
-    if let Some((hand, top)) = hand.and_then(|hand| Some((hand, made.rungs.pop()?))) {
-        let (key, parameters) = (candidate.key(), candidate.parameters.clone());
-        let round = Round { candidate: key, parameters, finer: false, points: Vec::new() };
-        made.rungs.push(top.handing(&Handed { hand: Arc::clone(hand), round }));
-    }
     let (mut corrections, reckoned) = (Vec::<Correction>::new(), problem.work_above());
     let mut states = saved.corrections.into_iter();
     for (number, rung) in made.rungs.iter().enumerate() {
@@ -243,6 +240,11 @@ pub(super) fn climb(
         let started = Instant::now();
         let (checkpoint, correction) = states.next().map_or((None, None), |(place, found)| (Some(place), found));
         let fresh = || Correction::above(rung, &fit.runs, before, seed);
+        if let (Some(found), Some(checkpoint)) = (&correction, &checkpoint)
+            && !found.may_follow(&fresh())
+        {
+            return Err(Refusal::Checkpoint(checkpoint.impossible()));
+        }
         let correction = match &saved.ended {
             Some(stored) => {
                 let rounds = stored.corrections.get(number).cloned().unwrap_or_default();

@@ -14,7 +14,6 @@ mod descent;
 pub mod diagnosis;
 pub mod discrepancy;
 pub mod drive;
-pub mod elsewhere;
 pub mod engine;
 pub mod fingerprints;
 pub mod fit;

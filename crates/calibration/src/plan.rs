@@ -44,7 +44,6 @@
 
 use std::{
     collections::BTreeMap,
-    fs,
     path::{Path, PathBuf},
 };
 
@@ -58,6 +57,7 @@ use granchain_record::{
     BenchReadings, BenchReadingsError, ReadOptions, Reading, ReadingError, RecordKind, horn_column, line_of, sha256,
 };
 use granchain_signal::feature::{Measurand, fingerprint::FeatureSet};
+use granchain_signal::read_back::read_text;
 
 /// A fit definition. Every key may be left out and given on the command line instead, which wins.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -324,7 +324,7 @@ impl Plan {
     /// # Errors
     /// [`PlanError`] with file and line.
     pub fn read(path: &Path) -> Result<Self, PlanError> {
-        let text = fs::read_to_string(path).map_err(|source| PlanError::Unreadable { path: path.into(), source })?;
+        let text = read_text(path).map_err(|source| PlanError::Unreadable { path: path.into(), source })?;
         let mut plan: Self = toml::from_str(&text).map_err(|error| PlanError::Form {
             path: path.into(),
             line: line_of(&text, error.span().map(|span| span.start)),
@@ -390,6 +390,8 @@ fn from_here(path: PathBuf) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

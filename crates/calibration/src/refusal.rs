@@ -29,14 +29,6 @@ pub enum Contradiction {
          hydrophone's"
     )]
     NoRecord,
-    /// A round of runs that this fit has not.
-    #[error(
-        "a round of the candidate `{candidate}` was handed over, which this fit has not; repeat the flags of the command that handed it over"
-    )]
-    OtherRound {
-        /// Its key.
-        candidate: String,
-    },
     /// One record and several.
     #[error(
         "the plan names `measured` or `drive` and {records} of [[record]]; write `measured` and `drive` into each [[record]]"

@@ -13,7 +13,6 @@ use thiserror::Error;
 
 use super::{
     discrepancy,
-    elsewhere::{Handed, RoundPoint},
     engine::{sampled_scene, traces},
     forward::{Forward, Run, TimedRun, Watch},
     kept::KeptRuns,
@@ -37,9 +36,17 @@ pub enum Unmade {
     /// A finished run could not be kept.
     #[error(transparent)]
     NotKept(#[from] RunLogError),
-    /// Whoever was to make them did not.
-    #[error(transparent)]
-    NotMade(Box<dyn std::error::Error + Send + Sync>),
+}
+
+/// One run to be made.
+#[derive(Debug, Clone)]
+struct PlannedRun {
+    /// Its number, which says what is drawn.
+    number: u64,
+    /// Unit coordinates.
+    position: Vec<f64>,
+    /// How long it is simulated, s; where that proves too short it is made again at full length.
+    duration: f64,
 }
 
 /// A model above the chain, ready to be run at any point of the box and compared with one record.
@@ -54,8 +61,6 @@ pub struct Rung {
     finer: Option<Arc<Self>>,
     /// Where its runs are kept as they finish.
     kept: Option<Arc<KeptRuns>>,
-    /// Who makes its runs in place of this process.
-    handed: Option<Handed>,
 }
 
 /// A scene as a search runs it above the chain: with as many samples a drive period as the chain has steps.
@@ -151,7 +156,7 @@ impl Rung {
     pub fn new(chain: &Forward, prepared: Arc<Prepared>, scene: &Scene) -> Self {
         let mut scene = rung_scene(scene);
         scene.duration = chain.comparison.duration(&scene.drive);
-        Self { chain: chain.clone(), prepared, scene, below: None, finer: None, kept: None, handed: None }
+        Self { chain: chain.clone(), prepared, scene, below: None, finer: None, kept: None }
     }
 
     /// The same beside one on finer bodies of the same scene.
@@ -169,19 +174,6 @@ impl Rung {
         self.kept = Some(own);
         self.finer = self.finer.map(|rung| Arc::new(Self { kept: Some(finer), ..Self::clone(&rung) }));
         self
-    }
-
-    /// The same, its runs and those of its finer bodies handed to another.
-    #[must_use]
-    pub(super) fn handing(mut self, handed: &Handed) -> Self {
-        self.handed = Some(handed.clone());
-        self.finer = self.finer.map(|rung| Arc::new(Self { handed: Some(handed.finer()), ..Self::clone(&rung) }));
-        self
-    }
-
-    /// Whether another makes its runs.
-    pub(super) fn hands_over(&self) -> bool {
-        self.handed.is_some()
     }
 
     /// The same, telling another of its runs.
@@ -231,33 +223,13 @@ impl Rung {
         let plan = |(number, (run, onset)): (u64, &TimedRun)| {
             let end = onset.and_then(|onset| self.chain.comparison.end_of_run(onset, &self.scene.drive));
             let duration = end.map_or(longest, |end| end.min(longest));
-            RoundPoint { number, position: run.position.clone(), duration }
+            PlannedRun { number, position: run.position.clone(), duration }
         };
-        let plans: Vec<RoundPoint> = (first..).zip(chain).map(plan).collect();
-        match &self.handed {
-            Some(handed) => self.handed_over(handed, &plans),
-            None => self.here(plans),
-        }
-    }
-
-    /// Have runs made by another, but for those that were kept.
-    fn handed_over(&self, handed: &Handed, plans: &[RoundPoint]) -> Result<Vec<Run>, Unmade> {
-        let left: Vec<RoundPoint> = plans.iter().filter(|plan| self.found(plan).is_none()).cloned().collect();
-        let numbers: Vec<u64> = left.iter().map(|plan| plan.number).collect();
-        let made = handed.made(left)?;
-        for (number, run) in numbers.into_iter().zip(&made) {
-            self.kept.iter().try_for_each(|kept| kept.keep(number, run))?;
-        }
-        let last = plans.last().map_or(0, |plan| plan.number);
-        if !self.chain.report(last + 1) {
-            return Err(Unmade::Stopped);
-        }
-        let mut made = made.into_iter();
-        Ok(plans.iter().filter_map(|plan| self.found(plan).or_else(|| made.next())).collect())
+        self.made((first..).zip(chain).map(plan).collect())
     }
 
     /// Make runs of ascending numbers.
-    pub(super) fn here(&self, mut plans: Vec<RoundPoint>) -> Result<Vec<Run>, Unmade> {
+    fn made(&self, mut plans: Vec<PlannedRun>) -> Result<Vec<Run>, Unmade> {
         let first = plans.first().map_or(0, |plan| plan.number);
         let done = AtomicU64::new(first);
         let goes_on = || self.chain.report(done.load(Ordering::Relaxed));
@@ -280,12 +252,12 @@ impl Rung {
     }
 
     /// A run that was kept.
-    fn found(&self, plan: &RoundPoint) -> Option<Run> {
+    fn found(&self, plan: &PlannedRun) -> Option<Run> {
         self.kept.as_ref()?.found(plan.number, &plan.position).cloned()
     }
 
     /// Make runs that go together, as long as `goes_on` says so.
-    fn group(&self, plans: &[RoundPoint], goes_on: &dyn Fn() -> bool) -> Result<Vec<Run>, Unmade> {
+    fn group(&self, plans: &[PlannedRun], goes_on: &dyn Fn() -> bool) -> Result<Vec<Run>, Unmade> {
         let (longest, measurand) = (self.scene.duration, self.chain.comparison.measurand());
         let mut runs: Vec<Option<Run>> = plans.iter().map(|plan| self.found(plan)).collect();
         let mut left: Vec<(usize, f64)> = plans.iter().map(|plan| plan.duration).enumerate().collect();
@@ -293,7 +265,7 @@ impl Rung {
         while !left.is_empty() {
             let (mut scenes, mut draws) = (Vec::new(), Vec::new());
             for (index, duration) in &left {
-                let RoundPoint { number, position, .. } = &plans[*index];
+                let PlannedRun { number, position, .. } = &plans[*index];
                 let mut random = self.chain.generator(*number);
                 let variation = self.chain.variation(position, &mut random);
                 scenes.push(Scene { duration: *duration, ..varied(&self.scene, &variation) });

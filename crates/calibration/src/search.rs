@@ -147,6 +147,17 @@ impl Search {
         (runs.len() == self.batches.iter().sum::<usize>()).then_some(Self { runs, batch, ..self })
     }
 
+    /// Whether this, read back, may be what the search `fresh` became.
+    pub(crate) fn may_follow(&self, fresh: &Self) -> bool {
+        let lengths =
+            |it: &Self| [it.dimension, it.observed.len(), it.nuggets.len(), it.weights.len(), it.sensitivity.1.len()];
+        self.batches == fresh.batches
+            && self.parts == fresh.parts
+            && lengths(self) == lengths(fresh)
+            && self.batches.get(..self.batch).is_some_and(|made| made.iter().sum::<usize>() == self.runs.len())
+            && self.runs.iter().all(|run| run.is_of(self.dimension, self.observed.len()))
+    }
+
     fn propose(&self) -> Vec<Vec<f64>> {
         let count = self.batches[self.batch];
         let cloud = self.cloud(self.runs.len());

@@ -153,6 +153,17 @@ pub enum ModelError {
         /// Largest energy seen, J.
         largest_j: f64,
     },
+    /// A run that loses or makes energy: it is finite but not a solution.
+    #[error(
+        "energy balance: expected at most 10 % of the largest energy unaccounted for, found {residual_j:.3e} J of {largest_j:.3e} J; shorten \
+         `model.step` or lower `model.tolerance`, and refine the mesh"
+    )]
+    EnergyBalance {
+        /// Energy unaccounted for at the end, J.
+        residual_j: f64,
+        /// Largest energy seen, J.
+        largest_j: f64,
+    },
     /// More work than anyone waits for.
     #[error(
         "the run is estimated at {work:.1e} unknowns × steps, above the limit of {limit:.0e}; shorten `duration`, lengthen the step, take fewer \

@@ -124,7 +124,7 @@ impl Prepared {
         progress: Progress<'_>,
     ) -> Result<Response, ModelError> {
         self.refuse(scene)?;
-        match &self.rung {
+        let response = match &self.rung {
             Rung::Chain(fitted) => {
                 let still = InitialState::at_rest(scene.chain.beads.len());
                 match fitted {
@@ -138,7 +138,9 @@ impl Prepared {
             }
             Rung::Reduced { reduction, .. } => reduction.run_with(scene, motion, progress),
             Rung::Fea => FeaModel.run_with(scene, motion, progress),
-        }
+        }?;
+        response.energy.check()?;
+        Ok(response)
     }
 
     /// Refuse a scene that these bodies cannot run.
@@ -215,6 +217,7 @@ impl Prepared {
             warnings.extend(yielding::warning(&yielding::yield_forces(scene), &response.contact_force));
         }
         warnings.extend(scene.coarse_ring());
+        warnings.extend(response.energy.warning());
         warnings
     }
 

@@ -169,7 +169,7 @@ fn calibrate(
         timing.stage("prepare");
         let (work, attending) = (job.problem.work(), attendance.clone());
         let watch = Arc::new(move |done| attending.go_on(done, work));
-        let fitted = job.problem.fit(Course { bodies: bodies.as_ref(), saved: Vec::new(), watch, hand: None })?;
+        let fitted = job.problem.fit(Course { bodies: bodies.as_ref(), saved: Vec::new(), watch })?;
         timing.stage("fit");
         let attending = attendance.clone();
         let stop = Stop(Arc::new(move || attending.stops()));

@@ -12,14 +12,11 @@
 //! scale = "2 um/V"
 //! ```
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use granchain_signal::{Dimension, Quantity, QuantityError};
+use granchain_signal::{Dimension, Quantity, QuantityError, read_back::read_text};
 
 use super::{Choice, MaskError, Masking, ReadOptions, RecordKind, Sensitivity, SensitivityError, line_of, sha256};
 
@@ -246,8 +243,7 @@ impl BenchReadings {
     /// # Errors
     /// [`BenchReadingsError`] with file and line or table.
     pub fn read(path: &Path) -> Result<Self, BenchReadingsError> {
-        let text =
-            fs::read_to_string(path).map_err(|source| BenchReadingsError::Unreadable { path: path.into(), source })?;
+        let text = read_text(path).map_err(|source| BenchReadingsError::Unreadable { path: path.into(), source })?;
         let mut bench: Self = toml::from_str(&text).map_err(|error| BenchReadingsError::Form {
             path: path.into(),
             line: line_of(&text, error.span().map(|span| span.start)),
@@ -274,6 +270,8 @@ impl BenchReadings {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

@@ -2,7 +2,7 @@
 
 use granchain_signal::Dimension;
 
-use super::{MeasurementError, RecordKind, column::Column};
+use super::{MeasurementError, RecordKind, column::Column, shell::shell_word};
 
 pub(super) fn listed(names: &[String]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
@@ -67,12 +67,6 @@ pub(super) fn by_name_or_number(flag: &str, candidates: &[String], numbers: &[us
     format!("by its number, for they share a name: {}", numbers.join(" or "))
 }
 
-/// A word as a shell takes it whole.
-pub(super) fn quoted(word: &str) -> String {
-    let plain = |letter: char| letter.is_ascii_alphanumeric() || "-_./:+".contains(letter);
-    if !word.is_empty() && word.chars().all(plain) { word.into() } else { format!("'{}'", word.replace('\'', "'\\''")) }
-}
-
 pub(super) fn times(announced: usize, found: usize) -> String {
     format!("{found}, {} times as many", found / announced.max(1))
 }
@@ -98,7 +92,7 @@ impl MeasurementError {
                 match (known, share_a_name(candidates)) {
                     (false, _) => format!("{flag} NAME"),
                     (true, true) => format!("{flag} {}", numbers.first()?),
-                    (true, false) => format!("{flag} {}", quoted(candidates.first()?)),
+                    (true, false) => format!("{flag} {}", shell_word(candidates.first()?)),
                 }
             }
             Self::Volts { kind: RecordKind::Hydrophone, .. } => "--scale '250 nV/Pa'".into(),

@@ -5,8 +5,8 @@
 
 use std::{
     collections::BTreeMap,
-    fs::{File, OpenOptions},
-    io::{self, BufRead, BufReader, Seek, SeekFrom, Write},
+    fs::{self, File, OpenOptions},
+    io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
     sync::{Mutex, PoisonError},
 };
@@ -15,6 +15,9 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use thiserror::Error;
 
 use crate::seal::{sealed, unsealed};
+
+/// Longest line that is read, bytes.
+const LONGEST_LINE: u64 = 64 << 20;
 
 /// Why the log cannot be used.
 #[derive(Debug, Error)]
@@ -140,13 +143,18 @@ impl RunLog {
     /// Open or create the log; every run in it is handed on with the place of its line.
     fn scanned<T: DeserializeOwned>(path: &Path, mut found: impl FnMut(Entry<T>, u64)) -> Result<Self, RunLogError> {
         let io = |action| move |source| RunLogError::Io { action, path: path.into(), source };
+        // Opening a pipe waits for another process, and a device has no end.
+        if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
+            return Err(io("open")(io::Error::new(io::ErrorKind::InvalidData, "expected a plain file")));
+        }
         let mut file =
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(io("open"))?;
         let (mut whole, mut damaged) = (0, Vec::new());
         let (mut reader, mut line) = (BufReader::new(&file), Vec::new());
         for number in 1.. {
             line.clear();
-            let length = reader.read_until(b'\n', &mut line).map_err(io("read"))?;
+            // No line of ours is longer: what is left of one, and what comes after it, is dropped like a torn line.
+            let length = reader.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line).map_err(io("read"))?;
             if line.pop_if(|last| *last == b'\n').is_none() {
                 break;
             }
@@ -197,8 +205,6 @@ impl RunLog {
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
-
     use super::*;
 
     #[test]
@@ -257,6 +263,20 @@ mod tests {
         let (log, runs) = RunLog::open::<f64>(&path).unwrap();
         assert_eq!(runs, BTreeMap::from([(0, 0.1), (2, 1.0 / 3.0)]));
         assert!(log.damage().is_some_and(|told| told.contains("runs.jsonl:2:")));
+    }
+
+    #[test]
+    fn a_line_without_end_is_dropped_without_being_held() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("runs.jsonl");
+        let (log, _) = RunLog::open::<f64>(&path).unwrap();
+        log.keep(0, &0.1).unwrap();
+        let whole = fs::metadata(&path).unwrap().len();
+        // Sparse: more than any memory holds.
+        File::options().write(true).open(&path).unwrap().set_len(1 << 40).unwrap();
+        let (_, runs) = RunLog::open::<f64>(&path).unwrap();
+        assert_eq!((runs.len(), fs::metadata(&path).unwrap().len()), (1, whole));
+        assert!(RunLog::open::<f64>(place.path()).unwrap_err().to_string().contains("expected a plain file"));
     }
 
     #[test]

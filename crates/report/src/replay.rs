@@ -33,7 +33,9 @@ pub struct ReplayReport<'a> {
     /// The observed velocity as the instrument sees it.
     pub seen: &'a Series,
     /// What was measured of it.
-    pub features: &'a Features,
+    pub features: Option<&'a Features>,
+    /// Drive frequency of the scene, Hz.
+    pub drive_frequency: f64,
     /// Figures besides, with their names.
     pub others: Vec<(&'static str, Figure)>,
     /// Mean, scatter and sensitivity as a table in plain text, where they were asked for.
@@ -53,19 +55,20 @@ impl ReplayReport<'_> {
 
     fn page(self) -> Result<Page, ReportError> {
         let Self { response, seen, features, .. } = self;
-        let mut plates: Vec<Plate> =
-            figures(response, seen, features)?.into_iter().map(|(name, figure)| Plate::new(name, figure)).collect();
-        let spectrum = plates.split_off(plates.len() - 1);
-        let chain = plates.split_off(1);
-        let heard = plates.into_iter().map(|plate| plate.heard(features.drive_frequency_hz)).collect();
-        let mut blocks = vec![Block::Facts(self.facts), Block::Plates(heard), Block::Heading("The chain".into())];
+        let drive_frequency = features.map_or(self.drive_frequency, |features| features.drive_frequency_hz);
+        let heard = Plate::new("response", response_figure(response, seen)).heard(drive_frequency);
+        let chain = chain_figure(response, drive_frequency).map(|figure| Plate::new("chain", figure));
+        let mut blocks = vec![Block::Facts(self.facts), Block::Plates(vec![heard]), Block::Heading("The chain".into())];
         blocks.extend(Motion::of(response, self.bead_diameter, self.has_support).map(Block::Motion));
-        blocks.push(Block::Plates(chain));
-        blocks.extend([
-            Block::Heading("Spectrum".into()),
-            Block::Plates(spectrum),
-            Block::Table(lines_table(features)),
-        ]);
+        blocks.push(Block::Plates(chain.into_iter().collect()));
+        if let Some(features) = features {
+            let spectrum = Plate::new("spectrum", spectrum_figure(response.observed, seen, features)?);
+            blocks.extend([
+                Block::Heading("Spectrum".into()),
+                Block::Plates(vec![spectrum]),
+                Block::Table(lines_table(features)),
+            ]);
+        }
         if !self.others.is_empty() {
             blocks.push(Block::Heading("Besides".into()));
             let plates = self.others.into_iter().map(|(name, figure)| Plate::new(name, figure));

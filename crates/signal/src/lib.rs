@@ -12,6 +12,7 @@ mod filter;
 mod kernel;
 pub mod number;
 mod quantity;
+pub mod read_back;
 mod repair;
 mod resample;
 mod series;

@@ -19,9 +19,6 @@ pub trait Divided: Sync {
     /// Runs of a point.
     fn runs_of(&self, point: usize) -> usize;
 
-    /// A point to be timed, and how many times as long the longest takes.
-    fn sample(&self) -> (usize, f64);
-
     /// Points that are shown and timed together, in order: their name and number.
     fn stages(&self) -> Vec<(&'static str, usize)> {
         vec![("run", self.points())]

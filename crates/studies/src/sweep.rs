@@ -11,14 +11,14 @@ use std::{
 };
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
 use thiserror::Error;
 
 use super::{
     bodies::Bodies,
     ensemble::{self, EnsembleOutcome, EnsemblePlan},
     grid::Grid,
-    observation::{self, Heard, Observation},
+    observation::{self, Heard, Observation, watched},
 };
 use granchain_model::{ModelError, scene::Scene};
 use granchain_record::run_log::{RunIndex, RunLog, RunLogError};
@@ -30,6 +30,7 @@ pub enum Run {
     /// It ran and was measured.
     Finished {
         /// The watched numbers of the accurate run.
+        #[serde(deserialize_with = "whole_observation")]
         observation: Observation,
         /// What was heard in the water, where there is any.
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -37,6 +38,7 @@ pub enum Run {
         /// The energy ledger's residual over the largest energy seen, 1.
         energy_residual: f64,
         /// Mean, scatter and sensitivity, where asked for.
+        #[serde(deserialize_with = "whole_ensemble")]
         ensemble: Option<EnsembleOutcome>,
     },
     /// It did not.
@@ -44,6 +46,29 @@ pub enum Run {
         /// Why.
         reason: String,
     },
+}
+
+/// Watched numbers read back: one for each that is watched.
+fn whole_observation<'de, D: Deserializer<'de>>(source: D) -> Result<Observation, D::Error> {
+    let observation = Observation::deserialize(source)?;
+    let [found, expected] = [observation.0.len(), watched().len()];
+    if found == expected {
+        Ok(observation)
+    } else {
+        Err(D::Error::custom(format!("expected {expected} watched numbers, found {found}")))
+    }
+}
+
+/// Spreads read back: one for each number that is watched.
+fn whole_ensemble<'de, D: Deserializer<'de>>(source: D) -> Result<Option<EnsembleOutcome>, D::Error> {
+    let ensemble = Option::<EnsembleOutcome>::deserialize(source)?;
+    let (found, expected) = (ensemble.as_ref().map(|ensemble| ensemble.spreads.len()), watched().len());
+    match found {
+        Some(found) if found != expected => {
+            Err(D::Error::custom(format!("expected {expected} spreads, found {found}")))
+        }
+        _ => Ok(ensemble),
+    }
 }
 
 /// Why there is no sweep.

@@ -131,11 +131,6 @@ impl<V: Varied> Divided for Study<V> {
         self.plan.members
     }
 
-    fn sample(&self) -> (usize, f64) {
-        // The longest chain comes last, and a force is as good as another.
-        (self.settings.len() - 1, 1.0)
-    }
-
     fn part(&self, part: Range<usize>, watch: &dyn Watch) -> Result<Vec<TrendPoint>, StudyError> {
         let settings = self.settings.len();
         part.map(|number| self.point(&LAWS[number / settings], &self.settings[number % settings], watch)).collect()

@@ -349,11 +349,6 @@ impl Divided for Study {
         drives * self.plan.members
     }
 
-    fn sample(&self) -> (usize, f64) {
-        // A soft baffle is the only one whose elements are stepped.
-        (combinations().iter().position(|own| own.baffle == "soft").unwrap_or(0), 1.0)
-    }
-
     fn part(&self, part: Range<usize>, watch: &dyn Watch) -> Result<Vec<Vec<Cell>>, StudyError> {
         let (combinations, tips) = (combinations(), self.tips());
         let point = |point: usize| match (combinations.get(point), point.checked_sub(combinations.len() + 1)) {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{ConfirmChoice, Job, alpha_sweep::AlphaSweep, ended, manifest, page, rounds::Rounds};
+use super::{ConfirmChoice, Job, alpha_sweep::AlphaSweep, ended, manifest, page};
 use crate::{
     calibration::{Course, Fitted, fingerprints, ladder::SavedFit, outcome::CalibrationOutcome},
     cli::{arguments::Session, forecast::Forecast, interrupt, progress, summary, timing::Timing},
@@ -43,17 +43,11 @@ pub struct Files {
     pub files: report::page::Files,
 }
 
-/// Fit every candidate from where it was saved, the runs of the model that answers by `rounds` where there are such.
+/// Fit every candidate from where it was saved.
 ///
 /// # Errors
 /// Bodies that cannot be made ready; Ctrl-C; a candidate that cannot be fitted.
-pub fn fitted(
-    job: &Job,
-    saved: Vec<SavedFit>,
-    rounds: Option<&Rounds>,
-    session: &Session,
-    timing: &mut Timing,
-) -> anyhow::Result<Fitted> {
+pub fn fitted(job: &Job, saved: Vec<SavedFit>, session: &Session, timing: &mut Timing) -> anyhow::Result<Fitted> {
     let problem = &job.problem;
     let bodies = problem.bodies(session.cache().as_ref())?;
     if let Some(warning) = bodies.as_ref().and_then(|bodies| bodies.prepared.warning()) {
@@ -67,9 +61,7 @@ pub fn fitted(
         forecast.at(done as f64 / work);
         !interrupt::requested()
     });
-    let together = bodies.as_ref().map_or(1, |bodies| bodies.prepared.together());
-    let hand = rounds.map(|rounds| rounds.hand(problem, together));
-    let fitted = problem.fit(Course { bodies: bodies.as_ref(), saved, watch, hand }).map_err(ended)?;
+    let fitted = problem.fit(Course { bodies: bodies.as_ref(), saved, watch }).map_err(ended)?;
     bar.finish_and_clear();
     for warning in &fitted.warnings {
         session.note(format_args!("warning: {warning}"));

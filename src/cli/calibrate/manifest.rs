@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::Job;
 use crate::{
     calibration::{drive::Input, outcome::InputDigest, problem::Problem, shot::Shot},
-    cli::shell_word,
-    measurement::sha256,
+    cli::without,
+    measurement::{sha256, shell_line},
     model::vector_unit,
     report::page::Files,
 };
@@ -22,7 +22,7 @@ pub const PUBLISHED: &str = "features.toml";
 
 /// Arguments that cannot change a result and have no value, and those that have one.
 const SILENT: [&str; 5] = ["--resume", "--quiet", "--json", "--force", "--strict"];
-const SILENT_WITH_VALUE: [&str; 5] = ["--threads", "--out", "--cache", "--on", "--chunk"];
+const SILENT_WITH_VALUE: [&str; 3] = ["--threads", "--out", "--cache"];
 
 /// `manifest.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -58,25 +58,14 @@ impl Manifest {
 
 /// The arguments without what cannot change a result: threads, verbosity, cache, resuming, where results go.
 pub fn typed(arguments: impl Iterator<Item = String>) -> Vec<String> {
-    let (mut kept, mut skip, mut named) = (Vec::new(), false, false);
-    for argument in arguments {
-        if std::mem::take(&mut skip) || (argument == "calibrate" && !std::mem::replace(&mut named, true)) {
-            continue;
-        }
-        let name = argument.split('=').next().unwrap_or_default();
-        if SILENT_WITH_VALUE.contains(&name) {
-            skip = !argument.contains('=');
-        } else if !SILENT.contains(&name) {
-            kept.push(argument);
-        }
-    }
-    kept
+    let mut named = false;
+    let kept = without(arguments, &SILENT, &SILENT_WITH_VALUE).into_iter();
+    kept.filter(|word| word != "calibrate" || std::mem::replace(&mut named, true)).collect()
 }
 
 /// The command line that makes it again, as reports show it.
 pub fn command_line(arguments: &[String]) -> String {
-    let shown = arguments.iter().map(|word| shell_word(word));
-    std::iter::once("granchain calibrate".to_owned()).chain(shown).collect::<Vec<_>>().join(" ")
+    shell_line(["granchain", "calibrate"].into_iter().chain(arguments.iter().map(String::as_str)))
 }
 
 fn inputs(job: &Job) -> anyhow::Result<BTreeMap<String, InputDigest>> {

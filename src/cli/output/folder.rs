@@ -11,11 +11,15 @@ use super::{
     list::{LIST, List, Standing, digest, digest_of_file, entries, files_below, is_plain},
     sync_folder,
     work::{
-        BOTH, DROPPED, PART, RESULTS, STATE, beside, instant, lock, partial, put_back, random, remove, remove_all,
-        rename, replace, sweep,
+        BOTH, DROPPED, PART, RESULTS, STATE, beside, instant, lock, partial, put_back, random, refuse_links, remove,
+        remove_all, rename, replace, sweep,
     },
     write_atomically, written_atomically,
 };
+use crate::measurement::read_back::{SMALL, read_back};
+
+/// Longest name of a target, bytes: of `.NAME.partial-RANDOM` file systems take 255.
+const LONGEST_NAME: usize = 230;
 
 /// Name of the file in a state that says which command it is of.
 const COMMAND: &str = "command";
@@ -101,7 +105,8 @@ impl OutputFolder {
     /// everything as it was.
     ///
     /// # Errors
-    /// As [`stage`](Self::stage), and when there is something to resume but no `resume`, or the other way round, or that of another command.
+    /// As [`stage`](Self::stage), and when there is something to resume but no `resume`, or the other way round, or that of another command;
+    /// a symbolic link at the folder or anywhere in it.
     pub fn resumable(
         target: &Path,
         names: &[&str],
@@ -114,6 +119,7 @@ impl OutputFolder {
         standing.refuse_other_kind(&target, force, names)?;
         standing.refuse(&target, force, names.iter().copied())?;
         let work = beside(&target, "unfinished");
+        refuse_links(&work)?;
         if resume && !work.exists() {
             let stands = if standing.ours.is_empty() { None } else { Some(relative(&target)) };
             return Err(OutputError::NothingToResume { path: work, stands });
@@ -129,6 +135,7 @@ impl OutputFolder {
         fs::create_dir_all(&work).map_err(OutputError::io("create the folder", &work))?;
         let Some(lock) = lock(&work)? else { return Err(OutputError::InUse { path: work }) };
         // Another run may have worked there until now.
+        refuse_links(&work)?;
         refuse()?;
         sweep(&target);
         put_back(&work, &target)?;
@@ -386,7 +393,7 @@ fn is_saved(state: &Path) -> Result<bool, OutputError> {
 /// Refuse the state of another command.
 fn same_command(state: &Path, command: &'static str) -> Result<(), OutputError> {
     let path = state.join(COMMAND);
-    let found = match fs::read(&path) {
+    let found = match read_back(&path, SMALL) {
         Ok(found) => String::from_utf8_lossy(&found).trim_end().chars().take(80).collect(),
         Err(error) if error.kind() == io::ErrorKind::NotFound => "an unknown command".to_owned(),
         Err(source) => return Err(OutputError::io("read", &path)(source)),
@@ -420,7 +427,11 @@ fn relative(path: &Path) -> PathBuf {
 fn absolute(target: &Path) -> Result<PathBuf, OutputError> {
     let path = if target.exists() { fs::canonicalize(target) } else { std::path::absolute(target) }
         .map_err(OutputError::io("find", target))?;
-    if path.file_name().is_none() { Err(OutputError::Root { path }) } else { Ok(path) }
+    match path.file_name().map(|name| name.len()) {
+        None => Err(OutputError::Root { path }),
+        Some(found) if found > LONGEST_NAME => Err(OutputError::LongName { path, most: LONGEST_NAME, found }),
+        Some(_) => Ok(path),
+    }
 }
 
 fn create_parents(target: &Path) -> Result<Vec<PathBuf>, OutputError> {

@@ -19,7 +19,11 @@ use sha2::{Digest, Sha256};
 use super::{COMMON, OutputError};
 use crate::{
     cli::timing,
-    measurement::{hexadecimal, sha256},
+    measurement::{
+        hexadecimal,
+        read_back::{SMALL, read_back},
+        sha256,
+    },
 };
 
 /// Name of the list in a finished folder.
@@ -31,8 +35,8 @@ const FORM: &str = "# granchain: files of this folder, form 2";
 /// In place of a digest: the file carries its own.
 const SEALED: &str = "sealed";
 
-/// No list of ours is longer, bytes: a hundred thousand files with long names.
-const LONGEST: u64 = 32 << 20;
+/// Largest result, bytes: none larger is hashed to see whether it is ours.
+const LARGEST: u64 = 64 << 30;
 
 /// Names of files, each with the digests it may have.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -65,7 +69,7 @@ impl List {
     fn is_as_written(&self, folder: &Path, name: &str) -> Result<Option<bool>, OutputError> {
         let Some(digests) = self.0.get(name).filter(|digests| !digests.is_empty()) else { return Ok(None) };
         let path = folder.join(name);
-        let plain = fs::symlink_metadata(&path).is_ok_and(|file| file.is_file());
+        let plain = fs::symlink_metadata(&path).is_ok_and(|file| file.is_file() && file.len() <= LARGEST);
         Ok(Some(plain && digests.contains(&digest_of_file(name, &path)?)))
     }
 
@@ -86,10 +90,9 @@ impl List {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
             Err(source) => return Err(OutputError::io("read", &path)(source)),
             Ok(file) if !file.is_file() => return Err(damaged(1, "no plain file")),
-            Ok(file) if file.len() > LONGEST => return Err(damaged(1, "a file far too long")),
             Ok(_) => {}
         }
-        let bytes = fs::read(&path).map_err(OutputError::io("read", &path))?;
+        let bytes = read_back(&path, SMALL).map_err(OutputError::io("read", &path))?;
         let text = String::from_utf8(bytes).map_err(|_| damaged(1, "bytes that are no text"))?;
         // Not `lines`, which takes `\r` for part of the end.
         let lines = || text.split_terminator('\n');
@@ -206,6 +209,13 @@ pub fn is_altered(file: &Path) -> Result<bool, OutputError> {
     Ok(List::read(folder)?.is_as_written(folder, name)? == Some(false))
 }
 
+/// The list of files with these names and digests, as it stands in a folder.
+pub fn list_text(files: impl Iterator<Item = (String, String)>) -> String {
+    let mut list = List::default();
+    files.for_each(|(name, digest)| list.add(name, digest));
+    list.text()
+}
+
 /// What the list says of a file with these bytes.
 pub fn digest(name: &str, bytes: &[u8]) -> String {
     if name == timing::FILE && timing::is_as_sealed(bytes) == Some(true) {
@@ -218,7 +228,7 @@ pub fn digest(name: &str, bytes: &[u8]) -> String {
 pub fn digest_of_file(name: &str, path: &Path) -> Result<String, OutputError> {
     let read = || {
         if name == timing::FILE {
-            return Ok(digest(name, &fs::read(path)?));
+            return Ok(digest(name, &read_back(path, SMALL)?));
         }
         let (mut file, mut digest, mut part) = (fs::File::open(path)?, Sha256::new(), vec![0; 1 << 16]);
         loop {

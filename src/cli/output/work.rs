@@ -52,10 +52,31 @@ pub fn partial(target: &Path) -> Result<(PathBuf, fs::File), OutputError> {
     Err(OutputError::InUse { path: target.into() })
 }
 
+/// Refuse a symbolic link at `path` or anywhere below it: it could lead the run to files that are not ours.
+///
+/// # Errors
+/// [`OutputError::Link`]; a folder that cannot be read.
+pub fn refuse_links(path: &Path) -> Result<(), OutputError> {
+    match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        Err(source) => Err(OutputError::io("read", path)(source)),
+        Ok(found) if found.is_symlink() => Err(OutputError::Link { path: path.into() }),
+        Ok(found) if found.is_dir() => entries(path)?.iter().try_for_each(|path| refuse_links(path)),
+        Ok(_) => Ok(()),
+    }
+}
+
 /// Lock a work folder; `None` where another process has it, or has just taken it away.
 pub fn lock(work: &Path) -> Result<Option<fs::File>, OutputError> {
     let path = work.join(LOCK);
-    let file = match fs::File::options().create(true).truncate(false).write(true).open(&path) {
+    let mut options = fs::File::options();
+    options.create(true).truncate(false).write(true);
+    #[cfg(any(target_os = "linux", target_vendor = "apple"))]
+    {
+        use std::os::unix::fs::OpenOptionsExt;
+        options.custom_flags(rustix::fs::OFlags::NOFOLLOW.bits().cast_signed());
+    }
+    let file = match options.open(&path) {
         Ok(file) => file,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(OutputError::io("create", &path)(source)),
@@ -126,6 +147,7 @@ pub fn sweep(target: &Path) {
             let _ = fs::remove_dir(work);
         } else if work.join(LOCK).is_file()
             && found.iter().all(is_known)
+            && refuse_links(work).is_ok()
             && let Ok(Some(_held)) = lock(work)
         {
             let _ = put_back(work, target).and_then(|()| remove(work));

@@ -23,6 +23,7 @@ use crate::{
         progress, summary,
     },
     measurement::{
+        read_back::{LARGE, SMALL, read_back},
         seal::{sealed, unsealed},
         sha256,
     },
@@ -182,12 +183,18 @@ impl<'a> Analysis<'a> {
             if is_saved(folder) {
                 same_plan(&place, &plan)?;
                 let state = folder.state_path().join(CHECKPOINT);
-                let bytes = std::fs::read(&state).with_context(|| format!("{}: cannot be read", state.display()))?;
+                let bytes = read_back(&state, LARGE).with_context(|| format!("{}: cannot be read", state.display()))?;
                 let of_ours =
                     || format!("{}: no saved state of this program; start anew with --force", state.display());
                 let saved: Checkpoint =
                     serde_json::from_slice(unsealed(&bytes).with_context(of_ours)?).with_context(of_ours)?;
                 simulation.restore(saved.simulation, &identity)?;
+                if !saved.peak.fits(simulation.arrangement()) {
+                    bail!(
+                        "{}: its largest contact force is of no contact of the scene; start over with --force",
+                        state.display()
+                    );
+                }
                 (peak, written) = (saved.peak, saved.frames);
                 session.note(format_args!("resumed at {}", engineering(simulation.time(), "s", 4)));
             } else {
@@ -229,14 +236,18 @@ impl<'a> Analysis<'a> {
         let outcome = self.advance(&bar);
         bar.finish_and_clear();
         outcome?;
+        let response = self.simulation.response();
+        response.energy.check()?;
         self.animate()?;
+        let mut warnings = self.simulation.warnings();
+        warnings.extend(response.energy.warning());
         let stages = self.simulation.profile().stages();
         Ok(Finished {
             peak: self.folder.and_then(|_| self.peak.stress(self.simulation.arrangement())),
             summary: self.summary(),
-            warnings: self.simulation.warnings(),
+            warnings,
             stages: stages.iter().map(|(name, time)| (*name, time.as_secs_f64())).collect(),
-            response: self.simulation.response(),
+            response,
         })
     }
 
@@ -280,7 +291,7 @@ impl<'a> Analysis<'a> {
         let names: Vec<PathBuf> = (0..=self.taken() / steps).map(|number| folder.join(picture_name(number))).collect();
         let mut frames = Vec::with_capacity(names.len());
         for (number, path) in names.iter().enumerate() {
-            let picture = std::fs::read(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+            let picture = read_back(path, LARGE).with_context(|| format!("{}: cannot be read", path.display()))?;
             frames.push((number as f64 * self.interval, picture));
         }
         Ok(write_atomically(&folder.join(ANIMATION), raster.svg(&frames).as_bytes())?)
@@ -353,8 +364,14 @@ impl Analysis<'_> {
             }
         }
         for (name, digest) in &self.written {
+            if Path::new(name).file_name() != Some(name.as_ref()) {
+                bail!(
+                    "the saved state names a frame `{}`, which is no file name; start over with --force",
+                    name.escape_debug()
+                );
+            }
             let path = folder.join(name);
-            let frame = std::fs::read(&path)
+            let frame = read_back(&path, LARGE)
                 .with_context(|| format!("{}: cannot be read; start anew with --force", path.display()))?;
             if sha256(&frame) != *digest {
                 bail!("{}: altered or damaged since it was written; start anew with --force", path.display());
@@ -454,7 +471,7 @@ fn plan_of(scene: &Scene, meshes: &[Input], frame: Option<usize>, animation: boo
 }
 
 fn same_plan(path: &Path, plan: &[u8]) -> anyhow::Result<()> {
-    if std::fs::read(path).unwrap_or_default() == plan {
+    if read_back(path, SMALL).unwrap_or_default() == plan {
         return Ok(());
     }
     bail!(

@@ -26,6 +26,13 @@ pub fn check(inputs: &BTreeMap<String, InputDigest>, also: &BTreeMap<String, Str
     for (role, input) in inputs {
         let place = format!("{}: inputs.{role}", manifest::FILE);
         let path = PathBuf::from(&input.path);
+        if !path.is_file() && input.path.contains(char::REPLACEMENT_CHARACTER) {
+            bail!(
+                "{place}.path: the name of the file, {}, was not UTF-8 text, and the manifest cannot name it; give the file a name in UTF-8 and \
+                 calibrate again",
+                input.path
+            );
+        }
         if !path.is_file() {
             bail!(
                 "{place}.path: expected the file {}, found none; run in the folder that this path is relative to, or name a folder with the files \

@@ -6,7 +6,6 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     fmt::Write as _,
-    fs,
     path::{Path, PathBuf},
 };
 
@@ -34,11 +33,14 @@ use crate::{
             files::{self, Files, Stop},
             manifest::{self, Manifest},
         },
-        output::{LIST, files_below},
+        output::{LIST, digest, files_below, list_text},
         summary,
         timing::{self, Timing},
     },
-    measurement::sha256,
+    measurement::{
+        read_back::{LARGE, SMALL, read_back},
+        sha256,
+    },
     model::vector_unit,
     report::{number::significant, page},
 };
@@ -133,6 +135,9 @@ pub fn execute(arguments: &Arguments, session: &Session) -> anyhow::Result<Outco
         provide(&manifest, &stored, arguments.inputs.as_deref(), place.path())?;
         verify(&manifest, &stored, arguments.whole, &session, &mut verification)?;
     }
+    if verification.differences.is_empty() {
+        verification.differences = list_differences(&verification.folder, &stored, &manifest)?;
+    }
     verification.verified = verification.differences.is_empty();
     session.result(text(&verification), &verification)?;
     Ok(if verification.verified { Outcome::Done } else { Outcome::Broken })
@@ -158,7 +163,7 @@ fn read_manifest(folder: &Path) -> anyhow::Result<Manifest> {
         }
     }
     let path = folder.join(manifest::FILE);
-    let bytes = fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    let bytes = read_back(&path, LARGE).with_context(|| format!("{}: cannot be read", path.display()))?;
     serde_json::from_slice(&bytes)
         .with_context(|| format!("{}: expected a manifest; the file was altered", path.display()))
 }
@@ -170,7 +175,7 @@ fn read(folder: &Path, manifest: &Manifest) -> anyhow::Result<Stored> {
     for name in files_below(folder)?.into_iter().filter(|name| name != LIST) {
         if manifest.files.contains_key(&name) || own.contains(&name.as_str()) {
             let path = folder.join(&name);
-            let bytes = fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+            let bytes = read_back(&path, LARGE).with_context(|| format!("{}: cannot be read", path.display()))?;
             stored.files.insert(name, bytes);
         } else {
             stored.unknown.push(name);
@@ -204,6 +209,28 @@ fn shown_command_line(page: &str) -> Option<String> {
         .iter()
         .fold(line.to_owned(), |line, (escaped, letter)| line.replace(escaped, letter));
     Some(format!("granchain calibrate{plain}"))
+}
+
+/// Where the folder's list is another one than that of its files; a folder may have been copied without it.
+fn list_differences(
+    folder: &Path,
+    stored: &BTreeMap<String, Vec<u8>>,
+    manifest: &Manifest,
+) -> anyhow::Result<Vec<Difference>> {
+    let path = folder.join(LIST);
+    if std::fs::symlink_metadata(&path).is_err() {
+        return Ok(Vec::new());
+    }
+    let mut found = read_back(&path, SMALL).with_context(|| format!("{}: cannot be read", path.display()))?;
+    if !stored.contains_key(timing::FILE) {
+        // Not in the manifest; a folder may be passed on without it.
+        let lines = found.split_inclusive(|byte| *byte == b'\n');
+        found = lines.filter(|line| !line.ends_with(b"  timing.json\n")).collect::<Vec<_>>().concat();
+    }
+    let gone = manifest.files.iter().filter(|(name, _)| !stored.contains_key(*name));
+    let there = stored.iter().map(|(name, bytes)| (name.clone(), digest(name, bytes)));
+    let expected = list_text(there.chain(gone.map(|(name, digest)| (name.clone(), digest.clone()))));
+    Ok(differences(LIST, expected.as_bytes(), &found, None))
 }
 
 /// The session, good in any folder.
@@ -262,7 +289,7 @@ fn verify(
     let taken = as_told && !whole;
     let saved: Vec<SavedFit> = if taken { saved(&job, fingerprints::from_csv(&names, runs)?)? } else { Vec::new() };
     let mut timing = Timing::start();
-    let fitted = files::fitted(&job, saved, None, &session, &mut timing)?;
+    let fitted = files::fitted(&job, saved, &session, &mut timing)?;
     let rounds = verification.rounded.is_some();
     let again = if taken { make_again(&fitted.made, &names, rounds, &mut verification.differences) } else { 0 };
     let same = match (verification.differences.is_empty(), rounds) {

@@ -14,6 +14,7 @@ use crate::{
         progress, study, summary,
         timing::Timing,
     },
+    measurement::shell_word,
     model::ModelError,
     report::{
         effects::{EffectsReport, sentences},
@@ -86,7 +87,7 @@ pub fn execute(session: &Session, arguments: &Arguments, scene: &Scene) -> anyho
     timing.stage("measure");
     let advice = accuracy.map(|target| advise(&costs.effects, target));
     let text = table(&effects, &costs, advice.as_ref())?;
-    let mut command_line = format!("granchain scene explain {name}{} --measure", study::set_flags(set));
+    let mut command_line = format!("granchain scene explain {}{} --measure", shell_word(name), study::set_flags(set));
     if let Some(target) = accuracy {
         write!(command_line, " --accuracy {}%", significant(100.0 * target, 3))?;
     }

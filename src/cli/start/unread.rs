@@ -2,9 +2,10 @@
 
 use std::{fmt, path::Path};
 
-use shell_words::quote;
-
-use crate::{cli::reading::DriveUnread, measurement::MeasurementError};
+use crate::{
+    cli::reading::DriveUnread,
+    measurement::{MeasurementError, shell_word},
+};
 
 /// Why the records cannot be read, and the flags that would settle all of it, with values of a usual bench.
 #[derive(Debug)]
@@ -65,7 +66,7 @@ impl Unread {
                 unread.flags = unread.flags.replace(&first, &second);
             }
             let other = if first_is_horn { first } else { second };
-            let quoted = quote(&other);
+            let quoted = shell_word(&other);
             unread.messages.push(format!(
                 "`{other}`: if it is the horn's tip, its channel too is to be named; leave --drive-column away if it is something else"
             ));

@@ -11,9 +11,9 @@ use crate::{
     cli::{
         Outcome,
         arguments::{OutputArguments, Session},
-        batch::{self, Divisible, Kept},
         interrupt::{self, Interrupted},
         output::{OutputFolder, page_results},
+        parts::{self, Divisible, Parts},
         progress, summary,
         timing::Timing,
     },
@@ -156,20 +156,16 @@ impl<S: Shown> Divisible for Whole<S> {
         }))
     }
 
-    fn sample(&self) -> (usize, f64) {
-        self.study.sample()
-    }
-
     fn run(&self, part: Range<usize>) -> anyhow::Result<Vec<Value>> {
         let bar = self.bar(part.clone());
         let points = self.study.part(part, &bar);
         bar.0.finish_and_clear();
-        batch::values(&stopped(points)?)
+        parts::values(&stopped(points)?)
     }
 
-    fn finish(self: Box<Self>, kept: &Kept<'_>) -> anyhow::Result<Outcome> {
+    fn finish(self: Box<Self>, parts: &Parts) -> anyhow::Result<Outcome> {
         let folder = self.staged()?;
-        self.conclude(kept.all()?, folder)
+        self.conclude(parts.all()?, folder)
     }
 }
 

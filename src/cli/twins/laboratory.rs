@@ -15,9 +15,9 @@ use crate::{
     cli::{
         Outcome,
         arguments::{OutputArguments, Session, usage},
-        batch::{self, Divisible, Kept},
         interrupt,
         output::OutputFolder,
+        parts::{self, Divisible, Parts},
         progress, summary,
         timing::{self, Timing},
     },
@@ -144,12 +144,12 @@ impl Divisible for Study {
     }
 
     fn run(&self, part: Range<usize>) -> anyhow::Result<Vec<Value>> {
-        batch::values(&self.outcomes(part, None)?)
+        parts::values(&self.outcomes(part, None)?)
     }
 
-    fn finish(self: Box<Self>, kept: &Kept<'_>) -> anyhow::Result<Outcome> {
+    fn finish(self: Box<Self>, parts: &Parts) -> anyhow::Result<Outcome> {
         let folder = staged(&self.output, "laboratory.json")?;
-        self.conclude(&kept.all()?, folder)
+        self.conclude(&parts.all()?, folder)
     }
 }
 

@@ -10,9 +10,9 @@ use crate::{
     cli::{
         Outcome,
         arguments::{OutputArguments, Session},
-        batch::{self, Divisible, Kept},
         interrupt,
         output::OutputFolder,
+        parts::{self, Divisible, Parts},
         progress, summary,
         timing::{self, Timing},
     },
@@ -118,12 +118,12 @@ impl Divisible for Study {
     }
 
     fn run(&self, part: Range<usize>) -> anyhow::Result<Vec<Value>> {
-        batch::values(&self.outcomes(part.start as u64..part.end as u64)?)
+        parts::values(&self.outcomes(part.start as u64..part.end as u64)?)
     }
 
-    fn finish(self: Box<Self>, kept: &Kept<'_>) -> anyhow::Result<Outcome> {
+    fn finish(self: Box<Self>, parts: &Parts) -> anyhow::Result<Outcome> {
         let folder = staged(&self.output, "twins.json")?;
-        self.conclude(&kept.all()?, folder)
+        self.conclude(&parts.all()?, folder)
     }
 }
 

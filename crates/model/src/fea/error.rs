@@ -180,4 +180,9 @@ pub enum FeaError {
         /// What the state says.
         found: String,
     },
+    /// A saved state that contradicts itself.
+    #[error(
+        "the saved state has series, contacts or a number of steps that its analysis cannot have; start over with --force"
+    )]
+    ImpossibleState,
 }

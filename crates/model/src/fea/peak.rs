@@ -74,6 +74,12 @@ impl Peak {
         });
     }
 
+    /// Whether what is kept is of a contact of these bodies.
+    #[must_use]
+    pub fn fits(&self, arrangement: &Arrangement) -> bool {
+        self.kept.as_ref().is_none_or(|kept| kept.contact < arrangement.contacts.len())
+    }
+
     /// The stress of the two bodies at that instant; none if nothing ever pressed.
     #[must_use]
     pub fn stress(&self, arrangement: &Arrangement) -> Option<PeakStress> {

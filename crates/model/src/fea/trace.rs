@@ -147,6 +147,17 @@ impl Trace {
         }
     }
 
+    /// Whether this is the trace of the same run as `other`, after so many steps.
+    pub(super) fn is_of(&self, other: &Self, steps: usize) -> bool {
+        let samples = steps / self.sampling.steps_per_sample.max(1) + 1;
+        let columns = |trace: &Self| [&trace.displacement, &trace.velocity, &trace.force, &trace.radius].map(Vec::len);
+        let all = [&self.displacement, &self.velocity, &self.force, &self.radius].into_iter().flatten();
+        self.sampling == other.sampling
+            && columns(self) == columns(other)
+            && all.chain([&self.piston]).all(|column| column.len() == samples)
+            && self.pole.len() == steps + 1
+    }
+
     /// Follow the far pole by one step.
     pub fn follow(&mut self, watched: &Watched, motion: &Motion) {
         let last = watched.centres.len();

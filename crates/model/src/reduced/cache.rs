@@ -27,7 +27,7 @@ use crate::{
     scene::{FlatContact, Material, Scene, Support},
     vector_unit,
 };
-use granchain_signal::{hexadecimal, sha256};
+use granchain_signal::{hexadecimal, read_back::read_back, sha256};
 
 /// Raise it when anything changes that the numbers of a [`Reduction`] follow from; the version of the program does so with a release.
 const GENERATION: u32 = 3;
@@ -194,7 +194,7 @@ fn used(path: &Path) {
 
 /// The file's content if it is whole and of that key.
 fn read<T: DeserializeOwned>(path: &Path, header: &str, key: &str) -> Option<T> {
-    let text = fs::read_to_string(path).ok()?;
+    let text = String::from_utf8(read_back(path, LARGEST).ok()?).ok()?;
     let (found, body) = text.split_once('\n')?;
     if found != format!("{header} {key} {}", sha256(body.as_bytes())) {
         return None;

@@ -16,6 +16,8 @@ use serde::{Deserialize, Serialize};
 
 use granchain_signal::Series;
 
+use crate::ModelError;
+
 /// Everything a run produced, unfiltered, positive from piston to support, all series on one time grid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Response {
@@ -152,4 +154,63 @@ pub struct EnergyLedger {
     pub residual_j: f64,
     /// Largest total energy seen, J: what the residual is to be held against.
     pub largest_j: f64,
+}
+
+/// Share of the largest energy that a run may leave unaccounted for without a warning, 1.
+pub const SMALL_RESIDUAL: f64 = 0.01;
+
+/// Share of the largest energy above which what is unaccounted for makes a run an error, 1.
+pub const LARGEST_RESIDUAL: f64 = 0.1;
+
+impl EnergyLedger {
+    /// Energy unaccounted for over the largest energy, 1; 0 where nothing moved.
+    #[must_use]
+    pub fn residual_share(&self) -> f64 {
+        if self.largest_j > 0.0 { self.residual_j / self.largest_j } else { 0.0 }
+    }
+
+    /// What a reader must know of a residual above [`SMALL_RESIDUAL`].
+    #[must_use]
+    pub fn warning(&self) -> Option<String> {
+        let share = self.residual_share();
+        (share.abs() > SMALL_RESIDUAL).then(|| {
+            let (percent, what) = (100.0 * share.abs(), if share > 0.0 { "is lost" } else { "comes from nowhere" });
+            format!(
+                "{percent:.1} % of the largest energy {what} in the integration: expected at most {:.0} %; shorten `model.step` or lower `model.tolerance`, \
+                 and refine the mesh, until the peaks stay the same",
+                100.0 * SMALL_RESIDUAL
+            )
+        })
+    }
+
+    /// Refuse a residual above [`LARGEST_RESIDUAL`].
+    ///
+    /// # Errors
+    /// [`ModelError::EnergyBalance`].
+    pub fn check(&self) -> Result<(), ModelError> {
+        if self.residual_share().abs() <= LARGEST_RESIDUAL {
+            return Ok(());
+        }
+        Err(ModelError::EnergyBalance { residual_j: self.residual_j, largest_j: self.largest_j })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_balance_open_by_a_hundredth_is_warned_of_and_by_a_tenth_refused() {
+        let open = |residual_j| EnergyLedger { residual_j, largest_j: 2.0, ..EnergyLedger::default() };
+        assert_eq!(
+            (open(0.02).warning(), open(-0.02).warning(), EnergyLedger::default().warning()),
+            (None, None, None)
+        );
+        assert!(open(0.03).warning().is_some_and(|warning| warning.starts_with("1.5 % of the largest energy is lost")));
+        assert!(open(-0.03).warning().is_some_and(|warning| warning.contains("comes from nowhere")));
+        assert!(open(0.2).check().is_ok() && open(-0.2).check().is_ok() && EnergyLedger::default().check().is_ok());
+        for residual in [0.21, -0.21, 5.0] {
+            assert!(matches!(open(residual).check(), Err(ModelError::EnergyBalance { .. })));
+        }
+    }
 }

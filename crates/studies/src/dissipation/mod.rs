@@ -333,11 +333,6 @@ impl Divided for Study {
         }
     }
 
-    fn sample(&self) -> (usize, f64) {
-        let most = (0..self.points()).map(|point| self.runs_of(point)).max().unwrap_or(1);
-        (0, most as f64 / self.runs_of(0) as f64)
-    }
-
     fn part(&self, part: Range<usize>, watch: &dyn Watch) -> Result<Vec<DissipationPoint>, StudyError> {
         let mut reference = Vec::new();
         if part.contains(&0) {

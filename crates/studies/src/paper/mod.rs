@@ -405,12 +405,6 @@ impl Divided for Study {
         self.runs_in(self.work()[point])
     }
 
-    fn sample(&self) -> (usize, f64) {
-        let runs: Vec<usize> = self.work().into_iter().map(|work| self.runs_in(work)).collect();
-        let law = rigid::models(self.plan.fea).count();
-        (law, 1.0_f64.max(runs[law + LAWS.len()] as f64 / runs[law] as f64))
-    }
-
     fn stages(&self) -> Vec<(&'static str, usize)> {
         self.stages_of_work().into_iter().map(|(name, work)| (name, work.len())).collect()
     }

@@ -52,7 +52,7 @@ impl Simulation<'_> {
     /// Go on from a saved state: the run then ends in the same bytes as if it had never stopped.
     ///
     /// # Errors
-    /// [`FeaError::OtherState`] when the state is of another analysis.
+    /// [`FeaError::OtherState`] when the state is of another analysis, [`FeaError::ImpossibleState`] when it can be of none.
     pub fn restore(&mut self, snapshot: Snapshot, identity: &str) -> Result<(), FeaError> {
         if self.wet.is_some() {
             return Err(FeaError::WaterNotKept);
@@ -62,6 +62,15 @@ impl Simulation<'_> {
         let fits = snapshot.identity == identity
             && points(&snapshot.contacts) == points(&self.contacts)
             && snapshot.horn.is_some() == self.horn.is_some();
+        let whole = |contact: &ContactState| contact.gaps.len() == contact.forces.len();
+        if fits
+            && (snapshot.taken > self.sampling.steps()
+                || !snapshot.trace.is_of(&self.trace, snapshot.taken)
+                || !snapshot.contacts.iter().all(whole)
+                || snapshot.ledger.channels.is_some() != self.ledger.channels.is_some())
+        {
+            return Err(FeaError::ImpossibleState);
+        }
         if !fits || !self.motion.restore(&snapshot.motion) {
             return Err(FeaError::OtherState { expected: identity.into(), found: snapshot.identity });
         }

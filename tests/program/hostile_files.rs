@@ -1,0 +1,259 @@
+//! Files that the program reads back, made by a stranger: without end, of any size, with a right seal around what cannot be.
+
+#![cfg(unix)]
+
+use std::{
+    fs,
+    os::unix::fs::symlink,
+    path::Path,
+    process::{Command, Output, Stdio},
+    time::{Duration, Instant},
+};
+
+use granchain::measurement::seal::{sealed, unsealed};
+use serde_json::{Value, json};
+
+use crate::{
+    calibrate_bench::Bench,
+    harness::{code, granchain, stderr},
+};
+
+const SWEEP: [&str; 7] = ["sweep", "--scene", "rigid", "--set", "duration=100us", "--vary", "alpha=0.5,0.7"];
+const ANALYSIS: [&str; 12] = [
+    "replay",
+    "--scene",
+    "rigid",
+    "--model",
+    "fea",
+    "--set",
+    "model.mesh_density=3",
+    "--set",
+    "duration=20us",
+    "--fields",
+    "10us",
+    "--animation",
+];
+
+/// Run to the end, which must come within a minute.
+fn ended(mut command: Command) -> Output {
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let patience = Instant::now() + Duration::from_secs(60);
+    while child.try_wait().unwrap().is_none() {
+        if Instant::now() > patience {
+            child.kill().unwrap();
+            panic!("{command:?} did not end");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.wait_with_output().unwrap()
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_granchain"));
+    command.current_dir(folder).env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR")).args(arguments);
+    ended(command)
+}
+
+fn refused(output: &Output, expected: &[&str]) {
+    let error = stderr(output);
+    assert_eq!(code(output), 1, "{error}");
+    assert!(expected.iter().all(|text| error.contains(text)), "{expected:?}: {error}");
+}
+
+/// A file of 1 TiB that takes no room.
+fn endless(path: &Path) {
+    fs::File::options().create(true).truncate(false).write(true).open(path).unwrap().set_len(1 << 40).unwrap();
+}
+
+#[test]
+fn files_of_a_calibration_without_end_are_refused_before_they_are_read() {
+    let bench = Bench::new();
+    bench.add_horn_tip();
+    let output = bench.calibrate(&["--out", "fresh", "--quiet"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let files = [
+        "calibration.json",
+        "manifest.json",
+        "fingerprints.csv",
+        "report.md",
+        "report.html",
+        "timing.json",
+        ".granchain",
+    ];
+    for name in files {
+        let path = bench.path("fresh").join(name);
+        let whole = fs::read(&path).unwrap();
+        for link in [true, false] {
+            if link {
+                fs::remove_file(&path).unwrap();
+                symlink("/dev/zero", &path).unwrap();
+            } else {
+                endless(&path);
+            }
+            refused(&ended(bench.granchain(&["report", "verify", "fresh", "--cache", "none"])), &[name]);
+            if name == "calibration.json" {
+                let replay = ["replay", "--calibration", "fresh", "--scene", "rigid", "--set", "duration=60us"];
+                refused(&ended(bench.granchain(&replay)), &[name, "expected a plain file of at most"]);
+            }
+            // A later calibration looks whose folder it is, and at what stands there.
+            refused(&ended(bench.command(&["--out", "fresh", "--quiet"])), &[name]);
+            fs::remove_file(&path).unwrap();
+            fs::write(&path, &whole).unwrap();
+        }
+    }
+}
+
+/// A run that has everything but its place, which a stranger's folders take.
+fn unfinished(command: &[&str]) -> tempfile::TempDir {
+    let place = tempfile::tempdir().unwrap();
+    for figure in ["sweep.svg", "von_mises.svg"] {
+        fs::create_dir_all(place.path().join("out").join(figure)).unwrap();
+        fs::write(place.path().join("out").join(figure).join("mine"), "").unwrap();
+    }
+    let output = run(place.path(), &[command, &["--out", "out", "--force"]].concat());
+    refused(&output, &["the finished results are kept", ".out.unfinished"]);
+    fs::remove_dir_all(place.path().join("out")).unwrap();
+    place
+}
+
+fn resumed(place: &Path, command: &[&str]) -> Output {
+    run(place, &[command, &["--out", "out", "--resume"]].concat())
+}
+
+#[test]
+fn states_without_end_are_refused_before_they_are_read() {
+    for (command, names) in
+        [(&SWEEP[..], &["command", "plan.json"][..]), (&ANALYSIS, &["command", "plan.json", "checkpoint.json"])]
+    {
+        let place = unfinished(command);
+        let state = place.path().join(".out.unfinished/state");
+        for name in names {
+            let whole = fs::read(state.join(name)).unwrap();
+            endless(&state.join(name));
+            refused(&resumed(place.path(), command), &[".out.unfinished"]);
+            fs::write(state.join(name), &whole).unwrap();
+        }
+        if command[0] == "sweep" {
+            endless(&state.join("runs.jsonl"));
+        }
+        let output = resumed(place.path(), command);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+    }
+}
+
+/// The JSON in a sealed file, changed and sealed again.
+fn forge(path: &Path, whole: &[u8], change: impl FnOnce(&mut Value)) {
+    let mut value: Value = serde_json::from_slice(unsealed(whole).unwrap()).unwrap();
+    change(&mut value);
+    fs::write(path, sealed(&serde_json::to_vec(&value).unwrap())).unwrap();
+}
+
+#[test]
+fn runs_with_a_right_seal_and_too_few_numbers_are_run_again() {
+    let command = [&SWEEP[..], &["--ensemble", "2"]].concat();
+    let place = unfinished(&command);
+    let whole = run(place.path(), &[&command[..], &["--out", "whole"]].concat());
+    assert_eq!(code(&whole), 0, "{}", stderr(&whole));
+    let log = place.path().join(".out.unfinished/state/runs.jsonl");
+    let before = fs::read(&log).unwrap();
+    let forged: Vec<u8> = before
+        .split(|byte| *byte == b'\n')
+        .filter(|line| !line.is_empty())
+        .enumerate()
+        .flat_map(|(number, line)| {
+            let mut value: Value = serde_json::from_slice(unsealed(line).unwrap()).unwrap();
+            let finished = &mut value["run"]["finished"];
+            if number == 0 {
+                finished["observation"] = json!([]);
+            } else {
+                finished["ensemble"]["spreads"] = json!([]);
+            }
+            [sealed(&serde_json::to_vec(&value).unwrap()), vec![b'\n']].concat()
+        })
+        .collect();
+    fs::write(&log, forged).unwrap();
+    let output = resumed(place.path(), &command);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(stderr(&output).contains("runs.jsonl:1, 2: altered or damaged"), "{}", stderr(&output));
+    for name in ["sweep.csv", "sweep.json", "report.html"] {
+        assert!(
+            fs::read(place.path().join("out").join(name)).unwrap()
+                == fs::read(place.path().join("whole").join(name)).unwrap()
+        );
+    }
+    // The same in a part.
+    let part = [&SWEEP[..], &["--part", "1/1", "--out", "1.part"]].concat();
+    assert_eq!(granchain(place.path(), &part).0, 0);
+    let path = place.path().join("1.part");
+    let whole = fs::read(&path).unwrap();
+    forge(&path, &whole, |file| file["runs"][0]["finished"]["observation"] = json!([]));
+    let merged = run(place.path(), &["merge", "1.part", "--out", "merged"]);
+    refused(&merged, &["1.part: expected runs of its command", "watched numbers, found 0"]);
+}
+
+#[test]
+fn searches_with_a_right_seal_that_cannot_be_are_refused() {
+    let bench = Bench::new();
+    // The figures have no place, so that the state stays.
+    fs::create_dir(bench.path("out")).unwrap();
+    bench.write("out/figures", "mine");
+    let output = ended(bench.command(&["--out", "out", "--force"]));
+    refused(&output, &["the finished results are kept", ".out.unfinished"]);
+    let path = bench.path(".out.unfinished/state/linear.json");
+    let whole = fs::read(&path).unwrap();
+    let finished = |search: &Value| {
+        let runs = search["runs"].as_array().unwrap();
+        runs.iter().position(|run| run["outcome"].get("Ok").is_some()).unwrap()
+    };
+    let changes: [&dyn Fn(&mut Value); 9] = [
+        &|search| {
+            let run = finished(search);
+            search["runs"][run]["outcome"]["Ok"] = json!([]);
+        },
+        &|search| search["runs"][0]["position"] = json!([]),
+        &|search| search["runs"] = json!([]),
+        &|search| search["observed"] = json!([]),
+        &|search| search["weights"] = json!([]),
+        &|search| search["nuggets"] = json!([]),
+        &|search| search["parts"] = json!([]),
+        &|search| search["batch"] = json!(1_u64 << 31),
+        &|search| search["batches"] = json!([1_u64 << 60]),
+    ];
+    for change in changes {
+        forge(&path, &whole, |state| change(&mut state["search"]));
+        let output = ended(bench.command(&["--out", "out", "--force", "--resume"]));
+        refused(&output, &["linear.json", "numbers of them that it cannot have", "--force"]);
+    }
+    fs::remove_file(bench.path("out/figures")).unwrap();
+    fs::write(&path, &whole).unwrap();
+    let output = ended(bench.command(&["--out", "out", "--resume"]));
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+}
+
+/// A change of a saved state, and what is to be said of it.
+type Change<'a> = (&'a dyn Fn(&mut Value), &'a str);
+
+#[test]
+fn analyses_with_a_right_seal_that_cannot_be_are_refused() {
+    let place = unfinished(&ANALYSIS);
+    let path = place.path().join(".out.unfinished/state/checkpoint.json");
+    let whole = fs::read(&path).unwrap();
+    let impossible = "series, contacts or a number of steps that its analysis cannot have";
+    let changes: [Change; 9] = [
+        (&|state| state["simulation"]["taken"] = json!(1_u64 << 31), impossible),
+        (&|state| state["simulation"]["taken"] = json!(u64::MAX), impossible),
+        (&|state| drop(state["simulation"]["trace"]["displacement"].as_array_mut().unwrap().pop()), impossible),
+        (&|state| state["simulation"]["trace"]["force"][0] = json!([]), impossible),
+        (&|state| drop(state["simulation"]["trace"]["pole"].as_array_mut().unwrap().pop()), impossible),
+        (&|state| state["simulation"]["trace"]["sampling"]["samples"] = json!(3), impossible),
+        (&|state| state["simulation"]["contacts"][0]["gaps"] = json!([]), impossible),
+        (&|state| state["peak"]["kept"]["contact"] = json!(99), "is of no contact of the scene"),
+        (&|state| state["frames"]["/dev/zero"] = json!("0"), "is no file name"),
+    ];
+    for (change, expected) in changes {
+        forge(&path, &whole, change);
+        refused(&resumed(place.path(), &ANALYSIS), &[expected, "--force"]);
+    }
+    fs::write(&path, &whole).unwrap();
+    assert_eq!(code(&resumed(place.path(), &ANALYSIS)), 0);
+}
