@@ -188,6 +188,7 @@ fn recording(scene: &Scene, bandwidth: Option<f64>) -> Recording {
         quiet: 0,
         clipped: [None; 2],
         begins_late: false,
+        masked: vec![],
     }
 }
 
