@@ -62,6 +62,8 @@ pub struct Comparison {
     pub sampling: f64,
     /// Spectral density of the noise every run is given, one-sided, (m/s)²/Hz or Pa²/Hz.
     pub noise_density: f64,
+    /// Density of the 1/f part of that noise times the frequency, (m/s)² or Pa².
+    pub flicker: f64,
     /// How runs are reduced.
     pub reduction: Reduction,
     /// Features z₀ to be met.
@@ -108,6 +110,7 @@ impl From<Observation> for Comparison {
             masked: observation.masked,
             sampling: observation.sampling,
             noise_density: observation.noise_density,
+            flicker: observation.flicker,
             weights: vec![1.0; observation.features.len()],
             reduction: Reduction::Fingerprint(observation.fingerprint),
             features: observation.features,
@@ -130,6 +133,7 @@ impl From<Printed> for Comparison {
             masked: vec![],
             sampling: 0.0,
             noise_density: 0.0,
+            flicker: 0.0,
             features: printed.targets(),
             nuggets: printed.nuggets(),
             weights: vec![1.0; printed.statements().len()],
@@ -172,6 +176,7 @@ impl Comparison {
         Some(Self {
             features: self.features.iter().enumerate().map(scaled).collect(),
             noise_density: factor * factor * self.noise_density,
+            flicker: factor * factor * self.flicker,
             clipped: self.clipped.map(|limit| limit.map(|limit| factor * limit)),
             reduction: Reduction::Fingerprint(fingerprint.clone().scaled(factor)),
             ..self.clone()

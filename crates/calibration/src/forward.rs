@@ -21,7 +21,7 @@ use granchain_model::{
     chain::{FiniteBodyLaws, ensemble::Variation},
     scene::Scene,
 };
-use granchain_signal::{LowPass, Series, feature::fingerprint::SAMPLES_PER_CYCLE};
+use granchain_signal::{FlickerSource, LowPass, Series, feature::fingerprint::SAMPLES_PER_CYCLE};
 
 /// Runs integrated side by side.
 const LANES: usize = 8;
@@ -404,6 +404,12 @@ impl Forward {
                 let draw: f64 = StandardNormal.sample(random);
                 *value += self.noise_rms * draw;
             }
+        }
+        if self.comparison.flicker > 0.0 {
+            let lowest = 0.5 / (trace.step * trace.len() as f64);
+            let mut draw = || -> f64 { StandardNormal.sample(random) };
+            let mut source = FlickerSource::new(self.comparison.flicker, trace.step, lowest, &mut draw);
+            trace.values.iter_mut().for_each(|value| *value += source.next(&mut draw));
         }
         clip(&mut trace.values, self.comparison.clipped);
         let begun = self.comparison.begun(self.filtered(&trace), &self.scene.drive, random);

@@ -5,7 +5,7 @@ use thiserror::Error;
 use granchain_model::scene::Drive;
 use granchain_record::{Record, RecordKind};
 use granchain_signal::{
-    CausalShape, Gap, LowPass, Resampler, Series,
+    CausalShape, Gap, LowPass, NoiseSpectrum, Resampler, Series,
     feature::{
         Measurand,
         fingerprint::{FeatureSet, Fingerprint, FingerprintError, Placed, SAMPLES_PER_CYCLE},
@@ -161,6 +161,12 @@ impl Recording {
         self.bandwidth.map(|bandwidth| Passband::stated(bandwidth, MIDDLE))
     }
 
+    /// The spectrum of its noise, where the quiet samples show a 1/f part.
+    fn flicker(&self) -> Option<NoiseSpectrum> {
+        NoiseSpectrum::of(&self.signal.values[..self.quiet.min(self.signal.len())], self.signal.step)
+            .filter(|spectrum| spectrum.flicker > 0.0)
+    }
+
     /// One-sided density of its noise in what is compared, given the signal below `cutoff` (Hz): white up to half the sample rate, as that of a
     /// converter; up to the bandwidth, as that which a decoder shapes; in between, as the quiet samples have it.
     fn noise_density(&self, filtered: &[f64], cutoff: f64) -> f64 {
@@ -237,6 +243,8 @@ pub struct Observation {
     pub clipped: [Option<f64>; 2],
     /// Spectral density of the record's noise, one-sided, (m/s)²/Hz or Pa²/Hz.
     pub noise_density: f64,
+    /// Density of the 1/f part of its noise times the frequency, (m/s)² or Pa²; 0 where there is none.
+    pub flicker: f64,
     /// How traces are reduced.
     pub fingerprint: Fingerprint,
     /// Features z₀ of the record.
@@ -267,12 +275,15 @@ impl Observation {
         let rate = signal.sample_rate();
         let cutoff = f64::min(0.42 * rate, highest_cutoff(drive_frequency));
         let filtered = LowPass::new(signal.step, signal.len(), cutoff).apply(&signal.values);
-        let noise_density = recording.noise_density(&filtered, cutoff);
+        let (noise_density, flicker) = match recording.flicker() {
+            Some(NoiseSpectrum { white, flicker }) => (white, flicker),
+            None => (recording.noise_density(&filtered, cutoff), 0.0),
+        };
         let step = 1.0 / (drive_frequency * SAMPLES_PER_CYCLE as f64);
         let count = ((signal.end() - signal.start) / step).floor() as usize + 1;
         let resampler = Resampler::interpolating(signal.start, signal.step, signal.len(), signal.start, step, count);
         let trace = resampler.series(&filtered);
-        let noise = (noise_density * cutoff).sqrt();
+        let noise = NoiseSpectrum { white: noise_density, flicker }.variance(0.1 * drive_frequency, cutoff).sqrt();
         let peak = trace.peak();
         let threshold =
             onset_threshold(&trace, noise).ok_or(ObservationError::NoisyOnset { measurand, noise, peak })?;
@@ -357,6 +368,7 @@ impl Observation {
             bandwidth,
             clipped,
             noise_density,
+            flicker,
             fingerprint,
             features,
             nuggets,
