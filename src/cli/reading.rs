@@ -87,6 +87,10 @@ macro_rules! channel_arguments {
             /// Function of a universal file, or segment of a file with several; from 1
             #[arg(id = concat!($prefix, "dataset"), long = concat!($prefix, "dataset"), value_name = "N", help_heading = $heading)]
             pub dataset: Option<usize>,
+            /// Number of shots that the record is the mean of, as an oscilloscope stores that averages
+            #[arg(id = concat!($prefix, "averages"), long = concat!($prefix, "averages"), value_name = "N", help_heading = $heading,
+                value_parser = clap::value_parser!(u32).range(1..=100_000))]
+            pub averages: Option<u32>,
             /// Samples that are masked: auto, none, or stretches of the file's time axis such as 12.1us:13.4us,50us:51us
             #[arg(id = concat!($prefix, "mask"), long = concat!($prefix, "mask"), value_name = "STRETCHES", default_value = "auto",
                 value_parser = mask, help_heading = $heading)]
@@ -118,6 +122,7 @@ macro_rules! channel_arguments {
                     resample: self.resample,
                     dataset: self.dataset,
                     mask: self.mask.clone(),
+                    averages: self.averages.map(|count| count as usize),
                 }
             }
         }

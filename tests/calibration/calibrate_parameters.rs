@@ -189,6 +189,7 @@ fn recording(scene: &Scene, bandwidth: Option<f64>) -> Recording {
         clipped: [None; 2],
         begins_late: false,
         masked: vec![],
+        averages: 1,
     }
 }
 

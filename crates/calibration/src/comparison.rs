@@ -64,6 +64,8 @@ pub struct Comparison {
     pub noise_density: f64,
     /// Density of the 1/f part of that noise times the frequency, (m/s)² or Pa².
     pub flicker: f64,
+    /// Number of shots that the record is the mean of.
+    pub averages: usize,
     /// How runs are reduced.
     pub reduction: Reduction,
     /// Features z₀ to be met.
@@ -111,6 +113,7 @@ impl From<Observation> for Comparison {
             sampling: observation.sampling,
             noise_density: observation.noise_density,
             flicker: observation.flicker,
+            averages: observation.averages,
             weights: vec![1.0; observation.features.len()],
             reduction: Reduction::Fingerprint(observation.fingerprint),
             features: observation.features,
@@ -134,6 +137,7 @@ impl From<Printed> for Comparison {
             sampling: 0.0,
             noise_density: 0.0,
             flicker: 0.0,
+            averages: 1,
             features: printed.targets(),
             nuggets: printed.nuggets(),
             weights: vec![1.0; printed.statements().len()],

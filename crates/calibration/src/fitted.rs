@@ -363,7 +363,12 @@ impl Fitted {
         let (fit, lead) = (&best.fit, problem.lead());
         let mut statements = statement::statements(fit);
         statements.extend(statement::together(fit, &problem.labels()));
-        statements.extend(lead.bench.drive.as_ref().and_then(|_| statement::recorded_drive(fit)));
+        statements.extend(match (&lead.bench.drive, lead.measured.features()) {
+            (Some(_), _) => statement::recorded_drive(fit),
+            // Published features come with the drive of their scene.
+            (None, Some(_)) => None,
+            (None, None) => statement::assumed_drive(fit, best.candidate.scene()),
+        });
         statements.extend(statement::widened(fit, &self.best_made().runs));
         statements.extend(lead.measured.features().into_iter().flat_map(|it| statement::printed(fit, &it.printed)));
         let laws: Vec<FitOutcome> = self.ranked().into_iter().map(|fitted| fitted.outcome(problem)).collect();

@@ -133,6 +133,20 @@ pub(crate) type TimedRun = (Run, Option<f64>);
 /// Called with the number of runs finished, again and again; returning `false`, and from then on always, stops the search: the batch in hand is dropped.
 pub type Watch = dyn Fn(u64) -> bool + Send + Sync;
 
+/// Most shots that a mean is simulated of: the mean of more differs little from it.
+const MOST_SHOTS: usize = 16;
+
+/// Largest standard deviation of the trigger from shot to shot, s.
+const JITTER: f64 = 0.3e-6;
+
+/// Sample `index` of a trace that comes `late` samples later, by a straight line between two.
+fn shifted(trace: &Series, index: usize, late: f64) -> f64 {
+    let place = (index as f64 - late).clamp(0.0, (trace.len() - 1) as f64);
+    let (whole, part) = (place.floor() as usize, place.fract());
+    let next = trace.values[(whole + 1).min(trace.len() - 1)];
+    (1.0 - part) * trace.values[whole] + part * next
+}
+
 /// Bandwidth over the highest frequency that is compared, from which even a slow decoder takes less than 5 % of it.
 const UNFELT: f64 = 4.0;
 
@@ -279,6 +293,10 @@ impl Forward {
                     return positions.iter().map(|at| (stopped(at), None)).collect();
                 }
                 let number = first + (chunk * LANES) as u64;
+                if self.comparison.averages > 1 {
+                    let lanes = positions.iter().zip(number..);
+                    return lanes.map(|(at, number)| self.averaged(at, &mut self.generator(number))).collect();
+                }
                 let mut generators: Vec<ChaCha8Rng> =
                     (0..positions.len()).map(|lane| self.generator(number + lane as u64)).collect();
                 let variations: Vec<Variation> =
@@ -293,6 +311,39 @@ impl Forward {
             })
             .collect();
         chunks.into_iter().flatten().collect()
+    }
+
+    /// One run as an instrument stores it that averages: the mean of several shots, each with gaps and a trigger of its own.
+    fn averaged(&self, at: &[f64], random: &mut ChaCha8Rng) -> TimedRun {
+        let (first, roughness, drawn) = self.drawn(at, random);
+        let jitter = JITTER * random.random::<f64>();
+        let mut shots = vec![first.clone()];
+        shots.resize_with(self.comparison.averages.min(MOST_SHOTS), || {
+            let mut shot = first.clone();
+            for (offset, known) in shot.gap_offsets.iter_mut().zip(&drawn) {
+                let draw: f64 = StandardNormal.sample(random);
+                *offset += roughness * (draw.abs() - known);
+            }
+            shot
+        });
+        let mut mean: Option<Series> = None;
+        for trace in shots.chunks(LANES).flat_map(|shots| self.engine.run(shots)) {
+            let trace = match trace {
+                Ok(trace) => trace,
+                Err(error) => return self.finish(at, Err(error), random),
+            };
+            let draw: f64 = StandardNormal.sample(random);
+            let late = jitter * draw / trace.step;
+            match &mut mean {
+                None => mean = Some(trace),
+                Some(mean) => {
+                    mean.values.iter_mut().enumerate().for_each(|(i, value)| *value += shifted(&trace, i, late))
+                }
+            }
+        }
+        let count = shots.len() as f64;
+        let mean = mean.map_or_else(|| Series::new(0.0, 1.0, vec![]), |mean| mean.map(|value| value / count));
+        self.finish(at, Ok(mean), random)
     }
 
     /// Tell whoever watches how many runs are done; whether to go on.
@@ -310,6 +361,11 @@ impl Forward {
 
     /// A point of the box under nuisances drawn from `random`.
     pub(super) fn variation(&self, at: &[f64], random: &mut ChaCha8Rng) -> Variation {
+        self.drawn(at, random).0
+    }
+
+    /// The same with the scale of its gaps, m, and what was drawn of each, over that scale.
+    fn drawn(&self, at: &[f64], random: &mut ChaCha8Rng) -> (Variation, f64, Vec<f64>) {
         let mut variation = self.base.clone();
         for (parameter, &u) in self.parameters.iter().zip(at) {
             parameter.vary(&self.scene, &mut variation, parameter.value(u));
@@ -319,9 +375,11 @@ impl Forward {
         variation.amplitude_scale *= 1.0 + drive * random.random_range(-1.0..1.0);
         let rougher: f64 = StandardNormal.sample(random);
         let roughness = gap * (gap_scale * rougher).exp();
+        let mut drawn = Vec::with_capacity(variation.gap_offsets.len());
         for offset in &mut variation.gap_offsets {
             let draw: f64 = StandardNormal.sample(random);
             *offset += roughness * draw.abs();
+            drawn.push(draw.abs());
         }
         let mut normal = || -> f64 { StandardNormal.sample(random) };
         // What is fitted is not drawn; an error of the baseline is a gap.
@@ -341,7 +399,7 @@ impl Forward {
         if droop > 0.0 {
             variation.amplitude_scale /= 1.0 - droop * random.random::<f64>();
         }
-        variation
+        (variation, roughness, drawn)
     }
 
     /// What further runs of the bench would be, and what the instrument would let through of each: `count` points drawn from a posterior, each under

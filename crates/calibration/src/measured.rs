@@ -99,6 +99,9 @@ impl Measured {
         if let Some(text) = drive.and_then(|drive| swapped(&record, drive)) {
             record.warnings.insert(0, text);
         }
+        if record.kind == RecordKind::Vibrometer {
+            refuse_other_drive(&record, scene.drive.frequency)?;
+        }
         let begins_late = drive.is_some_and(|drive| matches!(drive.motion.begins, Beginning::Inside { .. }));
         let recording = Recording::of(&record, begins_late);
         let observation = Observation::new(&recording, &scene.drive, set)
@@ -202,6 +205,32 @@ fn without_tail(record: &mut Record, scene: &Scene) -> Option<String> {
         1e3 * end,
         1e3 * until
     ))
+}
+
+/// Largest denominator of a fraction of the drive at which a chain has lines of its own.
+const DENOMINATOR: u32 = 4;
+/// Distance of a line from those fractions and their multiples that is none, over the drive frequency.
+const OFF_FRACTION: f64 = 0.02;
+/// Share of the strongest line that the drive's own lines have at least.
+const OWN_SHARE: f64 = 0.25;
+
+/// Refuse a record whose strongest line is none of the drive's, where the lines of the drive are weak beside it: another drive made it.
+fn refuse_other_drive(record: &Record, frequency: f64) -> Result<(), Refusal> {
+    let Ok(window) = Window::of_trace(&record.series, frequency) else { return Ok(()) };
+    let Some(found) = record.strongest_line() else { return Ok(()) };
+    let ratio = found / frequency;
+    let off = |q: u32| (ratio - (ratio * f64::from(q)).round() / f64::from(q)).abs();
+    if (1..=DENOMINATOR).any(|q| off(q) < OFF_FRACTION) {
+        return Ok(());
+    }
+    let amplitude = |f: f64| line_amplitude(&record.series, window, f);
+    let lines = [1.0 / 3.0, 0.5, 2.0 / 3.0, 1.0, 1.5, 2.0];
+    let own = lines.into_iter().map(|line| amplitude(line * frequency)).fold(0.0, f64::max);
+    let share = own / amplitude(found).max(f64::MIN_POSITIVE);
+    if share < OWN_SHARE {
+        return Err(Refusal::OtherDrive { path: record.path.clone(), frequency, found, share });
+    }
+    Ok(())
 }
 
 /// Share of a horn's velocity at the drive frequency, at least: it hardly moves otherwise.

@@ -67,6 +67,8 @@ pub struct Recording {
     pub begins_late: bool,
     /// Stretches without valid samples, bridged in `signal`.
     pub masked: Vec<Gap>,
+    /// Number of shots that it is the mean of.
+    pub averages: usize,
 }
 
 /// What an instrument passes.
@@ -152,6 +154,7 @@ impl Recording {
             clipped: record.clipped,
             begins_late,
             masked: record.masked.iter().map(|masked| masked.gap).collect(),
+            averages: record.averages,
         }
     }
 
@@ -245,6 +248,8 @@ pub struct Observation {
     pub noise_density: f64,
     /// Density of the 1/f part of its noise times the frequency, (m/s)² or Pa²; 0 where there is none.
     pub flicker: f64,
+    /// Number of shots that the record is the mean of.
+    pub averages: usize,
     /// How traces are reduced.
     pub fingerprint: Fingerprint,
     /// Features z₀ of the record.
@@ -369,6 +374,7 @@ impl Observation {
             clipped,
             noise_density,
             flicker,
+            averages: recording.averages,
             fingerprint,
             features,
             nuggets,
@@ -407,6 +413,7 @@ mod tests {
             clipped: [None; 2],
             begins_late: false,
             masked: vec![],
+            averages: 1,
         }
     }
 

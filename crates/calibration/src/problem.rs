@@ -207,6 +207,11 @@ impl Problem {
         assumptions.extend(hydrophone(quantity, scene));
         let lead = asked[0].measured(plan, scene, &mut assumptions)?;
         let read: Vec<(Measured, Comparison)> = std::iter::once(lead).chain(further).collect();
+        if let (Some(model), Some(averages)) =
+            (above.last(), read.iter().map(|(_, comparison)| comparison.averages).find(|averages| *averages > 1))
+        {
+            return Err(Contradiction::AveragesAbove { averages, model: model.name() }.into());
+        }
         refuse_twice(&read.iter().map(|(measured, _)| measured).collect::<Vec<_>>())?;
         let shots = asked.into_iter().zip(read).zip(uncertainties);
         let shots: Vec<Shot> = shots

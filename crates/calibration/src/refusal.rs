@@ -46,6 +46,16 @@ pub enum Contradiction {
     /// Gap and precompression.
     #[error(transparent)]
     Parameters(ParameterError),
+    /// The mean of several shots above the chain.
+    #[error(
+        "the record is the mean of {averages} shots, which is simulated on the chain only, and the scene's model is `{model}`: pass --model chain"
+    )]
+    AveragesAbove {
+        /// How many.
+        averages: usize,
+        /// The model.
+        model: &'static str,
+    },
     /// No parameter.
     #[error("nothing is left to fit; drop --alpha or name a parameter with --fit")]
     NothingFitted,
@@ -222,6 +232,22 @@ pub enum Refusal {
         path: PathBuf,
         /// Why.
         source: ObservationError,
+    },
+    /// A record of another drive.
+    #[error(
+        "{}: expected the lines of a drive at {:.4} kHz, its fractions and multiples, found the strongest line at {:.4} kHz and at most {:.0} % of it \
+         at {:.4} kHz, its fractions and its double; name the horn record of this experiment with --drive, or the frequency of its drive with \
+         --drive-frequency", path.display(), frequency / 1e3, found / 1e3, 100.0 * share, frequency / 1e3
+    )]
+    OtherDrive {
+        /// The file.
+        path: PathBuf,
+        /// Drive frequency that is simulated, Hz.
+        frequency: f64,
+        /// Strongest line of the record, Hz.
+        found: f64,
+        /// Largest of the drive's lines over that.
+        share: f64,
     },
     /// Records at different frequencies.
     #[error(transparent)]

@@ -8,6 +8,8 @@ use super::{
     parameter::{Parameter, Target},
     printed::Printed,
 };
+use granchain_model::scene::Scene;
+use granchain_signal::number::engineering;
 
 /// |correlation| from which two parameters lie on a ridge.
 const RIDGE: f64 = 0.7;
@@ -140,6 +142,20 @@ pub fn recorded_drive(fit: &Fit) -> Option<String> {
         "alpha is the factor between the recorded motion of the horn and that which acts on the chain: 1 if the sensitivities of both records are \
          right and the horn's face moves as its recorded point."
             .to_owned()
+    })
+}
+
+/// What α is relative to where no horn was recorded, said wherever it is fitted.
+#[must_use]
+pub fn assumed_drive(fit: &Fit, scene: &Scene) -> Option<String> {
+    let fitted = fit.parameters.iter().any(|it| it.name == "alpha");
+    fitted.then(|| {
+        format!(
+            "No horn record: alpha is relative to the scene's own drive of {} at {}, which may not be that of the experiment. Name the horn's record \
+             with --drive.",
+            engineering(scene.drive.amplitude, "m", 3),
+            engineering(scene.drive.frequency, "Hz", 4)
+        )
     })
 }
 

@@ -16,6 +16,8 @@ pub(super) struct Stated {
     pub pretrigger: Option<f64>,
     /// Drive frequency, Hz.
     pub drive_frequency: Option<f64>,
+    /// Number of shots that the record is the mean of.
+    pub averages: Option<usize>,
     /// Sensitivity of the decoder or hydrophone.
     pub sensitivity: Option<Sensitivity>,
     /// Comments whose key is known and whose value is not understood.
@@ -25,6 +27,9 @@ pub(super) struct Stated {
 /// Keys of a sensitivity.
 const SENSITIVITIES: [&str; 5] =
     ["sensitivity", "scale", "hydrophone_sensitivity", "decoder_sensitivity", "vibrometer_sensitivity"];
+
+/// Keys of a number of averages.
+const AVERAGES: [&str; 4] = ["averages", "average", "number_of_averages", "average_count"];
 
 /// The quantity without the remark that may follow it: `1.5 MHz (invented)`, `1.5 MHz, −6 dB`.
 fn plain(text: &str) -> &str {
@@ -42,6 +47,13 @@ pub(super) fn stated(comments: &[String]) -> Stated {
             match Sensitivity::parse(plain(value)) {
                 Ok(sensitivity) => stated.sensitivity = Some(sensitivity),
                 Err(_) => stated.puzzling.push(comment.clone()),
+            }
+            continue;
+        }
+        if AVERAGES.contains(&key.as_str()) {
+            match plain(value).parse() {
+                Ok(count) if count > 0 => stated.averages = Some(count),
+                _ => stated.puzzling.push(comment.clone()),
             }
             continue;
         }
@@ -111,6 +123,7 @@ mod tests {
             "decoder delay = 4.2 us",
             "trigger_us: 12",
             "pretrigger: a while",
+            "Averages: 16",
             "drive frequency: 73 kHz, nominal",
             "delayed until: Tuesday",
             "hydrophone sensitivity: 250 nV/Pa (at 1 MHz, certificate of 2019)",
@@ -123,6 +136,7 @@ mod tests {
         assert_eq!(stated.trigger, Some(12e-6));
         assert_eq!(stated.drive_frequency, Some(73e3));
         assert_eq!(stated.pretrigger, None);
+        assert_eq!(stated.averages, Some(16));
         assert_eq!(stated.sensitivity, Sensitivity::parse("4 MPa/V").ok());
         assert_eq!(stated.puzzling, ["pretrigger: a while"]);
     }

@@ -99,6 +99,8 @@ pub struct ReadOptions {
     pub dataset: Option<usize>,
     /// Which samples are masked.
     pub mask: Masking,
+    /// Number of shots that the record is the mean of.
+    pub averages: Option<usize>,
 }
 
 impl ReadOptions {

@@ -175,6 +175,11 @@ pub fn read_record_bytes(
         }
     };
     let bandwidth = options.bandwidth.or(said.bandwidth);
+    let averages = options.averages.or(said.averages).unwrap_or(1).max(1);
+    if averages > 1 {
+        let from = if options.averages.is_some() { "--averages" } else { "the header" };
+        notes.assume(format!("the mean of {averages} shots ({from}): compared with means of as many runs"));
+    }
     match (options.bandwidth, said.bandwidth) {
         (Some(flag), _) => notes.assume(format!("decoder bandwidth {} (--bandwidth)", hertz(flag))),
         (None, Some(header)) => notes.assume(format!("decoder bandwidth {} (the header)", hertz(header))),
@@ -328,6 +333,7 @@ pub fn read_record_bytes(
         recorded,
         series,
         raw,
+        averages,
         masked,
         noise_rms,
         noise_source,

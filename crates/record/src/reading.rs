@@ -59,6 +59,8 @@ pub struct Reading {
     pub resample: Option<bool>,
     /// Function or segment, from 1.
     pub dataset: Option<usize>,
+    /// Number of shots that the record is the mean of.
+    pub averages: Option<usize>,
     /// Which samples are masked: `auto`, `none`, or stretches such as `12.1us:13.4us`.
     pub mask: Option<String>,
 }
@@ -169,6 +171,7 @@ impl Reading {
             range: or(options.range, self.range.as_ref(), range)?,
             resample: options.resample || self.resample.unwrap_or(false),
             dataset: options.dataset.or(self.dataset),
+            averages: options.averages.or(self.averages),
             mask: or(Some(options.mask).filter(|mask| *mask != Masking::Auto), self.mask.as_ref(), |text| {
                 Ok(text.parse::<Masking>()?)
             })?

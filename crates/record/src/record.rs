@@ -49,6 +49,8 @@ pub struct Record {
     pub series: Series,
     /// The recorded quantity as it stands in the file, SI, on the file's own time axis; masked samples are bridged.
     pub raw: Series,
+    /// Number of shots that the record is the mean of; 1 where nothing else is stated.
+    pub averages: usize,
     /// Samples that show no motion, which are bridged in `series` and `raw`; on the clock of `series`.
     pub masked: Vec<Masked>,
     /// Noise, unit of `series`, rms: the greater of that of the quiet samples (where there are none, of the spectrum's floor) and step/√12; 0 if

@@ -212,6 +212,7 @@ pub fn files(
         velocity = causal(&velocity, shape, bandwidth);
         head = vec![format!("bandwidth: {:.4} MHz", 1e-6 * bandwidth)];
     }
+    head.extend(lab.averages.map(|(count, _)| format!("averages: {count}")));
     if let Some([share, phase, _]) = lab.crosstalk {
         // The drive's voltage: the horn's motion some part of a period before, over its peak.
         let drive = Spline::new(&horn, Ends::Natural);
