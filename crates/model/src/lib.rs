@@ -234,3 +234,14 @@ pub enum ModelError {
         time: f64,
     },
 }
+
+/// Refuse a response whose energy balance is open.
+///
+/// # Errors
+/// [`ModelError::EnergyBalance`].
+pub fn check_energy(energy: &response::EnergyLedger) -> Result<(), ModelError> {
+    if energy.is_broken() {
+        return Err(ModelError::EnergyBalance { residual_j: energy.residual_j, largest_j: energy.largest_j });
+    }
+    Ok(())
+}

@@ -139,7 +139,7 @@ impl Prepared {
             Rung::Reduced { reduction, .. } => reduction.run_with(scene, motion, progress),
             Rung::Fea => FeaModel.run_with(scene, motion, progress),
         }?;
-        response.energy.check()?;
+        super::check_energy(&response.energy)?;
         Ok(response)
     }
 

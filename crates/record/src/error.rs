@@ -14,6 +14,7 @@ use super::{
 /// Why a record cannot be used.
 #[derive(Debug, Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "a field named `path` is the file")]
 pub enum MeasurementError {
     /// There is no such file.
     #[error("{}: expected a record, found no such file{}", path.display(), nearest.as_ref().map(|near| format!("; did you mean `{near}`?")).unwrap_or_else(|| "; check the path".into()))]
@@ -41,14 +42,10 @@ pub enum MeasurementError {
     },
     /// Nothing in the file.
     #[error("{}: expected a header line and rows of numbers, found an empty file; export it again", path.display())]
-    Empty {
-        /// The file.
-        path: PathBuf,
-    },
+    Empty { path: PathBuf },
     /// Not a text file.
     #[error("{}: expected text, found {found}; export the record as CSV text", path.display())]
     Binary {
-        /// The file.
         path: PathBuf,
         /// What it seems to be, or the offending byte.
         found: String,
@@ -136,7 +133,6 @@ pub enum MeasurementError {
     /// Several times as many samples as announced.
     #[error("{place}: expected {announced} samples as announced, found {}: several records in one file; keep one", times(*announced, *found))]
     MoreThanAnnounced {
-        /// The file.
         place: Place,
         /// Samples announced.
         announced: usize,
@@ -157,7 +153,6 @@ pub enum MeasurementError {
     /// The file that says how another is read.
     #[error("{place}: expected samples, found settings alone; the samples stand in {}: name that file", values.display())]
     Keys {
-        /// The file.
         place: Place,
         /// The file with the samples.
         values: PathBuf,
@@ -196,7 +191,6 @@ pub enum MeasurementError {
     /// `--dataset` for a file that holds one record.
     #[error("{}: --dataset {wanted} names a function or a segment; the file is a plain table with one: leave --dataset out", path.display())]
     NoDatasets {
-        /// The file.
         path: PathBuf,
         /// The number asked for.
         wanted: usize,
@@ -211,7 +205,6 @@ pub enum MeasurementError {
         path.display()
     )]
     PolytecBinary {
-        /// The file.
         path: PathBuf,
         /// `.svd` or `.pvd`.
         extension: String,
@@ -227,7 +220,6 @@ pub enum MeasurementError {
     /// `--range` of another quantity than the record's.
     #[error("{}: expected a --range in the record's own quantity or, with --scale, in volts, found `{found}`", path.display())]
     WrongRange {
-        /// The file.
         path: PathBuf,
         /// The range.
         found: String,
@@ -252,7 +244,6 @@ pub enum MeasurementError {
     /// Not enough rows.
     #[error("{}: expected at least {needed} samples, found {found}; export the whole record", path.display())]
     TooFewSamples {
-        /// The file.
         path: PathBuf,
         /// Samples needed.
         needed: usize,
@@ -396,7 +387,6 @@ pub enum MeasurementError {
         path.display(), Quantity::new(*peak, Dimension::PRESSURE)
     )]
     AbsurdPressure {
-        /// The file.
         path: PathBuf,
         /// Largest pressure, Pa.
         peak: f64,
@@ -518,7 +508,6 @@ pub enum MeasurementError {
          --trigger with the instant of the trigger, or another --baseline", path.display()
     )]
     NoPretrigger {
-        /// The file.
         path: PathBuf,
         /// Samples needed.
         needed: usize,
@@ -531,7 +520,6 @@ pub enum MeasurementError {
          {found}; pass --drive-frequency, or another --baseline", path.display()
     )]
     NoPlateau {
-        /// The file.
         path: PathBuf,
         /// Periods needed.
         needed: usize,
@@ -540,17 +528,13 @@ pub enum MeasurementError {
     },
     /// The drive frequency can be had from nowhere.
     #[error("{}: expected a periodic drive, found no spectral line; pass --drive-frequency", path.display())]
-    NoDriveFrequency {
-        /// The file.
-        path: PathBuf,
-    },
+    NoDriveFrequency { path: PathBuf },
     /// The drive is too short to be one.
     #[error(
         "{}: expected a drive of at least two cycles, found {cycles:.2} at {:.4} kHz; record a longer burst, or \
          correct --drive-frequency", path.display(), frequency / 1e3
     )]
     DriveTooShort {
-        /// The file.
         path: PathBuf,
         /// Cycles found.
         cycles: f64,
@@ -563,7 +547,6 @@ pub enum MeasurementError {
          time, or pass --force-frequency{}", path.display(), stated / 1e3, found / 1e3, subharmonic(*stated, *found)
     )]
     FrequencyDisagrees {
-        /// The file.
         path: PathBuf,
         /// `:` and the line that states it, where one does.
         line: String,
@@ -581,7 +564,6 @@ pub enum MeasurementError {
         sample_rate / 1e3
     )]
     SampledTooLow {
-        /// The file.
         path: PathBuf,
         /// Sample rate, Hz.
         sample_rate: f64,
@@ -594,7 +576,6 @@ pub enum MeasurementError {
          stretches to leave out, --mask none to use every sample", path.display(), 100.0 * allowed, 100.0 * share
     )]
     Masked {
-        /// The file.
         path: PathBuf,
         /// Share of the samples that are masked.
         share: f64,
@@ -606,7 +587,6 @@ pub enum MeasurementError {
     /// A record that is no drive.
     #[error("{}: expected a horn-tip record to drive the piston, found a {} record; name the horn's record", path.display(), kind.name())]
     NotADrive {
-        /// The file.
         path: PathBuf,
         /// Its kind.
         kind: RecordKind,

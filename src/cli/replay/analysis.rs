@@ -237,7 +237,7 @@ impl<'a> Analysis<'a> {
         bar.finish_and_clear();
         outcome?;
         let response = self.simulation.response();
-        response.energy.check()?;
+        crate::model::check_energy(&response.energy)?;
         self.animate()?;
         let mut warnings = self.simulation.warnings();
         warnings.extend(response.energy.warning());

@@ -362,21 +362,6 @@ impl Fingerprint {
         onset.ok_or_else(|| FingerprintError::NoOnset { measurand, threshold, peak: trace.peak() })
     }
 
-    /// Instant of that sample, s: of an onset that of the crossing itself, between two samples.
-    ///
-    /// # Errors
-    /// Where it has none.
-    pub fn landmark_time(&self, trace: &Series) -> Result<f64, FingerprintError> {
-        let index = self.landmark(trace)?;
-        let (threshold, values) = (self.threshold, &trace.values);
-        if self.falls() || index == 0 {
-            return Ok(trace.time(index));
-        }
-        let (before, after) = (values[index - 1].abs(), values[index].abs());
-        let part = ((threshold - before) / (after - before)).clamp(0.0, 1.0);
-        Ok(trace.time(index - 1) + part * trace.step)
-    }
-
     /// Drive periods after the onset at which the late window begins.
     #[must_use]
     pub fn late_start(&self) -> usize {

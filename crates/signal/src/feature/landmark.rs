@@ -1,6 +1,6 @@
 //! By what two traces are laid on each other: their onset, or the fall at the end of the answer.
 
-use super::fingerprint::{MEAN_CYCLES, SAMPLES_PER_CYCLE};
+use super::fingerprint::{Fingerprint, FingerprintError, MEAN_CYCLES, SAMPLES_PER_CYCLE};
 use crate::{Series, about_running_mean};
 
 /// Periods over which the strength of a trace is taken where its fall is looked for: whole ones of f0/3.
@@ -29,6 +29,19 @@ fn fall_of(values: &[f64], strength: &[f64], level: f64) -> Option<usize> {
 /// Where a trace falls below `level`, see [`Strength::falls`].
 pub(super) fn fall(values: &[f64], level: f64) -> Option<usize> {
     fall_of(values, &strength(values), level)
+}
+
+impl Fingerprint {
+    /// Instant of the sample of [`Fingerprint::landmark`], s; of an onset that of the crossing itself, between two samples.
+    ///
+    /// # Errors
+    /// As of [`Fingerprint::landmark`].
+    pub fn landmark_time(&self, trace: &Series) -> Result<f64, FingerprintError> {
+        let index = self.landmark(trace)?;
+        let Some(before) = index.checked_sub(1).filter(|_| !self.falls()) else { return Ok(trace.time(index)) };
+        let [low, high] = [before, index].map(|i| trace.values[i].abs());
+        Ok(trace.time(before) + ((self.threshold() - low) / (high - low)).clamp(0.0, 1.0) * trace.step)
+    }
 }
 
 /// How strong a record is: rms over three periods, about its running mean.

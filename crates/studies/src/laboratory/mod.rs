@@ -9,10 +9,12 @@
 
 mod condition;
 mod count;
+mod instrument;
 mod record;
 
-pub use condition::{CausalFilter, Condition, Expected, Laboratory, Setting};
+pub use condition::{Condition, Expected, Setting};
 pub use count::{LaboratoryCount, ParameterCount, Tally, WrongTally};
+pub use instrument::{CausalFilter, Laboratory};
 pub use record::{Files, Regime};
 
 use std::{

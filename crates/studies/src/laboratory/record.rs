@@ -11,7 +11,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-use super::condition::{CausalFilter, GAP, Laboratory, Setting};
+use super::{
+    condition::{GAP, Setting},
+    instrument::{CausalFilter, Laboratory},
+};
 use granchain_model::{
     ModelError,
     response::Response,
