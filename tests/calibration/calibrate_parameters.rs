@@ -196,7 +196,10 @@ fn recording(scene: &Scene, bandwidth: Option<f64>) -> Recording {
 /// A forward model of `names` for a record.
 fn forward(scene: &Scene, names: &[&str], recording: &Recording, uncertainty: Uncertainty) -> Forward {
     let observation = Observation::new(recording, &scene.drive, FeatureSet::Full).unwrap();
-    let parameters = names.iter().flat_map(|name| Parameter::named(name, scene).unwrap()).collect();
+    // Places in the box are those of α between 0.2 and 2.
+    let of = |name: &&str| Parameter::named(name, scene).unwrap();
+    let narrow = |it: Parameter| if it.name == "alpha" { it.between(0.2, 2.0) } else { it };
+    let parameters = names.iter().flat_map(of).map(narrow).collect();
     Forward::new(scene, parameters, observation, uncertainty, 1, Arc::new(|_| true)).unwrap()
 }
 

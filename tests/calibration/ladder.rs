@@ -41,7 +41,7 @@ fn bodies(scene: &Scene) -> Arc<Prepared> {
 }
 
 fn parameters() -> Vec<Parameter> {
-    vec![Parameter::alpha(), Parameter::damping(DampingKind::Linear).unwrap()]
+    vec![Parameter::alpha().between(0.2, 2.0), Parameter::damping(DampingKind::Linear).unwrap()]
 }
 
 /// A record of `scene` by its own model, with the truth behind it: twin 1 has α = 0.30 and c = 0.16 N·s/m.

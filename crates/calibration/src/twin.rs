@@ -73,6 +73,9 @@ pub struct Twin {
     pub recording: Recording,
 }
 
+/// Levels of the drive that truths are drawn from.
+const DRIVEN: (f64, f64) = (0.2, 2.0);
+
 /// Share of the box, in each coordinate, from which truths are drawn: intervals at its edge are cut off.
 const INNER: (f64, f64) = (0.12, 0.88);
 
@@ -214,7 +217,12 @@ pub fn twin(
 fn drawn_truth(parameters: &[Parameter], index: u64, seed: u64) -> Vec<f64> {
     let value = |(d, parameter): (usize, &Parameter)| {
         let u = f64::from(sobol_burley::sample(index as u32, d as u32, seed as u32));
-        parameter.value(INNER.0 + (INNER.1 - INNER.0) * u)
+        let range = match parameter.target {
+            // What a horn makes; far below it nothing moves but by the gaps.
+            Target::Alpha if *parameter == Parameter::alpha() => parameter.clone().between(DRIVEN.0, DRIVEN.1),
+            _ => parameter.clone(),
+        };
+        range.value(INNER.0 + (INNER.1 - INNER.0) * u)
     };
     parameters.iter().enumerate().map(value).collect()
 }
