@@ -336,11 +336,11 @@ pub struct UsageError {
     pub message: String,
 }
 
-/// The model of a scene that names none: the reduced one; that of a calibration taken up; the chain where an ensemble runs on it.
+/// The model of a scene that names none: the one that answered in a calibration; else the chain for an ensemble, and the reduced one for a single run.
 #[must_use]
 pub fn preferred_model(calibrated: Option<&Calibrated>, ensemble: Option<u32>) -> ModelKind {
-    let on_chain = calibrated.is_some_and(|calibrated| calibrated.model != ModelKind::Reduced);
-    if on_chain || ensemble.is_some() { ModelKind::Chain } else { ModelKind::Reduced }
+    let otherwise = if ensemble.is_some() { ModelKind::Chain } else { ModelKind::Reduced };
+    calibrated.map_or(otherwise, |calibrated| calibrated.model)
 }
 
 /// A [`UsageError`] with this message.
