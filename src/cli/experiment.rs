@@ -168,3 +168,38 @@ pub fn refuse_drive_keys<'a>(bench: &Bench, mut keys: impl Iterator<Item = &'a s
         None => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::arguments::preferred_model;
+
+    #[test]
+    fn a_calibration_is_taken_up_on_the_model_that_answered() {
+        let place = tempfile::tempdir().unwrap();
+        for (model, scene) in [
+            (ModelKind::Chain, None),
+            (ModelKind::Reduced, None),
+            (ModelKind::Fea, None),
+            (ModelKind::Chain, Some("annulus")),
+            (ModelKind::Reduced, Some("annulus")),
+            (ModelKind::Fea, Some("annulus")),
+        ] {
+            let json = serde_json::json!({
+                "parameters": {"alpha": {"value": 0.5, "unit": "1"}}, "damping_kind": "linear", "verdict": "within scatter",
+                "scene": "annulus", "model": model.name(),
+            });
+            std::fs::write(place.path().join("calibration.json"), json.to_string()).unwrap();
+            let calibrated = Calibrated::read(place.path()).unwrap();
+            let arguments = SceneArguments { scene: scene.map(str::to_owned), ..SceneArguments::default() };
+            for ensemble in [None, Some(2)] {
+                let preferred = preferred_model(Some(&calibrated), ensemble);
+                let bench = read(&arguments, &ReadArguments::default(), Some(&calibrated), preferred).unwrap();
+                assert_eq!(bench.scene_with(&[]).unwrap().model.kind, model, "{scene:?}");
+            }
+            let stated = SceneArguments { set: vec!["model.kind=chain".into()], ..arguments };
+            let bench = read(&stated, &ReadArguments::default(), Some(&calibrated), model).unwrap();
+            assert_eq!(bench.scene_with(&[]).unwrap().model.kind, ModelKind::Chain);
+        }
+    }
+}
