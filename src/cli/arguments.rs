@@ -189,7 +189,7 @@ pub struct SceneArguments {
     #[arg(long, value_name = "FILE", help_heading = "Scene")]
     pub drive: Option<PathBuf>,
     /// Drive frequency with its unit, such as 73kHz
-    #[arg(long, value_name = "QUANTITY", value_parser = frequency, help_heading = "Scene")]
+    #[arg(long, value_name = "QUANTITY", value_parser = drive_frequency, help_heading = "Scene")]
     pub drive_frequency: Option<f64>,
     /// Amplitude scale α: the factor on the drive
     #[arg(long, value_name = "X", value_parser = positive_number, allow_negative_numbers = true, help_heading = "Scene")]
@@ -247,6 +247,12 @@ pub enum ValueError {
         /// The text as given.
         found: String,
     },
+    /// A frequency that no drive has.
+    #[error("expected a drive frequency from 1 Hz to 100 MHz, found `{found}`; check the unit")]
+    NoDrive {
+        /// The text as given.
+        found: String,
+    },
     /// No number of threads.
     #[error("expected a whole number of threads from 1 up, found `{found}`; leave the flag out for one a core")]
     NoThreads {
@@ -283,6 +289,18 @@ fn threads(text: &str) -> Result<NonZeroUsize, ValueError> {
 /// [`ValueError`] when it is none; a number without unit is refused.
 pub fn frequency(text: &str) -> Result<f64, ValueError> {
     positive_quantity(text, Dimension::FREQUENCY)
+}
+
+/// Least and greatest frequency of a drive, Hz.
+const DRIVE_FREQUENCIES: std::ops::RangeInclusive<f64> = 1.0..=1e8;
+
+/// Value parser of a drive frequency with its unit, Hz: 1 Hz to 100 MHz.
+///
+/// # Errors
+/// [`ValueError`] when it is none; a number without unit is refused.
+pub fn drive_frequency(text: &str) -> Result<f64, ValueError> {
+    let value = frequency(text)?;
+    if DRIVE_FREQUENCIES.contains(&value) { Ok(value) } else { Err(ValueError::NoDrive { found: text.into() }) }
 }
 
 /// Value parser of a positive time with its unit, s.
@@ -336,11 +354,11 @@ pub struct UsageError {
     pub message: String,
 }
 
-/// The model of a scene that names none: the reduced one; that of a calibration taken up; the chain where an ensemble runs on it.
+/// The model of a scene that names none: the one that answered in a calibration; else the chain for an ensemble, and the reduced one for a single run.
 #[must_use]
 pub fn preferred_model(calibrated: Option<&Calibrated>, ensemble: Option<u32>) -> ModelKind {
-    let on_chain = calibrated.is_some_and(|calibrated| calibrated.model != ModelKind::Reduced);
-    if on_chain || ensemble.is_some() { ModelKind::Chain } else { ModelKind::Reduced }
+    let otherwise = if ensemble.is_some() { ModelKind::Chain } else { ModelKind::Reduced };
+    calibrated.map_or(otherwise, |calibrated| calibrated.model)
 }
 
 /// A [`UsageError`] with this message.

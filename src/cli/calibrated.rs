@@ -10,17 +10,29 @@ use serde::Deserialize;
 
 use super::output;
 use crate::{
-    calibration::{drive, parameter},
+    calibration::{drive, outcome::InputDigest, parameter},
     measurement::{
+        ReadOptions,
         read_back::{SMALL, read_back_text},
         sha256,
     },
     scene::ModelKind,
 };
 
+/// The horn-tip record that drove a calibration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CalibratedDrive {
+    /// The file, and its digest at the time of the fit.
+    pub input: drive::Input,
+    /// How it was read, its drive frequency with it.
+    pub options: ReadOptions,
+}
+
 /// What a calibration says about a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibrated {
+    /// The folder or file that was named.
+    pub named: PathBuf,
     /// Where it was read, and the digest of that.
     pub input: drive::Input,
     /// The scene it was made for, as on its command line.
@@ -30,7 +42,7 @@ pub struct Calibrated {
     /// Its parameters as overrides, `KEY=VALUE` in SI.
     pub overrides: Vec<String>,
     /// The horn-tip record that drove it.
-    pub drive: Option<PathBuf>,
+    pub drive: Option<CalibratedDrive>,
     /// The model that answered.
     pub model: ModelKind,
     /// How it ended: `within scatter`, `outside scatter`, `not converged`.
@@ -51,12 +63,7 @@ struct Outcome {
     #[serde(default)]
     overrides: Vec<String>,
     #[serde(default)]
-    inputs: BTreeMap<String, Input>,
-}
-
-#[derive(Deserialize)]
-struct Input {
-    path: PathBuf,
+    inputs: BTreeMap<String, InputDigest>,
 }
 
 #[derive(Deserialize)]
@@ -122,17 +129,17 @@ impl Calibrated {
             overrides.push(format!("{key}={}", parameter.value));
         }
         let Outcome { scene, model, verdict, overrides: told, mut inputs, .. } = outcome;
-        let model = if model == ModelKind::Reduced.name() { ModelKind::Reduced } else { ModelKind::Chain };
+        // A calibration that names no model was made on the chain.
+        let models = [ModelKind::Reduced, ModelKind::Fea];
+        let model = models.into_iter().find(|kind| kind.name() == model).unwrap_or(ModelKind::Chain);
+        let drive = inputs.remove("drive").map(|drive| {
+            let options = drive.options().with_context(|| format!("{}: the reading of the drive", path.display()))?;
+            let input = drive::Input { path: drive.path.into(), sha256: drive.sha256 };
+            anyhow::Ok(CalibratedDrive { input, options })
+        });
+        let drive = drive.transpose()?;
         let input = drive::Input { sha256: sha256(text.as_bytes()), path };
-        Ok(Self {
-            input,
-            model,
-            scene,
-            told,
-            overrides,
-            drive: inputs.remove("drive").map(|drive| drive.path),
-            verdict,
-        })
+        Ok(Self { named: folder.into(), input, model, scene, told, overrides, drive, verdict })
     }
 }
 

@@ -16,7 +16,7 @@ use crate::measurement::{
 
 use super::{
     Outcome,
-    arguments::{Session, frequency, usage},
+    arguments::{Session, drive_frequency, usage},
     inspect::{self, KindChoice},
     output::write_atomically,
     reading::ReadArguments,
@@ -39,7 +39,7 @@ pub struct Arguments {
     #[arg(long, value_enum)]
     pub kind: Option<KindChoice>,
     /// Drive frequency with its unit, such as 73kHz, if the file does not state it
-    #[arg(long, value_name = "QUANTITY", value_parser = frequency)]
+    #[arg(long, value_name = "QUANTITY", value_parser = drive_frequency)]
     pub drive_frequency: Option<f64>,
     /// Write the universal file as text (data set 58, 13 digits) rather than as bytes (58b, exact)
     #[arg(long)]

@@ -5,8 +5,8 @@
 
 use super::{
     arguments::{SceneArguments, usage},
-    calibrated::Calibrated,
-    level,
+    calibrated::{Calibrated, CalibratedDrive},
+    calibrated_drive, level,
     reading::{DriveUnread, ReadArguments},
 };
 use crate::{
@@ -14,14 +14,14 @@ use crate::{
         bench::{Bench, BenchError, sets},
         drive::RecordedDrive,
     },
-    measurement::{Baseline, ReadOptions, RecordKind},
+    measurement::{Baseline, ReadOptions, Reading, RecordKind},
     scene::ModelKind,
 };
 
 /// Read what the flags name; fails before anything is run. A scene that names no model is computed by `preferred`.
 ///
 /// # Errors
-/// A usage error without a scene; whatever is wrong with the scene or the record.
+/// A usage error without a scene, or for a calibration that was made with another drive; whatever is wrong with the scene or the record.
 pub fn read(
     arguments: &SceneArguments,
     reading: &ReadArguments,
@@ -29,7 +29,7 @@ pub fn read(
     preferred: ModelKind,
 ) -> anyhow::Result<Bench> {
     let options = reading.options_of(RecordKind::HornTip, arguments.drive_frequency)?;
-    assemble(arguments, &options, calibration, preferred, false)
+    assemble(arguments, options, calibration, preferred, false)
 }
 
 /// The same for a fit, whose horn tip is read at its plateau. A scene that names no model is fitted by the ladder up to the reduced one, or,
@@ -39,12 +39,21 @@ pub fn read(
 /// As [`read`].
 pub fn for_fit(arguments: &SceneArguments, options: &ReadOptions, together: bool) -> anyhow::Result<Bench> {
     let preferred = if together { ModelKind::Chain } else { ModelKind::Reduced };
-    assemble(arguments, options, None, preferred, true)
+    assemble(arguments, options.clone(), None, preferred, true)
+}
+
+/// The drive of the calibration where it drives this run too: no other scene and no other file is named.
+fn drive_of<'a>(calibration: Option<&'a Calibrated>, arguments: &SceneArguments) -> Option<&'a CalibratedDrive> {
+    let drive = calibration.and_then(|calibration| calibration.drive.as_ref())?;
+    match &arguments.drive {
+        Some(file) => (*file == drive.input.path).then_some(drive),
+        None => arguments.scene.is_none().then_some(drive),
+    }
 }
 
 fn assemble(
     arguments: &SceneArguments,
-    options: &ReadOptions,
+    mut options: ReadOptions,
     calibration: Option<&Calibrated>,
     preferred: ModelKind,
     fitted: bool,
@@ -61,18 +70,21 @@ fn assemble(
         }
     };
     let mut overrides = Vec::new();
-    let mut calibrated_drive = None;
+    let drive_of_fit = drive_of(calibration, arguments);
+    if let Some(drive) = drive_of_fit {
+        // The record is read as it was for the fit, where no flag states another reading.
+        options = Reading::of(&drive.options).below(options)?;
+        options.force_frequency |= options.drive_frequency.is_none() && drive.options.force_frequency;
+        options.drive_frequency = options.drive_frequency.or(drive.options.drive_frequency);
+        assumptions.push(format!("drive {}, for which the calibration was made", drive.input.path.display()));
+    }
     if let Some(calibration) = calibration {
         // Another scene takes over what was fitted, not what was said of the first one's bench.
         if arguments.scene.is_none() {
             overrides.extend(calibration.told.iter().cloned());
-            calibrated_drive = calibration.drive.clone().filter(|_| arguments.drive.is_none());
         } else {
             let fitted = |told: &&String| sets(told, "alpha") || told.starts_with("damping.");
             overrides.extend(calibration.told.iter().filter(fitted).cloned());
-        }
-        if let Some(drive) = &calibrated_drive {
-            assumptions.push(format!("drive {}, for which the calibration was made", drive.display()));
         }
         assumptions.push(format!("{} from {}", calibration.overrides.join(", "), calibration.input.path.display()));
         if calibration.verdict != "within scatter" {
@@ -80,7 +92,8 @@ fn assemble(
         }
         overrides.extend(calibration.overrides.iter().cloned());
     }
-    if arguments.drive.is_none() && calibrated_drive.is_none() {
+    let drive = arguments.drive.as_deref().or(drive_of_fit.map(|drive| drive.input.path.as_path()));
+    if drive.is_none() {
         overrides.extend(arguments.drive_frequency.map(|frequency| format!("drive.frequency={frequency}")));
     }
     overrides.extend(arguments.alpha.map(|alpha| format!("alpha={alpha}")));
@@ -98,17 +111,27 @@ fn assemble(
         assumptions.push(choice.said);
     }
     overrides.extend(arguments.set.iter().cloned());
+    if let Some(calibration) = calibration {
+        calibrated_drive::check(calibration, arguments, (&overrides, preferred))?;
+    }
     // The drive of a calibration is read as it was for the fit: another baseline is another first gap.
-    let plateau = (fitted || calibrated_drive.is_some()) && options.baseline == Baseline::Auto;
+    let plateau = (fitted || drive_of_fit.is_some()) && options.baseline == Baseline::Auto;
     let read = if plateau { RecordedDrive::read_at_plateau } else { RecordedDrive::read };
-    let drive = arguments.drive.as_deref().or(calibrated_drive.as_deref());
     let mut bench =
-        Bench::read(&source, overrides, preferred, drive, (read, options)).map_err(|error| match error {
+        Bench::read(&source, overrides, preferred, drive, (read, &options)).map_err(|error| match error {
             // Beside a record of its own the horn has flags of its own.
             BenchError::Drive(error) if fitted => anyhow::Error::new(DriveUnread(error)),
             BenchError::Drive(error) => error.into(),
             error => error.into(),
         })?;
+    if let (Some(calibrated), Some(drive)) = (drive_of_fit, &bench.drive)
+        && drive.input.sha256 != calibrated.input.sha256
+    {
+        assumptions.push(format!(
+            "{} was changed since the calibration: alpha may not belong to it",
+            drive.input.path.display()
+        ));
+    }
     assumptions.append(&mut bench.assumptions);
     bench.assumptions = assumptions;
     if drive.is_some() {
@@ -143,5 +166,40 @@ pub fn refuse_drive_keys<'a>(bench: &Bench, mut keys: impl Iterator<Item = &'a s
             "`{key}` would do nothing: a record takes the place of the scene's drive; scale it with alpha"
         ))),
         None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::arguments::preferred_model;
+
+    #[test]
+    fn a_calibration_is_taken_up_on_the_model_that_answered() {
+        let place = tempfile::tempdir().unwrap();
+        for (model, scene) in [
+            (ModelKind::Chain, None),
+            (ModelKind::Reduced, None),
+            (ModelKind::Fea, None),
+            (ModelKind::Chain, Some("annulus")),
+            (ModelKind::Reduced, Some("annulus")),
+            (ModelKind::Fea, Some("annulus")),
+        ] {
+            let json = serde_json::json!({
+                "parameters": {"alpha": {"value": 0.5, "unit": "1"}}, "damping_kind": "linear", "verdict": "within scatter",
+                "scene": "annulus", "model": model.name(),
+            });
+            std::fs::write(place.path().join("calibration.json"), json.to_string()).unwrap();
+            let calibrated = Calibrated::read(place.path()).unwrap();
+            let arguments = SceneArguments { scene: scene.map(str::to_owned), ..SceneArguments::default() };
+            for ensemble in [None, Some(2)] {
+                let preferred = preferred_model(Some(&calibrated), ensemble);
+                let bench = read(&arguments, &ReadArguments::default(), Some(&calibrated), preferred).unwrap();
+                assert_eq!(bench.scene_with(&[]).unwrap().model.kind, model, "{scene:?}");
+            }
+            let stated = SceneArguments { set: vec!["model.kind=chain".into()], ..arguments };
+            let bench = read(&stated, &ReadArguments::default(), Some(&calibrated), model).unwrap();
+            assert_eq!(bench.scene_with(&[]).unwrap().model.kind, ModelKind::Chain);
+        }
     }
 }

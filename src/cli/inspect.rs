@@ -19,7 +19,7 @@ use crate::{
 
 use super::{
     Outcome,
-    arguments::{Session, frequency},
+    arguments::{Session, drive_frequency},
     reading::{ReadArguments, shown},
 };
 
@@ -34,7 +34,7 @@ pub struct Arguments {
     #[arg(long, value_enum)]
     pub kind: Option<KindChoice>,
     /// Drive frequency with its unit, such as 73kHz [default: as the file states, else a horn tip's strongest line]
-    #[arg(long, value_name = "QUANTITY", value_parser = frequency)]
+    #[arg(long, value_name = "QUANTITY", value_parser = drive_frequency)]
     pub drive_frequency: Option<f64>,
     /// How the file is to be read.
     #[command(flatten)]

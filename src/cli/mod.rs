@@ -9,6 +9,7 @@ pub mod accuracy;
 pub mod arguments;
 pub mod calibrate;
 mod calibrated;
+mod calibrated_drive;
 mod completions;
 pub mod contact;
 pub mod convergence;

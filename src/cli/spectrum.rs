@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::{
     Outcome,
-    arguments::{OutputArguments, Session, frequency, time, usage},
+    arguments::{OutputArguments, Session, drive_frequency, time, usage},
     inspect::{self, KindChoice, warn},
     output::OutputFolder,
     reading::{DriveReadArguments, DriveUnread, ReadArguments},
@@ -41,7 +41,7 @@ pub struct Arguments {
     pub kind: Option<KindChoice>,
     /// Drive frequency with its unit, such as 73kHz [default: refined from the drive record, else the file's header, else
     /// the strongest line]
-    #[arg(long, value_name = "QUANTITY", value_parser = frequency)]
+    #[arg(long, value_name = "QUANTITY", value_parser = drive_frequency)]
     pub drive_frequency: Option<f64>,
     /// Horn-tip record of the drive [default: a response's own piston, else horn_tip.csv beside FILE]
     #[arg(long, value_name = "FILE")]

@@ -441,7 +441,7 @@ fn summary(
                 let quoted = shell_word(other);
                 writeln!(
                     text,
-                    "  {:<10} (if `{other}` is the horn's: --drive-column {quoted}, in volts with --drive-scale '2 um/V')",
+                    "  {:<10} (if `{other}` is the horn's: --drive-column {quoted}, in volts with --drive-scale '<VALUE> um/V')",
                     ""
                 )?;
             }

@@ -93,7 +93,7 @@ fn what_is_missing_of_either_channel_is_said_with_the_whole_command() {
         err
     };
     let err = run(&["calibrate", "--measured", "scope.csv"]);
-    let whole = "so type, with values of this bench: granchain calibrate --measured scope.csv --column 'CH2 (V)' --scale '125 mm/s/V'";
+    let whole = "so type, with values of this bench: granchain calibrate --measured scope.csv --column 'CH2 (V)' --scale '<VALUE> mm/s/V'";
     assert!(err.contains(whole), "{err}");
     let err = run(&[
         "calibrate",
@@ -106,8 +106,8 @@ fn what_is_missing_of_either_channel_is_said_with_the_whole_command() {
         "--drive-channel",
         "CH1",
     ]);
-    assert!(err.contains("pass it as --drive-scale '125 mm/s/V' or '2 um/V'"), "{err}");
-    assert!(err.contains("--drive-channel CH1 --drive-scale '125 mm/s/V'"), "{err}");
+    assert!(err.contains("pass it as --drive-scale '<VALUE> um/V' or '<VALUE> mm/s/V'"), "{err}");
+    assert!(err.contains("--drive-channel CH1 --drive-scale '<VALUE> um/V'"), "{err}");
     fs::write(place.path().join("plan.toml"), "measured = \"scope.csv\"\n[drive.reading]\nscale = \"2 um\"\n").unwrap();
     let err = run(&["calibrate", "--plan", "plan.toml"]);
     assert!(err.contains("plan.toml: [drive.reading] `scale`"), "{err}");

@@ -10,6 +10,7 @@ mod calibrate_ladder;
 mod calibrate_parameters;
 mod calibrate_pressure;
 mod calibrate_refusal;
+mod calibrate_replay;
 mod calibration_gain;
 #[path = "../harness/mod.rs"]
 mod harness;

@@ -187,7 +187,10 @@ fn report() -> CalibrationReport {
         quantity: Measurand::Velocity,
         best: FitOutcome { features: features.map(|(name, it)| (name.to_owned(), it)).into(), ..laws[0].clone() },
         seed: 1,
-        inputs: BTreeMap::from([("measured".to_owned(), InputDigest { path: file.into(), sha256: "ab".repeat(32) })]),
+        inputs: BTreeMap::from([(
+            "measured".to_owned(),
+            InputDigest { path: file.into(), sha256: "ab".repeat(32), ..InputDigest::default() },
+        )]),
         statements: vec![
             "α and damping remain correlated (−0.41): a second record at another drive level would tell them apart."
                 .into(),

@@ -82,7 +82,7 @@ fn what_is_no_hydrophone_s_record_is_refused_with_what_to_do() {
     assert!(said.contains("--quantity pressure"), "{said}");
     let volts = file("", "CH1 (mV)", 4e3);
     let said = read(&volts, hydrophone, &ReadOptions::default()).unwrap_err();
-    assert!(said.contains("hydrophone's sensitivity") && said.contains("250 nV/Pa"), "{said}");
+    assert!(said.contains("hydrophone's sensitivity") && said.contains("--scale '<VALUE> mV/MPa'"), "{said}");
     let said = read(&volts, hydrophone, &scaled("100 mm/s/V")).unwrap_err();
     assert!(said.contains("a hydrophone record is a pressure") && said.contains("a velocity"), "{said}");
     let said = read(&volts, Some(RecordKind::Vibrometer), &scaled("250 nV/Pa")).unwrap_err();

@@ -356,7 +356,7 @@ fn unphysical_values_are_refused() {
         ("output_step=1ms", "`output_step`: expected at most the duration 120 µs, found 1 ms"),
         ("output_step=1e-15", "`output_step`: expected at most 20000000 samples in 120 µs, found 1e-9 µs"),
         ("drive.frequency=0Hz", "`drive.frequency`: expected a positive, finite value, found 0 Hz"),
-        ("drive.amplitude=1", "`drive.amplitude`: expected α × amplitude below the bead radius 0.5 mm, found 1 m"),
+        ("drive.amplitude=1mm", "`drive.amplitude`: expected α × amplitude below the bead radius 0.5 mm, found 1 mm"),
         (
             "drive.cycles=4.3",
             "`drive.cycles`: expected a whole or half number of cycles, where the sine passes zero; else the piston would jump, found 4.3",

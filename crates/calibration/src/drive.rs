@@ -71,6 +71,8 @@ pub fn beside(measured: &Path) -> Option<PathBuf> {
 pub struct RecordedDrive {
     /// The file.
     pub input: Input,
+    /// How it was asked to be read.
+    pub options: ReadOptions,
     /// The motion that was made of it.
     pub motion: HornDrive,
     /// Realisations of the noise that is left in it, m.
@@ -100,8 +102,10 @@ impl RecordedDrive {
     /// # Errors
     /// As [`RecordedDrive::read`].
     pub fn of_bytes_at_plateau(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Self, MeasurementError> {
-        let read =
-            |options: &ReadOptions| Self::of(read_record_bytes(path, bytes, Some(RecordKind::HornTip), options)?);
+        let read = |options: &ReadOptions| {
+            let drive = Self::of(read_record_bytes(path, bytes, Some(RecordKind::HornTip), options)?)?;
+            Ok(Self { options: options.clone(), ..drive })
+        };
         if options.baseline == Baseline::Auto { at_plateau(options, read) } else { read(options) }
     }
 
@@ -110,7 +114,8 @@ impl RecordedDrive {
     /// # Errors
     /// [`MeasurementError`].
     pub fn read(path: &Path, options: &ReadOptions) -> Result<Self, MeasurementError> {
-        Self::of(read_record(path, RecordKind::HornTip, options)?)
+        let drive = Self::of(read_record(path, RecordKind::HornTip, options)?)?;
+        Ok(Self { options: options.clone(), ..drive })
     }
 
     /// A horn tip that is read already.
@@ -126,7 +131,8 @@ impl RecordedDrive {
         let (baseline_error, bandwidth) = (record.baseline_error, record.bandwidth);
         let input = Input { path: record.path, sha256: record.sha256 };
         let shakes = Self::shakes_of(&motion);
-        Ok(Self { input, motion, shakes, baseline_error, bandwidth, assumptions, warnings })
+        let options = ReadOptions::default();
+        Ok(Self { input, options, motion, shakes, baseline_error, bandwidth, assumptions, warnings })
     }
 
     /// The scene under this drive, for as long as the record lasts unless it keeps its own duration.
@@ -161,7 +167,7 @@ fn at_plateau(
     let plateau = ReadOptions { baseline: Baseline::Plateau, ..options.clone() };
     match read(&plateau) {
         Err(MeasurementError::NoPlateau { .. }) => read(options),
-        drive => drive,
+        drive => Ok(RecordedDrive { options: options.clone(), ..drive? }),
     }
 }
 

@@ -14,7 +14,7 @@ use super::{
     candidate::Candidate,
     correction::{RungDifference, most_pairs},
     diagnosis::{Case, Finding},
-    drive::Input,
+    drive::{Input, RecordedDrive},
     engine::trace,
     fingerprints,
     fit::{Fit, FitError, Verdict},
@@ -33,6 +33,7 @@ use granchain_model::{
     self as model, Estimate,
     scene::{ModelKind, Scene},
 };
+use granchain_record::RecordKind;
 
 /// Runs of the chain that cost as much as one of the reduced model, for the time left.
 const REDUCED_COST: u64 = 16;
@@ -462,11 +463,11 @@ fn inputs(problem: &Problem) -> BTreeMap<String, InputDigest> {
     let mut inputs = BTreeMap::new();
     for (number, shot) in problem.shots.iter().enumerate() {
         let role = |role: &str| if number == 0 { role.to_owned() } else { format!("{role}-{}", number + 1) };
-        let path = shot.measured.path().display().to_string();
-        inputs.insert(role("measured"), InputDigest { path, sha256: shot.measured.sha256().into() });
-        if let Some(Input { path, sha256 }) = shot.bench.drive.as_ref().map(|drive| &drive.input) {
-            let digest = InputDigest { path: path.display().to_string(), sha256: sha256.clone() };
-            inputs.insert(role("drive"), digest);
+        let (path, sha256) = (shot.measured.path(), shot.measured.sha256());
+        let measured = InputDigest::read_with(path, sha256, RecordKind::Vibrometer, &shot.options);
+        inputs.insert(role("measured"), measured);
+        if let Some(RecordedDrive { input: Input { path, sha256 }, options, .. }) = &shot.bench.drive {
+            inputs.insert(role("drive"), InputDigest::read_with(path, sha256, RecordKind::HornTip, options));
         }
     }
     inputs

@@ -2,7 +2,7 @@
 //!
 //! Scripts depend on its keys. It holds no times, no command line and nothing that depends on the number of threads.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, path::Path};
 
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +11,7 @@ use super::{
     fit::{Estimate, Fit, Verdict},
     parameter::Parameter,
 };
+use granchain_record::{ReadOptions, Reading, ReadingError, RecordKind};
 use granchain_signal::feature::Measurand;
 
 /// `calibration.json`.
@@ -247,12 +248,49 @@ impl RungOutcome {
 }
 
 /// A file that went in.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct InputDigest {
     /// As given.
     pub path: String,
     /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
+    /// How it was read, by flags, plan and bench file; absent where none of them states anything.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reading: Option<Reading>,
+    /// Drive frequency stated for a horn-tip record, Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive_frequency: Option<f64>,
+    /// Whether that frequency was taken though the strongest line of the record is another.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub force_frequency: bool,
+}
+
+impl InputDigest {
+    /// A file, and the options it was read with. The drive frequency is kept for a horn tip alone: any other record takes that of its drive.
+    #[must_use]
+    pub fn read_with(path: &Path, sha256: &str, kind: RecordKind, options: &ReadOptions) -> Self {
+        let is_horn = kind == RecordKind::HornTip;
+        Self {
+            path: path.display().to_string(),
+            sha256: sha256.into(),
+            reading: Some(Reading::of(options)).filter(|reading| !reading.is_empty()),
+            drive_frequency: options.drive_frequency.filter(|_| is_horn),
+            force_frequency: options.force_frequency && is_horn,
+        }
+    }
+
+    /// The options it was read with.
+    ///
+    /// # Errors
+    /// [`ReadingError`] for a reading that was not written by [`InputDigest::read_with`].
+    pub fn options(&self) -> Result<ReadOptions, ReadingError> {
+        let stated = ReadOptions {
+            drive_frequency: self.drive_frequency,
+            force_frequency: self.force_frequency,
+            ..ReadOptions::default()
+        };
+        self.reading.as_ref().map_or(Ok(stated.clone()), |reading| reading.below(stated))
+    }
 }
 
 /// What the fit says of its feature `index`: that many of other records come before it.

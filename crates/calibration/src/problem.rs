@@ -216,6 +216,7 @@ impl Problem {
         let shots = asked.into_iter().zip(read).zip(uncertainties);
         let shots: Vec<Shot> = shots
             .map(|((asked, (measured, comparison)), uncertainty)| Shot {
+                options: asked.source.options().clone(),
                 bench: asked.bench,
                 measured,
                 comparison,

@@ -26,8 +26,8 @@ const STEMS: [&str; 2] = ["vib", "hydrophone"];
 pub enum Source {
     /// A record, or a file of published features, and how it is read.
     File(PathBuf, Box<ReadOptions>),
-    /// A record as read.
-    Record(Box<Record>),
+    /// A record as read, and how.
+    Record(Box<Record>, Box<ReadOptions>),
 }
 
 impl Source {
@@ -36,7 +36,15 @@ impl Source {
     pub fn path(&self) -> &Path {
         match self {
             Self::File(path, _) => path,
-            Self::Record(record) => &record.path,
+            Self::Record(record, _) => &record.path,
+        }
+    }
+
+    /// How it is read.
+    #[must_use]
+    pub fn options(&self) -> &ReadOptions {
+        match self {
+            Self::File(_, options) | Self::Record(_, options) => options,
         }
     }
 }
@@ -57,6 +65,8 @@ pub struct ShotPlan {
 pub struct Shot {
     /// How it is simulated.
     pub bench: Bench,
+    /// How it was asked to be read.
+    pub options: ReadOptions,
     /// As read.
     pub measured: Measured,
     /// What its runs are compared with.
@@ -85,7 +95,7 @@ impl ShotPlan {
             Source::File(path, options) => {
                 Measured::read(path, (plan.quantity.unwrap_or_default(), set), options, driven, assumptions)?
             }
-            Source::Record(record) => Measured::of((**record).clone(), set, driven, assumptions)?,
+            Source::Record(record, _) => Measured::of((**record).clone(), set, driven, assumptions)?,
         };
         let comparison = measured.comparison().weighted(&plan.weights)?;
         Ok((measured, comparison))

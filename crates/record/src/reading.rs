@@ -26,42 +26,60 @@ use super::{Choice, MaskError, Masking, ReadOptions, RecordKind, Sensitivity, Se
 pub struct Reading {
     /// Column of the recorded quantity, by its header or number.
     #[serde(alias = "column")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub channel: Option<String>,
     /// Column of time, likewise.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub time_column: Option<String>,
     /// Unit of the quantity.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// Unit of time.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub time_unit: Option<String>,
     /// Sensitivity of decoder or hydrophone.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<String>,
     /// Full-scale value.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<String>,
     /// −6 dB bandwidth of the decoder.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub bandwidth: Option<String>,
     /// Delay of the decoder.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub delay: Option<String>,
     /// Instant of the trigger.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub trigger: Option<String>,
     /// Sample rate of rows without a time.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub sample_rate: Option<String>,
     /// Which offset is removed.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub baseline: Option<String>,
     /// What is done about missing cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub missing: Option<String>,
     /// What separates the values.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub delimiter: Option<String>,
     /// How decimals are written.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub decimal: Option<String>,
     /// Whether the sign is turned.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub invert: Option<bool>,
     /// Whether uneven samples are interpolated.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub resample: Option<bool>,
     /// Function or segment, from 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub dataset: Option<usize>,
     /// Number of shots that the record is the mean of.
     pub averages: Option<usize>,
     /// Which samples are masked: `auto`, `none`, or stretches such as `12.1us:13.4us`.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub mask: Option<String>,
 }
 
@@ -133,6 +151,54 @@ fn or<T>(
 }
 
 impl Reading {
+    /// What `options` state, so that [`Reading::below`] the default options gives them back; the drive frequency is not part of a reading.
+    #[must_use]
+    pub fn of(options: &ReadOptions) -> Self {
+        // A choice that is the default states nothing.
+        fn chosen<C: Choice + PartialEq>(choice: C) -> Option<String> {
+            Some(choice).filter(|choice| *choice != C::default()).and_then(written)
+        }
+        fn written<C: Choice + PartialEq>(choice: C) -> Option<String> {
+            C::WORDS.iter().find(|(_, of, _)| *of == choice).map(|(word, ..)| (*word).to_owned())
+        }
+        let si = |value: f64, dimension| Quantity::new(value, dimension).format_si();
+        let hertz = |value| si(value, Dimension::FREQUENCY);
+        let seconds = |value| si(value, Dimension::TIME);
+        Self {
+            channel: options.column.clone(),
+            time_column: options.time_column.clone(),
+            unit: options.unit.clone(),
+            time_unit: options.time_unit.clone(),
+            scale: options.scale.map(|scale| format!("{}/V", si(scale.per_volt(), scale.dimension()))),
+            range: options.range.map(|range| range.format_si()),
+            bandwidth: options.bandwidth.map(hertz),
+            delay: options.delay.map(seconds),
+            trigger: options.trigger.map(seconds),
+            sample_rate: options.sample_rate.map(hertz),
+            baseline: chosen(options.baseline),
+            missing: chosen(options.missing),
+            delimiter: options.delimiter.and_then(written),
+            decimal: options.decimal.and_then(written),
+            invert: options.invert.then_some(true),
+            resample: options.resample.then_some(true),
+            dataset: options.dataset,
+            mask: match &options.mask {
+                Masking::Auto => None,
+                Masking::None => Some("none".into()),
+                Masking::Stretches(stretches) => {
+                    let stretch = |[from, to]: &[f64; 2]| format!("{}:{}", seconds(*from), seconds(*to));
+                    Some(stretches.iter().map(stretch).collect::<Vec<_>>().join(","))
+                }
+            },
+        }
+    }
+
+    /// Whether it states nothing.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
     /// `options` where they say something, else what is stated here.
     ///
     /// # Errors
@@ -301,6 +367,45 @@ mod tests {
         ] {
             let message = wrong.below(ReadOptions::default()).unwrap_err().to_string();
             assert!(message.starts_with(key), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_reading_gives_back_the_options_it_was_made_of() {
+        use super::super::{Baseline, DecimalSign, Missing};
+        let full = |scale: &str, number: f64| ReadOptions {
+            time_column: Some("Time (s)".into()),
+            column: Some("CH2, V".into()),
+            time_unit: Some("us".into()),
+            unit: Some("mm/s".into()),
+            baseline: Baseline::Plateau,
+            invert: true,
+            bandwidth: Some(1e6 * number),
+            delay: Some(-1e-6 * number),
+            trigger: Some(1e-5 / number),
+            missing: Missing::Interpolate,
+            decimal: Some(DecimalSign::default()),
+            sample_rate: Some(1e7 / number),
+            scale: Some(Sensitivity::parse(scale).unwrap()),
+            range: Quantity::parse("10 V").ok(),
+            resample: true,
+            dataset: Some(2),
+            mask: Masking::Stretches(vec![[1e-6 * number, 2e-6 * number], [1e-5 * number, 1e-3 * number]]),
+            ..ReadOptions::default()
+        };
+        let mut all = vec![ReadOptions::default(), ReadOptions { mask: Masking::None, ..ReadOptions::default() }];
+        for (scale, number) in
+            [("125 mm/s/V", 1.0), ("2 um/V", 4.2), ("3.7 mV/MPa", 1.0 / 3.0), ("0.37 (mm/s)/mV", std::f64::consts::PI)]
+        {
+            all.push(full(scale, number));
+        }
+        for options in all {
+            let reading = Reading::of(&options);
+            let text = serde_json::to_string(&reading).unwrap();
+            assert!(!text.contains("null"), "{text}");
+            let kept: Reading = serde_json::from_str(&text).unwrap();
+            assert_eq!(kept.below(ReadOptions::default()).unwrap(), options, "{text}");
+            assert_eq!(kept.is_empty(), options == ReadOptions::default());
         }
     }
 

@@ -21,13 +21,14 @@ pub(super) fn wanted(kind: RecordKind) -> &'static str {
 /// How a sensitivity of this kind is written, and what it belongs to.
 pub(super) fn sensitivity(kind: RecordKind) -> (&'static str, &'static str) {
     match kind {
-        RecordKind::HornTip => {
-            ("a velocity or a displacement", "the decoder's sensitivity; pass it as --scale '125 mm/s/V' or '2 um/V'")
-        }
-        RecordKind::Vibrometer => ("a velocity", "the decoder's sensitivity; pass it as --scale '125 mm/s/V'"),
+        RecordKind::HornTip => (
+            "a velocity or a displacement",
+            "the decoder's sensitivity; pass it as --scale '<VALUE> um/V' or '<VALUE> mm/s/V'",
+        ),
+        RecordKind::Vibrometer => ("a velocity", "the decoder's sensitivity; pass it as --scale '<VALUE> mm/s/V'"),
         RecordKind::Hydrophone => (
             "a pressure",
-            "the hydrophone's sensitivity; pass it as --scale '250 nV/Pa' or '4 MPa/V', or write `# sensitivity: 250 nV/Pa` into the file",
+            "the hydrophone's sensitivity; pass it as --scale '<VALUE> mV/MPa', or write `# sensitivity: <VALUE> mV/MPa` into the file",
         ),
     }
 }
@@ -81,7 +82,7 @@ impl MeasurementError {
         if errors.len() == 1 { errors.remove(0) } else { Self::Several(errors) }
     }
 
-    /// Flags that would settle it, as they are typed, with values that may have to be replaced; `None` where no flag does.
+    /// Flags that would settle it, as they are typed, with placeholders such as `<VALUE>` for what only the user knows; `None` where no flag does.
     #[must_use]
     pub fn remedy(&self) -> Option<String> {
         Some(match self {
@@ -95,8 +96,11 @@ impl MeasurementError {
                     (true, false) => format!("{flag} {}", shell_word(candidates.first()?)),
                 }
             }
-            Self::Volts { kind: RecordKind::Hydrophone, .. } => "--scale '250 nV/Pa'".into(),
-            Self::Volts { .. } => "--scale '125 mm/s/V'".into(),
+            Self::Volts { kind, .. } => match kind {
+                RecordKind::HornTip => "--scale '<VALUE> um/V'".into(),
+                RecordKind::Vibrometer => "--scale '<VALUE> mm/s/V'".into(),
+                RecordKind::Hydrophone => "--scale '<VALUE> mV/MPa'".into(),
+            },
             Self::NoTime { .. } => "--sample-rate RATE".into(),
             Self::NoUnit { flag: "--time-unit", .. } => "--time-unit UNIT".into(),
             Self::NoUnit { flag: "--unit", .. } => "--unit UNIT".into(),

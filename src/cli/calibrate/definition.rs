@@ -214,8 +214,8 @@ impl InMemory {
         match (source, self.measured.get(number).and_then(Option::as_deref)) {
             (Source::File(path, options), Some(bytes)) => {
                 let drive_frequency = Some(bench.scene_with(&[])?.drive.frequency);
-                let options = ReadOptions { drive_frequency, ..*options };
-                Ok(Source::Record(Box::new(read_record_bytes(&path, bytes, Some(kind), &options)?)))
+                let read_with = ReadOptions { drive_frequency, ..(*options).clone() };
+                Ok(Source::Record(Box::new(read_record_bytes(&path, bytes, Some(kind), &read_with)?), options))
             }
             (source, _) => Ok(source),
         }

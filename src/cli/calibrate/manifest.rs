@@ -72,7 +72,7 @@ fn inputs(job: &Job) -> anyhow::Result<BTreeMap<String, InputDigest>> {
     let mut inputs = BTreeMap::new();
     let mut add = |role: String, path: PathBuf, known: Option<String>| -> anyhow::Result<()> {
         let sha256 = known.map_or_else(|| Ok(Input::digest(path.clone())?.sha256), anyhow::Ok)?;
-        inputs.insert(role, InputDigest { path: path.display().to_string(), sha256 });
+        inputs.insert(role, InputDigest { path: path.display().to_string(), sha256, ..InputDigest::default() });
         Ok(())
     };
     for (role, Input { path, sha256 }) in &job.plans {

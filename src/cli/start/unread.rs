@@ -7,7 +7,7 @@ use crate::{
     measurement::{MeasurementError, shell_word},
 };
 
-/// Why the records cannot be read, and the flags that would settle all of it, with values of a usual bench.
+/// Why the records cannot be read, and the flags that would settle all of it, with placeholders for its values.
 #[derive(Debug)]
 pub struct Unread {
     messages: Vec<String>,
@@ -23,9 +23,8 @@ impl fmt::Display for Unread {
 
 impl std::error::Error for Unread {}
 
-/// Sensitivities as the reader proposes them and as a horn has them.
-const OF_A_BEAD: &str = "'125 mm/s/V'";
-const OF_A_HORN: &str = "'2 um/V'";
+/// A horn's sensitivity, to be filled in.
+const OF_A_HORN: &str = "'<VALUE> um/V'";
 
 impl Unread {
     /// Of a record and, in another file, the horn's; `settled` are flags to type besides. An error that no flag settles comes back as it is.
@@ -45,8 +44,8 @@ impl Unread {
         }
         if let Some(error) = horn {
             let Some(remedy) = error.remedy() else { return Err(DriveUnread(error).into()) };
-            messages.push(DriveUnread::of_drive(&error.to_string()).replace(OF_A_BEAD, OF_A_HORN));
-            flags.push(DriveUnread::of_drive(&remedy).replace(OF_A_BEAD, OF_A_HORN));
+            messages.push(DriveUnread::of_drive(&error.to_string()));
+            flags.push(DriveUnread::of_drive(&remedy));
         }
         flags.extend(settled);
         Ok(Self { messages, flags: flags.join(" ") })

@@ -46,6 +46,7 @@ mod loss;
 mod material;
 mod mesh_file;
 mod motion;
+mod plausible;
 mod reader;
 mod reduced;
 mod settings;

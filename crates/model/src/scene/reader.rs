@@ -5,6 +5,7 @@ use super::{
     document::{Document, Entry, Value, resolved},
     error::Place,
     key::{GOVERNORS, Key, ValueKind, closest},
+    plausible,
     word::Word,
 };
 use granchain_signal::{Dimension, Quantity};
@@ -478,7 +479,15 @@ pub(super) fn quantity(entry: &Entry, key: &str, dimension: Dimension, bound: Bo
         _ => return Err(wrong_type(entry, key, dimension.describe())),
     };
     if bound.allows(value) {
-        return Ok(value);
+        return match plausible::doubt(key, value, dimension) {
+            None => Ok(value),
+            Some((expected, doubt)) => Err(SceneError::OutOfRange {
+                place: entry.place.clone(),
+                key: key.to_owned(),
+                expected,
+                found: format!("{}, {doubt}", Quantity::new(value, dimension)),
+            }),
+        };
     }
     Err(SceneError::OutOfRange {
         place: entry.place.clone(),

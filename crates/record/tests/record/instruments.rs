@@ -280,7 +280,7 @@ fn a_second_channel_is_told_by_its_name_and_else_asked_for_with_all_that_is_miss
     let error = read_with(&bare, &ReadOptions::default()).unwrap_err();
     let message = error.to_string();
     assert!(message.contains("choose one with --column") && message.contains("found volts"), "{message}");
-    assert_eq!(error.remedy().unwrap(), "--column 'CH1 (V)' --scale '125 mm/s/V'");
+    assert_eq!(error.remedy().unwrap(), "--column 'CH1 (V)' --scale '<VALUE> mm/s/V'");
     let same = two("CH (V)", "CH (V)");
     let message = refused(&same);
     assert!(message.contains("by its number, for they share a name: --column 2 or --column 3"), "{message}");
@@ -288,7 +288,7 @@ fn a_second_channel_is_told_by_its_name_and_else_asked_for_with_all_that_is_miss
     is_the_bench("by number", &read_with(&same, &channel("2")).unwrap(), &[]);
     let untimed = bare.lines().map(|line| line.split_once(',').unwrap().1.to_owned() + "\n").collect::<String>();
     let remedy = read_with(&untimed, &ReadOptions::default()).unwrap_err().remedy().unwrap();
-    assert_eq!(remedy, "--sample-rate RATE --column 'CH1 (V)' --scale '125 mm/s/V'");
+    assert_eq!(remedy, "--sample-rate RATE --column 'CH1 (V)' --scale '<VALUE> mm/s/V'");
 }
 
 #[test]

@@ -320,7 +320,7 @@ fn units_stated_twice_must_agree() {
         record.assumptions
     );
     let volts = replaced(&with("V"), b"        11    0", b"         0    0");
-    assert!(refused(&volts).contains("--scale '125 mm/s/V'"));
+    assert!(refused(&volts).contains("--scale '<VALUE> mm/s/V'"));
     let scaled = ReadOptions { scale: Some(Sensitivity::parse("1 mm/s/V").unwrap()), ..ReadOptions::default() };
     assert_eq!(read(&volts, &scaled).unwrap().raw.values, plain().raw.values);
 }

@@ -36,7 +36,8 @@ pub fn total_harmonic_distortion(
     let mut spectrum = None;
     for order in 2_u32.. {
         let frequency = f64::from(order) * drive_frequency;
-        if frequency > limit {
+        // A record has no more lines than samples.
+        if frequency > limit || order as usize > series.values.len() {
             break;
         }
         let amplitude = if order <= HIGHEST_SUMMED {
