@@ -182,6 +182,7 @@ impl Reading {
             invert: options.invert.then_some(true),
             resample: options.resample.then_some(true),
             dataset: options.dataset,
+            averages: options.averages,
             mask: match &options.mask {
                 Masking::Auto => None,
                 Masking::None => Some("none".into()),
