@@ -23,8 +23,15 @@ impl fmt::Display for Unread {
 
 impl std::error::Error for Unread {}
 
-/// A horn's sensitivity, to be filled in.
+/// Sensitivities of a decoder on a bead and on a horn, to be filled in.
+const OF_A_BEAD: &str = "'<VALUE> mm/s/V'";
 const OF_A_HORN: &str = "'<VALUE> um/V'";
+
+/// What was said of a file whose kind was open, of the horn's.
+fn as_of_horn(text: &str) -> String {
+    let text = DriveUnread::of_drive(text);
+    if text.contains(OF_A_HORN) { text } else { text.replace(OF_A_BEAD, OF_A_HORN) }
+}
 
 impl Unread {
     /// Of a record and, in another file, the horn's; `settled` are flags to type besides. An error that no flag settles comes back as it is.
@@ -44,8 +51,8 @@ impl Unread {
         }
         if let Some(error) = horn {
             let Some(remedy) = error.remedy() else { return Err(DriveUnread(error).into()) };
-            messages.push(DriveUnread::of_drive(&error.to_string()));
-            flags.push(DriveUnread::of_drive(&remedy));
+            messages.push(as_of_horn(&error.to_string()));
+            flags.push(as_of_horn(&remedy));
         }
         flags.extend(settled);
         Ok(Self { messages, flags: flags.join(" ") })
