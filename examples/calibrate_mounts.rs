@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // 2. The record.
     let path = folder.join("hydrophone.csv");
     let record = read_record_bytes(&path, &fs::read(&path)?, Some(RecordKind::Hydrophone), &options)?;
-    let shot = ShotPlan { source: Source::Record(Box::new(record)), bench, origin: None };
+    let shot = ShotPlan { source: Source::Record(Box::new(record), Box::default()), bench, origin: None };
 
     // 3. Clamped, supported and free, each fitted with few runs.
     let mounts = ["clamped", "supported", "free"].map(String::from).to_vec();

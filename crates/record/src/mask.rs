@@ -148,6 +148,10 @@ const NOISIEST: f64 = 7.0;
 const SPIKE: f64 = 0.04;
 /// Longest stretch in which a signal is lost, drive periods.
 const LOST: f64 = 2.0;
+/// Most samples that are searched.
+const MOST_SAMPLES: usize = 1 << 16;
+/// Spikes that do not count where the largest extreme of a long record is sought.
+const FEW_SPIKES: usize = 12;
 /// Most stretches.
 const MOST_STRETCHES: usize = 100;
 /// A sample that moves, over the robust peak.
@@ -202,6 +206,17 @@ pub(super) fn find(series: &Series, frequency: f64, of_horn: bool) -> Vec<(Range
     if period < FEWEST || (count as f64) < 8.0 * period {
         return Vec::new();
     }
+    if count > MOST_SAMPLES {
+        // The memory of an oscilloscope may be long, the motion is not.
+        let Some(motion) = moving(series, period).filter(|motion| motion.len() <= MOST_SAMPLES) else {
+            return Vec::new();
+        };
+        let cut = Series::new(series.time(motion.start), series.step, series.values[motion.clone()].to_vec());
+        let later = |(samples, reason): (Range<usize>, MaskReason)| {
+            (samples.start + motion.start..samples.end + motion.start, reason)
+        };
+        return find(&cut, frequency, of_horn).into_iter().map(later).collect();
+    }
     let highest = HIGHEST / series.step;
     let mut cutoffs = vec![f64::min(BAND * frequency, highest)];
     while let Some(cutoff) =
@@ -242,6 +257,23 @@ pub(super) fn find(series: &Series, frequency: f64, of_horn: bool) -> Vec<(Range
     }
     found.extend(search(highest).unlike_neighbours(&repaired));
     merged(found)
+}
+
+/// The samples about the motion of a long record: all half periods with a tenth of the largest extreme but for a few spikes, and twenty periods before
+/// and behind them.
+fn moving(series: &Series, period: f64) -> Option<Range<usize>> {
+    let block = (0.5 * period).round() as usize;
+    let rest = median(&series.values[..usize::max(16, block / 2).min(series.len())]);
+    let extremes: Vec<f64> = series
+        .values
+        .chunks(block)
+        .map(|part| part.iter().fold(0.0, |most, x| f64::max(most, (x - rest).abs())))
+        .collect();
+    let mut sorted = extremes.clone();
+    sorted.sort_by(|a, b| b.total_cmp(a));
+    let limit = MOVES * sorted.get(FEW_SPIKES).or(sorted.last())?;
+    let (first, last) = (extremes.iter().position(|it| *it > limit)?, extremes.iter().rposition(|it| *it > limit)?);
+    Some(first.saturating_sub(40) * block..((last + 40) * block).min(series.len()))
 }
 
 /// Stretches in order, those that touch made one.
@@ -513,88 +545,4 @@ impl Search {
 }
 
 #[cfg(test)]
-mod tests {
-    use rand::{Rng, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
-    use rand_distr::{Distribution, StandardNormal};
-
-    use super::*;
-
-    const F0: f64 = 73e3;
-
-    /// A train of impulses of 1.2 µs that alternate in height, a tone under them, 1 % of noise, after 40 µs of rest.
-    fn train(sample_rate: f64, seed: u64) -> Series {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let step = 1.0 / sample_rate;
-        let value = |t: f64| {
-            if t < 40e-6 {
-                return 0.0;
-            }
-            let cycle = ((t - 40e-6) * F0).floor();
-            let height = if (cycle as i64) % 2 == 0 { 1.0 } else { 0.6 };
-            let distance = (t - 40e-6) - (cycle + 0.5) / F0;
-            let grown = ((t - 40e-6) * F0 / 3.0).min(1.0);
-            grown
-                * (height * (-0.5 * (distance / 0.5e-6).powi(2)).exp() - 0.25 * (std::f64::consts::TAU * F0 * t).sin())
-        };
-        let values = (0..(700e-6 * sample_rate) as usize).map(|i| {
-            let noise: f64 = StandardNormal.sample(&mut random);
-            value(i as f64 * step) + 0.01 * noise
-        });
-        Series::new(0.0, step, values.collect())
-    }
-
-    #[test]
-    fn drop_outs_and_spikes_are_found_where_they_are_and_impulses_are_not_masked() {
-        for (number, sample_rate) in [2.5e6, 5e6, 12.5e6, 25e6].into_iter().enumerate() {
-            let clean = train(sample_rate, number as u64);
-            assert_eq!(find(&clean, F0, false), [], "{sample_rate}");
-            let mut random = ChaCha8Rng::seed_from_u64(100 + number as u64);
-            let mut broken = clean.clone();
-            let index = |t: f64| (t * sample_rate) as usize;
-            // Lost on the flank of the tone, for 1.6 µs; spikes between the impulses.
-            let lost = [150e-6, 260e-6, 391e-6].map(|t| index(t)..index(t + 1.6e-6));
-            for samples in lost.clone() {
-                broken.values[samples].fill(0.0);
-            }
-            let spikes = [201e-6, 330e-6, 500e-6].map(index);
-            for spike in spikes {
-                broken.values[spike] += if random.random() { 0.9 } else { -0.9 };
-            }
-            let found = find(&broken, F0, false);
-            for samples in &lost {
-                let jump = (clean.values[samples.start] - clean.values[samples.end])
-                    .abs()
-                    .max(clean.values[samples.start].abs());
-                let covered =
-                    found.iter().any(|(masked, _)| masked.start <= samples.start + 1 && masked.end + 1 >= samples.end);
-                assert!(covered || jump < 0.15, "{sample_rate}: {samples:?} in {found:?}");
-            }
-            for spike in spikes {
-                assert!(found.iter().any(|(masked, _)| masked.contains(&spike)), "{sample_rate}: {spike} in {found:?}");
-            }
-            // Nothing else, and little beside it.
-            let masked: usize = found.iter().map(|(samples, _)| samples.len()).sum();
-            assert!(masked <= 3 * (index(2.4e-6) + 2) + 3 * (1 + index(0.4e-6)), "{sample_rate}: {found:?}");
-        }
-    }
-
-    #[test]
-    fn what_a_trigger_leaves_at_rest_is_masked() {
-        let mut series = train(10e6, 7);
-        series.values[..4].fill(0.2);
-        assert_eq!(find(&series, F0, false), [(0..4, MaskReason::TriggerSpike)]);
-    }
-
-    #[test]
-    fn a_mask_is_stated_in_stretches_of_the_file_s_axis() {
-        let series = Series::new(-1e-6, 1e-6, vec![0.0; 10]);
-        let Masking::Stretches(stretches) = "0.5us:2.5us, 7us:9us".parse().unwrap() else { panic!("stretches") };
-        let found = stated(&series, &stretches);
-        assert_eq!(found, [(2..4, MaskReason::Stated), (8..10, MaskReason::Stated)]);
-        assert_eq!("none".parse(), Ok(Masking::None));
-        for wrong in ["12us", "2us:1us", "1V:2V", ""] {
-            assert!(wrong.parse::<Masking>().is_err(), "{wrong}");
-        }
-    }
-}
+mod tests;

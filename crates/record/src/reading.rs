@@ -77,6 +77,7 @@ pub struct Reading {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dataset: Option<usize>,
     /// Number of shots that the record is the mean of.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub averages: Option<usize>,
     /// Which samples are masked: `auto`, `none`, or stretches such as `12.1us:13.4us`.
     #[serde(skip_serializing_if = "Option::is_none")]
