@@ -53,7 +53,7 @@ fn word(bytes: &[u8], at: usize) -> String {
 fn a_fresh_calibration_passes_and_any_altered_digit_is_named() {
     let bench = Bench::new();
     bench.add_horn_tip();
-    let output = bench.calibrate(&["--out", "fresh", "--quiet"]);
+    let output = bench.calibrate(&["--out", "fresh", "--quiet", "--bounds", "alpha=0.2:2"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let output = verify(&bench, &["fresh"]);
     assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
@@ -205,7 +205,7 @@ fn the_runs_the_manifest_and_the_times_are_held(bench: &Bench, written: &BTreeMa
     // A run made up, with a digest to match: the runs made again find it.
     let mut altered = written.clone();
     let text = std::str::from_utf8(runs).unwrap();
-    let first = text.lines().skip(1).find(|line| line.split(',').nth(9).is_some_and(|z| !z.is_empty())).unwrap();
+    let first = text.lines().nth(1).unwrap();
     let z = first.split(',').nth(9).unwrap();
     let forged = text.replacen(z, &format!("{}1", &z[..z.len() - 1]), 1);
     let manifest = std::str::from_utf8(&written["manifest.json"]).unwrap();
