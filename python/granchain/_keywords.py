@@ -62,6 +62,10 @@ class ReadingOptions(SampleOptions, total=False):
     """Sample rate of a file without a column of time, Hz."""
     dataset: int
     """Function of a universal file, or segment of a file with several; from 1."""
+    averages: int
+    """Number of shots that the record is the mean of."""
+    mask: str
+    """Samples that are masked: ``auto``, ``none``, or stretches such as ``12.1us:13.4us``."""
     bench: StrPath
     """Bench file with the reading of all channels."""
 
@@ -86,6 +90,8 @@ class RecordsOptions(ReadingOptions, total=False):
     drive_range: str
     drive_resample: bool
     drive_dataset: int
+    drive_averages: int
+    drive_mask: str
 
 
 def text(value: object) -> str:

@@ -12,7 +12,7 @@ import pytest
 import granchain
 from conftest import ROOT, Program
 
-RUNS = 200
+RUNS = 400
 
 
 @pytest.fixture(scope="module")

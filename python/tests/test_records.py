@@ -49,7 +49,7 @@ def test_a_refusal_says_where_and_what_to_pass_in_keywords(tmp_path: Path) -> No
     with pytest.raises(granchain.RecordError) as refused:
         granchain.read(scope, kind="vibrometer")
     message = str(refused.value)
-    assert "scope.csv" in message and "scale='125 mm/s/V'" in message and "--" not in message, message
+    assert "scope.csv" in message and "scale='<VALUE> mm/s/V'" in message and "--" not in message, message
     with pytest.raises(granchain.RecordError, match="nowhere.csv"):
         granchain.read("nowhere.csv")
     with pytest.raises(granchain.UsageError, match="baseline"):

@@ -8,7 +8,7 @@ const RANGES: &[(&str, f64, f64, &[&str])] = &[
     ("chain.radius", 1e-8, 0.1, &["mm", "um"]),
     ("chain.override.radius", 1e-8, 0.1, &["mm", "um"]),
     ("materials.*.youngs_modulus", 1e3, 1e15, &["GPa", "MPa"]),
-    ("materials.*.density", 0.1, 1e6, &["g/cm^3"]),
+    ("materials.*.density", 0.1, 1e8, &["g/cm^3"]),
     ("drive.amplitude", 0.0, 0.01, &["um", "nm"]),
     ("drive.frequency", 1.0, 1e8, &["kHz", "MHz"]),
     ("drive.ring_up", 0.0, 1.0, &["us"]),

@@ -122,7 +122,7 @@ fn redundant(room: &mut Room<'_>) -> Result<(), String> {
     let mut scene = scene(room)?;
     scene.damping.coefficients[DampingTerm::KuwabaraKono] = 3660.0;
     // Far below the roughness that every run draws.
-    let both = [("gap", Some([1e-14, 1e-12])), ("alpha", None)];
+    let both = [("gap", Some([1e-14, 1e-12])), ("alpha", Some([0.2, 2.0]))];
     let mut shares: Vec<f64> = Vec::new();
     let (mut widest, mut false_answers): (f64, f64) = (0.0, 0.0);
     for seed in (0..REDUNDANT).map(|number| room.plan.seed.wrapping_add(number)) {
