@@ -170,36 +170,37 @@ impl Fit {
     /// that presses on both ends of its box is not told by the record, and no wider box tells it.
     #[must_use]
     pub fn widened(&self) -> Option<Vec<Parameter>> {
-        let mut moved = false;
-        let widened = self.parameters.iter().enumerate().map(|(d, parameter)| {
+        self.widened_where(|d| {
             let [low, high] = [0.05, 0.95].map(|probability| self.posterior.quantile(d, probability));
             match Parameter::pressed(low, self.most_likely[d], high) {
-                (false, false) | (true, true) => parameter.clone(),
-                (down, up) => {
-                    parameter.widened(down, up).inspect(|_| moved = true).unwrap_or_else(|| parameter.clone())
-                }
+                (true, true) => (false, false),
+                one => one,
             }
-        });
-        let widened: Vec<Parameter> = widened.collect();
-        moved.then_some(widened)
+        })
     }
 
     /// The parameters in a box four times wider on every side that nobody chose; `None` where there is no such side.
     #[must_use]
     pub fn widened_all_round(&self) -> Option<Vec<Parameter>> {
-        let mut moved = false;
-        let widened = self.parameters.iter().map(|parameter| {
-            let widened = parameter.widened(true, true).inspect(|_| moved = true);
-            widened.unwrap_or_else(|| parameter.clone())
-        });
-        let widened: Vec<Parameter> = widened.collect();
-        moved.then_some(widened)
+        self.widened_where(|_| (true, true))
+    }
+
+    /// The parameters, each widened down and up as `ends` says by its number; `None` where none of them may be.
+    fn widened_where(&self, ends: impl Fn(usize) -> (bool, bool)) -> Option<Vec<Parameter>> {
+        let widened = |(d, parameter): (usize, &Parameter)| {
+            let (down, up) = ends(d);
+            parameter.widened(down, up)
+        };
+        let widened: Vec<Option<Parameter>> = self.parameters.iter().enumerate().map(widened).collect();
+        let moved = widened.iter().any(Option::is_some);
+        let own = widened.into_iter().zip(&self.parameters);
+        moved.then(|| own.map(|(widened, own)| widened.unwrap_or_else(|| own.clone())).collect())
     }
 
     /// Whether this fit, of a wider box, explains the record where `narrow` does not, or much better.
     #[must_use]
     pub(crate) fn improves_on(&self, narrow: &Self) -> bool {
-        self.verdict.explains() || self.agreement.p >= agreement::OUTSIDE || self.misfit < BETTER * narrow.misfit
+        self.verdict.explains() || self.misfit < BETTER * narrow.misfit
     }
 
     /// The fitted values, SI, in the order of `parameters`.

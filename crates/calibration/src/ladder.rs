@@ -6,7 +6,6 @@ use std::{
 };
 
 use super::{
-    agreement,
     candidate::Candidate,
     checkpoint::{CheckpointError, SearchCheckpoint},
     correction::Correction,
@@ -189,7 +188,7 @@ pub(super) fn climb(
             }
         }
         let pressed = fit.as_ref().ok().and_then(Fit::widened).filter(|_| runs.narrow.len() < WIDEST);
-        let unexplained = |fit: &&Fit| fit.agreement.p < agreement::OUTSIDE && !beyond;
+        let unexplained = |fit: &&Fit| !fit.verdict.explains() && !beyond;
         match (pressed, fit) {
             (Some(widened), _) => {
                 candidate.parameters = widened;

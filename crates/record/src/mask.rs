@@ -292,6 +292,16 @@ fn merged(mut found: Vec<(Range<usize>, MaskReason)>) -> Vec<(Range<usize>, Mask
     all
 }
 
+/// σ of normal samples about a level, by their median distance from it.
+fn deviation(values: &[f64], level: f64) -> f64 {
+    1.4826 * median(&values.iter().map(|x| (x - level).abs()).collect::<Vec<_>>())
+}
+
+/// σ of normal samples, by the median of their first differences.
+fn from_differences(values: &[f64]) -> f64 {
+    median(&values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect::<Vec<_>>()) / 0.954
+}
+
 /// Short excursions from rest, well before anything moves.
 fn before_motion(series: &Series, first_motion: usize, period: f64, peak: f64) -> Vec<(Range<usize>, MaskReason)> {
     let until = first_motion.saturating_sub((CLEAR * period) as usize);
@@ -300,7 +310,7 @@ fn before_motion(series: &Series, first_motion: usize, period: f64, peak: f64) -
         return Vec::new();
     }
     let level = median(quiet);
-    let deviation = 1.4826 * median(&quiet.iter().map(|x| (x - level).abs()).collect::<Vec<_>>());
+    let deviation = deviation(quiet, level);
     let limit = f64::max(LEAPS.0 * deviation, LEAPS.1 * peak);
     let longest = (TRIGGER * period).ceil() as usize;
     let mut found = Vec::new();
@@ -366,7 +376,7 @@ impl Search {
         let mut largest: Vec<f64> = moving.chunks(6).map(|part| part.iter().copied().fold(0.0, f64::max)).collect();
         largest.sort_by(f64::total_cmp);
         let rank = |share: f64| largest.get((share * largest.len() as f64) as usize).copied().unwrap_or(0.0);
-        let deviation = 1.4826 * median(&above.iter().map(|x| x.abs()).collect::<Vec<_>>());
+        let deviation = deviation(&above, 0.0);
         // Where impulses leave nothing but noise, an excess is one over the largest noise.
         let typical = rank(0.3);
         let noisy = rank(0.4) < NOISE * deviation;
@@ -514,18 +524,16 @@ impl Search {
     fn noise(&self, values: &[f64]) -> f64 {
         let quiet = &values[..self.first_motion.saturating_sub((CLEAR * self.period) as usize)];
         if quiet.len() >= 32 {
-            let level = median(quiet);
-            return 1.4826 * median(&quiet.iter().map(|x| (x - level).abs()).collect::<Vec<_>>());
+            return deviation(quiet, median(quiet));
         }
-        median(&values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect::<Vec<_>>()) / 0.954
+        from_differences(values)
     }
 
     /// Stretches of samples at one level that begin or end next to `at`.
     fn flat(&self, local: &Series, at: usize) -> Vec<Range<usize>> {
         let values = &local.values;
         let beside = (0.01 * self.period).ceil() as usize + 1;
-        let differences: Vec<f64> = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
-        let noise = median(&differences) / 0.954;
+        let noise = from_differences(values);
         let mut found: Vec<Range<usize>> = Vec::new();
         for start in at.saturating_sub(beside)..=(at + beside).min(values.len() - 1) {
             // Noise of the lost signal, which nobody knows: as little as the record's, as much as a hundredth of the peak.
