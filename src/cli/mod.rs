@@ -11,12 +11,11 @@ pub mod calibrate;
 mod calibrated;
 mod calibrated_drive;
 mod completions;
-pub mod contact;
-pub mod convergence;
 pub mod convert;
+pub mod coverage;
 mod doctor;
 pub mod experiment;
-mod forecast;
+pub mod forecast;
 pub mod inspect;
 pub mod interrupt;
 mod level;
@@ -30,13 +29,10 @@ pub mod report;
 pub mod scene;
 pub mod spectrum;
 pub mod start;
-pub mod stress;
-pub mod study;
-mod summary;
+pub mod summary;
 pub mod sweep;
 pub mod sweep_table;
 pub mod timing;
-pub mod twins;
 
 use std::{ffi::OsString, io::Write, process::ExitCode, sync::OnceLock};
 
@@ -103,25 +99,17 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Write a record of any form as a universal file or a table
     Convert(convert::Arguments),
-    /// Press one contact together: force, radius and pressure against closed laws
-    Contact(contact::Arguments),
     /// Draw, count and write the finite element mesh of a scene
     Mesh(mesh::Arguments),
-    /// Run a scene by finite elements on several meshes and steps: errors, their order, their cost
-    Convergence(convergence::Arguments),
     /// What accuracy costs: every setting of a scene's ladder with its error and its time
     Accuracy(accuracy::Arguments),
-    /// Whole studies with a page each: the paper's experiment
-    Study(study::Arguments),
-    /// Hard cases on every model: criterion, what was measured, pass or fail
-    Stress(stress::Arguments),
     /// Hold a finished report against what it was made from
     Report(report::Arguments),
     /// List, show, check or start scene files
     Scene(scene::Arguments),
-    /// Calibrate against made-up records of known truth: the tool's own proof
-    Twins(twins::Arguments),
-    /// Join the parts of a sweep, of twins or of a study, run with --part K/N, to the results of the whole run
+    /// Calibrate synthetic records of known truth and count how often the intervals hold it
+    Coverage(coverage::Arguments),
+    /// Join the parts of a sweep or of coverage, run with --part K/N, to the results of the whole run
     Merge(parts::Arguments),
     /// Print version, processor, threads and cache as found on this machine
     Doctor(doctor::Arguments),
@@ -141,15 +129,11 @@ impl Command {
             Self::Spectrum(arguments) => &arguments.session,
             Self::Inspect(arguments) => &arguments.session,
             Self::Convert(arguments) => &arguments.session,
-            Self::Contact(arguments) => &arguments.session,
             Self::Mesh(arguments) => &arguments.session,
-            Self::Convergence(arguments) => &arguments.session,
             Self::Accuracy(arguments) => &arguments.session,
-            Self::Study(arguments) => &arguments.session,
-            Self::Stress(arguments) => &arguments.session,
             Self::Report(arguments) => &arguments.session,
             Self::Scene(arguments) => &arguments.session,
-            Self::Twins(arguments) => &arguments.session,
+            Self::Coverage(arguments) => &arguments.session,
             Self::Merge(arguments) => &arguments.session,
             Self::Doctor(arguments) => &arguments.session,
             Self::Completions(arguments) => &arguments.session,
@@ -166,15 +150,11 @@ impl Command {
             Self::Spectrum(arguments) => spectrum::execute(arguments),
             Self::Inspect(arguments) => inspect::execute(arguments),
             Self::Convert(arguments) => convert::execute(arguments),
-            Self::Contact(arguments) => contact::execute(arguments),
             Self::Mesh(arguments) => mesh::execute(arguments),
-            Self::Convergence(arguments) => convergence::execute(arguments),
             Self::Accuracy(arguments) => accuracy::execute(arguments),
-            Self::Study(arguments) => study::execute(arguments),
-            Self::Stress(arguments) => stress::execute(arguments),
             Self::Report(arguments) => report::execute(arguments),
             Self::Scene(arguments) => scene::execute(arguments),
-            Self::Twins(arguments) => twins::execute(arguments),
+            Self::Coverage(arguments) => coverage::execute(arguments),
             Self::Merge(arguments) => parts::execute(arguments),
             Self::Doctor(arguments) => doctor::execute(arguments),
             Self::Completions(arguments) => completions::execute(arguments),
@@ -201,17 +181,15 @@ fn divisible(
     let session = Session { seed: own.seed, ..session.clone() };
     match &mut command {
         Command::Sweep(flags) => (flags.output, flags.session) = (output.clone(), session),
-        Command::Twins(flags) => (flags.output, flags.session) = (output.clone(), session),
-        Command::Study(flags) => (*flags.which.output(), flags.session) = (output.clone(), session),
+        Command::Coverage(flags) => (flags.output, flags.session) = (output.clone(), session),
         _ => {}
     }
     match command {
         Command::Sweep(flags) => Ok(Box::new(sweep::Study::new(flags)?)),
-        Command::Twins(flags) => twins::divisible(flags),
-        Command::Study(flags) => study::divisible(flags),
+        Command::Coverage(flags) => Ok(Box::new(coverage::Study::new(flags)?)),
         _ => {
             let found = arguments.first().map_or("nothing", String::as_str);
-            anyhow::bail!("expected the arguments of sweep, twins or study, found `{found}`")
+            anyhow::bail!("expected the arguments of sweep or coverage, found `{found}`")
         }
     }
 }

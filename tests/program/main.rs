@@ -5,7 +5,6 @@
 mod calibrate_bench;
 mod cli_contract;
 mod cli_interrupt;
-mod contact_command;
 mod convert_command;
 mod documents;
 mod fea_replay;
