@@ -4,7 +4,6 @@
 //! replay, a sweep, a set of twins or a static contact deserves. Nothing here computes physics and nothing here touches the file system: a
 //! report is a list of relative paths and bytes.
 
-pub mod animation;
 pub mod calibration;
 pub mod figure;
 pub mod heard;
@@ -16,6 +15,5 @@ pub mod pressure;
 pub mod replay;
 pub mod spectrum;
 pub mod sweep;
-pub mod von_mises;
 
 pub use granchain_signal::number;

@@ -1,7 +1,5 @@
 //! The study before water, small: what it runs, what it says, what it writes.
 
-use std::{fs, process::Command};
-
 use granchain_reproduction::divided::Divided;
 use granchain_reproduction::failure::StudyError;
 use granchain_reproduction::page::water::WaterReport;
@@ -76,57 +74,4 @@ fn too_few_runs_are_refused_and_a_stop_is_a_stop() {
         }
     }
     assert!(matches!(study(3).unwrap().run(&Stop), Err(StudyError::Stopped)));
-}
-
-#[test]
-fn a_replay_before_water_writes_maps_and_tables_only_when_asked() {
-    let place = tempfile::tempdir().unwrap();
-    let granchain = |flags: &[&str], out: &str| {
-        let out = place.path().join(out);
-        let scene =
-            ["replay", "--scene", "water", "--model", "chain", "--set", "drive.cycles=8", "--set", "duration=125 us"];
-        let output = Command::new(env!("CARGO_BIN_EXE_granchain-reproduction"))
-            .args(scene)
-            .args(flags)
-            .args(["--quiet", "--out", out.to_str().unwrap()])
-            .output()
-            .unwrap();
-        (output, out)
-    };
-    let (plain, folder) = granchain(&[], "plain");
-    assert!(plain.status.success(), "{}", String::from_utf8_lossy(&plain.stderr));
-    assert!(!folder.join("pressure_map.svg").exists() && !folder.join("interface").exists());
-    let flags = [
-        "--pressure-map",
-        "60us,62us",
-        "--pressure-map-frequency",
-        "73kHz,0.949MHz",
-        "--beam-pattern",
-        "0.949MHz",
-        "--export-interface",
-    ];
-    let (asked, folder) = granchain(&flags, "asked");
-    assert!(asked.status.success(), "{}", String::from_utf8_lossy(&asked.stderr));
-    for name in ["pressure_map.svg", "pressure_map_frequency.png", "beam_pattern.svg", "interface/velocity.csv"] {
-        assert!(folder.join(name).is_file(), "{name}");
-    }
-    let hints: serde_json::Value =
-        serde_json::from_slice(&fs::read(folder.join("interface/grid.json")).unwrap()).unwrap();
-    let (points, instants) = (hints["points"].as_u64().unwrap(), hints["instants"].as_u64().unwrap());
-    assert_eq!(fs::metadata(folder.join("interface/velocity.npy")).unwrap().len(), 128 + 8 * points * instants);
-    // What was run stays what it was.
-    let response = |folder: &std::path::Path| fs::read(folder.join("response.csv")).unwrap();
-    assert_eq!(response(&folder), response(&place.path().join("plain")));
-}
-
-#[test]
-fn a_scene_without_water_has_no_field_to_draw() {
-    let place = tempfile::tempdir().unwrap();
-    let out = place.path().join("out");
-    let output = Command::new(env!("CARGO_BIN_EXE_granchain-reproduction"))
-        .args(["replay", "--scene", "rigid", "--pressure-map", "60us", "--out", out.to_str().unwrap()])
-        .output()
-        .unwrap();
-    assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("--pressure-map needs water") && !out.exists());
 }

@@ -117,7 +117,6 @@ fn all(scene: &Scene) -> Vec<Effect> {
         asked("fields", "--fields"),
         asked("field of the water", "--pressure-map"),
         asked("checkpoint", "--checkpoint"),
-        asked("animation", "--animation"),
         asked("ensemble of perturbed runs", "--ensemble"),
     ]);
     effects

@@ -88,7 +88,6 @@ pub const FEA: Case = Case {
         "duration=10us",
         "--fields",
         "5us",
-        "--animation",
         "--checkpoint",
         "5us",
     ],
