@@ -25,7 +25,6 @@ pub mod parts;
 pub mod progress;
 pub mod reading;
 pub mod replay;
-pub mod report;
 pub mod scene;
 pub mod spectrum;
 pub mod start;
@@ -33,6 +32,7 @@ pub mod summary;
 pub mod sweep;
 pub mod sweep_table;
 pub mod timing;
+pub mod verify;
 
 use std::{ffi::OsString, io::Write, process::ExitCode, sync::OnceLock};
 
@@ -103,8 +103,8 @@ enum Command {
     Mesh(mesh::Arguments),
     /// What accuracy costs: every setting of a scene's ladder with its error and its time
     Accuracy(accuracy::Arguments),
-    /// Hold a finished report against what it was made from
-    Report(report::Arguments),
+    /// Run a calibration again from its recorded inputs and compare every number
+    Verify(verify::Arguments),
     /// List, show, check or start scene files
     Scene(scene::Arguments),
     /// Calibrate synthetic records of known truth and count how often the intervals hold it
@@ -131,7 +131,7 @@ impl Command {
             Self::Convert(arguments) => &arguments.session,
             Self::Mesh(arguments) => &arguments.session,
             Self::Accuracy(arguments) => &arguments.session,
-            Self::Report(arguments) => &arguments.session,
+            Self::Verify(arguments) => &arguments.session,
             Self::Scene(arguments) => &arguments.session,
             Self::Coverage(arguments) => &arguments.session,
             Self::Merge(arguments) => &arguments.session,
@@ -152,7 +152,7 @@ impl Command {
             Self::Convert(arguments) => convert::execute(arguments),
             Self::Mesh(arguments) => mesh::execute(arguments),
             Self::Accuracy(arguments) => accuracy::execute(arguments),
-            Self::Report(arguments) => report::execute(arguments),
+            Self::Verify(arguments) => verify::execute(arguments),
             Self::Scene(arguments) => scene::execute(arguments),
             Self::Coverage(arguments) => coverage::execute(arguments),
             Self::Merge(arguments) => parts::execute(arguments),

@@ -26,7 +26,7 @@ const NOT_RUN: [&str; 22] = [
     "scene explain annulus --accuracy",
     "replay --scene annulus --set damping.kind",
     "twins",
-    "report verify DIR",
+    "verify DIR",
     "calibrate --plan plan.toml --out fit",
     "start FILE",
     "accuracy --calibration",

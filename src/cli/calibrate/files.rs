@@ -1,4 +1,4 @@
-//! From a fit to everything that a calibration leaves behind: what `calibrate` writes, and what `report verify` holds a folder against.
+//! From a fit to everything that a calibration leaves behind: what `calibrate` writes, and what `verify` compares a folder with.
 
 use std::sync::Arc;
 

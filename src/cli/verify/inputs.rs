@@ -18,11 +18,9 @@ const MOST_FILES: usize = 20_000;
 
 /// Check every input where it was when the calibration was made, as seen from the current folder.
 ///
-/// `also` is what `calibration.json` says of the same files: where it knows a file that the manifest does not, the manifest was altered.
-///
 /// # Errors
 /// With the first file that is missing or another one.
-pub fn check(inputs: &BTreeMap<String, InputDigest>, also: &BTreeMap<String, String>) -> anyhow::Result<()> {
+pub fn check(inputs: &BTreeMap<String, InputDigest>) -> anyhow::Result<()> {
     for (role, input) in inputs {
         let place = format!("{}: inputs.{role}", manifest::FILE);
         let path = PathBuf::from(&input.path);
@@ -42,15 +40,11 @@ pub fn check(inputs: &BTreeMap<String, InputDigest>, also: &BTreeMap<String, Str
         }
         let found = Input::digest(path)?.sha256;
         if found != input.sha256 {
-            let remedy = if also.get(role) == Some(&found) {
-                "calibration.json knows this file: the digest in the manifest was altered".to_owned()
-            } else {
-                format!(
-                    "{} is not the file that was read; get that one, or name a folder with it as --inputs",
-                    input.path
-                )
-            };
-            bail!("{place}.sha256: expected that of the file, {found}, found {}; {remedy}", input.sha256);
+            bail!(
+                "{place}.sha256: expected {}, found {found}: {} is not the file that was read; get that one, or name a folder with it as --inputs",
+                input.sha256,
+                input.path
+            );
         }
     }
     Ok(())
