@@ -3,6 +3,7 @@
 //! plan and flags → record and drive → one fit a damping law → the accurate run at the fit → report.
 
 mod alpha_sweep;
+mod bench;
 pub(super) mod definition;
 pub mod files;
 pub(super) mod manifest;

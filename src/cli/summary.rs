@@ -17,8 +17,8 @@ use crate::{
     report::number::{engineering, fixed, significant},
     response::SolverWork,
     scene::{
-        ContactLaw, DampingCoefficients, DampingPlacement, DampingTerm, DriveKind, Integrator, Limits, ModelKind,
-        Scene, TermDescription,
+        self, BUILT_IN, ContactLaw, DampingCoefficients, DampingPlacement, DampingTerm, DriveKind, FlatContact,
+        Integrator, Limits, ModelKind, Scene, Support, TermDescription,
     },
     signal::Quantity,
     study::{
@@ -189,12 +189,36 @@ pub fn scene_digest(scene: &Scene) -> String {
     sha256(format!("{:?}", scene.clone().with_limits(Limits::default())).as_bytes())
 }
 
-/// A scene's own words, and what of its bench was set otherwise: they are of the scene as it comes. The model has its own place.
+/// A scene's own words where they hold: a bench that was changed, or a file that took over the words of a built-in scene, is described by what stands on
+/// it. The model has its own place.
 #[must_use]
 pub fn described(scene: &Scene, overrides: &[String]) -> String {
-    let of_bench = overrides.iter().filter(|set| !set.starts_with("model."));
-    let set: Vec<String> = of_bench.map(|set| set.replacen('=', " = ", 1)).collect();
-    if set.is_empty() { scene.description.clone() } else { format!("{}; but {}", scene.description, set.join(", ")) }
+    let changed = overrides.iter().any(|set| !set.starts_with("model."));
+    let of_another =
+        |name: &str| name != scene.name && scene::load(name, &[]).is_ok_and(|own| own.description == scene.description);
+    let taken_over = || BUILT_IN.iter().any(|own| of_another(own.name));
+    if !changed && !scene.description.is_empty() && !taken_over() {
+        return scene.description.clone();
+    }
+    let beads = &scene.chain.beads;
+    let support = match &scene.support {
+        Support::Flat(FlatContact::Rigid) => "rigid wall",
+        Support::Flat(FlatContact::HalfSpace) => "half-space of the bead's material",
+        Support::Annulus { .. } => "annulus",
+        Support::Spring { .. } => "spring",
+        Support::Disc { .. } if scene.water.is_some() => "disc on water",
+        Support::Disc { .. } => "disc in vacuum",
+        Support::Body { .. } => "meshed body",
+        Support::Free => "free end",
+    };
+    format!(
+        "{} {} beads of radius {}, {support}, {}, damping {}",
+        beads.len(),
+        beads[0].material.name,
+        engineering(beads[0].radius, "m", 4),
+        engineering(scene.drive.frequency, "Hz", 4),
+        scene.damping.kind.name()
+    )
 }
 
 /// A run's short report.
@@ -338,7 +362,8 @@ fn work(summary: &Summary) -> String {
     }
 }
 
-fn drive(scene: &Scene) -> String {
+/// The drive in words.
+pub fn drive(scene: &Scene) -> String {
     let peak = engineering(scene.drive.amplitude, "m", 3);
     match &scene.drive.kind {
         DriveKind::SineCycles { cycles } => format!("{} cycles of {peak}", short(*cycles)),
@@ -359,7 +384,8 @@ fn short(value: f64) -> String {
     format!("{value:.3e}").parse::<f64>().unwrap_or(value).to_string()
 }
 
-fn damping(scene: &Scene) -> String {
+/// The dashpots in words.
+pub fn damping(scene: &Scene) -> String {
     let law = &scene.damping;
     let place = match law.placement {
         DampingPlacement::Beads => "between beads only",

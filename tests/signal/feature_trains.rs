@@ -123,3 +123,20 @@ fn the_rms_difference_of_a_known_change_is_that_change() {
     // 5000 samples: the rms of the noise is known to 1 %.
     assert!((found.rms_difference / 0.01 - 1.0).abs() < 0.03, "{found:?}");
 }
+
+#[test]
+fn traces_of_a_million_samples_are_compared_in_seconds() {
+    let fine = |series: &Series| {
+        let step = series.step / 150.0;
+        let values = (0..series.len() * 150).map(|i| series.values[i / 150]).collect();
+        Series::new(series.start, step, values)
+    };
+    let (reference, other) = (fine(&period_three(0, 0.0, 1e-7)), fine(&period_three(1, 0.0, 1e-7)));
+    assert!(reference.len() > 900_000);
+    let begin = std::time::Instant::now();
+    let found = similarity(&reference, &other, Window::new(5.0 * PERIOD, 42.0 * PERIOD), F0).unwrap();
+    let took = begin.elapsed().as_secs_f64();
+    // The sum of each of 160,000 lags by itself would take minutes.
+    assert!(took < 15.0, "{took} s");
+    assert!(found.correlation > 1.0 - 1e-5 && found.shift_periods.rem_euclid(3) == 2, "{found:?}");
+}

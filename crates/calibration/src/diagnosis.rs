@@ -2,8 +2,9 @@
 //! a right one would.
 //!
 //! Two need no further run, for the runs of the fit are judged anew: the other sign, and a factor on all amplitudes (a sensitivity).
-//! The others are searched on the chain with a few hundred runs each: powers of ten (a unit), one bead more or fewer, other beads, another support, an open first gap,
-//! the other damping law. What explains the record is named, most likely first; nothing is named that does not.
+//! The others are searched on the chain with a few hundred runs each: powers of ten (a unit), the horn's sign, one bead more or fewer, beads of
+//! another radius, modulus or material, other end faces, another support, an open first gap, the other damping law. What explains the record is named,
+//! most likely first; nothing is named that does not. Causes that explain it about as well cannot be told apart by it, and are marked so.
 
 use std::sync::Arc;
 
@@ -23,7 +24,7 @@ use super::{
 use granchain_model::{
     self as model,
     chain::FiniteBodyLaws,
-    scene::{DampingKind, Scene},
+    scene::{Bead, DampingKind, DriveKind, FlatContact, Scene, Support},
 };
 use granchain_signal::Series;
 
@@ -35,6 +36,12 @@ const DECADES: [f64; 4] = [10.0, 0.1, 1e3, 1e-3];
 
 /// Most causes that are named.
 const NAMED: usize = 3;
+
+/// Most of them where all explain the record equally well.
+const EQUIVALENT: usize = 6;
+
+/// Share of the best cause's p from which another explains a record as well.
+const AS_WELL: f64 = 0.3;
 
 /// Runs of a search for one cause.
 const RUNS: usize = 300;
@@ -51,8 +58,24 @@ const ANY_FACTOR: f64 = 3.0;
 /// Least |ln| of a factor that is worth a word: no vibrometer is a tenth off.
 const FACTOR: f64 = 0.1;
 
+/// Shots of a mean that nobody stated.
+const SHOTS: usize = 16;
+
 /// Change of the beads' radius that is tried, both ways.
 const RADIUS: f64 = 0.1;
+
+/// Materials of which beads are sold: name, Young's modulus (Pa), Poisson's ratio, density (kg/m³).
+const MATERIALS: [(&str, f64, f64, f64); 6] = [
+    ("chrome steel", 201e9, 0.3, 7833.0),
+    ("aluminium", 70e9, 0.33, 2700.0),
+    ("brass", 103e9, 0.34, 8500.0),
+    ("soda-lime glass", 70e9, 0.22, 2500.0),
+    ("zirconia", 205e9, 0.31, 6050.0),
+    ("tungsten carbide", 600e9, 0.22, 14_900.0),
+];
+
+/// Relative difference of constants below which they are those of one material.
+const ALIKE: f64 = 0.08;
 
 /// A cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -60,18 +83,28 @@ const RADIUS: f64 = 0.1;
 pub enum Cause {
     /// The sign of the record.
     Sign,
+    /// The sign of the horn's record.
+    HornSign,
     /// A factor on all its amplitudes.
     Scale,
     /// The number of beads.
     Beads,
     /// Their radius.
     Radius,
+    /// Their Young's modulus, or their density.
+    Modulus,
+    /// Their material.
+    Material,
+    /// The faces of piston or support.
+    Ends,
     /// The stiffness of the support.
     Support,
     /// The gap before the first bead.
     Gap,
     /// The damping law.
     DampingLaw,
+    /// That it is the mean of several shots.
+    Averages,
     /// What the reader warned of: overload, drift, noise, a record that was cut.
     Record,
 }
@@ -86,6 +119,15 @@ pub struct Finding {
     pub p_value: Option<f64>,
     /// What was found and what to do, in words.
     pub text: String,
+    /// Whether the record cannot tell it from the likeliest cause.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub equivalent: bool,
+}
+
+impl Finding {
+    fn new(cause: Cause, p_value: Option<f64>, text: String) -> Self {
+        Self { cause, p_value, text, equivalent: false }
+    }
 }
 
 /// What is to be explained: the first record, as fitted.
@@ -115,21 +157,23 @@ impl Case<'_> {
     #[must_use]
     pub fn diagnose(&self, warned: &[String]) -> Vec<Finding> {
         let mut findings: Vec<Finding> = [self.sign(), self.scale()].into_iter().flatten().collect();
-        // A sign or a unit that explains all leaves nothing to look for.
-        let explained =
-            |findings: &[Finding]| findings.iter().any(|finding| finding.p_value.is_some_and(|p| p >= EXPLAINED));
-        if !explained(&findings) {
+        if !findings.iter().any(|finding| finding.p_value.is_some_and(|p| p >= EXPLAINED)) {
             findings.extend(self.decades());
         }
-        if !explained(&findings) {
-            findings.extend(self.searched());
-        }
+        findings.extend(self.averaged());
+        findings.extend(self.searched());
         findings.sort_by(|a, b| b.p_value.unwrap_or(0.0).total_cmp(&a.p_value.unwrap_or(0.0)));
-        let record = warned.iter().map(|text| Finding { cause: Cause::Record, p_value: None, text: text.clone() });
+        let best = findings.first().and_then(|finding| finding.p_value).unwrap_or(0.0);
+        for finding in findings.iter_mut().skip(1) {
+            finding.equivalent = finding.p_value.is_some_and(|p| p >= DOUBTFUL && p >= AS_WELL * best);
+        }
+        let equivalent = findings.iter().filter(|finding| finding.equivalent).count();
+        findings.truncate(NAMED.max(1 + equivalent).min(EQUIVALENT));
+        let record = warned.iter().map(|text| Finding::new(Cause::Record, None, text.clone()));
         // What is seen in a record comes before what would mend the model, which may only make up for it.
         let mut all: Vec<Finding> = record.take(NAMED - usize::from(!findings.is_empty())).collect();
+        findings.truncate(NAMED.max(1 + equivalent).saturating_sub(all.len()).max(1));
         all.extend(findings);
-        all.truncate(NAMED);
         all
     }
 
@@ -137,32 +181,26 @@ impl Case<'_> {
         let Reduction::Fingerprint(fingerprint) = &self.comparison.reduction else { return None };
         let turned = fingerprint.measure(&self.trace?.map(|value| -value)).ok()?;
         let p = self.judged(&self.fit.runs, &turned, 0.0)?.p;
-        self.worth(p).then(|| Finding {
-            cause: Cause::Sign,
-            p_value: Some(p),
-            text: format!(
-                "the record's sign: with --invert p is {}, as read {}; velocities are positive from piston to support",
-                shown(p),
-                shown(self.fit.agreement.p)
-            ),
-        })
+        let text = format!(
+            "the record's sign: with --invert p is {}, as read {}; velocities are positive from piston to support",
+            shown(p),
+            shown(self.fit.agreement.p)
+        );
+        self.worth(p).then(|| Finding::new(Cause::Sign, Some(p), text))
     }
 
     fn scale(&self) -> Option<Finding> {
         let features = &self.comparison.features;
         let judged = self.judged(&self.fit.runs, features, ANY_FACTOR)?;
         let factor = judged.factor.filter(|factor| factor.ln().abs() > FACTOR)?;
-        self.worth(judged.p).then(|| Finding {
-            cause: Cause::Scale,
-            p_value: Some(judged.p),
-            text: format!(
-                "a factor of {factor:.3} on all amplitudes (its peak is {}): with it p is {}, without {}; check the unit of the \
-                 column and the sensitivity (--unit, --scale)",
-                self.peak(),
-                shown(judged.p),
-                shown(self.fit.agreement.p)
-            ),
-        })
+        let text = format!(
+            "a factor of {factor:.3} on all amplitudes (its peak is {}): with it p is {}, without {}; check the unit of the \
+             column and the sensitivity (--unit, --scale)",
+            self.peak(),
+            shown(judged.p),
+            shown(self.fit.agreement.p)
+        );
+        self.worth(judged.p).then(|| Finding::new(Cause::Scale, Some(judged.p), text))
     }
 
     /// The record's peak with its unit.
@@ -181,17 +219,29 @@ impl Case<'_> {
             self.worth(p).then_some((p, *factor))
         });
         let (p, factor) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        Some(Finding {
-            cause: Cause::Scale,
-            p_value: Some(p),
-            text: format!(
-                "amplitudes {factor} times as large as they should be (the peak is {}): without that factor p is {}, as read {}; check the \
-                 unit of the column and the sensitivity (--unit, --scale)",
-                self.peak(),
-                shown(p),
-                shown(self.fit.agreement.p)
-            ),
-        })
+        let text = format!(
+            "amplitudes {factor} times as large as they should be (the peak is {}): without that factor p is {}, as read {}; check the \
+             unit of the column and the sensitivity (--unit, --scale)",
+            self.peak(),
+            shown(p),
+            shown(self.fit.agreement.p)
+        );
+        Some(Finding::new(Cause::Scale, Some(p), text))
+    }
+
+    /// The mean of several shots: what differs from shot to shot is weaker and smoother in it than in any run, what does not is not.
+    fn averaged(&self) -> Option<Finding> {
+        if self.comparison.averages > 1 || self.trace.is_none() {
+            return None;
+        }
+        let comparison = Comparison { averages: SHOTS, ..self.comparison.clone() };
+        let (p, _) = self.search(self.scene, None, &comparison)?;
+        let text = format!(
+            "a mean of several shots (--averages N): with means of {SHOTS} p is {}, without {}",
+            shown(p),
+            shown(self.fit.agreement.p)
+        );
+        self.worth(p).then(|| Finding::new(Cause::Averages, Some(p), text))
     }
 
     /// Causes that take runs of their own.
@@ -203,7 +253,7 @@ impl Case<'_> {
                 continue;
             }
             let text = format!("{}: with it p is {}, without {}", said(&values), shown(p), shown(self.fit.agreement.p));
-            let finding = Finding { cause, p_value: Some(p), text };
+            let finding = Finding::new(cause, Some(p), text);
             match found.iter_mut().find(|known| known.cause == cause) {
                 Some(known) if known.p_value < finding.p_value => *known = finding,
                 Some(_) => {}
@@ -215,6 +265,14 @@ impl Case<'_> {
 
     /// Scene, further parameter and words of each.
     fn suspects(&self) -> Vec<Suspect> {
+        let mut suspects = self.other_beads();
+        suspects.extend(self.other_ends());
+        suspects.extend(self.other_constants());
+        suspects
+    }
+
+    /// Another number of beads, or beads of another size or material.
+    fn other_beads(&self) -> Vec<Suspect> {
         let own = self.scene;
         let mut suspects: Vec<Suspect> = Vec::new();
         let beads = own.chain.beads.len();
@@ -226,24 +284,109 @@ impl Case<'_> {
             let (bead, gap) = (own.chain.beads[beads - 1].clone(), own.chain.gaps[0]);
             scene.chain.beads.resize(count, bead);
             scene.chain.gaps.resize(count + 1, gap);
-            suspects.push((
-                Cause::Beads,
-                scene,
-                None,
-                Box::new(move |_| format!("{count} beads instead of {beads} (chain.beads={count})")),
-            ));
+            let text = format!("{count} beads instead of {beads} (chain.beads={count})");
+            suspects.push((Cause::Beads, scene, None, Box::new(move |_| text.clone())));
         }
         for factor in [1.0 - RADIUS, 1.0 + RADIUS] {
             let mut scene = own.clone();
             scene.chain.beads.iter_mut().for_each(|bead| bead.radius *= factor);
-            let radius = scene.chain.beads[0].radius * 1e3;
-            suspects.push((
-                Cause::Radius,
-                scene,
-                None,
-                Box::new(move |_| format!("beads of a radius of about {radius:.3} mm (chain.radius)")),
-            ));
+            let text = format!("beads of a radius of about {:.3} mm (chain.radius)", scene.chain.beads[0].radius * 1e3);
+            suspects.push((Cause::Radius, scene, None, Box::new(move |_| text.clone())));
         }
+        let first = own.chain.beads[0].material.clone();
+        for (name, modulus, ratio, density) in MATERIALS {
+            let alike = |a: f64, b: f64| (a / b - 1.0).abs() < ALIKE;
+            if alike(first.youngs_modulus, modulus) && alike(first.density, density) {
+                continue;
+            }
+            let mut scene = own.clone();
+            for Bead { material, .. } in &mut scene.chain.beads {
+                (material.youngs_modulus, material.poissons_ratio, material.density) = (modulus, ratio, density);
+            }
+            let text = format!(
+                "beads of {name} instead of {} (materials.{}.youngs_modulus, .poissons_ratio, .density)",
+                first.name, first.name
+            );
+            suspects.push((Cause::Material, scene, None, Box::new(move |_| text.clone())));
+        }
+        let said = move |values: &[f64]| {
+            let factor = values.last().copied().unwrap_or(f64::NAN);
+            format!(
+                "beads of E = {:.3} GPa instead of {:.3} GPa (materials.{2}.youngs_modulus), or of a density of {3:.0} kg/m^3 \
+                 (materials.{2}.density)",
+                1e-9 * factor * first.youngs_modulus,
+                1e-9 * first.youngs_modulus,
+                first.name,
+                first.density / factor
+            )
+        };
+        suspects.push((Cause::Modulus, own.clone(), Some(Parameter::modulus()), Box::new(said)));
+        suspects
+    }
+
+    /// A horn of the other sign, other faces of piston and support, another kind of support.
+    fn other_ends(&self) -> Vec<Suspect> {
+        let own = self.scene;
+        let mut suspects: Vec<Suspect> = Vec::new();
+        let mut suspect = |cause: Cause, text: &'static str, change: &dyn Fn(&mut Scene)| {
+            let mut scene = own.clone();
+            change(&mut scene);
+            suspects.push((cause, scene, None, Box::new(move |_| text.to_owned())));
+        };
+        if let DriveKind::Record { .. } = own.drive.kind {
+            let text =
+                "the horn's sign: its record with --drive-invert; displacements are positive from piston to support";
+            suspect(Cause::HornSign, text, &|scene| {
+                if let DriveKind::Record { displacement, .. } = &mut scene.drive.kind {
+                    displacement.values.iter_mut().for_each(|value| *value = -*value);
+                }
+            });
+        }
+        match own.piston {
+            FlatContact::Rigid => {
+                suspect(Cause::Ends, "an elastic face of the piston (piston.contact=half-space)", &|scene| {
+                    scene.piston = FlatContact::HalfSpace;
+                });
+            }
+            FlatContact::HalfSpace => {
+                suspect(Cause::Ends, "a rigid face of the piston (piston.contact=rigid)", &|scene| {
+                    scene.piston = FlatContact::Rigid;
+                });
+            }
+        }
+        if own.support != Support::Flat(FlatContact::Rigid) {
+            suspect(Cause::Support, "a rigid wall as the support (support.kind=rigid)", &|scene| {
+                scene.support = Support::Flat(FlatContact::Rigid);
+            });
+        }
+        if own.support != Support::Flat(FlatContact::HalfSpace) {
+            suspect(
+                Cause::Ends,
+                "a half-space of the bead's material as the support (support.kind=half-space)",
+                &|scene| {
+                    scene.support = Support::Flat(FlatContact::HalfSpace);
+                },
+            );
+            suspect(
+                Cause::Ends,
+                "half-spaces at both ends (piston.contact=half-space, support.kind=half-space)",
+                &|scene| {
+                    (scene.piston, scene.support) = (FlatContact::HalfSpace, Support::Flat(FlatContact::HalfSpace));
+                },
+            );
+        }
+        if !matches!(own.support, Support::Annulus { .. } | Support::Disc { .. }) {
+            suspect(Cause::Support, "a resin annulus as the support (support.kind=annulus)", &|scene| {
+                scene.support = Support::resin_annulus(1.0);
+            });
+        }
+        suspects
+    }
+
+    /// Another stiffness of the support, a gap, the other damping law.
+    fn other_constants(&self) -> Vec<Suspect> {
+        let own = self.scene;
+        let mut suspects: Vec<Suspect> = Vec::new();
         for (cause, name) in [(Cause::Support, "support_stiffness"), (Cause::Gap, "gap")] {
             let fitted = self.parameters.iter().any(|parameter| parameter.name == name);
             let Some(parameter) =
@@ -290,10 +433,16 @@ impl Case<'_> {
         let mut parameters: Vec<Parameter> = named.collect::<Option<Vec<_>>>()?.concat();
         let runs = if further.is_some() { 2 * RUNS } else { RUNS };
         parameters.extend(further);
+        let own = self.scene;
         let laws = match self.laws {
             _ if !scene.has_fitted_laws() => None,
-            // Other beads are other bodies.
-            Some(laws) if scene.chain.beads == self.scene.chain.beads => Some(laws.clone()),
+            // Other beads and other ends are other bodies.
+            Some(laws)
+                if scene.chain.beads == own.chain.beads
+                    && (scene.piston, &scene.support) == (own.piston, &own.support) =>
+            {
+                Some(laws.clone())
+            }
             _ => model::prepare(scene).ok()?.contact_laws().cloned(),
         };
         let (watch, comparison) = (Arc::clone(&self.watch), comparison.clone());

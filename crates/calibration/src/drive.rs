@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use granchain_model::scene::Scene;
 use granchain_record::{
-    Baseline, HornDrive, MeasurementError, ReadOptions, Record, RecordKind,
+    Baseline, HornDrive, Masked, MeasurementError, ReadOptions, Record, RecordKind,
     read_back::{LARGE, read_back},
     read_record, read_record_bytes, sha256,
 };
@@ -81,6 +81,8 @@ pub struct RecordedDrive {
     pub baseline_error: Option<f64>,
     /// Bandwidth of its decoder, Hz, where the record states it.
     pub bandwidth: Option<f64>,
+    /// Samples that are bridged.
+    pub masked: Vec<Masked>,
     /// What was understood and assumed on reading, for people.
     pub assumptions: Vec<String>,
     /// What looks wrong, though it could be read.
@@ -123,16 +125,17 @@ impl RecordedDrive {
     /// # Errors
     /// [`MeasurementError`] when it cannot drive, or does not tell its frequency.
     pub fn of(record: Record) -> Result<Self, MeasurementError> {
+        record.check_plausible()?;
         let motion = record.to_drive()?;
         let frequency = format!("drive frequency {:.4} kHz; {}", motion.drive_frequency * 1e-3, motion.statement());
         let placed = |text: &String| format!("{}: {text}", record.path.display());
         let assumptions = record.assumptions.iter().chain([&frequency]).map(placed).collect();
         let warnings = record.warnings.iter().chain(&motion.warnings()).map(placed).collect();
-        let (baseline_error, bandwidth) = (record.baseline_error, record.bandwidth);
+        let (baseline_error, bandwidth, masked) = (record.baseline_error, record.bandwidth, record.masked);
         let input = Input { path: record.path, sha256: record.sha256 };
         let shakes = Self::shakes_of(&motion);
         let options = ReadOptions::default();
-        Ok(Self { input, options, motion, shakes, baseline_error, bandwidth, assumptions, warnings })
+        Ok(Self { input, options, motion, shakes, baseline_error, bandwidth, masked, assumptions, warnings })
     }
 
     /// The scene under this drive, for as long as the record lasts unless it keeps its own duration.

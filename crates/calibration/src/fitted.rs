@@ -413,6 +413,7 @@ impl Problem {
             preferred_mount: None,
             excluded: BTreeMap::new(),
             diagnosis: Vec::new(),
+            masked: self.shots.iter().flat_map(Shot::masked).collect(),
             warnings: self.warnings(),
             assumptions: self.assumptions.clone(),
         }
@@ -429,8 +430,7 @@ fn fitted_features(shot: &Shot, fit: &Fit, first: usize) -> BTreeMap<String, Fit
     let names = comparison.names();
     let compared = names.iter().enumerate().filter(|(index, _)| comparison.weights[*index] > 0.0);
     let feature = |(index, name): (usize, &std::borrow::Cow<'static, str>)| {
-        let feature = outcome::fitted_feature(fit, first + index, comparison.measured(index), comparison.unit(index));
-        (name.to_string(), feature)
+        (name.to_string(), outcome::fitted_feature(fit, first + index, comparison, index))
     };
     compared.map(feature).collect()
 }

@@ -19,7 +19,7 @@ use super::{
 use granchain_model::{
     ModelError,
     chain::{FiniteBodyLaws, ensemble::Variation},
-    scene::Scene,
+    scene::{Scene, Support},
 };
 use granchain_signal::{FlickerSource, LowPass, Series, feature::fingerprint::SAMPLES_PER_CYCLE};
 
@@ -52,13 +52,17 @@ pub struct Uncertainty {
     /// Standard deviation of the logarithm of the support's stiffness about the scene's own, 1.
     #[serde(default)]
     pub support_stiffness: f64,
+    /// Standard deviation of the logarithm of the beads' stiffness over their mass, 1: Young's modulus and density are known to a data sheet's digits.
+    #[serde(default)]
+    pub modulus: f64,
     /// Largest share of the drive that the decoder of its record may have taken: how steeply that falls is not known. Drawn evenly from none to all.
     #[serde(default)]
     pub droop: f64,
 }
 
 impl Default for Uncertainty {
-    /// Half-normal gaps of scale 0.3 nm, itself known to a factor of 1.5, an exact baseline, ±0.5 % of drive, 0.3 % of sensitivity.
+    /// Half-normal gaps of scale 0.3 nm, itself known to a factor of 1.5, an exact baseline, ±0.5 % of drive, 0.3 % of sensitivity, 0.4 % of stiffness
+    /// over mass.
     fn default() -> Self {
         Self {
             gap: 3e-10,
@@ -68,6 +72,7 @@ impl Default for Uncertainty {
             sensitivity: 0.003,
             precompression: 0.0,
             support_stiffness: 0.0,
+            modulus: 0.004,
             droop: 0.0,
         }
     }
@@ -83,7 +88,7 @@ const TOGETHER: f64 = 0.6;
 impl Uncertainty {
     /// Name, SI unit and value of each.
     #[must_use]
-    pub fn named(&self) -> [(&'static str, &'static str, f64); 7] {
+    pub fn named(&self) -> [(&'static str, &'static str, f64); 8] {
         [
             ("gap", "m", self.gap),
             ("gap_scale", "1", self.gap_scale),
@@ -92,6 +97,7 @@ impl Uncertainty {
             ("sensitivity", "1", self.sensitivity),
             ("precompression", "N", self.precompression),
             ("support_stiffness", "1", self.support_stiffness),
+            ("modulus", "1", self.modulus),
         ]
     }
 
@@ -370,7 +376,7 @@ impl Forward {
         for (parameter, &u) in self.parameters.iter().zip(at) {
             parameter.vary(&self.scene, &mut variation, parameter.value(u));
         }
-        let Uncertainty { gap, gap_scale, baseline, drive, precompression, support_stiffness, droop, .. } =
+        let Uncertainty { gap, gap_scale, baseline, drive, precompression, support_stiffness, modulus, droop, .. } =
             self.uncertainty;
         variation.amplitude_scale *= 1.0 + drive * random.random_range(-1.0..1.0);
         let rougher: f64 = StandardNormal.sample(random);
@@ -393,6 +399,10 @@ impl Forward {
         }
         if support_stiffness > 0.0 && !fitted(Target::SupportStiffness) {
             variation.support_stiffness_factor *= (support_stiffness * normal()).exp();
+        }
+        // A disc is no Hertz contact: it has its own constants.
+        if modulus > 0.0 && !matches!(self.scene.support, Support::Disc { .. }) && !fitted(Target::Modulus) {
+            variation.modulus_factor *= (modulus * normal()).exp();
         }
         let shakes = self.scene.drive.shakes_count();
         variation.shaken = (0..shakes).map(|_| normal() / (shakes as f64).sqrt()).collect();

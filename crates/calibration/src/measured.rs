@@ -91,6 +91,7 @@ impl Measured {
         assumptions: &mut Vec<String>,
     ) -> Result<Self, Refusal> {
         record.check_sampling(scene.drive.frequency)?;
+        record.check_plausible()?;
         if let Some(text) = without_tail(&mut record, scene) {
             record.assumptions.push(text);
         }

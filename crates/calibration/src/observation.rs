@@ -19,8 +19,9 @@ const EARLY_NUGGET: f64 = 0.02;
 /// Nugget of a late feature, in ln.
 pub(super) const LATE_NUGGET: f64 = 0.01;
 
-/// What is added to both where samples are bridged: a bridge is as good as its supports.
-const BRIDGED_NUGGET: f64 = 0.01;
+/// What is added to both where samples are bridged: a bridge is as good as its supports. In the highest band little else is left than what a drop-out
+/// leaves that was too small to be found.
+const BRIDGED_NUGGET: (f64, f64) = (0.01, 0.3);
 
 /// Largest value at the beginning of a record without quiet samples that may be an offset, over its peak.
 const UNKNOWN_OFFSET: f64 = 0.03;
@@ -359,9 +360,15 @@ impl Observation {
             ));
         }
         let features = fingerprint.measure(&trace)?;
-        let bridged = if recording.masked.is_empty() { 0.0 } else { BRIDGED_NUGGET };
-        let nugget = |early: &bool| f64::hypot(if *early { EARLY_NUGGET } else { LATE_NUGGET }, bridged);
-        let nuggets = fingerprint.early().iter().map(nugget).collect();
+        let bridged = |name: &str| match name {
+            _ if recording.masked.is_empty() => 0.0,
+            "band_4-8" => BRIDGED_NUGGET.1,
+            _ => BRIDGED_NUGGET.0,
+        };
+        let nugget = |(early, name): (bool, &std::borrow::Cow<'_, str>)| {
+            f64::hypot(if early { EARLY_NUGGET } else { LATE_NUGGET }, bridged(name))
+        };
+        let nuggets = fingerprint.early().into_iter().zip(&fingerprint.names()).map(nugget).collect();
         let Recording { bandwidth, clipped, .. } = *recording;
         let landmark = fingerprint.landmark_time(&trace)?;
         let masked = recording.masked.iter().map(|gap| gap.later(-landmark)).collect();

@@ -7,11 +7,12 @@ use std::{collections::BTreeMap, path::Path};
 use serde::{Deserialize, Serialize};
 
 use super::{
+    comparison::Comparison,
     diagnosis::Finding,
     fit::{Estimate, Fit, Verdict},
     parameter::Parameter,
 };
-use granchain_record::{ReadOptions, Reading, ReadingError, RecordKind};
+use granchain_record::{Masked, ReadOptions, Reading, ReadingError, RecordKind};
 use granchain_signal::feature::Measurand;
 
 /// `calibration.json`.
@@ -51,11 +52,44 @@ pub struct CalibrationOutcome {
     /// What would explain the record where the model does not, likeliest first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub diagnosis: Vec<Finding>,
+    /// Samples that were not compared, for they show no motion.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub masked: Vec<MaskedStretch>,
     /// What looks wrong in the records, though they could be read.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
     /// What was understood and assumed on reading.
     pub assumptions: Vec<String>,
+}
+
+/// Samples of a record that were bridged in it and in every simulated run alike.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MaskedStretch {
+    /// The file.
+    pub file: String,
+    /// Last valid instant before them and first one behind them, s on the record's clock; absent at an end of the record.
+    pub from_s: Option<f64>,
+    /// See `from_s`.
+    pub to_s: Option<f64>,
+    /// How many.
+    pub samples: usize,
+    /// Why, in words.
+    pub reason: String,
+}
+
+impl MaskedStretch {
+    /// Those of a file.
+    #[must_use]
+    pub fn of(file: &Path, masked: &[Masked]) -> Vec<Self> {
+        let stretch = |masked: &Masked| Self {
+            file: file.display().to_string(),
+            from_s: Some(masked.gap.from).filter(|t| t.is_finite()),
+            to_s: Some(masked.gap.to).filter(|t| t.is_finite()),
+            samples: masked.samples,
+            reason: masked.reason.words()[0].into(),
+        };
+        masked.iter().map(stretch).collect()
+    }
 }
 
 /// What the fit of one damping law, on one mount of the disc, says.
@@ -152,6 +186,12 @@ pub struct FittedFeature {
     pub measured: Option<f64>,
     /// Expected at the most likely point, less the record, in units of the scatter of a single run; what the verdict is made of.
     pub deviation: Option<f64>,
+    /// That expected value; absent where the record has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expected: Option<f64>,
+    /// Standard deviation of a single run, of the feature's logarithm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scatter: Option<f64>,
     /// By how much its scatter was multiplied, for no run has it: √(1 + γ²); absent where it agrees.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub widened: Option<f64>,
@@ -293,13 +333,18 @@ impl InputDigest {
     }
 }
 
-/// What the fit says of its feature `index`: that many of other records come before it.
+/// What the fit says of its feature `index`, number `own` of those of its record.
 #[must_use]
-pub(crate) fn fitted_feature(fit: &Fit, index: usize, measured: Option<f64>, unit: &str) -> FittedFeature {
+pub(crate) fn fitted_feature(fit: &Fit, index: usize, comparison: &Comparison, own: usize) -> FittedFeature {
+    let (measured, unit) = (comparison.measured(own), comparison.unit(own));
+    let (pull, scatter) = (fit.agreement.pulls.get(index).copied(), fit.scatter.get(index).copied());
+    let expected = || comparison.amplitude(own, comparison.features.get(own)? + pull? * scatter?);
     let shift = fit.discrepancy.shift.get(index).copied().filter(|_| fit.discrepancy.pairs > 0);
     FittedFeature {
         measured,
-        deviation: fit.agreement.pulls.get(index).copied(),
+        deviation: pull,
+        expected: measured.and_then(|_| expected()),
+        scatter: scatter.filter(|_| measured.is_some()),
         widened: fit.inflation.get(index).filter(|more| **more > 0.0).map(|more| (1.0 + more).sqrt()),
         model_error: shift.zip(fit.discrepancy.nuggets.get(index).copied()).map(|(shift, left)| [shift, left]),
         unit: unit.into(),

@@ -33,6 +33,8 @@ pub enum Target {
     Drag,
     /// Its friction under a constant load across the chain.
     Friction,
+    /// The factor on Young's modulus of the beads.
+    Modulus,
 }
 
 /// One fitted parameter with its bounds; its coordinate is u = ln(value/low)/ln(high/low) ∈ \[0, 1\].
@@ -132,6 +134,11 @@ impl Parameter {
         Self::of(Target::Alpha, "alpha", "1", (0.05, 3.0))
     }
 
+    /// The factor on Young's modulus of the beads, 0.2 … 5, which a diagnosis alone searches.
+    pub(crate) fn modulus() -> Self {
+        Self::of(Target::Modulus, "modulus", "1", (0.2, 5.0))
+    }
+
     /// The damping coefficient of a law: c in 0.03 … 3 N·s/m, γ in 300 … 30 000 N·s·m^(-3/2); `None` for a law without
     /// a coefficient or with two.
     #[must_use]
@@ -201,7 +208,7 @@ impl Parameter {
             Target::SupportStiffness | Target::HornMass => (low / WIDENING, WIDENING * high),
             // Less than the lower bound is none.
             Target::Precompression | Target::Gap | Target::Drag | Target::Friction => (low, WIDENING * high),
-            Target::Bandwidth => (low, high),
+            Target::Bandwidth | Target::Modulus => (low, high),
         };
         Self { target, name: name.into(), unit: unit.into(), low, high, limits }
     }
@@ -268,6 +275,9 @@ impl Parameter {
             Target::HornMass => scene.set_horn_mass(value),
             Target::Drag => scene.holder_mut().drag = value,
             Target::Friction => scene.holder_mut().friction_force = value,
+            Target::Modulus => {
+                scene.chain.beads.iter_mut().for_each(|bead| bead.material.youngs_modulus *= value);
+            }
         }
     }
 
@@ -280,7 +290,7 @@ impl Parameter {
             Target::Precompression => Some(scene.chain.precompression),
             Target::SupportStiffness => scene.support.stiffness(),
             Target::Gap => scene.chain.gaps.first().copied(),
-            Target::Bandwidth => None,
+            Target::Bandwidth | Target::Modulus => None,
             Target::HornMass => scene.horn.map(|horn| horn.mass),
             Target::Drag => scene.holder.map(|holder| holder.drag),
             Target::Friction => scene.holder.map(|holder| holder.friction_force),
@@ -301,6 +311,7 @@ impl Parameter {
             Target::HornMass => variation.effects.horn_mass = Some(value),
             Target::Drag => variation.effects.drag = Some(value),
             Target::Friction => variation.effects.friction_force = Some(value),
+            Target::Modulus => variation.modulus_factor = value,
         }
     }
 }

@@ -16,7 +16,6 @@ use super::{
     engine::{sampled_scene, traces},
     forward::{Forward, Run, TimedRun, Watch},
     kept::KeptRuns,
-    parameter::varied,
 };
 use granchain_model::{
     self as model, ModelError, Prepared,
@@ -263,15 +262,20 @@ impl Rung {
         let mut left: Vec<(usize, f64)> = plans.iter().map(|plan| plan.duration).enumerate().collect();
         left.retain(|(index, _)| runs[*index].is_none());
         while !left.is_empty() {
-            let (mut scenes, mut draws) = (Vec::new(), Vec::new());
+            let (mut scenes, mut draws, mut variations) = (Vec::new(), Vec::new(), Vec::new());
             for (index, duration) in &left {
                 let PlannedRun { number, position, .. } = &plans[*index];
                 let mut random = self.chain.generator(*number);
                 let variation = self.chain.variation(position, &mut random);
-                scenes.push(Scene { duration: *duration, ..varied(&self.scene, &variation) });
+                let scene = Scene { duration: *duration, ..self.scene.clone() };
+                scenes.push(variation.written_over(&scene, |gap| gap.max(0.0)));
+                variations.push((variation, scene.samples()));
                 draws.push(random);
             }
-            let traces = traces(&self.prepared, &scenes, measurand, goes_on);
+            let traces = traces(&self.prepared, &scenes, measurand, goes_on).into_iter().zip(variations);
+            let traces: Vec<_> = traces
+                .map(|(trace, (variation, count))| trace.map(|trace| variation.on_the_record(trace, count)))
+                .collect();
             if traces.iter().any(|trace| matches!(trace, Err(ModelError::Stopped { .. }))) {
                 return Err(Unmade::Stopped);
             }

@@ -11,6 +11,7 @@ use super::{
     forward::Uncertainty,
     joint::StatedFrequency,
     measured::{Measured, is_published},
+    outcome::MaskedStretch,
     plan::Plan,
     refusal::Refusal,
 };
@@ -73,6 +74,16 @@ pub struct Shot {
     pub comparison: Comparison,
     /// What is drawn into its runs.
     pub uncertainty: Uncertainty,
+}
+
+impl Shot {
+    /// The samples of its record and of its drive's that were not compared.
+    #[must_use]
+    pub fn masked(&self) -> Vec<MaskedStretch> {
+        let record = self.measured.record().map(|record| MaskedStretch::of(&record.path, &record.masked));
+        let drive = self.bench.drive.as_ref().map(|drive| MaskedStretch::of(&drive.input.path, &drive.masked));
+        [record, drive].into_iter().flatten().flatten().collect()
+    }
 }
 
 impl ShotPlan {

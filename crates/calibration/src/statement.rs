@@ -221,6 +221,7 @@ fn remedy(target: Target) -> &'static str {
         Target::Drag => {
             "A record at a lower drive level, fitted together with this one, tells it: drag stays where the contacts' losses fall."
         }
+        Target::Modulus => "The time a weak pulse takes through a chain of known static force tells it.",
         Target::Friction => {
             "A record at a lower drive level, fitted together with this one, tells it: friction counts the more the weaker the drive."
         }

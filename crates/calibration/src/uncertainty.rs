@@ -74,6 +74,7 @@ impl StatedUncertainty {
             sensitivity: stated("sensitivity").unwrap_or(usual.sensitivity),
             precompression: stated("precompression").unwrap_or(usual.precompression),
             support_stiffness: stated("support_stiffness").unwrap_or(usual.support_stiffness),
+            modulus: stated("modulus").unwrap_or(usual.modulus),
             droop: bandwidth.map_or(0.0, |bandwidth| 1.0 - LowPass::gaussian_gain(scene.drive.frequency, bandwidth)),
         };
         if drawn.support_stiffness > 0.0 {
@@ -112,6 +113,9 @@ pub(crate) fn in_words(drawn: &Uncertainty, parameters: &[Parameter]) -> String 
     }
     if drawn.support_stiffness > 0.0 && !fitted("support_stiffness") {
         words.push(format!("the support's stiffness ±{} %", 100.0 * drawn.support_stiffness));
+    }
+    if drawn.modulus > 0.0 {
+        words.push(format!("the beads' stiffness over their mass ±{} %", significant(100.0 * drawn.modulus, 2)));
     }
     format!("drawn into every run: {}", words.join(", "))
 }

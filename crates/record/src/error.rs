@@ -380,19 +380,9 @@ pub enum MeasurementError {
         /// What it makes of volts.
         found: Dimension,
     },
-    /// A pressure that no ultrasound in water has.
-    #[error(
-        "{}: expected the peak of a hydrophone's record between 1 mPa and 1 GPa, found {} ({from}); correct the unit or the sensitivity: \
-         hydrophones have 1 nV/Pa to 10 mV/Pa, with their amplifier",
-        path.display(), Quantity::new(*peak, Dimension::PRESSURE)
-    )]
-    AbsurdPressure {
-        path: PathBuf,
-        /// Largest pressure, Pa.
-        peak: f64,
-        /// What made it a pressure.
-        from: String,
-    },
+    /// A peak that no horn, no bead and no ultrasound in water has.
+    #[error("{}: expected a peak {expected}, found {peak} ({from}); {remedy}", path.display())]
+    AbsurdPeak { path: PathBuf, expected: String, peak: Quantity, from: String, remedy: &'static str },
     /// A row with fewer or more cells than the header.
     #[error(
         "{place}: expected {expected} cells as in the header, found {found}{}",

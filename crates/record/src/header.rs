@@ -36,6 +36,26 @@ fn plain(text: &str) -> &str {
     text.split([',', ';']).next().unwrap_or_default().split(" (").next().unwrap_or_default().trim()
 }
 
+/// What an instrument's own lines say of an average: `Average Count,16`, or `Type:,average` beside `Count:,16`; `Some(None)` where the number is not among
+/// them.
+pub(super) fn averaged(statements: &[String]) -> Option<Option<usize>> {
+    let pairs = || {
+        statements.iter().filter_map(|line| {
+            let (key, value) = line.split_once([':', ',', '=', ';', '\t'])?;
+            let trimmed = |text: &str| text.trim_matches([':', ',', '=', ';', '\t', '"', ' ']).to_lowercase();
+            Some((trimmed(key), trimmed(value)))
+        })
+    };
+    let count = |is_key: &dyn Fn(&str) -> bool| {
+        pairs().filter(|(key, _)| is_key(key)).find_map(|(_, value)| value.parse::<usize>().ok())
+    };
+    if let Some(count) = count(&|key| key.contains("average")) {
+        return (count > 1).then_some(Some(count));
+    }
+    let is_average = |value: &str| value.split([',', ' ']).any(|word| word == "average" || word == "averaging");
+    pairs().any(|(_, value)| is_average(&value)).then(|| count(&|key| key == "count").filter(|count| *count > 1))
+}
+
 /// Read `key: value` or `key = value` comments. The unit stands behind the value or, after an underscore, in the key
 /// (`bandwidth_hz: 1.5e6`).
 pub(super) fn stated(comments: &[String]) -> Stated {
@@ -114,6 +134,16 @@ pub fn drive_frequency_line(text: &str) -> Option<(usize, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn averages_are_read_from_an_instrument_s_own_lines() {
+        let of = |lines: &[&str]| averaged(&lines.iter().map(|line| (*line).to_owned()).collect::<Vec<_>>());
+        assert_eq!(of(&["Type:,average", "Count:,16"]), Some(Some(16)));
+        assert_eq!(of(&["Type:,raw", "Count:,1"]), None);
+        assert_eq!(of(&["Average Count,64"]), Some(Some(64)));
+        assert_eq!(of(&["\"Waveform\";\"Ch1, DC coupling, 10000 points, Average mode\""]), Some(None));
+        assert_eq!(of(&["Ch1, DC coupling, 10000 points, Sample mode", "Averages,1"]), None);
+    }
 
     #[test]
     fn plain_statements_are_understood_and_prose_is_left_alone() {

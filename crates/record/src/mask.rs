@@ -234,10 +234,13 @@ pub(super) fn find(series: &Series, frequency: f64, of_horn: bool) -> Vec<(Range
     let block = (0.5 * period).round() as usize;
     // A record that begins or ends at rest shows it there.
     let few = usize::max(16, block / 2).min(count);
+    // More samples than a spike has.
+    let enough = (SPIKE * period).ceil() as usize + 1;
     let moves = |rest: f64| -> Vec<bool> {
-        series.values.chunks(block).map(|part| part.iter().any(|x| (x - rest).abs() > MOVES * peak)).collect()
+        let moving = |part: &[f64]| part.iter().filter(|x| (*x - rest).abs() > MOVES * peak).count();
+        series.values.chunks(block).map(|part| moving(part) >= enough.min(part.len())).collect()
     };
-    // Motion goes on: a spike is followed by two periods of rest.
+    // Motion goes on.
     let goes_on = |eight: &[bool]| eight[0] && eight[1..4].contains(&true) && eight[4..].contains(&true);
     let first_motion = moves(median(&series.values[..few])).windows(8).position(goes_on).unwrap_or(0) * block;
     let last_motion =
@@ -346,12 +349,15 @@ struct Search {
 }
 
 impl Search {
-    /// The samples from the first period of the motion on, which may begin with a jump of its own, but for the last of the record.
+    /// The samples that are searched: all but those at the ends. The motion of a horn, and of a record that begins inside it, may begin with a jump of its
+    /// own: there from the motion's second period on.
     fn motion(&self, count: usize) -> Range<usize> {
         let period = self.period as usize;
+        let at_rest = self.first_motion as f64 >= (CLEAR + 1.0) * self.period;
+        let begins = if at_rest && !self.of_horn { period } else { self.first_motion + period };
         // A horn may stop with a jump of its velocity.
         let end = if self.of_horn { usize::min(count, self.last_motion.saturating_sub(2 * self.block)) } else { count };
-        self.first_motion + period..end.saturating_sub(period)
+        begins..end.saturating_sub(period)
     }
 
     /// What lies above the band of motion.
@@ -397,7 +403,7 @@ impl Search {
                 samples.start.abs_diff(at).min(samples.end.abs_diff(at)) as f64 > self.period
             };
             if found.iter().all(apart)
-                && let Some(stretch) = self.explained(series, (top, at), allowed)
+                && let Some(stretch) = self.explained(series, known, (top, at), allowed)
             {
                 found.push(stretch);
             }
@@ -406,11 +412,18 @@ impl Search {
     }
 
     /// The shortest stretch about sample `at` without which nothing of the excess `top` there is left.
-    fn explained(&self, series: &Series, (top, at): (f64, usize), allowed: f64) -> Option<(Range<usize>, MaskReason)> {
+    fn explained(
+        &self,
+        series: &Series,
+        known: &[(Range<usize>, MaskReason)],
+        (top, at): (f64, usize),
+        allowed: f64,
+    ) -> Option<(Range<usize>, MaskReason)> {
         let reach = (12.0 / (self.cutoff * series.step)).ceil() as usize + (LOST * self.period) as usize;
         let (from, past) = (at.saturating_sub(reach), (at + reach + 1).min(series.len()));
         let local = Series::new(0.0, series.step, series.values[from..past].to_vec());
         let at = at - from;
+        let is_known = |i: usize| known.iter().any(|(samples, _)| samples.contains(&(i + from)));
         let low_pass = LowPass::new(local.step, local.len(), self.cutoff);
         let beside = (2.0 / (self.cutoff * local.step)).ceil() as usize;
         let above = |series: &Series| -> Vec<f64> {
@@ -443,7 +456,7 @@ impl Search {
                 }
             }
         }
-        options.extend(self.flat(&local, at).into_iter().map(|samples| (samples, MaskReason::SignalLost)));
+        options.extend(self.flat(&local, at, is_known).into_iter().map(|samples| (samples, MaskReason::SignalLost)));
         // First what was lost: a short stretch at its edge may explain the jump, and leaves the rest.
         options.sort_by_key(|(samples, reason)| (*reason, samples.len()));
         let motion = self.motion(series.len());
@@ -529,8 +542,8 @@ impl Search {
         from_differences(values)
     }
 
-    /// Stretches of samples at one level that begin or end next to `at`.
-    fn flat(&self, local: &Series, at: usize) -> Vec<Range<usize>> {
+    /// Stretches of samples at one level that begin or end next to `at`; what is masked already may stand in them.
+    fn flat(&self, local: &Series, at: usize, is_known: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
         let values = &local.values;
         let beside = (0.01 * self.period).ceil() as usize + 1;
         let noise = from_differences(values);
@@ -540,8 +553,9 @@ impl Search {
             for tolerance in [0.01 * self.peak, f64::max(0.04 * self.peak, f64::min(4.0 * noise, 0.06 * self.peak))] {
                 let level = values[start];
                 let same = |x: &f64| (x - level).abs() <= tolerance;
-                let first = values[..start].iter().rposition(|x| !same(x)).map_or(0, |before| before + 1);
-                let past = values[start..].iter().position(|x| !same(x)).map_or(values.len(), |n| start + n);
+                let first =
+                    (0..start).rev().find(|i| !(same(&values[*i]) || is_known(*i))).map_or(0, |before| before + 1);
+                let past = (start..values.len()).find(|i| !(same(&values[*i]) || is_known(*i))).unwrap_or(values.len());
                 let length = past - first;
                 if length >= 2 && (length as f64) < LOST * self.period && !found.contains(&(first..past)) {
                     found.push(first..past);

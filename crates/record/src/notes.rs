@@ -18,7 +18,7 @@ pub(super) fn hertz(frequency: f64) -> String {
 }
 
 /// A quantity to three figures.
-fn to_three_figures(value: f64, dimension: Dimension) -> Quantity {
+pub(super) fn to_three_figures(value: f64, dimension: Dimension) -> Quantity {
     Quantity::new(format!("{value:.2e}").parse().unwrap_or(value), dimension)
 }
 
@@ -80,11 +80,10 @@ impl Notes {
             _ => return,
         };
         if peak > limit {
-            let rounded = |value: f64| Quantity::new(format!("{value:.2e}").parse().unwrap_or(value), dimension);
             self.warn(format!(
                 "the peak is {}, above {}: {least}; check the unit (--unit) or the sensitivity (--scale)",
-                rounded(peak),
-                rounded(limit)
+                to_three_figures(peak, dimension),
+                to_three_figures(limit, dimension)
             ));
         }
     }

@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use granchain_signal::{Dimension, Series, Unit, integral, sha256};
+use granchain_signal::{Dimension, Quantity, Series, Unit, integral, sha256};
 
 use super::{
     Baseline, MeasurementError, NoiseSource, ReadOptions, Record, RecordKind, RecordedQuantity, Sensitivity,
@@ -15,7 +15,7 @@ use super::{
     encoding, estimate, header, line,
     mask::{self, Masking},
     noise::{noise, noise_band},
-    notes::{Notes, hertz, written},
+    notes::{Notes, hertz, to_three_figures, written},
     place::SampleLines,
     quantisation::quantisation_step,
     sampling, table, universal,
@@ -175,7 +175,14 @@ pub fn read_record_bytes(
         }
     };
     let bandwidth = options.bandwidth.or(said.bandwidth);
-    let averages = options.averages.or(said.averages).unwrap_or(1).max(1);
+    let of_instrument = table.form.preamble().and_then(|preamble| header::averaged(&preamble.statements));
+    let averages = options.averages.or(said.averages).or(of_instrument.flatten()).unwrap_or(1).max(1);
+    if of_instrument == Some(None) && averages == 1 && options.averages.is_none() {
+        notes.warn(
+            "the instrument says that the record is an average, not of how many shots: state it with --averages N"
+                .into(),
+        );
+    }
     if averages > 1 {
         let from = if options.averages.is_some() { "--averages" } else { "the header" };
         notes.assume(format!("the mean of {averages} shots ({from}): compared with means of as many runs"));
@@ -387,8 +394,14 @@ fn refuse_absurd_pressure(
         Some((volts, scale)) => format!("volts of the file × {} at {scale}", volts.factor),
         None => "by the unit of its column".to_owned(),
     };
-    let peak = format!("{peak:.2e}").parse().unwrap_or(peak);
-    Err(MeasurementError::AbsurdPressure { path: path.into(), peak, from })
+    let [low, high] = [PRESSURES.0, PRESSURES.1].map(|limit| Quantity::new(limit, Dimension::PRESSURE));
+    Err(MeasurementError::AbsurdPeak {
+        path: path.into(),
+        expected: format!("of a hydrophone's record between {low} and {high}"),
+        peak: to_three_figures(peak, Dimension::PRESSURE),
+        from,
+        remedy: "correct the unit or the sensitivity: hydrophones have 1 nV/Pa to 10 mV/Pa, with their amplifier",
+    })
 }
 
 /// A file in Polytec's own binary form is known by its extension.

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use granchain_signal::{Dimension, Series};
+use granchain_signal::{Dimension, Quantity, Series};
 
 use super::{
     HornDrive, Masked, MeasurementError, NoiseSource, ReadOptions, RecordKind, horn_drive::Recorded, line,
-    noise::noise_band,
+    noise::noise_band, notes::to_three_figures,
 };
 
 /// What the file's column held.
@@ -183,6 +183,30 @@ impl Record {
             return Err(MeasurementError::SampledTooLow { path, sample_rate, frequency: drive_frequency });
         }
         Ok(())
+    }
+
+    /// Refuse a peak that no horn, no bead and no hydrophone has: a unit or a sensitivity is wrong by a power of ten.
+    ///
+    /// # Errors
+    /// [`MeasurementError::AbsurdPeak`].
+    pub fn check_plausible(&self) -> Result<(), MeasurementError> {
+        let (high, dimension) = match self.recorded {
+            RecordedQuantity::Displacement => (1e-3, Dimension::LENGTH),
+            RecordedQuantity::Velocity => (50.0, Dimension::VELOCITY),
+            RecordedQuantity::Pressure => return Ok(()),
+        };
+        let peak = self.raw.values.iter().map(|value| (value - self.baseline).abs()).fold(0.0, f64::max);
+        if peak <= high {
+            return Ok(());
+        }
+        let unit = Some(&self.value_column.1).filter(|unit| !unit.is_empty());
+        Err(MeasurementError::AbsurdPeak {
+            path: self.path.clone(),
+            expected: format!("of at most {}", Quantity::new(high, dimension)),
+            peak: to_three_figures(peak, dimension),
+            from: unit.map_or_else(|| "as read".into(), |unit| format!("the file's unit is {unit}")),
+            remedy: "correct the unit (--unit, such as mm/s or um) or the sensitivity (--scale)",
+        })
     }
 
     /// Refuse a drive whose active part (from the first to the last sample above a tenth of its peak) is shorter than two

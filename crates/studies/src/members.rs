@@ -105,8 +105,10 @@ pub fn run<T: Send>(
     let size = variations.len().div_ceil(groups).max(1);
     let run = |(group, variations): (usize, &[Variation])| {
         let scenes: Vec<Scene> = variations.iter().map(|variation| varied(scene, variation)).collect();
-        let traces = traces(&prepared, &scenes, measurand, &|| !watch.stop()).into_iter().enumerate();
-        traces.map(|(place, trace)| seen(group * size + place, trace)).collect::<Vec<_>>()
+        let traces = traces(&prepared, &scenes, measurand, &|| !watch.stop()).into_iter().zip(variations);
+        let traces =
+            traces.map(|(trace, variation)| trace.map(|trace| variation.on_the_record(trace, scene.samples())));
+        traces.enumerate().map(|(place, trace)| seen(group * size + place, trace)).collect::<Vec<_>>()
     };
     Ok(variations.par_chunks(size).enumerate().with_max_len(1).flat_map_iter(run).collect())
 }
@@ -115,7 +117,7 @@ pub fn run<T: Send>(
 ///
 /// Models that know only scenes take no negative gap: an offset that would close a gap further opens it by as much instead.
 pub fn varied(scene: &Scene, variation: &Variation) -> Scene {
-    variation.written_into(scene, f64::abs)
+    variation.written_over(scene, f64::abs)
 }
 
 #[cfg(test)]

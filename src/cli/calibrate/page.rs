@@ -2,11 +2,19 @@
 
 use std::{collections::BTreeMap, fmt::Write, path::Path};
 
-use super::{Job, alpha_sweep::AlphaSweep, manifest};
+use super::{Job, alpha_sweep::AlphaSweep, bench, manifest};
 use crate::{
     calibration::{
-        Fitted, Problem, comparison::Reduction, drive::displacement, fit::Fit, forward::Run, measured::Measured,
-        outcome::CalibrationOutcome, parameter::Parameter, posterior::Posterior, shot::Shot,
+        Fitted, Problem,
+        comparison::Reduction,
+        drive::displacement,
+        fit::Fit,
+        forward::Run,
+        measured::Measured,
+        outcome::{CalibrationOutcome, FittedFeature},
+        parameter::Parameter,
+        posterior::Posterior,
+        shot::Shot,
     },
     cli::{
         Outcome,
@@ -76,6 +84,7 @@ fn frame(job: &Job, scene: &Scene) -> CalibrationReport {
         scene: scene.name.clone(),
         scene_description: summary::described(scene, &problem.lead().bench.overrides),
         drive_frequency: scene.drive.frequency,
+        bench: bench::bench(job, scene),
         records: Vec::new(),
         laws: Vec::new(),
         alpha_sweep: None,
@@ -109,10 +118,17 @@ fn record(
         recorded: record.map(|record| record.series.clone()),
         simulated: confirmation.map(simulated_span),
         alignment: confirmation.map_or_else(String::new, |found| alignment(found, &shot.comparison.reduction)),
+        masked: record.map_or_else(Vec::new, masked),
         window: confirmation.map(|confirmation| confirmation.window),
         compared: names.filter(|(_, weight)| **weight > 0.0).map(|(name, _)| name.into_owned()).collect(),
         published: confirmation.map_or_else(BTreeMap::new, |confirmation| printed(shot, scene, confirmation)),
     }
+}
+
+/// The stretches of a record that are bridged, up to its ends.
+fn masked(record: &Record) -> Vec<(f64, f64)> {
+    let (start, end) = (record.series.start, record.series.end());
+    record.masked.iter().map(|masked| (masked.gap.from.max(start), masked.gap.to.min(end))).collect()
 }
 
 /// Where a drive comes from, for people.
@@ -331,14 +347,8 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
         let lead = if number == 0 { "  look at: " } else { "       or: " };
         let _ = writeln!(text, "{lead}{}", finding.text);
     }
-    for key in ["positive_peak", "negative_peak", "ratio_1/3", "ratio_2/3", "thd"] {
-        // The distortion says more of a train of pulses than of a bead's motion.
-        if key == "thd" && outcome.quantity == Measurand::Velocity {
-            continue;
-        }
-        if let Some(feature) = outcome.best.features.get(key) {
-            let _ = writeln!(text, "  {key:<14} {}", feature_text(feature, measured));
-        }
+    for (key, feature) in leading(outcome) {
+        let _ = writeln!(text, "  {key:<14} {}", feature_text(key, feature, measured));
     }
     let _ = writeln!(text, "  farthest off   {}; p = {}", farthest(outcome), significant(outcome.best.p_value, 2));
     if let Some(preferred) = &outcome.preferred_law {
@@ -395,17 +405,38 @@ fn farthest(outcome: &CalibrationOutcome) -> String {
     format!("{} scatters", said.collect::<Vec<_>>().join(", "))
 }
 
-fn feature_text(feature: &crate::calibration::outcome::OutcomeFeature, measured: &str) -> String {
+/// The fitted features that say most: the peaks, and the lines of a third or of the drive.
+fn leading(outcome: &CalibrationOutcome) -> impl Iterator<Item = (&str, &FittedFeature)> {
+    let names = [
+        "positive_peak",
+        "negative_peak",
+        "band_1/3",
+        "band_2/3",
+        "ratio_1/3",
+        "ratio_2/3",
+        "amplitude_1/3",
+        "amplitude_2/3",
+        "band_1",
+        "thd",
+    ];
+    let fitted = &outcome.best.fitted_features;
+    names.into_iter().filter_map(|name| Some((name, fitted.get(name).filter(|it| it.measured.is_some())?))).take(4)
+}
+
+fn feature_text(key: &str, feature: &FittedFeature, measured: &str) -> String {
     let (factor, unit) = match feature.unit.as_str() {
         "m/s" => (1e3, " mm/s"),
         "Pa" => (1e-3, " kPa"),
         _ => (1.0, ""),
     };
+    let factor = if key == "negative_peak" { -factor } else { factor };
     let shown = |value: Option<f64>| value.map_or_else(|| "–".into(), |value| significant(value * factor, 3));
+    let scatter = feature.scatter.zip(feature.expected).map(|(scatter, expected)| scatter * expected.abs());
+    let deviation = feature.deviation.map_or_else(String::new, |pull| format!(" ({pull:+.1} standard deviations)"));
     format!(
-        "{measured} {}{unit}, model {} ± {}{unit}",
+        "{measured} {}{unit}, model {} ± {}{unit}{deviation}",
         shown(feature.measured),
-        shown(feature.simulated),
-        shown(feature.scatter)
+        shown(feature.expected),
+        scatter.map_or_else(|| "–".into(), |value| significant(value * factor.abs(), 2))
     )
 }

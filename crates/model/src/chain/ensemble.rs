@@ -9,134 +9,17 @@
 //! a rigid wall with linear dashpots, whose force jumps at touch, it is 3e-4 in the first 30 µs and 1e-3 to 4e-2 by 70 µs, depending on where
 //! in a step each touch falls (`docs/contact-laws.md`). Where the motion is chaotic, two runs of any two integrators part anyway.
 
+pub use super::variation::{EffectVariation, Variation};
 use super::{
     ChainModel, InitialState, coupling::Coupling, finite_body::FiniteBodyLaws, lane::AnnulusLane, system::System,
 };
 use crate::{
     Estimate, ModelError,
-    contact_law::{
-        self, ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, Terms, dashpots, for_terms, terms_of,
-    },
+    contact_law::{ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, Terms, for_terms, terms_of},
     number::{Lane, Mask, Number, WIDTH},
-    scene::{DampingCoefficients, DampingPlacement, DampingTerm, Drive, DriveKind, Integrator, PistonMotion, Scene},
+    scene::{DampingPlacement, DampingTerm, Drive, Integrator, PistonMotion, Scene},
 };
 use granchain_signal::Series;
-
-/// What one run of an ensemble changes in the scene.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Variation {
-    /// α, in place of the scene's own, 1.
-    pub amplitude_scale: f64,
-    /// Of the dashpots in place of the scene's own, SI; 0 for none.
-    pub damping: DampingCoefficients,
-    /// Added to the scene's N + 1 gaps, m; may be negative. Under precompression the chain then starts that far from its equilibrium.
-    pub gap_offsets: Vec<f64>,
-    /// F₀ in place of the scene's own, N.
-    pub precompression: f64,
-    /// Factor on the support's force, over and above the scene's own, 1.
-    pub support_stiffness_factor: f64,
-    /// How much of each of the scene's realisations of what is not known of its drive, 1; none for none.
-    pub shaken: Vec<f64>,
-    /// Effects beside contacts and dashpots.
-    pub effects: EffectVariation,
-}
-
-/// Numbers of effects beside contacts and dashpots in place of the scene's own; none leaves them.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct EffectVariation {
-    /// Modal mass of the horn, kg.
-    pub horn_mass: Option<f64>,
-    /// Viscous drag of the holder, N·s/m.
-    pub drag: Option<f64>,
-    /// Its friction under a constant load, N.
-    pub friction_force: Option<f64>,
-}
-
-impl EffectVariation {
-    fn write_into(self, scene: &mut Scene) {
-        if let Some(mass) = self.horn_mass {
-            scene.set_horn_mass(mass);
-        }
-        if let Some(drag) = self.drag {
-            scene.holder_mut().drag = drag;
-        }
-        if let Some(force) = self.friction_force {
-            scene.holder_mut().friction_force = force;
-        }
-    }
-}
-
-impl Variation {
-    /// The scene as it is.
-    #[must_use]
-    pub fn of(scene: &Scene) -> Self {
-        let contacts = scene.chain.beads.len() + 1;
-        // Contact 1 lies between two beads, unless there is only one.
-        let dashpots = dashpots(&scene.damping, contacts);
-        let dashpot = dashpots[1.min(contacts - 1)];
-        Self {
-            amplitude_scale: scene.amplitude_scale,
-            damping: dashpot.coefficients,
-            gap_offsets: vec![0.0; contacts],
-            precompression: scene.chain.precompression,
-            support_stiffness_factor: 1.0,
-            shaken: Vec::new(),
-            effects: EffectVariation::default(),
-        }
-    }
-
-    /// The scene with this written into it, for models that know only scenes and take no negative gap: `closed` says what becomes of one.
-    /// A precompression closes every gap.
-    #[must_use]
-    pub fn written_into(&self, scene: &Scene, closed: fn(f64) -> f64) -> Scene {
-        let mut scene = scene.clone();
-        scene.amplitude_scale = self.amplitude_scale;
-        scene.damping.coefficients = self.damping;
-        scene.chain.precompression = self.precompression;
-        for (gap, offset) in scene.chain.gaps.iter_mut().zip(&self.gap_offsets) {
-            *gap = if self.precompression > 0.0 { 0.0 } else { closed(*gap + offset) };
-        }
-        if let Some(own) = scene.support.stiffness_mut() {
-            *own *= self.support_stiffness_factor;
-        }
-        self.effects.write_into(&mut scene);
-        if let DriveKind::Record { displacement, shakes, .. } = &mut scene.drive.kind {
-            for (part, shake) in self.shaken.iter().zip(shakes) {
-                displacement.values.iter_mut().zip(&shake.values).for_each(|(x, more)| *x += part * more);
-            }
-        }
-        scene
-    }
-
-    /// Refuse what cannot be run.
-    fn check(&self, scene: &Scene) -> Result<(), ModelError> {
-        let contacts = scene.chain.beads.len() + 1;
-        if self.gap_offsets.len() != contacts {
-            let found = self.gap_offsets.len();
-            return Err(ModelError::Count { quantity: "gap_offsets", expected: contacts, found });
-        }
-        let need = |holds: bool, quantity: &str, expected: &'static str, found: f64| {
-            if holds { Ok(()) } else { Err(ModelError::Unphysical { quantity: quantity.into(), expected, found }) }
-        };
-        let not_negative = |value: f64| value >= 0.0 && value.is_finite();
-        need(self.amplitude_scale.is_finite(), "alpha", "a finite factor", self.amplitude_scale)?;
-        contact_law::check(&self.damping)?;
-        let force = self.precompression;
-        need(not_negative(force), "chain.precompression", "a force ≥ 0, N", force)?;
-        let factor = self.support_stiffness_factor;
-        need(factor > 0.0 && factor.is_finite(), "support.stiffness_factor", "a positive factor", factor)?;
-        for (contact, offset) in self.gap_offsets.iter().enumerate() {
-            need(offset.is_finite(), &format!("gap_offsets[{contact}]"), "a finite length, m", *offset)?;
-        }
-        for (number, part) in self.shaken.iter().enumerate() {
-            need(part.is_finite(), &format!("shaken[{number}]"), "a finite factor", *part)?;
-        }
-        if let Some((contact, gap)) = scene.chain.first_open_gap().filter(|_| force > 0.0) {
-            return Err(ModelError::OpenGapUnderPrecompression { force, contact, gap });
-        }
-        Ok(())
-    }
-}
 
 /// A scene prepared for many runs.
 #[derive(Debug, Clone)]
@@ -353,18 +236,14 @@ impl Work {
                 shaken.0[place] = variation.shaken.get(number).copied().unwrap_or(0.0);
             }
             for (contact, gap) in ensemble.scene.gaps().enumerate() {
-                let mut law = ensemble.laws[contact];
-                if contact == last {
-                    let factor = variation.support_stiffness_factor;
-                    law = match law {
-                        Law::Hertz(hertz) => Law::Hertz(Hertz { stiffness: factor * hertz.stiffness }),
-                        Law::FiniteHertz(law) => {
-                            Law::FiniteHertz(FiniteHertz { stiffness: factor * law.stiffness, ..law })
-                        }
-                        Law::Annulus(annulus) => Law::Annulus(annulus.times(factor)),
-                        Law::Spring(spring) => Law::Spring(Spring { stiffness: factor * spring.stiffness }),
-                    };
-                }
+                let of_support = if contact == last { variation.support_stiffness_factor } else { 1.0 };
+                let factor = of_support * variation.modulus_factor;
+                let law = match ensemble.laws[contact] {
+                    Law::Hertz(hertz) => Law::Hertz(Hertz { stiffness: factor * hertz.stiffness }),
+                    Law::FiniteHertz(law) => Law::FiniteHertz(FiniteHertz { stiffness: factor * law.stiffness, ..law }),
+                    Law::Annulus(annulus) => Law::Annulus(annulus.times(of_support)),
+                    Law::Spring(spring) => Law::Spring(Spring { stiffness: of_support * spring.stiffness }),
+                };
                 let gap = gap + variation.gap_offsets[contact];
                 let force = variation.precompression;
                 let coupled = ensemble.coupling.as_ref().map_or(0.0, |coupling| coupling.under(contact, force));

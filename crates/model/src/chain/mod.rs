@@ -29,6 +29,7 @@ mod symplectic;
 mod system;
 mod tableau;
 mod trajectory;
+mod variation;
 
 pub use finite_body::{ContactFit, FiniteBodyLaws, FitQuality};
 pub use trajectory::Trajectory;

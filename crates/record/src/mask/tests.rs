@@ -62,6 +62,28 @@ fn drop_outs_and_spikes_are_found_where_they_are_and_impulses_are_not_masked() {
 }
 
 #[test]
+fn a_spike_on_the_weak_beginning_of_a_motion_and_one_inside_a_drop_out_are_masked() {
+    for (number, sample_rate) in [2.5e6, 5e6, 25e6].into_iter().enumerate() {
+        let mut series = train(sample_rate, 20 + number as u64);
+        let index = |t: f64| (t * sample_rate) as usize;
+        // Motion that grows from nothing: 2 % of the peak for five periods before it.
+        for i in index(41e-6 - 5.0 / F0)..index(41e-6) {
+            series.values[i] += 0.02 * (std::f64::consts::TAU * F0 * i as f64 / sample_rate).sin();
+        }
+        let early = index(10e-6);
+        series.values[early] -= 0.8;
+        let lost = index(305.5e-6)..index(308.5e-6);
+        series.values[lost.clone()].fill(0.004);
+        let inside = index(307e-6);
+        series.values[inside] = -1.2;
+        let found = find(&series, F0, false);
+        let masked = |i: usize| found.iter().any(|(samples, _)| samples.contains(&i));
+        assert!(masked(early) && lost.clone().all(masked), "{sample_rate}: {early}, {lost:?} in {found:?}");
+        assert!(found.iter().map(|(samples, _)| samples.len()).sum::<usize>() < 2 * lost.len() + 4, "{found:?}");
+    }
+}
+
+#[test]
 fn what_a_trigger_leaves_at_rest_is_masked() {
     let mut series = train(10e6, 7);
     series.values[..4].fill(0.2);

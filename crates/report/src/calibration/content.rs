@@ -48,11 +48,11 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     blocks.extend(laws.iter().filter(meaningful).filter_map(table::lobes).map(Block::Table));
     joint::shares(&laws, &mut blocks);
 
+    blocks.extend(report.bench.blocks());
     measured(report, traces.collect(), &mut blocks);
-    if let Some(features) = table::features(report, 0) {
-        blocks.push(Block::Heading("Features".into()));
-        blocks.push(Block::Table(features));
-    }
+    blocks.push(Block::Heading("Features".into()));
+    blocks.extend(laws.first().and_then(|law| table::fitted(law, report, 0)).map(Block::Table));
+    blocks.extend(table::features(report, 0).map(Block::Table));
     joint::companions(report, &mut blocks);
     rungs(report, &laws, &mut blocks);
     blocks.push(Block::Heading("Search".into()));
@@ -146,6 +146,7 @@ pub(super) fn preview(report: &CalibrationReport) -> Page {
     if !lead.record_notes.is_empty() {
         blocks.push(Block::Notice(lead.record_notes.clone()));
     }
+    blocks.extend(report.bench.blocks());
     measured(report, figures::traces(report, lead), &mut blocks);
     provenance(report, &mut blocks);
     Page {
@@ -299,6 +300,13 @@ fn provenance(report: &CalibrationReport, blocks: &mut Vec<Block>) {
     blocks.push(Block::Table(table::inputs(report)));
     let mut facts =
         vec![("version".to_owned(), version(&outcome.program)), ("seed".to_owned(), outcome.seed.to_string())];
+    facts.push((
+        "how to cite".to_owned(),
+        format!(
+            "The granchain authors: granchain, version {}; and the source of the model used (CITATION.cff).",
+            version(&outcome.program)
+        ),
+    ));
     facts.extend(report.settings.iter().cloned());
     blocks.push(Block::Facts(facts));
     blocks.push(Block::Code(report.command_line.clone()));

@@ -102,6 +102,9 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
     let period = 1.0 / report.drive_frequency;
     let overlay = |x: Axis, recorded: Stroke, simulated: Stroke| {
         let mut panel = Panel::new(x, quantity(measurand));
+        if !record.masked.is_empty() {
+            panel = panel.layer(masked(record));
+        }
         if let Some(series) = &record.recorded {
             panel = panel.line(record.record_label.clone(), trace(series), recorded);
         }
@@ -147,6 +150,18 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
                 .panel(zoom((middle - 3.0 * period).max(start), 6.0)),
         ),
     ]
+}
+
+/// The stretches that were bridged, over the height of all traces.
+fn masked(record: &RecordReport) -> Layer {
+    let traces = [&record.recorded, &record.simulated];
+    let values = traces.into_iter().flatten().flat_map(|series| series.values.iter().copied());
+    let (low, high) = values.fold((0.0_f64, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
+    let polygons = record.masked.iter().map(|(from, to)| Polygon {
+        corners: vec![(*from, low), (*to, low), (*to, high), (*from, high)],
+        fill: Fill::Tint(Colour::Grey, 0.45),
+    });
+    Layer::Polygons { label: "masked".into(), polygons: polygons.collect(), range: None }
 }
 
 /// First crossing of a quarter of the peak, s.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::BenchReport;
 use crate::sweep::SweepReport;
 use granchain_calibration::outcome::CalibrationOutcome;
 use granchain_model::response::EnergyLedger;
@@ -20,6 +21,9 @@ pub struct CalibrationReport {
     pub scene_description: String,
     /// f0, Hz.
     pub drive_frequency: f64,
+    /// What stands on the bench.
+    #[serde(default)]
+    pub bench: BenchReport,
     /// Every record, the first one first; at least one.
     pub records: Vec<RecordReport>,
     /// What is drawn of every law of the outcome, in its order.
@@ -56,6 +60,9 @@ pub struct RecordReport {
     pub simulated: Option<Series>,
     /// How the simulated trace was aligned, such as `onset at 14.2 µs in both; shifted by one drive period`.
     pub alignment: String,
+    /// Stretches that were bridged in it and in every simulated run, s, record time.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub masked: Vec<(f64, f64)>,
     /// Where features were measured.
     pub window: Option<Window>,
     /// Names of the fitted features, in the order they are compared.

@@ -3,6 +3,7 @@
 //! [`CalibrationReport`] is the outcome and what only its figures show, plain data in SI, filled by whoever made the calibration and stored
 //! beside it (`report.json`), so that a finished calibration can be rendered again without running anything.
 
+mod bench;
 mod content;
 mod figures;
 mod input;
@@ -14,6 +15,7 @@ mod table;
 use super::page::{Files, ReportError};
 use granchain_calibration::outcome::{FittedParameter, OutcomeFeature};
 
+pub use bench::{BenchReport, BenchRow, DrawnSupport};
 pub use granchain_calibration::fit::Verdict;
 pub use input::{CalibrationReport, DensityMap, LawReport, PairMap, RecordReport, RunPoint};
 pub use shown::law_name;

@@ -44,7 +44,12 @@ impl CalibrationReport {
             .map_or((&best.features, &best.fitted_features), |record| (&record.features, &record.fitted_features));
         let record = &self.records[number];
         let watched = watched_of(self.outcome.quantity, self.drive_frequency).into_iter();
+        // Peaks that the fit compared are those of the whole answer: one value a feature.
+        let compared = |key: &str| fitted.get(key).is_some_and(|feature| feature.measured.is_some());
         let row = |key: String| {
+            if record.recorded.is_some() && key.ends_with("_peak") && compared(&key) {
+                return None;
+            }
             let feature = features.get(&key)?;
             let recorded = feature.measured.filter(|_| record.recorded.is_some());
             let (published, published_uncertainty) = match record.published.get(&key) {
@@ -58,7 +63,7 @@ impl CalibrationReport {
                 (Measurand::Velocity, Some(_)) => &alike[..1],
                 (_, None) => &alike[..],
             };
-            let fitted = alike.iter().any(|name| fitted.get(name).is_some_and(|feature| feature.measured.is_some()));
+            let fitted = alike.iter().any(|name| compared(name));
             let row =
                 FeatureRow { name: key.replace('_', " "), feature, recorded, published, published_uncertainty, fitted };
             (recorded.is_some() || feature.simulated.is_some()).then_some(row)

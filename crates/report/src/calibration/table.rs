@@ -19,6 +19,45 @@ fn heard_unit(unit: &str) -> (f64, &str) {
     if unit == "Pa" { (1e-3, "kPa") } else { shown_unit(unit) }
 }
 
+/// The features that the fit compared, of record `number`: recorded, expected by the model at the answer, and what decided.
+pub(super) fn fitted(law: &Law<'_>, report: &CalibrationReport, number: usize) -> Option<Table> {
+    let record = &report.records[number];
+    let compared = law.compared(std::slice::from_ref(record)).into_iter();
+    let rows: Vec<Vec<String>> = compared
+        .filter_map(|(name, feature)| {
+            let (factor, shown) = heard_unit(&feature.unit);
+            let factor = if name.ends_with("negative peak") { -factor } else { factor };
+            let (measured, expected) = (factor * feature.measured?, factor * feature.expected?);
+            let scatter = feature.scatter.unwrap_or(0.0).max(1e-4) * expected.abs();
+            Some(vec![
+                name,
+                to_uncertainty(measured, scatter),
+                format!("{} ± {}", to_uncertainty(expected, scatter), significant(scatter, 2)),
+                feature.deviation.map_or(NOTHING.into(), |pull| format!("{pull:+.1}")),
+                if shown == "1" { NOTHING.to_owned() } else { shown.to_owned() },
+            ])
+        })
+        .collect();
+    if rows.is_empty() {
+        return None;
+    }
+    let columns = vec![
+        Column::words("Fitted feature"),
+        Column::numbers(record.record_label.clone()),
+        Column::words("model ± standard deviation of a run"),
+        Column::numbers("deviation"),
+        Column::words("unit"),
+    ];
+    Some(Table {
+        caption: "Features that the fit compared, from the onset on (peaks: the whole answer; bands and means: its late window; early: cycles after the \
+                  onset). Deviation: model less record, in standard deviations of a run, once the parameters have taken up what they can; what \
+                  the verdict is made of."
+            .into(),
+        columns,
+        rows,
+    })
+}
+
 /// Recorded, simulated, scatter, sensitivity, published, of record `number`.
 pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Table> {
     let record = &report.records[number];
@@ -63,7 +102,15 @@ pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Tabl
     columns.extend(in_print.then(|| Column::numbers("published")));
     columns.push(Column::words("unit"));
     Some(Table {
-        caption: "Features over the analysis window (* used by the fit). Scatter: one standard deviation under perturbations the laboratory cannot control; agreement closer than that means nothing. Sensitivity: change for +1 % drive.".into(),
+        caption: format!(
+            "Features over the analysis window{} (* used by the fit). Scatter: one standard deviation under perturbations the laboratory cannot control; \
+             agreement closer than that means nothing. Sensitivity: change for +1 % drive.",
+            record.window.map_or_else(String::new, |window| format!(
+                ", {} to {} µs",
+                significant(window.from * 1e6, 4),
+                significant(window.to * 1e6, 4)
+            ))
+        ),
         columns,
         rows,
     })

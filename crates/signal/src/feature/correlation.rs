@@ -51,8 +51,24 @@ pub fn correlation_peak(reference: &Series, candidate: &Series) -> Result<Correl
             return Err(FeatureError::Constant { from_s: series.start, to_s: series.end() });
         }
     }
+    let sums = lagged_sums(&reference.values, &candidate.values);
+    let length = sums.len();
+    let best = (0..length).fold(0, |best, index| if sums[index] > sums[best] { index } else { best });
+    let at = |index: usize| sums[index % length] / product;
+    let (below, middle, above) = (at(best + length - 1), at(best), at(best + 1));
+    let curvature = 2.0 * middle - below - above;
+    let fraction = if curvature > 0.0 { (0.5 * (above - below) / curvature).clamp(-0.5, 0.5) } else { 0.0 };
+    let lag = if best < candidate.len() { best as f64 } else { best as f64 - length as f64 };
+    Ok(CorrelationPeak {
+        value: (middle + 0.25 * (above - below) * fraction).min(1.0),
+        lag_s: (lag + fraction) * reference.step + candidate.start - reference.start,
+    })
+}
+
+/// Σ a(i) b(i + lag) over all samples that overlap, for every lag by one transform; a negative lag counts from the end.
+pub(super) fn lagged_sums(a: &[f64], b: &[f64]) -> Vec<f64> {
     // Room for every lag: no lag meets a wrapped copy.
-    let length = (reference.len() + candidate.len()).next_power_of_two();
+    let length = (a.len() + b.len()).next_power_of_two();
     let mut planner = RealFftPlanner::<f64>::new();
     let (forward, backward) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
     let transform = |values: &[f64]| {
@@ -62,8 +78,8 @@ pub fn correlation_peak(reference: &Series, candidate: &Series) -> Result<Correl
         let _ = forward.process(&mut input, &mut output);
         output
     };
-    let mut cross = transform(&candidate.values);
-    for (value, other) in cross.iter_mut().zip(transform(&reference.values)) {
+    let mut cross = transform(b);
+    for (value, other) in cross.iter_mut().zip(transform(a)) {
         *value *= other.conj();
     }
     // Real by symmetry; rounding is not, and the plan insists.
@@ -71,16 +87,9 @@ pub fn correlation_peak(reference: &Series, candidate: &Series) -> Result<Correl
     cross[length / 2].im = 0.0;
     let mut sums = backward.make_output_vec();
     let _ = backward.process(&mut cross, &mut sums);
-    let best = (0..length).fold(0, |best, index| if sums[index] > sums[best] { index } else { best });
-    let at = |index: usize| sums[index % length] / (length as f64 * product);
-    let (below, middle, above) = (at(best + length - 1), at(best), at(best + 1));
-    let curvature = 2.0 * middle - below - above;
-    let fraction = if curvature > 0.0 { (0.5 * (above - below) / curvature).clamp(-0.5, 0.5) } else { 0.0 };
-    let lag = if best < candidate.len() { best as f64 } else { best as f64 - length as f64 };
-    Ok(CorrelationPeak {
-        value: (middle + 0.25 * (above - below) * fraction).min(1.0),
-        lag_s: (lag + fraction) * reference.step + candidate.start - reference.start,
-    })
+    let scale = 1.0 / length as f64;
+    sums.iter_mut().for_each(|sum| *sum *= scale);
+    sums
 }
 
 #[cfg(test)]

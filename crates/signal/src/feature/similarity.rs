@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{FeatureError, Window, interpolation::interpolate, line};
+use super::{FeatureError, Window, correlation::lagged_sums, interpolation::interpolate, line};
 use crate::Series;
 
 /// Periods m of the states whose m copies are tried (numbers of drive periods after which a response repeats).
@@ -67,6 +67,14 @@ pub fn similarity(
         .collect();
     let first = b.iter().position(Option::is_some).unwrap_or(0);
     let known: Vec<f64> = b[first..].iter().map_while(|value| *value).collect();
+    // About their means, so that nothing cancels in the sums.
+    let centred = |values: &[f64]| {
+        let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+        values.iter().map(|value| value - mean).collect::<Vec<f64>>()
+    };
+    let (left, right) = (centred(a), centred(&known));
+    let (of_left, of_right) = (Sums::of(&left), Sums::of(&right));
+    let products = lagged_sums(&left, &right);
     let correlation_at = |lag: isize| {
         // a[i] meets known[i + lag + reach − first]
         let shift = lag + reach - first as isize;
@@ -75,9 +83,12 @@ pub fn similarity(
         if 2 * (to - from) < a.len() as isize || to - from < 3 {
             return None;
         }
-        let left = &a[from as usize..to as usize];
-        let right = &known[(from + shift) as usize..(to + shift) as usize];
-        correlation(left, right)
+        let count = (to - from) as f64;
+        let (sa, aa) = of_left.between(from as usize, to as usize);
+        let (sb, bb) = of_right.between((from + shift) as usize, (to + shift) as usize);
+        let product = products[shift.rem_euclid(products.len() as isize) as usize];
+        let (aa, bb, ab) = (aa - sa * sa / count, bb - sb * sb / count, product - sa * sb / count);
+        (aa > 0.0 && bb > 0.0).then(|| ab / (aa * bb).sqrt())
     };
     let rho: Vec<Option<f64>> = (-reach..=reach).map(correlation_at).collect();
     let at = |lag: isize| rho.get((lag + reach) as usize).copied().flatten();
@@ -135,6 +146,26 @@ pub fn similarity(
         rms_difference: difference,
         relative_rms_difference: difference / spread,
     })
+}
+
+/// Sums of the first samples, and of their squares.
+struct Sums(Vec<(f64, f64)>);
+
+impl Sums {
+    fn of(values: &[f64]) -> Self {
+        let mut sums = Vec::with_capacity(values.len() + 1);
+        let mut sum = (0.0, 0.0);
+        sums.push(sum);
+        for value in values {
+            sum = (sum.0 + value, sum.1 + value * value);
+            sums.push(sum);
+        }
+        Self(sums)
+    }
+
+    fn between(&self, from: usize, to: usize) -> (f64, f64) {
+        (self.0[to].0 - self.0[from].0, self.0[to].1 - self.0[from].1)
+    }
 }
 
 /// Pearson's ρ; `None` where a trace is constant.

@@ -84,6 +84,14 @@ pub enum Condition {
     FirstGap,
     /// The velocity's sign turned.
     Sign,
+    /// The sign of the horn's record turned.
+    HornSign,
+    /// Young's modulus of the beads a quarter too small or too large.
+    Modulus,
+    /// Beads of aluminium, told as steel.
+    Aluminium,
+    /// Half-spaces at both ends, told as rigid.
+    EndFaces,
     /// The velocity ten times too large.
     ScaleUp,
     /// The velocity ten times too small.
@@ -132,15 +140,15 @@ pub struct Expected {
 }
 
 use Condition::{
-    Averages, BeadFewer, BeadMore, Benches, Bits, BurstOnly, CausalDecoder, Clipped60, Clipped85, Clipped95, Clock,
-    Coupling, Crosstalk, Cut, Decoder, Drift, DropOuts, EightBit, Envelopes, FirstGap, Frequency, HornHarmonics,
-    HornVelocity, Hum, Late, LateTrigger, LateVibrometer, LowDrive, Middle, Modulated, Noisy, OffNominal, OtherLaw,
-    Period3, Pretrigger, PureNoise, Radius, ScaleDown, ScaleUp, Sensitivity, ShortHorn, ShortVibrometer, Sign,
-    SofterSupport, StrongHum, Swapped, TwoBursts, UnitDown, UnitUp,
+    Aluminium, Averages, BeadFewer, BeadMore, Benches, Bits, BurstOnly, CausalDecoder, Clipped60, Clipped85, Clipped95,
+    Clock, Coupling, Crosstalk, Cut, Decoder, Drift, DropOuts, EightBit, EndFaces, Envelopes, FirstGap, Frequency,
+    HornHarmonics, HornSign, HornVelocity, Hum, Late, LateTrigger, LateVibrometer, LowDrive, Middle, Modulated,
+    Modulus, Noisy, OffNominal, OtherLaw, Period3, Pretrigger, PureNoise, Radius, ScaleDown, ScaleUp, Sensitivity,
+    ShortHorn, ShortVibrometer, Sign, SofterSupport, StrongHum, Swapped, TwoBursts, UnitDown, UnitUp,
 };
 
 /// Name and words of each, the right ones first.
-const TABLE: [(Condition, &str, &str); 49] = [
+const TABLE: [(Condition, &str, &str); 53] = [
     (Pretrigger, "pretrigger", "20 cycles before the trigger, 1 % noise, horn 0.1 %, offsets, unknown trigger"),
     (BurstOnly, "burst-only", "both records begin with the burst, 0–1 % noise"),
     (EightBit, "eight-bit", "8 bits, range 1.25 × peak, both channels"),
@@ -173,6 +181,10 @@ const TABLE: [(Condition, &str, &str); 49] = [
     (Radius, "radius", "beads 10 % larger than told"),
     (FirstGap, "first-gap", "first gap 20 nm"),
     (Sign, "sign", "sign of the velocity turned"),
+    (HornSign, "horn-sign", "sign of the horn's record turned"),
+    (Modulus, "modulus", "Young's modulus of the beads 25 % off"),
+    (Aluminium, "aluminium", "beads of aluminium told as steel"),
+    (EndFaces, "end-faces", "half-spaces at both ends told as rigid"),
     (ScaleUp, "scale-up", "velocity ten times too large"),
     (ScaleDown, "scale-down", "velocity ten times too small"),
     (UnitUp, "unit-up", "velocity a thousand times too large"),
@@ -210,7 +222,6 @@ impl Condition {
     }
 
     fn row(self) -> &'static (Self, &'static str, &'static str) {
-        // Every condition has a row: `tests::every_condition_has_a_row`.
         TABLE.iter().find(|(condition, ..)| *condition == self).unwrap_or(&TABLE[0])
     }
 
@@ -236,6 +247,10 @@ impl Condition {
             Radius => (Cause::Radius, &[]),
             FirstGap => (Cause::Gap, &[]),
             Sign => (Cause::Sign, &["--invert"]),
+            HornSign => (Cause::HornSign, &["--drive-invert"]),
+            Modulus => (Cause::Modulus, &[]),
+            Aluminium => (Cause::Material, &[]),
+            EndFaces => (Cause::Ends, &[]),
             ScaleUp | ScaleDown | UnitUp | UnitDown => (Cause::Scale, &["--scale", "--unit", "record's unit"]),
             Frequency => (Cause::Record, &["frequency", "strongest line"]),
             Swapped => (Cause::Record, &["swap"]),
@@ -337,6 +352,7 @@ impl Setting {
             horn_end: None,
             vibrometer_end: None,
             silent: false,
+            horn_gain: 1.0,
             swapped: false,
             drop_outs: 0,
             averages: None,
@@ -358,7 +374,6 @@ impl Setting {
             Pretrigger => lab.noise = 0.01,
             BurstOnly => {
                 (lab.before, lab.noise, lab.start_s, lab.shift_s) = (0.0, r.random_range(0.0..0.01), 0.0, 0.0);
-                // Half of them have offsets too, which nothing before the burst tells.
                 let share = if r.random() { 0.2 } else { 0.0 };
                 (lab.offset, lab.horn_offset) = (share * lab.offset, share * lab.horn_offset);
             }
@@ -379,7 +394,6 @@ impl Setting {
                 let aluminium = r.random();
                 material = if aluminium { "aluminium" } else { material };
                 ring_up *= 73e3 / frequency;
-                // Comparable loss: the coefficient goes with the root of the mass.
                 let mass = (radius / 0.5e-3).powi(3) * if aluminium { 2700.0 / 7833.0 } else { 1.0 };
                 let (low, high) = if linear { (0.08, 1.5) } else { (700.0, 15_000.0) };
                 coefficient = (coefficient * mass.sqrt()).clamp(low, high);
@@ -438,6 +452,20 @@ impl Setting {
             Radius => truth.push(format!("chain.radius={}", 1.1 * radius)),
             FirstGap => first_gap = 20e-9,
             Sign => lab.gain = -1.0,
+            HornSign => lab.horn_gain = -1.0,
+            Modulus => {
+                let modulus = 201e9 * if r.random() { 1.25 } else { 0.75 };
+                truth.push(format!("materials.chrome-steel.youngs_modulus={modulus}"));
+            }
+            Aluminium => {
+                // Its stiffness over its mass is that of steel: only a support of its own tells them apart.
+                support = "annulus";
+                truth.push("chain.material=aluminium".to_owned());
+            }
+            EndFaces => {
+                support = "rigid";
+                truth.extend(["piston.contact=half-space", "support.kind=half-space"].map(str::to_owned));
+            }
             ScaleUp => lab.gain = 10.0,
             ScaleDown => lab.gain = 0.1,
             UnitUp => lab.gain = 1e3,
@@ -543,7 +571,6 @@ mod tests {
         assert_eq!(all.iter().map(|condition| condition.stream()).collect::<BTreeSet<_>>().len(), TABLE.len());
         for condition in all {
             assert_eq!(Condition::named(condition.name()), Some(condition));
-            // The name of the command line is that of the JSON.
             assert_eq!(serde_json::to_value(condition).unwrap(), condition.name());
         }
     }
@@ -559,12 +586,13 @@ mod tests {
 
     #[test]
     fn eight_twins_of_a_condition_have_both_laws_on_every_support() {
-        for condition in Condition::all().into_iter().filter(|condition| *condition != SofterSupport) {
+        for condition in
+            Condition::all().into_iter().filter(|condition| ![SofterSupport, Aluminium, EndFaces].contains(condition))
+        {
             let kinds: BTreeSet<_> = (0..8)
                 .map(|number| Setting::draw(condition, number, 1).0)
                 .map(|setting| (setting.support, setting.damping_kind))
                 .collect();
-            // There is no annulus for beads of another size.
             let expected = if matches!(condition, Benches | Radius) { 4 } else { 6 };
             assert_eq!(kinds.len(), expected, "{condition:?}");
         }

@@ -56,6 +56,8 @@ pub struct Laboratory {
     pub vibrometer_end: Option<f64>,
     /// Whether the vibrometer records nothing but noise.
     pub silent: bool,
+    /// Factor on the horn's record, 1: −1 turns its sign.
+    pub horn_gain: f64,
     /// Whether each file has the other's name.
     #[serde(default)]
     pub swapped: bool,

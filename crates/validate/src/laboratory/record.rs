@@ -197,7 +197,7 @@ pub fn files(
     let motion = truth.drive.motion(1.0);
     let horn = (0..velocity.len()).map(|index| {
         let (displacement, velocity) = motion.at(velocity.time(index));
-        if lab.horn_velocity { velocity } else { displacement }
+        lab.horn_gain * if lab.horn_velocity { velocity } else { displacement }
     });
     let horn = Series::new(start, velocity.step, horn.collect());
     let peaks = [&horn, &velocity].map(|series| series.window(0.0, lab.end / frequency).peak());
