@@ -212,6 +212,7 @@ const EXACT: Uncertainty = Uncertainty {
     sensitivity: 0.0,
     precompression: 0.0,
     support_stiffness: 0.0,
+    modulus: 0.0,
 };
 
 /// Largest |z − z₀| of one run at these values.

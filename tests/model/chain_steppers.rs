@@ -148,6 +148,7 @@ fn a_variation_has_the_same_bits_whatever_its_place_and_company() {
             gap_offsets: (0..7).map(|contact| 1e-10 * f64::from((i * contact) % 5 - 2)).collect(),
             precompression: 0.01 * f64::from(i % 2),
             support_stiffness_factor: 1.0 - 0.01 * f64::from(i),
+            modulus_factor: 1.0,
             effects: EffectVariation::default(),
             shaken: vec![],
         })

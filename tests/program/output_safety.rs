@@ -340,7 +340,7 @@ fn text_from_files_and_paths_never_steers_the_terminal() {
     };
     for (arguments, shown) in [
         (&["spectrum", "cell.csv", "--drive-frequency", "73kHz"][..], "\\u{9b}31m\\u{202e}"),
-        (&["spectrum", "header.csv", "--column", "2", "--drive-frequency", "73kHz"], "\\u{9b}31m"),
+        (&["spectrum", "header.csv", "--channel", "2", "--drive-frequency", "73kHz"], "\\u{9b}31m"),
         (&["spectrum", &named, "--drive-frequency", "73kHz"], "\\u{1b}[2J"),
         (&["spectrum", &named, "--drive-frequency", "73kHz", "--json"], "\\u001b[2J\\u009b31m"),
         (&["replay", "--scene", "scene.toml"], "\\u{1b}[2J"),
