@@ -105,6 +105,13 @@ pub struct Arguments {
     pub session: Session,
 }
 
+impl Arguments {
+    /// Whether the drive's frequency is taken as stated, said of either record.
+    fn forces_frequency(&self) -> bool {
+        [self.reading.options(None), self.drive_reading.options(None)].iter().any(|options| options.force_frequency)
+    }
+}
+
 /// `--quantity`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum QuantityChoice {

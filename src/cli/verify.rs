@@ -160,8 +160,11 @@ fn read_manifest(folder: &Path) -> anyhow::Result<Manifest> {
         .with_context(|| format!("{}: expected a manifest; the file was altered", path.display()))
 }
 
+/// Files by their names.
+type Stored = BTreeMap<String, Vec<u8>>;
+
 /// The files of the folder that the manifest knows, and the names of the others, which are not read.
-fn read(folder: &Path, manifest: &Manifest) -> anyhow::Result<(BTreeMap<String, Vec<u8>>, Vec<String>)> {
+fn read(folder: &Path, manifest: &Manifest) -> anyhow::Result<(Stored, Vec<String>)> {
     let (mut stored, mut unknown) = (BTreeMap::new(), Vec::new());
     for name in files_below(folder)?.into_iter().filter(|name| name != LIST) {
         if manifest.files.contains_key(&name) || [manifest::FILE, timing::FILE].contains(&name.as_str()) {
@@ -185,7 +188,7 @@ fn elsewhere(mut session: Session) -> anyhow::Result<Session> {
 }
 
 /// Every file of the calibration, made again.
-fn made_again(manifest: &Manifest, session: &Session) -> anyhow::Result<BTreeMap<String, Vec<u8>>> {
+fn made_again(manifest: &Manifest, session: &Session) -> anyhow::Result<Stored> {
     let line = std::iter::once("granchain calibrate").chain(manifest.arguments.iter().map(String::as_str));
     let Line { arguments } = Line::try_parse_from(line)
         .map_err(|error| anyhow!("{}: arguments: {}", manifest::FILE, error.to_string().trim()))?;

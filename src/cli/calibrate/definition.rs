@@ -146,7 +146,10 @@ fn records(
         scene.set = plan.set.iter().chain(&record.set).cloned().chain(scene.set).collect();
         let asked = Asked {
             measured: arguments.reading.options(None),
-            drive: arguments.drive_reading.options(arguments.scene.drive_frequency),
+            drive: ReadOptions {
+                force_frequency: arguments.forces_frequency(),
+                ..arguments.drive_reading.options(arguments.scene.drive_frequency)
+            },
             drive_file: drives.get(number).or(drives.first()).filter(|_| !own_drive).cloned(),
         };
         let ReadAs { measured, drive } = plan.read_as(&record, asked)?;
