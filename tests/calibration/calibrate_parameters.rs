@@ -204,6 +204,7 @@ fn forward(scene: &Scene, names: &[&str], recording: &Recording, uncertainty: Un
 }
 
 const EXACT: Uncertainty = Uncertainty {
+    modulus: 0.0,
     droop: 0.0,
     gap: 0.0,
     gap_scale: 0.0,
@@ -212,7 +213,6 @@ const EXACT: Uncertainty = Uncertainty {
     sensitivity: 0.0,
     precompression: 0.0,
     support_stiffness: 0.0,
-    modulus: 0.0,
 };
 
 /// Largest |z − z₀| of one run at these values.
