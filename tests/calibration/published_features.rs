@@ -8,7 +8,7 @@ use granchain::{
         forward::{Forward, Uncertainty},
         parameter::Parameter,
         printed::Printed,
-        search::{Search, Strategy},
+        search::Search,
     },
     feature::{FeatureSettings, Ratio, measure},
     measurement::PublishedFeatures,
@@ -74,7 +74,7 @@ fn fitted(twin: &Twin, seed: u64) -> (Vec<(f64, f64)>, Verdict) {
     let parameters = vec![Parameter::alpha(), Parameter::damping(truth.damping.kind).unwrap()];
     let watch = Arc::new(|_| true);
     let forward = Forward::new(&truth, parameters, printed, Uncertainty::default(), seed, watch).unwrap();
-    let found = fit(&forward, Search::new(&forward, 600, seed, Strategy::Likelihood), None).unwrap();
+    let found = fit(&forward, Search::new(&forward, 600, seed), None).unwrap();
     let ends = found.estimates.iter().zip([alpha, damping]);
     (ends.map(|(e, truth)| ((e.low / truth).ln(), (e.high / truth).ln())).collect(), found.verdict)
 }

@@ -18,7 +18,7 @@ use super::{
     likelihood::{Cloud, neighbours},
     parameter::Parameter,
     posterior::Posterior,
-    search::{Search, Strategy},
+    search::Search,
     twin::with_law,
 };
 use granchain_model::{
@@ -448,7 +448,7 @@ impl Case<'_> {
         let forward =
             Forward::with_laws(scene, laws.as_ref(), parameters, comparison, self.uncertainty, self.seed, watch)
                 .ok()?;
-        standing(&forward, Search::new(&forward, runs, self.seed, Strategy::Likelihood)).ok()
+        standing(&forward, Search::new(&forward, runs, self.seed)).ok()
     }
 
     /// Whether a p is enough better to be named.
