@@ -134,6 +134,30 @@ fn the_ensemble_follows_the_accurate_integrator_in_regular_regimes() {
 }
 
 #[test]
+fn another_modulus_is_the_same_motion_on_another_clock() {
+    // Behind a rigid wall, whose contact goes with the beads: exact up to the tolerances.
+    let mut scene = scene(RIGID, DampingKind::KuwabaraKono);
+    scene.duration = 200e-6;
+    for factor in [0.9, 1.2] {
+        let variation = Variation { modulus_factor: factor, ..Variation::of(&scene) };
+        let mut stiffer = scene.clone();
+        stiffer.chain.beads.iter_mut().for_each(|bead| bead.material.youngs_modulus *= factor);
+        let expected = accurate(&stiffer);
+        let clocked = accurate(&variation.written_over(&scene, |gap| gap));
+        let found = variation.on_the_record(clocked, expected.len());
+        let error = difference(&found, &expected);
+        // 3.2e-4: the cubic between samples.
+        assert!(error < 6e-4, "{factor}: {error:e}");
+        // The lanes scale the stiffness itself.
+        let ensemble = Ensemble::new(&scene, Ensemble::STEPS_PER_PERIOD).unwrap();
+        let in_lanes = ensemble.run(&[variation]).remove(0).unwrap();
+        let error = difference(&in_lanes, &expected);
+        assert!(error < 4e-3, "{factor}, in lanes: {error:e}");
+        assert!(difference(&accurate(&scene), &expected) > 0.02, "{factor}: nothing changed");
+    }
+}
+
+#[test]
 fn a_variation_has_the_same_bits_whatever_its_place_and_company() {
     let scene = scene(annulus(), DampingKind::Linear);
     let ensemble = Ensemble::new(&scene, Ensemble::STEPS_PER_PERIOD).unwrap();
@@ -148,6 +172,7 @@ fn a_variation_has_the_same_bits_whatever_its_place_and_company() {
             gap_offsets: (0..7).map(|contact| 1e-10 * f64::from((i * contact) % 5 - 2)).collect(),
             precompression: 0.01 * f64::from(i % 2),
             support_stiffness_factor: 1.0 - 0.01 * f64::from(i),
+            modulus_factor: 1.0 + 0.004 * f64::from(i),
             effects: EffectVariation::default(),
             shaken: vec![],
         })

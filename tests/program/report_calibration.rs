@@ -4,12 +4,15 @@ use std::{collections::BTreeMap, f64::consts::TAU, path::PathBuf};
 
 use granchain::{
     calibration::outcome::{
-        CalibrationOutcome, FitOutcome, FittedFeature, FittedParameter, InputDigest, OutcomeFeature, OutcomeLobe,
-        RungOutcome,
+        CalibrationOutcome, FitOutcome, FittedFeature, FittedParameter, InputDigest, MaskedStretch, OutcomeFeature,
+        OutcomeLobe, RungOutcome,
     },
     feature::{Measurand, Window},
     report::{
-        calibration::{CalibrationReport, DensityMap, LawReport, RecordReport, RunPoint, Verdict},
+        calibration::{
+            BenchReport, BenchRow, CalibrationReport, DensityMap, DrawnSupport, LawReport, RecordReport, RunPoint,
+            Verdict,
+        },
         page::ReportError,
         sweep::{SweepCurve, SweepPoint, SweepReport},
     },
@@ -111,6 +114,8 @@ fn law(kind: &str, verdict: Verdict) -> FitOutcome {
     let compared = |deviation, widened: Option<f64>| FittedFeature {
         measured: Some(0.289),
         deviation: Some(deviation),
+        expected: Some(0.291),
+        scatter: Some(0.02),
         widened,
         model_error: None,
         unit: "m/s".into(),
@@ -200,6 +205,13 @@ fn report() -> CalibrationReport {
         preferred_mount: None,
         excluded: BTreeMap::new(),
         diagnosis: vec![],
+        masked: vec![MaskedStretch {
+            file: file.into(),
+            from_s: Some(120e-6),
+            to_s: Some(122e-6),
+            samples: 9,
+            reason: "drop-out".into(),
+        }],
         warnings: vec![],
         assumptions: vec![
             "Sampling is even to 1e-6 of the interval; tolerance 1e-3.".into(),
@@ -216,6 +228,7 @@ fn report() -> CalibrationReport {
         recorded: Some(velocity(0.0, 1.0)),
         simulated: Some(velocity(0.12, 0.97)),
         alignment: "onset at 9.8 µs in both".into(),
+        masked: vec![(120e-6, 122e-6)],
         window: Some(Window::new(100e-6, 540e-6)),
         compared: vec!["positive_peak".into(), "band_1/3".into()],
         published: BTreeMap::from([("positive_peak".to_owned(), (0.289, None)), ("negative_peak".to_owned(), (-0.247, None))]),
@@ -225,6 +238,14 @@ fn report() -> CalibrationReport {
         scene: "annulus".into(),
         scene_description: "six chrome-steel beads of 1 mm between a piston and a resin annulus".into(),
         drive_frequency: F0,
+        bench: BenchReport {
+            rows: vec![BenchRow {
+                part: "beads".into(), value: "6 of radius 500 µm".into(), origin: "default".into()
+            }],
+            radii: vec![0.5e-3; 6],
+            support: DrawnSupport::Ring { ring_radius: 0.55e-3, section_radius: 0.25e-3 },
+            texts: vec![("plan plan.toml".into(), "scene = \"annulus\" # <mine>".into())],
+        },
         records: vec![record],
         laws: vec![drawn(), drawn()],
         alpha_sweep: Some(SweepReport {

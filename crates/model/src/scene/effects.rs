@@ -170,7 +170,7 @@ fn further_effects(scene: &Scene) -> Vec<Effect> {
         ),
         effect(
             "oblique contacts",
-            holder.clearance > 0.0,
+            holder.clearance > 0.0 && (scene.model.kind == ModelKind::Chain || holder.friction_coefficient > 0.0),
             format!(
                 "holder.clearance = {}, holder.friction_coefficient = {}",
                 show(holder.clearance, Dimension::LENGTH),

@@ -3,6 +3,7 @@
 use super::{
     DiscShape, ModelKind,
     document::Value,
+    error::Place,
     error::SceneError,
     file::length,
     reader::{Bound, Reader, quantity, wrong_type},
@@ -181,7 +182,9 @@ pub(super) fn read(reader: &Reader<'_>, disc: &DiscShape) -> Result<Option<Water
         sound_speed: reader.given("water.sound_speed")?.unwrap_or(named.sound_speed),
     };
     let baffle: Baffle = reader.word("water.baffle")?;
-    let meshed = match reader.choice("water.method")? {
+    // A method that a built-in scene names is of its own baffle.
+    let of_built_in = baffle == Baffle::Soft && matches!(reader.place("water.method"), Place::BuiltIn { .. });
+    let meshed = match reader.choice("water.method")?.filter(|_| !of_built_in) {
         Some(word) => word == "elements",
         None => baffle == Baffle::Soft || settings::kind(reader)? == ModelKind::Fea,
     };
