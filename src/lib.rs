@@ -107,7 +107,7 @@
 //! # Where to look
 //!
 //! The equations of motion: [`model::chain`]. A calibration from a program: [`calibration::problem`]. The fit: [`calibration::likelihood`], [`calibration::search`],
-//! [`calibration::posterior`]; the procedure in words, with what it was tested on: `docs/calibration.md`. Every file form:
+//! [`calibration::posterior`]; the procedure in words: `docs/method.md`, how it was tested: `docs/validation.md`. Every file form:
 //! `docs/formats.md`. Why things are as they are: `docs/decisions/`. One question a program: `examples/`.
 
 pub mod cli;

@@ -35,7 +35,7 @@ const AFTER_ONSET: f64 = 3.0;
 const AFTER_WINDOW: f64 = 2.0;
 
 /// β of a pressure: 27 features of 40 neighbours judge more sharply than 22. With the power of a velocity the first twins' α was missed; see
-/// `docs/calibration.md` for how few they were.
+/// `docs/validation.md` for the counts.
 const PRESSURE_POWER: f64 = 0.35;
 
 /// How a conditioned trace becomes features z.
