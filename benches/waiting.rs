@@ -2,7 +2,7 @@
 //!
 //! - `cargo bench --bench waiting`: whole commands in processor seconds of one thread, and what a second thread spares; then the ratios to SciPy's LSODA
 //!   and to scikit-fem's script, where their Python is there
-//! - `cargo bench --bench waiting -- twins`: besides, sixty twins on the default model (ten minutes)
+//! - `cargo bench --bench waiting -- coverage`: besides, sixty synthetic records on the default model (ten minutes)
 //!
 //! On a quiet machine; nothing is judged. Linux only: elsewhere nobody tells the processor time of a finished program so simply.
 
@@ -71,9 +71,9 @@ fn main() {
         let run = waited.timing["stages"]["run_s"].as_f64().expect("a replay tells the time of its run");
         row(&format!("replay --scene annulus --model {model}: the run, by the clock"), run, aim);
     }
-    if std::env::args().any(|argument| argument == "twins") {
-        let twins = ["twins", "--model", "reduced", "--count", "60", "--wrong", "0"];
-        whole("twins --model reduced --count 60", &twins, "540");
+    if std::env::args().any(|argument| argument == "coverage") {
+        let coverage = ["coverage", "--scenario", "pretrigger", "--model", "reduced", "--count", "60"];
+        whole("coverage --model reduced --count 60", &coverage, "540");
     }
     let together = wait(&calibrate, "2", &out);
     println!("calibrate on two threads: {:.2} times less by the clock (aim 1.9)", alone.wall / together.wall);

@@ -11,7 +11,7 @@ use granchain::{
     model::{self, contact_law::FiniteBody},
     scene::{self, ModelKind, Scene},
     signal::Series,
-    study::convergence::moving_average,
+    validate::convergence::moving_average,
 };
 
 const WINDOWS: [(f64, f64); 3] = [(0.0, 20e-6), (20e-6, 40e-6), (40e-6, 50e-6)];

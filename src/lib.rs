@@ -118,3 +118,4 @@ pub use granchain_record as measurement;
 pub use granchain_report as report;
 pub use granchain_signal::{self as signal, feature};
 pub use granchain_studies as study;
+pub use granchain_validate as validate;

@@ -1,4 +1,4 @@
-//! Whatever a file that the program reads back or is handed holds, it is read or refused: plans, printed numbers, tables of runs, sealed states,
+//! Whatever a file that the program reads back or is handed holds, it is read or refused: plans, printed numbers, sealed states,
 //! logs of runs, meshes. `PROPTEST_CASES=10000000` for a long run; records and scenes have tests of their own, kept bodies theirs beside the code.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
@@ -8,10 +8,6 @@ mod kept;
 use std::{fs, path::PathBuf, sync::LazyLock};
 
 use granchain::{
-    calibration::{
-        fingerprints::{self, CandidateRuns},
-        forward::Run,
-    },
     cli::parts::Parts,
     measurement::{
         run_log::RunLog,
@@ -37,15 +33,6 @@ static MESHES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
 });
 
 static PRINTED: LazyLock<Vec<u8>> = LazyLock::new(|| shipped("measurements/annulus-73khz/features.toml"));
-
-/// Two runs of each of two stages, one of them failed.
-static TABLE: LazyLock<Vec<u8>> = LazyLock::new(|| {
-    let run = |u: f64| Run { position: vec![u, 0.5], outcome: Ok(vec![-1.5 * u, 3e-7]) };
-    let failed = Run { position: vec![0.1, 0.9], outcome: Err("stopped, \"at\" once".into()) };
-    let search = vec![vec![run(0.25), failed], vec![run(0.75)]];
-    let runs = CandidateRuns { candidate: "linear".into(), search, ..CandidateRuns::default() };
-    fingerprints::to_csv(&kept::names(), &[runs]).unwrap()
-});
 
 /// One finished point of a sweep, and one that failed.
 const RUNS: [&str; 2] = [
@@ -116,11 +103,6 @@ proptest! {
     fn harmed_plans_and_printed_numbers_are_read_or_refused(plan in 0..4usize, harms in harms()) {
         kept::plan(place().path(), &harmed(&PLANS[plan], &harms));
         kept::printed(&harmed(&PRINTED, &harms));
-    }
-
-    #[test]
-    fn harmed_tables_of_runs_are_read_or_refused(harms in harms()) {
-        kept::table(&harmed(&TABLE, &harms));
     }
 
     #[test]

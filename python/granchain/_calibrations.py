@@ -284,8 +284,16 @@ def _reading(record: Record) -> list[str]:
     return options
 
 
-# Flags that hold for record and drive alike, with whether they have a value.
-_SHARED = {"--drive-frequency": True, "--bench": True, "--force-frequency": False}
+# Flags that hold for record and drive alike.
+_SHARED = {"--drive-frequency", "--bench"}
+
+# Keywords of earlier versions, and what takes their place.
+_REMOVED = {
+    "record_settings": "`set` of a [[record]] in a fit definition, given as `plan`",
+    "scene_drive": "drive='none'",
+    "confirm": "model='fea'",
+    "search": "nothing: the search is the one whose intervals were tested",
+}
 
 
 def _of_drive(options: Sequence[str], present: Sequence[str]) -> list[str]:
@@ -293,11 +301,12 @@ def _of_drive(options: Sequence[str], present: Sequence[str]) -> list[str]:
     words: list[str] = []
     rest = iter(options)
     for word in rest:
-        if word in _SHARED:
-            told = [word, next(rest)] if _SHARED[word] else [word]
-            words += [] if word in present else told
+        name, joined, value = word.partition("=")
+        value = value if joined else next(rest)
+        if name in _SHARED:
+            words += [] if name in present else [name, value]
         else:
-            words.append(f"--drive-{word[2:]}" if word.startswith("--") else word)
+            words += ["--drive-read", value if name == "--read" else f"{name[2:].replace('-', '_')}={value}"]
     return words
 
 
@@ -313,7 +322,7 @@ def calibrate(
     scene: Scene | StrPath | None = None,
     settings: Mapping[str, object] | None = None,
     *,
-    model: Literal["chain", "ladder", "reduced"] | None = None,
+    model: Literal["chain", "ladder", "reduced", "fea"] | None = None,
     accuracy: str | None = None,
     plan: StrPath | None = None,
     quantity: Literal["velocity", "pressure"] | None = None,
@@ -326,10 +335,6 @@ def calibrate(
     evaluations: int | None = None,
     seed: int | None = None,
     alpha: float | None = None,
-    record_settings: Mapping[int, Mapping[str, object]] | None = None,
-    scene_drive: bool = False,
-    confirm: Literal["fea"] | None = None,
-    search: Literal["likelihood", "nelder-mead", "particle-swarm"] | None = None,
     limits: bool = True,
     cache: StrPath | None = None,
     progress: Progress | None = None,
@@ -342,7 +347,7 @@ def calibrate(
     measured
         Record of a vibrometer or hydrophone, a TOML file of published features, or several records that are fitted together.
     drive
-        The horn's record of it, or of each [default: ``horn_tip.csv`` beside the record].
+        The horn's record of it, or of each [default: ``horn_tip.csv`` beside the record]; ``"none"`` for the scene's own drive.
     scene, settings
         What stands on the bench [default: ``annulus``, or ``water`` for a pressure], and keys changed in it.
     model
@@ -369,14 +374,6 @@ def calibrate(
         Of everything drawn [default: 1].
     alpha
         Amplitude scale, where it is not fitted.
-    record_settings
-        Keys changed for one of several records, by its number from 1.
-    scene_drive
-        Drive with the scene's own drive even where a ``horn_tip.csv`` lies beside the record.
-    confirm
-        ``fea``: run finite elements once at the answer.
-    search
-        How the box is searched.
     limits
         Whether runs that are estimated to take more work or memory than is sensible are refused.
     cache
@@ -391,6 +388,9 @@ def calibrate(
     RecordError, SceneError, CalibrationError, SimulationError, UsageError
         With place, what was expected and found, and what to pass.
     """
+    for name, instead in _REMOVED.items():
+        if name in reading:
+            raise native.UsageError(f"`{name}` is gone; instead of it pass {instead}")
     records, drives = _several(measured), _several(drive)
     if isinstance(scene, Scene):
         if scene._text is not None:
@@ -404,27 +404,24 @@ def calibrate(
         scene = scene._source
     paths, contents, of_records = _named(records)
     drive_paths, drive_contents, of_drives = _named(drives)
-    rung = {"chain": "chain", "ladder": "reduced", "reduced": "reduced", None: None}[model]
+    rung = {"chain": "chain", "ladder": "reduced", "reduced": "reduced", "fea": "fea", None: None}[model]
     words = [word for path in paths for word in flags({"measured": path})]
     if len(drive_paths) == 1:
         # One for all records.
         words += flags({"drive": drive_paths[0]})
         drive_contents *= max(len(paths), 1)
     else:
-        words += [word for path in drive_paths for word in flags({"input": path})]
+        words += [word for path in drive_paths for word in flags({"drive": path})]
     words += flags({"plan": plan, "scene": scene, "model": rung, "accuracy": accuracy, "quantity": quantity})
     for assignment in assignments(settings):
         words += ["--set", assignment]
-    for number, changed in (record_settings or {}).items():
-        for assignment in assignments(changed):
-            words += ["--record-set", f"{number}:{assignment}"]
     lists = {"fit": fit, "damping": damping, "mount": mount}
     words += flags({name: ",".join([names] if isinstance(names, str) else names) or None for name, names in lists.items()})
     for name, (low, high) in (bounds or {}).items():
         words += ["--bounds", f"{name}={text(low)}:{text(high)}"]
     for name, value in (uncertainty or {}).items():
         words += ["--uncertainty", f"{name}={text(value)}"]
-    words += flags({"features": features, "search": search, "confirm": confirm, "evaluations": evaluations, "seed": seed})
-    words += flags({"alpha": alpha, "scene_drive": scene_drive, "no_limits": not limits})
+    words += flags({"features": features, "evaluations": evaluations, "seed": seed})
+    words += flags({"alpha": alpha, "no_limits": not limits})
     words += of_records + _of_drive(of_drives, of_records) + flags(reading)
     return Calibration(native.calibrate(words, cache, contents, drive_contents, progress))

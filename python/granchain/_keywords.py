@@ -15,6 +15,13 @@ StrPath: TypeAlias = str | os.PathLike[str]
 _UNITS = {"bandwidth": "Hz", "sample_rate": "Hz", "delay": "s", "trigger": "s"}
 _UNITS |= {f"drive_{name}": unit for name, unit in _UNITS.items()} | {"drive_frequency": "Hz"}
 
+# Keys of a reading that have no flag of their own.
+_READ = {
+    "time_column", "time_unit", "baseline", "invert", "bandwidth", "delay", "trigger", "missing", "delimiter", "decimal", "range", "resample",
+    "dataset", "averages", "mask", "force_frequency",
+}  # fmt: skip
+_DRIVE_READ = {f"drive_{name}" for name in _READ | {"channel", "unit", "scale", "sample_rate"}}
+
 
 class SampleOptions(TypedDict, total=False):
     """What samples do not say about themselves; whatever is left out is assumed, and said so."""
@@ -119,12 +126,16 @@ def flag(name: str, value: object) -> list[str]:
     """A flag with its value, as typed; nothing for ``None`` and ``False``."""
     if value is None or value is False:
         return []
-    typed = "--" + name.replace("_", "-")
-    if value is True:
-        return [typed]
     if name in _UNITS and not isinstance(value, str):
         value = f"{text(value)} {_UNITS[name]}"
     said = text(value)
+    if name in _READ:
+        return ["--read", f"{name}={said}"]
+    if name in _DRIVE_READ:
+        return ["--drive-read", f"{name.removeprefix('drive_')}={said}"]
+    typed = "--" + name.replace("_", "-")
+    if value is True:
+        return [typed]
     return [f"{typed}={said}"] if said.startswith("-") else [typed, said]
 
 

@@ -7,14 +7,16 @@ use super::{
     Outcome,
     arguments::{OutputArguments, Session},
     interrupt::Interrupted,
-    output::{OutputFolder, page_results},
-    progress, study, summary,
+    output::{OutputFolder, page_results, publish, set_flags},
+    progress, summary,
     timing::Timing,
 };
 use crate::{
     measurement::shell_word,
-    report::accuracy::{AccuracyReport, text},
-    study::accuracy::{AccuracyError, AccuracyPlan, Study},
+    validate::{
+        accuracy::{AccuracyError, AccuracyPlan, Study},
+        page::accuracy::{AccuracyReport, text},
+    },
 };
 
 /// Arguments of `granchain accuracy`.
@@ -33,9 +35,6 @@ pub struct Arguments {
     /// Run nothing: draw what is stored, with the times of the machine that measured it
     #[arg(long, conflicts_with = "full", help_heading = "Study")]
     pub stored: bool,
-    /// Measure what calibration gains, minutes; without --full all other rows stay as they are stored
-    #[arg(long, conflicts_with = "stored", help_heading = "Study")]
-    pub calibration: bool,
     /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
@@ -52,24 +51,21 @@ const MEMBERS: usize = 24;
 /// # Errors
 /// Whatever is wrong with the scene; a run that fails; a folder that cannot be written; Ctrl-C.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { scene, set, full, stored, calibration, output, session } = arguments;
+    let Arguments { scene, set, full, stored, output, session } = arguments;
     let mut timing = Timing::start();
-    let mut command_line = format!("granchain accuracy --scene {}{}", shell_word(&scene), study::set_flags(&set));
+    let mut command_line = format!("granchain accuracy --scene {}{}", shell_word(&scene), set_flags(&set));
     if full {
         command_line.push_str(" --full");
     }
     if stored {
         command_line.push_str(" --stored");
     }
-    if calibration {
-        command_line.push_str(" --calibration");
-    }
     if let Some(seed) = session.seed {
         command_line.push_str(&format!(" --seed {seed}"));
     }
     let program = summary::program();
     let (seed, limits) = (session.seed(), session.limits());
-    let plan = AccuracyPlan { scene, sets: set, full, calibration, members: MEMBERS, seed, limits, program };
+    let plan = AccuracyPlan { scene, sets: set, full, members: MEMBERS, seed, limits, program };
     let ready = Study::new(plan)?;
     let folder = output
         .out
@@ -94,10 +90,10 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         outcome => outcome?,
     };
     timing.stage("measure");
-    let report = AccuracyReport { program: summary::program(), command_line, store: full || calibration, accuracy };
+    let report = AccuracyReport { program: summary::program(), command_line, store: full, accuracy };
     if let Some(folder) = folder {
         timing.settings(report.timing());
-        study::write(folder, report.files().context("the report cannot be made")?, timing, &session)?;
+        publish(folder, report.files().context("the report cannot be made")?, timing, &session)?;
         session.result(text(&report.accuracy), &report.json())?;
     } else {
         let note = "Nothing was written; pass --out DIR for the page, the figures and the tables.\n";

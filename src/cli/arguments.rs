@@ -185,9 +185,9 @@ pub struct SceneArguments {
     /// Cheapest model and settings whose error, measured on the built-in scene, is at most this, such as 1%; see `granchain accuracy`
     #[arg(long, value_name = "LEVEL", value_parser = level, conflicts_with = "model", help_heading = "Scene")]
     pub accuracy: Option<f64>,
-    /// Horn-tip record that drives the piston in place of the scene's own drive
+    /// Horn-tip record that drives the piston [default: the scene's own drive; of calibrate horn_tip.csv beside the record, unless `none`]
     #[arg(long, value_name = "FILE", help_heading = "Scene")]
-    pub drive: Option<PathBuf>,
+    pub drive: Vec<PathBuf>,
     /// Drive frequency with its unit, such as 73kHz
     #[arg(long, value_name = "QUANTITY", value_parser = drive_frequency, help_heading = "Scene")]
     pub drive_frequency: Option<f64>,

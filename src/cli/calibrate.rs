@@ -23,7 +23,7 @@ use self::{
 };
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session, usage},
+    arguments::{OutputArguments, SceneArguments, Session},
     interrupt,
     output::{NOTHING_SAVED, OutputFolder},
     reading::{DriveReadArguments, ReadArguments},
@@ -38,14 +38,14 @@ use crate::{
         refusal::Refusal,
     },
     measurement::read_back::{SMALL, read_back},
-    scene::{ModelKind, Scene},
+    scene::Scene,
 };
 
 /// Arguments of `granchain calibrate`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
                   granchain calibrate --measured vib.csv --drive horn_tip.csv --scene annulus\n  \
-                  granchain calibrate --measured scope.csv --channel CH2 --scale '125 mm/s/V' --drive-channel CH1 --drive-scale '2 um/V'")]
+                  granchain calibrate --measured scope.csv --channel CH2 --scale '125 mm/s/V' --drive-read channel=CH1 --drive-read 'scale=2 um/V'")]
 pub struct Arguments {
     /// Record of a vibrometer or hydrophone (CSV), or TOML of published features; repeated: records fitted together
     #[arg(long, value_name = "FILE", help_heading = "Fit")]
@@ -69,9 +69,6 @@ pub struct Arguments {
     /// Continue the fit that Ctrl-C or a crash left behind
     #[arg(long, help_heading = "Fit")]
     pub resume: bool,
-    /// Horn-tip record of each --measured, in the same order [default: horn_tip.csv beside it]
-    #[arg(long, value_name = "FILE", conflicts_with = "drive", conflicts_with = "scene_drive", help_heading = "Fit")]
-    pub input: Vec<PathBuf>,
     /// What was recorded [default: velocity]
     #[arg(long, value_enum, help_heading = "Fit")]
     pub quantity: Option<QuantityChoice>,
@@ -91,18 +88,6 @@ pub struct Arguments {
     /// Runs a damping law [default: the number whose intervals were tested, 600, or 1800 for more than two parameters, or 1200 for several records]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(200..=100_000), help_heading = "Fit")]
     pub evaluations: Option<u32>,
-    /// How the box is searched; the answer is read from a regression over all runs in any case
-    #[arg(long, value_enum, default_value = "likelihood", help_heading = "Fit")]
-    pub search: SearchChoice,
-    /// Drive with the scene's own drive even where a horn_tip.csv lies beside the record
-    #[arg(long, conflicts_with = "drive", help_heading = "Fit")]
-    pub scene_drive: bool,
-    /// Override one key of the scene for record N alone, such as 2:chain.beads=7; repeatable
-    #[arg(long, value_name = "N:KEY=VALUE", help_heading = "Fit")]
-    pub record_set: Vec<String>,
-    /// Run another model once at the answer and show its features beside the others'
-    #[arg(long, value_enum, value_name = "MODEL", help_heading = "Fit")]
-    pub confirm: Option<ConfirmChoice>,
     /// What is simulated.
     #[command(flatten)]
     pub scene: SceneArguments,
@@ -118,6 +103,13 @@ pub struct Arguments {
     /// Session flags.
     #[command(flatten)]
     pub session: Session,
+}
+
+impl Arguments {
+    /// Whether the drive's frequency is taken as stated, said of either record.
+    fn forces_frequency(&self) -> bool {
+        [self.reading.options(None), self.drive_reading.options(None)].iter().any(|options| options.force_frequency)
+    }
 }
 
 /// `--quantity`.
@@ -138,24 +130,6 @@ pub enum FeatureChoice {
     Paper,
 }
 
-/// `--confirm`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ConfirmChoice {
-    /// The finite element analysis: one run, half a minute or so
-    Fea,
-}
-
-/// `--search`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum SearchChoice {
-    /// Regression synthetic likelihood
-    Likelihood,
-    /// Scattered Nelder–Mead on the plain misfit, for comparison
-    NelderMead,
-    /// Particle swarm on the plain misfit, for comparison
-    ParticleSwarm,
-}
-
 /// A problem, and what the command line says besides.
 pub struct Job {
     /// What is fitted to what.
@@ -168,8 +142,6 @@ pub struct Job {
     plans: Vec<(&'static str, Input)>,
     /// The mesh files of all scenes as they were before the first run.
     meshes: Vec<Input>,
-    /// The model run once at the answer.
-    confirm: Option<ConfirmChoice>,
     /// Whether an answer that does not explain the record is a failure.
     strict: bool,
 }
@@ -256,14 +228,11 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
 /// Whatever is wrong with plan, scene or records.
 pub fn prepare(arguments: Arguments, typed: Vec<String>, in_memory: &InMemory) -> anyhow::Result<Job> {
     let (problem, plans) = definition::problem(&arguments, in_memory)?;
-    if arguments.confirm.is_some() && problem.above.contains(&ModelKind::Fea) {
-        return Err(usage("--confirm fea would do nothing: the model `fea` answers itself; leave it out"));
-    }
     let scenes = problem.candidates.iter().flat_map(|candidate| &candidate.scenes);
     let files: BTreeSet<PathBuf> = scenes.flat_map(Scene::mesh_files).collect();
     let meshes = files.into_iter().map(Input::digest).collect::<Result<_, _>>()?;
-    let (confirm, strict) = (arguments.confirm, arguments.strict);
-    Ok(Job { problem, arguments: typed, program: summary::program(), plans, meshes, confirm, strict })
+    let strict = arguments.strict;
+    Ok(Job { problem, arguments: typed, program: summary::program(), plans, meshes, strict })
 }
 
 /// What a stopped or a refused pipeline is to the terminal.

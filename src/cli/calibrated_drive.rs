@@ -28,7 +28,7 @@ pub fn check(
     arguments: &SceneArguments,
     (overrides, preferred): (&[String], ModelKind),
 ) -> anyhow::Result<()> {
-    let Some(scene) = arguments.scene.as_ref().filter(|_| arguments.drive.is_none()) else { return Ok(()) };
+    let Some(scene) = arguments.scene.as_ref().filter(|_| arguments.drive.is_empty()) else { return Ok(()) };
     let here = drive(scene, overrides, preferred)?;
     let named = calibration.named.display().to_string();
     let refused = |fitted: &str, also: &str| {

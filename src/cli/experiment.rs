@@ -28,6 +28,9 @@ pub fn read(
     calibration: Option<&Calibrated>,
     preferred: ModelKind,
 ) -> anyhow::Result<Bench> {
+    if arguments.drive.len() > 1 {
+        return Err(usage(format!("--drive: expected one horn-tip record, found {}", arguments.drive.len())));
+    }
     let options = reading.options_of(RecordKind::HornTip, arguments.drive_frequency)?;
     assemble(arguments, options, calibration, preferred, false)
 }
@@ -45,7 +48,7 @@ pub fn for_fit(arguments: &SceneArguments, options: &ReadOptions, together: bool
 /// The drive of the calibration where it drives this run too: no other scene and no other file is named.
 fn drive_of<'a>(calibration: Option<&'a Calibrated>, arguments: &SceneArguments) -> Option<&'a CalibratedDrive> {
     let drive = calibration.and_then(|calibration| calibration.drive.as_ref())?;
-    match &arguments.drive {
+    match arguments.drive.first() {
         Some(file) => (*file == drive.input.path).then_some(drive),
         None => arguments.scene.is_none().then_some(drive),
     }
@@ -92,7 +95,11 @@ fn assemble(
         }
         overrides.extend(calibration.overrides.iter().cloned());
     }
-    let drive = arguments.drive.as_deref().or(drive_of_fit.map(|drive| drive.input.path.as_path()));
+    let drive = arguments
+        .drive
+        .first()
+        .map(std::path::PathBuf::as_path)
+        .or(drive_of_fit.map(|drive| drive.input.path.as_path()));
     if drive.is_none() {
         overrides.extend(arguments.drive_frequency.map(|frequency| format!("drive.frequency={frequency}")));
     }
@@ -105,7 +112,7 @@ fn assemble(
         } else {
             &[ModelKind::Chain, ModelKind::Reduced, ModelKind::Fea]
         };
-        let changed = !overrides.is_empty() || !arguments.set.is_empty() || arguments.drive.is_some();
+        let changed = !overrides.is_empty() || !arguments.set.is_empty() || !arguments.drive.is_empty();
         let choice = level::choose(&source, level, models, changed)?;
         overrides.extend(choice.sets);
         assumptions.push(choice.said);

@@ -4,9 +4,9 @@ use anyhow::bail;
 
 use super::arguments::{ValueError, usage};
 use crate::{
-    report::accuracy::{percent, seconds, setting_of},
     scene::ModelKind,
-    study::accuracy::{ladder::Rung, stored::Stored},
+    validate::accuracy::{ladder::Rung, stored::Stored},
+    validate::page::accuracy::{percent, seconds, setting_of},
 };
 
 /// What was chosen.

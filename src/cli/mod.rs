@@ -11,12 +11,11 @@ pub mod calibrate;
 mod calibrated;
 mod calibrated_drive;
 mod completions;
-pub mod contact;
-pub mod convergence;
 pub mod convert;
+pub mod coverage;
 mod doctor;
 pub mod experiment;
-mod forecast;
+pub mod forecast;
 pub mod inspect;
 pub mod interrupt;
 mod level;
@@ -25,22 +24,20 @@ pub mod output;
 pub mod parts;
 pub mod progress;
 pub mod reading;
+mod removed;
 pub mod replay;
-pub mod report;
 pub mod scene;
 pub mod spectrum;
 pub mod start;
-pub mod stress;
-pub mod study;
-mod summary;
+pub mod summary;
 pub mod sweep;
 pub mod sweep_table;
 pub mod timing;
-pub mod twins;
+pub mod verify;
 
 use std::{ffi::OsString, io::Write, process::ExitCode, sync::OnceLock};
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use self::arguments::{OutputArguments, Session};
 use crate::{
@@ -82,6 +79,49 @@ impl Outcome {
 struct CommandLine {
     #[command(subcommand)]
     command: Command,
+    /// Session flags, before or after the command.
+    #[command(flatten)]
+    session: Session,
+    /// Write beside files that granchain did not write, which are never replaced or removed; replace results of another kind of run
+    #[arg(long, global = true, help_heading = "Session")]
+    force: bool,
+}
+
+/// The flags of every command, which only the program's own `--help` lists.
+const SESSION: [&str; 7] = ["json", "quiet", "threads", "cache", "seed", "no_limits", "force"];
+
+/// What stands below the flags of a command.
+const SESSION_FLAGS: &str = "Session flags of every command: --json --quiet --threads N --seed N --cache DIR --no-limits --force (granchain --help)";
+
+/// The command line, with session flags listed once.
+fn command_line() -> clap::Command {
+    CommandLine::command().mut_subcommands(brief)
+}
+
+fn brief(command: clap::Command) -> clap::Command {
+    let command = command.mut_args(|argument| {
+        let hidden = SESSION.contains(&argument.get_id().as_str());
+        argument.hide(hidden)
+    });
+    let after = command
+        .get_after_help()
+        .map(|text| {
+            format!(
+                "{text}
+
+"
+            )
+        })
+        .unwrap_or_default();
+    command.after_help(format!("{after}{SESSION_FLAGS}")).mut_subcommands(brief)
+}
+
+impl CommandLine {
+    /// Parsed words, the program first.
+    fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
+        let matches = command_line().try_get_matches_from(words)?;
+        Self::from_arg_matches(&matches)
+    }
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done; 1 input or run failed; 2 usage; 3 finished unconverged; 4 outside scatter, with --strict; 130, 143, 129 stopped by \
@@ -91,43 +131,37 @@ Ctrl-C, SIGTERM, SIGHUP.\nQuantities carry their unit: 73kHz, 0.5um, \"0.3 N s/m
 enum Command {
     /// Begin: look at the files of a laboratory and write a fit definition for them
     Start(start::Arguments),
+    /// Print what is understood and assumed of a record
+    Inspect(inspect::Arguments),
+    /// Write a record of any form as a universal file or a table
+    Convert(convert::Arguments),
+    /// Print the spectral lines, peaks and bandwidth of a record
+    Spectrum(spectrum::Arguments),
+    /// List, show, check or start scene files
+    Scene(scene::Arguments),
     /// Fit the amplitude scale and the damping of a scene to a measured record
     Calibrate(Box<calibrate::Arguments>),
     /// Run one scene and write its response
     Replay(replay::Arguments),
     /// Run a scene over a grid of values and compare what comes out
     Sweep(sweep::Arguments),
-    /// Print the spectral lines, peaks and bandwidth of a record
-    Spectrum(spectrum::Arguments),
-    /// Print what is understood and assumed of a record
-    Inspect(inspect::Arguments),
-    /// Write a record of any form as a universal file or a table
-    Convert(convert::Arguments),
-    /// Press one contact together: force, radius and pressure against closed laws
-    Contact(contact::Arguments),
+    /// Join the parts of a sweep or of coverage, run with --part K/N, to the results of the whole run
+    Merge(parts::Arguments),
     /// Draw, count and write the finite element mesh of a scene
     Mesh(mesh::Arguments),
-    /// Run a scene by finite elements on several meshes and steps: errors, their order, their cost
-    Convergence(convergence::Arguments),
     /// What accuracy costs: every setting of a scene's ladder with its error and its time
     Accuracy(accuracy::Arguments),
-    /// Whole studies with a page each: the paper's experiment
-    Study(study::Arguments),
-    /// Hard cases on every model: criterion, what was measured, pass or fail
-    Stress(stress::Arguments),
-    /// Hold a finished report against what it was made from
-    Report(report::Arguments),
-    /// List, show, check or start scene files
-    Scene(scene::Arguments),
-    /// Calibrate against made-up records of known truth: the tool's own proof
-    Twins(twins::Arguments),
-    /// Join the parts of a sweep, of twins or of a study, run with --part K/N, to the results of the whole run
-    Merge(parts::Arguments),
+    /// Calibrate synthetic records of known truth and count how often the intervals hold it
+    Coverage(coverage::Arguments),
+    /// Run a calibration again from its recorded inputs and compare every number
+    Verify(verify::Arguments),
     /// Print version, processor, threads and cache as found on this machine
     Doctor(doctor::Arguments),
     /// Print the completions of a shell
+    #[command(hide = true)]
     Completions(completions::Arguments),
     /// Write manual pages
+    #[command(hide = true)]
     Man(completions::ManArguments),
 }
 
@@ -141,15 +175,11 @@ impl Command {
             Self::Spectrum(arguments) => &arguments.session,
             Self::Inspect(arguments) => &arguments.session,
             Self::Convert(arguments) => &arguments.session,
-            Self::Contact(arguments) => &arguments.session,
             Self::Mesh(arguments) => &arguments.session,
-            Self::Convergence(arguments) => &arguments.session,
             Self::Accuracy(arguments) => &arguments.session,
-            Self::Study(arguments) => &arguments.session,
-            Self::Stress(arguments) => &arguments.session,
-            Self::Report(arguments) => &arguments.session,
+            Self::Verify(arguments) => &arguments.session,
             Self::Scene(arguments) => &arguments.session,
-            Self::Twins(arguments) => &arguments.session,
+            Self::Coverage(arguments) => &arguments.session,
             Self::Merge(arguments) => &arguments.session,
             Self::Doctor(arguments) => &arguments.session,
             Self::Completions(arguments) => &arguments.session,
@@ -166,15 +196,11 @@ impl Command {
             Self::Spectrum(arguments) => spectrum::execute(arguments),
             Self::Inspect(arguments) => inspect::execute(arguments),
             Self::Convert(arguments) => convert::execute(arguments),
-            Self::Contact(arguments) => contact::execute(arguments),
             Self::Mesh(arguments) => mesh::execute(arguments),
-            Self::Convergence(arguments) => convergence::execute(arguments),
             Self::Accuracy(arguments) => accuracy::execute(arguments),
-            Self::Study(arguments) => study::execute(arguments),
-            Self::Stress(arguments) => stress::execute(arguments),
-            Self::Report(arguments) => report::execute(arguments),
+            Self::Verify(arguments) => verify::execute(arguments),
             Self::Scene(arguments) => scene::execute(arguments),
-            Self::Twins(arguments) => twins::execute(arguments),
+            Self::Coverage(arguments) => coverage::execute(arguments),
             Self::Merge(arguments) => parts::execute(arguments),
             Self::Doctor(arguments) => doctor::execute(arguments),
             Self::Completions(arguments) => completions::execute(arguments),
@@ -193,7 +219,7 @@ fn divisible(
     session: &Session,
 ) -> anyhow::Result<Box<dyn parts::Divisible>> {
     let words = std::iter::once("granchain").chain(arguments.iter().map(String::as_str));
-    let mut command = CommandLine::try_parse_from(words)?.command;
+    let mut command = CommandLine::of(words)?.command;
     let own = command.session();
     if own.no_limits && !session.no_limits {
         return Err(arguments::usage("the parts were run with --no-limits; pass it to `merge` too"));
@@ -201,17 +227,15 @@ fn divisible(
     let session = Session { seed: own.seed, ..session.clone() };
     match &mut command {
         Command::Sweep(flags) => (flags.output, flags.session) = (output.clone(), session),
-        Command::Twins(flags) => (flags.output, flags.session) = (output.clone(), session),
-        Command::Study(flags) => (*flags.which.output(), flags.session) = (output.clone(), session),
+        Command::Coverage(flags) => (flags.output, flags.session) = (output.clone(), session),
         _ => {}
     }
     match command {
         Command::Sweep(flags) => Ok(Box::new(sweep::Study::new(flags)?)),
-        Command::Twins(flags) => twins::divisible(flags),
-        Command::Study(flags) => study::divisible(flags),
+        Command::Coverage(flags) => Ok(Box::new(coverage::Study::new(flags)?)),
         _ => {
             let found = arguments.first().map_or("nothing", String::as_str);
-            anyhow::bail!("expected the arguments of sweep, twins or study, found `{found}`")
+            anyhow::bail!("expected the arguments of sweep or coverage, found `{found}`")
         }
     }
 }
@@ -260,12 +284,12 @@ pub fn run_typed(typed: Vec<OsString>, subcommand: Option<&str>) -> u8 {
     let mut given = typed.into_iter();
     let program = given.next().unwrap_or_else(|| OsString::from("granchain"));
     let arguments = std::iter::once(program).chain(subcommand.map(OsString::from)).chain(given);
-    let command = match CommandLine::try_parse_from(arguments) {
+    let command = match CommandLine::of(arguments) {
         Ok(line) => line.command,
         Err(usage) => {
             // The only thing that can fail here is the terminal itself.
             let _ = usage.print();
-            if let Some(instead) = parts::instead_of(&usage) {
+            if let Some(instead) = removed::instead_of(&usage) {
                 let _ = writeln!(std::io::stderr().lock(), "\n{instead}");
             }
             return u8::try_from(usage.exit_code()).unwrap_or(2);
@@ -337,7 +361,7 @@ pub fn remedy(error: &(dyn std::error::Error + 'static)) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use clap::{CommandFactory, Parser};
+    use clap::CommandFactory;
 
     use super::{Outcome, Verdict};
 
@@ -372,7 +396,7 @@ mod tests {
             for line in lines {
                 let line = line.split(" > ").next().unwrap_or_default();
                 let arguments = std::iter::once("granchain".to_owned()).chain(words(line));
-                if let Err(error) = super::CommandLine::try_parse_from(arguments) {
+                if let Err(error) = super::CommandLine::of(arguments) {
                     panic!("{line}: {error}");
                 }
                 examples += 1;
@@ -383,6 +407,46 @@ mod tests {
 
     #[test]
     fn the_argument_tree_is_consistent() {
-        super::CommandLine::command().debug_assert();
+        super::command_line().debug_assert();
+    }
+
+    /// Arguments that `--help` of a command lists, and of those below it.
+    fn listed(command: &mut clap::Command, counts: &mut Vec<(String, usize)>) {
+        let help = command.render_long_help().to_string();
+        let is_argument = |line: &str| {
+            let text = line.trim_start();
+            let indent = line.len() - text.len();
+            (2..=6).contains(&indent) && (text.starts_with("--") || text.starts_with('-') && text.contains(", --"))
+        };
+        counts.push((command.get_name().to_owned(), help.lines().filter(|line| is_argument(line)).count()));
+        for below in command.get_subcommands_mut().filter(|below| !below.is_hide_set() && below.get_name() != "help") {
+            listed(below, counts);
+        }
+    }
+
+    #[test]
+    fn the_command_line_stays_small() {
+        let mut command = super::command_line();
+        command.build();
+        let visible: Vec<&str> = command
+            .get_subcommands()
+            .filter(|below| !below.is_hide_set() && below.get_name() != "help")
+            .map(clap::Command::get_name)
+            .collect();
+        assert_eq!(visible.len(), 14, "{visible:?}");
+        let mut counts = Vec::new();
+        listed(&mut command, &mut counts);
+        let all: usize = counts.iter().map(|(_, count)| count).sum();
+        let of_calibrate = counts.iter().find(|(name, _)| name == "calibrate").map(|(_, count)| *count);
+        assert!(of_calibrate.is_some_and(|count| count <= 30), "{counts:?}");
+        assert!(all <= 230, "{all}: {counts:?}");
+    }
+
+    #[test]
+    fn session_flags_stand_before_or_behind_the_command() {
+        for line in ["granchain --seed 3 doctor", "granchain doctor --seed 3", "granchain --seed 3 scene list"] {
+            let parsed = super::CommandLine::of(line.split(' ')).unwrap();
+            assert_eq!(parsed.command.session().seed, Some(3), "{line}");
+        }
     }
 }

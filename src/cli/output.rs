@@ -7,6 +7,7 @@
 mod columns;
 mod folder;
 mod list;
+mod page;
 mod terminal;
 mod work;
 
@@ -23,6 +24,7 @@ use columns::{broken, columns_of};
 pub use columns::WIDEST;
 pub use folder::{NOTHING_SAVED, OutputFolder, remove_staged};
 pub use list::{LIST, digest, files_below, is_altered, list_text};
+pub use page::{publish, set_flags};
 pub use terminal::{visible, visible_json};
 
 /// Results that commands of several kinds have.

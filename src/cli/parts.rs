@@ -2,7 +2,7 @@
 //! whole run, byte for byte.
 //!
 //! A part file may come from anywhere. Its size is checked before it is read, and it decides nothing but values: `merge` itself says where results go,
-//! with which cache and on how many threads, and the arguments in the file are understood by `sweep`, `twins` and `study` alone.
+//! with which cache and on how many threads, and the arguments in the file are understood by `sweep` and `coverage` alone.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -12,10 +12,7 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-use clap::{
-    Args,
-    error::{ContextKind, ContextValue},
-};
+use clap::Args;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use serde_json::{Value, json};
 
@@ -381,17 +378,6 @@ impl Parts {
         })?;
         Ok(all)
     }
-}
-
-/// What to write instead of a command or a flag of earlier versions.
-#[must_use]
-pub fn instead_of(error: &clap::Error) -> Option<&'static str> {
-    let found = error.get(ContextKind::InvalidSubcommand).or_else(|| error.get(ContextKind::InvalidArg))?;
-    let ContextValue::String(found) = found else { return None };
-    matches!(found.as_str(), "batch" | "--on" | "--chunk").then_some(
-        "`batch`, `--on` and `--chunk` are gone: run `sweep`, `twins` or `study` with --part K/N --out FILE for K from 1 to N under any scheduler, then \
-         `granchain merge FILES --out DIR`; a calibration runs on one machine",
-    )
 }
 
 #[cfg(test)]

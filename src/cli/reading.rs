@@ -2,142 +2,133 @@
 
 use std::{fmt, path::PathBuf};
 
-use clap::{
-    Args,
-    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
-};
+use clap::Args;
 
 use crate::{
     measurement::{
-        Baseline, BenchReadings, Choice, DecimalSign, Delimiter, MaskError, Masking, MeasurementError, Missing,
-        ReadOptions, RecordKind, Sensitivity, SensitivityError,
+        BenchReadings, MeasurementError, ReadOptions, Reading, ReadingError, RecordKind, Sensitivity, SensitivityError,
     },
     signal::{Dimension, Quantity, QuantityError, Unit},
 };
 
-use super::arguments::{frequency, time, usage};
+use super::arguments::{frequency, usage};
 
-/// The flags of one channel, each behind a prefix.
-macro_rules! channel_arguments {
-    ($(#[$about:meta])* $name:ident, $prefix:literal, $heading:literal) => {
-        $(#[$about])*
-        #[derive(Debug, Clone, PartialEq, Default, Args)]
-        pub struct $name {
-            /// Column of the recorded quantity: its header, or its number from 1
-            #[arg(id = concat!($prefix, "column"), long = concat!($prefix, "column"), visible_alias = concat!($prefix, "channel"),
-                value_name = "NAME", help_heading = $heading)]
-            pub column: Option<String>,
-            /// Column of time: its header, or its number from 1
-            #[arg(id = concat!($prefix, "time-column"), long = concat!($prefix, "time-column"), value_name = "NAME", help_heading = $heading)]
-            pub time_column: Option<String>,
-            /// Unit of the recorded quantity, such as mm/s; overrides the file
-            #[arg(id = concat!($prefix, "unit"), long = concat!($prefix, "unit"), value_name = "UNIT", value_parser = motion_unit,
-                help_heading = $heading)]
-            pub unit: Option<String>,
-            /// Unit of time, such as us; overrides the file
-            #[arg(id = concat!($prefix, "time-unit"), long = concat!($prefix, "time-unit"), value_name = "UNIT", value_parser = time_unit,
-                help_heading = $heading)]
-            pub time_unit: Option<String>,
-            /// Which offset is removed
-            #[arg(id = concat!($prefix, "baseline"), long = concat!($prefix, "baseline"), value_parser = choice::<Baseline>(),
-                default_value = "auto", help_heading = $heading)]
-            pub baseline: Baseline,
-            /// Turn the sign: positive must be from piston to support
-            #[arg(id = concat!($prefix, "invert"), long = concat!($prefix, "invert"), help_heading = $heading)]
-            pub invert: bool,
-            /// −6 dB bandwidth of the decoder, such as 1.5MHz
-            #[arg(id = concat!($prefix, "bandwidth"), long = concat!($prefix, "bandwidth"), value_name = "QUANTITY", value_parser = frequency,
-                help_heading = $heading)]
-            pub bandwidth: Option<f64>,
-            /// Delay of the decoder, such as 4.2us: the record shows the motion that much later
-            #[arg(id = concat!($prefix, "delay"), long = concat!($prefix, "delay"), value_name = "QUANTITY", value_parser = time,
-                allow_hyphen_values = true, help_heading = $heading)]
-            pub delay: Option<f64>,
-            /// Instant of the trigger on the file's time axis, such as 50us; it becomes t = 0
-            #[arg(id = concat!($prefix, "trigger"), long = concat!($prefix, "trigger"), value_name = "QUANTITY", value_parser = time,
-                allow_hyphen_values = true, help_heading = $heading)]
-            pub trigger: Option<f64>,
-            /// What is done about cells such as n/a
-            #[arg(id = concat!($prefix, "missing"), long = concat!($prefix, "missing"), value_parser = choice::<Missing>(),
-                default_value = "refuse", help_heading = $heading)]
-            pub missing: Missing,
-            /// What separates the values [default: as the rows show]
-            #[arg(id = concat!($prefix, "delimiter"), long = concat!($prefix, "delimiter"), value_parser = choice::<Delimiter>(),
-                help_heading = $heading)]
-            pub delimiter: Option<Delimiter>,
-            /// How decimals are written [default: as the rows show]
-            #[arg(id = concat!($prefix, "decimal"), long = concat!($prefix, "decimal"), value_parser = choice::<DecimalSign>(),
-                help_heading = $heading)]
-            pub decimal: Option<DecimalSign>,
-            /// Sample rate of a file without a column of time, such as 5MHz; it wins over a column of time
-            #[arg(id = concat!($prefix, "sample-rate"), long = concat!($prefix, "sample-rate"), value_name = "QUANTITY",
-                value_parser = frequency, help_heading = $heading)]
-            pub sample_rate: Option<f64>,
-            /// Sensitivity of decoder or hydrophone, for a column in volts: '100 mm/s/V', '2 um/V', '250 nV/Pa', '20 kPa/V'
-            #[arg(id = concat!($prefix, "scale"), long = concat!($prefix, "scale"), value_name = "QUANTITY", value_parser = sensitivity,
-                help_heading = $heading)]
-            pub scale: Option<Sensitivity>,
-            /// Full-scale value of decoder or hydrophone, such as 1m/s or 2MPa, or 10V with a sensitivity
-            #[arg(id = concat!($prefix, "range"), long = concat!($prefix, "range"), value_name = "QUANTITY", value_parser = range,
-                help_heading = $heading)]
-            pub range: Option<Quantity>,
-            /// Interpolate uneven samples onto an even grid
-            #[arg(id = concat!($prefix, "resample"), long = concat!($prefix, "resample"), help_heading = $heading)]
-            pub resample: bool,
-            /// Function of a universal file, or segment of a file with several; from 1
-            #[arg(id = concat!($prefix, "dataset"), long = concat!($prefix, "dataset"), value_name = "N", help_heading = $heading)]
-            pub dataset: Option<usize>,
-            /// Number of shots that the record is the mean of, as an oscilloscope stores that averages
-            #[arg(id = concat!($prefix, "averages"), long = concat!($prefix, "averages"), value_name = "N", help_heading = $heading,
-                value_parser = clap::value_parser!(u32).range(1..=100_000))]
-            pub averages: Option<u32>,
-            /// Samples that are masked: auto, none, or stretches of the file's time axis such as 12.1us:13.4us,50us:51us
-            #[arg(id = concat!($prefix, "mask"), long = concat!($prefix, "mask"), value_name = "STRETCHES", default_value = "auto",
-                value_parser = mask, help_heading = $heading)]
-            pub mask: Masking,
-        }
+/// One `KEY=VALUE` of `--read`: a key of a bench file, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setting {
+    /// What it states.
+    reading: Reading,
+    /// Whether it is `force_frequency=true`, which no bench file has.
+    force_frequency: bool,
+}
 
-        impl $name {
-            /// The options for the reader; `drive_frequency` (Hz) where it is known.
-            #[must_use]
-            pub fn options(&self, drive_frequency: Option<f64>, force_frequency: bool) -> ReadOptions {
-                ReadOptions {
-                    time_column: self.time_column.clone(),
-                    column: self.column.clone(),
-                    time_unit: self.time_unit.clone(),
-                    unit: self.unit.clone(),
-                    baseline: self.baseline,
-                    invert: self.invert,
-                    bandwidth: self.bandwidth,
-                    delay: self.delay,
-                    trigger: self.trigger,
-                    drive_frequency,
-                    force_frequency,
-                    missing: self.missing,
-                    delimiter: self.delimiter,
-                    decimal: self.decimal,
-                    sample_rate: self.sample_rate,
-                    scale: self.scale,
-                    range: self.range,
-                    resample: self.resample,
-                    dataset: self.dataset,
-                    mask: self.mask.clone(),
-                    averages: self.averages.map(|count| count as usize),
-                }
-            }
-        }
+/// Why a `KEY=VALUE` is refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SettingError {
+    /// Not `KEY=VALUE`.
+    #[error("expected KEY=VALUE such as time_unit=us or delay=4.2us, found `{found}`")]
+    NoSetting {
+        /// The text.
+        found: String,
+    },
+    /// No key of a bench file, or not a value of its kind.
+    #[error("{message}")]
+    Form {
+        /// As the reader of bench files says it.
+        message: String,
+    },
+    /// A value that the key does not take.
+    #[error(transparent)]
+    Reading(#[from] ReadingError),
+}
+
+/// Value parser of `--read` and `--drive-read`.
+///
+/// # Errors
+/// [`SettingError`].
+pub fn setting(text: &str) -> Result<Setting, SettingError> {
+    let parts = text.split_once('=').map(|(key, value)| (key.trim().replace('-', "_"), value.trim()));
+    let Some((key, value)) = parts.filter(|(key, value)| !key.is_empty() && !value.is_empty()) else {
+        return Err(SettingError::NoSetting { found: text.into() });
     };
+    if key == "force_frequency" && value == "true" {
+        return Ok(Setting { reading: Reading::default(), force_frequency: true });
+    }
+    let value = match key.as_str() {
+        "invert" | "resample" => value.parse().map(toml::Value::Boolean).ok(),
+        "dataset" | "averages" => value.parse().map(toml::Value::Integer).ok(),
+        _ => None,
+    }
+    .unwrap_or_else(|| toml::Value::String(value.into()));
+    let table = toml::Table::from_iter([(key, value)]);
+    let form = |error: toml::de::Error| SettingError::Form { message: error.message().to_owned() };
+    let reading: Reading = table.try_into().map_err(form)?;
+    reading.below(ReadOptions::default())?;
+    Ok(Setting { reading, force_frequency: false })
 }
 
-channel_arguments! {
-    /// `--column`, `--unit`, `--baseline`, …: what the file does not say about itself.
-    ChannelArguments, "", "Reading"
+/// `options`, and below them what settings state, the last of a key first.
+fn with_settings(options: ReadOptions, settings: &[Setting]) -> ReadOptions {
+    settings.iter().rev().fold(options, |options, setting| {
+        // Each was checked as it was parsed.
+        let mut read = setting.reading.below(options.clone()).unwrap_or(options);
+        read.force_frequency |= setting.force_frequency;
+        read
+    })
 }
 
-channel_arguments! {
-    /// `--drive-channel`, `--drive-scale`, …: the same of the horn's tip, where another record is read as well. What is said of the form of a
-    /// file holds for the drive too where it stands in the same one.
-    DriveReadArguments, "drive-", "Reading of the drive"
+/// What a file does not say about itself.
+#[derive(Debug, Clone, PartialEq, Default, Args)]
+pub struct ChannelArguments {
+    /// Column of the recorded quantity: its header, or its number from 1
+    #[arg(long, value_name = "NAME", help_heading = "Reading")]
+    pub channel: Option<String>,
+    /// Unit of the recorded quantity, such as mm/s [default: the file's]
+    #[arg(long, value_name = "UNIT", value_parser = motion_unit, help_heading = "Reading")]
+    pub unit: Option<String>,
+    /// Sensitivity, for a column in volts: '100 mm/s/V', '2 um/V', '250 nV/Pa'
+    #[arg(long, value_name = "QUANTITY", value_parser = sensitivity, help_heading = "Reading")]
+    pub scale: Option<Sensitivity>,
+    /// Sample rate of a file without a column of time, such as 5MHz
+    #[arg(long, value_name = "QUANTITY", value_parser = frequency, help_heading = "Reading")]
+    pub sample_rate: Option<f64>,
+    /// Any other key of a bench file, such as time_unit=us, delay=4.2us, invert=true (docs/formats.md); repeatable
+    #[arg(long, value_name = "KEY=VALUE", value_parser = setting, help_heading = "Reading")]
+    pub read: Vec<Setting>,
+}
+
+impl ChannelArguments {
+    /// The options for the reader; `drive_frequency` (Hz) where it is known.
+    #[must_use]
+    pub fn options(&self, drive_frequency: Option<f64>) -> ReadOptions {
+        let given = ReadOptions {
+            column: self.channel.clone(),
+            unit: self.unit.clone(),
+            scale: self.scale,
+            sample_rate: self.sample_rate,
+            drive_frequency,
+            ..ReadOptions::default()
+        };
+        with_settings(given, &self.read)
+    }
+}
+
+/// The same of the horn's tip, where another record is read as well. What is said of the form of a file holds for the drive too where it stands in the
+/// same one.
+#[derive(Debug, Clone, PartialEq, Default, Args)]
+pub struct DriveReadArguments {
+    /// Reading of the horn's record: any key of a bench file, such as channel=CH1 or 'scale=2 um/V'; repeatable
+    #[arg(long, value_name = "KEY=VALUE", value_parser = setting, help_heading = "Reading")]
+    pub drive_read: Vec<Setting>,
+}
+
+impl DriveReadArguments {
+    /// The options for the reader; `drive_frequency` (Hz) where it is known.
+    #[must_use]
+    pub fn options(&self, drive_frequency: Option<f64>) -> ReadOptions {
+        with_settings(ReadOptions { drive_frequency, ..ReadOptions::default() }, &self.drive_read)
+    }
 }
 
 /// How a record is to be read.
@@ -146,19 +137,16 @@ pub struct ReadArguments {
     /// Its channel.
     #[command(flatten)]
     pub channel: ChannelArguments,
-    /// Bench file with sensitivities, delays, bandwidths of all channels, typed once (docs/formats.md); flags win over it
+    /// Bench file with the reading of all channels, typed once (docs/formats.md); flags win over it
     #[arg(long, value_name = "FILE", help_heading = "Reading")]
     pub bench: Option<PathBuf>,
-    /// Take the drive frequency as stated, though the strongest line of the horn's record is another
-    #[arg(long, help_heading = "Reading")]
-    pub force_frequency: bool,
 }
 
 impl ReadArguments {
     /// The options for the reader; `drive_frequency` (Hz) where it is known.
     #[must_use]
     pub fn options(&self, drive_frequency: Option<f64>) -> ReadOptions {
-        self.channel.options(drive_frequency, self.force_frequency)
+        self.channel.options(drive_frequency)
     }
 
     /// The same for a record of a known kind: what flags leave open the bench file says.
@@ -201,17 +189,24 @@ pub struct DriveUnread(pub MeasurementError);
 
 impl DriveUnread {
     /// `text` with the drive's flags in place of the record's.
+    #[must_use]
     pub fn of_drive(text: &str) -> String {
-        let command = DriveReadArguments::augment_args(clap::Command::new(""));
-        let flags: Vec<String> = command.get_arguments().filter_map(|it| it.get_long().map(str::to_owned)).collect();
-        let mut parts = text.split("--");
-        let mut written = parts.next().unwrap_or_default().to_owned();
-        for part in parts {
-            let name: String =
-                part.chars().take_while(|letter| letter.is_ascii_lowercase() || *letter == '-').collect();
-            let of_drive = format!("drive-{name}");
-            written.push_str(if flags.contains(&of_drive) { "--drive-" } else { "--" });
-            written.push_str(part);
+        let flags =
+            [("--channel", "channel"), ("--scale", "scale"), ("--unit", "unit"), ("--sample-rate", "sample_rate")];
+        let mut written = text.replace("--read ", "--drive-read ");
+        for (flag, key) in flags {
+            let mut parts = written.split(flag);
+            let mut with_key = parts.next().unwrap_or_default().to_owned();
+            for part in parts {
+                // A value follows; else the flag is only spoken of.
+                let is_value =
+                    |letter: char| letter.is_ascii_uppercase() || letter.is_ascii_digit() || "'<".contains(letter);
+                let value = part.strip_prefix(' ').filter(|rest| rest.starts_with(is_value));
+                with_key.push_str("--drive-read ");
+                with_key.push_str(key);
+                with_key.push_str(&value.map_or_else(|| part.to_owned(), |value| format!("={value}")));
+            }
+            written = with_key;
         }
         written
     }
@@ -224,12 +219,6 @@ impl fmt::Display for DriveUnread {
 }
 
 impl std::error::Error for DriveUnread {}
-
-/// A parser of the words of a choice; `--help` says what each means.
-fn choice<C: Choice>() -> impl TypedValueParser<Value = C> {
-    let values = C::WORDS.iter().map(|(word, _, meaning)| PossibleValue::new(*word).help(meaning.trim()));
-    PossibleValuesParser::new(values).map(|word| C::of_word(&word).unwrap_or_default())
-}
 
 /// Why a unit flag is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -246,19 +235,6 @@ pub enum UnitError {
         /// What was given.
         found: Dimension,
     },
-    /// Not above zero.
-    #[error("expected a range above zero, found `{found}`")]
-    NotPositive {
-        /// The text.
-        found: String,
-    },
-}
-
-fn time_unit(text: &str) -> Result<String, UnitError> {
-    match Unit::parse(text)?.dimension {
-        Dimension::TIME => Ok(text.into()),
-        found => Err(UnitError::Dimension { expected: "a time such as `us`", found }),
-    }
 }
 
 fn motion_unit(text: &str) -> Result<String, UnitError> {
@@ -276,23 +252,6 @@ fn sensitivity(text: &str) -> Result<Sensitivity, SensitivityError> {
     Sensitivity::parse(text)
 }
 
-fn mask(text: &str) -> Result<Masking, MaskError> {
-    text.parse()
-}
-
-fn range(text: &str) -> Result<Quantity, UnitError> {
-    let quantity = Quantity::parse(text)?;
-    match quantity.dimension {
-        Dimension::VELOCITY | Dimension::LENGTH | Dimension::PRESSURE | Dimension::VOLTAGE if quantity.value > 0.0 => {
-            Ok(quantity)
-        }
-        Dimension::VELOCITY | Dimension::LENGTH | Dimension::PRESSURE | Dimension::VOLTAGE => {
-            Err(UnitError::NotPositive { found: text.into() })
-        }
-        found => Err(UnitError::Dimension { expected: "a range such as `1 m/s`, `50 um` or `10 V`", found }),
-    }
-}
-
 /// A quantity for people, in four digits.
 #[must_use]
 pub fn shown(value: f64, dimension: Dimension) -> String {
@@ -306,10 +265,30 @@ mod tests {
 
     #[test]
     fn flags_of_a_drive_are_named_as_they_are_typed() {
-        let text = "choose one with --column; pass --time-unit us, --drive-frequency or --sample-rate 1MHz -- or not";
+        let text = "choose one with --channel; pass --read time_unit=us, --channel 'CH1 (V)' --scale '<VALUE> um/V', --drive-frequency or \
+                    --sample-rate RATE -- or not";
         assert_eq!(
             DriveUnread::of_drive(text),
-            "choose one with --drive-column; pass --drive-time-unit us, --drive-frequency or --drive-sample-rate 1MHz -- or not"
+            "choose one with --drive-read channel; pass --drive-read time_unit=us, --drive-read channel='CH1 (V)' --drive-read scale='<VALUE> um/V', \
+             --drive-frequency or --drive-read sample_rate=RATE -- or not"
         );
+    }
+
+    #[test]
+    fn settings_are_keys_of_a_bench_file_and_the_last_of_a_key_holds() {
+        let read = ["delay=4us", "delay=5us", "invert=true", "time-unit=ms", "force_frequency=true"].map(setting);
+        let channel = ChannelArguments { read: read.into_iter().flatten().collect(), ..ChannelArguments::default() };
+        let options = channel.options(None);
+        assert_eq!((options.delay, options.invert, options.force_frequency), (Some(5e-6), true, true));
+        assert_eq!(options.time_unit.as_deref(), Some("ms"));
+        for (wrong, what) in [
+            ("delay", "expected KEY=VALUE"),
+            ("colour=red", "expected one of"),
+            ("delay=4V", "`delay`"),
+            ("invert=yes", "boolean"),
+        ] {
+            let error = setting(wrong).unwrap_err().to_string();
+            assert!(error.contains(what), "{wrong}: {error}");
+        }
     }
 }

@@ -29,8 +29,8 @@ use super::{
 use crate::{
     calibration::bench::Bench,
     feature::{FeatureError, FeatureSettings, Features, PressureFeatures, PressureSettings, Window, measure_pressure},
-    model::{Estimate, ModelError, Prepared, chain::FiniteBodyLaws, fea::PeakStress},
-    report::{heard as pressure_page, replay::ReplayReport, von_mises},
+    model::{Estimate, ModelError, Prepared, chain::FiniteBodyLaws},
+    report::{heard as pressure_page, replay::ReplayReport},
     response::{EnergyLedger, ObservedPoint, Response, SolverWork, write_csv},
     scene::{Effect, ModelKind, Scene, Support, effects},
     study::{
@@ -208,7 +208,7 @@ impl Job<'_> {
         let session = &arguments.session;
         let mut assumptions = experiment.assumptions.clone();
         let (mut contact_laws, mut kept) = (None, None);
-        let (response, analysis, peak) = if scene.model.kind == ModelKind::Fea {
+        let (response, analysis) = if scene.model.kind == ModelKind::Fea {
             let analysis = Analysis::new(scene, &arguments.analysis, folder, session)?;
             timing.stage("mesh_and_factor");
             let finished = analysis.run()?;
@@ -217,7 +217,7 @@ impl Job<'_> {
                 session.note(format_args!("warning: {warning}"));
             }
             assumptions.extend(finished.warnings);
-            (finished.response, Some(finished.summary), finished.peak)
+            (finished.response, Some(finished.summary))
         } else {
             let prepared = session.prepare(scene)?;
             timing.stage("prepare");
@@ -227,7 +227,7 @@ impl Job<'_> {
             warnings.iter().for_each(|warning| session.note(format_args!("warning: {warning}")));
             assumptions.extend(warnings);
             kept = Some(prepared);
-            (response, None, None)
+            (response, None)
         };
         timing.stage("run");
         let features = match observation::measure_response(scene, &response, settings) {
@@ -275,7 +275,7 @@ impl Job<'_> {
         let text = summary::text(scene, &summary, spread.as_ref());
         if let Some(folder) = folder {
             field::write(folder, field)?;
-            write(folder, scene, &response, (peak.as_ref(), spread.as_ref()), &summary, timing)?;
+            write(folder, scene, &response, spread.as_ref(), &summary, timing)?;
             analysis::take_frames(folder, summary.analysis.as_ref())?;
         }
         Ok((text, summary))
@@ -316,7 +316,7 @@ fn write(
     folder: &OutputFolder,
     scene: &Scene,
     response: &Response,
-    (peak, spread): (Option<&PeakStress>, Option<&EnsembleOutcome>),
+    spread: Option<&EnsembleOutcome>,
     summary: &Summary,
     timing: &mut Timing,
 ) -> anyhow::Result<()> {
@@ -328,8 +328,7 @@ fn write(
     interrupt::check()?;
     timing.stage("write");
     let seen = observation::seen(scene, response.observed_velocity());
-    let mut others = pressure_page::figures(response, summary.pressure.iter().map(|heard| &heard.features))?;
-    others.extend(peak.map(|peak| ("von_mises", von_mises::figure(peak))));
+    let others = pressure_page::figures(response, summary.pressure.iter().map(|heard| &heard.features))?;
     let report = ReplayReport {
         scene: (&scene.name, &summary::described(scene, &summary.settings.overrides)),
         facts: summary::facts(scene, summary),

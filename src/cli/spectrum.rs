@@ -156,8 +156,9 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         record
     };
     // A drive that says otherwise is warned of; here it only says the window.
-    let of_drive = reading.filled(RecordKind::HornTip, drive_reading.options(drive_frequency, true))?;
-    let drive = drive.or_else(|| drive_reading.column.is_some().then(|| file.clone()));
+    let of_drive = reading
+        .filled(RecordKind::HornTip, ReadOptions { force_frequency: true, ..drive_reading.options(drive_frequency) })?;
+    let drive = drive.or_else(|| drive_reading.options(None).column.is_some().then(|| file.clone()));
     let of_drive = if drive.as_ref() == Some(&file) { of_drive.of_same_file(&options) } else { of_drive };
     let drive = Drive::find(&file, &record, ours, drive, &of_drive, &session)?;
     let noise_rms = if ours { 0.0 } else { record.noise_rms };

@@ -150,7 +150,7 @@ fn read(arguments: &Arguments) -> anyhow::Result<Files> {
     let record = RecordPlan { measured, ..RecordPlan::default() };
     let asked = Asked {
         measured: arguments.reading.options(None),
-        drive: arguments.drive_reading.options(None, arguments.reading.force_frequency),
+        drive: arguments.drive_reading.options(None),
         drive_file: horn,
     };
     let ReadAs { measured: options, drive } = Plan::default().read_as(&record, asked)?;
@@ -366,23 +366,21 @@ fn flags<A: Args>(words: &[String], prefix: &str) -> Vec<(String, String)> {
     while let Some(word) = words.next() {
         let Some(flag) = word.strip_prefix("--") else { continue };
         let (flag, joined) = flag.split_once('=').map_or((flag, None), |(flag, value)| (flag, Some(value.to_owned())));
-        let known = command.get_arguments().find(|it| {
-            it.get_long() == Some(flag) || it.get_all_aliases().iter().flatten().any(|alias| *alias == flag)
-        });
-        let Some(known) = known else { continue };
-        let value = match (known.get_action().takes_values(), joined) {
-            (false, _) => "true".to_owned(),
-            (true, Some(value)) => plain_or_quoted(&value),
-            (true, None) => plain_or_quoted(&words.next().unwrap_or_default()),
-        };
+        let Some(known) = command.get_arguments().find(|it| it.get_long() == Some(flag)) else { continue };
+        let value = joined.unwrap_or_else(|| words.next().unwrap_or_default());
         let key = known.get_long().unwrap_or(flag);
-        found.push((key.strip_prefix(prefix).unwrap_or(key).replace('-', "_"), value));
+        let (key, value) = match key.strip_prefix(prefix).unwrap_or(key) {
+            "read" => value.split_once('=').unwrap_or((&value, "")),
+            key => (key, value.as_str()),
+        };
+        found.push((key.trim().replace('-', "_"), plain_or_quoted(value.trim())));
     }
     found
 }
 
 fn plain_or_quoted(value: &str) -> String {
-    if value.parse::<usize>().is_ok() { value.to_owned() } else { toml_text(value) }
+    let plain = value.parse::<usize>().is_ok() || value.parse::<bool>().is_ok();
+    if plain { value.to_owned() } else { toml_text(value) }
 }
 
 /// What a record is, in a line.
@@ -441,7 +439,7 @@ fn summary(
                 let quoted = shell_word(other);
                 writeln!(
                     text,
-                    "  {:<10} (if `{other}` is the horn's: --drive-column {quoted}, in volts with --drive-scale '<VALUE> um/V')",
+                    "  {:<10} (if `{other}` is the horn's: --drive-read channel={quoted}, in volts with --drive-read scale='<VALUE> um/V')",
                     ""
                 )?;
             }

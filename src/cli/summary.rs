@@ -473,6 +473,8 @@ fn lines(summary: &Summary) -> String {
     format!("{} mm/s (of the drive frequency)", shown.map(line).join("  "))
 }
 
+/// What an ensemble says, for the terminal.
+#[must_use]
 pub fn ensemble(summary: &Summary, outcome: &EnsembleOutcome) -> String {
     let plan = &outcome.plan;
     let mut text = format!(

@@ -39,11 +39,12 @@ fn two_channels_of_one_file_are_the_two_files() {
     let at = |name: &str| place.path().join(name);
     let twin = format!("{PROJECT}/measurements/twin-annulus/vib.csv");
     // The twin's files state a bandwidth; the scope's do not.
-    let bandwidth = ["--bandwidth", "1.5MHz"];
+    let bandwidth = ["--read", "bandwidth=1.5MHz"];
     let (apart, _) = dry_run(place.path(), &["--measured", &twin]);
 
     fs::write(at("scope.csv"), scope(["CH2", "CH1"])).unwrap();
-    let flags = ["--channel", "CH2", "--scale", "125 mm/s/V", "--drive-channel", "CH1", "--drive-scale", "2 um/V"];
+    let flags =
+        ["--channel", "CH2", "--scale", "125 mm/s/V", "--drive-read", "channel=CH1", "--drive-read", "scale=2 um/V"];
     let (one, _) = dry_run(place.path(), &[&["--measured", "scope.csv"], &flags[..], &bandwidth].concat());
     assert_eq!(one, apart);
     // Whatever else lies beside.
@@ -56,7 +57,7 @@ fn two_channels_of_one_file_are_the_two_files() {
 
     // As short as the names allow.
     fs::write(at("named.csv"), scope(["Vibrometer", "Horn tip"])).unwrap();
-    let scales = ["--scale", "125 mm/s/V", "--drive-scale", "2 um/V"];
+    let scales = ["--scale", "125 mm/s/V", "--drive-read", "scale=2 um/V"];
     let (short, assumed) = dry_run(place.path(), &[&["--measured", "named.csv"], &scales[..], &bandwidth].concat());
     assert_eq!(short, apart);
     let usual = "assumed of named.csv:\n";
@@ -79,7 +80,7 @@ fn two_channels_of_one_file_are_the_two_files() {
     fs::write(at("by-bench.toml"), "measured = \"scope.csv\"\nbench = \"bench.toml\"\n").unwrap();
     assert_eq!(dry_run(place.path(), &["--plan", "by-bench.toml"]).0, apart);
     // A flag wins.
-    let (turned, _) = dry_run(place.path(), &["--plan", "plan.toml", "--invert"]);
+    let (turned, _) = dry_run(place.path(), &["--plan", "plan.toml", "--read", "invert=true"]);
     assert_ne!(turned, apart);
 }
 
@@ -93,7 +94,7 @@ fn what_is_missing_of_either_channel_is_said_with_the_whole_command() {
         err
     };
     let err = run(&["calibrate", "--measured", "scope.csv"]);
-    let whole = "so type, with values of this bench: granchain calibrate --measured scope.csv --column 'CH2 (V)' --scale '<VALUE> mm/s/V'";
+    let whole = "so type, with values of this bench: granchain calibrate --measured scope.csv --channel 'CH2 (V)' --scale '<VALUE> mm/s/V'";
     assert!(err.contains(whole), "{err}");
     let err = run(&[
         "calibrate",
@@ -103,11 +104,11 @@ fn what_is_missing_of_either_channel_is_said_with_the_whole_command() {
         "CH2",
         "--scale",
         "125 mm/s/V",
-        "--drive-channel",
-        "CH1",
+        "--drive-read",
+        "channel=CH1",
     ]);
-    assert!(err.contains("pass it as --drive-scale '<VALUE> um/V' or '<VALUE> mm/s/V'"), "{err}");
-    assert!(err.contains("--drive-channel CH1 --drive-scale '<VALUE> um/V'"), "{err}");
+    assert!(err.contains("pass it as --drive-read scale='<VALUE> um/V' or '<VALUE> mm/s/V'"), "{err}");
+    assert!(err.contains("--drive-read channel=CH1 --drive-read scale='<VALUE> um/V'"), "{err}");
     fs::write(place.path().join("plan.toml"), "measured = \"scope.csv\"\n[drive.reading]\nscale = \"2 um\"\n").unwrap();
     let err = run(&["calibrate", "--plan", "plan.toml"]);
     assert!(err.contains("plan.toml: [drive.reading] `scale`"), "{err}");

@@ -149,8 +149,8 @@ fn the_horn_tip_record_beside_drives_and_outcomes_go_to_calibrations() {
     assert_eq!(summary["settings"]["alpha"], 0.6);
     assert_eq!(summary["inputs"]["drive"]["sha256"], outcome["inputs"]["drive"]["sha256"]);
 
-    // --scene-drive leaves the horn's record alone, --drive names another; nothing is fitted by a dry run.
-    let output = bench.calibrate(&["--scene-drive", "--dry-run"]);
+    // --drive none leaves the horn's record alone, --drive names another; nothing is fitted by a dry run.
+    let output = bench.calibrate(&["--drive", "none", "--dry-run"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert!(!stderr(&output).contains("horn_tip.csv, beside"), "{}", stderr(&output));
     assert!(stdout(&output).contains("Nothing was fitted"), "{}", stdout(&output));
@@ -201,16 +201,15 @@ fn both_laws_are_fitted_and_the_right_one_is_named() {
 }
 
 #[test]
-fn fewer_features_and_other_searches_can_be_asked_for() {
+fn fewer_features_can_be_asked_for() {
     let bench = Bench::new();
-    let output = bench.calibrate(&["--features", "paper", "--search", "nelder-mead", "--out", "out", "--quiet"]);
+    let output = bench.calibrate(&["--features", "paper", "--out", "out", "--quiet"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let paper = ["negative_peak", "positive_peak", "ratio_1/3", "ratio_2/3"];
     assert_eq!(keys(&bench.outcome("out")["fitted_features"]), paper);
     assert_eq!(bench.outcome("out")["evaluations"], 200);
-    let output = bench.calibrate(&["--search", "particle-swarm", "--out", "out", "--quiet"]);
+    let output = bench.calibrate(&["--out", "out", "--quiet"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
-    assert_eq!(bench.outcome("out")["evaluations"], 200);
     assert!(keys(&bench.outcome("out")["fitted_features"]).len() > 15);
 }
 
@@ -267,16 +266,15 @@ fn usage_errors_end_with_2_and_leave_nothing() {
         &[][..],
         &["--measured"],
         &[&record[..], &["--features", "some"]].concat(),
-        &[&record[..], &["--search", "annealing"]].concat(),
         &[&record[..], &["--evaluations", "20"]].concat(),
         &[&record[..], &["--fit", "colour"]].concat(),
         &[&record[..], &["--fit", "alpha", "--alpha", "1"]].concat(),
         &[&record[..], &["--alpha", "-1"]].concat(),
         &[&record[..], &["--bounds", "alpha"]].concat(),
-        &[&record[..], &["--drive", "lab/horn_tip.csv", "--scene-drive"]].concat(),
+        &[&record[..], &["--drive", "lab/horn_tip.csv", "--drive", "none"]].concat(),
         &[&record[..], &["--set", "drive.cycles=3"]].concat(),
         &[&record[..], &["--unit", "furlong"]].concat(),
-        &[&record[..], &["--delay", "3"]].concat(),
+        &[&record[..], &["--read", "delay=3"]].concat(),
     ] {
         let output = bench.granchain(&[&["calibrate"], arguments].concat()).output().unwrap();
         assert_eq!(code(&output), 2, "{arguments:?}: {}", stderr(&output));

@@ -75,7 +75,6 @@ fn killed_at_half_and_resumed_gives_the_bytes_of_an_unbroken_fit() {
         &["--resume", "--bounds", "alpha=0.3:1.5"],
         &["--resume", "--set", "damping.at=beads"],
         &["--resume", "--features", "paper"],
-        &["--resume", "--search", "particle-swarm"],
     ] {
         refused(&resumed(other), &[".broken.unfinished/state/", "another fit", "seed", "--out"]);
     }

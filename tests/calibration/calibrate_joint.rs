@@ -20,6 +20,15 @@ fn two_levels() -> (Bench, String) {
     (bench, format!("drive.amplitude={}", half.drive.amplitude))
 }
 
+/// A fit definition of the full level and of `record`, whose scene differs by `set`.
+fn plan(bench: &Bench, record: &str, set: &str) {
+    let text = format!(
+        "scene = \"bench.toml\"\nevaluations = 600\n\n[[record]]\nmeasured = \"lab/vib.csv\"\n\n[[record]]\nmeasured = \"{record}\"\nset = \
+         [\"{set}\"]\n"
+    );
+    bench.write("joint.toml", text);
+}
+
 fn width(parameter: &Value) -> f64 {
     (parameter["high"].as_f64().unwrap() / parameter["low"].as_f64().unwrap()).ln()
 }
@@ -27,10 +36,9 @@ fn width(parameter: &Value) -> f64 {
 #[test]
 fn two_levels_share_one_answer_and_say_what_each_narrows() {
     let (bench, half) = two_levels();
-    let second = ["--measured", "half/vib.csv", "--record-set"];
-    let set = format!("2:{half}");
-    let points = ["--evaluations", "600"];
-    let flags = |more: &[&str]| bench.calibrate(&[&second[..], &[&set], &points, more].concat());
+    plan(&bench, "half/vib.csv", &half);
+    let flags =
+        |more: &[&str]| bench.granchain(&[&["calibrate", "--plan", "joint.toml"], more].concat()).output().unwrap();
     let output = flags(&["--out", "joint", "--threads", "1"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert!(stderr(&output).contains("model `chain`: several records"), "{}", stderr(&output));
@@ -64,14 +72,8 @@ fn two_levels_share_one_answer_and_say_what_each_narrows() {
         assert!(bench.path("joint/figures").join(format!("{figure}.svg")).is_file(), "{figure}");
     }
 
-    // A plan says the same; threads change nothing.
-    let plan = format!(
-        "scene = \"bench.toml\"\nevaluations = 600\n\n[[record]]\nmeasured = \"lab/vib.csv\"\n\n[[record]]\n\
-         measured = \"half/vib.csv\"\nset = [\"{half}\"]\n"
-    );
-    bench.write("fit.toml", &plan);
-    let planned = ["calibrate", "--plan", "fit.toml", "--quiet", "--threads", "2", "--out", "planned"];
-    let output = bench.granchain(&planned).output().unwrap();
+    // Threads change nothing.
+    let output = flags(&["--quiet", "--threads", "2", "--out", "planned"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let planned = bench.outcome("planned");
     for key in ["parameters", "records", "correlation", "misfit"] {
@@ -92,7 +94,7 @@ fn another_drive_frequency_is_refused_with_file_line_and_remedy() {
             None => format!("{line}\n"),
         };
     let horn: String = horn.lines().map(sooner).collect();
-    let set = format!("2:{half}");
+    plan(&bench, "half/vib.csv", &half);
     let stated = |frequency: &str, text: &str| format!("# a comment\n# drive frequency: {frequency}\n{text}");
     let plan = "scene = \"bench.toml\"\n[[record]]\nmeasured = \"lab/vib.csv\"\n\n[[record]]\nmeasured = \"half/plain.csv\"\n\
                 set = [\"drive.frequency=80kHz\"]\n";
@@ -102,16 +104,16 @@ fn another_drive_frequency_is_refused_with_file_line_and_remedy() {
     // The record says so itself.
     bench.write("half/vib.csv", stated("80 kHz", &record));
     let cases: [(&[&str], &str); 3] = [
-        (&["--measured", "lab/vib.csv", "--measured", "half/vib.csv", "--record-set", &set], "half/vib.csv:2"),
+        (&["--plan", "joint.toml"], "half/vib.csv:2"),
         (
             &[
                 "--measured",
                 "lab/vib.csv",
                 "--measured",
                 "half/plain.csv",
-                "--input",
+                "--drive",
                 "lab/horn_tip.csv",
-                "--input",
+                "--drive",
                 "half/horn.csv",
             ],
             "half/horn.csv:2",
@@ -132,7 +134,7 @@ fn another_drive_frequency_is_refused_with_file_line_and_remedy() {
     }
     // The same frequency, stated, is no obstacle: what fails next is the flag.
     bench.write("half/vib.csv", stated("73 kHz", &record));
-    let output = bench.calibrate(&["--measured", "half/vib.csv", "--record-set", &set, "--features", "nothing"]);
+    let output = bench.granchain(&["calibrate", "--plan", "joint.toml", "--features", "nothing"]).output().unwrap();
     assert_eq!(code(&output), 2);
 }
 
@@ -143,8 +145,7 @@ fn what_cannot_be_fitted_together_is_a_usage_error() {
     bench.write("both.toml", "measured = \"lab/vib.csv\"\n[[record]]\nmeasured = \"half/vib.csv\"\n");
     let before = bench.tree();
     for (arguments, told) in [
-        (&["--measured", "half/vib.csv", "--input", "lab/vib.csv"][..], "found 1 for 2"),
-        (&["--measured", "half/vib.csv", "--record-set", "3:chain.beads=3"], "N from 1 to 2"),
+        (&["--measured", "half/vib.csv", "--drive", "a.csv", "--drive", "b.csv", "--drive", "c.csv"][..], "found 3"),
         (&["--measured", "half/vib.csv", "--quantity", "pressure"], "one by one"),
         (&["--measured", "features.toml"], "published features are fitted by themselves"),
         (&["--measured", "half/vib.csv", "--model", "reduced"], "--model chain"),

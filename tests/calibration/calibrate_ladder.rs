@@ -157,11 +157,3 @@ fn a_kept_run_of_finite_elements_is_not_made_again() {
     let distinct: std::collections::BTreeSet<&String> = numbers.iter().collect();
     assert_eq!(distinct.len(), numbers.len(), "{numbers:?}");
 }
-
-#[test]
-fn finite_elements_that_answer_need_no_confirmation() {
-    let bench = Bench::new();
-    let output = bench.calibrate(&["--model", "fea", "--confirm", "fea", "--out", "out"]);
-    assert_eq!(code(&output), 2);
-    assert!(stderr(&output).contains("leave it out"), "{}", stderr(&output));
-}

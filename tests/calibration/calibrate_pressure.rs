@@ -86,10 +86,10 @@ fn what_cannot_be_is_refused_with_what_to_do() {
     assert!(said.contains("--model chain"), "{said}");
     let said = with(&["--scale", "250 V/Pa"]);
     assert!(said.contains("4 mPa a volt"), "{said}");
-    let said = refused(&["--measured", RECORD, "--scene", "annulus", "--scene-drive"]);
+    let said = refused(&["--measured", RECORD, "--scene", "annulus", "--drive", "none"]);
     assert!(said.contains("--quantity pressure"), "{said}");
     let velocity = "measurements/twin-annulus/vib.csv";
-    let said = refused(&["--quantity", "pressure", "--measured", velocity, "--scene-drive"]);
+    let said = refused(&["--quantity", "pressure", "--measured", velocity, "--drive", "none"]);
     assert!(said.contains("expected a pressure") && said.contains("without --quantity pressure"), "{said}");
     let said = refused(&["--quantity", "pressure", "--measured", "measurements/annulus-73khz/features.toml"]);
     assert!(said.contains("published features are of the velocity"), "{said}");

@@ -86,7 +86,11 @@ const CASES: &[Case] = &[
         name: "NaN",
         prepare: |place| cell(place, "NaN"),
         flags: MEASURED,
-        told: &["lab/broken.csv:10: column `velocity_mm_per_s`", "expected a finite number", "--missing interpolate"],
+        told: &[
+            "lab/broken.csv:10: column `velocity_mm_per_s`",
+            "expected a finite number",
+            "--read missing=interpolate",
+        ],
     },
     Case {
         name: "infinity",
@@ -98,7 +102,7 @@ const CASES: &[Case] = &[
         name: "missing column",
         prepare: |place| header(place, "time_us,pressure_kPa"),
         flags: MEASURED,
-        told: &["lab/broken.csv:1: column `pressure_kPa`", "expected a velocity", "--column"],
+        told: &["lab/broken.csv:1: column `pressure_kPa`", "expected a velocity", "--channel"],
     },
     Case {
         name: "ragged row",

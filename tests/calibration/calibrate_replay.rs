@@ -38,7 +38,7 @@ fn a_fit_to_a_horn_in_volts_replays_to_the_peaks_of_its_record() {
     let plan = "measured = \"lab/vib.csv\"\nscene = \"bench.toml\"\nbench = \"channels.toml\"\n[drive.reading]\nscale = \"2 um/V\"\n";
     bench.write("plan.toml", plan);
     bench.write("channels.toml", "[horn-tip]\ninvert = true\n");
-    let flags = ["--drive-scale", "2 um/V", "--drive-invert"];
+    let flags = ["--drive-read", "scale=2 um/V", "--drive-read", "invert=true"];
     for (folder, arguments) in [("flags", &flags[..]), ("planned", &["--plan", "plan.toml"])] {
         let output = bench.calibrate(&[arguments, &["--out", folder, "--quiet"]].concat());
         assert!([0, 3].contains(&code(&output)), "{}", stderr(&output));

@@ -1,12 +1,12 @@
 //! Records of other laboratories through the whole of `calibrate`, few of them: that the study runs, is the same whatever the threads, and sees
-//! what is plainly right and plainly wrong. What the intervals are worth is `granchain twins --laboratory all`; see `docs/validation.md`.
+//! what is plainly right and plainly wrong. What the intervals are worth is `granchain coverage --scenario all`; see `docs/validation.md`.
 
 use std::{fs, path::Path};
 
 use crate::harness::{PROJECT, granchain};
 use granchain::{
     calibration::fit::Verdict,
-    study::laboratory::{Condition, LaboratoryCount, LaboratoryFit, LaboratoryPlan, LaboratoryTwin, laboratory},
+    validate::laboratory::{Condition, LaboratoryCount, LaboratoryFit, LaboratoryPlan, LaboratoryTwin, laboratory},
 };
 
 fn plan(conditions: &[&str], count: u64, evaluations: usize) -> LaboratoryPlan {
@@ -94,7 +94,7 @@ fn a_record_that_begins_inside_the_answer_holds_the_truth() {
 #[ignore = "slow, run by .ci/full"]
 fn every_mistake_is_named() {
     let wrong = Condition::all().into_iter().filter(|condition| condition.expected().is_some());
-    // What is wrong with a model is counted, not promised: see `granchain twins --laboratory wrong`.
+    // What is wrong with a model is counted, not promised: see `granchain coverage --scenario wrong`.
     let of_model = ["softer-support", "other-law", "bead-fewer", "bead-more", "radius", "first-gap"];
     let names: Vec<&str> = wrong.map(Condition::name).filter(|name| !of_model.contains(name)).collect();
     assert_eq!(names.len(), 18);

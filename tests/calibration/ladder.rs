@@ -14,7 +14,7 @@ use granchain::{
         observation::{Observation, Recording},
         parameter::Parameter,
         rung::{Bodies, Rung},
-        search::{Search, Strategy},
+        search::Search,
         twin::{Flaw, twin},
     },
     feature::fingerprint::FeatureSet,
@@ -57,7 +57,7 @@ fn forward(scene: &Scene, recording: &Recording, watch: Arc<Watch>) -> Forward {
 }
 
 fn searched(forward: &Forward) -> Fit {
-    fit(forward, Search::new(forward, 600, SEED, Strategy::Likelihood), None).unwrap()
+    fit(forward, Search::new(forward, 600, SEED), None).unwrap()
 }
 
 fn holds(estimate: &Estimate, truth: f64) -> bool {
@@ -99,7 +99,7 @@ fn a_stop_is_asked_for_within_a_batch_and_a_confirmation() {
     let runs = forward.run(0, &vec![vec![0.5; 2]; 64]);
     let made = runs.iter().filter(|run| run.outcome.as_ref().is_err_and(|reason| reason == "stopped")).count();
     assert_eq!((runs.len() - made, asked.load(Ordering::Relaxed)), (24, 8));
-    let searched = fit(&forward, Search::new(&forward, 600, SEED, Strategy::Likelihood), None);
+    let searched = fit(&forward, Search::new(&forward, 600, SEED), None);
     assert!(matches!(searched, Err(FitError::Stopped { runs: 0 })), "{searched:?}");
 
     struct Stopped(AtomicU64);

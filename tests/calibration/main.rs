@@ -11,7 +11,6 @@ mod calibrate_parameters;
 mod calibrate_pressure;
 mod calibrate_refusal;
 mod calibrate_replay;
-mod calibration_gain;
 #[path = "../harness/mod.rs"]
 mod harness;
 mod laboratory;

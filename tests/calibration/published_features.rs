@@ -8,7 +8,7 @@ use granchain::{
         forward::{Forward, Uncertainty},
         parameter::Parameter,
         printed::Printed,
-        search::{Search, Strategy},
+        search::Search,
     },
     feature::{FeatureSettings, Ratio, measure},
     measurement::PublishedFeatures,
@@ -74,7 +74,7 @@ fn fitted(twin: &Twin, seed: u64) -> (Vec<(f64, f64)>, Verdict) {
     let parameters = vec![Parameter::alpha(), Parameter::damping(truth.damping.kind).unwrap()];
     let watch = Arc::new(|_| true);
     let forward = Forward::new(&truth, parameters, printed, Uncertainty::default(), seed, watch).unwrap();
-    let found = fit(&forward, Search::new(&forward, 600, seed, Strategy::Likelihood), None).unwrap();
+    let found = fit(&forward, Search::new(&forward, 600, seed), None).unwrap();
     let ends = found.estimates.iter().zip([alpha, damping]);
     (ends.map(|(e, truth)| ((e.low / truth).ln(), (e.high / truth).ln())).collect(), found.verdict)
 }
@@ -219,7 +219,7 @@ fn broken_published_features_are_refused_with_their_line_and_leave_no_folder() {
         assert!(stderr.contains(expected) && stderr.contains("features.toml"), "{stderr}");
         assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1, "only the features are left");
     }
-    for flag in ["--features=paper", "--invert"] {
+    for flag in ["--features=paper", "--read=invert=true"] {
         let output = granchain(&["calibrate", "--measured", &shipped(), flag]);
         assert_eq!(output.status.code(), Some(2), "{flag}");
     }

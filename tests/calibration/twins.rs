@@ -6,10 +6,10 @@ use assert_cmd::Command;
 use granchain::{
     calibration::{fit::Verdict, joint::TESTED_TOGETHER},
     scene,
-    study::twins::{TwinPlan, level_proof, level_twins, proof, twins},
+    validate::twins::{TwinPlan, level_proof, level_twins, proof, twins},
 };
 
-fn study(plan: &TwinPlan) -> Vec<granchain::study::twins::TwinOutcome> {
+fn study(plan: &TwinPlan) -> Vec<granchain::validate::twins::TwinOutcome> {
     let base = scene::load("annulus", &["duration=900us".into()]).unwrap();
     twins(&base, plan, 0..plan.total(), &|| {}, &|| false).unwrap().unwrap()
 }

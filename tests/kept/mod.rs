@@ -3,23 +3,11 @@
 use std::{fs, path::Path};
 
 use granchain::{
-    calibration::{
-        Plan,
-        fingerprints::{self, Names},
-    },
+    calibration::Plan,
     measurement::{PublishedFeatures, run_log::RunLog, seal::sealed},
     model::fea::mesh::gmsh::parse,
     study::sweep,
 };
-
-/// Columns of the tables that are tried.
-pub fn names() -> Names {
-    Names {
-        parameters: vec!["alpha".into(), "damping".into()],
-        features: vec![vec!["peak".into(), "line_1/3".into()]],
-        models: vec!["chain".into(), "reduced".into(), "fea".into()],
-    }
-}
 
 /// A plan, in a file at `place`.
 pub fn plan(place: &Path, bytes: &[u8]) {
@@ -34,15 +22,6 @@ pub fn plan(place: &Path, bytes: &[u8]) {
 pub fn printed(bytes: &[u8]) {
     if let Ok(printed) = PublishedFeatures::from_bytes(Path::new("features.toml"), bytes) {
         let _ = printed.value("positive_peak");
-    }
-}
-
-/// A table of runs: what was read can be written, and is read as the same.
-pub fn table(bytes: &[u8]) {
-    if let Ok(candidates) = fingerprints::from_csv(&names(), bytes) {
-        let again = fingerprints::to_csv(&names(), &candidates).unwrap();
-        let again = fingerprints::from_csv(&names(), &again).unwrap();
-        assert_eq!(format!("{again:?}"), format!("{candidates:?}"));
     }
 }
 

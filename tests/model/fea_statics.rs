@@ -1,7 +1,10 @@
 //! Static contacts of the finite element analysis against Hertz, the finite body's own laws and the annulus' forces.
 
 use granchain::{
-    model::fea::statics::{Curve, Loading, StaticState, Touching},
+    model::{
+        contact_law::{Annulus, ElasticLaw, FiniteBody, Hertz, bead_pair_stiffness},
+        fea::statics::{Curve, Loading, StaticState, Touching},
+    },
     scene,
 };
 
@@ -106,4 +109,58 @@ fn a_fixed_normal_overestimates_the_annulus_by_two_per_mille_a_micrometre() {
 fn an_approach_beyond_the_patch_is_refused() {
     let message = curve(Touching::BeadFlat, Loading::OneSided, &[]).at(2e-5).unwrap_err().to_string();
     assert!(message.contains("finely meshed patch"), "{message}");
+}
+
+/// Force, contact radius and peak pressure at an approach, m.
+fn pressed(scene: &str, touching: Touching, loading: Loading, approaches: &[f64]) -> Vec<[f64; 3]> {
+    let scene = scene::load(scene, &["model.kind=fea".into()]).unwrap();
+    let curve = Curve::new(&scene, touching, loading).unwrap();
+    let state = |approach: &f64| {
+        let state = curve.at(*approach).unwrap();
+        [state.force, state.radius, state.pressure.iter().map(|(_, pressure)| *pressure).fold(0.0, f64::max)]
+    };
+    approaches.iter().map(state).collect()
+}
+
+#[test]
+fn beads_follow_hertz_and_the_finite_body_law_of_their_loading() {
+    let approaches = [0.3e-6, 1e-6, 3e-6];
+    let scene = scene::load("rigid", &["model.kind=fea".into()]).unwrap();
+    let bead = &scene.chain.beads[0];
+    let hertz = Hertz { stiffness: bead_pair_stiffness(bead, bead) };
+    let mut at_one = Vec::new();
+    for (loading, law) in
+        [(Loading::BothPoles, FiniteBody::BeadsSqueezed), (Loading::OneSided, FiniteBody::BeadsColliding)]
+    {
+        let curve = Curve::new(&scene, Touching::BeadBead, loading).unwrap();
+        let states = pressed("rigid", Touching::BeadBead, loading, &approaches);
+        for (approach, [force, radius, peak]) in approaches.into_iter().zip(&states) {
+            // The law is a fit of mesh-converged forces; the default mesh is within 0.4 % of it.
+            let expected = hertz.force(approach) * (1.0 + law.excess(approach, bead.radius));
+            assert!((force / expected - 1.0).abs() < 4e-3, "{force:e} at {approach:e}");
+            // Half the distance of two contact points; 2 % of p₀ as the mesh resolves it.
+            let overlap = hertz.overlap(*force);
+            assert!((radius - curve.hertz_radius(overlap).unwrap()).abs() < 1e-6);
+            assert!((peak / curve.hertz_pressure(overlap, 0.0).unwrap() - 1.0).abs() < 0.02);
+        }
+        at_one.push(states[1][0]);
+    }
+    // 1.5 and 2.7 % over Hertz at 1 µm: the loadings differ by 1.2 %.
+    assert!((at_one[1] / at_one[0] - 1.012).abs() < 2e-3, "{at_one:?}");
+}
+
+#[test]
+fn the_annulus_follows_the_law_of_the_chain_and_the_opposite_pole_softens_the_bead() {
+    for loading in [Loading::BothPoles, Loading::OneSided] {
+        let approaches = [0.1e-6, 1e-6, 5e-6];
+        for (approach, [force, ..]) in
+            approaches.into_iter().zip(pressed("annulus", Touching::BeadAnnulus, loading, &approaches))
+        {
+            let deviation = force / Annulus::new(1.0).force(approach) - 1.0;
+            assert!(deviation.abs() < 0.01, "{deviation} at {approach:e}");
+        }
+    }
+    let [squeezed, one_sided] = [Loading::BothPoles, Loading::OneSided]
+        .map(|loading| pressed("rigid", Touching::BeadFlat, loading, &[0.1e-6, 1e-6, 3e-6]));
+    assert!(squeezed.iter().zip(&one_sided).all(|(both, one)| both[0] < one[0]));
 }

@@ -8,7 +8,6 @@ mod chain_exact;
 mod chain_finite_body;
 mod chain_scale;
 mod chain_steppers;
-mod effects_costs;
 mod effects_files;
 mod effects_work;
 mod fea_bench;

@@ -120,13 +120,13 @@ fn arguments_that_are_no_text_do_not_end_in_a_panic() {
     use std::os::unix::ffi::OsStringExt;
     let place = tempfile::tempdir().unwrap();
     let out = place.path().join(std::ffi::OsString::from_vec(b"r\xe9sultats".to_vec()));
-    let contact = Command::new(env!("CARGO_BIN_EXE_granchain"))
+    let replay = Command::new(env!("CARGO_BIN_EXE_granchain"))
         .env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"))
-        .args(["contact", "--pair", "bead-flat", "--approaches", "0.2um", "--quiet", "--out"])
+        .args(["replay", "--scene", "rigid", "--set", "duration=60us", "--quiet", "--out"])
         .arg(&out)
         .output()
         .unwrap();
-    assert_eq!(contact.status.code(), Some(0), "{}", String::from_utf8_lossy(&contact.stderr));
+    assert_eq!(replay.status.code(), Some(0), "{}", String::from_utf8_lossy(&replay.stderr));
     assert!(out.is_dir());
     let calibrate = Command::new(env!("CARGO_BIN_EXE_granchain"))
         .args(["calibrate", "--measured"])

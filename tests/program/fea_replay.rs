@@ -67,8 +67,6 @@ fn an_analysis_writes_the_contract_of_a_replay_with_radii_behind_it() {
     assert!(summary["work"]["unknowns"].as_u64().unwrap() > 1000);
     assert_eq!(summary["work"]["factorisations"], 1);
     assert!(!fea.join("fields").exists());
-    assert!(fea.join("von_mises.svg").exists() && fea.join("von_mises.png").exists());
-    assert!(!chain.join("von_mises.png").exists());
     // What the chain does not do is not in its summary.
     let plain: serde_json::Value = serde_json::from_slice(&fs::read(chain.join("summary.json")).unwrap()).unwrap();
     assert!(plain.get("analysis").is_none() && plain["work"].get("factorisations").is_none());
@@ -122,7 +120,7 @@ fn a_stopped_run_goes_on_to_the_same_bytes_with_every_frame_once() {
     let place = tempfile::tempdir().unwrap();
     let (whole, broken) = (place.path().join("whole"), place.path().join("broken"));
     // Long enough to be met in the middle.
-    let flags = ["--set", "duration=400us", "--fields", "40us", "--animation", "--checkpoint", "20us"];
+    let flags = ["--set", "duration=400us", "--fields", "40us", "--checkpoint", "20us"];
     let output = small(&whole, &flags).output().unwrap();
     assert!(output.status.success(), "{}", said(&output));
     let state = place.path().join(".broken.unfinished/state");
@@ -152,7 +150,6 @@ fn a_stopped_run_goes_on_to_the_same_bytes_with_every_frame_once() {
     let (whole, broken) = (files(&whole), files(&broken));
     assert_eq!(whole.keys().collect::<Vec<_>>(), broken.keys().collect::<Vec<_>>());
     assert_eq!(whole.keys().filter(|name| name.ends_with(".vtu")).count(), 11);
-    assert!(whole.contains_key("/von_mises.svg") && whole.contains_key("fields/animation.svg"));
     for (name, bytes) in &whole {
         assert!(*bytes == broken[name], "{name}");
     }
@@ -176,8 +173,6 @@ fn flags_that_a_run_does_not_use_and_intervals_between_steps_are_usage_errors() 
     refused(replay(&SMALL).args(["--fields", "5us"]), "--out");
     refused(&mut small(&out, &["--fields", "1.05us"]), "expected a whole number of steps of 100");
     refused(&mut small(&out, &["--fields", "5"]), "unit");
-    refused(&mut small(&out, &["--fields", "0.1us", "--animation"]), "at most 300 frames");
-    refused(&mut small(&out, &["--animation"]), "--fields");
 }
 
 #[test]

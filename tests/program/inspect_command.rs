@@ -102,15 +102,16 @@ fn the_drive_frequency_is_taken_from_the_horn_beside_or_from_the_flag() {
 fn reading_flags_reach_the_reader() {
     let record = json(&[
         "measurements/annulus-73khz/vib.csv",
-        "--invert",
-        "--delay",
-        "-1us",
-        "--bandwidth",
-        "1MHz",
-        "--baseline",
-        "none",
-        "--trigger",
-        "10us",
+        "--read",
+        "invert=true",
+        "--read",
+        "delay=-1us",
+        "--read",
+        "bandwidth=1MHz",
+        "--read",
+        "baseline=none",
+        "--read",
+        "trigger=10us",
     ]);
     assert!((record["positive_peak"].as_f64().unwrap() - 0.247).abs() < 1e-12);
     assert!((record["start_s"].as_f64().unwrap() + 59e-6).abs() < 1e-12);
@@ -139,7 +140,7 @@ fn refusals_go_to_standard_error_with_exit_code_1_or_2() {
     let (code, _, err) = inspect(&["measurements/annulus-73khz/vib.csv", "--unit", "V"]);
     assert_eq!(code, 1);
     assert!(err.contains("volts (`V`), which need the decoder's sensitivity; pass it as --scale"), "{err}");
-    let (code, _, err) = inspect(&["measurements/annulus-73khz/vib.csv", "--delay", "3"]);
+    let (code, _, err) = inspect(&["measurements/annulus-73khz/vib.csv", "--read", "delay=3"]);
     assert_eq!(code, 2);
     assert!(err.contains("without a unit"), "{err}");
 }

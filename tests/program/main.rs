@@ -5,7 +5,6 @@
 mod calibrate_bench;
 mod cli_contract;
 mod cli_interrupt;
-mod contact_command;
 mod convert_command;
 mod documents;
 mod fea_replay;
@@ -19,9 +18,10 @@ mod pages;
 mod parts;
 mod reduced_replay;
 mod report_calibration;
-mod report_verify;
+
 mod scene_command;
 mod spectrum_command;
 mod start_command;
 mod terminal;
+mod verify_command;
 mod water_command;

@@ -16,7 +16,7 @@ const REPLAY: [&str; 5] = ["replay", "--scene", "rigid", "--set", "duration=100u
 const SWEEP: [&str; 7] = ["sweep", "--scene", "rigid", "--set", "duration=100us", "--vary", "alpha=0.5,0.7"];
 const ANALYSIS: [&str; 9] =
     ["replay", "--scene", "rigid", "--model", "fea", "--set", "model.mesh_density=3", "--set", "duration=40us"];
-const FRAMES: [&str; 3] = ["--fields", "10us", "--animation"];
+const FRAMES: [&str; 2] = ["--fields", "10us"];
 
 /// Run in `place` with `--out out`.
 fn granchain(place: &Path, arguments: &[&[&str]]) -> Output {
@@ -141,7 +141,7 @@ fn a_result_that_was_edited_is_kept() {
 /// A run that has everything but its place: folders of a stranger stand where its figures would.
 fn unfinished(command: &[&str]) -> TempDir {
     let place = tempfile::tempdir().unwrap();
-    for figure in ["sweep.svg", "von_mises.svg"] {
+    for figure in ["sweep.svg", "spectrum.svg"] {
         fs::create_dir_all(place.path().join("out").join(figure)).unwrap();
         fs::write(place.path().join("out").join(figure).join("mine"), "").unwrap();
     }
@@ -272,7 +272,7 @@ fn a_frame_damaged_before_the_resume_is_named_and_the_list_of_frames_is_written_
     let command = [&ANALYSIS[..], &FRAMES].concat();
     let place = unfinished(&command);
     let fields = place.path().join(".out.unfinished/state/fields");
-    for name in ["field_000001.vtu", "picture_000000.png"] {
+    for name in ["field_000001.vtu", "field_000000.vtu"] {
         let (path, whole) = (fields.join(name), fs::read(fields.join(name)).unwrap());
         let mut flipped = whole.clone();
         flipped[whole.len() / 2] ^= 1;
@@ -340,7 +340,7 @@ fn text_from_files_and_paths_never_steers_the_terminal() {
     };
     for (arguments, shown) in [
         (&["spectrum", "cell.csv", "--drive-frequency", "73kHz"][..], "\\u{9b}31m\\u{202e}"),
-        (&["spectrum", "header.csv", "--column", "2", "--drive-frequency", "73kHz"], "\\u{9b}31m"),
+        (&["spectrum", "header.csv", "--channel", "2", "--drive-frequency", "73kHz"], "\\u{9b}31m"),
         (&["spectrum", &named, "--drive-frequency", "73kHz"], "\\u{1b}[2J"),
         (&["spectrum", &named, "--drive-frequency", "73kHz", "--json"], "\\u001b[2J\\u009b31m"),
         (&["replay", "--scene", "scene.toml"], "\\u{1b}[2J"),

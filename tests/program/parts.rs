@@ -220,13 +220,12 @@ fn what_is_gone_or_makes_no_sense_is_refused_with_what_to_write_instead() {
             assert!(error.contains(text), "{arguments:?}: expected `{text}` in\n{error}");
         }
     };
-    let twins = ["twins", "--count", "2"];
+    let coverage = ["coverage", "--count", "2"];
     let gone = ["--part K/N --out FILE", "granchain merge FILES --out DIR"];
     usage(&["batch", "plan", "s.batch", "--chunk", "2", "--", "sweep"], &gone);
     for flag in [&["--on", "slurm"][..], &["--on=hyperqueue"], &["--chunk", "3"]] {
         usage(&[&SWEEP[..], &["--out", "far"], flag].concat(), &gone);
-        usage(&[&twins[..], &["--out", "far"], flag].concat(), &gone);
-        usage(&[&["study", "paper", "--out", "far"], flag].concat(), &gone);
+        usage(&[&coverage[..], &["--out", "far"], flag].concat(), &gone);
         usage(&[&["calibrate", "--measured", "vib.csv"], flag].concat(), &gone);
     }
     usage(&[&SWEEP[..], &["--part", "1/3"]].concat(), &["--out"]);
@@ -235,8 +234,8 @@ fn what_is_gone_or_makes_no_sense_is_refused_with_what_to_write_instead() {
     for flag in ["--resume", "--force"] {
         usage(&[&SWEEP[..], &["--part", "1/3", "--out", "x", flag]].concat(), &["--part"]);
     }
-    let records = ["twins", "--laboratory", "pretrigger", "--records", "--out", "x", "--part", "1/2"];
-    usage(&records, &["--records", "--part"]);
+    let records = ["coverage", "--scenario", "pretrigger", "--keep-records", "--out", "x", "--part", "1/2"];
+    usage(&records, &["--keep-records", "--part"]);
     part(folder, &SWEEP, 1, 1);
     usage(&["merge", "1.part"], &["--out DIR"]);
     usage(&["merge", "1.part", "--out", "far", "--seed", "3"], &["--seed would do nothing"]);
@@ -279,48 +278,9 @@ fn same_in_parts(command: &[&str], of: usize) {
 }
 
 #[test]
-fn twins_are_the_same_in_parts() {
-    same_in_parts(&["twins", "--count", "2", "--evaluations", "200", "--seed", "4"], 2);
-}
-
-#[test]
-fn records_of_other_laboratories_are_the_same_in_parts() {
-    let twins =
-        ["twins", "--laboratory", "pretrigger,eight-bit", "--count", "2", "--evaluations", "200", "--seed", "4"];
-    same_in_parts(&twins, 2);
-}
-
-#[test]
-fn twins_at_several_levels_are_the_same_in_parts() {
-    same_in_parts(&["twins", "--levels", "2", "--count", "2", "--evaluations", "200", "--seed", "4"], 2);
-}
-
-#[test]
-fn a_study_before_water_is_the_same_in_parts() {
-    // 12 combinations, the companion's beads, 10 tips.
-    let short = ["--set", "drive.cycles=8", "--set", "duration=125us"];
-    same_in_parts(&[&["study", "water", "--quick"][..], &short].concat(), 3);
-}
-
-#[test]
-fn a_study_of_dissipation_is_the_same_in_parts() {
-    // The reference and 111 candidates, those that the chain refuses too.
-    let short = ["--model", "chain", "--set", "drive.cycles=6", "--set", "duration=140us", "--seed", "3"];
-    same_in_parts(&[&["study", "dissipation", "--quick"][..], &short].concat(), 3);
-}
-
-#[test]
-fn studies_along_the_chain_are_the_same_in_parts() {
-    let small = ["--model", "chain", "--quick", "--seed", "3"];
-    same_in_parts(&[&["study", "chain-length"], &small[..]].concat(), 3);
-    same_in_parts(&[&["study", "precompression", "--set", "chain.beads=3"], &small[..]].concat(), 3);
-}
-
-#[test]
-fn the_study_of_the_paper_is_the_same_in_parts() {
-    // Two models before the rigid wall, two laws, two sweeps, 16 readings of each law.
-    let small = ["study", "paper", "--model", "chain", "--quick", "--members", "2", "--seed", "3"];
-    same_in_parts(&small, 3);
+fn coverage_is_the_same_in_parts() {
+    let scenarios = ["coverage", "--scenario", "pretrigger,eight-bit", "--count", "2"];
+    same_in_parts(&[&scenarios[..], &["--evaluations", "200", "--seed", "4"]].concat(), 2);
 }
 
 /// Largest memory of a process, kB.

@@ -211,7 +211,8 @@ fn the_horn_s_channel_of_the_same_file_drives() {
         writeln!(text, "{t:.10e},{:.9},{:.9}", 0.5 * tone(1.0), tone(1.0 / 3.0) + 0.3 * tone(1.0)).unwrap();
     }
     fs::write(folder.path().join("scope.csv"), text).unwrap();
-    let channels = ["--channel", "CH2", "--scale", "100 mm/s/V", "--drive-channel", "CH1", "--drive-scale", "2 um/V"];
+    let channels =
+        ["--channel", "CH2", "--scale", "100 mm/s/V", "--drive-read", "channel=CH1", "--drive-read", "scale=2 um/V"];
     let summary = json(folder.path(), &[&["scope.csv"], &channels[..]].concat());
     assert!((summary["drive_frequency_hz"].as_f64().unwrap() / F0 - 1.0).abs() < 1e-4, "{summary}");
     assert!(line(&summary, "1/3")["relative"].as_f64().unwrap() > 2.5, "{summary}");

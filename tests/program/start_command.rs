@@ -86,10 +86,18 @@ fn what_was_said_of_two_channels_in_volts_is_kept_in_the_plan() {
     let volts = bead.iter().zip(&horn).map(|(bead, horn)| vec![1e-6 * bead.0, horn.1 / 2.0, bead.1 / 125.0]);
     write(folder.path(), "scope.csv", "Time (s),CH1 (V),CH2 (V)", volts);
     let (code, _, err) = granchain(folder.path(), &["start", "scope.csv"]);
-    assert!(code == 1 && err.contains("--column 'CH1 (V)' --scale"), "{err}");
+    assert!(code == 1 && err.contains("--channel 'CH1 (V)' --scale"), "{err}");
     assert!(!folder.path().join("plan.toml").exists());
-    let said =
-        ["--channel", "CH2", "--scale", "125 mm/s/V", "--drive-channel=CH1", "--drive-scale", "2 um/V", "--delay=3us"];
+    let said = [
+        "--channel",
+        "CH2",
+        "--scale",
+        "125 mm/s/V",
+        "--drive-read=channel=CH1",
+        "--drive-read",
+        "scale=2 um/V",
+        "--read=delay=3us",
+    ];
     let (code, out, err) = granchain(folder.path(), &[&["start", "scope.csv"][..], &said].concat());
     assert_eq!(code, 0, "{err}");
     assert!(out.contains("73.00 kHz"), "{out}");
@@ -98,7 +106,7 @@ fn what_was_said_of_two_channels_in_volts_is_kept_in_the_plan() {
         "reading.scale = '125 mm/s/V'",
         "reading.delay = '3us'",
         "drive.reading.scale = '2 um/V'",
-        "drive.reading.column = 'CH1'",
+        "drive.reading.channel = 'CH1'",
     ] {
         assert!(plan.contains(&format!("\n{line}\n")), "{line}: {plan}");
     }
@@ -125,6 +133,7 @@ fn typed_as_proposed(folder: &Path, first: &[&str]) -> String {
     let filled = |word: String| match word.as_str() {
         "<VALUE> mm/s/V" => "125 mm/s/V".into(),
         "<VALUE> um/V" => "2 um/V".into(),
+        "scale=<VALUE> um/V" => "scale=2 um/V".into(),
         _ => word,
     };
     let words: Vec<String> = proposed(&err).into_iter().map(filled).collect();

@@ -126,3 +126,56 @@ fn behind_a_soft_baffle_the_field_comes_from_the_pressure_on_the_back() {
     // Free of pressure at the rim, which is the baffle's first line.
     assert!(column(1) > 1e3 && column(11) == 0.0, "{} {}", column(1), column(11));
 }
+
+#[test]
+fn a_replay_before_water_writes_maps_and_tables_only_when_asked() {
+    let place = tempfile::tempdir().unwrap();
+    let replay = |flags: &[&str], out: &str| {
+        let out = place.path().join(out);
+        let scene =
+            ["replay", "--scene", "water", "--model", "chain", "--set", "drive.cycles=8", "--set", "duration=125 us"];
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_granchain"))
+            .args(scene)
+            .args(flags)
+            .args(["--quiet", "--out", out.to_str().unwrap()])
+            .output()
+            .unwrap();
+        (output, out)
+    };
+    let (plain, folder) = replay(&[], "plain");
+    assert!(plain.status.success(), "{}", String::from_utf8_lossy(&plain.stderr));
+    assert!(!folder.join("pressure_map.svg").exists() && !folder.join("interface").exists());
+    let flags = [
+        "--pressure-map",
+        "60us,62us",
+        "--pressure-map-frequency",
+        "73kHz,0.949MHz",
+        "--beam-pattern",
+        "0.949MHz",
+        "--export-interface",
+    ];
+    let (asked, folder) = replay(&flags, "asked");
+    assert!(asked.status.success(), "{}", String::from_utf8_lossy(&asked.stderr));
+    for name in ["pressure_map.svg", "pressure_map_frequency.png", "beam_pattern.svg", "interface/velocity.csv"] {
+        assert!(folder.join(name).is_file(), "{name}");
+    }
+    let hints: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.join("interface/grid.json")).unwrap()).unwrap();
+    let (points, instants) = (hints["points"].as_u64().unwrap(), hints["instants"].as_u64().unwrap());
+    assert_eq!(std::fs::metadata(folder.join("interface/velocity.npy")).unwrap().len(), 128 + 8 * points * instants);
+    // What was run stays what it was.
+    let response = |folder: &std::path::Path| std::fs::read(folder.join("response.csv")).unwrap();
+    assert_eq!(response(&folder), response(&place.path().join("plain")));
+}
+
+#[test]
+fn a_scene_without_water_has_no_field_to_draw() {
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().join("out");
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_granchain"))
+        .args(["replay", "--scene", "rigid", "--pressure-map", "60us", "--out", out.to_str().unwrap()])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("--pressure-map needs water") && !out.exists());
+}

@@ -6,14 +6,12 @@ use granchain::{
     calibration::twin::vibrometer_csv,
     model,
     scene::{self, Limits, ModelKind},
-    study::{
-        accuracy::{
-            AccuracyError, AccuracyPlan, Study, Watched,
-            ladder::{Ladder, Rung},
-            relative_error,
-            stored::{BEST, OwnErrors, Stored},
-        },
-        members::{Unwatched, Watch},
+    study::members::{Unwatched, Watch},
+    validate::accuracy::{
+        AccuracyError, AccuracyPlan, Study, Watched,
+        ladder::{Ladder, Rung},
+        relative_error,
+        stored::{BEST, OwnErrors, Stored},
     },
 };
 
@@ -21,16 +19,7 @@ const KEPT: [&str; 3] = ["rigid", "annulus", "water"];
 
 fn plan(scene: &str, full: bool) -> AccuracyPlan {
     let (sets, program) = (Vec::new(), "granchain".to_owned());
-    AccuracyPlan {
-        scene: scene.into(),
-        sets,
-        full,
-        calibration: false,
-        members: 2,
-        seed: 1,
-        limits: Limits::default(),
-        program,
-    }
+    AccuracyPlan { scene: scene.into(), sets, full, members: 2, seed: 1, limits: Limits::default(), program }
 }
 
 fn line(scene: &str, key: &str) -> OwnErrors {

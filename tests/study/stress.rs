@@ -3,8 +3,8 @@
 use granchain::study::{
     Bodies,
     members::{Unwatched, Watch},
-    stress::{CASES, Limit, Rung, StressOutcome, StressPlan, run},
 };
+use granchain::validate::stress::{CASES, Limit, Rung, StressOutcome, StressPlan, run};
 
 fn plan(cases: &[u32], overrides: &[&str]) -> StressPlan {
     let overrides = overrides.iter().map(|text| (*text).to_owned()).collect();
@@ -26,7 +26,7 @@ fn every_case_has_a_number_a_sentence_and_a_rung() {
 fn checks_come_in_order_and_are_the_same_every_time() {
     let (once, again) = (examined(&[11], &[]), examined(&[11], &[]));
     assert_eq!(once, again);
-    assert_eq!(once.broken().collect::<Vec<_>>(), Vec::<&granchain::study::stress::Check>::new());
+    assert_eq!(once.broken().collect::<Vec<_>>(), Vec::<&granchain::validate::stress::Check>::new());
     let places: Vec<usize> =
         once.checks.iter().map(|check| Rung::ALL.iter().position(|rung| *rung == check.rung).unwrap()).collect();
     assert!(places.is_sorted() && places[0] == 0 && *places.last().unwrap() == 3);

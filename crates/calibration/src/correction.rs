@@ -188,18 +188,6 @@ impl Correction {
             && self.pairs.iter().flat_map(|pair| [&pair.lower, &pair.upper]).all(|run| run.is_of(dimension, features))
     }
 
-    /// The correction as it stood after these rounds, none of them made anew; `None` unless it would have ended there.
-    #[must_use]
-    pub(crate) fn ended_with(mut self, rounds: Vec<Vec<Pair>>) -> Option<Self> {
-        for round in rounds {
-            if self.is_finished() {
-                return None;
-            }
-            self.take(round);
-        }
-        self.is_finished().then_some(self)
-    }
-
     /// Take up a round that was made: what it moved, and whether it shows an empty place. Returns misfit and position of the best run.
     fn take(&mut self, pairs: Vec<Pair>) -> Option<(f64, Vec<f64>)> {
         self.rounds.push(pairs.len());

@@ -18,7 +18,7 @@ use super::{
     likelihood::{Cloud, neighbours},
     parameter::Parameter,
     posterior::Posterior,
-    search::{Search, Strategy},
+    search::Search,
     twin::with_law,
 };
 use granchain_model::{
@@ -182,7 +182,7 @@ impl Case<'_> {
         let turned = fingerprint.measure(&self.trace?.map(|value| -value)).ok()?;
         let p = self.judged(&self.fit.runs, &turned, 0.0)?.p;
         let text = format!(
-            "the record's sign: with --invert p is {}, as read {}; velocities are positive from piston to support",
+            "the record's sign: with invert=true p is {}, as read {}; velocities are positive from piston to support",
             shown(p),
             shown(self.fit.agreement.p)
         );
@@ -237,7 +237,7 @@ impl Case<'_> {
         let comparison = Comparison { averages: SHOTS, ..self.comparison.clone() };
         let (p, _) = self.search(self.scene, None, &comparison)?;
         let text = format!(
-            "a mean of several shots (--averages N): with means of {SHOTS} p is {}, without {}",
+            "a mean of several shots (averages=N): with means of {SHOTS} p is {}, without {}",
             shown(p),
             shown(self.fit.agreement.p)
         );
@@ -334,8 +334,7 @@ impl Case<'_> {
             suspects.push((cause, scene, None, Box::new(move |_| text.to_owned())));
         };
         if let DriveKind::Record { .. } = own.drive.kind {
-            let text =
-                "the horn's sign: its record with --drive-invert; displacements are positive from piston to support";
+            let text = "the horn's sign: its record with --drive-read invert=true; displacements are positive from piston to support";
             suspect(Cause::HornSign, text, &|scene| {
                 if let DriveKind::Record { displacement, .. } = &mut scene.drive.kind {
                     displacement.values.iter_mut().for_each(|value| *value = -*value);
@@ -449,7 +448,7 @@ impl Case<'_> {
         let forward =
             Forward::with_laws(scene, laws.as_ref(), parameters, comparison, self.uncertainty, self.seed, watch)
                 .ok()?;
-        standing(&forward, Search::new(&forward, runs, self.seed, Strategy::Likelihood)).ok()
+        standing(&forward, Search::new(&forward, runs, self.seed)).ok()
     }
 
     /// Whether a p is enough better to be named.

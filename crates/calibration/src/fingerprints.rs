@@ -14,7 +14,7 @@
 //!
 //! Numbers are the shortest decimals that read back to the same bits.
 
-use std::{fmt::Write, io};
+use std::io;
 
 use thiserror::Error;
 
@@ -29,33 +29,13 @@ const WIDE: &str = "wide";
 /// Columns before the positions.
 const LEADING: [&str; 5] = ["candidate", "stage", "batch", "run", "model"];
 
-/// Why stored runs cannot be read.
+/// Why runs cannot be written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FingerprintsError {
     /// No table.
     #[error("{FILE}: expected a table of runs; calibrate again to write one")]
     Form(#[from] csv::Error),
-    /// Other columns.
-    #[error("{FILE}:1: expected the columns `{expected}`, found `{found}`; calibrate again to write them")]
-    Columns {
-        /// What the fit has.
-        expected: String,
-        /// What stands there.
-        found: String,
-    },
-    /// A cell that means nothing.
-    #[error("{FILE}:{line}: column `{column}`: expected {expected}, found `{found}`")]
-    Cell {
-        /// Line, from 1.
-        line: u64,
-        /// Column by name.
-        column: String,
-        /// What could stand there.
-        expected: &'static str,
-        /// What stands there.
-        found: String,
-    },
 }
 
 /// The runs of one candidate.
@@ -188,133 +168,9 @@ pub fn to_csv(names: &Names, candidates: &[CandidateRuns]) -> Result<Vec<u8>, Fi
     writer.into_inner().map_err(|error| csv::Error::from(io::Error::from(error.into_error().kind())).into())
 }
 
-/// Read a table of runs whose columns are `names`'.
-///
-/// # Errors
-/// [`FingerprintsError`] with line and column.
-pub fn from_csv(names: &Names, bytes: &[u8]) -> Result<Vec<CandidateRuns>, FingerprintsError> {
-    let mut reader = csv::Reader::from_reader(bytes);
-    let columns = names.columns();
-    let found: Vec<&str> = reader.headers()?.iter().collect();
-    if columns != found {
-        return Err(FingerprintsError::Columns { expected: columns.join(","), found: found.join(",") });
-    }
-    let mut candidates: Vec<CandidateRuns> = Vec::new();
-    let mut lower: Option<Run> = None;
-    for record in reader.records() {
-        let record = record?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let cell = |column: usize, expected: &'static str| FingerprintsError::Cell {
-            line,
-            column: columns[column].clone(),
-            expected,
-            found: record[column].to_owned(),
-        };
-        let number = |column: usize| {
-            let value: Option<f64> = record[column].parse().ok().filter(|value: &f64| value.is_finite());
-            value.ok_or_else(|| cell(column, "a finite number"))
-        };
-        let batch: usize = record[2].parse().map_err(|_: std::num::ParseIntError| cell(2, "a whole number"))?;
-        let first = LEADING.len() + names.parameters.len();
-        let position = (LEADING.len()..first).map(number).collect::<Result<Vec<_>, _>>()?;
-        let outcome = match &record[columns.len() - 1] {
-            "" => Ok((first..columns.len() - 1).map(number).collect::<Result<Vec<_>, _>>()?),
-            reason => Err(reason.to_owned()),
-        };
-        let run = Run { position, outcome };
-        if candidates.last().is_none_or(|last| last.candidate != record[0]) {
-            candidates.push(CandidateRuns { candidate: record[0].to_owned(), ..CandidateRuns::default() });
-        }
-        let Some(candidate) = candidates.last_mut() else { continue };
-        let misplaced = || cell(2, "the number of the batch before it, or the next");
-        match (&record[1], lower.take()) {
-            (stage, None) if candidate.search.is_empty() && narrower(stage, candidate.narrow.len()).is_some() => {
-                if narrower(stage, candidate.narrow.len()) == Some(candidate.narrow.len()) {
-                    candidate.narrow.push(Vec::new());
-                }
-                let Some(last) = candidate.narrow.last_mut() else { continue };
-                batch_of(last, batch).ok_or_else(misplaced)?.push(run);
-            }
-            ("search", None) if candidate.corrections.is_empty() => {
-                batch_of(&mut candidate.search, batch).ok_or_else(misplaced)?.push(run);
-            }
-            (WIDE, None) if candidate.corrections.is_empty() => {
-                batch_of(&mut candidate.wide, batch).ok_or_else(misplaced)?.push(run);
-            }
-            (stage, None) if corrected(stage, candidate.corrections.len()).is_some() => lower = Some(run),
-            (stage, Some(lower)) if corrected(stage, candidate.corrections.len()).is_some() => {
-                if corrected(stage, candidate.corrections.len()) == Some(candidate.corrections.len()) {
-                    candidate.corrections.push(Vec::new());
-                }
-                let Some(last) = candidate.corrections.last_mut() else { continue };
-                batch_of(last, batch).ok_or_else(misplaced)?.push(Pair { lower, upper: run });
-            }
-            _ => return Err(cell(1, "`search`, and then `correction` twice a pair, rung by rung")),
-        }
-    }
-    Ok(candidates)
-}
-
-/// Which of the narrower boxes a stage is of, from 0: one of `known`, or the next.
-fn narrower(stage: &str, known: usize) -> Option<usize> {
-    let number: usize = stage.strip_prefix("narrow-")?.parse().ok()?;
-    (number >= 1 && (number == known || number == known + 1)).then(|| number - 1)
-}
-
 /// The stage of a rung above the chain, from 0.
 fn correction(rung: usize) -> String {
     if rung == 0 { "correction".into() } else { format!("correction-{}", rung + 1) }
-}
-
-/// Which rung above the chain a stage is of, from 0: the last of `known`, or the next.
-fn corrected(stage: &str, known: usize) -> Option<usize> {
-    [known.checked_sub(1), Some(known)].into_iter().flatten().find(|rung| correction(*rung) == stage)
-}
-
-/// Batch `number`, from 1: the last one, or a new one behind it.
-fn batch_of<T>(batches: &mut Vec<Vec<T>>, number: usize) -> Option<&mut Vec<T>> {
-    if number == batches.len() + 1 {
-        batches.push(Vec::new());
-    }
-    if number == batches.len() { batches.last_mut() } else { None }
-}
-
-/// What differs between a run as stored and as made again, in words; `None` where it is the same to the last bit or, if `allowed` is above 0, where no number
-/// is further away than that.
-#[must_use]
-pub fn difference(names: &Names, stored: &Run, again: &Run, allowed: f64) -> Option<String> {
-    if stored == again || distance(stored, again).is_some_and(|distance| distance <= allowed) {
-        return None;
-    }
-    let (Ok(expected), Ok(found)) = (&again.outcome, &stored.outcome) else {
-        let told = |run: &Run| run.outcome.as_ref().map_or_else(Clone::clone, |_| "a finished run".into());
-        return Some(format!("expected {}, found {}", told(again), told(stored)));
-    };
-    let columns = names.columns();
-    let first = LEADING.len() + names.parameters.len();
-    let mut text = String::new();
-    for (index, (expected, found)) in expected.iter().zip(found).enumerate() {
-        if expected.to_bits() != found.to_bits() {
-            let separator = if text.is_empty() { "" } else { "; " };
-            let column = columns.get(first + index).map_or("?", String::as_str);
-            // Writing to a string cannot fail.
-            let _ = write!(text, "{separator}column `{column}`: expected {expected}, found {found}");
-        }
-    }
-    Some(text)
-}
-
-/// The largest distance of a number of two runs at the same point; `None` where either failed and the other did not, or otherwise.
-#[must_use]
-pub fn distance(a: &Run, b: &Run) -> Option<f64> {
-    match (&a.outcome, &b.outcome) {
-        (Ok(a), Ok(b)) if a.len() == b.len() => {
-            let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs());
-            apart.clone().all(f64::is_finite).then(|| apart.fold(0.0, f64::max))
-        }
-        (Err(a), Err(b)) if a == b => Some(0.0),
-        _ => None,
-    }
 }
 
 #[cfg(test)]
@@ -358,41 +214,14 @@ mod tests {
     fn runs_come_back_to_the_last_bit() {
         let mut runs = runs();
         runs[0].corrections[1].pop();
-        let bytes = to_csv(&names(), &runs).unwrap();
-        let text = String::from_utf8(bytes.clone()).unwrap();
+        let text = String::from_utf8(to_csv(&names(), &runs).unwrap()).unwrap();
         assert!(text.starts_with(
             "candidate,stage,batch,run,model,u_alpha,u_damping,z_positive_peak,z_band_1/3,z2_positive_peak,failure\n"
         ));
-        let again = from_csv(&names(), &bytes).unwrap();
-        assert_eq!(again, runs);
-        assert!(again[0].search[0][0].features().unwrap()[2].is_sign_negative());
+        // Every number comes back to the last bit.
+        let row: Vec<&str> = text.lines().find(|line| line.contains(",search,1,")).unwrap().split(',').collect();
+        let numbers: Vec<u64> = row[5..10].iter().map(|cell| cell.parse::<f64>().unwrap().to_bits()).collect();
+        assert_eq!(numbers, [1.0 / 3.0, 0.25, -1.0, 1e-300, -0.0].map(f64::to_bits));
         assert_eq!((runs[0].len(), runs[0].before(1)), (12, 4));
-    }
-
-    #[test]
-    fn a_broken_cell_is_named_with_line_and_column() {
-        let text = String::from_utf8(to_csv(&names(), &runs()).unwrap()).unwrap();
-        for (from, to, said) in [
-            (",-2,", ",-2x,", "fingerprints.csv:7: column `z_positive_peak`: expected a finite number, found `-2x`"),
-            ("search,2,", "search,4,", "fingerprints.csv:7: column `batch`"),
-            ("search,2,", "searched,2,", "fingerprints.csv:7: column `stage`"),
-            ("z2_", "z3_", "fingerprints.csv:1: expected the columns"),
-        ] {
-            let error = from_csv(&names(), text.replacen(from, to, 1).as_bytes()).unwrap_err().to_string();
-            assert!(error.contains(said), "{error}");
-        }
-    }
-
-    #[test]
-    fn a_run_that_differs_says_in_which_column() {
-        let stored = &runs()[0].search[0][0];
-        let mut again = stored.clone();
-        assert_eq!(difference(&names(), stored, &again, 0.0), None);
-        again.outcome.as_mut().unwrap()[0] = -1.5;
-        let told = "column `z_positive_peak`: expected -1.5, found -1";
-        for allowed in [0.0, 0.49] {
-            assert_eq!(difference(&names(), stored, &again, allowed).unwrap(), told);
-        }
-        assert_eq!(difference(&names(), stored, &again, 0.5), None);
     }
 }

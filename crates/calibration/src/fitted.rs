@@ -15,7 +15,6 @@ use super::{
     correction::{RungDifference, most_pairs},
     diagnosis::{Case, Finding},
     drive::{Input, RecordedDrive},
-    engine::trace,
     fingerprints,
     fit::{Fit, FitError, Verdict},
     forward::{Forward, Watch},
@@ -25,12 +24,12 @@ use super::{
     },
     problem::{Problem, program},
     refusal::Refusal,
-    rung::{Bodies, Rung, chain_below, rung_scene},
+    rung::{Bodies, Rung, chain_below},
     shot::Shot,
     statement,
 };
 use granchain_model::{
-    self as model, Estimate,
+    Estimate,
     scene::{ModelKind, Scene},
 };
 use granchain_record::RecordKind;
@@ -193,7 +192,7 @@ impl FittedCandidate {
             fitted_features: fitted_features(problem.lead(), fit, 0),
             records: records(problem, fit),
             lobes: outcome::lobes(fit),
-            rungs: self.rungs(problem, None),
+            rungs: self.rungs(problem),
             rung_differences: differences.map(difference).collect(),
             evaluations: fit.total_runs() as u64,
             failed_runs: fit.total_failed() as u64,
@@ -207,28 +206,9 @@ impl FittedCandidate {
         self.candidate.mount.map(|mount| mount.name().to_owned())
     }
 
-    /// Features z of one finite element run at the answer, through the same conditioning; `advance` is told of the simulated time of how much
-    /// (s), and says whether to go on.
-    ///
-    /// # Errors
-    /// When the run fails or cannot be measured.
-    pub fn by_fea(&self, advance: &mut dyn FnMut(f64, f64) -> bool) -> Result<Vec<f64>, Refusal> {
-        let mut scene = rung_scene(&self.scene(0));
-        scene.model.kind = ModelKind::Fea;
-        let reduced = &self.candidate.scene().model;
-        if reduced.kind == ModelKind::Reduced {
-            (scene.model.fea.density, scene.model.fea.elements) = (reduced.reduced.density, reduced.reduced.elements);
-        }
-        scene.duration = self.forward.comparison.duration(&scene.drive);
-        let duration = scene.duration;
-        let response = model::run(&scene, &mut |time| advance(time, duration)).map_err(Refusal::FeaRun)?;
-        let reduced = self.forward.features(trace(response, self.forward.comparison.measurand())?);
-        reduced.map_err(|reason| Refusal::FeaResponse { reason })
-    }
-
-    /// What each rung says, the lowest first, with the features each expects at the answer; last those of [`FittedCandidate::by_fea`].
+    /// What each rung says, the lowest first, with the features each expects at the answer.
     #[must_use]
-    pub fn rungs(&self, problem: &Problem, fea: Option<&[f64]>) -> Vec<RungOutcome> {
+    pub fn rungs(&self, problem: &Problem) -> Vec<RungOutcome> {
         let comparison = &problem.lead().comparison;
         let names = comparison.names();
         let features = |z: &dyn Fn(usize) -> Option<(f64, Option<f64>)>| -> BTreeMap<String, RungFeature> {
@@ -262,11 +242,6 @@ impl FittedCandidate {
                 Some((comparison.features.get(index)? + self.fit.deviations.get(index)? * scatter, Some(scatter)))
             };
             rungs.push(RungOutcome::of(problem.model(), &self.fit, features(&expected)));
-        }
-        if let Some(z) = fea {
-            let single = |index: usize| Some((*z.get(index)?, None));
-            let parameters = outcome::fitted_parameters(&self.fit);
-            rungs.push(RungOutcome::single(ModelKind::Fea.name(), parameters, features(&single)));
         }
         rungs
     }

@@ -17,7 +17,7 @@ use super::{
     parameter::Parameter,
     problem::Problem,
     refusal::Refusal,
-    rung::{Bodies, Pair, Rung, chain_below},
+    rung::{Bodies, Rung, chain_below},
     search::Search,
 };
 
@@ -29,17 +29,9 @@ pub struct SavedFit {
     corrections: Vec<(SearchCheckpoint, Option<Correction>)>,
     /// Where the runs of the highest rung are kept one by one.
     kept: Option<KeptPlace>,
-    /// All its runs: nothing is to be run anew.
-    ended: Option<CandidateRuns>,
 }
 
 impl SavedFit {
-    /// A fit that has all its runs.
-    #[must_use]
-    pub fn ended(runs: CandidateRuns) -> Self {
-        Self { ended: Some(runs), ..Self::default() }
-    }
-
     /// What lies where search and corrections, the lowest first, are kept from batch to batch, and the runs of the highest one by one.
     ///
     /// # Errors
@@ -52,7 +44,7 @@ impl SavedFit {
         let found = search.restore()?;
         let restored = |checkpoint: SearchCheckpoint| Ok((checkpoint.clone(), checkpoint.restore()?));
         let corrections = corrections.into_iter().map(restored).collect::<Result<_, CheckpointError>>()?;
-        Ok(Self { search: (Some(search), found), corrections, kept, ended: None })
+        Ok(Self { search: (Some(search), found), corrections, kept })
     }
 }
 
@@ -64,36 +56,6 @@ pub struct Made {
     pub joint: Joint,
     /// What makes the pairs of the corrections, the lowest first.
     pub rungs: Vec<Rung>,
-}
-
-impl Made {
-    /// A run of the search made again, its number counted from 0, at a point that is `aside` widths of the box from the stored one.
-    #[must_use]
-    pub fn searched_again(&self, number: usize, aside: f64) -> Option<(&Run, Run)> {
-        let stored = self.runs.search.iter().flatten().nth(number)?;
-        let again = self.joint.run(number as u64, &[beside(&stored.position, aside)]).pop()?;
-        Some((stored, again))
-    }
-
-    /// A pair of the correction on rung `rung` above the chain, from 0, made again, by its number from 0, `aside` as of
-    /// [`searched_again`](Self::searched_again).
-    #[must_use]
-    pub fn paired_again(&self, rung: usize, number: usize, aside: f64) -> Option<(&Pair, Pair)> {
-        let stored = self.runs.corrections.get(rung)?.iter().flatten().nth(number)?;
-        let first = self.runs.before(rung) + number;
-        let position = beside(&stored.upper.position, aside);
-        let again = self.rungs.get(rung)?.pairs(first as u64, &[position]).ok()?.pop()?;
-        Some((stored, again))
-    }
-}
-
-/// A point of the box `aside` widths of it along its first parameter, towards the middle.
-fn beside(position: &[f64], aside: f64) -> Vec<f64> {
-    let mut point = position.to_vec();
-    if let Some(first) = point.first_mut() {
-        *first += if *first > 0.5 { -aside } else { aside };
-    }
-    point
 }
 
 /// Times that a box is widened at most.
@@ -137,7 +99,6 @@ pub(super) fn climb(
             Refusal::Fit { path, candidate, source }
         }
     };
-    let other_runs = |found| Refusal::OtherRuns { candidate: candidate.name(), found };
     let (seed, budget) = (problem.seed, problem.evaluations);
     let started = Instant::now();
     let (checkpoint, mut search) = saved.search;
@@ -148,34 +109,20 @@ pub(super) fn climb(
     let (mut beyond, mut kept) = (false, None);
     let (joint, fit) = loop {
         let joint = joint(problem, &candidate, bodies, watch)?;
-        let fresh = || Search::new(&joint, budget, seed, problem.strategy);
+        let fresh = || Search::new(&joint, budget, seed);
         let wider = runs.narrow.len() + usize::from(kept.is_some());
-        let stored = saved.ended.as_ref().map(|stored| match stored.narrow.get(wider) {
-            Some(narrow) => narrow,
-            None if beyond && !stored.wide.is_empty() => &stored.wide,
-            None => &stored.search,
-        });
-        let made = match stored {
-            Some(stored) => {
-                let runs = stored.concat();
-                let found = runs.len();
-                fresh().ended_with(runs).ok_or_else(|| other_runs(found))?
-            }
-            None => {
-                let checkpoint = checkpoint.as_ref().map(|checkpoint| checkpoint.numbered(wider));
-                let found = match (&checkpoint, wider) {
-                    (_, 0) => search.take(),
-                    (Some(checkpoint), _) => checkpoint.restore().map_err(Refusal::Checkpoint)?,
-                    (None, _) => None,
-                };
-                if let (Some(found), Some(checkpoint)) = (&found, &checkpoint)
-                    && !found.may_follow(&fresh())
-                {
-                    return Err(Refusal::Checkpoint(checkpoint.impossible()));
-                }
-                searched(joint.clone(), found.unwrap_or_else(fresh), checkpoint).map_err(failed)?
-            }
+        let checkpoint = checkpoint.as_ref().map(|checkpoint| checkpoint.numbered(wider));
+        let found = match (&checkpoint, wider) {
+            (_, 0) => search.take(),
+            (Some(checkpoint), _) => checkpoint.restore().map_err(Refusal::Checkpoint)?,
+            (None, _) => None,
         };
+        if let (Some(found), Some(checkpoint)) = (&found, &checkpoint)
+            && !found.may_follow(&fresh())
+        {
+            return Err(Refusal::Checkpoint(checkpoint.impossible()));
+        }
+        let made = searched(joint.clone(), found.unwrap_or_else(fresh), checkpoint).map_err(failed)?;
         let batches = parted(&made.runs, &made.batches);
         let fit = answer(&joint, made);
         if let Some(narrow) = kept.take() {
@@ -244,13 +191,7 @@ pub(super) fn climb(
         {
             return Err(Refusal::Checkpoint(checkpoint.impossible()));
         }
-        let correction = match &saved.ended {
-            Some(stored) => {
-                let rounds = stored.corrections.get(number).cloned().unwrap_or_default();
-                fresh().ended_with(rounds).ok_or_else(|| other_runs(stored.len()))?
-            }
-            None => paired(rung, correction.unwrap_or_else(fresh), checkpoint).map_err(failed)?,
-        };
+        let correction = paired(rung, correction.unwrap_or_else(fresh), checkpoint).map_err(failed)?;
         fit = corrected(rung, fit, &correction).map_err(failed)?;
         made.runs.corrections.push(parted(&correction.pairs, &correction.rounds));
         corrections.push(correction);

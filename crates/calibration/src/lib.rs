@@ -10,7 +10,6 @@ pub mod candidate;
 pub mod checkpoint;
 pub mod comparison;
 pub mod correction;
-mod descent;
 pub mod diagnosis;
 pub mod discrepancy;
 pub mod drive;

@@ -193,7 +193,7 @@ pub enum ObservationError {
     /// Every sample is the same.
     #[error(
         "expected a signal, found {value:e} {} in every sample; check that the input was connected and that this \
-         is the right column (--column)", measurand.unit()
+         is the right column (--channel)", measurand.unit()
     )]
     Constant {
         /// What was recorded.
@@ -204,7 +204,7 @@ pub enum ObservationError {
     /// Noise hides the onset.
     #[error(
         "the noise of the record ({noise:.3e} {} rms) hides its onset: 6 σ exceeds a quarter of its peak \
-         ({peak:.3e} {}); average more shots, lower --bandwidth, or record longer if the answer had hardly come", measurand.unit(), measurand.unit()
+         ({peak:.3e} {}); average more shots, lower the bandwidth (--read bandwidth=…), or record longer if the answer had hardly come", measurand.unit(), measurand.unit()
     )]
     NoisyOnset {
         /// What was recorded.

@@ -26,7 +26,7 @@ use super::{
     plan::{Asked, Plan, ReadAs, RecordPlan},
     refusal::{Contradiction, Refusal},
     rung::Bodies,
-    search::{Search, Strategy},
+    search::Search,
     shot::{Shot, ShotPlan, Source, labels, refuse_twice},
     uncertainty::{StatedUncertainty, in_words},
 };
@@ -70,8 +70,6 @@ pub struct Problem {
     pub above: Vec<ModelKind>,
     /// Runs of the chain a candidate.
     pub evaluations: usize,
-    /// How the box is searched.
-    pub strategy: Strategy,
     /// Seed of everything drawn.
     pub seed: u64,
     /// Weights of features by name, which the comparisons have already.
@@ -230,7 +228,6 @@ impl Problem {
             candidates,
             above,
             evaluations: plan.evaluations.unwrap_or(tested),
-            strategy: Strategy::Likelihood,
             seed: plan.seed.unwrap_or(DEFAULT_SEED),
             weights: plan.weights.clone(),
             assumptions,
@@ -330,11 +327,10 @@ impl Problem {
         let drive = |shot: &Shot| shot.bench.drive.as_ref().map(|drive| drive.input.sha256.clone());
         let lead = self.lead();
         let mut text = format!(
-            "{} {} {} {:?} {} {:?} {:?} {:?} {:?}\n{}\n{:?}",
+            "{} {} {} {} {:?} {:?} {:?} {:?}\n{}\n{:?}",
             program(),
             self.seed,
             self.evaluations,
-            self.strategy,
             lead.measured.sha256(),
             drive(lead),
             lead.comparison.features,

@@ -279,25 +279,6 @@ pub enum Refusal {
         /// Why, candidate by candidate.
         reasons: String,
     },
-    /// Runs that make no whole fit.
-    #[error(
-        "fingerprints.csv: expected all runs of the {candidate}, found {found} that do not make a whole fit; verify with --whole, or calibrate again"
-    )]
-    OtherRuns {
-        /// Law and mount, in words.
-        candidate: String,
-        /// How many.
-        found: usize,
-    },
-    /// The finite element run at the answer failed.
-    #[error("--confirm fea: the finite element run at the answer failed")]
-    FeaRun(#[source] ModelError),
-    /// Its response has no features.
-    #[error("--confirm fea: the response at the answer cannot be measured: {reason}")]
-    FeaResponse {
-        /// Why.
-        reason: String,
-    },
     /// The state of a search cannot be taken up.
     #[error(transparent)]
     Checkpoint(#[from] super::checkpoint::CheckpointError),

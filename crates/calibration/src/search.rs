@@ -16,7 +16,6 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     comparison::Comparison,
-    descent,
     forward::Run,
     frame::Frame,
     joint::Joint,
@@ -45,18 +44,6 @@ const BLUR: f64 = 2e-3;
 /// Power on the likelihood from which stage 3 draws.
 const DRAW_POWER: f64 = 0.5;
 
-/// How the box is searched.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Strategy {
-    /// The search of this module.
-    Likelihood,
-    /// Scattered starts of argmin's Nelder–Mead on the plain misfit.
-    NelderMead,
-    /// argmin's particle swarm on the plain misfit.
-    ParticleSwarm,
-}
-
 /// The search with everything it has found: all that a checkpoint needs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Search {
@@ -66,7 +53,6 @@ pub struct Search {
     pub batches: Vec<usize>,
     batch: usize,
     seed: u64,
-    strategy: Strategy,
     dimension: usize,
     observed: Vec<f64>,
     nuggets: Vec<f64>,
@@ -81,7 +67,7 @@ pub struct Search {
 impl Search {
     /// A search of `budget` runs ([`Search::tested`]) for the record, or the records together, behind `problem`.
     #[must_use]
-    pub fn new(problem: impl Into<Joint>, budget: usize, seed: u64, strategy: Strategy) -> Self {
+    pub fn new(problem: impl Into<Joint>, budget: usize, seed: u64) -> Self {
         let joint = problem.into();
         let of_all = |values: fn(&Comparison) -> &Vec<f64>| {
             joint.records().iter().flat_map(|record| values(&record.comparison)).copied().collect()
@@ -99,7 +85,6 @@ impl Search {
             batches,
             batch: 0,
             seed,
-            strategy,
             dimension,
             observed: of_all(|comparison| &comparison.features),
             nuggets: of_all(|comparison| &comparison.nuggets),
@@ -138,13 +123,6 @@ impl Search {
         let cloud = Cloud::new(finished, &self.observed, &self.nuggets, &self.weights, neighbours(self.dimension));
         let (sensitivity, answers) = self.sensitivity.clone();
         framed(cloud.parted(&self.parts).tempered(self.power).scaled(sensitivity, answers), self.dimension)
-    }
-
-    /// The search as it stood after these runs, none of them made anew; `None` unless they are as many as it makes.
-    #[must_use]
-    pub(crate) fn ended_with(self, runs: Vec<Run>) -> Option<Self> {
-        let batch = self.batches.len();
-        (runs.len() == self.batches.iter().sum::<usize>()).then_some(Self { runs, batch, ..self })
     }
 
     /// Whether this, read back, may be what the search `fresh` became.
@@ -267,17 +245,8 @@ impl Solver<Joint, SearchState> for Search {
         state: SearchState,
     ) -> Result<(SearchState, Option<KV>), Error> {
         let first = self.runs.len() as u64;
-        let runs = match self.strategy {
-            Strategy::Likelihood => {
-                let positions = self.propose();
-                problem.bulk_problem("cost_count", positions.len(), |joint| Ok(joint.run(first, &positions)))?
-            }
-            strategy => {
-                let count = self.batches[self.batch];
-                let seed = self.seed.wrapping_add(self.batch as u64);
-                problem.bulk_problem("cost_count", count, |joint| descent::runs(joint, strategy, first, count, seed))?
-            }
-        };
+        let positions = self.propose();
+        let runs = problem.bulk_problem("cost_count", positions.len(), |joint| Ok(joint.run(first, &positions)))?;
         let done = first + runs.len() as u64;
         if !problem.problem("report_count", |joint| Ok(joint.first().report(done)))? {
             // What of the batch was not run has no outcome: it is made anew.

@@ -213,7 +213,7 @@ fn remedy(target: Target) -> &'static str {
              quiet samples of the horn tip before the burst."
         }
         Target::Bandwidth => {
-            "The decoder's data sheet states it (--bandwidth); or a record of a short pulse by the same vibrometer shows it."
+            "The decoder's data sheet states it (--read bandwidth=…); or a record of a short pulse by the same vibrometer shows it."
         }
         Target::HornMass => {
             "A record of the horn tip with the chain and one without tell it: what the chain's pulses take from the tip's motion."

@@ -22,7 +22,7 @@ pub fn arguments<A: Args>(flags: &[String]) -> PyResult<A> {
     Line::<A>::try_parse_from(flags).map(|line| line.arguments).map_err(|error| refused(&error))
 }
 
-/// A text in which flags are written as keywords: `--time-unit us` as `time_unit='us'`, `--invert` as `invert=True`.
+/// A text in which flags are written as keywords: `--unit mm/s` as `unit='mm/s'`, `--drive-read invert=true` as `drive_invert=True`.
 pub fn in_keywords(text: &str) -> String {
     let known =
         [calibrate::Arguments::augment_args(Command::new("")), inspect::Arguments::augment_args(Command::new(""))];
@@ -32,6 +32,10 @@ pub fn in_keywords(text: &str) -> String {
     for part in parts {
         let end = part.find(|c: char| !c.is_ascii_lowercase() && c != '-').unwrap_or(part.len());
         let (name, rest) = part.split_at(end);
+        if let Some(of) = ["read", "drive-read"].iter().position(|known| *known == name) {
+            written.push_str(&setting(["", "drive_"][of], rest));
+            continue;
+        }
         match find(name) {
             Some(argument) => written.push_str(&keyword(argument, rest)),
             None => {
@@ -41,6 +45,28 @@ pub fn in_keywords(text: &str) -> String {
         }
     }
     written
+}
+
+/// A key of a reading as a keyword, with what follows it: ` KEY=VALUE …`, ` 'KEY=VALUE' …`, ` KEY='VALUE' …` or a key alone.
+fn setting(prefix: &str, rest: &str) -> String {
+    let rest = rest.trim_start();
+    let (whole, behind) = match rest.strip_prefix('\'').and_then(|quoted| quoted.split_once('\'')) {
+        Some((whole, behind)) => (whole.to_owned(), behind),
+        None => {
+            let mut quoted = false;
+            let end = rest.find(|c: char| {
+                quoted ^= c == '\'';
+                !quoted && (c.is_whitespace() || ",;)".contains(c))
+            });
+            let (whole, behind) = rest.split_at(end.unwrap_or(rest.len()));
+            (whole.replace('\'', ""), behind)
+        }
+    };
+    match whole.split_once('=') {
+        Some((key, "true")) => format!("{prefix}{key}=True{behind}"),
+        Some((key, value)) => format!("{prefix}{key}='{value}'{behind}"),
+        None => format!("{prefix}{whole}{behind}"),
+    }
 }
 
 /// A flag's keyword, with what follows the flag.

@@ -215,7 +215,7 @@ pub(super) fn choose(
         columns[*time].override_unit(unit);
     }
     let value = match &options.column {
-        Some(wanted) => find(path, line, columns, wanted, "--column"),
+        Some(wanted) => find(path, line, columns, wanted, "--channel"),
         None => choose_value(path, line, columns, time.as_ref().ok().copied().flatten(), kind, options, stated),
     };
     if let (Some(unit), Ok(value)) = (&options.unit, &value) {
@@ -230,9 +230,9 @@ pub(super) fn choose(
     }
     let time_factor = match &time {
         Err(_) | Ok(None) => Ok(1.0),
-        Ok(Some(time)) => unit_of(path, line, &columns[*time], "time_s", "--time-unit").and_then(|unit| {
+        Ok(Some(time)) => unit_of(path, line, &columns[*time], "time_s", "--read time_unit=UNIT").and_then(|unit| {
             let of_time = unit.dimension == Dimension::TIME;
-            let wrong = || wrong(path, line, &columns[*time], unit, ("a time", kind), "--time-column");
+            let wrong = || wrong(path, line, &columns[*time], unit, ("a time", kind), "--read time_column=NAME");
             if of_time { Ok(unit.factor) } else { Err(wrong()) }
         }),
     };
@@ -283,13 +283,13 @@ pub(super) fn choose(
             return Err(MeasurementError::WrongSensitivity { place, kind, scale, found });
         }
         (_, RecordKind::HornTip) => {
-            return Err(wrong(path, line, column, value_unit, ("a displacement or a velocity", kind), "--column"));
+            return Err(wrong(path, line, column, value_unit, ("a displacement or a velocity", kind), "--channel"));
         }
         (_, RecordKind::Vibrometer) => {
-            return Err(wrong(path, line, column, value_unit, ("a velocity", kind), "--column"));
+            return Err(wrong(path, line, column, value_unit, ("a velocity", kind), "--channel"));
         }
         (_, RecordKind::Hydrophone) => {
-            return Err(wrong(path, line, column, value_unit, ("a pressure", kind), "--column"));
+            return Err(wrong(path, line, column, value_unit, ("a pressure", kind), "--channel"));
         }
     }
     Ok(Chosen { time, value, time_factor, value_unit, volts })
@@ -303,7 +303,7 @@ fn choose_time(
     timed: bool,
 ) -> Result<Option<usize>, MeasurementError> {
     if let Some(wanted) = &options.time_column {
-        return find(path, line, columns, wanted, "--time-column").map(Some);
+        return find(path, line, columns, wanted, "--read time_column=NAME").map(Some);
     }
     let by_unit = |column: &Column| column.dimension() == Some(Dimension::TIME);
     let by_name = |column: &Column| column.dimension().is_none() && column.is_named(&TIME_NAMES);
@@ -325,7 +325,7 @@ fn choose_time(
             Some(column) => MeasurementError::Spectrum { place: Place::cell(path, line, &column.header) },
             None => MeasurementError::NoTime { place: Place::line(path, line), columns: headers() },
         }),
-        _ => Err(ambiguous(path, line, columns, &found, "--time-column")),
+        _ => Err(ambiguous(path, line, columns, &found, "--read time_column=NAME")),
     }
 }
 
@@ -385,7 +385,7 @@ fn choose_value(
             kind,
             columns: columns.iter().map(|column| column.header.clone()).collect(),
         }),
-        ref several => Err(ambiguous(path, line, columns, several, "--column")),
+        ref several => Err(ambiguous(path, line, columns, several, "--channel")),
     }
 }
 

@@ -173,9 +173,9 @@ fn without_numbers<'a>(
         {
             return Err(MeasurementError::Delimiter {
                 place: Place::line(path, at),
-                expected: format!("values separated by {} (--delimiter)", delimiter.name()),
+                expected: format!("values separated by {} (delimiter)", delimiter.name()),
                 found: other.name(),
-                remedy: "leave --delimiter out, or name the right one",
+                remedy: "leave it out, or name the right one",
             });
         }
         return Ok(Dialect { delimiter, decimal });
@@ -245,6 +245,6 @@ mod tests {
             assert!(message.starts_with(expected), "{message}");
         }
         let wrong = ReadOptions { delimiter: Some(Delimiter::Tab), ..ReadOptions::default() };
-        assert!(detected("t;v\n0;1\n", &wrong).unwrap_err().contains("(--delimiter), found semicolons"));
+        assert!(detected("t;v\n0;1\n", &wrong).unwrap_err().contains("(delimiter), found semicolons"));
     }
 }

@@ -88,7 +88,7 @@ pub enum MeasurementError {
     /// A number that can be read in two ways.
     #[error(
         "{place}: expected a number that can be read in one way, found only such as `{found}`: a decimal or thousands set \
-         apart; pass --decimal {} if it is a decimal, else export without setting thousands apart",
+         apart; pass --read decimal={} if it is a decimal, else export without setting thousands apart",
         if *sign == DecimalSign::Comma { "comma" } else { "point" }
     )]
     AmbiguousNumber {
@@ -111,7 +111,7 @@ pub enum MeasurementError {
         found: String,
     },
     /// More columns than any instrument has channels.
-    #[error("{place}: expected at most {limit} columns, found {found}; check the delimiter (--delimiter)")]
+    #[error("{place}: expected at most {limit} columns, found {found}; check the delimiter (--read delimiter=…)")]
     TooManyColumns {
         /// Where.
         place: Place,
@@ -174,7 +174,7 @@ pub enum MeasurementError {
     },
     /// Several segments and no choice, or a choice that is not there.
     #[error(
-        "{place}: expected one segment to read, found {count}{}{}; choose one with --dataset 1…{count}",
+        "{place}: expected one segment to read, found {count}{}{}; choose one with --read dataset=1…{count}",
         size.map(|size| format!(" of {size} samples each")).unwrap_or_default(),
         wanted.map(|wanted| format!(" and no segment {wanted}")).unwrap_or_default()
     )]
@@ -188,8 +188,8 @@ pub enum MeasurementError {
         /// The one asked for.
         wanted: Option<usize>,
     },
-    /// `--dataset` for a file that holds one record.
-    #[error("{}: --dataset {wanted} names a function or a segment; the file is a plain table with one: leave --dataset out", path.display())]
+    /// `dataset` for a file that holds one record.
+    #[error("{}: dataset={wanted} names a function or a segment; the file is a plain table with one: leave it out", path.display())]
     NoDatasets {
         path: PathBuf,
         /// The number asked for.
@@ -217,8 +217,8 @@ pub enum MeasurementError {
         /// The unit as written.
         unit: String,
     },
-    /// `--range` of another quantity than the record's.
-    #[error("{}: expected a --range in the record's own quantity or, with --scale, in volts, found `{found}`", path.display())]
+    /// `range` of another quantity than the record's.
+    #[error("{}: expected a range in the record's own quantity or, with --scale, in volts, found `{found}`", path.display())]
     WrongRange {
         path: PathBuf,
         /// The range.
@@ -227,7 +227,7 @@ pub enum MeasurementError {
     /// The first row is no header.
     #[error(
         "{place}: expected a header that names the columns with their units, found `{found}`; add one such as \
-         `time_s,velocity_mm_per_s`, or pass both --time-unit and --unit"
+         `time_s,velocity_mm_per_s`, or pass both --read time_unit=UNIT and --unit UNIT"
     )]
     NoHeader {
         /// Where.
@@ -252,8 +252,8 @@ pub enum MeasurementError {
     },
     /// No column holds time.
     #[error(
-        "{place}: expected a column of time such as `time_s`, found the columns {}; rename one, or pass --time-column \
-         and --time-unit, or --sample-rate if there is no time in the file",
+        "{place}: expected a column of time such as `time_s`, found the columns {}; rename one, or pass --read time_column=NAME \
+         and --read time_unit=UNIT, or --sample-rate if there is no time in the file",
         listed(columns)
     )]
     NoTime {
@@ -264,7 +264,7 @@ pub enum MeasurementError {
     },
     /// No column holds what a record of this kind needs.
     #[error(
-        "{place}: a {} record needs {}; found the columns {}; rename one, or pass --column and --unit",
+        "{place}: a {} record needs {}; found the columns {}; rename one, or pass --channel and --unit",
         kind.name(), wanted(*kind), listed(columns)
     )]
     NoQuantity {
@@ -406,7 +406,7 @@ pub enum MeasurementError {
     #[error(
         "{place}: expected a number, found `{found}`{}",
         if *cut { "; the file ends in the middle of this line, so the transfer was cut short: copy it again, or delete the line" }
-        else if found.contains(',') { "; write decimal points, not commas, or pass --decimal comma" }
+        else if found.contains(',') { "; write decimal points, not commas, or pass --read decimal=comma" }
         else { "; correct the cell or delete the row" }
     )]
     NotANumber {
@@ -418,7 +418,7 @@ pub enum MeasurementError {
         cut: bool,
     },
     /// `n/a`, an empty cell, NaN.
-    #[error("{place}: expected a finite number, found `{found}`; drop the row or pass --missing interpolate")]
+    #[error("{place}: expected a finite number, found `{found}`; drop the row or pass --read missing=interpolate")]
     MissingValue {
         /// Which cell.
         place: Place,
@@ -465,7 +465,7 @@ pub enum MeasurementError {
     /// The samples are not evenly spaced.
     #[error(
         "{place}: expected evenly spaced samples, one every {expected:.6e} s within {:.0} % of that, found a step of \
-         {found:.6e} s; restore the rows that were lost, or pass --resample", 100.0 * tolerance
+         {found:.6e} s; restore the rows that were lost, or pass --read resample=true", 100.0 * tolerance
     )]
     Uneven {
         /// Where the step departs most.
@@ -492,10 +492,10 @@ pub enum MeasurementError {
         /// The longest that is interpolated across, in median steps.
         limit: f64,
     },
-    /// `--baseline pretrigger` without a pre-trigger.
+    /// `baseline=pretrigger` without a pre-trigger.
     #[error(
-        "{}: --baseline pretrigger needs at least {needed} quiet samples before the trigger, found {found}; pass \
-         --trigger with the instant of the trigger, or another --baseline", path.display()
+        "{}: baseline=pretrigger needs at least {needed} quiet samples before the trigger, found {found}; pass \
+         --read trigger=TIME with the instant of the trigger, or another baseline", path.display()
     )]
     NoPretrigger {
         path: PathBuf,
@@ -504,10 +504,10 @@ pub enum MeasurementError {
         /// Quiet samples found.
         found: usize,
     },
-    /// `--baseline plateau` without a plateau.
+    /// `baseline=plateau` without a plateau.
     #[error(
-        "{}: --baseline plateau needs a burst with at least {needed} drive periods above 0.8 of its peak, found \
-         {found}; pass --drive-frequency, or another --baseline", path.display()
+        "{}: baseline=plateau needs a burst with at least {needed} drive periods above 0.8 of its peak, found \
+         {found}; pass --drive-frequency, or another baseline", path.display()
     )]
     NoPlateau {
         path: PathBuf,
@@ -534,7 +534,7 @@ pub enum MeasurementError {
     /// The horn moves at another frequency than stated.
     #[error(
         "{}{line}: expected a strongest line at the drive frequency of {:.4} kHz ({place}), found it at {:.4} kHz; correct the frequency or the unit of \
-         time, or pass --force-frequency{}", path.display(), stated / 1e3, found / 1e3, subharmonic(*stated, *found)
+         time, or pass --read force_frequency=true{}", path.display(), stated / 1e3, found / 1e3, subharmonic(*stated, *found)
     )]
     FrequencyDisagrees {
         path: PathBuf,
@@ -562,8 +562,8 @@ pub enum MeasurementError {
     },
     /// Too much of a record shows no motion.
     #[error(
-        "{}: expected at most {:.0} % of the samples without a valid signal, found {:.1} % ({found}); record again, or pass --mask with the \
-         stretches to leave out, --mask none to use every sample", path.display(), 100.0 * allowed, 100.0 * share
+        "{}: expected at most {:.0} % of the samples without a valid signal, found {:.1} % ({found}); record again, or pass --read mask=FROM:TO,… with the \
+         stretches to leave out, --read mask=none to use every sample", path.display(), 100.0 * allowed, 100.0 * share
     )]
     Masked {
         path: PathBuf,

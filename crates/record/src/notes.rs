@@ -102,7 +102,7 @@ impl Notes {
             self.assume(format!("`{name}` in volts × {scale} ({from}); volts of the file × {}", volts.factor));
             if options.range.is_none() && scale.dimension() != Dimension::PRESSURE {
                 self.assume(
-                    "the decoder's full-scale value is not stated (--range): overload shows as flat peaks only".into(),
+                    "the decoder's full-scale value is not stated (range): overload shows as flat peaks only".into(),
                 );
             }
         }
@@ -112,7 +112,7 @@ impl Notes {
             self.assume(format!("{} rows without a value at the ends are left out", table.blank_ends));
         }
         if table.bridged > 0 {
-            self.assume(format!("{} missing cells bridged by straight lines (--missing interpolate)", table.bridged));
+            self.assume(format!("{} missing cells bridged by straight lines (missing=interpolate)", table.bridged));
         }
         if table.open_end {
             self.warn(
@@ -135,9 +135,9 @@ impl Notes {
         if form.dialect != Dialect::default() {
             let told = match (options.delimiter, options.decimal) {
                 (None, None) => "told from the first rows",
-                (Some(_), None) => "--delimiter, and the first rows",
-                (None, Some(_)) => "the first rows, and --decimal",
-                (Some(_), Some(_)) => "--delimiter, --decimal",
+                (Some(_), None) => "delimiter, and the first rows",
+                (None, Some(_)) => "the first rows, and decimal",
+                (Some(_), Some(_)) => "delimiter, decimal",
             };
             let separated = if form.blanks { "blanks" } else { delimiter.name() };
             self.assume(format!("cells separated by {separated}, {} ({told})", decimal.name()));
@@ -155,7 +155,7 @@ impl Notes {
             self.assumptions.extend(preamble.assumptions.iter().cloned());
         }
         if let Some((segment, of)) = form.segment {
-            self.assume(format!("segment {segment} of {of} (--dataset)"));
+            self.assume(format!("segment {segment} of {of} (dataset)"));
         }
         if form.header_line.is_none() && form.preamble.as_ref().is_none_or(|preamble| preamble.header.is_none()) {
             self.assume("no header: columns known by number, units by flags".into());
@@ -174,7 +174,7 @@ impl Notes {
         if let Some((shortest, longest)) = sampled.resampled {
             self.assume(format!(
                 "uneven samples, {shortest:.4e} s to {longest:.4e} s apart, interpolated by a cubic spline onto one every \
-                 {step:.4e} s (--resample)"
+                 {step:.4e} s (resample)"
             ));
         }
     }
@@ -204,7 +204,7 @@ impl Notes {
         } else if share < NEAR_NOTHING {
             self.warn(format!("{said}: the resolution of the decoder may show; record with a smaller range"));
         } else {
-            self.assume(format!("{said} (--range)"));
+            self.assume(format!("{said} (range)"));
         }
         Ok(())
     }
@@ -342,11 +342,11 @@ impl Notes {
         }
         let text = mask::in_words(masked);
         if masked.iter().all(|masked| masked.reason == MaskReason::Stated) {
-            self.assume(format!("masked: {text} (--mask)"));
+            self.assume(format!("masked: {text} (mask)"));
         } else {
             self.warn(format!(
-                "masked, as no motion looks like it: {text}; bridged here and in every simulated run alike; to use these samples pass --mask none, \
-                 to choose others --mask FROM:TO,…"
+                "masked, as no motion looks like it: {text}; bridged here and in every simulated run alike; to use these samples pass --read mask=none, \
+                 to choose others --read mask=FROM:TO,…"
             ));
         }
     }

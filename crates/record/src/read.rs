@@ -155,7 +155,7 @@ pub fn read_record_bytes(
 
     // The trigger.
     let trigger = match (options.trigger, said.trigger, said.pretrigger) {
-        (Some(flag), ..) => notes.take("t = 0 is the trigger at", flag, "--trigger"),
+        (Some(flag), ..) => notes.take("t = 0 is the trigger at", flag, "trigger"),
         (None, Some(header), _) => notes.take("t = 0 is the trigger at", header, "the header"),
         // An axis that has negative times already counts from the trigger.
         (None, None, Some(before)) if start >= 0.0 => {
@@ -167,7 +167,7 @@ pub fn read_record_bytes(
         }
     };
     let delay = match (options.delay, said.delay) {
-        (Some(flag), _) => notes.take("decoder delay removed:", flag, "--delay"),
+        (Some(flag), _) => notes.take("decoder delay removed:", flag, "delay"),
         (None, Some(header)) => notes.take("decoder delay removed:", header, "the header"),
         (None, None) => {
             notes.assume("decoder delay: none stated, taken as 0".into());
@@ -179,16 +179,16 @@ pub fn read_record_bytes(
     let averages = options.averages.or(said.averages).or(of_instrument.flatten()).unwrap_or(1).max(1);
     if of_instrument == Some(None) && averages == 1 && options.averages.is_none() {
         notes.warn(
-            "the instrument says that the record is an average, not of how many shots: state it with --averages N"
+            "the instrument says that the record is an average, not of how many shots: state it with --read averages=N"
                 .into(),
         );
     }
     if averages > 1 {
-        let from = if options.averages.is_some() { "--averages" } else { "the header" };
+        let from = if options.averages.is_some() { "averages" } else { "the header" };
         notes.assume(format!("the mean of {averages} shots ({from}): compared with means of as many runs"));
     }
     match (options.bandwidth, said.bandwidth) {
-        (Some(flag), _) => notes.assume(format!("decoder bandwidth {} (--bandwidth)", hertz(flag))),
+        (Some(flag), _) => notes.assume(format!("decoder bandwidth {} (--read bandwidth=…)", hertz(flag))),
         (None, Some(header)) => notes.assume(format!("decoder bandwidth {} (the header)", hertz(header))),
         (None, None) => notes.assume("decoder bandwidth: none stated, taken as beyond half the sample rate".into()),
     }
@@ -217,7 +217,7 @@ pub fn read_record_bytes(
     if before_trigger >= FEWEST_QUIET && pretrigger == 0 {
         notes.warn(format!(
             "the {before_trigger} samples before the trigger are not quiet, so they give neither baseline nor noise; check \
-             the instant of the trigger (--trigger)"
+             the instant of the trigger (--read trigger=TIME)"
         ));
     } else if before_trigger == 0 && pretrigger > 0 {
         notes.assume(format!("no samples before the trigger; the first {pretrigger} are quiet and are taken as such"));
@@ -243,7 +243,7 @@ pub fn read_record_bytes(
             0.0
         }
         Baseline::Pretrigger if pretrigger >= FEWEST_QUIET => {
-            notes.assume(format!("baseline: mean of {pretrigger} quiet samples at the start (--baseline pretrigger)"));
+            notes.assume(format!("baseline: mean of {pretrigger} quiet samples at the start (baseline=pretrigger)"));
             baseline_error = standard_error(pretrigger as f64);
             quiet_mean
         }
@@ -251,7 +251,7 @@ pub fn read_record_bytes(
             return Err(MeasurementError::NoPretrigger { path: path.into(), needed: FEWEST_QUIET, found: pretrigger });
         }
         Baseline::Mean => {
-            notes.assume("baseline: mean of the whole record (--baseline mean)".into());
+            notes.assume("baseline: mean of the whole record (baseline=mean)".into());
             mean_and_rms(&raw.values).0
         }
         Baseline::Plateau => match plateau_mean(&raw, frequency()?) {
@@ -265,7 +265,7 @@ pub fn read_record_bytes(
             }
         },
         Baseline::None => {
-            notes.assume("baseline: none removed (--baseline none)".into());
+            notes.assume("baseline: none removed (baseline=none)".into());
             0.0
         }
     };
@@ -277,7 +277,7 @@ pub fn read_record_bytes(
         RecordKind::HornTip | RecordKind::Vibrometer => "from piston to support",
     };
     notes.assume(if options.invert {
-        format!("sign turned (--invert): the file's negative is positive, {positive}")
+        format!("sign turned (invert): the file's negative is positive, {positive}")
     } else {
         format!("sign as in the file: positive {positive}")
     });

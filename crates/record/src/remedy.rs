@@ -64,8 +64,16 @@ pub(super) fn by_name_or_number(flag: &str, candidates: &[String], numbers: &[us
     if !share_a_name(candidates) {
         return format!("with {flag}");
     }
-    let numbers: Vec<String> = numbers.iter().map(|number| format!("{flag} {number}")).collect();
+    let numbers: Vec<String> = numbers.iter().map(|number| with_value(flag, &number.to_string())).collect();
     format!("by its number, for they share a name: {}", numbers.join(" or "))
+}
+
+/// A flag as it is typed with a value; `--read KEY=NAME` has its value behind the key.
+fn with_value(flag: &str, value: &str) -> String {
+    match flag.strip_prefix("--read ").and_then(|setting| setting.strip_suffix("NAME")) {
+        Some(key) => format!("--read {}", shell_word(&format!("{key}{value}"))),
+        None => format!("{flag} {}", shell_word(value)),
+    }
 }
 
 pub(super) fn times(announced: usize, found: usize) -> String {
@@ -91,9 +99,9 @@ impl MeasurementError {
                 // What has no unit may be anything, also a time or a counter: then nothing is proposed.
                 let known = Column::from_header(candidates.first()?).unit.is_some_and(|unit| unit.is_ok());
                 match (known, share_a_name(candidates)) {
-                    (false, _) => format!("{flag} NAME"),
-                    (true, true) => format!("{flag} {}", numbers.first()?),
-                    (true, false) => format!("{flag} {}", shell_word(candidates.first()?)),
+                    (false, _) => with_value(flag, "NAME"),
+                    (true, true) => with_value(flag, &numbers.first()?.to_string()),
+                    (true, false) => with_value(flag, candidates.first()?),
                 }
             }
             Self::Volts { kind, .. } => match kind {
@@ -102,9 +110,9 @@ impl MeasurementError {
                 RecordKind::Hydrophone => "--scale '<VALUE> mV/MPa'".into(),
             },
             Self::NoTime { .. } => "--sample-rate RATE".into(),
-            Self::NoUnit { flag: "--time-unit", .. } => "--time-unit UNIT".into(),
+            Self::NoUnit { flag: "--read time_unit=UNIT", .. } => "--read time_unit=UNIT".into(),
             Self::NoUnit { flag: "--unit", .. } => "--unit UNIT".into(),
-            Self::NoHeader { .. } => "--time-unit UNIT --unit UNIT".into(),
+            Self::NoHeader { .. } => "--read time_unit=UNIT --unit UNIT".into(),
             _ => return None,
         })
     }

@@ -32,7 +32,7 @@ pub enum SensitivityError {
         found: String,
     },
     /// Zero or below.
-    #[error("expected a sensitivity above zero, found `{found}`; --invert turns the sign")]
+    #[error("expected a sensitivity above zero, found `{found}`; invert=true turns the sign")]
     NotPositive {
         /// The text.
         found: String,

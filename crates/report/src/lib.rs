@@ -4,31 +4,16 @@
 //! replay, a sweep, a set of twins or a static contact deserves. Nothing here computes physics and nothing here touches the file system: a
 //! report is a list of relative paths and bytes.
 
-pub mod accuracy;
-pub mod animation;
 pub mod calibration;
-pub mod chain_length;
-pub mod contact;
-pub mod convergence;
-pub mod dissipation;
-pub mod effects;
 pub mod figure;
 pub mod heard;
 pub mod interface;
-pub mod laboratory;
 pub mod mesh;
 pub mod motion;
 pub mod page;
-pub mod paper;
-pub mod precompression;
 pub mod pressure;
 pub mod replay;
 pub mod spectrum;
-pub mod stress;
 pub mod sweep;
-mod trend;
-pub mod twins;
-pub mod von_mises;
-pub mod water;
 
 pub use granchain_signal::number;

@@ -114,7 +114,7 @@ pub fn sweep_figure(report: &SweepReport) -> Figure {
 }
 
 /// The text with its first letter in upper case, as on an axis.
-pub(crate) fn capitalised(text: &str) -> String {
+pub fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
 }

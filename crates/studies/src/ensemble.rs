@@ -51,7 +51,7 @@ impl EnsemblePlan {
 
     /// Factors on the drive: the scene's own, then those of the sensitivity.
     #[must_use]
-    pub(crate) fn levels(&self) -> [f64; 3] {
+    pub fn levels(&self) -> [f64; 3] {
         [1.0, 1.0 + self.drive_change, 1.0 - self.drive_change]
     }
 

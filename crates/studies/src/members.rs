@@ -116,7 +116,7 @@ pub fn run<T: Send>(
 /// The scene with a variation written into it.
 ///
 /// Models that know only scenes take no negative gap: an offset that would close a gap further opens it by as much instead.
-pub(super) fn varied(scene: &Scene, variation: &Variation) -> Scene {
+pub fn varied(scene: &Scene, variation: &Variation) -> Scene {
     variation.written_over(scene, f64::abs)
 }
 

@@ -26,10 +26,10 @@ pub const LINEAR: Peaks = Peaks { positive_m_per_s: 0.296, negative_m_per_s: -0.
 pub const KUWABARA_KONO: Peaks = Peaks { positive_m_per_s: 0.214, negative_m_per_s: -0.071 };
 
 /// The amplitude scales that the paper ran: first, last, step.
-pub(crate) const SWEPT_ALPHAS: (f64, f64, f64) = (0.3, 1.5, 0.05);
+pub const SWEPT_ALPHAS: (f64, f64, f64) = (0.3, 1.5, 0.05);
 
 /// Half of the last printed digit of a peak velocity, m/s.
-pub(crate) const PEAK_HALF_DIGIT: f64 = 0.0005;
+pub const PEAK_HALF_DIGIT: f64 = 0.0005;
 
 /// What a statement is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

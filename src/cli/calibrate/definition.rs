@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Arguments, FeatureChoice, QuantityChoice, SearchChoice};
+use super::{Arguments, FeatureChoice, QuantityChoice};
 use crate::{
     calibration::{
         bench::Bench,
@@ -10,7 +10,6 @@ use crate::{
         plan::{Asked, Bounds, NamedBy, Number, Plan, ReadAs, RecordPlan},
         problem::Problem,
         refusal::Refusal,
-        search::Strategy,
         shot::{ShotPlan, Source},
     },
     cli::{
@@ -54,11 +53,6 @@ pub fn problem(arguments: &Arguments, in_memory: &InMemory) -> anyhow::Result<(P
         plan.fit = Some(fitted);
     }
     let mut problem = Problem::of(&plan, shots).map_err(refused)?;
-    problem.strategy = match arguments.search {
-        SearchChoice::Likelihood => Strategy::Likelihood,
-        SearchChoice::NelderMead => Strategy::NelderMead,
-        SearchChoice::ParticleSwarm => Strategy::ParticleSwarm,
-    };
     assumptions.append(&mut problem.assumptions);
     Ok((
         Problem { assumptions, ..problem },
@@ -130,15 +124,16 @@ fn records(
     assumptions: &mut Vec<String>,
 ) -> anyhow::Result<Vec<ShotPlan>> {
     let (named, usual) = (named(arguments, plan)?, plan.usual_scene());
-    if !arguments.input.is_empty() && arguments.input.len() != named.len() {
+    let drives = &arguments.scene.drive;
+    if drives.len() > 1 && drives.len() != named.len() {
         return Err(usage(format!(
-            "--input: expected a horn-tip record for each of the records, found {} for {}; name them in the order of --measured, or one for all \
-             with --drive",
-            arguments.input.len(),
-            named.len()
+            "--drive: expected one horn-tip record for all, or one for each of the {} records in their order, found {}",
+            named.len(),
+            drives.len()
         )));
     }
-    let own_sets = own_sets(&arguments.record_set, named.len())?;
+    // `--drive none`: the scene's own drive, whatever lies beside the record.
+    let own_drive = drives.first().is_some_and(|drive| drive.as_os_str() == "none");
     if arguments.scene.scene.is_none() && plan.scene.is_none() && named.iter().any(|record| record.scene.is_none()) {
         assumptions.push(format!("scene `{usual}`; name another with --scene"));
     }
@@ -148,18 +143,20 @@ fn records(
         let mut scene = arguments.scene.clone();
         let named_scene = record.scene.clone().or_else(|| plan.scene.clone());
         scene.scene = scene.scene.or_else(|| Some(named_scene.unwrap_or_else(|| usual.into())));
-        let of_record = own_sets.iter().filter(|(of, _)| *of == number).map(|(_, set)| set.clone());
-        scene.set = plan.set.iter().chain(&record.set).cloned().chain(scene.set).chain(of_record).collect();
+        scene.set = plan.set.iter().chain(&record.set).cloned().chain(scene.set).collect();
         let asked = Asked {
             measured: arguments.reading.options(None),
-            drive: arguments.drive_reading.options(arguments.scene.drive_frequency, arguments.reading.force_frequency),
-            drive_file: arguments.input.get(number).cloned().or(scene.drive.take()),
+            drive: ReadOptions {
+                force_frequency: arguments.forces_frequency(),
+                ..arguments.drive_reading.options(arguments.scene.drive_frequency)
+            },
+            drive_file: drives.get(number).or(drives.first()).filter(|_| !own_drive).cloned(),
         };
         let ReadAs { measured, drive } = plan.read_as(&record, asked)?;
-        let drive = drive.filter(|_| !arguments.scene_drive);
+        let drive = drive.filter(|_| !own_drive);
         let beside = if several { format!("beside {}", record.measured.display()) } else { "beside the record".into() };
         match &drive {
-            _ if arguments.scene_drive => {}
+            _ if own_drive => {}
             Some((.., NamedBy::Flag)) => {}
             Some((drive, _, NamedBy::Plan)) => {
                 assumptions.push(format!("drive {}, named in the plan", drive.display()));
@@ -173,7 +170,7 @@ fn records(
             None => assumptions.push(format!("the scene's own drive: no {BESIDE} lies {beside}")),
         }
         let (drive, drive_options) = drive.map_or_else(Default::default, |(file, how, _)| (Some(file), how));
-        scene.drive = drive;
+        scene.drive = drive.into_iter().collect();
         let origin = arguments.plan.clone().filter(|_| record.line > 0).map(|plan| (plan, record.line));
         let source = Source::File(record.measured, Box::new(measured));
         records.push((source, scene, drive_options, origin));
@@ -197,10 +194,11 @@ impl InMemory {
         options: &ReadOptions,
         several: bool,
     ) -> anyhow::Result<Bench> {
-        let Some((path, bytes)) = scene.drive.clone().zip(self.drives.get(number).and_then(Option::as_deref)) else {
+        let Some((path, bytes)) = scene.drive.first().cloned().zip(self.drives.get(number).and_then(Option::as_deref))
+        else {
             return experiment::for_fit(&scene, options, several);
         };
-        scene.drive = None;
+        scene.drive.clear();
         let mut bench = experiment::for_fit(&scene, options, several)?;
         let drive = RecordedDrive::of_bytes_at_plateau(&path, bytes, options).map_err(DriveUnread)?;
         bench.assumptions.extend(drive.assumptions.iter().cloned());
@@ -233,34 +231,4 @@ fn named(arguments: &Arguments, plan: &Plan) -> anyhow::Result<Vec<RecordPlan>> 
         return plan.records().map_err(|error| usage(error.to_string()));
     }
     Ok(arguments.measured.iter().map(of).collect())
-}
-
-/// `N:KEY=VALUE`: number from 0 and override.
-fn own_sets(texts: &[String], count: usize) -> anyhow::Result<Vec<(usize, String)>> {
-    let parsed = texts.iter().map(|text| {
-        let (number, set) = text.split_once(':')?;
-        let number: usize = number.trim().parse().ok()?;
-        ((1..=count).contains(&number) && set.contains('=')).then(|| (number - 1, set.trim().to_owned()))
-    });
-    match parsed.clone().position(|parsed| parsed.is_none()) {
-        None => Ok(parsed.flatten().collect()),
-        Some(index) => Err(usage(format!(
-            "--record-set {}: expected N:KEY=VALUE with N from 1 to {count}, such as 2:chain.beads=7",
-            texts[index]
-        ))),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn overrides_of_one_record_are_numbered_from_one() {
-        let sets = own_sets(&["2:chain.beads=7".into()], 2).unwrap();
-        assert_eq!(sets, [(1, "chain.beads=7".to_owned())]);
-        for wrong in ["chain.beads=7", "3:chain.beads=7", "0:a=1", "1:beads"] {
-            assert!(own_sets(&[wrong.into()], 2).is_err(), "{wrong}");
-        }
-    }
 }

@@ -1,8 +1,8 @@
-//! From a fit to everything that a calibration leaves behind: what `calibrate` writes, and what `report verify` holds a folder against.
+//! From a fit to everything that a calibration leaves behind: what `calibrate` writes, and what `verify` compares a folder with.
 
 use std::sync::Arc;
 
-use super::{ConfirmChoice, Job, alpha_sweep::AlphaSweep, ended, manifest, page};
+use super::{Job, alpha_sweep::AlphaSweep, ended, manifest, page};
 use crate::{
     calibration::{Course, Fitted, fingerprints, ladder::SavedFit, outcome::CalibrationOutcome},
     cli::{arguments::Session, forecast::Forecast, interrupt, progress, summary, timing::Timing},
@@ -79,7 +79,7 @@ impl Files {
     /// Run the answer with the accurate integrator, hold it against the records, and make every file.
     ///
     /// # Errors
-    /// When it is to stop; a run of `--confirm` that fails; a report that cannot be drawn.
+    /// When it is to stop; a report that cannot be drawn.
     pub fn of(job: &Job, fitted: &Fitted, session: &Session, timing: &mut Timing, stop: &Stop) -> anyhow::Result<Self> {
         stop.check()?;
         let problem = &job.problem;
@@ -92,12 +92,8 @@ impl Files {
         );
         stop.check()?;
         timing.stage("confirm");
-        let fea = job.confirm.map(|ConfirmChoice::Fea| by_fea(fitted, session, stop)).transpose()?;
-        if fea.is_some() {
-            timing.stage("fea");
-        }
         let mut outcome = CalibrationOutcome { program: job.program.clone(), ..confirmed.outcome(problem, fitted) };
-        outcome.best.rungs = fitted.best().rungs(problem, fea.as_deref());
+        outcome.best.rungs = fitted.best().rungs(problem);
         outcome.laws[0].rungs.clone_from(&outcome.best.rungs);
         let report = page::report(job, fitted, (&confirmed, &alpha_sweep), &outcome);
         let mut files: report::page::Files = vec![("calibration.json".into(), summary::json(&outcome)?)];
@@ -108,16 +104,4 @@ impl Files {
         timing.stage("report");
         Ok(Self { outcome, files })
     }
-}
-
-/// Features of one finite element run at the answer.
-fn by_fea(fitted: &Fitted, session: &Session, stop: &Stop) -> anyhow::Result<Vec<f64>> {
-    let bar = progress::simulated_time(session, "fea");
-    let features = fitted.best().by_fea(&mut |time, duration| {
-        progress::advance_to(&bar, time, duration);
-        !stop.stop()
-    });
-    bar.finish_and_clear();
-    stop.check()?;
-    Ok(features?)
 }

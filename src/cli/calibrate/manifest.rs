@@ -1,4 +1,4 @@
-//! What went into a calibration and what came out: `manifest.json`, from which `granchain report verify` begins.
+//! What went into a calibration and what came out: `manifest.json`, from which `granchain verify` begins.
 
 use std::{collections::BTreeMap, path::PathBuf};
 

@@ -27,11 +27,8 @@ use crate::{
         seal::{sealed, unsealed},
         sha256,
     },
-    model::fea::{Control, Cut, Frames, Peak, PeakStress, Simulation, Snapshot, control::Complementarity},
-    report::{
-        animation::{MOST_FRAMES, Raster},
-        number::engineering,
-    },
+    model::fea::{Control, Cut, Frames, Simulation, Snapshot, control::Complementarity},
+    report::number::engineering,
     response::{Response, write_pvd, write_vtu},
     scene::{ModelKind, Scene, Support},
 };
@@ -42,9 +39,6 @@ pub struct AnalysisArguments {
     /// With --model fea: write displacement, velocity and stress of all bodies at this interval, such as 5us, for ParaView
     #[arg(long, value_name = "INTERVAL", value_parser = positive_time, requires = "out", help_heading = "Finite elements")]
     pub fields: Option<f64>,
-    /// With --fields: also write those instants as animation.svg, the von Mises stress of the whole chain, for a browser
-    #[arg(long, requires = "fields", help_heading = "Finite elements")]
-    pub animation: bool,
     /// With --model fea: save the state at this interval of simulated time, such as 50us; Ctrl-C saves it in any case
     #[arg(long, value_name = "INTERVAL", value_parser = positive_time, requires = "out", help_heading = "Finite elements")]
     pub checkpoint: Option<f64>,
@@ -61,8 +55,6 @@ const PLAN: &str = "plan.json";
 const CHECKPOINT: &str = "checkpoint.json";
 /// Folder of the frames, in the state and in the results.
 const FIELDS: &str = "fields";
-/// The frames as an animation.
-const ANIMATION: &str = "animation.svg";
 /// List of the frames, for ParaView.
 const SERIES: &str = "fields.pvd";
 
@@ -97,8 +89,6 @@ pub struct Finished {
     pub response: Response,
     /// For `summary.json`.
     pub summary: AnalysisSummary,
-    /// The stress at the instant of the largest contact force, where results are written.
-    pub peak: Option<PeakStress>,
     /// What a person should read.
     pub warnings: Vec<String>,
     /// Stage and seconds, for `timing.json`.
@@ -125,7 +115,6 @@ pub fn refuse_idle(flags: &AnalysisArguments, scene: &Scene) -> anyhow::Result<(
 #[derive(Serialize, Deserialize)]
 struct Checkpoint {
     simulation: Snapshot,
-    peak: Peak,
     frames: BTreeMap<String, String>,
 }
 
@@ -138,17 +127,13 @@ pub struct Analysis<'a> {
     identity: String,
     simulation: Simulation<'static>,
     frames: Frames,
-    /// SHA-256 of the frames written, and of their pictures, by name.
+    /// SHA-256 of the frames written, by name.
     written: BTreeMap<String, String>,
-    /// Followed where results are written.
-    peak: Peak,
     /// Steps a frame and steps a saved state.
     frame: Option<usize>,
     save: Option<usize>,
     /// Interval of the frames, s, as given.
     interval: f64,
-    /// Where frames are drawn too.
-    raster: Option<Raster>,
 }
 
 impl<'a> Analysis<'a> {
@@ -166,18 +151,10 @@ impl<'a> Analysis<'a> {
         let frame = flags.fields.map(|interval| whole_steps("--fields", interval, step)).transpose()?;
         let save = flags.checkpoint.map(|interval| whole_steps("--checkpoint", interval, step)).transpose()?;
         let meshes = scene.mesh_files().into_iter().map(Input::digest).collect::<Result<Vec<_>, _>>()?;
-        if let Some(steps) = frame.filter(|_| flags.animation) {
-            let count = (scene.duration / step).round() as usize / steps + 1;
-            if count > MOST_FRAMES {
-                return Err(usage(format!(
-                    "--animation: expected at most {MOST_FRAMES} frames, found {count}; give --fields a longer interval"
-                )));
-            }
-        }
-        let plan = plan_of(scene, &meshes, frame, flags.animation)?;
+        let plan = plan_of(scene, &meshes, frame)?;
         let identity = sha256(&plan);
         let mut simulation = Simulation::new(scene, Control::default())?;
-        let (mut peak, mut written) = (Peak::default(), BTreeMap::new());
+        let mut written = BTreeMap::new();
         if let Some(folder) = folder {
             let place = folder.state_path().join(PLAN);
             if is_saved(folder) {
@@ -189,13 +166,7 @@ impl<'a> Analysis<'a> {
                 let saved: Checkpoint =
                     serde_json::from_slice(unsealed(&bytes).with_context(of_ours)?).with_context(of_ours)?;
                 simulation.restore(saved.simulation, &identity)?;
-                if !saved.peak.fits(simulation.arrangement()) {
-                    bail!(
-                        "{}: its largest contact force is of no contact of the scene; start over with --force",
-                        state.display()
-                    );
-                }
-                (peak, written) = (saved.peak, saved.frames);
+                written = saved.frames;
                 session.note(format_args!("resumed at {}", engineering(simulation.time(), "s", 4)));
             } else {
                 if flags.resume {
@@ -207,11 +178,9 @@ impl<'a> Analysis<'a> {
             }
         }
         let frames = Frames::new(simulation.arrangement());
-        let raster = flags.animation.then(|| Raster::new(&frames.field(&simulation)));
         let analysis = Self {
             frames,
             written,
-            peak,
             scene,
             session,
             folder,
@@ -221,7 +190,6 @@ impl<'a> Analysis<'a> {
             frame,
             save,
             interval: flags.fields.unwrap_or(0.0),
-            raster,
         };
         analysis.check_frames()?;
         Ok(analysis)
@@ -238,12 +206,10 @@ impl<'a> Analysis<'a> {
         outcome?;
         let response = self.simulation.response();
         crate::model::check_energy(&response.energy)?;
-        self.animate()?;
         let mut warnings = self.simulation.warnings();
         warnings.extend(response.energy.warning());
         let stages = self.simulation.profile().stages();
         Ok(Finished {
-            peak: self.folder.and_then(|_| self.peak.stress(self.simulation.arrangement())),
             summary: self.summary(),
             warnings,
             stages: stages.iter().map(|(name, time)| (*name, time.as_secs_f64())).collect(),
@@ -254,7 +220,6 @@ impl<'a> Analysis<'a> {
     fn advance(&mut self, bar: &indicatif::ProgressBar) -> anyhow::Result<()> {
         let start = self.taken();
         if start == 0 {
-            self.follow();
             self.write_frame()?;
         }
         let forecast = Forecast::new(self.session, "the run");
@@ -265,7 +230,6 @@ impl<'a> Analysis<'a> {
             }
             self.simulation.advance()?;
             let taken = self.taken();
-            self.follow();
             for cut in &self.simulation.cuts()[said..] {
                 bar.suspend(|| self.session.note(cut_note(cut)));
             }
@@ -281,27 +245,6 @@ impl<'a> Analysis<'a> {
         }
         // What is stopped from here on has only to be written again; water is in no saved state.
         if matches!(self.scene.support, Support::Disc { .. }) { Ok(()) } else { self.save() }
-    }
-
-    /// Join the pictures of all frames into one animation; they go with the state.
-    fn animate(&self) -> anyhow::Result<()> {
-        let (Some(raster), Some(steps), Some(folder)) = (&self.raster, self.frame, self.frames_folder()) else {
-            return Ok(());
-        };
-        let names: Vec<PathBuf> = (0..=self.taken() / steps).map(|number| folder.join(picture_name(number))).collect();
-        let mut frames = Vec::with_capacity(names.len());
-        for (number, path) in names.iter().enumerate() {
-            let picture = read_back(path, LARGE).with_context(|| format!("{}: cannot be read", path.display()))?;
-            frames.push((number as f64 * self.interval, picture));
-        }
-        Ok(write_atomically(&folder.join(ANIMATION), raster.svg(&frames).as_bytes())?)
-    }
-
-    /// Keep what the figure of the stress needs, where it will be drawn.
-    fn follow(&mut self) {
-        if self.folder.is_some() {
-            self.peak.follow(&self.simulation);
-        }
     }
 
     /// Nominal steps taken.
@@ -320,11 +263,7 @@ impl<'a> Analysis<'a> {
 
     fn save(&self) -> anyhow::Result<()> {
         let Some(folder) = self.folder else { return Ok(()) };
-        let saved = Checkpoint {
-            simulation: self.simulation.snapshot(&self.identity),
-            peak: self.peak.clone(),
-            frames: self.written.clone(),
-        };
+        let saved = Checkpoint { simulation: self.simulation.snapshot(&self.identity), frames: self.written.clone() };
         let saved = serde_json::to_vec(&saved).context("the state of the analysis cannot be written")?;
         Ok(write_atomically(&folder.state_path().join(CHECKPOINT), &sealed(&saved))?)
     }
@@ -395,12 +334,9 @@ impl Analysis<'_> {
                 frames as f64 * megabytes
             ));
         }
-        let picture = self.raster.as_ref().map(|raster| raster.png(&field)).transpose()?;
-        let picture = picture.map(|picture| (picture_name(number), picture));
-        for (name, bytes) in picture.into_iter().chain([(frame_name(number), bytes)]) {
-            write_atomically(&folder.join(&name), &bytes)?;
-            self.written.insert(name, sha256(&bytes));
-        }
+        let name = frame_name(number);
+        write_atomically(&folder.join(&name), &bytes)?;
+        self.written.insert(name, sha256(&bytes));
         self.write_series(&folder, number)
     }
 
@@ -414,15 +350,14 @@ impl Analysis<'_> {
     }
 }
 
-/// Take the frames into the results, with their list and the animation; all of them stay in the state until the results stand.
+/// Take the frames and their list into the results; all of them stay in the state until the results stand.
 ///
 /// # Errors
 /// When the file system refuses, or one is missing.
 pub fn take_frames(folder: &OutputFolder, analysis: Option<&AnalysisSummary>) -> anyhow::Result<()> {
     let Some(frames) = analysis.and_then(|analysis| analysis.field_frames) else { return Ok(()) };
     let fields = folder.state_path().join(FIELDS);
-    let animation = fields.join(ANIMATION).exists().then(|| ANIMATION.to_owned());
-    for name in (0..frames).map(frame_name).chain([SERIES.to_owned()]).chain(animation) {
+    for name in (0..frames).map(frame_name).chain([SERIES.to_owned()]) {
         folder.take(&fields.join(&name), Path::new(FIELDS).join(&name))?;
     }
     Ok(())
@@ -432,10 +367,6 @@ pub fn take_frames(folder: &OutputFolder, analysis: Option<&AnalysisSummary>) ->
 #[must_use]
 pub fn is_saved(folder: &OutputFolder) -> bool {
     folder.state_path().join(CHECKPOINT).exists()
-}
-
-fn picture_name(number: usize) -> String {
-    format!("picture_{number:06}.png")
 }
 
 fn frame_name(number: usize) -> String {
@@ -464,9 +395,9 @@ fn whole_steps(flag: &str, interval: f64, step: f64) -> anyhow::Result<usize> {
 }
 
 /// Everything that decides what the state is.
-fn plan_of(scene: &Scene, meshes: &[Input], frame: Option<usize>, animation: bool) -> anyhow::Result<Vec<u8>> {
+fn plan_of(scene: &Scene, meshes: &[Input], frame: Option<usize>) -> anyhow::Result<Vec<u8>> {
     summary::json(&serde_json::json!({
-        "program": summary::program(), "scene_sha256": summary::scene_digest(scene), "meshes": meshes, "steps_a_frame": frame, "animation": animation,
+        "program": summary::program(), "scene_sha256": summary::scene_digest(scene), "meshes": meshes, "steps_a_frame": frame,
     }))
 }
 

@@ -10,18 +10,18 @@ use crate::{
     cli::{
         arguments::{OutputArguments, Session, usage},
         interrupt::{self, Interrupted},
-        output::{OutputFolder, page_results},
-        progress, study, summary,
+        output::{OutputFolder, page_results, publish, set_flags},
+        progress, summary,
         timing::Timing,
     },
     measurement::shell_word,
     model::ModelError,
-    report::{
-        effects::{EffectsReport, sentences},
-        number::{engineering, fixed, significant},
-    },
+    report::number::{engineering, fixed, significant},
     scene::{self, Effect, Scene, WaterMethod},
-    study::effects::{Advice, EffectCosts, advise, count, is_by_elements, measured},
+    validate::{
+        effects::{Advice, EffectCosts, advise, count, is_by_elements, measured},
+        page::effects::{EffectsReport, sentences},
+    },
 };
 
 /// Arguments of `granchain scene explain`.
@@ -87,13 +87,13 @@ pub fn execute(session: &Session, arguments: &Arguments, scene: &Scene) -> anyho
     timing.stage("measure");
     let advice = accuracy.map(|target| advise(&costs.effects, target));
     let text = table(&effects, &costs, advice.as_ref())?;
-    let mut command_line = format!("granchain scene explain {}{} --measure", shell_word(name), study::set_flags(set));
+    let mut command_line = format!("granchain scene explain {}{} --measure", shell_word(name), set_flags(set));
     if let Some(target) = accuracy {
         write!(command_line, " --accuracy {}%", significant(100.0 * target, 3))?;
     }
     let report = EffectsReport { program: summary::program(), command_line, costs, advice };
     if let Some(folder) = folder {
-        study::write(folder, report.files().context("the page cannot be made")?, timing, session)?;
+        publish(folder, report.files().context("the page cannot be made")?, timing, session)?;
     }
     session.result(
         text,
@@ -117,7 +117,6 @@ fn all(scene: &Scene) -> Vec<Effect> {
         asked("fields", "--fields"),
         asked("field of the water", "--pressure-map"),
         asked("checkpoint", "--checkpoint"),
-        asked("animation", "--animation"),
         asked("ensemble of perturbed runs", "--ensemble"),
     ]);
     effects

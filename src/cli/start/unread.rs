@@ -74,11 +74,11 @@ impl Unread {
             let other = if first_is_horn { first } else { second };
             let quoted = shell_word(&other);
             unread.messages.push(format!(
-                "`{other}`: if it is the horn's tip, its channel too is to be named; leave --drive-column away if it is something else"
+                "`{other}`: if it is the horn's tip, its channel too is to be named; leave --drive-read channel away if it is something else"
             ));
-            unread.flags.push_str(&format!(" --drive-column {quoted}"));
+            unread.flags.push_str(&format!(" --drive-read channel={quoted}"));
             if in_volts {
-                unread.flags.push_str(&format!(" --drive-scale {OF_A_HORN}"));
+                unread.flags.push_str(&format!(" --drive-read scale={OF_A_HORN}"));
             }
         }
         Ok(unread)
@@ -89,7 +89,7 @@ impl Unread {
 fn two_columns(error: &MeasurementError) -> Option<[String; 2]> {
     match error {
         MeasurementError::Several(errors) => errors.iter().find_map(two_columns),
-        MeasurementError::Ambiguous { flag: "--column", candidates, .. } => match &candidates[..] {
+        MeasurementError::Ambiguous { flag: "--channel", candidates, .. } => match &candidates[..] {
             [first, second] if first != second => Some([first.clone(), second.clone()]),
             _ => None,
         },

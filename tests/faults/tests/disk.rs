@@ -5,7 +5,7 @@
 mod bench;
 
 use bench::{
-    CALIBRATE, Case, FEA, Fault, Place, SWEEP, TWINS, compare, count, drop_kept, ended, judge, recover, representative,
+    CALIBRATE, Case, FEA, Fault, Place, SWEEP, COVERAGE, compare, count, drop_kept, ended, judge, recover, representative,
     said,
 };
 
@@ -107,6 +107,6 @@ fn a_finite_element_analysis() {
 }
 
 #[test]
-fn twins() {
-    fail_everywhere(&TWINS, false);
+fn coverage() {
+    fail_everywhere(&COVERAGE, false);
 }

@@ -7,7 +7,7 @@
 mod bench;
 
 use bench::{
-    CALIBRATE, Case, Contents, FEA, Fault, Place, REDUCED, Recovery, SWEEP, TWINS, compare, judge, recover, said,
+    CALIBRATE, Case, Contents, FEA, Fault, Place, REDUCED, Recovery, SWEEP, COVERAGE, compare, judge, recover, said,
     was_killed,
 };
 
@@ -114,6 +114,6 @@ fn a_finite_element_analysis() {
 }
 
 #[test]
-fn twins() {
-    kill_everywhere(&TWINS, false);
+fn coverage() {
+    kill_everywhere(&COVERAGE, false);
 }

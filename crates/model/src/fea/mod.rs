@@ -28,7 +28,6 @@ pub mod mesh;
 pub mod modes;
 pub mod motion;
 pub mod operator;
-mod peak;
 pub mod profile;
 pub(crate) mod resolution;
 pub mod scheme;
@@ -41,7 +40,6 @@ pub(crate) mod yielding;
 pub use control::{Control, Cut};
 pub use error::FeaError;
 pub use frame::Frames;
-pub use peak::{Peak, PeakStress};
 pub use simulation::{Simulation, Snapshot};
 
 use super::{Model, ModelError, Progress, estimate::refuse_excess, need_drive};

@@ -32,7 +32,7 @@ pub use write::{ByteOrder, Precision, Samples, TimeResponse, UniversalForm};
 pub enum UniversalError {
     /// Several functions and no choice, or a choice that is not there.
     #[error(
-        "{place}: expected one function to read, found {}{}; choose one with --dataset:{}", functions.len(),
+        "{place}: expected one function to read, found {}{}; choose one with --read dataset=N:{}", functions.len(),
         wanted.map(|wanted| format!(" and no number {wanted}")).unwrap_or_default(),
         functions.iter().map(|text| format!("\n  {text}")).collect::<String>()
     )]
@@ -65,7 +65,7 @@ pub enum UniversalError {
         found: String,
     },
     /// A function of something else than time.
-    #[error("{place}: expected a real time response, found {found}; export the time data{}", if *several { ", or choose another with --dataset" } else { "" })]
+    #[error("{place}: expected a real time response, found {found}; export the time data{}", if *several { ", or choose another with --read dataset=N" } else { "" })]
     NotInTime {
         /// Where its data set begins.
         place: Place,

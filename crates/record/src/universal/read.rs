@@ -142,7 +142,7 @@ pub(in super::super) fn read(
             "function {} of {} ({}): {}",
             at + 1,
             heads.len(),
-            if wanted.is_some() { "--dataset" } else { "the only one in time" },
+            if wanted.is_some() { "dataset" } else { "the only one in time" },
             head.described(at + 1)
         ));
     }

@@ -75,7 +75,7 @@ fn rigol_with_start_and_increment_in_the_header() {
         + &rows(|i| format!("{i},9.5,{:.12},", volts(i)));
     let message = refused(&two);
     assert!(
-        message.contains("CH1 (Volt)") && message.contains("CH2 (Volt)") && message.contains("--column"),
+        message.contains("CH1 (Volt)") && message.contains("CH2 (Volt)") && message.contains("--channel"),
         "{message}"
     );
     is_the_bench("two", &read_with(&two, &channel("CH2")).unwrap(), &[]);
@@ -182,7 +182,7 @@ fn records_parted_by_comments_are_not_joined() {
     let text = "v (V)\n".to_owned() + &(1..=3).map(frame).collect::<String>();
     let timed = ReadOptions { sample_rate: Some(1.0 / STEP), ..options() };
     let message = read_with(&text, &timed).unwrap_err().to_string();
-    assert!(message.contains("found 3") && message.contains("--dataset 1…3"), "{message}");
+    assert!(message.contains("found 3") && message.contains("--read dataset=1…3"), "{message}");
     for k in 1..=3 {
         let record = read_with(&text, &ReadOptions { dataset: Some(k), ..timed.clone() }).unwrap();
         assert_eq!(record.raw.len(), COUNT);
@@ -279,16 +279,16 @@ fn a_second_channel_is_told_by_its_name_and_else_asked_for_with_all_that_is_miss
     let bare = two("CH1 (V)", "CH2 (V)");
     let error = read_with(&bare, &ReadOptions::default()).unwrap_err();
     let message = error.to_string();
-    assert!(message.contains("choose one with --column") && message.contains("found volts"), "{message}");
-    assert_eq!(error.remedy().unwrap(), "--column 'CH1 (V)' --scale '<VALUE> mm/s/V'");
+    assert!(message.contains("choose one with --channel") && message.contains("found volts"), "{message}");
+    assert_eq!(error.remedy().unwrap(), "--channel 'CH1 (V)' --scale '<VALUE> mm/s/V'");
     let same = two("CH (V)", "CH (V)");
     let message = refused(&same);
-    assert!(message.contains("by its number, for they share a name: --column 2 or --column 3"), "{message}");
+    assert!(message.contains("by its number, for they share a name: --channel 2 or --channel 3"), "{message}");
     assert!(read_with(&same, &channel("CH (V)")).is_err());
     is_the_bench("by number", &read_with(&same, &channel("2")).unwrap(), &[]);
     let untimed = bare.lines().map(|line| line.split_once(',').unwrap().1.to_owned() + "\n").collect::<String>();
     let remedy = read_with(&untimed, &ReadOptions::default()).unwrap_err().remedy().unwrap();
-    assert_eq!(remedy, "--sample-rate RATE --column 'CH1 (V)' --scale '<VALUE> mm/s/V'");
+    assert_eq!(remedy, "--sample-rate RATE --channel 'CH1 (V)' --scale '<VALUE> mm/s/V'");
 }
 
 #[test]
@@ -394,7 +394,7 @@ fn headers_are_found_where_programs_put_them() {
     let record = read_with(&text, &ReadOptions { sample_rate: Some(1.0 / STEP), ..options() }).unwrap();
     assert!((record.raw.values[30] - 0.1 * volts(30)).abs() < 1e-9);
     let remedy = read_with("nr,time_s,ch1,ch2\n0,0,1,2\n1,1,2,3\n", &options()).unwrap_err().remedy();
-    assert_eq!(remedy.unwrap(), "--column NAME");
+    assert_eq!(remedy.unwrap(), "--channel NAME");
 }
 
 #[test]

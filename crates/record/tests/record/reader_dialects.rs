@@ -111,7 +111,7 @@ fn every_layout_of_an_oscilloscope_gives_the_plain_series() {
     let refused = |name| read_record(&file(name), RecordKind::Vibrometer, &scaled()).unwrap_err().to_string();
     assert!(refused("gwinstek-fast.csv").contains("volts are counts × 5.0E-02 / 25"));
     assert!(refused("rto.csv").contains("rto.Wfm.csv: name that file"));
-    assert!(refused("tektronix-two.csv").contains("`CH1 (V)`, `CH2 (V)`; choose one with --column"));
+    assert!(refused("tektronix-two.csv").contains("`CH1 (V)`, `CH2 (V)`; choose one with --channel"));
 }
 
 #[test]
@@ -123,7 +123,7 @@ fn every_instrument_gives_the_plain_series() {
         ("infiniium.csv", scaled(), &["lines 1 to 18 are", "(Keysight Infiniium)", "instants from XOrg and XInc"]),
         ("infiniium-xy.csv", scaled(), &["lines 1 to 18 are", "(Keysight Infiniium)"]),
         ("lecroy.csv", scaled(), &["lines 1 to 4 are", "LeCroy writes no units: time taken in s, amplitude in V"]),
-        ("lecroy-segments.csv", second, &["segment 2 of 2 (--dataset)"]),
+        ("lecroy-segments.csv", second, &["segment 2 of 2 (dataset)"]),
         ("tektronix.csv", scaled(), &["lines 1 to 20 are the preamble of an instrument (Tektronix)"]),
         ("tektronix-commented.csv", scaled(), &["(Tektronix)"]),
         ("tektronix-beside.csv", scaled(), &["written by Tektronix"]),
@@ -201,7 +201,7 @@ fn volts_need_a_sensitivity_and_nothing_else_may_have_one() {
 #[test]
 fn segments_are_chosen_or_refused_with_their_number() {
     for (dataset, expected) in [
-        (None, "expected one segment to read, found 2 of 60 samples each; choose one with --dataset 1…2"),
+        (None, "expected one segment to read, found 2 of 60 samples each; choose one with --read dataset=1…2"),
         (Some(3), "found 2 of 60 samples each and no segment 3; choose"),
     ] {
         let options = ReadOptions { dataset, ..scaled() };
@@ -228,7 +228,7 @@ fn wrong_delimiters_mixed_decimals_and_mixed_units_are_refused_with_line_and_rem
     let wrong = ReadOptions { delimiter: Some(Delimiter::Comma), ..ReadOptions::default() };
     let message = refused("vib.csv", &german, &wrong);
     assert!(
-        message.contains("vib.csv:1: expected values separated by commas (--delimiter), found semicolons"),
+        message.contains("vib.csv:1: expected values separated by commas (delimiter), found semicolons"),
         "{message}"
     );
     // Row 60 with a point, then with a point and a comma.
@@ -262,7 +262,7 @@ fn wrong_delimiters_mixed_decimals_and_mixed_units_are_refused_with_line_and_rem
     assert_eq!(
         refused("vib.csv", &grouped, &none),
         "vib.csv:2: expected a number that can be read in one way, found only such as `1,000`: a decimal or thousands set \
-         apart; pass --decimal comma if it is a decimal, else export without setting thousands apart"
+         apart; pass --read decimal=comma if it is a decimal, else export without setting thousands apart"
     );
     let told = ReadOptions { decimal: Some(DecimalSign::Comma), ..ReadOptions::default() };
     let record =
@@ -284,12 +284,12 @@ fn uneven_samples_are_interpolated_on_demand_only() {
     // A row is lost while the bead moves.
     let lost: String =
         text.lines().enumerate().filter(|(i, _)| *i != 61).map(|(_, line)| format!("{line}\n")).collect();
-    assert!(refused("vib.csv", &lost, &ReadOptions::default()).ends_with("or pass --resample"));
+    assert!(refused("vib.csv", &lost, &ReadOptions::default()).ends_with("or pass --read resample=true"));
     let options = ReadOptions { resample: true, ..ReadOptions::default() };
     let record =
         read_record_bytes(Path::new("vib.csv"), lost.as_bytes(), Some(RecordKind::Vibrometer), &options).unwrap();
     let plain = plain();
-    assert_says("lost", &record, &["interpolated by a cubic spline onto one every 5.0000e-7 s (--resample)"]);
+    assert_says("lost", &record, &["interpolated by a cubic spline onto one every 5.0000e-7 s (resample)"]);
     // Found by a fuzzer: eight rows that reach over seven median steps.
     let few = "time_us,velocity_mm_per_s\n0,1\n1,2\n2,3\n3,4\n4,3\n5,2\n6,1\n6.5,0\n";
     assert!(refused("vib.csv", few, &options).contains("expected at least 8 samples, found 7"));

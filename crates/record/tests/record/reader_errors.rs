@@ -85,7 +85,7 @@ fn no_header() {
     assert_eq!(
         refused("0,1\n1,2\n"),
         "vib.csv:1: expected a header that names the columns with their units, found `0,1`; add one such as \
-         `time_s,velocity_mm_per_s`, or pass both --time-unit and --unit"
+         `time_s,velocity_mm_per_s`, or pass both --read time_unit=UNIT and --unit UNIT"
     );
 }
 
@@ -98,7 +98,7 @@ fn text_in_a_number_column() {
     assert_eq!(
         refused(&with_row(40, "\"0,040\",1")),
         "vib.csv:43: column `time_ms`: expected a number, found `0,040`; write decimal points, not commas, or \
-         pass --decimal comma"
+         pass --read decimal=comma"
     );
 }
 
@@ -109,7 +109,7 @@ fn missing_values_and_nan() {
             refused(&with_row(40, &format!("0.040,{cell}"))),
             format!(
                 "vib.csv:43: column `velocity_mm_per_s`: expected a finite number, found `{cell}`; drop the row or pass \
-                 --missing interpolate"
+                 --read missing=interpolate"
             )
         );
     }
@@ -152,17 +152,17 @@ fn missing_columns() {
             &file("time_ms,force_n", &rows(20)).replace("force_n", "force_N,gain").replace(",0.000000\n", ",0,0\n")
         ),
         "vib.csv:2: a vibrometer record needs a velocity such as `velocity_mm_per_s`; found the columns `time_ms`, `force_N`, \
-         `gain`; rename one, or pass --column and --unit"
+         `gain`; rename one, or pass --channel and --unit"
     );
     assert_eq!(
         refused(&file("sample,velocity_mm_per_s", &rows(20))),
         "vib.csv:2: expected a column of time such as `time_s`, found the columns `sample`, `velocity_mm_per_s`; rename one, or \
-         pass --time-column and --time-unit, or --sample-rate if there is no time in the file"
+         pass --read time_column=NAME and --read time_unit=UNIT, or --sample-rate if there is no time in the file"
     );
     let options = ReadOptions { column: Some("speed".into()), ..ReadOptions::default() };
     assert_eq!(
         Bench::new().refused_as(file(HEADER, &rows(20)).as_bytes(), RecordKind::Vibrometer, &options),
-        "vib.csv:2: --column names `speed`, which is no column here; the columns are `time_ms`, `velocity_mm_per_s`"
+        "vib.csv:2: --channel names `speed`, which is no column here; the columns are `time_ms`, `velocity_mm_per_s`"
     );
 }
 
@@ -204,12 +204,12 @@ fn unknown_missing_and_wrong_units() {
     );
     assert_eq!(
         refused(&file("time,velocity_mm_per_s", &rows(20))),
-        "vib.csv:2: column `time`: expected a unit, found none; write it in the header as in `time_s`, or pass --time-unit"
+        "vib.csv:2: column `time`: expected a unit, found none; write it in the header as in `time_s`, or pass --read time_unit=UNIT"
     );
     assert_eq!(
         refused(&file("time_ms,displacement_um", &rows(20))),
         "vib.csv:2: column `displacement_um`: expected a velocity, found the unit `um` of a length; name another column with \
-         --column, or correct the unit; a horn tip's record is given with --drive: are the two files swapped?"
+         --channel, or correct the unit; a horn tip's record is given with --drive: are the two files swapped?"
     );
 }
 
@@ -255,7 +255,7 @@ fn uneven_sampling() {
     assert_eq!(
         refused(&file(HEADER, &lost)),
         "vib.csv:43: column `time_ms`: expected evenly spaced samples, one every 1.000000e-6 s within 5 % of that, found a step \
-         of 2.000000e-6 s; restore the rows that were lost, or pass --resample"
+         of 2.000000e-6 s; restore the rows that were lost, or pass --read resample=true"
     );
     let message = refused(&with_row(40, "0.0401,1"));
     assert!(message.starts_with("vib.csv:43: column `time_ms`: expected evenly spaced samples"), "{message}");
@@ -351,7 +351,7 @@ fn too_few_rows_and_two_candidates() {
     );
     assert_eq!(
         refused("time_s,v1_mm_per_s,v2_mm_per_s\n0,1,2\n"),
-        "vib.csv:1: expected one column to read, found 2: `v1_mm_per_s`, `v2_mm_per_s`; choose one with --column"
+        "vib.csv:1: expected one column to read, found 2: `v1_mm_per_s`, `v2_mm_per_s`; choose one with --channel"
     );
 }
 
@@ -361,12 +361,12 @@ fn baselines_that_cannot_be_had() {
     let options = ReadOptions { baseline: Baseline::Pretrigger, ..ReadOptions::default() };
     assert_eq!(
         Bench::new().refused_as(text.as_bytes(), RecordKind::Vibrometer, &options),
-        "vib.csv: --baseline pretrigger needs at least 8 quiet samples before the trigger, found 0; pass --trigger with the \
-         instant of the trigger, or another --baseline"
+        "vib.csv: baseline=pretrigger needs at least 8 quiet samples before the trigger, found 0; pass --read trigger=TIME with the \
+         instant of the trigger, or another baseline"
     );
     let options = ReadOptions { baseline: Baseline::Plateau, drive_frequency: Some(20e3), ..ReadOptions::default() };
     let message = Bench::new().refused_as(text.as_bytes(), RecordKind::Vibrometer, &options);
-    assert!(message.contains("--baseline plateau needs a burst with at least 4 drive periods"), "{message}");
+    assert!(message.contains("baseline=plateau needs a burst with at least 4 drive periods"), "{message}");
 }
 
 proptest! {

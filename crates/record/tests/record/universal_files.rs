@@ -96,7 +96,7 @@ fn one_of_several_functions_is_chosen_or_all_are_listed() {
     let bytes = bytes_of("pyuff-several.uff");
     let message = refused(&bytes);
     assert!(
-        message.starts_with("a.uff: expected one function to read, found 3; choose one with --dataset:"),
+        message.starts_with("a.uff: expected one function to read, found 3; choose one with --read dataset=N:"),
         "{message}"
     );
     for part in [
@@ -109,10 +109,10 @@ fn one_of_several_functions_is_chosen_or_all_are_listed() {
     let choose = |number| read(&bytes, &ReadOptions { dataset: Some(number), ..ReadOptions::default() });
     assert_eq!(choose(3).unwrap().raw.values, plain().raw.values);
     assert_eq!(choose(2).unwrap().raw.values, plain().raw.values[..10]);
-    assert!(choose(3).unwrap().assumptions[0].starts_with("function 3 of 3 (--dataset): 3: time response"));
+    assert!(choose(3).unwrap().assumptions[0].starts_with("function 3 of 3 (dataset): 3: time response"));
     let spectrum = choose(1).unwrap_err().to_string();
     let expected = "a.uff:1: expected a real time response, found a function of type 4 (frequency response); export the time \
-                    data, or choose another with --dataset";
+                    data, or choose another with --read dataset=N";
     assert_eq!(spectrum, expected);
     assert!(choose(4).unwrap_err().to_string().contains("found 3 and no number 4"));
 }

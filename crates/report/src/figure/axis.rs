@@ -62,12 +62,12 @@ impl Axis {
 
     /// The same axis with ticks at these given values.
     #[must_use]
-    pub(crate) fn named_ticks(self, ticks: Vec<(f64, String)>) -> Self {
+    pub fn named_ticks(self, ticks: Vec<(f64, String)>) -> Self {
         Self { named_ticks: Some(ticks), ..self }
     }
 
     /// Label and unit.
-    pub(crate) fn title(&self) -> String {
+    pub fn title(&self) -> String {
         title(&self.label, &self.unit, 0)
     }
 

@@ -38,7 +38,6 @@ pub use error::FigureError;
 pub use font::{FONT_STACK, embedded_font};
 pub use layer::{Bar, Cell, Dash, ErrorPoint, Fill, Layer, Map, Marker, Polygon, Stroke};
 pub use palette::Colour;
-pub(super) use palette::viridis;
 
 use granchain_signal::Series;
 

@@ -27,7 +27,7 @@ pub enum Colour {
 
 impl Colour {
     /// In the order in which curves take them; neighbours differ in grey value too.
-    pub(crate) const CYCLE: [Self; 7] =
+    pub const CYCLE: [Self; 7] =
         [Self::Black, Self::Vermillion, Self::Blue, Self::Orange, Self::Green, Self::Purple, Self::SkyBlue];
 
     /// Red, green, blue, 0…255.

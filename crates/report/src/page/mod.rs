@@ -58,12 +58,12 @@ pub enum ReportError {
 }
 
 /// A table's bytes.
-pub(super) fn csv_bytes(table: csv::Writer<Vec<u8>>) -> Result<Vec<u8>, ReportError> {
+pub fn csv_bytes(table: csv::Writer<Vec<u8>>) -> Result<Vec<u8>, ReportError> {
     table.into_inner().map_err(|error| ReportError::Csv(error.into_error().into()))
 }
 
 /// Where a page comes from: its facts, and the command line that makes it again.
-pub(super) fn provenance(facts: Vec<(String, String)>, command_line: &str) -> [Block; 3] {
+pub fn provenance(facts: Vec<(String, String)>, command_line: &str) -> [Block; 3] {
     [Block::Heading("Provenance".into()), Block::Facts(facts), Block::Code(command_line.to_owned())]
 }
 
@@ -100,7 +100,7 @@ impl Plate {
 
     /// The same plate, its traces of a drive of this frequency (Hz) to be played, slowed down.
     #[must_use]
-    pub(crate) fn heard(self, drive_frequency: f64) -> Self {
+    pub fn heard(self, drive_frequency: f64) -> Self {
         Self { sound: Some(drive_frequency), ..self }
     }
 }
@@ -139,7 +139,7 @@ pub enum Block {
 
 /// A whole report.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Page {
+pub struct Page {
     /// Title.
     pub title: String,
     /// A line below it.

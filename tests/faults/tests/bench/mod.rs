@@ -88,28 +88,15 @@ pub const FEA: Case = Case {
         "duration=10us",
         "--fields",
         "5us",
-        "--animation",
         "--checkpoint",
         "5us",
     ],
     resumes: true,
     keeps: Some(("rename", "/state/checkpoint.json")),
 };
-pub const TWINS: Case = Case {
-    name: "twins",
-    arguments: &[
-        "twins",
-        "--count",
-        "1",
-        "--wrong",
-        "0",
-        "--evaluations",
-        "200",
-        "--parameters",
-        "alpha",
-        "--damping",
-        "linear",
-    ],
+pub const COVERAGE: Case = Case {
+    name: "coverage",
+    arguments: &["coverage", "--scenario", "pretrigger", "--count", "1", "--evaluations", "200"],
     resumes: false,
     keeps: None,
 };

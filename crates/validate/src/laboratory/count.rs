@@ -1,0 +1,258 @@
+//! What all twins together say: coverage, false alarms and widths by condition, law, support and regime; wrong records found and named.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::{super::twins::median, Condition, LaboratoryFit, LaboratoryTwin, Regime};
+use granchain_calibration::{
+    agreement::{DOUBTFUL, OUTSIDE},
+    diagnosis::{Cause, Finding},
+    fit::{Estimate, Verdict},
+};
+
+/// Probability that intervals claim.
+const LEVEL: f64 = 0.9;
+
+/// One parameter of a group of twins.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ParameterCount {
+    /// Its name.
+    pub name: String,
+    /// Intervals that hold the truth, whatever the verdict: none may hide a miss behind `outside scatter`.
+    pub held: usize,
+    /// Intervals in all.
+    pub count: usize,
+    /// Of the intervals that were given out: those that hold it.
+    pub quoted_held: usize,
+    /// Intervals that were given out.
+    pub quoted: usize,
+    /// Binomial standard error of the share held, √(p(1 − p)/n) at p = 0.9.
+    pub binomial_error: f64,
+    /// Median ln(high/low).
+    pub median_width: f64,
+    /// Median |ln(median/truth)|.
+    pub median_error: f64,
+    /// Median ln(median/truth): what does not average out.
+    pub median_bias: f64,
+}
+
+/// A group of right twins.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Tally {
+    /// What they have in common.
+    pub group: String,
+    /// Their number.
+    pub twins: usize,
+    /// Each parameter.
+    pub parameters: Vec<ParameterCount>,
+    /// Ended `within scatter`.
+    pub within: usize,
+    /// Ended `doubtful`.
+    pub doubtful: usize,
+    /// Ended `outside scatter`: false alarms.
+    pub outside: usize,
+    /// Ended `not converged`.
+    pub not_converged: usize,
+    /// Refused by the reader or the fit.
+    pub refused: usize,
+    /// Fits with p below 0.01.
+    pub below_one_percent: usize,
+    /// Fits with p below 0.05.
+    pub below_five_percent: usize,
+    /// Binomial standard errors of the shares of both, √(p(1 − p)/n) at 0.01 and 0.05.
+    pub p_errors: [f64; 2],
+}
+
+/// The twins of a wrong condition.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WrongTally {
+    /// The condition, or all.
+    pub group: String,
+    /// Its twins.
+    pub twins: usize,
+    /// Those that did not end `within scatter`, refusals among them.
+    pub unmasked: usize,
+    /// Those whose diagnosis has the cause among its three, or whose refusal names it.
+    pub named: usize,
+    /// Those with a warning beside the verdict that names it, whatever the verdict.
+    pub warned: usize,
+    /// Refused by the reader or the fit.
+    pub refused: usize,
+}
+
+/// What all twins together say.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LaboratoryCount {
+    /// Right twins by condition.
+    pub conditions: Vec<Tally>,
+    /// By damping law.
+    pub laws: Vec<Tally>,
+    /// By support.
+    pub supports: Vec<Tally>,
+    /// By how the truth moves.
+    pub regimes: Vec<Tally>,
+    /// All right twins.
+    pub all: Option<Tally>,
+    /// Wrong twins by condition, then all.
+    pub wrong: Vec<WrongTally>,
+}
+
+impl LaboratoryCount {
+    /// Count.
+    #[must_use]
+    pub fn of(twins: &[LaboratoryTwin]) -> Self {
+        let (wrong, right): (Vec<_>, Vec<_>) =
+            twins.iter().partition(|twin| twin.setting.condition.expected().is_some());
+        let all: Vec<(String, Vec<&LaboratoryTwin>)> =
+            if right.is_empty() { Vec::new() } else { vec![("all".into(), right.clone())] };
+        let tallies = |groups: Vec<(String, Vec<&LaboratoryTwin>)>| -> Vec<Tally> {
+            groups.into_iter().map(|(group, twins)| Tally::of(group, &twins)).collect()
+        };
+        let condition = |twin: &LaboratoryTwin| twin.setting.condition;
+        let named = |groups: Vec<(Condition, Vec<_>)>| {
+            groups.into_iter().map(|(condition, twins)| (condition.name().to_owned(), twins)).collect::<Vec<_>>()
+        };
+        let mut of_wrong: Vec<WrongTally> =
+            named(grouped(&wrong, condition)).into_iter().map(|(group, twins)| WrongTally::of(group, &twins)).collect();
+        if of_wrong.len() > 1 {
+            of_wrong.push(WrongTally::of("all".into(), &wrong));
+        }
+        let regime = |twin: &LaboratoryTwin| twin.regime.map_or("none", Regime::name).to_owned();
+        Self {
+            conditions: tallies(named(grouped(&right, condition))),
+            laws: tallies(grouped(&right, |twin| twin.setting.damping_kind.clone())),
+            supports: tallies(grouped(&right, |twin| twin.setting.support.clone())),
+            regimes: tallies(grouped(&right, regime)),
+            all: tallies(all).pop(),
+            wrong: of_wrong,
+        }
+    }
+}
+
+fn grouped<'a, K: Ord>(
+    twins: &[&'a LaboratoryTwin],
+    key: impl Fn(&LaboratoryTwin) -> K,
+) -> Vec<(K, Vec<&'a LaboratoryTwin>)> {
+    let mut groups: BTreeMap<K, Vec<&LaboratoryTwin>> = BTreeMap::new();
+    for twin in twins {
+        groups.entry(key(twin)).or_default().push(twin);
+    }
+    groups.into_iter().collect()
+}
+
+fn binomial(p: f64, count: usize) -> f64 {
+    (p * (1.0 - p) / count.max(1) as f64).sqrt()
+}
+
+impl Tally {
+    fn of(group: String, twins: &[&LaboratoryTwin]) -> Self {
+        let fits: Vec<(&LaboratoryTwin, &LaboratoryFit)> =
+            twins.iter().filter_map(|twin| Some((*twin, twin.fit.as_ref().ok()?))).collect();
+        let ended = |verdict| fits.iter().filter(|(_, fit)| fit.verdict == verdict).count();
+        let below = |p: f64| fits.iter().filter(|(_, fit)| fit.p_value < p).count();
+        let names = fits.first().map_or(0, |(_, fit)| fit.estimates.len());
+        let parameter = |d: usize| {
+            let of = |(twin, fit): &(&LaboratoryTwin, &LaboratoryFit)| {
+                Some((*twin.setting.values.get(d)?, fit.estimates.get(d)?.clone(), fit.quoted))
+            };
+            let intervals: Vec<(f64, Estimate, bool)> = fits.iter().filter_map(of).collect();
+            let holds = |(truth, estimate, _): &&(f64, Estimate, bool)| (estimate.low..=estimate.high).contains(truth);
+            let quoted = || intervals.iter().filter(|(.., quoted)| *quoted);
+            let error = |(truth, estimate, _): &(f64, Estimate, bool)| (estimate.median / truth).ln();
+            ParameterCount {
+                name: intervals.first().map(|(_, estimate, _)| estimate.name.clone()).unwrap_or_default(),
+                held: intervals.iter().filter(holds).count(),
+                count: intervals.len(),
+                quoted_held: quoted().filter(holds).count(),
+                quoted: quoted().count(),
+                binomial_error: binomial(LEVEL, intervals.len()),
+                median_width: median(intervals.iter().map(|(_, estimate, _)| (estimate.high / estimate.low).ln())),
+                median_error: median(intervals.iter().map(|it| error(it).abs())),
+                median_bias: median(intervals.iter().map(error)),
+            }
+        };
+        Self {
+            group,
+            twins: twins.len(),
+            parameters: (0..names).map(parameter).collect(),
+            within: ended(Verdict::WithinScatter),
+            doubtful: ended(Verdict::Doubtful),
+            outside: ended(Verdict::OutsideScatter),
+            not_converged: ended(Verdict::NotConverged),
+            refused: twins.len() - fits.len(),
+            below_one_percent: below(OUTSIDE),
+            below_five_percent: below(DOUBTFUL),
+            p_errors: [OUTSIDE, DOUBTFUL].map(|p| binomial(p, fits.len())),
+        }
+    }
+}
+
+impl LaboratoryTwin {
+    /// Whether something was amiss to a user: any end but `within scatter`.
+    #[must_use]
+    pub fn unmasked(&self) -> bool {
+        self.fit.as_ref().map_or(true, |fit| fit.verdict != Verdict::WithinScatter)
+    }
+
+    /// Whether the diagnosis has the true cause among its three, or the refusal names it.
+    #[must_use]
+    pub fn named(&self) -> bool {
+        let Some(expected) = self.setting.condition.expected() else { return false };
+        let holds = |finding: &Finding| match expected.cause {
+            Cause::Record => finding.cause == Cause::Record && holds_word(&finding.text, expected.words),
+            cause => finding.cause == cause,
+        };
+        match &self.fit {
+            Ok(fit) => fit.diagnosis.iter().any(holds),
+            Err(refusal) => holds_word(refusal, expected.words),
+        }
+    }
+
+    /// Whether a warning beside the verdict names it.
+    #[must_use]
+    pub fn warned(&self) -> bool {
+        let words = self.setting.condition.expected().map_or(&[][..], |expected| expected.words);
+        self.fit.as_ref().is_ok_and(|fit| fit.warnings.iter().any(|text| holds_word(text, words)))
+    }
+}
+
+/// Whether a text holds one of the words; the names of the files are not looked at.
+fn holds_word(text: &str, words: &[&str]) -> bool {
+    let text = text.to_lowercase().replace("horn_tip.csv", "").replace("vib.csv", "");
+    words.iter().any(|word| text.contains(word))
+}
+
+impl WrongTally {
+    fn of(group: String, twins: &[&LaboratoryTwin]) -> Self {
+        let count = |is: fn(&LaboratoryTwin) -> bool| twins.iter().filter(|twin| is(twin)).count();
+        Self {
+            group,
+            twins: twins.len(),
+            unmasked: count(LaboratoryTwin::unmasked),
+            named: count(LaboratoryTwin::named),
+            warned: count(LaboratoryTwin::warned),
+            refused: count(|twin| twin.fit.is_err()),
+        }
+    }
+}
+
+/// Interval for a probability of which `hits` of `count` trials speak (Wilson 1927), `z` standard deviations wide.
+///
+/// p = (k + z²/2)/(n + z²) ± z/(n + z²) √(k(n − k)/n + z²/4). Unlike p ± √(p(1 − p)/n) it never leaves 0…1.
+///
+/// ```
+/// use granchain_validate::laboratory::wilson;
+/// // 66 of 80 is the smallest count that a true probability of 0.9 explains at z = 2.576 (99 %).
+/// assert!(wilson(66, 80, 2.576).1 > 0.9 && wilson(65, 80, 2.576).1 < 0.9);
+/// ```
+#[must_use]
+pub fn wilson(hits: usize, count: usize, z: f64) -> (f64, f64) {
+    if count == 0 {
+        return (0.0, 1.0);
+    }
+    let (k, n) = (hits as f64, count as f64);
+    let middle = (k + 0.5 * z * z) / (n + z * z);
+    let half = z / (n + z * z) * (k * (n - k) / n + 0.25 * z * z).sqrt();
+    ((middle - half).max(0.0), (middle + half).min(1.0))
+}

@@ -1,0 +1,308 @@
+//! The proof of the product on records as laboratories store them: files are written, read, fitted and judged by the calls that `calibrate` makes.
+//!
+//! ```text
+//! Setting ─ truth ─► Files ─ reader, Bench ─► Problem ─ fit ─► verdict, intervals, diagnosis ─► LaboratoryCount
+//! ```
+//!
+//! The truth comes from a path that no fit shares: an analytic drive instead of a record, the chain's adaptive integrator with located events
+//! instead of a fixed step; above the chain a mesh and a step that are finer than the fit's, and than the ones by which a fit measures its own error.
+
+mod condition;
+mod count;
+mod instrument;
+mod record;
+
+pub use condition::{Condition, Expected, Setting};
+pub use count::{LaboratoryCount, ParameterCount, Tally, WrongTally, wilson};
+pub use instrument::{CausalFilter, Laboratory};
+pub use record::{Files, Regime};
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs, io,
+    ops::Range,
+    path::Path,
+    sync::Arc,
+};
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use granchain_calibration::{
+    Course, Plan, Problem,
+    bench::Bench,
+    diagnosis::Finding,
+    drive::RecordedDrive,
+    fit::{Estimate, Verdict},
+    plan::Number,
+    refusal::Refusal,
+    rung::Bodies,
+    shot::{ShotPlan, Source},
+};
+use granchain_model::{
+    self as model, ModelError, Prepared,
+    scene::{self, ModelKind, Scene},
+};
+use granchain_record::ReadOptions;
+use granchain_studies::confirmed::with_causes;
+
+/// The scene of every bench.
+const SCENE: &str = "annulus";
+
+/// The files of a record: the horn's and the vibrometer's.
+pub const NAMES: [&str; 2] = ["horn_tip.csv", "vib.csv"];
+
+/// Mesh of a truth over that of its fit; a fit measures its own error on one 1.5 times as dense.
+const FINER: f64 = 1.75;
+
+/// What is to be made and fitted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LaboratoryPlan {
+    /// The conditions.
+    pub conditions: Vec<Condition>,
+    /// Twins a condition.
+    pub count: u64,
+    /// Seed.
+    pub seed: u64,
+    /// Runs of the chain's search, a fit.
+    pub evaluations: usize,
+    /// Model that answers, and makes the twins: `chain` or `reduced`.
+    pub model: String,
+    /// Mesh density of the fit's bodies, where it is not the model's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh_density: Option<u32>,
+}
+
+/// What became of one twin.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LaboratoryTwin {
+    /// What it was made with.
+    pub setting: Setting,
+    /// How its truth moves; absent where it could not be made.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub regime: Option<Regime>,
+    /// The fit, or the refusal.
+    pub fit: Result<LaboratoryFit, String>,
+}
+
+/// What a user would have been told.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LaboratoryFit {
+    /// How it ended.
+    pub verdict: Verdict,
+    /// Share of right records that are as far from the model.
+    pub p_value: f64,
+    /// Median misfit per feature.
+    pub misfit: f64,
+    /// Estimates, whatever the verdict.
+    pub estimates: Vec<Estimate>,
+    /// Whether their intervals are given out.
+    pub quoted: bool,
+    /// What stands beside the verdict.
+    pub warnings: Vec<String>,
+    /// What would explain a wrong record.
+    pub diagnosis: Vec<Finding>,
+}
+
+impl LaboratoryPlan {
+    /// Number of twins.
+    #[must_use]
+    pub fn total(&self) -> usize {
+        self.conditions.len() * self.count as usize
+    }
+}
+
+/// Make and fit the twins `part`.
+///
+/// `finished` is given each with its files; once `stop` says so the fits in hand end, and the result is `None`.
+///
+/// # Errors
+/// When the bodies of a bench cannot be made ready.
+pub fn laboratory(
+    plan: &LaboratoryPlan,
+    part: Range<usize>,
+    finished: &(dyn Fn(&LaboratoryTwin, Option<&Files>) + Sync),
+    stop: &'static (dyn Fn() -> bool + Sync),
+) -> Result<Option<Vec<LaboratoryTwin>>, ModelError> {
+    let all: Vec<(Condition, u64)> =
+        plan.conditions.iter().flat_map(|condition| (0..plan.count).map(|number| (*condition, number))).collect();
+    let all = all[part].to_vec();
+    let workshop = Workshop::of(plan, &all)?;
+    let twins = all
+        .into_par_iter()
+        .map(|(condition, number)| {
+            if stop() {
+                return None;
+            }
+            let (twin, files) = twin(plan, &workshop, (condition, number), stop);
+            // A fit that was stopped in hand is none.
+            if stop() {
+                return None;
+            }
+            finished(&twin, files.as_ref());
+            Some(twin)
+        })
+        .collect();
+    Ok(twins)
+}
+
+/// Bodies of the benches that several twins share, made ready once; none on the chain.
+struct Workshop(BTreeMap<String, (Bodies, Prepared)>);
+
+impl Workshop {
+    fn of(plan: &LaboratoryPlan, twins: &[(Condition, u64)]) -> Result<Self, ModelError> {
+        let mut made = BTreeMap::new();
+        if plan.model == ModelKind::Chain.name() {
+            return Ok(Self(made));
+        }
+        let (mut once, mut shared) = (BTreeSet::new(), BTreeSet::new());
+        for (condition, number) in twins {
+            let setting = Setting::draw(*condition, *number, plan.seed).0;
+            let key = plan.bodies_key(&setting);
+            if !once.insert(key.clone()) && shared.insert(key.clone()) {
+                // Scenes that cannot be read are refused twin by twin.
+                let (Ok(told), Ok(truth)) = (plan.stated_scene(&setting), plan.truth(&setting)) else { continue };
+                made.insert(key, (Bodies::new(&told, None)?, model::prepare(&truth)?));
+            }
+        }
+        Ok(Self(made))
+    }
+}
+
+impl LaboratoryPlan {
+    /// What is the same of all benches with the same bodies.
+    fn bodies_key(&self, setting: &Setting) -> String {
+        let of_bodies = |set: &&String| set.starts_with("chain.") || set.starts_with("support.");
+        setting.told.iter().chain(&setting.truth).filter(of_bodies).cloned().collect::<Vec<_>>().join(" ")
+    }
+
+    /// The overrides that a fit is told.
+    fn overrides(&self, setting: &Setting) -> Vec<String> {
+        let mut overrides = setting.told.clone();
+        overrides.push(format!("model.kind={}", self.model));
+        overrides.extend(self.mesh_density.map(|density| format!("model.mesh_density={density}")));
+        overrides
+    }
+
+    fn stated_scene(&self, setting: &Setting) -> Result<Scene, scene::SceneError> {
+        scene::load(SCENE, &self.overrides(setting))
+    }
+
+    /// What its fit is told: the plan beside the two files.
+    #[must_use]
+    pub fn definition(&self, setting: &Setting) -> Plan {
+        let [horn, vibrometer] = NAMES.map(std::path::PathBuf::from);
+        Plan {
+            measured: Some(vibrometer),
+            drive: Some(horn.into()),
+            scene: Some(SCENE.into()),
+            set: self.overrides(setting),
+            evaluations: Some(self.evaluations),
+            seed: Some(self.seed.wrapping_add(1000 * (setting.number + 1))),
+            uncertainty: setting
+                .uncertainty
+                .iter()
+                .map(|(name, value)| (name.clone(), Number::Plain(*value)))
+                .collect(),
+            ..Plan::default()
+        }
+    }
+
+    /// The truth, on a finer mesh where it has one.
+    fn truth(&self, setting: &Setting) -> Result<Scene, scene::SceneError> {
+        let mut overrides = self.overrides(setting);
+        overrides.extend(setting.truth.iter().cloned());
+        let mut scene = scene::load(SCENE, &overrides)?;
+        let density = &mut scene.model.reduced.density;
+        *density = (f64::from(*density) * FINER).round() as u32;
+        Ok(record::truth_scene(scene, setting))
+    }
+}
+
+/// Why there is no fit.
+#[derive(Debug, thiserror::Error)]
+enum NoFit {
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    #[error(transparent)]
+    Truth(#[from] ModelError),
+    #[error(transparent)]
+    Scene(#[from] scene::SceneError),
+    #[error("the files cannot be written")]
+    Files(#[from] io::Error),
+}
+
+fn twin(
+    plan: &LaboratoryPlan,
+    workshop: &Workshop,
+    (condition, number): (Condition, u64),
+    stop: &'static (dyn Fn() -> bool + Sync),
+) -> (LaboratoryTwin, Option<Files>) {
+    let (setting, mut random) = Setting::draw(condition, number, plan.seed);
+    let made = workshop.0.get(&plan.bodies_key(&setting));
+    let run = |scene: &Scene| match made {
+        Some((_, prepared)) => prepared.run(scene, &mut |_| !stop()),
+        None => model::run(scene, &mut |_| !stop()),
+    };
+    let files = plan
+        .truth(&setting)
+        .map_err(NoFit::from)
+        .and_then(|truth| Ok(record::files(&truth, &setting, &mut random, &run)?));
+    let regime = files.as_ref().ok().map(|files| files.regime);
+    let folder = tempfile::tempdir();
+    let place = folder.as_ref().map(|folder| format!("{}/", folder.path().display())).unwrap_or_default();
+    let (files, fit) = match (files, &folder) {
+        (Ok(files), Ok(folder)) => {
+            let fit = fit(plan, &setting, &files, made.map(|(bodies, _)| bodies), folder.path(), stop);
+            (Some(files), fit)
+        }
+        (Err(error), _) => (None, Err(error)),
+        (_, Err(error)) => (None, Err(io::Error::new(error.kind(), error.to_string()).into())),
+    };
+    // Where the files lay is of no interest, and another every time.
+    let placeless = |text: &str| if place.is_empty() { text.to_owned() } else { text.replace(&place, "") };
+    let fit = match fit {
+        Ok(mut fit) => {
+            fit.warnings.iter_mut().for_each(|text| *text = placeless(text));
+            fit.diagnosis.iter_mut().for_each(|finding| finding.text = placeless(&finding.text));
+            Ok(fit)
+        }
+        Err(error) => Err(placeless(&with_causes(&error))),
+    };
+    (LaboratoryTwin { setting, regime, fit }, files)
+}
+
+/// Write the files, and do with them what `calibrate` does.
+fn fit(
+    plan: &LaboratoryPlan,
+    setting: &Setting,
+    files: &Files,
+    bodies: Option<&Bodies>,
+    folder: &Path,
+    stop: &'static (dyn Fn() -> bool + Sync),
+) -> Result<LaboratoryFit, NoFit> {
+    let definition = plan.definition(setting);
+    let [horn, vibrometer] = NAMES.map(|name| folder.join(name));
+    fs::write(&horn, &files.horn)?;
+    fs::write(&vibrometer, &files.vibrometer)?;
+    let options = ReadOptions { drive_frequency: Some(setting.told_frequency_hz), ..ReadOptions::default() };
+    let how = (RecordedDrive::read_at_plateau as _, &options);
+    let bench = Bench::read(SCENE, definition.set.clone(), ModelKind::Reduced, Some(&horn), how);
+    let bench = bench.map_err(Refusal::from)?;
+    let shot = ShotPlan { source: Source::File(vibrometer, Box::new(options)), bench, origin: None };
+    let problem = Problem::of(&definition, vec![shot])?;
+    let course = Course { bodies, watch: Arc::new(move |_| !stop()), ..Course::default() };
+    let fitted = problem.fit(course)?;
+    let outcome = fitted.outcome(&problem);
+    let wrong = setting.condition.expected().is_some();
+    let diagnosis = if wrong { fitted.diagnose(&problem, Arc::new(move |_| !stop())) } else { Vec::new() };
+    Ok(LaboratoryFit {
+        verdict: outcome.best.verdict,
+        p_value: outcome.best.p_value,
+        misfit: outcome.best.misfit,
+        estimates: fitted.best().fit.estimates.clone(),
+        quoted: outcome.best.parameters.values().all(|parameter| parameter.low.is_some()),
+        warnings: outcome.warnings,
+        diagnosis,
+    })
+}

@@ -1,0 +1,60 @@
+//! A twin's files through the calls that `calibrate` makes: written, read on a bench, fitted, judged.
+
+use std::{collections::BTreeMap, fs, path::Path};
+
+use super::TwinPlan;
+use granchain_calibration::{
+    Course, Fitted, Plan, Problem, bench::Bench, fit::Fit, plan::Number, refusal::Refusal, rung::Bodies, shot::ShotPlan,
+};
+use granchain_model::scene::{ModelKind, Scene};
+use granchain_record::ReadOptions;
+use granchain_signal::feature::Measurand;
+use granchain_studies::confirmed::with_causes;
+
+impl TwinPlan {
+    /// What `calibrate` is told of a twin's record.
+    pub(super) fn definition(&self, quantity: Measurand, seed: u64) -> Plan {
+        let drawn = self.uncertainty.named().map(|(name, _, value)| (name.to_owned(), Number::Plain(value)));
+        Plan {
+            quantity: Some(quantity),
+            fit: Some(self.parameters.clone()),
+            evaluations: Some(self.evaluations),
+            seed: Some(seed),
+            uncertainty: BTreeMap::from(drawn),
+            ..Plan::default()
+        }
+    }
+}
+
+/// Fit records (scene and CSV file of each) together, on `bodies` where they are ready.
+pub(super) fn fitted(definition: &Plan, records: &[(Scene, &[u8])], bodies: Option<&Bodies>) -> Result<Fitted, String> {
+    let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+    // Where the files lay is of no interest, and another every time.
+    let place = format!("{}/", folder.path().display());
+    let said = |error: &dyn std::error::Error| with_causes(error).replace(&place, "");
+    let written = |(number, (scene, csv)): (usize, &(Scene, &[u8]))| {
+        shot(&folder.path().join(number.to_string()), scene, csv).map_err(|error| error.to_string())
+    };
+    let shots = records.iter().enumerate().map(written).collect::<Result<_, _>>()?;
+    let fit = || -> Result<Fitted, Refusal> {
+        let problem = Problem::of(definition, shots)?;
+        problem.fit(Course { bodies, ..Course::default() })
+    };
+    fit().map_err(|error| said(&error))
+}
+
+/// The answer for one record.
+pub(crate) fn fit(definition: &Plan, scene: &Scene, csv: &[u8], bodies: Option<&Bodies>) -> Result<Fit, String> {
+    fitted(definition, &[(scene.clone(), csv)], bodies).map(|fitted| fitted.best().fit.clone())
+}
+
+/// A record and its scene as files in a folder of their own.
+fn shot(folder: &Path, scene: &Scene, csv: &[u8]) -> Result<ShotPlan, Box<dyn std::error::Error>> {
+    fs::create_dir(folder)?;
+    let (record, scene_file) = (folder.join("twin.csv"), folder.join("scene.toml"));
+    fs::write(&record, csv)?;
+    fs::write(&scene_file, scene.to_toml())?;
+    let how = (granchain_calibration::drive::RecordedDrive::read_at_plateau as _, &ReadOptions::default());
+    let bench = Bench::read(&scene_file.display().to_string(), vec![], ModelKind::Chain, None, how)?;
+    Ok(ShotPlan::of(&record, bench))
+}

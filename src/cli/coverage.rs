@@ -1,0 +1,307 @@
+//! `granchain coverage`: synthetic records of known truth, made as laboratories store them, through the whole of `calibrate`: how many intervals hold
+//! the truth, how many right models are called wrong, how many wrong ones are named.
+
+use std::{
+    fmt::Write,
+    ops::Range,
+    path::Path,
+    sync::{Mutex, PoisonError},
+};
+
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::{
+    Outcome,
+    arguments::{OutputArguments, Session, usage},
+    interrupt,
+    output::{OutputFolder, page_results},
+    parts::{self, Divisible, PartArguments, Parts},
+    progress, summary,
+    timing::{self, Timing},
+};
+use crate::{
+    calibration::search::Search,
+    report::page::Table,
+    validate::{
+        laboratory::{Condition, Files, LaboratoryCount, LaboratoryPlan, LaboratoryTwin, NAMES, Setting, laboratory},
+        page::laboratory::{LaboratoryReport, tables},
+    },
+};
+
+/// Most records of a scenario: a day of eight cores.
+const MOST: u64 = 1_000_000;
+
+/// Name of the summary.
+const SUMMARY: &str = "coverage.json";
+
+/// Arguments of `granchain coverage`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  granchain coverage --scenario pretrigger,bits --count 4 --out coverage")]
+pub struct Arguments {
+    /// Measurement scenarios: all, right, wrong, or names such as pretrigger,bits [default: right]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "right", hide_default_value = true)]
+    pub scenario: Vec<String>,
+    /// Synthetic records of each scenario
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=MOST))]
+    pub count: u64,
+    /// Runs of the chain's search, a fit [default: as calibrate]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(200..=100_000))]
+    pub evaluations: Option<u32>,
+    /// Model that makes the records, finer than the fit does, and fits them
+    #[arg(long, value_enum, default_value = "chain")]
+    pub model: RecordModel,
+    /// Mesh density of the reduced bodies [default: the model's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=128))]
+    pub mesh_density: Option<u32>,
+    /// Keep the files of every record and the plan that fits them, in records/ below --out
+    #[arg(long, requires = "out", conflicts_with = "part")]
+    pub keep_records: bool,
+    /// Which part of the records is made and fitted.
+    #[command(flatten)]
+    pub part: PartArguments,
+    /// Where results go.
+    #[command(flatten)]
+    pub output: OutputArguments,
+    /// Session flags.
+    #[command(flatten)]
+    pub session: Session,
+}
+
+/// `--model`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum RecordModel {
+    /// One unknown a bead
+    Chain,
+    /// Modes and quasi-static contact nodes; some 90 runs of it a fit
+    Reduced,
+}
+
+impl RecordModel {
+    /// The word of the scene key `model.kind`.
+    fn kind(self) -> &'static str {
+        match self {
+            Self::Chain => "chain",
+            Self::Reduced => "reduced",
+        }
+    }
+}
+
+/// `coverage.json`.
+#[derive(Debug, Serialize)]
+struct CoverageSummary<'a> {
+    program: String,
+    plan: &'a LaboratoryPlan,
+    count: &'a LaboratoryCount,
+    records: &'a [LaboratoryTwin],
+}
+
+/// Run it.
+///
+/// # Errors
+/// A scenario that does not exist; a folder that cannot be written; Ctrl-C.
+pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
+    let (part, keep_records, session) = (arguments.part.part, arguments.keep_records, arguments.session.clone());
+    let study = Study::new(arguments)?;
+    match part {
+        Some(part) => parts::write(part, &study, &session),
+        None => study.run_here(keep_records),
+    }
+}
+
+/// The scenarios that `all`, `right`, `wrong` and names stand for, each once, in the order of the table.
+///
+/// # Errors
+/// A usage error for a name that nobody knows.
+fn scenarios(names: &[String]) -> anyhow::Result<Vec<Condition>> {
+    let all = Condition::all();
+    let mut asked: Vec<Condition> = Vec::new();
+    for name in names {
+        match name.trim() {
+            "all" => asked.extend(&all),
+            "right" => asked.extend(all.iter().filter(|condition| condition.expected().is_none())),
+            "wrong" => asked.extend(all.iter().filter(|condition| condition.expected().is_some())),
+            name => asked.push(Condition::named(name).ok_or_else(|| {
+                let known: Vec<&str> = all.iter().map(|condition| condition.name()).collect();
+                usage(format!("--scenario {name}: expected all, right, wrong or some of {}", known.join(", ")))
+            })?),
+        }
+    }
+    Ok(all.into_iter().filter(|condition| asked.contains(condition)).collect())
+}
+
+/// Synthetic records to be made, fitted and counted.
+pub(super) struct Study {
+    plan: LaboratoryPlan,
+    output: OutputArguments,
+    session: Session,
+    timing: Timing,
+}
+
+impl Study {
+    /// What flags ask for.
+    ///
+    /// # Errors
+    /// A usage error for flags that contradict each other.
+    pub(super) fn new(arguments: Arguments) -> anyhow::Result<Self> {
+        let Arguments { scenario, count, evaluations, model, mesh_density, output, session, .. } = arguments;
+        if mesh_density.is_some() && model == RecordModel::Chain {
+            return Err(usage("--mesh-density would do nothing: the chain has no bodies; add --model reduced"));
+        }
+        let plan = LaboratoryPlan {
+            conditions: scenarios(&scenario)?,
+            count,
+            seed: session.seed(),
+            evaluations: evaluations.map_or(Search::tested(2), |runs| runs as usize),
+            model: model.kind().into(),
+            mesh_density,
+        };
+        Ok(Self { plan, output, session, timing: Timing::start() })
+    }
+
+    fn staged(&self) -> anyhow::Result<Option<OutputFolder>> {
+        let stage = |out| OutputFolder::stage(out, &page_results(SUMMARY), self.output.force);
+        Ok(self.output.out.as_deref().map(stage).transpose()?)
+    }
+
+    /// Make, write, read and fit the records `part`, the files of each kept in `kept` where there is such a folder.
+    fn outcomes(&self, part: Range<usize>, kept: Option<&OutputFolder>) -> anyhow::Result<Vec<LaboratoryTwin>> {
+        let bar = progress::bar(&self.session, part.len() as u64, "records");
+        let unwritten = Mutex::new(None);
+        let keep = |record: &LaboratoryTwin, files: Option<&Files>| {
+            if let (Some(folder), Some(files)) = (kept, files)
+                && let Err(error) = keep(folder, &self.plan, &record.setting, files)
+            {
+                unwritten.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+            }
+            bar.inc(1);
+        };
+        let records = laboratory(&self.plan, part, &keep, &interrupt::requested)?;
+        bar.finish_and_clear();
+        let records = records.ok_or(interrupt::Interrupted)?;
+        match unwritten.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            Some(error) => Err(error),
+            None => Ok(records),
+        }
+    }
+
+    fn run_here(mut self, keep_records: bool) -> anyhow::Result<Outcome> {
+        let folder = self.staged()?;
+        let records = self.outcomes(0..self.plan.total(), folder.as_ref().filter(|_| keep_records))?;
+        self.timing.stage("records");
+        self.conclude(&records, folder)
+    }
+
+    fn conclude(mut self, records: &[LaboratoryTwin], folder: Option<OutputFolder>) -> anyhow::Result<Outcome> {
+        let Self { plan, session, timing, .. } = &mut self;
+        let count = LaboratoryCount::of(records);
+        let summary = CoverageSummary { program: summary::program(), plan, count: &count, records };
+        let tables: Vec<String> = tables(&count).iter().map(aligned).collect();
+        let mut text = format!("made and fitted by model {}\n{}", plan.model, tables.join("\n"));
+        if let Some(folder) = folder {
+            folder.write(SUMMARY, summary::json(&summary)?)?;
+            for (name, bytes) in page(plan, &count, records).files()? {
+                folder.write(name, bytes)?;
+            }
+            timing.stage("write");
+            folder.write(timing::FILE, timing.to_json())?;
+            let place = folder.finish()?;
+            session.note(format_args!("written to {}", place.display()));
+        } else {
+            text.push_str("Nothing was written; pass --out DIR for every record's truth, fit and diagnosis.\n");
+        }
+        session.result(text, &summary)?;
+        Ok(Outcome::Done)
+    }
+}
+
+impl Divisible for Study {
+    fn points(&self) -> usize {
+        self.plan.total()
+    }
+
+    fn out(&self) -> Option<&Path> {
+        self.output.out.as_deref()
+    }
+
+    fn plan(&self) -> anyhow::Result<Vec<u8>> {
+        summary::json(&json!({ "program": summary::program(), "coverage": self.plan }))
+    }
+
+    fn run(&self, part: Range<usize>) -> anyhow::Result<Vec<Value>> {
+        parts::values(&self.outcomes(part, None)?)
+    }
+
+    fn finish(self: Box<Self>, parts: &Parts) -> anyhow::Result<Outcome> {
+        let folder = self.staged()?;
+        self.conclude(&parts.all()?, folder)
+    }
+}
+
+/// `records/SCENARIO-NUMBER/`: the two files, and the plan by which `calibrate` fits them.
+fn keep(folder: &OutputFolder, plan: &LaboratoryPlan, setting: &Setting, files: &Files) -> anyhow::Result<()> {
+    let place = format!("records/{}-{}", setting.condition.name(), setting.number);
+    let [horn, vibrometer] = NAMES.map(|name| format!("{place}/{name}"));
+    folder.write(horn, &files.horn)?;
+    folder.write(vibrometer, &files.vibrometer)?;
+    let told = format!(
+        "# {}; fitted by: granchain calibrate --plan {place}/plan.toml --drive-frequency {}Hz\n{}",
+        setting.condition.words(),
+        setting.told_frequency_hz,
+        toml::to_string(&plan.definition(setting))?
+    );
+    folder.write(format!("{place}/plan.toml"), told)?;
+    Ok(())
+}
+
+/// A table for the terminal: caption, head and rows, columns two blanks apart.
+fn aligned(table: &Table) -> String {
+    let head: Vec<String> = table.columns.iter().map(|column| column.title.clone()).collect();
+    let lines: Vec<&Vec<String>> = std::iter::once(&head).chain(&table.rows).collect();
+    let width = |index: usize| {
+        lines.iter().filter_map(|line| line.get(index)).map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..head.len()).map(width).collect();
+    let mut text = format!("{}.\n", table.caption);
+    for line in lines {
+        let cells = line.iter().zip(&widths).zip(&table.columns).map(|((cell, width), column)| {
+            if column.numeric { format!("{cell:>width$}") } else { format!("{cell:<width$}") }
+        });
+        let _ = writeln!(text, "{}", cells.collect::<Vec<_>>().join("  ").trim_end());
+    }
+    text
+}
+
+fn page(plan: &LaboratoryPlan, count: &LaboratoryCount, records: &[LaboratoryTwin]) -> LaboratoryReport {
+    let names: Vec<&str> = plan.conditions.iter().map(|condition| condition.name()).collect();
+    let all = plan.conditions.len() == Condition::all().len();
+    let density = plan.mesh_density.map_or_else(String::new, |density| format!(" --mesh-density {density}"));
+    LaboratoryReport {
+        description: format!(
+            "{} synthetic records of each scenario, made by {} under an analytic drive (both damping laws, rigid wall, annulus and spring, half-normal \
+             gaps of 0.3 nm), written as files, read by the reader, fitted by the model `{}` with {} runs of the chain, and judged as `calibrate` does",
+            plan.count,
+            if plan.model == "chain" {
+                "the chain's adaptive integrator"
+            } else {
+                "the reduced model on a mesh 1.75 times as dense, at half the step"
+            },
+            plan.model,
+            plan.evaluations
+        ),
+        conditions: plan.conditions.iter().map(|it| (it.name().to_owned(), it.words().to_owned())).collect(),
+        count: count.clone(),
+        twins: records.to_vec(),
+        version: env!("CARGO_PKG_VERSION").into(),
+        seed: plan.seed,
+        command_line: format!(
+            "granchain coverage --scenario {} --count {} --evaluations {} --seed {} --model {}{density}",
+            if all { "all".to_owned() } else { names.join(",") },
+            plan.count,
+            plan.evaluations,
+            plan.seed,
+            plan.model
+        ),
+    }
+}

@@ -1,0 +1,340 @@
+//! `granchain verify`: a calibration made again from its recorded inputs, and every number compared with those in its folder.
+//!
+//! `manifest.json` holds the arguments and the SHA-256 of every input. The inputs are checked, the whole calibration is run again, and numbers of
+//! `calibration.json` and of all tables are compared within a tolerance; pages and pictures are compared by the digests in the manifest. The folder is
+//! read only.
+
+mod inputs;
+
+use std::{
+    collections::BTreeMap,
+    fmt::Write as _,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, anyhow, bail};
+use clap::{Args, Parser};
+use serde::Serialize;
+use serde_json::Value;
+
+use super::{
+    Outcome,
+    arguments::Session,
+    calibrate::{
+        self, InMemory,
+        files::{self, Files, Stop},
+        manifest::{self, Manifest},
+    },
+    output::{LIST, files_below},
+    summary,
+    timing::{self, Timing},
+};
+use crate::{
+    measurement::{
+        read_back::{LARGE, read_back},
+        sha256,
+    },
+    model::vector_unit,
+};
+
+/// Relative difference allowed where the same type of processor made both numbers: no sum changes its order.
+const SAME_PROCESSOR: f64 = 1e-9;
+
+/// The same of another processor, whose vector unit rounds otherwise.
+const OTHER_PROCESSOR: f64 = 1e-6;
+
+/// Absolute difference allowed, in units of the number: what is left of equal sums has no relative accuracy.
+const NOTHING: f64 = 1e-15;
+
+/// Differences that are printed; `--json` has all.
+const PRINTED: usize = 12;
+
+/// Arguments of `granchain verify`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  granchain verify calibrations/annulus-73khz")]
+pub struct Arguments {
+    /// Folder that `granchain calibrate` wrote
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// Folder with the record and the other inputs, under any names: they are known by their digests [default: where they were]
+    #[arg(long, value_name = "DIR")]
+    pub inputs: Option<PathBuf>,
+    /// Session flags.
+    #[command(flatten)]
+    pub session: Session,
+}
+
+/// The arguments of `calibrate`, from the manifest.
+#[derive(Debug, Parser)]
+#[command(name = "granchain calibrate")]
+struct Line {
+    #[command(flatten)]
+    arguments: calibrate::Arguments,
+}
+
+/// What came of it.
+#[derive(Debug, Serialize)]
+struct Verification {
+    folder: PathBuf,
+    /// Whether nothing differs.
+    verified: bool,
+    written_by: String,
+    verified_by: String,
+    /// Relative tolerance of every number.
+    tolerance: f64,
+    /// Numbers compared.
+    numbers: usize,
+    differences: Vec<Difference>,
+    /// Files of the manifest that are not in the folder.
+    missing: Vec<String>,
+    /// Files in the folder that the manifest does not know.
+    unknown: Vec<String>,
+}
+
+/// One number, or word, that is not what it should be.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+struct Difference {
+    /// The file and the place in it: `calibration.json: features.line_1.simulated`.
+    place: String,
+    /// What the calibration made again says.
+    expected: String,
+    /// What stands there.
+    found: String,
+}
+
+/// Run it.
+///
+/// # Errors
+/// When the folder holds no calibration, an input is missing or another one, or the calibration cannot be made again.
+pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
+    let Arguments { folder, inputs, session } = arguments;
+    let folder = std::path::absolute(folder).context("the current folder cannot be told")?;
+    let manifest = read_manifest(&folder)?;
+    let (stored, unknown) = read(&folder, &manifest)?;
+    // The folder for the inputs goes when this is dropped.
+    let place = tempfile::tempdir().context("a folder for the inputs cannot be made")?;
+    let session = elsewhere(session)?;
+    if let Some(inputs) = &inputs {
+        let here = inputs::stage(&manifest.inputs, inputs, place.path())?;
+        std::env::set_current_dir(&here).with_context(|| format!("{}: cannot be entered", here.display()))?;
+    }
+    inputs::check(&manifest.inputs)?;
+    let derived = made_again(&manifest, &session)?;
+
+    let tolerance = if manifest.processor == vector_unit() { SAME_PROCESSOR } else { OTHER_PROCESSOR };
+    let mut comparison = Comparison { tolerance, numbers: 0, differences: Vec::new() };
+    for (name, found) in stored.iter().filter(|(name, _)| *name != manifest::FILE && *name != timing::FILE) {
+        match derived.get(name).filter(|_| name.ends_with(".json") || name.ends_with(".csv")) {
+            Some(expected) if name.ends_with(".csv") => comparison.tables(name, expected, found),
+            Some(expected) => comparison.documents(name, expected, found),
+            None => comparison.digests(name, manifest.files.get(name), found),
+        }
+    }
+    let verification = Verification {
+        folder,
+        verified: comparison.differences.is_empty(),
+        written_by: manifest.program.clone(),
+        verified_by: summary::program(),
+        tolerance,
+        numbers: comparison.numbers,
+        differences: comparison.differences,
+        missing: manifest.files.keys().filter(|name| !stored.contains_key(*name)).cloned().collect(),
+        unknown,
+    };
+    session.result(text(&verification), &verification)?;
+    Ok(if verification.verified { Outcome::Done } else { Outcome::Broken })
+}
+
+/// The manifest, before anything else of the folder is read.
+fn read_manifest(folder: &Path) -> anyhow::Result<Manifest> {
+    let path = folder.join(manifest::FILE);
+    if !path.is_file() {
+        bail!(
+            "{}: expected the folder of a calibration, found no {}; name one that `granchain calibrate` wrote",
+            folder.display(),
+            manifest::FILE
+        );
+    }
+    let bytes = read_back(&path, LARGE).with_context(|| format!("{}: cannot be read", path.display()))?;
+    serde_json::from_slice(&bytes)
+        .with_context(|| format!("{}: expected a manifest; the file was altered", path.display()))
+}
+
+/// Files by their names.
+type Stored = BTreeMap<String, Vec<u8>>;
+
+/// The files of the folder that the manifest knows, and the names of the others, which are not read.
+fn read(folder: &Path, manifest: &Manifest) -> anyhow::Result<(Stored, Vec<String>)> {
+    let (mut stored, mut unknown) = (BTreeMap::new(), Vec::new());
+    for name in files_below(folder)?.into_iter().filter(|name| name != LIST) {
+        if manifest.files.contains_key(&name) || [manifest::FILE, timing::FILE].contains(&name.as_str()) {
+            let path = folder.join(&name);
+            let bytes = read_back(&path, LARGE).with_context(|| format!("{}: cannot be read", path.display()))?;
+            stored.insert(name, bytes);
+        } else {
+            unknown.push(name);
+        }
+    }
+    Ok((stored, unknown))
+}
+
+/// The session, good in any folder.
+fn elsewhere(mut session: Session) -> anyhow::Result<Session> {
+    if let Some(cache) = session.cache.take() {
+        let named = cache.as_os_str() != "none";
+        session.cache = Some(if named { std::path::absolute(cache).context("--cache")? } else { cache });
+    }
+    Ok(session)
+}
+
+/// Every file of the calibration, made again.
+fn made_again(manifest: &Manifest, session: &Session) -> anyhow::Result<Stored> {
+    let line = std::iter::once("granchain calibrate").chain(manifest.arguments.iter().map(String::as_str));
+    let Line { arguments } = Line::try_parse_from(line)
+        .map_err(|error| anyhow!("{}: arguments: {}", manifest::FILE, error.to_string().trim()))?;
+    let mut job = calibrate::prepare(arguments, manifest.arguments.clone(), &InMemory::default())?;
+    job.program.clone_from(&manifest.program);
+    let session = Session { json: false, ..session.clone() };
+    let mut timing = Timing::start();
+    let fitted = files::fitted(&job, Vec::new(), &session, &mut timing)?;
+    let made = Files::of(&job, &fitted, &session, &mut timing, &Stop::on_interrupt())?;
+    Ok(made.files.into_iter().map(|(name, bytes)| (name.display().to_string(), bytes)).collect())
+}
+
+/// Files compared, and what differs.
+struct Comparison {
+    tolerance: f64,
+    numbers: usize,
+    differences: Vec<Difference>,
+}
+
+impl Comparison {
+    fn differ(&mut self, place: String, expected: impl ToString, found: impl ToString) {
+        self.differences.push(Difference { place, expected: expected.to_string(), found: found.to_string() });
+    }
+
+    /// Whether two numbers are the same within the tolerance; counted.
+    fn same(&mut self, expected: f64, found: f64) -> bool {
+        self.numbers += 1;
+        (expected - found).abs() <= f64::max(self.tolerance * expected.abs().max(found.abs()), NOTHING)
+    }
+
+    fn documents(&mut self, name: &str, expected: &[u8], found: &[u8]) {
+        let parsed = [expected, found].map(serde_json::from_slice::<Value>);
+        match parsed {
+            [Ok(expected), Ok(found)] => self.values(&format!("{name}: "), &expected, &found),
+            _ => self.differ(name.into(), "JSON", "a file that is none"),
+        }
+    }
+
+    fn values(&mut self, place: &str, expected: &Value, found: &Value) {
+        let below = |key: &str| if place.ends_with(": ") { format!("{place}{key}") } else { format!("{place}.{key}") };
+        match (expected, found) {
+            (Value::Object(expected), Value::Object(found)) => {
+                for key in expected.keys().chain(found.keys().filter(|key| !expected.contains_key(*key))) {
+                    let of = |object: &serde_json::Map<String, Value>| object.get(key).cloned().unwrap_or_default();
+                    self.values(&below(key), &of(expected), &of(found));
+                }
+            }
+            (Value::Array(expected), Value::Array(found)) if expected.len() == found.len() => {
+                for (index, (expected, found)) in expected.iter().zip(found).enumerate() {
+                    self.values(&below(&index.to_string()), expected, found);
+                }
+            }
+            (Value::Number(a), Value::Number(b)) => {
+                if !self.same(a.as_f64().unwrap_or(f64::NAN), b.as_f64().unwrap_or(f64::NAN)) {
+                    self.differ(place.into(), a, b);
+                }
+            }
+            _ if expected == found => {}
+            _ => self.differ(place.into(), expected, found),
+        }
+    }
+
+    fn tables(&mut self, name: &str, expected: &[u8], found: &[u8]) {
+        let [expected, found] = [expected, found].map(String::from_utf8_lossy);
+        let (rows, others): (Vec<&str>, Vec<&str>) = (expected.lines().collect(), found.lines().collect());
+        if rows.len() != others.len() {
+            return self.differ(name.into(), format!("{} lines", rows.len()), format!("{} lines", others.len()));
+        }
+        let columns: Vec<&str> = rows.first().map(|head| head.split(',').collect()).unwrap_or_default();
+        for (line, (row, other)) in rows.iter().zip(&others).enumerate() {
+            let (cells, stored): (Vec<&str>, Vec<&str>) = (row.split(',').collect(), other.split(',').collect());
+            if cells.len() != stored.len() {
+                self.differ(format!("{name}:{}", line + 1), *row, *other);
+                continue;
+            }
+            for (index, (cell, other)) in cells.into_iter().zip(stored).enumerate() {
+                let same = match (cell.parse(), other.parse()) {
+                    (Ok(a), Ok(b)) => self.same(a, b),
+                    _ => cell == other,
+                };
+                if !same {
+                    let column = columns.get(index).copied().unwrap_or_default();
+                    self.differ(format!("{name}:{}: column `{column}`", line + 1), cell, other);
+                }
+            }
+        }
+    }
+
+    fn digests(&mut self, name: &str, written: Option<&String>, found: &[u8]) {
+        let found = sha256(found);
+        if written.is_some_and(|written| *written != found) {
+            self.differ(format!("{name}: SHA-256"), written.cloned().unwrap_or_default(), found);
+        }
+    }
+}
+
+fn text(verification: &Verification) -> String {
+    let Verification { folder, written_by, verified_by, differences, numbers, tolerance, .. } = verification;
+    let mut text = format!("{}: written by {written_by}, run again by {verified_by}\n", folder.display());
+    for (what, files) in [
+        ("Of the manifest but not in the folder, so not verified", &verification.missing),
+        ("In the folder but not of the manifest, so not verified", &verification.unknown),
+    ] {
+        if !files.is_empty() {
+            let more = files.len().saturating_sub(PRINTED);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            let shown: Vec<&str> = files.iter().take(PRINTED).map(String::as_str).collect();
+            let _ = writeln!(text, "{what}: {}{more}", shown.join(", "));
+        }
+    }
+    for Difference { place, expected, found } in differences.iter().take(PRINTED) {
+        let _ = writeln!(text, "{place}\n    expected {expected}, found {found}");
+    }
+    let _ = match differences.len() {
+        0 => writeln!(
+            text,
+            "Verified: {numbers} numbers are those that follow from the inputs, within {tolerance:e} of each."
+        ),
+        count => writeln!(
+            text,
+            "Not verified: of {numbers} numbers and all pages and pictures, {count} differ (tolerance {tolerance:e} of each number)."
+        ),
+    };
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn comparison() -> Comparison {
+        Comparison { tolerance: SAME_PROCESSOR, numbers: 0, differences: Vec::new() }
+    }
+
+    #[test]
+    fn numbers_are_compared_within_the_tolerance_and_named_by_their_place() {
+        let mut found = comparison();
+        found.documents("a.json", br#"{"a": {"b": [1.0, "x"]}}"#, br#"{"a": {"b": [1.0000000001, "x"]}}"#);
+        assert_eq!((found.numbers, found.differences.len()), (1, 0));
+        found.documents("a.json", br#"{"a": {"b": [1.0, "x"]}}"#, br#"{"a": {"b": [1.001, "x"]}, "c": 1}"#);
+        let places: Vec<&str> = found.differences.iter().map(|it| it.place.as_str()).collect();
+        assert_eq!(places, ["a.json: a.b.0", "a.json: c"]);
+        let mut found = comparison();
+        found.tables("a.csv", b"t,v\n1,2\n3,4\n", b"t,v\n1,2\n3,5\n");
+        assert_eq!(found.differences[0].place, "a.csv:3: column `v`");
+        found.tables("a.csv", b"t,v\n1,2\n", b"t,v\n");
+        assert_eq!(found.differences[1].expected, "2 lines");
+    }
+}
