@@ -61,7 +61,7 @@ impl Varied for Precompressions {
 mod tests {
     use super::*;
     use crate::portrait::{PortraitMoments, Trait};
-    use granchain_studies::ensemble::Moments;
+    use granchain_calibration::predict::ensemble::Moments;
 
     fn law(crests: &[f64]) -> Precompressions {
         let point = |(index, crest): (usize, &f64)| {

@@ -13,16 +13,16 @@ use crate::{
     failure::{StudyError, enough},
     paper::{LAWS, Law},
 };
-use granchain_model::scene::Scene;
-use granchain_signal::{
-    Series,
-    feature::{FeatureError, FeatureSettings, Measurand, Window, amplitude_spectrum},
-};
-use granchain_studies::{
+use granchain_calibration::predict::{
     Bodies,
     ensemble::{EnsemblePlan, STEPS_PER_PERIOD},
     members::{self, Watch, perturbations},
     observation,
+};
+use granchain_model::scene::Scene;
+use granchain_signal::{
+    Series,
+    feature::{FeatureError, FeatureSettings, Measurand, Window, amplitude_spectrum},
 };
 
 /// Highest frequency of the spectra, in drive frequencies.

@@ -16,6 +16,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::{divided::Divided, failure::StudyError};
+use granchain_calibration::predict::{Bodies, members::Watch, observation};
 use granchain_model::{
     response::Response,
     scene::{self, Scene},
@@ -27,7 +28,6 @@ use granchain_signal::{
         measure_pressure,
     },
 };
-use granchain_studies::{Bodies, members::Watch, observation};
 
 /// Printed peak pressure, Pa.
 pub const PRINTED_PRESSURE: f64 = 14e3;

@@ -3,8 +3,8 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use granchain_calibration::predict::{Bodies, members::Unwatched};
 use granchain_report::number::{short, significant};
-use granchain_studies::{Bodies, members::Unwatched};
 use granchain_validate::stress::{CASES, Check, Limit, StressPlan, run};
 
 #[derive(Debug, Parser)]

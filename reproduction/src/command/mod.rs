@@ -28,15 +28,15 @@ use granchain::cli::{
     timing::Timing,
     with_causes,
 };
-use granchain_model::scene::{ModelKind, Scene};
-use granchain_report::page::Files;
-use granchain_signal::{Series, feature::Measurand};
-use granchain_studies::{
+use granchain_calibration::predict::{
     Bodies, EnsemblePlan,
     ensemble::STEPS_PER_PERIOD,
     members::{self, perturbations},
     observation,
 };
+use granchain_model::scene::{ModelKind, Scene};
+use granchain_report::page::Files;
+use granchain_signal::{Series, feature::Measurand};
 
 /// Reproduce the source paper: its experiment, or one of the studies that follow from it.
 #[derive(Debug, Parser)]

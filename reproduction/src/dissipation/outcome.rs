@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Candidate, DissipationPlan};
 use crate::paper::allowance;
-use granchain_studies::{
+use granchain_calibration::predict::{
     ensemble::{Moments, Spread},
     published::Peaks,
 };

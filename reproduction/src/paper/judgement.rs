@@ -14,11 +14,11 @@ use serde::Serialize;
 
 use super::{LAWS, LawOutcome, PaperOutcome, SweepPoint, moment};
 use crate::portrait::{IMPULSIVE_CREST, Trait};
-use granchain_signal::feature::Ratio;
-use granchain_studies::{
+use granchain_calibration::predict::{
     ensemble::Spread,
     published::{Claim, KUWABARA_KONO, MEASURED, PEAK_HALF_DIGIT, STATEMENTS, SWEPT_ALPHAS, Statement, Subject},
 };
+use granchain_signal::feature::Ratio;
 
 /// What came of a statement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -21,6 +21,13 @@ use crate::{
     divided::Divided,
     failure::{StudyError, enough, reasons},
 };
+use granchain_calibration::predict::{
+    Bodies,
+    ensemble::{EnsemblePlan, Moments, Spread},
+    members::Watch,
+    observation,
+    published::SWEPT_ALPHAS,
+};
 use granchain_model::{
     ModelError,
     scene::{self, DampingKind, ModelKind, Scene, SceneError},
@@ -28,13 +35,6 @@ use granchain_model::{
 use granchain_signal::{
     Series,
     feature::{AmplitudeSpectrum, FeatureSettings, Ratio, amplitude_spectrum},
-};
-use granchain_studies::{
-    Bodies,
-    ensemble::{EnsemblePlan, Moments, Spread},
-    members::Watch,
-    observation,
-    published::SWEPT_ALPHAS,
 };
 
 pub use judgement::{Judgement, Verdict, allowance, judge};

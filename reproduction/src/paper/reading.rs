@@ -18,8 +18,8 @@ use crate::{
     portrait::{PortraitMoments, Trait},
     seen::Seen,
 };
+use granchain_calibration::predict::{ensemble::EnsemblePlan, members::Watch, observation};
 use granchain_model::scene::ModelKind;
-use granchain_studies::{ensemble::EnsemblePlan, members::Watch, observation};
 
 /// One way to read what the paper leaves open.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -217,7 +217,7 @@ fn compared(reading: &Reading, law: &Law, base: &PortraitMoments, moved: &Portra
 #[cfg(test)]
 mod tests {
     use super::{super::LAWS, *};
-    use granchain_studies::ensemble::Moments;
+    use granchain_calibration::predict::ensemble::Moments;
 
     #[test]
     fn the_shift_is_the_rms_of_relative_peak_changes_and_the_change_of_the_ratio() {

@@ -3,12 +3,12 @@
 use serde::Serialize;
 
 use crate::failure::StudyError;
+use granchain_calibration::predict::{Bodies, members::Watch};
 use granchain_model::{
     ModelError,
     scene::{self, ModelKind, SceneError},
 };
 use granchain_signal::Series;
-use granchain_studies::{Bodies, members::Watch};
 use granchain_validate::convergence::{error, moving_average};
 
 /// Length of the moving average through which the last bead's velocity passes on all models, s: finite bodies ring.

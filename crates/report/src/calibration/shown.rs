@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use super::{CalibrationReport, DensityMap, LawReport, RecordReport};
 use crate::figure::Map;
+use granchain_calibration::predict::observation::watched_of;
 use granchain_calibration::{
     outcome::{FitOutcome, FittedFeature, FittedParameter, OutcomeFeature, RungOutcome},
     parameter::Parameter,
 };
 use granchain_model::scene::DampingKind;
 use granchain_signal::feature::Measurand;
-use granchain_studies::observation::watched_of;
 
 /// A law with its fit, and what is drawn of it.
 pub(super) struct Law<'a> {

@@ -27,17 +27,17 @@ use self::{
     run::Source,
     stored::{BEST, Chaos, FeatureSpread, Measured, OwnErrors, OwnPoint, Reference, Stored, kept},
 };
+use granchain_calibration::predict::{
+    EnsemblePlan,
+    ensemble::Moments,
+    members::{Watch, perturbations, varied},
+};
 use granchain_model::{
     ModelError,
     response::SolverWork,
     scene::{self, Limits, Scene, SceneError},
 };
 use granchain_signal::feature::FeatureError;
-use granchain_studies::{
-    EnsemblePlan,
-    ensemble::Moments,
-    members::{Watch, perturbations, varied},
-};
 
 /// What is to be done.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,13 +5,13 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::{AccuracyError, ladder::Setting};
+use granchain_calibration::predict::members::Watch;
 use granchain_model::{
     self as model, Estimate, ModelError,
     fea::{Control, Simulation},
     response::Response,
     scene::{self, Limits, ModelKind, Scene},
 };
-use granchain_studies::members::Watch;
 
 /// Steps of the finite element analysis between two looks at whether to stop.
 const STEPS_PER_LOOK: u64 = 50;
@@ -180,7 +180,7 @@ pub fn processor() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use granchain_studies::members::Unwatched;
+    use granchain_calibration::predict::members::Unwatched;
 
     #[test]
     fn least_and_median_of_repetitions() {

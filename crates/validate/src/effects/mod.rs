@@ -20,6 +20,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use self::{clock::Clock, switch::Switch};
+use granchain_calibration::predict::members::Watch;
 use granchain_model::{
     self as model, ModelError, Prepared,
     response::{Preparation, Response, SolverWork},
@@ -29,7 +30,6 @@ use granchain_signal::{
     Series,
     feature::{FeatureSettings, Ratio, Window, measure},
 };
-use granchain_studies::members::Watch;
 
 /// End of the window in which waveforms are compared, s: undamped, and damped or in front of water.
 const WINDOW: (f64, f64) = (70e-6, 250e-6);

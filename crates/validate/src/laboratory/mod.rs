@@ -28,6 +28,7 @@ use std::{
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use granchain_calibration::predict::confirmed::with_causes;
 use granchain_calibration::{
     Course, Plan, Problem,
     bench::Bench,
@@ -44,7 +45,6 @@ use granchain_model::{
     scene::{self, ModelKind, Scene},
 };
 use granchain_record::ReadOptions;
-use granchain_studies::confirmed::with_causes;
 
 /// The scene of every bench.
 const SCENE: &str = "annulus";

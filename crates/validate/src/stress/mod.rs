@@ -23,7 +23,7 @@ mod water;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use granchain_studies::{Bodies, members::Watch};
+use granchain_calibration::predict::{Bodies, members::Watch};
 use room::Room;
 
 /// A rung of the fidelity ladder, and the law of its contacts.

@@ -1,6 +1,10 @@
 //! Where a case runs on one rung: scenes, runs, and what every run is held against.
 
 use super::{Case, Check, Curve, Limit, Rung, StressOutcome, StressPlan};
+use granchain_calibration::predict::{
+    Bodies,
+    members::{self, Watch},
+};
 use granchain_model::{
     ModelError,
     chain::ensemble::Variation,
@@ -14,10 +18,6 @@ use granchain_model::{
 use granchain_signal::{
     Series,
     feature::{FeatureError, Measurand},
-};
-use granchain_studies::{
-    Bodies,
-    members::{self, Watch},
 };
 
 /// Energy (J) unaccounted for over the largest that is allowed.

@@ -95,11 +95,11 @@ impl Axis {
     /// Read `KEY=START:STOP:STEP` (ends included) or `KEY=A,B,C`; numbers with or without units, words in lists.
     ///
     /// ```
-    /// # use granchain_studies::grid::{Axis, Value};
+    /// # use granchain_calibration::predict::grid::{Axis, Value};
     /// let axis = Axis::parse("drive.amplitude=0.1um:0.3um:0.1um")?;
     /// assert_eq!(axis.values, [1e-7, 2e-7, 3e-7].map(Value::Number));
     /// assert_eq!(axis.unit, "m");
-    /// # Ok::<(), granchain_studies::grid::GridError>(())
+    /// # Ok::<(), granchain_calibration::predict::grid::GridError>(())
     /// ```
     ///
     /// # Errors

@@ -17,7 +17,7 @@ use super::{
     members::{Watch, perturbations},
     observation::{self, Observation as Watched, watched_of},
 };
-use granchain_calibration::{
+use crate::{
     engine::trace,
     observation::{Observation, Passband, Recording, clip},
     printed::Printed,
