@@ -20,9 +20,7 @@ const MESH_DENSITY: u32 = 16;
 /// One law over the static force.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Precompressions {
-    /// The law.
     pub law: Law,
-    /// One point a force.
     pub points: Vec<TrendPoint>,
 }
 

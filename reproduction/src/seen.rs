@@ -19,9 +19,7 @@ use granchain_signal::{
 /// What perturbed runs pass through before they are measured.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen<'a> {
-    /// Bodies made ready.
     pub bodies: &'a Bodies,
-    /// The decoder.
     pub decoder: Decoder,
     /// How velocities without noise are measured.
     pub settings: &'a FeatureSettings,

@@ -70,11 +70,9 @@ pub struct DissipationPlan {
     pub members: usize,
     /// Perturbed runs where a candidate is likeliest, at each of three levels of the drive.
     pub confirming: usize,
-    /// Seed of the perturbations.
     pub seed: u64,
     /// The peaks to be explained.
     pub printed: Peaks,
-    /// The effects.
     pub effects: Vec<Effect>,
 }
 

@@ -16,11 +16,8 @@ use granchain_report::{
 /// The study and where it comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DissipationReport {
-    /// Program and version.
     pub program: String,
-    /// The outcome.
     pub outcome: DissipationOutcome,
-    /// Command line as typed.
     pub command_line: String,
 }
 

@@ -80,9 +80,7 @@ pub(super) fn ensembles() -> usize {
 /// One number with and without the reading.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Change {
-    /// Mean under the reading.
     pub mean: f64,
-    /// Scatter under the reading.
     pub scatter: f64,
     /// Its change over the default's own value for a peak, the plain change for a ratio, 1.
     pub change: f64,
@@ -93,7 +91,6 @@ pub struct Change {
 /// What a reading does to a law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ReadingOutcome {
-    /// The reading.
     pub reading: Reading,
     /// Positive peak, negative peak, ratio of the law's own line; none where it cannot be run.
     pub changes: Option<[Change; 3]>,

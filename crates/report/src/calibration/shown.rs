@@ -155,7 +155,6 @@ pub(super) struct Estimate {
     pub unit: String,
     /// That unit's number over the SI's.
     pub factor: f64,
-    /// Point estimate.
     pub value: f64,
     /// Ends of the 90 % interval; `None` where none may be quoted.
     pub low: Option<f64>,

@@ -23,7 +23,6 @@ pub struct Seconds {
     pub least: f64,
     /// Median of all repetitions, s.
     pub median: f64,
-    /// Repetitions.
     pub repetitions: u32,
 }
 
@@ -45,7 +44,6 @@ impl Seconds {
 pub struct Cost {
     /// Meshing, factoring, modes, fits: once for any number of runs.
     pub setup_s: Seconds,
-    /// One run.
     pub run_s: Seconds,
     /// Largest resident memory of the program meanwhile, bytes; none where the system does not tell.
     pub peak_memory_bytes: Option<u64>,
@@ -62,7 +60,6 @@ impl Cost {
 /// Where scenes of the ladder come from.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Source<'a> {
-    /// Built-in scene or file.
     pub name: &'a str,
     /// Overrides of the caller, under those of the settings.
     pub sets: &'a [String],

@@ -128,9 +128,7 @@ impl Watched {
 /// A number of a whole run.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Feature {
-    /// Its name.
     pub key: String,
-    /// Its unit.
     pub unit: &'static str,
     /// Its value; none where the run cannot tell.
     pub value: Option<f64>,

@@ -58,11 +58,8 @@ const FINER: f64 = 1.75;
 /// What is to be made and fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LaboratoryPlan {
-    /// The conditions.
     pub conditions: Vec<Condition>,
-    /// Twins a condition.
     pub count: u64,
-    /// Seed.
     pub seed: u64,
     /// Runs of the chain's search, a fit.
     pub evaluations: usize,
@@ -88,11 +85,9 @@ pub struct LaboratoryTwin {
 /// What a user would have been told.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LaboratoryFit {
-    /// How it ended.
     pub verdict: Verdict,
     /// Share of right records that are as far from the model.
     pub p_value: f64,
-    /// Median misfit per feature.
     pub misfit: f64,
     /// Estimates, whatever the verdict.
     pub estimates: Vec<Estimate>,

@@ -23,9 +23,7 @@ use granchain_signal::{
 /// Energy (J) unaccounted for over the largest that is allowed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Balance {
-    /// Of the adaptive chain.
     pub chain: f64,
-    /// Of the reduced model.
     pub reduced: f64,
     /// Of the finite element analysis.
     pub fea: f64,
