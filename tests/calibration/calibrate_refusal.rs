@@ -247,7 +247,7 @@ const CASES: &[Case] = &[
         name: "m/s written for mm/s",
         prepare: |place| header(place, "time_us,velocity_m_per_s"),
         flags: MEASURED,
-        told: &["lab/broken.csv", "runs failed", "unit"],
+        told: &["lab/broken.csv", "at most 50 m/s, found", "--unit, such as mm/s"],
     },
 ];
 

@@ -1,5 +1,5 @@
 //! Records of other laboratories through the whole of `calibrate`, few of them: that the study runs, is the same whatever the threads, and sees
-//! what is plainly right and plainly wrong. What the intervals are worth is `granchain coverage --scenario all`; see `docs/calibration.md`.
+//! what is plainly right and plainly wrong. What the intervals are worth is `granchain coverage --scenario all`; see `docs/validation.md`.
 
 use std::{fs, path::Path};
 

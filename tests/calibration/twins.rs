@@ -1,6 +1,6 @@
 //! The calibration's own proof, in its quick form: twins with known truth, wrong models, the shipped twin.
 //!
-//! The long form is `granchain twins --count 80`; its figures stand in `docs/calibration.md`.
+//! The long form is `granchain twins --count 80`; its figures stand in `docs/validation.md`.
 
 use assert_cmd::Command;
 use granchain::{
@@ -56,7 +56,7 @@ fn three_drive_levels_together_narrow_the_interval_of_the_damping_and_keep_its_c
         proof.widths.iter().find(|row| row.name == name && row.levels == levels).unwrap().clone()
     };
     let (single, joint) = (of("damping", "1"), of("damping", "all"));
-    // Of 24 twins 0.44 (docs/calibration.md); the first six are mostly regular, where one record already tells the damping.
+    // Of 24 twins 0.44; the first six are mostly regular, where one record already tells the damping.
     assert!(joint.median_width <= 0.8 * single.median_width, "{single:?} {joint:?}");
     for name in ["alpha", "damping"] {
         // With a true coverage of 0.9, fewer than 4 of 6 happen in 1.6 per cent of all seeds.

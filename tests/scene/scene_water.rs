@@ -97,7 +97,8 @@ fn every_key_arrives_in_si() {
 fn the_way_follows_from_model_and_baffle_unless_it_is_named() {
     let way = |overrides: &[&str]| water(overrides).method;
     assert_eq!(way(&[]), WaterMethod::Rayleigh);
-    // The scene names its way; without, the baffle or the model decides.
+    // The built-in scene names the way of its own baffle; a file of one's own names its own, and else the baffle or the model decides.
+    assert_eq!(way(&["water.baffle=soft"]), WaterMethod::Elements(WaterMesh::default()));
     let own = |text: &str| {
         let text = format!("extends = \"chain\"\nsupport.kind = \"disc\"\nmodel.integrator = \"symplectic\"\n{text}");
         load_text(&text, Path::new("own.toml"), &[]).unwrap().scene.water.unwrap().method
@@ -148,7 +149,7 @@ fn what_cannot_be_is_refused_with_figures() {
             &["water.method=elements", "water.field_points=[{z=3e-3}]"],
             "within the mesh of `water.mesh_radius` = 2.5 mm",
         ),
-        (&["water.baffle=soft"], "`elements` where `water.baffle` is \"soft\""),
+        (&["water.baffle=soft", "water.method=rayleigh"], "`elements` where `water.baffle` is \"soft\""),
         (&["water.mesh_side=0.1mm"], "`water.mesh_side`"),
         (&["water.absorption_exponent=1"], "`water.absorption`"),
     ];

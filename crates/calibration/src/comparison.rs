@@ -35,7 +35,7 @@ const AFTER_ONSET: f64 = 3.0;
 const AFTER_WINDOW: f64 = 2.0;
 
 /// β of a pressure: 27 features of 40 neighbours judge more sharply than 22. With the power of a velocity the first twins' α was missed; see
-/// `docs/calibration.md` for how few they were.
+/// `docs/validation.md` for the counts.
 const PRESSURE_POWER: f64 = 0.35;
 
 /// How a conditioned trace becomes features z.
@@ -66,7 +66,6 @@ pub struct Comparison {
     pub flicker: f64,
     /// Number of shots that the record is the mean of.
     pub averages: usize,
-    /// How runs are reduced.
     pub reduction: Reduction,
     /// Features z₀ to be met.
     pub features: Vec<f64>,
@@ -84,22 +83,10 @@ pub struct Comparison {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum WeightError {
-    /// A weight for a feature that is not there.
     #[error("weight of `{name}`: expected one of {known}")]
-    UnknownFeature {
-        /// The name.
-        name: String,
-        /// The features there are.
-        known: String,
-    },
-    /// A weight that is none.
+    UnknownFeature { name: String, known: String },
     #[error("weight of `{name}`: expected a finite number ≥ 0, found {weight}")]
-    Weight {
-        /// The feature.
-        name: String,
-        /// The weight.
-        weight: f64,
-    },
+    Weight { name: String, weight: f64 },
 }
 
 impl From<Observation> for Comparison {

@@ -13,7 +13,7 @@
 //! what each record's features contribute ([`Cloud::parted`]).
 //!
 //! After S. N. Wood, *Nature* 466 (2010) 1102; the regression in place of replicates, k, the shrinkage and the power β
-//! of [`super::posterior`] were tuned on twins, see `docs/calibration.md`.
+//! of [`super::posterior`] were tuned on twins, see `docs/method.md`.
 
 mod regression;
 

@@ -60,7 +60,7 @@ fn class(error: &(dyn std::error::Error + 'static)) -> Option<Class> {
             Some(RecordError::new_err)
         }
         Some(Refusal::Bench(BenchError::Scene(_))) => Some(SceneError::new_err),
-        Some(Refusal::Model(_) | Refusal::FeaRun(_)) => Some(SimulationError::new_err),
+        Some(Refusal::Model(_)) => Some(SimulationError::new_err),
         Some(_) => Some(CalibrationError::new_err),
         None if error.is::<cli::reading::DriveUnread>() => Some(RecordError::new_err),
         None => match error.downcast_ref::<BenchError>() {

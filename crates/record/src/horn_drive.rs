@@ -4,7 +4,14 @@
 //! recorded quantity ─ first and last motion ─ continued at both ends ─ low-pass ─ less drift ─ Wiener's gain, [∫dt] ─ from rest to rest
 //! ```
 //!
-//! No window is laid over what was recorded: only what was predicted beyond it fades.
+//! No window is applied to recorded samples: only what was predicted beyond them fades.
+//!
+//! - Onset: the first sample beyond 4.5 σ and 1e-4 of the peak, followed by more within a period; back to its change of sign; back by half periods as long as
+//!   the part of sin ωt in them exceeds 3.5 of its own σ; then the zero of the lines fitted to three periods after it. A slope of the quiet samples is removed.
+//! - A first sample that moves (beyond 3 σ and 1 % of the peak) belongs to a burst that begins with the record if the fitted lines pass zero less than one
+//!   sample before it. Else the record begins inside the burst and is continued backwards for 20 cycles, of which the first 8 rise.
+//! - An end is continued by the fitted lines (half as many periods where they miss the samples), growth levelling off as L tanh(u/L), the remainder reflected
+//!   over two periods, for at least four periods and as far as the filters reach; then it fades over twelve.
 
 use std::f64::consts::PI;
 
@@ -88,9 +95,7 @@ pub struct HornDrive {
     pub begins_at: f64,
     /// Last instant of motion that was recorded, model's clock, s: what lies behind is rest or predicted.
     pub recorded_until: f64,
-    /// How it begins.
     pub begins: Beginning,
-    /// How it ends.
     pub ends: Ending,
     /// What noise is left in it; `None` where none is known.
     pub remainder: Option<Remainder>,

@@ -402,7 +402,7 @@ fn farthest(outcome: &CalibrationOutcome) -> String {
     let said = off.iter().take(shown).map(|(name, deviation, widened)| {
         format!("{name} {deviation:+.1}{}", if *widened { " (down-weighted)" } else { "" })
     });
-    format!("{} scatters", said.collect::<Vec<_>>().join(", "))
+    format!("{} SD of a run", said.collect::<Vec<_>>().join(", "))
 }
 
 /// The fitted features that say most: the peaks, and the lines of a third or of the drive.
@@ -432,7 +432,7 @@ fn feature_text(key: &str, feature: &FittedFeature, measured: &str) -> String {
     let factor = if key == "negative_peak" { -factor } else { factor };
     let shown = |value: Option<f64>| value.map_or_else(|| "–".into(), |value| significant(value * factor, 3));
     let scatter = feature.scatter.zip(feature.expected).map(|(scatter, expected)| scatter * expected.abs());
-    let deviation = feature.deviation.map_or_else(String::new, |pull| format!(" ({pull:+.1} standard deviations)"));
+    let deviation = feature.deviation.map_or_else(String::new, |pull| format!(" ({pull:+.1} SD)"));
     format!(
         "{measured} {}{unit}, model {} ± {}{unit}{deviation}",
         shown(feature.measured),

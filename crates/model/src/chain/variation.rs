@@ -98,8 +98,8 @@ impl Variation {
     }
 
     /// [`Variation::written_into`] for bodies that are made ready once, with the scene's own modulus: what a bench of another modulus does, on a clock
-    /// that runs √κ times as fast. From m ẍ + c ẋ + κ f(x) = 0 follows m x″ + (c/√κ) x′ + f(x) = 0 over √κ t. A support that is no Hertz contact
-    /// goes with the beads. [`Variation::on_the_record`] takes the trace back.
+    /// that runs √κ times as fast. From m ẍ + c ẋ + κ f(x) = 0 follows m x″ + (c/√κ) x′ + f(x) = 0 over √κ t. A body of one's own behind
+    /// the chain goes with the beads. [`Variation::on_the_record`] takes the trace back.
     #[must_use]
     pub fn written_over(&self, scene: &Scene, closed: fn(f64) -> f64) -> Scene {
         let factor = self.modulus_factor;
@@ -112,6 +112,9 @@ impl Variation {
             scene.damping.coefficients[term] /= faster;
         }
         scene.chain.precompression /= factor;
+        if let Some(own) = scene.support.stiffness_mut() {
+            *own /= factor;
+        }
         if let Some(holder) = &mut scene.holder {
             holder.drag /= faster;
             holder.friction_force /= factor;

@@ -11,7 +11,6 @@ use granchain_signal::{Dimension, Quantity};
 /// An effect beyond equal elastic beads between rigid flats, driven by a formula.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Effect {
-    /// Its name.
     pub name: &'static str,
     /// Whether this scene has it.
     pub on: bool,
@@ -170,7 +169,7 @@ fn further_effects(scene: &Scene) -> Vec<Effect> {
         ),
         effect(
             "oblique contacts",
-            holder.clearance > 0.0,
+            holder.clearance > 0.0 && (scene.model.kind == ModelKind::Chain || holder.friction_coefficient > 0.0),
             format!(
                 "holder.clearance = {}, holder.friction_coefficient = {}",
                 show(holder.clearance, Dimension::LENGTH),

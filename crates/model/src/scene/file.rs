@@ -34,7 +34,6 @@ const MOST_SAMPLES: f64 = 2e7;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Loaded {
-    /// The scene.
     pub scene: Scene,
     /// Values that were chosen rather than read, one sentence each.
     pub notes: Vec<String>,
@@ -228,7 +227,8 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
         Support::Disc { shape, .. } => water::read(reader, shape)?,
         _ => None,
     };
-    let exact_friction = holder::is_exact(settings::kind(reader)?, &support);
+    let kind = settings::kind(reader)?;
+    let exact_friction = holder::is_exact(kind, &support);
     let least_radius = chain.beads.iter().map(|bead| bead.radius).fold(f64::INFINITY, f64::min);
     Ok(Scene {
         name: reader.text("name")?.unwrap_or(name).to_owned(),
@@ -241,7 +241,7 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
         contact_law: contact_law::read(reader)?,
         yield_strength: reader.given("contact.yield_strength")?,
         horn: horn::read(reader, drive.frequency)?,
-        holder: holder::read(reader, exact_friction, least_radius)?,
+        holder: holder::read(reader, (exact_friction, kind.is_meshed()), least_radius)?,
         loss: loss::read(reader)?,
         model: settings::read(reader, drive.frequency, output_step, notes)?,
         chain,

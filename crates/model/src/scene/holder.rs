@@ -70,8 +70,15 @@ pub(super) fn is_exact(kind: ModelKind, support: &Support) -> bool {
 
 const KEYS: [&str; 4] = ["holder.drag", "holder.friction_force", "holder.friction_coefficient", "holder.clearance"];
 
-/// The holder that a scene asks for; `exact` where the model can do the exact law of friction.
-pub(super) fn read(reader: &Reader<'_>, exact: bool, least_radius: f64) -> Result<Option<Holder>, SceneError> {
+/// Largest sine of the angle between lines of centres and the axis in models whose contacts are along the axis.
+const STRAIGHT: f64 = 0.05;
+
+/// The holder that a scene asks for; `exact` where the model can do the exact law of friction, `meshed` where bodies are.
+pub(super) fn read(
+    reader: &Reader<'_>,
+    (exact, meshed): (bool, bool),
+    least_radius: f64,
+) -> Result<Option<Holder>, SceneError> {
     if !KEYS.iter().any(|key| reader.has(key)) {
         reader.refuse_alone(&["holder.slip_velocity"], "holder.friction_force")?;
         return Ok(None);
@@ -99,5 +106,35 @@ pub(super) fn read(reader: &Reader<'_>, exact: bool, least_radius: f64) -> Resul
         let expected = format!("at most half the least radius of a bead, {}", super::file::length(0.5 * least_radius));
         return Err(reader.out_of_range("holder.clearance", expected, super::file::length(holder.clearance)));
     }
-    Ok(Some(holder))
+    // Contacts of meshed bodies are along the axis: what the obliquity does to their compliance is left out, 0.3 % at this angle.
+    if meshed && holder.clearance > STRAIGHT * 2.0 * least_radius {
+        let expected = format!(
+            "at most {}, an angle of {STRAIGHT} between equal beads: the models with meshed bodies leave out what the angle does to a contact's stiffness; \
+             use model.kind=chain",
+            super::file::length(STRAIGHT * 2.0 * least_radius)
+        );
+        return Err(reader.out_of_range("holder.clearance", expected, super::file::length(holder.clearance)));
+    }
+    // What is stated as none is none, and costs nothing.
+    let acts = holder.acts() || holder.clearance > 0.0;
+    Ok(Some(holder).filter(|_| acts))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::load;
+
+    #[test]
+    fn what_is_stated_as_none_is_absent_and_a_steep_angle_is_the_chain_s_alone() {
+        let sets = |sets: &[&str]| load("annulus", &sets.iter().map(|set| (*set).to_owned()).collect::<Vec<_>>());
+        let none = ["holder.drag=0", "holder.friction_force=0", "holder.clearance=0"];
+        assert_eq!(sets(&none).unwrap().holder, None);
+        for model in ["chain", "reduced", "fea"] {
+            let kind = format!("model.kind={model}");
+            let slight = sets(&["holder.clearance=40um", "holder.friction_coefficient=0.2", &kind]);
+            assert!(slight.unwrap().holder.is_some(), "{model}");
+            let steep = sets(&["holder.clearance=200um", &kind]);
+            assert_eq!(steep.is_ok(), model == "chain", "{model}: {steep:?}");
+        }
+    }
 }

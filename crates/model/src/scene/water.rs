@@ -3,6 +3,7 @@
 use super::{
     DiscShape, ModelKind,
     document::Value,
+    error::Place,
     error::SceneError,
     file::length,
     reader::{Bound, Reader, quantity, wrong_type},
@@ -66,7 +67,6 @@ impl Medium {
 /// The plane around the disc.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Baffle {
-    /// It does not move.
     Rigid,
     /// It carries no pressure: a free surface.
     Soft,
@@ -140,15 +140,12 @@ pub struct Absorption {
 /// The half-space of water behind the disc, how it is computed and where it is heard.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WaterSettings {
-    /// What it is called.
     pub medium: Medium,
-    /// What it is.
     pub liquid: Water,
     /// Losses between the disc and a field point; none by default.
     pub absorption: Option<Absorption>,
     /// The plane around the disc.
     pub baffle: Baffle,
-    /// How it is computed.
     pub method: WaterMethod,
     /// Where the pressure is heard; at least one point.
     pub field_points: Vec<FieldPoint>,
@@ -181,7 +178,9 @@ pub(super) fn read(reader: &Reader<'_>, disc: &DiscShape) -> Result<Option<Water
         sound_speed: reader.given("water.sound_speed")?.unwrap_or(named.sound_speed),
     };
     let baffle: Baffle = reader.word("water.baffle")?;
-    let meshed = match reader.choice("water.method")? {
+    // A method that a built-in scene names is of its own baffle.
+    let of_built_in = baffle == Baffle::Soft && matches!(reader.place("water.method"), Place::BuiltIn { .. });
+    let meshed = match reader.choice("water.method")?.filter(|_| !of_built_in) {
         Some(word) => word == "elements",
         None => baffle == Baffle::Soft || settings::kind(reader)? == ModelKind::Fea,
     };

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use super::{CalibrationReport, DensityMap, LawReport, RecordReport};
 use crate::figure::Map;
+use granchain_calibration::predict::observation::watched_of;
 use granchain_calibration::{
     outcome::{FitOutcome, FittedFeature, FittedParameter, OutcomeFeature, RungOutcome},
     parameter::Parameter,
 };
 use granchain_model::scene::DampingKind;
 use granchain_signal::feature::Measurand;
-use granchain_studies::observation::watched_of;
 
 /// A law with its fit, and what is drawn of it.
 pub(super) struct Law<'a> {
@@ -47,7 +47,8 @@ impl CalibrationReport {
         // Peaks that the fit compared are those of the whole answer: one value a feature.
         let compared = |key: &str| fitted.get(key).is_some_and(|feature| feature.measured.is_some());
         let row = |key: String| {
-            if record.recorded.is_some() && key.ends_with("_peak") && compared(&key) {
+            let windowed = record.recorded.is_some() && key.ends_with("_peak") && compared(&key);
+            if windowed && !record.published.contains_key(&key) {
                 return None;
             }
             let feature = features.get(&key)?;
@@ -64,8 +65,10 @@ impl CalibrationReport {
                 (_, None) => &alike[..],
             };
             let fitted = alike.iter().any(|name| compared(name));
-            let row =
-                FeatureRow { name: key.replace('_', " "), feature, recorded, published, published_uncertainty, fitted };
+            let of_window = if windowed { " in the window" } else { "" };
+            let name = format!("{}{of_window}", key.replace('_', " "));
+            let fitted = fitted && !windowed;
+            let row = FeatureRow { name, feature, recorded, published, published_uncertainty, fitted };
             (recorded.is_some() || feature.simulated.is_some()).then_some(row)
         };
         watched.filter_map(|watched| row(watched.key)).collect()
@@ -152,7 +155,6 @@ pub(super) struct Estimate {
     pub unit: String,
     /// That unit's number over the SI's.
     pub factor: f64,
-    /// Point estimate.
     pub value: f64,
     /// Ends of the 90 % interval; `None` where none may be quoted.
     pub low: Option<f64>,

@@ -1,0 +1,146 @@
+//! The answer of a calibration run by the accurate integrator, held against every record, and what `calibration.json` says of it.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use rayon::prelude::*;
+
+use super::{
+    bodies::Bodies,
+    confirmation::{Confirmation, ConfirmationError, ConfirmedFeature, Predicted, confirm, confirm_printed},
+    ensemble::EnsemblePlan,
+    members,
+};
+use crate::{
+    Fitted, FittedCandidate, Problem,
+    diagnosis::Finding,
+    forward::Watch,
+    measured::Measured,
+    observation::{MIDDLE, Passband},
+    outcome::{CalibrationOutcome, OutcomeFeature},
+    rung::reduced_below,
+    shot::Shot,
+};
+use granchain_model::{reduced::Cache, scene::Scene};
+
+/// Perturbed runs of the chain at each of three drive levels behind the feature table.
+const MEMBERS: usize = 24;
+
+/// The same of a rung above.
+const UPPER_MEMBERS: usize = 8;
+
+/// Hold `scene` against what was measured, on the model it asks for; of runs that nothing else is said of the
+/// instrument lets through what `passband` says, or what its record states.
+///
+/// # Errors
+/// When the accurate run fails or cannot be compared.
+pub fn confirm_measured(
+    measured: &Measured,
+    scene: &Scene,
+    bodies: &Bodies,
+    how: (&EnsemblePlan, Option<&Predicted>),
+    passband: Option<Passband>,
+    watch: &dyn members::Watch,
+) -> Result<Confirmation, ConfirmationError> {
+    match measured {
+        Measured::Record(measured) => {
+            let passband = passband.or_else(|| measured.recording.passband());
+            confirm(scene, bodies, &measured.recording, &measured.observation, how, passband, watch)
+        }
+        Measured::Published(measured) => confirm_printed(scene, bodies, &measured.printed, how, watch),
+    }
+}
+
+/// Whoever watches a search, asked whether runs go on.
+struct Asked<'a>(&'a Watch);
+
+impl members::Watch for Asked<'_> {
+    fn advance(&self, _runs: u64) {}
+
+    fn stop(&self) -> bool {
+        !(self.0)(0)
+    }
+}
+
+/// The answer beside every record.
+#[derive(Debug, Clone)]
+pub struct Confirmed {
+    /// Record by record, the first one first; `None` where the run failed or cannot be compared.
+    pub confirmations: Vec<Option<Confirmation>>,
+    /// Why not, in words.
+    pub failures: Vec<String>,
+    /// What would explain the first record where the fit does not, likeliest first.
+    pub diagnosis: Vec<Finding>,
+}
+
+impl Confirmed {
+    /// Run the best candidate's answer, on bodies from `cache` where they lie there; `watch` is told of the searches of a diagnosis and stops them, and all else.
+    #[must_use]
+    pub fn of(problem: &Problem, fitted: &Fitted, cache: Option<Cache>, watch: Arc<Watch>) -> Self {
+        let best: &FittedCandidate = fitted.best();
+        let rungs = &fitted.best_made().rungs;
+        let members = if rungs.is_empty() { MEMBERS } else { UPPER_MEMBERS };
+        let plan = EnsemblePlan::new(members, problem.seed);
+        let forwards = fitted.best_made().joint.records();
+        let ready = rungs.iter().map(|rung| Arc::clone(rung.prepared()));
+        let bodies = ready.fold(Bodies::new(cache), Bodies::holding);
+        let shots = problem.shots.par_iter().enumerate();
+        let confirm = |(number, shot): (usize, &Shot)| {
+            let (variations, passbands) = forwards[number].predicted(&best.fit.posterior, members).into_iter().unzip();
+            let scene = &best.candidate.scenes[number];
+            // How runs scatter, the reduced model tells as well as finite elements do.
+            let scene = reduced_below(scene).unwrap_or_else(|| scene.clone());
+            let predicted = Predicted { scene, variations, passbands };
+            let passband = forwards[number].passband(&best.fit.position(), || MIDDLE);
+            let how = (&plan, Some(&predicted));
+            confirm_measured(&shot.measured, &best.scene(number), &bodies, how, passband, &Asked(&*watch)).map_err(
+                |error| {
+                    let place =
+                        if number == 0 { String::new() } else { format!("{}: ", shot.measured.path().display()) };
+                    place + &with_causes(&error)
+                },
+            )
+        };
+        let confirmed: Vec<Result<Confirmation, String>> = shots.map(confirm).collect();
+        let failures = confirmed.iter().filter_map(|it| it.as_ref().err().cloned()).collect();
+        let confirmations = confirmed.into_iter().map(Result::ok).collect();
+        Self { confirmations, failures, diagnosis: fitted.diagnose(problem, watch) }
+    }
+
+    /// What `calibration.json` says, whole.
+    #[must_use]
+    pub fn outcome(&self, problem: &Problem, fitted: &Fitted) -> CalibrationOutcome {
+        let mut outcome = fitted.outcome(problem);
+        let mut features =
+            self.confirmations.iter().map(|confirmed| confirmed.as_ref().map(features).unwrap_or_default());
+        for (record, features) in outcome.best.records.iter_mut().zip(features.clone()) {
+            record.features = features;
+        }
+        outcome.best.features = features.next().unwrap_or_default();
+        outcome.statements.extend(self.failures.iter().cloned());
+        outcome.diagnosis.clone_from(&self.diagnosis);
+        outcome.best.rungs = fitted.best().rungs(problem);
+        outcome.laws[0].rungs.clone_from(&outcome.best.rungs);
+        outcome
+    }
+}
+
+/// An error with what caused it.
+pub fn with_causes(error: &dyn std::error::Error) -> String {
+    let causes = std::iter::successors(error.source(), |cause| cause.source());
+    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
+}
+
+fn features(confirmation: &Confirmation) -> BTreeMap<String, OutcomeFeature> {
+    let entry = |feature: &ConfirmedFeature| {
+        let simulated = feature.simulated.as_ref();
+        let row = OutcomeFeature {
+            measured: feature.measured,
+            simulated: simulated.map(|spread| spread.mean),
+            scatter: simulated.map(|spread| spread.scatter),
+            sensitivity: simulated.map(|spread| spread.sensitivity),
+            unit: feature.unit.clone(),
+        };
+        (feature.key.clone(), row)
+    };
+    confirmation.features.iter().map(entry).collect()
+}

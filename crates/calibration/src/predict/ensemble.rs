@@ -1,0 +1,241 @@
+//! What a number means when the chain is chaotic: its mean and scatter over perturbations that no laboratory controls,
+//! and its smooth change with the drive.
+//!
+//! - **scatter**: standard deviation over runs whose gaps are jittered by N(0, 0.3 nm) and whose drive by a factor
+//!   1 + U(−1e-4, 1e-4). A fit or a comparison tighter than it is noise.
+//! - **sensitivity**: half the difference of the means at drive × 1.01 and × 0.99, i.e. the change for +1 % drive (which
+//!   is +1 % α). It carries the error of two means; where that error is as large, nothing smooth is seen.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::{
+    bodies::Bodies,
+    members::{self, Unwatched, Watch, perturbations},
+    observation::{self, Observation},
+};
+use granchain_model::{
+    Estimate, ModelError,
+    chain::ensemble::Variation,
+    scene::{ModelKind, Scene, Support},
+};
+use granchain_signal::{
+    Series,
+    feature::{FeatureError, Measurand},
+};
+
+/// Fixed steps of the chain a drive period. In a regular regime 160 leave 7 % of error in a sensitivity, 640 leave 0.5 %.
+pub const STEPS_PER_PERIOD: u32 = 640;
+
+/// Which perturbations, and how many.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct EnsemblePlan {
+    /// Runs at each of the three drive levels, ≥ 2.
+    pub members: usize,
+    pub seed: u64,
+    /// Standard deviation of each gap, m.
+    pub gap_jitter_m: f64,
+    /// Half-width of the uniform relative jitter of the drive, 1.
+    pub drive_jitter: f64,
+    /// Relative change of the drive for the sensitivity, 1.
+    pub drive_change: f64,
+}
+
+impl EnsemblePlan {
+    /// Gaps jittered by 0.3 nm, the drive by 1e-4, sensitivity to ±1 % of the drive.
+    #[must_use]
+    pub fn new(members: usize, seed: u64) -> Self {
+        Self { members, seed, gap_jitter_m: 3e-10, drive_jitter: 1e-4, drive_change: 0.01 }
+    }
+
+    /// Factors on the drive: the scene's own, then those of the sensitivity.
+    #[must_use]
+    pub fn levels(&self) -> [f64; 3] {
+        [1.0, 1.0 + self.drive_change, 1.0 - self.drive_change]
+    }
+
+    /// What all its runs of a scene take, with a step of T0/`steps_per_period` of the chain.
+    #[must_use]
+    pub fn estimate(&self, scene: &Scene, steps_per_period: u32) -> Estimate {
+        let (members, beads) = (self.members as f64, scene.chain.beads.len() as f64);
+        let mut one = Estimate::of(scene);
+        if scene.model.kind == ModelKind::Chain && !matches!(scene.support, Support::Disc { .. }) {
+            one.work = beads * scene.duration * scene.drive.frequency * f64::from(steps_per_period);
+        }
+        // A variation with its gaps, and what was watched of its run.
+        one.times(3.0 * members, 8.0 * (beads + 32.0))
+    }
+}
+
+/// One watched number over the ensemble.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Spread {
+    /// Mean at the scene's own drive.
+    pub mean: f64,
+    /// Standard deviation at the scene's own drive.
+    pub scatter: f64,
+    /// Change for +1 % drive: half the difference of the means at ±1 %.
+    pub sensitivity: f64,
+    /// Standard error of `sensitivity`.
+    pub sensitivity_error: f64,
+}
+
+/// All watched numbers over the ensemble.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EnsembleOutcome {
+    pub plan: EnsemblePlan,
+    /// In the order of [`observation::watched`]; `None` where fewer than two runs could tell.
+    pub spreads: Vec<Option<Spread>>,
+    pub runs: usize,
+    /// Why runs failed, one a failed run.
+    pub failures: Vec<String>,
+}
+
+/// Why there is no ensemble at all.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum EnsembleError {
+    #[error("an ensemble needs at least 2 members, found {found}; pass --ensemble 32")]
+    TooFew { found: usize },
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    #[error("the drive cannot be measured: {0}")]
+    Feature(#[from] FeatureError),
+    #[error("{failed} of {runs} runs of the ensemble failed, the first because: {first}")]
+    Failed { runs: usize, failed: usize, first: String },
+}
+
+/// Run the scene 3 × `members` times on the model it asks for and summarise each watched number. The chain takes a fixed step of
+/// T0/[`STEPS_PER_PERIOD`].
+///
+/// The same perturbations are used at the three drive levels, so that in regular regimes they drop out of the
+/// sensitivity. Deterministic in the seed.
+///
+/// # Errors
+/// [`EnsembleError`]; single failed runs are counted in the outcome instead.
+pub fn run(scene: &Scene, plan: &EnsemblePlan) -> Result<EnsembleOutcome, EnsembleError> {
+    run_on(&Bodies::new(None), scene, plan)
+}
+
+/// As [`run`], with bodies that may be ready already.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_on(bodies: &Bodies, scene: &Scene, plan: &EnsemblePlan) -> Result<EnsembleOutcome, EnsembleError> {
+    if plan.members < 2 {
+        return Err(EnsembleError::TooFew { found: plan.members });
+    }
+    plan.estimate(scene, STEPS_PER_PERIOD).check(&scene.model.limits)?;
+    let settings = observation::settings(scene)?;
+    run_traces(bodies, scene, (Measurand::Velocity, STEPS_PER_PERIOD), plan, |velocity| {
+        Observation::measure(&observation::seen(scene, velocity), &settings)
+    })
+}
+
+/// As [`run_on`] for any measurand, with a step of T0/`steps_per_period` of the chain: `watch` sees every trace, m/s or Pa, as a laboratory with its
+/// own bandwidth, instants and window does.
+///
+/// # Errors
+/// [`EnsembleError`]; single failed runs are counted in the outcome instead.
+pub(crate) fn run_traces(
+    bodies: &Bodies,
+    scene: &Scene,
+    (measurand, steps_per_period): (Measurand, u32),
+    plan: &EnsemblePlan,
+    watch: impl Fn(&Series) -> Result<Observation, FeatureError> + Sync,
+) -> Result<EnsembleOutcome, EnsembleError> {
+    let perturbed = perturbations(scene, plan);
+    run_perturbed(bodies, scene, (measurand, steps_per_period), plan, &perturbed, &Unwatched, |_, trace| watch(trace))
+}
+
+/// As [`run_traces`] with the scene varied as `perturbed` has it, in place of the plan's own jitter, until `watch` says stop; `see` is told which of them a trace is of.
+///
+/// # Errors
+/// As [`run_traces`]; [`EnsembleError::Failed`] where it was stopped.
+pub(crate) fn run_perturbed(
+    bodies: &Bodies,
+    scene: &Scene,
+    (measurand, steps_per_period): (Measurand, u32),
+    plan: &EnsemblePlan,
+    perturbed: &[Variation],
+    watch: &dyn Watch,
+    see: impl Fn(usize, &Series) -> Result<Observation, FeatureError> + Sync,
+) -> Result<EnsembleOutcome, EnsembleError> {
+    let members = perturbed.len();
+    if members < 2 {
+        return Err(EnsembleError::TooFew { found: members });
+    }
+    let variations: Vec<Variation> = plan
+        .levels()
+        .iter()
+        .flat_map(|level| {
+            perturbed.iter().map(move |variation| Variation {
+                amplitude_scale: variation.amplitude_scale * level,
+                ..variation.clone()
+            })
+        })
+        .collect();
+    let see = |run: usize, trace: &Series| see(run % members, trace);
+    let watched: Vec<Result<Observation, String>> =
+        members::run(bodies, scene, &variations, steps_per_period, measurand, watch, see)?;
+    let failures: Vec<String> = watched.iter().filter_map(|outcome| outcome.as_ref().err().cloned()).collect();
+    let observations: Vec<Option<Observation>> = watched.into_iter().map(Result::ok).collect();
+    let [at_scene, above, below] = [0, 1, 2]
+        .map(|level| observations[level * members..(level + 1) * members].iter().flatten().collect::<Vec<_>>());
+    if at_scene.len() < 2 {
+        let first = failures.first().cloned().unwrap_or_default();
+        return Err(EnsembleError::Failed { runs: variations.len(), failed: failures.len(), first });
+    }
+    let spreads = (0..observation::watched_of(measurand, scene.drive.frequency).len())
+        .map(|index| {
+            let level = |level: &[&Observation]| Moments::of(level.iter().map(|observation| observation.0[index]));
+            let [own, above, below] = [&at_scene, &above, &below].map(|runs| level(runs));
+            Some(Spread::between(&own?, &above?, &below?))
+        })
+        .collect();
+    Ok(EnsembleOutcome { plan: *plan, spreads, runs: variations.len(), failures })
+}
+
+impl Spread {
+    /// From the moments at the scene's own drive and at drive × 1.01 and × 0.99.
+    #[must_use]
+    pub fn between(own: &Moments, above: &Moments, below: &Moments) -> Self {
+        Self {
+            mean: own.mean,
+            scatter: own.deviation,
+            sensitivity: 0.5 * (above.mean - below.mean),
+            sensitivity_error: 0.5 * above.error().hypot(below.error()),
+        }
+    }
+}
+
+/// Mean and standard deviation of a number over runs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Moments {
+    pub mean: f64,
+    /// Standard deviation (of n − 1 degrees of freedom).
+    pub deviation: f64,
+    /// Number of runs, ≥ 2.
+    pub count: usize,
+}
+
+impl Moments {
+    /// `None` when any run has no such number, or there are fewer than two runs.
+    #[must_use]
+    pub fn of(values: impl Iterator<Item = Option<f64>>) -> Option<Self> {
+        let values: Vec<f64> = values.collect::<Option<_>>()?;
+        if values.len() < 2 {
+            return None;
+        }
+        let count = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        Some(Self { mean, deviation: variance.sqrt(), count: values.len() })
+    }
+
+    /// Standard error of the mean.
+    #[must_use]
+    pub fn error(&self) -> f64 {
+        self.deviation / (self.count as f64).sqrt()
+    }
+}

@@ -1,0 +1,222 @@
+//! A scene over a grid of values: every point run once with the accurate integrator, its response measured, kept.
+//!
+//! Points run in parallel and are independent, so the result depends neither on the number of threads nor on where an
+//! earlier attempt was stopped.
+
+use std::{
+    error::Error as StdError,
+    ops::Range,
+    path::Path,
+    sync::atomic::{AtomicUsize, Ordering},
+};
+
+use rayon::prelude::*;
+use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
+use thiserror::Error;
+
+use super::{
+    bodies::Bodies,
+    ensemble::{self, EnsembleOutcome, EnsemblePlan},
+    grid::Grid,
+    observation::{self, Heard, Observation, watched},
+};
+use granchain_model::{ModelError, scene::Scene};
+use granchain_record::run_log::{RunIndex, RunLog, RunLogError};
+
+/// What came of one point.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Run {
+    /// It ran and was measured.
+    Finished {
+        /// The watched numbers of the accurate run.
+        #[serde(deserialize_with = "whole_observation")]
+        observation: Observation,
+        /// What was heard in the water, where there is any.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        heard: Option<Heard>,
+        /// The energy ledger's residual over the largest energy seen, 1.
+        energy_residual: f64,
+        /// Mean, scatter and sensitivity, where asked for.
+        #[serde(deserialize_with = "whole_ensemble")]
+        ensemble: Option<EnsembleOutcome>,
+    },
+    Failed {
+        reason: String,
+    },
+}
+
+/// Watched numbers read back: one for each that is watched.
+fn whole_observation<'de, D: Deserializer<'de>>(source: D) -> Result<Observation, D::Error> {
+    let observation = Observation::deserialize(source)?;
+    let [found, expected] = [observation.0.len(), watched().len()];
+    if found == expected {
+        Ok(observation)
+    } else {
+        Err(D::Error::custom(format!("expected {expected} watched numbers, found {found}")))
+    }
+}
+
+/// Spreads read back: one for each number that is watched.
+fn whole_ensemble<'de, D: Deserializer<'de>>(source: D) -> Result<Option<EnsembleOutcome>, D::Error> {
+    let ensemble = Option::<EnsembleOutcome>::deserialize(source)?;
+    let (found, expected) = (ensemble.as_ref().map(|ensemble| ensemble.spreads.len()), watched().len());
+    match found {
+        Some(found) if found != expected => {
+            Err(D::Error::custom(format!("expected {expected} spreads, found {found}")))
+        }
+        _ => Ok(ensemble),
+    }
+}
+
+/// Why there is no sweep.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SweepError {
+    #[error("none of the {points} points of the grid is a valid scene; the first: {source}")]
+    NoValidPoint { points: usize, source: Box<dyn StdError + Send + Sync> },
+    #[error("stopped with {finished} of {points} runs finished and kept")]
+    Stopped { finished: usize, points: usize },
+    #[error(transparent)]
+    Log(#[from] RunLogError),
+    #[error("the kept runs belong to another sweep: run {index} of a grid of {points} points")]
+    OtherGrid { index: usize, points: usize },
+}
+
+/// How a sweep talks to its caller while it runs.
+pub trait Watch: Sync {
+    /// So many points are finished, kept ones included.
+    fn finished(&self, points: usize);
+    /// Whether to stop now.
+    fn stop(&self) -> bool;
+    /// Something that a person should read.
+    fn warn(&self, _text: &str) {}
+}
+
+/// Run every point of `grid` that `log_path` does not hold yet.
+///
+/// - `build`: the scene of a point from its overrides
+/// - `bodies`: where bodies made ready are shared
+/// - `ensemble`: also report scatter and sensitivity at each point
+///
+/// Returns where the runs lie, so that they need not be in memory together.
+///
+/// # Errors
+/// [`SweepError`]; a failed run is no error but a [`Run::Failed`].
+pub fn sweep<E: StdError + Send + Sync + 'static>(
+    grid: &Grid,
+    build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),
+    bodies: &Bodies,
+    ensemble: Option<&EnsemblePlan>,
+    log_path: &Path,
+    watch: &dyn Watch,
+) -> Result<RunIndex, SweepError> {
+    let points = grid.len();
+    refuse_hopeless(grid, build)?;
+    let (log, runs) = RunLog::index::<Run>(log_path)?;
+    if let Some(damage) = log.damage() {
+        watch.warn(&damage);
+    }
+    if let Some(index) = runs.last().filter(|index| *index >= points) {
+        return Err(SweepError::OtherGrid { index, points });
+    }
+    let finished = AtomicUsize::new(runs.len());
+    watch.finished(runs.len());
+    (0..points).into_par_iter().filter(|index| !runs.contains(*index)).try_for_each(|index| {
+        let Some(run) = run_point(&grid.overrides(index), build, bodies, ensemble, watch) else { return Ok(()) };
+        log.keep(index, &run)?;
+        watch.finished(finished.fetch_add(1, Ordering::Relaxed) + 1);
+        Ok::<_, RunLogError>(())
+    })?;
+    let (_, runs) = RunLog::index::<Run>(log_path)?;
+    if runs.len() < points {
+        return Err(SweepError::Stopped { finished: runs.len(), points });
+    }
+    Ok(runs)
+}
+
+/// Run the points `part` of `grid`, in its order, and keep nothing: what a worker of many does. `finished` of `watch` counts those of the part.
+///
+/// Returns `None` when stopped.
+pub fn sweep_part<E: StdError + Send + Sync + 'static>(
+    grid: &Grid,
+    part: Range<usize>,
+    build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),
+    bodies: &Bodies,
+    ensemble: Option<&EnsemblePlan>,
+    watch: &dyn Watch,
+) -> Option<Vec<Run>> {
+    let finished = AtomicUsize::new(0);
+    part.into_par_iter()
+        .map(|index| {
+            let run = run_point(&grid.overrides(index), build, bodies, ensemble, watch)?;
+            watch.finished(finished.fetch_add(1, Ordering::Relaxed) + 1);
+            Some(run)
+        })
+        .collect()
+}
+
+/// An unknown key or wrong unit fails at every point alike: say so before anything runs.
+///
+/// # Errors
+/// [`SweepError::NoValidPoint`].
+pub fn refuse_hopeless<E: StdError + Send + Sync + 'static>(
+    grid: &Grid,
+    build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),
+) -> Result<(), SweepError> {
+    let mut first = None;
+    for index in 0..grid.len() {
+        match build(&grid.overrides(index)) {
+            Ok(_) => return Ok(()),
+            Err(error) => first = first.or(Some(error)),
+        }
+    }
+    match first {
+        Some(error) => Err(SweepError::NoValidPoint { points: grid.len(), source: error.into() }),
+        None => Ok(()),
+    }
+}
+
+/// `None` when stopped.
+fn run_point<E: StdError>(
+    overrides: &[String],
+    build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),
+    bodies: &Bodies,
+    ensemble: Option<&EnsemblePlan>,
+    watch: &dyn Watch,
+) -> Option<Run> {
+    if watch.stop() {
+        return None;
+    }
+    let failed = |error: &dyn StdError| Some(Run::Failed { reason: error.to_string() });
+    let scene = match build(overrides) {
+        Ok(scene) => scene,
+        Err(error) => return failed(&error),
+    };
+    let settings = match observation::settings(&scene) {
+        Ok(settings) => settings,
+        Err(error) => return failed(&error),
+    };
+    let run = bodies.prepared(&scene).and_then(|prepared| prepared.run(&scene, &mut |_| !watch.stop()));
+    let response = match run {
+        Ok(response) => response,
+        Err(ModelError::Stopped { .. }) => return None,
+        Err(error) => return failed(&error),
+    };
+    let observation =
+        match observation::measure_response(&scene, &response, &settings).map(|features| Observation::of(&features)) {
+            Ok(observation) => observation,
+            Err(error) => return failed(&error),
+        };
+    let heard = match Heard::measure(&response, &settings) {
+        Ok(heard) => heard,
+        Err(error) => return failed(&error),
+    };
+    let ensemble = match ensemble.map(|plan| ensemble::run_on(bodies, &scene, plan)).transpose() {
+        Ok(ensemble) => ensemble,
+        Err(error) => return failed(&error),
+    };
+    let energy = &response.energy;
+    let energy_residual = if energy.largest_j > 0.0 { energy.residual_j / energy.largest_j } else { 0.0 };
+    Some(Run::Finished { observation, heard, energy_residual, ensemble })
+}
