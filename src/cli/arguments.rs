@@ -39,23 +39,22 @@ const USUAL: [(&str, &str); 5] = [
 /// Flags of every subcommand: how much is said, on how many threads, from which seed.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Session {
-    /// Print the summary as JSON on standard output, and nothing else there
+    /// Print the summary as JSON alone on standard output
     #[arg(long, global = true, help_heading = "Session")]
     pub json: bool,
-    /// Say nothing but results and errors
+    /// Print only results and errors
     #[arg(long, global = true, help_heading = "Session")]
     pub quiet: bool,
     /// Worker threads; results do not depend on it [default: one a core]
     #[arg(long, global = true, value_name = "N", value_parser = threads, help_heading = "Session")]
     pub threads: Option<NonZeroUsize>,
-    /// Folder in which reduced bodies are kept from run to run, at most 2 GiB, or `none` [default: granchain in $XDG_CACHE_HOME or
-    /// ~/.cache]
+    /// Folder for reduced bodies kept from run to run, or `none` [default: granchain in $XDG_CACHE_HOME or ~/.cache]
     #[arg(long, global = true, value_name = "DIR", help_heading = "Session")]
     pub cache: Option<PathBuf>,
     /// Seed of everything drawn at random [default: 1]
     #[arg(long, global = true, value_name = "N", help_heading = "Session")]
     pub seed: Option<u64>,
-    /// Run what is estimated to take more work or memory than is sensible, instead of refusing it
+    /// Run what is estimated to take too much work or memory
     #[arg(long, global = true, help_heading = "Session")]
     pub no_limits: bool,
 }
@@ -179,7 +178,7 @@ pub struct SceneArguments {
     /// Built-in scene (see `granchain scene list`) or scene file
     #[arg(long, value_name = "NAME|FILE", help_heading = "Scene")]
     pub scene: Option<String>,
-    /// Rung of the fidelity ladder
+    /// Simulation model [default: the scene's, else reduced]
     #[arg(long, value_enum, help_heading = "Scene")]
     pub model: Option<ModelChoice>,
     /// Cheapest model and settings whose error, measured on the built-in scene, is at most this, such as 1%; see `granchain accuracy`
@@ -202,11 +201,10 @@ pub struct SceneArguments {
 /// `--out`, `--force`: where results go.
 #[derive(Debug, Clone, Default, Args)]
 pub struct OutputArguments {
-    /// Folder for the results; it appears whole at the end, or not at all [default: none, and nothing is written; of calibrate calibrations/NAME,
-    /// after the record's folder or file]
+    /// Folder for the results, written atomically [default: none; of calibrate calibrations/NAME]
     #[arg(long, value_name = "DIR", help_heading = "Output")]
     pub out: Option<PathBuf>,
-    /// Write beside files that granchain did not write, which are never replaced or removed; put results in the place of another kind of run's
+    /// Write beside files of others, which are never replaced; replace results of another run type
     #[arg(long, help_heading = "Output")]
     pub force: bool,
 }

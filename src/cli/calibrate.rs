@@ -47,7 +47,7 @@ use crate::{
                   granchain calibrate --measured vib.csv --drive horn_tip.csv --scene annulus\n  \
                   granchain calibrate --measured scope.csv --channel CH2 --scale '125 mm/s/V' --drive-read channel=CH1 --drive-read 'scale=2 um/V'")]
 pub struct Arguments {
-    /// Record of a vibrometer or hydrophone (CSV), or TOML of published features; repeated: records fitted together
+    /// Record (CSV, UFF) or published values (TOML); repeated: records fitted together
     #[arg(long, value_name = "FILE", help_heading = "Fit")]
     pub measured: Vec<PathBuf>,
     /// Fit definition (TOML); flags win over it
@@ -60,7 +60,7 @@ pub struct Arguments {
     /// Damping laws to fit, such as linear,kuwabara-kono [default: the scene's own]
     #[arg(long, value_name = "LAW,…", value_delimiter = ',', help_heading = "Fit")]
     pub damping: Vec<String>,
-    /// Draw drive, record and the uncalibrated response, then stop
+    /// Draw drive, record and uncalibrated response, then stop
     #[arg(long, help_heading = "Fit")]
     pub dry_run: bool,
     /// End with exit code 4 where the best answer is `outside scatter`

@@ -82,7 +82,7 @@ struct CommandLine {
     /// Session flags, before or after the command.
     #[command(flatten)]
     session: Session,
-    /// Write beside files that granchain did not write, which are never replaced or removed; replace results of another kind of run
+    /// Write beside files of others, which are never replaced; replace results of another run type
     #[arg(long, global = true, help_heading = "Session")]
     force: bool,
 }
