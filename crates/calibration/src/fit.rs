@@ -1,17 +1,16 @@
 //! One fit: search, regression, point estimate, interval, verdict.
 
-use argmin::{
-    core::{CostFunction, Error, Executor, State, TerminationReason, TerminationStatus},
-    solver::neldermead::NelderMead,
-};
+use argmin::core::{TerminationReason, TerminationStatus};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+pub use super::estimate::Estimate;
 use super::{
     agreement::{self, Agreement},
     checkpoint::SearchCheckpoint,
     correction::{self, Correction, RungDifference},
     discrepancy::Discrepancy,
+    estimate::{drift, estimates_of},
     forward::Run,
     joint::{Joint, Share, shares},
     likelihood::Cloud,
@@ -68,28 +67,6 @@ impl Verdict {
     }
 }
 
-/// One parameter as fitted, SI.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Estimate {
-    pub name: String,
-    pub unit: String,
-    /// The jointly most likely value.
-    pub value: f64,
-    pub median: f64,
-    /// 5 % quantile.
-    pub low: f64,
-    /// 95 % quantile.
-    pub high: f64,
-    /// Whether the interval or the value touches a bound of the box.
-    pub at_bound: bool,
-    /// Whether the interval is hardly narrower than the box: the record says nothing of the parameter.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub unidentified: bool,
-}
-
-/// Width of a 90 % interval over the box's from which a parameter is unidentified; a record that says nothing leaves 0.9.
-const UNIDENTIFIED: f64 = 0.6;
-
 /// Everything a fit found.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Fit {
@@ -125,6 +102,362 @@ pub struct Fit {
     pub verdict: Verdict,
     pub runs: Vec<Run>,
     /// Number of runs and smallest misfit after each batch.
+    pub history: Vec<(u64, f64)>,
+    /// What the rung below said, where the answer is that of a rung above the chain.
+    pub below: Option<Box<Below>>,
+    /// What each record says by itself, where several are fitted together.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shares: Vec<Share>,
+}
+
+/// The rung below an answer.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Below {
+    /// Its own fit: the estimates before the correction.
+    pub fit: Fit,
+    /// How far the rungs differ at the answer, feature by feature.
+    pub differences: Vec<RungDifference>,
+}
+
+impl Fit {
+    /// Runs that failed.
+    #[must_use]
+    pub fn failed(&self) -> usize {
+        self.runs.iter().filter(|run| run.outcome.is_err()).count()
+    }
+
+    /// Runs made on this rung and those below.
+    #[must_use]
+    pub fn total_runs(&self) -> usize {
+        self.runs.len() + self.below.as_ref().map_or(0, |below| below.fit.total_runs())
+    }
+
+    /// Runs that failed on this rung and those below.
+    #[must_use]
+    pub fn total_failed(&self) -> usize {
+        self.failed() + self.below.as_ref().map_or(0, |below| below.fit.total_failed())
+    }
+
+    /// The parameters in a box that reaches beyond the bounds that the answer presses on; `None` where it presses on none that may be moved. One
+    /// that presses on both ends of its box is not told by the record, and no wider box tells it.
+    #[must_use]
+    pub fn widened(&self) -> Option<Vec<Parameter>> {
+        self.widened_where(|d| {
+            let [low, high] = [0.05, 0.95].map(|probability| self.posterior.quantile(d, probability));
+            match Parameter::pressed(low, self.most_likely[d], high) {
+                (true, true) => (false, false),
+                one => one,
+            }
+        })
+    }
+
+    /// The parameters in a box four times wider on every side that nobody chose; `None` where there is no such side.
+    #[must_use]
+    pub fn widened_all_round(&self) -> Option<Vec<Parameter>> {
+        self.widened_where(|_| (true, true))
+    }
+
+    /// The parameters, each widened down and up as `ends` says by its number; `None` where none of them may be.
+    fn widened_where(&self, ends: impl Fn(usize) -> (bool, bool)) -> Option<Vec<Parameter>> {
+        let widened = |(d, parameter): (usize, &Parameter)| {
+            let (down, up) = ends(d);
+            parameter.widened(down, up)
+        };
+        let widened: Vec<Option<Parameter>> = self.parameters.iter().enumerate().map(widened).collect();
+        let moved = widened.iter().any(Option::is_some);
+        let own = widened.into_iter().zip(&self.parameters);
+        moved.then(|| own.map(|(widened, own)| widened.unwrap_or_else(|| own.clone())).collect())
+    }
+
+    /// Whether this fit, of a wider box, explains the record where `narrow` does not, or much better.
+    #[must_use]
+    pub(crate) fn improves_on(&self, narrow: &Self) -> bool {
+        self.verdict.explains() || self.misfit < BETTER * narrow.misfit
+    }
+
+    /// The fitted values, SI, in the order of `parameters`.
+    #[must_use]
+    pub fn values(&self) -> Vec<f64> {
+        self.estimates.iter().map(|estimate| estimate.value).collect()
+    }
+
+    /// The same in unit coordinates.
+    #[must_use]
+    pub fn position(&self) -> Vec<f64> {
+        self.parameters.iter().zip(self.values()).map(|(parameter, value)| parameter.coordinate(value)).collect()
+    }
+}
+
+/// Why there is no fit.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum FitError {
+    #[error(
+        "{failed} of {made} runs failed, too few are left for a regression (the last said: {reason}); widen the bounds, \
+         or check the record's unit and the drive with --dry-run"
+    )]
+    TooFewRuns { made: usize, failed: usize, reason: String },
+    #[error("stopped after {runs} runs")]
+    Stopped { runs: usize },
+    #[error("a finished run cannot be kept; what was kept before is used by the same command with --resume")]
+    NotKept(#[source] RunLogError),
+    #[error("the search failed")]
+    Search(#[source] Error),
+}
+
+/// Run a search to its end (from where it stands) for one record, or for several together, and read the answer from all its runs.
+///
+/// # Errors
+/// When it is stopped, or when too few runs finished.
+pub fn fit(problem: impl Into<Joint>, search: Search, checkpoint: Option<SearchCheckpoint>) -> Result<Fit, FitError> {
+    let joint = problem.into();
+    let search = searched(joint.clone(), search, checkpoint)?;
+    answer(&joint, search)
+}
+
+/// Run a search to its end, from where it stands.
+///
+/// # Errors
+/// When it is stopped.
+pub fn searched(
+    problem: impl Into<Joint>,
+    search: Search,
+    checkpoint: Option<SearchCheckpoint>,
+) -> Result<Search, FitError> {
+    let mut executor = Executor::new(problem.into(), search).ctrlc(false).timer(false);
+    if let Some(checkpoint) = checkpoint {
+        executor = executor.checkpointing(checkpoint);
+    }
+    let result = executor.run().map_err(FitError::Search)?;
+    let stopped =
+        matches!(result.state.get_termination_status(), TerminationStatus::Terminated(TerminationReason::Interrupt));
+    let search = result.solver;
+    if stopped {
+        return Err(FitError::Stopped { runs: search.runs.len() });
+    }
+    Ok(search)
+}
+
+/// Where the record stands at the answer of a search that has ended, as it is, and that answer in the parameters' own units.
+///
+/// # Errors
+/// When it is stopped, or when too few runs finished.
+pub fn standing(problem: impl Into<Joint>, search: Search) -> Result<(f64, Vec<f64>), FitError> {
+    let joint = problem.into();
+    let search = searched(joint.clone(), search, None)?;
+    let cloud = search.cloud(search.runs.len());
+    let judged = Posterior::of(&cloud, joint.parameters().len()).and_then(|posterior| {
+        let at = posterior.centre(posterior.densest());
+        let values = joint.parameters().iter().zip(&at).map(|(parameter, u)| parameter.value(*u)).collect();
+        Some((Agreement::of(&cloud, &at, search.seed())?.p, values))
+    });
+    judged.ok_or_else(|| too_few(&search.runs))
+}
+
+/// Read the answer from all runs of a search that has ended, and again with what the runs' own step is found to be off by there.
+///
+/// # Errors
+/// When too few runs finished.
+pub fn answer(joint: &Joint, search: Search) -> Result<Fit, FitError> {
+    let made = search.runs.len();
+    let last_batch = search.batches.last().copied().unwrap_or(0);
+    let history = history(search.batches.iter().take(search.batches_made()), |count| search.cloud(count));
+    let before = search.cloud(made - last_batch.min(made));
+    let all = search.cloud(made);
+    let reading =
+        Reading { parameters: joint.parameters(), cloud: &all, before: &before, best: BEST, seed: search.seed() };
+    let first = reading.place(Discrepancy::none(&all), None).ok_or_else(|| too_few(&search.runs))?;
+    let found = Discrepancy::of_search(joint, &first.most_likely, made as u64).filter(Discrepancy::is_felt);
+    let answer = reading.judge(found.and_then(|found| reading.place(found, None)).unwrap_or(first));
+    Ok(Fit { history, runs: search.runs, ..answer })
+}
+
+/// Run a correction of the chain's fit to its end (from where it stands) and read the answer from the upper rung's runs.
+///
+/// # Errors
+/// When it is stopped, or when too few runs finished.
+pub fn correct(
+    rung: &Rung,
+    chain: Fit,
+    correction: Correction,
+    checkpoint: Option<SearchCheckpoint>,
+) -> Result<Fit, FitError> {
+    corrected(rung, chain, &paired(rung, correction, checkpoint)?)
+}
+
+/// Run a correction to its end, from where it stands.
+///
+/// # Errors
+/// When it is stopped.
+pub(crate) fn paired(
+    rung: &Rung,
+    correction: Correction,
+    checkpoint: Option<SearchCheckpoint>,
+) -> Result<Correction, FitError> {
+    let mut executor = Executor::new(rung.clone(), correction).ctrlc(false).timer(false);
+    if let Some(checkpoint) = checkpoint {
+        executor = executor.checkpointing(checkpoint);
+    }
+    let correction = executor.run().map_err(FitError::Search)?.solver;
+    if correction.is_finished() { Ok(correction) } else { Err(FitError::Stopped { runs: correction.pairs.len() }) }
+}
+
+/// Read the answer from the upper rung's runs of a correction that has ended, and again with what its bodies are found to be off by there;
+/// `chain` is the fit that it began from.
+///
+/// # Errors
+/// When too few runs finished, or when it is stopped.
+pub fn corrected(rung: &Rung, chain: Fit, correction: &Correction) -> Result<Fit, FitError> {
+    let made = correction.pairs.len();
+    let last_round = correction.rounds.last().copied().unwrap_or(0);
+    let runs: Vec<Run> = correction.pairs.iter().map(|pair| pair.upper.clone()).collect();
+    let history = history(correction.rounds.iter(), |count| correction.cloud(count));
+    let before = correction.cloud(made - last_round.min(made));
+    let parameters = &rung.chain().parameters;
+    let all = correction.cloud(made);
+    let reading = Reading { parameters, cloud: &all, before: &before, best: correction::BEST, seed: correction.seed() };
+    let first = reading.place(Discrepancy::none(&all), correction.answer()).ok_or_else(|| too_few(&runs))?;
+    let found = match rung.finer() {
+        Some(finer) => {
+            Discrepancy::of_rung(rung, finer, &first.most_likely, made as u64).map_err(|unmade| match unmade {
+                Unmade::Stopped => FitError::Stopped { runs: made },
+                Unmade::NotKept(source) => FitError::NotKept(source),
+            })?
+        }
+        None => None,
+    };
+    let answer = reading.judge(found.and_then(|found| reading.place(found, None)).unwrap_or(first));
+    let mut fit = Fit { history, runs, ..answer };
+    if correction.leans() && fit.verdict.explains() {
+        fit.verdict = Verdict::NotConverged;
+    }
+    let differences = correction.differences(&fit.most_likely);
+    fit.below = Some(Box::new(Below { fit: chain, differences }));
+    Ok(fit)
+}
+
+fn too_few(runs: &[Run]) -> FitError {
+    let failures: Vec<&String> = runs.iter().filter_map(|run| run.outcome.as_ref().err()).collect();
+    FitError::TooFewRuns {
+        made: runs.len(),
+        failed: failures.len(),
+        reason: failures.last().map_or_else(|| "nothing".into(), |reason| (*reason).clone()),
+    }
+}
+
+/// What an answer is read from.
+struct Reading<'a> {
+    parameters: &'a [Parameter],
+    cloud: &'a Cloud,
+    /// All but the last batch.
+    before: &'a Cloud,
+    /// Runs that FIT is the median misfit of.
+    best: usize,
+    seed: u64,
+}
+
+/// Where the answer lies, once runs and record are known to differ by a discrepancy.
+struct Place {
+    discrepancy: Discrepancy,
+    /// All runs, corrected for it, every feature weighed alike; and as they are weighed in the end.
+    plain: Cloud,
+    cloud: Cloud,
+    posterior: Posterior,
+    log_evidence: f64,
+    estimates: Vec<Estimate>,
+    most_likely: Vec<f64>,
+    agreement: Agreement,
+    inflation: Vec<f64>,
+}
+
+impl Reading<'_> {
+    /// Where the answer lies; `known` is the posterior of the cloud as it is, where that is at hand. `None` where too few runs finished.
+    fn place(&self, discrepancy: Discrepancy, known: Option<Posterior>) -> Option<Place> {
+        let Self { parameters, .. } = *self;
+        let dimension = parameters.len();
+        let plain = self.cloud.clone().corrected(&discrepancy.shift, &discrepancy.nuggets);
+        let mut posterior = known.or_else(|| Posterior::of(&plain, dimension))?;
+        // Candidates are compared with every feature weighed alike.
+        let log_evidence = posterior.log_evidence;
+        let (mut estimates, mut most_likely) = estimates_of(parameters, &plain, &posterior);
+        let agreement = Agreement::of(&plain, &most_likely, self.seed)?;
+        // Features that no run has are weighed by how far they are off, at the answer that this moves.
+        let (mut cloud, mut inflation) = (plain.clone(), agreement::inflation(&agreement.pulls));
+        for _ in 0..REWEIGHINGS {
+            if inflation.iter().all(|more| *more == 0.0) {
+                break;
+            }
+            cloud = plain.clone().inflated(inflation.clone());
+            posterior = Posterior::of(&cloud, dimension)?;
+            (estimates, most_likely) = estimates_of(parameters, &cloud, &posterior);
+            let Some(pulls) =
+                plain.regress(&most_likely).and_then(|local| Some(local.residue(&local.deviation)?.pulls))
+            else {
+                break;
+            };
+            inflation = agreement::inflation(&pulls);
+        }
+        Some(Place { discrepancy, plain, cloud, posterior, log_evidence, estimates, most_likely, agreement, inflation })
+    }
+
+    /// The answer there, without the runs and their history.
+    fn judge(&self, place: Place) -> Fit {
+        let Self { parameters, before, .. } = *self;
+        let Place { discrepancy, plain, cloud, posterior, log_evidence, estimates, most_likely, agreement, inflation } =
+            place;
+        let spans: Vec<f64> = parameters.iter().map(Parameter::span).collect();
+        let before = before.clone().corrected(&discrepancy.shift, &discrepancy.nuggets).inflated(inflation.clone());
+        let drift =
+            Posterior::of(&before, parameters.len()).map_or(f64::INFINITY, |before| drift(&before, &posterior, &spans));
+        let ranked = ranking(&plain);
+        let best: Vec<(f64, usize)> = ranked.iter().take(self.best).copied().collect();
+        let misfit = best.get(best.len() / 2).map_or(f64::INFINITY, |entry| entry.0);
+        let deviations = plain.regress(&most_likely).map_or_else(Vec::new, |local| {
+            local.deviation.iter().zip(&local.scatter).map(|(deviation, scatter)| deviation / scatter).collect()
+        });
+        let scatter = ranked
+            .first()
+            .and_then(|best| plain.regress(plain.position(best.1)))
+            .map_or_else(Vec::new, |local| local.scatter);
+        let best: Vec<usize> = best.into_iter().map(|entry| entry.1).collect();
+        let shares = shares(parameters, &cloud, &best, &agreement.records, &scatter);
+        let misfit = shares.iter().map(|share| share.misfit).fold(misfit, f64::max);
+        let verdict = if agreement.p < agreement::OUTSIDE {
+            Verdict::OutsideScatter
+        } else if drift > 1.0 {
+            Verdict::NotConverged
+        } else if agreement.p < agreement::DOUBTFUL
+            || estimates.iter().zip(parameters).any(|(estimate, parameter)| parameter.is_unusual(estimate.value))
+        {
+            Verdict::Doubtful
+        } else {
+            Verdict::WithinScatter
+        };
+        Fit {
+            parameters: parameters.to_vec(),
+            estimates,
+            most_likely,
+            lobes: posterior.lobes(),
+            correlation: posterior.first_correlation(),
+            misfit,
+            agreement,
+            inflation,
+            discrepancy,
+            deviations,
+            scatter,
+            drift,
+            log_evidence,
+            verdict,
+            history: Vec::new(),
+            posterior,
+            runs: Vec::new(),
+            below: None,
+            shares,
+        }
+    }
+}
+
+/// Number of runs and smallest misfit after each batch.
     pub history: Vec<(u64, f64)>,
     /// What the rung below said, where the answer is that of a rung above the chain.
     pub below: Option<Box<Below>>,
@@ -529,45 +862,4 @@ fn history<'a>(batches: impl Iterator<Item = &'a usize>, cloud: impl Fn(usize) -
             Some((made as u64, ranking(&cloud(made)).first()?.0))
         })
         .collect()
-}
-
-/// −SL with a wall around the unit box, smooth inside: what Nelder–Mead polishes.
-struct Surface<'a>(&'a Cloud);
-
-impl CostFunction for Surface<'_> {
-    type Param = Vec<f64>;
-    type Output = f64;
-
-    fn cost(&self, position: &Vec<f64>) -> Result<f64, Error> {
-        let inside = position.iter().all(|u| (0.0..=1.0).contains(u));
-        let value = if inside { -self.0.log_likelihood(position) } else { f64::INFINITY };
-        Ok(if value.is_finite() { value } else { 1e9 })
-    }
-}
-
-/// The most likely point: argmin's Nelder–Mead on the likelihood surface, from the densest cell.
-fn polish(cloud: &Cloud, posterior: &Posterior) -> Vec<f64> {
-    let start = posterior.centre(posterior.densest());
-    let mut simplex = vec![start.clone()];
-    for d in 0..start.len() {
-        let mut corner = start.clone();
-        // A fifth of the interval where cells lie askew in the box.
-        let step = match posterior.frame {
-            Some(_) => 0.2 * (posterior.quantile(d, 0.95) - posterior.quantile(d, 0.05)),
-            None => (posterior.high[d] - posterior.low[d]) / posterior.cells as f64,
-        };
-        corner[d] += if corner[d] + step > 1.0 { -step } else { step };
-        simplex.push(corner);
-    }
-    let Ok(solver) = NelderMead::new(simplex).with_sd_tolerance(1e-6) else { return start };
-    let polished = Executor::new(Surface(cloud), solver)
-        .configure(|state| state.max_iters(200))
-        .ctrlc(false)
-        .run()
-        .ok()
-        .and_then(|result| result.state.get_best_param().cloned());
-    match polished {
-        Some(point) if cloud.log_likelihood(&point) >= cloud.log_likelihood(&start) => point,
-        _ => start,
-    }
 }
