@@ -30,6 +30,46 @@ pub struct Estimate {
 /// Width of a 90 % interval over the box's from which a parameter is unidentified; a record that says nothing leaves 0.9.
 const UNIDENTIFIED: f64 = 0.6;
 
+/// The estimates of all parameters, and the most likely point in unit coordinates.
+pub(super) fn estimates_of(
+    parameters: &[Parameter],
+    cloud: &Cloud,
+    posterior: &Posterior,
+) -> (Vec<Estimate>, Vec<f64>) {
+    let most_likely = polish(cloud, posterior);
+    let each = parameters.iter().enumerate().map(|(d, parameter)| estimate(parameter, posterior, most_likely[d], d));
+    (each.collect(), most_likely)
+}
+
+fn estimate(parameter: &Parameter, posterior: &Posterior, most_likely: f64, d: usize) -> Estimate {
+    let [low, median, high] = [0.05, 0.5, 0.95].map(|probability| posterior.quantile(d, probability));
+    let pressed = Parameter::pressed(low, most_likely, high);
+    Estimate {
+        name: parameter.name.clone(),
+        unit: parameter.unit.clone(),
+        value: parameter.value(most_likely),
+        median: parameter.value(median),
+        low: parameter.value(low),
+        high: parameter.value(high),
+        unidentified: high - low > UNIDENTIFIED,
+        at_bound: pressed.0 || pressed.1,
+    }
+}
+
+/// Half-width in ln below which a moving median is no news: the drive itself is known to half a per cent.
+const NARROW: f64 = 0.01;
+
+/// Largest move of a median in half-widths of its interval; `spans` turn unit coordinates into logarithms.
+pub(super) fn drift(before: &Posterior, after: &Posterior, spans: &[f64]) -> f64 {
+    (0..after.dimension())
+        .map(|d| {
+            let half_width = 0.5 * (after.quantile(d, 0.95) - after.quantile(d, 0.05)) * spans[d];
+            let moved = (before.quantile(d, 0.5) - after.quantile(d, 0.5)).abs() * spans[d];
+            moved / half_width.max(NARROW)
+        })
+        .fold(0.0, f64::max)
+}
+
 /// −SL with a wall around the unit box, smooth inside: what Nelder–Mead polishes.
 struct Surface<'a>(&'a Cloud);
 
