@@ -50,12 +50,11 @@
 //! | | [`model::water`] | disc and water behind the chain |
 //! | | [`model::analytical`] | closed forms that the models are held against |
 //! | [`granchain_calibration`] | (root) | problem, search on the ladder of models, likelihood, posterior, diagnosis, outcome |
-//! | [`granchain_studies`] | (root) | accuracy against time, hard cases, effects, twins, the paper's experiment |
 //! | [`granchain_report`] | (root) | figures, tables, pages |
 //! | granchain | [`cli`] | the `granchain` program, one subcommand a file |
 //!
 //! A crate stands on those above it; between rooms of one crate `tests/architecture.rs` holds us to it. The names below are those of the
-//! crates, shortened: [`signal`] is `granchain_signal`, [`measurement`] `granchain_record`, [`study`] `granchain_studies`.
+//! crates, shortened: [`signal`] is `granchain_signal`, [`measurement`] `granchain_record`, [`study`] the predictive runs of `granchain_calibration`.
 //!
 //! # One concept a name
 //!
@@ -113,9 +112,9 @@
 pub mod cli;
 
 pub use granchain_calibration as calibration;
+pub use granchain_calibration::predict as study;
 pub use granchain_model::{self as model, response, scene};
 pub use granchain_record as measurement;
 pub use granchain_report as report;
 pub use granchain_signal::{self as signal, feature};
-pub use granchain_studies as study;
 pub use granchain_validate as validate;

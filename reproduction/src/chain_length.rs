@@ -18,7 +18,6 @@ pub const SUBHARMONICS: [Ratio; 3] = [Ratio::new(1, 2), Ratio::new(1, 3), Ratio:
 /// One law over the number of beads.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChainLengths {
-    /// The law.
     pub law: Law,
     /// One point a number of beads.
     pub points: Vec<TrendPoint>,

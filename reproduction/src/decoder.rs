@@ -16,7 +16,6 @@ pub struct Decoder {
     pub noise_rms: f64,
     /// Bandwidth (−6 dB), Hz.
     pub bandwidth: f64,
-    /// Seed of all noise.
     pub seed: u64,
 }
 

@@ -10,48 +10,16 @@ use granchain_signal::feature::FeatureError;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum StudyError {
-    /// A number of runs too small to speak of scatter, or no α.
     #[error("`{what}`: expected at least {least}, found {found}")]
-    TooFew {
-        /// Which number of the plan.
-        what: &'static str,
-        /// Least.
-        least: usize,
-        /// Found.
-        found: usize,
-    },
-    /// A scene of the study cannot be built.
+    TooFew { what: &'static str, least: usize, found: usize },
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// A run that everything rests on failed.
     #[error("{what}: {source}")]
-    Run {
-        /// Which.
-        what: String,
-        /// Why.
-        source: ModelError,
-    },
-    /// Its response cannot be measured.
+    Run { what: String, source: ModelError },
     #[error("{what}: {source}")]
-    Feature {
-        /// Which.
-        what: String,
-        /// Why.
-        source: FeatureError,
-    },
-    /// Fewer than two perturbed runs were left.
+    Feature { what: String, source: FeatureError },
     #[error("{what}: {failed} of {runs} perturbed runs failed, the first because: {first}")]
-    Failed {
-        /// Which.
-        what: String,
-        /// Runs made.
-        runs: usize,
-        /// Runs failed.
-        failed: usize,
-        /// Reason of the first.
-        first: String,
-    },
-    /// The caller stopped it.
+    Failed { what: String, runs: usize, failed: usize, first: String },
     #[error("stopped")]
     Stopped,
 }

@@ -8,11 +8,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use granchain_calibration::predict::ensemble::Moments;
 use granchain_signal::{
     Series,
     feature::{FeatureError, FeatureSettings, Ratio, amplitude_spectrum, measure},
 };
-use granchain_studies::ensemble::Moments;
 
 /// Least amplitude of a line that counts as present, over the drive line's (−30 dB).
 pub const PRESENT_LEVEL: f64 = 0.03;

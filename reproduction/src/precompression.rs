@@ -20,9 +20,7 @@ const MESH_DENSITY: u32 = 16;
 /// One law over the static force.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Precompressions {
-    /// The law.
     pub law: Law,
-    /// One point a force.
     pub points: Vec<TrendPoint>,
 }
 
@@ -61,7 +59,7 @@ impl Varied for Precompressions {
 mod tests {
     use super::*;
     use crate::portrait::{PortraitMoments, Trait};
-    use granchain_studies::ensemble::Moments;
+    use granchain_calibration::predict::ensemble::Moments;
 
     fn law(crests: &[f64]) -> Precompressions {
         let point = |(index, crest): (usize, &f64)| {

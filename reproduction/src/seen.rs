@@ -5,23 +5,21 @@ use crate::{
     failure::StudyError,
     portrait::{Portrait, PortraitMoments, Trait},
 };
+use granchain_calibration::predict::{
+    Bodies,
+    ensemble::{EnsemblePlan, STEPS_PER_PERIOD, Spread},
+    members::{self, Watch, perturbations},
+};
 use granchain_model::{chain::ensemble::Variation, scene::Scene};
 use granchain_signal::{
     Series,
     feature::{FeatureSettings, Measurand},
 };
-use granchain_studies::{
-    Bodies,
-    ensemble::{EnsemblePlan, STEPS_PER_PERIOD, Spread},
-    members::{self, Watch, perturbations},
-};
 
 /// What perturbed runs pass through before they are measured.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen<'a> {
-    /// Bodies made ready.
     pub bodies: &'a Bodies,
-    /// The decoder.
     pub decoder: Decoder,
     /// How velocities without noise are measured.
     pub settings: &'a FeatureSettings,
@@ -83,8 +81,8 @@ fn thinned(series: Series, every: usize) -> Series {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use granchain_calibration::predict::{members::Unwatched, observation};
     use granchain_signal::feature::Ratio;
-    use granchain_studies::{members::Unwatched, observation};
 
     #[test]
     fn a_fourth_of_the_samples_of_the_chain_has_the_same_peaks_and_thirds() {

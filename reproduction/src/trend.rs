@@ -13,16 +13,16 @@ use crate::{
     failure::{StudyError, enough},
     paper::{LAWS, Law},
 };
-use granchain_model::scene::Scene;
-use granchain_signal::{
-    Series,
-    feature::{FeatureError, FeatureSettings, Measurand, Window, amplitude_spectrum},
-};
-use granchain_studies::{
+use granchain_calibration::predict::{
     Bodies,
     ensemble::{EnsemblePlan, STEPS_PER_PERIOD},
     members::{self, Watch, perturbations},
     observation,
+};
+use granchain_model::scene::Scene;
+use granchain_signal::{
+    Series,
+    feature::{FeatureError, FeatureSettings, Measurand, Window, amplitude_spectrum},
 };
 
 /// Highest frequency of the spectra, in drive frequencies.
@@ -35,7 +35,6 @@ pub const SPECTRUM_POINTS: usize = 260;
 pub struct TrendPlan {
     /// Perturbed runs, ≥ 2.
     pub members: usize,
-    /// Seed of the perturbations.
     pub seed: u64,
 }
 
@@ -55,7 +54,6 @@ pub struct TrendPoint {
     pub value: f64,
     /// Mean and scatter over the perturbed runs.
     pub moments: PortraitMoments,
-    /// Runs that failed.
     pub failed: usize,
     /// Mean over the runs of the largest amplitude in each of [`SPECTRUM_POINTS`] equal bands up to [`SPECTRUM_SPAN`] f0, m/s.
     pub spectrum_m_per_s: Vec<f64>,

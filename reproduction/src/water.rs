@@ -16,6 +16,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::{divided::Divided, failure::StudyError};
+use granchain_calibration::predict::{Bodies, members::Watch, observation};
 use granchain_model::{
     response::Response,
     scene::{self, Scene},
@@ -27,7 +28,6 @@ use granchain_signal::{
         measure_pressure,
     },
 };
-use granchain_studies::{Bodies, members::Watch, observation};
 
 /// Printed peak pressure, Pa.
 pub const PRINTED_PRESSURE: f64 = 14e3;
@@ -113,9 +113,7 @@ pub struct Crossing {
 /// What came of one combination.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CombinationOutcome {
-    /// Which.
     pub combination: Combination,
-    /// One cell a drive.
     pub cells: Vec<Cell>,
     /// First passage of the printed pressure with rising drive.
     pub crossing: Option<Crossing>,
@@ -164,19 +162,16 @@ fn crossing(cells: &[Cell]) -> Option<Crossing> {
 /// A run drawn whole.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Waveform {
-    /// Which.
     pub combination: Combination,
     /// Drive, m.
     pub drive_m: f64,
     /// Displacement of the piston, m, and its spectrum in the window of the pressure's.
     pub piston: Series,
-    /// Spectrum of the piston.
     pub piston_spectrum: AmplitudeSpectrum,
     /// Velocity of the last bead's far pole, m/s.
     pub velocity: Series,
     /// Pressure, Pa.
     pub pressure: Series,
-    /// Spectrum of the pressure.
     pub pressure_spectrum: AmplitudeSpectrum,
     /// What is measured on the pressure.
     pub features: PressureFeatures,
@@ -187,7 +182,6 @@ pub struct Waveform {
 pub struct Companion {
     /// What the chain stands on.
     pub combination: Combination,
-    /// One cell a drive.
     pub cells: Vec<Cell>,
     /// Peak of the normalised cross-correlation of the pressures with a clamped and with a supported disc, at each drive where both ran.
     pub mount_similarity: Vec<(f64, f64)>,
@@ -196,13 +190,10 @@ pub struct Companion {
 /// What came of the study.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WaterOutcome {
-    /// What was run.
     pub plan: WaterPlan,
-    /// One outcome a combination.
     pub combinations: Vec<CombinationOutcome>,
     /// The drawn runs: printed drive, then the drive whose median pressure lies nearest to the printed one.
     pub waveforms: Vec<Waveform>,
-    /// The companion's beads.
     pub companion: Companion,
     /// Tips that give way at the printed drive, heaviest first.
     pub tips: Vec<LoadedTip>,
@@ -222,7 +213,6 @@ fn aluminium() -> [String; 1] {
 pub struct Study {
     plan: WaterPlan,
     overrides: Vec<String>,
-    /// At the printed drive.
     scene: Scene,
     bodies: Bodies,
 }

@@ -34,10 +34,8 @@ pub(crate) type ReadDrive = fn(&Path, &ReadOptions) -> Result<RecordedDrive, Mea
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BenchError {
-    /// The scene cannot be read.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// Its drive cannot be read.
     #[error(transparent)]
     Drive(#[from] MeasurementError),
 }

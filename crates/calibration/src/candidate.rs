@@ -15,13 +15,11 @@ const MOUNTS: [Rim; 3] = [Rim::Clamped, Rim::Supported, Rim::Free];
 /// One damping law on one mount.
 #[derive(Debug, Clone)]
 pub struct Candidate {
-    /// The law.
     pub law: String,
     /// The mount, where mounts are compared.
     pub mount: Option<Rim>,
     /// The scene of every record, with both.
     pub scenes: Vec<Scene>,
-    /// What is fitted.
     pub parameters: Vec<Parameter>,
 }
 

@@ -23,48 +23,22 @@ use granchain_record::{
 #[derive(Debug, ThisError)]
 #[non_exhaustive]
 pub enum CheckpointError {
-    /// It cannot be read.
     #[error("{path}: the saved search cannot be read; pass --force without --resume to begin anew", path = path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// It is damaged.
+    Unreadable { path: PathBuf, source: std::io::Error },
     #[error("{path}: the saved search is damaged; pass --force without --resume to begin anew", path = path.display())]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// Where.
-        source: serde_json::Error,
-    },
-    /// Its seal is broken.
+    Damaged { path: PathBuf, source: serde_json::Error },
     #[error("{path}: the saved search is not used: {source}; pass --force without --resume to begin anew", path = path.display())]
-    Broken {
-        /// The file.
-        path: PathBuf,
-        /// How.
-        source: BrokenSeal,
-    },
-    /// It contradicts itself.
+    Broken { path: PathBuf, source: BrokenSeal },
     #[error(
         "{path}: expected runs, features and batches of this fit, found numbers of them that it cannot have; pass --force without --resume to start over",
         path = path.display()
     )]
-    Impossible {
-        /// The file.
-        path: PathBuf,
-    },
-    /// It belongs to another fit.
+    Impossible { path: PathBuf },
     #[error(
         "{path}: the saved search belongs to another fit (other record, drive, scene, bounds, seed or version); repeat \
          the command that began it, give another --out, or pass --force without --resume to begin anew", path = path.display()
     )]
-    OtherFit {
-        /// The file.
-        path: PathBuf,
-    },
+    OtherFit { path: PathBuf },
 }
 
 /// A file that always holds the last whole batch: written beside, then renamed.

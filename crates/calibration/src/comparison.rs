@@ -66,7 +66,6 @@ pub struct Comparison {
     pub flicker: f64,
     /// Number of shots that the record is the mean of.
     pub averages: usize,
-    /// How runs are reduced.
     pub reduction: Reduction,
     /// Features z₀ to be met.
     pub features: Vec<f64>,
@@ -84,22 +83,10 @@ pub struct Comparison {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum WeightError {
-    /// A weight for a feature that is not there.
     #[error("weight of `{name}`: expected one of {known}")]
-    UnknownFeature {
-        /// The name.
-        name: String,
-        /// The features there are.
-        known: String,
-    },
-    /// A weight that is none.
+    UnknownFeature { name: String, known: String },
     #[error("weight of `{name}`: expected a finite number ≥ 0, found {weight}")]
-    Weight {
-        /// The feature.
-        name: String,
-        /// The weight.
-        weight: f64,
-    },
+    Weight { name: String, weight: f64 },
 }
 
 impl From<Observation> for Comparison {

@@ -87,13 +87,10 @@ pub enum Cause {
     HornSign,
     /// A factor on all its amplitudes.
     Scale,
-    /// The number of beads.
     Beads,
-    /// Their radius.
     Radius,
     /// Their Young's modulus, or their density.
     Modulus,
-    /// Their material.
     Material,
     /// The faces of piston or support.
     Ends,
@@ -101,7 +98,6 @@ pub enum Cause {
     Support,
     /// The gap before the first bead.
     Gap,
-    /// The damping law.
     DampingLaw,
     /// That it is the mean of several shots.
     Averages,
@@ -112,7 +108,6 @@ pub enum Cause {
 /// A cause that explains a record which the fit does not.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
-    /// Which.
     pub cause: Cause,
     /// Share of right records that are as far from the model once it is mended; absent where that was not tried.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -140,11 +135,8 @@ pub struct Case<'a> {
     pub comparison: &'a Comparison,
     /// The record at the comparison's samples; absent of published features.
     pub trace: Option<&'a Series>,
-    /// What is fitted.
     pub parameters: &'a [Parameter],
-    /// What is drawn.
     pub uncertainty: Uncertainty,
-    /// Seed.
     pub seed: u64,
     /// What the fit found on whatever rung answered.
     pub fit: &'a Fit,

@@ -30,7 +30,6 @@ const FELT: f64 = 3e-5;
 /// A file that went into a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Input {
-    /// As given.
     pub path: PathBuf,
     /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
@@ -40,9 +39,7 @@ pub struct Input {
 #[derive(Debug, Error)]
 #[error("{}: cannot be read", path.display())]
 pub struct InputError {
-    /// The file.
     pub path: PathBuf,
-    /// Why.
     pub source: std::io::Error,
 }
 
@@ -69,7 +66,6 @@ pub fn beside(measured: &Path) -> Option<PathBuf> {
 /// A horn-tip record, ready to drive.
 #[derive(Debug, Clone)]
 pub struct RecordedDrive {
-    /// The file.
     pub input: Input,
     /// How it was asked to be read.
     pub options: ReadOptions,
@@ -81,7 +77,6 @@ pub struct RecordedDrive {
     pub baseline_error: Option<f64>,
     /// Bandwidth of its decoder, Hz, where the record states it.
     pub bandwidth: Option<f64>,
-    /// Samples that are bridged.
     pub masked: Vec<Masked>,
     /// What was understood and assumed on reading, for people.
     pub assumptions: Vec<String>,

@@ -33,7 +33,6 @@ const LEADING: [&str; 5] = ["candidate", "stage", "batch", "run", "model"];
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FingerprintsError {
-    /// No table.
     #[error("{FILE}: expected a table of runs; calibrate again to write one")]
     Form(#[from] csv::Error),
 }
@@ -82,7 +81,6 @@ impl CandidateRuns {
 /// What the columns and the models of a calibration are called.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Names {
-    /// The parameters.
     pub parameters: Vec<String>,
     /// The features of each record.
     pub features: Vec<Vec<String>>,

@@ -71,13 +71,10 @@ impl Verdict {
 /// One parameter as fitted, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// Its name.
     pub name: String,
-    /// Its unit.
     pub unit: String,
     /// The jointly most likely value.
     pub value: f64,
-    /// The marginal median.
     pub median: f64,
     /// 5 % quantile.
     pub low: f64,
@@ -125,9 +122,7 @@ pub struct Fit {
     pub drift: f64,
     /// ln of the evidence of this damping law, no feature down-weighted.
     pub log_evidence: f64,
-    /// What it amounts to.
     pub verdict: Verdict,
-    /// Every run.
     pub runs: Vec<Run>,
     /// Number of runs and smallest misfit after each batch.
     pub history: Vec<(u64, f64)>,
@@ -220,29 +215,15 @@ impl Fit {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FitError {
-    /// Too few runs finished anywhere near the record.
     #[error(
         "{failed} of {made} runs failed, too few are left for a regression (the last said: {reason}); widen the bounds, \
          or check the record's unit and the drive with --dry-run"
     )]
-    TooFewRuns {
-        /// Runs made.
-        made: usize,
-        /// Runs failed.
-        failed: usize,
-        /// What the last failure said.
-        reason: String,
-    },
-    /// Stopped from outside; what was done is saved where a checkpoint was asked for.
+    TooFewRuns { made: usize, failed: usize, reason: String },
     #[error("stopped after {runs} runs")]
-    Stopped {
-        /// Runs made.
-        runs: usize,
-    },
-    /// A finished run could not be kept.
+    Stopped { runs: usize },
     #[error("a finished run cannot be kept; what was kept before is used by the same command with --resume")]
     NotKept(#[source] RunLogError),
-    /// The executor failed.
     #[error("the search failed")]
     Search(#[source] Error),
 }
@@ -390,7 +371,6 @@ fn too_few(runs: &[Run]) -> FitError {
 /// What an answer is read from.
 struct Reading<'a> {
     parameters: &'a [Parameter],
-    /// All runs.
     cloud: &'a Cloud,
     /// All but the last batch.
     before: &'a Cloud,

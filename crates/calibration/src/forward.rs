@@ -111,7 +111,6 @@ impl Uncertainty {
 /// One simulated run: where in the box, and what came of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Run {
-    /// Unit coordinates.
     pub position: Vec<f64>,
     /// Fingerprint z, or why there is none.
     pub outcome: Result<Vec<f64>, String>,
@@ -159,7 +158,6 @@ const UNFELT: f64 = 4.0;
 /// The scene, ready to be run at any point of the box and compared with one record.
 #[derive(Clone)]
 pub struct Forward {
-    /// The fitted parameters.
     pub parameters: Vec<Parameter>,
     /// What the runs are compared with.
     pub comparison: Comparison,

@@ -33,7 +33,6 @@ const SAME_FREQUENCY: f64 = 1e-3;
 /// A drive frequency and the place that says so.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StatedFrequency {
-    /// The file.
     pub path: PathBuf,
     /// Its line, from 1; `None` where no single line says it.
     pub line: Option<usize>,
@@ -54,17 +53,11 @@ impl std::fmt::Display for StatedFrequency {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum JointError {
-    /// Another drive frequency.
     #[error(
         "{found}: expected a drive of {:.4} kHz as in {expected}, found {:.4} kHz; one α holds for one frequency of the horn: correct the \
          frequency that the file states, name the drive that belongs to this record, say by --drive-frequency what holds for all, or fit it by itself", expected.frequency * 1e-3, found.frequency * 1e-3
     )]
-    OtherFrequency {
-        /// Of this record.
-        found: StatedFrequency,
-        /// Of the first.
-        expected: StatedFrequency,
-    },
+    OtherFrequency { found: StatedFrequency, expected: StatedFrequency },
 }
 
 /// Refuse records at different drive frequencies: what couples the horn to its drive is a number at one frequency, and features are taken at

@@ -8,7 +8,6 @@ use granchain_record::run_log::{RunLog, RunLogError};
 /// Where the runs of one rung of one fit are kept.
 #[derive(Debug, Clone)]
 pub struct KeptPlace {
-    /// The file.
     pub path: PathBuf,
     /// Digest of what the fit is made from; runs of another are not taken.
     pub key: String,

@@ -50,7 +50,6 @@ impl SavedFit {
 
 /// The runs of one candidate, and what can make them again.
 pub struct Made {
-    /// The runs.
     pub runs: CandidateRuns,
     /// What makes those of the search.
     pub joint: Joint,

@@ -1,7 +1,7 @@
 //! Parameters, residuals and the search for them: the only user of argmin.
 //!
 //! ```text
-//! Plan, Bench, Record ─► Problem ─ fit ─► Fitted ─ outcome ─► CalibrationOutcome
+//! Plan, Bench, Record ─► Problem ─ fit ─► Fitted ─ predict ─► Confirmed ─ outcome ─► CalibrationOutcome
 //! ```
 
 pub mod agreement;
@@ -29,6 +29,7 @@ pub mod outcome;
 pub mod parameter;
 pub mod plan;
 pub mod posterior;
+pub mod predict;
 pub mod printed;
 pub mod problem;
 pub mod refusal;

@@ -20,16 +20,13 @@ use granchain_signal::{
 /// The measurement.
 #[derive(Debug, Clone)]
 pub enum Measured {
-    /// A waveform.
     Record(Box<MeasuredRecord>),
-    /// Printed statements.
     Published(Box<MeasuredFeatures>),
 }
 
 /// A waveform with its fingerprint.
 #[derive(Debug, Clone)]
 pub struct MeasuredRecord {
-    /// As read.
     pub record: Record,
     /// As the lab's chain sees simulated traces.
     pub recording: Recording,
@@ -40,7 +37,6 @@ pub struct MeasuredRecord {
 /// Printed statements, as read and as the fit sees them.
 #[derive(Debug, Clone)]
 pub struct MeasuredFeatures {
-    /// As read.
     pub published: PublishedFeatures,
     /// As the fit sees them.
     pub printed: Printed,

@@ -52,7 +52,6 @@ pub(crate) fn highest_cutoff(drive_frequency: f64) -> f64 {
 /// A recorded velocity or pressure and what is known of how it was recorded.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
-    /// What it is of.
     pub measurand: Measurand,
     /// Velocity (m/s) or pressure (Pa), baseline removed, sign as in the model.
     pub signal: Series,
@@ -77,7 +76,6 @@ pub struct Recording {
 pub struct Passband {
     /// Where its gain is what `fall` says, Hz.
     pub bandwidth: f64,
-    /// How it falls beyond.
     pub fall: Fall,
 }
 
@@ -190,42 +188,31 @@ impl Recording {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ObservationError {
-    /// Every sample is the same.
     #[error(
         "expected a signal, found {value:e} {} in every sample; check that the input was connected and that this \
          is the right column (--channel)", measurand.unit()
     )]
     Constant {
-        /// What was recorded.
         measurand: Measurand,
         /// That value, after the baseline is removed, unit of the measurand.
         value: f64,
     },
-    /// Noise hides the onset.
     #[error(
         "the noise of the record ({noise:.3e} {} rms) hides its onset: 6 σ exceeds a quarter of its peak \
          ({peak:.3e} {}); average more shots, lower the bandwidth (--read bandwidth=…), or record longer if the answer had hardly come", measurand.unit(), measurand.unit()
     )]
     NoisyOnset {
-        /// What was recorded.
         measurand: Measurand,
         /// σ, unit of the measurand.
         noise: f64,
         /// Peak, likewise.
         peak: f64,
     },
-    /// Too few drive periods after the onset.
     #[error(
         "the record ends {available_cycles:.1} drive periods after its onset, expected at least {needed_cycles}; record \
          longer, or check --drive-frequency"
     )]
-    TooShort {
-        /// Periods after the onset.
-        available_cycles: f64,
-        /// Periods needed.
-        needed_cycles: usize,
-    },
-    /// The record has no fingerprint.
+    TooShort { available_cycles: f64, needed_cycles: usize },
     #[error("the record has no fingerprint")]
     Fingerprint(#[from] FingerprintError),
 }
@@ -251,7 +238,6 @@ pub struct Observation {
     pub flicker: f64,
     /// Number of shots that the record is the mean of.
     pub averages: usize,
-    /// How traces are reduced.
     pub fingerprint: Fingerprint,
     /// Features z₀ of the record.
     pub features: Vec<f64>,

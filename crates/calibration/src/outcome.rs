@@ -18,13 +18,10 @@ use granchain_signal::feature::Measurand;
 /// `calibration.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationOutcome {
-    /// Program and version.
     pub program: String,
     /// Scene as named on the command line or in the plan.
     pub scene: String,
-    /// Overrides of the scene.
     pub overrides: Vec<String>,
-    /// Which model was run.
     pub model: String,
     /// What was recorded; absent for a velocity.
     #[serde(default, skip_serializing_if = "is_velocity")]
@@ -32,7 +29,6 @@ pub struct CalibrationOutcome {
     /// The law, on its mount, that a report leads with: first of `laws`, its keys at the top level.
     #[serde(flatten)]
     pub best: FitOutcome,
-    /// Seed.
     pub seed: u64,
     /// Files that went in, by role.
     pub inputs: BTreeMap<String, InputDigest>,
@@ -65,13 +61,11 @@ pub struct CalibrationOutcome {
 /// Samples of a record that were bridged in it and in every simulated run alike.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MaskedStretch {
-    /// The file.
     pub file: String,
     /// Last valid instant before them and first one behind them, s on the record's clock; absent at an end of the record.
     pub from_s: Option<f64>,
     /// See `from_s`.
     pub to_s: Option<f64>,
-    /// How many.
     pub samples: usize,
     /// Why, in words.
     pub reason: String,
@@ -151,7 +145,6 @@ pub struct FittedParameter {
     pub low: Option<f64>,
     /// Upper end of the 90 % interval; absent where no interval means anything.
     pub high: Option<f64>,
-    /// Marginal median.
     pub median: f64,
     /// SI unit, `1` for a pure number.
     pub unit: String,
@@ -160,14 +153,12 @@ pub struct FittedParameter {
     /// Whether the interval is hardly narrower than the box.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unidentified: bool,
-    /// Bounds of the search.
     pub bounds: [f64; 2],
 }
 
 /// One watched feature of record and calibrated model, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OutcomeFeature {
-    /// Of the record.
     pub measured: Option<f64>,
     /// Of the model, mean over perturbed runs.
     pub simulated: Option<f64>,
@@ -207,9 +198,7 @@ pub struct FittedFeature {
 pub struct RecordOutcome {
     /// What it is called beside the others.
     pub label: String,
-    /// The file.
     pub measured: String,
-    /// Overrides of its scene.
     pub overrides: Vec<String>,
     /// Share of right records that are as far from the model as this one at the joint answer.
     pub p_value: f64,
@@ -237,11 +226,8 @@ pub struct OutcomeLobe {
 /// One rung of the ladder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RungOutcome {
-    /// Its model.
     pub model: String,
-    /// Runs made on it.
     pub runs: u64,
-    /// Of them failed.
     pub failed_runs: u64,
     /// How its own fit ended; absent where it was only run at the answer.
     pub verdict: Option<Verdict>,
@@ -254,7 +240,6 @@ pub struct RungOutcome {
 /// One fitted feature as a rung expects it at the answer, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RungFeature {
-    /// Expected.
     pub value: f64,
     /// Standard deviation of its logarithm over runs; absent of a single run.
     pub scatter: Option<f64>,
@@ -290,7 +275,6 @@ impl RungOutcome {
 /// A file that went in.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct InputDigest {
-    /// As given.
     pub path: String,
     /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,

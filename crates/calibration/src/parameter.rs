@@ -17,7 +17,6 @@ pub enum Target {
     Alpha,
     /// The coefficient of the scene's damping law, where it has one.
     Damping(DampingTerm),
-    /// One of several.
     DampingBeside(DampingTerm),
     /// F₀, the static force through the chain.
     Precompression,
@@ -40,7 +39,6 @@ pub enum Target {
 /// One fitted parameter with its bounds; its coordinate is u = ln(value/low)/ln(high/low) ∈ \[0, 1\].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Parameter {
-    /// What it changes.
     pub target: Target,
     /// Name in plans and outcomes.
     pub name: String,
@@ -78,34 +76,20 @@ const WIDENING: f64 = 4.0;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum ParameterError {
-    /// No parameter is called that.
     #[error("parameter `{name}`: expected one of {}", Parameter::names().join(", "))]
-    Unknown {
-        /// The name.
-        name: String,
-    },
-    /// Nothing damps.
+    Unknown { name: String },
     #[error("the scene has no damping to fit; name a law with --damping linear, or leave `damping` out of --fit")]
     NoDamping,
-    /// A coefficient of a law that the scene does not have.
     #[error(
         "`{name}` belongs to the damping law `linear+kuwabara-kono`, and the scene's is `{law}`: fit `damping`, its one coefficient"
     )]
-    OneCoefficient {
-        /// The name.
-        name: String,
-        /// The scene's law.
-        law: &'static str,
-    },
-    /// A static force that nothing holds.
+    OneCoefficient { name: String, law: &'static str },
     #[error("`precompression`: before a free end there is nothing that holds a static force; leave it out of --fit")]
     FreeEnd,
-    /// A gap in a chain that a static force closes.
     #[error(
         "`gap`: a precompressed chain has every gap closed, and this one has a precompression, or is fitted for one; fit one of the two"
     )]
     ClosedGap,
-    /// A support without a stiffness that is a number of its own.
     #[error(
         "`support_stiffness` is the factor of an annulus or the stiffness of a spring, and the scene has neither: set support.kind=annulus or \
          support.kind=spring, or leave it out of --fit"

@@ -63,9 +63,7 @@ use granchain_signal::read_back::read_text;
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
-    /// The record.
     pub measured: Option<PathBuf>,
-    /// What was recorded.
     pub quantity: Option<Measurand>,
     /// The horn-tip record, and how it is read.
     pub drive: Option<DrivePlan>,
@@ -78,17 +76,14 @@ pub struct Plan {
     /// Overrides of the scene, `KEY=VALUE`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub set: Vec<String>,
-    /// Damping laws to fit.
     pub damping: Option<Vec<String>>,
     /// Mounts of the disc to compare.
     pub mount: Option<Vec<String>>,
     /// Names of the parameters to fit.
     pub fit: Option<Vec<String>>,
-    /// Which features.
     pub features: Option<FeatureSet>,
     /// Number of runs a law.
     pub evaluations: Option<usize>,
-    /// Seed.
     pub seed: Option<u64>,
     /// Records that are fitted together, in place of `measured` and `drive`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -116,7 +111,6 @@ pub struct Plan {
 pub struct DrivePlan {
     /// The file; absent where it is the one beside the record, or the record's own.
     pub file: Option<PathBuf>,
-    /// How it is read.
     pub reading: Reading,
 }
 
@@ -164,7 +158,6 @@ impl From<PathBuf> for DrivePlan {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordPlan {
-    /// The record.
     pub measured: PathBuf,
     /// The horn-tip record that drove it.
     pub drive: Option<DrivePlan>,
@@ -184,9 +177,7 @@ pub struct RecordPlan {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Bounds {
-    /// Lower bound.
     pub low: Number,
-    /// Upper bound.
     pub high: Number,
 }
 
@@ -196,7 +187,6 @@ pub struct Bounds {
 pub enum Number {
     /// SI.
     Plain(f64),
-    /// With its unit.
     Text(String),
 }
 
@@ -204,39 +194,21 @@ pub enum Number {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum PlanError {
-    /// The file cannot be read.
     #[error("{}: the plan cannot be read", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// Not TOML, an unknown key, or a value of the wrong type.
+    Unreadable { path: PathBuf, source: std::io::Error },
     #[error(
         "{}:{line}: {message}; a plan has the keys measured, quantity, drive, bench, scene, set, damping, mount, features, \
          evaluations, fit, seed, [reading], [drive] file and [drive.reading], [[record]] measured, drive, reading, scene and set, \
          [parameters.NAME] low and high, [uncertainty], [weights]", path.display()
     )]
     Form {
-        /// The file.
         path: PathBuf,
         /// Line, from 1.
         line: usize,
-        /// What is wrong there.
         message: String,
     },
-    /// A reading that says nothing.
     #[error("{}: [{table}] {source}", path.display())]
-    Reading {
-        /// The file.
-        path: PathBuf,
-        /// Which table.
-        table: &'static str,
-        /// Why.
-        source: ReadingError,
-    },
-    /// Its bench file cannot be used.
+    Reading { path: PathBuf, table: &'static str, source: ReadingError },
     #[error(transparent)]
     Bench(#[from] BenchReadingsError),
 }
@@ -244,7 +216,6 @@ pub enum PlanError {
 /// How a record and its drive are read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReadAs {
-    /// The record.
     pub measured: ReadOptions,
     /// The horn's tip, where one is recorded: its file, how it is read, and who named it.
     pub drive: Option<(PathBuf, ReadOptions, NamedBy)>,
@@ -253,9 +224,7 @@ pub struct ReadAs {
 /// Who named the record of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NamedBy {
-    /// A flag.
     Flag,
-    /// The plan.
     Plan,
     /// It lies beside the record.
     Folder,
@@ -266,11 +235,8 @@ pub enum NamedBy {
 /// What was asked of the reading, before a plan and a bench file fill up what is left open.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Asked {
-    /// Of the record.
     pub measured: ReadOptions,
-    /// Of the horn's tip.
     pub drive: ReadOptions,
-    /// Its file.
     pub drive_file: Option<PathBuf>,
 }
 

@@ -35,7 +35,6 @@ pub struct Posterior {
     /// The frame, where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frame: Option<Frame>,
-    /// Cells a side.
     pub cells: usize,
     /// Probability of each cell, the last coordinate fastest.
     pub mass: Vec<f64>,

@@ -56,15 +56,11 @@ const PASSED: f64 = 0.85;
 /// What a printed value is a value of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// Largest velocity.
     PositivePeak,
-    /// Most negative velocity.
     NegativePeak,
-    /// Amplitude of a line.
     Amplitude(Ratio),
     /// Ratio of a line to the line at the drive.
     Ratio(Ratio),
-    /// Total harmonic distortion.
     Distortion,
 }
 
@@ -73,7 +69,6 @@ pub enum Quantity {
 pub enum Meaning {
     /// A number, SI.
     Value {
-        /// Of what.
         quantity: Quantity,
         /// The number, SI, with its sign.
         value: f64,
@@ -87,12 +82,7 @@ pub enum Meaning {
     /// A line is less than that.
     Absent(Ratio),
     /// One line is stronger than another.
-    Ordering {
-        /// The stronger line.
-        stronger: Ratio,
-        /// The weaker line.
-        weaker: Ratio,
-    },
+    Ordering { stronger: Ratio, weaker: Ratio },
 }
 
 impl Meaning {
@@ -113,9 +103,7 @@ impl Meaning {
 /// A statement with its name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PrintedStatement {
-    /// As published.
     pub name: String,
-    /// What it says.
     pub meaning: Meaning,
 }
 
@@ -136,7 +124,6 @@ impl PrintedStatement {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PrintedError {
-    /// Another drive frequency.
     #[error(
         "the features were published for a drive of {published_hz:.0} Hz, the scene is driven at {scene_hz:.0} Hz; name the \
          right scene or drive, or pass --drive-frequency"
@@ -147,35 +134,26 @@ pub enum PrintedError {
         /// Of the scene, Hz.
         scene_hz: f64,
     },
-    /// A name that says nothing computable.
     #[error("feature `{name}`: expected positive_peak, negative_peak, thd, amplitude_P/Q or ratio_P/Q with a value")]
-    UnknownFeature {
-        /// The name.
-        name: String,
-    },
-    /// A line above the band of the comparison.
+    UnknownFeature { name: String },
     #[error(
         "feature `{name}`: the line at {frequency_hz:.0} Hz lies above {limit_hz:.0} Hz, up to which runs are compared; delete it"
     )]
     LineTooHigh {
-        /// The feature.
         name: String,
         /// Its frequency, Hz.
         frequency_hz: f64,
         /// Highest usable, Hz.
         limit_hz: f64,
     },
-    /// A line of which the window holds too few periods.
     #[error(
         "feature `{name}`: the drive is on for {periods:.1} periods of the line at {frequency_hz:.0} Hz, expected at least \
          {MINIMUM_LINE_PERIODS}; delete it, or use a longer burst"
     )]
     LineTooLow {
-        /// The feature.
         name: String,
         /// Its frequency, Hz.
         frequency_hz: f64,
-        /// Periods in the window.
         periods: f64,
     },
 }
@@ -184,10 +162,8 @@ pub enum PrintedError {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ReductionError {
-    /// A feature cannot be measured.
     #[error(transparent)]
     Feature(#[from] FeatureError),
-    /// Nothing moves at the drive frequency.
     #[error("the response has no line at the drive frequency, so no ratio to it")]
     NoDriveLine,
 }

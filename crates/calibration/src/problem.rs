@@ -60,7 +60,6 @@ pub fn program() -> String {
 /// Everything read and checked.
 #[derive(Debug, Clone)]
 pub struct Problem {
-    /// What was recorded.
     pub quantity: Measurand,
     /// The records, at least one; the first leads.
     pub shots: Vec<Shot>,
@@ -70,7 +69,6 @@ pub struct Problem {
     pub above: Vec<ModelKind>,
     /// Runs of the chain a candidate.
     pub evaluations: usize,
-    /// Seed of everything drawn.
     pub seed: u64,
     /// Weights of features by name, which the comparisons have already.
     pub weights: BTreeMap<String, f64>,

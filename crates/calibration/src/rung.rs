@@ -42,7 +42,6 @@ pub enum Unmade {
 struct PlannedRun {
     /// Its number, which says what is drawn.
     number: u64,
-    /// Unit coordinates.
     position: Vec<f64>,
     /// How long it is simulated, s; where that proves too short it is made again at full length.
     duration: f64,
@@ -298,6 +297,5 @@ impl Rung {
 pub struct Pair {
     /// On the rung below: the chain, or the reduced model below finite elements.
     pub lower: Run,
-    /// On the rung above.
     pub upper: Run,
 }

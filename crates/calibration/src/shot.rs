@@ -53,9 +53,7 @@ impl Source {
 /// A record to be fitted, and the bench it was made on.
 #[derive(Debug, Clone)]
 pub struct ShotPlan {
-    /// What was recorded.
     pub source: Source,
-    /// Where.
     pub bench: Bench,
     /// Plan and line that name it, where a plan names several.
     pub origin: Option<(PathBuf, usize)>,
@@ -64,11 +62,9 @@ pub struct ShotPlan {
 /// One record of a problem.
 #[derive(Debug, Clone)]
 pub struct Shot {
-    /// How it is simulated.
     pub bench: Bench,
     /// How it was asked to be read.
     pub options: ReadOptions,
-    /// As read.
     pub measured: Measured,
     /// What its runs are compared with.
     pub comparison: Comparison,

@@ -28,11 +28,9 @@ use granchain_signal::{Conditioning, Series, feature::Measurand};
 /// What a twin was made with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
-    /// Number of the twin.
     pub index: u64,
     /// `rigid`, `annulus` or the mount of a disc, such as `clamped`.
     pub support: String,
-    /// Damping law.
     pub damping_kind: String,
     /// Values of the parameters, SI.
     pub values: Vec<f64>,
@@ -54,10 +52,8 @@ pub struct Truth {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TwinError {
-    /// The truth cannot be simulated.
     #[error("the truth cannot be simulated")]
     Model(#[from] ModelError),
-    /// The lab's reader refuses the record.
     #[error("the twin's record cannot be read")]
     Record(#[from] MeasurementError),
 }
@@ -130,13 +126,11 @@ impl Lab {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Flaw {
-    /// Not at all.
     None,
     /// The annulus is 30 % softer.
     SofterSupport,
     /// The other of the two damping laws, its coefficient [`EQUIVALENT`].
     OtherLaw,
-    /// One bead fewer.
     MissingBead,
 }
 

@@ -40,9 +40,7 @@ struct Bead<N> {
 /// Energy lost so far, J.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct HoldLoss<N> {
-    /// In drag.
     pub(crate) drag: N,
-    /// In friction.
     pub(crate) friction: N,
 }
 

@@ -65,21 +65,17 @@ const GIB: f64 = 1024.0 * 1024.0 * 1024.0;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ModelError {
-    /// The model cannot run this scene.
     #[error("model `{model}`: {reason}")]
     Unsupported {
-        /// Which model.
         model: &'static str,
         /// What it cannot do, and what to do instead.
         reason: String,
     },
-    /// Bodies were made ready for another scene.
     #[error("`{part}` differs from the scene the bodies were prepared for; prepare this scene")]
     OtherBodies {
         /// What differs, as a scene key.
         part: &'static str,
     },
-    /// A number of the scene is physically void.
     #[error("`{quantity}`: expected {expected}, found {found:e}; correct the scene")]
     Unphysical {
         /// Which number, as a scene key.
@@ -89,17 +85,8 @@ pub enum ModelError {
         /// What it is, SI.
         found: f64,
     },
-    /// A list of the scene or of the caller has the wrong length.
     #[error("`{quantity}`: expected {expected} values, found {found}")]
-    Count {
-        /// Which list.
-        quantity: &'static str,
-        /// How many it needs.
-        expected: usize,
-        /// How many it has.
-        found: usize,
-    },
-    /// Precompression asked for while a gap is open.
+    Count { quantity: &'static str, expected: usize, found: usize },
     #[error(
         "`chain.precompression` {force:e} N needs every gap closed, but gap {contact} (1 = piston) is {gap:e} m; \
          set that gap or the precompression to zero"
@@ -112,7 +99,6 @@ pub enum ModelError {
         /// Its gap, m.
         gap: f64,
     },
-    /// The state is no longer finite.
     #[error(
         "the state of bead {bead} is not finite at {time:.9e} s (step {step:.3e} s); the drive, the stiffnesses or a \
          fixed step are out of range"
@@ -125,7 +111,6 @@ pub enum ModelError {
         /// Bead, counted from 1 at the piston.
         bead: usize,
     },
-    /// The adaptive step fell below what the clock can resolve.
     #[error(
         "the step shrank to {step:.3e} s at {time:.9e} s, last at contact {contact} (1 = piston), without meeting \
          tolerance {tolerance:e}; loosen `model.tolerance` or look for a stiffness or damping out of range"
@@ -140,7 +125,6 @@ pub enum ModelError {
         /// Relative tolerance asked for, 1.
         tolerance: f64,
     },
-    /// A fixed step was too long: the run is finite but not a solution.
     #[error(
         "a fixed step of {step:.3e} s is too long: {residual_j:.3e} J of at most {largest_j:.3e} J are unaccounted for; \
          shorten `model.step` or use the adaptive integrator"
@@ -153,7 +137,6 @@ pub enum ModelError {
         /// Largest energy seen, J.
         largest_j: f64,
     },
-    /// A run that loses or makes energy: it is finite but not a solution.
     #[error(
         "energy balance: expected at most 10 % of the largest energy unaccounted for, found {residual_j:.3e} J of {largest_j:.3e} J; shorten \
          `model.step` or lower `model.tolerance`, and refine the mesh"
@@ -164,7 +147,6 @@ pub enum ModelError {
         /// Largest energy seen, J.
         largest_j: f64,
     },
-    /// More work than anyone waits for.
     #[error(
         "the run is estimated at {work:.1e} unknowns × steps, above the limit of {limit:.0e}; shorten `duration`, lengthen the step, take fewer \
          beads or runs, or lift the limits with --no-limits (in a program, `Scene::with_limits`)"
@@ -175,19 +157,12 @@ pub enum ModelError {
         /// Most of them, 1.
         limit: f64,
     },
-    /// More memory than a machine has.
     #[error(
         "the run is estimated at {:.1} GiB of memory, above the limit of {:.1} GiB; lengthen `output_step`, shorten `duration`, take fewer beads \
          or runs or a coarser mesh, or lift the limits with --no-limits (in a program, `Scene::with_limits`)",
         memory / GIB, limit / GIB
     )]
-    TooMuchMemory {
-        /// Bytes.
-        memory: f64,
-        /// Most of them.
-        limit: f64,
-    },
-    /// A dashpot so fast that the adaptive integrator would creep.
+    TooMuchMemory { memory: f64, limit: f64 },
     #[error(
         "the dashpot of contact {contact} (1 = piston), {coefficient:.1e} N·s/m, is {ratio:.1e} times as fast as the contact, above the limit of \
          {limit:.0e}: the chain's steps would shrink with it; lower `damping.coefficient`, give the bodies that it holds together as one, or lift \
@@ -203,14 +178,12 @@ pub enum ModelError {
         /// Most of it, 1.
         limit: f64,
     },
-    /// The adaptive steps are so short that the run would not end.
     #[error(
         "after {steps} steps the run is at {time:.9e} s of {end:.3e} s and would take {expected:.1e} steps, above the limit of {limit:.1e}; look for \
          a stiffness, damping or bead out of range, loosen `model.tolerance`, or lift the limits with --no-limits (in a program, \
          `Scene::with_limits`)"
     )]
     TooManySteps {
-        /// Steps taken.
         steps: u64,
         /// Simulated time, s.
         time: f64,
@@ -221,13 +194,10 @@ pub enum ModelError {
         /// Most of them, 1.
         limit: f64,
     },
-    /// The contact finite element analysis could not be run, or failed.
     #[error(transparent)]
     Fea(#[from] Box<fea::FeaError>),
-    /// There is no disc on the water, or the run in front of it failed.
     #[error(transparent)]
     Water(Box<water::WaterError>),
-    /// The run was stopped by its caller.
     #[error("stopped at {time:.6e} s")]
     Stopped {
         /// Simulated time reached, s.

@@ -9,13 +9,11 @@ use super::{MeasurementError, Place, ReadOptions, RecordKind, Sensitivity};
 /// A column as its header (and a units row, if there is one) describes it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Column {
-    /// The header as written.
     pub header: String,
     /// The part of it that is a name.
     pub name: String,
     /// The unit as written, if one is.
     pub unit_text: Option<String>,
-    /// What that unit is.
     pub unit: Option<Result<Unit, QuantityError>>,
 }
 

@@ -83,7 +83,6 @@ pub(super) struct Noisy<'a> {
     pub step: f64,
     /// How many of them are noisy.
     pub recorded: usize,
-    /// Rms of the noise.
     pub sigma: f64,
     /// Band of the noise, Hz: white below, nothing above.
     pub band: f64,

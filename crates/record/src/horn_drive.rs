@@ -95,9 +95,7 @@ pub struct HornDrive {
     pub begins_at: f64,
     /// Last instant of motion that was recorded, model's clock, s: what lies behind is rest or predicted.
     pub recorded_until: f64,
-    /// How it begins.
     pub begins: Beginning,
-    /// How it ends.
     pub ends: Ending,
     /// What noise is left in it; `None` where none is known.
     pub remainder: Option<Remainder>,

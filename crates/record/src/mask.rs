@@ -23,7 +23,6 @@ pub enum MaskReason {
     Spike,
     /// A spike before anything moves, as a trigger makes.
     TriggerSpike,
-    /// Stated by the user.
     Stated,
 }
 
@@ -46,9 +45,7 @@ pub struct Masked {
     /// Where, on the clock of the record's series.
     #[serde(flatten)]
     pub gap: Gap,
-    /// Number of samples.
     pub samples: usize,
-    /// Why.
     pub reason: MaskReason,
 }
 
@@ -56,10 +53,8 @@ pub struct Masked {
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Masking {
-    /// Those that are found.
     #[default]
     Auto,
-    /// None.
     None,
     /// Those in these stretches, s on the file's own time axis, and no others.
     Stretches(Vec<[f64; 2]>),
@@ -69,15 +64,10 @@ pub enum Masking {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MaskError {
-    /// No stretch.
     #[error(
         "expected `auto`, `none` or stretches of the file\'s time axis such as `12.1us:13.4us,50us:51us`, found `{found}`"
     )]
-    Form {
-        /// The text.
-        found: String,
-    },
-    /// No time.
+    Form { found: String },
     #[error(transparent)]
     Time(#[from] QuantityError),
 }
@@ -337,7 +327,6 @@ fn before_motion(series: &Series, first_motion: usize, period: f64, peak: f64) -
 
 /// What a search goes by.
 struct Search {
-    /// Samples.
     period: f64,
     /// Hz.
     cutoff: f64,

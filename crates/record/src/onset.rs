@@ -22,11 +22,9 @@ pub(super) const FITTED_PERIODS: f64 = 3.0;
 /// Where motion begins, read from the first sample on; places in samples, which may lie between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Onset {
-    /// At rest before.
     Rest(f64),
     /// With the first sample, or less than a sample before it.
     AtFirst(f64),
-    /// Before the first sample.
     Before,
 }
 

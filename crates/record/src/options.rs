@@ -67,7 +67,6 @@ pub struct ReadOptions {
     pub time_unit: Option<String>,
     /// Unit of the recorded quantity, such as `mm/s`; overrides the file.
     pub unit: Option<String>,
-    /// Which offset is removed.
     pub baseline: Baseline,
     /// Whether the sign is turned, for a head that looks the other way. Positive is from piston to support.
     pub invert: bool,
@@ -97,7 +96,6 @@ pub struct ReadOptions {
     pub resample: bool,
     /// Which function of a universal file, or which segment, from 1.
     pub dataset: Option<usize>,
-    /// Which samples are masked.
     pub mask: Masking,
     /// Number of shots that the record is the mean of.
     pub averages: Option<usize>,

@@ -8,7 +8,6 @@ use std::{
 /// A file, and the line and column in it where they are known.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
-    /// The file.
     pub path: PathBuf,
     /// Line, from 1.
     pub line: Option<u64>,

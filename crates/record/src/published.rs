@@ -45,17 +45,13 @@ pub use error::PublishedError;
 /// What a publication says of one measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PublishedFeatures {
-    /// The file.
     pub path: PathBuf,
     /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
-    /// What was measured.
     pub title: String,
-    /// Where it is printed.
     pub source: String,
     /// Drive frequency f0, Hz.
     pub drive_frequency: f64,
-    /// Simulations printed beside it.
     pub cases: Vec<PublishedCase>,
     /// What is said, in the file's order.
     pub features: Vec<PublishedFeature>,
@@ -66,7 +62,6 @@ pub struct PublishedFeatures {
 pub struct PublishedCase {
     /// Key of its values in [`PublishedFeature::cases`].
     pub name: String,
-    /// What it is.
     pub title: String,
 }
 
@@ -75,11 +70,9 @@ pub struct PublishedCase {
 pub struct PublishedFeature {
     /// `positive_peak`, `negative_peak`, `amplitude_P/Q`, `ratio_P/Q`, `thd`, `line_P/Q`, or any name for an ordering.
     pub name: String,
-    /// What is said.
     pub statement: Statement,
     /// What the printed simulations give, by [`PublishedCase::name`].
     pub cases: BTreeMap<String, Statement>,
-    /// A remark.
     pub note: Option<String>,
 }
 
@@ -94,14 +87,12 @@ pub enum Statement {
         uncertainty: Option<f64>,
         /// Half a unit in its last printed digit, SI: what is known of it where no uncertainty is printed.
         rounding: f64,
-        /// Its dimension.
         dimension: Dimension,
     },
     /// The line at this fraction of the drive is present, or is not.
     Line {
         /// `P/Q` or `P`.
         ratio: String,
-        /// Whether it is there.
         present: bool,
     },
     /// One line is stronger than another, or (in a printed simulation) is not.
@@ -110,7 +101,6 @@ pub enum Statement {
         stronger: String,
         /// `P/Q` or `P` of the weaker line.
         weaker: String,
-        /// Whether it holds.
         holds: bool,
     },
 }

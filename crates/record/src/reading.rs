@@ -31,40 +31,32 @@ pub struct Reading {
     /// Column of time, likewise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_column: Option<String>,
-    /// Unit of the quantity.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// Unit of time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_unit: Option<String>,
     /// Sensitivity of decoder or hydrophone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<String>,
-    /// Full-scale value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<String>,
     /// −6 dB bandwidth of the decoder.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bandwidth: Option<String>,
-    /// Delay of the decoder.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub delay: Option<String>,
-    /// Instant of the trigger.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trigger: Option<String>,
     /// Sample rate of rows without a time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sample_rate: Option<String>,
-    /// Which offset is removed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baseline: Option<String>,
     /// What is done about missing cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub missing: Option<String>,
-    /// What separates the values.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub delimiter: Option<String>,
-    /// How decimals are written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub decimal: Option<String>,
     /// Whether the sign is turned.
@@ -88,38 +80,16 @@ pub struct Reading {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadingError {
-    /// A quantity that is none, or one of something else.
     #[error("`{key}`: {source}")]
-    Quantity {
-        /// Which key.
-        key: &'static str,
-        /// Why.
-        source: QuantityError,
-    },
-    /// A frequency that is not above zero.
+    Quantity { key: &'static str, source: QuantityError },
     #[error("`{key}`: expected a value above zero, found `{found}`")]
-    NotPositive {
-        /// Which key.
-        key: &'static str,
-        /// The text.
-        found: String,
-    },
-    /// A sensitivity that is none.
+    NotPositive { key: &'static str, found: String },
     #[error("`scale`: {0}")]
     Scale(#[from] SensitivityError),
-    /// A mask that is none.
     #[error("`mask`: {0}")]
     Mask(#[from] MaskError),
-    /// A word that chooses nothing.
     #[error("`{key}`: expected one of {expected}, found `{found}`")]
-    Word {
-        /// Which key.
-        key: &'static str,
-        /// The words.
-        expected: String,
-        /// The text.
-        found: String,
-    },
+    Word { key: &'static str, expected: String, found: String },
 }
 
 fn word<C: Choice>(key: &'static str, text: &str) -> Result<C, ReadingError> {
@@ -254,16 +224,12 @@ impl Reading {
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct BenchReadings {
-    /// Of the vibrometer.
     #[serde(default)]
     pub vibrometer: Reading,
-    /// Of the horn's tip.
     #[serde(default)]
     pub horn_tip: Reading,
-    /// Of the hydrophone.
     #[serde(default)]
     pub hydrophone: Reading,
-    /// Where it was read.
     #[serde(skip)]
     pub path: PathBuf,
     /// SHA-256 of the bytes read, hexadecimal.
@@ -275,37 +241,20 @@ pub struct BenchReadings {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BenchReadingsError {
-    /// The file cannot be read.
     #[error("{}: the bench file cannot be read", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// Not TOML, an unknown key, or a value of the wrong type.
+    Unreadable { path: PathBuf, source: std::io::Error },
     #[error(
         "{}:{line}: {message}; a bench file has the tables [vibrometer], [horn-tip] and [hydrophone] with the keys of a [reading]",
         path.display()
     )]
     Form {
-        /// The file.
         path: PathBuf,
         /// Line, from 1.
         line: usize,
-        /// What is wrong there.
         message: String,
     },
-    /// A value that says nothing.
     #[error("{}: [{table}] {source}", path.display())]
-    Reading {
-        /// The file.
-        path: PathBuf,
-        /// Which table.
-        table: &'static str,
-        /// Why.
-        source: ReadingError,
-    },
+    Reading { path: PathBuf, table: &'static str, source: ReadingError },
 }
 
 impl BenchReadings {

@@ -36,11 +36,9 @@ impl RecordedQuantity {
 /// One record, in SI, motion positive from piston to support, pressure positive above the ambient one, with what was understood and assumed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
-    /// The file.
     pub path: PathBuf,
     /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
-    /// What was recorded where.
     pub kind: RecordKind,
     /// What the column held; a horn tip's velocity has been integrated.
     pub recorded: RecordedQuantity,
@@ -81,7 +79,6 @@ pub struct Record {
     pub stated_drive_frequency: Option<f64>,
     /// How the file is written: delimiter, decimals, encoding, whose preamble.
     pub form: String,
-    /// Headers of all columns.
     pub columns: Vec<String>,
     /// Header and unit of the time column.
     pub time_column: (String, String),

@@ -19,31 +19,20 @@ pub struct Sensitivity {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SensitivityError {
-    /// No quantity.
     #[error(transparent)]
     Quantity(#[from] granchain_signal::QuantityError),
-    /// A quantity of something else.
     #[error(
         "expected a sensitivity such as `100 mm/s/V`, `2 um/V`, `20 kPa/V` or `250 nV/Pa`, found `{found}`; a decoder's range such as \
          `100 mm/s/V` stands on its front panel, a hydrophone's on its calibration certificate"
     )]
-    Dimension {
-        /// The text.
-        found: String,
-    },
-    /// Zero or below.
+    Dimension { found: String },
     #[error("expected a sensitivity above zero, found `{found}`; invert=true turns the sign")]
-    NotPositive {
-        /// The text.
-        found: String,
-    },
-    /// No hydrophone.
+    NotPositive { found: String },
     #[error(
         "expected a hydrophone's sensitivity between {} and {}, found `{found}`, which is {}: {} a volt; check the prefixes",
         volts_a_pascal(HYDROPHONE.0), volts_a_pascal(HYDROPHONE.1), volts_a_pascal(1.0 / per_volt), pascals(*per_volt)
     )]
     NoHydrophone {
-        /// The text.
         found: String,
         /// Pressure a volt, Pa/V.
         per_volt: f64,

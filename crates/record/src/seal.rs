@@ -9,7 +9,6 @@ const DIGITS: usize = 64;
 /// Why a sealed text is not read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum BrokenSeal {
-    /// Not of this form.
     #[error("it is not what this version of granchain writes")]
     Form,
     /// Of this form, with another digest.

@@ -52,7 +52,6 @@ pub(super) struct Table {
     pub values: Vec<f64>,
     /// Line of each sample, where there are lines.
     pub lines: SampleLines,
-    /// Cells that were interpolated.
     pub bridged: usize,
     /// Rows without a value at both ends, which are left out.
     pub blank_ends: usize,

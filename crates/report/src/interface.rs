@@ -50,12 +50,9 @@ impl FaceQuantity {
 /// `grid.json`: keys carry their units.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct InterfaceGrid {
-    /// What the tables hold.
     #[serde(skip)]
     pub held: FaceQuantity,
-    /// The same in words.
     pub quantity: &'static str,
-    /// Program and version.
     pub program: String,
     /// Spacing of the radii, m.
     pub dx_m: f64,

@@ -30,7 +30,6 @@ pub struct Motion {
     pub svg: String,
     /// What moves it, as JSON: of every frame the displacements of piston and beads and the contact forces, a byte each.
     pub data: String,
-    /// What is seen.
     pub caption: String,
 }
 

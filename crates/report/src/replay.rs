@@ -28,7 +28,6 @@ pub struct ReplayReport<'a> {
     pub bead_diameter: f64,
     /// Whether anything stands behind the last bead.
     pub has_support: bool,
-    /// What the run produced.
     pub response: &'a Response,
     /// The observed velocity as the instrument sees it.
     pub seen: &'a Series,

@@ -101,15 +101,12 @@ pub fn figure(spectrum: &AmplitudeSpectrum, features: &Features) -> Figure {
 /// One trace and its spectrum as a page shows them.
 #[derive(Debug)]
 pub struct SpectrumPage<'a> {
-    /// The file.
     pub file: &'a str,
     /// What it holds, such as `velocity`.
     pub quantity: &'a str,
     /// What was measured, for people: names and values.
     pub facts: Vec<(String, String)>,
-    /// The trace.
     pub series: &'a Series,
-    /// Its spectrum.
     pub spectrum: &'a AmplitudeSpectrum,
     /// What was measured of it.
     pub features: &'a Features,

@@ -42,7 +42,6 @@ pub struct SweepCurve {
 pub struct SweepPoint {
     /// Value of the swept key.
     pub at: f64,
-    /// The watched number.
     pub value: f64,
     /// Its scatter (one standard deviation), where known.
     pub scatter: Option<f64>,
@@ -57,7 +56,6 @@ pub struct SweepPage<'a> {
     pub facts: Vec<(String, String)>,
     /// Names and data of the figures.
     pub figures: Vec<(String, SweepReport)>,
-    /// Every run.
     pub table: Table,
     /// What was assumed on the way, and what was warned of.
     pub assumptions: Vec<String>,

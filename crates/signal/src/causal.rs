@@ -12,7 +12,6 @@ use super::Series;
 pub enum CausalShape {
     /// Butterworth of an order from 1 to 4.
     Butterworth(u8),
-    /// Bessel of fourth order.
     Bessel,
 }
 

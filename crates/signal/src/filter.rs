@@ -183,7 +183,6 @@ impl LowPass {
 struct Kernel {
     /// Its middle and what follows.
     right: Vec<f64>,
-    /// Of the whole.
     sum: f64,
 }
 

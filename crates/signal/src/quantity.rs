@@ -119,7 +119,6 @@ struct Known {
     dimension: Dimension,
     name: &'static str,
     example: &'static str,
-    /// Unit for people.
     people: &'static str,
     /// Unit in ASCII, as it is written to files.
     ascii: &'static str,
@@ -177,7 +176,6 @@ static KNOWN: [Known; 17] = [
 pub struct Quantity {
     /// Value in coherent SI units.
     pub value: f64,
-    /// Its dimension.
     pub dimension: Dimension,
 }
 
@@ -185,80 +183,33 @@ pub struct Quantity {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum QuantityError {
-    /// No leading number.
     #[error("expected a number with a unit such as `3.96 um`, found `{found}`")]
-    NoNumber {
-        /// The text as given.
-        found: String,
-    },
-    /// A comma where a decimal point belongs.
+    NoNumber { found: String },
     #[error("expected a decimal point, found a comma in `{found}`; write `{suggestion}`")]
-    DecimalComma {
-        /// The text as given.
-        found: String,
-        /// The same with a point.
-        suggestion: String,
-    },
-    /// A number too large for double precision.
+    DecimalComma { found: String, suggestion: String },
     #[error("`{found}` is too large to be represented")]
-    TooLarge {
-        /// The text as given.
-        found: String,
-    },
-    /// A unit nobody knows.
+    TooLarge { found: String },
     #[error("unknown unit `{unit}` in `{found}`{}", nearest.as_ref().map(|nearest| format!("; did you mean `{nearest}`?")).unwrap_or_default())]
     UnknownUnit {
-        /// The part that is no unit.
         unit: String,
-        /// The text as given.
         found: String,
         /// The known unit that looks most like it, if any does.
         nearest: Option<String>,
     },
-    /// An exponent that is no multiple of one quarter, or absent, or absurd.
     #[error("`{exponent}` in `{found}` is no exponent; expected a multiple of 1/4 such as `^2`, `^-3/2` or `^1.25`")]
-    Exponent {
-        /// The part that is no exponent.
-        exponent: String,
-        /// The text as given.
-        found: String,
-    },
-    /// Something that is neither a unit nor an operator.
+    Exponent { exponent: String, found: String },
     #[error("cannot read the unit in `{found}` at `{rest}`; expected a unit such as `mm/s` or `N s/m^1.5`")]
-    Malformed {
-        /// What could not be read.
-        rest: String,
-        /// The text as given.
-        found: String,
-    },
-    /// Parentheses in parentheses without end.
+    Malformed { rest: String, found: String },
     #[error("expected a unit with at most {MOST_OPEN} parentheses in one another, found more in `{found}…`")]
-    Nested {
-        /// The beginning of the text.
-        found: String,
-    },
-    /// A number without a unit where one is needed.
+    Nested { found: String },
     #[error("expected {}, found `{found}` without a unit", expected.describe())]
-    MissingUnit {
-        /// What is wanted.
-        expected: Dimension,
-        /// The text as given.
-        found: String,
-    },
-    /// A quantity of another dimension.
+    MissingUnit { expected: Dimension, found: String },
     #[error(
         "expected {}, found `{found}`, which is {}",
         expected.describe(),
         actual.name().map_or_else(|| format!("in {}", actual.si_unit()), str::to_owned)
     )]
-    WrongDimension {
-        /// What is wanted.
-        expected: Dimension,
-        /// What the text holds.
-        actual: Dimension,
-        /// The text as given.
-        found: String,
-    },
+    WrongDimension { expected: Dimension, actual: Dimension, found: String },
 }
 
 impl Quantity {

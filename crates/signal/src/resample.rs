@@ -30,7 +30,6 @@ pub struct Resampler {
     step: f64,
     /// First tap of each output sample, and which phase it uses.
     taps: Vec<(isize, u32)>,
-    /// Fraction of each phase.
     fractions: Vec<f64>,
     reach: usize,
     kernel: Kernel,

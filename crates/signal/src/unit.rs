@@ -10,7 +10,6 @@ const QUARTERS: i32 = WHOLE as i32;
 pub struct Unit {
     /// Value in SI = number × `factor`.
     pub factor: f64,
-    /// Its dimension.
     pub dimension: Dimension,
 }
 
@@ -143,7 +142,6 @@ impl Scale {
 struct Reader<'a> {
     rest: &'a str,
     found: &'a str,
-    /// Parentheses that are open.
     open: usize,
 }
 

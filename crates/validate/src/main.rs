@@ -3,8 +3,8 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use granchain_calibration::predict::{Bodies, members::Unwatched};
 use granchain_report::number::{short, significant};
-use granchain_studies::{Bodies, members::Unwatched};
 use granchain_validate::stress::{CASES, Check, Limit, StressPlan, run};
 
 #[derive(Debug, Parser)]
@@ -27,10 +27,8 @@ enum What {
         /// Override one key of every scene, to see what breaks; repeatable
         #[arg(long = "set", value_name = "KEY=VALUE")]
         set: Vec<String>,
-        /// Seed of perturbed runs
         #[arg(long, value_name = "N", default_value_t = 1)]
         seed: u64,
-        /// Print a Markdown table
         #[arg(long)]
         markdown: bool,
     },

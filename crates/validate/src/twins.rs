@@ -41,11 +41,9 @@ pub struct TwinPlan {
     pub wrong: u64,
     /// Runs of the chain's search, a fit.
     pub evaluations: usize,
-    /// Seed.
     pub seed: u64,
     /// What fits: the chain alone, or the chain corrected on the model that made the twins.
     pub fit: FittedBy,
-    /// Names of the parameters.
     pub parameters: Vec<String>,
     /// What is drawn into every truth, and by the fit into every run.
     pub uncertainty: Uncertainty,
@@ -111,17 +109,12 @@ impl TwinOutcome {
 /// The fit of one twin.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TwinFit {
-    /// Estimates of the parameters.
     pub estimates: Vec<Estimate>,
-    /// How the fit ended.
     pub verdict: Verdict,
-    /// FIT.
     pub misfit: f64,
     /// Connected parts of the 90 % region.
     pub lobes: usize,
-    /// Correlation of the parameters.
     pub correlation: f64,
-    /// Runs that failed.
     pub failed_runs: usize,
     /// What the chain alone said, where the answer is another model's.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -276,11 +269,9 @@ fn fit_one(workshop: &Workshop, scene: &Scene, csv: &[u8], plan: &TwinPlan, seed
 /// What all twins together say of one parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ParameterProof {
-    /// Its name.
     pub name: String,
     /// Intervals that hold the truth.
     pub covered: usize,
-    /// Intervals in all.
     pub count: usize,
     /// Binomial standard error of the covered share, √(p(1 − p)/n) at p = 0.9.
     pub binomial_error: f64,
@@ -301,13 +292,11 @@ pub struct TwinProof {
     pub false_alarms: usize,
     /// Right models that ended unconverged.
     pub unconverged: usize,
-    /// Twins without a fit.
     pub without_fit: usize,
     /// Twins fitted with both laws.
     pub law_tests: usize,
     /// Of them: the right law named.
     pub right_law: usize,
-    /// Of them: undecided.
     pub undecided_law: usize,
     /// Twins fitted on every mount.
     #[serde(default)]
@@ -315,7 +304,6 @@ pub struct TwinProof {
     /// Of them: the right mount named.
     #[serde(default)]
     pub right_mount: usize,
-    /// Of them: undecided.
     #[serde(default)]
     pub undecided_mount: usize,
     /// Wrong models: those that did not end `within scatter`, of how many, by flaw.

@@ -15,8 +15,8 @@ use crate::{
     page::dissipation::DissipationReport,
 };
 use granchain::cli::{arguments::Session, forecast::rough_time, progress, summary};
+use granchain_calibration::predict::Bodies;
 use granchain_report::page::Files;
-use granchain_studies::Bodies;
 
 /// Read the study that flags ask for.
 ///

@@ -28,21 +28,20 @@ use granchain::cli::{
     timing::Timing,
     with_causes,
 };
-use granchain_model::scene::{ModelKind, Scene};
-use granchain_report::page::Files;
-use granchain_signal::{Series, feature::Measurand};
-use granchain_studies::{
+use granchain_calibration::predict::{
     Bodies, EnsemblePlan,
     ensemble::STEPS_PER_PERIOD,
     members::{self, perturbations},
     observation,
 };
+use granchain_model::scene::{ModelKind, Scene};
+use granchain_report::page::Files;
+use granchain_signal::{Series, feature::Measurand};
 
 /// Reproduce the source paper: its experiment, or one of the studies that follow from it.
 #[derive(Debug, Parser)]
 #[command(version, after_help = "Example:\n  granchain-reproduction paper --quick --out paper")]
 pub struct Arguments {
-    /// Which study
     #[arg(value_enum)]
     pub study: Choice,
     /// Model of all runs [default: reduced; chain for `water`]
@@ -57,10 +56,8 @@ pub struct Arguments {
     /// Replicates of each point [default: 16 of paper, 8 of trends, 5 of water, 3 of dissipation; fewer with --quick]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
     pub members: Option<u32>,
-    /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
-    /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
@@ -145,7 +142,6 @@ const DEFAULT_MODEL: ModelChoice = ModelChoice::Reduced;
 
 /// What is known of a page before its outcome.
 struct Head {
-    /// Program and version.
     program: String,
     /// Command line that makes the same page.
     command_line: String,

@@ -11,11 +11,11 @@ use crate::{
     paper::{Judgement, LAWS, PaperOutcome, PaperPlan, Study, Verdict, judge},
 };
 use granchain::cli::{arguments::Session, forecast::rough_time};
+use granchain_calibration::predict::{Bodies, observation};
 use granchain_model::scene::{ModelKind, Scene};
 use granchain_record::{ReadOptions, RecordKind, read_record_bytes};
 use granchain_report::page::Files;
 use granchain_signal::feature::{amplitude_spectrum, line_amplitude};
-use granchain_studies::{Bodies, observation};
 
 /// The reconstruction that comes with the program.
 const RECONSTRUCTION: &[u8] = include_bytes!("../../../measurements/annulus-73khz/vib.csv");

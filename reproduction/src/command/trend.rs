@@ -10,8 +10,8 @@ use crate::{
     trend::{Study, TrendPlan, Varied},
 };
 use granchain::cli::{arguments::Session, forecast::rough_time, summary};
+use granchain_calibration::predict::Bodies;
 use granchain_report::page::Files;
-use granchain_studies::Bodies;
 
 /// A law along one varied quantity, as it is shown.
 pub(super) trait Law: Varied + Serialize {

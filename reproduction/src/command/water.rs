@@ -15,9 +15,9 @@ use granchain::cli::{
     arguments::{ModelChoice, Session},
     forecast::rough_time,
 };
+use granchain_calibration::predict::Bodies;
 use granchain_model::scene::ModelKind;
 use granchain_report::page::Files;
-use granchain_studies::Bodies;
 
 /// Read the study that flags ask for.
 ///

@@ -8,7 +8,6 @@ use granchain_model::scene::{self, Scene, SceneError};
 /// Dashpots of a candidate: the paper's, or none.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Base {
-    /// For people.
     pub name: &'static str,
     /// The law, as it was printed.
     #[serde(skip)]
@@ -41,9 +40,7 @@ impl Base {
 /// Something that the paper names or leaves out, with a strength of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Effect {
-    /// For people.
     pub name: &'static str,
-    /// Key of its strength.
     pub key: &'static str,
     /// Unit of the strength, SI without prefix.
     pub unit: &'static str,
@@ -128,9 +125,7 @@ impl Effect {
 /// Dashpots with none, one or two effects.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Candidate {
-    /// Dashpots.
     pub base: Base,
-    /// Effects beside them.
     pub effects: Vec<Effect>,
 }
 

@@ -31,15 +31,15 @@ use crate::{
     failure::{StudyError, enough, reasons},
     paper::LAWS,
 };
-use granchain_model::scene::Scene;
-use granchain_signal::feature::{FeatureSettings, Ratio};
-use granchain_studies::{
+use granchain_calibration::predict::{
     Bodies,
     ensemble::{EnsemblePlan, Moments, Spread},
     members::Watch,
     observation,
     published::{MEASURED, PEAK_HALF_DIGIT, Peaks, SWEPT_ALPHAS},
 };
+use granchain_model::scene::Scene;
+use granchain_signal::feature::{FeatureSettings, Ratio};
 
 pub use candidate::{BASES, Base, Candidate, EFFECTS, Effect, candidates};
 pub use evidence::{Evidence, TwoPeaks, evidence};
@@ -70,11 +70,9 @@ pub struct DissipationPlan {
     pub members: usize,
     /// Perturbed runs where a candidate is likeliest, at each of three levels of the drive.
     pub confirming: usize,
-    /// Seed of the perturbations.
     pub seed: u64,
     /// The peaks to be explained.
     pub printed: Peaks,
-    /// The effects.
     pub effects: Vec<Effect>,
 }
 
@@ -471,7 +469,7 @@ fn rank(candidates: &mut [CandidateOutcome]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use granchain_studies::members::Unwatched;
+    use granchain_calibration::predict::members::Unwatched;
 
     /// Peaks (m/s) of a made-up chain: α drives both, an effect that is named `what` weakens the negative one by a law of its own.
     fn made(effects: &[(&str, f64)], alpha: f64) -> [f64; 2] {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Candidate, DissipationPlan};
 use crate::paper::allowance;
-use granchain_studies::{
+use granchain_calibration::predict::{
     ensemble::{Moments, Spread},
     published::Peaks,
 };
@@ -18,7 +18,6 @@ pub struct GridPoint {
     pub alpha: f64,
     /// Mean and scatter of [`WATCHED`](super::WATCHED).
     pub moments: [Option<Moments>; 4],
-    /// Runs that failed.
     pub failed: usize,
 }
 
@@ -73,20 +72,15 @@ impl Found {
 /// A candidate and what came of it, or why it could not be run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CandidateOutcome {
-    /// Which.
     pub candidate: Candidate,
-    /// What came of it.
     pub found: Option<Found>,
-    /// Why nothing did.
     pub refused: Option<String>,
 }
 
 /// Everything.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DissipationOutcome {
-    /// What was asked for.
     pub plan: DissipationPlan,
-    /// The model.
     pub model: &'static str,
     /// Linear dampers at the paper's α, [`WATCHED`](super::WATCHED): against them thirds are more or less pronounced.
     pub reference: [Option<Spread>; 4],

@@ -17,17 +17,12 @@ use granchain_signal::feature::Ratio;
 /// The study and where it comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChainLengthReport {
-    /// Program and version.
     pub program: String,
-    /// Name of the model.
     pub model: &'static str,
-    /// What was run.
     pub plan: TrendPlan,
-    /// One outcome a law.
     pub laws: Vec<ChainLengths>,
     /// Drive frequency, Hz.
     pub drive_frequency: f64,
-    /// Command line as typed.
     pub command_line: String,
 }
 

@@ -5,22 +5,19 @@ use serde_json::json;
 use crate::dissipation::{
     BASES, Candidate, CandidateOutcome, DissipationOutcome, Effect, Found, NOTHING, PRINTED_ALPHA, WATCHED, WEAK,
 };
+use granchain_calibration::predict::Spread;
 use granchain_report::{
     figure::{Axis, Colour, Dash, Figure, Marker, PAGE_WIDTH_MM, Panel, Stroke},
     number::{engineering, fixed, short, significant},
     page::{Block, Column, Files, Page, Plate, ReportError, Table, Tone, csv_bytes, provenance},
     sweep::capitalised,
 };
-use granchain_studies::Spread;
 
 /// The study and where it comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DissipationReport {
-    /// Program and version.
     pub program: String,
-    /// The outcome.
     pub outcome: DissipationOutcome,
-    /// Command line as typed.
     pub command_line: String,
 }
 

@@ -16,15 +16,10 @@ use granchain_report::{
 /// The study and where it comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PrecompressionReport {
-    /// Program and version.
     pub program: String,
-    /// Name of the model.
     pub model: &'static str,
-    /// What was run.
     pub plan: TrendPlan,
-    /// One outcome a law.
     pub laws: Vec<Precompressions>,
-    /// Command line as typed.
     pub command_line: String,
 }
 

@@ -14,19 +14,17 @@ use serde::Serialize;
 
 use super::{LAWS, LawOutcome, PaperOutcome, SweepPoint, moment};
 use crate::portrait::{IMPULSIVE_CREST, Trait};
-use granchain_signal::feature::Ratio;
-use granchain_studies::{
+use granchain_calibration::predict::{
     ensemble::Spread,
     published::{Claim, KUWABARA_KONO, MEASURED, PEAK_HALF_DIGIT, STATEMENTS, SWEPT_ALPHAS, Statement, Subject},
 };
+use granchain_signal::feature::Ratio;
 
 /// What came of a statement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// Ours agrees.
     Agrees,
-    /// It does not.
     Differs,
     /// It was not held against anything.
     NotTested,
@@ -35,7 +33,6 @@ pub enum Verdict {
 /// A statement beside ours.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Judgement {
-    /// The statement.
     pub statement: Statement,
     /// Of our runs, where the statement is a number.
     pub ours: Option<Spread>,
@@ -43,7 +40,6 @@ pub struct Judgement {
     pub found: String,
     /// How far ours may be off to agree, same unit as the number.
     pub allowance: Option<f64>,
-    /// What came of it.
     pub verdict: Verdict,
 }
 

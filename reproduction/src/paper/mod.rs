@@ -21,6 +21,13 @@ use crate::{
     divided::Divided,
     failure::{StudyError, enough, reasons},
 };
+use granchain_calibration::predict::{
+    Bodies,
+    ensemble::{EnsemblePlan, Moments, Spread},
+    members::Watch,
+    observation,
+    published::SWEPT_ALPHAS,
+};
 use granchain_model::{
     ModelError,
     scene::{self, DampingKind, ModelKind, Scene, SceneError},
@@ -28,13 +35,6 @@ use granchain_model::{
 use granchain_signal::{
     Series,
     feature::{AmplitudeSpectrum, FeatureSettings, Ratio, amplitude_spectrum},
-};
-use granchain_studies::{
-    Bodies,
-    ensemble::{EnsemblePlan, Moments, Spread},
-    members::Watch,
-    observation,
-    published::SWEPT_ALPHAS,
 };
 
 pub use judgement::{Judgement, Verdict, allowance, judge};
@@ -52,7 +52,6 @@ pub struct PaperPlan {
     pub sweep_members: usize,
     /// Perturbed runs of each reading, ≥ 2.
     pub reading_members: usize,
-    /// Seed of the perturbations.
     pub seed: u64,
     /// Rms of the noise added to the velocity before it is measured, m/s.
     pub noise_rms_m_per_s: f64,
@@ -104,7 +103,6 @@ impl PaperPlan {
 /// A damping law of the paper with its coefficient and the α it is compared at.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Law {
-    /// For people.
     pub name: &'static str,
     /// Word of `damping.kind`.
     pub kind: &'static str,
@@ -156,7 +154,6 @@ pub struct SweepPoint {
 /// A law at its own α.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LawOutcome {
-    /// The law.
     pub law: Law,
     /// The numbers of the unperturbed, noise-free run.
     pub single: Portrait,
@@ -188,7 +185,6 @@ impl LawOutcome {
 /// Everything.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PaperOutcome {
-    /// What was asked for.
     pub plan: PaperPlan,
     /// The model of the annulus scenes.
     pub model: &'static str,

@@ -18,8 +18,8 @@ use crate::{
     portrait::{PortraitMoments, Trait},
     seen::Seen,
 };
+use granchain_calibration::predict::{ensemble::EnsemblePlan, members::Watch, observation};
 use granchain_model::scene::ModelKind;
-use granchain_studies::{ensemble::EnsemblePlan, members::Watch, observation};
 
 /// One way to read what the paper leaves open.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -80,9 +80,7 @@ pub(super) fn ensembles() -> usize {
 /// One number with and without the reading.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Change {
-    /// Mean under the reading.
     pub mean: f64,
-    /// Scatter under the reading.
     pub scatter: f64,
     /// Its change over the default's own value for a peak, the plain change for a ratio, 1.
     pub change: f64,
@@ -93,7 +91,6 @@ pub struct Change {
 /// What a reading does to a law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ReadingOutcome {
-    /// The reading.
     pub reading: Reading,
     /// Positive peak, negative peak, ratio of the law's own line; none where it cannot be run.
     pub changes: Option<[Change; 3]>,
@@ -217,7 +214,7 @@ fn compared(reading: &Reading, law: &Law, base: &PortraitMoments, moved: &Portra
 #[cfg(test)]
 mod tests {
     use super::{super::LAWS, *};
-    use granchain_studies::ensemble::Moments;
+    use granchain_calibration::predict::ensemble::Moments;
 
     #[test]
     fn the_shift_is_the_rms_of_relative_peak_changes_and_the_change_of_the_ratio() {

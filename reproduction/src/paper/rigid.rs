@@ -3,12 +3,12 @@
 use serde::Serialize;
 
 use crate::failure::StudyError;
+use granchain_calibration::predict::{Bodies, members::Watch};
 use granchain_model::{
     ModelError,
     scene::{self, ModelKind, SceneError},
 };
 use granchain_signal::Series;
-use granchain_studies::{Bodies, members::Watch};
 use granchain_validate::convergence::{error, moving_average};
 
 /// Length of the moving average through which the last bead's velocity passes on all models, s: finite bodies ring.
@@ -20,7 +20,6 @@ pub const WINDOWS: [(f64, f64); 3] = [(0.0, 30e-6), (30e-6, 60e-6), (60e-6, 70e-
 /// The last bead on one model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RigidRun {
-    /// Name of the model.
     pub model: &'static str,
     /// Largest velocity in the last window's span from the start, m/s.
     pub positive_peak_m_per_s: f64,

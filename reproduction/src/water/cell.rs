@@ -8,11 +8,8 @@ use granchain_signal::feature::PressureFeatures;
 /// Median and ends of a handful of runs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Quantiles {
-    /// Median.
     pub median: f64,
-    /// Lowest.
     pub lowest: f64,
-    /// Highest.
     pub highest: f64,
 }
 
@@ -34,7 +31,6 @@ impl Quantiles {
 pub struct Run {
     /// Drive, m.
     pub drive_m: f64,
-    /// What its pressure is.
     pub pressure: PressureFeatures,
     /// Largest size of the velocity of the last bead's far pole, m/s.
     pub velocity_m_per_s: f64,

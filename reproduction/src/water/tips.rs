@@ -9,7 +9,6 @@ use super::{Cell, OWN, PRINTED_PRESSURE, WaterOutcome};
 pub struct LoadedTip {
     /// Modal mass, kg.
     pub mass_kg: f64,
-    /// Q of its resonance.
     pub quality: f64,
     /// The runs; where none could be made, why.
     pub cell: Cell,

@@ -2,15 +2,15 @@
 
 use std::{fs, process::Command};
 
+use granchain_calibration::predict::Bodies;
+use granchain_calibration::predict::members::Unwatched;
+use granchain_calibration::predict::observation;
+use granchain_calibration::predict::published::Peaks;
 use granchain_reproduction::dissipation::{
     BASES, Candidate, DissipationOutcome, DissipationPlan, EFFECTS, Effect, NOTHING, Study,
 };
 use granchain_reproduction::divided::Divided;
 use granchain_reproduction::page::dissipation::DissipationReport;
-use granchain_studies::Bodies;
-use granchain_studies::members::Unwatched;
-use granchain_studies::observation;
-use granchain_studies::published::Peaks;
 
 fn by_key(key: &str) -> Effect {
     *EFFECTS.iter().find(|effect| effect.key == key).unwrap()

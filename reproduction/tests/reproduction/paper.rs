@@ -4,14 +4,14 @@ use std::{collections::BTreeMap, path::PathBuf, sync::LazyLock};
 
 use granchain::feature::{AmplitudeSpectrum, Ratio};
 use granchain::signal::Series;
+use granchain_calibration::predict::Bodies;
+use granchain_calibration::predict::ensemble::Moments;
+use granchain_calibration::predict::members::Unwatched;
+use granchain_calibration::predict::published::{Claim, MEASURED, STATEMENTS};
 use granchain_reproduction::divided::Divided;
 use granchain_reproduction::page::paper::{PaperReport, Reconstruction};
 use granchain_reproduction::paper::{Judgement, LAWS, PaperOutcome, PaperPlan, READINGS, Study, Verdict, judge};
 use granchain_reproduction::portrait::{PortraitMoments, Trait};
-use granchain_studies::Bodies;
-use granchain_studies::ensemble::Moments;
-use granchain_studies::members::Unwatched;
-use granchain_studies::published::{Claim, MEASURED, STATEMENTS};
 
 fn outcome_on(threads: usize) -> PaperOutcome {
     let plan = PaperPlan { alphas: vec![0.3, 0.5, 1.0, 1.5], members: 3, reading_members: 2, ..PaperPlan::quick(1) };

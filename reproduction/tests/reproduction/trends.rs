@@ -1,6 +1,8 @@
 //! The studies of chain length and precompression, on the chain.
 
 use granchain::feature::Ratio;
+use granchain_calibration::predict::Bodies;
+use granchain_calibration::predict::members::Unwatched;
 use granchain_reproduction::chain_length::{BEADS, ChainLengths};
 use granchain_reproduction::divided::Divided;
 use granchain_reproduction::page::chain_length::ChainLengthReport;
@@ -8,8 +10,6 @@ use granchain_reproduction::page::precompression::PrecompressionReport;
 use granchain_reproduction::portrait::Trait;
 use granchain_reproduction::precompression::{FORCES, Precompressions};
 use granchain_reproduction::trend::{SPECTRUM_POINTS, SPECTRUM_SPAN, Study, TrendPlan, Varied};
-use granchain_studies::Bodies;
-use granchain_studies::members::Unwatched;
 
 const PLAN: TrendPlan = TrendPlan { members: 2, seed: 1 };
 

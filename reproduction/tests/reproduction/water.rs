@@ -1,11 +1,11 @@
 //! The study before water, small: what it runs, what it says, what it writes.
 
+use granchain_calibration::predict::Bodies;
+use granchain_calibration::predict::members::{Unwatched, Watch};
 use granchain_reproduction::divided::Divided;
 use granchain_reproduction::failure::StudyError;
 use granchain_reproduction::page::water::WaterReport;
 use granchain_reproduction::water::{Study, WaterOutcome, WaterPlan, combinations};
-use granchain_studies::Bodies;
-use granchain_studies::members::{Unwatched, Watch};
 
 /// A burst of 8 cycles and coarse elements: seconds instead of minutes.
 fn study(members: usize) -> Result<Study, StudyError> {

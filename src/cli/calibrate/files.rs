@@ -92,9 +92,7 @@ impl Files {
         );
         stop.check()?;
         timing.stage("confirm");
-        let mut outcome = CalibrationOutcome { program: job.program.clone(), ..confirmed.outcome(problem, fitted) };
-        outcome.best.rungs = fitted.best().rungs(problem);
-        outcome.laws[0].rungs.clone_from(&outcome.best.rungs);
+        let outcome = CalibrationOutcome { program: job.program.clone(), ..confirmed.outcome(problem, fitted) };
         let report = page::report(job, fitted, (&confirmed, &alpha_sweep), &outcome);
         let mut files: report::page::Files = vec![("calibration.json".into(), summary::json(&outcome)?)];
         files.extend(report.files()?);

@@ -31,7 +31,6 @@ pub struct Local {
     pub deviation: Vec<f64>,
     /// Residual standard deviation of each feature, nugget included.
     pub scatter: Vec<f64>,
-    /// Effective number of runs.
     pub effective: f64,
     /// Degrees of freedom ν that the regression leaves.
     freedom: f64,
@@ -44,7 +43,6 @@ pub struct Local {
 #[derive(Debug, Clone)]
 pub(crate) struct Judged {
     pub(crate) features: Range<usize>,
-    /// Features that count.
     counted: usize,
     pub(crate) covariance: DMatrix<f64>,
 }

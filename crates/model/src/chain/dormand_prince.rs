@@ -62,7 +62,6 @@ type Row = Vec<[f64; 4]>;
 pub(super) struct Stepper {
     /// State at the start of the step.
     pub state: Row,
-    /// Its time derivative.
     derivative: Row,
     /// State at the end of the step attempted last.
     pub end_state: Row,

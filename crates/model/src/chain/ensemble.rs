@@ -173,7 +173,6 @@ struct Work {
     /// Least force a pressed contact may have, N: 0, or −∞ where dashpots may pull.
     least_force: f64,
     inverse_mass: Vec<f64>,
-    /// N beads each.
     displacement: Vec<Lane>,
     velocity: Vec<Lane>,
     stage_displacement: Vec<Lane>,

@@ -44,11 +44,9 @@ impl<const COUPLED: bool, const BEYOND: bool> ElasticLaw for Marked<COUPLED, BEY
 /// What a contact does at present; frozen within a step, switched at located instants between steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Mode {
-    /// Carries the full law.
     Pressed,
     /// Still overlapping but parting so fast that the dashpot would pull: no force.
     Clipped,
-    /// Separated: no force.
     Open,
 }
 

@@ -52,7 +52,6 @@ const POINTS: usize = 160;
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FiniteBodyLaws {
-    /// The different laws.
     pub fits: Vec<ContactFit>,
     /// Law of each of the N + 1 contacts: an index into `fits`.
     pub contacts: Vec<usize>,

@@ -13,7 +13,6 @@ use crate::{
 /// Elastic laws of the N + 1 contacts, and how they feel one another.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ContactLaws {
-    /// Law of each contact.
     pub laws: Vec<Law>,
     /// Coupling through each of the N beads, m/N; none with the law of Hertz.
     pub couplings: Option<Vec<f64>>,

@@ -29,13 +29,11 @@ pub(super) struct Grid {
     displacement: Vec<Vec<f64>>,
     velocity: Vec<Vec<f64>>,
     force: Vec<Vec<f64>>,
-    /// Samples taken.
     taken: usize,
     /// The last samples, one behind the other: displacements and velocities, then forces.
     block: Vec<[f64; 4]>,
     /// Rows of displacements and velocities in each.
     moment: usize,
-    /// Samples in the block.
     held: usize,
 }
 

@@ -20,7 +20,6 @@ use crate::{
 /// 1…N the beads, slot N + 1 the fixed wall. Its overlap is δ_i = `offset`_i + u_i − u_{i+1}.
 #[derive(Debug, Clone)]
 pub(super) struct System {
-    /// N.
     pub beads: usize,
     /// Length of every array below and of a block of the state: N + 2 rounded up to a multiple of four.
     pub padded: usize,
@@ -32,7 +31,6 @@ pub(super) struct System {
     pub offset: Vec<f64>,
     /// Elastic law of each contact.
     pub laws: Vec<Law>,
-    /// Dashpot of each contact.
     pub dashpots: Vec<Dashpot>,
     /// Whether a dashpot may pull.
     pub tension: bool,

@@ -13,7 +13,6 @@ pub struct Trajectory {
     pieces: Vec<Piece>,
     /// Energy ledger of the run.
     pub energy: EnergyLedger,
-    /// What the run cost.
     pub work: SolverWork,
 }
 

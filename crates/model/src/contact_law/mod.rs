@@ -83,7 +83,6 @@ pub enum Law {
     FiniteHertz(FiniteHertz),
     /// The resin annulus under the last bead.
     Annulus(Annulus),
-    /// A one-sided linear spring.
     Spring(Spring),
 }
 

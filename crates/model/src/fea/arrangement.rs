@@ -24,11 +24,9 @@ use crate::{
 pub struct Arrangement {
     /// The different bodies; equal beads share one.
     pub kinds: Vec<Body>,
-    /// Kind of every bead.
     pub beads: Vec<usize>,
     /// Kind of the support; none where it is rigid.
     pub support: Option<usize>,
-    /// The different contact geometries.
     pub pairs: Vec<Pair>,
     /// Geometry of every contact, N + 1.
     pub contacts: Vec<usize>,
@@ -40,7 +38,6 @@ pub struct Arrangement {
     pub stiffness_factor: f64,
     /// The front of the disc, where the support is a disc on water; none of the bodies then.
     pub front: Option<Front>,
-    /// Dashpot of every contact.
     pub dashpots: Vec<Dashpot>,
     /// What every kind of body loses in drag and material; none where nothing.
     pub(crate) losses: Vec<Option<BodyLoss>>,

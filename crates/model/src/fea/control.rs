@@ -70,7 +70,6 @@ pub struct Cut {
     pub step_s: f64,
     /// Contact, counted from 1 at the piston.
     pub contact: usize,
-    /// Why.
     pub cause: Cause,
 }
 

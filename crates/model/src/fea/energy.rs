@@ -24,7 +24,6 @@ pub struct Ledger {
     /// What went elsewhere; none where the scene has nothing of the kind.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) channels: Option<Channels>,
-    /// Counts.
     pub work: SolverWork,
 }
 

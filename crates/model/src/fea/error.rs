@@ -12,65 +12,33 @@ use super::{
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FeaError {
-    /// A mesh could not be made or read.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// A mesh makes no body.
     #[error("{body}: {source}")]
-    Body {
-        /// Which body.
-        body: String,
-        /// Why.
-        source: BodyError,
-    },
-    /// A factor could not be made.
+    Body { body: String, source: BodyError },
     #[error("{body}: {source}")]
-    Factor {
-        /// Which body.
-        body: String,
-        /// Why.
-        source: FactorError,
-    },
-    /// Modes of a body could not be found.
+    Factor { body: String, source: FactorError },
     #[error("{body}: {source}")]
-    Modes {
-        /// Which body.
-        body: String,
-        /// Why.
-        source: ModesError,
-    },
-    /// Two bodies do not face each other.
+    Modes { body: String, source: ModesError },
     #[error(transparent)]
     Pair(#[from] PairError),
-    /// Half-spaces are no bodies of this analysis.
     #[error(
         "`{key}` = \"half-space\": it cannot be meshed; use \"rigid\", or `support.mesh` with a body of your own, or model.kind = \"chain\""
     )]
-    HalfSpace {
-        /// Which key.
-        key: &'static str,
-    },
-    /// A disc on water that cannot be made.
+    HalfSpace { key: &'static str },
     #[error(transparent)]
     Front(#[from] Box<crate::water::front::FrontError>),
-    /// A static force on a disc that nothing holds.
     #[error("`chain.precompression` {force:e} N on a free disc: nothing holds it; set `disc.rim` or no precompression")]
     FreeDiscUnderForce {
         /// F₀, N.
         force: f64,
     },
-    /// A saved state of an analysis with water.
     #[error("an analysis with water behind the disc cannot be taken up again; run it from the start")]
     WaterNotKept,
-    /// Losses of a support without a body.
     #[error(
         "`{key}` is of the material of a support that is a meshed body, an annulus or one from a file; this scene's is none, or a disc that steps with its          water: leave the key out"
     )]
-    LossWithoutBody {
-        /// The key.
-        key: &'static str,
-    },
-    /// Only a sphere can rest on a ring.
+    LossWithoutBody { key: &'static str },
     #[error(
         "bead {bead} is an imported body: on this support it must be a sphere, whose gap is known exactly; drop its `mesh`"
     )]
@@ -78,7 +46,6 @@ pub enum FeaError {
         /// Which bead, from 1.
         bead: usize,
     },
-    /// A precompressed start with a normal that moves.
     #[error(
         "`support.normal` = \"moving\" starts without precompression only, found {force:e} N; use \"fixed\" or no precompression"
     )]
@@ -86,15 +53,8 @@ pub enum FeaError {
         /// F₀, N.
         force: f64,
     },
-    /// A physical group of an imported mesh names no material.
     #[error("{}: physical group `{name}` names no material of the scene; add [materials.{name}] or rename the group", file.display())]
-    UnknownMaterial {
-        /// The mesh file.
-        file: PathBuf,
-        /// The group.
-        name: String,
-    },
-    /// A condensed compliance is not positive definite.
+    UnknownMaterial { file: PathBuf, name: String },
     #[error(
         "contact {contact} (1 = piston): its compliance is not positive definite; two of its points coincide or a body is not held"
     )]
@@ -102,7 +62,6 @@ pub enum FeaError {
         /// Which contact, from 1.
         contact: usize,
     },
-    /// Motions too small for the points of the contacts.
     #[error(
         "the beads approach by {approach:.3e} m, but on this mesh a contact presses its third point only at {needed:.3e} m: its stiffness would be \
          that of a stamp; refine `model.mesh_density`, enlarge `drive.amplitude`, `alpha` or `chain.precompression`, or use model.kind = \"chain\""
@@ -113,7 +72,6 @@ pub enum FeaError {
         /// Least that the mesh resolves, m.
         needed: f64,
     },
-    /// A precompression without a solution.
     #[error(
         "no equilibrium under {force:e} N at contact {contact} (1 = piston) within {iterations} iterations; the force needs more than the \
          finely meshed patch"
@@ -123,10 +81,8 @@ pub enum FeaError {
         force: f64,
         /// Contact, from 1.
         contact: usize,
-        /// Iterations.
         iterations: u32,
     },
-    /// Precompression asked for while a gap is open.
     #[error(
         "`chain.precompression` {force:e} N needs every gap closed, but gap {contact} (1 = piston) is {gap:e} m; set that gap or the \
          precompression to zero"
@@ -139,7 +95,6 @@ pub enum FeaError {
         /// Its gap, m.
         gap: f64,
     },
-    /// Even the smallest part of a step had no solution.
     #[error(
         "step given up at {time:.9e} s with {step:.3e} s, contact {contact} (1 = piston): {cause}; shorten `model.step`, refine \
          `model.mesh_density`, enlarge `model.contact_patch`, or look for a drive or impact out of range"
@@ -151,10 +106,8 @@ pub enum FeaError {
         step: f64,
         /// Contact, from 1.
         contact: usize,
-        /// Why.
         cause: Cause,
     },
-    /// Contacts made energy step by step until the motion was theirs.
     #[error(
         "at {time:.6e} s there is {made_j:.3e} J more than the {given_j:.3e} J that were put in: contacts opening and closing within steps of \
          {step:.3e} s made it, which a shorter step does not cure; take `model.integrator = \"hht\"` or `model.kind = \"reduced\"`, or \
@@ -170,17 +123,10 @@ pub enum FeaError {
         /// Energy at the start and work of the piston, J.
         given_j: f64,
     },
-    /// A saved state is of another analysis.
     #[error(
         "the saved state is of another analysis ({found} of {expected}); start anew or give the scene it was saved with"
     )]
-    OtherState {
-        /// What this analysis has.
-        expected: String,
-        /// What the state says.
-        found: String,
-    },
-    /// A saved state that contradicts itself.
+    OtherState { expected: String, found: String },
     #[error(
         "the saved state has series, contacts or a number of steps that its analysis cannot have; start over with --force"
     )]

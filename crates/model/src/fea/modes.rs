@@ -30,41 +30,27 @@ use crate::tally;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ModesError {
-    /// More modes asked for than there are.
     #[error(
         "{asked} modes: expected 1 to {available}, about half of the body's unknowns with mass; ask for fewer or refine the mesh"
     )]
-    Count {
-        /// How many were asked for.
-        asked: usize,
-        /// How many can be had.
-        available: usize,
-    },
-    /// Lanczos stopped short.
+    Count { asked: usize, available: usize },
     #[error("{converged} of {asked} modes within {tolerance:e} after {steps} Lanczos steps; ask for fewer modes")]
     NotConverged {
-        /// How many were asked for.
         asked: usize,
-        /// How many are good.
         converged: usize,
-        /// Steps taken.
         steps: usize,
         /// Relative error of 1/(ω² + σ) allowed, 1.
         tolerance: f64,
     },
-    /// The inertia says otherwise.
     #[error(
         "below {frequency:.6e} Hz there are {counted} modes by inertia, but {found} were found; ask for more modes"
     )]
     Missed {
         /// Where it was counted, Hz.
         frequency: f64,
-        /// Modes by inertia.
         counted: usize,
-        /// Modes found.
         found: usize,
     },
-    /// K + σ M or K − ω² M has no factor.
     #[error("modes: {0}")]
     Factor(#[from] FactorError),
 }
@@ -89,7 +75,6 @@ pub struct Modes {
     pub residuals: Vec<f64>,
     /// The count that confirmed them.
     pub sturm: SturmCount,
-    /// Lanczos steps taken.
     pub steps: usize,
 }
 

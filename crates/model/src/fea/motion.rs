@@ -69,7 +69,6 @@ pub struct Saved {
     velocity: Vec<Vec<f64>>,
     acceleration: Vec<Vec<f64>>,
     rigid: Vec<Rigid>,
-    /// Empty where nothing relaxes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     behind: Vec<Vec<f64>>,
 }

@@ -18,7 +18,6 @@ use super::{
 /// The linear part of a step.
 #[derive(Debug, Clone)]
 pub struct Operator {
-    /// Step and scheme.
     pub coefficients: Coefficients,
     /// Factor of M + (1 − α) β h² K of every kind of body, with drag and material loss where it has any (`loss.rs`).
     pub factors: Vec<Factor>,

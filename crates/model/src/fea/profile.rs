@@ -7,15 +7,11 @@ use std::time::{Duration, Instant};
 pub struct Profile {
     /// Meshing, elements, assembly, contact geometry.
     pub assembly: Duration,
-    /// Factors and condensed compliances.
     pub factorisation: Duration,
     /// Products with the mass matrix (and, for a lagging scheme, with the stiffness).
     pub mass: Duration,
-    /// Forward substitutions.
     pub forward: Duration,
-    /// Contact forces.
     pub contact: Duration,
-    /// Backward substitutions.
     pub backward: Duration,
     /// New velocities and accelerations, and the next prediction.
     pub update: Duration,

@@ -69,7 +69,6 @@ pub struct Simulation<'a> {
     water: Option<WaterSettings>,
     wet: Option<Wet>,
     watched: Watched,
-    /// Nominal steps taken.
     taken: usize,
     piston: f64,
     /// Force at which every contact would yield, N, where that is known.

@@ -58,7 +58,6 @@ pub struct StaticState {
     pub radius: f64,
     /// Distance from the middle of the contact (m), pressure there (Pa), at all points.
     pub pressure: Vec<(f64, f64)>,
-    /// Active sets tried.
     pub sets: u32,
 }
 

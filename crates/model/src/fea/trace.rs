@@ -30,7 +30,6 @@ pub(crate) struct Trace {
 pub struct Sampling {
     /// Interval of the samples, s.
     pub output_step: f64,
-    /// Steps a sample.
     pub steps_per_sample: usize,
     /// Samples, the one at the start included.
     pub samples: usize,

@@ -35,7 +35,6 @@ pub(super) enum Turned {
     Settled,
     /// The faces have turned; solve again.
     Moved,
-    /// It does not end.
     TooOften,
 }
 

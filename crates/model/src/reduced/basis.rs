@@ -24,7 +24,6 @@ use crate::fea::{
 pub(crate) struct Basis {
     /// Mass, kg.
     pub mass: f64,
-    /// Whether it translates rigidly.
     pub is_free: bool,
     /// ω² of every elastic mode kept, 1/s², ascending.
     pub stiffness: Vec<f64>,

@@ -54,14 +54,11 @@ pub struct Cache {
 /// Where a reduction comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Origin {
-    /// Meshed and factored now.
     Made {
         /// Why it was not kept for the next time.
         not_kept: Option<String>,
     },
-    /// Read from a file.
     Read {
-        /// Which.
         path: PathBuf,
     },
 }

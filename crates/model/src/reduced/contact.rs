@@ -42,13 +42,11 @@ pub(super) struct Condensed {
     before: usize,
     /// L below the diagonal, Lᵀ above, on it 1/Lᵢᵢ, row by row; empty for [`Ordering::Any`].
     factor: Vec<f64>,
-    /// U vector by vector.
     coupling: Vec<f64>,
     /// L⁻¹ U point by point.
     eliminated: Vec<f64>,
     /// −dm/ds of every prefix, from none to all points.
     slopes: Vec<f64>,
-    /// Block by block.
     blocks: Vec<Block>,
     /// Largest amount of every vector of U.
     largest: Vec<f64>,

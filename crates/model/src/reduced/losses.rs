@@ -75,10 +75,8 @@ impl Law {
 pub(super) struct StepLaw {
     law: Law,
     step: f64,
-    /// j₀.
     instant: f64,
     terms: Vec<Term>,
-    /// w.
     pub(super) weight: f64,
 }
 
@@ -175,7 +173,6 @@ impl ModalLoss<f64> {
 /// The creeping flexibility of all bodies that lose any.
 #[derive(Debug, Clone)]
 pub(super) struct Creep<N> {
-    /// By slot.
     bodies: Vec<Option<Creeping<N>>>,
     /// R p of every contact, from both sides, m, and the least of every block.
     pub(super) gaps: Vec<Vec<N>>,

@@ -26,7 +26,6 @@ pub(super) struct Mechanics {
     pub(super) surfaces: Vec<Surface>,
     /// Watched places of every member.
     pub(super) watched: Vec<Vec<Watch>>,
-    /// The different contacts.
     pub(super) condensed: Vec<Condensed>,
     /// Which of them every contact is.
     pub(super) of_contact: Vec<usize>,

@@ -28,7 +28,6 @@ pub(super) struct Moving<N> {
     pub(super) travelled: N,
     /// q of every mode, m·√kg.
     pub(super) modal: Vec<N>,
-    /// Its velocity.
     modal_velocity: Vec<N>,
     /// Forces on the modes, N/√kg.
     pub(super) forces: Vec<N>,

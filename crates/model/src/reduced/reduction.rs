@@ -17,19 +17,15 @@ use crate::{
 /// The bodies of a scene, reduced to their contact points and modes. Immutable; any number of runs may share it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reduction {
-    /// The different bodies.
     pub kinds: Vec<Kind>,
     /// Their surfaces at the different contacts.
     pub faces: Vec<Face>,
     /// The different bodies as they stand between their contacts.
     pub members: Vec<Member>,
-    /// Member of every bead.
     pub beads: Vec<usize>,
     /// Member of the support; none where it is rigid.
     pub support: Option<usize>,
-    /// The different contact geometries.
     pub geometries: Vec<Geometry>,
-    /// Geometry of every contact.
     pub contacts: Vec<usize>,
     /// The front of the disc, where the support is a disc on water; it is not kept in a cache.
     #[serde(skip)]
@@ -41,7 +37,6 @@ pub struct Reduction {
 pub struct Kind {
     /// Mass, kg.
     pub mass: f64,
-    /// Whether it translates rigidly.
     pub is_free: bool,
     /// ω² of its elastic modes, 1/s², ascending.
     #[serde(with = "array")]
@@ -51,7 +46,6 @@ pub struct Kind {
 /// The surface of a kind of body at a contact.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Face {
-    /// Which kind.
     pub kind: usize,
     /// Outward normal displacement of every point per rigid displacement along z, 1.
     #[serde(with = "array")]
@@ -67,7 +61,6 @@ pub struct Face {
 /// A body between the contacts before and after it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Member {
-    /// Which kind.
     pub kind: usize,
     /// Its face towards the piston.
     pub front: usize,

@@ -30,7 +30,6 @@ impl CellKind {
 pub struct FieldMesh {
     /// Points (r, z) at rest, m.
     pub points: Vec<[f64; 2]>,
-    /// Kind of every cell.
     pub kinds: Vec<CellKind>,
     /// Points of all cells one after the other.
     pub connectivity: Vec<u32>,
@@ -62,7 +61,6 @@ pub struct FieldBody {
 pub struct Field {
     /// When, s.
     pub time: f64,
-    /// The bodies.
     pub bodies: Vec<FieldBody>,
 }
 
@@ -70,42 +68,14 @@ pub struct Field {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum FieldError {
-    /// A list of nodal values has another length than the list of points.
     #[error(
         "field `{quantity}` of `{body}`: expected {expected} values, one a point, found {found}; give all or none in every body"
     )]
-    Count {
-        /// Which body.
-        body: String,
-        /// Which quantity.
-        quantity: &'static str,
-        /// Number of points.
-        expected: usize,
-        /// Number of values.
-        found: usize,
-    },
-    /// The cells do not match their list of points.
+    Count { body: String, quantity: &'static str, expected: usize, found: usize },
     #[error("cells of `{body}`: expected {expected} {what}, found {found}")]
-    Cells {
-        /// Which body.
-        body: String,
-        /// What is counted.
-        what: &'static str,
-        /// How many there should be.
-        expected: usize,
-        /// How many there are.
-        found: usize,
-    },
-    /// A cell names a point that is not there.
+    Cells { body: String, what: &'static str, expected: usize, found: usize },
     #[error("cells of `{body}`: expected point numbers below {points}, found {found}")]
-    Point {
-        /// Which body.
-        body: String,
-        /// Number of points.
-        points: usize,
-        /// The number found.
-        found: u32,
-    },
+    Point { body: String, points: usize, found: u32 },
 }
 
 impl FieldBody {

@@ -100,7 +100,6 @@ pub struct Channels {
     pub drag_j: f64,
     /// Lost in friction with the holder.
     pub friction_j: f64,
-    /// Lost where contacts yielded.
     pub yielding_j: f64,
     /// Lost within the bodies: loss factors and relaxation.
     pub material_j: f64,
@@ -108,7 +107,6 @@ pub struct Channels {
     pub source_work_j: f64,
     /// Energy in the horn's own motion at the end, kinetic and elastic.
     pub horn_j: f64,
-    /// Lost in the horn.
     pub horn_lost_j: f64,
 }
 

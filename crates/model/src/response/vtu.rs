@@ -21,15 +21,12 @@ use super::field::{Field, FieldError};
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum VtuError {
-    /// The field does not fit together.
     #[error(transparent)]
     Field(#[from] FieldError),
-    /// The file system refused.
     #[error("the field of t = {time:.9e} s could not be written")]
     Io {
         /// Simulated time of the field, s.
         time: f64,
-        /// What it said.
         source: io::Error,
     },
 }

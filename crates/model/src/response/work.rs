@@ -8,17 +8,13 @@ use serde::{Deserialize, Serialize};
 /// wherever they were made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct SolverWork {
-    /// Unknowns of the state.
     pub unknowns: u64,
-    /// Accepted steps.
     pub steps: u64,
-    /// Rejected steps.
     pub rejected_steps: u64,
     /// Evaluations of the right-hand side.
     pub evaluations: u64,
     /// Contact openings and closings located.
     pub events: u64,
-    /// Matrices factored.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub factorisations: u64,
     /// Sweeps over all contacts of the steps' complementarity problems.
@@ -80,15 +76,11 @@ pub struct SolverWork {
 /// Bodies read from a cache cost none of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Preparation {
-    /// Bodies meshed and assembled.
     pub bodies: u64,
-    /// Matrices factored.
     pub factorisations: u64,
-    /// Modes of vibration found.
     pub modes: u64,
     /// Contact laws fitted to static solutions.
     pub fitted_laws: u64,
-    /// Meshes of water assembled.
     pub water_meshes: u64,
     /// Kernels of the water: that of the disc's load, and one a field point.
     pub kernels: u64,

@@ -5,7 +5,6 @@ use super::{ModelKind, error::SceneError, reader::Reader, settings, word::words}
 /// Elastic law of the contacts where `model.kind = "chain"`; the other models compute their contacts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ContactLaw {
-    /// Hertz: two half-spaces.
     #[default]
     Hertz,
     /// F = k δ^(3/2) (1 + c₁ √δ + c₂ δ), fitted to the bodies' own static finite element solutions, and the coupling through each bead.

@@ -25,11 +25,8 @@ pub struct TermDescription {
     pub title: &'static str,
     /// The effect of a scene that has it.
     pub effect: &'static str,
-    /// The coefficient for people.
     pub coefficient: &'static str,
-    /// Symbol of the coefficient.
     pub symbol: &'static str,
-    /// Dimension of the coefficient.
     pub dimension: Dimension,
     /// The paper's coefficient, SI: taken where none is given.
     pub default: f64,
@@ -122,13 +119,11 @@ impl IndexMut<DampingTerm> for DampingCoefficients {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DampingKind {
-    /// No dashpots.
     None,
     /// F = c δ̇ while pressed.
     Linear,
     /// F = γ √δ δ̇.
     KuwabaraKono,
-    /// The sum of both.
     #[serde(rename = "linear+kuwabara-kono")]
     LinearAndKuwabaraKono,
 }
@@ -170,20 +165,16 @@ impl DampingKind {
 /// Which contacts have a dashpot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DampingPlacement {
-    /// Bead–bead contacts only.
     Beads,
-    /// Piston–bead and bead–support too.
     All,
 }
 
 /// Dashpots at the contacts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Damping {
-    /// The law.
     pub kind: DampingKind,
     /// Of its terms; 0 where the law has no such term.
     pub coefficients: DampingCoefficients,
-    /// Which contacts.
     pub placement: DampingPlacement,
     /// Whether the total contact force may pull while a contact parts.
     pub tension: bool,

@@ -30,7 +30,6 @@ pub struct DiscShape {
     pub thickness: f64,
     /// What it is made of.
     pub material: Material,
-    /// How it is held.
     pub rim: Rim,
 }
 

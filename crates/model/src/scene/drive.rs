@@ -9,7 +9,6 @@ use super::motion::Motion;
 /// How the piston moves, before `amplitude_scale`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
-    /// The waveform.
     pub kind: DriveKind,
     /// Peak displacement, m; 1 for a record, which carries its own.
     pub amplitude: f64,
@@ -21,10 +20,7 @@ pub struct Drive {
 #[derive(Debug, Clone, PartialEq)]
 pub enum DriveKind {
     /// sin 2πf0 t for a number of cycles from t = 0, then zero.
-    SineCycles {
-        /// Number of cycles.
-        cycles: f64,
-    },
+    SineCycles { cycles: f64 },
     /// sin 2πf0 t under (1 − exp(−t/τ))/(1 − exp(−T/τ)) up to T = cycles/f0, then decaying with exp(−(t − T)/τ).
     ToneBurst {
         /// Number of cycles up to the end of the burst.
@@ -49,10 +45,7 @@ pub enum DriveKind {
         file: Option<PathBuf>,
     },
     /// A record that has not been read yet; no model runs it. The caller reads it and uses `Scene::with_drive_record`.
-    UnreadRecord {
-        /// Where it is.
-        file: PathBuf,
-    },
+    UnreadRecord { file: PathBuf },
 }
 
 /// A piston motion that can be evaluated at any instant: displacement (m), velocity (m/s).

@@ -11,7 +11,6 @@ use granchain_signal::{Dimension, Quantity};
 /// An effect beyond equal elastic beads between rigid flats, driven by a formula.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Effect {
-    /// Its name.
     pub name: &'static str,
     /// Whether this scene has it.
     pub on: bool,

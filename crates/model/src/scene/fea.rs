@@ -103,7 +103,6 @@ impl Scheme {
 pub struct FeaSettings {
     /// Mesh density n, 1, ≥ 2: elements along a quarter of each block around a contact; element size goes as 1/n.
     pub density: u32,
-    /// Shape of the elements.
     pub elements: Elements,
     /// Radius of the finely meshed patch at a bead's pole over the bead's radius, 1, above 0 and at most 0.5.
     pub contact_patch: f64,
@@ -111,7 +110,6 @@ pub struct FeaSettings {
     pub step: f64,
     /// Whether the nodes that may touch carry mass.
     pub contact_mass: ContactMass,
-    /// Time integration.
     pub scheme: Scheme,
 }
 

@@ -34,7 +34,6 @@ const MOST_SAMPLES: f64 = 2e7;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Loaded {
-    /// The scene.
     pub scene: Scene,
     /// Values that were chosen rather than read, one sentence each.
     pub notes: Vec<String>,

@@ -10,13 +10,10 @@ pub enum ValueKind {
     Quantity(Dimension),
     /// A damping coefficient, whose dimension follows `damping.kind`.
     DampingCoefficient,
-    /// A whole number.
     Count,
     /// `true` or `false`.
     Flag,
-    /// One of some words.
     Choice(&'static [&'static str]),
-    /// Any text.
     Text,
     /// The path of a file.
     Path,
@@ -33,11 +30,8 @@ pub enum ValueKind {
 pub struct Key {
     /// Its name with its tables; `*` stands for the name of a material.
     pub name: &'static str,
-    /// What it takes.
     pub kind: ValueKind,
-    /// What it means.
     pub meaning: &'static str,
-    /// Which numbers it takes.
     pub(super) bound: Bound,
     /// Taken where it is not given.
     pub(super) default: Option<f64>,
@@ -93,7 +87,6 @@ impl When {
 /// A key that decides whether others have an effect.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Governor {
-    /// Its name.
     pub(super) name: &'static str,
     /// Keys whose meaning changes with its value.
     pub(super) reinterpreted: &'static [&'static str],

@@ -13,9 +13,7 @@ use granchain_signal::{Dimension, Quantity};
 pub struct Setting {
     /// The key with its tables.
     pub key: String,
-    /// Its value.
     pub value: SettingValue,
-    /// What it means.
     pub meaning: &'static str,
 }
 
@@ -26,15 +24,11 @@ pub enum SettingValue {
     Quantity(Quantity),
     /// One length for each contact.
     Lengths(Vec<f64>),
-    /// A whole number.
     Count(usize),
-    /// A word or text.
     Text(String),
-    /// Yes or no.
     Flag(bool),
     /// Beads that differ from the first, each with its number.
     Beads(Vec<(usize, Bead)>),
-    /// Points of the water.
     FieldPoints(Vec<FieldPoint>),
 }
 

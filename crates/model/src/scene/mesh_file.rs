@@ -14,7 +14,6 @@ use super::{
 /// Its physical groups name materials and contact boundaries; what none names is made of the material that the scene gives the body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshFile {
-    /// Where it is.
     pub path: PathBuf,
     /// Length of its unit, m.
     pub unit: f64,

@@ -110,7 +110,6 @@ pub struct Scene {
     pub horn: Option<Horn>,
     /// What the holder around the beads does to them; none does nothing.
     pub holder: Option<Holder>,
-    /// Losses within the bodies.
     pub loss: MaterialLoss,
     /// What holds the far end.
     pub support: Support,
@@ -118,7 +117,6 @@ pub struct Scene {
     pub water: Option<WaterSettings>,
     /// Materials that mesh files may name, by name; empty where no body is a mesh file.
     pub materials: Vec<Material>,
-    /// Dashpots at the contacts.
     pub damping: Damping,
     /// Elastic law of the contacts in the chain.
     pub contact_law: ContactLaw,

@@ -20,7 +20,6 @@ pub const DEFAULT_MODES: u32 = 8;
 pub struct ReducedSettings {
     /// Mesh density of the bodies, 1, ≥ 2; as [`super::FeaSettings::density`].
     pub density: u32,
-    /// Shape of the elements.
     pub elements: Elements,
     /// As [`super::FeaSettings::contact_patch`], 1.
     pub contact_patch: f64,

@@ -16,11 +16,9 @@ use super::{
 /// Rung of the fidelity ladder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelKind {
-    /// One unknown a bead.
     Chain,
     /// Modes and quasi-static contact nodes.
     Reduced,
-    /// All nodes.
     Fea,
 }
 
@@ -43,7 +41,6 @@ pub enum Integrator {
 /// How a run is computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModelSettings {
-    /// Which model.
     pub kind: ModelKind,
     /// Which integrator of the chain.
     pub integrator: Integrator,
@@ -60,7 +57,6 @@ pub struct ModelSettings {
 pub struct Meshing {
     /// Mesh density, 1.
     pub density: u32,
-    /// Shape of the elements.
     pub elements: Elements,
     /// Radius of the finely meshed patch at a bead's pole over the bead's, 1.
     pub contact_patch: f64,

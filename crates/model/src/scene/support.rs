@@ -23,11 +23,9 @@ pub enum ContactNormal {
 /// The far end of the chain.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Support {
-    /// A flat.
     Flat(FlatContact),
     /// A ring on which the last bead lies. In the chain by its static force law, in the finite element analysis meshed.
     Annulus {
-        /// Its shape.
         shape: AnnulusShape,
         /// Factor on the force of the law, and on Young's modulus of the meshed body, 1.
         stiffness_factor: f64,
@@ -45,14 +43,12 @@ pub enum Support {
     },
     /// A disc that the last bead touches in the middle of its front, on the water ([`super::Scene::water`]) or in vacuum.
     Disc {
-        /// What it is.
         shape: DiscShape,
         /// Mesh density n, 1: elements through the thickness, and 4/3 as many to the same length along r.
         mesh_density: u32,
     },
     /// A body of the user's own, in the finite element analysis only.
     Body {
-        /// Its mesh.
         mesh: MeshFile,
         /// What it is made of, where its physical groups name no material.
         material: Material,

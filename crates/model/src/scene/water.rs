@@ -67,7 +67,6 @@ impl Medium {
 /// The plane around the disc.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Baffle {
-    /// It does not move.
     Rigid,
     /// It carries no pressure: a free surface.
     Soft,
@@ -141,15 +140,12 @@ pub struct Absorption {
 /// The half-space of water behind the disc, how it is computed and where it is heard.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WaterSettings {
-    /// What it is called.
     pub medium: Medium,
-    /// What it is.
     pub liquid: Water,
     /// Losses between the disc and a field point; none by default.
     pub absorption: Option<Absorption>,
     /// The plane around the disc.
     pub baffle: Baffle,
-    /// How it is computed.
     pub method: WaterMethod,
     /// Where the pressure is heard; at least one point.
     pub field_points: Vec<FieldPoint>,

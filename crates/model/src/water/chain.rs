@@ -30,9 +30,7 @@ pub struct ChainInFront {
     pub beads: Vec<Bead>,
     /// Initial gaps of the N + 1 contacts, m.
     pub gaps: Vec<f64>,
-    /// The piston's face.
     pub piston: FlatContact,
-    /// Dashpots.
     pub damping: Damping,
 }
 
@@ -40,35 +38,24 @@ pub struct ChainInFront {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ChainOnWaterError {
-    /// No beads, or not N + 1 gaps.
     #[error("{beads} beads and {gaps} gaps: expected at least one bead and one gap more than beads")]
-    Count {
-        /// N.
-        beads: usize,
-        /// How many gaps.
-        gaps: usize,
-    },
-    /// A static force on a disc that nothing holds.
+    Count { beads: usize, gaps: usize },
     #[error("`chain.precompression` {force:e} N on a free disc: nothing holds it; set `disc.rim` or no precompression")]
     FreeUnderForce {
         /// F₀, N.
         force: f64,
     },
-    /// Stopped by its caller.
     #[error("stopped at {time:.6e} s")]
     Stopped {
         /// Simulated time, s.
         time: f64,
     },
-    /// The disc's contact.
     #[error("at {time:.6e} s: {source}")]
     Patch {
         /// Simulated time, s.
         time: f64,
-        /// What happened.
         source: PatchError,
     },
-    /// No longer finite.
     #[error("the chain is not finite at {time:.6e} s (step {step:.3e} s); shorten the step")]
     NonFinite {
         /// Simulated time, s.
@@ -145,7 +132,6 @@ pub(super) struct Books {
     pub largest: f64,
     /// Openings and closings of contacts.
     pub events: u64,
-    /// Evaluations of a dashpot.
     pub dashpots: u64,
     /// What went into horn and holder; none where neither is.
     pub channels: Option<Channels>,

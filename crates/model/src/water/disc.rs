@@ -30,16 +30,12 @@ const RIGID: f64 = 1.0;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum DiscError {
-    /// A number of its shape or of its mesh is out of range.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// Its elements make no body.
     #[error("disc: {0}")]
     Body(#[from] BodyError),
-    /// Its modes could not be found.
     #[error("disc: {0}")]
     Modes(#[from] ModesError),
-    /// Its stiffness has no factor.
     #[error("disc: {0}")]
     Factor(#[from] FactorError),
 }

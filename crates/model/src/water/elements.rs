@@ -46,23 +46,19 @@ use super::Water;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ElementsError {
-    /// A number that shapes the mesh is out of range.
     #[error("mesh of the water: {name}: expected {expected}, found {found:e}")]
     Mesh {
         /// Which number, with its unit.
         name: &'static str,
-        /// Its range.
         expected: &'static str,
         /// What it is, SI.
         found: f64,
     },
-    /// A step that is not a time.
     #[error("step of the water: expected finite and > 0 s, found {found:e} s")]
     Step {
         /// What it is, s.
         found: f64,
     },
-    /// A field point beyond the mesh.
     #[error(
         "field point r = {radius:e} m, z = {distance:e} m: expected inside the hemisphere of {hemisphere:e} m, z ≥ 0; enlarge the \
          hemisphere or use the Rayleigh integral"
@@ -75,23 +71,12 @@ pub enum ElementsError {
         /// R, m.
         hemisphere: f64,
     },
-    /// The factor does not fit.
     #[error("the factor of {unknowns} unknowns of disc and water does not fit ({source}); coarsen the mesh")]
-    Size {
-        /// How many.
-        unknowns: usize,
-        /// What did not fit.
-        source: faer::sparse::FaerError,
-    },
-    /// The modes that a dashpot at the disc sees.
+    Size { unknowns: usize, source: faer::sparse::FaerError },
     #[error(transparent)]
     Disc(#[from] Box<super::disc::DiscError>),
-    /// No factor.
     #[error(
         "the {unknowns} unknowns of disc and water have no factor: a pivot is zero or not a number; check materials and step"
     )]
-    Singular {
-        /// How many.
-        unknowns: usize,
-    },
+    Singular { unknowns: usize },
 }

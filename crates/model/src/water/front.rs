@@ -88,13 +88,10 @@ impl Held {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FrontError {
-    /// The disc.
     #[error(transparent)]
     Disc(#[from] DiscError),
-    /// Its elements and those of the water.
     #[error(transparent)]
     Elements(#[from] ElementsError),
-    /// Where the pressure is to be heard.
     #[error(transparent)]
     FieldPoint(#[from] FieldPointError),
 }
@@ -105,7 +102,6 @@ pub struct Front {
     disc: Disc,
     /// The retreat of every point as a sum over unknowns of the disc.
     points: Vec<Vec<(u32, f64)>>,
-    /// For the Rayleigh integral.
     interface: Option<DiscInterface>,
 }
 

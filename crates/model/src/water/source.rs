@@ -31,12 +31,10 @@ use granchain_signal::Series;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FieldSourceError {
-    /// The scene has no disc before water.
     #[error(
         "a pressure field: expected a scene with `support.kind = \"disc\"` and water behind it, found none; try --scene water"
     )]
     NoWater,
-    /// The forces are not on the clock.
     #[error(
         "force on the disc every {found:e} s: expected every {expected:e} s, the step of disc and water; set `output_step` to `model.step`"
     )]
@@ -46,7 +44,6 @@ pub enum FieldSourceError {
         /// Step of the forces, s.
         found: f64,
     },
-    /// An instant outside the run.
     #[error("pressure map at {time:e} s: expected an instant within the run, 0 to {end:e} s")]
     Instant {
         /// Asked for, s.
@@ -54,16 +51,12 @@ pub enum FieldSourceError {
         /// End of the run, s.
         end: f64,
     },
-    /// The disc.
     #[error(transparent)]
     Disc(#[from] DiscError),
-    /// The meshed water.
     #[error(transparent)]
     Elements(#[from] ElementsError),
-    /// A point.
     #[error(transparent)]
     Point(#[from] FieldPointError),
-    /// Its modes.
     #[error(transparent)]
     Model(#[from] ModelError),
 }

@@ -51,19 +51,14 @@ const RESOLVED: (f64, f64) = (15.0, 20.0);
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum WaterError {
-    /// No disc.
     #[error(transparent)]
     Disc(#[from] DiscError),
-    /// No elements.
     #[error(transparent)]
     Elements(#[from] ElementsError),
-    /// A field point outside the water.
     #[error(transparent)]
     FieldPoint(#[from] FieldPointError),
-    /// The run failed.
     #[error(transparent)]
     Chain(#[from] ChainOnWaterError),
-    /// The bead touches more of the disc than the patch of the force.
     #[error(transparent)]
     Patch(#[from] PatchError),
 }

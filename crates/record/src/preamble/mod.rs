@@ -43,7 +43,6 @@ pub(super) struct Preamble {
     pub instrument: &'static str,
     /// Byte in the text at which the table begins with its header, or with its first row where `header` is given.
     pub body: usize,
-    /// Line of that byte.
     pub body_line: u64,
     /// Byte at which it ends, where more than one stand in the file.
     pub end: Option<usize>,
@@ -57,7 +56,6 @@ pub(super) struct Preamble {
     pub counter: Option<(usize, f64, f64)>,
     /// Sample interval of the acquisition, s.
     pub interval: Option<f64>,
-    /// Announced number of rows.
     pub points: Option<usize>,
     /// The segment that the table is, where there are several, and how many.
     pub segment: Option<(usize, usize)>,

@@ -65,7 +65,6 @@ pub(super) struct Axis {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Binary {
     pub order: ByteOrder,
-    /// Bytes announced.
     pub bytes: usize,
 }
 
@@ -89,7 +88,6 @@ pub(super) struct Head {
     pub ordinate: Axis,
     pub denominator: Axis,
     pub binary: Option<Binary>,
-    /// Where the values begin.
     pub data: Cursor,
     /// The line behind which they begin, for messages.
     pub data_line: u64,

@@ -30,114 +30,60 @@ pub use write::{ByteOrder, Precision, Samples, TimeResponse, UniversalForm};
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum UniversalError {
-    /// Several functions and no choice, or a choice that is not there.
     #[error(
         "{place}: expected one function to read, found {}{}; choose one with --read dataset=N:{}", functions.len(),
         wanted.map(|wanted| format!(" and no number {wanted}")).unwrap_or_default(),
         functions.iter().map(|text| format!("\n  {text}")).collect::<String>()
     )]
     Several {
-        /// The file.
         place: Place,
         /// The functions, numbered, in words.
         functions: Vec<String>,
-        /// The number asked for.
         wanted: Option<usize>,
     },
-    /// Several functions, none of them in time.
     #[error(
         "{place}: expected a record in time, found {count} functions of which none is one, such as {first}; export the time data"
     )]
     Spectra {
-        /// The file.
         place: Place,
-        /// How many.
         count: usize,
         /// The first, in words.
         first: String,
     },
-    /// No data set 58.
     #[error("{place}: expected a function (data set 58), found {found}; export the time data as function")]
-    NoFunction {
-        /// The file.
-        place: Place,
-        /// The data sets that are there.
-        found: String,
-    },
-    /// A function of something else than time.
+    NoFunction { place: Place, found: String },
     #[error("{place}: expected a real time response, found {found}; export the time data{}", if *several { ", or choose another with --read dataset=N" } else { "" })]
     NotInTime {
-        /// Where its data set begins.
         place: Place,
-        /// What it is.
         found: String,
         /// Whether there are other functions in the file.
         several: bool,
     },
-    /// A header line that cannot be understood.
     #[error("{place}: expected {expected}, found `{found}`; export the file again")]
-    Header {
-        /// Which line.
-        place: Place,
-        /// What belongs there.
-        expected: &'static str,
-        /// The line.
-        found: String,
-    },
-    /// Fewer values than announced.
+    Header { place: Place, expected: &'static str, found: String },
     #[error(
         "{place}: expected {expected} {what} as record 7 announces, found {found} before {end}; the file was cut short: copy \
          or export it again"
     )]
     Truncated {
-        /// Where it ends.
         place: Place,
-        /// Number announced.
         expected: usize,
-        /// Number found.
         found: usize,
         /// `values` or `bytes`.
         what: &'static str,
-        /// What came in their place.
         end: &'static str,
     },
-    /// Bytes that cannot be laid out as announced.
     #[error(
         "{place}: expected `-1` behind {expected} bytes of values, found other bytes; the file was changed on its way (as text \
          rather than as binary): transfer it again"
     )]
-    Layout {
-        /// Where the values begin.
-        place: Place,
-        /// Bytes announced.
-        expected: usize,
-    },
-    /// A number in the values that is none.
+    Layout { place: Place, expected: usize },
     #[error("{place}: expected a finite number, found `{found}`; export the file again")]
-    Value {
-        /// Which line.
-        place: Place,
-        /// The text.
-        found: String,
-    },
-    /// A floating-point format of the past.
+    Value { place: Place, found: String },
     #[error(
         "{place}: expected IEEE 754 numbers in a known byte order (58b, 1 or 2, 2), found `{found}`; export as text (data set 58)"
     )]
-    Format {
-        /// Which line.
-        place: Place,
-        /// The line.
-        found: String,
-    },
-    /// Two statements about the unit.
+    Format { place: Place, found: String },
     #[error("{place}: expected one unit, found {first} and {second}; say which is right with --unit")]
-    MixedUnits {
-        /// Where the function begins.
-        place: Place,
-        /// One statement.
-        first: String,
-        /// The other.
-        second: String,
-    },
+    MixedUnits { place: Place, first: String, second: String },
 }

@@ -8,9 +8,7 @@ use granchain_signal::Series;
 /// Which byte of a number comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ByteOrder {
-    /// The least significant.
     Little,
-    /// The most significant.
     Big,
 }
 
@@ -26,7 +24,6 @@ pub enum Precision {
 /// How a time response is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UniversalForm {
-    /// Precision of the values.
     pub precision: Precision,
     /// Bytes (58b) in this order, or text (58).
     pub binary: Option<ByteOrder>,
@@ -35,7 +32,6 @@ pub struct UniversalForm {
 /// Samples with their instants.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Samples<'a> {
-    /// Evenly spaced.
     Even(&'a Series),
     /// Each at its own instant.
     Uneven {
@@ -53,7 +49,6 @@ pub struct TimeResponse<'a> {
     pub title: &'a str,
     /// Displacement (m) or velocity (m/s).
     pub quantity: RecordedQuantity,
-    /// The samples.
     pub samples: Samples<'a>,
 }
 

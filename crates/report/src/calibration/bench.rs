@@ -10,7 +10,6 @@ use crate::{
 /// What stands on the bench.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct BenchReport {
-    /// The table.
     pub rows: Vec<BenchRow>,
     /// Radii of the beads, m, the first at the piston.
     pub radii: Vec<f64>,
@@ -23,9 +22,7 @@ pub struct BenchReport {
 /// A row of the table.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BenchRow {
-    /// Part or property.
     pub part: String,
-    /// Its value with units.
     pub value: String,
     /// Who says so: `stated`, `fitted`, or a default.
     pub origin: String,
@@ -54,7 +51,6 @@ pub enum DrawnSupport {
         /// Whether water lies behind it.
         water: bool,
     },
-    /// Nothing.
     Free,
 }
 

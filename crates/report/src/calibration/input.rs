@@ -15,7 +15,6 @@ use granchain_signal::{Series, feature::Window};
 pub struct CalibrationReport {
     /// What `calibration.json` says.
     pub outcome: CalibrationOutcome,
-    /// Name of the scene.
     pub scene: String,
     /// One sentence on the scene.
     pub scene_description: String,
@@ -34,7 +33,6 @@ pub struct CalibrationReport {
     pub energy: Option<EnergyLedger>,
     /// Settings worth knowing: name and value with unit.
     pub settings: Vec<(String, String)>,
-    /// Command line as typed.
     pub command_line: String,
 }
 
@@ -63,7 +61,6 @@ pub struct RecordReport {
     /// Stretches that were bridged in it and in every simulated run, s, record time.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub masked: Vec<(f64, f64)>,
-    /// Where features were measured.
     pub window: Option<Window>,
     /// Names of the fitted features, in the order they are compared.
     pub compared: Vec<String>,
@@ -100,7 +97,6 @@ pub struct PairMap {
     pub first: usize,
     /// Index of the parameter along y.
     pub second: usize,
-    /// The density.
     pub map: DensityMap,
 }
 

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use super::{CalibrationReport, DensityMap, LawReport, RecordReport};
 use crate::figure::Map;
+use granchain_calibration::predict::observation::watched_of;
 use granchain_calibration::{
     outcome::{FitOutcome, FittedFeature, FittedParameter, OutcomeFeature, RungOutcome},
     parameter::Parameter,
 };
 use granchain_model::scene::DampingKind;
 use granchain_signal::feature::Measurand;
-use granchain_studies::observation::watched_of;
 
 /// A law with its fit, and what is drawn of it.
 pub(super) struct Law<'a> {
@@ -155,7 +155,6 @@ pub(super) struct Estimate {
     pub unit: String,
     /// That unit's number over the SI's.
     pub factor: f64,
-    /// Point estimate.
     pub value: f64,
     /// Ends of the 90 % interval; `None` where none may be quoted.
     pub low: Option<f64>,

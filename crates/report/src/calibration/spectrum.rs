@@ -26,9 +26,7 @@ const DECADES: i32 = 4;
 pub(super) struct SpectrumCurve<'a> {
     /// Name in the legend; empty keeps it out.
     pub label: String,
-    /// The spectrum.
     pub spectrum: &'a AmplitudeSpectrum,
-    /// How it is drawn.
     pub stroke: Stroke,
 }
 

@@ -5,7 +5,6 @@ use crate::number;
 /// How positions grow along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
-    /// Evenly.
     Linear,
     /// Evenly in the logarithm; values must be positive.
     Logarithmic,
@@ -20,7 +19,6 @@ pub struct Axis {
     pub unit: String,
     /// Displayed value over given value: data stay in SI, 1e3 shows m/s as mm/s.
     pub factor: f64,
-    /// Linear or logarithmic.
     pub scale: Scale,
     /// Fixed ends, in given (not displayed) values; `None` follows the data.
     pub range: Option<(f64, f64)>,

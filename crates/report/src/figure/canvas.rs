@@ -35,7 +35,6 @@ pub(super) type DrawResult<B> = Result<(), DrawingErrorKind<<B as DrawingBackend
 /// A backend addressed in points from the upper left corner.
 pub(super) struct Canvas<'a, B: DrawingBackend> {
     backend: &'a mut B,
-    /// Pixels a point.
     scale: f64,
 }
 

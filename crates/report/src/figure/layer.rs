@@ -5,11 +5,8 @@ use super::{Axis, Colour};
 /// Dash pattern of a stroke.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dash {
-    /// Unbroken.
     Solid,
-    /// Long dashes.
     Dashed,
-    /// Dots.
     Dotted,
     /// Dash, dot.
     DashDotted,
@@ -30,9 +27,7 @@ impl Dash {
 /// How a curve is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stroke {
-    /// Colour.
     pub colour: Colour,
-    /// Dash pattern.
     pub dash: Dash,
     /// Width, pt.
     pub width: f64,
@@ -61,17 +56,13 @@ impl Stroke {
 /// Shape of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Marker {
-    /// Filled disc.
     Disc,
     /// Small filled dot, for clouds of runs.
     Dot,
     /// Circle with a white face.
     Ring,
-    /// Filled square.
     Square,
-    /// Filled diamond.
     Diamond,
-    /// Diagonal cross.
     Cross,
     /// Open triangle hanging from its ordinate: an upper limit, the value lies somewhere below.
     Below,
@@ -80,9 +71,7 @@ pub enum Marker {
 /// A point with optional error bars; `low` and `high` are positions, not distances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorPoint {
-    /// Abscissa.
     pub x: f64,
-    /// Ordinate.
     pub y: f64,
     /// Ends of the vertical bar, lower first.
     pub y_interval: Option<(f64, f64)>,
@@ -107,11 +96,8 @@ impl ErrorPoint {
 /// One bar of a histogram.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bar {
-    /// Left edge.
     pub from: f64,
-    /// Right edge.
     pub to: f64,
-    /// Height.
     pub height: f64,
 }
 
@@ -140,7 +126,6 @@ pub enum Fill {
 pub struct Polygon {
     /// Corners (x, y) in order; closed by itself.
     pub corners: Vec<(f64, f64)>,
-    /// How it is filled.
     pub fill: Fill,
 }
 
@@ -151,24 +136,19 @@ pub struct Cell(pub Vec<(f64, f64, f64)>);
 /// One layer of a panel.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Layer {
-    /// A curve.
     Line {
         /// Name in the legend; empty keeps it out.
         label: String,
         /// (x, y).
         points: Vec<(f64, f64)>,
-        /// How it is drawn.
         stroke: Stroke,
     },
     /// Single points, with or without error bars.
     Points {
         /// Name in the legend; empty keeps it out.
         label: String,
-        /// The points.
         points: Vec<ErrorPoint>,
-        /// Colour.
         colour: Colour,
-        /// Shape.
         marker: Marker,
     },
     /// A filled band, drawn in a light tint of its colour.
@@ -180,29 +160,19 @@ pub enum Layer {
         /// Colour whose tint fills it.
         colour: Colour,
     },
-    /// A histogram.
     Bars {
         /// Name in the legend; empty keeps it out.
         label: String,
-        /// The bars.
         bars: Vec<Bar>,
-        /// Colour.
         colour: Colour,
     },
     /// A thin vertical line over the whole height, named above the frame.
-    MarkX {
-        /// Abscissa.
-        at: f64,
-        /// Name above the frame.
-        label: String,
-    },
+    MarkX { at: f64, label: String },
     /// A horizontal line over the whole width.
     MarkY {
-        /// Ordinate.
         at: f64,
         /// Name in the legend; empty keeps it out.
         label: String,
-        /// How it is drawn.
         stroke: Stroke,
     },
     /// A map with a colour bar: in shades of one hue, dark where the value is large; or, where its range is −x to x, signed: white at zero,
@@ -210,7 +180,6 @@ pub enum Layer {
     HeatMap {
         /// What the colour means, with its unit, along the colour bar.
         label: String,
-        /// The values.
         map: Map,
         /// Values at both ends of the colours, (light, dark) or (−x, x); beyond them the shade stays. `None`: smallest and largest value.
         range: Option<(f64, f64)>,
@@ -219,11 +188,8 @@ pub enum Layer {
     Contour {
         /// Name in the legend; empty keeps it out.
         label: String,
-        /// The values.
         map: Map,
-        /// The level.
         level: f64,
-        /// How it is drawn.
         stroke: Stroke,
     },
     /// Many strokes of one kind, such as the sides of a mesh.
@@ -232,7 +198,6 @@ pub enum Layer {
         label: String,
         /// Points (x, y) of every stroke.
         strokes: Vec<Vec<(f64, f64)>>,
-        /// How they are drawn.
         stroke: Stroke,
     },
     /// A field on cells, in narrow bands of perceptually even colours from dark (low) to light (high), with a colour bar.
@@ -246,7 +211,6 @@ pub enum Layer {
     Polygons {
         /// Name in the legend, or along the colour bar where `range` is given; empty keeps it out.
         label: String,
-        /// The polygons.
         polygons: Vec<Polygon>,
         /// Values at the light and at the dark end of [`Fill::Value`]; `None` where no value fills.
         range: Option<(f64, f64)>,

@@ -68,9 +68,7 @@ pub struct Panel {
     pub height_mm: f64,
     /// Whether a length is as long upwards as sideways; the height then follows from the width.
     pub equal_scales: bool,
-    /// Horizontal axis.
     pub x: Axis,
-    /// Vertical axis.
     pub y: Axis,
     /// What is drawn, bottom first.
     pub layers: Vec<Layer>,

@@ -5,23 +5,16 @@
 /// A colour of Okabe and Ito's set, plus a grey for what stands in the background.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Colour {
-    /// Black.
     Black,
     /// Mid grey, not of the set.
     Grey,
-    /// Orange.
     Orange,
-    /// Sky blue.
     SkyBlue,
-    /// Bluish green.
     Green,
     /// Yellow: for filled shapes only, too light for a curve.
     Yellow,
-    /// Blue.
     Blue,
-    /// Vermillion.
     Vermillion,
-    /// Reddish purple.
     Purple,
 }
 

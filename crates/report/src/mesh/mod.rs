@@ -14,7 +14,6 @@ use granchain_model::fea::mesh::{CLAMPED_BOUNDARY, CONTACT_BOUNDARIES, Mesh};
 pub struct Standing<'a> {
     /// What it is called in legends: equal names share one entry.
     pub name: &'a str,
-    /// Its mesh.
     pub mesh: &'a Mesh,
     /// z of the origin of its coordinates, m; 0 is the piston's face.
     pub offset: f64,

@@ -29,30 +29,16 @@ pub type Files = Vec<(PathBuf, Vec<u8>)>;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReportError {
-    /// A figure cannot be drawn.
     #[error(transparent)]
     Figure(#[from] FigureError),
-    /// A number that should be finite is not.
     #[error("report: expected `{field}` to be finite, found {found}; a failed run has no place among the results")]
-    NotFinite {
-        /// Which number.
-        field: String,
-        /// What was found.
-        found: f64,
-    },
-    /// Something the report cannot do without is missing.
+    NotFinite { field: String, found: f64 },
     #[error("report: `{field}` is empty; give at least one")]
-    Missing {
-        /// What is missing.
-        field: &'static str,
-    },
-    /// A spectrum cannot be taken.
+    Missing { field: &'static str },
     #[error(transparent)]
     Feature(#[from] FeatureError),
-    /// The data could not be written as JSON.
     #[error("report: the data could not be written as JSON")]
     Json(#[from] serde_json::Error),
-    /// A table could not be written as CSV.
     #[error("report: a table could not be written as CSV")]
     Csv(#[from] csv::Error),
 }
@@ -70,11 +56,9 @@ pub fn provenance(facts: Vec<(String, String)>, command_line: &str) -> [Block; 3
 /// How good the news is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tone {
-    /// As hoped.
     Good,
     /// To be read with care.
     Careful,
-    /// Not as hoped.
     Bad,
 }
 
@@ -85,7 +69,6 @@ pub struct Plate {
     pub name: String,
     /// Caption, a few sentences.
     pub caption: String,
-    /// The figure.
     pub figure: Figure,
     /// Drive frequency of the time traces in its last panel, Hz, where they can be played as sound.
     pub sound: Option<f64>,
@@ -114,24 +97,17 @@ pub enum Block {
         tone: Tone,
         /// The verdict in a few words.
         verdict: String,
-        /// The answer.
         text: String,
     },
     /// What must not be overlooked.
     Notice(Vec<String>),
-    /// Heading of a section.
     Heading(String),
-    /// A paragraph.
     Paragraph(String),
-    /// A list of statements.
     List(Vec<String>),
-    /// Names and values.
     Facts(Vec<(String, String)>),
-    /// A table.
     Table(Table),
     /// Figures that belong together; one journal column wide each, they stand side by side where there is room.
     Plates(Vec<Plate>),
-    /// The chain in motion.
     Motion(Motion),
     /// Text to be copied, such as a command line.
     Code(String),
@@ -140,9 +116,7 @@ pub enum Block {
 /// A whole report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Page {
-    /// Title.
     pub title: String,
-    /// A line below it.
     pub subtitle: String,
     /// Content, in reading order.
     pub blocks: Vec<Block>,

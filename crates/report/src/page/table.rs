@@ -3,7 +3,6 @@
 /// A column's head.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
-    /// What it carries.
     pub title: String,
     /// Unit of the whole column, if it has one.
     pub unit: Option<String>,
@@ -42,9 +41,7 @@ impl Column {
 /// A table; every row has as many cells as there are columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    /// What it shows.
     pub caption: String,
-    /// Heads.
     pub columns: Vec<Column>,
     /// Cells, row by row, numbers already formatted.
     pub rows: Vec<Vec<String>>,

@@ -6,23 +6,14 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FeatureError {
-    /// The series holds no, or too few, samples.
     #[error("expected at least {needed} samples to measure, found {found}; record longer or widen the window")]
-    TooFewSamples {
-        /// Samples needed.
-        needed: usize,
-        /// Samples there.
-        found: usize,
-    },
-    /// A sample is NaN or infinite.
+    TooFewSamples { needed: usize, found: usize },
     #[error("sample {index}: expected a finite number, found {value}")]
     NotFinite {
         /// Index of the sample, from 0.
         index: usize,
-        /// What was found.
         value: f64,
     },
-    /// The series is zero (or constant) throughout.
     #[error("the series is constant in {from_s:.6e}…{to_s:.6e} s: nothing to measure")]
     Constant {
         /// Start of the span looked at, s.
@@ -30,7 +21,6 @@ pub enum FeatureError {
         /// End of the span looked at, s.
         to_s: f64,
     },
-    /// The window is empty, reversed or outside the series.
     #[error(
         "analysis window {from_s:.6e}…{to_s:.6e} s: expected a span inside the series' {start_s:.6e}…{end_s:.6e} s; \
          set --from and --to inside it"
@@ -45,7 +35,6 @@ pub enum FeatureError {
         /// End of the series, s.
         end_s: f64,
     },
-    /// The drive frequency is not positive or not below the usable band.
     #[error(
         "drive frequency {frequency_hz} Hz: expected a value above 0 and below {limit_hz} Hz (0.8 of the Nyquist \
          frequency); check the sample interval's unit"
@@ -56,7 +45,6 @@ pub enum FeatureError {
         /// Upper limit, Hz.
         limit_hz: f64,
     },
-    /// No spectral maximum near the guess.
     #[error(
         "no spectral line within {span_hz:.0} Hz of {guess_hz:.0} Hz: state the drive frequency with --drive-frequency"
     )]
@@ -66,7 +54,6 @@ pub enum FeatureError {
         /// Half-width of the search, Hz.
         span_hz: f64,
     },
-    /// Two series that must share a clock do not.
     #[error(
         "sample steps {reference_s:.6e} s and {candidate_s:.6e} s: expected the same step in both; resample one to the other's"
     )]

@@ -73,7 +73,6 @@ const EARLY_WINDOWS: [(f64, f64, &str, &str); 4] = [
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FeatureSet {
-    /// All of them.
     Full,
     /// The two peaks and the ratios of the 1/3 and 2/3 lines to the line at the drive, as in the source paper; of a velocity.
     Paper,
@@ -83,46 +82,30 @@ pub enum FeatureSet {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FingerprintError {
-    /// The trace never crosses the onset threshold.
     #[error(
         "the {} stays below the onset threshold of {threshold:.4e} {} (its peak is {peak:.4e} {})",
         measurand.name(), measurand.unit(), measurand.unit()
     )]
     NoOnset {
-        /// What the trace is of.
         measurand: Measurand,
         /// The threshold, unit of the measurand.
         threshold: f64,
         /// Largest value of the trace in size, likewise.
         peak: f64,
     },
-    /// The trace is nowhere as strong as where the record falls.
     #[error(
         "the {} is nowhere as strong as where the record falls, {level:.4e} {} rms over three drive periods",
         measurand.name(), measurand.unit()
     )]
     NoFall {
-        /// What the trace is of.
         measurand: Measurand,
         /// That strength, unit of the measurand.
         level: f64,
     },
-    /// The trace ends too early after its onset.
     #[error("the trace has {available_cycles:.1} drive periods after its onset, expected at least {needed_cycles:.1}")]
-    TooShort {
-        /// Periods after the onset.
-        available_cycles: f64,
-        /// Periods needed.
-        needed_cycles: f64,
-    },
-    /// The trace falls too early.
+    TooShort { available_cycles: f64, needed_cycles: f64 },
     #[error("the trace has {available_cycles:.1} drive periods before it falls, expected at least {needed_cycles:.1}")]
-    TooSoon {
-        /// Periods before the fall.
-        available_cycles: f64,
-        /// Periods needed.
-        needed_cycles: f64,
-    },
+    TooSoon { available_cycles: f64, needed_cycles: f64 },
 }
 
 /// How traces are reduced: the same instance serves the record and every run compared with it.
@@ -144,7 +127,6 @@ pub struct Fingerprint {
 /// By what the windows of a trace are placed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Placed {
-    /// By its onset.
     Onset,
     /// By its onset, but only the late window is looked at: the ring-up was not recorded.
     Late,

@@ -53,11 +53,9 @@ pub struct Features {
     pub sample_rate_hz: f64,
     /// Noise assumed in the trace, in `unit`.
     pub noise_rms: f64,
-    /// Positive and negative peak.
     pub peaks: Peaks,
     /// Rms about the mean, in `unit`.
     pub rms: f64,
-    /// Measured lines.
     pub lines: Vec<Line>,
     /// Lines that could not be measured.
     pub absent: Vec<AbsentLine>,

@@ -98,7 +98,6 @@ impl fmt::Display for Ratio {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("expected a fraction such as `1/3` or `2`, found `{found}`")]
 pub struct RatioError {
-    /// The text as given.
     pub found: String,
 }
 

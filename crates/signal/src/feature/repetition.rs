@@ -8,7 +8,6 @@ use crate::Series;
 /// The train of impulses above half the positive peak.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Repetition {
-    /// Impulses in the window.
     pub impulses: usize,
     /// Mean interval, drive periods: 3.00 where every third period carries one impulse.
     pub mean_interval_periods: f64,

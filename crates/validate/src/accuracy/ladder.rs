@@ -14,9 +14,7 @@ pub enum Rung {
     Chain,
     /// The same at a fixed step, velocity Verlet.
     ChainFixed,
-    /// Chain of finite bodies.
     FiniteBody,
-    /// Bodies in modes.
     Reduced,
     /// All nodes, trapezoid.
     Fea,
@@ -86,7 +84,6 @@ pub enum Varied {
     Step,
     /// Mesh density n; the element size goes as 1/n.
     Density,
-    /// Elastic modes a body.
     Modes,
     /// Side of the water's elements, m.
     WaterMesh,
@@ -157,7 +154,6 @@ pub(super) fn short(value: f64) -> f64 {
 /// How a scene is run: overrides of the scene, in order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Setting {
-    /// Its model.
     pub rung: Rung,
     /// `KEY=VALUE`, as behind `--set`.
     pub sets: Vec<String>,
@@ -190,11 +186,8 @@ impl Setting {
 /// One number of one model varied, all others kept.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
-    /// Its key in files.
     pub key: &'static str,
-    /// Its model.
     pub rung: Rung,
-    /// What is varied.
     pub varied: Varied,
     /// The values, coarsest first, each with its setting.
     pub settings: Vec<(f64, Setting)>,
@@ -209,9 +202,7 @@ pub struct Ladder {
     pub window: f64,
     /// The reference of the scene, finest bodies and step, and the next level that shows how far it has converged.
     pub best: [Setting; 2],
-    /// The lines.
     pub lines: Vec<Line>,
-    /// Settings beside them.
     pub beside: Vec<Setting>,
     /// The setting whose perturbed copies show the chaos.
     pub chaos: Setting,
@@ -436,7 +427,6 @@ impl Setting {
 enum Limit {
     /// At these two values of what it varies.
     At(f64, f64),
-    /// At these two settings.
     Is([Setting; 2]),
 }
 

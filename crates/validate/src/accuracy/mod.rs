@@ -27,34 +27,31 @@ use self::{
     run::Source,
     stored::{BEST, Chaos, FeatureSpread, Measured, OwnErrors, OwnPoint, Reference, Stored, kept},
 };
+use granchain_calibration::predict::{
+    EnsemblePlan,
+    ensemble::Moments,
+    members::{Watch, perturbations, varied},
+};
 use granchain_model::{
     ModelError,
     response::SolverWork,
     scene::{self, Limits, Scene, SceneError},
 };
 use granchain_signal::feature::FeatureError;
-use granchain_studies::{
-    EnsemblePlan,
-    ensemble::Moments,
-    members::{Watch, perturbations, varied},
-};
 
 /// What is to be done.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AccuracyPlan {
     /// Built-in scene or scene file.
     pub scene: String,
-    /// Overrides of it.
     pub sets: Vec<String>,
     /// Compute the references anew and measure every setting, instead of those that take little time against the stored references.
     pub full: bool,
     /// Perturbed copies for the chaos floor.
     pub members: usize,
-    /// Seed of the perturbations.
     pub seed: u64,
     /// What a run may ask for.
     pub limits: Limits,
-    /// Program and version.
     pub program: String,
 }
 
@@ -71,32 +68,14 @@ pub struct Accuracy {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum AccuracyError {
-    /// The scene, or a setting of it.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// Nothing is stored for this scene.
     #[error("{reason}; pass --full to compute the references")]
-    NotStored {
-        /// Why.
-        reason: String,
-    },
-    /// A run failed.
+    NotStored { reason: String },
     #[error("{setting}: {source}")]
-    Run {
-        /// Of which setting.
-        setting: String,
-        /// Why.
-        source: Box<ModelError>,
-    },
-    /// A run cannot be measured.
+    Run { setting: String, source: Box<ModelError> },
     #[error("{setting}: {source}")]
-    Feature {
-        /// Of which setting.
-        setting: String,
-        /// Why.
-        source: FeatureError,
-    },
-    /// The caller stopped it.
+    Feature { setting: String, source: FeatureError },
     #[error("stopped")]
     Stopped,
 }

@@ -5,13 +5,13 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::{AccuracyError, ladder::Setting};
+use granchain_calibration::predict::members::Watch;
 use granchain_model::{
     self as model, Estimate, ModelError,
     fea::{Control, Simulation},
     response::Response,
     scene::{self, Limits, ModelKind, Scene},
 };
-use granchain_studies::members::Watch;
 
 /// Steps of the finite element analysis between two looks at whether to stop.
 const STEPS_PER_LOOK: u64 = 50;
@@ -23,7 +23,6 @@ pub struct Seconds {
     pub least: f64,
     /// Median of all repetitions, s.
     pub median: f64,
-    /// Repetitions.
     pub repetitions: u32,
 }
 
@@ -45,7 +44,6 @@ impl Seconds {
 pub struct Cost {
     /// Meshing, factoring, modes, fits: once for any number of runs.
     pub setup_s: Seconds,
-    /// One run.
     pub run_s: Seconds,
     /// Largest resident memory of the program meanwhile, bytes; none where the system does not tell.
     pub peak_memory_bytes: Option<u64>,
@@ -62,7 +60,6 @@ impl Cost {
 /// Where scenes of the ladder come from.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Source<'a> {
-    /// Built-in scene or file.
     pub name: &'a str,
     /// Overrides of the caller, under those of the settings.
     pub sets: &'a [String],
@@ -180,7 +177,7 @@ pub fn processor() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use granchain_studies::members::Unwatched;
+    use granchain_calibration::predict::members::Unwatched;
 
     #[test]
     fn least_and_median_of_repetitions() {

@@ -14,9 +14,7 @@ use granchain_record::sha256;
 pub struct Reference {
     /// What it is the limit of: a line's key, or [`BEST`].
     pub key: String,
-    /// How it was computed.
     pub setting: Setting,
-    /// The next level.
     pub next: Setting,
     /// Relative change of the waveform to the next level, rms over the window, 1.
     pub change: f64,
@@ -44,7 +42,6 @@ pub struct Chaos {
     pub setting: Setting,
     /// Copies: gaps jittered by 0.3 nm, the drive by 1 ± 1e-4.
     pub members: usize,
-    /// Seed of the jitters.
     pub seed: u64,
     /// Rms over the copies of the relative change of the waveform over the window, 1: the level below which accuracy buys nothing.
     pub floor: f64,
@@ -55,9 +52,7 @@ pub struct Chaos {
 /// A feature of the reference run, and how it scatters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FeatureSpread {
-    /// Its name.
     pub key: String,
-    /// Its unit.
     pub unit: String,
     /// Mean over the copies; none where one of them cannot tell.
     pub mean: Option<f64>,
@@ -68,13 +63,9 @@ pub struct FeatureSpread {
 /// Errors of the settings of a line against its own limit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OwnErrors {
-    /// Key of the line.
     pub key: String,
-    /// Its model.
     pub rung: Rung,
-    /// What it varies.
     pub varied: Varied,
-    /// Its settings.
     pub points: Vec<OwnPoint>,
     /// Observed order: slope over the points below 30 % that are at least four times what the limit may be off; none with fewer than three.
     pub order: Option<f64>,
@@ -96,7 +87,6 @@ pub struct OwnPoint {
 /// A setting as it was measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
-    /// The setting.
     pub setting: Setting,
     /// Error against the best reference over the window, 1.
     pub error: f64,
@@ -115,11 +105,9 @@ pub struct Measured {
 pub struct Stored {
     /// Program and version that made it.
     pub program: String,
-    /// The scene.
     pub scene: String,
     /// SHA-256 of the scene's file.
     pub scene_sha256: String,
-    /// What is compared.
     pub watched: String,
     /// End of the window, s.
     pub window_s: f64,
@@ -129,7 +117,6 @@ pub struct Stored {
     pub processor: String,
     /// The references: the best one first, then one a line.
     pub references: Vec<Reference>,
-    /// The chaos.
     pub chaos: Chaos,
     /// Errors of the lines against their own limits.
     pub own: Vec<OwnErrors>,

@@ -1,9 +1,9 @@
 //! What is compared of two runs.
 
 use super::ladder::short;
+use granchain_calibration::predict::observation::{self, Heard, Observation};
 use granchain_model::{response::Response, scene::Scene};
 use granchain_signal::{LowPass, Series, feature::FeatureError};
-use granchain_studies::observation::{self, Heard, Observation};
 
 /// Interval of the mean velocities that are compared, s: the undamped centres ring at 2.65 MHz and above, which no laser sees.
 const INTERVAL: f64 = 0.4e-6;
@@ -128,9 +128,7 @@ impl Watched {
 /// A number of a whole run.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Feature {
-    /// Its name.
     pub key: String,
-    /// Its unit.
     pub unit: &'static str,
     /// Its value; none where the run cannot tell.
     pub value: Option<f64>,

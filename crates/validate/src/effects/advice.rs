@@ -22,7 +22,6 @@ pub struct Advice {
 /// An effect, its weight, and the key that switches it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Advised {
-    /// Its name.
     pub name: &'static str,
     /// The keys that take it out, or put it in.
     pub key: String,

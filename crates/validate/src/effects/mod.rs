@@ -20,6 +20,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use self::{clock::Clock, switch::Switch};
+use granchain_calibration::predict::members::Watch;
 use granchain_model::{
     self as model, ModelError, Prepared,
     response::{Preparation, Response, SolverWork},
@@ -29,7 +30,6 @@ use granchain_signal::{
     Series,
     feature::{FeatureSettings, Ratio, Window, measure},
 };
-use granchain_studies::members::Watch;
 
 /// End of the window in which waveforms are compared, s: undamped, and damped or in front of water.
 const WINDOW: (f64, f64) = (70e-6, 250e-6);
@@ -40,7 +40,6 @@ const REPEATS: [(usize, f64); 2] = [(3, 4.0), (25, 1.0)];
 /// One effect of a scene, measured.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Marginal {
-    /// Its name.
     pub name: &'static str,
     /// Whether the scene has it.
     pub on: bool,
@@ -57,9 +56,7 @@ pub struct Marginal {
 /// What an effect costs and changes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Measured {
-    /// The run without it.
     pub without: Cost,
-    /// The run with it.
     pub with: Cost,
     /// What leaving it out changes.
     pub change: Change,
@@ -68,7 +65,6 @@ pub struct Measured {
 /// What one run cost.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Cost {
-    /// Counts of the run.
     pub work: SolverWork,
     /// Counts of making its bodies ready.
     pub preparation: Preparation,
@@ -76,7 +72,6 @@ pub struct Cost {
     pub run_s: f64,
     /// Time that making the bodies ready took, once, s.
     pub prepare_s: f64,
-    /// Runs timed.
     pub runs: usize,
 }
 
@@ -163,9 +158,7 @@ fn largest(values: &[f64]) -> f64 {
 /// The effects of a scene, measured.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectCosts {
-    /// Name of the scene.
     pub scene: String,
-    /// Model it asks for.
     pub model: &'static str,
     /// End of the runs and of the window of comparison, s.
     pub window_s: f64,

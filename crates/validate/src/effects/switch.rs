@@ -22,7 +22,6 @@ pub enum Belongs {
 pub(super) enum Switch {
     /// A term of the dashpots.
     Damper(DampingTerm),
-    /// Any other.
     Other(&'static Change),
 }
 

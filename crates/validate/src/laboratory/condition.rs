@@ -82,7 +82,6 @@ pub enum Condition {
     Radius,
     /// A first gap of 20 nm.
     FirstGap,
-    /// The velocity's sign turned.
     Sign,
     /// The sign of the horn's record turned.
     HornSign,
@@ -116,7 +115,6 @@ pub enum Condition {
     Drift,
     /// 10 % of noise.
     Noisy,
-    /// No signal at all.
     PureNoise,
     /// The horn's record ends 15 cycles into the burst.
     ShortHorn,
@@ -278,7 +276,6 @@ impl Condition {
 /// What one twin is made with, and what its fit is told.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Setting {
-    /// The condition.
     pub condition: Condition,
     /// Number of the twin in it.
     pub number: u64,
@@ -290,7 +287,6 @@ pub struct Setting {
     pub values: [f64; 2],
     /// Initial gaps, m.
     pub gaps: Vec<f64>,
-    /// Shape of the drive.
     pub drive: String,
     /// Overrides of the scene `annulus` that the fit is told.
     pub told: Vec<String>,
@@ -300,7 +296,6 @@ pub struct Setting {
     pub uncertainty: Vec<(String, f64)>,
     /// Drive frequency as told, Hz.
     pub told_frequency_hz: f64,
-    /// The laboratory.
     pub laboratory: Laboratory,
 }
 

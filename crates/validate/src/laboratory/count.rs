@@ -17,11 +17,9 @@ const LEVEL: f64 = 0.9;
 /// One parameter of a group of twins.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ParameterCount {
-    /// Its name.
     pub name: String,
     /// Intervals that hold the truth, whatever the verdict: none may hide a miss behind `outside scatter`.
     pub held: usize,
-    /// Intervals in all.
     pub count: usize,
     /// Of the intervals that were given out: those that hold it.
     pub quoted_held: usize,
@@ -42,9 +40,7 @@ pub struct ParameterCount {
 pub struct Tally {
     /// What they have in common.
     pub group: String,
-    /// Their number.
     pub twins: usize,
-    /// Each parameter.
     pub parameters: Vec<ParameterCount>,
     /// Ended `within scatter`.
     pub within: usize,
@@ -69,7 +65,6 @@ pub struct Tally {
 pub struct WrongTally {
     /// The condition, or all.
     pub group: String,
-    /// Its twins.
     pub twins: usize,
     /// Those that did not end `within scatter`, refusals among them.
     pub unmasked: usize,
@@ -84,15 +79,11 @@ pub struct WrongTally {
 /// What all twins together say.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LaboratoryCount {
-    /// Right twins by condition.
     pub conditions: Vec<Tally>,
-    /// By damping law.
     pub laws: Vec<Tally>,
-    /// By support.
     pub supports: Vec<Tally>,
     /// By how the truth moves.
     pub regimes: Vec<Tally>,
-    /// All right twins.
     pub all: Option<Tally>,
     /// Wrong twins by condition, then all.
     pub wrong: Vec<WrongTally>,

@@ -19,15 +19,12 @@ pub struct Laboratory {
     pub start_s: f64,
     /// By how much later it begins in the vibrometer's, s.
     pub shift_s: f64,
-    /// Offset of the vibrometer.
     pub offset: f64,
-    /// Offset of the horn.
     pub horn_offset: f64,
     /// Bits of both channels and their full scale; absent where the resolution does not matter.
     pub bits: Option<(u32, f64)>,
     /// Level at which the velocity is clipped.
     pub clip: Option<f64>,
-    /// Factor on the velocity.
     pub gain: f64,
     /// Frequency (Hz), amplitude and phase (rad) of the hum on the vibrometer.
     pub hum: Option<[f64; 3]>,
@@ -35,7 +32,6 @@ pub struct Laboratory {
     pub horn_hum: Option<[f64; 3]>,
     /// Drift of the vibrometer by the end of the record.
     pub drift: f64,
-    /// Of the horn.
     pub horn_drift: f64,
     /// Cutoff of the AC coupling of both, Hz.
     pub coupling_hz: Option<f64>,
@@ -93,6 +89,5 @@ pub struct Laboratory {
 pub enum CausalFilter {
     /// Butterworth of an order from 1 to 4.
     Butterworth(u8),
-    /// Bessel of fourth order.
     Bessel,
 }

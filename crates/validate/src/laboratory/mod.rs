@@ -28,6 +28,7 @@ use std::{
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use granchain_calibration::predict::confirmed::with_causes;
 use granchain_calibration::{
     Course, Plan, Problem,
     bench::Bench,
@@ -44,7 +45,6 @@ use granchain_model::{
     scene::{self, ModelKind, Scene},
 };
 use granchain_record::ReadOptions;
-use granchain_studies::confirmed::with_causes;
 
 /// The scene of every bench.
 const SCENE: &str = "annulus";
@@ -58,11 +58,8 @@ const FINER: f64 = 1.75;
 /// What is to be made and fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LaboratoryPlan {
-    /// The conditions.
     pub conditions: Vec<Condition>,
-    /// Twins a condition.
     pub count: u64,
-    /// Seed.
     pub seed: u64,
     /// Runs of the chain's search, a fit.
     pub evaluations: usize,
@@ -88,11 +85,9 @@ pub struct LaboratoryTwin {
 /// What a user would have been told.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LaboratoryFit {
-    /// How it ended.
     pub verdict: Verdict,
     /// Share of right records that are as far from the model.
     pub p_value: f64,
-    /// Median misfit per feature.
     pub misfit: f64,
     /// Estimates, whatever the verdict.
     pub estimates: Vec<Estimate>,

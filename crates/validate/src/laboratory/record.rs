@@ -46,9 +46,7 @@ const ANTI_ALIAS: f64 = 0.45;
 pub enum Regime {
     /// Every period of the drive is as the one before.
     Period1,
-    /// Every second.
     Period2,
-    /// Every third.
     Period3,
     /// None of these: longer periods, and chaos.
     Chaotic,
@@ -97,7 +95,6 @@ pub struct Files {
     pub horn: Vec<u8>,
     /// `vib.csv`.
     pub vibrometer: Vec<u8>,
-    /// How the truth moves.
     pub regime: Regime,
 }
 

@@ -15,11 +15,9 @@ const ROW_MM: f64 = 4.6;
 /// The effects and where they come from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectsReport {
-    /// Program and version.
     pub program: String,
     /// Command line that makes the same page, but for the times.
     pub command_line: String,
-    /// What was measured.
     pub costs: EffectCosts,
     /// What an accuracy target needs, where one was given.
     pub advice: Option<Advice>,

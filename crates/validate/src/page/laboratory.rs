@@ -23,13 +23,9 @@ pub struct LaboratoryReport {
     pub conditions: Vec<(String, String)>,
     /// What all twins together say.
     pub count: LaboratoryCount,
-    /// The twins.
     pub twins: Vec<LaboratoryTwin>,
-    /// Version of the program.
     pub version: String,
-    /// Seed.
     pub seed: u64,
-    /// Command line as typed.
     pub command_line: String,
 }
 

@@ -1,11 +1,11 @@
 //! Two regimes, told apart by what perturbations do.
 
 use super::{Limit, Rung, room::Room};
-use granchain_signal::{Series, feature::FeatureError};
-use granchain_studies::{
+use granchain_calibration::predict::{
     ensemble::{EnsemblePlan, Moments, STEPS_PER_PERIOD},
     members::perturbations,
 };
+use granchain_signal::{Series, feature::FeatureError};
 
 pub(super) fn examine(room: &mut Room<'_>) {
     let chaotic = scatter(room, &["damping.kind=linear", "damping.coefficient=0.3 N s/m", "alpha=0.5"]);

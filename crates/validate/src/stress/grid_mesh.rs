@@ -11,7 +11,6 @@ use std::{
 pub(super) enum Side {
     /// z least, r up to here (m).
     Bottom(f64),
-    /// z largest.
     Top,
     /// r least, z up to here (m).
     Inner(f64),
@@ -23,7 +22,6 @@ pub(super) struct Rectangle<'a> {
     pub r: Vec<f64>,
     /// In z, ascending, m.
     pub z: Vec<f64>,
-    /// Names and sides.
     pub boundaries: &'a [(&'a str, &'a [Side])],
 }
 

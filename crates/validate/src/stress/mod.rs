@@ -23,7 +23,7 @@ mod water;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use granchain_studies::{Bodies, members::Watch};
+use granchain_calibration::predict::{Bodies, members::Watch};
 use room::Room;
 
 /// A rung of the fidelity ladder, and the law of its contacts.
@@ -34,7 +34,6 @@ pub enum Rung {
     Hertz,
     /// The chain with contacts fitted to the finite bodies.
     FiniteBody,
-    /// The reduced model.
     Reduced,
     /// The contact finite element analysis.
     Fea,
@@ -81,11 +80,8 @@ impl Limit {
 /// A criterion, and what was found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Check {
-    /// Number of the case.
     pub case: u32,
-    /// Its name.
     pub name: &'static str,
-    /// Rung it ran on.
     pub rung: Rung,
     /// Which of the case's runs, and what was measured.
     pub criterion: String,
@@ -93,7 +89,6 @@ pub struct Check {
     pub measured: Option<f64>,
     /// What it is held against.
     pub limit: Limit,
-    /// Unit of both.
     pub unit: &'static str,
     /// Whether it keeps to the limit.
     pub holds: bool,
@@ -104,9 +99,7 @@ pub struct Check {
 /// A line of a case's figure.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Curve {
-    /// Number of the case.
     pub case: u32,
-    /// Name of the line.
     pub label: String,
     /// Its points, both coordinates positive.
     pub points: Vec<(f64, f64)>,
@@ -114,13 +107,10 @@ pub struct Curve {
 
 /// A hard case.
 pub struct Case {
-    /// Its number.
     pub number: u32,
-    /// Its name.
     pub name: &'static str,
     /// What is hard about it, and what is asked.
     pub what: &'static str,
-    /// Rungs it applies to.
     pub rungs: &'static [Rung],
     /// Runs it on one rung.
     examine: fn(&mut Room<'_>),
@@ -274,7 +264,6 @@ pub struct StressPlan {
     pub cases: Vec<u32>,
     /// Overrides of every scene that uses their keys.
     pub overrides: Vec<String>,
-    /// Seed of perturbed runs.
     pub seed: u64,
 }
 
@@ -283,7 +272,6 @@ pub struct StressPlan {
 pub struct StressOutcome {
     /// In the order of [`CASES`], the cheapest rung first.
     pub checks: Vec<Check>,
-    /// Likewise.
     pub curves: Vec<Curve>,
 }
 

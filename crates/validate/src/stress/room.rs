@@ -1,6 +1,10 @@
 //! Where a case runs on one rung: scenes, runs, and what every run is held against.
 
 use super::{Case, Check, Curve, Limit, Rung, StressOutcome, StressPlan};
+use granchain_calibration::predict::{
+    Bodies,
+    members::{self, Watch},
+};
 use granchain_model::{
     ModelError,
     chain::ensemble::Variation,
@@ -15,17 +19,11 @@ use granchain_signal::{
     Series,
     feature::{FeatureError, Measurand},
 };
-use granchain_studies::{
-    Bodies,
-    members::{self, Watch},
-};
 
 /// Energy (J) unaccounted for over the largest that is allowed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Balance {
-    /// Of the adaptive chain.
     pub chain: f64,
-    /// Of the reduced model.
     pub reduced: f64,
     /// Of the finite element analysis.
     pub fea: f64,

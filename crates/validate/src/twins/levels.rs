@@ -19,7 +19,6 @@ use granchain_signal::feature::Measurand;
 /// What became of one twin at several levels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LevelOutcome {
-    /// Number of the twin.
     pub index: u64,
     /// What each shot was made with, level by level; empty when one could not be made.
     pub shots: Vec<Truth>,
@@ -110,13 +109,10 @@ fn outcome(base: &Scene, plan: &TwinPlan, levels: &[f64], index: u64) -> LevelOu
 /// Widths and coverage of one parameter by some records of the twins.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LevelWidths {
-    /// Name of the parameter.
     pub name: String,
-    /// Which levels.
     pub levels: String,
     /// Intervals that hold the truth.
     pub covered: usize,
-    /// Intervals in all.
     pub count: usize,
     /// Median width of the interval in ln.
     pub median_width: f64,

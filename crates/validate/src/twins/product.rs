@@ -3,13 +3,13 @@
 use std::{collections::BTreeMap, fs, path::Path};
 
 use super::TwinPlan;
+use granchain_calibration::predict::confirmed::with_causes;
 use granchain_calibration::{
     Course, Fitted, Plan, Problem, bench::Bench, fit::Fit, plan::Number, refusal::Refusal, rung::Bodies, shot::ShotPlan,
 };
 use granchain_model::scene::{ModelKind, Scene};
 use granchain_record::ReadOptions;
 use granchain_signal::feature::Measurand;
-use granchain_studies::confirmed::with_causes;
 
 impl TwinPlan {
     /// What `calibrate` is told of a twin's record.

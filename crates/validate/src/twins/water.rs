@@ -27,13 +27,10 @@ const TRUTH_STEP: f64 = 1.25e-8;
 /// What one mount made of a twin's record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MountFit {
-    /// The mount.
     pub mount: String,
     /// How its fit ended; absent where there is none.
     pub verdict: Option<Verdict>,
-    /// FIT.
     pub misfit: Option<f64>,
-    /// ln of its evidence.
     pub log_evidence: Option<f64>,
 }
 

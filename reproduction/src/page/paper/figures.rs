@@ -6,6 +6,7 @@ use super::{
 };
 use crate::paper::{LAWS, Law, PaperOutcome, ReadingOutcome, SweepPoint};
 use crate::portrait::Trait;
+use granchain_calibration::predict::published::{KUWABARA_KONO, LINEAR, MEASURED};
 use granchain_report::{
     figure::{
         Axis, Colour, Dash, ErrorPoint, Figure, Fill, Layer, Marker, PAGE_WIDTH_MM, Panel, Polygon, Stroke, trace,
@@ -17,7 +18,6 @@ use granchain_signal::{
     Series,
     feature::{AmplitudeSpectrum, Ratio},
 };
-use granchain_studies::published::{KUWABARA_KONO, LINEAR, MEASURED};
 
 /// Highest frequency of the spectra, in drive frequencies.
 const SPAN: f64 = 3.25;

@@ -22,9 +22,7 @@ pub struct Reconstruction {
 /// The study and where it comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PaperReport {
-    /// Program and version.
     pub program: String,
-    /// The outcome.
     pub outcome: PaperOutcome,
     /// Every printed statement beside it.
     pub judgements: Vec<Judgement>,
@@ -32,7 +30,6 @@ pub struct PaperReport {
     pub reconstruction: Reconstruction,
     /// Drive frequency, Hz.
     pub drive_frequency: f64,
-    /// Command line as typed.
     pub command_line: String,
 }
 

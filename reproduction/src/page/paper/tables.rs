@@ -4,13 +4,13 @@ use std::fmt::Write as _;
 
 use crate::paper::{Judgement, LAWS, PaperOutcome, ReadingOutcome, Verdict};
 use crate::portrait::{LINES, PRESENT_LEVEL, PRESENT_PROMINENCE, Trait};
+use granchain_calibration::predict::{
+    Spread,
+    published::{Claim, Subject},
+};
 use granchain_report::{
     number::{fixed, significant},
     page::{Column, Table},
-};
-use granchain_studies::{
-    Spread,
-    published::{Claim, Subject},
 };
 
 use super::millimetres;

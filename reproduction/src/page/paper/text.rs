@@ -3,12 +3,12 @@
 use super::{PaperReport, millimetres, tables};
 use crate::paper::{Change, Judgement, LAWS, PaperOutcome, PaperPlan, ReadingOutcome, SweepPoint, Verdict};
 use crate::portrait::Trait;
+use granchain_calibration::predict::published::Claim;
 use granchain_report::{
     number::{fixed, significant},
     page::{Block, Tone},
 };
 use granchain_signal::feature::Ratio;
-use granchain_studies::published::Claim;
 
 fn count(judgements: &[Judgement], verdict: Verdict) -> usize {
     judgements.iter().filter(|judgement| judgement.verdict == verdict).count()

@@ -10,13 +10,9 @@ use granchain_report::page::{Block, Files, Page, Plate, ReportError, provenance}
 /// The study and where it comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WaterReport {
-    /// Program and version.
     pub program: String,
-    /// Name of the model.
     pub model: &'static str,
-    /// The outcome.
     pub outcome: WaterOutcome,
-    /// Command line as typed.
     pub command_line: String,
 }
 

@@ -11,51 +11,30 @@ use crate::{
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum BodyError {
-    /// A boundary that the mesh does not name.
     #[error(
         "boundary `{boundary}`: expected a named boundary of the mesh, which has {known:?}; name it in the mesh or ask for one of these"
     )]
-    Boundary {
-        /// The name asked for.
-        boundary: String,
-        /// The names there are.
-        known: Vec<String>,
-    },
-    /// An element of a material that is not given.
+    Boundary { boundary: String, known: Vec<String> },
     #[error(
         "element {element}: expected one of {count} materials, found number {material} (from 0); give its material"
     )]
     Material {
         /// Which element, from 0.
         element: usize,
-        /// Its material's number.
         material: u16,
-        /// How many there are.
         count: usize,
     },
-    /// A physically void number.
     #[error("material `{material}`: `{quantity}`: expected {expected}, found {found:e}; correct it")]
     Unphysical {
-        /// Which material.
         material: String,
-        /// Which number.
         quantity: &'static str,
         /// What it should be, with unit.
         expected: &'static str,
         /// What it is, SI.
         found: f64,
     },
-    /// An element or a boundary refers to a node that does not exist.
     #[error("{place}: expected nodes below {count}, found {node}; correct the mesh")]
-    NodeNumber {
-        /// Element or boundary.
-        place: String,
-        /// The number.
-        node: u32,
-        /// How many there are.
-        count: usize,
-    },
-    /// A node on the wrong side of the axis, or not a number.
+    NodeNumber { place: String, node: u32, count: usize },
     #[error("node {node} at r = {r:e} m, z = {z:e} m: expected finite numbers with r ≥ 0; move it")]
     NodePlace {
         /// Which node, from 0.
@@ -65,22 +44,18 @@ pub enum BodyError {
         /// Place, m.
         z: f64,
     },
-    /// A node that no element holds: nothing would stop it from moving.
     #[error("node {node} belongs to no element; remove it from the mesh")]
     LooseNode {
         /// Which node, from 0.
         node: usize,
     },
-    /// A bad element.
     #[error("element {element}: {source}")]
     Element {
         /// Which element, from 0.
         element: usize,
-        /// What is wrong with it.
         #[source]
         source: ElementError,
     },
-    /// An element with all its nodes on contact boundaries.
     #[error(
         "element {element} has all its nodes on contact boundaries, so none is left to carry its mass; refine the mesh there or \
          choose consistent mass"

@@ -27,7 +27,6 @@ pub struct Link {
     pub axial_before: Vec<f64>,
     /// The same of the body on the support's side; ≤ 0.
     pub axial_after: Vec<f64>,
-    /// Dashpot.
     pub dashpot: Dashpot,
 }
 
@@ -43,9 +42,7 @@ pub struct Mobility {
 /// The contacts of a chain for steps of one size.
 #[derive(Debug, Clone)]
 pub struct Contacts {
-    /// One entry a contact.
     pub links: Vec<Link>,
-    /// The different W.
     pub compliances: Vec<Compliance>,
     /// The different V, row by row: points of the later contact × points of the earlier.
     pub couplings: Vec<Vec<f64>>,
@@ -145,11 +142,8 @@ pub struct Workspace {
 /// What a solution took.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Effort {
-    /// Sweeps over all contacts.
     pub sweeps: u32,
-    /// Active sets tried.
     pub sets: u32,
-    /// Dashpots evaluated.
     pub dashpots: u32,
 }
 
@@ -157,19 +151,13 @@ pub struct Effort {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Failure {
     /// No active set of this contact (0 = piston) satisfies all conditions.
-    NoActiveSet {
-        /// Which contact.
-        contact: usize,
-        /// Sets tried.
-        iterations: u32,
-    },
+    NoActiveSet { contact: usize, iterations: u32 },
     /// The sweeps did not settle.
     NotSettled {
         /// Contact with the largest change.
         contact: usize,
         /// Its change of force in the last sweep, N.
         change: f64,
-        /// Sweeps made.
         sweeps: u32,
     },
 }

@@ -28,14 +28,12 @@ pub(crate) const MOST_SETS: u32 = 40;
 /// Result of one solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Solved {
-    /// Sets tried.
     pub iterations: u32,
 }
 
 /// The compliance was not positive definite, or the set cycled beyond all bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NotSolved {
-    /// Sets tried.
     pub iterations: u32,
 }
 

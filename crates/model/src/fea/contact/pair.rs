@@ -27,13 +27,11 @@ pub enum Profile {
 pub struct Pole<'a> {
     /// What it is called in messages, such as `bead 3`.
     pub name: &'a str,
-    /// The body.
     pub body: &'a Body,
     /// Name of its boundary there: `front` or `back`.
     pub boundary: &'static str,
     /// +1 at the back, −1 at the front: the outward normal along z.
     pub normal: f64,
-    /// Its profile.
     pub profile: Profile,
 }
 
@@ -54,7 +52,6 @@ pub struct Pair {
     pub positions: Vec<f64>,
     /// Tributary area of every point, m².
     pub areas: Vec<f64>,
-    /// How active sets look.
     pub ordering: Ordering,
     /// Points and feet, where a sphere touches a ring.
     pub ring: Option<Ring>,
@@ -64,25 +61,16 @@ pub struct Pair {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PairError {
-    /// A boundary is missing.
     #[error(
         "the mesh of {body} has no boundary `{boundary}`; name that part of its surface (a physical curve in Gmsh)"
     )]
-    NoBoundary {
-        /// Which body.
-        body: String,
-        /// Which boundary.
-        boundary: &'static str,
-    },
-    /// The mesh is too coarse to feel a touch.
+    NoBoundary { body: String, boundary: &'static str },
     #[error(
         "{body}, boundary `{boundary}`: its first node off the axis lies at r = {radius:e} m, {gap:e} m behind the pole, so that touch would be \
          felt that much too late; refine the mesh there until this is below {most:e} m (vertices about 8e-3 of the radius apart on a sphere)"
     )]
     TooCoarse {
-        /// Which body.
         body: String,
-        /// Which boundary.
         boundary: &'static str,
         /// r of the node, m.
         radius: f64,
@@ -91,14 +79,8 @@ pub enum PairError {
         /// How far it may, m.
         most: f64,
     },
-    /// The two surfaces share no points.
     #[error("{body}: no point of boundary `{boundary}` faces the other body; check the coordinates of the mesh")]
-    NothingFaces {
-        /// Which body.
-        body: String,
-        /// Which boundary.
-        boundary: &'static str,
-    },
+    NothingFaces { body: String, boundary: &'static str },
 }
 
 /// False gap that a mesh may have over the size of its body, 1: of a bead of 1 mm 5 nm, a hundredth of the overlaps of interest, which changes no peak by

@@ -43,7 +43,6 @@ pub struct Ring {
     pub points: Vec<[f64; 2]>,
     /// Where each point's normal meets the sphere's meshed surface.
     pub feet: Vec<OnEdge>,
-    /// Nodes of the support.
     pub nodes: Vec<u32>,
     /// Where the coefficients of both faces come from.
     parts: [Vec<Part>; 2],

@@ -11,7 +11,6 @@ use crate::{fea::mesh::Shape, scene::Material};
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ElementError {
-    /// It is turned over or folded.
     #[error(
         "at r = {r:.6e} m, z = {z:.6e} m the Jacobian is {jacobian:.3e} m², expected > 0; number its corners counter-clockwise in (r, z) \
          and keep its middle nodes between the quarter points of their sides"
@@ -24,7 +23,6 @@ pub enum ElementError {
         /// Determinant of ∂(r, z)/∂(ξ, η), m².
         jacobian: f64,
     },
-    /// It reaches across the axis.
     #[error("it reaches r = {r:.6e} m at z = {z:.6e} m, expected r > 0 inside an element; move its nodes to r ≥ 0")]
     Radius {
         /// Place, m.

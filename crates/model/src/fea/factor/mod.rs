@@ -38,17 +38,10 @@ use crate::tally;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FactorError {
-    /// An interface unknown that cannot be one.
     #[error(
         "interface unknown {dof} (node {node}): expected a free unknown of the body, named once; found it fixed, absent or named twice"
     )]
-    Interface {
-        /// The unknown.
-        dof: u32,
-        /// Its node.
-        node: u32,
-    },
-    /// κ K + σ M is not positive definite.
+    Interface { dof: u32, node: u32 },
     #[error(
         "{stiffness_scale:e} K + {mass_scale:e} M is not positive definite at node {node}; expected κ > 0 and, for a body that can move \
          rigidly, σ > 0"
@@ -58,18 +51,10 @@ pub enum FactorError {
         stiffness_scale: f64,
         /// σ, 1/s².
         mass_scale: f64,
-        /// Node of the pivot that failed.
         node: u32,
     },
-    /// More entries than 32-bit indices can count, or than memory holds.
     #[error("the factor of {unknowns} unknowns does not fit ({source}); coarsen the mesh")]
-    Size {
-        /// How many unknowns.
-        unknowns: usize,
-        /// What did not fit.
-        source: faer::sparse::FaerError,
-    },
-    /// A shift that hits an eigenvalue.
+    Size { unknowns: usize, source: faer::sparse::FaerError },
     #[error("K − σ M has no factor at σ = {mass_scale:e} 1/s²: an eigenvalue lies there; move the shift")]
     Singular {
         /// σ, 1/s².

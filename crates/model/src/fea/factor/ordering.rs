@@ -62,7 +62,6 @@ pub(super) struct Ordering {
     /// How many of them are the interface's.
     last: usize,
     position: Vec<u32>,
-    /// Unknowns that stay zero.
     fixed: Vec<bool>,
 }
 

@@ -16,7 +16,6 @@ const PANEL: usize = 2;
 /// Some neighbouring nodes of L, whose columns have a common pattern.
 #[derive(Debug, Clone, Copy)]
 struct Panel {
-    /// First node.
     start: u32,
     /// Number of nodes, 1 to [`PANEL`].
     nodes: u32,

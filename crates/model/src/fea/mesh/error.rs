@@ -10,19 +10,15 @@ use super::gmsh::GmshError;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MeshError {
-    /// A number that shapes the mesh is out of its range.
     #[error("mesh of the {body}: expected {name} {expected}, found {found:e}")]
     Parameter {
-        /// Which body.
         body: &'static str,
         /// Which number, with its unit.
         name: &'static str,
-        /// Its range.
         expected: &'static str,
         /// What was given, SI.
         found: f64,
     },
-    /// The map from the reference element turns an element inside out.
     #[error(
         "element {element} at r = {r:.6e} m, z = {z:.6e} m: expected a positive Jacobian determinant, found {determinant:.3e} m²; \
          move its middle nodes towards the middles of their sides or refine the curved side there"
@@ -37,10 +33,8 @@ pub enum MeshError {
         /// Determinant found, m² a unit area of the reference element.
         determinant: f64,
     },
-    /// A mesh file is refused.
     #[error("{}: {source}", path.display())]
     Gmsh {
-        /// The file.
         path: PathBuf,
         /// What, where, and the remedy.
         source: Box<GmshError>,

@@ -47,7 +47,6 @@ impl Shape {
 /// One element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Element {
-    /// Its kind.
     pub shape: Shape,
     /// Its nodes in the order of [`Shape`]; only the first [`Shape::nodes`] count.
     pub nodes: [u32; 8],
@@ -77,7 +76,6 @@ pub struct Boundary {
 pub struct Mesh {
     /// Node coordinates (r, z), m; nodes on the axis have r = 0 exactly.
     pub nodes: Vec<[f64; 2]>,
-    /// The elements.
     pub elements: Vec<Element>,
     /// The named parts of the surface.
     pub boundaries: Vec<Boundary>,

@@ -15,9 +15,7 @@ pub const CLAMPED_BOUNDARY: &str = "clamped";
 /// What a mesh is worth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Quality {
-    /// Number of elements.
     pub elements: usize,
-    /// Number of nodes.
     pub nodes: usize,
     /// Displacements left once u_r is held on the axis and both on `clamped`.
     pub unknowns: usize,

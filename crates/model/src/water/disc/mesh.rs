@@ -7,7 +7,6 @@ use crate::fea::mesh::{Boundary, Element, Mesh, MeshError, Shape};
 pub struct DiscMesh {
     /// Elements from the axis to the rim.
     pub radial: usize,
-    /// Elements through the thickness.
     pub through: usize,
     /// Side of the element at the pole of the front, m: from there sides grow by a constant factor in both directions. A contact wants a
     /// fifth of its radius or less. `None`: uniform.

@@ -20,7 +20,6 @@ pub(super) struct Acoustics {
     /// Node → unknown ψ; [`NOWHERE`] where ψ = 0 beside the disc.
     pub unknown: Vec<u32>,
     pub unknowns: usize,
-    /// Number of unknowns η.
     pub auxiliary: usize,
     /// ∫NNᵀ/(ρc²), m⁴·s²/kg.
     pub compliance: Sparse,

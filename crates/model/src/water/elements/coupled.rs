@@ -15,13 +15,10 @@ use crate::{
 /// What disc and water are meshed and stepped with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiscOnWaterSettings {
-    /// The water.
     pub water: Water,
     /// The plane around the disc.
     pub baffle: Baffle,
-    /// Its mesh.
     pub mesh: WaterMesh,
-    /// Where pressure is heard.
     pub points: Vec<FieldPoint>,
     /// Radius of the patch over which the contact force is spread and the displacement of the front averaged, m; 0 is the pole's node. Either
     /// way the displacement holds an indentation that belongs to the contact law: C_s − [`Disc::flexibility`] of the patch puts it right.
@@ -58,7 +55,6 @@ pub struct DiscOnWater {
     forces: Vec<f64>,
     solution: Vec<f64>,
     work: f64,
-    /// Steps begun.
     solves: u64,
 }
 

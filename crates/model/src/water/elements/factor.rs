@@ -31,7 +31,6 @@ use crate::{fea::factor::MERGE, tally};
 pub struct QuasiDefinite {
     order: Vec<u32>,
     panels: Panels,
-    /// sign D.
     signs: Vec<f64>,
     work: Vec<f64>,
 }

@@ -11,7 +11,6 @@ const PANEL: usize = 4;
 /// Some neighbouring columns of L with a common pattern.
 #[derive(Debug, Clone, Copy)]
 struct Panel {
-    /// First column.
     start: u32,
     /// Number of columns, 1 to [`PANEL`].
     width: u32,

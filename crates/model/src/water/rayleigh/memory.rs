@@ -16,7 +16,6 @@ const POINTS: usize = 8;
 pub(super) struct Memory<F: Fn(f64, &mut [f64])> {
     /// τ of the breaks, s, ascending.
     pub breaks: Vec<f64>,
-    /// How many kernels.
     pub width: usize,
     /// Writes h_i(τ).
     pub kernel: F,

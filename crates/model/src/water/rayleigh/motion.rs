@@ -87,7 +87,6 @@ pub struct WetDisc {
     pole: Vec<f64>,
     /// φ_k(0) on the back, 1/√kg.
     back: Vec<f64>,
-    /// How many are modes.
     modes: usize,
     kernel: RadiationKernel,
     heard: Vec<Vec<f64>>,

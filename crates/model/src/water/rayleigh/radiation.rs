@@ -142,7 +142,6 @@ impl<'a> Radiator<'a> {
 /// exact for such velocities, and of second order in Δ for smooth ones. After 2a/c nothing is remembered.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RadiationKernel {
-    /// Number of shapes.
     pub count: usize,
     /// Step Δ of the clock, s.
     pub step: f64,

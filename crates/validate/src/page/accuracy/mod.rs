@@ -23,13 +23,11 @@ const LEVELS: [f64; 3] = [0.05, 0.01, 0.001];
 /// A ladder measured, and where it comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AccuracyReport {
-    /// Program and version.
     pub program: String,
     /// Command line that makes the same page, its times those of another machine.
     pub command_line: String,
     /// Whether there is something new to be stored: references computed anew.
     pub store: bool,
-    /// The outcome.
     pub accuracy: Accuracy,
 }
 

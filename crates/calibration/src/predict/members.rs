@@ -9,7 +9,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use super::{bodies::Bodies, ensemble::EnsemblePlan};
-use granchain_calibration::engine::traces;
+use crate::engine::traces;
 use granchain_model::{
     ModelError,
     chain::ensemble::{Ensemble, Variation},

@@ -59,7 +59,6 @@ pub enum Claim {
     NegativePeak(f64),
     /// These lines stand out of the spectrum.
     Present(&'static [Ratio]),
-    /// These lines do not.
     Absent(&'static [Ratio]),
     /// The velocity is a train of impulses.
     Impulses,
@@ -80,9 +79,7 @@ pub enum Claim {
 /// One printed statement.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Statement {
-    /// Unique key.
     pub key: &'static str,
-    /// What it is about.
     pub subject: Subject,
     /// Where it stands in the paper.
     pub place: &'static str,
@@ -261,7 +258,6 @@ pub const STATEMENTS: &[Statement] = &[
 /// What the paper prints about a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Published {
-    /// Measured.
     pub measured: Peaks,
     /// The paper's own simulation with the scene's damping and α, where it made one.
     pub simulated: Option<Peaks>,

@@ -41,9 +41,7 @@ pub enum Run {
         #[serde(deserialize_with = "whole_ensemble")]
         ensemble: Option<EnsembleOutcome>,
     },
-    /// It did not.
     Failed {
-        /// Why.
         reason: String,
     },
 }
@@ -75,33 +73,14 @@ fn whole_ensemble<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Ensembl
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SweepError {
-    /// No point of the grid is a scene that can be built.
     #[error("none of the {points} points of the grid is a valid scene; the first: {source}")]
-    NoValidPoint {
-        /// Points of the grid.
-        points: usize,
-        /// What is wrong with the first.
-        source: Box<dyn StdError + Send + Sync>,
-    },
-    /// Stopped by the caller; what was finished is kept.
+    NoValidPoint { points: usize, source: Box<dyn StdError + Send + Sync> },
     #[error("stopped with {finished} of {points} runs finished and kept")]
-    Stopped {
-        /// Runs kept.
-        finished: usize,
-        /// Points of the grid.
-        points: usize,
-    },
-    /// The log of finished runs cannot be used.
+    Stopped { finished: usize, points: usize },
     #[error(transparent)]
     Log(#[from] RunLogError),
-    /// The log holds a run that this grid has not.
     #[error("the kept runs belong to another sweep: run {index} of a grid of {points} points")]
-    OtherGrid {
-        /// Index found.
-        index: usize,
-        /// Points of the grid.
-        points: usize,
-    },
+    OtherGrid { index: usize, points: usize },
 }
 
 /// How a sweep talks to its caller while it runs.

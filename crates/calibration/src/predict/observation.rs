@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use granchain_calibration::drive::displacement;
+use crate::drive::displacement;
 use granchain_model::{response::Response, scene::Scene};
 use granchain_signal::{
     Series,

@@ -32,7 +32,6 @@ pub const STEPS_PER_PERIOD: u32 = 640;
 pub struct EnsemblePlan {
     /// Runs at each of the three drive levels, ≥ 2.
     pub members: usize,
-    /// Seed of the perturbations.
     pub seed: u64,
     /// Standard deviation of each gap, m.
     pub gap_jitter_m: f64,
@@ -84,11 +83,9 @@ pub struct Spread {
 /// All watched numbers over the ensemble.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EnsembleOutcome {
-    /// What was done.
     pub plan: EnsemblePlan,
     /// In the order of [`observation::watched`]; `None` where fewer than two runs could tell.
     pub spreads: Vec<Option<Spread>>,
-    /// Runs made.
     pub runs: usize,
     /// Why runs failed, one a failed run.
     pub failures: Vec<String>,
@@ -98,28 +95,14 @@ pub struct EnsembleOutcome {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum EnsembleError {
-    /// Too few to speak of scatter.
     #[error("an ensemble needs at least 2 members, found {found}; pass --ensemble 32")]
-    TooFew {
-        /// Members asked for.
-        found: usize,
-    },
-    /// The scene cannot be run.
+    TooFew { found: usize },
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// Its drive has no analysis window.
     #[error("the drive cannot be measured: {0}")]
     Feature(#[from] FeatureError),
-    /// Fewer than two runs at the scene's own drive could be measured.
     #[error("{failed} of {runs} runs of the ensemble failed, the first because: {first}")]
-    Failed {
-        /// Runs made.
-        runs: usize,
-        /// Runs failed.
-        failed: usize,
-        /// Reason of the first.
-        first: String,
-    },
+    Failed { runs: usize, failed: usize, first: String },
 }
 
 /// Run the scene 3 × `members` times on the model it asks for and summarise each watched number. The chain takes a fixed step of
@@ -229,7 +212,6 @@ impl Spread {
 /// Mean and standard deviation of a number over runs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Moments {
-    /// Mean.
     pub mean: f64,
     /// Standard deviation (of n − 1 degrees of freedom).
     pub deviation: f64,

@@ -1,6 +1,5 @@
-//! Many runs of one scene: grids of values, ensembles of small perturbations.
-//!
-//! A study runs and measures; it prints nothing and draws nothing.
+//! What a fit predicts: the answer run accurately, further runs drawn from the posterior, and both beside the record. Here too: many runs of one
+//! scene, over a grid of values or under small perturbations.
 
 mod bodies;
 pub mod confirmation;

@@ -10,7 +10,7 @@ use super::{
     ensemble::EnsemblePlan,
     members,
 };
-use granchain_calibration::{
+use crate::{
     Fitted, FittedCandidate, Problem,
     diagnosis::Finding,
     forward::Watch,
@@ -106,7 +106,7 @@ impl Confirmed {
         Self { confirmations, failures, diagnosis: fitted.diagnose(problem, watch) }
     }
 
-    /// What `calibration.json` says, the watched features of every record in it.
+    /// What `calibration.json` says, whole.
     #[must_use]
     pub fn outcome(&self, problem: &Problem, fitted: &Fitted) -> CalibrationOutcome {
         let mut outcome = fitted.outcome(problem);
@@ -118,6 +118,8 @@ impl Confirmed {
         outcome.best.features = features.next().unwrap_or_default();
         outcome.statements.extend(self.failures.iter().cloned());
         outcome.diagnosis.clone_from(&self.diagnosis);
+        outcome.best.rungs = fitted.best().rungs(problem);
+        outcome.laws[0].rungs.clone_from(&outcome.best.rungs);
         outcome
     }
 }

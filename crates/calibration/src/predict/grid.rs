@@ -36,7 +36,6 @@ pub struct Axis {
     pub key: String,
     /// SI unit of the numbers as written on the command line; empty for pure numbers, plain SI numbers and words.
     pub unit: String,
-    /// The values.
     pub values: Vec<Value>,
 }
 
@@ -44,62 +43,32 @@ pub struct Axis {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum GridError {
-    /// Not `KEY=…`.
     #[error(
         "expected KEY=START:STOP:STEP or KEY=A,B,C, such as `alpha=0.3:1.5:0.05` or `drive.amplitude=0.2um,0.5um`, \
          found `{found}`"
     )]
-    NoAxis {
-        /// The text as given.
-        found: String,
-    },
-    /// A bound of a range is no quantity.
+    NoAxis { found: String },
     #[error("`{found}`: {source}")]
-    Quantity {
-        /// The text as given.
-        found: String,
-        /// What is wrong with it.
-        source: QuantityError,
-    },
-    /// The parts do not have one dimension.
+    Quantity { found: String, source: QuantityError },
     #[error("`{found}`: expected values of one dimension, found {first} and {second}; write the unit on each")]
-    MixedDimensions {
-        /// The text as given.
-        found: String,
-        /// One dimension.
-        first: String,
-        /// The other.
-        second: String,
-    },
-    /// The step does not lead from start to stop.
+    MixedDimensions { found: String, first: String, second: String },
     #[error("`{found}`: the step does not lead from the start to the stop; expected START:STOP:STEP with a step ≠ 0")]
-    WrongStep {
-        /// The text as given.
-        found: String,
-    },
-    /// More points than anyone means.
+    WrongStep { found: String },
     #[error("the grid has {points:e} points, more than {MOST_POINTS}; use a coarser step")]
-    TooLarge {
-        /// How many.
-        points: f64,
-    },
-    /// One key twice.
+    TooLarge { points: f64 },
     #[error("`{key}` is varied twice; put its values into one --vary")]
-    Twice {
-        /// The key.
-        key: String,
-    },
+    Twice { key: String },
 }
 
 impl Axis {
     /// Read `KEY=START:STOP:STEP` (ends included) or `KEY=A,B,C`; numbers with or without units, words in lists.
     ///
     /// ```
-    /// # use granchain_studies::grid::{Axis, Value};
+    /// # use granchain_calibration::predict::grid::{Axis, Value};
     /// let axis = Axis::parse("drive.amplitude=0.1um:0.3um:0.1um")?;
     /// assert_eq!(axis.values, [1e-7, 2e-7, 3e-7].map(Value::Number));
     /// assert_eq!(axis.unit, "m");
-    /// # Ok::<(), granchain_studies::grid::GridError>(())
+    /// # Ok::<(), granchain_calibration::predict::grid::GridError>(())
     /// ```
     ///
     /// # Errors

@@ -17,7 +17,7 @@ use super::{
     members::{Watch, perturbations},
     observation::{self, Observation as Watched, watched_of},
 };
-use granchain_calibration::{
+use crate::{
     engine::trace,
     observation::{Observation, Passband, Recording, clip},
     printed::Printed,
@@ -40,16 +40,12 @@ const APART: f64 = 5.0;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ConfirmationError {
-    /// The accurate run failed.
     #[error("the accurate run at the fitted parameters failed")]
     Model(#[from] ModelError),
-    /// The perturbed runs failed.
     #[error("the perturbed runs at the fitted parameters failed")]
     Ensemble(#[from] EnsembleError),
-    /// A trace could not be measured.
     #[error("the fitted response cannot be measured")]
     Feature(#[from] FeatureError),
-    /// The accurate run has no onset or no fall where the record has one.
     #[error("the accurate run at the fitted parameters cannot be laid on the record")]
     Fingerprint(#[from] FingerprintError),
 }
@@ -70,7 +66,6 @@ pub struct ConfirmedFeature {
 /// The calibrated scene held against the record.
 #[derive(Debug, Clone)]
 pub struct Confirmation {
-    /// The accurate run.
     pub response: Response,
     /// Its pole velocity (m/s) or its pressure (Pa) as the lab would have recorded it, on the record's instants; low-passed only where there
     /// is no record.
@@ -85,16 +80,13 @@ pub struct Confirmation {
     pub simulated_features: Features,
     /// Watched numbers side by side.
     pub features: Vec<ConfirmedFeature>,
-    /// Perturbed runs made.
     pub runs: usize,
-    /// Perturbed runs that failed.
     pub failed: usize,
 }
 
 /// The record's side of a confirmation.
 #[derive(Debug, Clone)]
 pub struct RecordedSide {
-    /// Features of the record.
     pub features: Features,
     /// How alike the waveforms are.
     pub similarity: Similarity,
