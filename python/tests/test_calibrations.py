@@ -41,7 +41,7 @@ def test_a_report_has_the_bytes_of_the_program_s(
     for name in names:
         ours, theirs = (place / name).read_bytes(), (tmp_path / "theirs" / name).read_bytes()
         assert name.name == "timing.json" or ours == theirs, name
-    program("report", "verify", place, "--quiet")
+    program("verify", place, "--quiet")
     foreign = tmp_path / "foreign"
     foreign.mkdir()
     (foreign / "report.html").write_text("of somebody else")

@@ -73,22 +73,6 @@ struct Parameter {
     unit: String,
 }
 
-/// Parameter of a calibration → scene key.
-const KEYS: [(&str, &str); 9] = [
-    ("alpha", "alpha"),
-    ("damping", "damping.coefficient"),
-    ("precompression", "chain.precompression"),
-    ("gap", "chain.gaps.contact1"),
-    ("support_stiffness", SUPPORT_STIFFNESS),
-    ("bandwidth", "vibrometer.bandwidth"),
-    ("horn_mass", "horn.mass"),
-    ("drag", "holder.drag"),
-    ("friction", "holder.friction_force"),
-];
-/// The key of an annulus; a spring, whose unit is N/m, has another.
-const SUPPORT_STIFFNESS: &str = "support.stiffness_factor";
-const SPRING_STIFFNESS: &str = "support.stiffness";
-
 impl Calibrated {
     /// Read `calibration.json` in `folder` (or the file itself).
     ///
@@ -116,15 +100,14 @@ impl Calibrated {
         overrides.extend(outcome.mount.as_ref().map(|mount| format!("disc.rim={mount}")));
         for (name, parameter) in &outcome.parameters {
             let beside = || parameter::Parameter::term_named(name).map(|term| term.description().key);
-            let known = KEYS.iter().find(|(known, _)| known == name).map(|(_, key)| *key);
-            let Some(mut key) = known.or_else(beside) else {
+            let of_law = || (name == "damping").then_some("damping.coefficient");
+            let row =
+                parameter::PARAMETERS.iter().find(|row| row.key == name).map(|row| (row.scene_key)(&parameter.unit));
+            let Some(key) = row.or_else(of_law).or_else(beside) else {
                 bail!("{}: parameter `{name}` has no scene key; calibrate again with this version", path.display());
             };
             if !parameter.value.is_finite() {
                 bail!("{}: parameter `{name}`: expected a finite value, found {}", path.display(), parameter.value);
-            }
-            if key == SUPPORT_STIFFNESS && parameter.unit == "N/m" {
-                key = SPRING_STIFFNESS;
             }
             overrides.push(format!("{key}={}", parameter.value));
         }

@@ -1,6 +1,8 @@
 //! `granchain coverage`: synthetic records of known truth, made as laboratories store them, through the whole of `calibrate`: how many intervals hold
 //! the truth, how many right models are called wrong, how many wrong ones are named.
 
+mod bench;
+
 use std::{
     fmt::Write,
     ops::Range,
@@ -15,6 +17,7 @@ use serde_json::{Value, json};
 use super::{
     Outcome,
     arguments::{OutputArguments, Session, usage},
+    calibrate::QuantityChoice,
     interrupt,
     output::{OutputFolder, page_results},
     parts::{self, Divisible, PartArguments, Parts},
@@ -43,7 +46,16 @@ pub struct Arguments {
     /// Measurement scenarios: all, right, wrong, or names such as pretrigger,bits [default: right]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "right", hide_default_value = true)]
     pub scenario: Vec<String>,
-    /// Synthetic records of each scenario
+    /// Instead of scenarios: what is recorded on the usual benches; of a pressure every mount of the disc is fitted [default: velocity]
+    #[arg(long, value_enum)]
+    pub quantity: Option<QuantityChoice>,
+    /// Instead of scenarios: records of each bench, at drive levels 1, 1/2, 1/4 …, fitted together
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=6))]
+    pub records: u32,
+    /// Instead of scenarios: parameters to fit, as of `calibrate --fit` [default: alpha,damping]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    pub fit: Vec<String>,
+    /// Synthetic records of each scenario, or benches
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=MOST))]
     pub count: u64,
     /// Runs of the chain's search, a fit [default: as calibrate]
@@ -102,6 +114,9 @@ struct CoverageSummary<'a> {
 /// # Errors
 /// A scenario that does not exist; a folder that cannot be written; Ctrl-C.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
+    if arguments.quantity.is_some() || arguments.records > 1 || !arguments.fit.is_empty() {
+        return bench::execute(&arguments);
+    }
     let (part, keep_records, session) = (arguments.part.part, arguments.keep_records, arguments.session.clone());
     let study = Study::new(arguments)?;
     match part {

@@ -18,7 +18,7 @@ const COMMANDS: [(&str, &str); 8] = [
 ];
 
 /// Flags that are gone, and what takes their place.
-const FLAGS: [(&str, &str); 16] = [
+const FLAGS: [(&str, &str); 17] = [
     ("--on", "--part K/N --out FILE for K from 1 to N under any scheduler, then `granchain merge FILES --out DIR`"),
     ("--chunk", "--part K/N --out FILE for K from 1 to N under any scheduler, then `granchain merge FILES --out DIR`"),
     ("--column", "--channel NAME"),
@@ -31,7 +31,8 @@ const FLAGS: [(&str, &str); 16] = [
     ("--confirm", "--model fea, which answers by finite elements"),
     ("--search", "nothing: the search is the one whose intervals were tested"),
     ("--laboratory", "--scenario NAMES"),
-    ("--records", "--keep-records"),
+    ("--levels", "--records N"),
+    ("--parameters", "--fit NAMES"),
     ("--animation", "--fields INTERVAL, played by ParaView"),
     ("--calibration", "`granchain coverage`, which counts what intervals of a calibration are worth"),
     ("--whole", "nothing: every run is made again"),

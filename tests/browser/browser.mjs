@@ -41,7 +41,10 @@ const COMMANDS = {
 };
 
 // Pages that the program makes now, by name; once for all files of tests where ./run names a folder for them.
-export function made(names = Object.keys(COMMANDS)) {
+// GRANCHAIN_ONLY names the one that a quick run looks at.
+const only = process.env.GRANCHAIN_ONLY;
+
+export function made(names = only ? [only] : Object.keys(COMMANDS)) {
   const folder = process.env.GRANCHAIN_PAGES ?? mkdtempSync(join(tmpdir(), "granchain-pages-"));
   const options = { cwd: root, stdio: ["ignore", "ignore", "inherit"] };
   const page = (name) => {
@@ -55,6 +58,7 @@ export function made(names = Object.keys(COMMANDS)) {
 
 export function committed() {
   const pages = {};
+  if (only) return pages;
   for (const name of readdirSync(join(root, "reports"))) {
     const page = join(root, "reports", name, "report.html");
     if (existsSync(page)) pages[name] = page;

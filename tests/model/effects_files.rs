@@ -18,7 +18,7 @@ const PLAIN: [&str; 12] = [
     "timing.json",
 ];
 
-/// Files of a replay into `folder`, frames of a field as their folder alone.
+/// Files of a replay into `folder`, frames of a field as their folder.
 fn written(folder: &Path, arguments: &[&str]) -> BTreeSet<String> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_granchain"));
     command.args(["replay", "--quiet", "--cache", "none", "--out", folder.to_str().unwrap()]).args(arguments);
@@ -28,9 +28,7 @@ fn written(folder: &Path, arguments: &[&str]) -> BTreeSet<String> {
         let entries = fs::read_dir(folder).into_iter().flatten();
         entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect::<BTreeSet<String>>()
     };
-    let of_fields = names(&folder.join("fields")).into_iter().filter(|name| name == "animation.svg");
-    let of_fields = of_fields.map(|name| format!("fields/{name}"));
-    names(folder).into_iter().chain(of_fields).collect()
+    names(folder)
 }
 
 /// What `flags` add to the files of a plain run of the same scene.
@@ -52,11 +50,7 @@ fn a_plain_replay_writes_the_files_of_its_model() {
     for (model, sets) in runs {
         let arguments: Vec<&str> = short.iter().chain(&["--model", model]).chain(sets).copied().collect();
         let files = written(&place.path().join(model), &arguments);
-        let mut expected: BTreeSet<String> = PLAIN.map(str::to_owned).into();
-        // What the other models have no stress for.
-        expected.extend(
-            (model == "fea").then_some(["von_mises.png", "von_mises.svg"]).into_iter().flatten().map(str::to_owned),
-        );
+        let expected: BTreeSet<String> = PLAIN.map(str::to_owned).into();
         assert_eq!(files, expected, "{model}");
     }
 }
@@ -66,7 +60,6 @@ fn each_effect_adds_its_own_files_and_no_other() {
     let fea: [&str; 8] =
         ["--scene", "rigid", "--model", "fea", "--set", "model.mesh_density=4", "--set", "duration=14 us"];
     assert_eq!(added(&fea, &["--fields", "7us"]), ["fields"]);
-    assert_eq!(added(&[&fea[..], &["--fields", "7us"]].concat(), &["--animation"]), ["fields/animation.svg"]);
     // A state is kept to go on from; a run that has ended needs none.
     assert_eq!(added(&fea, &["--checkpoint", "7us"]), Vec::<String>::new());
 

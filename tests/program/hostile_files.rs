@@ -89,7 +89,10 @@ fn files_of_a_calibration_without_end_are_refused_before_they_are_read() {
             } else {
                 endless(&path);
             }
-            refused(&ended(bench.granchain(&["report", "verify", "fresh", "--cache", "none"])), &[name]);
+            // The list of the folder says nothing of numbers: it is not read.
+            if name != ".granchain" {
+                refused(&ended(bench.granchain(&["verify", "fresh", "--cache", "none"])), &[name]);
+            }
             if name == "calibration.json" {
                 let replay = ["replay", "--calibration", "fresh", "--scene", "rigid", "--set", "duration=60us"];
                 refused(&ended(bench.granchain(&replay)), &[name, "expected a plain file of at most"]);

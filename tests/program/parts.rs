@@ -341,3 +341,22 @@ fn ten_times_the_points_take_hardly_more_memory() {
     assert!(merged < few + 12_000, "{few} {merged}");
     assert_eq!(bytes(&folder.join("far")), bytes(&folder.join("many")));
 }
+
+#[test]
+fn coverage_counts_joint_levels_and_other_parameters_instead_of_scenarios() {
+    let place = tempfile::tempdir().unwrap();
+    let coverage = |more: &[&str]| {
+        let (code, out, error) =
+            granchain(place.path(), &[&["coverage", "--count", "1", "--evaluations", "200", "--quiet"], more].concat());
+        assert_eq!(code, 0, "{error}");
+        out
+    };
+    let joint = coverage(&["--records", "2", "--out", "joint"]);
+    assert!(joint.contains("alpha, drive level 0.5 alone: ") && joint.contains("damping, all levels: "), "{joint}");
+    assert!(place.path().join("joint/coverage.json").is_file());
+    let three = coverage(&["--fit", "alpha,damping,precompression"]);
+    assert!(three.contains("precompression: ") && three.contains("of 1 intervals hold the truth"), "{three}");
+    for more in [&["--fit", "colour"][..], &["--records", "2", "--part", "1/2", "--out", "x"]] {
+        assert_eq!(granchain(place.path(), &[&["coverage"], more].concat()).0, 2, "{more:?}");
+    }
+}

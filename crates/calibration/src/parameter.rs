@@ -3,10 +3,14 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+mod table;
+
+use self::table::{ALPHA, MODULUS, STIFFER, Widening};
+pub use self::table::{PARAMETERS, Row, Shown};
 use super::observation::highest_cutoff;
 use granchain_model::{
     chain::ensemble::Variation,
-    scene::{Bead, DampingKind, DampingTerm, Scene, Support},
+    scene::{DampingKind, DampingTerm, Scene},
 };
 
 /// A quantity of the scene, or of the instrument, that a fit may change.
@@ -102,7 +106,7 @@ impl Parameter {
     #[must_use]
     pub fn names() -> Vec<&'static str> {
         let terms = DampingTerm::ALL.map(|term| fitted(term).0);
-        let others = ["precompression", "support_stiffness", "gap", "bandwidth", "horn_mass", "drag", "friction"];
+        let others = PARAMETERS.iter().map(|row| row.key).filter(|key| *key != "alpha");
         ["alpha", "damping"].into_iter().chain(terms).chain(others).collect()
     }
 
@@ -112,15 +116,15 @@ impl Parameter {
         DampingTerm::ALL.into_iter().find(|term| fitted(*term).0 == name)
     }
 
-    /// α between 0.05 and 3 (the source paper swept 0.1 … 1.5).
+    /// The amplitude scale.
     #[must_use]
     pub fn alpha() -> Self {
-        Self::of(Target::Alpha, "alpha", "1", (0.05, 3.0))
+        Self::of(Target::Alpha, "alpha", "1", ALPHA, Widening::Far)
     }
 
-    /// The factor on Young's modulus of the beads, 0.2 … 5, which a diagnosis alone searches.
+    /// The factor on Young's modulus of the beads, which a diagnosis alone searches.
     pub(crate) fn modulus() -> Self {
-        Self::of(Target::Modulus, "modulus", "1", (0.2, 5.0))
+        Self::of(Target::Modulus, MODULUS.key, "1", STIFFER, MODULUS.widening)
     }
 
     /// The damping coefficient of a law: c in 0.03 … 3 N·s/m, γ in 300 … 30 000 N·s·m^(-3/2); `None` for a law without
@@ -129,21 +133,12 @@ impl Parameter {
     pub fn damping(kind: DampingKind) -> Option<Self> {
         let [term] = *kind.terms() else { return None };
         let (_, unit, alone, _) = fitted(term);
-        Some(Self::of(Target::Damping(term), "damping", unit, alone))
+        Some(Self::of(Target::Damping(term), "damping", unit, alone, Widening::Far))
     }
 
-    /// The parameters that `name` stands for in `scene`, with the bounds they are searched between unless told otherwise:
-    ///
-    /// - `alpha`, `damping`: [`Parameter::alpha`], [`Parameter::damping`];
-    /// - the two coefficients of `linear+kuwabara-kono`: c in 0.01 … 3 N·s/m, γ in 100 … 30 000 N·s·m^(-3/2), each down to where
-    ///   hardly a record feels it, for either may be all there is;
-    /// - `precompression`: 0.1 mN … 1 N (the paper's impulses vanish between 10 and 20 mN);
-    /// - `support_stiffness`: a quarter to four times the scene's own;
-    /// - `gap`: 0.3 nm (what is drawn into every contact of every run) … 300 nm;
-    /// - `bandwidth`: 1.5 f0 … the highest frequency that is compared;
-    /// - `horn_mass`: 1 … 3,000 times the mass of the first bead, of a horn that resonates where the scene says, else at the drive;
-    /// - `drag`: 1 mN·s/m … 1 N·s/m;
-    /// - `friction`: 0.1 mN … 0.3 N.
+    /// The parameters that `name` stands for in `scene`, with the bounds they are searched between unless told otherwise: those of [`PARAMETERS`], the
+    /// coefficient of the scene's damping law, or its two: c in 0.01 … 3 N·s/m and γ in 100 … 30 000 N·s·m^(-3/2), each down to where hardly a record
+    /// feels it, for either may be all there is.
     ///
     /// # Errors
     /// [`ParameterError`].
@@ -151,7 +146,7 @@ impl Parameter {
         let kind = scene.damping.kind;
         let beside = |term: &DampingTerm| {
             let (name, unit, _, beside) = fitted(*term);
-            Self::of(Target::DampingBeside(*term), name, unit, beside)
+            Self::of(Target::DampingBeside(*term), name, unit, beside, Widening::Far)
         };
         if let Some(term) = Self::term_named(name) {
             return match kind.terms() {
@@ -159,42 +154,45 @@ impl Parameter {
                 _ => Err(ParameterError::OneCoefficient { name: name.into(), law: kind.name() }),
             };
         }
-        Ok(vec![match name {
-            "alpha" => Self::alpha(),
-            "damping" if kind.terms().len() > 1 => return Ok(kind.terms().iter().map(beside).collect()),
-            "damping" => Self::damping(kind).ok_or(ParameterError::NoDamping)?,
-            "precompression" if scene.support == Support::Free => return Err(ParameterError::FreeEnd),
-            "precompression" => Self::of(Target::Precompression, name, "N", (1e-4, 1.0)),
-            "support_stiffness" => {
-                let own = scene.support.stiffness().ok_or(ParameterError::NoStiffness)?;
-                let unit = if scene.support.spring().is_some() { "N/m" } else { "1" };
-                Self::of(Target::SupportStiffness, name, unit, (0.25 * own, 4.0 * own))
-            }
-            "gap" if scene.chain.precompression > 0.0 => return Err(ParameterError::ClosedGap),
-            "gap" => Self::of(Target::Gap, name, "m", (3e-10, 3e-7)),
-            "bandwidth" => {
-                let f0 = scene.drive.frequency;
-                Self::of(Target::Bandwidth, name, "Hz", (1.5 * f0, highest_cutoff(f0)))
-            }
-            "horn_mass" => {
-                let bead = scene.chain.beads.first().map_or(1e-6, Bead::mass);
-                Self::of(Target::HornMass, name, "kg", (bead, 3e3 * bead))
-            }
-            "drag" => Self::of(Target::Drag, name, "N s/m", (1e-3, 1.0)),
-            "friction" => Self::of(Target::Friction, name, "N", (1e-4, 0.3)),
-            _ => return Err(ParameterError::Unknown { name: name.into() }),
-        }])
+        if name == "damping" {
+            return match kind.terms() {
+                several if several.len() > 1 => Ok(several.iter().map(beside).collect()),
+                _ => Ok(vec![Self::damping(kind).ok_or(ParameterError::NoDamping)?]),
+            };
+        }
+        let row = PARAMETERS.iter().find(|row| row.key == name);
+        let row = row.ok_or_else(|| ParameterError::Unknown { name: name.into() })?;
+        let (unit, low, high) = (row.bounds)(scene)?;
+        Ok(vec![Self::of(row.target, name, unit, (low, high), row.widening)])
     }
 
-    fn of(target: Target, name: &str, unit: &str, (low, high): (f64, f64)) -> Self {
-        let limits = match target {
-            Target::Alpha | Target::Damping(_) | Target::DampingBeside(_) => (low / FARTHEST, FARTHEST * high),
-            Target::SupportStiffness | Target::HornMass => (low / WIDENING, WIDENING * high),
-            // Less than the lower bound is none.
-            Target::Precompression | Target::Gap | Target::Drag | Target::Friction => (low, WIDENING * high),
-            Target::Bandwidth | Target::Modulus => (low, high),
+    fn of(target: Target, name: &str, unit: &str, (low, high): (f64, f64), widening: Widening) -> Self {
+        let limits = match widening {
+            Widening::Far => (low / FARTHEST, FARTHEST * high),
+            Widening::BothWays => (low / WIDENING, WIDENING * high),
+            Widening::Up => (low, WIDENING * high),
+            Widening::Not => (low, high),
         };
         Self { target, name: name.into(), unit: unit.into(), low, high, limits }
+    }
+
+    /// Its row, where it is no coefficient of a damping law.
+    fn row(&self) -> Option<&'static Row> {
+        PARAMETERS.iter().chain([&MODULUS]).find(|row| row.target == self.target)
+    }
+
+    /// Which further record tells it.
+    #[must_use]
+    pub(crate) fn remedy(&self) -> &'static str {
+        match self.target {
+            Target::DampingBeside(_) => {
+                "Records at two drive levels fitted together tell the two dashpots apart: what one of them loses does not depend on the overlap, \
+                 what the other loses does."
+            }
+            _ => self
+                .row()
+                .map_or("A record at a lower drive level, where the response is regular, tells it.", |row| row.remedy),
+        }
     }
 
     /// The same between bounds that somebody chose: they are not widened.
@@ -245,23 +243,9 @@ impl Parameter {
 
     /// Put `value` into a scene; the bandwidth of an instrument is none of the scene's.
     pub fn set(&self, scene: &mut Scene, value: f64) {
-        match self.target {
-            Target::Alpha => scene.amplitude_scale = value,
-            Target::Damping(term) | Target::DampingBeside(term) => scene.damping.coefficients[term] = value,
-            Target::Precompression => scene.chain.precompression = value,
-            Target::SupportStiffness => {
-                if let Some(own) = scene.support.stiffness_mut() {
-                    *own = value;
-                }
-            }
-            Target::Gap => scene.chain.gaps[0] = value,
-            Target::Bandwidth => {}
-            Target::HornMass => scene.set_horn_mass(value),
-            Target::Drag => scene.holder_mut().drag = value,
-            Target::Friction => scene.holder_mut().friction_force = value,
-            Target::Modulus => {
-                scene.chain.beads.iter_mut().for_each(|bead| bead.material.youngs_modulus *= value);
-            }
+        match (self.target, self.row()) {
+            (Target::Damping(term) | Target::DampingBeside(term), _) => scene.damping.coefficients[term] = value,
+            (_, row) => row.into_iter().for_each(|row| (row.set)(scene, value)),
         }
     }
 
@@ -269,33 +253,16 @@ impl Parameter {
     #[must_use]
     pub fn get(&self, scene: &Scene) -> Option<f64> {
         match self.target {
-            Target::Alpha => Some(scene.amplitude_scale),
             Target::Damping(term) | Target::DampingBeside(term) => Some(scene.damping.coefficients[term]),
-            Target::Precompression => Some(scene.chain.precompression),
-            Target::SupportStiffness => scene.support.stiffness(),
-            Target::Gap => scene.chain.gaps.first().copied(),
-            Target::Bandwidth | Target::Modulus => None,
-            Target::HornMass => scene.horn.map(|horn| horn.mass),
-            Target::Drag => scene.holder.map(|holder| holder.drag),
-            Target::Friction => scene.holder.map(|holder| holder.friction_force),
+            _ => (self.row()?.get)(scene),
         }
     }
 
-    /// Put `value` into a variation of `scene`.
+    /// The same for one run of the scene: what it changes.
     pub(super) fn vary(&self, scene: &Scene, variation: &mut Variation, value: f64) {
-        match self.target {
-            Target::Alpha => variation.amplitude_scale = value,
-            Target::Damping(term) | Target::DampingBeside(term) => variation.damping[term] = value,
-            Target::Precompression => variation.precompression = value,
-            Target::SupportStiffness => {
-                variation.support_stiffness_factor = value / scene.support.stiffness().unwrap_or(value);
-            }
-            Target::Gap => variation.gap_offsets[0] += value - scene.chain.gaps[0],
-            Target::Bandwidth => {}
-            Target::HornMass => variation.effects.horn_mass = Some(value),
-            Target::Drag => variation.effects.drag = Some(value),
-            Target::Friction => variation.effects.friction_force = Some(value),
-            Target::Modulus => variation.modulus_factor = value,
+        match (self.target, self.row()) {
+            (Target::Damping(term) | Target::DampingBeside(term), _) => variation.damping[term] = value,
+            (_, row) => row.into_iter().for_each(|row| (row.vary)(scene, variation, value)),
         }
     }
 }
@@ -328,6 +295,16 @@ mod tests {
     fn reflection_keeps_every_coordinate_in_the_box() {
         for (outside, inside) in [(1.2, 0.8), (-0.3, 0.3), (2.1, 0.1), (0.4, 0.4)] {
             assert!((reflect(outside) - inside).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn every_parameter_is_set_again_by_its_scene_key() {
+        for row in PARAMETERS.iter().filter(|row| row.key != "bandwidth") {
+            let plain = scene::load("annulus", &[]).unwrap();
+            let (unit, low, _) = (row.bounds)(&plain).unwrap();
+            let replayed = scene::load("annulus", &[format!("{}={low}", (row.scene_key)(unit))]).unwrap();
+            assert_eq!((row.get)(&replayed), Some(low), "{}", row.key);
         }
     }
 

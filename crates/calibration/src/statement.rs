@@ -5,7 +5,7 @@ use super::{
     fingerprints::CandidateRuns,
     fit::{Estimate, Fit, Verdict},
     joint::Share,
-    parameter::{Parameter, Target},
+    parameter::Parameter,
     printed::Printed,
 };
 use granchain_model::scene::Scene;
@@ -78,27 +78,22 @@ pub fn statements(fit: &Fit) -> Vec<String> {
         ));
     }
     said.extend(further_ridges(fit));
-    let untold: Vec<(&Estimate, Target)> = fit
-        .estimates
-        .iter()
-        .zip(&fit.parameters)
-        .filter(|(estimate, _)| estimate.unidentified)
-        .map(|(estimate, parameter)| (estimate, parameter.target))
-        .collect();
+    let untold: Vec<(&Estimate, &Parameter)> =
+        fit.estimates.iter().zip(&fit.parameters).filter(|(estimate, _)| estimate.unidentified).collect();
     if untold.len() > 1 && untold.len() == fit.parameters.len() {
         said.push(
             "These data hold none of the parameters that were to be fitted: fewer of them, or more records together."
                 .into(),
         );
     }
-    for (estimate, target) in &untold {
+    for (estimate, parameter) in &untold {
         said.push(format!(
             "{} is unidentified: its interval ({} to {}{}) is hardly narrower than the box that was searched. {}",
             estimate.name,
             short(estimate.low),
             short(estimate.high),
             if estimate.unit == "1" { String::new() } else { format!(" {}", estimate.unit) },
-            remedy(*target)
+            parameter.remedy()
         ));
     }
     for estimate in fit.estimates.iter().filter(|estimate| !estimate.unidentified) {
@@ -186,46 +181,10 @@ fn further_ridges(fit: &Fit) -> Vec<String> {
                 "{} and {} trade off along a ridge (correlation {correlation:+.2}). {}",
                 fit.parameters[a].name,
                 fit.parameters[b].name,
-                remedy(fit.parameters[b].target)
+                fit.parameters[b].remedy()
             )
         })
         .collect()
-}
-
-/// Which further record tells a parameter.
-fn remedy(target: Target) -> &'static str {
-    match target {
-        Target::Alpha => "A record of the horn tip taken at the face that drives the chain tells it apart.",
-        Target::Damping(_) => "A record at a lower drive level, where the response is regular, tells it.",
-        Target::DampingBeside(_) => {
-            "Records at two drive levels fitted together tell the two dashpots apart: what one of them loses does not depend on the overlap, what \
-             the other loses does."
-        }
-        Target::Precompression => {
-            "A record of a weak pulse through the resting chain tells it, whose speed grows as the sixth root of the force; or a load cell."
-        }
-        Target::SupportStiffness => {
-            "A record with the last bead against a hard flat, fitted together with this one, tells what is not the support's; or its static force \
-             against displacement."
-        }
-        Target::Gap => {
-            "A record at another drive level, fitted together with this one, tells it, for the same gap counts less under a larger drive; or more \
-             quiet samples of the horn tip before the burst."
-        }
-        Target::Bandwidth => {
-            "The decoder's data sheet states it (--read bandwidth=…); or a record of a short pulse by the same vibrometer shows it."
-        }
-        Target::HornMass => {
-            "A record of the horn tip with the chain and one without tell it: what the chain's pulses take from the tip's motion."
-        }
-        Target::Drag => {
-            "A record at a lower drive level, fitted together with this one, tells it: drag stays where the contacts' losses fall."
-        }
-        Target::Modulus => "The time a weak pulse takes through a chain of known static force tells it.",
-        Target::Friction => {
-            "A record at a lower drive level, fitted together with this one, tells it: friction counts the more the weaker the drive."
-        }
-    }
 }
 
 /// What several records fitted together say beyond [`statements`]: which of them is not explained, and what fitting them together narrowed.

@@ -7,7 +7,7 @@ use crate::figure::Map;
 use granchain_calibration::predict::observation::watched_of;
 use granchain_calibration::{
     outcome::{FitOutcome, FittedFeature, FittedParameter, OutcomeFeature, RungOutcome},
-    parameter::Parameter,
+    parameter::{PARAMETERS, Parameter, Shown},
 };
 use granchain_model::scene::DampingKind;
 use granchain_signal::feature::Measurand;
@@ -178,18 +178,11 @@ fn estimate(key: &str, fitted: &FittedParameter, law: &str) -> Estimate {
     };
     let damping = beside.or_else(alone).map(|(name, term)| (name, term.description()));
     let of_damping = damping.map(|(_, term)| term.dimension.si_unit()).unwrap_or_default();
-    let (name, symbol, factor, unit) = match key {
-        "alpha" => ("amplitude scale", "α", 1.0, "1"),
-        _ if let Some((name, term)) = damping => (name, term.symbol, 1.0, of_damping.as_str()),
-        "precompression" => ("precompression", "F₀", 1e3, "mN"),
-        "support_stiffness" if fitted.unit == "1" => ("stiffness factor of the annulus", "κ", 1.0, "1"),
-        "support_stiffness" => ("stiffness of the spring", "k", 1.0, fitted.unit.as_str()),
-        "gap" => ("gap before the first bead", "g", 1e9, "nm"),
-        "bandwidth" => ("bandwidth of the instrument", "B", 1e-3, "kHz"),
-        "horn_mass" => ("modal mass of the horn", "M", 1e6, "mg"),
-        "drag" => ("drag of the holder", "b", 1e3, "mN·s/m"),
-        "friction" => ("friction of the holder", "F_c", 1e3, "mN"),
-        _ => ("parameter", "x", 1.0, fitted.unit.as_str()),
+    let row = PARAMETERS.iter().find(|row| row.key == key);
+    let (name, symbol, factor, unit) = match (damping, row.map(|row| (row.shown)(&fitted.unit))) {
+        (Some((name, term)), _) => (name, term.symbol, 1.0, of_damping.as_str()),
+        (None, Some(Shown { name, symbol, unit, factor })) => (name, symbol, factor, unit),
+        (None, None) => ("parameter", "x", 1.0, fitted.unit.as_str()),
     };
     Estimate {
         name,
