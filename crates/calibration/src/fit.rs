@@ -1,6 +1,6 @@
 //! One fit: search, regression, point estimate, interval, verdict.
 
-use argmin::core::{TerminationReason, TerminationStatus};
+use argmin::core::{Error, Executor, State, TerminationReason, TerminationStatus};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 

@@ -7,7 +7,7 @@ use super::{
     contact_law,
     error::SceneError,
     fea,
-    model_kind::{self, ModelKind},
+    model_kind::{self, ModelKind, check_step},
     reader::Reader,
     reduced,
 };
