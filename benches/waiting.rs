@@ -1,4 +1,4 @@
-//! What a user waits for, command by command, with peers beside it: the figures of `docs/waiting.md`.
+//! What a user waits for, command by command, with peers beside it: the figures of `docs/accuracy.md`.
 //!
 //! - `cargo bench --bench waiting`: whole commands in processor seconds of one thread, and what a second thread spares; then the ratios to SciPy's LSODA
 //!   and to scikit-fem's script, where their Python is there

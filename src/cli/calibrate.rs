@@ -78,8 +78,8 @@ pub struct Arguments {
     /// Bounds of a parameter, such as alpha=0.3:1.5 or "damping=0.1 N s/m:1 N s/m"; repeatable
     #[arg(long, value_name = "NAME=LOW:HIGH", help_heading = "Fit")]
     pub bounds: Vec<String>,
-    /// Uncertainty of what the bench leaves open, drawn into every run: of gap, baseline, drive, precompression, support_stiffness, such as
-    /// "gap=0.5 nm"; repeatable [default: gap=0.3nm, drive=0.005, baseline as the horn-tip record tells]
+    /// Uncertainty drawn into every run: of gap, gap_scale, baseline, drive, sensitivity, precompression, support_stiffness, modulus, such as
+    /// "gap=0.5 nm"; repeatable [default: gap=0.3nm, drive=0.005, sensitivity=0.003, modulus=0.004, baseline as the horn-tip record tells]
     #[arg(long, value_name = "NAME=VALUE", help_heading = "Fit")]
     pub uncertainty: Vec<String>,
     /// Which features are compared: all, or the two peaks and the 1/3 and 2/3 ratios as in the source paper

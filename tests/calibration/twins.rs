@@ -1,6 +1,6 @@
 //! The calibration's own proof, in its quick form: twins with known truth, wrong models, the shipped twin.
 //!
-//! The long form is `granchain twins --count 80`; its figures stand in `docs/validation.md`.
+//! The long form is `granchain coverage --count 80`; its figures stand in `docs/validation.md`.
 
 use assert_cmd::Command;
 use granchain::{

@@ -19,7 +19,7 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    fit::drift,
+    estimate::drift,
     forward::Run,
     likelihood::{Cloud, neighbours},
     parameter::{Parameter, reflect},

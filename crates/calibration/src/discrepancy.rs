@@ -29,9 +29,6 @@ const FEWEST: usize = 4;
 /// Error of the chain's step over its difference from one a quarter as long: contacts that touch within a step make it of first order.
 const CHAIN_ERROR: f64 = 4.0 / 3.0;
 
-/// Factor on the mesh density of the finer bodies.
-pub const FINER: f64 = 1.5;
-
 /// Error of a mesh over its difference from one 1.5 times as dense, of second order.
 const MESH_ERROR: f64 = 1.8;
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{forward::STEPS_PER_CYCLE, parameter::varied};
+use super::parameter::varied;
 use granchain_model::{
     self as model, ModelError, Prepared,
     chain::{
@@ -13,6 +13,9 @@ use granchain_model::{
     scene::{Integrator, Scene, Support},
 };
 use granchain_signal::{Series, feature::Measurand};
+
+/// Steps a drive period: accurate to some 1e-3 of the peak where the motion is regular and soft, 1e-2 behind a rigid wall with linear dashpots.
+pub(super) const STEPS_PER_CYCLE: usize = 160;
 
 /// A scene ready to be run under variations, with [`STEPS_PER_CYCLE`] samples a drive period.
 #[derive(Clone)]

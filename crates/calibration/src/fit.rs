@@ -1,17 +1,16 @@
 //! One fit: search, regression, point estimate, interval, verdict.
 
-use argmin::{
-    core::{CostFunction, Error, Executor, State, TerminationReason, TerminationStatus},
-    solver::neldermead::NelderMead,
-};
+use argmin::core::{Error, Executor, State, TerminationReason, TerminationStatus};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+pub use super::estimate::Estimate;
 use super::{
     agreement::{self, Agreement},
     checkpoint::SearchCheckpoint,
     correction::{self, Correction, RungDifference},
     discrepancy::Discrepancy,
+    estimate::{drift, estimates_of},
     forward::Run,
     joint::{Joint, Share, shares},
     likelihood::Cloud,
@@ -67,28 +66,6 @@ impl Verdict {
         self != Self::OutsideScatter
     }
 }
-
-/// One parameter as fitted, SI.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Estimate {
-    pub name: String,
-    pub unit: String,
-    /// The jointly most likely value.
-    pub value: f64,
-    pub median: f64,
-    /// 5 % quantile.
-    pub low: f64,
-    /// 95 % quantile.
-    pub high: f64,
-    /// Whether the interval or the value touches a bound of the box.
-    pub at_bound: bool,
-    /// Whether the interval is hardly narrower than the box: the record says nothing of the parameter.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub unidentified: bool,
-}
-
-/// Width of a 90 % interval over the box's from which a parameter is unidentified; a record that says nothing leaves 0.9.
-const UNIDENTIFIED: f64 = 0.6;
 
 /// Everything a fit found.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -480,46 +457,6 @@ impl Reading<'_> {
     }
 }
 
-/// The estimates of all parameters, and the most likely point in unit coordinates.
-pub(super) fn estimates_of(
-    parameters: &[Parameter],
-    cloud: &Cloud,
-    posterior: &Posterior,
-) -> (Vec<Estimate>, Vec<f64>) {
-    let most_likely = polish(cloud, posterior);
-    let each = parameters.iter().enumerate().map(|(d, parameter)| estimate(parameter, posterior, most_likely[d], d));
-    (each.collect(), most_likely)
-}
-
-fn estimate(parameter: &Parameter, posterior: &Posterior, most_likely: f64, d: usize) -> Estimate {
-    let [low, median, high] = [0.05, 0.5, 0.95].map(|probability| posterior.quantile(d, probability));
-    let pressed = Parameter::pressed(low, most_likely, high);
-    Estimate {
-        name: parameter.name.clone(),
-        unit: parameter.unit.clone(),
-        value: parameter.value(most_likely),
-        median: parameter.value(median),
-        low: parameter.value(low),
-        high: parameter.value(high),
-        unidentified: high - low > UNIDENTIFIED,
-        at_bound: pressed.0 || pressed.1,
-    }
-}
-
-/// Half-width in ln below which a moving median is no news: the drive itself is known to half a per cent.
-const NARROW: f64 = 0.01;
-
-/// Largest move of a median in half-widths of its interval; `spans` turn unit coordinates into logarithms.
-pub(super) fn drift(before: &Posterior, after: &Posterior, spans: &[f64]) -> f64 {
-    (0..after.dimension())
-        .map(|d| {
-            let half_width = 0.5 * (after.quantile(d, 0.95) - after.quantile(d, 0.05)) * spans[d];
-            let moved = (before.quantile(d, 0.5) - after.quantile(d, 0.5)).abs() * spans[d];
-            moved / half_width.max(NARROW)
-        })
-        .fold(0.0, f64::max)
-}
-
 /// Number of runs and smallest misfit after each batch.
 fn history<'a>(batches: impl Iterator<Item = &'a usize>, cloud: impl Fn(usize) -> Cloud) -> Vec<(u64, f64)> {
     let mut made = 0;
@@ -529,45 +466,4 @@ fn history<'a>(batches: impl Iterator<Item = &'a usize>, cloud: impl Fn(usize) -
             Some((made as u64, ranking(&cloud(made)).first()?.0))
         })
         .collect()
-}
-
-/// −SL with a wall around the unit box, smooth inside: what Nelder–Mead polishes.
-struct Surface<'a>(&'a Cloud);
-
-impl CostFunction for Surface<'_> {
-    type Param = Vec<f64>;
-    type Output = f64;
-
-    fn cost(&self, position: &Vec<f64>) -> Result<f64, Error> {
-        let inside = position.iter().all(|u| (0.0..=1.0).contains(u));
-        let value = if inside { -self.0.log_likelihood(position) } else { f64::INFINITY };
-        Ok(if value.is_finite() { value } else { 1e9 })
-    }
-}
-
-/// The most likely point: argmin's Nelder–Mead on the likelihood surface, from the densest cell.
-fn polish(cloud: &Cloud, posterior: &Posterior) -> Vec<f64> {
-    let start = posterior.centre(posterior.densest());
-    let mut simplex = vec![start.clone()];
-    for d in 0..start.len() {
-        let mut corner = start.clone();
-        // A fifth of the interval where cells lie askew in the box.
-        let step = match posterior.frame {
-            Some(_) => 0.2 * (posterior.quantile(d, 0.95) - posterior.quantile(d, 0.05)),
-            None => (posterior.high[d] - posterior.low[d]) / posterior.cells as f64,
-        };
-        corner[d] += if corner[d] + step > 1.0 { -step } else { step };
-        simplex.push(corner);
-    }
-    let Ok(solver) = NelderMead::new(simplex).with_sd_tolerance(1e-6) else { return start };
-    let polished = Executor::new(Surface(cloud), solver)
-        .configure(|state| state.max_iters(200))
-        .ctrlc(false)
-        .run()
-        .ok()
-        .and_then(|result| result.state.get_best_param().cloned());
-    match polished {
-        Some(point) if cloud.log_likelihood(&point) >= cloud.log_likelihood(&start) => point,
-        _ => start,
-    }
 }

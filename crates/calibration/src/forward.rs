@@ -10,11 +10,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     comparison::Comparison,
-    engine::Engine,
+    engine::{Engine, STEPS_PER_CYCLE},
     observation::{Fall, Passband, clip},
     parameter::{Parameter, Target},
     posterior::Posterior,
-    rung::Rung,
 };
 use granchain_model::{
     ModelError,
@@ -25,9 +24,6 @@ use granchain_signal::{FlickerSource, LowPass, Series, feature::fingerprint::SAM
 
 /// Runs integrated side by side.
 const LANES: usize = 8;
-
-/// Steps a drive period: accurate to some 1e-3 of the peak where the motion is regular and soft, 1e-2 behind a rigid wall with linear dashpots.
-pub(super) const STEPS_PER_CYCLE: usize = 160;
 
 /// How imperfectly known the bench is: every run draws from these.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -170,8 +166,6 @@ pub struct Forward {
     low_pass: LowPass,
     noise_rms: f64,
     watch: Arc<Watch>,
-    /// What makes the runs in place of the chain.
-    above: Option<Arc<Rung>>,
 }
 
 impl Forward {
@@ -228,7 +222,6 @@ impl Forward {
             low_pass,
             noise_rms,
             watch,
-            above: None,
         })
     }
 
@@ -238,23 +231,11 @@ impl Forward {
         self.laws.as_ref()
     }
 
-    /// The same runs, with the same draws, made with a finer step; `None` where runs are those of a rung above, whose bodies say what they are
-    /// off by, or where there is no finer one.
+    /// The same runs, with the same draws, made with a finer step; `None` where there is no finer one.
     #[must_use]
     pub fn refined(&self) -> Option<Self> {
-        if self.above.is_some() {
-            return None;
-        }
         let engine = self.engine.refined(&self.scene, self.laws.as_ref()).ok()?;
         Some(Self { engine, ..self.clone() })
-    }
-
-    /// The runs of `rung` in place of those of the chain below it: all that a search asks for, where a correction makes only those that it
-    /// needs.
-    #[must_use]
-    pub fn above(rung: Rung) -> Self {
-        let chain = rung.chain().clone();
-        Self { above: Some(Arc::new(rung)), ..chain }
     }
 
     /// The same, telling another.
@@ -273,16 +254,7 @@ impl Forward {
     /// The draws of a run depend on the seed and its number alone, so neither threads nor batches change a result.
     #[must_use]
     pub fn run(&self, first: u64, positions: &[Vec<f64>]) -> Vec<Run> {
-        let Some(rung) = &self.above else {
-            return self.timed(first, positions).into_iter().map(|(run, _)| run).collect();
-        };
-        match rung.pairs(first, positions) {
-            Ok(pairs) => pairs.into_iter().map(|pair| pair.upper).collect(),
-            Err(unmade) => {
-                let unmade = |at: &Vec<f64>| Run { position: at.clone(), outcome: Err(unmade.to_string()) };
-                positions.iter().map(unmade).collect()
-            }
-        }
+        self.timed(first, positions).into_iter().map(|(run, _)| run).collect()
     }
 
     /// As [`Forward::run`], with the onset of every run. Once whoever watches says stop, what is left has no outcome.

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{
-    fit::{Estimate, estimates_of},
+    estimate::{Estimate, estimates_of},
     forward::{Forward, Run},
     likelihood::Cloud,
     parameter::Parameter,

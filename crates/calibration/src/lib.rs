@@ -14,6 +14,7 @@ pub mod diagnosis;
 pub mod discrepancy;
 pub mod drive;
 pub mod engine;
+mod estimate;
 pub mod fingerprints;
 pub mod fit;
 pub mod fitted;

@@ -26,6 +26,7 @@ use super::{
     plan::{Asked, Plan, ReadAs, RecordPlan},
     refusal::{Contradiction, Refusal},
     rung::Bodies,
+    search::EVALUATION_RANGE,
     search::Search,
     shot::{Shot, ShotPlan, Source, labels, refuse_twice},
     uncertainty::{StatedUncertainty, in_words},
@@ -44,9 +45,6 @@ const SCENE_WITH_WATER: &str = "water";
 
 /// The parameters that are fitted where none is named.
 const FITTED: [&str; 2] = ["alpha", "damping"];
-
-/// Numbers of runs that can be asked for: fewer give no regression.
-pub(crate) const EVALUATION_RANGE: std::ops::RangeInclusive<usize> = 200..=100_000;
 
 /// Seed where none is given.
 pub const DEFAULT_SEED: u64 = 1;

@@ -13,7 +13,7 @@ use super::{
     observation::ObservationError,
     parameter::{Parameter, ParameterError},
     printed::PrintedError,
-    problem::EVALUATION_RANGE,
+    search::EVALUATION_RANGE,
 };
 use granchain_model::{ModelError, scene::SceneError};
 use granchain_record::{MeasurementError, PublishedError};

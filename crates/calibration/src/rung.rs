@@ -12,7 +12,6 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use super::{
-    discrepancy,
     engine::{sampled_scene, traces},
     forward::{Forward, Run, TimedRun, Watch},
     kept::KeptRuns,
@@ -24,6 +23,9 @@ use granchain_model::{
     scene::{ContactLaw, ModelKind, Scene},
 };
 use granchain_record::run_log::RunLogError;
+
+/// Factor on the mesh density of the finer bodies.
+pub const FINER: f64 = 1.5;
 
 /// Why runs of a rung are not there.
 #[derive(Debug, Error)]
@@ -96,7 +98,7 @@ pub fn reduced_below(scene: &Scene) -> Option<Scene> {
 /// The scene on a mesh 1.5 times as dense, where its model has one.
 fn finer_scene(scene: &Scene) -> Option<Scene> {
     let mut scene = scene.clone();
-    let finer = |density: u32| (f64::from(density) * discrepancy::FINER).round() as u32;
+    let finer = |density: u32| (f64::from(density) * FINER).round() as u32;
     match scene.model.kind {
         ModelKind::Chain => return None,
         ModelKind::Reduced => scene.model.reduced.density = finer(scene.model.reduced.density),

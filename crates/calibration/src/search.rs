@@ -24,6 +24,9 @@ use super::{
     posterior::Posterior,
 };
 
+/// Numbers of runs that can be asked for: fewer give no regression.
+pub(crate) const EVALUATION_RANGE: std::ops::RangeInclusive<usize> = 200..=100_000;
+
 /// State that argmin's executor carries: the best position and its misfit.
 pub(crate) type SearchState = IterState<Vec<f64>, (), (), (), (), f64>;
 

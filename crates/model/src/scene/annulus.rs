@@ -1,6 +1,6 @@
 //! The ring that holds the last bead, and of which rings the chain has a law without pressing them.
 
-use super::{Bead, ContactLaw, Material, Scene, Support, error::SceneError, file::length, reader::Reader};
+use super::{Bead, ContactLaw, Material, Scene, Support, error::SceneError, reader::Reader, shown::length};
 
 /// A ring: a half disc revolved about the axis, its flat side outwards and clamped.
 #[derive(Debug, Clone, Copy, PartialEq)]

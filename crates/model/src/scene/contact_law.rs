@@ -1,6 +1,6 @@
 //! The elastic law of the chain's contacts.
 
-use super::{ModelKind, error::SceneError, reader::Reader, settings, word::words};
+use super::{ModelKind, error::SceneError, model_kind, reader::Reader, word::words};
 
 /// Elastic law of the contacts where `model.kind = "chain"`; the other models compute their contacts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -16,5 +16,5 @@ words!(ContactLaw { Hertz = "hertz", FiniteBody = "finite-body" });
 /// Which law a scene asks for.
 pub(super) fn read(reader: &Reader<'_>) -> Result<ContactLaw, SceneError> {
     let law = reader.word("contact.law")?;
-    Ok(if settings::kind(reader)? == ModelKind::Chain { law } else { ContactLaw::Hertz })
+    Ok(if model_kind::kind(reader)? == ModelKind::Chain { law } else { ContactLaw::Hertz })
 }

@@ -1,6 +1,6 @@
 //! The matching disc between the chain and the water.
 
-use super::{Material, Support, error::SceneError, file::length, reader::Reader, word::words};
+use super::{Material, Support, error::SceneError, reader::Reader, shown::length, word::words};
 
 /// Default radius and thickness of the disc, m: the paper's.
 pub const DEFAULT_DISC: (f64, f64) = (1e-3, 0.25e-3);

@@ -3,9 +3,9 @@
 use super::{
     condition::FEA_INTEGRATORS,
     error::SceneError,
-    file::time,
+    model_kind::check_step,
     reader::{Bound, Reader},
-    settings::check_step,
+    shown::time,
     word::words,
 };
 use granchain_signal::Dimension;

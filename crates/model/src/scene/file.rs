@@ -9,9 +9,10 @@ use super::{
     contact_law, disc,
     document::{Document, Value, resolved},
     error::SceneError,
-    holder, horn, loss, mesh_file,
+    holder, horn, loss, mesh_file, model_kind,
     reader::{Bound, Reader},
     settings,
+    shown::{frequency, length, time},
     source::Author,
     water,
 };
@@ -21,8 +22,6 @@ use granchain_signal::{Dimension, Quantity};
 pub const DEFAULT_OUTPUT_STEP: f64 = 1e-7;
 /// `vibrometer.bandwidth` unless set, Hz, or four drive frequencies where that is more: of a decoder of this class; the lowest mode of a 1 mm steel bead rings at 2.6 MHz.
 pub const DEFAULT_VIBROMETER_BANDWIDTH: f64 = 1.5e6;
-/// Default relative tolerance of the adaptive integrator, 1.
-pub const DEFAULT_TOLERANCE: f64 = 1e-10;
 /// Most beads of a chain.
 pub const MOST_BEADS: usize = 1000;
 /// Drive frequency of a scene whose record is not read yet, where it states none, Hz.
@@ -227,7 +226,7 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
         Support::Disc { shape, .. } => water::read(reader, shape)?,
         _ => None,
     };
-    let kind = settings::kind(reader)?;
+    let kind = model_kind::kind(reader)?;
     let exact_friction = holder::is_exact(kind, &support);
     let least_radius = chain.beads.iter().map(|bead| bead.radius).fold(f64::INFINITY, f64::min);
     Ok(Scene {
@@ -251,18 +250,6 @@ fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Sce
         output_step,
         vibrometer_bandwidth,
     })
-}
-
-pub(super) fn length(value: f64) -> String {
-    Quantity::new(value, Dimension::LENGTH).to_string()
-}
-
-fn frequency(value: f64) -> String {
-    Quantity::new(value, Dimension::FREQUENCY).to_string()
-}
-
-pub(super) fn time(value: f64) -> String {
-    Quantity::new(value, Dimension::TIME).to_string()
 }
 
 fn chain(reader: &Reader<'_>) -> Result<Chain, SceneError> {
@@ -347,7 +334,7 @@ fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
             Support::Annulus { shape, stiffness_factor, material, normal: reader.word("support.normal")? }
         }
         "body" => {
-            if !settings::kind(reader)?.is_meshed() {
+            if !model_kind::kind(reader)?.is_meshed() {
                 let expected = "a support with a force law where `model.kind` is \"chain\"".to_owned();
                 return Err(reader.out_of_range("support.kind", expected, "`body`, which is meshed".to_owned()));
             }

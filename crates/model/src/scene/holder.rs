@@ -103,17 +103,17 @@ pub(super) fn read(
     }
     // Half the radius is 14° between equal beads: what is left out is no longer small.
     if holder.clearance > 0.5 * least_radius {
-        let expected = format!("at most half the least radius of a bead, {}", super::file::length(0.5 * least_radius));
-        return Err(reader.out_of_range("holder.clearance", expected, super::file::length(holder.clearance)));
+        let expected = format!("at most half the least radius of a bead, {}", super::shown::length(0.5 * least_radius));
+        return Err(reader.out_of_range("holder.clearance", expected, super::shown::length(holder.clearance)));
     }
     // Contacts of meshed bodies are along the axis: what the obliquity does to their compliance is left out, 0.3 % at this angle.
     if meshed && holder.clearance > STRAIGHT * 2.0 * least_radius {
         let expected = format!(
             "at most {}, an angle of {STRAIGHT} between equal beads: the models with meshed bodies leave out what the angle does to a contact's stiffness; \
              use model.kind=chain",
-            super::file::length(STRAIGHT * 2.0 * least_radius)
+            super::shown::length(STRAIGHT * 2.0 * least_radius)
         );
-        return Err(reader.out_of_range("holder.clearance", expected, super::file::length(holder.clearance)));
+        return Err(reader.out_of_range("holder.clearance", expected, super::shown::length(holder.clearance)));
     }
     // What is stated as none is none, and costs nothing.
     let acts = holder.acts() || holder.clearance > 0.0;

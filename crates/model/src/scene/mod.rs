@@ -45,11 +45,13 @@ mod listing;
 mod loss;
 mod material;
 mod mesh_file;
+mod model_kind;
 mod motion;
 mod plausible;
 mod reader;
 mod reduced;
 mod settings;
+mod shown;
 mod source;
 mod support;
 mod table;
@@ -70,8 +72,8 @@ pub use fea::{
     ContactMass, DEFAULT_CONTACT_PATCH, DEFAULT_FEA_STEP, DEFAULT_MESH_DENSITY, Elements, FeaSettings, Scheme,
 };
 pub use file::{
-    DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DEFAULT_VIBROMETER_BANDWIDTH, Loaded, MOST_BEADS, UNREAD_FREQUENCY, load,
-    load_preferring, load_text, load_with_notes,
+    DEFAULT_OUTPUT_STEP, DEFAULT_VIBROMETER_BANDWIDTH, Loaded, MOST_BEADS, UNREAD_FREQUENCY, load, load_preferring,
+    load_text, load_with_notes,
 };
 pub use holder::{DEFAULT_SLIP_VELOCITY, Holder};
 pub use horn::Horn;
@@ -81,9 +83,10 @@ pub use listing::{Setting, SettingValue};
 pub use loss::{LOSS_FREQUENCY, MaterialLoss, Relaxation};
 pub use material::Material;
 pub use mesh_file::MeshFile;
+pub use model_kind::ModelKind;
 pub use motion::Motion;
 pub use reduced::{DEFAULT_MODES, DEFAULT_REDUCED_DENSITY, DEFAULT_REDUCED_STEP, ReducedSettings};
-pub use settings::{Integrator, Meshing, ModelKind, ModelSettings};
+pub use settings::{DEFAULT_TOLERANCE, Integrator, Meshing, ModelSettings};
 pub use support::{ContactNormal, FlatContact, Support};
 pub use table::KEYS;
 pub use text::SceneText;

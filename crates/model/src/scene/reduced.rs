@@ -4,8 +4,8 @@ use super::{
     Elements,
     error::SceneError,
     fea::{DEFAULT_CONTACT_PATCH, contact_patch, dividing},
+    model_kind::check_step,
     reader::Reader,
-    settings::check_step,
 };
 
 /// Default mesh density of the reduced model, 1.

@@ -7,20 +7,13 @@ use super::{
     contact_law,
     error::SceneError,
     fea,
-    file::{DEFAULT_TOLERANCE, time},
+    model_kind::{self, ModelKind, check_step},
     reader::Reader,
     reduced,
-    word::words,
 };
 
-/// Rung of the fidelity ladder.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ModelKind {
-    Chain,
-    /// Modes and quasi-static contact nodes.
-    Reduced,
-    Fea,
-}
+/// Relative tolerance of the adaptive chain where nothing else is asked for.
+pub const DEFAULT_TOLERANCE: f64 = 1e-10;
 
 /// Time integrator of the chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,21 +92,6 @@ impl ModelSettings {
     }
 }
 
-words!(ModelKind { Chain = "chain", Reduced = "reduced", Fea = "fea" });
-
-impl ModelKind {
-    /// Whether its bodies are meshed.
-    #[must_use]
-    pub const fn is_meshed(self) -> bool {
-        matches!(self, Self::Reduced | Self::Fea)
-    }
-}
-
-/// Which model a scene asks for.
-pub(super) fn kind(reader: &Reader<'_>) -> Result<ModelKind, SceneError> {
-    reader.word("model.kind")
-}
-
 /// Read the settings; those of the models not asked for keep their defaults.
 pub(super) fn read(
     reader: &Reader<'_>,
@@ -121,7 +99,7 @@ pub(super) fn read(
     output_step: f64,
     notes: &mut Vec<String>,
 ) -> Result<ModelSettings, SceneError> {
-    let kind = kind(reader)?;
+    let kind = model_kind::kind(reader)?;
     let mut settings = ModelSettings {
         kind,
         integrator: Integrator::DormandPrince853 { tolerance: DEFAULT_TOLERANCE },
@@ -159,15 +137,4 @@ pub(super) fn read(
         settings.integrator = Integrator::DormandPrince853 { tolerance: reader.number("model.tolerance")? };
     }
     Ok(settings)
-}
-
-/// Refuse a fixed step that is too large for the drive.
-pub(super) fn check_step(reader: &Reader<'_>, step: f64, frequency: f64) -> Result<(), SceneError> {
-    // Five steps through the shortest half period of motion that the drive's own period leaves are no integration.
-    let longest = 1.0 / (20.0 * frequency);
-    if step <= longest {
-        return Ok(());
-    }
-    let longest = time((longest * 1e9).floor() / 1e9);
-    Err(reader.out_of_range("model.step", format!("at most {longest}, a twentieth of a drive period"), time(step)))
 }

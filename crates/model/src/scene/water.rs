@@ -5,9 +5,9 @@ use super::{
     document::Value,
     error::Place,
     error::SceneError,
-    file::length,
+    model_kind,
     reader::{Bound, Reader, quantity, wrong_type},
-    settings,
+    shown::length,
     word::words,
 };
 use granchain_signal::{Dimension, Quantity};
@@ -182,7 +182,7 @@ pub(super) fn read(reader: &Reader<'_>, disc: &DiscShape) -> Result<Option<Water
     let of_built_in = baffle == Baffle::Soft && matches!(reader.place("water.method"), Place::BuiltIn { .. });
     let meshed = match reader.choice("water.method")?.filter(|_| !of_built_in) {
         Some(word) => word == "elements",
-        None => baffle == Baffle::Soft || settings::kind(reader)? == ModelKind::Fea,
+        None => baffle == Baffle::Soft || model_kind::kind(reader)? == ModelKind::Fea,
     };
     if baffle == Baffle::Soft && !meshed {
         let expected =
