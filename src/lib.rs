@@ -65,13 +65,13 @@
 //! | run | one simulation of one scene |
 //! | response | what a run produced |
 //! | feature | a number measured of a trace, the same way of record and response |
-//! | rung | one model of the ladder chain → reduced → finite elements |
+//! | fidelity level | one of the models chain → reduced → finite elements |
 //! | candidate | a damping law, on a mount of the disc where mounts compete |
 //! | fit | a candidate's answer: estimates, posterior, verdict |
 //! | estimate | a fitted parameter with its interval |
 //! | verdict | what a fit says of the model: within scatter, doubtful, outside scatter, not converged |
 //! | outcome | what `calibration.json` says of all candidates |
-//! | twin | a record made by a model with known truth |
+//! | synthetic record | a record made by a model with known truth |
 //! | study | many runs for one question, with a page |
 //!
 //! ```

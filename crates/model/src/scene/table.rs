@@ -503,8 +503,8 @@ pub const KEYS: &[Key] = &[
     )
     .needed("loss.relaxation_time = \"2 us\"")
     .when(RING),
-    word::<ModelKind>("model.kind", |scene| text(scene.model.kind.name()), "rung of the fidelity ladder")
-        .usually("the command's: reduced of calibrate, else chain"),
+    word::<ModelKind>("model.kind", |scene| text(scene.model.kind.name()), "simulation model")
+        .usually("reduced; the chain of `replay --ensemble`, of several records and of pressures"),
     count(
         "model.mesh_density",
         (2, 128),
