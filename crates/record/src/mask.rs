@@ -193,7 +193,8 @@ pub(super) fn apply(series: &mut Series, found: &[(Range<usize>, MaskReason)]) -
 pub(super) fn find(series: &Series, frequency: f64, of_horn: bool) -> Vec<(Range<usize>, MaskReason)> {
     let period = 1.0 / (frequency * series.step);
     let count = series.len();
-    if period < FEWEST || (count as f64) < 8.0 * period {
+    // Neither does a frequency that is none.
+    if !(period >= FEWEST && (count as f64) >= 8.0 * period) {
         return Vec::new();
     }
     if count > MOST_SAMPLES {

@@ -37,7 +37,7 @@ pub struct Row {
     /// Key of the scene that it sets, by its SI unit.
     pub scene_key: fn(&str) -> &'static str,
     /// SI unit, lower and upper bound of the box that is searched first.
-    pub(super) bounds: fn(&Scene) -> Result<(&'static str, f64, f64), ParameterError>,
+    pub(super) bounds: fn(&Scene) -> Result<Bounds, ParameterError>,
     pub(super) widening: Widening,
     pub(super) get: fn(&Scene) -> Option<f64>,
     pub(super) set: fn(&mut Scene, f64),
@@ -45,6 +45,9 @@ pub struct Row {
     /// Which further record tells it.
     pub remedy: &'static str,
 }
+
+/// SI unit, lower and upper bound.
+type Bounds = (&'static str, f64, f64);
 
 const fn shown(name: &'static str, symbol: &'static str, unit: &'static str, factor: f64) -> Shown {
     Shown { name, symbol, unit, factor }
