@@ -200,6 +200,12 @@ pub fn described(scene: &Scene, overrides: &[String]) -> String {
     if !changed && !scene.description.is_empty() && !taken_over() {
         return scene.description.clone();
     }
+    in_words(scene)
+}
+
+/// What stands on a bench, in a line.
+#[must_use]
+pub fn in_words(scene: &Scene) -> String {
     let beads = &scene.chain.beads;
     let support = match &scene.support {
         Support::Flat(FlatContact::Rigid) => "rigid wall",

@@ -274,6 +274,39 @@ mod tests {
     use granchain_model::scene::load;
 
     #[test]
+    fn a_record_sampled_far_above_all_that_is_compared_is_averaged_down_and_has_the_same_features() {
+        let scene = load("annulus", &["model.kind=chain".to_owned()]).unwrap();
+        let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../measurements/twin-annulus/vib.csv");
+        let record = read_record(&shipped, RecordKind::Vibrometer, &ReadOptions::default()).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("fast.csv");
+        // 40 times the samples, on lines between the record's own.
+        let mut text = String::from("time_s,velocity_m_per_s\n");
+        for i in 0..40 * (record.raw.len() - 1) {
+            let (whole, part) = (i / 40, (i % 40) as f64 / 40.0);
+            let value = (1.0 - part) * record.raw.values[whole] + part * record.raw.values[whole + 1];
+            writeln!(text, "{:.11},{value:.9}", record.raw.start + i as f64 * record.raw.step / 40.0).unwrap();
+        }
+        std::fs::write(&path, text).unwrap();
+        let measured = |path: &Path| {
+            let read = (Measurand::Velocity, FeatureSet::Full);
+            let read = Measured::read(path, read, &ReadOptions::default(), (&scene, None), &mut Vec::new());
+            let Measured::Record(measured) = read.unwrap() else { panic!("a record") };
+            measured
+        };
+        let (own, fast) = (measured(&shipped), measured(&path));
+        assert!(fast.record.series.len() > 100_000 && fast.recording.signal.len() < 20_000);
+        // Less noise has an earlier onset: what is measured in the ring-up, and faint lines, are others.
+        let strong = ["positive_peak", "negative_peak", "band_1/3", "band_2/3", "band_1", "band_2"];
+        let names = own.observation.fingerprint.names();
+        let both = own.observation.features.iter().zip(&fast.observation.features);
+        for (name, (a, b)) in names.iter().zip(both).filter(|(name, _)| strong.contains(&&***name)) {
+            assert!((a - b).abs() < 0.02, "{name}: {a} {b}");
+        }
+        assert!((fast.recording.noise_rms / own.recording.noise_rms - 0.8).abs() < 0.2);
+    }
+
+    #[test]
     fn what_a_long_memory_holds_behind_the_motion_changes_no_feature() {
         let scene = load("annulus", &["model.kind=chain".to_owned()]).unwrap();
         let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../measurements/twin-annulus/vib.csv");

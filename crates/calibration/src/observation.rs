@@ -49,6 +49,22 @@ pub(crate) fn highest_cutoff(drive_frequency: f64) -> f64 {
     f64::min(HIGHEST_CUTOFF, 0.42 * SAMPLES_PER_CYCLE as f64 * drive_frequency)
 }
 
+/// Highest sample rate that is kept, Hz: sixteen times the highest cutoff of any comparison. A faster record is averaged down to it.
+const DENSEST: f64 = 16.0 * HIGHEST_CUTOFF;
+
+/// Fewest averaged samples at rest that tell their noise.
+const FEWEST_QUIET: usize = 25;
+
+/// The means of so many samples each, at their middles.
+fn averaged(series: &Series, together: usize) -> Series {
+    if together == 1 {
+        return series.clone();
+    }
+    let mean = |samples: &[f64]| samples.iter().sum::<f64>() / together as f64;
+    let values = series.values.chunks_exact(together).map(mean).collect();
+    Series::new(series.start + 0.5 * (together - 1) as f64 * series.step, series.step * together as f64, values)
+}
+
 /// A recorded velocity or pressure and what is known of how it was recorded.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
@@ -144,12 +160,25 @@ impl Recording {
             RecordKind::Hydrophone => Measurand::Pressure,
             RecordKind::HornTip | RecordKind::Vibrometer => Measurand::Velocity,
         };
+        let together = ((DENSEST * record.series.step).recip() + 1e-9).floor().max(1.0) as usize;
+        let signal = averaged(&record.series, together);
+        let quiet = record.pretrigger / together;
+        let noise_rms = match together {
+            1 => record.noise_rms,
+            // As the quiet samples have it after averaging; else as white noise.
+            _ if quiet >= FEWEST_QUIET => {
+                let values = &signal.values[..quiet];
+                let mean = values.iter().sum::<f64>() / quiet as f64;
+                (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / quiet as f64).sqrt()
+            }
+            _ => record.noise_rms / (together as f64).sqrt(),
+        };
         Self {
             measurand,
-            signal: record.series.clone(),
-            noise_rms: record.noise_rms,
+            signal,
+            noise_rms,
             bandwidth: record.bandwidth,
-            quiet: record.pretrigger,
+            quiet,
             clipped: record.clipped,
             begins_late,
             masked: record.masked.iter().map(|masked| masked.gap).collect(),

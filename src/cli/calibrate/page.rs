@@ -82,7 +82,7 @@ fn frame(job: &Job, scene: &Scene) -> CalibrationReport {
     CalibrationReport {
         outcome: CalibrationOutcome { program: job.program.clone(), ..problem.outcome() },
         scene: scene.name.clone(),
-        scene_description: summary::described(scene, &problem.lead().bench.overrides),
+        scene_description: summary::in_words(scene),
         drive_frequency: scene.drive.frequency,
         bench: bench::bench(job, scene),
         records: Vec::new(),
