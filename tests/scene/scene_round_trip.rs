@@ -234,7 +234,7 @@ fn affect(scene: &mut Scene, (which, one, other): (u32, f64, f64)) {
     let mut holder = Holder {
         drag: given(2, one),
         friction_force: given(3, other),
-        clearance: given(4, 0.5 * least * one),
+        clearance: given(4, if is_chain { 0.5 } else { 0.1 } * least * one),
         friction_coefficient: if has(4) { given(5, other) } else { 0.0 },
         slip_velocity: 0.0,
     };
