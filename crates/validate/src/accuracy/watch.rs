@@ -151,7 +151,7 @@ pub fn relative_error(values: &[f64], reference: &[f64]) -> f64 {
 /// Slope p of ln e = p ln h + c by least squares; none for fewer than three points.
 ///
 /// ```
-/// use crate::accuracy::observed_slope;
+/// use granchain_validate::accuracy::observed_slope;
 /// let points: Vec<(f64, f64)> = [0.1, 0.05, 0.025].map(|h: f64| (h, 3.0 * h.powi(2))).to_vec();
 /// assert!((observed_slope(&points).unwrap() - 2.0).abs() < 1e-12);
 /// assert!(observed_slope(&points[..2]).is_none());
