@@ -26,7 +26,7 @@ def keys(program: Program, flag: str) -> set[str]:
 
 def test_every_key_of_reading_is_a_keyword(program: Program) -> None:
     options = granchain.ReadingOptions.__optional_keys__
-    own = {name.replace("-", "_") for name in told(program, "inspect") - {"kind", "read", "help"}}
+    own = {name.replace("-", "_") for name in told(program, "inspect") - {"kind", "read", "help", "force"}}
     known = keys(program, "--read")
     assert own | known | {"force_frequency"} == options
     of_drive = {name for name in granchain.RecordsOptions.__optional_keys__ if name.startswith("drive_")}

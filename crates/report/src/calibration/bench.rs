@@ -138,6 +138,6 @@ impl BenchReport {
                 panel = panel.layer(Layer::Polygons { label: label.into(), polygons, range: None });
             }
         }
-        Figure::new("The bench.").sized(PAGE_WIDTH_MM, 1).panel(panel)
+        Figure::new("The bench in section: piston, beads and support, to scale.").sized(PAGE_WIDTH_MM, 1).panel(panel)
     }
 }
