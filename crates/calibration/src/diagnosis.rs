@@ -24,7 +24,7 @@ use super::{
 use granchain_model::{
     self as model,
     chain::FiniteBodyLaws,
-    scene::{Bead, DampingKind, DriveKind, FlatContact, Scene, Support},
+    scene::{DampingKind, DriveKind, FlatContact, Material, Scene, Support},
 };
 use granchain_signal::Series;
 
@@ -64,15 +64,20 @@ const SHOTS: usize = 16;
 /// Change of the beads' radius that is tried, both ways.
 const RADIUS: f64 = 0.1;
 
-/// Materials of which beads are sold: name, Young's modulus (Pa), Poisson's ratio, density (kg/m³).
-const MATERIALS: [(&str, f64, f64, f64); 6] = [
-    ("chrome steel", 201e9, 0.3, 7833.0),
-    ("aluminium", 70e9, 0.33, 2700.0),
-    ("brass", 103e9, 0.34, 8500.0),
-    ("soda-lime glass", 70e9, 0.22, 2500.0),
-    ("zirconia", 205e9, 0.31, 6050.0),
-    ("tungsten carbide", 600e9, 0.22, 14_900.0),
-];
+/// Materials of which beads are sold.
+fn materials() -> [(&'static str, Material); 6] {
+    let other = |name: &'static str, youngs_modulus, poissons_ratio, density| {
+        (name, Material { name: name.into(), youngs_modulus, poissons_ratio, density })
+    };
+    [
+        ("chrome steel", Material::chrome_steel()),
+        ("aluminium", Material::aluminium()),
+        other("brass", 103e9, 0.34, 8500.0),
+        ("soda-lime glass", Material::glass()),
+        other("zirconia", 205e9, 0.31, 6050.0),
+        other("tungsten carbide", 600e9, 0.22, 14_900.0),
+    ]
+}
 
 /// Relative difference of constants below which they are those of one material.
 const ALIKE: f64 = 0.08;
@@ -160,11 +165,10 @@ impl Case<'_> {
             finding.equivalent = finding.p_value.is_some_and(|p| p >= DOUBTFUL && p >= AS_WELL * best);
         }
         let equivalent = findings.iter().filter(|finding| finding.equivalent).count();
-        findings.truncate(NAMED.max(1 + equivalent).min(EQUIVALENT));
         let record = warned.iter().map(|text| Finding::new(Cause::Record, None, text.clone()));
         // What is seen in a record comes before what would mend the model, which may only make up for it.
         let mut all: Vec<Finding> = record.take(NAMED - usize::from(!findings.is_empty())).collect();
-        findings.truncate(NAMED.max(1 + equivalent).saturating_sub(all.len()).max(1));
+        findings.truncate(NAMED.max(1 + equivalent).saturating_sub(all.len()).clamp(1, EQUIVALENT));
         all.extend(findings);
         all
     }
@@ -286,14 +290,14 @@ impl Case<'_> {
             suspects.push((Cause::Radius, scene, None, Box::new(move |_| text.clone())));
         }
         let first = own.chain.beads[0].material.clone();
-        for (name, modulus, ratio, density) in MATERIALS {
+        for (name, material) in materials() {
             let alike = |a: f64, b: f64| (a / b - 1.0).abs() < ALIKE;
-            if alike(first.youngs_modulus, modulus) && alike(first.density, density) {
+            if alike(first.youngs_modulus, material.youngs_modulus) && alike(first.density, material.density) {
                 continue;
             }
             let mut scene = own.clone();
-            for Bead { material, .. } in &mut scene.chain.beads {
-                (material.youngs_modulus, material.poissons_ratio, material.density) = (modulus, ratio, density);
+            for bead in &mut scene.chain.beads {
+                bead.material = Material { name: bead.material.name.clone(), ..material.clone() };
             }
             let text = format!(
                 "beads of {name} instead of {} (materials.{}.youngs_modulus, .poissons_ratio, .density)",
@@ -312,7 +316,7 @@ impl Case<'_> {
                 first.density / factor
             )
         };
-        suspects.push((Cause::Modulus, own.clone(), Some(Parameter::modulus()), Box::new(said)));
+        suspects.push((Cause::Modulus, own.clone(), Parameter::modulus(own), Box::new(said)));
         suspects
     }
 

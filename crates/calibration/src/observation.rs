@@ -11,6 +11,7 @@ use granchain_signal::{
         fingerprint::{FeatureSet, Fingerprint, FingerprintError, Placed, SAMPLES_PER_CYCLE},
         landmark::{Strength, onset_threshold},
     },
+    mean_and_rms,
 };
 
 /// Nugget of an early feature, in ln.
@@ -166,11 +167,7 @@ impl Recording {
         let noise_rms = match together {
             1 => record.noise_rms,
             // As the quiet samples have it after averaging; else as white noise.
-            _ if quiet >= FEWEST_QUIET => {
-                let values = &signal.values[..quiet];
-                let mean = values.iter().sum::<f64>() / quiet as f64;
-                (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / quiet as f64).sqrt()
-            }
+            _ if quiet >= FEWEST_QUIET => mean_and_rms(&signal.values[..quiet]).1,
             _ => record.noise_rms / (together as f64).sqrt(),
         };
         Self {

@@ -5,7 +5,7 @@ use thiserror::Error;
 
 mod table;
 
-use self::table::{ALPHA, MODULUS, STIFFER, Widening};
+use self::table::{ALPHA, MODULUS, Widening};
 pub use self::table::{PARAMETERS, Row, Shown};
 use super::observation::highest_cutoff;
 use granchain_model::{
@@ -123,8 +123,13 @@ impl Parameter {
     }
 
     /// The factor on Young's modulus of the beads, which a diagnosis alone searches.
-    pub(crate) fn modulus() -> Self {
-        Self::of(Target::Modulus, MODULUS.key, "1", STIFFER, MODULUS.widening)
+    pub(crate) fn modulus(scene: &Scene) -> Option<Self> {
+        Self::of_row(&MODULUS, scene).ok()
+    }
+
+    fn of_row(row: &Row, scene: &Scene) -> Result<Self, ParameterError> {
+        let (unit, low, high) = (row.bounds)(scene)?;
+        Ok(Self::of(row.target, row.key, unit, (low, high), row.widening))
     }
 
     /// The damping coefficient of a law: c in 0.03 … 3 N·s/m, γ in 300 … 30 000 N·s·m^(-3/2); `None` for a law without
@@ -136,7 +141,7 @@ impl Parameter {
         Some(Self::of(Target::Damping(term), "damping", unit, alone, Widening::Far))
     }
 
-    /// The parameters that `name` stands for in `scene`, with the bounds they are searched between unless told otherwise: those of [`PARAMETERS`], the
+    /// The parameters that `name` stands for in `scene`, with the bounds they are searched between by default: those of [`PARAMETERS`], the
     /// coefficient of the scene's damping law, or its two: c in 0.01 … 3 N·s/m and γ in 100 … 30 000 N·s·m^(-3/2), each down to where hardly a record
     /// feels it, for either may be all there is.
     ///
@@ -162,8 +167,7 @@ impl Parameter {
         }
         let row = PARAMETERS.iter().find(|row| row.key == name);
         let row = row.ok_or_else(|| ParameterError::Unknown { name: name.into() })?;
-        let (unit, low, high) = (row.bounds)(scene)?;
-        Ok(vec![Self::of(row.target, name, unit, (low, high), row.widening)])
+        Ok(vec![Self::of_row(row, scene)?])
     }
 
     fn of(target: Target, name: &str, unit: &str, (low, high): (f64, f64), widening: Widening) -> Self {

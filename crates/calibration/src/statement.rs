@@ -78,15 +78,15 @@ pub fn statements(fit: &Fit) -> Vec<String> {
         ));
     }
     said.extend(further_ridges(fit));
-    let untold: Vec<(&Estimate, &Parameter)> =
+    let unidentified: Vec<(&Estimate, &Parameter)> =
         fit.estimates.iter().zip(&fit.parameters).filter(|(estimate, _)| estimate.unidentified).collect();
-    if untold.len() > 1 && untold.len() == fit.parameters.len() {
+    if unidentified.len() > 1 && unidentified.len() == fit.parameters.len() {
         said.push(
             "These data hold none of the parameters that were to be fitted: fewer of them, or more records together."
                 .into(),
         );
     }
-    for (estimate, parameter) in &untold {
+    for (estimate, parameter) in &unidentified {
         said.push(format!(
             "{} is unidentified: its interval ({} to {}{}) is hardly narrower than the box that was searched. {}",
             estimate.name,

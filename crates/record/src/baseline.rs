@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use realfft::num_complex::Complex;
 
-use granchain_signal::Series;
+use granchain_signal::{Series, mean_and_rms};
 
 /// Fewest quiet samples whose mean is a baseline.
 pub(super) const FEWEST_QUIET: usize = 8;
@@ -29,16 +29,6 @@ const LINELESS: f64 = 0.2;
 
 /// Roughness below which samples are motion: noise that a decoder passes up to a tenth of the sample rate has 0.13.
 const SMOOTH: f64 = 0.1;
-
-/// Mean and rms about it.
-pub(super) fn mean_and_rms(values: &[f64]) -> (f64, f64) {
-    if values.is_empty() {
-        return (0.0, 0.0);
-    }
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    (mean, (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt())
-}
 
 /// The middle value, of an even number the upper of the two; 0 of none.
 pub(super) fn median(values: &[f64]) -> f64 {

@@ -9,7 +9,7 @@ use std::{ops::Range, str::FromStr};
 
 use serde::Serialize;
 
-use granchain_signal::{Dimension, Gap, LowPass, Quantity, QuantityError, Series, bridge};
+use granchain_signal::{Dimension, Gap, LowPass, Quantity, QuantityError, Series, bridge, spline::cubic};
 
 use super::baseline::median;
 
@@ -464,8 +464,7 @@ impl Search {
         let count = values.len() as isize;
         let at = |place: f64| {
             let (whole, part) = (place.floor() as isize, place - place.floor());
-            let [a, b, c, d] = [-1, 0, 1, 2].map(|k| values[(whole + k).clamp(0, count - 1) as usize]);
-            b + 0.5 * part * (c - a + part * (2.0 * a - 5.0 * b + 4.0 * c - d + part * (3.0 * (b - c) + d - a)))
+            cubic([-1, 0, 1, 2].map(|k| values[(whole + k).clamp(0, count - 1) as usize]), part)
         };
         let rest = median(&values[..usize::min(self.first_motion, values.len())]);
         let noise = self.noise(values);

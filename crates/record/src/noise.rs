@@ -4,8 +4,8 @@ use std::f64::consts::{LN_2, PI};
 
 use realfft::RealFftPlanner;
 
-use super::baseline::{FEWEST_QUIET, mean_and_rms};
-use granchain_signal::Series;
+use super::baseline::FEWEST_QUIET;
+use granchain_signal::{Series, mean_and_rms};
 
 /// What a record's noise was told from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]

@@ -6,11 +6,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use granchain_signal::{Dimension, Quantity, Series, Unit, integral, sha256};
+use granchain_signal::{Dimension, Quantity, Series, Unit, integral, mean_and_rms, sha256};
 
 use super::{
     Baseline, MeasurementError, NoiseSource, ReadOptions, Record, RecordKind, RecordedQuantity, Sensitivity,
-    baseline::{FEWEST_PERIODS, FEWEST_QUIET, mean_and_rms, plateau_mean, quiet_lead, without_drift},
+    baseline::{FEWEST_PERIODS, FEWEST_QUIET, plateau_mean, quiet_lead, without_drift},
     column::{Column, is_of, is_peak_detect},
     encoding, estimate, header, line,
     mask::{self, Masking},

@@ -13,7 +13,7 @@ pub struct NoiseSpectrum {
     pub flicker: f64,
 }
 
-/// Fewest samples of which a spectrum is told.
+/// Fewest samples that give a spectrum.
 const FEWEST: usize = 64;
 /// Twice the gain of the logarithm of the likelihood from which noise is said to have a 1/f part: by chance one record in a thousand.
 const GAIN: f64 = 10.8;

@@ -29,5 +29,5 @@ pub use flicker::{FlickerSource, NoiseSpectrum};
 pub use quantity::{Dimension, Quantity, QuantityError};
 pub use repair::{Gap, bridge};
 pub use resample::{Resampler, resample};
-pub use series::Series;
+pub use series::{Series, mean_and_rms};
 pub use unit::Unit;

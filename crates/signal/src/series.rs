@@ -13,6 +13,17 @@ pub struct Series {
     pub values: Vec<f64>,
 }
 
+/// Mean, and rms about it; 0 of none.
+#[must_use]
+pub fn mean_and_rms(values: &[f64]) -> (f64, f64) {
+    if values.is_empty() {
+        return (0.0, 0.0);
+    }
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (mean, (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt())
+}
+
 impl Series {
     /// A series from its first instant, its interval and its samples.
     #[must_use]

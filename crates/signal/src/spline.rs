@@ -16,6 +16,12 @@
 
 use super::Series;
 
+/// The cubic of Catmull and Rom through four samples, at the part `t` from the second to the third.
+#[must_use]
+pub fn cubic([a, b, c, d]: [f64; 4], t: f64) -> f64 {
+    b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)))
+}
+
 /// What lies beyond the first and the last sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ends {

@@ -38,34 +38,33 @@ pub fn bench(job: &Job, scene: &Scene) -> BenchReport {
             None => "default".into(),
         }
     };
-    let mut rows = Vec::new();
-    let mut row = |part: &str, value: String, keys: &[&str], parameters: &[&str]| {
-        rows.push(BenchRow { part: part.into(), value, origin: origin(keys, parameters) });
+    let row = |part: &str, value: String, keys: &[&str], parameters: &[&str]| BenchRow {
+        part: part.into(),
+        value,
+        origin: origin(keys, parameters),
     };
-    row("beads", beads(scene), &["chain.beads", "chain.radius", "chain.override", "chain.mesh"], &[]);
-    row("bead material", material(&scene.chain.beads[0].material), &["chain.material", "materials"], &[]);
     let piston = if scene.piston == FlatContact::Rigid { "rigid flat" } else { "half-space of the bead's material" };
-    row("piston's face", piston.into(), &["piston.contact"], &[]);
-    row("support", support(scene), &["support", "disc", "water"], &["support_stiffness"]);
-    row("gaps", gaps(scene), &["chain.gaps"], &["gap"]);
-    row(
-        "static force",
-        engineering(scene.chain.precompression, "N", 3),
-        &["chain.precompression"],
-        &["precompression"],
-    );
     let law = match scene.contact_law {
         _ if scene.model.kind.is_meshed() => "computed on the meshed bodies",
         ContactLaw::Hertz => "Hertz",
         ContactLaw::FiniteBody => "fitted to finite bodies",
     };
-    row("contacts", law.into(), &["model.contact_law"], &[]);
-    row("damping", summary::damping(scene), &["damping"], &["damping"]);
-    if let Some(horn) = &scene.horn {
+    let force = engineering(scene.chain.precompression, "N", 3);
+    let mut rows = vec![
+        row("beads", beads(scene), &["chain.beads", "chain.radius", "chain.override", "chain.mesh"], &[]),
+        row("bead material", material(&scene.chain.beads[0].material), &["chain.material", "materials"], &[]),
+        row("piston's face", piston.into(), &["piston.contact"], &[]),
+        row("support", support(scene), &["support", "disc", "water"], &["support_stiffness"]),
+        row("gaps", gaps(scene), &["chain.gaps"], &["gap"]),
+        row("static force", force, &["chain.precompression"], &["precompression"]),
+        row("contacts", law.into(), &["model.contact_law"], &[]),
+        row("damping", summary::damping(scene), &["damping"], &["damping"]),
+    ];
+    rows.extend(scene.horn.map(|horn| {
         let value = format!("modal mass {}, {}", engineering(horn.mass, "kg", 3), engineering(horn.frequency, "Hz", 4));
-        row("compliant horn", value, &["horn"], &["horn_mass"]);
-    }
-    if let Some(holder) = &scene.holder {
+        row("compliant horn", value, &["horn"], &["horn_mass"])
+    }));
+    rows.extend(scene.holder.map(|holder| {
         let value = format!(
             "drag {}, friction {}, μ {}, clearance {}",
             engineering(holder.drag, "N·s/m", 3),
@@ -73,18 +72,14 @@ pub fn bench(job: &Job, scene: &Scene) -> BenchReport {
             significant(holder.friction_coefficient, 3),
             engineering(holder.clearance, "m", 3)
         );
-        row("bead guide", value, &["holder"], &["drag", "friction"]);
-    }
+        row("bead guide", value, &["holder"], &["drag", "friction"])
+    }));
     let drive = format!("{} at {}", summary::drive(scene), engineering(scene.drive.frequency, "Hz", 5));
-    if bench.drive.is_some() {
-        rows.push(BenchRow { part: "drive".into(), value: drive, origin: "horn record; alpha fitted".into() });
-    } else {
-        row("drive", drive, &["drive", "alpha"], &["alpha"]);
-    }
-    let mut row = |part: &str, value: String, keys: &[&str], parameters: &[&str]| {
-        rows.push(BenchRow { part: part.into(), value, origin: origin(keys, parameters) });
-    };
-    row("model", summary::model(scene), &["model"], &[]);
+    rows.push(match bench.drive {
+        Some(_) => BenchRow { part: "drive".into(), value: drive, origin: "horn record; alpha fitted".into() },
+        None => row("drive", drive, &["drive", "alpha"], &["alpha"]),
+    });
+    rows.push(row("model", summary::model(scene), &["model"], &[]));
     BenchReport {
         rows,
         radii: scene.chain.beads.iter().map(|bead| bead.radius).collect(),

@@ -56,9 +56,6 @@ const fn shown(name: &'static str, symbol: &'static str, unit: &'static str, fac
 /// Box of the amplitude scale: the source paper swept 0.1 to 1.5.
 pub(super) const ALPHA: (f64, f64) = (0.05, 3.0);
 
-/// Box of the modulus over the scene's own.
-pub(super) const STIFFER: (f64, f64) = (0.2, 5.0);
-
 /// All but the coefficients of damping laws.
 pub const PARAMETERS: &[Row] = &[
     Row {
@@ -193,7 +190,7 @@ pub(super) const MODULUS: Row = Row {
     key: "modulus",
     shown: |_| shown("Young's modulus over the scene's", "E/E₀", "1", 1.0),
     scene_key: |_| "materials.*.youngs_modulus",
-    bounds: |_| Ok(("1", STIFFER.0, STIFFER.1)),
+    bounds: |_| Ok(("1", 0.2, 5.0)),
     widening: Widening::Not,
     get: |_| None,
     set: |scene, value| scene.chain.beads.iter_mut().for_each(|bead| bead.material.youngs_modulus *= value),

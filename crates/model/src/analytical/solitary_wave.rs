@@ -1,5 +1,7 @@
 //! The solitary wave of an uncompressed chain.
 
+use granchain_signal::spline::cubic;
+
 /// κ of the discrete chain: a number of the project's table of reference values, not a closed form. A run of 200 beads
 /// (`tests/model/chain_exact.rs`) confirms it to 1e-6, [`DiscretePulse`] to 1e-8; the further digits are taken over from the table.
 pub const DISCRETE_SPEED_FACTOR: f64 = 0.907_470_078_412;
@@ -166,8 +168,8 @@ fn interpolated(values: &[f64], place: f64) -> f64 {
         return 0.0;
     }
     let (index, t) = (position.floor() as usize, position.fract());
-    let [a, b, c, d] = [-1, 0, 1, 2].map(|shift| at(values, index, shift));
-    b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)))
+    let neighbours = [-1, 0, 1, 2].map(|shift| at(values, index, shift));
+    cubic(neighbours, t)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use crate::{
     contact_law::{self, dashpots},
     scene::{DampingCoefficients, DampingTerm, DriveKind, Scene},
 };
-use granchain_signal::Series;
+use granchain_signal::{Series, spline::cubic};
 
 /// What one run of an ensemble changes in the scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -147,8 +147,8 @@ impl Variation {
         let at = |index: usize| -> f64 {
             let place = ((trace.time(index) * faster - trace.start) / trace.step).clamp(0.0, last as f64);
             let (whole, t) = (place.floor() as usize, place.fract());
-            let [a, b, c, d] = [0, 1, 2, 3].map(|k| trace.values[(whole + k).saturating_sub(1).min(last)]);
-            b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)))
+            let neighbours = [0, 1, 2, 3].map(|k| trace.values[(whole + k).saturating_sub(1).min(last)]);
+            cubic(neighbours, t)
         };
         let values = (0..count).map(|index| faster * at(index)).collect();
         Series::new(trace.start, trace.step, values)

@@ -87,9 +87,9 @@ pub enum Condition {
     HornSign,
     /// Young's modulus of the beads a quarter too small or too large.
     Modulus,
-    /// Beads of aluminium, told as steel.
+    /// Beads of aluminium, stated as steel.
     Aluminium,
-    /// Half-spaces at both ends, told as rigid.
+    /// Half-spaces at both ends, stated as rigid.
     EndFaces,
     /// The velocity ten times too large.
     ScaleUp,
