@@ -103,16 +103,7 @@ fn brief(command: clap::Command) -> clap::Command {
         let hidden = SESSION.contains(&argument.get_id().as_str());
         argument.hide(hidden)
     });
-    let after = command
-        .get_after_help()
-        .map(|text| {
-            format!(
-                "{text}
-
-"
-            )
-        })
-        .unwrap_or_default();
+    let after = command.get_after_help().map(|text| format!("{text}\n\n")).unwrap_or_default();
     command.after_help(format!("{after}{SESSION_FLAGS}")).mut_subcommands(brief)
 }
 
