@@ -40,7 +40,6 @@ impl Estimate {
     /// assert!(Estimate::of(&fine).check(&scene::Limits::NONE).is_ok());
     /// # Ok::<(), granchain_model::scene::SceneError>(())
     /// ```
-    #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let model = &scene.model;
         let (beads, samples) = (scene.chain.beads.len() as f64, scene.duration / scene.output_step);
@@ -62,7 +61,6 @@ impl Estimate {
     }
 
     /// Of the scene's bodies alone, of which nothing is stepped.
-    #[must_use]
     pub fn of_bodies(scene: &Scene) -> Self {
         Self { work: 0.0, ..Self::of(scene) }
     }
@@ -74,9 +72,6 @@ impl Estimate {
     }
 
     /// Refuse what is above the limits.
-    ///
-    /// # Errors
-    /// [`ModelError::TooMuchWork`], [`ModelError::TooMuchMemory`].
     pub fn check(&self, limits: &Limits) -> Result<(), ModelError> {
         let Self { work, memory } = *self;
         if work > limits.work {

@@ -30,9 +30,6 @@ pub type Progress<'a> = &'a mut dyn FnMut(f64) -> bool;
 /// A model turns a scene into a response.
 pub trait Model {
     /// Run the scene from rest (or precompressed equilibrium) to its duration.
-    ///
-    /// # Errors
-    /// A typed [`ModelError`] when the scene cannot be run or the run failed; never NaN in a response.
     fn run(&self, scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError>;
 }
 
@@ -45,9 +42,6 @@ fn need_drive(scene: &Scene, model: &'static str) -> Result<(), ModelError> {
 }
 
 /// Run a scene on the model it asks for: [`prepare`], then [`Prepared::run`].
-///
-/// # Errors
-/// As both.
 pub fn run(scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError> {
     prepare(scene)?.run(scene, progress)
 }
@@ -206,9 +200,6 @@ pub enum ModelError {
 }
 
 /// Refuse a response whose energy balance is open.
-///
-/// # Errors
-/// [`ModelError::EnergyBalance`].
 pub fn check_energy(energy: &response::EnergyLedger) -> Result<(), ModelError> {
     if energy.is_broken() {
         return Err(ModelError::EnergyBalance { residual_j: energy.residual_j, largest_j: energy.largest_j });

@@ -53,17 +53,11 @@ enum Rung {
 }
 
 /// Make the bodies of a scene ready for the model it asks for.
-///
-/// # Errors
-/// A typed [`ModelError`] when there is no such model of these bodies.
 pub fn prepare(scene: &Scene) -> Result<Prepared, ModelError> {
     prepare_with(scene, None)
 }
 
 /// As [`prepare`], with reduced bodies read from a cache that holds them, and kept there where it does not. Results are the same to the bit.
-///
-/// # Errors
-/// As [`prepare`]; a cache that cannot be read or written is none.
 pub fn prepare_with(scene: &Scene, cache: Option<&Cache>) -> Result<Prepared, ModelError> {
     let (rung, made) = tally::during(|| rung(scene, cache));
     Ok(Prepared { bodies: Bodies::of(scene), rung: rung?, made })
@@ -114,9 +108,6 @@ impl Prepared {
     }
 
     /// As [`Prepared::run`], with the piston moving as `motion` instead of the scene's drive.
-    ///
-    /// # Errors
-    /// As [`Prepared::run`].
     pub fn run_with(
         &self,
         scene: &Scene,
@@ -156,7 +147,6 @@ impl Prepared {
     }
 
     /// How many runs [`Prepared::traces`] makes side by side.
-    #[must_use]
     pub fn together(&self) -> usize {
         match &self.rung {
             Rung::Reduced { .. } if self.bodies.water.is_none() => reduced::MOST_TOGETHER,
@@ -169,9 +159,6 @@ impl Prepared {
     /// duration, it does: eight of the reduced model take the time of two to three.
     ///
     /// - `go_on`: asked now and then; what is not finished once it says no is [`ModelError::Stopped`]
-    ///
-    /// # Errors
-    /// As [`Prepared::run`], for each.
     pub fn traces(&self, scenes: &[Scene], go_on: &dyn Fn() -> bool) -> Vec<Result<Series, ModelError>> {
         let mut traces = Vec::with_capacity(scenes.len());
         for together in scenes.chunk_by(reduced::go_together) {
@@ -191,13 +178,11 @@ impl Prepared {
     }
 
     /// What making them ready took: nothing of what a cache held, nothing of what a run makes itself, such as the bodies of `fea`.
-    #[must_use]
     pub fn work(&self) -> Preparation {
         self.made
     }
 
     /// Why reduced bodies could not be kept for the next time, if they could not.
-    #[must_use]
     pub fn warning(&self) -> Option<&str> {
         match &self.rung {
             Rung::Reduced { origin: Origin::Made { not_kept }, .. } => not_kept.as_deref(),
@@ -206,7 +191,6 @@ impl Prepared {
     }
 
     /// What a reader of a run's results must know besides: limits of the model that it passed.
-    #[must_use]
     pub fn warnings(&self, scene: &Scene, response: &Response) -> Vec<String> {
         let mut warnings = match &self.rung {
             Rung::Reduced { reduction, .. } => reduction.warnings(response),
@@ -222,13 +206,11 @@ impl Prepared {
     }
 
     /// Whether a scene has these bodies.
-    #[must_use]
     pub fn fits(&self, scene: &Scene) -> bool {
         self.bodies.difference(scene).is_none()
     }
 
     /// The reduced bodies and where they come from, where the model is the reduced one.
-    #[must_use]
     pub fn reduction(&self) -> Option<(&Reduction, &Origin)> {
         match &self.rung {
             Rung::Reduced { reduction, origin } => Some((reduction, origin)),
@@ -238,7 +220,6 @@ impl Prepared {
 
     /// The contact laws fitted to the bodies, where the model is the chain and they are not Hertz' and the paper's: what
     /// [`super::chain::ensemble::Ensemble::with_laws`] takes.
-    #[must_use]
     pub fn contact_laws(&self) -> Option<&FiniteBodyLaws> {
         match &self.rung {
             Rung::Chain(fitted) => fitted.as_ref(),

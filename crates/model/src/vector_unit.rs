@@ -1,7 +1,6 @@
 //! What does the arithmetic.
 
 /// Architecture and vector unit: last digits of factors and modes depend on them.
-#[must_use]
 pub fn vector_unit() -> String {
     #[cfg(target_arch = "x86_64")]
     {

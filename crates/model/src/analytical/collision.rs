@@ -23,19 +23,16 @@ pub struct Collision {
 
 impl Collision {
     /// Largest overlap δ_max = (5 m_r v²/(4k))^(2/5), m.
-    #[must_use]
     pub fn largest_overlap(&self) -> f64 {
         (1.25 * self.reduced_mass * self.speed * self.speed / self.hertz_stiffness).powf(0.4)
     }
 
     /// Largest force k δ_max^(3/2), N.
-    #[must_use]
     pub fn largest_force(&self) -> f64 {
         self.hertz_stiffness * self.largest_overlap().powf(1.5)
     }
 
     /// Duration (4√π/5) Γ(2/5)/Γ(9/10) δ_max/v = 2.9432751843247 δ_max/v, s.
-    #[must_use]
     pub fn duration(&self) -> f64 {
         let factor = 0.8 * PI.sqrt() * libm::tgamma(0.4) / libm::tgamma(0.9);
         factor * self.largest_overlap() / self.speed

@@ -45,7 +45,6 @@ impl BaffledPiston {
     /// Z = ρcπa² [1 − J₁(2ka)/(ka) + i H₁(2ka)/(ka)],  k = ω/c, H₁ Struve's function.
     ///
     /// Exact; the resistance loses digits to cancellation as ka → 0 (relative 1e-15/(ka)²).
-    #[must_use]
     pub fn impedance(&self, angular_frequency: f64) -> (f64, f64) {
         let plane = self.density * self.sound_speed * PI * self.radius * self.radius;
         let ka = angular_frequency * self.radius / self.sound_speed;
@@ -58,7 +57,6 @@ impl BaffledPiston {
     /// Pressure far away at the angle θ (rad) from the axis over that on the axis, 2 J₁(x)/x with x = ka sin θ, at the angular frequency ω (rad/s).
     ///
     /// Valid at distances ≫ a and ≫ ka². Its first zero is x = 3.8317, its −6 dB point x = 2.2150.
-    #[must_use]
     pub fn directivity(&self, angle: f64, angular_frequency: f64) -> f64 {
         let x = angular_frequency * self.radius / self.sound_speed * angle.sin();
         // 1 − x²/8 + …: below, J₁ itself loses no digits but 0/0 is none.
@@ -66,7 +64,6 @@ impl BaffledPiston {
     }
 
     /// Mass of fluid that moves with the piston at low frequency, (8/3) ρ a³, kg: the limit of Im Z/ω.
-    #[must_use]
     pub fn added_mass(&self) -> f64 {
         8.0 / 3.0 * self.density * self.radius.powi(3)
     }
@@ -78,7 +75,6 @@ impl BaffledPiston {
 /// H₁ = (2/π) (1 − J₀) + (4/π) Σ_{k≥1} J_{2k}/(4k² − 1) beyond, where nothing cancels.
 ///
 /// Abramowitz & Stegun (1964), *Handbook of Mathematical Functions*, 12.1.5 and 12.1.20.
-#[must_use]
 pub fn struve_1(x: f64) -> f64 {
     if x <= 2.0 {
         let (mut term, mut sum, mut odd) = (x * x / 3.0, 0.0, 3.0);

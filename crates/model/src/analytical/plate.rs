@@ -19,7 +19,6 @@ pub struct ThinPlate {
 
 impl ThinPlate {
     /// Flexural rigidity D = E h³/(12 (1 − ν²)), N·m.
-    #[must_use]
     pub(crate) fn rigidity(&self) -> f64 {
         let Material { youngs_modulus, poissons_ratio, .. } = self.material;
         youngs_modulus * self.thickness.powi(3) / (12.0 * (1.0 - poissons_ratio * poissons_ratio))
@@ -28,7 +27,6 @@ impl ThinPlate {
     /// Frequency of the axisymmetric mode `mode` (from 1) of the plate clamped at its rim, Hz:
     ///
     /// f = λ²/(2πa²) √(D/(ρh)),  J₀(λ) I₁(λ) + I₀(λ) J₁(λ) = 0,  λ = 3.19622, 6.30644, 9.43950, …
-    #[must_use]
     pub fn clamped_frequency(&self, mode: usize) -> f64 {
         // One root in each (nπ, nπ + π/2), where J₀ and J₁ of equal sign become unequal.
         let determinant = |x: f64| libm::j0(x) * bessel_ratio(x) + libm::j1(x);
@@ -43,13 +41,11 @@ impl ThinPlate {
     }
 
     /// Deflection of the middle of the clamped plate under a unit force there, a²/(16πD), m/N.
-    #[must_use]
     pub fn clamped_flexibility(&self) -> f64 {
         self.radius * self.radius / (16.0 * PI * self.rigidity())
     }
 
     /// Deflection of the middle of the simply supported plate under a unit force there, (3 + ν)/(1 + ν) a²/(16πD), m/N.
-    #[must_use]
     pub fn supported_flexibility(&self) -> f64 {
         let nu = self.material.poissons_ratio;
         (3.0 + nu) / (1.0 + nu) * self.clamped_flexibility()
@@ -60,7 +56,6 @@ impl ThinPlate {
     /// f = f₁/√(1 + β ρ_f a/(ρh)),  β = [`LAMB_COEFFICIENT`].
     ///
     /// Lamb (1920), *Proc. R. Soc. A* 98, 205.
-    #[must_use]
     pub fn lamb_frequency(&self, fluid_density: f64) -> f64 {
         let ratio = fluid_density * self.radius / (self.material.density * self.thickness);
         self.clamped_frequency(1) / (1.0 + LAMB_COEFFICIENT * ratio).sqrt()

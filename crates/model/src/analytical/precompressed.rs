@@ -10,7 +10,6 @@ use std::f64::consts::PI;
 ///
 /// Valid for motions far smaller than the static overlap. Brillouin (1953), *Wave Propagation in Periodic Structures*, §5; Coste, Falcon,
 /// Fauve (1997), *Phys. Rev. E* 56, 6104.
-#[must_use]
 pub fn cutoff_frequency(mass: f64, hertz_stiffness: f64, precompression: f64) -> f64 {
     let tangent_stiffness = 1.5 * hertz_stiffness.powf(2.0 / 3.0) * precompression.cbrt();
     (tangent_stiffness / mass).sqrt() / PI
@@ -20,7 +19,6 @@ pub fn cutoff_frequency(mass: f64, hertz_stiffness: f64, precompression: f64) ->
 ///
 /// A rigid flat is 2√2 times as stiff as a bead in k, hence twice as stiff in tangent at the same force: just what a mirror image of the
 /// chain behind the flat amounts to, so the modes are cosines with their antinodes half a spacing outside the end beads.
-#[must_use]
 pub fn mode_frequency(cutoff_frequency: f64, mode: usize, beads: usize) -> f64 {
     cutoff_frequency * (mode as f64 * PI / (2 * beads) as f64).sin()
 }

@@ -22,13 +22,11 @@ pub const NESTERENKO_SPEED_FACTOR: f64 = 0.914_610_103_855;
 /// let speed = solitary_wave_speed(DISCRETE_SPEED_FACTOR, 0.5e-3, 4.101349209e-6, 2.328270365e9, 0.1);
 /// assert!((speed - 456.535947).abs() < 1e-5);
 /// ```
-#[must_use]
 pub fn solitary_wave_speed(speed_factor: f64, radius: f64, mass: f64, hertz_stiffness: f64, peak_velocity: f64) -> f64 {
     2.0 * radius * speed_factor * (hertz_stiffness / mass).powf(0.4) * peak_velocity.powf(0.2)
 }
 
 /// Width of Nesterenko's solitary wave, π√10 a: just under five bead diameters, whatever its amplitude.
-#[must_use]
 pub fn nesterenko_width(radius: f64) -> f64 {
     std::f64::consts::PI * 10f64.sqrt() * radius
 }
@@ -44,7 +42,6 @@ pub fn nesterenko_width(radius: f64) -> f64 {
 /// # use granchain_model::analytical::nesterenko_profile;
 /// assert_eq!((nesterenko_profile(0.0), nesterenko_profile(2.6)), (1.0, 0.0));
 /// ```
-#[must_use]
 pub fn nesterenko_profile(place: f64) -> f64 {
     let angle = 0.4f64.sqrt() * place;
     if angle.abs() < std::f64::consts::FRAC_PI_2 { angle.cos().powi(4) } else { 0.0 }
@@ -90,7 +87,6 @@ pub struct DiscretePulse {
 
 impl DiscretePulse {
     /// Solve for the pulse.
-    #[must_use]
     pub fn solve() -> Self {
         let count = 2 * REACH * CELLS + 1;
         let middle = REACH * CELLS;
@@ -119,19 +115,16 @@ impl DiscretePulse {
     }
 
     /// κ.
-    #[must_use]
     pub fn speed_factor(&self) -> f64 {
         self.speed_factor
     }
 
     /// Force of a contact over its largest, at `place` bead diameters from the crest.
-    #[must_use]
     pub fn force(&self, place: f64) -> f64 {
         interpolated(&self.force, place)
     }
 
     /// Velocity of a bead over its largest, at `place` bead diameters from the crest.
-    #[must_use]
     pub fn velocity(&self, place: f64) -> f64 {
         interpolated(&self.velocity, place)
     }

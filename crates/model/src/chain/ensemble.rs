@@ -56,17 +56,11 @@ impl Ensemble {
     pub const STEPS_PER_PERIOD: u32 = 160;
 
     /// Prepare the scene: fixed step T0/`steps_per_period`, drive sampled once for all runs.
-    ///
-    /// # Errors
-    /// When the scene cannot be run on the chain.
     pub fn new(scene: &Scene, steps_per_period: u32) -> Result<Self, ModelError> {
         Self::on(scene, None, steps_per_period)
     }
 
     /// The same with the laws of the scene's bodies known already: see [`FiniteBodyLaws`].
-    ///
-    /// # Errors
-    /// As [`Ensemble::new`], and for laws of other bodies.
     pub fn with_laws(scene: &Scene, fitted: &FiniteBodyLaws, steps_per_period: u32) -> Result<Self, ModelError> {
         Self::on(scene, Some(fitted), steps_per_period)
     }
@@ -97,19 +91,16 @@ impl Ensemble {
     }
 
     /// Interval between two samples of the result, s.
-    #[must_use]
     pub fn step(&self) -> f64 {
         self.step
     }
 
     /// Number of samples of the result.
-    #[must_use]
     pub fn samples(&self) -> usize {
         self.steps + 1
     }
 
     /// Run every variation; the velocity of the last bead's pole (m/s) at every step from time zero, or why that run failed.
-    #[must_use]
     pub fn run(&self, variations: &[Variation]) -> Vec<Result<Series, ModelError>> {
         let mut results: Vec<Result<Series, ModelError>> = Vec::with_capacity(variations.len());
         let mut groups: [Vec<usize>; ALL_TERMS as usize + 1] = Default::default();

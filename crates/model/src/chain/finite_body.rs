@@ -169,7 +169,6 @@ impl FiniteBodyLaws {
     }
 
     /// Largest error of all fits, 1; 0 where nothing was fitted.
-    #[must_use]
     pub fn largest_error(&self) -> f64 {
         self.fits.iter().filter_map(|fit| fit.quality).map(|quality| quality.largest_error).fold(0.0, f64::max)
     }

@@ -24,9 +24,6 @@ impl Forecast {
     }
 
     /// Look after `steps` steps at `time` (s).
-    ///
-    /// # Errors
-    /// [`ModelError::TooManySteps`].
     #[inline(always)]
     pub fn look(&mut self, steps: u64, time: f64) -> Result<(), ModelError> {
         if !steps.is_multiple_of(Self::STEPS) {

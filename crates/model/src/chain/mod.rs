@@ -64,7 +64,6 @@ pub struct InitialState {
 
 impl InitialState {
     /// All beads in place and at rest.
-    #[must_use]
     pub fn at_rest(beads: usize) -> Self {
         Self { displacements: vec![0.0; beads], velocities: vec![0.0; beads] }
     }
@@ -79,9 +78,6 @@ impl Model for ChainModel {
 impl ChainModel {
     /// Run the scene from a given state of the beads. A gap of `f64::INFINITY` takes a contact away, such as piston or support of a
     /// free chain.
-    ///
-    /// # Errors
-    /// A typed [`ModelError`] when the scene cannot be run or the run failed.
     pub fn run_from(
         &self,
         scene: &Scene,
@@ -93,9 +89,6 @@ impl ChainModel {
     }
 
     /// As [`ChainModel::run_from`], with the piston moving as `motion` instead of the scene's drive.
-    ///
-    /// # Errors
-    /// A typed [`ModelError`] when the scene cannot be run or the run failed.
     pub fn run_with(
         &self,
         scene: &Scene,
@@ -108,9 +101,6 @@ impl ChainModel {
 
     /// As [`ChainModel::run_with`], with the laws of the scene's bodies known already: see [`FiniteBodyLaws`]. They have no effect where
     /// the scene asks for the law of Hertz.
-    ///
-    /// # Errors
-    /// A typed [`ModelError`] when the scene cannot be run, the run failed, or the laws are those of other bodies.
     pub fn run_with_laws(
         &self,
         scene: &Scene,
@@ -150,9 +140,6 @@ impl ChainModel {
 
     /// Run the scene with the adaptive integrator and keep the whole motion, for extremes between samples. Memory grows with the number
     /// of steps: 128 bytes a bead and step.
-    ///
-    /// # Errors
-    /// A typed [`ModelError`] when the scene cannot be run, the run failed, or the scene asks for the fixed-step integrator.
     pub fn trajectory(
         &self,
         scene: &Scene,

@@ -31,7 +31,6 @@ impl Trajectory {
     }
 
     /// End of the run, s.
-    #[must_use]
     pub fn end(&self) -> f64 {
         self.pieces.last().map_or(0.0, |piece| piece.to)
     }
@@ -42,27 +41,23 @@ impl Trajectory {
     }
 
     /// Displacement of a bead at `time` (s), m.
-    #[must_use]
     pub fn displacement(&self, bead: usize, time: f64) -> f64 {
         assert!(bead < self.beads, "bead {bead} of {}", self.beads);
         self.value(1 + bead, time)
     }
 
     /// Velocity of a bead at `time` (s), m/s.
-    #[must_use]
     pub fn velocity(&self, bead: usize, time: f64) -> f64 {
         assert!(bead < self.beads, "bead {bead} of {}", self.beads);
         self.value(self.padded + 1 + bead, time)
     }
 
     /// Instant (s) and value (m/s) of a bead's largest velocity from `from` to `to` (s), between the samples too.
-    #[must_use]
     pub fn maximum_velocity(&self, bead: usize, from: f64, to: f64) -> (f64, f64) {
         self.largest(from, to, |time| self.velocity(bead, time))
     }
 
     /// Instant (s) and value (m/s) of a bead's smallest velocity from `from` to `to` (s), between the samples too.
-    #[must_use]
     pub fn minimum_velocity(&self, bead: usize, from: f64, to: f64) -> (f64, f64) {
         let (time, negative) = self.largest(from, to, |time| -self.velocity(bead, time));
         (time, -negative)

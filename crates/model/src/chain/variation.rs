@@ -55,7 +55,6 @@ impl EffectVariation {
 
 impl Variation {
     /// The scene as it is.
-    #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let contacts = scene.chain.beads.len() + 1;
         // Contact 1 lies between two beads, unless there is only one.
@@ -75,7 +74,6 @@ impl Variation {
 
     /// The scene with this written into it, for models that know only scenes and take no negative gap: `closed` says what becomes of one.
     /// A precompression closes every gap.
-    #[must_use]
     pub fn written_into(&self, scene: &Scene, closed: fn(f64) -> f64) -> Scene {
         let mut scene = scene.clone();
         scene.amplitude_scale = self.amplitude_scale;
@@ -100,7 +98,6 @@ impl Variation {
     /// [`Variation::written_into`] for bodies that are made ready once, with the scene's own modulus: what a bench of another modulus does, on a clock
     /// that runs √κ times as fast. From m ẍ + c ẋ + κ f(x) = 0 follows m x″ + (c/√κ) x′ + f(x) = 0 over √κ t. A body of one's own behind
     /// the chain goes with the beads. [`Variation::on_the_record`] takes the trace back.
-    #[must_use]
     pub fn written_over(&self, scene: &Scene, closed: fn(f64) -> f64) -> Scene {
         let factor = self.modulus_factor;
         if factor == 1.0 {
@@ -137,7 +134,6 @@ impl Variation {
     }
 
     /// The first `count` samples of a velocity of [`Variation::written_over`] on the clock of the bench.
-    #[must_use]
     pub fn on_the_record(&self, trace: Series, count: usize) -> Series {
         if self.modulus_factor == 1.0 {
             return trace;

@@ -73,7 +73,6 @@ impl Annulus {
     ];
 
     /// The law with its force multiplied by `stiffness_factor` (1).
-    #[must_use]
     pub fn new(stiffness_factor: f64) -> Self {
         Self::between(Self::C, Self::D, (Self::SMALLEST_FITTED, Self::LARGEST)).times(stiffness_factor)
     }
@@ -81,7 +80,6 @@ impl Annulus {
     /// The law with C (`constant`, m/N) and D (`slope`, m/N, positive) of its own and a factor of 1.
     ///
     /// Its tangent is continued from where it has the same share of the approach at the turning point, w = D e^(C/D − 1).
-    #[must_use]
     pub fn fitted(constant: f64, slope: f64) -> Self {
         let reached = |overlap: f64| {
             let a = Self::C / Self::D - libm::log(overlap / Self::D);
@@ -111,19 +109,16 @@ impl Annulus {
     }
 
     /// C, m/N.
-    #[must_use]
     pub fn constant(&self) -> f64 {
         self.constant
     }
 
     /// D, m/N.
-    #[must_use]
     pub fn slope(&self) -> f64 {
         self.slope
     }
 
     /// The factor on the force, 1.
-    #[must_use]
     pub fn stiffness_factor(&self) -> f64 {
         self.stiffness_factor
     }

@@ -83,13 +83,11 @@ pub struct Dashpot {
 impl Dashpot {
     /// Force over rate, N·s/m, at √δ (m^½).
     #[inline(always)]
-    #[must_use]
     pub fn resistance(&self, root: f64) -> f64 {
         DampingTerm::ALL.into_iter().fold(0.0, |sum, term| sum + term.resistance(self.coefficients[term], root))
     }
 
     /// Force (N) at the overlap δ (m) and its rate δ̇ (m/s); zero once separated, negative while parting.
-    #[must_use]
     pub fn force(&self, overlap: f64, rate: f64) -> f64 {
         if overlap > 0.0 { self.resistance(overlap.sqrt()) * rate } else { 0.0 }
     }
@@ -122,7 +120,6 @@ impl Dashpot {
     }
 
     /// Whether there is nothing to damp.
-    #[must_use]
     pub(crate) fn is_absent(&self) -> bool {
         self.coefficients.are_absent()
     }
@@ -140,9 +137,6 @@ pub(crate) fn terms_of(coefficients: &DampingCoefficients) -> Terms {
 }
 
 /// A coefficient that no damper can have.
-///
-/// # Errors
-/// [`ModelError::Unphysical`] for what is negative or no number.
 pub(crate) fn check(coefficients: &DampingCoefficients) -> Result<(), ModelError> {
     for term in DampingTerm::ALL {
         let found = coefficients[term];
@@ -156,7 +150,6 @@ pub(crate) fn check(coefficients: &DampingCoefficients) -> Result<(), ModelError
 }
 
 /// Dashpot of each contact: the terms of the kind, at the contacts of the placement.
-#[must_use]
 pub fn dashpots(damping: &Damping, contacts: usize) -> Vec<Dashpot> {
     let mut everywhere = Dashpot::default();
     for term in damping.kind.terms() {

@@ -27,7 +27,6 @@ impl FiniteBody {
     /// # use granchain_model::contact_law::FiniteBody;
     /// assert!((FiniteBody::BeadsColliding.excess(1e-6, 0.5e-3) - 0.0273).abs() < 1e-12);
     /// ```
-    #[must_use]
     pub fn excess(self, overlap: f64, radius: f64) -> f64 {
         let (first, second) = match self {
             Self::BeadsSqueezed => (0.0126, 0.0023),

@@ -8,7 +8,6 @@ use crate::scene::{Bead, FlatContact, Material};
 /// Effective modulus E*, 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂, Pa; `other` = `None` is a rigid body.
 ///
 /// Johnson (1985), *Contact Mechanics*, eq. (4.11).
-#[must_use]
 pub fn effective_modulus(material: &Material, other: Option<&Material>) -> f64 {
     let compliance = |m: &Material| (1.0 - m.poissons_ratio.powi(2)) / m.youngs_modulus;
     1.0 / (compliance(material) + other.map_or(0.0, compliance))
@@ -17,7 +16,6 @@ pub fn effective_modulus(material: &Material, other: Option<&Material>) -> f64 {
 /// Hertz stiffness k = (4/3) E* √R*, N·m^(-3/2), from the effective modulus E* (Pa) and the effective radius R* (m).
 ///
 /// Johnson (1985), *Contact Mechanics*, eq. (4.23).
-#[must_use]
 pub fn hertz_stiffness(effective_modulus: f64, effective_radius: f64) -> f64 {
     4.0 / 3.0 * effective_modulus * effective_radius.sqrt()
 }
@@ -33,7 +31,6 @@ pub(crate) fn touching(bead: &Bead, other: Result<&Bead, FlatContact>) -> (f64, 
 }
 
 /// Hertz stiffness of two beads in contact, N·m^(-3/2): E* of both materials, 1/R* = 1/a₁ + 1/a₂. Symmetric in the beads.
-#[must_use]
 pub fn bead_pair_stiffness(bead: &Bead, other: &Bead) -> f64 {
     let (modulus, radius) = touching(bead, Ok(other));
     hertz_stiffness(modulus, radius)
@@ -43,7 +40,6 @@ pub fn bead_pair_stiffness(bead: &Bead, other: &Bead) -> f64 {
 ///
 /// - [`FlatContact::Rigid`]: (4/3) E/(1 − ν²) √a, 2√2 times that of two such beads;
 /// - [`FlatContact::HalfSpace`]: a half-space of the bead's own material, (2/3) E/(1 − ν²) √a, √2 times that of two such beads.
-#[must_use]
 pub fn bead_flat_stiffness(bead: &Bead, flat: FlatContact) -> f64 {
     let (modulus, radius) = touching(bead, Err(flat));
     hertz_stiffness(modulus, radius)
@@ -63,14 +59,12 @@ pub fn bead_flat_stiffness(bead: &Bead, flat: FlatContact) -> f64 {
 /// # use granchain_model::contact_law::hertz_force;
 /// assert!((hertz_force(4.0e9, 1.0e-6) - 4.0).abs() < 1e-12); // 1 µm → 4 N
 /// ```
-#[must_use]
 pub fn hertz_force(hertz_stiffness: f64, overlap: f64) -> f64 {
     let pressed = overlap.max(0.0);
     hertz_stiffness * pressed * pressed.sqrt()
 }
 
 /// Energy stored in a Hertz contact, (2/5) k δ₊^(5/2), J; symbols as in [`hertz_force`].
-#[must_use]
 pub fn hertz_energy(hertz_stiffness: f64, overlap: f64) -> f64 {
     0.4 * hertz_force(hertz_stiffness, overlap) * overlap.max(0.0)
 }

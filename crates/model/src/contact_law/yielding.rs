@@ -16,7 +16,6 @@ pub const YIELD_PRESSURE: f64 = 1.6;
 /// // Two steel beads of 1 mm, Y = 2 GPa: E* = 110.4 GPa, R* = 0.25 mm.
 /// assert!((yield_force(110.4e9, 0.25e-3, 2e9) - 0.868).abs() < 0.001);
 /// ```
-#[must_use]
 pub fn yield_force(effective_modulus: f64, effective_radius: f64, yield_strength: f64) -> f64 {
     let pressure = std::f64::consts::PI * YIELD_PRESSURE * yield_strength;
     pressure.powi(3) * effective_radius.powi(2) / (6.0 * effective_modulus.powi(2))
@@ -42,7 +41,6 @@ pub struct Yielding {
 
 impl Yielding {
     /// Of a bead and what it touches, of the yield strength Y (Pa); a half-space is as hard as the bead, a rigid flat harder.
-    #[must_use]
     pub fn of(bead: &Bead, other: Result<&Bead, FlatContact>, yield_strength: f64) -> Self {
         let (modulus, radius) = touching(bead, other);
         let slope = std::f64::consts::PI * YIELD_PRESSURE * yield_strength / (2.0 * modulus);
@@ -56,19 +54,16 @@ impl Yielding {
     }
 
     /// F_y, N.
-    #[must_use]
     pub fn yield_force(&self) -> f64 {
         hertz_force(self.stiffness, self.yield_overlap)
     }
 
     /// dF/dδ while it yields, π p_y R*, N/m.
-    #[must_use]
     pub fn slope(&self) -> f64 {
         1.5 * self.stiffness * self.yield_overlap.sqrt()
     }
 
     /// The elastic law after the contact was pressed with `hardest` (N), and its overlap there, from the lasting indentation δ_p on (m).
-    #[must_use]
     pub fn after(&self, hardest: f64) -> (Hertz, f64) {
         let first = self.yield_force();
         let hardest = hardest.max(first);
@@ -78,7 +73,6 @@ impl Yielding {
     }
 
     /// Lasting indentation δ_p after `hardest` (N), m.
-    #[must_use]
     pub fn indentation(&self, hardest: f64) -> f64 {
         let hardest = hardest.max(self.yield_force());
         self.yield_overlap + (hardest - self.yield_force()) / self.slope() - self.after(hardest).1
@@ -88,7 +82,6 @@ impl Yielding {
     /// elastic law gives back over what was spent.
     ///
     /// With V_y² = (4/5) F_y δ_y/m*, F_m from ½ m* V² = (2/5) F_y δ_y + (F_m² − F_y²)/(2 π p_y R*); e² = (2/5) F_m (δ_m − δ_p)/(½ m* V²).
-    #[must_use]
     pub fn restitution(&self, mass: f64, speed: f64) -> f64 {
         let (first, slope) = (self.yield_force(), self.slope());
         let spent = 0.5 * mass * speed * speed;

@@ -190,7 +190,6 @@ impl Arrangement {
     }
 
     /// Kind of the body in slot 0…N + 1 (piston, beads, support); none where it is rigid.
-    #[must_use]
     pub fn kind(&self, slot: usize) -> Option<usize> {
         match slot.checked_sub(1) {
             None => None,
@@ -200,13 +199,11 @@ impl Arrangement {
     }
 
     /// Energy (J) of the spring behind the last contact under its force (N); 0 where there is none.
-    #[must_use]
     pub(crate) fn spring_energy(&self, force: f64) -> f64 {
         0.5 * force * force / self.spring
     }
 
     /// What stands in a slot, for messages.
-    #[must_use]
     pub fn name(&self, slot: usize) -> String {
         match slot {
             0 => "piston".into(),
@@ -226,13 +223,11 @@ impl Arrangement {
     }
 
     /// Unknowns of all bodies, without those of a disc on water.
-    #[must_use]
     pub fn unknowns(&self) -> usize {
         self.beads.iter().chain(&self.support).map(|&kind| self.kinds[kind].dofs().free().len()).sum()
     }
 
     /// Unknowns of one kind that any contact measures, ascending.
-    #[must_use]
     pub fn interface(&self, kind: usize) -> Vec<u32> {
         let mut unknowns = Vec::new();
         for (contact, &pair) in self.contacts.iter().enumerate() {
@@ -288,9 +283,6 @@ pub fn bead_mesh(bead: &Bead, scene: &Scene) -> Result<(Mesh, Vec<Material>), Fe
 }
 
 /// Mesh of the support of a scene, and the materials its elements name; none where it is a flat.
-///
-/// # Errors
-/// [`FeaError`]: a mesh that cannot be made or read.
 pub(crate) fn support_mesh(scene: &Scene) -> Result<Option<(Mesh, Vec<Material>)>, FeaError> {
     match &scene.support {
         Support::Flat(_) | Support::Free | Support::Spring { .. } => Ok(None),
@@ -312,7 +304,6 @@ pub(crate) fn support_mesh(scene: &Scene) -> Result<Option<(Mesh, Vec<Material>)
 }
 
 /// The ring of a scene with the bead that lies on it, where there is one.
-#[must_use]
 pub fn torus(scene: &Scene) -> Option<HalfTorus> {
     if let Support::Annulus { shape, .. } = &scene.support { Some(under_last(shape, scene)) } else { None }
 }

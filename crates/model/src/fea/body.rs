@@ -73,9 +73,6 @@ impl Body {
     }
 
     /// Assemble a body whose boundaries are held one way or the other; else as [`Body::new`].
-    ///
-    /// # Errors
-    /// As [`Body::new`].
     pub fn held(
         mesh: Mesh,
         materials: &[Material],
@@ -130,55 +127,46 @@ impl Body {
     }
 
     /// Its mesh.
-    #[must_use]
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
     /// Its materials.
-    #[must_use]
     pub fn materials(&self) -> &[Material] {
         &self.materials
     }
 
     /// Its unknowns.
-    #[must_use]
     pub fn dofs(&self) -> &DofMap {
         &self.dofs
     }
 
     /// K, N/m, by unknowns; rows and columns of fixed unknowns are empty.
-    #[must_use]
     pub fn stiffness(&self) -> &SymmetricSparse {
         &self.stiffness
     }
 
     /// M, kg, by **nodes**: the same for both directions; rows and columns of massless nodes are empty.
-    #[must_use]
     pub fn mass(&self) -> &SymmetricSparse {
         &self.mass
     }
 
     /// M 1 by nodes, kg: the weights of [`Body::mass_mean`].
-    #[must_use]
     pub fn node_mass(&self) -> &[f64] {
         &self.node_mass
     }
 
     /// Mass, kg.
-    #[must_use]
     pub fn total_mass(&self) -> f64 {
         self.total_mass
     }
 
     /// Whether it can move along z without strain.
-    #[must_use]
     pub fn is_free(&self) -> bool {
         self.is_free
     }
 
     /// `count` zero vectors of its unknowns.
-    #[must_use]
     pub fn columns(&self, count: usize) -> Columns {
         Columns::new(self.dofs.len(), count)
     }
@@ -198,7 +186,6 @@ impl Body {
     }
 
     /// The rigid translation: 1 along z at every free node, 0 along r. A motion without strain only if the body is free.
-    #[must_use]
     pub fn rigid(&self) -> Vec<f64> {
         (0..self.dofs.len() as u32)
             .map(|dof| f64::from(u8::from(self.dofs.is_free(dof) && DofMap::place(dof).1 == Direction::Axial)))

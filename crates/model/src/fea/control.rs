@@ -40,7 +40,6 @@ pub enum Cause {
 
 impl Cause {
     /// Why contacts could not be solved, and which contact (0 = piston).
-    #[must_use]
     pub fn of(failure: Failure) -> (Self, usize) {
         match failure {
             Failure::NoActiveSet { contact, .. } => (Self::NoActiveSet, contact),

@@ -29,13 +29,11 @@ pub struct Ledger {
 
 impl Ledger {
     /// Empty books; errors of a step are held against at least `least_scale` (J).
-    #[must_use]
     pub fn new(least_scale: f64) -> Self {
         Self { least_scale, ..Self::default() }
     }
 
     /// Empty books of a run that has done this work so far.
-    #[must_use]
     pub fn of(work: SolverWork) -> Self {
         Self { work, ..Self::default() }
     }
@@ -56,7 +54,6 @@ impl Ledger {
     }
 
     /// Energy against which an error of one step is held, J.
-    #[must_use]
     pub fn scale(&self) -> f64 {
         (self.initial + self.worked).max(self.least_scale)
     }
@@ -74,26 +71,22 @@ impl Ledger {
     }
 
     /// Energy from nowhere at the last sample, J, and all that was put in, if it is more than [`LARGEST_GAIN`] of that.
-    #[must_use]
     pub fn made(&self) -> Option<(f64, f64)> {
         let (made, given) = (-self.residual(), self.scale());
         (made > LARGEST_GAIN * given).then_some((made, given))
     }
 
     /// Largest residual of all samples over the largest energy, 1.
-    #[must_use]
     pub fn balance(&self) -> f64 {
         if self.largest > 0.0 { self.largest_residual / self.largest } else { 0.0 }
     }
 
     /// Energy that contacts made or lost within steps, J.
-    #[must_use]
     pub fn contact_energy(&self) -> f64 {
         self.contact_energy
     }
 
     /// The books as a response has them.
-    #[must_use]
     pub fn books(&self) -> EnergyLedger {
         EnergyLedger {
             initial_j: self.initial,

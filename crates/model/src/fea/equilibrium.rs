@@ -79,7 +79,6 @@ impl Statics {
     }
 
     /// W of a contact, m/N.
-    #[must_use]
     pub fn compliance(&self, contact: usize) -> &Compliance {
         &self.compliances[self.links[contact].compliance]
     }
@@ -91,15 +90,11 @@ impl Statics {
 
     /// V through the body before a contact, row by row, points of the contact × points of the contact before, m/N: how far a gap opens for a
     /// force there; none at the first contact.
-    #[must_use]
     pub fn coupling(&self, contact: usize) -> Option<&[f64]> {
         self.links[contact].coupling.map(|coupling| self.couplings[coupling].as_slice())
     }
 
     /// All contacts under the axial force F₀ (N).
-    ///
-    /// # Errors
-    /// [`FeaError::NoEquilibrium`].
     pub fn under(&self, arrangement: &Arrangement, force: f64) -> Result<Equilibrium, FeaError> {
         let Equilibrium { mut forces, mut approaches, .. } = Equilibrium::unpressed(arrangement);
         let press = |contact, guess| self.press(arrangement, contact, force, guess, &mut forces);
@@ -169,9 +164,6 @@ impl Statics {
 }
 
 /// A disc on water under the static force (N), whose motion is then counted from there; none without one.
-///
-/// # Errors
-/// [`FeaError::FreeDiscUnderForce`], or no factor of the disc.
 pub(crate) fn held(front: Option<&Front>, force: f64) -> Result<Option<Held>, FeaError> {
     let Some(front) = front else { return Ok(None) };
     let held = front.held().map_err(|source| Box::new(FrontError::from(source)))?;
@@ -180,9 +172,6 @@ pub(crate) fn held(front: Option<&Front>, force: f64) -> Result<Option<Held>, Fe
 
 /// Approaches (m) of all contacts under `force` (N), one after another until none changes any more: `press(contact, guess)` is the approach
 /// at which a contact carries the force, its neighbours' forces given. Returns the number of sweeps.
-///
-/// # Errors
-/// [`FeaError::NoEquilibrium`], and what `press` says.
 pub(crate) fn settle(
     force: f64,
     approaches: &mut [f64],

@@ -14,7 +14,6 @@ pub struct Frames {
 
 impl Frames {
     /// For the bodies of an analysis.
-    #[must_use]
     pub fn new(arrangement: &Arrangement) -> Self {
         Self { meshes: arrangement.kinds.iter().map(|kind| Arc::new(kind.mesh().to_field_mesh())).collect() }
     }
@@ -23,7 +22,6 @@ impl Frames {
     ///
     /// Bodies stand where they just touch. The stress of a node where materials meet is that of the larger von Mises stress. The velocity
     /// of a node without mass is its displacement in the last step over the step.
-    #[must_use]
     pub fn field(&self, simulation: &Simulation) -> Field {
         let arrangement = simulation.arrangement();
         let slots = 1..=arrangement.beads.len() + 1;

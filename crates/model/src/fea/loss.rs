@@ -109,9 +109,6 @@ impl StepLoss {
 }
 
 /// Refuse losses of a support that is no body of the chain.
-///
-/// # Errors
-/// [`FeaError::LossWithoutBody`].
 pub(crate) fn refuse_losses(scene: &Scene) -> Result<(), FeaError> {
     let key = match scene.loss {
         MaterialLoss { relaxation: Some(_), .. } => "loss.relaxation",

@@ -63,9 +63,6 @@ impl Model for FeaModel {
 
 impl FeaModel {
     /// As [`Model::run`], with the piston moving as `motion` instead of the scene's drive.
-    ///
-    /// # Errors
-    /// As [`Model::run`].
     pub fn run_with(
         &self,
         scene: &Scene,

@@ -75,7 +75,6 @@ pub struct Saved {
 
 impl Motion {
     /// At rest, with the given displacements (m; one list a slot, none where the body is undeformed).
-    #[must_use]
     pub fn at_rest(arrangement: &Arrangement, interfaces: &Interfaces, displacements: &[Option<Vec<f64>>]) -> Self {
         let slots = arrangement.beads.len() + 2;
         let mut columns = vec![None; slots];
@@ -220,7 +219,6 @@ impl Motion {
     }
 
     /// Interface displacements without new contact forces of the kind of the body in a slot, and its column; none where it is rigid.
-    #[must_use]
     pub(crate) fn free_interface(&self, slot: usize) -> Option<(&Columns, usize)> {
         self.columns[slot].map(|(kind, column)| (&self.groups[kind].free, column))
     }
@@ -265,7 +263,6 @@ impl Motion {
     }
 
     /// Slot of the first body whose new displacements are not finite.
-    #[must_use]
     pub(crate) fn not_finite(&self) -> Option<usize> {
         self.groups.iter().find_map(|group| {
             let (values, width) = (group.solution.as_slice(), group.solution.width());
@@ -351,19 +348,16 @@ impl Motion {
     }
 
     /// Displacement of one unknown of the body in a slot, m.
-    #[must_use]
     pub fn displacement(&self, slot: usize, unknown: u32) -> f64 {
         self.columns[slot].map_or(0.0, |(kind, column)| self.groups[kind].displacement.get(unknown as usize, column))
     }
 
     /// Velocity of one unknown of the body in a slot, m/s; at a massless node its mean over the last step.
-    #[must_use]
     pub fn velocity(&self, slot: usize, unknown: u32) -> f64 {
         self.columns[slot].map_or(0.0, |(kind, column)| self.groups[kind].velocity.get(unknown as usize, column))
     }
 
     /// Rigid displacement of a body, m.
-    #[must_use]
     pub(crate) fn rigid_displacement(&self, slot: usize) -> f64 {
         self.rigid[slot].displacement
     }
@@ -374,7 +368,6 @@ impl Motion {
     }
 
     /// All displacements of the bodies of a kind, with the column of a slot.
-    #[must_use]
     pub fn columns(&self, slot: usize) -> Option<(&Columns, &Columns, usize)> {
         self.columns[slot].map(|(kind, column)| {
             let group = &self.groups[kind];
@@ -383,7 +376,6 @@ impl Motion {
     }
 
     /// Outward normal displacement of point i of a face (numbered over the interface) of the body in a slot, m.
-    #[must_use]
     pub(crate) fn normal_displacement(&self, interfaces: &Interfaces, slot: usize, face: &Face, point: usize) -> f64 {
         let Some((kind, column)) = self.columns[slot] else { return 0.0 };
         let values = &self.groups[kind].displacement;
@@ -412,7 +404,6 @@ impl Motion {
     }
 
     /// What must be saved to go on later.
-    #[must_use]
     pub fn save(&self) -> Saved {
         let all = |part: fn(&Group) -> &Columns| {
             let of_slot = |place: &Option<(usize, usize)>| {

@@ -40,13 +40,11 @@ pub struct Interfaces {
 
 impl Interfaces {
     /// Number the faces of an arrangement.
-    #[must_use]
     pub fn new(arrangement: &Arrangement) -> Self {
         Self::including(arrangement, |_| Vec::new())
     }
 
     /// The same with further unknowns of every kind, such as those watched at its centre.
-    #[must_use]
     pub(crate) fn including(arrangement: &Arrangement, further: impl Fn(usize) -> Vec<u32>) -> Self {
         let unknowns: Vec<Vec<u32>> = (0..arrangement.kinds.len())
             .map(|kind| {
@@ -146,9 +144,6 @@ pub(crate) type Condensed = (Vec<Link>, Vec<Compliance>, Vec<Vec<f64>>);
 
 /// Compliances and couplings of all contacts on bodies whose interfaces answer with the dense matrices `inverse` (one a kind, m/N),
 /// times `weight`.
-///
-/// # Errors
-/// [`FeaError::Compliance`] when a condensed compliance is not positive definite.
 pub(crate) fn condensed(
     arrangement: &Arrangement,
     interfaces: &Interfaces,
@@ -208,9 +203,6 @@ pub(crate) fn condensed(
 }
 
 /// Let the last contact give way besides by a compliance of its points (row by row, m/N).
-///
-/// # Errors
-/// [`FeaError::Compliance`].
 pub(super) fn soften(own: &mut Compliance, arrangement: &Arrangement, further: &[f64]) -> Result<(), FeaError> {
     let rows = (0..own.size()).flat_map(|row| own.row(row)).zip(further);
     let matrix = rows.map(|(own, further)| own + further).collect();
@@ -268,9 +260,6 @@ impl Operator {
     }
 
     /// Let what the last contact touches give way besides by a compliance of its points (row by row, m/N).
-    ///
-    /// # Errors
-    /// [`FeaError::Compliance`].
     pub(crate) fn soften_last(&mut self, arrangement: &Arrangement, further: &[f64]) -> Result<(), FeaError> {
         let last = arrangement.contacts.len() - 1;
         soften(&mut self.contacts.compliances[self.contacts.links[last].compliance], arrangement, further)

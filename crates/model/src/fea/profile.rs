@@ -21,13 +21,11 @@ pub struct Profile {
 
 impl Profile {
     /// Begin to take laps.
-    #[must_use]
     pub fn start(&self) -> Laps {
         Laps(Instant::now())
     }
 
     /// Name and time of every stage, in order.
-    #[must_use]
     pub fn stages(&self) -> [(&'static str, Duration); 8] {
         [
             ("mesh and assembly", self.assembly),

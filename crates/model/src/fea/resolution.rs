@@ -13,9 +13,6 @@ const FEWEST: usize = 3;
 /// δ/2 (Hertz).
 ///
 /// - `contacts`: gaps (m) of the points of every kind of contact when it just touches
-///
-/// # Errors
-/// [`FeaError::Unresolved`].
 pub(crate) fn check<'a>(scene: &Scene, contacts: impl Iterator<Item = &'a [f64]>) -> Result<(), FeaError> {
     let approach = approach(scene);
     for gaps in contacts {

@@ -34,28 +34,24 @@ pub struct Coefficients {
 
 impl Coefficients {
     /// Of a scheme at the step h (s).
-    #[must_use]
     pub fn new(scheme: Scheme, step: f64) -> Self {
         let beta = scheme.beta();
         Self { step, lag: scheme.lag(), gamma: scheme.gamma(), beta, gain: beta * step * step }
     }
 
     /// Displacement per force and inverse mass at the end of the step, (1 − α) β h², s².
-    #[must_use]
     pub(crate) fn new_force_gain(&self) -> f64 {
         (1.0 - self.lag) * self.gain
     }
 
     /// ũ = u₀ + h v₀ + h² (½ − β) a₀.
     #[inline(always)]
-    #[must_use]
     pub fn predicted(&self, u: f64, v: f64, a: f64) -> f64 {
         u + self.step * (v + self.step * (0.5 - self.beta) * a)
     }
 
     /// v₁ from v₀, a₀ and a₁.
     #[inline(always)]
-    #[must_use]
     pub fn velocity(&self, v: f64, a: f64, new: f64) -> f64 {
         v + self.step * ((1.0 - self.gamma) * a + self.gamma * new)
     }

@@ -119,17 +119,11 @@ impl fmt::Debug for Simulation<'_> {
 
 impl<'a> Simulation<'a> {
     /// Mesh, assemble and factor a scene; precompress it where asked for.
-    ///
-    /// # Errors
-    /// [`FeaError`].
     pub fn new(scene: &Scene, control: Control) -> Result<Self, FeaError> {
         Self::with_motion(scene, scene.drive.motion(scene.amplitude_scale), control)
     }
 
     /// As [`Simulation::new`], with the piston moving as `drive` instead of the scene's.
-    ///
-    /// # Errors
-    /// [`FeaError`].
     pub fn with_motion(scene: &Scene, drive: Box<dyn PistonMotion + 'a>, control: Control) -> Result<Self, FeaError> {
         let mut profile = Profile::default();
         let mut lap = profile.start();
@@ -237,73 +231,61 @@ impl<'a> Simulation<'a> {
     }
 
     /// The bodies and contacts.
-    #[must_use]
     pub fn arrangement(&self) -> &Arrangement {
         &self.arrangement
     }
 
     /// Displacements and velocities.
-    #[must_use]
     pub fn motion(&self) -> &Motion {
         &self.motion
     }
 
     /// Forces and gaps of every contact.
-    #[must_use]
     pub fn contacts(&self) -> &[ContactState] {
         &self.contacts
     }
 
     /// Displacement of the piston, m.
-    #[must_use]
     pub fn piston(&self) -> f64 {
         self.piston
     }
 
     /// Time reached, s.
-    #[must_use]
     pub fn time(&self) -> f64 {
         self.taken as f64 * self.step
     }
 
     /// Whether the last sample is taken.
-    #[must_use]
     pub fn is_done(&self) -> bool {
         self.taken >= self.sampling.steps()
     }
 
     /// Steps taken back so far.
-    #[must_use]
     pub fn cuts(&self) -> &[Cut] {
         &self.cuts
     }
 
     /// How well the contact conditions were met.
-    #[must_use]
     pub fn complementarity(&self) -> Complementarity {
         self.complementarity
     }
 
     /// The books.
-    #[must_use]
     pub fn ledger(&self) -> &Ledger {
         &self.ledger
     }
 
     /// Where the time went.
-    #[must_use]
     pub fn profile(&self) -> &Profile {
         &self.profile
     }
 
     /// Non-zeros of the factors of the nominal step, each counted once a kind of body.
-    #[must_use]
     pub fn factor_nonzeros(&self) -> usize {
         self.operators[0].iter().flat_map(|operator| &operator.factors).map(super::factor::Factor::nonzeros).sum()
     }
 
     /// Everything recorded so far.
-    #[must_use]
     pub fn response(&self) -> Response {
         let mut response = self.trace.response(&self.watched, &self.ledger);
         if let (Some(wet), Some(front), Some(water)) = (&self.wet, &self.arrangement.front, &self.water) {

@@ -80,9 +80,6 @@ pub struct Curve {
 
 impl Curve {
     /// Mesh and factor the bodies of the scene that take part.
-    ///
-    /// # Errors
-    /// [`FeaError`].
     pub fn new(scene: &Scene, touching: Touching, loading: Loading) -> Result<Self, FeaError> {
         let beads = &scene.chain.beads;
         let bead = match touching {
@@ -112,19 +109,16 @@ impl Curve {
     }
 
     /// The bodies.
-    #[must_use]
     pub fn arrangement(&self) -> &Arrangement {
         &self.arrangement
     }
 
     /// Force of Hertz' law at the approach δ (m), N; none on an annulus.
-    #[must_use]
     pub fn hertz_force(&self, approach: f64) -> Option<f64> {
         self.hertz.map(|stiffness| hertz_force(stiffness, approach))
     }
 
     /// Contact radius of Hertz' law at the approach δ (m), √(R δ) with R = a/2 for a pair of beads and a for a flat, m.
-    #[must_use]
     pub fn hertz_radius(&self, approach: f64) -> Option<f64> {
         let effective = match self.touching {
             Touching::BeadBead => 0.5 * self.radius,
@@ -135,7 +129,6 @@ impl Curve {
     }
 
     /// Pressure of Hertz' law at the distance r (m) from the middle, p₀ √(1 − r²/a²), p₀ = 3F/(2πa²), Pa.
-    #[must_use]
     pub fn hertz_pressure(&self, approach: f64, distance: f64) -> Option<f64> {
         let (force, radius) = (self.hertz_force(approach)?, self.hertz_radius(approach)?);
         let inside = 1.0 - (distance / radius).powi(2);

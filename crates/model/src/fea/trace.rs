@@ -37,7 +37,6 @@ pub struct Sampling {
 
 impl Sampling {
     /// Of a scene, with the step nearest the wanted one (s) that divides the scene's output step.
-    #[must_use]
     pub fn new(scene: &Scene, wanted: f64) -> Self {
         let output_step = scene.output_step;
         let steps_per_sample = (output_step / wanted).round().max(1.0) as usize;
@@ -45,20 +44,17 @@ impl Sampling {
     }
 
     /// Step, s.
-    #[must_use]
     pub fn step(&self) -> f64 {
         self.output_step / self.steps_per_sample as f64
     }
 
     /// Steps of the whole run.
-    #[must_use]
     pub fn steps(&self) -> usize {
         (self.samples - 1) * self.steps_per_sample
     }
 }
 
 /// Velocity (m/s) at every sample from displacements (m) at every step: central differences over two steps, one-sided at the ends.
-#[must_use]
 pub(crate) fn central_velocity(steps: &[f64], sampling: &Sampling, samples: usize) -> Vec<f64> {
     let last = steps.len().saturating_sub(1);
     let at = |sample: usize| {
@@ -82,7 +78,6 @@ pub struct Watched {
 
 impl Watched {
     /// Centres (the axis node nearest the middle between the poles) and the far pole.
-    #[must_use]
     pub fn new(arrangement: &Arrangement) -> Self {
         let centres = arrangement.beads.iter().map(|&kind| axis_node(arrangement, kind, 0.5)).collect();
         let pole = arrangement.beads.last().map_or(0, |&kind| axis_node(arrangement, kind, 1.0));
@@ -113,7 +108,6 @@ pub(super) fn poles(mesh: &super::mesh::Mesh) -> (f64, f64) {
 }
 
 /// Contact radius, m: half-way between the last pressed point and the next at a pole, half the width of the pressed band on a ring.
-#[must_use]
 pub fn contact_radius(pair: &Pair, state: &ContactState) -> f64 {
     let Some(last) = state.forces.iter().rposition(|&force| force > 0.0) else { return 0.0 };
     let first = state.forces.iter().position(|&force| force > 0.0).unwrap_or(0);
@@ -121,7 +115,6 @@ pub fn contact_radius(pair: &Pair, state: &ContactState) -> f64 {
 }
 
 /// The same, m, from where the points lie (m), whether it is a ring, and the points from the first pressed to behind the last.
-#[must_use]
 pub(crate) fn edge_radius(positions: &[f64], is_ring: bool, [first, end]: [usize; 2]) -> f64 {
     let edge = |inner: usize, outer: usize| 0.5 * (positions[inner] + positions[outer]);
     let outer = edge(end - 1, end.min(positions.len() - 1));
@@ -130,7 +123,6 @@ pub(crate) fn edge_radius(positions: &[f64], is_ring: bool, [first, end]: [usize
 
 impl Trace {
     /// For a run of that sampling.
-    #[must_use]
     pub fn new(arrangement: &Arrangement, sampling: Sampling) -> Self {
         let (beads, contacts) = (arrangement.beads.len(), arrangement.contacts.len());
         let column = || Vec::with_capacity(sampling.samples);
@@ -185,20 +177,17 @@ impl Trace {
     }
 
     /// Forces of the contacts at the samples.
-    #[must_use]
     pub(crate) fn forces(&self) -> Vec<Series> {
         let series = |values: &Vec<f64>| Series::new(0.0, self.sampling.output_step, values.clone());
         self.force.iter().map(series).collect()
     }
 
     /// Samples taken.
-    #[must_use]
     pub fn samples(&self) -> usize {
         self.piston.len()
     }
 
     /// The response. The far pole may carry no mass, so its velocity is the central difference of its displacement over two steps.
-    #[must_use]
     pub fn response(&self, watched: &Watched, ledger: &Ledger) -> Response {
         let output_step = self.sampling.output_step;
         let series = |values: &Vec<f64>| Series::new(0.0, output_step, values.clone());

@@ -10,7 +10,6 @@ use granchain_signal::{Dimension, Quantity, Series};
 const CHROME_STEEL: f64 = 2.03e9;
 
 /// Force at which every contact between beads, or of a bead and a flat, begins to yield, N; none where that is not known.
-#[must_use]
 pub(crate) fn yield_forces(scene: &Scene) -> Vec<Option<f64>> {
     let beads = &scene.chain.beads;
     let strength = |bead: &Bead| {
@@ -32,7 +31,6 @@ pub(crate) fn yield_forces(scene: &Scene) -> Vec<Option<f64>> {
 }
 
 /// What a reader must know of contacts that would have yielded.
-#[must_use]
 pub(crate) fn warning(limits: &[Option<f64>], forces: &[Series]) -> Option<String> {
     let most = |force: &Series| force.values.iter().fold(0.0, |most: f64, value| most.max(*value));
     let passed = limits.iter().zip(forces).enumerate().filter_map(|(contact, (limit, force))| {

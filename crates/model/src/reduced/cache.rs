@@ -65,21 +65,16 @@ pub enum Origin {
 
 impl Cache {
     /// In that folder, which is made when first needed.
-    #[must_use]
     pub fn new(folder: impl Into<PathBuf>) -> Self {
         Self { folder: folder.into(), largest: LARGEST }
     }
 
     /// Where it is.
-    #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
     /// The reduced bodies of a scene: from the folder if it holds them, else made and kept there. That they cannot be kept is no error.
-    ///
-    /// # Errors
-    /// As [`Reduction::new`].
     pub fn reduction(&self, scene: &Scene) -> Result<(Reduction, Origin), ModelError> {
         refuse_turning(scene)?;
         let key = key(scene)?;
@@ -97,9 +92,6 @@ impl Cache {
     }
 
     /// The contact laws of a scene: from the folder if it holds them, else fitted and kept there. That they cannot be kept is no error.
-    ///
-    /// # Errors
-    /// As [`FiniteBodyLaws::fit`].
     pub fn contact_laws(&self, scene: &Scene) -> Result<FiniteBodyLaws, ModelError> {
         let key = key(scene)?;
         let factor = scene.support.stiffness().map(f64::to_bits);

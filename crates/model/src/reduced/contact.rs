@@ -176,9 +176,6 @@ impl State<f64> {
 
 impl Condensed {
     /// Of the compliance W (row by row, m/N) and the couplings across the bodies before and after.
-    ///
-    /// # Errors
-    /// [`NotSolved`] when W is not positive definite.
     pub(super) fn new(
         matrix: Vec<f64>,
         points: usize,

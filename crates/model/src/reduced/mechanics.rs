@@ -105,9 +105,6 @@ impl Mechanics {
     /// Of a scene with these bodies.
     ///
     /// `further`: what the last contact gives way besides, row by row (m/N); empty for nothing.
-    ///
-    /// # Errors
-    /// [`FeaError::Compliance`] when a condensed compliance is not positive definite.
     pub(super) fn new(
         reduction: &Reduction,
         scene: &Scene,

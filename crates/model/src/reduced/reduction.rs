@@ -109,7 +109,6 @@ pub struct Geometry {
 
 impl Geometry {
     /// Order of its points.
-    #[must_use]
     pub fn ordering(&self) -> Ordering {
         if self.is_prefix { Ordering::Prefix } else { Ordering::Any }
     }
@@ -145,7 +144,6 @@ impl Reduction {
 
 impl Reduction {
     /// What a reader of the results must know: limits of the model that the run passed.
-    #[must_use]
     pub fn warnings(&self, response: &Response) -> Vec<String> {
         let is_ring = self.contacts.last().is_some_and(|&geometry| self.geometries[geometry].is_ring);
         let travel = response
@@ -174,9 +172,6 @@ pub(super) fn plain(scene: &Scene) -> Scene {
 }
 
 /// What the reduced model does not have.
-///
-/// # Errors
-/// [`ModelError::Unsupported`] for a normal that moves.
 pub(super) fn refuse_turning(scene: &Scene) -> Result<(), ModelError> {
     if scene.support.normal() == Some(ContactNormal::Moving) {
         let reason = "`support.normal = \"moving\"` needs contacts that turn: use \"fixed\", whose force is too large by \

@@ -31,9 +31,6 @@ pub(super) struct Rest {
 
 impl Rest {
     /// Of a scene with these bodies; nothing is solved without a precompression.
-    ///
-    /// # Errors
-    /// [`FeaError`]: an open gap under a precompression, or no equilibrium.
     pub(super) fn new(reduction: &Reduction, scene: &Scene) -> Result<Self, FeaError> {
         let (force, chain) = (scene.chain.precompression, &scene.chain);
         let geometries = || reduction.contacts.iter().map(|&geometry| &reduction.geometries[geometry]);

@@ -108,9 +108,6 @@ impl Reduction {
     /// Velocity (m/s) of the last bead where a laser sees it ([`Response::observed_velocity`]) in every scene, eight side by side: the same
     /// bits as of each alone. The scenes differ in drive, α, damping, gaps, precompression and duration at most, and have no water.
     /// Nothing else is recorded, and no energy is accounted for.
-    ///
-    /// # Errors
-    /// As [`Reduction::run_with`], for each; [`ModelError::Stopped`] of those that `go_on` did not wait for.
     pub(crate) fn traces(&self, scenes: &[Scene], go_on: &dyn Fn() -> bool) -> Vec<Result<Series, ModelError>> {
         scenes.chunks(Lane::WIDTH).flat_map(|scenes| self.side_by_side(scenes, go_on)).collect()
     }

@@ -16,7 +16,6 @@ pub enum CellKind {
 
 impl CellKind {
     /// Number of its nodes.
-    #[must_use]
     pub const fn nodes(self) -> usize {
         match self {
             Self::QuadraticTriangle => 6,
@@ -80,7 +79,6 @@ pub enum FieldError {
 
 impl FieldBody {
     /// A body at rest, without any computed quantity.
-    #[must_use]
     pub fn at_rest(name: impl Into<String>, mesh: Arc<FieldMesh>, offset: f64) -> Self {
         Self {
             name: name.into(),
@@ -96,7 +94,6 @@ impl FieldBody {
 
 impl Field {
     /// Which of displacement, velocity, stress and von Mises stress the frame carries.
-    #[must_use]
     pub fn carries(&self) -> [bool; 4] {
         let any = |given: fn(&FieldBody) -> bool| self.bodies.iter().any(given);
         [

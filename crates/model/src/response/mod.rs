@@ -58,13 +58,11 @@ pub enum ObservedPoint {
 
 impl ObservedPoint {
     /// Of a bead whose far pole is pressed on a wall or a spring, or not.
-    #[must_use]
     pub fn of(pole_is_pressed: bool) -> Self {
         if pole_is_pressed { Self::Centre } else { Self::Pole }
     }
 
     /// In words.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Pole => "pole",
@@ -75,7 +73,6 @@ impl ObservedPoint {
 
 impl Response {
     /// Velocity of the point of the last bead that a laser looks at, m/s: what a vibrometer's record is held against.
-    #[must_use]
     pub fn observed_velocity(&self) -> &Series {
         match self.observed {
             ObservedPoint::Pole => &self.pole_velocity,
@@ -112,13 +109,11 @@ pub struct Channels {
 
 impl Channels {
     /// All that the chain lost in them, J.
-    #[must_use]
     pub fn lost(&self) -> f64 {
         self.drag_j + self.friction_j + self.yielding_j + self.material_j
     }
 
     /// What the books of the horn leave open, J: source work − piston work − energy in the horn − loss in the horn.
-    #[must_use]
     pub fn horn_residual(&self, piston_work_j: f64) -> f64 {
         self.source_work_j - piston_work_j - self.horn_j - self.horn_lost_j
     }
@@ -160,13 +155,11 @@ pub const LARGEST_RESIDUAL: f64 = 0.1;
 
 impl EnergyLedger {
     /// Energy unaccounted for over the largest energy, 1; 0 where nothing moved.
-    #[must_use]
     pub fn residual_share(&self) -> f64 {
         if self.largest_j > 0.0 { self.residual_j / self.largest_j } else { 0.0 }
     }
 
     /// What a reader must know of a residual above [`SMALL_RESIDUAL`].
-    #[must_use]
     pub fn warning(&self) -> Option<String> {
         let share = self.residual_share();
         (share.abs() > SMALL_RESIDUAL).then(|| {
@@ -180,7 +173,6 @@ impl EnergyLedger {
     }
 
     /// Whether the residual is above [`LARGEST_RESIDUAL`]: the run means nothing.
-    #[must_use]
     pub fn is_broken(&self) -> bool {
         self.residual_share().abs() > LARGEST_RESIDUAL
     }

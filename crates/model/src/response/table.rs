@@ -9,9 +9,6 @@ use granchain_signal::Series;
 /// `time_s,piston_displacement_m,bead1_velocity_m_per_s…beadN_velocity_m_per_s,pole_velocity_m_per_s,contact1_force_n…contact{N+1}_force_n`,
 /// behind them `contact1_radius_m…contact{N+1}_radius_m` where the model gives the radii, and where the scene has a disc
 /// `disc_velocity_m_per_s,pressure_pa,pressure_2_pa…`, a pressure for every field point.
-///
-/// # Errors
-/// Whatever the writer says.
 pub fn write_csv(response: &Response, mut writer: impl Write) -> io::Result<()> {
     let columns = columns(response);
     let mut line = String::with_capacity(32 * (columns.len() + 1));
@@ -37,7 +34,6 @@ pub fn write_csv(response: &Response, mut writer: impl Write) -> io::Result<()> 
 }
 
 /// Every column behind the time, by its name.
-#[must_use]
 pub fn columns(response: &Response) -> Vec<(String, &Series)> {
     let numbered =
         |start: &'static str, end: &'static str| move |(index, series)| (format!("{start}{}{end}", index + 1), series);

@@ -42,9 +42,6 @@ pub fn write_vtu(field: &Field, writer: impl Write) -> Result<(), VtuError> {
 }
 
 /// Write the `.pvd` of a series: simulated time (s) and file, relative to the `.pvd`, of every frame.
-///
-/// # Errors
-/// Whatever the writer says.
 pub fn write_pvd<'a>(frames: impl IntoIterator<Item = (f64, &'a str)>, writer: impl Write) -> io::Result<()> {
     let mut file = Document::begin(writer, "Collection")?;
     file.open("Collection", &[])?;

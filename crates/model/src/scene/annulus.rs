@@ -26,13 +26,11 @@ const LAW_COMPLIANCE: f64 = 0.02;
 
 impl AnnulusShape {
     /// The annulus of the source paper: R 0.55 mm, b 0.25 mm.
-    #[must_use]
     pub const fn published() -> Self {
         Self { ring_radius: 0.55e-3, section_radius: 0.25e-3 }
     }
 
     /// Radius of the opening, R − b, m.
-    #[must_use]
     pub fn opening(&self) -> f64 {
         self.ring_radius - self.section_radius
     }
@@ -44,7 +42,6 @@ impl AnnulusShape {
     ///
     /// assert!((AnnulusShape::published().contact_angle(0.5e-3).to_degrees() - 47.17).abs() < 0.01);
     /// ```
-    #[must_use]
     pub fn contact_angle(&self, bead_radius: f64) -> f64 {
         (self.ring_radius / (bead_radius + self.section_radius)).asin()
     }
@@ -95,7 +92,6 @@ fn compliance(material: &Material) -> f64 {
 
 impl Scene {
     /// What a reader of the results must know where the last bead is not much harder than its ring: that its mesh is too coarse there.
-    #[must_use]
     pub fn coarse_ring(&self) -> Option<String> {
         let (Support::Annulus { material, .. }, Some(bead)) = (&self.support, self.chain.beads.last()) else {
             return None;
@@ -113,14 +109,12 @@ impl Scene {
 
     /// Whether the laws of the chain's contacts are fitted to statics of its bodies: those of all contacts, or that of a ring that
     /// [`crate::contact_law::Annulus::new`] is not the law of.
-    #[must_use]
     pub fn has_fitted_laws(&self) -> bool {
         self.contact_law == ContactLaw::FiniteBody || self.has_own_ring()
     }
 
     /// Whether the last bead lies on a ring other than the paper's under a 1 mm steel bead: of another shape, Young's modulus or Poisson's
     /// ratio, under a bead of a radius more than 2 % from 0.5 mm, or of one so soft that both together give way by 2 % more.
-    #[must_use]
     pub fn has_own_ring(&self) -> bool {
         let Support::Annulus { shape, material, .. } = &self.support else { return false };
         let Some(Bead { radius, material: of_bead, .. }) = self.chain.beads.last() else { return false };

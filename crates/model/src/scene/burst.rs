@@ -11,13 +11,11 @@ const OVER: f64 = 0.5;
 
 impl Drive {
     /// Number of realisations of what is not known of the drive.
-    #[must_use]
     pub fn shakes_count(&self) -> usize {
         if let DriveKind::Record { shakes, .. } = &self.kind { shakes.len() } else { 0 }
     }
 
     /// Realisations of what is not known of a recorded drive, each as a drive of its own; none of any other.
-    #[must_use]
     pub fn shakes(&self) -> Vec<Self> {
         let DriveKind::Record { shakes, .. } = &self.kind else { return vec![] };
         let drive = |shake: &Series| {
@@ -32,7 +30,6 @@ impl Drive {
     ///
     /// Analytic drives say so themselves; a record begins where it first exceeds 5 % and ends where it last exceeds half
     /// of its peak, but no later than it was recorded.
-    #[must_use]
     pub fn burst(&self) -> (f64, f64) {
         match &self.kind {
             DriveKind::SineCycles { cycles }
@@ -50,7 +47,6 @@ impl Drive {
     }
 
     /// Time from the first motion to half of the peak, s: of a record; 0 of a drive that is not told by its samples.
-    #[must_use]
     pub fn ring_up(&self) -> f64 {
         let DriveKind::Record { displacement, .. } = &self.kind else { return 0.0 };
         let half = 0.5 * displacement.peak();
@@ -59,7 +55,6 @@ impl Drive {
     }
 
     /// Whether the end of the burst is known: it is where a record goes on behind it.
-    #[must_use]
     pub fn ends(&self) -> bool {
         match &self.kind {
             DriveKind::Record { recorded_until, .. } => self.burst().1 < *recorded_until,

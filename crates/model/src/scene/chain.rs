@@ -15,13 +15,11 @@ pub struct Bead {
 
 impl Bead {
     /// A sphere of that radius (m) and material.
-    #[must_use]
     pub fn sphere(radius: f64, material: Material) -> Self {
         Self { radius, material, mesh: None }
     }
 
     /// Mass (4/3) π a³ ρ, kg.
-    #[must_use]
     pub fn mass(&self) -> f64 {
         4.0 / 3.0 * std::f64::consts::PI * self.radius.powi(3) * self.material.density
     }
@@ -40,7 +38,6 @@ pub struct Chain {
 
 impl Chain {
     /// The first contact that is open at the start, counted from 1 at the piston, and its gap, m.
-    #[must_use]
     pub(crate) fn first_open_gap(&self) -> Option<(usize, f64)> {
         self.gaps.iter().position(|gap| *gap > 0.0).map(|contact| (contact + 1, self.gaps[contact]))
     }

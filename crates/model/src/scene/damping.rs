@@ -43,7 +43,6 @@ impl DampingTerm {
     pub const ALL: [Self; 2] = [Self::Linear, Self::KuwabaraKono];
 
     /// What it is called, and what its coefficient is.
-    #[must_use]
     pub const fn description(self) -> &'static TermDescription {
         match self {
             Self::Linear => &TermDescription {
@@ -93,7 +92,6 @@ impl<const N: usize> From<[(DampingTerm, f64); N]> for DampingCoefficients {
 
 impl DampingCoefficients {
     /// Whether no term is there.
-    #[must_use]
     pub fn are_absent(&self) -> bool {
         self.0.iter().all(|coefficient| *coefficient == 0.0)
     }
@@ -133,7 +131,6 @@ impl DampingKind {
     pub const ALL: [Self; 4] = [Self::None, Self::Linear, Self::KuwabaraKono, Self::LinearAndKuwabaraKono];
 
     /// Its terms.
-    #[must_use]
     pub const fn terms(self) -> &'static [DampingTerm] {
         match self {
             Self::None => &[],
@@ -144,13 +141,11 @@ impl DampingKind {
     }
 
     /// The law of that name.
-    #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
     /// The law that has these terms alone.
-    #[must_use]
     pub fn of_terms(wanted: impl Fn(DampingTerm) -> bool) -> Option<Self> {
         let has = |kind: &Self| DampingTerm::ALL.iter().all(|term| kind.terms().contains(term) == wanted(*term));
         Self::ALL.into_iter().find(has)

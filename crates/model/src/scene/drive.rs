@@ -114,7 +114,6 @@ impl<M: PistonMotion + ?Sized> PistonMotion for &M {
 
 impl DriveKind {
     /// Its name in scene files.
-    #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
             Self::SineCycles { .. } => "sine",
@@ -125,7 +124,6 @@ impl DriveKind {
     }
 
     /// Length of its burst in periods of f0; a record has none.
-    #[must_use]
     pub const fn cycles(&self) -> Option<f64> {
         match *self {
             Self::SineCycles { cycles } | Self::ToneBurst { cycles, .. } | Self::GaussianBurst { cycles } => {
@@ -138,13 +136,11 @@ impl DriveKind {
 
 impl Drive {
     /// The motion α·drive, ready to be evaluated.
-    #[must_use]
     pub fn motion(&self, amplitude_scale: f64) -> Box<dyn PistonMotion> {
         Box::new(self.concrete_motion(amplitude_scale))
     }
 
     /// The motion α·drive as a concrete type, for loops that should not call through a pointer.
-    #[must_use]
     pub(crate) fn concrete_motion(&self, amplitude_scale: f64) -> Motion {
         Motion::new(self, amplitude_scale)
     }

@@ -19,7 +19,6 @@ pub struct Effect {
 }
 
 /// Every effect that can be switched, on or off in this scene and why.
-#[must_use]
 pub fn effects(scene: &Scene) -> Vec<Effect> {
     let show = |value, dimension| Quantity::new(value, dimension).to_string();
     let chain = &scene.chain;

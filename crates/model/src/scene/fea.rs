@@ -61,25 +61,21 @@ pub enum Scheme {
 
 impl Scheme {
     /// Newmark's β, 1.
-    #[must_use]
     pub fn beta(self) -> f64 {
         0.25 * (1.0 + self.dissipation()).powi(2)
     }
 
     /// Newmark's γ, 1.
-    #[must_use]
     pub fn gamma(self) -> f64 {
         0.5 + self.dissipation()
     }
 
     /// Share α of the step by which the forces lag, 1; 0 but for [`Scheme::HilberHughesTaylor`].
-    #[must_use]
     pub fn lag(self) -> f64 {
         if let Self::HilberHughesTaylor { dissipation } = self { dissipation } else { 0.0 }
     }
 
     /// Numerical damping, 1: α, g, or 0 of the trapezoid.
-    #[must_use]
     pub fn dissipation(self) -> f64 {
         match self {
             Self::Trapezoid => 0.0,
@@ -88,7 +84,6 @@ impl Scheme {
     }
 
     /// Its name in scene files: a value of `model.integrator`.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Trapezoid => "trapezoid",

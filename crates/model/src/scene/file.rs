@@ -60,9 +60,6 @@ pub fn load(name_or_path: &str, overrides: &[String]) -> Result<Scene, SceneErro
 }
 
 /// As [`load`], with the remarks a person should see.
-///
-/// # Errors
-/// As [`load`].
 pub fn load_with_notes(name_or_path: &str, overrides: &[String]) -> Result<Loaded, SceneError> {
     load_preferring(name_or_path, overrides, ModelKind::Chain)
 }
@@ -79,17 +76,11 @@ pub fn load_with_notes(name_or_path: &str, overrides: &[String]) -> Result<Loade
 /// assert_eq!(kind("chain", "alpha=1")?, ModelKind::Chain);
 /// # Ok::<(), granchain_model::scene::SceneError>(())
 /// ```
-///
-/// # Errors
-/// As [`load`].
 pub fn load_preferring(name_or_path: &str, overrides: &[String], preferred: ModelKind) -> Result<Loaded, SceneError> {
     SceneText::read(name_or_path)?.load(overrides, preferred)
 }
 
 /// Read a scene from TOML text; `path` names it in messages, and what it points to is relative to the folder of `path`.
-///
-/// # Errors
-/// As [`load`].
 pub fn load_text(text: &str, path: &Path, overrides: &[String]) -> Result<Loaded, SceneError> {
     parse(text, path, overrides, ModelKind::Chain)
 }
@@ -392,7 +383,6 @@ fn damping(reader: &Reader<'_>, notes: &mut Vec<String>) -> Result<Damping, Scen
 
 impl Scene {
     /// The horn-tip record this scene wants and does not hold yet: read it and hand it to [`Scene::with_drive_record`].
-    #[must_use]
     pub fn pending_record(&self) -> Option<&Path> {
         match &self.drive.kind {
             DriveKind::UnreadRecord { file } => Some(file),

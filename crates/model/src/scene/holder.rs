@@ -30,25 +30,21 @@ pub const DEFAULT_SLIP_VELOCITY: f64 = 1e-3;
 
 impl Holder {
     /// Whether anything rubs.
-    #[must_use]
     pub fn has_friction(&self) -> bool {
         self.friction_force > 0.0 || self.friction_coefficient > 0.0 && self.clearance > 0.0
     }
 
     /// Whether it does anything.
-    #[must_use]
     pub fn acts(&self) -> bool {
         self.drag > 0.0 || self.has_friction()
     }
 
     /// sin θ of the line of centres of two beads of these radii (m).
-    #[must_use]
     pub fn obliquity(&self, first: f64, second: f64) -> f64 {
         self.clearance / (first + second)
     }
 
     /// tan θ of the same.
-    #[must_use]
     pub fn tangent(&self, first: f64, second: f64) -> f64 {
         let sine = self.obliquity(first, second);
         sine / (1.0 - sine * sine).sqrt()

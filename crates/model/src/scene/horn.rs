@@ -24,13 +24,11 @@ pub struct Horn {
 
 impl Horn {
     /// M ω², N/m.
-    #[must_use]
     pub fn stiffness(&self) -> f64 {
         self.mass * self.angular().powi(2)
     }
 
     /// M ω/Q, N·s/m.
-    #[must_use]
     pub fn resistance(&self) -> f64 {
         self.mass * self.angular() / self.quality
     }

@@ -219,7 +219,6 @@ impl Key {
     }
 
     /// What is taken where it is not given, for people; empty where it must be given.
-    #[must_use]
     pub fn default_text(&self) -> String {
         match (self.default, self.kind) {
             (Some(default), ValueKind::Quantity(dimension)) => Quantity::new(default, dimension).to_string(),
@@ -228,7 +227,6 @@ impl Key {
     }
 
     /// What it takes, for people: `a length such as `0.5 mm``, ``rigid` or `half-space``.
-    #[must_use]
     pub fn takes(&self) -> String {
         match self.kind {
             ValueKind::Quantity(Dimension::NONE) => "a number".to_owned(),
@@ -249,7 +247,6 @@ impl Key {
     }
 
     /// Other keys that decide whether it has an effect, each with the values where it has.
-    #[must_use]
     pub fn conditions(&self) -> Vec<(&'static str, Vec<&'static str>)> {
         let of = |governor: &Governor| {
             let when = self.under(governor)?;
@@ -261,7 +258,6 @@ impl Key {
     }
 
     /// The key of a full name such as `materials.brass.density` or `chain.gaps.contact2`.
-    #[must_use]
     pub fn find(name: &str) -> Option<&'static Self> {
         KEYS.iter().find(|key| key.matches(name))
     }
@@ -301,7 +297,6 @@ impl Key {
     }
 
     /// The valid key most like `name`: the spelling as a whole, or the same last word in another table.
-    #[must_use]
     pub fn nearest(name: &str) -> Option<String> {
         let last = name.rsplit('.').next().unwrap_or(name);
         // In `materials.NAME.…` the name is the user's, only the last word can be misspelt.

@@ -34,7 +34,6 @@ pub enum SettingValue {
 
 impl SettingValue {
     /// As it stands in a TOML file.
-    #[must_use]
     pub fn to_toml(&self) -> String {
         match self {
             Self::Quantity(quantity) => quantity_toml(quantity),
@@ -62,7 +61,6 @@ impl SettingValue {
     }
 
     /// For people.
-    #[must_use]
     pub fn display(&self) -> String {
         match self {
             Self::Quantity(quantity) => quantity.to_string(),
@@ -76,7 +74,6 @@ impl SettingValue {
     }
 
     /// Unit of a plain number given for it: `m`, `N·s/m`; empty where there is none.
-    #[must_use]
     pub fn unit(&self) -> String {
         match self {
             Self::Quantity(quantity) if quantity.dimension == Dimension::MASS => "kg".to_owned(),
@@ -120,7 +117,6 @@ fn quoted(text: &str) -> String {
 
 impl Scene {
     /// Every key that has an effect in this scene, with its value, in the order of [`super::KEYS`].
-    #[must_use]
     pub fn settings(&self) -> Vec<Setting> {
         let mut settings = Vec::new();
         let mut materials = Some(self.materials_in_use());
@@ -157,7 +153,6 @@ impl Scene {
     ///
     /// A drive of kind `record` is written by its file's name, as the program was given it. A record held in memory only has
     /// none; then `drive.file` is missing and asked for on reading.
-    #[must_use]
     pub fn to_toml(&self) -> String {
         let mut text = String::new();
         let mut table = "";

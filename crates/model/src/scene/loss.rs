@@ -27,13 +27,11 @@ pub struct Relaxation {
 
 impl MaterialLoss {
     /// Whether nothing is lost.
-    #[must_use]
     pub fn is_absent(&self) -> bool {
         *self == Self::default()
     }
 
     /// Time β of E (1 + β d/dt) that has the loss factor `factor` at [`LOSS_FREQUENCY`], s.
-    #[must_use]
     pub fn retardation(factor: f64) -> f64 {
         factor / (2.0 * std::f64::consts::PI * LOSS_FREQUENCY)
     }

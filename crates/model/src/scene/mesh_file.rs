@@ -55,7 +55,6 @@ pub(super) fn strip_overrides(value: &mut Value) {
 
 impl Scene {
     /// The mesh files of its bodies, each once, sorted.
-    #[must_use]
     pub fn mesh_files(&self) -> Vec<PathBuf> {
         let beads = self.chain.beads.iter().filter_map(|bead| bead.mesh.as_ref());
         let mut paths: Vec<PathBuf> = beads.map(|mesh| mesh.path.clone()).collect();

@@ -147,7 +147,6 @@ impl Scene {
     }
 
     /// Number of output samples, at 0, `output_step`, 2 `output_step` … up to the duration (a rounding of the quotient is no sample less).
-    #[must_use]
     pub fn samples(&self) -> usize {
         (self.duration / self.output_step + 1e-6).floor() as usize + 1
     }

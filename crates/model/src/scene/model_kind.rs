@@ -15,7 +15,6 @@ words!(ModelKind { Chain = "chain", Reduced = "reduced", Fea = "fea" });
 
 impl ModelKind {
     /// Whether its bodies are meshed.
-    #[must_use]
     pub const fn is_meshed(self) -> bool {
         matches!(self, Self::Reduced | Self::Fea)
     }

@@ -59,7 +59,6 @@ pub struct Meshing {
 
 impl Integrator {
     /// Its name in scene files.
-    #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
             Self::DormandPrince853 { .. } => "dormand-prince-853",
@@ -70,14 +69,12 @@ impl Integrator {
 
 impl ModelSettings {
     /// The chain with that integrator.
-    #[must_use]
     pub fn chain(integrator: Integrator) -> Self {
         let (reduced, fea) = (ReducedSettings::default(), FeaSettings::default());
         Self { kind: ModelKind::Chain, integrator, reduced, fea, limits: Limits::default() }
     }
 
     /// How the bodies of this model are meshed; for the chain, which has none, as for the finite element analysis.
-    #[must_use]
     pub fn meshing(&self) -> Meshing {
         match self.kind {
             ModelKind::Reduced => {

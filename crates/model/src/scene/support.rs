@@ -59,14 +59,12 @@ pub enum Support {
 
 impl Support {
     /// The paper's annulus, its stiffness multiplied by `stiffness_factor` (1).
-    #[must_use]
     pub fn resin_annulus(stiffness_factor: f64) -> Self {
         let (shape, normal) = (AnnulusShape::published(), ContactNormal::Fixed);
         Self::Annulus { shape, stiffness_factor, material: Material::resin(), normal }
     }
 
     /// What makes it stiffer or softer as a whole: the factor of an annulus, 1, or the stiffness of a spring, N/m.
-    #[must_use]
     pub const fn stiffness(&self) -> Option<f64> {
         match self {
             Self::Annulus { stiffness_factor: own, .. } | Self::Spring { stiffness: own } => Some(*own),
@@ -83,13 +81,11 @@ impl Support {
     }
 
     /// Stiffness of the one-sided linear spring that it is, N/m.
-    #[must_use]
     pub const fn spring(&self) -> Option<f64> {
         if let Self::Spring { stiffness } = self { Some(*stiffness) } else { None }
     }
 
     /// Along which normal the bead presses on it, where that lies off the axis.
-    #[must_use]
     pub const fn normal(&self) -> Option<ContactNormal> {
         match self {
             Self::Annulus { normal, .. } | Self::Body { normal, .. } => Some(*normal),
@@ -98,7 +94,6 @@ impl Support {
     }
 
     /// What it is made of, where it is a body.
-    #[must_use]
     pub const fn material(&self) -> Option<&Material> {
         match self {
             Self::Annulus { material, .. } | Self::Body { material, .. } => Some(material),
@@ -108,7 +103,6 @@ impl Support {
     }
 
     /// Its name in scene files.
-    #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Flat(flat) => flat.name(),

@@ -37,15 +37,11 @@ impl SceneText {
     }
 
     /// A text as it would stand in the file `path`.
-    #[must_use]
     pub fn of_file(path: &Path, text: String) -> Self {
         Self(Origin::File { path: path.into(), text })
     }
 
     /// The scene, as [`super::load_preferring`].
-    ///
-    /// # Errors
-    /// As [`super::load`].
     pub fn load(&self, overrides: &[String], preferred: ModelKind) -> Result<Loaded, SceneError> {
         match &self.0 {
             Origin::BuiltIn(scene) => {
@@ -57,7 +53,6 @@ impl SceneText {
     }
 
     /// The file and its text; none of a built-in scene.
-    #[must_use]
     pub fn file(&self) -> Option<(&Path, &str)> {
         match &self.0 {
             Origin::BuiltIn(_) => None,

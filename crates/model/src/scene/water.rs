@@ -28,7 +28,6 @@ pub struct Water {
 
 impl Water {
     /// Water of the source paper: ρ 1000 kg/m³, c 1500 m/s.
-    #[must_use]
     pub fn fresh() -> Self {
         Self { density: 1000.0, sound_speed: 1500.0 }
     }
@@ -36,7 +35,6 @@ impl Water {
     /// Soft tissue on average: ρ 1050 kg/m³, c 1540 m/s, the speed that diagnostic scanners assume.
     ///
     /// Duck (1990), *Physical Properties of Tissue*, ch. 4.
-    #[must_use]
     pub fn tissue() -> Self {
         Self { density: 1050.0, sound_speed: 1540.0 }
     }
@@ -55,7 +53,6 @@ words!(Medium { Water = "water", Tissue = "tissue" });
 
 impl Medium {
     /// What the name stands for.
-    #[must_use]
     pub fn liquid(self) -> Water {
         match self {
             Self::Water => Water::fresh(),
@@ -102,7 +99,6 @@ pub enum WaterMethod {
 
 impl WaterMethod {
     /// Its name in scene files.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Rayleigh => "rayleigh",
@@ -122,7 +118,6 @@ pub struct FieldPoint {
 
 impl FieldPoint {
     /// A point on the axis at the distance z (m).
-    #[must_use]
     pub fn on_axis(distance: f64) -> Self {
         Self { radius: 0.0, distance }
     }

@@ -13,7 +13,6 @@ macro_rules! words {
     ($name:ident { $($value:ident = $word:literal),+ $(,)? }) => {
         impl $name {
             /// Its name in scene files.
-            #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {
                     $(Self::$value => $word,)+

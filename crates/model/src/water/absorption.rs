@@ -43,19 +43,16 @@ impl PowerLaw {
     /// let tissue = PowerLaw::new(Absorption { at_1_mhz: 50.0 / 8.685_889_638, exponent: 1.1 });
     /// assert!((tissue.attenuation(2e6) / tissue.attenuation(1e6) - 2f64.powf(1.1)).abs() < 1e-12);
     /// ```
-    #[must_use]
     pub fn new(law: Absorption) -> Self {
         Self { law }
     }
 
     /// α at the frequency f (Hz), Np/m.
-    #[must_use]
     pub fn attenuation(&self, frequency: f64) -> f64 {
         self.law.at_1_mhz * (frequency / REFERENCE).powf(self.law.exponent)
     }
 
     /// β at the frequency f (Hz), rad/m: the phase that lags behind the lossless wave's.
-    #[must_use]
     pub fn lag(&self, frequency: f64) -> f64 {
         if frequency <= 0.0 {
             return 0.0;
@@ -72,7 +69,6 @@ impl PowerLaw {
     }
 
     /// H at the frequency f (Hz) over the path d (m).
-    #[must_use]
     pub fn transfer(&self, frequency: f64, path: f64) -> c64 {
         let size = (-self.attenuation(frequency) * path).exp();
         let (sine, cosine) = (self.lag(frequency) * path).sin_cos();
@@ -82,7 +78,6 @@ impl PowerLaw {
     /// A pressure record (any unit) on a clock of that step (s) after the path d (m), at the same instants.
     ///
     /// The record counts as zero outside itself; the tail that the filter leaves behind its end is dropped.
-    #[must_use]
     pub fn filter(&self, record: &[f64], step: f64, path: f64) -> Vec<f64> {
         if record.is_empty() {
             return Vec::new();
@@ -111,13 +106,11 @@ impl PowerLaw {
 
 /// A pressure record (any unit, on a clock of that step, s) at a point of the water behind a disc of that radius (m), as it arrives there
 /// through an absorbing liquid: the power law over the [`shortest_path`].
-#[must_use]
 pub(crate) fn attenuated(law: Absorption, disc: f64, point: FieldPoint, record: &[f64], step: f64) -> Vec<f64> {
     PowerLaw::new(law).filter(record, step, shortest_path(disc, point))
 }
 
 /// Shortest way (m) from a disc of that radius (m) to a point of the water.
-#[must_use]
 pub(crate) fn shortest_path(disc: f64, point: FieldPoint) -> f64 {
     point.distance.hypot((point.radius - disc).max(0.0))
 }

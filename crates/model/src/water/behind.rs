@@ -58,9 +58,6 @@ impl DiscBehind {
     /// - `step`: Δ, s
     /// - `is_damped`: whether a dashpot stands at the disc; without one its modes are not followed apart
     /// - `rest`: λ_r, N; empty for none
-    ///
-    /// # Errors
-    /// [`FrontError`].
     pub fn new(
         front: &Front,
         water: &WaterSettings,
@@ -92,19 +89,16 @@ impl DiscBehind {
     }
 
     /// C between the points, row by row, m/N.
-    #[must_use]
     pub fn compliance(&self) -> &[f64] {
         &self.compliance
     }
 
     /// C_m, m/N; empty without a dashpot.
-    #[must_use]
     pub fn coupling(&self) -> &[f64] {
         self.dashpot.as_ref().map_or(&[], |dashpot| &dashpot.coupling)
     }
 
     /// What the dashpot's own force adds to the modes it sees at the end of a step: C_mm (m/N) and 2 C_mm/Δ (m/s/N).
-    #[must_use]
     pub(crate) fn mobility(&self) -> [f64; 2] {
         self.dashpot.as_ref().map_or([0.0; 2], |dashpot| [dashpot.own, 2.0 * dashpot.own / self.step])
     }
@@ -118,19 +112,16 @@ impl DiscBehind {
     }
 
     /// Displacement of the points into the water at the end of the step that [`DiscBehind::predict`] began, without forces there, m.
-    #[must_use]
     pub fn predicted(&self) -> &[f64] {
         &self.predicted[..self.points]
     }
 
     /// Displacement of the points into the water, m.
-    #[must_use]
     pub(crate) fn retreat(&self) -> &[f64] {
         &self.retreat[..self.points]
     }
 
     /// Displacement (m) and velocity (m/s) of the modes the dashpot sees, predicted for the end of the step without any force there.
-    #[must_use]
     pub(crate) fn predicted_modes(&self) -> [f64; 2] {
         self.dashpot.as_ref().map_or([0.0; 2], |dashpot| {
             let end = self.predicted[self.points];
@@ -139,7 +130,6 @@ impl DiscBehind {
     }
 
     /// The same with the forces λ (N) at the end of the step, the dashpot's left out.
-    #[must_use]
     pub(crate) fn modes_under(&self, forces: &[f64]) -> [f64; 2] {
         let [place, velocity] = self.predicted_modes();
         let moved: f64 = self.coupling().iter().zip(forces).map(|(c, force)| c * force).sum();
@@ -166,7 +156,6 @@ impl DiscBehind {
     }
 
     /// How far the modes that the dashpot sees moved in the last step, m.
-    #[must_use]
     pub fn moved(&self) -> f64 {
         self.dashpot.as_ref().map_or(0.0, |dashpot| dashpot.moved)
     }

@@ -92,7 +92,6 @@ pub struct WaterRun {
 
 impl WaterRun {
     /// Energy unaccounted for over the piston's work, 1: the error of the fixed step.
-    #[must_use]
     pub fn imbalance(&self) -> f64 {
         let found = self.chain_energy + self.dissipated + self.disc_energy + self.work_on_water;
         (self.piston_work - found) / self.piston_work.abs().max(f64::MIN_POSITIVE)
@@ -149,9 +148,6 @@ pub(super) struct Others {
 
 /// Step a chain from equilibrium under the static force `preload` (N) through `instants` steps against a disc at rest, whose motion is
 /// counted from that equilibrium. `observe` sees every instant, the first included, and stops the run by `false`.
-///
-/// # Errors
-/// [`ChainOnWaterError`].
 #[allow(clippy::too_many_arguments, reason = "what stands on the bench, part by part")]
 pub(super) fn march(
     chain: &ChainInFront,
@@ -327,9 +323,6 @@ struct Pair {
 ///
 /// - `v`, `h`: velocities without the forces of the second half of the step, m/s, and what a unit force then adds, m/s/N
 /// - `last`: the disc's force under that of the contact before; none where it does not depend on it
-///
-/// # Errors
-/// What `last` says.
 fn settle(
     pairs: &[Pair],
     (v, h): (&[f64], &[f64]),
@@ -363,9 +356,6 @@ fn settle(
 }
 
 /// Run a chain at rest against a disc at rest for `duration` (s), heard at the disc's first `points` field points.
-///
-/// # Errors
-/// [`ChainOnWaterError`].
 pub fn run(
     chain: &ChainInFront,
     motion: &dyn PistonMotion,

@@ -77,9 +77,6 @@ pub struct PatchError {
 
 /// Flexibility C_s (m/N) of a disc as a structure: [`Disc::structural_flexibility`] on a mesh graded to a hundredth of the thickness at the
 /// pole, from patches of 0.16 and 0.08 of the thickness to none, with their error as the patch squared.
-///
-/// # Errors
-/// [`DiscError`].
 pub fn structural(disc: &Disc) -> Result<f64, DiscError> {
     let thickness = disc.shape().thickness;
     let radial = (24.0 + 16.0 * (0.25 * disc.shape().radius / thickness).max(1.0).sqrt()) as usize;
@@ -92,9 +89,6 @@ pub fn structural(disc: &Disc) -> Result<f64, DiscError> {
 
 impl DiscContact {
     /// Contact of `bead` with `disc` whose force is spread over r ≤ `patch` (m) of the front.
-    ///
-    /// # Errors
-    /// [`DiscError`].
     pub fn new(bead: &Bead, disc: &Disc, patch: f64) -> Result<Self, DiscError> {
         let modulus = effective_modulus(&bead.material, Some(&disc.shape().material));
         Ok(Self {
@@ -104,9 +98,6 @@ impl DiscContact {
     }
 
     /// Contact of `bead` with `disc` as a few of its modes have it, everything else static: c_r = C_s − Σ φ_k²/ω_k².
-    ///
-    /// # Errors
-    /// [`DiscError`].
     pub fn modal(bead: &Bead, disc: &Disc, modes: &DiscModes) -> Result<Self, DiscError> {
         let modulus = effective_modulus(&bead.material, Some(&disc.shape().material));
         Ok(Self {
@@ -116,9 +107,6 @@ impl DiscContact {
     }
 
     /// Force F (N) with u − w⁰ = `overlap` (m), when the disc gives way by s F (`compliance` s, m/N) besides; 0 while open.
-    ///
-    /// # Errors
-    /// [`PatchError`].
     pub fn force(&self, overlap: f64, compliance: f64) -> Result<f64, PatchError> {
         if overlap <= 0.0 {
             return Ok(0.0);
@@ -154,9 +142,6 @@ impl DiscContact {
     /// Force with a dashpot beside the indentation: the root of u − w⁰ = δ + (c_r + s) F(δ) on the branch that grows from zero, with
     /// F(δ) = (k_d δ^(3/2) + D r)/(1 + D y), D = c + γ √δ, r and y of the [`Approach`]; cut off at 0 unless it may pull (`tension`). Where a
     /// contact closes and even the smallest δ would carry too much, δ is 0 and the force what the disc's yielding leaves.
-    ///
-    /// # Errors
-    /// [`PatchError`].
     pub fn damped(
         &self,
         overlap: f64,
@@ -212,19 +197,16 @@ impl DiscContact {
     }
 
     /// Hertz' indentation (m) that the force F (N) makes alone.
-    #[must_use]
     pub fn indentation(&self, force: f64) -> f64 {
         (force / self.hertz_stiffness).powf(2.0 / 3.0)
     }
 
     /// As [`DiscContact::energy`], of a contact with a dashpot.
-    #[must_use]
     pub fn stored(&self, pressing: &Pressing) -> f64 {
         0.4 * self.hertz_stiffness * pressing.indentation.powf(2.5) + 0.5 * self.residual * pressing.force.powi(2)
     }
 
     /// Elastic energy (J) at the force F (N): (2/5) k_d δ^(5/2) + c_r F²/2, the second term taking back what the disc holds twice.
-    #[must_use]
     pub fn energy(&self, force: f64) -> f64 {
         0.4 * force * (force / self.hertz_stiffness).cbrt().powi(2) + 0.5 * self.residual * force * force
     }

@@ -64,7 +64,6 @@ pub struct DiscModes {
 
 impl DiscModes {
     /// Static flexibility Σ φ_k²/ω_k² of these coordinates where the force acts, m/N; a rigid motion has none.
-    #[must_use]
     pub fn flexibility(&self) -> f64 {
         let elastic = self.frequencies.iter().zip(&self.pole).filter(|(frequency, _)| **frequency > RIGID);
         elastic.map(|(frequency, shape)| (shape / (TAU * frequency)).powi(2)).sum()
@@ -84,13 +83,11 @@ pub struct DiscInterface {
 
 impl DiscInterface {
     /// Number of points.
-    #[must_use]
     pub fn points(&self) -> usize {
         self.residual.len().isqrt()
     }
 
     /// The same with one point more that is the sum of the `count` lowest modes, each by its share at the pole, and no part of the rest.
-    #[must_use]
     pub(crate) fn with_modes(&self, count: usize) -> Self {
         let points = self.points();
         let count = count.min(self.modes.modes);
@@ -134,9 +131,6 @@ impl Disc {
     ///
     /// - `density`: n ≥ 1; the element at the pole has a side of h/(10 n), 8n/3 elements lie through the thickness, 6n along r of a disc with
     ///   a = 4h
-    ///
-    /// # Errors
-    /// As [`Disc::new`].
     pub fn for_contact(shape: &DiscShape, density: usize) -> Result<Self, DiscError> {
         let n = density.max(1);
         let slenderness = (shape.radius / shape.thickness).max(1.0).log2();
@@ -149,37 +143,31 @@ impl Disc {
     }
 
     /// What it is.
-    #[must_use]
     pub fn shape(&self) -> &DiscShape {
         &self.shape
     }
 
     /// Its finite elements.
-    #[must_use]
     pub fn body(&self) -> &Body {
         &self.body
     }
 
     /// The body alone.
-    #[must_use]
     pub(crate) fn into_body(self) -> Body {
         self.body
     }
 
     /// Nodes along the front from the pole to the rim: vertex, middle, vertex, …
-    #[must_use]
     pub fn front(&self) -> &[u32] {
         &self.front
     }
 
     /// Nodes along the back from the axis to the rim: vertex, middle, vertex, …
-    #[must_use]
     pub fn back(&self) -> &[u32] {
         &self.back
     }
 
     /// Unknown of u_z at the pole of the front.
-    #[must_use]
     pub fn pole(&self) -> u32 {
         DofMap::dof(self.front[0], Direction::Axial)
     }
@@ -190,18 +178,12 @@ impl Disc {
     }
 
     /// Its `count` lowest axisymmetric modes in vacuum, the rigid one of a free disc included.
-    ///
-    /// # Errors
-    /// [`DiscError::Modes`].
     pub fn modes(&self, count: usize) -> Result<DiscModes, DiscError> {
         let found = modes(&self.body, count)?;
         Ok(self.seen(found.frequencies, &found.shapes, &self.patch_load(0.0), count))
     }
 
     /// The same, [`DiscModes::pole`] being the mean over r ≤ `patch` (m) of the front.
-    ///
-    /// # Errors
-    /// [`DiscError::Modes`].
     pub fn modes_on_patch(&self, count: usize, patch: f64) -> Result<DiscModes, DiscError> {
         let found = modes(&self.body, count)?;
         Ok(self.seen(found.frequencies, &found.shapes, &self.patch_load(patch), count))
@@ -217,18 +199,12 @@ impl Disc {
     /// would miss how it compresses the disc through its thickness. [`DiscModes::pole`] is the mean over the patch.
     ///
     /// MacNeal (1971), *Comput. Struct.* 1, 581; Craig & Kurdila (2006), *Fundamentals of Structural Dynamics*, §17.
-    ///
-    /// # Errors
-    /// [`DiscError`].
     pub fn basis(&self, count: usize, patch: f64) -> Result<DiscModes, DiscError> {
         let (frequencies, vectors) = self.span(count, patch)?;
         Ok(self.seen(frequencies, &vectors, &self.patch_load(patch), count))
     }
 
     /// The coordinates of [`Disc::basis`] as a contact at several points sees them; a point is a displacement along z as a sum over unknowns.
-    ///
-    /// # Errors
-    /// [`DiscError`].
     pub(super) fn interface(
         &self,
         count: usize,
@@ -251,9 +227,6 @@ impl Disc {
     }
 
     /// Static flexibility S between points, row by row, m/N; of a free disc relative to its mass mean, under inertia relief.
-    ///
-    /// # Errors
-    /// [`DiscError::Factor`].
     pub(super) fn point_flexibility(&self, points: &[Vec<(u32, f64)>]) -> Result<Vec<f64>, DiscError> {
         let factor = StaticFactor::new(&self.body, &[])?;
         let (mut force, mut u, mut work) = (self.body.columns(1), self.body.columns(1), factor.factor().half(1));
@@ -296,9 +269,6 @@ impl Disc {
 
     /// Weights w, by the body's unknowns, with wᵀu̇ = Σ_{k ≤ count} φ_k q̇_k: of a velocity field the part that moves in the lowest modes, as a
     /// patch of that radius (m) at the pole sees it. It has neither the local indentation nor what rings above these modes.
-    ///
-    /// # Errors
-    /// [`DiscError::Modes`].
     pub fn modal_weights(&self, count: usize, patch: f64) -> Result<Vec<f64>, DiscError> {
         let found = modes(&self.body, count)?;
         let load = self.patch_load(patch);
@@ -382,7 +352,6 @@ impl Disc {
 
     /// Consistent nodal forces of 1 N spread evenly over r ≤ `patch` (m) of the front, N, by the body's unknowns; a patch of 0 is a point force
     /// on the pole.
-    #[must_use]
     pub fn patch_load(&self, patch: f64) -> Vec<f64> {
         let mut load = vec![0.0; self.body.dofs().len()];
         let radii = self.radii(&self.front);
@@ -412,9 +381,6 @@ impl Disc {
 
     /// Static flexibility of the front under 1 N spread evenly over r ≤ `patch` (m), mean displacement of the patch, m/N; of a free disc
     /// relative to its mass mean, under inertia relief.
-    ///
-    /// # Errors
-    /// [`DiscError::Factor`].
     pub fn flexibility(&self, patch: f64) -> Result<f64, DiscError> {
         let load = self.patch_load(patch);
         Ok(dot(&load, &self.deformation(&load)?))
@@ -422,9 +388,6 @@ impl Disc {
 
     /// The same without the local indentation, m/N: less the mean displacement of an elastic half-space under the same patch,
     /// 16 (1 − ν²)/(3π² E b). Its limit b → 0 is C_s, the flexibility of the disc as a structure; the indentation belongs to Hertz' law.
-    ///
-    /// # Errors
-    /// [`DiscError::Factor`].
     pub fn structural_flexibility(&self, patch: f64) -> Result<f64, DiscError> {
         Ok(self.flexibility(patch)? - half_space_flexibility(&self.shape.material, patch))
     }

@@ -47,7 +47,6 @@ pub struct FieldGrid {
 
 impl FieldGrid {
     /// Evenly spaced, from the axis to `reach` (m) and from the back to `depth` (m), about `spacing` (m) apart.
-    #[must_use]
     pub fn even(reach: f64, depth: f64, spacing: f64) -> Self {
         let line = |length: f64| {
             let pieces = (length / spacing).round().max(1.0);
@@ -74,7 +73,6 @@ pub struct FaceMotion {
 
 impl FaceMotion {
     /// From the velocities v_k(t) of the shapes, m/s over the unit of the shape, from rest, all on one clock.
-    #[must_use]
     pub fn new(velocity: Vec<Series>) -> Self {
         let step = velocity.first().map_or(f64::INFINITY, |series| series.step);
         let splines = velocity.iter().map(|series| Spline::new(series, Ends::Natural)).collect();
@@ -82,7 +80,6 @@ impl FaceMotion {
     }
 
     /// Motion of a disc at rest under the forces F(n Δ) (N) on its pole, n = 0, 1, … on its own clock.
-    #[must_use]
     pub fn under(mut disc: WetDisc, forces: &[f64]) -> Self {
         let step = disc.step();
         let mut velocity: Vec<Series> =
@@ -96,13 +93,11 @@ impl FaceMotion {
     }
 
     /// v_k(t) of each shape.
-    #[must_use]
     pub fn velocity(&self) -> &[Series] {
         &self.velocity
     }
 
     /// Velocity of the back at the radius r (m) and the time t (s), m/s, positive into the water; 0 beyond the disc.
-    #[must_use]
     pub fn velocity_at(&self, radiator: &Radiator<'_>, radius: f64, time: f64) -> f64 {
         let mut shapes = vec![0.0; self.splines.len()];
         radiator.values(radius, &mut shapes);
@@ -110,7 +105,6 @@ impl FaceMotion {
     }
 
     /// The same at many radii (m) and times (s): one list over the times each radius.
-    #[must_use]
     pub fn face(&self, radiator: &Radiator<'_>, radii: &[f64], times: &[f64]) -> Vec<Vec<f64>> {
         let shapes: Vec<Vec<f64>> = radii
             .iter()
@@ -136,9 +130,6 @@ impl FaceMotion {
     }
 
     /// Pressure (Pa) at a point at each of `times` (s).
-    ///
-    /// # Errors
-    /// [`FieldPointError`].
     pub fn pressure(
         &self,
         radiator: &Radiator<'_>,
@@ -151,9 +142,6 @@ impl FaceMotion {
     }
 
     /// Pressure (Pa) over a grid at each of `times` (s): one list of the grid's points each.
-    ///
-    /// # Errors
-    /// [`FieldPointError`].
     pub fn map(
         &self,
         radiator: &Radiator<'_>,
@@ -174,9 +162,6 @@ impl FaceMotion {
 
 /// Complex amplitude of the pressure (Pa, time factor e^{+iωt}) over a grid when the shapes move with the complex velocity amplitudes V_k, at
 /// the angular frequency ω (rad/s).
-///
-/// # Errors
-/// [`FieldPointError`].
 pub fn amplitude_map(
     radiator: &Radiator<'_>,
     water: &Water,
@@ -227,7 +212,6 @@ fn amplitude(
 /// P d e^{ikd} → iωρ ∫₀ᵃ V(r) J₀(k r sin θ) r dr,  V = Σ V_k φ_k,  k = ω/c
 ///
 /// for a rigid baffle. Reached when d ≫ a and d ≫ k a². Kinsler, Frey, Coppens & Sanders (2000), *Fundamentals of Acoustics*, §7.4.
-#[must_use]
 pub fn far_field(
     radiator: &Radiator<'_>,
     water: &Water,
@@ -258,7 +242,6 @@ pub fn far_field(
 
 /// Angle (rad) on either side of the axis at which a beam pattern has fallen to half its value on the axis (−6 dB) for the first time,
 /// interpolated between the angles given (ascending from 0); none if it never does.
-#[must_use]
 pub fn half_angle(angles: &[f64], pattern: &[c64]) -> Option<f64> {
     let size: Vec<f64> = pattern.iter().map(|value| value.norm()).collect();
     let half = 0.5 * size.first()?;

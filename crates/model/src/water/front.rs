@@ -77,7 +77,6 @@ pub struct Held {
 
 impl Held {
     /// Displacement of every point and of the lowest modes under forces of the points (N), m.
-    #[must_use]
     pub fn under(&self, forces: &[f64]) -> (Vec<f64>, f64) {
         let points = self.points.chunks_exact(forces.len().max(1)).map(|row| dot(row, forces));
         (points.collect(), dot(&self.modes, forces))
@@ -107,9 +106,6 @@ pub struct Front {
 
 impl Front {
     /// Of a disc touched at the points of a face, for water that is computed as said.
-    ///
-    /// # Errors
-    /// [`DiscError`].
     pub fn new(disc: Disc, face: &Face, water: &WaterSettings) -> Result<Self, DiscError> {
         // Outward is out of the water.
         let terms = |i| face.terms(i).map(|(unknown, coefficient)| (unknown as u32, -coefficient)).collect();
@@ -122,15 +118,11 @@ impl Front {
     }
 
     /// Number of points.
-    #[must_use]
     pub fn points(&self) -> usize {
         self.points.len()
     }
 
     /// The disc under forces that are held; none where nothing holds the disc.
-    ///
-    /// # Errors
-    /// [`DiscError`].
     pub fn held(&self) -> Result<Option<Held>, DiscError> {
         if self.disc.shape().rim == Rim::Free {
             return Ok(None);
@@ -150,9 +142,6 @@ impl Front {
     }
 
     /// The disc at rest on the water, on a clock of that step (s).
-    ///
-    /// # Errors
-    /// [`FrontError`].
     pub fn on_water(
         &self,
         water: &WaterSettings,
@@ -204,7 +193,6 @@ pub(crate) struct WaterRecord {
 
 impl WaterRecord {
     /// Empty, for so many samples at the field points of `water`.
-    #[must_use]
     pub fn new(water: &WaterSettings, samples: usize) -> Self {
         let pressure = water.field_points.iter().map(|_| Vec::with_capacity(samples)).collect();
         Self { pressure, back_velocity: Vec::with_capacity(samples) }
@@ -259,7 +247,6 @@ pub struct ModalFront {
 
 impl ModalFront {
     /// At rest.
-    #[must_use]
     pub fn new(disc: WetDisc, interface: &DiscInterface) -> Self {
         let points = interface.points();
         let shapes = interface.shapes.clone();

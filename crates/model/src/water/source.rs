@@ -108,9 +108,6 @@ pub struct FieldSource {
 
 impl FieldSource {
     /// Of a scene, on its model's clock.
-    ///
-    /// # Errors
-    /// [`FieldSourceError`].
     pub fn new(scene: &Scene) -> Result<Self, FieldSourceError> {
         let (Support::Disc { shape, mesh_density }, Some(water)) = (&scene.support, &scene.water) else {
             return Err(FieldSourceError::NoWater);
@@ -128,25 +125,21 @@ impl FieldSource {
     }
 
     /// Step of the clock on which it takes forces, s.
-    #[must_use]
     pub fn step(&self) -> f64 {
         self.step
     }
 
     /// What the maps are computed by, in words.
-    #[must_use]
     pub fn method(&self) -> &'static str {
         if self.mesh.is_some() { "acoustic elements" } else { "Rayleigh integral" }
     }
 
     /// The disc in its shapes as a radiator.
-    #[must_use]
     pub fn radiator(&self) -> Radiator<'_> {
         Radiator::of_modes(self.disc.shape().radius, &self.modes.back)
     }
 
     /// A grid from the axis to 2.5 radii and as deep, 50 points a side; of elements only where their mesh reaches.
-    #[must_use]
     pub fn grid(&self) -> FieldGrid {
         let radius = self.disc.shape().radius;
         let wanted = 2.5 * radius;
@@ -155,15 +148,11 @@ impl FieldSource {
     }
 
     /// Whether the plane around the disc is free of pressure, so that the face's pressure and not its velocity is the source of the field.
-    #[must_use]
     pub fn is_soft(&self) -> bool {
         self.water.baffle == Baffle::Soft
     }
 
     /// Motion of the back under the force on the disc (N) on its clock, on water behind a rigid baffle.
-    ///
-    /// # Errors
-    /// [`FieldSourceError::Clock`], [`FieldSourceError::Point`].
     pub fn motion(&self, force: &Series) -> Result<FaceMotion, FieldSourceError> {
         self.on_clock(force)?;
         let disc = WetDisc::new(self.disc.shape().radius, &self.modes, &self.water.liquid, &[], self.step)?;
@@ -171,9 +160,6 @@ impl FieldSource {
     }
 
     /// Pressure (Pa) over a grid at each of `times` (s) under the force on the disc (N) on its clock: one list of the grid's points each.
-    ///
-    /// # Errors
-    /// [`FieldSourceError`].
     pub fn maps(&self, force: &Series, grid: &FieldGrid, times: &[f64]) -> Result<Vec<Vec<f64>>, FieldSourceError> {
         self.on_clock(force)?;
         let end = force.end();
@@ -203,9 +189,6 @@ impl FieldSource {
 
     /// Σ wᵢ p(x, tᵢ) over a grid for several lists of complex weights, one a sample of the force on the disc (N) on its clock: with those of a line,
     /// its complex amplitude. By elements; none where the scene's water is not computed so.
-    ///
-    /// # Errors
-    /// [`FieldSourceError`].
     pub fn weighted_maps(
         &self,
         force: &Series,
@@ -227,9 +210,6 @@ impl FieldSource {
     }
 
     /// Pressure on the disc's back under the force on the disc (N) on its clock, by elements; none where the scene's water is not computed so.
-    ///
-    /// # Errors
-    /// [`FieldSourceError`].
     pub fn face_pressure(&self, force: &Series) -> Result<Option<FacePressure>, FieldSourceError> {
         self.on_clock(force)?;
         let Some(mesh) = self.mesh else { return Ok(None) };

@@ -131,7 +131,6 @@ impl DiscSupport {
     }
 
     /// What it is made of: the disc's elements.
-    #[must_use]
     pub fn disc(&self) -> &Disc {
         &self.disc
     }
@@ -189,9 +188,6 @@ impl DiscSupport {
     }
 
     /// Run a scene with this disc and water.
-    ///
-    /// # Errors
-    /// [`ModelError`].
     pub fn run(
         &self,
         scene: &Scene,
@@ -316,7 +312,6 @@ impl DiscSupport {
     }
 
     /// What a reader of a run's results must know besides.
-    #[must_use]
     pub fn warnings(&self, scene_frequency: f64, response: &Response) -> Vec<String> {
         let mut out = Vec::new();
         let time = |value: f64| Quantity::new((value * 1e10).round() / 1e10, Dimension::TIME);
@@ -361,9 +356,6 @@ impl DiscSupport {
 }
 
 /// Refuse what a chain before a disc does not have.
-///
-/// # Errors
-/// [`ModelError::Unsupported`].
 fn refuse_losses(scene: &Scene) -> Result<(), ModelError> {
     let key = match scene.loss {
         MaterialLoss { relaxation: Some(_), .. } => "loss.relaxation",

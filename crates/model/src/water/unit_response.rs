@@ -40,13 +40,11 @@ impl UnitResponse {
     }
 
     /// Pressure at field point `point` under the forces F(n Δ) (N), Pa: a discrete convolution.
-    #[must_use]
     pub fn pressure_under(&self, point: usize, forces: &[f64]) -> Vec<f64> {
         convolve(&self.pressure[point], forces)
     }
 
     /// The recorded disc, at rest, for a run of at most as many steps as there are values.
-    #[must_use]
     pub(crate) fn played(&self) -> Played<'_> {
         Played {
             response: self,

@@ -18,7 +18,6 @@ pub struct Columns {
 
 impl Columns {
     /// `count` zero vectors of length `rows`.
-    #[must_use]
     pub fn new(rows: usize, count: usize) -> Self {
         let width = Self::width_of(count);
         let data = vec![0.0; rows * width + 7];
@@ -31,7 +30,6 @@ impl Columns {
     }
 
     /// Row length for that many columns.
-    #[must_use]
     pub(crate) fn width_of(count: usize) -> usize {
         match count {
             0..=2 => count.max(1),
@@ -42,7 +40,6 @@ impl Columns {
     }
 
     /// One vector.
-    #[must_use]
     pub fn from_vector(values: &[f64]) -> Self {
         let mut out = Self::new(values.len(), 1);
         out.as_mut_slice().copy_from_slice(values);
@@ -50,19 +47,16 @@ impl Columns {
     }
 
     /// Number of unknowns.
-    #[must_use]
     pub fn rows(&self) -> usize {
         self.rows
     }
 
     /// Number of vectors.
-    #[must_use]
     pub fn count(&self) -> usize {
         self.count
     }
 
     /// Numbers a row: at least [`Columns::count`].
-    #[must_use]
     pub fn width(&self) -> usize {
         self.width
     }
@@ -72,7 +66,6 @@ impl Columns {
     }
 
     /// All numbers, row after row.
-    #[must_use]
     pub fn as_slice(&self) -> &[f64] {
         &self.data[self.range()]
     }
@@ -84,7 +77,6 @@ impl Columns {
     }
 
     /// The values of one unknown.
-    #[must_use]
     pub fn row(&self, row: usize) -> &[f64] {
         let start = self.start + row * self.width;
         &self.data[start..start + self.width]
@@ -97,7 +89,6 @@ impl Columns {
     }
 
     /// One number.
-    #[must_use]
     pub fn get(&self, row: usize, column: usize) -> f64 {
         self.row(row)[column]
     }
@@ -108,7 +99,6 @@ impl Columns {
     }
 
     /// One vector, copied.
-    #[must_use]
     pub fn column(&self, column: usize) -> Vec<f64> {
         self.as_slice().chunks_exact(self.width).map(|row| row[column]).collect()
     }

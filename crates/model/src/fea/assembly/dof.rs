@@ -27,43 +27,36 @@ impl DofMap {
     }
 
     /// Number of the displacement of `node` along `direction`.
-    #[must_use]
     pub fn dof(node: u32, direction: Direction) -> u32 {
         2 * node + u32::from(direction == Direction::Axial)
     }
 
     /// Node and direction of an unknown.
-    #[must_use]
     pub fn place(dof: u32) -> (u32, Direction) {
         (dof / 2, if dof.is_multiple_of(2) { Direction::Radial } else { Direction::Axial })
     }
 
     /// Length of a vector of unknowns: twice the number of nodes, fixed ones included.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.is_free.len()
     }
 
     /// Whether there are no unknowns at all.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.is_free.is_empty()
     }
 
     /// Whether that unknown may move.
-    #[must_use]
     pub fn is_free(&self, dof: u32) -> bool {
         self.is_free.get(dof as usize).copied().unwrap_or(false)
     }
 
     /// The unknowns that may move, ascending. Their number is what is called the number of unknowns in reports.
-    #[must_use]
     pub fn free(&self) -> &[u32] {
         &self.free
     }
 
     /// The fixed ones, ascending.
-    #[must_use]
     pub fn fixed(&self) -> &[u32] {
         &self.fixed
     }

@@ -20,26 +20,22 @@ impl SymmetricSparse {
     }
 
     /// Number of rows.
-    #[must_use]
     pub fn order(&self) -> usize {
         self.starts.len() - 1
     }
 
     /// Entries stored: those of the lower triangle.
-    #[must_use]
     pub fn stored(&self) -> usize {
         self.rows.len()
     }
 
     /// Rows and values of column `column` of the lower triangle.
-    #[must_use]
     pub fn column(&self, column: usize) -> (&[u32], &[f64]) {
         let range = self.starts[column] as usize..self.starts[column + 1] as usize;
         (&self.rows[range.clone()], &self.values[range])
     }
 
     /// One entry; zero outside the pattern.
-    #[must_use]
     pub fn get(&self, row: u32, column: u32) -> f64 {
         let (row, column) = (row.max(column), row.min(column));
         let (rows, values) = self.column(column as usize);

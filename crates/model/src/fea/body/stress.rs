@@ -17,14 +17,12 @@ pub struct NodalStress {
 
 impl NodalStress {
     /// (rr, zz, θθ, rz) at a node in a material, Pa, tension positive; none where the material does not reach the node.
-    #[must_use]
     pub fn at(&self, node: u32, material: u16) -> Option<[f64; 4]> {
         let place = usize::from(material) * self.nodes + node as usize;
         (*self.elements.get(place)? > 0).then(|| self.stress[place])
     }
 
     /// Von Mises' stress at a node, Pa: the largest of the materials that meet there.
-    #[must_use]
     pub fn von_mises(&self, node: u32) -> f64 {
         (0..self.stress.len() / self.nodes.max(1))
             .filter_map(|material| self.at(node, material as u16))
@@ -35,7 +33,6 @@ impl NodalStress {
 
 impl Body {
     /// Stress at the nodes for the displacements in one column.
-    #[must_use]
     pub fn stress(&self, u: &Columns, column: usize) -> NodalStress {
         let nodes = self.mesh.nodes.len();
         let mut stress = vec![[0.0; 4]; nodes * self.materials.len()];

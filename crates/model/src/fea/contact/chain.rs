@@ -103,7 +103,6 @@ pub struct ContactState {
 
 impl ContactState {
     /// No force, of that many points.
-    #[must_use]
     pub fn open(points: usize) -> Self {
         Self { forces: vec![0.0; points], gaps: vec![0.0; points], pressing: 0.0, damping: 0.0 }
     }
@@ -116,14 +115,12 @@ impl ContactState {
     }
 
     /// Whole axial force, N.
-    #[must_use]
     pub fn total(&self) -> f64 {
         self.pressing + self.damping
     }
 }
 
 /// Net axial force on the body in a slot, positive along z.
-#[must_use]
 pub(crate) fn net_force(contacts: &[ContactState], slot: usize, force: impl Fn(&ContactState) -> f64) -> f64 {
     let before = slot.checked_sub(1).map_or(0.0, |contact| force(&contacts[contact]));
     before - contacts.get(slot).map_or(0.0, force)
@@ -171,7 +168,6 @@ const SETTLED: f64 = 1e-13;
 
 impl Workspace {
     /// For these contacts.
-    #[must_use]
     pub fn new(contacts: &Contacts) -> Self {
         let points = contacts.compliances.iter().map(Compliance::size).max().unwrap_or(0);
         Self {
@@ -279,7 +275,6 @@ impl Contacts {
     }
 
     /// Displacement of body b by the dashpots on both its sides, m.
-    #[must_use]
     pub(crate) fn damping_shift(&self, body: usize, states: &[ContactState]) -> f64 {
         let mobility = self.mobilities[body].displacement;
         if mobility == 0.0 {
@@ -341,7 +336,6 @@ impl Contacts {
     }
 
     /// Displacement and velocity of body b at the end of the step, m and m/s.
-    #[must_use]
     pub(crate) fn rigid_motion(&self, body: usize, rigid: &RigidPrediction, states: &[ContactState]) -> (f64, f64) {
         let net = self.net(body, states);
         let mobility = self.mobilities[body];

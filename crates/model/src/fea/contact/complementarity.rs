@@ -65,7 +65,6 @@ pub struct Scratch {
 
 impl Scratch {
     /// For contacts of up to `size` points.
-    #[must_use]
     pub fn new(size: usize) -> Self {
         Self {
             keeps: false,
@@ -80,7 +79,6 @@ impl Scratch {
     }
 
     /// For one contact whose compliance never changes: the factor of a set is kept until the set changes.
-    #[must_use]
     pub fn keeping(size: usize) -> Self {
         Self { keeps: true, ..Self::new(size) }
     }
@@ -158,19 +156,16 @@ impl Compliance {
     }
 
     /// Number of points.
-    #[must_use]
     pub fn size(&self) -> usize {
         self.size
     }
 
     /// Row i of W, m/N.
-    #[must_use]
     pub fn row(&self, i: usize) -> &[f64] {
         &self.matrix[i * self.size..(i + 1) * self.size]
     }
 
     /// W = L Lᵀ where the ordering has one factor for all sets, row by row: L below the diagonal, Lᵀ above, on it 1/Lᵢᵢ.
-    #[must_use]
     pub(crate) fn into_factor(self) -> Vec<f64> {
         self.factor
     }
@@ -318,9 +313,6 @@ impl Compliance {
     }
 
     /// Forces that close exactly the active points.
-    ///
-    /// # Errors
-    /// [`NotSolved`] when W is not positive definite.
     #[inline(always)]
     pub(crate) fn press_set(
         &self,

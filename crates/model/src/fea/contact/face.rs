@@ -28,7 +28,6 @@ pub struct Face {
 
 impl Face {
     /// Points given by their terms (unknown, coefficient) and their axial parts.
-    #[must_use]
     pub fn new<T: IntoIterator<Item = (u32, f64)>>(points: impl IntoIterator<Item = (T, f64)>) -> Self {
         let mut face = Self { starts: vec![0], ..Self::default() };
         for (terms, axial) in points {
@@ -43,19 +42,16 @@ impl Face {
     }
 
     /// Number of points.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.axial.len()
     }
 
     /// Whether there is no point.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.axial.is_empty()
     }
 
     /// Unknowns that occur, ascending, each once.
-    #[must_use]
     pub fn unknowns(&self) -> Vec<u32> {
         let mut unknowns = self.unknowns.clone();
         unknowns.sort_unstable();
@@ -64,7 +60,6 @@ impl Face {
     }
 
     /// The same face over another numbering; `position` gives the new number of an unknown.
-    #[must_use]
     pub(crate) fn renumbered(&self, position: impl Fn(u32) -> u32) -> Self {
         Self { unknowns: self.unknowns.iter().map(|&unknown| position(unknown)).collect(), ..self.clone() }
     }
@@ -95,7 +90,6 @@ impl Face {
     }
 
     /// Outward normal displacement of point i, m.
-    #[must_use]
     pub fn displacement(&self, i: usize, unknowns: &[f64]) -> f64 {
         self.terms(i).map(|(unknown, coefficient)| coefficient * unknowns[unknown]).sum()
     }
@@ -127,13 +121,11 @@ impl Face {
 }
 
 /// The point of a boundary at the radius r (m), the boundary running outwards from the pole; `None` beyond its end.
-#[must_use]
 pub(crate) fn at_radius(mesh: &Mesh, boundary: &[u32], radius: f64) -> Option<OnEdge> {
     at_parameter(boundary, radius, |node| mesh.nodes[node as usize][0])
 }
 
 /// The point of a boundary where a monotone coordinate of its nodes takes the given value; `None` outside its range.
-#[must_use]
 pub(crate) fn at_parameter(boundary: &[u32], value: f64, coordinate: impl Fn(u32) -> f64) -> Option<OnEdge> {
     let edges = boundary.len() / 2;
     let ends = |edge: usize| (coordinate(boundary[2 * edge]), coordinate(boundary[2 * edge + 2]));
@@ -158,7 +150,6 @@ pub(crate) fn at_parameter(boundary: &[u32], value: f64, coordinate: impl Fn(u32
 }
 
 /// Tributary area ∫ N 2πr ds of each node of a boundary, m²: what a nodal force is divided by to give a pressure.
-#[must_use]
 pub(crate) fn tributary_areas(mesh: &Mesh, boundary: &[u32]) -> Vec<f64> {
     // Three points: exact to degree five, and N r √(r′² + z′²) is of degree three on a straight edge.
     let mut areas = vec![0.0; boundary.len()];

@@ -144,27 +144,21 @@ fn boundary<'a>(body: &'a Body, whose: &str, name: &'static str) -> Result<&'a [
 
 impl Pair {
     /// Whether both bodies are flat: then all points touch at once, and no contact is too large.
-    #[must_use]
     pub(crate) fn is_flat(&self) -> bool {
         self.gaps.iter().all(|gap| gap.abs() < FLAT)
     }
 
     /// Number of points.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.gaps.len()
     }
 
     /// Whether there is no point.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.gaps.is_empty()
     }
 
     /// A pole against a rigid flat; `flat_before` says that the flat lies towards the piston.
-    ///
-    /// # Errors
-    /// [`PairError`] when the boundary is missing.
     pub(crate) fn on_flat(pole: Pole<'_>, flat_before: bool) -> Result<Self, PairError> {
         let points = pole_points(pole)?;
         let face = Face::new(points.iter().map(|point| (pole.terms(&point.place), pole.normal)));
@@ -188,9 +182,6 @@ impl Pair {
 
     /// The back of one body against the front of the next. The points are the nodes of the body with the finer patch; where the meshes do
     /// not match, the other is interpolated.
-    ///
-    /// # Errors
-    /// [`PairError`] when a boundary is missing or the patches share no radius.
     pub(crate) fn of_poles(back: Pole<'_>, front: Pole<'_>) -> Result<Self, PairError> {
         let extent = |pole: &Pole<'_>| -> Result<f64, PairError> {
             let nodes = pole.nodes()?;
@@ -229,9 +220,6 @@ impl Pair {
 
     /// A sphere (its back half towards the support) against the boundary `contact` of a support. The points are the support's nodes, with
     /// the sphere's radial normals; the sphere's mesh is interpolated at the feet of the normals.
-    ///
-    /// # Errors
-    /// [`PairError`] when a boundary is missing or no point of the support faces the sphere.
     pub(crate) fn on_ring(
         sphere: &Body,
         radius: f64,

@@ -59,7 +59,6 @@ pub struct Linearised {
 
 impl Linearised {
     /// Of so many points.
-    #[must_use]
     pub fn new(points: usize) -> Self {
         Self { normals: vec![[0.0; 2]; points], offsets: vec![0.0; points] }
     }
@@ -67,13 +66,11 @@ impl Linearised {
 
 impl Ring {
     /// Points (r, z), the feet of their normals on the sphere, and the support's nodes there.
-    #[must_use]
     pub fn new(radius: f64, centre: f64, points: Vec<[f64; 2]>, feet: Vec<OnEdge>, nodes: Vec<u32>) -> Self {
         Self { radius, centre, points, feet, nodes, parts: [Vec::new(), Vec::new()] }
     }
 
     /// The undeformed gaps and normals.
-    #[must_use]
     pub fn at_rest(&self) -> Linearised {
         let mut linearised = Linearised::new(self.points.len());
         self.linearise(|_| [[0.0; 2]; 2], 0.0, &mut linearised);

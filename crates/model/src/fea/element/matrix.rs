@@ -35,7 +35,6 @@ pub enum ElementError {
 /// Elasticity matrix D of an isotropic material, Pa: σ = D ε in the order (rr, zz, θθ, rz) with γ_rz.
 ///
 /// D = [λ + 2μ, λ, λ, 0; …; 0, 0, 0, μ], λ = E ν / ((1 + ν)(1 − 2ν)), μ = E / (2(1 + ν)); valid for −1 < ν < ½.
-#[must_use]
 pub fn elasticity(material: &Material) -> [[f64; 4]; 4] {
     let (e, nu) = (material.youngs_modulus, material.poissons_ratio);
     let lame = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));

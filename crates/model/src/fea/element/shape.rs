@@ -25,7 +25,6 @@ pub(super) const TRIANGLE_NODES: [[f64; 2]; 6] =
 /// (complete quadratics). Σ N = 1 everywhere.
 ///
 /// Zienkiewicz & Taylor (2000), *The Finite Element Method*, vol. 1, ch. 8.
-#[must_use]
 pub fn interpolate(shape: Shape, xi: f64, eta: f64) -> Interpolation {
     let mut value = [0.0; 8];
     let mut slope = [[0.0; 2]; 8];
@@ -59,7 +58,6 @@ pub fn interpolate(shape: Shape, xi: f64, eta: f64) -> Interpolation {
 }
 
 /// Shape functions of a quadratic edge at −1 ≤ t ≤ 1, in the order first vertex, middle, last vertex.
-#[must_use]
 pub fn edge(t: f64) -> [f64; 3] {
     [0.5 * t * (t - 1.0), 1.0 - t * t, 0.5 * t * (t + 1.0)]
 }

@@ -19,7 +19,6 @@ use crate::{fea::mesh::Shape, scene::Material};
 /// - `displacement`: (u_r, u_z) of its nodes, m
 ///
 /// Barlow (1976), *Int. J. Numer. Meth. Engng* 10, 243.
-#[must_use]
 pub fn node_stress(shape: Shape, places: &[[f64; 2]], material: &Material, displacement: &[[f64; 2]]) -> [[f64; 4]; 8] {
     let nodes = shape.nodes();
     let d = elasticity(material);
@@ -88,7 +87,6 @@ pub fn node_stress(shape: Shape, places: &[[f64; 2]], material: &Material, displ
 /// assert_eq!(von_mises([0.0, -5.0e6, 0.0, 0.0]), 5.0e6); // one axis
 /// assert_eq!(von_mises([7.0, 7.0, 7.0, 0.0]), 0.0); // pressure alone
 /// ```
-#[must_use]
 pub fn von_mises([rr, zz, tt, rz]: [f64; 4]) -> f64 {
     let square = |x: f64| x * x;
     (0.5 * (square(rr - zz) + square(zz - tt) + square(tt - rr)) + 3.0 * square(rz)).sqrt()

@@ -88,7 +88,6 @@ pub struct Half {
 
 impl Half {
     /// `count` zero vectors for a body with that interface.
-    #[must_use]
     pub(crate) fn new(body: &Body, interface: &[u32], count: usize) -> Self {
         let mut interface: Vec<u32> = interface.iter().map(|dof| dof / 2).collect();
         interface.sort_unstable();
@@ -140,31 +139,26 @@ impl Factor {
     }
 
     /// The interface unknowns, in the order of interface vectors.
-    #[must_use]
     pub fn interface(&self) -> &[u32] {
         &self.interface
     }
 
     /// Number of unknowns factored.
-    #[must_use]
     pub fn unknowns(&self) -> usize {
         self.unknowns
     }
 
     /// Numbers of L stored, explicit zeros of merged columns and of fixed unknowns included: what one solve reads twice.
-    #[must_use]
     pub fn nonzeros(&self) -> usize {
         self.panels.stored()
     }
 
     /// `count` zero vectors in the factor's own order, for y.
-    #[must_use]
     pub fn half(&self, count: usize) -> Half {
         Half { y: Nodal::new(self.nodes.len(), count), tail: Nodal::new(self.tail_nodes, count) }
     }
 
     /// `count` zero interface vectors.
-    #[must_use]
     pub fn interface_columns(&self, count: usize) -> Columns {
         Columns::new(self.interface.len(), count)
     }
@@ -206,7 +200,6 @@ impl Factor {
     }
 
     /// W = (A⁻¹)_bb, dense and symmetric, row by row: displacement of the interface for unit forces on it, m/N for κ = 1.
-    #[must_use]
     pub fn interface_compliance(&self) -> Vec<f64> {
         let size = self.interface.len();
         let mut columns = Columns::new(size, size);

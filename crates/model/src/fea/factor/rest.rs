@@ -30,9 +30,6 @@ impl StaticFactor {
     /// Factor K.
     ///
     /// - `interface`: unknowns 2 n + d of the interface, as in [`Factor::new`]
-    ///
-    /// # Errors
-    /// As [`Factor::new`].
     pub fn new(body: &Body, interface: &[u32]) -> Result<Self, FactorError> {
         let axial: Vec<u32> =
             body.dofs().free().iter().copied().filter(|&dof| DofMap::place(dof).1 == Direction::Axial).collect();
@@ -51,7 +48,6 @@ impl StaticFactor {
     }
 
     /// The factor of K without the pinned unknown.
-    #[must_use]
     pub fn factor(&self) -> &Factor {
         &self.factor
     }
@@ -82,7 +78,6 @@ impl StaticFactor {
 
     /// Static compliance of the interface, m/N, dense and symmetric, row by row: column j is the displacement of the interface under a unit force on its
     /// unknown j; of a free body relative to the mass mean, under inertia relief.
-    #[must_use]
     pub fn interface_compliance(&self, body: &Body) -> Vec<f64> {
         let interface = self.factor.interface();
         let mut out = Mat::zeros(interface.len(), interface.len());

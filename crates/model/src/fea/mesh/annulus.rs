@@ -29,40 +29,34 @@ pub struct HalfTorus {
 
 impl HalfTorus {
     /// The resin annulus of the source paper under a 1 mm bead: R 0.55 mm, b 0.25 mm, a 0.5 mm.
-    #[must_use]
     pub const fn published() -> Self {
         Self::under(&AnnulusShape::published(), 0.5e-3)
     }
 
     /// z of the bead's centre when it just touches, −√((a + b)² − R²), m.
-    #[must_use]
     pub fn bead_centre(&self) -> f64 {
         let reach = self.bead_radius + self.section_radius;
         -((reach - self.ring_radius) * (reach + self.ring_radius)).sqrt()
     }
 
     /// Where the bead touches, (r, z), m.
-    #[must_use]
     pub fn contact_point(&self) -> [f64; 2] {
         let [r, z] = self.normal();
         [self.ring_radius + self.section_radius * r, self.section_radius * z]
     }
 
     /// Outward unit normal (r, z) of the annulus at the contact point; it points to the bead's centre.
-    #[must_use]
     pub fn normal(&self) -> [f64; 2] {
         let reach = self.bead_radius + self.section_radius;
         [-self.ring_radius / reach, self.bead_centre() / reach]
     }
 
     /// A ring under a bead of that radius, m.
-    #[must_use]
     pub const fn under(shape: &AnnulusShape, bead_radius: f64) -> Self {
         Self { ring_radius: shape.ring_radius, section_radius: shape.section_radius, bead_radius }
     }
 
     /// Volume by Pappus, 2π (R − 4b/3π) πb²/2, m³.
-    #[must_use]
     pub fn volume(&self) -> f64 {
         let b = self.section_radius;
         PI * PI * b * b * (self.ring_radius - 4.0 * b / (3.0 * PI))
@@ -89,7 +83,6 @@ impl AnnulusMesh {
     pub(crate) const GRADING: f64 = 1.5;
 
     /// Quadrilaterals at this density, patch and grading as shown to work.
-    #[must_use]
     pub const fn of_density(density: usize) -> Self {
         Self {
             density,
@@ -101,7 +94,6 @@ impl AnnulusMesh {
 
     /// As [`AnnulusMesh::of_density`], with a patch for that ring: as wide as its contact grows at 5 µm of approach, which goes as √b, and no
     /// wider than its arc to the clamped corner allows.
-    #[must_use]
     pub fn on(shape: &HalfTorus, density: usize) -> Self {
         let b = shape.section_radius;
         let grown = Self::PATCH_HALF_WIDTH * (b / AnnulusShape::published().section_radius).sqrt();

@@ -44,7 +44,6 @@ impl BeadMesh {
     pub(crate) const GRADING: f64 = 1.6;
 
     /// Quadrilaterals at this density, patch and grading as shown to work.
-    #[must_use]
     pub const fn of_density(density: usize) -> Self {
         Self {
             density,

@@ -29,7 +29,6 @@ pub enum Shape {
 
 impl Shape {
     /// Number of its nodes.
-    #[must_use]
     pub const fn nodes(self) -> usize {
         match self {
             Self::Quadrilateral8 => 8,
@@ -38,7 +37,6 @@ impl Shape {
     }
 
     /// Number of its corners.
-    #[must_use]
     pub const fn corners(self) -> usize {
         self.nodes() / 2
     }
@@ -56,7 +54,6 @@ pub struct Element {
 
 impl Element {
     /// Its nodes.
-    #[must_use]
     pub fn nodes(&self) -> &[u32] {
         &self.nodes[..self.shape.nodes()]
     }
@@ -83,13 +80,11 @@ pub struct Mesh {
 
 impl Mesh {
     /// The boundary of that name.
-    #[must_use]
     pub fn boundary(&self, name: &str) -> Option<&Boundary> {
         self.boundaries.iter().find(|boundary| boundary.name == name)
     }
 
     /// The mesh as a field carries it.
-    #[must_use]
     pub fn to_field_mesh(&self) -> FieldMesh {
         let kind = |element: &Element| match element.shape {
             Shape::Quadrilateral8 => CellKind::QuadraticQuadrilateral,

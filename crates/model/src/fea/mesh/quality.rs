@@ -36,14 +36,12 @@ pub struct Quality {
 
 impl Quality {
     /// Volume over the exact one, less 1; the error of the mass too.
-    #[must_use]
     pub fn volume_error(&self, exact: f64) -> f64 {
         self.volume / exact - 1.0
     }
 }
 
 /// Count, integrate and look for the worst element.
-#[must_use]
 pub fn quality(mesh: &Mesh) -> Quality {
     let mut volume = 0.0;
     let mut worst = f64::INFINITY;
@@ -131,7 +129,6 @@ fn determinants(element: &Element, places: &[[f64; 2]]) -> Range {
 
 impl Mesh {
     /// Positions (r, z) of an element's nodes, m, and how many there are.
-    #[must_use]
     pub fn places(&self, element: &Element) -> ([[f64; 2]; 8], usize) {
         let mut places = [[0.0; 2]; 8];
         for (place, node) in places.iter_mut().zip(element.nodes()) {

@@ -33,7 +33,6 @@ pub struct Snapshot {
 
 impl Simulation<'_> {
     /// Save everything that is needed to go on later; `identity` says what the state belongs to.
-    #[must_use]
     pub fn snapshot(&self, identity: &str) -> Snapshot {
         Snapshot {
             identity: identity.into(),

@@ -5,7 +5,6 @@ use crate::fea::yielding;
 
 impl Simulation<'_> {
     /// What a reader of the results must know: limits of the model that the run came near or passed.
-    #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         let is_ring = self.arrangement.contacts.last().is_some_and(|&pair| self.arrangement.pairs[pair].ring.is_some());

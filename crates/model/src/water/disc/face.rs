@@ -20,7 +20,6 @@ impl FaceProfile {
     }
 
     /// The value at the radius r (m); 0 beyond the face.
-    #[must_use]
     pub fn at(&self, radius: f64) -> f64 {
         let Some(&rim) = self.ends.last() else { return 0.0 };
         if radius > rim {
@@ -37,7 +36,6 @@ impl FaceProfile {
 /// Mean displacement of the surface of an elastic half-space under 1 N spread evenly over a circle of radius b, 16 (1 − ν²)/(3π² E b), m/N.
 ///
 /// Johnson (1985), *Contact Mechanics*, eq. (3.29b) with the mean over the circle.
-#[must_use]
 pub fn half_space_flexibility(material: &Material, radius: f64) -> f64 {
     let plane = material.youngs_modulus / (1.0 - material.poissons_ratio * material.poissons_ratio);
     16.0 / (3.0 * PI * PI * plane * radius)

@@ -75,9 +75,6 @@ impl Point {
 
 impl DiscOnWater {
     /// Disc and water at rest, the force on the patch.
-    ///
-    /// # Errors
-    /// [`ElementsError`].
     pub fn new(disc: Disc, settings: &DiscOnWaterSettings) -> Result<Self, ElementsError> {
         let load = disc.patch_load(settings.patch);
         let terms = (0_u32..).zip(load).filter(|&(_, share)| share != 0.0).collect();
@@ -87,9 +84,6 @@ impl DiscOnWater {
 
     /// As [`DiscOnWater::new`], pushed in its `count` lowest modes only: the force is spread as M Σ φ_k φ_k(0), and the displacement of the pole is
     /// that in these modes. Whatever the force does within a step, the disc's fine shapes do not answer; the water may still move them.
-    ///
-    /// # Errors
-    /// [`ElementsError`].
     pub(crate) fn in_modes(disc: Disc, settings: &DiscOnWaterSettings, count: usize) -> Result<Self, ElementsError> {
         let modal = disc.modal_weights(count, settings.patch).map_err(Box::new)?;
         let terms = (0_u32..).zip(modal.iter().copied()).filter(|&(_, share)| share != 0.0).collect();
@@ -97,9 +91,6 @@ impl DiscOnWater {
     }
 
     /// Disc and water at rest, forces at several points: displacements along z as sums over unknowns of the disc.
-    ///
-    /// # Errors
-    /// [`ElementsError`].
     pub(in crate::water) fn touched(
         disc: Disc,
         settings: &DiscOnWaterSettings,
@@ -184,25 +175,21 @@ impl DiscOnWater {
     }
 
     /// Unknowns of the disc and of the water, and entries of the factor.
-    #[must_use]
     pub fn size(&self) -> (usize, usize, usize) {
         (self.known.len(), self.waves.unknowns(), self.factor.nonzeros())
     }
 
     /// The mesh of the water.
-    #[must_use]
     pub fn mesh(&self) -> &Hemisphere {
         &self.waves.acoustics.mesh
     }
 
     /// Pressure at every node of the mesh, Pa; 0 on a soft baffle.
-    #[must_use]
     pub fn nodal_pressure(&self) -> Vec<f64> {
         self.waves.nodal_pressure()
     }
 
     /// Energy of the disc, energy of the water in the hemisphere, energy that left through it, J.
-    #[must_use]
     pub fn energies(&mut self) -> [f64; 3] {
         let body = self.disc.body();
         body.multiply_mass(&self.velocity, &mut self.image);

@@ -23,9 +23,6 @@ impl DrivenWater {
     /// - `disc`: radius a of the face, m
     /// - `shape`: φ(r), 1
     /// - `step`: s
-    ///
-    /// # Errors
-    /// [`ElementsError`].
     pub fn new(
         disc: f64,
         shape: impl Fn(f64) -> f64,
@@ -57,31 +54,26 @@ impl DrivenWater {
     }
 
     /// Pressure at field point `point`, Pa.
-    #[must_use]
     pub fn pressure(&self, point: usize) -> f64 {
         self.waves.pressure_at(point)
     }
 
     /// ∫ φ p dS over the face, N.
-    #[must_use]
     pub fn force(&self) -> f64 {
         self.waves.pressure.iter().zip(&self.face).map(|(pressure, face)| pressure * face).sum()
     }
 
     /// Work of the face on the water, energy in the hemisphere, energy that left through it, J.
-    #[must_use]
     pub fn energy(&self) -> [f64; 3] {
         [self.work, self.waves.energy(), self.waves.radiated]
     }
 
     /// The mesh.
-    #[must_use]
     pub fn mesh(&self) -> &Hemisphere {
         &self.waves.acoustics.mesh
     }
 
     /// ψ (Pa·s) and p (Pa) at a node; 0 on a soft baffle.
-    #[must_use]
     pub fn at_node(&self, node: u32) -> (f64, f64) {
         self.waves
             .acoustics
@@ -92,7 +84,6 @@ impl DrivenWater {
     }
 
     /// Unknowns of the water, and entries of the factor.
-    #[must_use]
     pub fn size(&self) -> (usize, usize) {
         (self.waves.unknowns(), self.factor.nonzeros())
     }

@@ -93,7 +93,6 @@ impl QuasiDefinite {
     }
 
     /// Entries of L, pivots included: what a solve reads twice.
-    #[must_use]
     pub fn nonzeros(&self) -> usize {
         self.panels.stored()
     }

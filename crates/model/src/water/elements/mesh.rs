@@ -75,7 +75,6 @@ impl Hemisphere {
     /// Nodes and weights that interpolate at a point (r, z), m; none outside the mesh.
     ///
     /// The bilinear map of the element is inverted by Newton's iteration.
-    #[must_use]
     pub(crate) fn locate(&self, point: [f64; 2]) -> Option<[(u32, f64); 4]> {
         let tolerance = 1e-9;
         for element in &self.elements {

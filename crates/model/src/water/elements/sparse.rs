@@ -46,19 +46,16 @@ impl Sparse {
     }
 
     /// Number of rows.
-    #[must_use]
     pub fn rows(&self) -> usize {
         self.starts.len() - 1
     }
 
     /// From the first row with an entry to behind the last.
-    #[must_use]
     pub fn filled(&self) -> Range<usize> {
         self.filled.clone()
     }
 
     /// Entries of a row: columns and values.
-    #[must_use]
     pub fn row(&self, row: usize) -> (&[u32], &[f64]) {
         let range = self.starts[row] as usize..self.starts[row + 1] as usize;
         (&self.columns[range.clone()], &self.values[range])
@@ -84,7 +81,6 @@ impl Sparse {
     }
 
     /// xᵀ A y.
-    #[must_use]
     pub fn form(&self, x: &[f64], y: &[f64]) -> f64 {
         let mut sum = 0.0;
         for row in self.filled() {

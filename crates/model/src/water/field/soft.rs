@@ -29,25 +29,21 @@ pub struct FacePressure {
 
 impl FacePressure {
     /// Of the pressures (Pa) at ascending radii (m), the first on the axis and the last at the rim.
-    #[must_use]
     pub fn new(radii: Vec<f64>, pressure: Vec<Series>) -> Self {
         Self { radii, pressure }
     }
 
     /// One series a radius, Pa.
-    #[must_use]
     pub fn pressure(&self) -> &[Series] {
         &self.pressure
     }
 
     /// The radii, m.
-    #[must_use]
     pub fn radii(&self) -> &[f64] {
         &self.radii
     }
 
     /// Pressure (Pa) at many radii (m) and times (s): one list over the times each radius; 0 beyond the rim.
-    #[must_use]
     pub fn face(&self, radii: &[f64], times: &[f64]) -> Vec<Vec<f64>> {
         let splines: Vec<Spline> = self.pressure.iter().map(|series| Spline::new(series, Ends::Natural)).collect();
         radii
@@ -82,7 +78,6 @@ fn shares(radii: &[f64], radius: f64) -> Vec<(usize, f64)> {
 
 /// What beam patterns tend to far away: P d e^{ikd} as d → ∞ (Pa·m), at the angles θ (rad) from the axis, of a face with the complex pressure
 /// amplitudes P (Pa) at `radii` (m), at the angular frequency ω (rad/s).
-#[must_use]
 pub fn soft_far_field(
     (radii, amplitudes): (&[f64], &[c64]),
     water: &Water,
@@ -112,7 +107,6 @@ pub fn soft_far_field(
 }
 
 /// Complex amplitude of the pressure (Pa) on the axis at the distance z > 0 (m), of the same face.
-#[must_use]
 pub fn soft_on_axis(
     (radii, amplitudes): (&[f64], &[c64]),
     water: &Water,

@@ -38,9 +38,6 @@ pub struct FieldPointError {
 
 impl FieldPoint {
     /// The point, if it lies in the half-space.
-    ///
-    /// # Errors
-    /// [`FieldPointError`].
     pub fn checked(self) -> Result<Self, FieldPointError> {
         let Self { radius, distance } = self;
         let is_sound = radius >= 0.0 && distance >= 0.0 && radius.is_finite() && distance.is_finite();
@@ -83,17 +80,11 @@ impl Radiator<'_> {
 
     /// Kernel of the pressure at a point on a clock of that step (s): number m × (number of shapes) + k is the pressure at the instant n
     /// for a unit increment of v_k from n − m − 1 to n − m, Pa·s/m; as in [`super::radiation::RadiationKernel`].
-    ///
-    /// # Errors
-    /// [`FieldPointError`].
     pub fn pressure_kernel(&self, water: &Water, point: FieldPoint, step: f64) -> Result<Vec<f64>, FieldPointError> {
         Ok(self.memory_at(water, point.checked()?).averages(step))
     }
 
     /// Pressure at a point for unit velocities v_k, iω ∫ h_k e^{−iωτ} dτ, at the angular frequency ω (rad/s), Pa·s/m.
-    ///
-    /// # Errors
-    /// [`FieldPointError`].
     pub fn pressure_spectrum(
         &self,
         water: &Water,

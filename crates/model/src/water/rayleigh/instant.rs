@@ -22,14 +22,12 @@ pub struct InstantRule {
 
 impl InstantRule {
     /// A rule for motions in which no more than one thing happens within `resolution` (s), such as the step of the motion's clock.
-    #[must_use]
     pub fn new(radius: f64, water: &Water, resolution: f64) -> Self {
         let cells = (2.0 * radius / (water.sound_speed * resolution)).min(1e4);
         Self { rule: gauss_legendre(LEAST_POINTS + cells as usize) }
     }
 
     /// The same with twice the points, to see that the first has enough.
-    #[must_use]
     pub fn doubled(&self) -> Self {
         Self { rule: gauss_legendre(2 * self.rule.len()) }
     }
@@ -39,9 +37,6 @@ impl Radiator<'_> {
     /// Pressure (Pa) at a point at each of `times` (s).
     ///
     /// - `accelerations`: writes v̇_k(t), m/s² over the unit of the shape k, 0 before the motion begins
-    ///
-    /// # Errors
-    /// [`FieldPointError`].
     pub fn pressure_at(
         &self,
         water: &Water,

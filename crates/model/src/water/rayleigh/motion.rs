@@ -24,7 +24,6 @@ use crate::{
 
 /// Frequencies of the disc with incompressible water on its back, Hz, ascending: (1 + m) q̈ + Λ q = 0 with the added mass m of
 /// [`Radiator::added_mass`].
-#[must_use]
 pub fn wet_frequencies(radius: f64, modes: &DiscModes, water: &Water) -> Vec<f64> {
     let count = modes.frequencies.len();
     let added = Radiator::of_modes(radius, &modes.back).added_mass(water);
@@ -52,9 +51,6 @@ pub struct Harmonic {
 }
 
 /// Answer of the disc on the water to F = 1 N e^{iωt} at the pole.
-///
-/// # Errors
-/// [`FieldPointError`].
 pub fn harmonic(
     radius: f64,
     modes: &DiscModes,
@@ -112,9 +108,6 @@ pub struct WetDisc {
 
 impl WetDisc {
     /// A disc at rest, on a clock of that step (s), heard at some points.
-    ///
-    /// # Errors
-    /// [`FieldPointError`].
     pub fn new(
         radius: f64,
         modes: &DiscModes,
@@ -163,13 +156,11 @@ impl WetDisc {
     }
 
     /// Velocities of the modes, m·√kg/s.
-    #[must_use]
     pub fn modal_velocity(&self) -> &[f64] {
         &self.velocity
     }
 
     /// Displacements of the modes, m·√kg.
-    #[must_use]
     pub(crate) fn modal_displacement(&self) -> &[f64] {
         &self.displacement
     }
@@ -181,7 +172,6 @@ impl WetDisc {
     }
 
     /// What unit modal forces at the end of a step add to it, row by row, m·√kg/(N/√kg).
-    #[must_use]
     pub(crate) fn shape_compliance(&self) -> Vec<f64> {
         self.inverse.iter().map(|value| 0.5 * self.step * value).collect()
     }

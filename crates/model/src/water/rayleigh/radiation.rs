@@ -44,13 +44,11 @@ impl fmt::Debug for Radiator<'_> {
 
 impl<'a> Radiator<'a> {
     /// A rigid piston, φ = 1.
-    #[must_use]
     pub fn piston(radius: f64) -> Self {
         Self { radius, shapes: vec![&|_: f64| 1.0] }
     }
 
     /// A disc that moves in the given shapes of its back.
-    #[must_use]
     pub fn of_modes(radius: f64, shapes: &'a [FaceProfile]) -> Self {
         Self { radius, shapes: shapes.iter().map(|shape| shape as &dyn Shape).collect() }
     }
@@ -113,21 +111,18 @@ impl<'a> Radiator<'a> {
     }
 
     /// ρ H_jk averaged over the cells of a clock of that step (s): see [`RadiationKernel`].
-    #[must_use]
     pub fn kernel(&self, water: &Water, step: f64) -> RadiationKernel {
         RadiationKernel { count: self.shapes.len(), step, weights: self.memory(water).averages(step) }
     }
 
     /// Radiation impedance Z_jk = F_j/v_k = iωρ ∫ H_jk e^{−iωτ} dτ at the angular frequency ω (rad/s), row by row; time factor e^{+iωt};
     /// N·s/m × the units of the shapes.
-    #[must_use]
     pub fn impedance(&self, water: &Water, angular_frequency: f64) -> Vec<c64> {
         let factor = c64::new(0.0, angular_frequency);
         self.memory(water).spectrum(angular_frequency).into_iter().map(|value| factor * value).collect()
     }
 
     /// Added mass of incompressible water, ρ ∫ C_jk(s) ds, row by row, kg × the units of the shapes: the limit of Im Z/ω.
-    #[must_use]
     pub fn added_mass(&self, water: &Water) -> Vec<f64> {
         self.memory(water).spectrum(0.0).into_iter().map(|value| value.re).collect()
     }
@@ -151,7 +146,6 @@ pub struct RadiationKernel {
 
 impl RadiationKernel {
     /// Of a vacuum: no cell.
-    #[must_use]
     pub fn none(count: usize, step: f64) -> Self {
         Self { count, step, weights: Vec::new() }
     }
@@ -162,13 +156,11 @@ impl RadiationKernel {
     }
 
     /// Number of cells.
-    #[must_use]
     pub fn cells(&self) -> usize {
         self.weights.len() / (self.count * self.count)
     }
 
     /// W_m, row by row.
-    #[must_use]
     pub fn cell(&self, cell: usize) -> &[f64] {
         let size = self.count * self.count;
         &self.weights[cell * size..(cell + 1) * size]
@@ -176,7 +168,6 @@ impl RadiationKernel {
 
     /// Impedance of the kernel on its clock, (1 − e^{−iωΔ}) Σ W_m e^{−iωmΔ}, row by row. It feeds no energy into the disc if its real part
     /// is positive semi-definite up to ωΔ = π.
-    #[must_use]
     pub fn impedance(&self, angular_frequency: f64) -> Vec<c64> {
         let turn = |angle: f64| c64::new(angle.cos(), -angle.sin());
         let mut out = vec![c64::new(0.0, 0.0); self.count * self.count];
