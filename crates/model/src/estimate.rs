@@ -11,10 +11,8 @@ const BYTES_AN_UNKNOWN: f64 = 3600.0;
 const UNKNOWNS_OF_DISC: f64 = 1000.0;
 /// Series of a response a bead: displacement, velocity, force.
 const SERIES: f64 = 3.0;
-/// Bytes of a number.
 const NUMBER: f64 = 8.0;
 
-/// What a run takes, estimated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// Unknowns × steps, 1.
@@ -60,7 +58,6 @@ impl Estimate {
         }
     }
 
-    /// Of the scene's bodies alone, of which nothing is stepped.
     pub fn of_bodies(scene: &Scene) -> Self {
         Self { work: 0.0, ..Self::of(scene) }
     }
@@ -71,7 +68,6 @@ impl Estimate {
         Self { work: runs * self.work, memory: self.memory + runs * kept }
     }
 
-    /// Refuse what is above the limits.
     pub fn check(&self, limits: &Limits) -> Result<(), ModelError> {
         let Self { work, memory } = *self;
         if work > limits.work {
@@ -84,12 +80,10 @@ impl Estimate {
     }
 }
 
-/// Refuse a scene whose run is estimated above its own limits.
 pub(super) fn refuse_excess(scene: &Scene) -> Result<(), ModelError> {
     Estimate::of(scene).check(&scene.model.limits)
 }
 
-/// Different bodies of a scene.
 fn kinds(scene: &Scene) -> f64 {
     let beads = &scene.chain.beads;
     let different = beads.iter().enumerate().filter(|(i, bead)| !beads[..*i].contains(bead)).count();

@@ -13,7 +13,6 @@ use crate::{
     scene::{DEFAULT_SLIP_VELOCITY, Holder, Scene},
 };
 
-/// The holder in steps of one length, in one run or in several.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Hold<N> {
     beads: Vec<Bead<N>>,
@@ -26,7 +25,6 @@ pub(crate) struct Hold<N> {
     step: f64,
 }
 
-/// What holds one bead.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Bead<N> {
     /// m, kg.
@@ -45,7 +43,6 @@ pub(crate) struct HoldLoss<N> {
 }
 
 impl<N: Number> HoldLoss<N> {
-    /// None yet.
     pub(crate) fn none() -> Self {
         Self { drag: N::ZERO, friction: N::ZERO }
     }
@@ -82,12 +79,10 @@ impl<N: Number> Hold<N> {
         }
     }
 
-    /// Whether there is friction.
     pub(crate) fn rubs(&self) -> bool {
         self.rubs
     }
 
-    /// Whether there is drag.
     pub(crate) fn drags(&self) -> bool {
         self.drags
     }
@@ -137,7 +132,6 @@ impl<N: Number> Hold<N> {
 }
 
 impl Hold<f64> {
-    /// Of the holder of a scene, if it has one that does anything.
     pub(crate) fn of(scene: &Scene, masses: &[f64], step: f64) -> Option<Self> {
         let holder = scene.holder.filter(Holder::acts)?;
         Some(Self::new(|_| holder, scene, masses, step))

@@ -36,7 +36,6 @@ pub(crate) struct HornStep<N> {
     held: N,
 }
 
-/// Where the horn's own motion is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct HornMotion<N> {
     /// q, m.
@@ -48,7 +47,6 @@ pub(crate) struct HornMotion<N> {
 }
 
 impl<N: Number> HornMotion<N> {
-    /// At rest.
     pub(crate) fn at_rest() -> Self {
         Self { displacement: N::ZERO, velocity: N::ZERO, lost: N::ZERO }
     }
@@ -109,14 +107,12 @@ impl<N: Number> HornStep<N> {
 }
 
 impl HornStep<f64> {
-    /// Of the horn of a scene, if it has one.
     pub(crate) fn of(scene: &Scene, step: f64) -> Option<Self> {
         let horn = scene.horn?;
         Some(Self::new(|_| (horn, scene.chain.precompression), step))
     }
 }
 
-/// T(h) of the free oscillator, row by row.
 fn free_turn(horn: &Horn, step: f64) -> [[f64; 2]; 2] {
     let square = horn.stiffness() / horn.mass;
     let decay = 0.5 * horn.resistance() / horn.mass;

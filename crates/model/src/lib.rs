@@ -27,13 +27,11 @@ use crate::{response::Response, scene::Scene};
 /// Called by a model now and then with the simulated time (s); returning `false` stops the run.
 pub type Progress<'a> = &'a mut dyn FnMut(f64) -> bool;
 
-/// A model turns a scene into a response.
 pub trait Model {
     /// Run the scene from rest (or precompressed equilibrium) to its duration.
     fn run(&self, scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError>;
 }
 
-/// Refuse a scene whose drive record has not been read, for `model`.
 fn need_drive(scene: &Scene, model: &'static str) -> Result<(), ModelError> {
     let Some(file) = scene.pending_record() else { return Ok(()) };
     let reason =
@@ -52,105 +50,50 @@ impl From<fea::FeaError> for ModelError {
     }
 }
 
-/// Bytes of a GiB.
 const GIB: f64 = 1024.0 * 1024.0 * 1024.0;
 
-/// Why a run failed.
+/// Why a run failed. Numbers are SI; contacts and beads count from 1 at the piston.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ModelError {
     #[error("model `{model}`: {reason}")]
-    Unsupported {
-        model: &'static str,
-        /// What it cannot do, and what to do instead.
-        reason: String,
-    },
+    Unsupported { model: &'static str, reason: String },
     #[error("`{part}` differs from the scene the bodies were prepared for; prepare this scene")]
-    OtherBodies {
-        /// What differs, as a scene key.
-        part: &'static str,
-    },
+    OtherBodies { part: &'static str },
     #[error("`{quantity}`: expected {expected}, found {found:e}; correct the scene")]
-    Unphysical {
-        /// Which number, as a scene key.
-        quantity: String,
-        /// What it should be, with unit.
-        expected: &'static str,
-        /// What it is, SI.
-        found: f64,
-    },
+    Unphysical { quantity: String, expected: &'static str, found: f64 },
     #[error("`{quantity}`: expected {expected} values, found {found}")]
     Count { quantity: &'static str, expected: usize, found: usize },
     #[error(
         "`chain.precompression` {force:e} N needs every gap closed, but gap {contact} (1 = piston) is {gap:e} m; \
          set that gap or the precompression to zero"
     )]
-    OpenGapUnderPrecompression {
-        /// F₀, N.
-        force: f64,
-        /// Contact, counted from 1 at the piston.
-        contact: usize,
-        /// Its gap, m.
-        gap: f64,
-    },
+    OpenGapUnderPrecompression { force: f64, contact: usize, gap: f64 },
     #[error(
         "the state of bead {bead} is not finite at {time:.9e} s (step {step:.3e} s); the drive, the stiffnesses or a \
          fixed step are out of range"
     )]
-    NonFinite {
-        /// Simulated time, s.
-        time: f64,
-        /// Step attempted, s.
-        step: f64,
-        /// Bead, counted from 1 at the piston.
-        bead: usize,
-    },
+    NonFinite { time: f64, step: f64, bead: usize },
     #[error(
         "the step shrank to {step:.3e} s at {time:.9e} s, last at contact {contact} (1 = piston), without meeting \
          tolerance {tolerance:e}; loosen `model.tolerance` or look for a stiffness or damping out of range"
     )]
-    StepUnderflow {
-        /// Simulated time, s.
-        time: f64,
-        /// Step attempted, s.
-        step: f64,
-        /// Contact beside the largest error, counted from 1 at the piston.
-        contact: usize,
-        /// Relative tolerance asked for, 1.
-        tolerance: f64,
-    },
+    StepUnderflow { time: f64, step: f64, contact: usize, tolerance: f64 },
     #[error(
         "a fixed step of {step:.3e} s is too long: {residual_j:.3e} J of at most {largest_j:.3e} J are unaccounted for; \
          shorten `model.step` or use the adaptive integrator"
     )]
-    EnergyNotConserved {
-        /// The fixed step, s.
-        step: f64,
-        /// Energy unaccounted for at the end, J.
-        residual_j: f64,
-        /// Largest energy seen, J.
-        largest_j: f64,
-    },
+    EnergyNotConserved { step: f64, residual_j: f64, largest_j: f64 },
     #[error(
         "energy balance: expected at most 10 % of the largest energy unaccounted for, found {residual_j:.3e} J of {largest_j:.3e} J; shorten \
          `model.step` or lower `model.tolerance`, and refine the mesh"
     )]
-    EnergyBalance {
-        /// Energy unaccounted for at the end, J.
-        residual_j: f64,
-        /// Largest energy seen, J.
-        largest_j: f64,
-    },
+    EnergyBalance { residual_j: f64, largest_j: f64 },
     #[error(
         "the run is estimated at {work:.1e} unknowns × steps, above the limit of {limit:.0e}; shorten `duration`, lengthen the step, take fewer \
          beads or runs, or lift the limits with --no-limits (in a program, `Scene::with_limits`)"
     )]
-    TooMuchWork {
-        /// Unknowns × steps, 1.
-        work: f64,
-        /// Most of them, 1.
-        limit: f64,
-    },
+    TooMuchWork { work: f64, limit: f64 },
     #[error(
         "the run is estimated at {:.1} GiB of memory, above the limit of {:.1} GiB; lengthen `output_step`, shorten `duration`, take fewer beads \
          or runs or a coarser mesh, or lift the limits with --no-limits (in a program, `Scene::with_limits`)",
@@ -162,44 +105,21 @@ pub enum ModelError {
          {limit:.0e}: the chain's steps would shrink with it; lower `damping.coefficient`, give the bodies that it holds together as one, or lift \
          the limits with --no-limits (in a program, `Scene::with_limits`)"
     )]
-    StiffDashpot {
-        /// Contact, counted from 1 at the piston.
-        contact: usize,
-        /// Its dashpot at the overlap of an impact, N·s/m.
-        coefficient: f64,
-        /// 4 c/m of the lightest bead × the contacts' natural time, 1.
-        ratio: f64,
-        /// Most of it, 1.
-        limit: f64,
-    },
+    StiffDashpot { contact: usize, coefficient: f64, ratio: f64, limit: f64 },
     #[error(
         "after {steps} steps the run is at {time:.9e} s of {end:.3e} s and would take {expected:.1e} steps, above the limit of {limit:.1e}; look for \
          a stiffness, damping or bead out of range, loosen `model.tolerance`, or lift the limits with --no-limits (in a program, \
          `Scene::with_limits`)"
     )]
-    TooManySteps {
-        steps: u64,
-        /// Simulated time, s.
-        time: f64,
-        /// End of the run, s.
-        end: f64,
-        /// Steps to the end at the pace of the last, 1.
-        expected: f64,
-        /// Most of them, 1.
-        limit: f64,
-    },
+    TooManySteps { steps: u64, time: f64, end: f64, expected: f64, limit: f64 },
     #[error(transparent)]
     Fea(#[from] Box<fea::FeaError>),
     #[error(transparent)]
     Water(Box<water::WaterError>),
     #[error("stopped at {time:.6e} s")]
-    Stopped {
-        /// Simulated time reached, s.
-        time: f64,
-    },
+    Stopped { time: f64 },
 }
 
-/// Refuse a response whose energy balance is open.
 pub fn check_energy(energy: &response::EnergyLedger) -> Result<(), ModelError> {
     if energy.is_broken() {
         return Err(ModelError::EnergyBalance { residual_j: energy.residual_j, largest_j: energy.largest_j });

@@ -11,10 +11,8 @@ use std::{
     ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub},
 };
 
-/// Runs side by side in a [`Lane`].
 pub(crate) const WIDTH: usize = 8;
 
-/// A number, or one of each of several runs.
 pub(crate) trait Number:
     Copy
     + Debug
@@ -28,32 +26,21 @@ pub(crate) trait Number:
     + Mul<f64, Output = Self>
     + Div<f64, Output = Self>
 {
-    /// How many there are.
     const WIDTH: usize;
-    /// Zeros.
     const ZERO: Self;
-    /// One answer for each.
     type Mask: Mask;
 
-    /// One for each place.
     fn of(each: impl FnMut(usize) -> f64) -> Self;
-    /// That in a place.
     fn get(self, place: usize) -> f64;
-    /// Put one there.
     fn put(&mut self, place: usize, value: f64);
-    /// Square roots.
     fn root(self) -> Self;
-    /// Without their signs.
     fn magnitude(self) -> Self;
     /// The larger of two; a NaN loses.
     fn larger(self, other: Self) -> Self;
     /// The smaller of two; a NaN loses.
     fn smaller(self, other: Self) -> Self;
-    /// Whether it is above the other.
     fn above(self, other: Self) -> Self::Mask;
-    /// Whether it is at most the other.
     fn within(self, other: Self) -> Self::Mask;
-    /// Whether it is the other.
     fn equals(self, other: Self) -> Self::Mask;
     /// This where the mask holds, the other elsewhere.
     fn or_where_not(self, mask: Self::Mask, other: Self) -> Self;
@@ -62,7 +49,6 @@ pub(crate) trait Number:
     /// are read and written once for all of them, which is what takes the time.
     fn subtract<const TERMS: usize>(values: &mut [Self], amounts: [Self; TERMS], factors: [&[f64]; TERMS]);
 
-    /// Any number of terms of [`subtract`](Self::subtract).
     #[inline(always)]
     fn subtract_all<'a>(values: &mut [Self], terms: impl Iterator<Item = (Self, &'a [f64])>) {
         let mut terms = terms.fuse();
@@ -88,40 +74,30 @@ pub(crate) trait Number:
         }
     }
 
-    /// Whether it is a finite number.
     #[inline(always)]
     fn finite(self) -> Self::Mask {
         self.magnitude().within(Self::all(f64::MAX))
     }
 
-    /// The same everywhere.
     #[inline(always)]
     fn all(value: f64) -> Self {
         Self::of(|_| value)
     }
 }
 
-/// Yes or no, once or for each of several runs.
 pub(crate) trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
-    /// How many there are.
     const WIDTH: usize;
 
-    /// The same everywhere.
     fn all(holds: bool) -> Self;
-    /// Everywhere but in one place.
     fn but(place: usize) -> Self;
-    /// Whether it holds anywhere.
     fn any(self) -> bool;
-    /// Whether it holds in a place.
     fn get(self, place: usize) -> bool;
 
-    /// Where it holds.
     #[inline(always)]
     fn places(self) -> impl Iterator<Item = usize> {
         (0..Self::WIDTH).filter(move |place| self.get(*place))
     }
 
-    /// Whether it holds everywhere.
     #[inline(always)]
     fn every(self) -> bool {
         !(!self).any()
@@ -220,7 +196,6 @@ impl Mask for bool {
     }
 }
 
-/// One number of each run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))]
 pub(crate) struct Lane(pub(crate) [f64; WIDTH]);

@@ -52,7 +52,6 @@ enum Rung {
     Fea,
 }
 
-/// Make the bodies of a scene ready for the model it asks for.
 pub fn prepare(scene: &Scene) -> Result<Prepared, ModelError> {
     prepare_with(scene, None)
 }
@@ -63,7 +62,6 @@ pub fn prepare_with(scene: &Scene, cache: Option<&Cache>) -> Result<Prepared, Mo
     Ok(Prepared { bodies: Bodies::of(scene), rung: rung?, made })
 }
 
-/// Refuse a static force before a free end.
 fn refuse_free_end(scene: &Scene) -> Result<(), ModelError> {
     let found = scene.chain.precompression;
     if scene.support == Support::Free && found != 0.0 {
@@ -107,7 +105,6 @@ impl Prepared {
         self.run_with(scene, scene.drive.motion(scene.amplitude_scale).as_ref(), progress)
     }
 
-    /// As [`Prepared::run`], with the piston moving as `motion` instead of the scene's drive.
     pub fn run_with(
         &self,
         scene: &Scene,
@@ -134,7 +131,6 @@ impl Prepared {
         Ok(response)
     }
 
-    /// Refuse a scene that these bodies cannot run.
     fn refuse(&self, scene: &Scene) -> Result<(), ModelError> {
         if let Some(part) = self.bodies.difference(scene) {
             return Err(ModelError::OtherBodies { part });
@@ -146,7 +142,6 @@ impl Prepared {
         refuse_excess(scene)
     }
 
-    /// How many runs [`Prepared::traces`] makes side by side.
     pub fn together(&self) -> usize {
         match &self.rung {
             Rung::Reduced { .. } if self.bodies.water.is_none() => reduced::MOST_TOGETHER,
@@ -205,7 +200,6 @@ impl Prepared {
         warnings
     }
 
-    /// Whether a scene has these bodies.
     pub fn fits(&self, scene: &Scene) -> bool {
         self.bodies.difference(scene).is_none()
     }
@@ -266,7 +260,6 @@ impl Bodies {
         }
     }
 
-    /// What a scene has otherwise.
     fn difference(&self, scene: &Scene) -> Option<&'static str> {
         let other = Self::of(scene);
         [

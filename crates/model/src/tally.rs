@@ -12,7 +12,6 @@ thread_local! {
     static TALLY: Cell<Preparation> = Cell::new(Preparation::default());
 }
 
-/// Add what `count` counts up.
 pub(crate) fn add(count: impl FnOnce(&mut Preparation)) {
     TALLY.with(|tally| {
         let mut sum = tally.get();

@@ -13,7 +13,6 @@ pub struct ThinPlate {
     pub radius: f64,
     /// Thickness h, m.
     pub thickness: f64,
-    /// What it is made of.
     pub material: Material,
 }
 

@@ -86,7 +86,6 @@ pub struct DiscretePulse {
 }
 
 impl DiscretePulse {
-    /// Solve for the pulse.
     pub fn solve() -> Self {
         let count = 2 * REACH * CELLS + 1;
         let middle = REACH * CELLS;
@@ -154,7 +153,6 @@ fn over_a_diameter(f: &[f64], index: usize) -> f64 {
     (-half..=half).map(|j| weight(j) * at(f, index, j)).sum::<f64>() / (3.0 * CELLS as f64)
 }
 
-/// Cubic through the four points around a place.
 fn interpolated(values: &[f64], place: f64) -> f64 {
     let position = (place + REACH as f64) * CELLS as f64;
     if !(position >= 1.0 && position < (values.len() - 2) as f64) {

@@ -35,7 +35,6 @@ pub(super) const FURTHER: usize = 8;
 /// Overlap at which a contact yields (again), over that up to which it is elastic: as often as it is pressed just as hard, it does not.
 const PRESSED_HARDER: f64 = 1.0 + 1e-9;
 
-/// How a contact that may yield stands.
 #[derive(Debug, Clone, Copy)]
 struct Contact {
     law: Yielding,
@@ -45,7 +44,6 @@ struct Contact {
     yields_since: Option<(f64, f64)>,
 }
 
-/// How a bead stands in the holder.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Slip {
     /// Held, with this force (N) more than friction has: not 0 where the force beyond it is gone before the bead has moved.
@@ -68,7 +66,6 @@ impl Slip {
     }
 }
 
-/// These effects within a run.
 #[derive(Debug, Clone)]
 pub(super) struct State<'a> {
     effects: &'a Effects,
@@ -81,14 +78,12 @@ pub(super) struct State<'a> {
     instants: [f64; 3],
     /// Energy lost where contacts yielded, J.
     yielded: f64,
-    /// A state within the step.
     within: Vec<[f64; 4]>,
     evaluations: u64,
     work: SolverWork,
 }
 
 impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
-    /// Take the effects up, in a chain under its static force.
     pub(super) fn begin_beyond(&mut self) {
         let system = self.system;
         let Some(effects) = system.effects.as_ref().filter(|_| L::IS_BEYOND) else { return };
@@ -155,7 +150,6 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         }
     }
 
-    /// Whether a contact relaxes.
     #[inline(always)]
     pub(super) fn relaxes(&self, contact: usize) -> bool {
         let relaxes = |beyond: &State<'_>| beyond.effects.relaxation.is_some();
@@ -189,7 +183,6 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         self.force[self.system.beads] += self.support_pressed * beyond.relaxing;
     }
 
-    /// [`Equation::evaluate`] with these effects.
     pub(super) fn evaluate_beyond(
         &mut self,
         weight: f64,
@@ -309,7 +302,6 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         self.beyond.as_ref().map_or(&[], |beyond| &beyond.slips)
     }
 
-    /// Whether it turns, forces being those of the end of the step.
     fn turn_within(&self, turn: usize, start: &[f64], end: &[f64], clock: &Clock, resolution: &Resolution) -> Crossing {
         let padded = self.system.padded;
         let sure = |holds: bool| if holds { Crossing::Sure } else { Crossing::None };
@@ -470,7 +462,6 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             .sum()
     }
 
-    /// The books of these effects in a state; none where there are none.
     pub(super) fn channels(&self, state: &[f64]) -> Option<Channels> {
         let beyond = self.beyond.as_ref().filter(|_| L::IS_BEYOND)?;
         let tail = &state[2 * self.system.padded..];
@@ -493,7 +484,6 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         })
     }
 
-    /// Counts of what these effects took, none of them where there are none.
     pub(super) fn counts(&self) -> SolverWork {
         let Some(beyond) = self.beyond.as_ref().filter(|_| L::IS_BEYOND) else { return SolverWork::default() };
         let effects = beyond.effects;

@@ -55,7 +55,6 @@ pub(super) struct Survey {
 }
 
 impl Survey {
-    /// For blocks of that length.
     pub fn new(padded: usize) -> Self {
         let zeros = || vec![0.0; padded];
         Self { rigid: zeros(), rigid_rate: zeros(), overlap: zeros(), rate: zeros(), force: zeros() }

@@ -42,7 +42,6 @@ impl Clock {
     }
 }
 
-/// A right-hand side that a step can be taken with.
 pub(super) trait Flow {
     /// `weight` × the time derivative of `state`, into `derivative`, with the piston at (m, m/s).
     fn evaluate(&mut self, weight: f64, piston: (f64, f64), state: &mut [f64], derivative: &mut [f64]);
@@ -57,13 +56,10 @@ pub(super) struct SmoothInterval {
 
 type Row = Vec<[f64; 4]>;
 
-/// State, stages and continuous extension of a step.
 #[derive(Debug, Clone)]
 pub(super) struct Stepper {
-    /// State at the start of the step.
     pub state: Row,
     derivative: Row,
-    /// State at the end of the step attempted last.
     pub end_state: Row,
     end_derivative: Row,
     /// Derivatives of the sixteen stages times dt/dσ, one behind the other.
@@ -76,7 +72,6 @@ pub(super) struct Stepper {
     times: [f64; 16],
     piston_displacement: [f64; 16],
     piston_velocity: [f64; 16],
-    /// Evaluations of the right-hand side so far.
     pub evaluations: u64,
 }
 
@@ -152,7 +147,6 @@ impl Course {
         y + sigma * (d0 + rest * (d1 + sigma * (d2 + rest * inner)))
     }
 
-    /// What it is above another.
     pub fn above(self, other: Self) -> Self {
         let mut above = self;
         for (above, other) in above.0.iter_mut().zip(other.0) {
@@ -233,7 +227,6 @@ impl Stepper {
         error_norm(fifth, third, &self.inverse_scale)
     }
 
-    /// State, then derivative, of one stage.
     #[inline(always)]
     fn stage(&mut self, flow: &mut impl Flow, clock: &Clock, stage: usize) {
         let rows = self.state.len();
@@ -247,7 +240,6 @@ impl Stepper {
         self.evaluations += 1;
     }
 
-    /// Take up the end of the accepted step: its derivative is evaluated.
     #[inline(always)]
     pub fn finish(&mut self, flow: &mut impl Flow, clock: &Clock) {
         let piston = (self.piston_displacement[11], self.piston_velocity[11]);
@@ -285,7 +277,6 @@ impl Stepper {
         }
     }
 
-    /// Entry `index` of the state over the extended step.
     #[inline]
     pub fn course(&self, index: usize) -> Course {
         let (r, lane) = (index / 4, index % 4);
@@ -314,7 +305,6 @@ impl Stepper {
         }
     }
 
-    /// Go on from the end of the finished step.
     pub fn advance(&mut self) {
         std::mem::swap(&mut self.state, &mut self.end_state);
         std::mem::swap(&mut self.derivative, &mut self.end_derivative);
@@ -328,7 +318,6 @@ impl Stepper {
         std::mem::swap(&mut self.state, &mut self.end_state);
     }
 
-    /// Time derivative of the state at the start of the step.
     pub fn derivative(&self) -> &[f64] {
         self.derivative.as_flattened()
     }
@@ -338,7 +327,6 @@ impl Stepper {
         (self.piston_displacement[11], self.piston_velocity[11])
     }
 
-    /// Entry with the largest error of the step attempted last.
     pub(crate) fn worst_entry(&self) -> usize {
         let rows = self.state.len();
         let error = |index: usize| {

@@ -6,7 +6,6 @@ use crate::{
     scene::{Holder, Horn, Relaxation, Scene, Support},
 };
 
-/// What a chain has of these effects.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Effects {
     pub horn: Option<Horn>,

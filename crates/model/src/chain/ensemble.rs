@@ -21,7 +21,6 @@ use crate::{
 };
 use granchain_signal::Series;
 
-/// A scene prepared for many runs.
 #[derive(Debug, Clone)]
 pub struct Ensemble {
     scene: Scene,
@@ -40,7 +39,6 @@ pub struct Ensemble {
     fitted: Option<FiniteBodyLaws>,
 }
 
-/// Which effects a group of runs has; part of the loop's type.
 const HERTZ: u8 = 0;
 const ANNULUS: u8 = 1;
 const SPRING: u8 = 2;
@@ -52,7 +50,6 @@ const COUPLED_SPRING: u8 = 5;
 const INSERTIONS: usize = 2;
 
 impl Ensemble {
-    /// Steps a drive period when nothing else is asked for.
     pub const STEPS_PER_PERIOD: u32 = 160;
 
     /// Prepare the scene: fixed step T0/`steps_per_period`, drive sampled once for all runs.
@@ -95,7 +92,6 @@ impl Ensemble {
         self.step
     }
 
-    /// Number of samples of the result.
     pub fn samples(&self) -> usize {
         self.steps + 1
     }
@@ -145,21 +141,17 @@ impl Ensemble {
 /// Relative tolerance of runs that go alone: below the error of a lane's fixed step.
 const SINGLE_TOLERANCE: f64 = 1e-7;
 
-/// State and coefficients of eight runs.
 struct Work {
     beads: usize,
     amplitude_scale: Lane,
-    /// Of each realisation of what is not known of the drive.
     shaken: Vec<Lane>,
     /// N + 1 contacts each.
     offset: Vec<Lane>,
     /// k of a Hertz contact, K of a spring, the factor of the annulus.
     stiffness: Vec<Lane>,
-    /// Coefficients of every term of the dashpots.
     damping: [Vec<Lane>; DampingTerm::ALL.len()],
     /// The annulus' law with a factor of 1.
     annulus: AnnulusLane,
-    /// What coupled contacts need besides.
     coupled: CoupledWork,
     /// Least force a pressed contact may have, N: 0, or −∞ where dashpots may pull.
     least_force: f64,
@@ -168,7 +160,6 @@ struct Work {
     velocity: Vec<Lane>,
     stage_displacement: Vec<Lane>,
     stage_velocity: Vec<Lane>,
-    /// Of the first three stages.
     acceleration: [Vec<Lane>; 3],
     /// The last bead's velocity at the last instants.
     trace: [Lane; HELD],
@@ -176,7 +167,6 @@ struct Work {
     pole: [Vec<f64>; WIDTH],
 }
 
-/// Instants that are gathered before they go into the runs' own traces.
 const HELD: usize = 16;
 
 impl Work {
@@ -256,7 +246,6 @@ impl Work {
         self.pole = std::array::from_fn(|_| Vec::with_capacity(ensemble.steps + 1));
     }
 
-    /// The run in one place, or where it went astray.
     fn unload(&mut self, ensemble: &Ensemble, place: usize) -> Result<Series, ModelError> {
         let broken = |bead: &usize| {
             !(self.displacement[*bead].0[place].is_finite() && self.velocity[*bead].0[place].is_finite())
@@ -269,7 +258,6 @@ impl Work {
         Ok(Series::new(0.0, ensemble.step, std::mem::take(&mut self.pole[place])))
     }
 
-    /// All steps of the loaded runs, by the support's kind.
     fn advance<const DAMPED: Terms>(&mut self, ensemble: &Ensemble) {
         match ensemble.laws[self.beads] {
             Law::Annulus(_) if ensemble.coupling.is_some() => {
@@ -306,7 +294,6 @@ impl Work {
         self.unload_trace((ensemble.steps + 1) % HELD);
     }
 
-    /// Give every run its part of the instants gathered.
     #[inline(always)]
     fn unload_trace(&mut self, held: usize) {
         for (place, pole) in self.pole.iter_mut().enumerate() {
@@ -397,7 +384,6 @@ impl Work {
     }
 }
 
-/// Overlaps and elastic forces of coupled contacts, eight runs side by side.
 struct CoupledWork {
     rigid: Vec<Lane>,
     overlap: Vec<Lane>,
@@ -453,7 +439,6 @@ impl CoupledWork {
     }
 }
 
-/// The loop over all steps, compiled for the widest vectors this machine has.
 struct AllSteps<'a, const DAMPED: Terms, const SUPPORT: u8> {
     work: &'a mut Work,
     ensemble: &'a Ensemble,

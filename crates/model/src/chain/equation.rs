@@ -73,11 +73,9 @@ pub(super) struct Equation<'a, const DAMPED: Terms, L> {
     /// Mode of every switch: one a contact, unless coupled.
     pub modes: Vec<Mode>,
     pub coupled: Option<CoupledState<'a>>,
-    /// Effects beside contacts and dashpots.
     pub beyond: Option<beyond::State<'a>>,
 }
 
-/// What coupled contacts need besides.
 #[derive(Debug, Clone)]
 pub(super) struct CoupledState<'a> {
     coupling: &'a Coupling,
@@ -89,11 +87,9 @@ pub(super) struct CoupledState<'a> {
     elastic_force: Vec<f64>,
     /// At the start of the step, at its end, and within.
     surveys: [Survey; 3],
-    /// Room for a state within the step.
     pub within: Vec<[f64; 4]>,
 }
 
-/// Where in a step a state lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Instant {
     Start,
@@ -144,24 +140,20 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         if L::IS_BEYOND && !L::IS_COUPLED { self.stored_beyond(u) } else { self.system.stored_energy(u) }
     }
 
-    /// Contact of a switch.
     #[inline(always)]
     pub fn contact(&self, switch: usize) -> usize {
         if L::IS_COUPLED { switch % (self.system.beads + 1) } else { switch }
     }
 
-    /// Whether a switch is that of a dashpot alone.
     #[inline(always)]
     pub(crate) fn is_dashpot(&self, switch: usize) -> bool {
         L::IS_COUPLED && switch > self.system.beads
     }
 
-    /// Length of the state.
     pub(crate) fn state_length(&self) -> usize {
         2 * self.system.padded + 4 + if L::IS_BEYOND { beyond::FURTHER } else { 0 }
     }
 
-    /// Whether a switch is that of the elastic force of a coupled contact.
     #[inline(always)]
     pub(crate) fn is_coupled_force(&self, switch: usize) -> bool {
         L::IS_COUPLED && switch <= self.system.beads
@@ -173,7 +165,6 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         self.is_dashpot(switch) && self.system.dashpots[self.contact(switch)].is_absent()
     }
 
-    /// Put a switch into a mode.
     pub(crate) fn set_mode(&mut self, switch: usize, mode: Mode) {
         let contact = self.contact(switch);
         let pressed = if mode == Mode::Pressed { 1.0 } else { 0.0 };

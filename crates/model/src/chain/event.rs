@@ -108,7 +108,6 @@ impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
         }
     }
 
-    /// Whether any contact may have to change its mode within the finished step.
     #[inline(always)]
     pub(crate) fn may_switch(&mut self, stepper: &Stepper, clock: &Clock, resolution: &Resolution) -> bool {
         let (start, end) = (stepper.state.as_flattened(), stepper.end_state.as_flattened());
@@ -120,7 +119,6 @@ impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
         }) || L::IS_BEYOND && self.may_turn(stepper, clock, resolution)
     }
 
-    /// The first change of mode within the finished and extended step.
     pub(crate) fn first_event(
         &mut self,
         stepper: &Stepper,

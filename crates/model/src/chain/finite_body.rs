@@ -21,7 +21,6 @@ use crate::{
 const CONTACT_RADII: (f64, f64) = (0.2, 0.75);
 /// Approaches between which the law of an annulus is fitted, m.
 const ANNULUS_APPROACHES: (f64, f64) = (0.05e-6, 5e-6);
-/// Static solutions a law is fitted to.
 const POINTS: usize = 160;
 
 /// The laws of all contacts of a chain of finite bodies, and how its beads couple them.
@@ -58,11 +57,9 @@ pub struct FiniteBodyLaws {
     /// s of each of the N beads, m/N; none with the law of Hertz.
     #[serde(rename = "couplings_m_per_n")]
     pub couplings: Vec<f64>,
-    /// Mesh density the bodies were meshed with.
     pub mesh_density: u32,
 }
 
-/// One fitted law.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ContactFit {
     /// What touches, such as `bead 1 – bead 2`.
@@ -73,7 +70,6 @@ pub struct ContactFit {
     pub quality: Option<FitQuality>,
 }
 
-/// How well a law follows the static solutions it is fitted to.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FitQuality {
     /// Largest |F/F_static − 1|, 1.
@@ -180,12 +176,10 @@ impl FiniteBodyLaws {
         self
     }
 
-    /// Whether they can be the laws of a scene: every contact has one.
     pub(crate) fn is_of(&self, scene: &Scene) -> bool {
         self.contacts.iter().all(|&fit| fit < self.fits.len()) && self.contact_laws(scene).is_ok()
     }
 
-    /// The contacts' laws in a scene of these bodies.
     pub(super) fn contact_laws(&self, scene: &Scene) -> Result<ContactLaws, ModelError> {
         let contacts = scene.chain.beads.len() + 1;
         let coupled = scene.contact_law == ContactLaw::FiniteBody;

@@ -15,7 +15,6 @@ pub(super) struct Forecast {
 }
 
 impl Forecast {
-    /// Steps from one look to the next.
     const STEPS: u64 = 65_536;
 
     /// Of a run up to `end` (s) in at most so many steps.

@@ -25,7 +25,6 @@ impl<const DAMPED: Terms, L: ElasticLaw> Flow for Equation<'_, DAMPED, L> {
     }
 }
 
-/// How a run is done.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Control {
     /// Relative tolerance of a step, 1.
@@ -34,18 +33,15 @@ pub(super) struct Control {
     pub velocity_scale: f64,
     /// End of the run, s.
     pub end: f64,
-    /// Most steps of the run, taken and expected.
     pub most_steps: f64,
 }
 
-/// Steps between two calls of the progress function.
 const STEPS_A_REPORT: u64 = 256;
 /// Changes of mode at one instant after which the run is given up, beside two of every contact: in a long chain many may part at once.
 const CHANGES_AT_ONCE: usize = 64;
 /// Longest second step after a closing, over the first, both in √(t − t*).
 const SECOND_AFTER_CLOSING: f64 = 0.72;
 
-/// Run the chain; the ledger and the work done.
 pub(super) fn integrate<const DAMPED: Terms, L: ElasticLaw>(
     system: &System,
     support: L,
@@ -174,7 +170,6 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         self.equation.overlap_and_rate(Instant::Start, switch, self.stepper.state.as_flattened())
     }
 
-    /// Look at all contacts at the start of the step, the piston in place.
     #[inline(always)]
     fn survey(&mut self) {
         if L::IS_COUPLED || L::IS_BEYOND {
@@ -343,7 +338,6 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         }
     }
 
-    /// The pace after an accepted step without event.
     fn following(&self, pace: Pace, clock: &Clock, growth: f64) -> Pace {
         match pace {
             Pace::Plain { .. } => Pace::Plain { step: growth * clock.linear },
@@ -517,7 +511,6 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         self.largest_energy = self.largest_energy.max(energy);
     }
 
-    /// Close the books.
     fn settle(mut self) -> (EnergyLedger, SolverWork) {
         self.note_energy();
         self.work.evaluations = self.stepper.evaluations;
@@ -557,7 +550,6 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         (ledger, work)
     }
 
-    /// Why no step from here is possible.
     fn failure(&self, step: f64) -> ModelError {
         let padded = self.system.padded;
         let entry = self.stepper.worst_entry();

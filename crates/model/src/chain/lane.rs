@@ -45,7 +45,6 @@ pub(super) struct AnnulusLane {
 }
 
 impl AnnulusLane {
-    /// That of a law, whatever its factor.
     pub fn new(law: Annulus) -> Self {
         let law = law.unscaled();
         Self {

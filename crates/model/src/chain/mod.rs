@@ -49,7 +49,6 @@ use crate::{
     scene::{Integrator, PistonMotion, Scene},
 };
 
-/// The chain model; the integrator and its tolerance come from the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ChainModel;
 
@@ -63,7 +62,6 @@ pub struct InitialState {
 }
 
 impl InitialState {
-    /// All beads in place and at rest.
     pub fn at_rest(beads: usize) -> Self {
         Self { displacements: vec![0.0; beads], velocities: vec![0.0; beads] }
     }

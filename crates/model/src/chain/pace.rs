@@ -2,7 +2,6 @@
 
 use super::dormand_prince::Clock;
 
-/// Size and kind of the next step.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Pace {
     /// Even in time, s.

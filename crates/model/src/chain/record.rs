@@ -71,13 +71,11 @@ impl Grid {
         self.piston_velocity.iter().fold(0.0, |speed, v| f64::max(speed, v.abs()))
     }
 
-    /// Rows of the sample that is gathered now.
     #[inline(always)]
     fn sample(&mut self) -> (&mut [[f64; 4]], &mut [[f64; 4]]) {
         self.block[2 * self.held * self.moment..][..2 * self.moment].split_at_mut(self.moment)
     }
 
-    /// Store the state in the buffer as the next sample.
     #[inline(always)]
     pub fn store<const DAMPED: Terms, L: ElasticLaw>(&mut self, equation: &mut Equation<'_, DAMPED, L>) {
         let (sample, padded) = (self.taken, self.padded);
@@ -104,7 +102,6 @@ impl Grid {
         }
     }
 
-    /// Put the samples of the block into their series.
     #[inline(never)]
     fn sort_in(&mut self) {
         let (width, held, block) = (8 * self.moment, self.held, self.block.as_flattened());
@@ -118,7 +115,6 @@ impl Grid {
         self.held = 0;
     }
 
-    /// Whether all samples are taken.
     pub(crate) fn is_full(&self) -> bool {
         self.taken == self.piston_displacement.len()
     }
@@ -133,7 +129,6 @@ impl Grid {
         self.sample().0
     }
 
-    /// The response, with its books.
     pub fn response(mut self, energy: EnergyLedger, work: SolverWork) -> Response {
         self.sort_in();
         let samples = self.piston_displacement.len();
@@ -194,7 +189,6 @@ impl Recording {
         }
     }
 
-    /// Take the state at time zero.
     pub fn begin<const DAMPED: Terms, L: ElasticLaw>(&mut self, equation: &mut Equation<'_, DAMPED, L>, state: &[f64]) {
         if let Self::Grid(grid) = self {
             let buffer = grid.buffer().as_flattened_mut();

@@ -34,12 +34,10 @@ use crate::{
     scene::PistonMotion,
 };
 
-/// Steps between two calls of the progress function.
 const STEPS_A_REPORT: usize = 4096;
 /// Energy unaccounted for, over the largest, beyond which the step was too long for a solution.
 const LARGEST_RESIDUAL: f64 = 0.2;
 
-/// Run the chain onto `grid`; the ledger and the work done.
 pub(super) fn integrate<const DAMPED: Terms, L: ElasticLaw>(
     system: &System,
     support: L,

@@ -29,10 +29,8 @@ pub(super) struct System {
     pub inverse_mass: Vec<f64>,
     /// Overlap of each contact with all displacements zero, m; −∞ in the padding.
     pub offset: Vec<f64>,
-    /// Elastic law of each contact.
     pub laws: Vec<Law>,
     pub dashpots: Vec<Dashpot>,
-    /// Whether a dashpot may pull.
     pub tension: bool,
     /// Smallest of the natural times of the contacts, s: (m²/k²v)^(1/5) or √(m/k).
     pub natural_time: f64,
@@ -87,7 +85,6 @@ impl System {
         vec![[0.0; 4]; self.padded / 2 + behind]
     }
 
-    /// Contacts with a dashpot.
     pub(crate) fn damped_contacts(&self) -> u64 {
         self.dashpots.iter().filter(|dashpot| !dashpot.is_absent()).count() as u64
     }
@@ -179,13 +176,11 @@ pub(super) fn meshed(mesh: &MeshFile) -> ModelError {
     ModelError::Unsupported { model: "chain", reason }
 }
 
-/// A disc has no force law of its own: it moves.
 pub(super) fn moving_disc() -> ModelError {
     let reason = "a disc moves and has no force law: its scene is run by `model::prepare`, one run at a time";
     ModelError::Unsupported { model: "chain", reason: reason.into() }
 }
 
-/// Refuse what the chain cannot run.
 fn check(scene: &Scene) -> Result<(), ModelError> {
     need_drive(scene, "chain")?;
     let chain = &scene.chain;

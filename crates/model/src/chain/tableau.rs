@@ -4,7 +4,6 @@
 //! non-zero weights are listed, each with its stage.
 #![allow(clippy::excessive_precision, clippy::unreadable_literal, reason = "a published table, digit for digit")]
 
-/// A stage and its weight.
 pub(super) type Term = (usize, f64);
 
 /// Instants of the stages, as a fraction of the step; the last three belong to the continuous extension.

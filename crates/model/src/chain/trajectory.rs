@@ -11,7 +11,6 @@ pub struct Trajectory {
     beads: usize,
     padded: usize,
     pieces: Vec<Piece>,
-    /// Energy ledger of the run.
     pub energy: EnergyLedger,
     pub work: SolverWork,
 }

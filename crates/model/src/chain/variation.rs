@@ -7,7 +7,6 @@ use crate::{
 };
 use granchain_signal::{Series, spline::cubic};
 
-/// What one run of an ensemble changes in the scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variation {
     /// α, in place of the scene's own, 1.
@@ -24,7 +23,6 @@ pub struct Variation {
     pub modulus_factor: f64,
     /// How much of each of the scene's realisations of what is not known of its drive, 1; none for none.
     pub shaken: Vec<f64>,
-    /// Effects beside contacts and dashpots.
     pub effects: EffectVariation,
 }
 
@@ -54,7 +52,6 @@ impl EffectVariation {
 }
 
 impl Variation {
-    /// The scene as it is.
     pub fn of(scene: &Scene) -> Self {
         let contacts = scene.chain.beads.len() + 1;
         // Contact 1 lies between two beads, unless there is only one.
@@ -150,7 +147,6 @@ impl Variation {
         Series::new(trace.start, trace.step, values)
     }
 
-    /// Refuse what cannot be run.
     pub(super) fn check(&self, scene: &Scene) -> Result<(), ModelError> {
         let contacts = scene.chain.beads.len() + 1;
         if self.gap_offsets.len() != contacts {

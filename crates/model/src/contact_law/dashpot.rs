@@ -10,7 +10,6 @@ use crate::{
 pub(crate) type Terms = u8;
 
 impl DampingTerm {
-    /// The set of this term alone.
     #[inline(always)]
     pub(crate) const fn alone(self) -> Terms {
         1 << self as u8
@@ -67,7 +66,6 @@ macro_rules! for_terms {
 }
 pub(crate) use for_terms;
 
-/// The set of all terms.
 pub(crate) const ALL_TERMS: Terms = (1 << DampingTerm::ALL.len()) - 1;
 
 /// Dashpot of one contact, F = (c + γ √δ) δ̇ while pressed; either term may be zero.
@@ -119,24 +117,20 @@ impl Dashpot {
         })
     }
 
-    /// Whether there is nothing to damp.
     pub(crate) fn is_absent(&self) -> bool {
         self.coefficients.are_absent()
     }
 
-    /// The terms it has.
     pub(crate) fn terms(&self) -> Terms {
         terms_of(&self.coefficients)
     }
 }
 
-/// The terms with a coefficient above zero.
 pub(crate) fn terms_of(coefficients: &DampingCoefficients) -> Terms {
     let present = |term: &DampingTerm| coefficients[*term] > 0.0;
     DampingTerm::ALL.into_iter().filter(present).fold(0, |terms, term| terms | term.alone())
 }
 
-/// A coefficient that no damper can have.
 pub(crate) fn check(coefficients: &DampingCoefficients) -> Result<(), ModelError> {
     for term in DampingTerm::ALL {
         let found = coefficients[term];

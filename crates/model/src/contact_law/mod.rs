@@ -27,7 +27,6 @@ pub use hertz::{
 };
 pub use yielding::{YIELD_PRESSURE, Yielding, yield_force};
 
-/// An elastic contact law: force and stored energy as functions of the overlap.
 pub trait ElasticLaw: Copy {
     /// Whether the law is F = k δ₊^(3/2), so that a chain may treat it like every other contact.
     const IS_HERTZ: bool;
@@ -79,7 +78,6 @@ impl ElasticLaw for Spring {
 pub enum Law {
     /// Two curved solids, or a sphere and a flat.
     Hertz(Hertz),
-    /// The same of finite bodies.
     FiniteHertz(FiniteHertz),
     /// The resin annulus under the last bead.
     Annulus(Annulus),

@@ -19,7 +19,6 @@ use crate::{
     },
 };
 
-/// The bodies of a scene, one of each kind, and their contacts.
 #[derive(Debug, Clone)]
 pub struct Arrangement {
     /// The different bodies; equal beads share one.
@@ -203,7 +202,6 @@ impl Arrangement {
         0.5 * force * force / self.spring
     }
 
-    /// What stands in a slot, for messages.
     pub fn name(&self, slot: usize) -> String {
         match slot {
             0 => "piston".into(),

@@ -20,7 +20,6 @@ use super::{
 };
 use crate::{scene::Material, tally};
 
-/// What the nodes of contact boundaries weigh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactMass {
     /// Nothing: the mass of each touched element rests on its other nodes, the whole unchanged. Contact forces then stay free of the
@@ -30,7 +29,6 @@ pub enum ContactMass {
     Consistent,
 }
 
-/// How a boundary is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Hold {
     /// Clamped: u = 0.
@@ -39,7 +37,6 @@ pub enum Hold {
     Axial,
 }
 
-/// A linear elastic, axisymmetric body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
     mesh: Mesh,
@@ -126,17 +123,14 @@ impl Body {
         Ok(Self { mesh, materials, dofs, stiffness, mass, node_mass, total_mass, is_free })
     }
 
-    /// Its mesh.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
-    /// Its materials.
     pub fn materials(&self) -> &[Material] {
         &self.materials
     }
 
-    /// Its unknowns.
     pub fn dofs(&self) -> &DofMap {
         &self.dofs
     }
@@ -161,12 +155,10 @@ impl Body {
         self.total_mass
     }
 
-    /// Whether it can move along z without strain.
     pub fn is_free(&self) -> bool {
         self.is_free
     }
 
-    /// `count` zero vectors of its unknowns.
     pub fn columns(&self, count: usize) -> Columns {
         Columns::new(self.dofs.len(), count)
     }
@@ -239,7 +231,6 @@ fn neighbours(mesh: &Mesh) -> SymmetricSparse {
     SymmetricSparse::zeros(starts, rows)
 }
 
-/// The same by unknowns.
 fn by_direction(nodes: &SymmetricSparse) -> SymmetricSparse {
     let mut starts = vec![0];
     let mut rows = Vec::new();

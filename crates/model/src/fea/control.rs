@@ -4,13 +4,11 @@ use std::fmt;
 
 use super::contact::chain::Failure;
 
-/// When a step is not accepted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Control {
     /// Energy that contacts may make or lose in one step by opening and closing within it, over all work done so far (at least the kinetic
     /// energy of the first bead at the piston's largest speed), 1.
     pub contact_energy: f64,
-    /// Halvings of the step tried before the run fails.
     pub halvings: u32,
 }
 
@@ -21,20 +19,14 @@ impl Default for Control {
     }
 }
 
-/// Why a step was taken back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Cause {
-    /// Displacements were no finite numbers.
     NotFinite,
-    /// No active set satisfied the contact conditions.
     NoActiveSet,
-    /// The forces of coupled contacts did not settle.
     NotSettled,
-    /// Contacts made or lost more energy within the step than allowed.
     ContactEnergy,
-    /// The whole patch of fine elements was in contact.
     PatchExceeded,
 }
 
@@ -60,7 +52,6 @@ impl fmt::Display for Cause {
     }
 }
 
-/// A step taken back and tried again at half its size.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Cut {
     /// Time at the beginning of the step, s.
@@ -72,7 +63,6 @@ pub struct Cut {
     pub cause: Cause,
 }
 
-/// How well the contact conditions were met, measured anew from the accepted displacements.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Complementarity {
     /// Deepest penetration of any point, m.

@@ -5,7 +5,6 @@ use crate::response::{Channels, EnergyLedger, SolverWork};
 /// Share of the energy put in above which energy from nowhere ends a run, 1: it grows from there on.
 pub const LARGEST_GAIN: f64 = 0.1;
 
-/// Sums kept from step to step.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Ledger {
     least_scale: f64,
@@ -86,7 +85,6 @@ impl Ledger {
         self.contact_energy
     }
 
-    /// The books as a response has them.
     pub fn books(&self) -> EnergyLedger {
         EnergyLedger {
             initial_j: self.initial,

@@ -22,7 +22,6 @@ use crate::{
     water::front::{Front, FrontError, Held},
 };
 
-/// The contacts of a chain in static equilibrium.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibrium {
     /// Forces of the points of every contact, N.
@@ -34,7 +33,6 @@ pub struct Equilibrium {
 }
 
 impl Equilibrium {
-    /// All contacts just touching.
     fn unpressed(arrangement: &Arrangement) -> Self {
         Self {
             forces: arrangement.contacts.iter().map(|&pair| vec![0.0; arrangement.pairs[pair].len()]).collect(),
@@ -44,7 +42,6 @@ impl Equilibrium {
     }
 }
 
-/// Static factors and compliances of an arrangement.
 #[derive(Debug, Clone)]
 pub struct Statics {
     factors: Vec<StaticFactor>,
@@ -255,7 +252,6 @@ pub(crate) fn force_at(
     }
 }
 
-/// How a run begins: contacts and bodies at rest under the scene's precompression.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rest {
     /// The contacts and their forces; their gaps are not measured yet.

@@ -8,7 +8,7 @@ use super::{
     body::BodyError, contact::pair::PairError, control::Cause, factor::FactorError, mesh::MeshError, modes::ModesError,
 };
 
-/// Why a contact finite element analysis cannot be run, or failed.
+/// Why a contact finite element analysis cannot be run, or failed. Numbers are SI; contacts and beads count from 1 at the piston.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FeaError {
@@ -29,10 +29,7 @@ pub enum FeaError {
     #[error(transparent)]
     Front(#[from] Box<crate::water::front::FrontError>),
     #[error("`chain.precompression` {force:e} N on a free disc: nothing holds it; set `disc.rim` or no precompression")]
-    FreeDiscUnderForce {
-        /// F₀, N.
-        force: f64,
-    },
+    FreeDiscUnderForce { force: f64 },
     #[error("an analysis with water behind the disc cannot be taken up again; run it from the start")]
     WaterNotKept,
     #[error(
@@ -42,87 +39,43 @@ pub enum FeaError {
     #[error(
         "bead {bead} is an imported body: on this support it must be a sphere, whose gap is known exactly; drop its `mesh`"
     )]
-    SphereNeeded {
-        /// Which bead, from 1.
-        bead: usize,
-    },
+    SphereNeeded { bead: usize },
     #[error(
         "`support.normal` = \"moving\" starts without precompression only, found {force:e} N; use \"fixed\" or no precompression"
     )]
-    MovingNormalPrecompressed {
-        /// F₀, N.
-        force: f64,
-    },
+    MovingNormalPrecompressed { force: f64 },
     #[error("{}: physical group `{name}` names no material of the scene; add [materials.{name}] or rename the group", file.display())]
     UnknownMaterial { file: PathBuf, name: String },
     #[error(
         "contact {contact} (1 = piston): its compliance is not positive definite; two of its points coincide or a body is not held"
     )]
-    Compliance {
-        /// Which contact, from 1.
-        contact: usize,
-    },
+    Compliance { contact: usize },
     #[error(
         "the beads approach by {approach:.3e} m, but on this mesh a contact presses its third point only at {needed:.3e} m: its stiffness would be \
          that of a stamp; refine `model.mesh_density`, enlarge `drive.amplitude`, `alpha` or `chain.precompression`, or use model.kind = \"chain\""
     )]
-    Unresolved {
-        /// Approach that the scene is about, m.
-        approach: f64,
-        /// Least that the mesh resolves, m.
-        needed: f64,
-    },
+    Unresolved { approach: f64, needed: f64 },
     #[error(
         "no equilibrium under {force:e} N at contact {contact} (1 = piston) within {iterations} iterations; the force needs more than the \
          finely meshed patch"
     )]
-    NoEquilibrium {
-        /// Force, N.
-        force: f64,
-        /// Contact, from 1.
-        contact: usize,
-        iterations: u32,
-    },
+    NoEquilibrium { force: f64, contact: usize, iterations: u32 },
     #[error(
         "`chain.precompression` {force:e} N needs every gap closed, but gap {contact} (1 = piston) is {gap:e} m; set that gap or the \
          precompression to zero"
     )]
-    OpenGapUnderPrecompression {
-        /// F₀, N.
-        force: f64,
-        /// Contact, from 1.
-        contact: usize,
-        /// Its gap, m.
-        gap: f64,
-    },
+    OpenGapUnderPrecompression { force: f64, contact: usize, gap: f64 },
     #[error(
         "step given up at {time:.9e} s with {step:.3e} s, contact {contact} (1 = piston): {cause}; shorten `model.step`, refine \
          `model.mesh_density`, enlarge `model.contact_patch`, or look for a drive or impact out of range"
     )]
-    StepGivenUp {
-        /// Time at its beginning, s.
-        time: f64,
-        /// Its size, s.
-        step: f64,
-        /// Contact, from 1.
-        contact: usize,
-        cause: Cause,
-    },
+    StepGivenUp { time: f64, step: f64, contact: usize, cause: Cause },
     #[error(
         "at {time:.6e} s there is {made_j:.3e} J more than the {given_j:.3e} J that were put in: contacts opening and closing within steps of \
          {step:.3e} s made it, which a shorter step does not cure; take `model.integrator = \"hht\"` or `model.kind = \"reduced\"`, or \
          end the run earlier"
     )]
-    EnergyMade {
-        /// Simulated time, s.
-        time: f64,
-        /// Step, s.
-        step: f64,
-        /// Energy made, J.
-        made_j: f64,
-        /// Energy at the start and work of the piston, J.
-        given_j: f64,
-    },
+    EnergyMade { time: f64, step: f64, made_j: f64, given_j: f64 },
     #[error(
         "the saved state is of another analysis ({found} of {expected}); start anew or give the scene it was saved with"
     )]

@@ -5,15 +5,12 @@ use std::sync::Arc;
 use super::{Simulation, arrangement::Arrangement, body::Body, element::von_mises};
 use crate::response::{Field, FieldBody, FieldMesh};
 
-/// The cells of the bodies of an analysis, made once for all frames.
 #[derive(Debug, Clone)]
 pub struct Frames {
-    /// One a kind of body.
     meshes: Vec<Arc<FieldMesh>>,
 }
 
 impl Frames {
-    /// For the bodies of an analysis.
     pub fn new(arrangement: &Arrangement) -> Self {
         Self { meshes: arrangement.kinds.iter().map(|kind| Arc::new(kind.mesh().to_field_mesh())).collect() }
     }

@@ -23,7 +23,6 @@
 use super::{FeaError, arrangement::Arrangement, scheme::Coefficients};
 use crate::scene::{MaterialLoss, Relaxation, Scene, Support};
 
-/// What a kind of body loses.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct BodyLoss {
     /// b/m, 1/s.
@@ -33,7 +32,6 @@ pub(crate) struct BodyLoss {
     pub(crate) relaxation: Option<Relaxation>,
 }
 
-/// [`BodyLoss`] in steps of one size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StepLoss {
     pub(crate) own: BodyLoss,
@@ -108,7 +106,6 @@ impl StepLoss {
     }
 }
 
-/// Refuse losses of a support that is no body of the chain.
 pub(crate) fn refuse_losses(scene: &Scene) -> Result<(), FeaError> {
     let key = match scene.loss {
         MaterialLoss { relaxation: Some(_), .. } => "loss.relaxation",

@@ -52,7 +52,6 @@ use crate::{
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct FeaModel;
 
-/// Steps from one call of the progress function to the next.
 const STEPS_PER_REPORT: usize = 8;
 
 impl Model for FeaModel {
@@ -62,7 +61,6 @@ impl Model for FeaModel {
 }
 
 impl FeaModel {
-    /// As [`Model::run`], with the piston moving as `motion` instead of the scene's drive.
     pub fn run_with(
         &self,
         scene: &Scene,

@@ -26,7 +26,6 @@ use super::{
 };
 use crate::tally;
 
-/// Why there are no modes.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ModesError {
@@ -35,27 +34,15 @@ pub enum ModesError {
     )]
     Count { asked: usize, available: usize },
     #[error("{converged} of {asked} modes within {tolerance:e} after {steps} Lanczos steps; ask for fewer modes")]
-    NotConverged {
-        asked: usize,
-        converged: usize,
-        steps: usize,
-        /// Relative error of 1/(ω² + σ) allowed, 1.
-        tolerance: f64,
-    },
+    NotConverged { asked: usize, converged: usize, steps: usize, tolerance: f64 },
     #[error(
         "below {frequency:.6e} Hz there are {counted} modes by inertia, but {found} were found; ask for more modes"
     )]
-    Missed {
-        /// Where it was counted, Hz.
-        frequency: f64,
-        counted: usize,
-        found: usize,
-    },
+    Missed { frequency: f64, counted: usize, found: usize },
     #[error("modes: {0}")]
     Factor(#[from] FactorError),
 }
 
-/// A count of modes below a frequency that agrees with those found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SturmCount {
     /// Where it was counted, Hz.
@@ -64,7 +51,6 @@ pub struct SturmCount {
     pub modes: usize,
 }
 
-/// Free modes, from the lowest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Modes {
     /// ω/2π, Hz, ascending; the first is 0 for a free body: its rigid translation.
@@ -73,12 +59,10 @@ pub struct Modes {
     pub shapes: Vec<Vec<f64>>,
     /// ‖A⁻¹ M x − θ x‖/θ in the norm of M: bounds the relative error of ω² + σ.
     pub residuals: Vec<f64>,
-    /// The count that confirmed them.
     pub sturm: SturmCount,
     pub steps: usize,
 }
 
-/// Largest residual of a mode that counts as found.
 const TOLERANCE: f64 = 1e-9;
 
 /// Modes computed beyond those asked for, so that the Sturm count has a gap to stand in.
@@ -172,7 +156,6 @@ fn shift(body: &Body) -> f64 {
     speed / size
 }
 
-/// Puts massless nodes in their place and measures what is left.
 struct Polish<'a> {
     body: &'a Body,
     factor: &'a Factor,

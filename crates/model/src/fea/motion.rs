@@ -16,7 +16,6 @@ use super::{
 };
 use lossy::{Lossy, dot};
 
-/// All bodies of one kind.
 #[derive(Debug, Clone)]
 struct Group {
     /// Slots of its bodies (piston 0, beads 1…N, support N + 1), in the order of the columns.
@@ -28,17 +27,12 @@ struct Group {
     predicted: Columns,
     /// Right-hand side, then the new displacements.
     solution: Columns,
-    /// The solution between its two halves, in the factor's order.
     half: Half,
     /// Interface displacements without new contact forces.
     free: Columns,
-    /// Unknowns of nodes without mass.
     massless: Vec<u32>,
-    /// Forces on the interface unknowns.
     forces: Columns,
-    /// The same of one body.
     own_forces: Vec<f64>,
-    /// Of bodies that lose something.
     lossy: Option<Lossy>,
 }
 
@@ -50,10 +44,8 @@ struct Rigid {
     acceleration: f64,
 }
 
-/// The state of all bodies.
 #[derive(Debug, Clone)]
 pub struct Motion {
-    /// One a kind of body.
     groups: Vec<Group>,
     /// Kind and column of the body in each slot; none where it is rigid.
     columns: Vec<Option<(usize, usize)>>,
@@ -118,7 +110,6 @@ impl Motion {
         Self { groups, columns, rigid: vec![Rigid::default(); slots], predicted_for: None }
     }
 
-    /// Displacements without new contact forces: right-hand sides, forward substitution, interface displacements.
     pub fn predict(
         &mut self,
         arrangement: &Arrangement,
@@ -262,7 +253,6 @@ impl Motion {
         profile.backward += lap.lap();
     }
 
-    /// Slot of the first body whose new displacements are not finite.
     pub(crate) fn not_finite(&self) -> Option<usize> {
         self.groups.iter().find_map(|group| {
             let (values, width) = (group.solution.as_slice(), group.solution.width());
@@ -403,7 +393,6 @@ impl Motion {
         (kinetic, stored)
     }
 
-    /// What must be saved to go on later.
     pub fn save(&self) -> Saved {
         let all = |part: fn(&Group) -> &Columns| {
             let of_slot = |place: &Option<(usize, usize)>| {
@@ -506,7 +495,6 @@ impl Group {
     }
 }
 
-/// Whether any point of the contacts around a slot is pressed.
 fn pressed(contacts: &[ContactState], slot: usize) -> bool {
     contacts[slot - 1].pressing != 0.0 || contacts.get(slot).is_some_and(|contact| contact.pressing != 0.0)
 }

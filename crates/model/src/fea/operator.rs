@@ -15,7 +15,6 @@ use super::{
     scheme::Coefficients,
 };
 
-/// The linear part of a step.
 #[derive(Debug, Clone)]
 pub struct Operator {
     pub coefficients: Coefficients,
@@ -25,7 +24,6 @@ pub struct Operator {
     pub(crate) losses: Vec<Option<StepLoss>>,
     /// Dense inverse of every kind's factor over its interface, row by row.
     pub inverse: Vec<Vec<f64>>,
-    /// Contacts with the compliances of this step.
     pub contacts: Contacts,
 }
 
@@ -39,7 +37,6 @@ pub struct Interfaces {
 }
 
 impl Interfaces {
-    /// Number the faces of an arrangement.
     pub fn new(arrangement: &Arrangement) -> Self {
         Self::including(arrangement, |_| Vec::new())
     }
@@ -265,7 +262,6 @@ impl Operator {
         soften(&mut self.contacts.compliances[self.contacts.links[last].compliance], arrangement, further)
     }
 
-    /// Condense the last contact anew, in place, after its faces have turned.
     pub(crate) fn turn_last(&mut self, arrangement: &Arrangement, interfaces: &Interfaces) {
         let last = arrangement.contacts.len() - 1;
         let gain = self.coefficients.new_force_gain();

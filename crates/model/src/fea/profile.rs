@@ -2,10 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-/// Wall-clock time by stage.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Profile {
-    /// Meshing, elements, assembly, contact geometry.
     pub assembly: Duration,
     pub factorisation: Duration,
     /// Products with the mass matrix (and, for a lagging scheme, with the stiffness).
@@ -13,19 +11,15 @@ pub struct Profile {
     pub forward: Duration,
     pub contact: Duration,
     pub backward: Duration,
-    /// New velocities and accelerations, and the next prediction.
     pub update: Duration,
-    /// Samples, energies, checks.
     pub record: Duration,
 }
 
 impl Profile {
-    /// Begin to take laps.
     pub fn start(&self) -> Laps {
         Laps(Instant::now())
     }
 
-    /// Name and time of every stage, in order.
     pub fn stages(&self) -> [(&'static str, Duration); 8] {
         [
             ("mesh and assembly", self.assembly),
@@ -40,12 +34,10 @@ impl Profile {
     }
 }
 
-/// A running clock.
 #[derive(Debug, Clone, Copy)]
 pub struct Laps(Instant);
 
 impl Laps {
-    /// Time since the start or the last lap.
     pub(crate) fn lap(&mut self) -> Duration {
         let now = Instant::now();
         now - std::mem::replace(&mut self.0, now)

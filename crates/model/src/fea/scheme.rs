@@ -17,7 +17,6 @@
 
 use crate::scene::Scheme;
 
-/// Numbers of a scheme at one step size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coefficients {
     /// h, s.

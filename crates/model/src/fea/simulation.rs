@@ -44,7 +44,6 @@ pub(crate) const FIXED_NORMAL_TRAVEL: f64 = 5e-6;
 /// Steps from one look at the energies of all bodies to the next: two matrix products are too much for every step.
 const STEPS_PER_AUDIT: usize = 10;
 
-/// A transient analysis that can be advanced, saved and taken up again.
 pub struct Simulation<'a> {
     arrangement: Arrangement,
     interfaces: Interfaces,
@@ -87,14 +86,12 @@ pub struct Simulation<'a> {
     profile: Profile,
 }
 
-/// Horn and friction in steps of one size, where the scene has them.
 #[derive(Debug)]
 struct Beside {
     horn: Option<HornStep<f64>>,
     hold: Option<Hold<f64>>,
 }
 
-/// The disc on the water behind the last contact.
 struct Wet {
     disc: DiscBehind,
     record: WaterRecord,
@@ -118,12 +115,10 @@ impl fmt::Debug for Simulation<'_> {
 }
 
 impl<'a> Simulation<'a> {
-    /// Mesh, assemble and factor a scene; precompress it where asked for.
     pub fn new(scene: &Scene, control: Control) -> Result<Self, FeaError> {
         Self::with_motion(scene, scene.drive.motion(scene.amplitude_scale), control)
     }
 
-    /// As [`Simulation::new`], with the piston moving as `drive` instead of the scene's.
     pub fn with_motion(scene: &Scene, drive: Box<dyn PistonMotion + 'a>, control: Control) -> Result<Self, FeaError> {
         let mut profile = Profile::default();
         let mut lap = profile.start();
@@ -230,17 +225,14 @@ impl<'a> Simulation<'a> {
         Ok(simulation)
     }
 
-    /// The bodies and contacts.
     pub fn arrangement(&self) -> &Arrangement {
         &self.arrangement
     }
 
-    /// Displacements and velocities.
     pub fn motion(&self) -> &Motion {
         &self.motion
     }
 
-    /// Forces and gaps of every contact.
     pub fn contacts(&self) -> &[ContactState] {
         &self.contacts
     }
@@ -260,22 +252,18 @@ impl<'a> Simulation<'a> {
         self.taken >= self.sampling.steps()
     }
 
-    /// Steps taken back so far.
     pub fn cuts(&self) -> &[Cut] {
         &self.cuts
     }
 
-    /// How well the contact conditions were met.
     pub fn complementarity(&self) -> Complementarity {
         self.complementarity
     }
 
-    /// The books.
     pub fn ledger(&self) -> &Ledger {
         &self.ledger
     }
 
-    /// Where the time went.
     pub fn profile(&self) -> &Profile {
         &self.profile
     }
@@ -285,7 +273,6 @@ impl<'a> Simulation<'a> {
         self.operators[0].iter().flat_map(|operator| &operator.factors).map(super::factor::Factor::nonzeros).sum()
     }
 
-    /// Everything recorded so far.
     pub fn response(&self) -> Response {
         let mut response = self.trace.response(&self.watched, &self.ledger);
         if let (Some(wet), Some(front), Some(water)) = (&self.wet, &self.arrangement.front, &self.water) {
@@ -339,7 +326,6 @@ impl<'a> Simulation<'a> {
         self.advance_part(level + 1, begin + ticks / 2)
     }
 
-    /// Make the operator of a level if there is none yet.
     fn factor(&mut self, level: u32) -> Result<(), FeaError> {
         let place = &mut self.operators[level as usize];
         if place.is_none() {

@@ -24,10 +24,8 @@ use crate::{
     scene::{Chain, ContactNormal, FlatContact, Scene, Support},
 };
 
-/// Turns of the normals after which a state is given up.
 const MOST_TURNS: u32 = 50;
 
-/// Which contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Touching {
     /// The scene's first bead and another like it.
@@ -38,7 +36,6 @@ pub enum Touching {
     BeadAnnulus,
 }
 
-/// How the bead is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Loading {
     /// The contact's force alone, balanced by inertia.
@@ -47,7 +44,6 @@ pub enum Loading {
     BothPoles,
 }
 
-/// One point of a static curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StaticState {
     /// δ, m.
@@ -61,16 +57,13 @@ pub struct StaticState {
     pub sets: u32,
 }
 
-/// A contact ready to be pressed.
 #[derive(Debug, Clone)]
 pub struct Curve {
     touching: Touching,
     arrangement: Arrangement,
     interfaces: Interfaces,
-    /// Contact of the arrangement that is meant.
     contact: usize,
     loading: Loading,
-    /// Whether the normals follow the sphere.
     moving: bool,
     statics: Statics,
     /// k of Hertz' law for this pair, N·m^(-3/2); none on an annulus.
@@ -79,7 +72,6 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Mesh and factor the bodies of the scene that take part.
     pub fn new(scene: &Scene, touching: Touching, loading: Loading) -> Result<Self, FeaError> {
         let beads = &scene.chain.beads;
         let bead = match touching {
@@ -108,7 +100,6 @@ impl Curve {
         Ok(Self { touching, arrangement, interfaces, contact, loading, moving, statics, hertz, radius })
     }
 
-    /// The bodies.
     pub fn arrangement(&self) -> &Arrangement {
         &self.arrangement
     }

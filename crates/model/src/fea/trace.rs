@@ -48,7 +48,6 @@ impl Sampling {
         self.output_step / self.steps_per_sample as f64
     }
 
-    /// Steps of the whole run.
     pub fn steps(&self) -> usize {
         (self.samples - 1) * self.steps_per_sample
     }
@@ -65,7 +64,6 @@ pub(crate) fn central_velocity(steps: &[f64], sampling: &Sampling, samples: usiz
     (0..samples).map(at).collect()
 }
 
-/// Unknowns that are watched.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Watched {
     /// Axial unknown of every bead's centre.
@@ -122,7 +120,6 @@ pub(crate) fn edge_radius(positions: &[f64], is_ring: bool, [first, end]: [usize
 }
 
 impl Trace {
-    /// For a run of that sampling.
     pub fn new(arrangement: &Arrangement, sampling: Sampling) -> Self {
         let (beads, contacts) = (arrangement.beads.len(), arrangement.contacts.len());
         let column = || Vec::with_capacity(sampling.samples);
@@ -155,7 +152,6 @@ impl Trace {
         self.pole.push(motion.displacement(last, watched.pole));
     }
 
-    /// Take a sample.
     pub fn sample(
         &mut self,
         arrangement: &Arrangement,
@@ -176,13 +172,11 @@ impl Trace {
         }
     }
 
-    /// Forces of the contacts at the samples.
     pub(crate) fn forces(&self) -> Vec<Series> {
         let series = |values: &Vec<f64>| Series::new(0.0, self.sampling.output_step, values.clone());
         self.force.iter().map(series).collect()
     }
 
-    /// Samples taken.
     pub fn samples(&self) -> usize {
         self.piston.len()
     }

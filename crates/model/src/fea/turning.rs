@@ -17,7 +17,6 @@ use crate::scene::{ContactNormal, Scene};
 
 const MOST_TURNS: u32 = 30;
 
-/// A contact whose normals move.
 #[derive(Debug, Clone)]
 pub(super) struct Turning {
     ring: Ring,
@@ -28,12 +27,9 @@ pub(super) struct Turning {
     displacements: [Vec<f64>; 2],
 }
 
-/// What a turn found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Turned {
-    /// No gap changes any more.
     Settled,
-    /// The faces have turned; solve again.
     Moved,
     TooOften,
 }
@@ -56,7 +52,6 @@ impl Turning {
         Ok(Some(Self { linearised: ring.at_rest(), ring, turns: 0, forces: blank.clone(), displacements: blank }))
     }
 
-    /// Take the normals of the present displacements.
     pub fn follow(
         &mut self,
         motion: &Motion,
@@ -77,7 +72,6 @@ impl Turning {
         self.linearise(interfaces, motion.rigid_displacement(last), overlaps[last], &mut gaps[last]);
     }
 
-    /// Turn the normals to the displacements under the forces found.
     #[allow(clippy::too_many_arguments, reason = "the parts of a step, borrowed apart")]
     pub fn turn(
         &mut self,
@@ -109,7 +103,6 @@ impl Turning {
         }
     }
 
-    /// Linearise about the displacements kept.
     fn linearise(&mut self, interfaces: &mut Interfaces, rigid: f64, overlap: f64, gaps: &mut [f64]) -> f64 {
         let last = interfaces.faces.len() - 1;
         let displacements = &self.displacements;

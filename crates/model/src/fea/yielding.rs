@@ -30,7 +30,6 @@ pub(crate) fn yield_forces(scene: &Scene) -> Vec<Option<f64>> {
     std::iter::once(on_flat(beads.first())).chain(between).chain([last]).collect()
 }
 
-/// What a reader must know of contacts that would have yielded.
 pub(crate) fn warning(limits: &[Option<f64>], forces: &[Series]) -> Option<String> {
     let most = |force: &Series| force.values.iter().fold(0.0, |most: f64, value| most.max(*value));
     let passed = limits.iter().zip(forces).enumerate().filter_map(|(contact, (limit, force))| {

@@ -7,7 +7,6 @@ use crate::{number::Number, water::behind::DiscBehind};
 
 /// Something behind the last contact, in one run or in several. Left as it is: nothing that moves.
 pub(super) trait Backing<N: Number> {
-    /// Move to the end of the step without forces.
     fn predict(&mut self) {}
 
     /// Add its retreat without forces to the gaps of these points of the contact (m); the dashpot's force `damping` (N) is the one last found.
@@ -39,7 +38,6 @@ pub(super) trait Backing<N: Number> {
 
 impl<N: Number> Backing<N> for () {}
 
-/// The disc on the water behind the last contact.
 #[derive(Debug)]
 pub(super) struct Wet {
     pub(super) disc: DiscBehind,

@@ -19,7 +19,6 @@ use crate::fea::{
     modes::modes,
 };
 
-/// Modes and residual flexibility of one kind of body over its interface.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Basis {
     /// Mass, kg.

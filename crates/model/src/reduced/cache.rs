@@ -31,19 +31,15 @@ use granchain_signal::{hexadecimal, read_back::read_back, sha256};
 
 /// Raise it when anything changes that the numbers of a [`Reduction`] follow from; the version of the program does so with a release.
 const GENERATION: u32 = 3;
-/// What every file begins with.
 const HEADER: &str = "granchain reduction";
-/// What the name of every file begins and ends with.
 const NAME: (&str, &str) = ("reduction-", ".json");
 /// The same of contact laws; raise the number with anything that a fit of [`FiniteBodyLaws`] follows from.
 const LAWS_HEADER: &str = "granchain contact laws 1";
 const LAWS: &str = "contact-laws-";
-/// Begin of the name of a file that is being written.
 const PART: &str = ".reduction-";
 /// Most that a folder holds, bytes; at a mesh density of 12 a chain takes half a megabyte.
 const LARGEST: u64 = 2 << 30;
 
-/// A folder of reduced bodies.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Cache {
     folder: PathBuf,
@@ -51,16 +47,10 @@ pub struct Cache {
     largest: u64,
 }
 
-/// Where a reduction comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Origin {
-    Made {
-        /// Why it was not kept for the next time.
-        not_kept: Option<String>,
-    },
-    Read {
-        path: PathBuf,
-    },
+    Made { not_kept: Option<String> },
+    Read { path: PathBuf },
 }
 
 impl Cache {
@@ -69,7 +59,6 @@ impl Cache {
         Self { folder: folder.into(), largest: LARGEST }
     }
 
-    /// Where it is.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
@@ -171,7 +160,6 @@ impl Cache {
     }
 }
 
-/// Whether a text is a digest as files are named by.
 fn is_digest(text: &str) -> bool {
     text.len() == 64 && text.bytes().all(|byte| byte.is_ascii_hexdigit())
 }

@@ -8,19 +8,16 @@
 use super::contact::{Condensed, Measure, State};
 use crate::number::{Mask, Number};
 
-/// What a solution took.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Effort {
     pub(super) passes: u32,
     pub(super) sets: u32,
 }
 
-/// Why there is none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Unsolved {
     /// No set of points satisfies the conditions at this contact (0 = piston).
     NoActiveSet(usize),
-    /// The forces did not settle, least at this contact.
     NotSettled(usize),
 }
 

@@ -4,7 +4,6 @@ use super::reduction::{Face, Geometry, Kind, Member, Reduction, Watch};
 use crate::scene::{Scene, Support};
 
 impl Reduction {
-    /// Whether a run of the scene can be made on it without looking further.
     pub(super) fn is_consistent(&self, scene: &Scene) -> bool {
         let has_support =
             matches!(scene.support, Support::Annulus { .. } | Support::Body { .. } | Support::Disc { .. });

@@ -24,16 +24,13 @@ use crate::{
     number::{Mask, Number},
 };
 
-/// Whoever knows the bodies around the contacts.
 pub(super) trait Measure<N> {
     /// Write the gaps of these points of a contact without its forces, m.
     fn gaps(&self, contact: usize, points: Range<usize>, free: &mut [N]);
 }
 
-/// What stays the same through a run.
 #[derive(Debug, Clone)]
 pub(super) struct Condensed {
-    /// W for sets of any kind.
     compliance: Compliance,
     ordering: Ordering,
     points: usize,
@@ -55,10 +52,8 @@ pub(super) struct Condensed {
 /// Points that are bounded together: those of a contact that are surely open are not looked at.
 pub(super) const BLOCK: usize = 16;
 
-/// Bounds of what may close a block.
 #[derive(Debug, Clone)]
 struct Block {
-    /// The first point behind it.
     end: usize,
     /// Least and largest value of every vector of U.
     shapes: Vec<[f64; 2]>,
@@ -66,12 +61,10 @@ struct Block {
     least_compliance: f64,
 }
 
-/// One contact in motion, or that contact in several runs.
 #[derive(Debug, Clone)]
 pub(super) struct State<N: Number> {
     /// q, m; only of points that were measured in this step.
     pub(super) free: Vec<N>,
-    /// Points whose q is measured.
     pub(super) measured: usize,
     /// Least q there can be in every block, and by how much s may lessen it anywhere, m.
     pub(super) least: Vec<N>,
@@ -103,7 +96,6 @@ pub(super) struct State<N: Number> {
     found: Vec<N>,
     /// Gap below which a point counts as closed, m.
     rounding: N,
-    /// Of solutions of one run.
     single: Vec<Single>,
 }
 
@@ -153,7 +145,6 @@ impl<N: Number> State<N> {
         self.pressing + self.damping
     }
 
-    /// Whether any point is pressed.
     #[inline(always)]
     pub(super) fn is_pressed(&self) -> bool {
         self.pressed[1] > 0
@@ -238,17 +229,14 @@ impl Condensed {
         }
     }
 
-    /// W.
     pub(super) fn compliance(&self) -> &Compliance {
         &self.compliance
     }
 
-    /// U vector by vector.
     pub(super) fn vectors(&self) -> impl Iterator<Item = &[f64]> {
         self.coupling.chunks_exact(self.points)
     }
 
-    /// Where in s and m the coupling to the contact after begins.
     pub(super) fn before(&self) -> usize {
         self.before
     }
@@ -323,7 +311,6 @@ impl Condensed {
         }
     }
 
-    /// Take every point off in the runs `todo`.
     #[inline(always)]
     fn open<N: Number>(&self, state: &mut State<N>, todo: N::Mask) {
         if state.is_pressed() {
@@ -471,7 +458,6 @@ fn extent<N: Number>(values: &[N], holds: impl Fn(&N) -> bool) -> [usize; 2] {
     [values.iter().position(&holds).unwrap_or(0), last + 1]
 }
 
-/// Least and largest.
 pub(super) fn bounds(values: &[f64]) -> [f64; 2] {
     values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(*v), high.max(*v)])
 }

@@ -6,7 +6,6 @@
 use super::{contact::State, motion::Moving};
 use crate::number::{Mask, Number};
 
-/// Sweeps after which they have not settled.
 const MOST_SWEEPS: u32 = 400;
 /// Sweeps after which a change counts as rounding where it is one of what a dashpot makes of a velocity alone.
 const ROUNDING_SWEEPS: u32 = 40;
@@ -22,7 +21,6 @@ pub(super) struct Behind<N> {
     pub(super) mobility: f64,
 }
 
-/// The piston's face at the end of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Face<N> {
     /// Its velocity without the forces of the last half step, m/s.

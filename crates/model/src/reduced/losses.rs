@@ -30,7 +30,6 @@ use crate::{
     scene::{MaterialLoss, Relaxation},
 };
 
-/// How the material of a kind of body answers over time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Law {
     /// β, s.
@@ -39,7 +38,6 @@ pub(super) struct Law {
 }
 
 impl Law {
-    /// Of every kind of body, none where it is elastic.
     pub(super) fn of(reduction: &Reduction, loss: &MaterialLoss) -> Vec<Option<Self>> {
         let support = reduction.support.map(|member| reduction.members[member].kind);
         let law = |kind: usize| match support == Some(kind) {
@@ -70,7 +68,6 @@ impl Law {
     }
 }
 
-/// [`Law`] over a step.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct StepLaw {
     law: Law,
@@ -80,7 +77,6 @@ pub(super) struct StepLaw {
     pub(super) weight: f64,
 }
 
-/// One a, r of a creep law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Term {
     share: f64,
@@ -119,7 +115,6 @@ impl StepLaw {
     }
 }
 
-/// What the modes of a body lose over a step.
 #[derive(Debug, Clone)]
 pub(super) struct ModalLoss<N> {
     /// e^(−β ω² h) of every mode.
@@ -170,7 +165,6 @@ impl ModalLoss<f64> {
     }
 }
 
-/// The creeping flexibility of all bodies that lose any.
 #[derive(Debug, Clone)]
 pub(super) struct Creep<N> {
     bodies: Vec<Option<Creeping<N>>>,
@@ -188,7 +182,6 @@ struct Creeping<N> {
     sides: [Option<Side<N>>; 2],
 }
 
-/// The points of one face.
 #[derive(Debug, Clone)]
 struct Side<N> {
     /// y of every term, N, and its change in the last step; within a step what it will be but for the force at the end.
@@ -313,7 +306,6 @@ impl<N: Number> Creep<N> {
         }
     }
 
-    /// End a step with the forces of the contacts there.
     #[inline(always)]
     pub(super) fn end<'a>(&mut self, mechanics: &Mechanics, forces: impl Fn(usize) -> &'a [N])
     where

@@ -17,14 +17,12 @@ use crate::{
 /// Largest ω h of a mode that is kept, rad.
 pub const LARGEST_PHASE: f64 = 2.0;
 
-/// The linear part of a run.
 #[derive(Debug)]
 pub(super) struct Mechanics {
     /// ω² of the modes kept, by kind.
     pub(super) squares: Vec<Vec<f64>>,
     /// Surfaces of the bodies, as [`Reduction::faces`].
     pub(super) surfaces: Vec<Surface>,
-    /// Watched places of every member.
     pub(super) watched: Vec<Vec<Watch>>,
     pub(super) condensed: Vec<Condensed>,
     /// Which of them every contact is.
@@ -43,18 +41,15 @@ pub(super) struct Surface {
     points: usize,
     /// Rigid motion, then mode by mode.
     columns: Vec<f64>,
-    /// Modes only, point by point.
     rows: Vec<f64>,
     /// Least and largest value of every column in every block.
     bounds: Vec<Vec<[f64; 2]>>,
 }
 
-/// Which flexibility the contacts have.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Flexibility {
     /// In steps of this length, s: without that of the modes that it can follow in time.
     Residual(f64),
-    /// All of it, at rest.
     Static,
 }
 
@@ -246,7 +241,6 @@ fn residual(compliance: &[f64], factor: f64, to: &Face, from: &Face, squares: &[
     matrix
 }
 
-/// A matrix of that many columns with its columns as rows.
 fn transposed(matrix: &[f64], columns: usize) -> Vec<f64> {
     (0..columns).flat_map(|column| matrix.iter().skip(column).step_by(columns).copied()).collect()
 }

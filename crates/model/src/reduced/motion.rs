@@ -15,7 +15,6 @@ use crate::{
     number::Number,
 };
 
-/// One body in motion.
 #[derive(Debug, Clone)]
 pub(super) struct Moving<N> {
     /// 1/m, 1/kg; 0 of a clamped body.
@@ -44,7 +43,6 @@ pub(super) struct Moving<N> {
 }
 
 impl<N: Number> Moving<N> {
-    /// At rest and undeformed.
     pub(super) fn new(kind: &Kind, squares: &[f64], law: Option<&StepLaw>, step: f64) -> Self {
         // The modal masses are those of fast motion, which is what a step must follow.
         let fast = law.map_or(1.0, StepLaw::fast);
@@ -77,7 +75,6 @@ impl<N: Number> Moving<N> {
         0.5 * self.step * self.inverse_mass
     }
 
-    /// Bend the modes to the forces at rest.
     pub(super) fn settle(&mut self) {
         for ((q, force), square) in self.modal.iter_mut().zip(&self.forces).zip(&self.squares) {
             *q = *force / *square;
@@ -101,7 +98,6 @@ impl<N: Number> Moving<N> {
         }
     }
 
-    /// A step of displacement.
     #[inline(always)]
     pub(super) fn drift(&mut self) {
         self.travelled = self.rigid_velocity * self.step;

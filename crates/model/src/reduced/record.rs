@@ -24,7 +24,6 @@ pub(super) struct Follower<N> {
 }
 
 impl<N: Number> Follower<N> {
-    /// Of the places from `first` on of a chain of so many beads.
     pub(super) fn new(sampling: Sampling, first: usize, beads: usize) -> Self {
         let places = beads + 1 - first;
         Self {
@@ -35,7 +34,6 @@ impl<N: Number> Follower<N> {
         }
     }
 
-    /// Follow the places through step `taken`, where a sample needs it.
     pub(super) fn follow<B>(&mut self, taken: usize, motion: &Motion<'_, N, B>) {
         let stride = self.sampling.steps_per_sample;
         if !matches!(taken % stride, 0 | 1) && taken % stride != stride - 1 {
@@ -85,7 +83,6 @@ impl<N: Number> Follower<N> {
     }
 }
 
-/// Series taken at the samples.
 #[derive(Debug)]
 pub(super) struct Record {
     pub(super) follower: Follower<f64>,
@@ -107,7 +104,6 @@ impl Record {
         }
     }
 
-    /// Take a sample.
     pub(super) fn sample<B>(&mut self, motion: &Motion<'_, f64, B>) {
         self.piston.push(motion.piston);
         for (column, value) in self.displacement.iter_mut().zip(&self.follower.steps[0]) {

@@ -18,9 +18,7 @@ use crate::{
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reduction {
     pub kinds: Vec<Kind>,
-    /// Their surfaces at the different contacts.
     pub faces: Vec<Face>,
-    /// The different bodies as they stand between their contacts.
     pub members: Vec<Member>,
     pub beads: Vec<usize>,
     /// Member of the support; none where it is rigid.
@@ -32,7 +30,6 @@ pub struct Reduction {
     pub front: Option<Front>,
 }
 
-/// One kind of body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Kind {
     /// Mass, kg.
@@ -43,7 +40,6 @@ pub struct Kind {
     pub squares: Vec<f64>,
 }
 
-/// The surface of a kind of body at a contact.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Face {
     pub kind: usize,
@@ -58,13 +54,10 @@ pub struct Face {
     pub compliance: Vec<f64>,
 }
 
-/// A body between the contacts before and after it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Member {
     pub kind: usize,
-    /// Its face towards the piston.
     pub front: usize,
-    /// Its face towards the support; none of the support itself.
     pub back: Option<usize>,
     /// Static compliance S between the points of its back and its front, row by row, m/N.
     #[serde(with = "array")]
@@ -73,7 +66,6 @@ pub struct Member {
     pub watched: Vec<Watch>,
 }
 
-/// A place inside a body that is followed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Watch {
     /// Its displacement along z by every mode, 1/√kg.
@@ -82,12 +74,10 @@ pub struct Watch {
     /// Its static displacement along z per force on every point of the front, and of the back, m/N.
     #[serde(with = "array")]
     pub front: Vec<f64>,
-    /// See `front`.
     #[serde(with = "array")]
     pub back: Vec<f64>,
 }
 
-/// Where the points of a contact lie.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Geometry {
     /// Gaps of the touching, undeformed bodies, m.
@@ -99,7 +89,6 @@ pub struct Geometry {
     /// Place along the contact, m: the radius at a pole.
     #[serde(with = "array")]
     pub positions: Vec<f64>,
-    /// Whether it is a ring off the axis.
     pub is_ring: bool,
     /// Whether its pressed points are a prefix in nearly all states.
     pub is_prefix: bool,
@@ -108,7 +97,6 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Order of its points.
     pub fn ordering(&self) -> Ordering {
         if self.is_prefix { Ordering::Prefix } else { Ordering::Any }
     }
@@ -171,7 +159,6 @@ pub(super) fn plain(scene: &Scene) -> Scene {
     plain
 }
 
-/// What the reduced model does not have.
 pub(super) fn refuse_turning(scene: &Scene) -> Result<(), ModelError> {
     if scene.support.normal() == Some(ContactNormal::Moving) {
         let reason = "`support.normal = \"moving\"` needs contacts that turn: use \"fixed\", whose force is too large by \
@@ -181,7 +168,6 @@ pub(super) fn refuse_turning(scene: &Scene) -> Result<(), ModelError> {
     Ok(())
 }
 
-/// Collects faces and members, each once.
 struct Assembly<'a> {
     arrangement: &'a Arrangement,
     interfaces: &'a Interfaces,

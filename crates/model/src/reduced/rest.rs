@@ -16,7 +16,6 @@ use crate::{
     scene::Scene,
 };
 
-/// How a run begins.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Rest {
     /// Forces of the points of every contact, N.

@@ -31,7 +31,6 @@ pub(crate) const FEWEST_TOGETHER: usize = 3;
 /// Runs that are made side by side.
 pub(crate) const MOST_TOGETHER: usize = Lane::WIDTH;
 
-/// Whether two scenes with the same bodies can be run side by side.
 pub(crate) fn go_together(one: &Scene, other: &Scene) -> bool {
     let kept = |scene: &Scene| (scene.damping.tension, scene.output_step.to_bits());
     // What a run has of horn and holder may be each its own, whether it has any is of all.
@@ -197,7 +196,6 @@ impl Reduction {
         self.beads.iter().map(|&member| self.kinds[self.members[member].kind].mass).collect()
     }
 
-    /// Refuse what these bodies cannot run; the steps and samples of a run.
     fn sampling(&self, scene: &Scene) -> Result<Sampling, ModelError> {
         need_drive(scene, "reduced")?;
         let poles = self.geometries.iter().filter(|geometry| !geometry.is_ring);
@@ -225,7 +223,6 @@ fn advance<N: Number, B: Backing<N>>(motion: &mut Motion<'_, N, B>, position: N,
     pulp::Arch::new().dispatch(Step(motion, position, velocity));
 }
 
-/// One run of a scene, with its account of energy.
 #[derive(Debug)]
 struct Single<'a> {
     motion: Motion<'a, f64, Option<Wet>>,
@@ -318,7 +315,6 @@ impl<'a> Single<'a> {
         bodies.iter().flatten().map(Moving::energy).fold((0.0, contacts), |sum, own| (sum.0 + own.0, sum.1 + own.1))
     }
 
-    /// Enter what the channels took into the books.
     fn enter_channels(&mut self) {
         if !self.has_channels {
             return;

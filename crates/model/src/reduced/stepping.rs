@@ -28,7 +28,6 @@ use crate::{
 const MOST_DASHPOT_PASSES: u32 = 60;
 const DASHPOT_SETTLED: f64 = 1e-10;
 
-/// Runs of scenes with the same bodies.
 #[derive(Debug)]
 pub(super) struct Motion<'a, N: Number, B> {
     pub(super) reduction: &'a Reduction,
@@ -38,11 +37,9 @@ pub(super) struct Motion<'a, N: Number, B> {
     gaps: Vec<Vec<N>>,
     least: Vec<Vec<N>>,
     overlaps: Vec<N>,
-    /// Coefficients of every contact's dashpot.
     dashpots: Vec<[N; DampingTerm::ALL.len()]>,
     tension: bool,
     is_damped: bool,
-    /// By slot: piston, beads, support.
     pub(super) bodies: Vec<Option<Moving<N>>>,
     pub(super) states: Vec<State<N>>,
     /// Displacement of the piston, m.
@@ -61,7 +58,6 @@ pub(super) struct Motion<'a, N: Number, B> {
     pub(super) work: Work,
 }
 
-/// What the steps took.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Work {
     pub(super) contact_sweeps: u64,
@@ -73,14 +69,12 @@ pub(super) struct Work {
     pub(super) loss_evaluations: u64,
 }
 
-/// What acts beside contacts and dashpots.
 #[derive(Debug)]
 pub(super) struct Others<N> {
     pub(super) horn: Option<HornStep<N>>,
     pub(super) hold: Option<Hold<N>>,
 }
 
-/// Why a step failed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Failure {
     Contact(Cause, usize),
@@ -99,7 +93,6 @@ impl Failure {
     }
 }
 
-/// How one run begins and what damps it.
 #[derive(Debug, Clone)]
 pub(super) struct Beginning {
     pub(super) rest: Rest,
@@ -109,7 +102,6 @@ pub(super) struct Beginning {
 }
 
 impl<'a, N: Number, B> Motion<'a, N, B> {
-    /// End the runs `lost`.
     #[cold]
     fn lose(&mut self, lost: N::Mask, failure: Failure) {
         let lost = self.live & lost;
@@ -190,7 +182,6 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
         motion
     }
 
-    /// Forces on the modes, from those of the contacts.
     #[inline(always)]
     fn press(&mut self) {
         let Self { reduction, mechanics, bodies, states, .. } = self;
@@ -212,7 +203,6 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
         states[slot - 1].total() - states.get(slot).map_or(N::ZERO, State::total)
     }
 
-    /// Drift with the losses of holder and material.
     #[inline(always)]
     fn drift_losing(&mut self) {
         let Self { bodies, states, hold, mechanics, reduction, work, .. } = self;
@@ -368,7 +358,6 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
         }
     }
 
-    /// Take the runs without a solution out.
     #[inline(always)]
     fn bury(&mut self) {
         while let Some((place, unsolved)) = self.unsolved.pop() {

@@ -15,7 +15,6 @@ pub enum CellKind {
 }
 
 impl CellKind {
-    /// Number of its nodes.
     pub const fn nodes(self) -> usize {
         match self {
             Self::QuadraticTriangle => 6,
@@ -24,7 +23,6 @@ impl CellKind {
     }
 }
 
-/// The cells of one body in plain arrays, in the body's own coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldMesh {
     /// Points (r, z) at rest, m.
@@ -32,7 +30,6 @@ pub struct FieldMesh {
     pub kinds: Vec<CellKind>,
     /// Points of all cells one after the other.
     pub connectivity: Vec<u32>,
-    /// Index of every cell's material.
     pub materials: Vec<u16>,
 }
 
@@ -55,7 +52,6 @@ pub struct FieldBody {
     pub von_mises: Vec<f64>,
 }
 
-/// All bodies at one instant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
     /// When, s.
@@ -63,7 +59,6 @@ pub struct Field {
     pub bodies: Vec<FieldBody>,
 }
 
-/// Why fields do not fit together.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum FieldError {

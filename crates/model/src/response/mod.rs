@@ -27,7 +27,6 @@ pub struct Response {
     pub bead_velocity: Vec<Series>,
     /// Velocity of the last bead's far pole, m/s.
     pub pole_velocity: Series,
-    /// Where on the last bead a laser looks.
     #[serde(default)]
     pub observed: ObservedPoint,
     /// Force of each of the N + 1 contacts, N, ≥ 0 pressing.
@@ -39,7 +38,6 @@ pub struct Response {
     /// What the disc at the far end and the water behind it did. Only where the scene has a disc.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub disc: Option<DiscResponse>,
-    /// Where the work of the piston went.
     pub energy: EnergyLedger,
     /// What the run cost, in counts that do not depend on the machine.
     pub work: SolverWork,
@@ -62,7 +60,6 @@ impl ObservedPoint {
         if pole_is_pressed { Self::Centre } else { Self::Pole }
     }
 
-    /// In words.
     pub fn name(self) -> &'static str {
         match self {
             Self::Pole => "pole",
@@ -81,7 +78,6 @@ impl Response {
     }
 }
 
-/// What a disc did, and what was heard behind it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DiscResponse {
     /// Velocity of the middle of its back, m/s.
@@ -93,9 +89,7 @@ pub struct DiscResponse {
 /// Energy that went into effects beside the dashpots, and the books of a horn that gives way, J.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Channels {
-    /// Lost in the viscous drag of the holder.
     pub drag_j: f64,
-    /// Lost in friction with the holder.
     pub friction_j: f64,
     pub yielding_j: f64,
     /// Lost within the bodies: loss factors and relaxation.
@@ -159,7 +153,6 @@ impl EnergyLedger {
         if self.largest_j > 0.0 { self.residual_j / self.largest_j } else { 0.0 }
     }
 
-    /// What a reader must know of a residual above [`SMALL_RESIDUAL`].
     pub fn warning(&self) -> Option<String> {
         let share = self.residual_share();
         (share.abs() > SMALL_RESIDUAL).then(|| {
@@ -172,7 +165,6 @@ impl EnergyLedger {
         })
     }
 
-    /// Whether the residual is above [`LARGEST_RESIDUAL`]: the run means nothing.
     pub fn is_broken(&self) -> bool {
         self.residual_share().abs() > LARGEST_RESIDUAL
     }

@@ -17,18 +17,13 @@ use thiserror::Error;
 
 use super::field::{Field, FieldError};
 
-/// Why a field could not be written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum VtuError {
     #[error(transparent)]
     Field(#[from] FieldError),
     #[error("the field of t = {time:.9e} s could not be written")]
-    Io {
-        /// Simulated time of the field, s.
-        time: f64,
-        source: io::Error,
-    },
+    Io { time: f64, source: io::Error },
 }
 
 /// Write a field as one `.vtu`: point data `displacement` (m), `velocity` (m/s), `stress` (Pa; rr, zz, θθ, rz) and `von_mises` (Pa) as far

@@ -11,16 +11,13 @@ pub struct SolverWork {
     pub unknowns: u64,
     pub steps: u64,
     pub rejected_steps: u64,
-    /// Evaluations of the right-hand side.
     pub evaluations: u64,
-    /// Contact openings and closings located.
     pub events: u64,
     #[serde(default, skip_serializing_if = "is_zero")]
     pub factorisations: u64,
     /// Sweeps over all contacts of the steps' complementarity problems.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub contact_sweeps: u64,
-    /// Active sets tried in them.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub active_sets: u64,
     /// Solutions with a factor in the steps: one a kind of body and step tried, for all bodies of the kind at once; one a step of disc and water
@@ -36,31 +33,25 @@ pub struct SolverWork {
     /// Past instants summed over for the water's load on the disc: cells of its kernel, or past forces of a recorded answer.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub memory_terms: u64,
-    /// Samples of the pressure, of all field points.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub pressure_samples: u64,
     /// Records of the pressure that went through the absorption of the water.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub absorbed_records: u64,
-    /// Evaluations of the force of a dashpot.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub dashpot_evaluations: u64,
-    /// Times the normals of the last contact were turned.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub normal_turns: u64,
     /// Sweeps over all contacts for the equilibrium under the precompression.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub equilibrium_sweeps: u64,
-    /// Evaluations of the motion of a horn that gives way.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub horn_evaluations: u64,
     /// Evaluations of the holder's drag and friction, one a bead.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub holder_evaluations: u64,
-    /// Beads that stuck, or began to slide.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub friction_turns: u64,
-    /// Contacts that began to yield.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub yields: u64,
     /// Evaluations of the relaxation of a support.
@@ -79,7 +70,6 @@ pub struct Preparation {
     pub bodies: u64,
     pub factorisations: u64,
     pub modes: u64,
-    /// Contact laws fitted to static solutions.
     pub fitted_laws: u64,
     pub water_meshes: u64,
     /// Kernels of the water: that of the disc's load, and one a field point.

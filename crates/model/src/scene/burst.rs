@@ -10,7 +10,6 @@ const BEGUN: f64 = 0.05;
 const OVER: f64 = 0.5;
 
 impl Drive {
-    /// Number of realisations of what is not known of the drive.
     pub fn shakes_count(&self) -> usize {
         if let DriveKind::Record { shakes, .. } = &self.kind { shakes.len() } else { 0 }
     }

@@ -2,12 +2,10 @@
 
 use super::{Material, MeshFile};
 
-/// One sphere.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bead {
     /// Radius a, m.
     pub radius: f64,
-    /// What it is made of.
     pub material: Material,
     /// Its mesh for the finite element analysis, if not the program's own of a sphere.
     pub mesh: Option<MeshFile>,
@@ -28,7 +26,6 @@ impl Bead {
 /// N beads and the N + 1 contacts around them, numbered from the piston.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chain {
-    /// The beads, the first touching the piston.
     pub beads: Vec<Bead>,
     /// Initial gap of each of the N + 1 contacts, m, ≥ 0; the first lies between piston and bead 1.
     pub gaps: Vec<f64>,

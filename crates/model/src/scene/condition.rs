@@ -8,9 +8,7 @@ pub(super) const SUPPORTS: &[&str] = &["rigid", "half-space", "annulus", "spring
 pub(super) const MEDIA: &[&str] = &["water", "tissue", "none"];
 pub(super) const METHODS: &[&str] = &["rayleigh", "elements"];
 pub(super) const INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic", "trapezoid", "hht", "newmark"];
-/// Those of the chain.
 pub(super) const CHAIN_INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic"];
-/// Those of the finite element analysis.
 pub(super) const FEA_INTEGRATORS: &[&str] = &["trapezoid", "hht", "newmark"];
 
 pub(super) const RING: &[When] = &[Is("support.kind", &["annulus"])];
@@ -25,7 +23,6 @@ pub(super) const DISC: &[When] = &[Is("support.kind", &["disc"])];
 pub(super) const LIQUID: &[When] = &[Is("support.kind", &["disc"]), Is("water.medium", &["water", "tissue"])];
 pub(super) const WATER_MESH: &[When] =
     &[Is("support.kind", &["disc"]), Is("water.medium", &["water", "tissue"]), Is("water.method", &["elements"])];
-/// A fixed step.
 pub(super) const STEPPED: &[When] = &[
     Is("model.kind", &["chain", "reduced", "fea"]),
     Is("model.integrator", &["symplectic", "trapezoid", "hht", "newmark"]),

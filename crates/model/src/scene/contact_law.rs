@@ -13,7 +13,6 @@ pub enum ContactLaw {
 
 words!(ContactLaw { Hertz = "hertz", FiniteBody = "finite-body" });
 
-/// Which law a scene asks for.
 pub(super) fn read(reader: &Reader<'_>) -> Result<ContactLaw, SceneError> {
     let law = reader.word("contact.law")?;
     Ok(if model_kind::kind(reader)? == ModelKind::Chain { law } else { ContactLaw::Hertz })

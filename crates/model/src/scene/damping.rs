@@ -8,7 +8,6 @@ use super::word::words;
 use granchain_signal::Dimension;
 use serde::{Deserialize, Serialize};
 
-/// A term of the force of a dashpot; its formula stands in [`crate::contact_law::Dashpot`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DampingTerm {
@@ -18,12 +17,9 @@ pub enum DampingTerm {
     KuwabaraKono,
 }
 
-/// What a term is called, and what its coefficient is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TermDescription {
-    /// Its law for people: `Kuwabara–Kono`.
     pub title: &'static str,
-    /// The effect of a scene that has it.
     pub effect: &'static str,
     pub coefficient: &'static str,
     pub symbol: &'static str,
@@ -32,17 +28,14 @@ pub struct TermDescription {
     pub default: f64,
     /// Scene key of the coefficient in a law of several terms.
     pub key: &'static str,
-    /// What it must be, in messages.
     pub expected: &'static str,
     /// The coefficient in `summary.json`, with its unit.
     pub setting: &'static str,
 }
 
 impl DampingTerm {
-    /// Every term.
     pub const ALL: [Self; 2] = [Self::Linear, Self::KuwabaraKono];
 
-    /// What it is called, and what its coefficient is.
     pub const fn description(self) -> &'static TermDescription {
         match self {
             Self::Linear => &TermDescription {
@@ -91,7 +84,6 @@ impl<const N: usize> From<[(DampingTerm, f64); N]> for DampingCoefficients {
 }
 
 impl DampingCoefficients {
-    /// Whether no term is there.
     pub fn are_absent(&self) -> bool {
         self.0.iter().all(|coefficient| *coefficient == 0.0)
     }
@@ -113,7 +105,6 @@ impl IndexMut<DampingTerm> for DampingCoefficients {
     }
 }
 
-/// Which law the dashpots follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DampingKind {
@@ -127,10 +118,8 @@ pub enum DampingKind {
 }
 
 impl DampingKind {
-    /// Every law.
     pub const ALL: [Self; 4] = [Self::None, Self::Linear, Self::KuwabaraKono, Self::LinearAndKuwabaraKono];
 
-    /// Its terms.
     pub const fn terms(self) -> &'static [DampingTerm] {
         match self {
             Self::None => &[],
@@ -140,7 +129,6 @@ impl DampingKind {
         }
     }
 
-    /// The law of that name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
@@ -151,20 +139,17 @@ impl DampingKind {
         Self::ALL.into_iter().find(has)
     }
 
-    /// Scene key of the coefficient of one of its terms.
     pub(super) const fn key_of(self, term: DampingTerm) -> &'static str {
         if self.terms().len() == 1 { "damping.coefficient" } else { term.description().key }
     }
 }
 
-/// Which contacts have a dashpot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DampingPlacement {
     Beads,
     All,
 }
 
-/// Dashpots at the contacts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Damping {
     pub kind: DampingKind,

@@ -7,7 +7,6 @@ pub const DEFAULT_DISC: (f64, f64) = (1e-3, 0.25e-3);
 /// Default mesh density of the disc, 1.
 pub const DEFAULT_DISC_DENSITY: u32 = 6;
 
-/// How the lateral face of the disc is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rim {
     /// u = 0 on the whole lateral face.
@@ -21,19 +20,16 @@ pub enum Rim {
 
 words!(Rim { Clamped = "clamped", Supported = "supported", Free = "free" });
 
-/// What a disc is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiscShape {
     /// Radius a, m.
     pub radius: f64,
     /// Thickness h < a, m.
     pub thickness: f64,
-    /// What it is made of.
     pub material: Material,
     pub rim: Rim,
 }
 
-/// Read the disc of a scene.
 pub(super) fn read(reader: &Reader<'_>) -> Result<Support, SceneError> {
     let (radius, thickness) = (reader.number("disc.radius")?, reader.number("disc.thickness")?);
     if thickness >= radius {

@@ -23,14 +23,12 @@ use super::{
 /// hundred times the memory of its text.
 pub(super) const MOST_BYTES: u64 = 1 << 20;
 
-/// A value with its place.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Entry {
     pub(super) value: Value,
     pub(super) place: Place,
 }
 
-/// A value as written.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Value {
     Number(f64),
@@ -42,7 +40,6 @@ pub(super) enum Value {
 }
 
 impl Value {
-    /// What it is, for a message.
     pub(super) fn describe(&self) -> String {
         match self {
             Self::Number(number) => format!("the number {number:?}").replace(".0", ""),
@@ -62,7 +59,6 @@ pub(super) struct Document {
 }
 
 impl Document {
-    /// Read TOML text; refuses keys nobody knows.
     pub(super) fn parse(text: &str, author: Author<'_>) -> Result<Self, SceneError> {
         let source = Source::new(text, author);
         let table = DeTable::parse(text).map_err(|error| SceneError::Syntax {
@@ -114,7 +110,6 @@ impl Document {
         Ok(())
     }
 
-    /// Set a key that nobody wrote.
     pub(super) fn insert_default(&mut self, key: &str, text: &str, scene: &str) {
         let place = Place::Scene { name: scene.to_owned() };
         self.entries.insert(key.to_owned(), Entry { value: Value::Text(text.to_owned()), place });
@@ -259,7 +254,6 @@ fn override_value(value: &str, source: &Source<'_>) -> Value {
     Value::Text(value.to_owned())
 }
 
-/// A scene file's text.
 pub(super) fn read_text(path: &Path) -> Result<String, SceneError> {
     if path.is_dir() {
         return Err(SceneError::Folder { path: path.to_owned() });

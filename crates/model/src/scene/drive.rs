@@ -6,7 +6,6 @@ use granchain_signal::Series;
 
 use super::motion::Motion;
 
-/// How the piston moves, before `amplitude_scale`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
     pub kind: DriveKind,
@@ -16,23 +15,18 @@ pub struct Drive {
     pub frequency: f64,
 }
 
-/// Shape of the drive.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DriveKind {
     /// sin 2πf0 t for a number of cycles from t = 0, then zero.
     SineCycles { cycles: f64 },
     /// sin 2πf0 t under (1 − exp(−t/τ))/(1 − exp(−T/τ)) up to T = cycles/f0, then decaying with exp(−(t − T)/τ).
     ToneBurst {
-        /// Number of cycles up to the end of the burst.
         cycles: f64,
         /// τ, s; 0 is a rectangular burst.
         ring_up: f64,
     },
     /// sin 2πf0 (t − T/2) under exp(−½(2.5 x)²), x = (t − T/2)/(T/2), T = cycles/f0; zero outside 0…T.
-    GaussianBurst {
-        /// Number of cycles under the envelope.
-        cycles: f64,
-    },
+    GaussianBurst { cycles: f64 },
     /// A horn-tip record: displacement in m, positive towards the chain, already band-limited.
     Record {
         /// Displacement, m.
@@ -41,7 +35,6 @@ pub enum DriveKind {
         recorded_until: f64,
         /// Realisations of what is not known of the displacement, m, at its instants: a run may add any mixture of them. None where it is known.
         shakes: Vec<Series>,
-        /// Where it was read from.
         file: Option<PathBuf>,
     },
     /// A record that has not been read yet; no model runs it. The caller reads it and uses `Scene::with_drive_record`.
@@ -77,7 +70,6 @@ pub trait PistonMotion: Send + Sync {
     }
 }
 
-/// [`PistonMotion::sample`] by [`PistonMotion::at`].
 pub(super) fn one_by_one(
     motion: &(impl PistonMotion + ?Sized),
     times: &[f64],
@@ -89,7 +81,6 @@ pub(super) fn one_by_one(
     }
 }
 
-/// A borrowed motion is a motion.
 impl<M: PistonMotion + ?Sized> PistonMotion for &M {
     fn at(&self, t: f64) -> (f64, f64) {
         (**self).at(t)
@@ -113,7 +104,6 @@ impl<M: PistonMotion + ?Sized> PistonMotion for &M {
 }
 
 impl DriveKind {
-    /// Its name in scene files.
     pub const fn name(&self) -> &'static str {
         match self {
             Self::SineCycles { .. } => "sine",

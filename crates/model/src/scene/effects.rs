@@ -8,17 +8,13 @@ use super::{
 };
 use granchain_signal::{Dimension, Quantity};
 
-/// An effect beyond equal elastic beads between rigid flats, driven by a formula.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Effect {
     pub name: &'static str,
-    /// Whether this scene has it.
     pub on: bool,
-    /// The values that decide it.
     pub why: String,
 }
 
-/// Every effect that can be switched, on or off in this scene and why.
 pub fn effects(scene: &Scene) -> Vec<Effect> {
     let show = |value, dimension| Quantity::new(value, dimension).to_string();
     let chain = &scene.chain;
@@ -120,7 +116,6 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
     dampers.into_iter().chain(parts.into_iter().flatten()).collect()
 }
 
-/// What the horn, the holder and the bodies' own losses do.
 fn further_effects(scene: &Scene) -> Vec<Effect> {
     let show = |value, dimension| Quantity::new(value, dimension).to_string();
     let effect = |name, on, why: String| Effect { name, on, why };
@@ -189,7 +184,6 @@ fn further_effects(scene: &Scene) -> Vec<Effect> {
     ]
 }
 
-/// The effects of a disc and the water behind it.
 fn water_effects(scene: &Scene) -> Vec<Effect> {
     let effect = |name, on, why: String| Effect { name, on, why };
     let Support::Disc { shape, .. } = &scene.support else {
@@ -221,7 +215,6 @@ fn water_effects(scene: &Scene) -> Vec<Effect> {
     ]
 }
 
-/// The effects of meshed bodies: off in the other models.
 fn fea_effects(scene: &Scene) -> Vec<Effect> {
     let kind = scene.model.kind;
     let fea = &scene.model.fea;

@@ -7,7 +7,6 @@ use thiserror::Error;
 use super::document::MOST_BYTES;
 use granchain_signal::{Dimension, QuantityError};
 
-/// Where a value of a scene was written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
     /// In a scene file; line and column count from 1, the column in characters.
@@ -17,15 +16,14 @@ pub enum Place {
         line: usize,
         column: usize,
     },
-    /// In a scene that comes with the program.
-    BuiltIn { name: String, line: usize },
+    BuiltIn {
+        name: String,
+        line: usize,
+    },
     Override {
-        /// The text after `--set`.
         text: String,
     },
-    /// Nowhere in particular: a default of the scene.
     Scene {
-        /// The scene or its file.
         name: String,
     },
 }
@@ -41,7 +39,6 @@ impl fmt::Display for Place {
     }
 }
 
-/// A scene that cannot be used.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SceneError {
@@ -51,14 +48,7 @@ pub enum SceneError {
         known.join(", "),
         did_you_mean(nearest.as_deref())
     )]
-    UnknownScene {
-        /// Where it was asked for, if in a file.
-        place: Option<Place>,
-        name: String,
-        /// The built-in scene whose name looks most like it.
-        nearest: Option<String>,
-        known: Vec<&'static str>,
-    },
+    UnknownScene { place: Option<Place>, name: String, nearest: Option<String>, known: Vec<&'static str> },
     #[error("cannot read scene file `{}`: {source}", path.display())]
     Unreadable { path: PathBuf, source: io::Error },
     #[error("`{}` is a folder; give the scene file in it, such as `{}`", path.display(), path.join("scene.toml").display())]
@@ -66,26 +56,14 @@ pub enum SceneError {
     #[error("`{}` has more than {MOST_BYTES} bytes, no scene has; a record belongs to `--measured`, the horn's motion to `drive.file`", path.display())]
     TooLarge { path: PathBuf },
     #[error("`{}` is not a text file (byte {offset} is no UTF-8); expected a scene in TOML, see `granchain scene init`", path.display())]
-    NotText {
-        path: PathBuf,
-        /// First byte that is no text, from 0.
-        offset: usize,
-    },
+    NotText { path: PathBuf, offset: usize },
     #[error("{place}: not readable as TOML: {message}; expected lines such as `radius = \"0.5 mm\"` under `[chain]`")]
     Syntax { place: Place, message: String },
     #[error("--set {text}: expected KEY=VALUE such as `damping.coefficient=0.4` or `chain.radius=0.5mm`")]
-    Override {
-        /// The text after `--set`.
-        text: String,
-    },
+    Override { text: String },
     #[error("{place}: unknown key `{key}`; {}", nearest.as_ref().map_or_else(
         || "`granchain scene show annulus` lists the keys".to_owned(), |nearest| format!("did you mean `{nearest}`?")))]
-    UnknownKey {
-        place: Place,
-        key: String,
-        /// The valid key that looks most like it.
-        nearest: Option<String>,
-    },
+    UnknownKey { place: Place, key: String, nearest: Option<String> },
     #[error("{place}: `{key}`: expected {expected}, found {found}")]
     WrongType { place: Place, key: String, expected: String, found: String },
     #[error("{place}: `{key}`: {source}{}", advice(source))]
@@ -93,23 +71,11 @@ pub enum SceneError {
     #[error("{place}: `{key}`: expected one of {}, found `{found}`{}", quoted(choices), did_you_mean(nearest.as_deref()))]
     UnknownChoice { place: Place, key: String, found: String, choices: Vec<String>, nearest: Option<String> },
     #[error("{place}: `{key}`: expected {expected}, found {found}")]
-    OutOfRange {
-        place: Place,
-        key: String,
-        expected: String,
-        /// What was found, with its unit.
-        found: String,
-    },
+    OutOfRange { place: Place, key: String, expected: String, found: String },
     #[error("{scene}: `{key}` is missing{}", reason.map_or_else(
         || format!("; add `{example}`, or begin the file with `extends = \"annulus\"`"),
         |reason| format!(" ({reason}); add `{example}`, or pass it with --set")))]
-    Missing {
-        scene: String,
-        key: &'static str,
-        /// Why it is needed, if it is not always.
-        reason: Option<&'static str>,
-        example: &'static str,
-    },
+    Missing { scene: String, key: &'static str, reason: Option<&'static str>, example: &'static str },
     #[error("{place}: `{key}` has no effect with `{governor} = \"{choice}\"`, which uses {}; remove it or change `{governor}`{}",
         if used.is_empty() { "no further keys".to_owned() } else { quoted(used) },
         users(governor, users_of_key))]
@@ -123,14 +89,7 @@ pub enum SceneError {
     },
     #[error("{place}: `{key}`: unknown material `{found}` (known: {}){}; define it under `[materials.{found}]`",
         known.join(", "), did_you_mean(nearest.as_deref()))]
-    UnknownMaterial {
-        place: Place,
-        key: String,
-        found: String,
-        /// The known material that looks most like it.
-        nearest: Option<String>,
-        known: Vec<String>,
-    },
+    UnknownMaterial { place: Place, key: String, found: String, nearest: Option<String>, known: Vec<String> },
     #[error("{scene}: material `{material}` lacks `{property}`; add `materials.{material}.{property}`, {}", expected.describe())]
     IncompleteMaterial { scene: String, material: String, property: &'static str, expected: Dimension },
     #[error("{place}: `{key}`: expected `contact1` (piston) to `contact{contacts}` (support) or `all`")]
@@ -147,38 +106,17 @@ pub enum SceneError {
         "{place}: `{key}`: gap {contact} is {gap}: {left} and {right} would overlap at the start; \
         a gap is 0 or more, a chain pressed together is `chain.precompression = \"0.05 N\"`"
     )]
-    Overlap {
-        place: Place,
-        key: String,
-        /// Number of the contact from 1.
-        contact: usize,
-        gap: String,
-        left: String,
-        right: String,
-    },
+    Overlap { place: Place, key: String, contact: usize, gap: String, left: String, right: String },
     #[error(
         "{place}: `chain.precompression`: {force} cannot press a chain whose contact {contact} is open by {gap}; \
         close the gaps (`chain.gaps = 0`) or set `chain.precompression = 0`"
     )]
-    PrecompressedGap {
-        place: Place,
-        force: String,
-        /// Number of the open contact from 1.
-        contact: usize,
-        gap: String,
-    },
+    PrecompressedGap { place: Place, force: String, contact: usize, gap: String },
     #[error(
         "{place}: the last bead touches the ring with a normal {angle} from the axis (sin φ = R/(a + b)), expected {}° to {}°; take a {remedy}",
         between.0, between.1
     )]
-    AnnulusAngle {
-        place: Place,
-        /// φ.
-        angle: String,
-        /// Least and largest φ, °.
-        between: (f64, f64),
-        remedy: &'static str,
-    },
+    AnnulusAngle { place: Place, angle: String, between: (f64, f64), remedy: &'static str },
     #[error(
         "{place}: the last bead has radius {radius} and falls through the annulus, whose opening has {opening}; \
         use a larger bead, a smaller ring (`support.ring_radius`), or another `support.kind`"

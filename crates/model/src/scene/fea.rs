@@ -17,7 +17,6 @@ pub const DEFAULT_CONTACT_PATCH: f64 = 0.1;
 /// Default step of the finite element analysis, s: the paper's.
 pub const DEFAULT_FEA_STEP: f64 = 1e-7;
 
-/// Shape of the elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Elements {
     /// 8-node quadrilaterals throughout.
@@ -26,7 +25,6 @@ pub enum Elements {
     Mixed,
 }
 
-/// Whether the nodes that may touch carry mass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactMass {
     /// They carry none; the rest of each touched element carries all of its mass. The contact is then quasi-static, and its force
@@ -83,7 +81,6 @@ impl Scheme {
         }
     }
 
-    /// Its name in scene files: a value of `model.integrator`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Trapezoid => "trapezoid",
@@ -126,7 +123,6 @@ words!(Elements { Quadrilaterals = "quadrilaterals", Mixed = "mixed" });
 
 words!(ContactMass { Massless = "massless", Consistent = "consistent" });
 
-/// Read the settings of a scene of that kind.
 pub(super) fn read(
     reader: &Reader<'_>,
     frequency: f64,
@@ -154,7 +150,6 @@ pub(super) fn read(
     Ok(FeaSettings { density, elements, contact_patch, step, contact_mass, scheme })
 }
 
-/// Radius of the fine patch over the bead's.
 pub(super) fn contact_patch(reader: &Reader<'_>) -> Result<f64, SceneError> {
     let key = "model.contact_patch";
     let patch = reader.number(key)?;

@@ -22,14 +22,11 @@ use granchain_signal::{Dimension, Quantity};
 pub const DEFAULT_OUTPUT_STEP: f64 = 1e-7;
 /// `vibrometer.bandwidth` unless set, Hz, or four drive frequencies where that is more: of a decoder of this class; the lowest mode of a 1 mm steel bead rings at 2.6 MHz.
 pub const DEFAULT_VIBROMETER_BANDWIDTH: f64 = 1.5e6;
-/// Most beads of a chain.
 pub const MOST_BEADS: usize = 1000;
 /// Drive frequency of a scene whose record is not read yet, where it states none, Hz.
 pub const UNREAD_FREQUENCY: f64 = 73e3;
-/// Most output samples of a run.
 const MOST_SAMPLES: f64 = 2e7;
 
-/// A scene as loaded, with what its reader should say to a person.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Loaded {
@@ -59,7 +56,6 @@ pub fn load(name_or_path: &str, overrides: &[String]) -> Result<Scene, SceneErro
     load_with_notes(name_or_path, overrides).map(|loaded| loaded.scene)
 }
 
-/// As [`load`], with the remarks a person should see.
 pub fn load_with_notes(name_or_path: &str, overrides: &[String]) -> Result<Loaded, SceneError> {
     load_preferring(name_or_path, overrides, ModelKind::Chain)
 }
@@ -152,10 +148,8 @@ pub(super) fn assemble(
 /// Drive frequency below which the unit was probably forgotten, Hz.
 const SLOWEST_HORN: f64 = 1e3;
 
-/// Keys of the flats that a bead may touch.
 const FLATS: [&str; 2] = ["piston.contact", "support.kind"];
 
-/// Why a document that names no model can only mean the chain.
 fn of_the_chain(document: &Document) -> Option<String> {
     if let Some(key) = FLATS.into_iter().find(|key| document.text(key) == Some("half-space")) {
         return Some(format!("the half-space of `{key}` has no body that could be meshed"));
@@ -354,7 +348,6 @@ fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
     })
 }
 
-/// The material of the support, resin where none is named.
 fn support_material(reader: &Reader<'_>) -> Result<Material, SceneError> {
     let key = "support.material";
     let name = reader.text(key)?.map_or_else(|| Material::resin().name, str::to_owned);

@@ -29,12 +29,10 @@ pub struct Holder {
 pub const DEFAULT_SLIP_VELOCITY: f64 = 1e-3;
 
 impl Holder {
-    /// Whether anything rubs.
     pub fn has_friction(&self) -> bool {
         self.friction_force > 0.0 || self.friction_coefficient > 0.0 && self.clearance > 0.0
     }
 
-    /// Whether it does anything.
     pub fn acts(&self) -> bool {
         self.drag > 0.0 || self.has_friction()
     }
@@ -59,7 +57,6 @@ impl Scene {
     }
 }
 
-/// Whether a model has the exact law of friction before that support.
 pub(super) fn is_exact(kind: ModelKind, support: &Support) -> bool {
     kind == ModelKind::Chain && !matches!(support, Support::Disc { .. })
 }

@@ -3,19 +3,15 @@
 use super::{DampingKind, DampingTerm, Material, Scene, listing::SettingValue, reader::Bound, table::KEYS, word::Word};
 use granchain_signal::{Dimension, Quantity};
 
-/// What kind of value a key takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ValueKind {
     /// A quantity of one dimension; a plain number is SI.
     Quantity(Dimension),
-    /// A damping coefficient, whose dimension follows `damping.kind`.
     DampingCoefficient,
     Count,
-    /// `true` or `false`.
     Flag,
     Choice(&'static [&'static str]),
     Text,
-    /// The path of a file.
     Path,
     /// Gaps: one length, a list of N + 1, or a table `all`, `contact1` … `contact{N+1}`.
     Gaps,
@@ -25,7 +21,6 @@ pub enum ValueKind {
     FieldPoints,
 }
 
-/// One key of a scene file.
 #[derive(Debug, Clone, Copy)]
 pub struct Key {
     /// Its name with its tables; `*` stands for the name of a material.
@@ -41,7 +36,6 @@ pub struct Key {
     pub(super) example: &'static str,
     /// All that must be so for it to have an effect.
     pub(super) when: &'static [When],
-    /// What a scene has for it.
     pub(super) get: Get,
 }
 
@@ -84,7 +78,6 @@ impl When {
     }
 }
 
-/// A key that decides whether others have an effect.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Governor {
     pub(super) name: &'static str,
@@ -111,12 +104,10 @@ pub(super) const GOVERNORS: &[Governor] = &[
 ];
 
 impl Governor {
-    /// Its values.
     pub(super) fn words(&self) -> &'static [&'static str] {
         Key::find(self.name).map_or(&[], |key| key.words())
     }
 
-    /// The keys that it decides on.
     pub(super) fn governed(&self) -> impl Iterator<Item = (&'static Key, &'static When)> {
         KEYS.iter().filter_map(|key| Some((key, key.under(self)?)))
     }
@@ -126,7 +117,6 @@ const fn key(name: &'static str, kind: ValueKind, bound: Bound, get: Get, meanin
     Key { name, kind, meaning, usually: "", bound, default: None, example: "", when: &[], get }
 }
 
-/// A key without a place of its own in a scene.
 pub(super) const fn nowhere(name: &'static str, kind: ValueKind, meaning: &'static str) -> Key {
     key(name, kind, Bound::Finite, Get::Nothing, meaning)
 }
@@ -151,7 +141,6 @@ pub(super) const fn optional(
     number(name, dimension, Bound::NotNegative, get, meaning).usually("0")
 }
 
-/// The key of a term's coefficient beside another.
 pub(super) const fn beside(term: DampingTerm, get: fn(&Scene) -> Option<f64>, meaning: &'static str) -> Key {
     let description = term.description();
     number(description.key, description.dimension, Bound::NotNegative, get, meaning).usually("the paper's")
@@ -195,7 +184,6 @@ pub(super) const fn word<W: Word>(
 }
 
 impl Key {
-    /// Taken where it is not given.
     pub(super) const fn or(mut self, default: f64) -> Self {
         self.default = Some(default);
         self
@@ -262,18 +250,15 @@ impl Key {
         KEYS.iter().find(|key| key.matches(name))
     }
 
-    /// A number of its dimension.
     pub(super) fn quantity(&self, number: f64) -> SettingValue {
         let dimension = if let ValueKind::Quantity(dimension) = self.kind { dimension } else { Dimension::NONE };
         SettingValue::Quantity(Quantity::new(number, dimension))
     }
 
-    /// The values of a choice.
     pub(super) const fn words(&self) -> &'static [&'static str] {
         if let ValueKind::Choice(words) = self.kind { words } else { &[] }
     }
 
-    /// Its condition on that governor.
     pub(super) fn under(&self, governor: &Governor) -> Option<&'static When> {
         self.when.iter().find(|when| when.governor() == governor.name)
     }
@@ -290,7 +275,6 @@ impl Key {
                 && name.strip_prefix(self.name).is_some_and(|rest| rest == ".all" || rest.starts_with(".contact"))
     }
 
-    /// Whether `table` is a table of some key.
     pub(super) fn is_table(table: &str) -> bool {
         let inside = |name: &str| name.strip_prefix(table).is_some_and(|rest| rest.starts_with('.'));
         KEYS.iter().any(|key| inside(key.name)) || table == "chain.gaps" || table.starts_with("materials.")

@@ -15,7 +15,6 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// None: anything is run.
     pub const NONE: Self = Self { work: f64::INFINITY, memory: f64::INFINITY, stiffness: f64::INFINITY };
 }
 

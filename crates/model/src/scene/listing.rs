@@ -8,21 +8,16 @@ use super::{
 };
 use granchain_signal::{Dimension, Quantity};
 
-/// One key of a scene with its value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
-    /// The key with its tables.
     pub key: String,
     pub value: SettingValue,
     pub meaning: &'static str,
 }
 
-/// A value of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SettingValue {
-    /// A number with its dimension.
     Quantity(Quantity),
-    /// One length for each contact.
     Lengths(Vec<f64>),
     Count(usize),
     Text(String),
@@ -33,7 +28,6 @@ pub enum SettingValue {
 }
 
 impl SettingValue {
-    /// As it stands in a TOML file.
     pub fn to_toml(&self) -> String {
         match self {
             Self::Quantity(quantity) => quantity_toml(quantity),
@@ -60,7 +54,6 @@ impl SettingValue {
         }
     }
 
-    /// For people.
     pub fn display(&self) -> String {
         match self {
             Self::Quantity(quantity) => quantity.to_string(),
@@ -97,7 +90,6 @@ fn list(items: impl Iterator<Item = String>) -> String {
     format!("[{}]", items.collect::<Vec<_>>().join(", "))
 }
 
-/// A TOML basic string.
 fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     for letter in text.chars() {
@@ -136,7 +128,6 @@ impl Scene {
         settings
     }
 
-    /// The materials of its bodies, and those that mesh files may name.
     fn materials_in_use(&self) -> Vec<&Material> {
         let beads = self.chain.beads.iter().map(|bead| &bead.material);
         let all = beads.chain(self.support.material()).chain(&self.materials);
@@ -249,7 +240,6 @@ pub(super) fn water_mesh(scene: &Scene) -> Option<WaterMesh> {
     if let WaterMethod::Elements(mesh) = water(scene)?.method { Some(mesh) } else { None }
 }
 
-/// How bodies are meshed, where any are.
 pub(super) fn meshing(scene: &Scene) -> Option<Meshing> {
     let meshed = scene.model.kind.is_meshed() || scene.contact_law == ContactLaw::FiniteBody;
     meshed.then(|| scene.model.meshing())

@@ -10,7 +10,6 @@ pub const LOSS_FREQUENCY: f64 = 1e6;
 pub struct MaterialLoss {
     /// Loss factor η of the beads at [`LOSS_FREQUENCY`], 1, growing with frequency (Kelvin–Voigt): in the meshed models.
     pub beads: f64,
-    /// The same of the support's body.
     pub support: f64,
     /// Relaxation of the support's material, a standard linear solid: E(t) = E (1 + g e^(−t/τ)).
     pub relaxation: Option<Relaxation>,
@@ -26,7 +25,6 @@ pub struct Relaxation {
 }
 
 impl MaterialLoss {
-    /// Whether nothing is lost.
     pub fn is_absent(&self) -> bool {
         *self == Self::default()
     }
@@ -37,7 +35,6 @@ impl MaterialLoss {
     }
 }
 
-/// The losses that a scene asks for.
 pub(super) fn read(reader: &Reader<'_>) -> Result<MaterialLoss, SceneError> {
     let strength = reader.given("loss.relaxation")?;
     let time = reader.given("loss.relaxation_time")?;

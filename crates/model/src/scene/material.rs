@@ -1,9 +1,7 @@
 //! Linear elastic, isotropic materials.
 
-/// A linear elastic, isotropic material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
-    /// Name, as in a scene file.
     pub name: String,
     /// Young's modulus E, Pa.
     pub youngs_modulus: f64,
@@ -44,14 +42,12 @@ impl Material {
         Self { name: "acrylic".into(), youngs_modulus: 3.3e9, poissons_ratio: 0.37, density: 1190.0 }
     }
 
-    /// The materials that come with the program for scene files.
     pub fn all_built_in() -> [Self; 6] {
         let discs = [Self::vitreous_carbon(), Self::glass(), Self::aluminium(), Self::acrylic()];
         let [carbon, glass, aluminium, acrylic] = discs;
         [Self::chrome_steel(), Self::resin(), carbon, glass, aluminium, acrylic]
     }
 
-    /// The material of that name that comes with the program.
     pub fn built_in(name: &str) -> Option<Self> {
         Self::all_built_in().into_iter().find(|material| material.name == name)
     }

@@ -19,7 +19,6 @@ pub struct MeshFile {
     pub unit: f64,
 }
 
-/// The file that `key` names, with the unit from `unit_key`.
 pub(super) fn read(reader: &Reader<'_>, key: &str, unit_key: &'static str) -> Result<Option<MeshFile>, SceneError> {
     let unit = reader.number(unit_key)?;
     let path = reader.text(key)?.map(|file| resolved(file, &reader.place(key)));
@@ -54,7 +53,6 @@ pub(super) fn strip_overrides(value: &mut Value) {
 }
 
 impl Scene {
-    /// The mesh files of its bodies, each once, sorted.
     pub fn mesh_files(&self) -> Vec<PathBuf> {
         let beads = self.chain.beads.iter().filter_map(|bead| bead.mesh.as_ref());
         let mut paths: Vec<PathBuf> = beads.map(|mesh| mesh.path.clone()).collect();

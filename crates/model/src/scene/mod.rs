@@ -97,15 +97,11 @@ pub use water::{
 /// One experiment, whole: everything a model needs to run it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// Name, as in `--scene NAME`.
     pub name: String,
-    /// One sentence on what it is.
     pub description: String,
-    /// The beads and how they stand.
     pub chain: Chain,
     /// What the piston's face is made of.
     pub piston: FlatContact,
-    /// The prescribed motion of the piston.
     pub drive: Drive,
     /// α, the factor on the drive, 1.
     pub amplitude_scale: f64,
@@ -114,14 +110,12 @@ pub struct Scene {
     /// What the holder around the beads does to them; none does nothing.
     pub holder: Option<Holder>,
     pub loss: MaterialLoss,
-    /// What holds the far end.
     pub support: Support,
     /// The half-space of water behind the support, where that is a disc; none is a vacuum.
     pub water: Option<WaterSettings>,
     /// Materials that mesh files may name, by name; empty where no body is a mesh file.
     pub materials: Vec<Material>,
     pub damping: Damping,
-    /// Elastic law of the contacts in the chain.
     pub contact_law: ContactLaw,
     /// Yield strength Y of the beads, Pa: contacts of the chain yield where the pressure in their middle would exceed 1.6 Y. None is elastic.
     pub yield_strength: Option<f64>,
@@ -132,7 +126,6 @@ pub struct Scene {
     pub output_step: f64,
     /// Bandwidth (−6 dB) of the vibrometer's decoder, Hz: what is measured of a simulated velocity is measured below it. Output is not filtered.
     pub vibrometer_bandwidth: f64,
-    /// How the run is computed.
     pub model: ModelSettings,
 }
 

@@ -2,11 +2,9 @@
 
 use super::{error::SceneError, reader::Reader, shown::time, word::words};
 
-/// A model: a level of fidelity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelKind {
     Chain,
-    /// Modes and quasi-static contact nodes.
     Reduced,
     Fea,
 }
@@ -14,18 +12,15 @@ pub enum ModelKind {
 words!(ModelKind { Chain = "chain", Reduced = "reduced", Fea = "fea" });
 
 impl ModelKind {
-    /// Whether its bodies are meshed.
     pub const fn is_meshed(self) -> bool {
         matches!(self, Self::Reduced | Self::Fea)
     }
 }
 
-/// Which model a scene asks for.
 pub(super) fn kind(reader: &Reader<'_>) -> Result<ModelKind, SceneError> {
     reader.word("model.kind")
 }
 
-/// Refuse a fixed step that is too large for the drive.
 pub(super) fn check_step(reader: &Reader<'_>, step: f64, frequency: f64) -> Result<(), SceneError> {
     // Five steps through the shortest half period of motion that the drive's own period leaves are no integration.
     let longest = 1.0 / (20.0 * frequency);

@@ -154,7 +154,6 @@ fn turned(angles: [f64; 4]) -> ([f64; 4], [f64; 4]) {
     (std::array::from_fn(|k| angles[k] * sine[k]), cosine)
 }
 
-/// [`Motion::sample`] of a sine, compiled for the widest vectors this machine has.
 struct Sine<'a> {
     motion: &'a Motion,
     /// ω, rad/s.

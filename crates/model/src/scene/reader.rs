@@ -17,7 +17,6 @@ pub(super) enum Bound {
     Positive,
     NotNegative,
     Between(f64, f64),
-    /// Whole numbers from the first to the second.
     Whole(u32, u32),
     /// 1 nm to 1 km: bodies of a bench, with room.
     Radius,
@@ -74,10 +73,8 @@ impl Bound {
     }
 }
 
-/// What a table of `chain.override` may hold.
 const OVERRIDE_WORDS: [&str; 5] = ["bead", "radius", "material", "mesh", "mesh_unit"];
 
-/// A document with the name of its scene for messages.
 pub(super) struct Reader<'a> {
     document: &'a Document,
     origin: &'a str,
@@ -96,7 +93,6 @@ impl<'a> Reader<'a> {
         self.entry(key).is_some()
     }
 
-    /// Where `key` was written.
     pub(super) fn place(&self, key: &str) -> Place {
         self.entry(key).map_or_else(|| Place::Scene { name: self.origin.to_owned() }, |entry| entry.place.clone())
     }
@@ -121,7 +117,6 @@ impl<'a> Reader<'a> {
         SceneError::Missing { scene: self.origin.to_owned(), key, reason, example }
     }
 
-    /// Refuse keys that the chosen kinds do not use.
     pub(super) fn refuse_unused(&self) -> Result<(), SceneError> {
         for governor in GOVERNORS {
             let Some(choice) = self.document.chosen(governor) else { continue };
@@ -158,7 +153,6 @@ impl<'a> Reader<'a> {
         self.quantity(name, dimension, key.map_or(Bound::Finite, |key| key.bound))
     }
 
-    /// The same, or its default.
     pub(super) fn number(&self, key: &'static str) -> Result<f64, SceneError> {
         let default = Key::find(key).and_then(|key| key.default);
         self.given(key)?.or(default).ok_or_else(|| self.missing(key, None))
@@ -222,14 +216,12 @@ impl<'a> Reader<'a> {
             .transpose()
     }
 
-    /// Number of beads.
     pub(super) fn beads(&self) -> Result<usize, SceneError> {
         let key = "chain.beads";
         let count = self.whole(key, "a whole number of beads")?;
         count.map(|count| count as usize).ok_or_else(|| self.missing(key, None))
     }
 
-    /// A whole number within the key's bound.
     pub(super) fn count(&self, key: &str) -> Result<Option<u32>, SceneError> {
         self.whole(key, "a whole number")
     }
@@ -251,7 +243,6 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The material named by `key`.
     pub(super) fn material(&self, key: &'static str) -> Result<Material, SceneError> {
         let name = self.required_text(key, None)?;
         self.material_named(name, key, || self.place(key))
@@ -323,7 +314,6 @@ impl<'a> Reader<'a> {
         names.iter().map(|name| self.material_named(name, "materials", || self.place("materials"))).collect()
     }
 
-    /// Apply `chain.override`.
     pub(super) fn override_beads(&self, beads: &mut [Bead]) -> Result<(), SceneError> {
         let list_key = "chain.override";
         let Some(entry) = self.entry(list_key) else { return Ok(()) };

@@ -41,7 +41,6 @@ impl Default for ReducedSettings {
     }
 }
 
-/// Read the settings of a scene of that kind.
 pub(super) fn read(
     reader: &Reader<'_>,
     frequency: f64,

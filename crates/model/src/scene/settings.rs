@@ -15,7 +15,6 @@ use super::{
 /// Relative tolerance of the adaptive chain where nothing else is asked for.
 pub const DEFAULT_TOLERANCE: f64 = 1e-10;
 
-/// Time integrator of the chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Integrator {
     /// Adaptive Dormand–Prince 8(5,3) with contact events located on the dense output.
@@ -31,21 +30,16 @@ pub enum Integrator {
     },
 }
 
-/// How a run is computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModelSettings {
     pub kind: ModelKind,
-    /// Which integrator of the chain.
     pub integrator: Integrator,
-    /// Settings of the reduced model.
     pub reduced: ReducedSettings,
-    /// Settings of the finite element analysis.
     pub fea: FeaSettings,
     /// What a run may ask for; no scene file says so.
     pub limits: Limits,
 }
 
-/// How bodies are meshed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Meshing {
     /// Mesh density, 1.
@@ -53,12 +47,10 @@ pub struct Meshing {
     pub elements: Elements,
     /// Radius of the finely meshed patch at a bead's pole over the bead's, 1.
     pub contact_patch: f64,
-    /// Whether the nodes that may touch carry mass.
     pub contact_mass: ContactMass,
 }
 
 impl Integrator {
-    /// Its name in scene files.
     pub const fn name(&self) -> &'static str {
         match self {
             Self::DormandPrince853 { .. } => "dormand-prince-853",
@@ -68,7 +60,6 @@ impl Integrator {
 }
 
 impl ModelSettings {
-    /// The chain with that integrator.
     pub fn chain(integrator: Integrator) -> Self {
         let (reduced, fea) = (ReducedSettings::default(), FeaSettings::default());
         Self { kind: ModelKind::Chain, integrator, reduced, fea, limits: Limits::default() }
@@ -89,7 +80,6 @@ impl ModelSettings {
     }
 }
 
-/// Read the settings; those of the models not asked for keep their defaults.
 pub(super) fn read(
     reader: &Reader<'_>,
     frequency: f64,

@@ -4,10 +4,8 @@ use std::path::Path;
 
 use super::error::Place;
 
-/// Letters of a value or an override that a message shows.
 const SHOWN: usize = 80;
 
-/// Who wrote a text, to make places from.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Author<'a> {
     File(&'a Path),
@@ -20,7 +18,6 @@ pub(super) enum Author<'a> {
 pub(super) struct Source<'a> {
     text: &'a str,
     author: Author<'a>,
-    /// First byte of every line.
     lines: Vec<usize>,
     /// Letters before every [`Source::STRIDE`] bytes.
     letters: Vec<usize>,
@@ -44,7 +41,6 @@ impl<'a> Source<'a> {
         source
     }
 
-    /// Letters before a byte.
     fn letters_before(&self, offset: usize) -> usize {
         let part = (offset / Self::STRIDE).min(self.letters.len().saturating_sub(1));
         let counted = self.letters.get(part).copied().unwrap_or(0);
@@ -69,7 +65,6 @@ fn letters(bytes: &[u8]) -> usize {
     bytes.iter().filter(|&&byte| byte & 0xc0 != 0x80).count()
 }
 
-/// The first letters of a text.
 pub(super) fn beginning(text: &str) -> String {
     match text.char_indices().nth(SHOWN) {
         Some((end, _)) => format!("{}…", &text[..end]),

@@ -2,7 +2,6 @@
 
 use super::{AnnulusShape, DiscShape, Material, MeshFile, word::words};
 
-/// Material of a flat that a bead touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FlatContact {
     /// A rigid, frictionless flat: Hertz stiffness (4/3) E/(1 − ν²) √a.
@@ -20,7 +19,6 @@ pub enum ContactNormal {
     Moving,
 }
 
-/// The far end of the chain.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Support {
     Flat(FlatContact),
@@ -29,14 +27,11 @@ pub enum Support {
         shape: AnnulusShape,
         /// Factor on the force of the law, and on Young's modulus of the meshed body, 1.
         stiffness_factor: f64,
-        /// What it is made of.
         material: Material,
-        /// Along which normal the bead presses on the meshed body.
         normal: ContactNormal,
     },
     /// Nothing: the last bead is free.
     Free,
-    /// A massless one-sided linear spring.
     Spring {
         /// Stiffness, N/m.
         stiffness: f64,
@@ -52,7 +47,6 @@ pub enum Support {
         mesh: MeshFile,
         /// What it is made of, where its physical groups name no material.
         material: Material,
-        /// Along which normal the bead presses on it.
         normal: ContactNormal,
     },
 }
@@ -72,7 +66,6 @@ impl Support {
         }
     }
 
-    /// The same, to change it.
     pub const fn stiffness_mut(&mut self) -> Option<&mut f64> {
         match self {
             Self::Annulus { stiffness_factor: own, .. } | Self::Spring { stiffness: own } => Some(own),
@@ -85,7 +78,6 @@ impl Support {
         if let Self::Spring { stiffness } = self { Some(*stiffness) } else { None }
     }
 
-    /// Along which normal the bead presses on it, where that lies off the axis.
     pub const fn normal(&self) -> Option<ContactNormal> {
         match self {
             Self::Annulus { normal, .. } | Self::Body { normal, .. } => Some(*normal),
@@ -93,7 +85,6 @@ impl Support {
         }
     }
 
-    /// What it is made of, where it is a body.
     pub const fn material(&self) -> Option<&Material> {
         match self {
             Self::Annulus { material, .. } | Self::Body { material, .. } => Some(material),
@@ -102,7 +93,6 @@ impl Support {
         }
     }
 
-    /// Its name in scene files.
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Flat(flat) => flat.name(),

@@ -19,7 +19,6 @@ use super::{
 };
 use granchain_signal::Dimension;
 
-/// All keys, in the order in which they are written.
 pub const KEYS: &[Key] = &[
     value("name", ValueKind::Text, |scene| text(&scene.name), "name of the scene").usually("the file's name"),
     value("description", ValueKind::Text, |scene| text(&scene.description), "one sentence on what it is")

@@ -36,12 +36,10 @@ impl SceneText {
         }
     }
 
-    /// A text as it would stand in the file `path`.
     pub fn of_file(path: &Path, text: String) -> Self {
         Self(Origin::File { path: path.into(), text })
     }
 
-    /// The scene, as [`super::load_preferring`].
     pub fn load(&self, overrides: &[String], preferred: ModelKind) -> Result<Loaded, SceneError> {
         match &self.0 {
             Origin::BuiltIn(scene) => {

@@ -14,10 +14,8 @@ use granchain_signal::{Dimension, Quantity};
 
 /// Default step of a chain, reduced model or finite element analysis in front of a disc, s.
 pub const DEFAULT_WATER_STEP: f64 = 2.5e-8;
-/// Most points at which a run hears the pressure.
 const MOST_POINTS: usize = 100;
 
-/// A liquid, its losses aside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Water {
     /// Density ρ, kg/m³.
@@ -43,16 +41,13 @@ impl Water {
 /// What is behind the disc, by name; density and speed of sound may differ from what the name stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Medium {
-    /// [`Water::fresh`].
     Water,
-    /// [`Water::tissue`].
     Tissue,
 }
 
 words!(Medium { Water = "water", Tissue = "tissue" });
 
 impl Medium {
-    /// What the name stands for.
     pub fn liquid(self) -> Water {
         match self {
             Self::Water => Water::fresh(),
@@ -61,7 +56,6 @@ impl Medium {
     }
 }
 
-/// The plane around the disc.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Baffle {
     Rigid,
@@ -71,7 +65,6 @@ pub enum Baffle {
 
 words!(Baffle { Rigid = "rigid", Soft = "soft" });
 
-/// How finely the water is meshed, and how far.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WaterMesh {
     /// Radius R of the hemisphere, m: beyond the disc and every field point.
@@ -88,7 +81,6 @@ impl Default for WaterMesh {
     }
 }
 
-/// How the water is computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum WaterMethod {
     /// Baffled Rayleigh integral in the disc's shapes; rigid baffle only.
@@ -98,7 +90,6 @@ pub enum WaterMethod {
 }
 
 impl WaterMethod {
-    /// Its name in scene files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Rayleigh => "rayleigh",
@@ -107,7 +98,6 @@ impl WaterMethod {
     }
 }
 
-/// A point of the half-space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FieldPoint {
     /// Distance r from the axis, m.
@@ -139,7 +129,6 @@ pub struct WaterSettings {
     pub liquid: Water,
     /// Losses between the disc and a field point; none by default.
     pub absorption: Option<Absorption>,
-    /// The plane around the disc.
     pub baffle: Baffle,
     pub method: WaterMethod,
     /// Where the pressure is heard; at least one point.
@@ -160,7 +149,6 @@ impl Default for WaterSettings {
     }
 }
 
-/// Read the water behind a disc; none where `water.medium` is `none`.
 pub(super) fn read(reader: &Reader<'_>, disc: &DiscShape) -> Result<Option<WaterSettings>, SceneError> {
     let medium = match reader.choice("water.medium")? {
         Some("none") => return Ok(None),

@@ -2,9 +2,7 @@
 
 /// A value that is written as one word; the first is taken where none is written.
 pub(super) trait Word: Copy + 'static {
-    /// Every value with its word.
     const WORDS: &'static [&'static str];
-    /// Every value, in the order of the words.
     const VALUES: &'static [Self];
 }
 
@@ -12,7 +10,6 @@ pub(super) trait Word: Copy + 'static {
 macro_rules! words {
     ($name:ident { $($value:ident = $word:literal),+ $(,)? }) => {
         impl $name {
-            /// Its name in scene files.
             pub const fn name(self) -> &'static str {
                 match self {
                     $(Self::$value => $word,)+

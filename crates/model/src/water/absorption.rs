@@ -27,7 +27,6 @@ use crate::scene::{Absorption, FieldPoint};
 /// f_r, Hz.
 const REFERENCE: f64 = 1e6;
 
-/// The filter of a power law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PowerLaw {
     /// α₁ and y.

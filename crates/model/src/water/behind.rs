@@ -17,7 +17,6 @@ use std::fmt;
 use super::front::{Front, FrontError, Handles, TouchedDisc, WaterRecord};
 use crate::{response::SolverWork, scene::WaterSettings};
 
-/// The disc as one run has it behind its last contact.
 pub(crate) struct DiscBehind {
     disc: Box<dyn TouchedDisc>,
     points: usize,
@@ -33,7 +32,6 @@ pub(crate) struct DiscBehind {
     forces: Vec<f64>,
 }
 
-/// What a dashpot at the disc pushes.
 #[derive(Debug)]
 struct Dashpot {
     /// C_m, m/N.
@@ -103,7 +101,6 @@ impl DiscBehind {
         self.dashpot.as_ref().map_or([0.0; 2], |dashpot| [dashpot.own, 2.0 * dashpot.own / self.step])
     }
 
-    /// Begin a step: where the points would be at its end without forces there.
     pub fn predict(&mut self) {
         self.disc.predict(&mut self.predicted);
         if !self.rest[0].is_empty() {
@@ -171,7 +168,6 @@ impl DiscBehind {
         self.disc.count(work);
     }
 
-    /// Take a sample of what is heard.
     pub fn sample(&self, record: &mut WaterRecord) {
         record.sample(self.disc.as_ref());
     }

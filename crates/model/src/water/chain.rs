@@ -23,10 +23,8 @@ use crate::{
     scene::{Bead, Damping, FlatContact, PistonMotion},
 };
 
-/// The beads, and what drives them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChainInFront {
-    /// The beads, the first touching the piston.
     pub beads: Vec<Bead>,
     /// Initial gaps of the N + 1 contacts, m.
     pub gaps: Vec<f64>,
@@ -34,38 +32,21 @@ pub struct ChainInFront {
     pub damping: Damping,
 }
 
-/// Why a chain on water does not run.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ChainOnWaterError {
     #[error("{beads} beads and {gaps} gaps: expected at least one bead and one gap more than beads")]
     Count { beads: usize, gaps: usize },
     #[error("`chain.precompression` {force:e} N on a free disc: nothing holds it; set `disc.rim` or no precompression")]
-    FreeUnderForce {
-        /// F₀, N.
-        force: f64,
-    },
+    FreeUnderForce { force: f64 },
     #[error("stopped at {time:.6e} s")]
-    Stopped {
-        /// Simulated time, s.
-        time: f64,
-    },
+    Stopped { time: f64 },
     #[error("at {time:.6e} s: {source}")]
-    Patch {
-        /// Simulated time, s.
-        time: f64,
-        source: PatchError,
-    },
+    Patch { time: f64, source: PatchError },
     #[error("the chain is not finite at {time:.6e} s (step {step:.3e} s); shorten the step")]
-    NonFinite {
-        /// Simulated time, s.
-        time: f64,
-        /// Step, s.
-        step: f64,
-    },
+    NonFinite { time: f64, step: f64 },
 }
 
-/// What a chain on water did, every step from rest.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct WaterRun {
     /// Step, s.
@@ -98,7 +79,6 @@ impl WaterRun {
     }
 }
 
-/// The state at an instant.
 pub(super) struct Moment<'a> {
     /// Number of the instant, 0 at the start.
     pub instant: usize,
@@ -110,11 +90,9 @@ pub(super) struct Moment<'a> {
     pub velocity: &'a [f64],
     /// Forces of the contacts, N.
     pub force: &'a [f64],
-    /// The disc and what is behind it.
     pub disc: &'a dyn OnWater,
 }
 
-/// Energies and counts of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Books {
     /// Elastic energy of the contacts at the start, J.
@@ -129,7 +107,6 @@ pub(super) struct Books {
     pub dissipated: f64,
     /// Largest energy in beads, contacts, disc and water together, J.
     pub largest: f64,
-    /// Openings and closings of contacts.
     pub events: u64,
     pub dashpots: u64,
     /// What went into horn and holder; none where neither is.
@@ -139,7 +116,6 @@ pub(super) struct Books {
     pub holder: u64,
 }
 
-/// What acts beside contacts and dashpots.
 #[derive(Debug, Default)]
 pub(super) struct Others {
     pub horn: Option<HornStep<f64>>,

@@ -32,7 +32,6 @@ use crate::{
     scene::Bead,
 };
 
-/// Contact of a bead with the front of a disc.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DiscContact {
     /// k_d, N·m^(-3/2).
@@ -44,7 +43,6 @@ pub struct DiscContact {
 /// How many of the disc's modes move the disc that a dashpot sees.
 pub const DASHPOT_MODES: usize = 4;
 
-/// A contact's force at the end of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Pressing {
     /// F, N.
@@ -53,7 +51,6 @@ pub struct Pressing {
     pub indentation: f64,
 }
 
-/// What a dashpot at the disc sees of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Approach {
     /// u̇ − ẇ_m at the end of the step without a force on the disc, m/s.
@@ -62,7 +59,6 @@ pub struct Approach {
     pub yielding: f64,
 }
 
-/// A force beyond what the patch can carry.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
     "bead on disc: an overlap of {overlap:e} m needs more than the {largest:e} N up to which the patch of the contact force is as wide as \

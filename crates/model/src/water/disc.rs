@@ -26,7 +26,6 @@ use crate::fea::{
 /// Below this frequency, Hz, a mode is the rigid motion of a free disc.
 const RIGID: f64 = 1.0;
 
-/// Why there is no disc.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum DiscError {
@@ -40,7 +39,6 @@ pub enum DiscError {
     Factor(#[from] FactorError),
 }
 
-/// A meshed disc.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Disc {
     shape: DiscShape,
@@ -73,7 +71,6 @@ impl DiscModes {
 /// A disc as a contact at several points of its front and the water see it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiscInterface {
-    /// Its modes and static shapes.
     pub modes: DiscModes,
     /// Their displacement of every point into the water, shape by shape, 1/√kg.
     pub shapes: Vec<f64>,
@@ -82,7 +79,6 @@ pub struct DiscInterface {
 }
 
 impl DiscInterface {
-    /// Number of points.
     pub fn points(&self) -> usize {
         self.residual.len().isqrt()
     }
@@ -142,17 +138,14 @@ impl Disc {
         Self::assembled(shape, &mesh, &["front"], ContactMass::Massless)
     }
 
-    /// What it is.
     pub fn shape(&self) -> &DiscShape {
         &self.shape
     }
 
-    /// Its finite elements.
     pub fn body(&self) -> &Body {
         &self.body
     }
 
-    /// The body alone.
     pub(crate) fn into_body(self) -> Body {
         self.body
     }
@@ -167,7 +160,6 @@ impl Disc {
         &self.back
     }
 
-    /// Unknown of u_z at the pole of the front.
     pub fn pole(&self) -> u32 {
         DofMap::dof(self.front[0], Direction::Axial)
     }
@@ -331,7 +323,6 @@ impl Disc {
         out
     }
 
-    /// Shapes as the contact and the water see them.
     fn seen(&self, frequencies: Vec<f64>, vectors: &[Vec<f64>], load: &[f64], modes: usize) -> DiscModes {
         let radii = self.radii(&self.back);
         let axial = |vector: &[f64], node: u32| vector[DofMap::dof(node, Direction::Axial) as usize];
@@ -393,7 +384,6 @@ impl Disc {
     }
 }
 
-/// Displacement of a point, a sum over unknowns.
 fn along(point: &[(u32, f64)], by_dof: &[f64]) -> f64 {
     point.iter().map(|&(dof, weight)| weight * by_dof[dof as usize]).sum()
 }

@@ -42,35 +42,18 @@ use thiserror::Error;
 
 use super::Water;
 
-/// Why the water has no elements, or they no factor.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ElementsError {
     #[error("mesh of the water: {name}: expected {expected}, found {found:e}")]
-    Mesh {
-        /// Which number, with its unit.
-        name: &'static str,
-        expected: &'static str,
-        /// What it is, SI.
-        found: f64,
-    },
+    Mesh { name: &'static str, expected: &'static str, found: f64 },
     #[error("step of the water: expected finite and > 0 s, found {found:e} s")]
-    Step {
-        /// What it is, s.
-        found: f64,
-    },
+    Step { found: f64 },
     #[error(
         "field point r = {radius:e} m, z = {distance:e} m: expected inside the hemisphere of {hemisphere:e} m, z ≥ 0; enlarge the \
          hemisphere or use the Rayleigh integral"
     )]
-    FieldPoint {
-        /// r, m.
-        radius: f64,
-        /// z, m.
-        distance: f64,
-        /// R, m.
-        hemisphere: f64,
-    },
+    FieldPoint { radius: f64, distance: f64, hemisphere: f64 },
     #[error("the factor of {unknowns} unknowns of disc and water does not fit ({source}); coarsen the mesh")]
     Size { unknowns: usize, source: faer::sparse::FaerError },
     #[error(transparent)]

@@ -36,7 +36,6 @@ use granchain_signal::{
     spline::{Ends, Spline},
 };
 
-/// A grid in a half-plane through the axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldGrid {
     /// Radii r ≥ 0, m, ascending.
@@ -63,7 +62,6 @@ impl FieldGrid {
     }
 }
 
-/// How the disc's back moved, in its shapes.
 #[derive(Debug, Clone)]
 pub struct FaceMotion {
     velocity: Vec<Series>,
@@ -92,7 +90,6 @@ impl FaceMotion {
         Self::new(velocity)
     }
 
-    /// v_k(t) of each shape.
     pub fn velocity(&self) -> &[Series] {
         &self.velocity
     }

@@ -32,7 +32,6 @@ use crate::{
 };
 use granchain_signal::Series;
 
-/// Modes of the disc in vacuum that are kept beside the static shapes.
 const MODES: usize = 6;
 
 /// A disc on the water that is touched at several points of its front, on a clock of constant step. Between instants forces are straight lines.
@@ -57,10 +56,8 @@ pub trait TouchedDisc {
     fn count(&self, work: &mut SolverWork);
 }
 
-/// Where a disc is pushed and seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Handles {
-    /// At the points of the contact.
     Points,
     /// There, and last in its [`DASHPOT_MODES`] lowest modes together, each by its share at the pole.
     PointsAndModes,
@@ -69,7 +66,6 @@ pub enum Handles {
 /// What forces that are held long on the points of a disc's front move, m/N.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Held {
-    /// The points, row by row.
     pub points: Vec<f64>,
     /// The lowest modes at the pole, by the force on every point.
     pub modes: Vec<f64>,
@@ -83,7 +79,6 @@ impl Held {
     }
 }
 
-/// Why there is no disc on the water behind meshed beads.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FrontError {
@@ -95,7 +90,6 @@ pub enum FrontError {
     FieldPoint(#[from] FieldPointError),
 }
 
-/// A disc as a contact sees it, for any number of runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Front {
     disc: Disc,
@@ -117,7 +111,6 @@ impl Front {
         Ok(Self { disc, points, interface })
     }
 
-    /// Number of points.
     pub fn points(&self) -> usize {
         self.points.len()
     }
@@ -198,7 +191,6 @@ impl WaterRecord {
         Self { pressure, back_velocity: Vec::with_capacity(samples) }
     }
 
-    /// Take a sample.
     pub fn sample(&mut self, disc: &dyn TouchedDisc) {
         self.pressure.iter_mut().enumerate().for_each(|(point, trace)| trace.push(disc.pressure(point)));
         self.back_velocity.push(disc.back_velocity());
@@ -246,7 +238,6 @@ pub struct ModalFront {
 }
 
 impl ModalFront {
-    /// At rest.
     pub fn new(disc: WetDisc, interface: &DiscInterface) -> Self {
         let points = interface.points();
         let shapes = interface.shapes.clone();

@@ -27,7 +27,6 @@ use crate::{
 };
 use granchain_signal::Series;
 
-/// Why there is no field.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FieldSourceError {
@@ -38,19 +37,9 @@ pub enum FieldSourceError {
     #[error(
         "force on the disc every {found:e} s: expected every {expected:e} s, the step of disc and water; set `output_step` to `model.step`"
     )]
-    Clock {
-        /// Step of disc and water, s.
-        expected: f64,
-        /// Step of the forces, s.
-        found: f64,
-    },
+    Clock { expected: f64, found: f64 },
     #[error("pressure map at {time:e} s: expected an instant within the run, 0 to {end:e} s")]
-    Instant {
-        /// Asked for, s.
-        time: f64,
-        /// End of the run, s.
-        end: f64,
-    },
+    Instant { time: f64, end: f64 },
     #[error(transparent)]
     Disc(#[from] DiscError),
     #[error(transparent)]
@@ -77,10 +66,8 @@ fn above_rest(force: &Series) -> Vec<f64> {
     force.values.iter().map(|force| force - rest).collect()
 }
 
-/// Nodes and weights of a point in a mesh.
 type Place = [(u32, f64); 4];
 
-/// Where the points of a grid lie in the mesh of the water.
 fn places(disc: &DiscOnWater, grid: &FieldGrid) -> Result<Vec<Place>, ElementsError> {
     let place = |point: FieldPoint| {
         disc.mesh().locate([point.radius, point.distance]).ok_or(ElementsError::FieldPoint {
@@ -107,7 +94,6 @@ pub struct FieldSource {
 }
 
 impl FieldSource {
-    /// Of a scene, on its model's clock.
     pub fn new(scene: &Scene) -> Result<Self, FieldSourceError> {
         let (Support::Disc { shape, mesh_density }, Some(water)) = (&scene.support, &scene.water) else {
             return Err(FieldSourceError::NoWater);
@@ -129,12 +115,10 @@ impl FieldSource {
         self.step
     }
 
-    /// What the maps are computed by, in words.
     pub fn method(&self) -> &'static str {
         if self.mesh.is_some() { "acoustic elements" } else { "Rayleigh integral" }
     }
 
-    /// The disc in its shapes as a radiator.
     pub fn radiator(&self) -> Radiator<'_> {
         Radiator::of_modes(self.disc.shape().radius, &self.modes.back)
     }

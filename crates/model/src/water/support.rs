@@ -47,7 +47,6 @@ const BAND: f64 = 13.0;
 /// Acoustic elements a wavelength and steps a period where pressure is off by about 0.6 %.
 const RESOLVED: (f64, f64) = (15.0, 20.0);
 
-/// Why there is no disc on water, or no run in front of it.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum WaterError {
@@ -94,7 +93,6 @@ enum Ready {
     Elements { disc: Box<DiscOnWater>, recorded: UnitResponse },
 }
 
-/// The clock of a chain in front of a disc.
 fn clock(scene: &Scene) -> Result<f64, ModelError> {
     let unsupported = |reason: &str| ModelError::Unsupported { model: "chain", reason: reason.into() };
     if scene.contact_law == ContactLaw::FiniteBody {
@@ -311,7 +309,6 @@ impl DiscSupport {
         })
     }
 
-    /// What a reader of a run's results must know besides.
     pub fn warnings(&self, scene_frequency: f64, response: &Response) -> Vec<String> {
         let mut out = Vec::new();
         let time = |value: f64| Quantity::new((value * 1e10).round() / 1e10, Dimension::TIME);
@@ -355,7 +352,6 @@ impl DiscSupport {
     }
 }
 
-/// Refuse what a chain before a disc does not have.
 fn refuse_losses(scene: &Scene) -> Result<(), ModelError> {
     let key = match scene.loss {
         MaterialLoss { relaxation: Some(_), .. } => "loss.relaxation",
@@ -374,7 +370,6 @@ fn refuse_losses(scene: &Scene) -> Result<(), ModelError> {
     Err(ModelError::Unsupported { model: "chain", reason: format!("`{key}`: {remedy}") })
 }
 
-/// Steps to the last output sample and to the end of a scene.
 fn instants(scene: &Scene, step: f64) -> usize {
     let every = (scene.output_step / step).round().max(1.0) as usize;
     (scene.samples() - 1) * every

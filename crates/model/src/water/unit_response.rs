@@ -89,7 +89,6 @@ impl Played<'_> {
         self.pressed.iter().map(over).sum()
     }
 
-    /// Past instants with a force.
     fn with_force(&self) -> u64 {
         self.pressed.iter().map(|(from, to)| (to - from) as u64).sum()
     }

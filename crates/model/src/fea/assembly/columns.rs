@@ -17,7 +17,6 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// `count` zero vectors of length `rows`.
     pub fn new(rows: usize, count: usize) -> Self {
         let width = Self::width_of(count);
         let data = vec![0.0; rows * width + 7];
@@ -39,19 +38,16 @@ impl Columns {
         }
     }
 
-    /// One vector.
     pub fn from_vector(values: &[f64]) -> Self {
         let mut out = Self::new(values.len(), 1);
         out.as_mut_slice().copy_from_slice(values);
         out
     }
 
-    /// Number of unknowns.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Number of vectors.
     pub fn count(&self) -> usize {
         self.count
     }
@@ -65,7 +61,6 @@ impl Columns {
         self.start..self.start + self.rows * self.width
     }
 
-    /// All numbers, row after row.
     pub fn as_slice(&self) -> &[f64] {
         &self.data[self.range()]
     }
@@ -76,34 +71,28 @@ impl Columns {
         &mut self.data[range]
     }
 
-    /// The values of one unknown.
     pub fn row(&self, row: usize) -> &[f64] {
         let start = self.start + row * self.width;
         &self.data[start..start + self.width]
     }
 
-    /// The values of one unknown.
     pub fn row_mut(&mut self, row: usize) -> &mut [f64] {
         let start = self.start + row * self.width;
         &mut self.data[start..start + self.width]
     }
 
-    /// One number.
     pub fn get(&self, row: usize, column: usize) -> f64 {
         self.row(row)[column]
     }
 
-    /// Set one number.
     pub fn set(&mut self, row: usize, column: usize, value: f64) {
         self.row_mut(row)[column] = value;
     }
 
-    /// One vector, copied.
     pub fn column(&self, column: usize) -> Vec<f64> {
         self.as_slice().chunks_exact(self.width).map(|row| row[column]).collect()
     }
 
-    /// Replace one vector.
     pub fn set_column(&mut self, column: usize, values: &[f64]) {
         let width = self.width;
         for (row, value) in self.as_mut_slice().chunks_exact_mut(width).zip(values) {
@@ -111,7 +100,6 @@ impl Columns {
         }
     }
 
-    /// Set all numbers to zero.
     pub fn clear(&mut self) {
         self.as_mut_slice().fill(0.0);
     }

@@ -1,11 +1,8 @@
 //! Which unknowns a body has.
 
-/// Direction of a displacement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Direction {
-    /// r, away from the axis.
     Radial,
-    /// z, from piston to support.
     Axial,
 }
 
@@ -26,12 +23,10 @@ impl DofMap {
         Self { is_free, fixed, free }
     }
 
-    /// Number of the displacement of `node` along `direction`.
     pub fn dof(node: u32, direction: Direction) -> u32 {
         2 * node + u32::from(direction == Direction::Axial)
     }
 
-    /// Node and direction of an unknown.
     pub fn place(dof: u32) -> (u32, Direction) {
         (dof / 2, if dof.is_multiple_of(2) { Direction::Radial } else { Direction::Axial })
     }
@@ -41,12 +36,10 @@ impl DofMap {
         self.is_free.len()
     }
 
-    /// Whether there are no unknowns at all.
     pub fn is_empty(&self) -> bool {
         self.is_free.is_empty()
     }
 
-    /// Whether that unknown may move.
     pub fn is_free(&self, dof: u32) -> bool {
         self.is_free.get(dof as usize).copied().unwrap_or(false)
     }
@@ -56,7 +49,6 @@ impl DofMap {
         &self.free
     }
 
-    /// The fixed ones, ascending.
     pub fn fixed(&self) -> &[u32] {
         &self.fixed
     }

@@ -4,12 +4,9 @@ use std::marker::PhantomData;
 
 use pulp::Simd;
 
-/// A row of numbers, or a block of one, as the machine holds it.
 pub(crate) trait Arithmetic: Copy {
-    /// The numbers.
     type Row: Copy;
 
-    /// Zeros.
     fn zero(self) -> Self::Row;
     /// factor × row.
     fn scale(self, factor: f64, row: Self::Row) -> Self::Row;
@@ -17,15 +14,11 @@ pub(crate) trait Arithmetic: Copy {
     fn plus(self, sum: Self::Row, factor: f64, row: Self::Row) -> Self::Row;
     /// sum − factor × row.
     fn minus(self, sum: Self::Row, factor: f64, row: Self::Row) -> Self::Row;
-    /// Numbers as rows.
     fn rows(numbers: &[f64]) -> &[Self::Row];
-    /// Numbers as rows.
     fn rows_mut(numbers: &mut [f64]) -> &mut [Self::Row];
 }
 
-/// Work on rows of one length, whatever holds them.
 pub(crate) trait Kernel {
-    /// Run on rows of `step` blocks each.
     fn run<A: Arithmetic>(self, arithmetic: A, step: usize);
 }
 
@@ -66,7 +59,6 @@ impl<K: Kernel> pulp::WithSimd for Dispatch<K> {
     }
 }
 
-/// Rows of W plain numbers.
 pub(crate) struct Numbers<S, const W: usize>(pub(crate) PhantomData<S>);
 
 impl<S, const W: usize> Clone for Numbers<S, W> {
@@ -116,7 +108,6 @@ impl<S: Simd, const W: usize> Arithmetic for Numbers<S, W> {
     }
 }
 
-/// Rows of R vectors.
 #[derive(Clone, Copy)]
 pub(crate) struct Vectors<S, const R: usize>(pub(crate) S);
 

@@ -19,7 +19,6 @@ impl SymmetricSparse {
         Self { starts, rows, values }
     }
 
-    /// Number of rows.
     pub fn order(&self) -> usize {
         self.starts.len() - 1
     }
@@ -29,7 +28,6 @@ impl SymmetricSparse {
         self.rows.len()
     }
 
-    /// Rows and values of column `column` of the lower triangle.
     pub fn column(&self, column: usize) -> (&[u32], &[f64]) {
         let range = self.starts[column] as usize..self.starts[column + 1] as usize;
         (&self.rows[range.clone()], &self.values[range])

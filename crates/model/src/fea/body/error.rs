@@ -7,7 +7,7 @@ use crate::{
     scene::Material,
 };
 
-/// Why a mesh and its materials make no body.
+/// Why a mesh and its materials make no body. Elements and nodes count from 0.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum BodyError {
@@ -18,40 +18,17 @@ pub enum BodyError {
     #[error(
         "element {element}: expected one of {count} materials, found number {material} (from 0); give its material"
     )]
-    Material {
-        /// Which element, from 0.
-        element: usize,
-        material: u16,
-        count: usize,
-    },
+    Material { element: usize, material: u16, count: usize },
     #[error("material `{material}`: `{quantity}`: expected {expected}, found {found:e}; correct it")]
-    Unphysical {
-        material: String,
-        quantity: &'static str,
-        /// What it should be, with unit.
-        expected: &'static str,
-        /// What it is, SI.
-        found: f64,
-    },
+    Unphysical { material: String, quantity: &'static str, expected: &'static str, found: f64 },
     #[error("{place}: expected nodes below {count}, found {node}; correct the mesh")]
     NodeNumber { place: String, node: u32, count: usize },
     #[error("node {node} at r = {r:e} m, z = {z:e} m: expected finite numbers with r ≥ 0; move it")]
-    NodePlace {
-        /// Which node, from 0.
-        node: usize,
-        /// Place, m.
-        r: f64,
-        /// Place, m.
-        z: f64,
-    },
+    NodePlace { node: usize, r: f64, z: f64 },
     #[error("node {node} belongs to no element; remove it from the mesh")]
-    LooseNode {
-        /// Which node, from 0.
-        node: usize,
-    },
+    LooseNode { node: usize },
     #[error("element {element}: {source}")]
     Element {
-        /// Which element, from 0.
         element: usize,
         #[source]
         source: ElementError,
@@ -60,10 +37,7 @@ pub enum BodyError {
         "element {element} has all its nodes on contact boundaries, so none is left to carry its mass; refine the mesh there or \
          choose consistent mass"
     )]
-    MasslessElement {
-        /// Which element, from 0.
-        element: usize,
-    },
+    MasslessElement { element: usize },
 }
 
 pub(super) fn check(mesh: &Mesh, materials: &[Material]) -> Result<(), BodyError> {

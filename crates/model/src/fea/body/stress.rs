@@ -32,7 +32,6 @@ impl NodalStress {
 }
 
 impl Body {
-    /// Stress at the nodes for the displacements in one column.
     pub fn stress(&self, u: &Columns, column: usize) -> NodalStress {
         let nodes = self.mesh.nodes.len();
         let mut stress = vec![[0.0; 4]; nodes * self.materials.len()];

@@ -16,7 +16,6 @@
 use super::complementarity::{Compliance, NotSolved, Scratch};
 use crate::contact_law::Dashpot;
 
-/// What stays the same for all steps of one size.
 #[derive(Debug, Clone)]
 pub struct Link {
     /// W of this contact, shared by contacts of the same kind through `compliances`.
@@ -30,7 +29,6 @@ pub struct Link {
     pub dashpot: Dashpot,
 }
 
-/// How the rigid motions of the bodies answer a force held over the step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Mobility {
     /// Displacement at the end of the step, m/N; 0 for a rigid or clamped body.
@@ -39,7 +37,6 @@ pub struct Mobility {
     pub velocity: f64,
 }
 
-/// The contacts of a chain for steps of one size.
 #[derive(Debug, Clone)]
 pub struct Contacts {
     pub links: Vec<Link>,
@@ -50,7 +47,6 @@ pub struct Contacts {
     pub mobilities: Vec<Mobility>,
     /// What the last dashpot stands on, if it moves without being a body of the chain.
     pub behind: Behind,
-    /// Whether a dashpot may pull.
     pub tension: bool,
 }
 
@@ -88,7 +84,6 @@ pub struct RigidPrediction {
     pub velocity: f64,
 }
 
-/// Forces and gaps of one contact at the end of a step.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct ContactState {
     /// λ at every point, N, ≥ 0.
@@ -102,12 +97,10 @@ pub struct ContactState {
 }
 
 impl ContactState {
-    /// No force, of that many points.
     pub fn open(points: usize) -> Self {
         Self { forces: vec![0.0; points], gaps: vec![0.0; points], pressing: 0.0, damping: 0.0 }
     }
 
-    /// Take over another state of the same contact; nothing is allocated.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.forces.copy_from_slice(&other.forces);
         self.gaps.copy_from_slice(&other.gaps);
@@ -126,7 +119,6 @@ pub(crate) fn net_force(contacts: &[ContactState], slot: usize, force: impl Fn(&
     before - contacts.get(slot).map_or(0.0, force)
 }
 
-/// Buffers, allocated once.
 #[derive(Debug, Clone)]
 pub struct Workspace {
     scratch: Vec<Scratch>,
@@ -136,7 +128,6 @@ pub struct Workspace {
     damping: Vec<f64>,
 }
 
-/// What a solution took.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Effort {
     pub sweeps: u32,
@@ -144,22 +135,20 @@ pub struct Effort {
     pub dashpots: u32,
 }
 
-/// Why a step has no solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Failure {
     /// No active set of this contact (0 = piston) satisfies all conditions.
-    NoActiveSet { contact: usize, iterations: u32 },
-    /// The sweeps did not settle.
-    NotSettled {
-        /// Contact with the largest change.
+    NoActiveSet {
         contact: usize,
-        /// Its change of force in the last sweep, N.
+        iterations: u32,
+    },
+    NotSettled {
+        contact: usize,
         change: f64,
         sweeps: u32,
     },
 }
 
-/// Sweeps after which a step is given up.
 const MOST_SWEEPS: u32 = 400;
 /// Sweeps after which the dashpots' coefficients stay as they are, should a contact at the very edge of closing flicker.
 const FREEZING_SWEEPS: u32 = 40;
@@ -167,7 +156,6 @@ const FREEZING_SWEEPS: u32 = 40;
 const SETTLED: f64 = 1e-13;
 
 impl Workspace {
-    /// For these contacts.
     pub fn new(contacts: &Contacts) -> Self {
         let points = contacts.compliances.iter().map(Compliance::size).max().unwrap_or(0);
         Self {

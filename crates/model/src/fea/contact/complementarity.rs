@@ -13,7 +13,6 @@
 
 use std::ops::Range;
 
-/// Where the search for the active set begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ordering {
     /// The active set is a prefix in nearly all states: a contact at a pole.
@@ -25,7 +24,6 @@ pub enum Ordering {
 /// Sets tried before the slower search that cannot cycle.
 pub(crate) const MOST_SETS: u32 = 40;
 
-/// Result of one solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Solved {
     pub iterations: u32,
@@ -42,19 +40,16 @@ pub struct NotSolved {
 pub struct Compliance {
     size: usize,
     ordering: Ordering,
-    /// W, row by row.
     matrix: Vec<f64>,
     /// W = L Lᵀ as [`factorise`] leaves it; empty for [`Ordering::Any`].
     factor: Vec<f64>,
 }
 
-/// Work space of one contact; allocated once.
 #[derive(Debug, Clone)]
 pub struct Scratch {
     /// Whether the factor of the last set is used again for the same set: for one compliance that stays as it is.
     keeps: bool,
     factored: Vec<usize>,
-    /// The set whose sensitivity was asked for last.
     answered: Vec<usize>,
     forward: Vec<f64>,
     active: Vec<usize>,
@@ -64,7 +59,6 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// For contacts of up to `size` points.
     pub fn new(size: usize) -> Self {
         Self {
             keeps: false,
@@ -155,7 +149,6 @@ impl Compliance {
         Ok(Self { size, ordering, matrix, factor })
     }
 
-    /// Number of points.
     pub fn size(&self) -> usize {
         self.size
     }
@@ -268,7 +261,6 @@ impl Compliance {
         self.solve_least_index(free_gaps, forces, gaps, scratch, iterations, rounding)
     }
 
-    /// Change the membership of the first offending point until none offends.
     fn solve_least_index(
         &self,
         free_gaps: &[f64],
@@ -295,7 +287,6 @@ impl Compliance {
         Err(NotSolved { iterations })
     }
 
-    /// Forces that close exactly the active points, and all gaps.
     fn solve_set(
         &self,
         free_gaps: &[f64],

@@ -8,7 +8,6 @@ use crate::fea::{
 /// A point of a curve of quadratic edges: three nodes and their shape functions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OnEdge {
-    /// Vertex, middle, vertex.
     pub nodes: [u32; 3],
     /// Quadratic shape functions there; their sum is 1.
     pub weights: [f64; 3],
@@ -41,12 +40,10 @@ impl Face {
         face
     }
 
-    /// Number of points.
     pub fn len(&self) -> usize {
         self.axial.len()
     }
 
-    /// Whether there is no point.
     pub fn is_empty(&self) -> bool {
         self.axial.is_empty()
     }
@@ -64,7 +61,6 @@ impl Face {
         Self { unknowns: self.unknowns.iter().map(|&unknown| position(unknown)).collect(), ..self.clone() }
     }
 
-    /// Terms (unknown, coefficient) of point i.
     pub fn terms(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let range = self.range(i);
         self.unknowns[range.clone()]
@@ -78,7 +74,6 @@ impl Face {
         self.starts[i] as usize..self.starts[i + 1] as usize
     }
 
-    /// Unknown of term k.
     pub(super) fn unknown(&self, k: usize) -> usize {
         self.unknowns[k] as usize
     }

@@ -18,11 +18,9 @@ pub enum Profile {
         /// a, m.
         radius: f64,
     },
-    /// The nodes of an imported body say it.
     Meshed,
 }
 
-/// A pole of a body.
 #[derive(Debug, Clone, Copy)]
 pub struct Pole<'a> {
     /// What it is called in messages, such as `bead 3`.
@@ -35,7 +33,6 @@ pub struct Pole<'a> {
     pub profile: Profile,
 }
 
-/// A contact of two undeformed bodies that just touch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pair {
     /// Face on the body towards the piston; empty where that body is rigid.
@@ -57,7 +54,6 @@ pub struct Pair {
     pub ring: Option<Ring>,
 }
 
-/// Two bodies do not face each other as they should.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PairError {
@@ -69,16 +65,7 @@ pub enum PairError {
         "{body}, boundary `{boundary}`: its first node off the axis lies at r = {radius:e} m, {gap:e} m behind the pole, so that touch would be \
          felt that much too late; refine the mesh there until this is below {most:e} m (vertices about 8e-3 of the radius apart on a sphere)"
     )]
-    TooCoarse {
-        body: String,
-        boundary: &'static str,
-        /// r of the node, m.
-        radius: f64,
-        /// How far it lies behind the pole, m.
-        gap: f64,
-        /// How far it may, m.
-        most: f64,
-    },
+    TooCoarse { body: String, boundary: &'static str, radius: f64, gap: f64, most: f64 },
     #[error("{body}: no point of boundary `{boundary}` faces the other body; check the coordinates of the mesh")]
     NothingFaces { body: String, boundary: &'static str },
 }
@@ -88,7 +75,6 @@ pub enum PairError {
 const LARGEST_FALSE_GAP: f64 = 1e-5;
 
 impl Pole<'_> {
-    /// Refuse a mesh whose first point touches too late.
     fn check(&self, points: &[PolePoint]) -> Result<(), PairError> {
         let Some(first) = points.first() else {
             return Err(PairError::NothingFaces { body: self.name.into(), boundary: self.boundary });
@@ -148,12 +134,10 @@ impl Pair {
         self.gaps.iter().all(|gap| gap.abs() < FLAT)
     }
 
-    /// Number of points.
     pub fn len(&self) -> usize {
         self.gaps.len()
     }
 
-    /// Whether there is no point.
     pub fn is_empty(&self) -> bool {
         self.gaps.is_empty()
     }

@@ -32,7 +32,6 @@ struct Part {
     weight: f64,
 }
 
-/// A sphere on a ring, undeformed and just touching.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ring {
     /// Radius a of the sphere, m.
@@ -44,7 +43,6 @@ pub struct Ring {
     /// Where each point's normal meets the sphere's meshed surface.
     pub feet: Vec<OnEdge>,
     pub nodes: Vec<u32>,
-    /// Where the coefficients of both faces come from.
     parts: [Vec<Part>; 2],
 }
 
@@ -58,7 +56,6 @@ pub struct Linearised {
 }
 
 impl Linearised {
-    /// Of so many points.
     pub fn new(points: usize) -> Self {
         Self { normals: vec![[0.0; 2]; points], offsets: vec![0.0; points] }
     }
@@ -70,7 +67,6 @@ impl Ring {
         Self { radius, centre, points, feet, nodes, parts: [Vec::new(), Vec::new()] }
     }
 
-    /// The undeformed gaps and normals.
     pub fn at_rest(&self) -> Linearised {
         let mut linearised = Linearised::new(self.points.len());
         self.linearise(|_| [[0.0; 2]; 2], 0.0, &mut linearised);
@@ -151,7 +147,6 @@ impl Ring {
         change
     }
 
-    /// Turn the faces to new normals of the sphere, in place.
     fn turn(&self, normals: &[[f64; 2]], faces: &mut [Face; 2]) {
         for ((face, parts), sign) in faces.iter_mut().zip(&self.parts).zip(SIGNS) {
             face.reweigh(|k| parts[k].weight * normals[parts[k].point][parts[k].axis], |i| sign * normals[i][1]);

@@ -14,7 +14,6 @@ use nalgebra::{Matrix3, SMatrix, SVector};
 
 use crate::fea::mesh::Shape;
 
-/// G and H, summed over the integration points of an element.
 pub(super) struct Dilatation {
     shape: Shape,
     gram: Matrix3<f64>,

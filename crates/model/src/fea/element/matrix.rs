@@ -7,7 +7,6 @@ use thiserror::Error;
 use super::{dilatation::Dilatation, interpolate, rule};
 use crate::{fea::mesh::Shape, scene::Material};
 
-/// Why an element has no matrices.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ElementError {
@@ -15,21 +14,9 @@ pub enum ElementError {
         "at r = {r:.6e} m, z = {z:.6e} m the Jacobian is {jacobian:.3e} m², expected > 0; number its corners counter-clockwise in (r, z) \
          and keep its middle nodes between the quarter points of their sides"
     )]
-    Jacobian {
-        /// Place, m.
-        r: f64,
-        /// Place, m.
-        z: f64,
-        /// Determinant of ∂(r, z)/∂(ξ, η), m².
-        jacobian: f64,
-    },
+    Jacobian { r: f64, z: f64, jacobian: f64 },
     #[error("it reaches r = {r:.6e} m at z = {z:.6e} m, expected r > 0 inside an element; move its nodes to r ≥ 0")]
-    Radius {
-        /// Place, m.
-        r: f64,
-        /// Place, m.
-        z: f64,
-    },
+    Radius { r: f64, z: f64 },
 }
 
 /// Elasticity matrix D of an isotropic material, Pa: σ = D ε in the order (rr, zz, θθ, rz) with γ_rz.
@@ -89,7 +76,6 @@ impl Local {
     }
 }
 
-/// Stiffness and mass of one element.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ElementMatrices {
     /// K_e, N/m: row and column 2 i + d is direction d (0 r, 1 z) of node i.

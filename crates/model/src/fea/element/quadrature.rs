@@ -2,7 +2,6 @@
 
 use crate::fea::mesh::Shape;
 
-/// One integration point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussPoint {
     /// Place ξ, 1.
@@ -13,7 +12,6 @@ pub struct GaussPoint {
     pub weight: f64,
 }
 
-/// Number of points of a rule at most.
 pub(super) const MOST_POINTS: usize = 9;
 
 /// √0.6, abscissa of the three-point Gauss rule.

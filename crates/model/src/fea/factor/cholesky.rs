@@ -23,21 +23,17 @@ use super::ordering::Upper;
 /// zero stored is read twice a step; faer's own choice stores 5 % more for no gain.
 pub(crate) const MERGE: &[(usize, f64)] = &[(2, 0.3), (8, 0.1)];
 
-/// Why a matrix has no factor.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Failure {
-    /// The pivot at that position is not positive.
     Pivot(usize),
     Size(FaerError),
 }
 
-/// faer's factor.
 pub(super) struct Cholesky {
     symbolic: SymbolicCholesky<u32>,
     values: Vec<f64>,
 }
 
-/// Pattern of the factor, supernodes always.
 pub(super) fn analyse(matrix: &Upper) -> Result<SymbolicCholesky<u32>, FaerError> {
     let parameters = CholeskySymbolicParams {
         supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
@@ -75,7 +71,6 @@ impl Cholesky {
         Ok(Self { symbolic, values })
     }
 
-    /// The supernodes, first to last.
     pub(crate) fn supernodes(&self) -> impl Iterator<Item = SupernodeRef<'_, u32, f64>> {
         supernodal(&self.symbolic).into_iter().flat_map(|pattern| {
             let factor = SupernodalLltRef::new(pattern, &self.values);

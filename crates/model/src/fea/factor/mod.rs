@@ -34,7 +34,6 @@ use self::{cholesky::Cholesky, nodal::Nodal, ordering::Ordering, panel::Panels};
 use super::{assembly::Columns, body::Body};
 use crate::tally;
 
-/// Why there is no factor.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FactorError {
@@ -46,20 +45,11 @@ pub enum FactorError {
         "{stiffness_scale:e} K + {mass_scale:e} M is not positive definite at node {node}; expected κ > 0 and, for a body that can move \
          rigidly, σ > 0"
     )]
-    NotPositiveDefinite {
-        /// κ, 1.
-        stiffness_scale: f64,
-        /// σ, 1/s².
-        mass_scale: f64,
-        node: u32,
-    },
+    NotPositiveDefinite { stiffness_scale: f64, mass_scale: f64, node: u32 },
     #[error("the factor of {unknowns} unknowns does not fit ({source}); coarsen the mesh")]
     Size { unknowns: usize, source: faer::sparse::FaerError },
     #[error("K − σ M has no factor at σ = {mass_scale:e} 1/s²: an eigenvalue lies there; move the shift")]
-    Singular {
-        /// σ, 1/s².
-        mass_scale: f64,
-    },
+    Singular { mass_scale: f64 },
 }
 
 /// The factor of κ K + σ M of a body, with its interface last.
@@ -82,12 +72,10 @@ pub struct Factor {
 #[derive(Debug, Clone)]
 pub struct Half {
     y: Nodal,
-    /// Work space for the interface.
     tail: Nodal,
 }
 
 impl Half {
-    /// `count` zero vectors for a body with that interface.
     pub(crate) fn new(body: &Body, interface: &[u32], count: usize) -> Self {
         let mut interface: Vec<u32> = interface.iter().map(|dof| dof / 2).collect();
         interface.sort_unstable();
@@ -138,12 +126,10 @@ impl Factor {
         })
     }
 
-    /// The interface unknowns, in the order of interface vectors.
     pub fn interface(&self) -> &[u32] {
         &self.interface
     }
 
-    /// Number of unknowns factored.
     pub fn unknowns(&self) -> usize {
         self.unknowns
     }
@@ -158,7 +144,6 @@ impl Factor {
         Half { y: Nodal::new(self.nodes.len(), count), tail: Nodal::new(self.tail_nodes, count) }
     }
 
-    /// `count` zero interface vectors.
     pub fn interface_columns(&self, count: usize) -> Columns {
         Columns::new(self.interface.len(), count)
     }
@@ -215,7 +200,6 @@ impl Factor {
     }
 }
 
-/// The symmetric part of a dense matrix, row by row.
 fn symmetric(size: usize, at: impl Fn(usize, usize) -> f64) -> Vec<f64> {
     let entries = (0..size).flat_map(|row| (0..size).map(move |column| (row, column)));
     entries.map(|(row, column)| 0.5 * (at(row, column) + at(column, row))).collect()

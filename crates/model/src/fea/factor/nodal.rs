@@ -27,18 +27,15 @@ fn widths(count: usize) -> impl Iterator<Item = usize> {
 }
 
 impl Nodal {
-    /// `count` zero vectors of so many nodes.
     pub fn new(nodes: usize, count: usize) -> Self {
         let numbers = 2 * nodes * widths(count).sum::<usize>();
         Self { data: vec![0.0; numbers], nodes, count }
     }
 
-    /// Zero.
     pub fn clear(&mut self) {
         self.data.fill(0.0);
     }
 
-    /// Block by block: its columns, its numbers.
     #[inline(always)]
     pub fn blocks(&mut self, mut work: impl FnMut(Range<usize>, &mut [f64])) {
         let (mut rest, mut first) = (self.data.as_mut_slice(), 0);
@@ -49,7 +46,6 @@ impl Nodal {
         }
     }
 
-    /// Take the unknowns of `nodes` from vectors by a body's unknowns.
     pub fn take(&mut self, nodes: &[u32], from: &Columns) {
         self.blocks(|columns, block| match columns.len() {
             6 => take::<6>(nodes, block, from, columns.start),
@@ -59,7 +55,6 @@ impl Nodal {
         });
     }
 
-    /// Give the unknowns of `nodes` to vectors by a body's unknowns.
     pub fn give(&mut self, nodes: &[u32], to: &mut Columns) {
         self.blocks(|columns, block| match columns.len() {
             6 => give::<6>(nodes, block, to, columns.start),
@@ -80,7 +75,6 @@ impl Nodal {
         });
     }
 
-    /// Copy the unknowns at `places` to the rows of `to`.
     pub fn get(&mut self, places: &[u32], to: &mut Columns) {
         self.blocks(|columns, block| {
             for (row, place) in places.iter().enumerate() {
@@ -91,7 +85,6 @@ impl Nodal {
         });
     }
 
-    /// Copy the last nodes of `other`, which has as many columns.
     pub fn copy_last(&mut self, other: &mut Self) {
         let Self { data, nodes, .. } = self;
         let (own, mut first) = (*nodes, 0);
@@ -102,7 +95,6 @@ impl Nodal {
         });
     }
 
-    /// Add to the last nodes of `other`.
     pub fn add_to_last(&self, other: &mut Self) {
         let mut first = 0;
         other.blocks(|columns, block| {

@@ -8,7 +8,6 @@ use faer::{
 use super::FactorError;
 use crate::fea::{assembly::DofMap, body::Body};
 
-/// Where a fixed node stands.
 const NOWHERE: u32 = u32::MAX;
 
 /// A symmetric matrix by the columns of its upper triangle, rows ascending.
@@ -114,7 +113,6 @@ impl Ordering {
         self.nodes.iter().flat_map(|node| [2 * node, 2 * node + 1]).filter(|&dof| !self.fixed[dof as usize]).count()
     }
 
-    /// Nodes of the interface.
     pub fn last(&self) -> usize {
         self.last
     }
@@ -139,7 +137,6 @@ impl Ordering {
         })
     }
 
-    /// Which nodes are coupled, in this order.
     fn neighbours(&self, body: &Body) -> Upper {
         let place = |node: u32| self.position[node as usize];
         let entries: Vec<_> = self.coupled(body).map(|(row, column)| (place(row), place(column), 1.0)).collect();

@@ -9,7 +9,6 @@ use pulp::{Simd, bytemuck::cast, num_complex::Complex};
 
 use crate::fea::assembly::{Arithmetic, Numbers, Vectors};
 
-/// Arithmetic on nodes in a block of columns: a row is a node's pairs.
 pub(super) trait Pairs: Arithmetic {
     /// (e₀ r, e₁ z).
     fn times(self, entries: [f64; 2], row: Self::Row) -> Self::Row;
@@ -17,14 +16,10 @@ pub(super) trait Pairs: Arithmetic {
     fn with(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row;
     /// sum − (e₀ r, e₁ z).
     fn without(self, sum: Self::Row, entries: [f64; 2], row: Self::Row) -> Self::Row;
-    /// one + other.
     fn sum(self, one: Self::Row, other: Self::Row) -> Self::Row;
-    /// (z, r).
     fn turned(self, row: Self::Row) -> Self::Row;
-    /// (r of one, z of the other).
     fn merged(self, one: Self::Row, other: Self::Row) -> Self::Row;
 
-    /// (r, r) and (z, z).
     #[inline(always)]
     fn spread(self, row: Self::Row) -> [Self::Row; 2] {
         let turned = self.turned(row);
@@ -38,9 +33,7 @@ pub(super) trait Pairs: Arithmetic {
     }
 }
 
-/// Work on nodes in a block of columns, whatever holds them.
 pub(super) trait Kernel {
-    /// Run.
     fn run<A: Pairs>(self, arithmetic: A);
 }
 
@@ -114,7 +107,6 @@ impl<S: Simd, const W: usize> Pairs for Numbers<S, W> {
 }
 
 impl<S: Simd, const R: usize> Vectors<S, R> {
-    /// A pair beside itself.
     #[inline(always)]
     fn pairs(self, [re, im]: [f64; 2]) -> S::f64s {
         cast(self.0.splat_c64s(Complex { re, im }))

@@ -10,7 +10,6 @@ use super::{
     pair::{Kernel, Pairs, run},
 };
 
-/// Nodes of a panel at most.
 const PANEL: usize = 2;
 
 /// Some neighbouring nodes of L, whose columns have a common pattern.
@@ -27,7 +26,6 @@ struct Panel {
     values: usize,
 }
 
-/// A lower triangular factor, ready for solving.
 #[derive(Debug, Clone, Default)]
 pub struct Panels {
     panels: Vec<Panel>,
@@ -47,7 +45,6 @@ impl Panels {
         out
     }
 
-    /// From a dense lower triangle.
     pub fn dense(triangle: &Mat<f64>) -> Self {
         let mut out = Self::default();
         out.push(0, triangle.ncols(), &[], |row, column| triangle[(row, column)]);
@@ -86,7 +83,6 @@ impl Panels {
         }
     }
 
-    /// Numbers of L held.
     pub fn stored(&self) -> usize {
         2 * self.values.len()
     }
@@ -147,13 +143,11 @@ impl<const FORWARD: bool> Kernel for Solve<'_, FORWARD> {
     }
 }
 
-/// One node's own unknowns, forward.
 #[inline(always)]
 fn solved<A: Pairs>(a: A, sum: A::Row, pivots: [f64; 2], between: [f64; 2]) -> A::Row {
     a.with(a.times(pivots, sum), between, a.turned(sum))
 }
 
-/// One node's own unknowns, backward.
 #[inline(always)]
 fn solved_back<A: Pairs>(a: A, sum: A::Row, pivots: [f64; 2], [_, between]: [f64; 2]) -> A::Row {
     a.with(a.times(pivots, sum), [between, 0.0], a.turned(sum))

@@ -63,7 +63,6 @@ impl HalfTorus {
     }
 }
 
-/// How finely the annulus is meshed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AnnulusMesh {
     /// Density n ≥ 2, as that of a bead: the contact patch has 4⌈n/2⌉ elements along the surface, 24 at the default 12.

@@ -15,7 +15,6 @@ use super::{
     weave::Weave,
 };
 
-/// Elements of the patches around the contact points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum PatchElements {
     /// 8-node quadrilaterals everywhere.
@@ -24,12 +23,10 @@ pub enum PatchElements {
     Mixed,
 }
 
-/// How finely a bead is meshed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BeadMesh {
     /// Density n ≥ 2: a pole's patch has 2n elements along the surface and along the axis. 8 is quick, 12 the default, 16 to 24 a reference.
     pub density: usize,
-    /// Elements of the polar patches.
     pub elements: PatchElements,
     /// Radius r₀ of a polar patch over the bead's radius, 1, above 0 and at most 0.5.
     pub patch_radius: f64,

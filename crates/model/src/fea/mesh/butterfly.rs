@@ -13,9 +13,7 @@ const CORNER: f64 = 0.8;
 
 /// The vertices on the three sides, 2n + 1 each.
 pub(super) struct Quarter {
-    /// From the corner along x.
     pub along_x: Vec<u32>,
-    /// From the corner along y.
     pub along_y: Vec<u32>,
     /// Along the arc, from x to y.
     pub arc: Vec<u32>,

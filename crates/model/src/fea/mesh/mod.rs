@@ -18,7 +18,6 @@ pub use quality::{CLAMPED_BOUNDARY, CONTACT_BOUNDARIES, Quality, quality};
 
 use crate::response::{CellKind, FieldMesh};
 
-/// Kind of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Shape {
     /// 8-node serendipity quadrilateral: four corners counter-clockwise in (r, z), then the middles of sides 1–2, 2–3, 3–4, 4–1.
@@ -28,7 +27,6 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Number of its nodes.
     pub const fn nodes(self) -> usize {
         match self {
             Self::Quadrilateral8 => 8,
@@ -36,13 +34,11 @@ impl Shape {
         }
     }
 
-    /// Number of its corners.
     pub const fn corners(self) -> usize {
         self.nodes() / 2
     }
 }
 
-/// One element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Element {
     pub shape: Shape,
@@ -53,16 +49,13 @@ pub struct Element {
 }
 
 impl Element {
-    /// Its nodes.
     pub fn nodes(&self) -> &[u32] {
         &self.nodes[..self.shape.nodes()]
     }
 }
 
-/// A named part of the surface: a run of quadratic edges.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Boundary {
-    /// Its name, such as `front`, `back`, `clamped`.
     pub name: String,
     /// Nodes along it: vertex, middle, vertex, middle, …, vertex (odd count). From the pole outwards where it is a pole's patch.
     pub nodes: Vec<u32>,
@@ -74,17 +67,14 @@ pub struct Mesh {
     /// Node coordinates (r, z), m; nodes on the axis have r = 0 exactly.
     pub nodes: Vec<[f64; 2]>,
     pub elements: Vec<Element>,
-    /// The named parts of the surface.
     pub boundaries: Vec<Boundary>,
 }
 
 impl Mesh {
-    /// The boundary of that name.
     pub fn boundary(&self, name: &str) -> Option<&Boundary> {
         self.boundaries.iter().find(|boundary| boundary.name == name)
     }
 
-    /// The mesh as a field carries it.
     pub fn to_field_mesh(&self) -> FieldMesh {
         let kind = |element: &Element| match element.shape {
             Shape::Quadrilateral8 => CellKind::QuadraticQuadrilateral,

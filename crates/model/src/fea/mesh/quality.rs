@@ -12,7 +12,6 @@ pub const CONTACT_BOUNDARIES: [&str; 3] = ["front", "back", "contact"];
 /// The boundary whose nodes are held.
 pub const CLAMPED_BOUNDARY: &str = "clamped";
 
-/// What a mesh is worth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Quality {
     pub elements: usize,
@@ -41,7 +40,6 @@ impl Quality {
     }
 }
 
-/// Count, integrate and look for the worst element.
 pub fn quality(mesh: &Mesh) -> Quality {
     let mut volume = 0.0;
     let mut worst = f64::INFINITY;
@@ -90,11 +88,9 @@ pub fn quality(mesh: &Mesh) -> Quality {
     }
 }
 
-/// Jacobian determinants of one element.
 struct Range {
     smallest: f64,
     largest: f64,
-    /// Reference coordinates of the smallest.
     at: [f64; 2],
 }
 

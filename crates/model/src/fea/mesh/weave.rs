@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use super::{Boundary, Element, Mesh, Shape};
 
-/// A mesh in the making.
 #[derive(Default)]
 pub(super) struct Weave {
     nodes: Vec<[f64; 2]>,
@@ -14,18 +13,15 @@ pub(super) struct Weave {
 }
 
 impl Weave {
-    /// Add a vertex.
     pub fn vertex(&mut self, place: [f64; 2]) -> u32 {
         self.nodes.push(place);
         (self.nodes.len() - 1) as u32
     }
 
-    /// Where a node lies.
     pub fn place(&self, node: u32) -> [f64; 2] {
         self.nodes[node as usize]
     }
 
-    /// Give the side a–b this middle; before any element uses it.
     pub fn curve(&mut self, a: u32, b: u32, place: [f64; 2]) {
         let node = self.vertex(place);
         let before = self.middles.insert((a.min(b), a.max(b)), node);
@@ -44,7 +40,6 @@ impl Weave {
         node
     }
 
-    /// Add the element with these corners, either way round.
     fn element<const CORNERS: usize>(&mut self, shape: Shape, mut corners: [u32; CORNERS]) {
         let area: f64 = (0..CORNERS)
             .map(|i| (self.place(corners[i]), self.place(corners[(i + 1) % CORNERS])))
@@ -61,12 +56,10 @@ impl Weave {
         self.elements.push(Element { shape, nodes, material: 0 });
     }
 
-    /// Add a quadrilateral with these corners, either way round.
     pub fn quadrilateral(&mut self, corners: [u32; 4]) {
         self.element(Shape::Quadrilateral8, corners);
     }
 
-    /// Add two triangles that share the shorter diagonal.
     pub fn triangles(&mut self, [a, b, c, d]: [u32; 4]) {
         let square = |weave: &Self, a: u32, b: u32| {
             let ([r0, z0], [r1, z1]) = (weave.place(a), weave.place(b));
@@ -79,7 +72,6 @@ impl Weave {
         }
     }
 
-    /// Name the boundary through these vertices.
     pub fn boundary(&mut self, name: &str, vertices: &[u32]) {
         let mut nodes = vertices[..1].to_vec();
         for side in vertices.windows(2) {
@@ -118,7 +110,6 @@ impl Weave {
         self
     }
 
-    /// The mesh.
     pub fn finish(self) -> Mesh {
         Mesh { nodes: self.nodes, elements: self.elements, boundaries: self.boundaries }
     }

@@ -19,7 +19,6 @@ fn dot(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
-/// One pair of the projected problem.
 #[derive(Debug, Clone)]
 pub(super) struct Pair {
     /// θ.
@@ -39,7 +38,6 @@ pub(super) struct Lanczos<'a> {
     known: usize,
     diagonal: Vec<f64>,
     below: Vec<f64>,
-    /// The next direction before normalisation.
     next: Vec<f64>,
     work: Half,
 }
@@ -78,7 +76,6 @@ impl<'a> Lanczos<'a> {
         out
     }
 
-    /// Vectors of the basis.
     pub fn steps(&self) -> usize {
         self.diagonal.len()
     }
@@ -158,7 +155,6 @@ impl<'a> Lanczos<'a> {
             .collect()
     }
 
-    /// The vector of a pair by the body's unknowns.
     pub fn vector(&self, pair: &Pair) -> Vec<f64> {
         let mut out = vec![0.0; self.body.dofs().len()];
         for (vector, weight) in self.basis[self.known..].iter().zip(&pair.weights) {

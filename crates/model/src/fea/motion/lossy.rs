@@ -5,7 +5,6 @@ use crate::fea::{
     arrangement::Arrangement, assembly::Columns, body::Body, loss::StepLoss, operator::Operator, scheme::Coefficients,
 };
 
-/// What a step of bodies with losses needs besides.
 #[derive(Debug, Clone)]
 pub(super) struct Lossy {
     pub(super) blend: Columns,

@@ -13,7 +13,6 @@ use crate::{
     horn::HornMotion,
 };
 
-/// Everything that must be saved to go on later, exactly.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Snapshot {
     /// What the state belongs to: a text that differs when anything that matters differs.

@@ -6,7 +6,6 @@ use crate::{
     number::{Mask, Number},
 };
 
-/// Work space of a solution for a set of any kind.
 #[derive(Debug, Clone)]
 pub(super) struct Single {
     scratch: Scratch,
@@ -17,7 +16,6 @@ pub(super) struct Single {
 }
 
 impl Single {
-    /// For so many points and vectors.
     pub(super) fn new(points: usize, vectors: usize) -> Self {
         Self {
             scratch: Scratch::keeping(points),
@@ -116,7 +114,6 @@ impl Condensed {
         holds
     }
 
-    /// Make the forces that were tried those of the runs `taken`.
     #[inline(always)]
     fn take_any<N: Number>(&self, state: &mut State<N>, taken: N::Mask) {
         let State { forces, trial, moments, slope, prefix, single, .. } = state;

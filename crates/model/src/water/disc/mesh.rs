@@ -2,10 +2,8 @@
 
 use crate::fea::mesh::{Boundary, Element, Mesh, MeshError, Shape};
 
-/// How finely a disc is meshed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DiscMesh {
-    /// Elements from the axis to the rim.
     pub radial: usize,
     pub through: usize,
     /// Side of the element at the pole of the front, m: from there sides grow by a constant factor in both directions. A contact wants a

@@ -12,11 +12,9 @@ use crate::{
     water::{OnWater, contact::DASHPOT_MODES, disc::Disc, front::TouchedDisc, rayleigh::field::FieldPoint},
 };
 
-/// What disc and water are meshed and stepped with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiscOnWaterSettings {
     pub water: Water,
-    /// The plane around the disc.
     pub baffle: Baffle,
     pub mesh: WaterMesh,
     pub points: Vec<FieldPoint>,
@@ -27,7 +25,6 @@ pub struct DiscOnWaterSettings {
     pub step: f64,
 }
 
-/// A disc in quadratic elasticity on a meshed half-space of water, stepping.
 #[derive(Debug, Clone)]
 pub struct DiscOnWater {
     disc: Disc,
@@ -61,7 +58,6 @@ pub struct DiscOnWater {
 /// A displacement along z that is measured, and along which a force acts.
 #[derive(Debug, Clone)]
 struct Point {
-    /// Free unknowns and their weights.
     terms: Vec<(u32, f64)>,
     /// Rates of all unknowns for a unit force.
     answer: Vec<f64>,
@@ -74,7 +70,6 @@ impl Point {
 }
 
 impl DiscOnWater {
-    /// Disc and water at rest, the force on the patch.
     pub fn new(disc: Disc, settings: &DiscOnWaterSettings) -> Result<Self, ElementsError> {
         let load = disc.patch_load(settings.patch);
         let terms = (0_u32..).zip(load).filter(|&(_, share)| share != 0.0).collect();
@@ -174,12 +169,10 @@ impl DiscOnWater {
         })
     }
 
-    /// Unknowns of the disc and of the water, and entries of the factor.
     pub fn size(&self) -> (usize, usize, usize) {
         (self.known.len(), self.waves.unknowns(), self.factor.nonzeros())
     }
 
-    /// The mesh of the water.
     pub fn mesh(&self) -> &Hemisphere {
         &self.waves.acoustics.mesh
     }
@@ -204,7 +197,6 @@ impl DiscOnWater {
 }
 
 impl DiscOnWater {
-    /// Rates of the next step without forces at its end.
     fn begin(&mut self) {
         let (own, rest) = self.solution.split_at_mut(self.known.len());
         own.copy_from_slice(&self.known);
@@ -221,7 +213,6 @@ impl DiscOnWater {
         point.along(&self.displacement) + self.step * point.along(&self.solution)
     }
 
-    /// Take the step with these forces at its end.
     fn finish(&mut self, new: &[f64]) {
         let Self {
             disc, waves, coupling, points, step, displacement, velocity, image, known, solution, forces, ..

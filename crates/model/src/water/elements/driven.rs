@@ -68,7 +68,6 @@ impl DrivenWater {
         [self.work, self.waves.energy(), self.waves.radiated]
     }
 
-    /// The mesh.
     pub fn mesh(&self) -> &Hemisphere {
         &self.waves.acoustics.mesh
     }
@@ -83,7 +82,6 @@ impl DrivenWater {
             .unwrap_or((0.0, 0.0))
     }
 
-    /// Unknowns of the water, and entries of the factor.
     pub fn size(&self) -> (usize, usize) {
         (self.waves.unknowns(), self.factor.nonzeros())
     }

@@ -5,10 +5,8 @@
 
 use crate::fea::assembly::{Arithmetic, Kernel, run};
 
-/// Columns of a panel at most.
 const PANEL: usize = 4;
 
-/// Some neighbouring columns of L with a common pattern.
 #[derive(Debug, Clone, Copy)]
 struct Panel {
     start: u32,
@@ -23,7 +21,6 @@ struct Panel {
     values: usize,
 }
 
-/// A lower triangular factor, ready for solving.
 #[derive(Debug, Clone, Default)]
 pub struct Panels {
     panels: Vec<Panel>,
@@ -65,7 +62,6 @@ impl Panels {
         }
     }
 
-    /// Entries of L held.
     pub fn stored(&self) -> usize {
         self.stored
     }

@@ -45,7 +45,6 @@ impl Sparse {
         (&self.starts, &self.columns, &self.values)
     }
 
-    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.starts.len() - 1
     }
@@ -55,7 +54,6 @@ impl Sparse {
         self.filled.clone()
     }
 
-    /// Entries of a row: columns and values.
     pub fn row(&self, row: usize) -> (&[u32], &[f64]) {
         let range = self.starts[row] as usize..self.starts[row + 1] as usize;
         (&self.columns[range.clone()], &self.values[range])

@@ -8,7 +8,6 @@ use super::{
 };
 use crate::{tally, water::rayleigh::field::FieldPoint};
 
-/// Waves in the hemisphere.
 #[derive(Debug, Clone)]
 pub(super) struct Waves {
     pub acoustics: Acoustics,
@@ -22,7 +21,6 @@ pub(super) struct Waves {
     listeners: Vec<Vec<(u32, f64)>>,
     /// Energy that left through the hemisphere, J.
     pub radiated: f64,
-    /// See [`Waves::known`].
     known: Vec<f64>,
     scratch: Vec<f64>,
 }

@@ -20,10 +20,8 @@ pub use crate::scene::FieldPoint;
 use super::{memory::Memory, radiation::Radiator};
 use crate::water::{Water, quadrature::gauss_legendre};
 
-/// Points of the quadrature over an arc.
 const ARC_POINTS: usize = 32;
 
-/// A field point that is not in the water.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
     "field point r = {radius:e} m, z = {distance:e} m: expected finite numbers with r ≥ 0 and z ≥ 0; z counts from the disc's back \

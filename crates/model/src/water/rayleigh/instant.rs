@@ -14,7 +14,6 @@ use crate::water::{Water, quadrature::gauss_legendre};
 /// Points of the quadrature over a piece of the memory: these, and one for each time to be told apart in 2a/c.
 const LEAST_POINTS: usize = 24;
 
-/// A rule for the instants of one motion.
 #[derive(Debug, Clone)]
 pub struct InstantRule {
     rule: Vec<(f64, f64)>,
@@ -27,7 +26,6 @@ impl InstantRule {
         Self { rule: gauss_legendre(LEAST_POINTS + cells as usize) }
     }
 
-    /// The same with twice the points, to see that the first has enough.
     pub fn doubled(&self) -> Self {
         Self { rule: gauss_legendre(2 * self.rule.len()) }
     }

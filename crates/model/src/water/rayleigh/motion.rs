@@ -39,7 +39,6 @@ pub fn wet_frequencies(radius: f64, modes: &DiscModes, water: &Water) -> Vec<f64
     squares.into_iter().map(|square| square.max(0.0).sqrt() / TAU).collect()
 }
 
-/// Answer to a unit harmonic force at the pole of the front.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Harmonic {
     /// Amplitudes q_k of the modes, m·√kg/N.
@@ -75,7 +74,6 @@ pub fn harmonic(
     Ok(Harmonic { modal, pole, pressure })
 }
 
-/// A disc in its modes on the water, stepping.
 #[derive(Debug, Clone)]
 pub struct WetDisc {
     step: f64,
@@ -102,7 +100,6 @@ pub struct WetDisc {
     /// Force on the water at the last instant, N·√kg⁻¹, and the work done on it so far, J.
     water_force: Vec<f64>,
     water_work: f64,
-    /// Cells of the kernel summed over so far.
     terms: u64,
 }
 

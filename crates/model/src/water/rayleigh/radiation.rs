@@ -7,7 +7,6 @@ use faer::c64;
 use super::memory::Memory;
 use crate::water::{Water, disc::FaceProfile, quadrature::gauss_legendre};
 
-/// Points of the quadrature over a lens, along each of its two coordinates.
 const LENS_POINTS: usize = 40;
 
 /// A shape φ(r) over the disc, even in r where it is smooth.
@@ -28,7 +27,6 @@ impl<F: Fn(f64) -> f64 + Sync> Shape for F {
     }
 }
 
-/// A disc in a rigid baffle that moves in a few shapes.
 pub struct Radiator<'a> {
     /// Radius a, m.
     pub radius: f64,
@@ -48,7 +46,6 @@ impl<'a> Radiator<'a> {
         Self { radius, shapes: vec![&|_: f64| 1.0] }
     }
 
-    /// A disc that moves in the given shapes of its back.
     pub fn of_modes(radius: f64, shapes: &'a [FaceProfile]) -> Self {
         Self { radius, shapes: shapes.iter().map(|shape| shape as &dyn Shape).collect() }
     }
@@ -145,7 +142,6 @@ pub struct RadiationKernel {
 }
 
 impl RadiationKernel {
-    /// Of a vacuum: no cell.
     pub fn none(count: usize, step: f64) -> Self {
         Self { count, step, weights: Vec::new() }
     }
@@ -155,12 +151,10 @@ impl RadiationKernel {
         self.weights.get(j * self.count + k).copied().unwrap_or(0.0)
     }
 
-    /// Number of cells.
     pub fn cells(&self) -> usize {
         self.weights.len() / (self.count * self.count)
     }
 
-    /// W_m, row by row.
     pub fn cell(&self, cell: usize) -> &[f64] {
         let size = self.count * self.count;
         &self.weights[cell * size..(cell + 1) * size]

@@ -4,11 +4,8 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::{GmshError, Mesh};
 
-/// A quadratic line element.
 pub(super) struct Line {
-    /// Its number in the file.
     pub number: u64,
-    /// Vertex, middle, vertex.
     pub nodes: [u32; 3],
 }
 
@@ -28,7 +25,6 @@ impl Sides {
         Self(sides)
     }
 
-    /// Number of elements that have this line as a side.
     fn count(&self, [a, middle, b]: [u32; 3]) -> usize {
         match self.0.get(&(a.min(b), a.max(b))) {
             Some((found, count)) if *found == middle => *count,

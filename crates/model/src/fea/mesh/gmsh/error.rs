@@ -11,11 +11,7 @@ pub enum GmshError {
     #[error("expected a Gmsh file of format 4.1, found `{found}`; save it with `Mesh.MshFileVersion = 4.1`")]
     Version { found: String },
     #[error("byte {offset}: expected format 4.1, found an error in {place}; save the mesh again")]
-    Syntax {
-        offset: usize,
-        /// What was being read, outermost first.
-        place: String,
-    },
+    Syntax { offset: usize, place: String },
     #[error("expected a section `${section}`, found none; save a meshed model with physical groups from Gmsh itself")]
     MissingSection { section: &'static str },
     #[error("expected a unit of positive length in m, found {found:e}")]
@@ -26,122 +22,53 @@ pub enum GmshError {
         "element {element} at r = {r:.6e} m, z = {z:.6e} m: expected quadratic elements, found one with {nodes} nodes; \
          mesh with `Mesh.ElementOrder = 2`"
     )]
-    Linear {
-        element: u64,
-        /// Where its first node lies, m.
-        r: f64,
-        /// Where its first node lies, m.
-        z: f64,
-        nodes: usize,
-    },
+    Linear { element: u64, r: f64, z: f64, nodes: usize },
     #[error(
         "element {element} at r = {r:.6e} m, z = {z:.6e} m: expected 8 nodes, found a ninth in the centre; mesh with \
          `Mesh.SecondOrderIncomplete = 1`"
     )]
-    NineNodes {
-        element: u64,
-        /// Where its first node lies, m.
-        r: f64,
-        /// Where its first node lies, m.
-        z: f64,
-    },
+    NineNodes { element: u64, r: f64, z: f64 },
     #[error(
         "element {element} at r = {r:.6e} m, z = {z:.6e} m: expected triangles of 6 or quadrilaterals of 8 nodes in the half-plane \
          x = r, y = z, found {found}; mesh the section only, with `Mesh.ElementOrder = 2`"
     )]
-    Unsupported {
-        element: u64,
-        /// Where its first node lies, m.
-        r: f64,
-        /// Where its first node lies, m.
-        z: f64,
-        found: String,
-    },
+    Unsupported { element: u64, r: f64, z: f64, found: String },
     #[error("expected surface elements, found none; put the surface into a physical group and mesh it")]
     NoElements,
     #[error(
         "node {node} at x = {r:.6e} m, y = {z:.6e} m: expected x = r ≥ 0, found a point beyond the axis; move the section to x ≥ 0"
     )]
-    BeyondAxis {
-        node: u64,
-        /// Its x, m.
-        r: f64,
-        /// Its y, m.
-        z: f64,
-    },
+    BeyondAxis { node: u64, r: f64, z: f64 },
     #[error(
         "node {node} at x = {r:.6e} m, y = {z:.6e} m: expected the plane z = 0 of the file, found its third coordinate {third:.6e} m; \
          the section lies in x = r, y = z"
     )]
-    OffPlane {
-        node: u64,
-        /// Its x, m.
-        r: f64,
-        /// Its y, m.
-        z: f64,
-        /// Its third coordinate, m.
-        third: f64,
-    },
+    OffPlane { node: u64, r: f64, z: f64, third: f64 },
     #[error(
         "element {element} at r = {r:.6e} m, z = {z:.6e} m: expected a positive Jacobian determinant, found {determinant:.3e} m²; \
          refine the curved side there or mesh with `Mesh.HighOrderOptimize = 2`"
     )]
-    NegativeJacobian {
-        element: u64,
-        /// Where it is negative, m.
-        r: f64,
-        /// Where it is negative, m.
-        z: f64,
-        /// Determinant, m² a unit area of the reference element.
-        determinant: f64,
-    },
+    NegativeJacobian { element: u64, r: f64, z: f64, determinant: f64 },
     #[error(
         "elements {element} and {other} overlap at r = {r:.6e} m, z = {z:.6e} m; one file holds one body: cut overlapping surfaces with \
          `BooleanFragments`, and mesh every surface once"
     )]
-    Overlap {
-        element: u64,
-        other: u64,
-        /// Where, m.
-        r: f64,
-        /// Where, m.
-        z: f64,
-    },
+    Overlap { element: u64, other: u64, r: f64, z: f64 },
     #[error(
         "nodes {node} and {other} lie both at r = {r:.6e} m, z = {z:.6e} m: expected one node; join the surfaces with `Coherence` or the \
          mesh with `Coherence Mesh`"
     )]
-    Coincident {
-        node: u64,
-        other: u64,
-        /// Where, m.
-        r: f64,
-        /// Where, m.
-        z: f64,
-    },
+    Coincident { node: u64, other: u64, r: f64, z: f64 },
     #[error(
         "element {element} at r = {r:.6e} m, z = {z:.6e} m is not connected with element {other}: expected one body; give every body its \
          own file, and join parts of one body with `Coherence`"
     )]
-    Separate {
-        element: u64,
-        other: u64,
-        /// Where the element's first node lies, m.
-        r: f64,
-        /// Where the element's first node lies, m.
-        z: f64,
-    },
+    Separate { element: u64, other: u64, r: f64, z: f64 },
     #[error(
         "physical curve {group} through r = {r:.6e} m, z = {z:.6e} m has no name: expected `front`, `back`, `contact` or `clamped`; \
          write `Physical Curve(\"front\") = {{…}};`"
     )]
-    UnnamedBoundary {
-        group: i32,
-        /// A node of it, m.
-        r: f64,
-        /// A node of it, m.
-        z: f64,
-    },
+    UnnamedBoundary { group: i32, r: f64, z: f64 },
     #[error(
         "expected a physical curve named `front`, `back` or `contact`, found {found:?}; name the curves that may touch, as in \
          `Physical Curve(\"front\") = {{…}};`"
@@ -151,28 +78,12 @@ pub enum GmshError {
         "boundary `{boundary}`, line element {element} at r = {r:.6e} m, z = {z:.6e} m: expected an outer side of one surface element, \
          found one of {sides}; name curves of the body's own surface"
     )]
-    NotOnSurface {
-        boundary: String,
-        element: u64,
-        /// Its first node, m.
-        r: f64,
-        /// Its first node, m.
-        z: f64,
-        /// Number of surface elements it is a side of.
-        sides: usize,
-    },
+    NotOnSurface { boundary: String, element: u64, r: f64, z: f64, sides: usize },
     #[error(
         "boundary `{boundary}` at r = {r:.6e} m, z = {z:.6e} m: expected one connected curve with two ends, found {found}; give every \
          piece a name of its own"
     )]
-    NotOneCurve {
-        boundary: String,
-        /// Where, m.
-        r: f64,
-        /// Where, m.
-        z: f64,
-        found: &'static str,
-    },
+    NotOneCurve { boundary: String, r: f64, z: f64, found: &'static str },
     #[error(
         "surface {surface} belongs to physical groups {groups:?}: expected one at most, the material; take it out of the others"
     )]

@@ -9,10 +9,8 @@ use mshio::MshFile;
 
 use super::GmshError;
 
-/// Physical groups by (dimension, number).
 type Names = BTreeMap<(i32, i32), String>;
 
-/// A parsed file.
 pub(super) struct File {
     pub msh: MshFile<u64, i32, f64>,
     pub names: Names,
@@ -40,7 +38,6 @@ impl File {
     }
 }
 
-/// How numbers are written.
 #[derive(Clone, Copy)]
 enum Encoding {
     Text,
@@ -67,7 +64,6 @@ fn encoding(bytes: &[u8]) -> Result<Encoding, GmshError> {
     }
 }
 
-/// Where the content of a section begins: behind its tag's line.
 fn content(bytes: &[u8], section: &str) -> Option<usize> {
     let tag = format!("\n${section}");
     let at = bytes.windows(tag.len()).position(|window| window == tag.as_bytes())?;

@@ -154,7 +154,6 @@ fn places(blocks: &[mshio::NodeBlock<u64, i32, f64>], unit: f64) -> HashMap<u64,
     places
 }
 
-/// The nodes that elements use, in the order of their use.
 struct Nodes<'a> {
     places: &'a HashMap<u64, [f64; 3]>,
     index: HashMap<u64, u32>,
@@ -175,7 +174,6 @@ impl Nodes<'_> {
         Ok(index)
     }
 
-    /// Place of an element's first node.
     fn first(&self, element: &mshio::Element<u64>) -> Result<[f64; 3], GmshError> {
         let (number, node) = (element.element_tag, element.nodes.first().copied().unwrap_or_default());
         self.places.get(&node).copied().ok_or(GmshError::UnknownNode { element: number, node })

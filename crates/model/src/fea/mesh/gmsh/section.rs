@@ -8,13 +8,11 @@ use crate::fea::{
     mesh::{Element, MeshError, Shape, quality},
 };
 
-/// The file's numbers of nodes and elements.
 pub(super) struct Numbers {
     pub nodes: Vec<u64>,
     pub elements: Vec<u64>,
 }
 
-/// Turn round the elements whose corners run clockwise.
 pub(super) fn turn_anticlockwise(mesh: &mut Mesh) {
     let nodes = &mesh.nodes;
     for element in &mut mesh.elements {
@@ -32,7 +30,6 @@ pub(super) fn turn_anticlockwise(mesh: &mut Mesh) {
     }
 }
 
-/// Refuse what is not one body.
 pub(super) fn check(mesh: &Mesh, numbers: &Numbers) -> Result<(), GmshError> {
     duplicates(mesh, numbers)?;
     if let Err(MeshError::NegativeJacobian { element, r, z, determinant }) = mesh.check() {
@@ -45,7 +42,6 @@ pub(super) fn check(mesh: &Mesh, numbers: &Numbers) -> Result<(), GmshError> {
     connected(mesh, numbers)
 }
 
-/// Where the middle of the reference element goes.
 fn middle(mesh: &Mesh, element: &Element) -> [f64; 2] {
     let functions = match element.shape {
         Shape::Quadrilateral8 => interpolate(element.shape, 0.0, 0.0),
@@ -55,7 +51,6 @@ fn middle(mesh: &Mesh, element: &Element) -> [f64; 2] {
     [0, 1].map(|d| nodes().map(|(node, value)| value * mesh.nodes[*node as usize][d]).sum())
 }
 
-/// Two elements with the same corners.
 fn duplicates(mesh: &Mesh, numbers: &Numbers) -> Result<(), GmshError> {
     let mut seen = HashMap::new();
     for (element, number) in mesh.elements.iter().zip(&numbers.elements) {
@@ -69,7 +64,6 @@ fn duplicates(mesh: &Mesh, numbers: &Numbers) -> Result<(), GmshError> {
     Ok(())
 }
 
-/// An element whose middle lies in another.
 fn overlaps(mesh: &Mesh, numbers: &Numbers) -> Result<(), GmshError> {
     let middles: Vec<[f64; 2]> = mesh.elements.iter().map(|element| middle(mesh, element)).collect();
     let mut order: Vec<usize> = (0..middles.len()).collect();
@@ -127,7 +121,6 @@ fn coincidences(mesh: &Mesh, numbers: &Numbers) -> Result<(), GmshError> {
     Ok(())
 }
 
-/// All elements hang together by their corners.
 fn connected(mesh: &Mesh, numbers: &Numbers) -> Result<(), GmshError> {
     let mut of_node: Vec<Vec<usize>> = vec![Vec::new(); mesh.nodes.len()];
     for (index, element) in mesh.elements.iter().enumerate() {
