@@ -113,74 +113,34 @@ impl Governor {
     }
 }
 
-const fn key(name: &'static str, kind: ValueKind, bound: Bound, get: Get, meaning: &'static str) -> Key {
+/// A key that a scene has no value of its own for, until [`Key::value`] or one of its like says where it stands.
+pub(super) const fn key(name: &'static str, kind: ValueKind, meaning: &'static str) -> Key {
+    let (bound, get) = (Bound::Finite, Get::Nothing);
     Key { name, kind, meaning, usually: "", bound, default: None, example: "", when: &[], get }
 }
 
-pub(super) const fn nowhere(name: &'static str, kind: ValueKind, meaning: &'static str) -> Key {
-    key(name, kind, Bound::Finite, Get::Nothing, meaning)
-}
-
-pub(super) const fn number(
-    name: &'static str,
-    dimension: Dimension,
-    bound: Bound,
-    get: fn(&Scene) -> Option<f64>,
-    meaning: &'static str,
-) -> Key {
-    key(name, ValueKind::Quantity(dimension), bound, Get::Number(get), meaning)
+pub(super) const fn number(name: &'static str, dimension: Dimension, bound: Bound, meaning: &'static str) -> Key {
+    Key { bound, ..key(name, ValueKind::Quantity(dimension), meaning) }
 }
 
 /// A number that is 0 where it is not given.
-pub(super) const fn optional(
-    name: &'static str,
-    dimension: Dimension,
-    get: fn(&Scene) -> Option<f64>,
-    meaning: &'static str,
-) -> Key {
-    number(name, dimension, Bound::NotNegative, get, meaning).usually("0")
+pub(super) const fn optional(name: &'static str, dimension: Dimension, meaning: &'static str) -> Key {
+    number(name, dimension, Bound::NotNegative, meaning).usually("0")
 }
 
-pub(super) const fn beside(term: DampingTerm, get: fn(&Scene) -> Option<f64>, meaning: &'static str) -> Key {
+/// The key of a term's coefficient beside another.
+pub(super) const fn beside(term: DampingTerm, meaning: &'static str) -> Key {
     let description = term.description();
-    number(description.key, description.dimension, Bound::NotNegative, get, meaning).usually("the paper's")
+    number(description.key, description.dimension, Bound::NotNegative, meaning).usually("the paper's")
 }
 
-pub(super) const fn of_material(
-    name: &'static str,
-    dimension: Dimension,
-    bound: Bound,
-    get: fn(&Material) -> f64,
-    meaning: &'static str,
-) -> Key {
-    key(name, ValueKind::Quantity(dimension), bound, Get::OfMaterial(get), meaning)
-}
-
-pub(super) const fn count(
-    name: &'static str,
-    range: (u32, u32),
-    get: fn(&Scene) -> Option<SettingValue>,
-    meaning: &'static str,
-) -> Key {
-    key(name, ValueKind::Count, Bound::Whole(range.0, range.1), Get::Value(get), meaning)
-}
-
-pub(super) const fn value(
-    name: &'static str,
-    kind: ValueKind,
-    get: fn(&Scene) -> Option<SettingValue>,
-    meaning: &'static str,
-) -> Key {
-    key(name, kind, Bound::Finite, Get::Value(get), meaning)
+pub(super) const fn count(name: &'static str, range: (u32, u32), meaning: &'static str) -> Key {
+    Key { bound: Bound::Whole(range.0, range.1), ..key(name, ValueKind::Count, meaning) }
 }
 
 /// A key with the words of `W`, the first of which is taken where none is given.
-pub(super) const fn word<W: Word>(
-    name: &'static str,
-    get: fn(&Scene) -> Option<SettingValue>,
-    meaning: &'static str,
-) -> Key {
-    value(name, ValueKind::Choice(W::WORDS), get, meaning).usually(W::WORDS[0])
+pub(super) const fn word<W: Word>(name: &'static str, meaning: &'static str) -> Key {
+    key(name, ValueKind::Choice(W::WORDS), meaning).usually(W::WORDS[0])
 }
 
 impl Key {
@@ -198,6 +158,22 @@ impl Key {
     /// It must be given, such as here (by some, where `usually` follows).
     pub(super) const fn needed(mut self, example: &'static str) -> Self {
         (self.example, self.usually) = (example, "");
+        self
+    }
+
+    /// Where it stands in a scene.
+    pub(super) const fn value(mut self, get: fn(&Scene) -> Option<SettingValue>) -> Self {
+        self.get = Get::Value(get);
+        self
+    }
+
+    pub(super) const fn number(mut self, get: fn(&Scene) -> Option<f64>) -> Self {
+        self.get = Get::Number(get);
+        self
+    }
+
+    pub(super) const fn of_material(mut self, get: fn(&Material) -> f64) -> Self {
+        self.get = Get::OfMaterial(get);
         self
     }
 
