@@ -1,6 +1,6 @@
 //! The ring that holds the last bead, and of which rings the chain has a law without pressing them.
 
-use super::{Bead, ContactLaw, Material, Scene, Support, error::SceneError, reader::Reader, shown::length};
+use super::{Bead, ContactLaw, Material, Scene, Support};
 
 /// A ring: a half disc revolved about the axis, its flat side outwards and clamped.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,9 +11,6 @@ pub struct AnnulusShape {
     pub section_radius: f64,
 }
 
-/// Least and largest angle of the contact normal from the axis, °: flatter, the bead lies too near the clamped corner to be meshed at any
-/// density; steeper, it is a wedge, whose travel is a multiple of what the ring gives way.
-const CONTACT_ANGLES: (f64, f64) = (25.0, 80.0);
 /// How much too large a force on the ring is at a mesh density of 12, over the bead's share of the compliance where both touch: away from its
 /// poles a bead is meshed coarsely. Found at 1 µm for steel, aluminium and acrylic rings and beads against a density of 96: 0.34 to 0.38.
 const COARSE_BEAD: f64 = 0.36;
@@ -45,44 +42,6 @@ impl AnnulusShape {
     pub fn contact_angle(&self, bead_radius: f64) -> f64 {
         (self.ring_radius / (bead_radius + self.section_radius)).asin()
     }
-}
-
-/// Read the ring of a scene that holds a bead of that radius, m.
-pub(super) fn read(reader: &Reader<'_>, bead_radius: f64) -> Result<AnnulusShape, SceneError> {
-    let shape = AnnulusShape {
-        ring_radius: reader.number("support.ring_radius")?,
-        section_radius: reader.number("support.section_radius")?,
-    };
-    let key = if reader.has("support.section_radius") { "support.section_radius" } else { "support.ring_radius" };
-    if shape.opening() <= 0.0 {
-        let expected = format!(
-            "a section radius below the ring radius {}, which leaves an opening; change one of both",
-            length(shape.ring_radius)
-        );
-        return Err(reader.out_of_range(key, expected, length(shape.section_radius)));
-    }
-    if bead_radius <= shape.opening() {
-        let place = reader.place("support.kind");
-        return Err(SceneError::ThroughAnnulus {
-            place,
-            radius: length(bead_radius),
-            opening: length((1e9 * shape.opening()).round() / 1e9),
-        });
-    }
-    let angle = shape.contact_angle(bead_radius).to_degrees();
-    if !(CONTACT_ANGLES.0..=CONTACT_ANGLES.1).contains(&angle) {
-        return Err(SceneError::AnnulusAngle {
-            place: reader.place(if reader.has(key) { key } else { "support.kind" }),
-            angle: format!("{angle:.1}°"),
-            between: CONTACT_ANGLES,
-            remedy: if angle > CONTACT_ANGLES.1 {
-                "smaller ring or a larger bead"
-            } else {
-                "larger ring or a smaller bead"
-            },
-        });
-    }
-    Ok(shape)
 }
 
 /// (1 − ν²)/E, 1/Pa: what a body gives way where it is touched along a line.

@@ -2,6 +2,8 @@
 
 use super::{Material, MeshFile};
 
+pub const MOST_BEADS: usize = 1000;
+
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bead {
     /// Radius a, m.

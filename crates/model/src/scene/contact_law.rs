@@ -1,6 +1,6 @@
 //! The elastic law of the chain's contacts.
 
-use super::{ModelKind, error::SceneError, model_kind, reader::Reader, word::words};
+use super::word::words;
 
 /// Elastic law of the contacts where `model.kind = "chain"`; the other models compute their contacts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -12,8 +12,3 @@ pub enum ContactLaw {
 }
 
 words!(ContactLaw { Hertz = "hertz", FiniteBody = "finite-body" });
-
-pub(super) fn read(reader: &Reader<'_>) -> Result<ContactLaw, SceneError> {
-    let law = reader.word("contact.law")?;
-    Ok(if model_kind::kind(reader)? == ModelKind::Chain { law } else { ContactLaw::Hertz })
-}

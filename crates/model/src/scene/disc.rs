@@ -1,6 +1,6 @@
 //! The matching disc between the chain and the water.
 
-use super::{Material, Support, error::SceneError, reader::Reader, shown::length, word::words};
+use super::{Material, word::words};
 
 /// Default radius and thickness of the disc, m: the paper's.
 pub const DEFAULT_DISC: (f64, f64) = (1e-3, 0.25e-3);
@@ -28,19 +28,4 @@ pub struct DiscShape {
     pub thickness: f64,
     pub material: Material,
     pub rim: Rim,
-}
-
-pub(super) fn read(reader: &Reader<'_>) -> Result<Support, SceneError> {
-    let (radius, thickness) = (reader.number("disc.radius")?, reader.number("disc.thickness")?);
-    if thickness >= radius {
-        let expected = format!("a thickness below the disc's radius {}: a plate, no rod", length(radius));
-        let key = if reader.has("disc.thickness") { "disc.thickness" } else { "disc.radius" };
-        return Err(reader.out_of_range(key, expected, length(thickness)));
-    }
-    let key = "disc.material";
-    let name = reader.text(key)?.map_or_else(|| Material::vitreous_carbon().name, str::to_owned);
-    let material = reader.material_named(&name, key, || reader.place(key))?;
-    let rim = reader.word("disc.rim")?;
-    let mesh_density = reader.count("disc.mesh_density")?.unwrap_or(DEFAULT_DISC_DENSITY);
-    Ok(Support::Disc { shape: DiscShape { radius, thickness, material, rim }, mesh_density })
 }

@@ -13,15 +13,11 @@ use toml::{
 };
 
 use super::{
-    error::{Place, SceneError},
-    key::{GOVERNORS, Governor, Key},
-    mesh_file,
+    error::{MOST_BYTES, Place, SceneError},
+    key::Key,
     source::{Author, Source, beginning},
+    table::{GOVERNORS, Governor},
 };
-
-/// Largest scene file, bytes: a thousand beads, each unlike the others, are a fifth of it. Every value is kept with its place, in up to a
-/// hundred times the memory of its text.
-pub(super) const MOST_BYTES: u64 = 1 << 20;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Entry {
@@ -121,7 +117,7 @@ impl Document {
             && kind == "chain"
             && let Some(entry) = self.entries.get_mut("chain.override")
         {
-            mesh_file::strip_overrides(&mut entry.value);
+            strip_overrides(&mut entry.value);
         }
         for governor in GOVERNORS {
             // A layer that makes the model the chain without naming a law means the default one.
@@ -273,5 +269,15 @@ pub(super) fn resolved(file: &str, place: &Place) -> PathBuf {
     match place {
         Place::File { path, .. } => path.parent().map_or_else(|| PathBuf::from(file), |folder| folder.join(file)),
         _ => PathBuf::from(file),
+    }
+}
+
+/// Remove what only the finite element analysis reads from the overrides of single beads.
+fn strip_overrides(value: &mut Value) {
+    let Value::List(list) = value else { return };
+    for item in list {
+        if let Value::Table(table) = &mut item.value {
+            table.retain(|(word, _)| !matches!(word.as_str(), "mesh" | "mesh_unit"));
+        }
     }
 }

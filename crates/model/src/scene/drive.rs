@@ -1,10 +1,13 @@
 //! The prescribed motion of the piston.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use granchain_signal::Series;
 
-use super::motion::Motion;
+use super::{Scene, motion::Motion};
+
+/// Drive frequency of a scene whose record is not read yet, where it states none, Hz.
+pub const UNREAD_FREQUENCY: f64 = 73e3;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
@@ -133,5 +136,51 @@ impl Drive {
     /// The motion α·drive as a concrete type, for loops that should not call through a pointer.
     pub(crate) fn concrete_motion(&self, amplitude_scale: f64) -> Motion {
         Motion::new(self, amplitude_scale)
+    }
+}
+
+impl Scene {
+    /// The horn-tip record this scene wants and does not hold yet: read it and hand it to [`Scene::with_drive_record`].
+    pub fn pending_record(&self) -> Option<&Path> {
+        match &self.drive.kind {
+            DriveKind::UnreadRecord { file } => Some(file),
+            _ => None,
+        }
+    }
+
+    /// The same scene driven by a record.
+    ///
+    /// - `displacement`: m, positive towards the chain, band-limited, starting and ending near 0, at t ≥ 0
+    /// - `frequency`: its drive frequency f0, Hz
+    /// - `file`: where it came from, for provenance; a pending file's name stays if `None`
+    #[must_use]
+    pub fn with_drive_record(self, displacement: Series, frequency: f64, file: Option<PathBuf>) -> Self {
+        let recorded_until = displacement.end();
+        self.with_continued_record(displacement, recorded_until, vec![], frequency, file)
+    }
+
+    /// The same scene driven by a record that was continued beyond what was recorded.
+    ///
+    /// - `recorded_until`: last instant of recorded motion, s; burst and comparison end there at the latest
+    /// - `shakes`: realisations of what is not known of the displacement, m, at its instants
+    ///
+    /// The others as in [`Scene::with_drive_record`].
+    #[must_use]
+    pub fn with_continued_record(
+        mut self,
+        displacement: Series,
+        recorded_until: f64,
+        shakes: Vec<Series>,
+        frequency: f64,
+        file: Option<PathBuf>,
+    ) -> Self {
+        let file = file.or_else(|| match &self.drive.kind {
+            DriveKind::UnreadRecord { file } => Some(file.clone()),
+            DriveKind::Record { file, .. } => file.clone(),
+            _ => None,
+        });
+        self.drive =
+            Drive { kind: DriveKind::Record { displacement, recorded_until, shakes, file }, amplitude: 1.0, frequency };
+        self
     }
 }

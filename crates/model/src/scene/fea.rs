@@ -1,14 +1,6 @@
 //! Settings of the contact finite element analysis.
 
-use super::{
-    condition::FEA_INTEGRATORS,
-    error::SceneError,
-    model_kind::check_step,
-    reader::{Bound, Reader},
-    shown::time,
-    word::words,
-};
-use granchain_signal::Dimension;
+use super::word::words;
 
 /// Default mesh density, 1.
 pub const DEFAULT_MESH_DENSITY: u32 = 12;
@@ -122,56 +114,3 @@ impl Default for FeaSettings {
 words!(Elements { Quadrilaterals = "quadrilaterals", Mixed = "mixed" });
 
 words!(ContactMass { Massless = "massless", Consistent = "consistent" });
-
-pub(super) fn read(
-    reader: &Reader<'_>,
-    frequency: f64,
-    (default_step, output_step): (f64, f64),
-    notes: &mut Vec<String>,
-) -> Result<FeaSettings, SceneError> {
-    let default = FeaSettings::default();
-    let density = reader.count("model.mesh_density")?.unwrap_or(default.density);
-    let elements = reader.word("model.elements")?;
-    let contact_mass = reader.word("model.contact_mass")?;
-    let dissipation = |bound| {
-        let key = "model.numerical_dissipation";
-        let value = reader.quantity(key, Dimension::NONE, bound)?;
-        value.ok_or_else(|| reader.missing(key, Some("schemes with numerical damping need it")))
-    };
-    let scheme = match reader.choice_of("model.integrator", FEA_INTEGRATORS)? {
-        Some("hht") => Scheme::HilberHughesTaylor { dissipation: dissipation(Bound::UpToAThird)? },
-        Some("newmark") => Scheme::Newmark { dissipation: dissipation(Bound::UpToAHalf)? },
-        _ => Scheme::Trapezoid,
-    };
-    let step = reader.given("model.step")?.unwrap_or(default_step);
-    check_step(reader, step, frequency)?;
-    let step = dividing(step, output_step, notes);
-    let contact_patch = contact_patch(reader)?;
-    Ok(FeaSettings { density, elements, contact_patch, step, contact_mass, scheme })
-}
-
-pub(super) fn contact_patch(reader: &Reader<'_>) -> Result<f64, SceneError> {
-    let key = "model.contact_patch";
-    let patch = reader.number(key)?;
-    if patch > 0.5 {
-        return Err(reader.out_of_range(key, "a value above 0 and at most 0.5".to_owned(), patch.to_string()));
-    }
-    Ok(patch)
-}
-
-/// `step`, shortened where it does not divide the output step: every output sample is a computed state, none is interpolated.
-pub(super) fn dividing(step: f64, output_step: f64, notes: &mut Vec<String>) -> f64 {
-    let ratio = output_step / step;
-    // Rounding of two decimal numbers and their quotient, with room.
-    if ratio.round() >= 1.0 && (ratio - ratio.round()).abs() <= 1e-9 * ratio {
-        return step;
-    }
-    let shortened = output_step / ratio.ceil();
-    notes.push(format!(
-        "`model.step` {} does not divide `output_step` {}; taken as {}, so that every sample is a computed state",
-        time(step),
-        time(output_step),
-        time(shortened)
-    ));
-    shortened
-}

@@ -3,29 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    Bead, Chain, Damping, DampingCoefficients, DampingKind, Drive, DriveKind, FlatContact, Material, ModelKind, Scene,
-    SceneText, Support, TermDescription, annulus, builtin,
+    BuiltIn, ModelKind, Scene, builtin,
     condition::CHAIN_INTEGRATORS,
-    contact_law, disc,
-    document::{Document, Value, resolved},
+    document::{Document, Value, read_text},
     error::SceneError,
-    holder, horn, loss, mesh_file, model_kind,
-    reader::{Bound, Reader},
-    settings,
-    shown::{frequency, length, time},
+    read::scene,
+    reader::Reader,
     source::Author,
-    water,
 };
-use granchain_signal::{Dimension, Quantity};
-
-/// Default interval of the output samples, s.
-pub const DEFAULT_OUTPUT_STEP: f64 = 1e-7;
-/// `vibrometer.bandwidth` unless set, Hz, or four drive frequencies where that is more: of a decoder of this class; the lowest mode of a 1 mm steel bead rings at 2.6 MHz.
-pub const DEFAULT_VIBROMETER_BANDWIDTH: f64 = 1.5e6;
-pub const MOST_BEADS: usize = 1000;
-/// Drive frequency of a scene whose record is not read yet, where it states none, Hz.
-pub const UNREAD_FREQUENCY: f64 = 73e3;
-const MOST_SAMPLES: f64 = 2e7;
 
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -81,7 +66,7 @@ pub fn load_text(text: &str, path: &Path, overrides: &[String]) -> Result<Loaded
     parse(text, path, overrides, ModelKind::Chain)
 }
 
-pub(super) fn parse(text: &str, path: &Path, overrides: &[String], preferred: ModelKind) -> Result<Loaded, SceneError> {
+fn parse(text: &str, path: &Path, overrides: &[String], preferred: ModelKind) -> Result<Loaded, SceneError> {
     let own = Document::parse(text, Author::File(path))?;
     let document = match own.entries.get("extends") {
         None => own,
@@ -104,7 +89,7 @@ pub(super) fn parse(text: &str, path: &Path, overrides: &[String], preferred: Mo
     assemble(document, overrides, &path.display().to_string(), &stem, preferred)
 }
 
-pub(super) fn assemble(
+fn assemble(
     mut document: Document,
     overrides: &[String],
     origin: &str,
@@ -145,9 +130,6 @@ pub(super) fn assemble(
     Ok(Loaded { scene, notes, lacks_frequency })
 }
 
-/// Drive frequency below which the unit was probably forgotten, Hz.
-const SLOWEST_HORN: f64 = 1e3;
-
 const FLATS: [&str; 2] = ["piston.contact", "support.kind"];
 
 fn of_the_chain(document: &Document) -> Option<String> {
@@ -171,256 +153,52 @@ fn of_the_chain(document: &Document) -> Option<String> {
         .map(|key| format!("`{key}` is of the chain"))
 }
 
-fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Scene, SceneError> {
-    let chain = chain(reader)?;
-    let drive = drive(reader)?;
-    if drive.frequency < SLOWEST_HORN {
-        notes.push(format!(
-            "`drive.frequency` is {}: a plain number is in Hz, and no horn is as slow as that; write it with its unit, such as \"73 kHz\"",
-            frequency(drive.frequency)
-        ));
-    }
-    let amplitude_scale = reader.number("alpha")?;
-    if !matches!(drive.kind, DriveKind::UnreadRecord { .. }) {
-        let motion = amplitude_scale * drive.amplitude;
-        let radius = chain.beads[0].radius;
-        if motion >= radius {
-            let expected = format!("α × amplitude below the bead radius {}", length(radius));
-            return Err(reader.out_of_range("drive.amplitude", expected, length(motion)));
-        }
-    }
-    let duration = reader.number("duration")?;
-    let output_step = reader.number("output_step")?;
-    if output_step > duration {
-        let expected = format!("at most the duration {}", time(duration));
-        let key = if reader.has("output_step") { "output_step" } else { "duration" };
-        return Err(reader.out_of_range(key, expected, time(output_step)));
-    }
-    if duration / output_step > MOST_SAMPLES {
-        let expected = format!("at most {MOST_SAMPLES} samples in {}", time(duration));
-        return Err(reader.out_of_range("output_step", expected, time(output_step)));
-    }
-    let bandwidth = reader.given("vibrometer.bandwidth")?;
-    let vibrometer_bandwidth = bandwidth.unwrap_or(f64::max(DEFAULT_VIBROMETER_BANDWIDTH, 4.0 * drive.frequency));
-    if vibrometer_bandwidth <= drive.frequency {
-        let expected = format!("above the drive frequency {}", frequency(drive.frequency));
-        return Err(reader.out_of_range("vibrometer.bandwidth", expected, frequency(vibrometer_bandwidth)));
-    }
-    let support = support(reader, &chain)?;
-    let water = match &support {
-        Support::Disc { shape, .. } => water::read(reader, shape)?,
-        _ => None,
-    };
-    let kind = model_kind::kind(reader)?;
-    let exact_friction = holder::is_exact(kind, &support);
-    let least_radius = chain.beads.iter().map(|bead| bead.radius).fold(f64::INFINITY, f64::min);
-    Ok(Scene {
-        name: reader.text("name")?.unwrap_or(name).to_owned(),
-        description: reader.text("description")?.unwrap_or("").to_owned(),
-        piston: reader.word("piston.contact")?,
-        materials: mesh_file::materials(reader, &chain, &support)?,
-        support,
-        water,
-        damping: damping(reader, notes)?,
-        contact_law: contact_law::read(reader)?,
-        yield_strength: reader.given("contact.yield_strength")?,
-        horn: horn::read(reader, drive.frequency)?,
-        holder: holder::read(reader, (exact_friction, kind.is_meshed()), least_radius)?,
-        loss: loss::read(reader)?,
-        model: settings::read(reader, drive.frequency, output_step, notes)?,
-        chain,
-        drive,
-        amplitude_scale,
-        duration,
-        output_step,
-        vibrometer_bandwidth,
-    })
+/// The text of a scene: of a file as it was when it was read, or a built-in one. Whatever becomes of the file, all scenes loaded from it are of these
+/// bytes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SceneText(Origin);
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Origin {
+    BuiltIn(&'static BuiltIn),
+    File { path: PathBuf, text: String },
 }
 
-fn chain(reader: &Reader<'_>) -> Result<Chain, SceneError> {
-    let count = reader.beads()?;
-    let radius = reader.number("chain.radius")?;
-    let material = reader.material("chain.material")?;
-    let mesh = mesh_file::read(reader, "chain.mesh", "chain.mesh_unit")?;
-    let mut beads = vec![Bead { radius, material, mesh }; count];
-    reader.override_beads(&mut beads)?;
-    let gaps = reader.gaps(count, radius)?;
-    let precompression = reader.number("chain.precompression")?;
-    // Overlaps of 7 % of the radius: far beyond Hertz' small contacts, and beyond the yield of any steel.
-    let softest =
-        beads.iter().map(|bead| bead.material.youngs_modulus * bead.radius.powi(2)).fold(f64::INFINITY, f64::min);
-    if precompression > 0.01 * softest {
-        let force = |value| Quantity::new(value, Dimension::FORCE).to_string();
-        let limit = format!("{:.2e}", 0.01 * softest).parse().unwrap_or(softest);
-        let expected = format!("at most {} (E a²/100), where contacts are still small", force(limit));
-        return Err(reader.out_of_range("chain.precompression", expected, force(precompression)));
-    }
-    if precompression > 0.0
-        && let Some(open) = gaps.iter().position(|gap| *gap > 0.0)
-    {
-        return Err(SceneError::PrecompressedGap {
-            place: reader.place("chain.precompression"),
-            force: Quantity::new(precompression, Dimension::FORCE).to_string(),
-            contact: open + 1,
-            gap: length(gaps[open]),
-        });
-    }
-    let chain = Chain { beads, gaps, precompression };
-    mesh_file::refuse_idle_unit(reader, &chain)?;
-    Ok(chain)
-}
-
-fn drive(reader: &Reader<'_>) -> Result<Drive, SceneError> {
-    let kind = reader.required_choice("drive.kind")?;
-    if kind == "record" {
-        let frequency = reader.given("drive.frequency")?.unwrap_or(UNREAD_FREQUENCY);
-        let reason = Some("a drive of kind `record` is read from a file");
-        let file = reader.required_text("drive.file", reason)?;
-        let file = resolved(file, &reader.place("drive.file"));
-        return Ok(Drive { kind: DriveKind::UnreadRecord { file }, amplitude: 1.0, frequency });
-    }
-    let frequency = reader.number("drive.frequency")?;
-    let (amplitude, cycles) = (reader.number("drive.amplitude")?, reader.number("drive.cycles")?);
-    // Elsewhere the burst would begin or end away from zero, and the piston would have to jump.
-    let must_close = |parts: f64, expected: &str| {
-        if (cycles * parts).fract() == 0.0 {
-            return Ok(());
-        }
-        let expected = format!("{expected}, where the sine passes zero; else the piston would jump");
-        Err(reader.out_of_range("drive.cycles", expected, cycles.to_string()))
-    };
-    let kind = match kind {
-        "sine" => {
-            must_close(2.0, "a whole or half number of cycles")?;
-            DriveKind::SineCycles { cycles }
-        }
-        "gaussian-burst" => {
-            must_close(1.0, "a whole number of cycles")?;
-            DriveKind::GaussianBurst { cycles }
-        }
-        _ => {
-            let ring_up = reader.number("drive.ring_up")?;
-            if ring_up == 0.0 {
-                must_close(2.0, "a whole or half number of cycles (with ring_up = 0)")?;
-            }
-            DriveKind::ToneBurst { cycles, ring_up }
-        }
-    };
-    Ok(Drive { kind, amplitude, frequency })
-}
-
-fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
-    let kind = reader.required_choice("support.kind")?;
-    Ok(match kind {
-        "annulus" => {
-            let radius = chain.beads.last().map_or(0.0, |bead| bead.radius);
-            let stiffness_factor = reader.number("support.stiffness_factor")?;
-            let (shape, material) = (annulus::read(reader, radius)?, support_material(reader)?);
-            Support::Annulus { shape, stiffness_factor, material, normal: reader.word("support.normal")? }
-        }
-        "body" => {
-            if !model_kind::kind(reader)?.is_meshed() {
-                let expected = "a support with a force law where `model.kind` is \"chain\"".to_owned();
-                return Err(reader.out_of_range("support.kind", expected, "`body`, which is meshed".to_owned()));
-            }
-            let reason = Some("a support of kind `body` is read from a mesh file");
-            let Some(mesh) = mesh_file::read(reader, "support.mesh", "support.mesh_unit")? else {
-                return Err(reader.missing("support.mesh", reason));
-            };
-            Support::Body { mesh, material: support_material(reader)?, normal: reader.word("support.normal")? }
-        }
-        "spring" => {
-            let reason = Some("a support of kind `spring` needs it");
-            Support::Spring { stiffness: reader.required("support.stiffness", reason)? }
-        }
-        "disc" => disc::read(reader)?,
-        "free" => {
-            if chain.precompression > 0.0 {
-                let force = Quantity::new(chain.precompression, Dimension::FORCE).to_string();
-                let expected =
-                    "0 N before a free end (`support.kind` = \"free\"), which holds no static force".to_owned();
-                return Err(reader.out_of_range("chain.precompression", expected, force));
-            }
-            Support::Free
-        }
-        "half-space" => Support::Flat(FlatContact::HalfSpace),
-        _ => Support::Flat(FlatContact::Rigid),
-    })
-}
-
-fn support_material(reader: &Reader<'_>) -> Result<Material, SceneError> {
-    let key = "support.material";
-    let name = reader.text(key)?.map_or_else(|| Material::resin().name, str::to_owned);
-    reader.material_named(&name, key, || reader.place(key))
-}
-
-fn damping(reader: &Reader<'_>, notes: &mut Vec<String>) -> Result<Damping, SceneError> {
-    let kind = reader.required_choice("damping.kind")?;
-    let mut coefficient = |key: &str, dimension, default| {
-        let given = reader.quantity(key, dimension, Bound::NotNegative)?;
-        Ok(given.unwrap_or_else(|| {
-            let value = Quantity::new(default, dimension);
-            notes.push(format!("`{key}` is not given for `damping.kind = \"{kind}\"`; taken as the paper's {value}"));
-            default
-        }))
-    };
-    let kind = DampingKind::named(kind).unwrap_or(DampingKind::None);
-    let mut coefficients = DampingCoefficients::default();
-    for term in kind.terms() {
-        let TermDescription { dimension, default, .. } = *term.description();
-        coefficients[*term] = coefficient(kind.key_of(*term), dimension, default)?;
-    }
-    let placement = reader.word("damping.at")?;
-    Ok(Damping { kind, coefficients, placement, tension: reader.flag("damping.tension")?.unwrap_or(false) })
-}
-
-impl Scene {
-    /// The horn-tip record this scene wants and does not hold yet: read it and hand it to [`Scene::with_drive_record`].
-    pub fn pending_record(&self) -> Option<&Path> {
-        match &self.drive.kind {
-            DriveKind::UnreadRecord { file } => Some(file),
-            _ => None,
-        }
-    }
-
-    /// The same scene driven by a record.
+impl SceneText {
+    /// Of a built-in scene by name or a file by path; a name that is both is the built-in scene.
     ///
-    /// - `displacement`: m, positive towards the chain, band-limited, starting and ending near 0, at t ≥ 0
-    /// - `frequency`: its drive frequency f0, Hz
-    /// - `file`: where it came from, for provenance; a pending file's name stays if `None`
-    #[must_use]
-    pub fn with_drive_record(
-        self,
-        displacement: granchain_signal::Series,
-        frequency: f64,
-        file: Option<PathBuf>,
-    ) -> Self {
-        let recorded_until = displacement.end();
-        self.with_continued_record(displacement, recorded_until, vec![], frequency, file)
+    /// # Errors
+    /// [`SceneError`] where there is neither, or the file cannot be read.
+    pub fn read(name_or_path: &str) -> Result<Self, SceneError> {
+        let path = Path::new(name_or_path);
+        let looks_like_path = name_or_path.contains(['/', '\\', '.']) || path.exists();
+        match builtin::find(name_or_path, None) {
+            Err(SceneError::UnknownScene { .. }) if looks_like_path => {
+                Ok(Self(Origin::File { path: path.into(), text: read_text(path)? }))
+            }
+            found => Ok(Self(Origin::BuiltIn(found?))),
+        }
     }
 
-    /// The same scene driven by a record that was continued beyond what was recorded.
-    ///
-    /// - `recorded_until`: last instant of recorded motion, s; burst and comparison end there at the latest
-    /// - `shakes`: realisations of what is not known of the displacement, m, at its instants
-    ///
-    /// The others as in [`Scene::with_drive_record`].
-    #[must_use]
-    pub fn with_continued_record(
-        mut self,
-        displacement: granchain_signal::Series,
-        recorded_until: f64,
-        shakes: Vec<granchain_signal::Series>,
-        frequency: f64,
-        file: Option<PathBuf>,
-    ) -> Self {
-        let file = file.or_else(|| match &self.drive.kind {
-            DriveKind::UnreadRecord { file } => Some(file.clone()),
-            DriveKind::Record { file, .. } => file.clone(),
-            _ => None,
-        });
-        self.drive =
-            Drive { kind: DriveKind::Record { displacement, recorded_until, shakes, file }, amplitude: 1.0, frequency };
-        self
+    pub fn of_file(path: &Path, text: String) -> Self {
+        Self(Origin::File { path: path.into(), text })
+    }
+
+    pub fn load(&self, overrides: &[String], preferred: ModelKind) -> Result<Loaded, SceneError> {
+        match &self.0 {
+            Origin::BuiltIn(scene) => {
+                let document = Document::parse(scene.toml, Author::BuiltIn(scene.name))?;
+                assemble(document, overrides, &format!("built-in scene `{}`", scene.name), scene.name, preferred)
+            }
+            Origin::File { path, text } => parse(text, path, overrides, preferred),
+        }
+    }
+
+    /// The file and its text; none of a built-in scene.
+    pub fn file(&self) -> Option<(&Path, &str)> {
+        match &self.0 {
+            Origin::BuiltIn(_) => None,
+            Origin::File { path, text } => Some((path, text)),
+        }
     }
 }

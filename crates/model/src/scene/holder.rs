@@ -1,6 +1,6 @@
 //! What the holder around the beads does to them.
 
-use super::{ModelKind, Scene, Support, error::SceneError, reader::Reader};
+use super::{ModelKind, Scene, Support};
 
 /// Forces of the holder along the chain, on every bead alike.
 ///
@@ -59,58 +59,6 @@ impl Scene {
 
 pub(super) fn is_exact(kind: ModelKind, support: &Support) -> bool {
     kind == ModelKind::Chain && !matches!(support, Support::Disc { .. })
-}
-
-const KEYS: [&str; 4] = ["holder.drag", "holder.friction_force", "holder.friction_coefficient", "holder.clearance"];
-
-/// Largest sine of the angle between lines of centres and the axis in models whose contacts are along the axis.
-const STRAIGHT: f64 = 0.05;
-
-/// The holder that a scene asks for; `exact` where the model can do the exact law of friction, `meshed` where bodies are.
-pub(super) fn read(
-    reader: &Reader<'_>,
-    (exact, meshed): (bool, bool),
-    least_radius: f64,
-) -> Result<Option<Holder>, SceneError> {
-    if !KEYS.iter().any(|key| reader.has(key)) {
-        reader.refuse_alone(&["holder.slip_velocity"], "holder.friction_force")?;
-        return Ok(None);
-    }
-    let number = |key| Ok::<_, SceneError>(reader.given(key)?.unwrap_or(0.0));
-    let slip_velocity = reader.given("holder.slip_velocity")?;
-    let holder = Holder {
-        drag: number(KEYS[0])?,
-        friction_force: number(KEYS[1])?,
-        friction_coefficient: number(KEYS[2])?,
-        clearance: number(KEYS[3])?,
-        slip_velocity: slip_velocity.unwrap_or(if exact { 0.0 } else { DEFAULT_SLIP_VELOCITY }),
-    };
-    if !exact && holder.has_friction() && holder.slip_velocity == 0.0 {
-        let expected = "a positive velocity: the exact law (0) is of the chain (`model.kind` = \"chain\") before anything but a disc".to_owned();
-        return Err(reader.out_of_range("holder.slip_velocity", expected, "0 m/s".to_owned()));
-    }
-    if holder.friction_coefficient > 0.0 && holder.clearance == 0.0 {
-        let key = "holder.friction_coefficient";
-        let expected = "`holder.clearance` beside it: straight chains do not press on the wall".to_owned();
-        return Err(reader.out_of_range(key, expected, holder.friction_coefficient.to_string()));
-    }
-    // Half the radius is 14° between equal beads: what is left out is no longer small.
-    if holder.clearance > 0.5 * least_radius {
-        let expected = format!("at most half the least radius of a bead, {}", super::shown::length(0.5 * least_radius));
-        return Err(reader.out_of_range("holder.clearance", expected, super::shown::length(holder.clearance)));
-    }
-    // Contacts of meshed bodies are along the axis: what the obliquity does to their compliance is left out, 0.3 % at this angle.
-    if meshed && holder.clearance > STRAIGHT * 2.0 * least_radius {
-        let expected = format!(
-            "at most {}, an angle of {STRAIGHT} between equal beads: the models with meshed bodies leave out what the angle does to a contact's stiffness; \
-             use model.kind=chain",
-            super::shown::length(STRAIGHT * 2.0 * least_radius)
-        );
-        return Err(reader.out_of_range("holder.clearance", expected, super::shown::length(holder.clearance)));
-    }
-    // What is stated as none is none, and costs nothing.
-    let acts = holder.acts() || holder.clearance > 0.0;
-    Ok(Some(holder).filter(|_| acts))
 }
 
 #[cfg(test)]

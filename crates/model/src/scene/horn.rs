@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Scene, error::SceneError, reader::Reader};
+use super::Scene;
 
 /// The tip of a horn as a source with an impedance: its *free* motion is prescribed ([`super::Drive`]), and the force F₀ of the first contact moves
 /// it by q besides (Thévenin's form of a linear horn, one resonance of it):
@@ -44,14 +44,4 @@ impl Scene {
         let frequency = self.drive.frequency;
         self.horn.get_or_insert(Horn { mass, frequency, quality: f64::INFINITY }).mass = mass;
     }
-}
-
-/// The horn that a scene asks for; its resonance lies at the drive unless it says otherwise.
-pub(super) fn read(reader: &Reader<'_>, drive_frequency: f64) -> Result<Option<Horn>, SceneError> {
-    let Some(mass) = reader.given("horn.mass")? else {
-        reader.refuse_alone(&["horn.frequency", "horn.quality"], "horn.mass")?;
-        return Ok(None);
-    };
-    let frequency = reader.given("horn.frequency")?.unwrap_or(drive_frequency);
-    Ok(Some(Horn { mass, frequency, quality: reader.given("horn.quality")?.unwrap_or(f64::INFINITY) }))
 }

@@ -1,6 +1,6 @@
 //! What a key of a scene file is: name, kind of value, range, default, when it has an effect, where it stands in a scene, meaning.
 
-use super::{DampingKind, DampingTerm, Material, Scene, listing::SettingValue, reader::Bound, table::KEYS, word::Word};
+use super::{DampingKind, DampingTerm, Material, Scene, setting::SettingValue, word::Word};
 use granchain_signal::{Dimension, Quantity};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,6 +19,69 @@ pub enum ValueKind {
     BeadOverrides,
     /// Points of the water: a list of tables with `r` and `z`.
     FieldPoints,
+}
+
+/// Which values a quantity may have; infinite and undefined ones it never may.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Bound {
+    Finite,
+    Positive,
+    NotNegative,
+    Between(f64, f64),
+    Whole(u32, u32),
+    /// 1 nm to 1 km: bodies of a bench, with room.
+    Radius,
+    /// 1 Pa to 10¹⁵ Pa: foam to a thousand times diamond.
+    Modulus,
+    /// 1 g/m³ to 10⁹ kg/m³.
+    Density,
+    /// 0 to 1/3.
+    UpToAThird,
+    /// 0 to 1/2.
+    UpToAHalf,
+    /// −1 < ν < 0.5, where a solid is stable and not incompressible.
+    PoissonsRatio,
+}
+
+impl Bound {
+    pub(super) fn allows(self, value: f64) -> bool {
+        value.is_finite()
+            && match self {
+                Self::Finite | Self::Whole(..) => true,
+                Self::Positive => value > 0.0,
+                Self::NotNegative => value >= 0.0,
+                Self::Between(low, high) => (low..=high).contains(&value),
+                Self::Radius => (1e-9..=1e3).contains(&value),
+                Self::Modulus => (1.0..=1e15).contains(&value),
+                Self::Density => (1e-3..=1e9).contains(&value),
+                Self::UpToAThird => (0.0..=1.0 / 3.0).contains(&value),
+                Self::UpToAHalf => (0.0..=0.5).contains(&value),
+                Self::PoissonsRatio => value > -1.0 && value < 0.5,
+            }
+    }
+
+    /// What is asked for before any range.
+    pub(super) fn sign(self) -> Self {
+        match self {
+            Self::Radius | Self::Modulus | Self::Density => Self::Positive,
+            other => other,
+        }
+    }
+
+    pub(super) fn describe(self) -> String {
+        match self {
+            Self::Finite | Self::Whole(..) => "a finite value".to_owned(),
+            Self::Positive => "a positive, finite value".to_owned(),
+            Self::NotNegative => "a finite value of 0 or more".to_owned(),
+            Self::Between(low, high) => format!("a value between {low:e} and {high:e}"),
+            Self::Radius => "a length between 1 nm and 1 km".to_owned(),
+            Self::Modulus => "a modulus between 1 Pa and 1e15 Pa".to_owned(),
+            Self::Density => "a density between 1e-3 kg/m^3 and 1e9 kg/m^3".to_owned(),
+            Self::UpToAThird => "a value from 0 to 1/3".to_owned(),
+            Self::UpToAHalf => "a value from 0 to 0.5".to_owned(),
+            Self::PoissonsRatio => "Poisson's ratio above −1 and below 0.5".to_owned(),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -75,41 +138,6 @@ impl When {
             Self::Damped(any) => terms().len() == 1 || *any && !terms().is_empty(),
             Self::Beside(term) => terms().len() > 1 && terms().contains(term),
         }
-    }
-}
-
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Governor {
-    pub(super) name: &'static str,
-    /// Keys whose meaning changes with its value.
-    pub(super) reinterpreted: &'static [&'static str],
-}
-
-/// In the order in which they are asked.
-pub(super) const GOVERNORS: &[Governor] = &[
-    // First: it decides which integrators there are.
-    Governor {
-        name: "model.kind",
-        reinterpreted: &["model.integrator", "model.numerical_dissipation", "model.tolerance", "model.step"],
-    },
-    // Says what it uses only where the model is the chain.
-    Governor { name: "contact.law", reinterpreted: &[] },
-    Governor { name: "drive.kind", reinterpreted: &[] },
-    Governor { name: "support.kind", reinterpreted: &[] },
-    Governor { name: "water.medium", reinterpreted: &["water.density", "water.sound_speed"] },
-    // Says what it uses only where there is water.
-    Governor { name: "water.method", reinterpreted: &[] },
-    Governor { name: "damping.kind", reinterpreted: &["damping.coefficient"] },
-    Governor { name: "model.integrator", reinterpreted: &[] },
-];
-
-impl Governor {
-    pub(super) fn words(&self) -> &'static [&'static str] {
-        Key::find(self.name).map_or(&[], |key| key.words())
-    }
-
-    pub(super) fn governed(&self) -> impl Iterator<Item = (&'static Key, &'static When)> {
-        KEYS.iter().filter_map(|key| Some((key, key.under(self)?)))
     }
 }
 
@@ -210,22 +238,6 @@ impl Key {
         }
     }
 
-    /// Other keys that decide whether it has an effect, each with the values where it has.
-    pub fn conditions(&self) -> Vec<(&'static str, Vec<&'static str>)> {
-        let of = |governor: &Governor| {
-            let when = self.under(governor)?;
-            let words = governor.words();
-            let holding: Vec<_> = words.iter().copied().filter(|word| when.holds(word)).collect();
-            (holding.len() < words.len()).then_some((governor.name, holding))
-        };
-        GOVERNORS.iter().filter_map(of).collect()
-    }
-
-    /// The key of a full name such as `materials.brass.density` or `chain.gaps.contact2`.
-    pub fn find(name: &str) -> Option<&'static Self> {
-        KEYS.iter().find(|key| key.matches(name))
-    }
-
     pub(super) fn quantity(&self, number: f64) -> SettingValue {
         let dimension = if let ValueKind::Quantity(dimension) = self.kind { dimension } else { Dimension::NONE };
         SettingValue::Quantity(Quantity::new(number, dimension))
@@ -235,11 +247,11 @@ impl Key {
         if let ValueKind::Choice(words) = self.kind { words } else { &[] }
     }
 
-    pub(super) fn under(&self, governor: &Governor) -> Option<&'static When> {
-        self.when.iter().find(|when| when.governor() == governor.name)
+    pub(super) fn under(&self, governor: &str) -> Option<&'static When> {
+        self.when.iter().find(|when| when.governor() == governor)
     }
 
-    fn matches(&self, name: &str) -> bool {
+    pub(super) fn matches(&self, name: &str) -> bool {
         if let Some((before, after)) = self.name.split_once('*') {
             return name
                 .strip_prefix(before)
@@ -249,35 +261,6 @@ impl Key {
         self.name == name
             || self.kind == ValueKind::Gaps
                 && name.strip_prefix(self.name).is_some_and(|rest| rest == ".all" || rest.starts_with(".contact"))
-    }
-
-    pub(super) fn is_table(table: &str) -> bool {
-        let inside = |name: &str| name.strip_prefix(table).is_some_and(|rest| rest.starts_with('.'));
-        KEYS.iter().any(|key| inside(key.name)) || table == "chain.gaps" || table.starts_with("materials.")
-    }
-
-    /// The valid key most like `name`: the spelling as a whole, or the same last word in another table.
-    pub fn nearest(name: &str) -> Option<String> {
-        let last = name.rsplit('.').next().unwrap_or(name);
-        // In `materials.NAME.…` the name is the user's, only the last word can be misspelt.
-        if let Some((material, word)) = name.strip_prefix("materials.").and_then(|rest| rest.split_once('.')) {
-            let words = ["youngs_modulus", "poissons_ratio", "density"];
-            return closest(word, words.iter().copied()).map(|word| format!("materials.{material}.{word}"));
-        }
-        if let Some(inside) = KEYS.iter().find(|key| key.name.strip_prefix(name).is_some_and(|r| r.starts_with('.'))) {
-            return Some(inside.name.to_owned());
-        }
-        let plain = || KEYS.iter().map(|key| key.name).filter(|key| !key.contains('*'));
-        plain()
-            .find(|key| key.rsplit('.').next() == Some(last) && strsim::jaro_winkler(key, name) > 0.7)
-            .or_else(|| closest(name, plain()))
-            .or_else(|| plain().find(|key| key.rsplit('.').next() == Some(last)))
-            .or_else(|| {
-                let words = plain().filter_map(|key| key.rsplit('.').next());
-                let word = closest(last, words)?;
-                plain().find(|key| key.rsplit('.').next() == Some(word))
-            })
-            .map(str::to_owned)
     }
 }
 

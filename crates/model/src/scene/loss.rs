@@ -1,7 +1,5 @@
 //! Losses within the bodies: of their elastic modes, of a viscoelastic annulus, of contacts that yield.
 
-use super::{error::SceneError, reader::Reader};
-
 /// Frequency at which loss factors are given, Hz.
 pub const LOSS_FREQUENCY: f64 = 1e6;
 
@@ -33,19 +31,4 @@ impl MaterialLoss {
     pub fn retardation(factor: f64) -> f64 {
         factor / (2.0 * std::f64::consts::PI * LOSS_FREQUENCY)
     }
-}
-
-pub(super) fn read(reader: &Reader<'_>) -> Result<MaterialLoss, SceneError> {
-    let strength = reader.given("loss.relaxation")?;
-    let time = reader.given("loss.relaxation_time")?;
-    let relaxation = match (strength, time) {
-        (Some(strength), Some(time)) => (strength > 0.0).then_some(Relaxation { strength, time }),
-        (Some(_), None) => return Err(reader.missing("loss.relaxation_time", Some("`loss.relaxation` needs it"))),
-        (None, _) => {
-            reader.refuse_alone(&["loss.relaxation_time"], "loss.relaxation")?;
-            None
-        }
-    };
-    let number = |key| Ok::<_, SceneError>(reader.given(key)?.unwrap_or(0.0));
-    Ok(MaterialLoss { beads: number("loss.beads")?, support: number("loss.support")?, relaxation })
 }

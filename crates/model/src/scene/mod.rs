@@ -48,48 +48,48 @@ mod mesh_file;
 mod model_kind;
 mod motion;
 mod plausible;
+mod read;
 mod reader;
 mod reduced;
+mod setting;
 mod settings;
 mod shown;
 mod source;
 mod support;
 mod table;
-mod text;
 mod water;
 mod word;
 
 pub use annulus::AnnulusShape;
 pub use builtin::{BUILT_IN, BuiltIn};
-pub use chain::{Bead, Chain};
+pub use chain::{Bead, Chain, MOST_BEADS};
 pub use contact_law::ContactLaw;
 pub use damping::{Damping, DampingCoefficients, DampingKind, DampingPlacement, DampingTerm, TermDescription};
 pub use disc::{DEFAULT_DISC, DEFAULT_DISC_DENSITY, DiscShape, Rim};
-pub use drive::{Drive, DriveKind, PistonMotion};
+pub use drive::{Drive, DriveKind, PistonMotion, UNREAD_FREQUENCY};
 pub use effects::{Effect, effects};
 pub use error::{Place, SceneError};
 pub use fea::{
     ContactMass, DEFAULT_CONTACT_PATCH, DEFAULT_FEA_STEP, DEFAULT_MESH_DENSITY, Elements, FeaSettings, Scheme,
 };
-pub use file::{
-    DEFAULT_OUTPUT_STEP, DEFAULT_VIBROMETER_BANDWIDTH, Loaded, MOST_BEADS, UNREAD_FREQUENCY, load, load_preferring,
-    load_text, load_with_notes,
-};
+pub use file::{Loaded, SceneText, load, load_preferring, load_text, load_with_notes};
 pub use holder::{DEFAULT_SLIP_VELOCITY, Holder};
 pub use horn::Horn;
 pub use key::{Key, ValueKind};
 pub use limits::Limits;
-pub use listing::{Setting, SettingValue};
+pub use listing::Setting;
 pub use loss::{LOSS_FREQUENCY, MaterialLoss, Relaxation};
 pub use material::Material;
 pub use mesh_file::MeshFile;
 pub use model_kind::ModelKind;
 pub use motion::Motion;
 pub use reduced::{DEFAULT_MODES, DEFAULT_REDUCED_DENSITY, DEFAULT_REDUCED_STEP, ReducedSettings};
-pub use settings::{DEFAULT_TOLERANCE, Integrator, Meshing, ModelSettings};
+pub use setting::SettingValue;
+pub use settings::{
+    DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DEFAULT_VIBROMETER_BANDWIDTH, Integrator, Meshing, ModelSettings,
+};
 pub use support::{ContactNormal, FlatContact, Support};
 pub use table::KEYS;
-pub use text::SceneText;
 pub use water::{
     Absorption, Baffle, DEFAULT_WATER_STEP, FieldPoint, Medium, Water, WaterMesh, WaterMethod, WaterSettings,
 };
@@ -142,5 +142,16 @@ impl Scene {
     /// Number of output samples, at 0, `output_step`, 2 `output_step` … up to the duration (a rounding of the quotient is no sample less).
     pub fn samples(&self) -> usize {
         (self.duration / self.output_step + 1e-6).floor() as usize + 1
+    }
+
+    pub fn mesh_files(&self) -> Vec<std::path::PathBuf> {
+        let beads = self.chain.beads.iter().filter_map(|bead| bead.mesh.as_ref());
+        let mut paths: Vec<std::path::PathBuf> = beads.map(|mesh| mesh.path.clone()).collect();
+        if let Support::Body { mesh, .. } = &self.support {
+            paths.push(mesh.path.clone());
+        }
+        paths.sort();
+        paths.dedup();
+        paths
     }
 }

@@ -4,74 +4,12 @@ use super::{
     Bead, Material, MeshFile, SceneError,
     document::{Document, Entry, Value, resolved},
     error::Place,
-    key::{GOVERNORS, Key, ValueKind, closest},
+    key::{Bound, Key, ValueKind, closest},
     plausible,
+    table::GOVERNORS,
     word::Word,
 };
 use granchain_signal::{Dimension, Quantity};
-
-/// Which values a quantity may have; infinite and undefined ones it never may.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Bound {
-    Finite,
-    Positive,
-    NotNegative,
-    Between(f64, f64),
-    Whole(u32, u32),
-    /// 1 nm to 1 km: bodies of a bench, with room.
-    Radius,
-    /// 1 Pa to 10¹⁵ Pa: foam to a thousand times diamond.
-    Modulus,
-    /// 1 g/m³ to 10⁹ kg/m³.
-    Density,
-    /// 0 to 1/3.
-    UpToAThird,
-    /// 0 to 1/2.
-    UpToAHalf,
-    /// −1 < ν < 0.5, where a solid is stable and not incompressible.
-    PoissonsRatio,
-}
-
-impl Bound {
-    fn allows(self, value: f64) -> bool {
-        value.is_finite()
-            && match self {
-                Self::Finite | Self::Whole(..) => true,
-                Self::Positive => value > 0.0,
-                Self::NotNegative => value >= 0.0,
-                Self::Between(low, high) => (low..=high).contains(&value),
-                Self::Radius => (1e-9..=1e3).contains(&value),
-                Self::Modulus => (1.0..=1e15).contains(&value),
-                Self::Density => (1e-3..=1e9).contains(&value),
-                Self::UpToAThird => (0.0..=1.0 / 3.0).contains(&value),
-                Self::UpToAHalf => (0.0..=0.5).contains(&value),
-                Self::PoissonsRatio => value > -1.0 && value < 0.5,
-            }
-    }
-
-    /// What is asked for before any range.
-    fn sign(self) -> Self {
-        match self {
-            Self::Radius | Self::Modulus | Self::Density => Self::Positive,
-            other => other,
-        }
-    }
-
-    fn describe(self) -> String {
-        match self {
-            Self::Finite | Self::Whole(..) => "a finite value".to_owned(),
-            Self::Positive => "a positive, finite value".to_owned(),
-            Self::NotNegative => "a finite value of 0 or more".to_owned(),
-            Self::Between(low, high) => format!("a value between {low:e} and {high:e}"),
-            Self::Radius => "a length between 1 nm and 1 km".to_owned(),
-            Self::Modulus => "a modulus between 1 Pa and 1e15 Pa".to_owned(),
-            Self::Density => "a density between 1e-3 kg/m^3 and 1e9 kg/m^3".to_owned(),
-            Self::UpToAThird => "a value from 0 to 1/3".to_owned(),
-            Self::UpToAHalf => "a value from 0 to 0.5".to_owned(),
-            Self::PoissonsRatio => "Poisson's ratio above −1 and below 0.5".to_owned(),
-        }
-    }
-}
 
 const OVERRIDE_WORDS: [&str; 5] = ["bead", "radius", "material", "mesh", "mesh_unit"];
 

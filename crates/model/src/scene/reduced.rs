@@ -1,12 +1,6 @@
 //! Settings of the reduced model.
 
-use super::{
-    Elements,
-    error::SceneError,
-    fea::{DEFAULT_CONTACT_PATCH, contact_patch, dividing},
-    model_kind::check_step,
-    reader::Reader,
-};
+use super::{Elements, fea::DEFAULT_CONTACT_PATCH};
 
 /// Default mesh density of the reduced model, 1.
 pub const DEFAULT_REDUCED_DENSITY: u32 = 12;
@@ -39,22 +33,4 @@ impl Default for ReducedSettings {
             modes: DEFAULT_MODES,
         }
     }
-}
-
-pub(super) fn read(
-    reader: &Reader<'_>,
-    frequency: f64,
-    (default_step, output_step): (f64, f64),
-    notes: &mut Vec<String>,
-) -> Result<ReducedSettings, SceneError> {
-    let default = ReducedSettings::default();
-    let step = reader.given("model.step")?.unwrap_or(default_step);
-    check_step(reader, step, frequency)?;
-    Ok(ReducedSettings {
-        density: reader.count("model.mesh_density")?.unwrap_or(default.density),
-        elements: reader.word("model.elements")?,
-        contact_patch: contact_patch(reader)?,
-        step: dividing(step, output_step, notes),
-        modes: reader.count("model.modes")?.unwrap_or(default.modes),
-    })
 }

@@ -1,19 +1,13 @@
 //! How a run is computed.
 
-use super::{
-    ContactLaw, ContactMass, DEFAULT_FEA_STEP, DEFAULT_REDUCED_STEP, DEFAULT_WATER_STEP, Elements, FeaSettings, Limits,
-    ReducedSettings,
-    condition::CHAIN_INTEGRATORS,
-    contact_law,
-    error::SceneError,
-    fea,
-    model_kind::{self, ModelKind, check_step},
-    reader::Reader,
-    reduced,
-};
+use super::{ContactMass, Elements, FeaSettings, Limits, ModelKind, ReducedSettings};
 
 /// Relative tolerance of the adaptive chain where nothing else is asked for.
 pub const DEFAULT_TOLERANCE: f64 = 1e-10;
+/// Default interval of the output samples, s.
+pub const DEFAULT_OUTPUT_STEP: f64 = 1e-7;
+/// `vibrometer.bandwidth` unless set, Hz, or four drive frequencies where that is more: of a decoder of this class; the lowest mode of a 1 mm steel bead rings at 2.6 MHz.
+pub const DEFAULT_VIBROMETER_BANDWIDTH: f64 = 1.5e6;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Integrator {
@@ -78,50 +72,4 @@ impl ModelSettings {
             }
         }
     }
-}
-
-pub(super) fn read(
-    reader: &Reader<'_>,
-    frequency: f64,
-    output_step: f64,
-    notes: &mut Vec<String>,
-) -> Result<ModelSettings, SceneError> {
-    let kind = model_kind::kind(reader)?;
-    let mut settings = ModelSettings {
-        kind,
-        integrator: Integrator::DormandPrince853 { tolerance: DEFAULT_TOLERANCE },
-        reduced: ReducedSettings::default(),
-        fea: FeaSettings::default(),
-        limits: Limits::default(),
-    };
-    if contact_law::read(reader)? == ContactLaw::FiniteBody {
-        let default = FeaSettings::default();
-        let density = reader.count("model.mesh_density")?.unwrap_or(default.density);
-        let (elements, contact_patch) = (reader.word("model.elements")?, fea::contact_patch(reader)?);
-        settings.fea = FeaSettings { density, elements, contact_patch, ..default };
-    }
-    let has_disc = reader.text("support.kind")? == Some("disc");
-    if kind == ModelKind::Fea {
-        let step = if has_disc { DEFAULT_WATER_STEP } else { DEFAULT_FEA_STEP };
-        settings.fea = fea::read(reader, frequency, (step, output_step), notes)?;
-    } else if kind == ModelKind::Reduced {
-        let step = if has_disc { DEFAULT_WATER_STEP } else { DEFAULT_REDUCED_STEP };
-        settings.reduced = reduced::read(reader, frequency, (step, output_step), notes)?;
-    } else if has_disc {
-        let integrator = reader.choice_of("model.integrator", CHAIN_INTEGRATORS)?;
-        if let Some(other) = integrator.filter(|name| *name != "symplectic") {
-            let expected = "`symplectic` in front of a disc, whose clock has a fixed step".to_owned();
-            return Err(reader.out_of_range("model.integrator", expected, format!("`{other}`")));
-        }
-        let step = reader.given("model.step")?.unwrap_or(DEFAULT_WATER_STEP);
-        check_step(reader, step, frequency)?;
-        settings.integrator = Integrator::Symplectic { step: fea::dividing(step, output_step, notes) };
-    } else if reader.choice_of("model.integrator", CHAIN_INTEGRATORS)? == Some("symplectic") {
-        let step = reader.required("model.step", Some("the fixed-step integrator needs it"))?;
-        check_step(reader, step, frequency)?;
-        settings.integrator = Integrator::Symplectic { step };
-    } else {
-        settings.integrator = Integrator::DormandPrince853 { tolerance: reader.number("model.tolerance")? };
-    }
-    Ok(settings)
 }

@@ -9,13 +9,15 @@ use super::{
         BODY_MESH, DISC, DRIVES, FORMULA, INTEGRATORS, LIQUID, MEDIA, MESHED, METHODS, OWN_BODY, OWN_NORMAL, RING,
         STEPPED, SUPPORTS, WATER_MESH,
     },
-    key::When::{Beside, Damped, Is},
-    key::{beside, count, key, number, optional, word},
-    listing::{
+    key::{
+        Bound,
+        When::{self, Beside, Damped, Is},
+        beside, closest, count, key, number, optional, word,
+    },
+    setting::{
         SettingValue, absorption, beads, coefficient, damped, differing_beads, disc, gaps, given, meshing, of_sum,
         path, ring, shared_mesh, support_mesh, text, water, water_mesh, whole,
     },
-    reader::Bound,
 };
 use granchain_signal::Dimension;
 
@@ -408,3 +410,85 @@ pub const KEYS: &[Key] = &[
         .usually("0.1 µs of the fea, 50 ns reduced, 25 ns before a disc; symplectic must be told")
         .when(STEPPED),
 ];
+
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Governor {
+    pub(super) name: &'static str,
+    /// Keys whose meaning changes with its value.
+    pub(super) reinterpreted: &'static [&'static str],
+}
+
+/// In the order in which they are asked.
+pub(super) const GOVERNORS: &[Governor] = &[
+    // First: it decides which integrators there are.
+    Governor {
+        name: "model.kind",
+        reinterpreted: &["model.integrator", "model.numerical_dissipation", "model.tolerance", "model.step"],
+    },
+    // Says what it uses only where the model is the chain.
+    Governor { name: "contact.law", reinterpreted: &[] },
+    Governor { name: "drive.kind", reinterpreted: &[] },
+    Governor { name: "support.kind", reinterpreted: &[] },
+    Governor { name: "water.medium", reinterpreted: &["water.density", "water.sound_speed"] },
+    // Says what it uses only where there is water.
+    Governor { name: "water.method", reinterpreted: &[] },
+    Governor { name: "damping.kind", reinterpreted: &["damping.coefficient"] },
+    Governor { name: "model.integrator", reinterpreted: &[] },
+];
+
+impl Governor {
+    pub(super) fn words(&self) -> &'static [&'static str] {
+        Key::find(self.name).map_or(&[], |key| key.words())
+    }
+
+    pub(super) fn governed(&self) -> impl Iterator<Item = (&'static Key, &'static When)> {
+        KEYS.iter().filter_map(|key| Some((key, key.under(self.name)?)))
+    }
+}
+
+impl Key {
+    /// Other keys that decide whether it has an effect, each with the values where it has.
+    pub fn conditions(&self) -> Vec<(&'static str, Vec<&'static str>)> {
+        let of = |governor: &Governor| {
+            let when = self.under(governor.name)?;
+            let words = governor.words();
+            let holding: Vec<_> = words.iter().copied().filter(|word| when.holds(word)).collect();
+            (holding.len() < words.len()).then_some((governor.name, holding))
+        };
+        GOVERNORS.iter().filter_map(of).collect()
+    }
+
+    /// The key of a full name such as `materials.brass.density` or `chain.gaps.contact2`.
+    pub fn find(name: &str) -> Option<&'static Self> {
+        KEYS.iter().find(|key| key.matches(name))
+    }
+
+    pub(super) fn is_table(table: &str) -> bool {
+        let inside = |name: &str| name.strip_prefix(table).is_some_and(|rest| rest.starts_with('.'));
+        KEYS.iter().any(|key| inside(key.name)) || table == "chain.gaps" || table.starts_with("materials.")
+    }
+
+    /// The valid key most like `name`: the spelling as a whole, or the same last word in another table.
+    pub fn nearest(name: &str) -> Option<String> {
+        let last = name.rsplit('.').next().unwrap_or(name);
+        // In `materials.NAME.…` the name is the user's, only the last word can be misspelt.
+        if let Some((material, word)) = name.strip_prefix("materials.").and_then(|rest| rest.split_once('.')) {
+            let words = ["youngs_modulus", "poissons_ratio", "density"];
+            return closest(word, words.iter().copied()).map(|word| format!("materials.{material}.{word}"));
+        }
+        if let Some(inside) = KEYS.iter().find(|key| key.name.strip_prefix(name).is_some_and(|r| r.starts_with('.'))) {
+            return Some(inside.name.to_owned());
+        }
+        let plain = || KEYS.iter().map(|key| key.name).filter(|key| !key.contains('*'));
+        plain()
+            .find(|key| key.rsplit('.').next() == Some(last) && strsim::jaro_winkler(key, name) > 0.7)
+            .or_else(|| closest(name, plain()))
+            .or_else(|| plain().find(|key| key.rsplit('.').next() == Some(last)))
+            .or_else(|| {
+                let words = plain().filter_map(|key| key.rsplit('.').next());
+                let word = closest(last, words)?;
+                plain().find(|key| key.rsplit('.').next() == Some(word))
+            })
+            .map(str::to_owned)
+    }
+}

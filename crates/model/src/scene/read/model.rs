@@ -1,0 +1,148 @@
+//! How a run is computed.
+
+use crate::scene::{
+    ContactLaw, DEFAULT_FEA_STEP, DEFAULT_REDUCED_STEP, DEFAULT_TOLERANCE, DEFAULT_WATER_STEP, FeaSettings, Integrator,
+    Limits, ModelKind, ModelSettings, ReducedSettings, Scheme,
+    condition::{CHAIN_INTEGRATORS, FEA_INTEGRATORS},
+    error::SceneError,
+    key::Bound,
+    reader::Reader,
+    shown::time,
+};
+use granchain_signal::Dimension;
+
+pub(super) fn settings(
+    reader: &Reader<'_>,
+    frequency: f64,
+    output_step: f64,
+    notes: &mut Vec<String>,
+) -> Result<ModelSettings, SceneError> {
+    let kind = kind(reader)?;
+    let mut settings = ModelSettings {
+        kind,
+        integrator: Integrator::DormandPrince853 { tolerance: DEFAULT_TOLERANCE },
+        reduced: ReducedSettings::default(),
+        fea: FeaSettings::default(),
+        limits: Limits::default(),
+    };
+    if contact_law(reader)? == ContactLaw::FiniteBody {
+        let default = FeaSettings::default();
+        let density = reader.count("model.mesh_density")?.unwrap_or(default.density);
+        let (elements, contact_patch) = (reader.word("model.elements")?, contact_patch(reader)?);
+        settings.fea = FeaSettings { density, elements, contact_patch, ..default };
+    }
+    let has_disc = reader.text("support.kind")? == Some("disc");
+    if kind == ModelKind::Fea {
+        let step = if has_disc { DEFAULT_WATER_STEP } else { DEFAULT_FEA_STEP };
+        settings.fea = fea(reader, frequency, (step, output_step), notes)?;
+    } else if kind == ModelKind::Reduced {
+        let step = if has_disc { DEFAULT_WATER_STEP } else { DEFAULT_REDUCED_STEP };
+        settings.reduced = reduced(reader, frequency, (step, output_step), notes)?;
+    } else if has_disc {
+        let integrator = reader.choice_of("model.integrator", CHAIN_INTEGRATORS)?;
+        if let Some(other) = integrator.filter(|name| *name != "symplectic") {
+            let expected = "`symplectic` in front of a disc, whose clock has a fixed step".to_owned();
+            return Err(reader.out_of_range("model.integrator", expected, format!("`{other}`")));
+        }
+        let step = reader.given("model.step")?.unwrap_or(DEFAULT_WATER_STEP);
+        check_step(reader, step, frequency)?;
+        settings.integrator = Integrator::Symplectic { step: dividing(step, output_step, notes) };
+    } else if reader.choice_of("model.integrator", CHAIN_INTEGRATORS)? == Some("symplectic") {
+        let step = reader.required("model.step", Some("the fixed-step integrator needs it"))?;
+        check_step(reader, step, frequency)?;
+        settings.integrator = Integrator::Symplectic { step };
+    } else {
+        settings.integrator = Integrator::DormandPrince853 { tolerance: reader.number("model.tolerance")? };
+    }
+    Ok(settings)
+}
+
+fn fea(
+    reader: &Reader<'_>,
+    frequency: f64,
+    (default_step, output_step): (f64, f64),
+    notes: &mut Vec<String>,
+) -> Result<FeaSettings, SceneError> {
+    let default = FeaSettings::default();
+    let density = reader.count("model.mesh_density")?.unwrap_or(default.density);
+    let elements = reader.word("model.elements")?;
+    let contact_mass = reader.word("model.contact_mass")?;
+    let dissipation = |bound| {
+        let key = "model.numerical_dissipation";
+        let value = reader.quantity(key, Dimension::NONE, bound)?;
+        value.ok_or_else(|| reader.missing(key, Some("schemes with numerical damping need it")))
+    };
+    let scheme = match reader.choice_of("model.integrator", FEA_INTEGRATORS)? {
+        Some("hht") => Scheme::HilberHughesTaylor { dissipation: dissipation(Bound::UpToAThird)? },
+        Some("newmark") => Scheme::Newmark { dissipation: dissipation(Bound::UpToAHalf)? },
+        _ => Scheme::Trapezoid,
+    };
+    let step = reader.given("model.step")?.unwrap_or(default_step);
+    check_step(reader, step, frequency)?;
+    let step = dividing(step, output_step, notes);
+    let contact_patch = contact_patch(reader)?;
+    Ok(FeaSettings { density, elements, contact_patch, step, contact_mass, scheme })
+}
+
+fn contact_patch(reader: &Reader<'_>) -> Result<f64, SceneError> {
+    let key = "model.contact_patch";
+    let patch = reader.number(key)?;
+    if patch > 0.5 {
+        return Err(reader.out_of_range(key, "a value above 0 and at most 0.5".to_owned(), patch.to_string()));
+    }
+    Ok(patch)
+}
+
+/// `step`, shortened where it does not divide the output step: every output sample is a computed state, none is interpolated.
+fn dividing(step: f64, output_step: f64, notes: &mut Vec<String>) -> f64 {
+    let ratio = output_step / step;
+    // Rounding of two decimal numbers and their quotient, with room.
+    if ratio.round() >= 1.0 && (ratio - ratio.round()).abs() <= 1e-9 * ratio {
+        return step;
+    }
+    let shortened = output_step / ratio.ceil();
+    notes.push(format!(
+        "`model.step` {} does not divide `output_step` {}; taken as {}, so that every sample is a computed state",
+        time(step),
+        time(output_step),
+        time(shortened)
+    ));
+    shortened
+}
+
+fn reduced(
+    reader: &Reader<'_>,
+    frequency: f64,
+    (default_step, output_step): (f64, f64),
+    notes: &mut Vec<String>,
+) -> Result<ReducedSettings, SceneError> {
+    let default = ReducedSettings::default();
+    let step = reader.given("model.step")?.unwrap_or(default_step);
+    check_step(reader, step, frequency)?;
+    Ok(ReducedSettings {
+        density: reader.count("model.mesh_density")?.unwrap_or(default.density),
+        elements: reader.word("model.elements")?,
+        contact_patch: contact_patch(reader)?,
+        step: dividing(step, output_step, notes),
+        modes: reader.count("model.modes")?.unwrap_or(default.modes),
+    })
+}
+
+pub(super) fn contact_law(reader: &Reader<'_>) -> Result<ContactLaw, SceneError> {
+    let law = reader.word("contact.law")?;
+    Ok(if kind(reader)? == ModelKind::Chain { law } else { ContactLaw::Hertz })
+}
+
+pub(super) fn kind(reader: &Reader<'_>) -> Result<ModelKind, SceneError> {
+    reader.word("model.kind")
+}
+
+fn check_step(reader: &Reader<'_>, step: f64, frequency: f64) -> Result<(), SceneError> {
+    // Five steps through the shortest half period of motion that the drive's own period leaves are no integration.
+    let longest = 1.0 / (20.0 * frequency);
+    if step <= longest {
+        return Ok(());
+    }
+    let longest = time((longest * 1e9).floor() / 1e9);
+    Err(reader.out_of_range("model.step", format!("at most {longest}, a twentieth of a drive period"), time(step)))
+}

@@ -1,0 +1,127 @@
+//! What holds the far end.
+
+use super::model;
+use crate::scene::{
+    AnnulusShape, Chain, DEFAULT_DISC_DENSITY, DiscShape, FlatContact, Material, MeshFile, Support, document::resolved,
+    error::SceneError, reader::Reader, shown::length,
+};
+use granchain_signal::{Dimension, Quantity};
+
+/// Least and largest angle of the contact normal from the axis, °: flatter, the bead lies too near the clamped corner to be meshed at any
+/// density; steeper, it is a wedge, whose travel is a multiple of what the ring gives way.
+const CONTACT_ANGLES: (f64, f64) = (25.0, 80.0);
+
+pub(super) fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, SceneError> {
+    let kind = reader.required_choice("support.kind")?;
+    Ok(match kind {
+        "annulus" => {
+            let radius = chain.beads.last().map_or(0.0, |bead| bead.radius);
+            let stiffness_factor = reader.number("support.stiffness_factor")?;
+            let (shape, material) = (annulus(reader, radius)?, support_material(reader)?);
+            Support::Annulus { shape, stiffness_factor, material, normal: reader.word("support.normal")? }
+        }
+        "body" => {
+            if !model::kind(reader)?.is_meshed() {
+                let expected = "a support with a force law where `model.kind` is \"chain\"".to_owned();
+                return Err(reader.out_of_range("support.kind", expected, "`body`, which is meshed".to_owned()));
+            }
+            let reason = Some("a support of kind `body` is read from a mesh file");
+            let Some(mesh) = mesh_file(reader, "support.mesh", "support.mesh_unit")? else {
+                return Err(reader.missing("support.mesh", reason));
+            };
+            Support::Body { mesh, material: support_material(reader)?, normal: reader.word("support.normal")? }
+        }
+        "spring" => {
+            let reason = Some("a support of kind `spring` needs it");
+            Support::Spring { stiffness: reader.required("support.stiffness", reason)? }
+        }
+        "disc" => disc(reader)?,
+        "free" => {
+            if chain.precompression > 0.0 {
+                let force = Quantity::new(chain.precompression, Dimension::FORCE).to_string();
+                let expected =
+                    "0 N before a free end (`support.kind` = \"free\"), which holds no static force".to_owned();
+                return Err(reader.out_of_range("chain.precompression", expected, force));
+            }
+            Support::Free
+        }
+        "half-space" => Support::Flat(FlatContact::HalfSpace),
+        _ => Support::Flat(FlatContact::Rigid),
+    })
+}
+
+/// Read the ring of a scene that holds a bead of that radius, m.
+fn annulus(reader: &Reader<'_>, bead_radius: f64) -> Result<AnnulusShape, SceneError> {
+    let shape = AnnulusShape {
+        ring_radius: reader.number("support.ring_radius")?,
+        section_radius: reader.number("support.section_radius")?,
+    };
+    let key = if reader.has("support.section_radius") { "support.section_radius" } else { "support.ring_radius" };
+    if shape.opening() <= 0.0 {
+        let expected = format!(
+            "a section radius below the ring radius {}, which leaves an opening; change one of both",
+            length(shape.ring_radius)
+        );
+        return Err(reader.out_of_range(key, expected, length(shape.section_radius)));
+    }
+    if bead_radius <= shape.opening() {
+        let place = reader.place("support.kind");
+        return Err(SceneError::ThroughAnnulus {
+            place,
+            radius: length(bead_radius),
+            opening: length((1e9 * shape.opening()).round() / 1e9),
+        });
+    }
+    let angle = shape.contact_angle(bead_radius).to_degrees();
+    if !(CONTACT_ANGLES.0..=CONTACT_ANGLES.1).contains(&angle) {
+        return Err(SceneError::AnnulusAngle {
+            place: reader.place(if reader.has(key) { key } else { "support.kind" }),
+            angle: format!("{angle:.1}°"),
+            between: CONTACT_ANGLES,
+            remedy: if angle > CONTACT_ANGLES.1 {
+                "smaller ring or a larger bead"
+            } else {
+                "larger ring or a smaller bead"
+            },
+        });
+    }
+    Ok(shape)
+}
+
+fn disc(reader: &Reader<'_>) -> Result<Support, SceneError> {
+    let (radius, thickness) = (reader.number("disc.radius")?, reader.number("disc.thickness")?);
+    if thickness >= radius {
+        let expected = format!("a thickness below the disc's radius {}: a plate, no rod", length(radius));
+        let key = if reader.has("disc.thickness") { "disc.thickness" } else { "disc.radius" };
+        return Err(reader.out_of_range(key, expected, length(thickness)));
+    }
+    let key = "disc.material";
+    let name = reader.text(key)?.map_or_else(|| Material::vitreous_carbon().name, str::to_owned);
+    let material = reader.material_named(&name, key, || reader.place(key))?;
+    let rim = reader.word("disc.rim")?;
+    let mesh_density = reader.count("disc.mesh_density")?.unwrap_or(DEFAULT_DISC_DENSITY);
+    Ok(Support::Disc { shape: DiscShape { radius, thickness, material, rim }, mesh_density })
+}
+
+fn support_material(reader: &Reader<'_>) -> Result<Material, SceneError> {
+    let key = "support.material";
+    let name = reader.text(key)?.map_or_else(|| Material::resin().name, str::to_owned);
+    reader.material_named(&name, key, || reader.place(key))
+}
+
+pub(super) fn mesh_file(
+    reader: &Reader<'_>,
+    key: &str,
+    unit_key: &'static str,
+) -> Result<Option<MeshFile>, SceneError> {
+    let unit = reader.number(unit_key)?;
+    let path = reader.text(key)?.map(|file| resolved(file, &reader.place(key)));
+    Ok(path.map(|path| MeshFile { path, unit }))
+}
+
+/// Materials that the physical groups of mesh files may name: all that are defined or come with the program, by name. Empty where
+/// no body is a mesh file.
+pub(super) fn materials(reader: &Reader<'_>, chain: &Chain, support: &Support) -> Result<Vec<Material>, SceneError> {
+    let meshed = chain.beads.iter().any(|bead| bead.mesh.is_some()) || matches!(support, Support::Body { .. });
+    if meshed { reader.all_materials() } else { Ok(Vec::new()) }
+}
