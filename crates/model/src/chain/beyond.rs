@@ -5,32 +5,16 @@
 //! the modes of the contacts are, and switched at instants located on the continuous extension: the laws are met exactly, not regularised.
 
 use super::{
+    crossing::{Crossing, Event, Resolution, first_fall, may_rise},
     dormand_prince::{Clock, Stepper},
-    effects::Effects,
+    effects::{Effects, place},
     equation::{Equation, Instant, Mode},
-    event::{Crossing, Event, Resolution, first_fall, may_rise},
 };
 use crate::{
     contact_law::{ElasticLaw, Law, Terms, Yielding},
     response::{Channels, SolverWork},
     scene::PistonMotion,
 };
-
-/// Places in the state behind work and dissipated energy, from the end of the velocities on; the state is longer by [`FURTHER`] for them.
-pub(super) mod place {
-    /// q and q̇ of the horn, m and m/s.
-    pub const HORN: [usize; 2] = [2, 3];
-    /// Energy lost in drag and friction, J.
-    pub const DRAG: usize = 4;
-    pub const FRICTION: usize = 5;
-    /// Energy lost in the horn and work of its source, J.
-    pub const HORN_LOST: usize = 6;
-    pub const SOURCE: usize = 7;
-    /// Force of the annulus' relaxation s, N, and the work that it took, J.
-    pub const RELAXING: usize = 8;
-    pub const RELAXED: usize = 9;
-}
-pub(super) const FURTHER: usize = 8;
 
 /// Overlap at which a contact yields (again), over that up to which it is elastic: as often as it is pressed just as hard, it does not.
 const PRESSED_HARDER: f64 = 1.0 + 1e-9;

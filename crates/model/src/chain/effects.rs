@@ -6,6 +6,22 @@ use crate::{
     scene::{Holder, Horn, Relaxation, Scene, Support},
 };
 
+/// Places in the state behind work and dissipated energy, from the end of the velocities on; the state is longer by [`FURTHER`] for them.
+pub(super) mod place {
+    /// q and q̇ of the horn, m and m/s.
+    pub const HORN: [usize; 2] = [2, 3];
+    /// Energy lost in drag and friction, J.
+    pub const DRAG: usize = 4;
+    pub const FRICTION: usize = 5;
+    /// Energy lost in the horn and work of its source, J.
+    pub const HORN_LOST: usize = 6;
+    pub const SOURCE: usize = 7;
+    /// Force of the annulus' relaxation s, N, and the work that it took, J.
+    pub const RELAXING: usize = 8;
+    pub const RELAXED: usize = 9;
+}
+pub(super) const FURTHER: usize = 8;
+
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Effects {
     pub horn: Option<Horn>,

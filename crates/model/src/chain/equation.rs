@@ -3,6 +3,7 @@
 use super::{
     beyond,
     coupling::{Coupling, Survey},
+    effects,
     system::System,
 };
 use crate::{
@@ -151,7 +152,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     }
 
     pub(crate) fn state_length(&self) -> usize {
-        2 * self.system.padded + 4 + if L::IS_BEYOND { beyond::FURTHER } else { 0 }
+        2 * self.system.padded + 4 + if L::IS_BEYOND { effects::FURTHER } else { 0 }
     }
 
     #[inline(always)]

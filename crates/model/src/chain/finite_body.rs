@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::laws::ContactLaws;
+use super::laws::{ContactLaws, meshed, moving_disc};
 use crate::{
     ModelError,
     contact_law::{Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, bead_flat_stiffness, bead_pair_stiffness},
@@ -101,8 +101,8 @@ impl FiniteBodyLaws {
         // A half-space cannot be meshed and a spring has no mesh: the bead's own statics are those on a rigid flat.
         let support = match &scene.support {
             Support::Annulus { .. } => scene.support.clone(),
-            Support::Body { mesh, .. } => return Err(super::system::meshed(mesh)),
-            Support::Disc { .. } => return Err(super::system::moving_disc()),
+            Support::Body { mesh, .. } => return Err(meshed(mesh)),
+            Support::Disc { .. } => return Err(moving_disc()),
             Support::Flat(_) | Support::Free | Support::Spring { .. } => Support::Flat(FlatContact::Rigid),
         };
         let meshed = Scene { support, piston: FlatContact::Rigid, ..scene.clone() };

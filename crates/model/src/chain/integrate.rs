@@ -2,10 +2,10 @@
 
 use super::{
     InitialState,
-    beyond::place,
+    crossing::Resolution,
     dormand_prince::{Clock, Flow, SmoothInterval, Stepper},
+    effects::place,
     equation::{Equation, Instant, Mode},
-    event::Resolution,
     forecast::Forecast,
     pace::Pace,
     record::Recording,

@@ -1,13 +1,10 @@
 //! Which law each contact of a chain has.
 
-use super::{
-    finite_body::FiniteBodyLaws,
-    system::{meshed, moving_disc},
-};
+use super::finite_body::FiniteBodyLaws;
 use crate::{
     ModelError,
     contact_law::{Annulus, Hertz, Law, Spring, bead_flat_stiffness, bead_pair_stiffness},
-    scene::{FlatContact, Scene, Support},
+    scene::{FlatContact, MeshFile, Scene, Support},
 };
 
 /// Elastic laws of the N + 1 contacts, and how they feel one another.
@@ -48,4 +45,17 @@ impl ContactLaws {
         });
         Ok(Self { laws, couplings: None })
     }
+}
+
+pub(super) fn meshed(mesh: &MeshFile) -> ModelError {
+    let reason = format!(
+        "a support from the mesh {} has no force law; use `model.kind = \"fea\"`, or another `support.kind`",
+        mesh.path.display()
+    );
+    ModelError::Unsupported { model: "chain", reason }
+}
+
+pub(super) fn moving_disc() -> ModelError {
+    let reason = "a disc moves and has no force law: its scene is run by `model::prepare`, one run at a time";
+    ModelError::Unsupported { model: "chain", reason: reason.into() }
 }

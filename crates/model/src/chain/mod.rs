@@ -13,6 +13,7 @@
 
 mod beyond;
 mod coupling;
+mod crossing;
 mod dormand_prince;
 mod effects;
 pub mod ensemble;
@@ -41,7 +42,7 @@ use system::System;
 
 use super::{
     Estimate, Model, ModelError, Progress,
-    contact_law::{ALL_TERMS, ElasticLaw, Law, Terms, for_terms},
+    contact_law::{ALL_TERMS, Law, for_terms},
     estimate::refuse_excess,
 };
 use crate::{
@@ -225,17 +226,7 @@ fn adaptive(
     recording: &mut Recording,
     progress: Progress<'_>,
 ) -> Result<Books, ModelError> {
-    fn run<const DAMPED: Terms, L: ElasticLaw>(
-        system: &System,
-        support: L,
-        motion: &dyn PistonMotion,
-        initial: &InitialState,
-        control: &Control,
-        recording: &mut Recording,
-        progress: Progress<'_>,
-    ) -> Result<Books, ModelError> {
-        integrate::integrate::<DAMPED, L>(system, support, motion, initial, control, recording, progress)
-    }
+    use integrate::integrate as run;
     let law = system.laws[system.beads];
     // Effects that are beside the contacts cost more than a dashpot that is zero, too.
     match (&system.effects, &system.coupling) {

@@ -1,17 +1,17 @@
 //! The chain as the integrators see it: masses, stiffnesses and rest positions in flat, padded arrays.
 
 use super::{
-    InitialState, beyond,
+    InitialState,
     coupling::{Coupling, Survey},
     effects::{self, Effects},
     finite_body::FiniteBodyLaws,
-    laws::ContactLaws,
+    laws::{ContactLaws, meshed, moving_disc},
 };
 use crate::{
     ModelError,
     contact_law::{self, Dashpot, ElasticLaw, Law, dashpots},
     need_drive,
-    scene::{Limits, MeshFile, Scene, Support},
+    scene::{Limits, Scene, Support},
 };
 
 /// The assembled chain.
@@ -81,7 +81,7 @@ impl System {
 
     /// Room for displacements and velocities of an instant, and for what effects have behind them.
     pub(crate) fn moment(&self) -> Vec<[f64; 4]> {
-        let behind = if self.effects.is_some() { 1 + beyond::FURTHER / 4 } else { 0 };
+        let behind = if self.effects.is_some() { 1 + effects::FURTHER / 4 } else { 0 };
         vec![[0.0; 4]; self.padded / 2 + behind]
     }
 
@@ -166,19 +166,6 @@ impl System {
         };
         Ok((block(&initial.displacements, "displacements")?, block(&initial.velocities, "velocities")?))
     }
-}
-
-pub(super) fn meshed(mesh: &MeshFile) -> ModelError {
-    let reason = format!(
-        "a support from the mesh {} has no force law; use `model.kind = \"fea\"`, or another `support.kind`",
-        mesh.path.display()
-    );
-    ModelError::Unsupported { model: "chain", reason }
-}
-
-pub(super) fn moving_disc() -> ModelError {
-    let reason = "a disc moves and has no force law: its scene is run by `model::prepare`, one run at a time";
-    ModelError::Unsupported { model: "chain", reason: reason.into() }
 }
 
 fn check(scene: &Scene) -> Result<(), ModelError> {

@@ -8,7 +8,6 @@ use super::{
     loss::BodyLoss,
     mesh::{self, AnnulusMesh, BeadMesh, HalfTorus, Mesh, PatchElements},
     modes::ModesError,
-    trace::poles,
 };
 use crate::{
     contact_law::{Dashpot, dashpots},
@@ -106,7 +105,7 @@ impl Arrangement {
         let mut origins = Vec::with_capacity(beads.len() + 1);
         let mut face = 0.0;
         for &kind in &of_bead {
-            let (front, back) = poles(Body::mesh(&kinds[kind]));
+            let (front, back) = kinds[kind].mesh().poles();
             origins.push(face - front);
             face += back - front;
         }
@@ -170,8 +169,8 @@ impl Arrangement {
             kinds.push(body);
             kinds.len() - 1
         });
-        let mut arrangement = Self {
-            losses: Vec::new(),
+        Ok(Self {
+            losses: BodyLoss::of(&kinds, support, scene),
             kinds,
             beads: of_bead,
             support,
@@ -183,9 +182,7 @@ impl Arrangement {
             front,
             dashpots: dashpots(&scene.damping, beads.len() + 1),
             origins,
-        };
-        arrangement.losses = BodyLoss::of(&arrangement, scene);
-        Ok(arrangement)
+        })
     }
 
     /// Kind of the body in slot 0…N + 1 (piston, beads, support); none where it is rigid.
@@ -251,7 +248,7 @@ fn patch_elements(elements: Elements) -> PatchElements {
 
 /// Whether the nodes of a pole's boundary lie on a sphere of that radius (m), to a millionth of it: then its gaps are known between them too.
 fn is_sphere(mesh: &Mesh, boundary: &str, radius: f64) -> bool {
-    let (front, back) = poles(mesh);
+    let (front, back) = mesh.poles();
     let centre = if boundary == "back" { back - radius } else { front + radius };
     mesh.boundary(boundary).is_some_and(|boundary| {
         boundary.nodes.iter().all(|&node| {

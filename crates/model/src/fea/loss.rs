@@ -20,7 +20,7 @@
 //!
 //! Loss of a step, exact for the trapezoid: h v̄ᵀ C v̄ + ½ g (d₀ + d₁)ᵀ K Δz with v̄ = Δu/h, z = u − d.
 
-use super::{FeaError, arrangement::Arrangement, scheme::Coefficients};
+use super::{FeaError, body::Body, scheme::Coefficients};
 use crate::scene::{MaterialLoss, Relaxation, Scene, Support};
 
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -48,21 +48,21 @@ pub(crate) struct StepLoss {
 
 impl BodyLoss {
     /// Of every kind of body of a scene, none where it loses nothing.
-    pub(crate) fn of(arrangement: &Arrangement, scene: &Scene) -> Vec<Option<Self>> {
+    pub(crate) fn of(kinds: &[Body], support: Option<usize>, scene: &Scene) -> Vec<Option<Self>> {
         let drag = scene.holder.map_or(0.0, |holder| holder.drag);
-        let of_kind = |kind: usize| match arrangement.support == Some(kind) {
+        let of_kind = |kind: usize| match support == Some(kind) {
             true => Self {
                 drag: 0.0,
                 retardation: MaterialLoss::retardation(scene.loss.support),
                 relaxation: scene.loss.relaxation,
             },
             false => Self {
-                drag: drag / arrangement.kinds[kind].total_mass(),
+                drag: drag / kinds[kind].total_mass(),
                 retardation: MaterialLoss::retardation(scene.loss.beads),
                 relaxation: None,
             },
         };
-        (0..arrangement.kinds.len()).map(|kind| Some(of_kind(kind)).filter(|loss| *loss != Self::default())).collect()
+        (0..kinds.len()).map(|kind| Some(of_kind(kind)).filter(|loss| *loss != Self::default())).collect()
     }
 }
 

@@ -88,7 +88,7 @@ impl Watched {
 /// Axial unknown of the axis node nearest a fraction of the way from front pole to back pole.
 fn axis_node(arrangement: &Arrangement, kind: usize, fraction: f64) -> u32 {
     let mesh = arrangement.kinds[kind].mesh();
-    let (front, back) = poles(mesh);
+    let (front, back) = mesh.poles();
     let wanted = front + fraction * (back - front);
     let nearest = mesh
         .nodes
@@ -97,12 +97,6 @@ fn axis_node(arrangement: &Arrangement, kind: usize, fraction: f64) -> u32 {
         .filter(|(_, place)| place[0] == 0.0)
         .min_by(|(_, a), (_, b)| (a[1] - wanted).abs().total_cmp(&(b[1] - wanted).abs()));
     DofMap::dof(nearest.map_or(0, |(node, _)| node as u32), Direction::Axial)
-}
-
-/// z of the front and the back pole, m: the ends of the axis in the mesh.
-pub(super) fn poles(mesh: &super::mesh::Mesh) -> (f64, f64) {
-    let axis = || mesh.nodes.iter().filter(|place| place[0] == 0.0).map(|place| place[1]);
-    (axis().fold(f64::INFINITY, f64::min), axis().fold(f64::NEG_INFINITY, f64::max))
 }
 
 /// Contact radius, m: half-way between the last pressed point and the next at a pole, half the width of the pressed band on a ring.

@@ -75,6 +75,12 @@ impl Mesh {
         self.boundaries.iter().find(|boundary| boundary.name == name)
     }
 
+    /// z of the front and the back pole, m: the ends of the axis.
+    pub(crate) fn poles(&self) -> (f64, f64) {
+        let axis = || self.nodes.iter().filter(|place| place[0] == 0.0).map(|place| place[1]);
+        (axis().fold(f64::INFINITY, f64::min), axis().fold(f64::NEG_INFINITY, f64::max))
+    }
+
     pub fn to_field_mesh(&self) -> FieldMesh {
         let kind = |element: &Element| match element.shape {
             Shape::Quadrilateral8 => CellKind::QuadraticQuadrilateral,
