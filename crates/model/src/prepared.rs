@@ -204,14 +204,6 @@ impl Prepared {
         self.bodies.difference(scene).is_none()
     }
 
-    /// The reduced bodies and where they come from, where the model is the reduced one.
-    pub fn reduction(&self) -> Option<(&Reduction, &Origin)> {
-        match &self.rung {
-            Rung::Reduced { reduction, origin } => Some((reduction, origin)),
-            Rung::Chain(_) | Rung::OnDisc(_) | Rung::Fea => None,
-        }
-    }
-
     /// The contact laws fitted to the bodies, where the model is the chain and they are not Hertz' and the paper's: what
     /// [`super::chain::ensemble::Ensemble::with_laws`] takes.
     pub fn contact_laws(&self) -> Option<&FiniteBodyLaws> {

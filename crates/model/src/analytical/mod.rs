@@ -7,7 +7,7 @@ mod precompressed;
 mod solitary_wave;
 
 pub use collision::Collision;
-pub use piston::{BaffledPiston, struve_1};
+pub use piston::BaffledPiston;
 pub use plate::{LAMB_COEFFICIENT, ThinPlate};
 pub use precompressed::{cutoff_frequency, mode_frequency};
 pub use solitary_wave::{

@@ -75,7 +75,7 @@ impl BaffledPiston {
 /// H₁ = (2/π) (1 − J₀) + (4/π) Σ_{k≥1} J_{2k}/(4k² − 1) beyond, where nothing cancels.
 ///
 /// Abramowitz & Stegun (1964), *Handbook of Mathematical Functions*, 12.1.5 and 12.1.20.
-pub fn struve_1(x: f64) -> f64 {
+pub(crate) fn struve_1(x: f64) -> f64 {
     if x <= 2.0 {
         let (mut term, mut sum, mut odd) = (x * x / 3.0, 0.0, 3.0);
         while sum + term != sum {

@@ -55,7 +55,7 @@ pub(super) struct Survey {
 }
 
 impl Survey {
-    pub fn new(padded: usize) -> Self {
+    pub(crate) fn new(padded: usize) -> Self {
         let zeros = || vec![0.0; padded];
         Self { rigid: zeros(), rigid_rate: zeros(), overlap: zeros(), rate: zeros(), force: zeros() }
     }
@@ -63,7 +63,7 @@ impl Survey {
 
 impl Coupling {
     /// The contacts' laws and the beads' couplings (m/N), in blocks of length `padded`.
-    pub fn new(laws: &[Law], beads: &[f64], padded: usize) -> Self {
+    pub(crate) fn new(laws: &[Law], beads: &[f64], padded: usize) -> Self {
         let zeros = || vec![0.0; padded];
         let contacts = laws.len();
         let mut coupling = Self {
@@ -96,14 +96,14 @@ impl Coupling {
     }
 
     /// By how much the overlap of the rigid motions is larger than that of the contact when all carry `force` (N), m.
-    pub fn under(&self, contact: usize, force: f64) -> f64 {
+    pub(crate) fn under(&self, contact: usize, force: f64) -> f64 {
         (self.before[contact] + self.after[contact]) * force
     }
 
     /// Elastic forces (N) and overlaps (m) at the rigid overlaps d (m); contacts with a zero in `gate` carry nothing, the others `gate` times
     /// their law.
     #[inline(always)]
-    pub fn settle(&self, rigid: &[f64], gate: &[f64], overlap: &mut [f64], force: &mut [f64]) {
+    pub(crate) fn settle(&self, rigid: &[f64], gate: &[f64], overlap: &mut [f64], force: &mut [f64]) {
         let blocks = rigid.len() / 4;
         let rigid = &rigid.as_chunks::<4>().0[..blocks];
         let gate_blocks = &gate.as_chunks::<4>().0[..blocks];
@@ -163,7 +163,7 @@ impl Coupling {
     }
 
     /// δ̇ (m/s) at the overlaps δ from the rates ḋ of the rigid motions.
-    pub fn rates(&self, laws: &[Law], survey: &mut Survey) {
+    pub(crate) fn rates(&self, laws: &[Law], survey: &mut Survey) {
         survey.rate.copy_from_slice(&survey.rigid_rate);
         // What is left, a millionth, does not matter: rates say which way a contact moves and start a search.
         for _ in 0..3 {
@@ -180,7 +180,7 @@ impl Coupling {
     }
 
     /// V at the settled overlaps and forces, J.
-    pub fn energy(&self, laws: &[Law], overlap: &[f64], force: &[f64]) -> f64 {
+    pub(crate) fn energy(&self, laws: &[Law], overlap: &[f64], force: &[f64]) -> f64 {
         let stored: f64 = laws.iter().zip(overlap).map(|(law, overlap)| law.energy(*overlap)).sum();
         let coupled: f64 = (1..laws.len()).map(|c| self.before[c] * force[c - 1] * force[c]).sum();
         stored + coupled

@@ -17,22 +17,22 @@ pub(super) struct Clock {
 
 impl Clock {
     /// t(σ), s.
-    pub fn at(&self, sigma: f64) -> f64 {
+    pub(crate) fn at(&self, sigma: f64) -> f64 {
         self.start + (self.linear + self.quadratic * sigma) * sigma
     }
 
     /// dt/dσ, s.
-    pub fn rate(&self, sigma: f64) -> f64 {
+    pub(crate) fn rate(&self, sigma: f64) -> f64 {
         self.linear + 2.0 * self.quadratic * sigma
     }
 
     /// Length of the step, s.
-    pub fn length(&self) -> f64 {
+    pub(crate) fn length(&self) -> f64 {
         self.linear + self.quadratic
     }
 
     /// σ at which the clock shows `time` (s), within the step.
-    pub fn sigma(&self, time: f64) -> f64 {
+    pub(crate) fn sigma(&self, time: f64) -> f64 {
         let elapsed = (time - self.start).max(0.0);
         if elapsed == 0.0 {
             return 0.0;
@@ -140,14 +140,14 @@ pub(super) struct Course(pub [f64; 8]);
 impl Course {
     /// Its value at σ.
     #[inline(always)]
-    pub fn at(&self, sigma: f64) -> f64 {
+    pub(crate) fn at(&self, sigma: f64) -> f64 {
         let [y, d0, d1, d2, d3, d4, d5, d6] = self.0;
         let rest = 1.0 - sigma;
         let inner = d3 + sigma * (d4 + rest * (d5 + sigma * d6));
         y + sigma * (d0 + rest * (d1 + sigma * (d2 + rest * inner)))
     }
 
-    pub fn above(self, other: Self) -> Self {
+    pub(crate) fn above(self, other: Self) -> Self {
         let mut above = self;
         for (above, other) in above.0.iter_mut().zip(other.0) {
             *above -= other;
@@ -158,7 +158,7 @@ impl Course {
 
 impl Stepper {
     /// Buffers for a state of `length` numbers (a multiple of four).
-    pub fn new(length: usize) -> Self {
+    pub(crate) fn new(length: usize) -> Self {
         let row = || vec![[0.0; 4]; length / 4];
         Self {
             state: row(),
@@ -177,7 +177,7 @@ impl Stepper {
     }
 
     /// Evaluate the derivative at the start: after any change of the state or of the equation.
-    pub fn restart(&mut self, flow: &mut impl Flow, piston: (f64, f64)) {
+    pub(crate) fn restart(&mut self, flow: &mut impl Flow, piston: (f64, f64)) {
         flow.evaluate(1.0, piston, self.state.as_flattened_mut(), self.derivative.as_flattened_mut());
         self.evaluations += 1;
     }
@@ -204,7 +204,7 @@ impl Stepper {
 
     /// Attempt a step; returns the error over the tolerance (accept at ≤ 1; NaN when the state is not finite).
     #[inline(always)]
-    pub fn attempt(
+    pub(crate) fn attempt(
         &mut self,
         flow: &mut impl Flow,
         motion: &dyn PistonMotion,
@@ -241,7 +241,7 @@ impl Stepper {
     }
 
     #[inline(always)]
-    pub fn finish(&mut self, flow: &mut impl Flow, clock: &Clock) {
+    pub(crate) fn finish(&mut self, flow: &mut impl Flow, clock: &Clock) {
         let piston = (self.piston_displacement[11], self.piston_velocity[11]);
         flow.evaluate(1.0, piston, self.end_state.as_flattened_mut(), self.end_derivative.as_flattened_mut());
         self.evaluations += 1;
@@ -256,7 +256,13 @@ impl Stepper {
 
     /// Build the continuous extension of the finished step (three more evaluations).
     #[inline(always)]
-    pub fn extend(&mut self, flow: &mut impl Flow, motion: &dyn PistonMotion, clock: &Clock, smooth: &SmoothInterval) {
+    pub(crate) fn extend(
+        &mut self,
+        flow: &mut impl Flow,
+        motion: &dyn PistonMotion,
+        clock: &Clock,
+        smooth: &SmoothInterval,
+    ) {
         self.sample_piston(motion, clock, smooth, 13, 16);
         for stage in 13..16 {
             self.stage(flow, clock, stage);
@@ -278,7 +284,7 @@ impl Stepper {
     }
 
     #[inline]
-    pub fn course(&self, index: usize) -> Course {
+    pub(crate) fn course(&self, index: usize) -> Course {
         let (r, lane) = (index / 4, index % 4);
         let mut course = Course([self.state[r][lane]; 8]);
         for (out, dense) in course.0[1..].iter_mut().zip(&self.dense) {
@@ -289,7 +295,7 @@ impl Stepper {
 
     /// The first `out.len()` rows of the state at σ, by the continuous extension.
     #[inline(always)]
-    pub fn values(&self, sigma: f64, out: &mut [[f64; 4]]) {
+    pub(crate) fn values(&self, sigma: f64, out: &mut [[f64; 4]]) {
         let rest = 1.0 - sigma;
         let length = out.len();
         let y = &self.state[..length];
@@ -305,20 +311,20 @@ impl Stepper {
         }
     }
 
-    pub fn advance(&mut self) {
+    pub(crate) fn advance(&mut self) {
         std::mem::swap(&mut self.state, &mut self.end_state);
         std::mem::swap(&mut self.derivative, &mut self.end_derivative);
     }
 
     /// Go on from within the step, at σ; needs [`Stepper::restart`] before the next attempt.
-    pub fn truncate(&mut self, sigma: f64) {
+    pub(crate) fn truncate(&mut self, sigma: f64) {
         let mut end = std::mem::take(&mut self.end_state);
         self.values(sigma, &mut end);
         self.end_state = end;
         std::mem::swap(&mut self.state, &mut self.end_state);
     }
 
-    pub fn derivative(&self) -> &[f64] {
+    pub(crate) fn derivative(&self) -> &[f64] {
         self.derivative.as_flattened()
     }
 

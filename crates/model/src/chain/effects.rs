@@ -9,16 +9,16 @@ use crate::{
 /// Places in the state behind work and dissipated energy, from the end of the velocities on; the state is longer by [`FURTHER`] for them.
 pub(super) mod place {
     /// q and q̇ of the horn, m and m/s.
-    pub const HORN: [usize; 2] = [2, 3];
+    pub(crate) const HORN: [usize; 2] = [2, 3];
     /// Energy lost in drag and friction, J.
-    pub const DRAG: usize = 4;
-    pub const FRICTION: usize = 5;
+    pub(crate) const DRAG: usize = 4;
+    pub(crate) const FRICTION: usize = 5;
     /// Energy lost in the horn and work of its source, J.
-    pub const HORN_LOST: usize = 6;
-    pub const SOURCE: usize = 7;
+    pub(crate) const HORN_LOST: usize = 6;
+    pub(crate) const SOURCE: usize = 7;
     /// Force of the annulus' relaxation s, N, and the work that it took, J.
-    pub const RELAXING: usize = 8;
-    pub const RELAXED: usize = 9;
+    pub(crate) const RELAXING: usize = 8;
+    pub(crate) const RELAXED: usize = 9;
 }
 pub(super) const FURTHER: usize = 8;
 
@@ -38,7 +38,7 @@ impl Effects {
     ///
     /// # Errors
     /// For numbers that are none, and for contacts that can neither yield nor relax with the laws of finite bodies.
-    pub fn of(scene: &Scene, laws: &[Law], is_coupled: bool) -> Result<Option<Self>, ModelError> {
+    pub(crate) fn of(scene: &Scene, laws: &[Law], is_coupled: bool) -> Result<Option<Self>, ModelError> {
         let relaxation = scene.loss.relaxation.filter(|_| matches!(scene.support, Support::Annulus { .. }));
         if scene.horn.is_none() && scene.holder.is_none() && scene.yield_strength.is_none() && relaxation.is_none() {
             return Ok(None);
@@ -80,13 +80,13 @@ impl Effects {
 
     /// Most that friction holds the bead in a slot with, N.
     #[inline(always)]
-    pub fn friction(&self, force: &[f64], slot: usize) -> f64 {
+    pub(crate) fn friction(&self, force: &[f64], slot: usize) -> f64 {
         let Some(holder) = &self.holder else { return 0.0 };
         let across = force[slot - 1] * self.obliquity[slot - 1] + force[slot] * self.obliquity[slot];
         holder.friction_force + holder.friction_coefficient * across.max(0.0)
     }
 
-    pub fn rubs(&self) -> Option<&Holder> {
+    pub(crate) fn rubs(&self) -> Option<&Holder> {
         self.holder.as_ref().filter(|holder| holder.has_friction())
     }
 }

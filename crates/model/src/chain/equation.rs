@@ -100,7 +100,7 @@ pub(super) enum Instant {
 
 impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     /// All contacts open; `support` is the law of the last contact.
-    pub fn new(system: &'a System, support: L) -> Self {
+    pub(crate) fn new(system: &'a System, support: L) -> Self {
         let zeros = vec![0.0; system.padded];
         let coupled = system.coupling.as_ref().filter(|_| L::IS_COUPLED).map(|coupling| CoupledState {
             coupling,
@@ -132,7 +132,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
 
     /// δ_i, m.
     #[inline(always)]
-    pub fn overlap(&self, contact: usize, u: &[f64]) -> f64 {
+    pub(crate) fn overlap(&self, contact: usize, u: &[f64]) -> f64 {
         self.offset[contact] + u[contact] - u[contact + 1]
     }
 
@@ -142,7 +142,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     }
 
     #[inline(always)]
-    pub fn contact(&self, switch: usize) -> usize {
+    pub(crate) fn contact(&self, switch: usize) -> usize {
         if L::IS_COUPLED { switch % (self.system.beads + 1) } else { switch }
     }
 
@@ -293,7 +293,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     /// `weight` × the time derivative of `state`, into `derivative`; the piston's displacement (m) and velocity (m/s) are written into
     /// their slots of `state` first.
     #[inline(always)]
-    pub fn evaluate(&mut self, weight: f64, piston: (f64, f64), state: &mut [f64], derivative: &mut [f64]) {
+    pub(crate) fn evaluate(&mut self, weight: f64, piston: (f64, f64), state: &mut [f64], derivative: &mut [f64]) {
         if L::IS_BEYOND {
             return self.evaluate_beyond(weight, piston, state, derivative);
         }
@@ -427,7 +427,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
 
     /// [`Equation::pull_indicator`] of a switch at an instant that has been surveyed.
     #[inline(always)]
-    pub fn pull(&self, instant: Instant, switch: usize, (overlap, rate): (f64, f64)) -> f64 {
+    pub(crate) fn pull(&self, instant: Instant, switch: usize, (overlap, rate): (f64, f64)) -> f64 {
         match &self.coupled {
             Some(coupled) if L::IS_COUPLED => {
                 let contact = self.contact(switch);

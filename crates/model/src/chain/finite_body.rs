@@ -164,11 +164,6 @@ impl FiniteBodyLaws {
         Ok(Self { fits, contacts, couplings: Vec::new(), mesh_density: scene.model.meshing().density })
     }
 
-    /// Largest error of all fits, 1; 0 where nothing was fitted.
-    pub fn largest_error(&self) -> f64 {
-        self.fits.iter().filter_map(|fit| fit.quality).map(|quality| quality.largest_error).fold(0.0, f64::max)
-    }
-
     /// The same without what a force at one pole of a bead does to the other: to see what it is worth.
     #[must_use]
     pub fn without_coupling(mut self) -> Self {

@@ -18,13 +18,13 @@ impl Forecast {
     const STEPS: u64 = 65_536;
 
     /// Of a run up to `end` (s) in at most so many steps.
-    pub fn new(end: f64, most: f64) -> Self {
+    pub(crate) fn new(end: f64, most: f64) -> Self {
         Self { end, most, seen: 0.0 }
     }
 
     /// Look after `steps` steps at `time` (s).
     #[inline(always)]
-    pub fn look(&mut self, steps: u64, time: f64) -> Result<(), ModelError> {
+    pub(crate) fn look(&mut self, steps: u64, time: f64) -> Result<(), ModelError> {
         if !steps.is_multiple_of(Self::STEPS) {
             return Ok(());
         }

@@ -45,7 +45,7 @@ pub(super) struct AnnulusLane {
 }
 
 impl AnnulusLane {
-    pub fn new(law: Annulus) -> Self {
+    pub(crate) fn new(law: Annulus) -> Self {
         let law = law.unscaled();
         Self {
             ratio: law.constant() / law.slope(),
@@ -58,7 +58,7 @@ impl AnnulusLane {
     /// Force (N) for δ ≥ 0 (m). Relative error below 2e-7 above 0.01 nm; below, where the force is under 3 µN, the law is continued as a
     /// line through the origin.
     #[inline(always)]
-    pub fn force(&self, overlap: Lane) -> Lane {
+    pub(crate) fn force(&self, overlap: Lane) -> Lane {
         let inside = overlap.at_most(self.between.1);
         let argument = inside.at_least(self.between.0);
         // g − ln g = a, with w = F D g; g is smooth in √a.

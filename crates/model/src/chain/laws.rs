@@ -20,7 +20,7 @@ impl ContactLaws {
     ///
     /// # Errors
     /// For a support that has no force law, bodies that cannot be meshed, and fitted laws of other bodies.
-    pub fn of(scene: &Scene, fitted: Option<&FiniteBodyLaws>) -> Result<Self, ModelError> {
+    pub(crate) fn of(scene: &Scene, fitted: Option<&FiniteBodyLaws>) -> Result<Self, ModelError> {
         match fitted {
             _ if !scene.has_fitted_laws() => Self::hertz(scene),
             Some(fitted) => fitted.contact_laws(scene),
@@ -29,7 +29,7 @@ impl ContactLaws {
     }
 
     /// The law of Hertz for all but annulus and spring; the annulus is the paper's.
-    pub fn hertz(scene: &Scene) -> Result<Self, ModelError> {
+    pub(crate) fn hertz(scene: &Scene) -> Result<Self, ModelError> {
         let beads = &scene.chain.beads;
         let hertz = |stiffness| Law::Hertz(Hertz { stiffness });
         let mut laws = vec![hertz(bead_flat_stiffness(&beads[0], scene.piston))];

@@ -32,7 +32,8 @@ mod tableau;
 mod trajectory;
 mod variation;
 
-pub use finite_body::{ContactFit, FiniteBodyLaws, FitQuality};
+pub use finite_body::FiniteBodyLaws;
+
 pub use trajectory::Trajectory;
 
 use equation::Marked;

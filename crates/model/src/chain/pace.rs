@@ -14,7 +14,7 @@ pub(super) enum Pace {
 
 impl Pace {
     /// The clock of the next step from `time`, at most up to `stop`; whether it reaches it.
-    pub fn clock(&self, time: f64, stop: f64) -> (Clock, bool) {
+    pub(crate) fn clock(&self, time: f64, stop: f64) -> (Clock, bool) {
         match *self {
             Self::Plain { step } => {
                 let last = time + 1.01 * step >= stop;
@@ -32,7 +32,7 @@ impl Pace {
     }
 
     /// After the rejected step of this clock: `factor` times as long, in the pace's own variable.
-    pub fn shortened(self, clock: &Clock, factor: f64) -> Self {
+    pub(crate) fn shortened(self, clock: &Clock, factor: f64) -> Self {
         match self {
             Self::Plain { .. } => Self::Plain { step: factor * clock.linear },
             Self::SinceClosing { closing, root, .. } => {

@@ -39,7 +39,7 @@ pub(super) struct Grid {
 
 impl Grid {
     /// Instants 0, step, 2 step … up to the scene's duration, with the piston sampled at all of them.
-    pub fn new(scene: &Scene, system: &System, motion: &dyn PistonMotion) -> Self {
+    pub(crate) fn new(scene: &Scene, system: &System, motion: &dyn PistonMotion) -> Self {
         let samples = scene.samples();
         let times: Vec<f64> = (0..samples).map(|i| i as f64 * scene.output_step).collect();
         let mut piston_displacement = vec![0.0; samples];
@@ -62,7 +62,7 @@ impl Grid {
     }
 
     /// Instant of the last sample, s.
-    pub fn end(&self) -> f64 {
+    pub(crate) fn end(&self) -> f64 {
         (self.piston_displacement.len() - 1) as f64 * self.step
     }
 
@@ -77,7 +77,7 @@ impl Grid {
     }
 
     #[inline(always)]
-    pub fn store<const DAMPED: Terms, L: ElasticLaw>(&mut self, equation: &mut Equation<'_, DAMPED, L>) {
+    pub(crate) fn store<const DAMPED: Terms, L: ElasticLaw>(&mut self, equation: &mut Equation<'_, DAMPED, L>) {
         let (sample, padded) = (self.taken, self.padded);
         let piston = (self.piston_displacement[sample], self.piston_velocity[sample]);
         let (state, forces) = self.sample();
@@ -125,11 +125,11 @@ impl Grid {
     }
 
     /// Where the next sample's displacements and velocities are to be put before [`Grid::store`].
-    pub fn buffer(&mut self) -> &mut [[f64; 4]] {
+    pub(crate) fn buffer(&mut self) -> &mut [[f64; 4]] {
         self.sample().0
     }
 
-    pub fn response(mut self, energy: EnergyLedger, work: SolverWork) -> Response {
+    pub(crate) fn response(mut self, energy: EnergyLedger, work: SolverWork) -> Response {
         self.sort_in();
         let samples = self.piston_displacement.len();
         let series = |mut values: Vec<f64>| {
@@ -162,7 +162,7 @@ pub(super) enum Recording {
 impl Recording {
     /// Whether the continuous extension of a step up to `to` (s) is needed.
     #[inline(always)]
-    pub fn wants(&self, to: f64) -> bool {
+    pub(crate) fn wants(&self, to: f64) -> bool {
         match self {
             Self::Grid(grid) => !grid.is_full() && grid.next_time() <= to,
             Self::Trajectory(_) => true,
@@ -171,7 +171,7 @@ impl Recording {
 
     /// Take the part of an extended step from its start up to `to` (s).
     #[inline(always)]
-    pub fn take<const DAMPED: Terms, L: ElasticLaw>(
+    pub(crate) fn take<const DAMPED: Terms, L: ElasticLaw>(
         &mut self,
         equation: &mut Equation<'_, DAMPED, L>,
         stepper: &Stepper,
@@ -189,7 +189,11 @@ impl Recording {
         }
     }
 
-    pub fn begin<const DAMPED: Terms, L: ElasticLaw>(&mut self, equation: &mut Equation<'_, DAMPED, L>, state: &[f64]) {
+    pub(crate) fn begin<const DAMPED: Terms, L: ElasticLaw>(
+        &mut self,
+        equation: &mut Equation<'_, DAMPED, L>,
+        state: &[f64],
+    ) {
         if let Self::Grid(grid) = self {
             let buffer = grid.buffer().as_flattened_mut();
             buffer.copy_from_slice(&state[..buffer.len()]);

@@ -44,7 +44,7 @@ pub(super) struct System {
 
 impl System {
     /// Assemble the scene's chain; `fitted` are the laws of its bodies where it asks for such and they are known already.
-    pub fn new(scene: &Scene, fitted: Option<&FiniteBodyLaws>) -> Result<Self, ModelError> {
+    pub(crate) fn new(scene: &Scene, fitted: Option<&FiniteBodyLaws>) -> Result<Self, ModelError> {
         check(scene)?;
         let chain = &scene.chain;
         let beads = chain.beads.len();
@@ -138,7 +138,7 @@ impl System {
     }
 
     /// δ_i, m.
-    pub fn overlap(&self, contact: usize, displacement: &[f64]) -> f64 {
+    pub(crate) fn overlap(&self, contact: usize, displacement: &[f64]) -> f64 {
         self.offset[contact] + displacement[contact] - displacement[contact + 1]
     }
 

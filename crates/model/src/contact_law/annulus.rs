@@ -27,7 +27,7 @@ use super::ElasticLaw;
 /// assert!((Annulus::new(1.0).force(1e-6) - 0.653).abs() < 0.001);
 /// ```
 ///
-/// [`Annulus::fitted`] is the same law with C and D of another ring, bead or mesh.
+/// `fitted` is the same law with C and D of another ring, bead or mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Annulus {
     stiffness_factor: f64,
@@ -46,9 +46,9 @@ pub struct Annulus {
 
 impl Annulus {
     /// C, m/N.
-    pub const C: f64 = 1.4542e-6;
+    pub(crate) const C: f64 = 1.4542e-6;
     /// D, m/N.
-    pub const D: f64 = 0.1842e-6;
+    pub(crate) const D: f64 = 0.1842e-6;
     /// Approach beyond which the tangent is continued, m.
     pub(crate) const LARGEST: f64 = 20e-6;
 
@@ -80,7 +80,7 @@ impl Annulus {
     /// The law with C (`constant`, m/N) and D (`slope`, m/N, positive) of its own and a factor of 1.
     ///
     /// Its tangent is continued from where it has the same share of the approach at the turning point, w = D e^(C/D − 1).
-    pub fn fitted(constant: f64, slope: f64) -> Self {
+    pub(crate) fn fitted(constant: f64, slope: f64) -> Self {
         let reached = |overlap: f64| {
             let a = Self::C / Self::D - libm::log(overlap / Self::D);
             slope * libm::exp(constant / slope - a)
@@ -98,28 +98,28 @@ impl Annulus {
 
     /// The same with its force multiplied once more.
     #[must_use]
-    pub fn times(self, factor: f64) -> Self {
+    pub(crate) fn times(self, factor: f64) -> Self {
         Self { stiffness_factor: factor * self.stiffness_factor, ..self }
     }
 
     /// The same with a stiffness factor of 1.
     #[must_use]
-    pub fn unscaled(self) -> Self {
+    pub(crate) fn unscaled(self) -> Self {
         Self { stiffness_factor: 1.0, ..self }
     }
 
     /// C, m/N.
-    pub fn constant(&self) -> f64 {
+    pub(crate) fn constant(&self) -> f64 {
         self.constant
     }
 
     /// D, m/N.
-    pub fn slope(&self) -> f64 {
+    pub(crate) fn slope(&self) -> f64 {
         self.slope
     }
 
     /// The factor on the force, 1.
-    pub fn stiffness_factor(&self) -> f64 {
+    pub(crate) fn stiffness_factor(&self) -> f64 {
         self.stiffness_factor
     }
 

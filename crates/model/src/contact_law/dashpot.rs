@@ -81,7 +81,7 @@ pub struct Dashpot {
 impl Dashpot {
     /// Force over rate, N·s/m, at √δ (m^½).
     #[inline(always)]
-    pub fn resistance(&self, root: f64) -> f64 {
+    pub(crate) fn resistance(&self, root: f64) -> f64 {
         DampingTerm::ALL.into_iter().fold(0.0, |sum, term| sum + term.resistance(self.coefficients[term], root))
     }
 

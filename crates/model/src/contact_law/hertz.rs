@@ -8,7 +8,7 @@ use crate::scene::{Bead, FlatContact, Material};
 /// Effective modulus E*, 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂, Pa; `other` = `None` is a rigid body.
 ///
 /// Johnson (1985), *Contact Mechanics*, eq. (4.11).
-pub fn effective_modulus(material: &Material, other: Option<&Material>) -> f64 {
+pub(crate) fn effective_modulus(material: &Material, other: Option<&Material>) -> f64 {
     let compliance = |m: &Material| (1.0 - m.poissons_ratio.powi(2)) / m.youngs_modulus;
     1.0 / (compliance(material) + other.map_or(0.0, compliance))
 }
@@ -65,7 +65,7 @@ pub fn hertz_force(hertz_stiffness: f64, overlap: f64) -> f64 {
 }
 
 /// Energy stored in a Hertz contact, (2/5) k δ₊^(5/2), J; symbols as in [`hertz_force`].
-pub fn hertz_energy(hertz_stiffness: f64, overlap: f64) -> f64 {
+pub(crate) fn hertz_energy(hertz_stiffness: f64, overlap: f64) -> f64 {
     0.4 * hertz_force(hertz_stiffness, overlap) * overlap.max(0.0)
 }
 

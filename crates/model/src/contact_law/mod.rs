@@ -22,10 +22,10 @@ pub use dashpot::{Dashpot, dashpots};
 pub use finite_body::FiniteBody;
 pub use finite_hertz::FiniteHertz;
 pub(crate) use hertz::touching;
-pub use hertz::{
-    Hertz, bead_flat_stiffness, bead_pair_stiffness, effective_modulus, hertz_energy, hertz_force, hertz_stiffness,
-};
-pub use yielding::{YIELD_PRESSURE, Yielding, yield_force};
+pub use hertz::{Hertz, bead_flat_stiffness, bead_pair_stiffness, hertz_force, hertz_stiffness};
+pub(crate) use hertz::{effective_modulus, hertz_energy};
+pub use yielding::Yielding;
+pub(crate) use yielding::yield_force;
 
 pub trait ElasticLaw: Copy {
     /// Whether the law is F = k δ₊^(3/2), so that a chain may treat it like every other contact.

@@ -5,7 +5,7 @@ use crate::scene::{Bead, FlatContact};
 
 /// Pressure in the middle of a contact at which its material begins to flow, over its yield strength Y: von Mises' criterion is first met below the
 /// surface, at p₀ = 1.6 Y for ν = 0.3 (Johnson (1985), *Contact Mechanics*, §6.1).
-pub const YIELD_PRESSURE: f64 = 1.6;
+pub(crate) const YIELD_PRESSURE: f64 = 1.6;
 
 /// Force F_y at which a contact begins to yield, π³ R*² p_y³/(6 E*²) with p_y = 1.6 Y, N.
 ///
@@ -16,7 +16,7 @@ pub const YIELD_PRESSURE: f64 = 1.6;
 /// // Two steel beads of 1 mm, Y = 2 GPa: E* = 110.4 GPa, R* = 0.25 mm.
 /// assert!((yield_force(110.4e9, 0.25e-3, 2e9) - 0.868).abs() < 0.001);
 /// ```
-pub fn yield_force(effective_modulus: f64, effective_radius: f64, yield_strength: f64) -> f64 {
+pub(crate) fn yield_force(effective_modulus: f64, effective_radius: f64, yield_strength: f64) -> f64 {
     let pressure = std::f64::consts::PI * YIELD_PRESSURE * yield_strength;
     pressure.powi(3) * effective_radius.powi(2) / (6.0 * effective_modulus.powi(2))
 }
@@ -49,22 +49,22 @@ impl Yielding {
 
     /// The same along an axis that is oblique to the normal by θ: forces and overlaps are cos θ times those along the normal.
     #[must_use]
-    pub fn oblique(self, cosine: f64) -> Self {
+    pub(crate) fn oblique(self, cosine: f64) -> Self {
         Self { stiffness: self.stiffness * cosine.powf(2.5), yield_overlap: self.yield_overlap / cosine }
     }
 
     /// F_y, N.
-    pub fn yield_force(&self) -> f64 {
+    pub(crate) fn yield_force(&self) -> f64 {
         hertz_force(self.stiffness, self.yield_overlap)
     }
 
     /// dF/dδ while it yields, π p_y R*, N/m.
-    pub fn slope(&self) -> f64 {
+    pub(crate) fn slope(&self) -> f64 {
         1.5 * self.stiffness * self.yield_overlap.sqrt()
     }
 
     /// The elastic law after the contact was pressed with `hardest` (N), and its overlap there, from the lasting indentation δ_p on (m).
-    pub fn after(&self, hardest: f64) -> (Hertz, f64) {
+    pub(crate) fn after(&self, hardest: f64) -> (Hertz, f64) {
         let first = self.yield_force();
         let hardest = hardest.max(first);
         let flattening = (first / hardest) * ((2.0 * hardest + first) / (3.0 * first)).powf(1.5);
@@ -73,7 +73,8 @@ impl Yielding {
     }
 
     /// Lasting indentation δ_p after `hardest` (N), m.
-    pub fn indentation(&self, hardest: f64) -> f64 {
+    #[cfg(test)]
+    fn indentation(&self, hardest: f64) -> f64 {
         let hardest = hardest.max(self.yield_force());
         self.yield_overlap + (hardest - self.yield_force()) / self.slope() - self.after(hardest).1
     }

@@ -186,7 +186,7 @@ impl Arrangement {
     }
 
     /// Kind of the body in slot 0…N + 1 (piston, beads, support); none where it is rigid.
-    pub fn kind(&self, slot: usize) -> Option<usize> {
+    pub(crate) fn kind(&self, slot: usize) -> Option<usize> {
         match slot.checked_sub(1) {
             None => None,
             Some(bead) if bead < self.beads.len() => Some(self.beads[bead]),
@@ -199,7 +199,7 @@ impl Arrangement {
         0.5 * force * force / self.spring
     }
 
-    pub fn name(&self, slot: usize) -> String {
+    pub(crate) fn name(&self, slot: usize) -> String {
         match slot {
             0 => "piston".into(),
             slot if slot <= self.beads.len() => format!("bead {slot}"),
@@ -223,7 +223,7 @@ impl Arrangement {
     }
 
     /// Unknowns of one kind that any contact measures, ascending.
-    pub fn interface(&self, kind: usize) -> Vec<u32> {
+    pub(crate) fn interface(&self, kind: usize) -> Vec<u32> {
         let mut unknowns = Vec::new();
         for (contact, &pair) in self.contacts.iter().enumerate() {
             let pair = &self.pairs[pair];

@@ -11,7 +11,6 @@ mod error;
 mod stress;
 
 pub use error::BodyError;
-pub use stress::NodalStress;
 
 use super::{
     assembly::{Columns, Direction, DofMap, SymmetricSparse},
@@ -30,7 +29,7 @@ pub enum ContactMass {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Hold {
+pub(crate) enum Hold {
     /// Clamped: u = 0.
     Clamped,
     /// u_z = 0, u_r free: a frictionless guide across the axis.
@@ -70,7 +69,7 @@ impl Body {
     }
 
     /// Assemble a body whose boundaries are held one way or the other; else as [`Body::new`].
-    pub fn held(
+    pub(crate) fn held(
         mesh: Mesh,
         materials: &[Material],
         held: &[(&str, Hold)],
@@ -127,7 +126,7 @@ impl Body {
         &self.mesh
     }
 
-    pub fn materials(&self) -> &[Material] {
+    pub(crate) fn materials(&self) -> &[Material] {
         &self.materials
     }
 

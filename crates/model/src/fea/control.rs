@@ -32,7 +32,7 @@ pub enum Cause {
 
 impl Cause {
     /// Why contacts could not be solved, and which contact (0 = piston).
-    pub fn of(failure: Failure) -> (Self, usize) {
+    pub(crate) fn of(failure: Failure) -> (Self, usize) {
         match failure {
             Failure::NoActiveSet { contact, .. } => (Self::NoActiveSet, contact),
             Failure::NotSettled { contact, .. } => (Self::NotSettled, contact),

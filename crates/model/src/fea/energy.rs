@@ -3,7 +3,7 @@
 use crate::response::{Channels, EnergyLedger, SolverWork};
 
 /// Share of the energy put in above which energy from nowhere ends a run, 1: it grows from there on.
-pub const LARGEST_GAIN: f64 = 0.1;
+pub(crate) const LARGEST_GAIN: f64 = 0.1;
 
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Ledger {
@@ -28,24 +28,24 @@ pub struct Ledger {
 
 impl Ledger {
     /// Empty books; errors of a step are held against at least `least_scale` (J).
-    pub fn new(least_scale: f64) -> Self {
+    pub(crate) fn new(least_scale: f64) -> Self {
         Self { least_scale, ..Self::default() }
     }
 
     /// Empty books of a run that has done this work so far.
-    pub fn of(work: SolverWork) -> Self {
+    pub(crate) fn of(work: SolverWork) -> Self {
         Self { work, ..Self::default() }
     }
 
     /// The state at the start, (kinetic, stored) in J.
-    pub fn begin(&mut self, energy: (f64, f64)) {
+    pub(crate) fn begin(&mut self, energy: (f64, f64)) {
         (self.kinetic, self.stored) = energy;
         self.initial = self.kinetic + self.stored;
         self.largest = self.initial;
     }
 
     /// Works of one step, J.
-    pub fn step(&mut self, piston_work: f64, dissipated: f64, contact_energy: f64) {
+    pub(crate) fn step(&mut self, piston_work: f64, dissipated: f64, contact_energy: f64) {
         self.piston_work += piston_work;
         self.worked += piston_work.abs();
         self.dissipated += dissipated;
@@ -53,12 +53,12 @@ impl Ledger {
     }
 
     /// Energy against which an error of one step is held, J.
-    pub fn scale(&self) -> f64 {
+    pub(crate) fn scale(&self) -> f64 {
         (self.initial + self.worked).max(self.least_scale)
     }
 
     /// The state at a sample, (kinetic, stored) in J.
-    pub fn sample(&mut self, energy: (f64, f64)) {
+    pub(crate) fn sample(&mut self, energy: (f64, f64)) {
         (self.kinetic, self.stored) = energy;
         self.largest = self.largest.max(self.kinetic + self.stored);
         self.largest_residual = self.largest_residual.max(self.residual().abs());
@@ -70,7 +70,7 @@ impl Ledger {
     }
 
     /// Energy from nowhere at the last sample, J, and all that was put in, if it is more than [`LARGEST_GAIN`] of that.
-    pub fn made(&self) -> Option<(f64, f64)> {
+    pub(crate) fn made(&self) -> Option<(f64, f64)> {
         let (made, given) = (-self.residual(), self.scale());
         (made > LARGEST_GAIN * given).then_some((made, given))
     }
@@ -85,7 +85,7 @@ impl Ledger {
         self.contact_energy
     }
 
-    pub fn books(&self) -> EnergyLedger {
+    pub(crate) fn books(&self) -> EnergyLedger {
         EnergyLedger {
             initial_j: self.initial,
             piston_work_j: self.piston_work,

@@ -23,7 +23,7 @@ use crate::{
 };
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Equilibrium {
+pub(crate) struct Equilibrium {
     /// Forces of the points of every contact, N.
     pub forces: Vec<Vec<f64>>,
     /// Approach d of the rigid motions on both sides of every contact, m.
@@ -43,7 +43,7 @@ impl Equilibrium {
 }
 
 #[derive(Debug, Clone)]
-pub struct Statics {
+pub(crate) struct Statics {
     factors: Vec<StaticFactor>,
     /// Dense static compliance of every kind's interface, row by row, m/N.
     pub inverse: Vec<Vec<f64>>,
@@ -59,7 +59,7 @@ impl Statics {
     ///
     /// # Errors
     /// [`FeaError`] when a factor or a compliance is not positive definite.
-    pub fn new(arrangement: &Arrangement, interfaces: &Interfaces) -> Result<Self, FeaError> {
+    pub(crate) fn new(arrangement: &Arrangement, interfaces: &Interfaces) -> Result<Self, FeaError> {
         let factors = arrangement
             .kinds
             .iter()
@@ -76,7 +76,7 @@ impl Statics {
     }
 
     /// W of a contact, m/N.
-    pub fn compliance(&self, contact: usize) -> &Compliance {
+    pub(crate) fn compliance(&self, contact: usize) -> &Compliance {
         &self.compliances[self.links[contact].compliance]
     }
 
@@ -87,12 +87,12 @@ impl Statics {
 
     /// V through the body before a contact, row by row, points of the contact × points of the contact before, m/N: how far a gap opens for a
     /// force there; none at the first contact.
-    pub fn coupling(&self, contact: usize) -> Option<&[f64]> {
+    pub(crate) fn coupling(&self, contact: usize) -> Option<&[f64]> {
         self.links[contact].coupling.map(|coupling| self.couplings[coupling].as_slice())
     }
 
     /// All contacts under the axial force F₀ (N).
-    pub fn under(&self, arrangement: &Arrangement, force: f64) -> Result<Equilibrium, FeaError> {
+    pub(crate) fn under(&self, arrangement: &Arrangement, force: f64) -> Result<Equilibrium, FeaError> {
         let Equilibrium { mut forces, mut approaches, .. } = Equilibrium::unpressed(arrangement);
         let press = |contact, guess| self.press(arrangement, contact, force, guess, &mut forces);
         let sweeps = settle(force, &mut approaches, press)?;
@@ -253,7 +253,7 @@ pub(crate) fn force_at(
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rest {
+pub(crate) struct Rest {
     /// The contacts and their forces; their gaps are not measured yet.
     pub contacts: Vec<ContactState>,
     /// Gap of every contact's points at zero displacement, m.
@@ -271,7 +271,7 @@ impl Rest {
     ///
     /// # Errors
     /// [`FeaError`]: an open gap under a precompression, no factor, or no equilibrium.
-    pub fn new(arrangement: &Arrangement, interfaces: &Interfaces, scene: &Scene) -> Result<Self, FeaError> {
+    pub(crate) fn new(arrangement: &Arrangement, interfaces: &Interfaces, scene: &Scene) -> Result<Self, FeaError> {
         let (chain, force) = (&scene.chain, scene.chain.precompression);
         let mut disc = None;
         let (rest, displacements) = if force > 0.0 {

@@ -61,7 +61,7 @@ impl Model for FeaModel {
 }
 
 impl FeaModel {
-    pub fn run_with(
+    pub(crate) fn run_with(
         &self,
         scene: &Scene,
         motion: &dyn PistonMotion,

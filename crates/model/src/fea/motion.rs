@@ -56,7 +56,7 @@ pub struct Motion {
 
 /// The state of all bodies, to be saved: one list a body, in the order of slots, rigid ones empty.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Saved {
+pub(crate) struct Saved {
     displacement: Vec<Vec<f64>>,
     velocity: Vec<Vec<f64>>,
     acceleration: Vec<Vec<f64>>,
@@ -67,7 +67,11 @@ pub struct Saved {
 
 impl Motion {
     /// At rest, with the given displacements (m; one list a slot, none where the body is undeformed).
-    pub fn at_rest(arrangement: &Arrangement, interfaces: &Interfaces, displacements: &[Option<Vec<f64>>]) -> Self {
+    pub(crate) fn at_rest(
+        arrangement: &Arrangement,
+        interfaces: &Interfaces,
+        displacements: &[Option<Vec<f64>>],
+    ) -> Self {
         let slots = arrangement.beads.len() + 2;
         let mut columns = vec![None; slots];
         let mut groups = Vec::new();
@@ -110,7 +114,7 @@ impl Motion {
         Self { groups, columns, rigid: vec![Rigid::default(); slots], predicted_for: None }
     }
 
-    pub fn predict(
+    pub(crate) fn predict(
         &mut self,
         arrangement: &Arrangement,
         interfaces: &Interfaces,
@@ -215,7 +219,7 @@ impl Motion {
     }
 
     /// Complete the displacements with the new forces: into the `solution`, the state untouched.
-    pub fn complete(
+    pub(crate) fn complete(
         &mut self,
         arrangement: &Arrangement,
         interfaces: &Interfaces,
@@ -271,7 +275,7 @@ impl Motion {
     }
 
     /// Make the new displacements the state.
-    pub fn accept(
+    pub(crate) fn accept(
         &mut self,
         arrangement: &Arrangement,
         operator: &Operator,
@@ -343,7 +347,7 @@ impl Motion {
     }
 
     /// Velocity of one unknown of the body in a slot, m/s; at a massless node its mean over the last step.
-    pub fn velocity(&self, slot: usize, unknown: u32) -> f64 {
+    pub(crate) fn velocity(&self, slot: usize, unknown: u32) -> f64 {
         self.columns[slot].map_or(0.0, |(kind, column)| self.groups[kind].velocity.get(unknown as usize, column))
     }
 
@@ -375,7 +379,7 @@ impl Motion {
     }
 
     /// Kinetic and elastic energy of all bodies, J; overwrites work space only.
-    pub fn energy(&mut self, arrangement: &Arrangement) -> (f64, f64) {
+    pub(crate) fn energy(&mut self, arrangement: &Arrangement) -> (f64, f64) {
         let (mut kinetic, mut stored) = (0.0, 0.0);
         for (body, group) in arrangement.kinds.iter().zip(&mut self.groups) {
             body.multiply_mass(&group.velocity, &mut group.solution);
@@ -393,7 +397,7 @@ impl Motion {
         (kinetic, stored)
     }
 
-    pub fn save(&self) -> Saved {
+    pub(crate) fn save(&self) -> Saved {
         let all = |part: fn(&Group) -> &Columns| {
             let of_slot = |place: &Option<(usize, usize)>| {
                 place.map_or_else(Vec::new, |(kind, column)| part(&self.groups[kind]).column(column))
@@ -410,7 +414,7 @@ impl Motion {
     }
 
     /// Take a saved state; false (and nothing taken) if it is of other bodies.
-    pub fn restore(&mut self, saved: &Saved) -> bool {
+    pub(crate) fn restore(&mut self, saved: &Saved) -> bool {
         let fits = |values: &[Vec<f64>]| {
             values.len() == self.columns.len()
                 && values.iter().zip(&self.columns).all(|(values, place)| {

@@ -16,7 +16,7 @@ use super::{
 };
 
 #[derive(Debug, Clone)]
-pub struct Operator {
+pub(crate) struct Operator {
     pub coefficients: Coefficients,
     /// Factor of M + (1 − α) β h² K of every kind of body, with drag and material loss where it has any (`loss.rs`).
     pub factors: Vec<Factor>,
@@ -29,7 +29,7 @@ pub struct Operator {
 
 /// The contacts' faces, numbered over the interface unknowns of their kind: the same for all step sizes.
 #[derive(Debug, Clone)]
-pub struct Interfaces {
+pub(crate) struct Interfaces {
     /// Interface unknowns of every kind, ascending.
     pub unknowns: Vec<Vec<u32>>,
     /// Faces of every contact on the bodies before and after it; empty where that body is rigid.
@@ -37,7 +37,7 @@ pub struct Interfaces {
 }
 
 impl Interfaces {
-    pub fn new(arrangement: &Arrangement) -> Self {
+    pub(crate) fn new(arrangement: &Arrangement) -> Self {
         Self::including(arrangement, |_| Vec::new())
     }
 
@@ -72,7 +72,12 @@ impl Interfaces {
     }
 
     /// Forces (N) on the interface unknowns of the body in a slot, from those of the points of the contacts around it.
-    pub fn press<'a>(&self, slot: usize, of_contact: impl Fn(usize) -> Option<&'a Vec<f64>>, on_unknowns: &mut [f64]) {
+    pub(crate) fn press<'a>(
+        &self,
+        slot: usize,
+        of_contact: impl Fn(usize) -> Option<&'a Vec<f64>>,
+        on_unknowns: &mut [f64],
+    ) {
         on_unknowns.fill(0.0);
         for (contact, side) in [(slot - 1, 1), (slot, 0)] {
             if let Some(forces) = of_contact(contact) {
@@ -83,7 +88,7 @@ impl Interfaces {
 
     /// Gaps of all contacts (m) from those at zero displacement, the piston's displacement (m) and that of the bodies' interfaces:
     /// `value(slot, row)`, none where the body is rigid.
-    pub fn gaps(
+    pub(crate) fn gaps(
         &self,
         rest: &[Vec<f64>],
         links: &[Link],
@@ -110,7 +115,7 @@ impl Interfaces {
 
     /// W of a contact row by row, times `weight`, into `matrix`: both its faces on bodies that answer with the dense matrices `inverse` (one a
     /// kind, m/N).
-    pub fn compliance(
+    pub(crate) fn compliance(
         &self,
         arrangement: &Arrangement,
         contact: usize,
@@ -214,7 +219,7 @@ impl Operator {
     ///
     /// # Errors
     /// [`FeaError`] when a factor or a condensed compliance is not positive definite.
-    pub fn new(
+    pub(crate) fn new(
         arrangement: &Arrangement,
         interfaces: &Interfaces,
         coefficients: Coefficients,
@@ -280,7 +285,7 @@ impl Operator {
     /// New displacements of the interface unknowns of the body in a slot, m, from those without forces, the forces on them (N) and the shift
     /// of the whole body (m).
     #[allow(clippy::too_many_arguments, reason = "the parts of a step, borrowed apart")]
-    pub fn interface_displacement(
+    pub(crate) fn interface_displacement(
         &self,
         arrangement: &Arrangement,
         interfaces: &Interfaces,

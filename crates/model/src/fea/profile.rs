@@ -16,7 +16,7 @@ pub struct Profile {
 }
 
 impl Profile {
-    pub fn start(&self) -> Laps {
+    pub(crate) fn start(&self) -> Laps {
         Laps(Instant::now())
     }
 
@@ -35,7 +35,7 @@ impl Profile {
 }
 
 #[derive(Debug, Clone, Copy)]
-pub struct Laps(Instant);
+pub(crate) struct Laps(Instant);
 
 impl Laps {
     pub(crate) fn lap(&mut self) -> Duration {

@@ -18,7 +18,7 @@
 use crate::scene::Scheme;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Coefficients {
+pub(crate) struct Coefficients {
     /// h, s.
     pub step: f64,
     /// α, 1.
@@ -33,7 +33,7 @@ pub struct Coefficients {
 
 impl Coefficients {
     /// Of a scheme at the step h (s).
-    pub fn new(scheme: Scheme, step: f64) -> Self {
+    pub(crate) fn new(scheme: Scheme, step: f64) -> Self {
         let beta = scheme.beta();
         Self { step, lag: scheme.lag(), gamma: scheme.gamma(), beta, gain: beta * step * step }
     }
@@ -45,13 +45,13 @@ impl Coefficients {
 
     /// ũ = u₀ + h v₀ + h² (½ − β) a₀.
     #[inline(always)]
-    pub fn predicted(&self, u: f64, v: f64, a: f64) -> f64 {
+    pub(crate) fn predicted(&self, u: f64, v: f64, a: f64) -> f64 {
         u + self.step * (v + self.step * (0.5 - self.beta) * a)
     }
 
     /// v₁ from v₀, a₀ and a₁.
     #[inline(always)]
-    pub fn velocity(&self, v: f64, a: f64, new: f64) -> f64 {
+    pub(crate) fn velocity(&self, v: f64, a: f64, new: f64) -> f64 {
         v + self.step * ((1.0 - self.gamma) * a + self.gamma * new)
     }
 }

@@ -100,10 +100,6 @@ impl Curve {
         Ok(Self { touching, arrangement, interfaces, contact, loading, moving, statics, hertz, radius })
     }
 
-    pub fn arrangement(&self) -> &Arrangement {
-        &self.arrangement
-    }
-
     /// Force of Hertz' law at the approach δ (m), N; none on an annulus.
     pub fn hertz_force(&self, approach: f64) -> Option<f64> {
         self.hertz.map(|stiffness| hertz_force(stiffness, approach))

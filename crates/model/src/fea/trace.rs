@@ -27,7 +27,7 @@ pub(crate) struct Trace {
 
 /// Steps and samples of a run: a whole number of steps a sample.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Sampling {
+pub(crate) struct Sampling {
     /// Interval of the samples, s.
     pub output_step: f64,
     pub steps_per_sample: usize,
@@ -37,18 +37,18 @@ pub struct Sampling {
 
 impl Sampling {
     /// Of a scene, with the step nearest the wanted one (s) that divides the scene's output step.
-    pub fn new(scene: &Scene, wanted: f64) -> Self {
+    pub(crate) fn new(scene: &Scene, wanted: f64) -> Self {
         let output_step = scene.output_step;
         let steps_per_sample = (output_step / wanted).round().max(1.0) as usize;
         Self { output_step, steps_per_sample, samples: scene.samples() }
     }
 
     /// Step, s.
-    pub fn step(&self) -> f64 {
+    pub(crate) fn step(&self) -> f64 {
         self.output_step / self.steps_per_sample as f64
     }
 
-    pub fn steps(&self) -> usize {
+    pub(crate) fn steps(&self) -> usize {
         (self.samples - 1) * self.steps_per_sample
     }
 }
@@ -65,7 +65,7 @@ pub(crate) fn central_velocity(steps: &[f64], sampling: &Sampling, samples: usiz
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Watched {
+pub(crate) struct Watched {
     /// Axial unknown of every bead's centre.
     pub centres: Vec<u32>,
     /// Axial unknown of the last bead's far pole.
@@ -76,7 +76,7 @@ pub struct Watched {
 
 impl Watched {
     /// Centres (the axis node nearest the middle between the poles) and the far pole.
-    pub fn new(arrangement: &Arrangement) -> Self {
+    pub(crate) fn new(arrangement: &Arrangement) -> Self {
         let centres = arrangement.beads.iter().map(|&kind| axis_node(arrangement, kind, 0.5)).collect();
         let pole = arrangement.beads.last().map_or(0, |&kind| axis_node(arrangement, kind, 1.0));
         let observed =
@@ -100,7 +100,7 @@ fn axis_node(arrangement: &Arrangement, kind: usize, fraction: f64) -> u32 {
 }
 
 /// Contact radius, m: half-way between the last pressed point and the next at a pole, half the width of the pressed band on a ring.
-pub fn contact_radius(pair: &Pair, state: &ContactState) -> f64 {
+pub(crate) fn contact_radius(pair: &Pair, state: &ContactState) -> f64 {
     let Some(last) = state.forces.iter().rposition(|&force| force > 0.0) else { return 0.0 };
     let first = state.forces.iter().position(|&force| force > 0.0).unwrap_or(0);
     edge_radius(&pair.positions, pair.ring.is_some(), [first, last + 1])
@@ -114,7 +114,7 @@ pub(crate) fn edge_radius(positions: &[f64], is_ring: bool, [first, end]: [usize
 }
 
 impl Trace {
-    pub fn new(arrangement: &Arrangement, sampling: Sampling) -> Self {
+    pub(crate) fn new(arrangement: &Arrangement, sampling: Sampling) -> Self {
         let (beads, contacts) = (arrangement.beads.len(), arrangement.contacts.len());
         let column = || Vec::with_capacity(sampling.samples);
         let columns = |count: usize| (0..count).map(|_| column()).collect::<Vec<_>>();
@@ -141,12 +141,12 @@ impl Trace {
     }
 
     /// Follow the far pole by one step.
-    pub fn follow(&mut self, watched: &Watched, motion: &Motion) {
+    pub(crate) fn follow(&mut self, watched: &Watched, motion: &Motion) {
         let last = watched.centres.len();
         self.pole.push(motion.displacement(last, watched.pole));
     }
 
-    pub fn sample(
+    pub(crate) fn sample(
         &mut self,
         arrangement: &Arrangement,
         watched: &Watched,
@@ -171,12 +171,12 @@ impl Trace {
         self.force.iter().map(series).collect()
     }
 
-    pub fn samples(&self) -> usize {
+    pub(crate) fn samples(&self) -> usize {
         self.piston.len()
     }
 
     /// The response. The far pole may carry no mass, so its velocity is the central difference of its displacement over two steps.
-    pub fn response(&self, watched: &Watched, ledger: &Ledger) -> Response {
+    pub(crate) fn response(&self, watched: &Watched, ledger: &Ledger) -> Response {
         let output_step = self.sampling.output_step;
         let series = |values: &Vec<f64>| Series::new(0.0, output_step, values.clone());
         let all = |columns: &Vec<Vec<f64>>| columns.iter().map(series).collect::<Vec<_>>();

@@ -36,7 +36,11 @@ pub(super) enum Turned {
 
 impl Turning {
     /// Where the scene asks for it and has a ring.
-    pub fn new(scene: &Scene, arrangement: &Arrangement, interfaces: &Interfaces) -> Result<Option<Self>, FeaError> {
+    pub(crate) fn new(
+        scene: &Scene,
+        arrangement: &Arrangement,
+        interfaces: &Interfaces,
+    ) -> Result<Option<Self>, FeaError> {
         let pair = arrangement.contacts.last().map(|&pair| &arrangement.pairs[pair]);
         let (Some(ContactNormal::Moving), Some(ring)) =
             (scene.support.normal(), pair.and_then(|pair| pair.ring.clone()))
@@ -52,7 +56,7 @@ impl Turning {
         Ok(Some(Self { linearised: ring.at_rest(), ring, turns: 0, forces: blank.clone(), displacements: blank }))
     }
 
-    pub fn follow(
+    pub(crate) fn follow(
         &mut self,
         motion: &Motion,
         interfaces: &mut Interfaces,
@@ -73,7 +77,7 @@ impl Turning {
     }
 
     #[allow(clippy::too_many_arguments, reason = "the parts of a step, borrowed apart")]
-    pub fn turn(
+    pub(crate) fn turn(
         &mut self,
         operator: &Operator,
         motion: &Motion,

@@ -39,7 +39,12 @@ impl Basis {
     ///
     /// # Errors
     /// [`FeaError`]: no factor, or modes that could not be confirmed.
-    pub fn new(arrangement: &Arrangement, kind: usize, interface: &[u32], most: usize) -> Result<Self, FeaError> {
+    pub(crate) fn new(
+        arrangement: &Arrangement,
+        kind: usize,
+        interface: &[u32],
+        most: usize,
+    ) -> Result<Self, FeaError> {
         let body = &arrangement.kinds[kind];
         let factor = StaticFactor::new(body, interface).map_err(|source| arrangement.factor_error(kind, source))?;
         let compliance = factor.interface_compliance(body);

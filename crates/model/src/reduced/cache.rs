@@ -64,7 +64,7 @@ impl Cache {
     }
 
     /// The reduced bodies of a scene: from the folder if it holds them, else made and kept there. That they cannot be kept is no error.
-    pub fn reduction(&self, scene: &Scene) -> Result<(Reduction, Origin), ModelError> {
+    pub(crate) fn reduction(&self, scene: &Scene) -> Result<(Reduction, Origin), ModelError> {
         refuse_turning(scene)?;
         let key = key(scene)?;
         let path = self.folder.join(format!("{}{key}{}", NAME.0, NAME.1));
@@ -81,7 +81,7 @@ impl Cache {
     }
 
     /// The contact laws of a scene: from the folder if it holds them, else fitted and kept there. That they cannot be kept is no error.
-    pub fn contact_laws(&self, scene: &Scene) -> Result<FiniteBodyLaws, ModelError> {
+    pub(crate) fn contact_laws(&self, scene: &Scene) -> Result<FiniteBodyLaws, ModelError> {
         let key = key(scene)?;
         let factor = scene.support.stiffness().map(f64::to_bits);
         let key = sha256(format!("{key} {} {factor:?} {:?}", scene.contact_law.name(), scene.piston).as_bytes());

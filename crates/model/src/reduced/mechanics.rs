@@ -15,7 +15,7 @@ use crate::{
 };
 
 /// Largest ω h of a mode that is kept, rad.
-pub const LARGEST_PHASE: f64 = 2.0;
+pub(crate) const LARGEST_PHASE: f64 = 2.0;
 
 #[derive(Debug)]
 pub(super) struct Mechanics {

@@ -34,6 +34,5 @@ mod run;
 mod stepping;
 
 pub use cache::{Cache, Origin};
-pub use mechanics::LARGEST_PHASE;
 pub use reduction::Reduction;
 pub(crate) use run::{FEWEST_TOGETHER, MOST_TOGETHER, go_together};

@@ -97,7 +97,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    pub fn ordering(&self) -> Ordering {
+    pub(crate) fn ordering(&self) -> Ordering {
         if self.is_prefix { Ordering::Prefix } else { Ordering::Any }
     }
 }
@@ -107,7 +107,7 @@ impl Reduction {
     ///
     /// # Errors
     /// [`ModelError`]: no mesh, no factor, modes that could not be confirmed, or a support the model does not have.
-    pub fn new(scene: &Scene) -> Result<Self, ModelError> {
+    pub(crate) fn new(scene: &Scene) -> Result<Self, ModelError> {
         refuse_turning(scene)?;
         let arrangement = Arrangement::new(&plain(scene))?;
         let watched = Watched::new(&arrangement);
@@ -132,7 +132,7 @@ impl Reduction {
 
 impl Reduction {
     /// What a reader of the results must know: limits of the model that the run passed.
-    pub fn warnings(&self, response: &Response) -> Vec<String> {
+    pub(crate) fn warnings(&self, response: &Response) -> Vec<String> {
         let is_ring = self.contacts.last().is_some_and(|&geometry| self.geometries[geometry].is_ring);
         let travel = response
             .bead_displacement

@@ -47,7 +47,7 @@ impl Reduction {
     ///
     /// # Errors
     /// [`ModelError`] when a step had no solution, or the caller stopped the run.
-    pub fn run_with(
+    pub(crate) fn run_with(
         &self,
         scene: &Scene,
         motion: &dyn PistonMotion,

@@ -15,7 +15,7 @@ pub enum CellKind {
 }
 
 impl CellKind {
-    pub const fn nodes(self) -> usize {
+    pub(crate) const fn nodes(self) -> usize {
         match self {
             Self::QuadraticTriangle => 6,
             Self::QuadraticQuadrilateral => 8,
@@ -89,7 +89,7 @@ impl FieldBody {
 
 impl Field {
     /// Which of displacement, velocity, stress and von Mises stress the frame carries.
-    pub fn carries(&self) -> [bool; 4] {
+    pub(crate) fn carries(&self) -> [bool; 4] {
         let any = |given: fn(&FieldBody) -> bool| self.bodies.iter().any(given);
         [
             any(|body| !body.displacement.is_empty()),

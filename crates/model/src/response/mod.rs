@@ -56,7 +56,7 @@ pub enum ObservedPoint {
 
 impl ObservedPoint {
     /// Of a bead whose far pole is pressed on a wall or a spring, or not.
-    pub fn of(pole_is_pressed: bool) -> Self {
+    pub(crate) fn of(pole_is_pressed: bool) -> Self {
         if pole_is_pressed { Self::Centre } else { Self::Pole }
     }
 
@@ -103,7 +103,7 @@ pub struct Channels {
 
 impl Channels {
     /// All that the chain lost in them, J.
-    pub fn lost(&self) -> f64 {
+    pub(crate) fn lost(&self) -> f64 {
         self.drag_j + self.friction_j + self.yielding_j + self.material_j
     }
 
@@ -145,11 +145,11 @@ pub struct EnergyLedger {
 pub const SMALL_RESIDUAL: f64 = 0.01;
 
 /// Share of the largest energy above which what is unaccounted for makes a run an error, 1.
-pub const LARGEST_RESIDUAL: f64 = 0.1;
+pub(crate) const LARGEST_RESIDUAL: f64 = 0.1;
 
 impl EnergyLedger {
     /// Energy unaccounted for over the largest energy, 1; 0 where nothing moved.
-    pub fn residual_share(&self) -> f64 {
+    pub(crate) fn residual_share(&self) -> f64 {
         if self.largest_j > 0.0 { self.residual_j / self.largest_j } else { 0.0 }
     }
 
@@ -165,7 +165,7 @@ impl EnergyLedger {
         })
     }
 
-    pub fn is_broken(&self) -> bool {
+    pub(crate) fn is_broken(&self) -> bool {
         self.residual_share().abs() > LARGEST_RESIDUAL
     }
 }

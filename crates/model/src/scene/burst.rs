@@ -15,7 +15,7 @@ impl Drive {
     }
 
     /// Realisations of what is not known of a recorded drive, each as a drive of its own; none of any other.
-    pub fn shakes(&self) -> Vec<Self> {
+    pub(crate) fn shakes(&self) -> Vec<Self> {
         let DriveKind::Record { shakes, .. } = &self.kind else { return vec![] };
         let drive = |shake: &Series| {
             let (displacement, recorded_until) = (shake.clone(), shake.end());

@@ -3,9 +3,9 @@
 use super::{Material, word::words};
 
 /// Default radius and thickness of the disc, m: the paper's.
-pub const DEFAULT_DISC: (f64, f64) = (1e-3, 0.25e-3);
+pub(crate) const DEFAULT_DISC: (f64, f64) = (1e-3, 0.25e-3);
 /// Default mesh density of the disc, 1.
-pub const DEFAULT_DISC_DENSITY: u32 = 6;
+pub(crate) const DEFAULT_DISC_DENSITY: u32 = 6;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rim {

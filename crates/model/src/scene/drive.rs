@@ -7,7 +7,7 @@ use granchain_signal::Series;
 use super::{Scene, motion::Motion};
 
 /// Drive frequency of a scene whose record is not read yet, where it states none, Hz.
-pub const UNREAD_FREQUENCY: f64 = 73e3;
+pub(crate) const UNREAD_FREQUENCY: f64 = 73e3;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
@@ -107,7 +107,7 @@ impl<M: PistonMotion + ?Sized> PistonMotion for &M {
 }
 
 impl DriveKind {
-    pub const fn name(&self) -> &'static str {
+    pub(crate) const fn name(&self) -> &'static str {
         match self {
             Self::SineCycles { .. } => "sine",
             Self::ToneBurst { .. } => "tone-burst",
@@ -117,7 +117,7 @@ impl DriveKind {
     }
 
     /// Length of its burst in periods of f0; a record has none.
-    pub const fn cycles(&self) -> Option<f64> {
+    pub(crate) const fn cycles(&self) -> Option<f64> {
         match *self {
             Self::SineCycles { cycles } | Self::ToneBurst { cycles, .. } | Self::GaussianBurst { cycles } => {
                 Some(cycles)

@@ -3,9 +3,9 @@
 use super::word::words;
 
 /// Default mesh density, 1.
-pub const DEFAULT_MESH_DENSITY: u32 = 12;
+pub(crate) const DEFAULT_MESH_DENSITY: u32 = 12;
 /// Radius of a polar patch over the bead's unless the scene says otherwise: three times the contact radius at 1 µm overlap of 1 mm steel beads.
-pub const DEFAULT_CONTACT_PATCH: f64 = 0.1;
+pub(crate) const DEFAULT_CONTACT_PATCH: f64 = 0.1;
 /// Default step of the finite element analysis, s: the paper's.
 pub const DEFAULT_FEA_STEP: f64 = 1e-7;
 

@@ -18,7 +18,7 @@ pub struct Loaded {
     pub scene: Scene,
     /// Values that were chosen rather than read, one sentence each.
     pub notes: Vec<String>,
-    /// Whether nothing states `drive.frequency`, which is then that of the record that drives: [`UNREAD_FREQUENCY`] until it is read.
+    /// Whether nothing states `drive.frequency`, which is then that of the record that drives: `UNREAD_FREQUENCY` until it is read.
     pub lacks_frequency: bool,
 }
 

@@ -38,12 +38,12 @@ impl Holder {
     }
 
     /// sin θ of the line of centres of two beads of these radii (m).
-    pub fn obliquity(&self, first: f64, second: f64) -> f64 {
+    pub(crate) fn obliquity(&self, first: f64, second: f64) -> f64 {
         self.clearance / (first + second)
     }
 
     /// tan θ of the same.
-    pub fn tangent(&self, first: f64, second: f64) -> f64 {
+    pub(crate) fn tangent(&self, first: f64, second: f64) -> f64 {
         let sine = self.obliquity(first, second);
         sine / (1.0 - sine * sine).sqrt()
     }

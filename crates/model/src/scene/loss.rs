@@ -1,12 +1,12 @@
 //! Losses within the bodies: of their elastic modes, of a viscoelastic annulus, of contacts that yield.
 
 /// Frequency at which loss factors are given, Hz.
-pub const LOSS_FREQUENCY: f64 = 1e6;
+pub(crate) const LOSS_FREQUENCY: f64 = 1e6;
 
 /// Losses of the material of the bodies. All 0: elastic.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MaterialLoss {
-    /// Loss factor η of the beads at [`LOSS_FREQUENCY`], 1, growing with frequency (Kelvin–Voigt): in the meshed models.
+    /// Loss factor η of the beads at `LOSS_FREQUENCY`, 1, growing with frequency (Kelvin–Voigt): in the meshed models.
     pub beads: f64,
     pub support: f64,
     /// Relaxation of the support's material, a standard linear solid: E(t) = E (1 + g e^(−t/τ)).
@@ -23,12 +23,8 @@ pub struct Relaxation {
 }
 
 impl MaterialLoss {
-    pub fn is_absent(&self) -> bool {
-        *self == Self::default()
-    }
-
     /// Time β of E (1 + β d/dt) that has the loss factor `factor` at [`LOSS_FREQUENCY`], s.
-    pub fn retardation(factor: f64) -> f64 {
+    pub(crate) fn retardation(factor: f64) -> f64 {
         factor / (2.0 * std::f64::consts::PI * LOSS_FREQUENCY)
     }
 }

@@ -38,7 +38,7 @@ impl Material {
     }
 
     /// Acrylic glass (PMMA): E 3.3 GPa, ν 0.37, ρ 1190 kg/m³ (nominal values at room temperature; losses left out).
-    pub fn acrylic() -> Self {
+    pub(crate) fn acrylic() -> Self {
         Self { name: "acrylic".into(), youngs_modulus: 3.3e9, poissons_ratio: 0.37, density: 1190.0 }
     }
 
@@ -48,7 +48,7 @@ impl Material {
         [Self::chrome_steel(), Self::resin(), carbon, glass, aluminium, acrylic]
     }
 
-    pub fn built_in(name: &str) -> Option<Self> {
+    pub(crate) fn built_in(name: &str) -> Option<Self> {
         Self::all_built_in().into_iter().find(|material| material.name == name)
     }
 }

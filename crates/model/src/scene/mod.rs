@@ -61,33 +61,35 @@ mod water;
 mod word;
 
 pub use annulus::AnnulusShape;
-pub use builtin::{BUILT_IN, BuiltIn};
+pub use builtin::BUILT_IN;
+pub(crate) use builtin::BuiltIn;
 pub use chain::{Bead, Chain, MOST_BEADS};
 pub use contact_law::ContactLaw;
 pub use damping::{Damping, DampingCoefficients, DampingKind, DampingPlacement, DampingTerm, TermDescription};
-pub use disc::{DEFAULT_DISC, DEFAULT_DISC_DENSITY, DiscShape, Rim};
-pub use drive::{Drive, DriveKind, PistonMotion, UNREAD_FREQUENCY};
+pub(crate) use disc::{DEFAULT_DISC, DEFAULT_DISC_DENSITY};
+pub use disc::{DiscShape, Rim};
+pub(crate) use drive::UNREAD_FREQUENCY;
+pub use drive::{Drive, DriveKind, PistonMotion};
 pub use effects::{Effect, effects};
 pub use error::{Place, SceneError};
-pub use fea::{
-    ContactMass, DEFAULT_CONTACT_PATCH, DEFAULT_FEA_STEP, DEFAULT_MESH_DENSITY, Elements, FeaSettings, Scheme,
-};
+pub(crate) use fea::DEFAULT_CONTACT_PATCH;
+pub use fea::{ContactMass, DEFAULT_FEA_STEP, Elements, FeaSettings, Scheme};
 pub use file::{Loaded, SceneText, load, load_preferring, load_text, load_with_notes};
 pub use holder::{DEFAULT_SLIP_VELOCITY, Holder};
 pub use horn::Horn;
 pub use key::{Key, ValueKind};
 pub use limits::Limits;
 pub use listing::Setting;
-pub use loss::{LOSS_FREQUENCY, MaterialLoss, Relaxation};
+pub use loss::{MaterialLoss, Relaxation};
 pub use material::Material;
 pub use mesh_file::MeshFile;
 pub use model_kind::ModelKind;
 pub use motion::Motion;
-pub use reduced::{DEFAULT_MODES, DEFAULT_REDUCED_DENSITY, DEFAULT_REDUCED_STEP, ReducedSettings};
+pub(crate) use reduced::DEFAULT_REDUCED_STEP;
+pub use reduced::{DEFAULT_MODES, ReducedSettings};
 pub use setting::SettingValue;
-pub use settings::{
-    DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DEFAULT_VIBROMETER_BANDWIDTH, Integrator, Meshing, ModelSettings,
-};
+pub(crate) use settings::DEFAULT_OUTPUT_STEP;
+pub use settings::{DEFAULT_TOLERANCE, DEFAULT_VIBROMETER_BANDWIDTH, Integrator, Meshing, ModelSettings};
 pub use support::{ContactNormal, FlatContact, Support};
 pub use table::KEYS;
 pub use water::{
@@ -134,7 +136,7 @@ const FREE: f64 = 1e6;
 
 impl Scene {
     /// Initial gaps of the N + 1 contacts, m; behind a free end there is nothing within reach.
-    pub fn gaps(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(crate) fn gaps(&self) -> impl Iterator<Item = f64> + '_ {
         let free = (self.support == Support::Free).then_some(self.chain.beads.len());
         self.chain.gaps.iter().enumerate().map(move |(contact, gap)| if free == Some(contact) { FREE } else { *gap })
     }

@@ -5,7 +5,7 @@ use super::{ContactMass, Elements, FeaSettings, Limits, ModelKind, ReducedSettin
 /// Relative tolerance of the adaptive chain where nothing else is asked for.
 pub const DEFAULT_TOLERANCE: f64 = 1e-10;
 /// Default interval of the output samples, s.
-pub const DEFAULT_OUTPUT_STEP: f64 = 1e-7;
+pub(crate) const DEFAULT_OUTPUT_STEP: f64 = 1e-7;
 /// `vibrometer.bandwidth` unless set, Hz, or four drive frequencies where that is more: of a decoder of this class; the lowest mode of a 1 mm steel bead rings at 2.6 MHz.
 pub const DEFAULT_VIBROMETER_BANDWIDTH: f64 = 1.5e6;
 
@@ -45,7 +45,7 @@ pub struct Meshing {
 }
 
 impl Integrator {
-    pub const fn name(&self) -> &'static str {
+    pub(crate) const fn name(&self) -> &'static str {
         match self {
             Self::DormandPrince853 { .. } => "dormand-prince-853",
             Self::Symplectic { .. } => "symplectic",

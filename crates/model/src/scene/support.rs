@@ -78,14 +78,14 @@ impl Support {
         if let Self::Spring { stiffness } = self { Some(*stiffness) } else { None }
     }
 
-    pub const fn normal(&self) -> Option<ContactNormal> {
+    pub(crate) const fn normal(&self) -> Option<ContactNormal> {
         match self {
             Self::Annulus { normal, .. } | Self::Body { normal, .. } => Some(*normal),
             Self::Flat(_) | Self::Free | Self::Spring { .. } | Self::Disc { .. } => None,
         }
     }
 
-    pub const fn material(&self) -> Option<&Material> {
+    pub(crate) const fn material(&self) -> Option<&Material> {
         match self {
             Self::Annulus { material, .. } | Self::Body { material, .. } => Some(material),
             Self::Disc { shape, .. } => Some(&shape.material),
@@ -93,7 +93,7 @@ impl Support {
         }
     }
 
-    pub const fn name(&self) -> &'static str {
+    pub(crate) const fn name(&self) -> &'static str {
         match self {
             Self::Flat(flat) => flat.name(),
             Self::Free => "free",

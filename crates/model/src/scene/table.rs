@@ -469,7 +469,7 @@ impl Key {
     }
 
     /// The valid key most like `name`: the spelling as a whole, or the same last word in another table.
-    pub fn nearest(name: &str) -> Option<String> {
+    pub(crate) fn nearest(name: &str) -> Option<String> {
         let last = name.rsplit('.').next().unwrap_or(name);
         // In `materials.NAME.…` the name is the user's, only the last word can be misspelt.
         if let Some((material, word)) = name.strip_prefix("materials.").and_then(|rest| rest.split_once('.')) {

@@ -38,7 +38,7 @@ pub enum Medium {
 words!(Medium { Water = "water", Tissue = "tissue" });
 
 impl Medium {
-    pub fn liquid(self) -> Water {
+    pub(crate) fn liquid(self) -> Water {
         match self {
             Self::Water => Water::fresh(),
             Self::Tissue => Water::tissue(),

@@ -28,7 +28,7 @@ use crate::scene::{Absorption, FieldPoint};
 const REFERENCE: f64 = 1e6;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PowerLaw {
+pub(crate) struct PowerLaw {
     /// α₁ and y.
     law: Absorption,
 }
@@ -42,17 +42,17 @@ impl PowerLaw {
     /// let tissue = PowerLaw::new(Absorption { at_1_mhz: 50.0 / 8.685_889_638, exponent: 1.1 });
     /// assert!((tissue.attenuation(2e6) / tissue.attenuation(1e6) - 2f64.powf(1.1)).abs() < 1e-12);
     /// ```
-    pub fn new(law: Absorption) -> Self {
+    pub(crate) fn new(law: Absorption) -> Self {
         Self { law }
     }
 
     /// α at the frequency f (Hz), Np/m.
-    pub fn attenuation(&self, frequency: f64) -> f64 {
+    pub(crate) fn attenuation(&self, frequency: f64) -> f64 {
         self.law.at_1_mhz * (frequency / REFERENCE).powf(self.law.exponent)
     }
 
     /// β at the frequency f (Hz), rad/m: the phase that lags behind the lossless wave's.
-    pub fn lag(&self, frequency: f64) -> f64 {
+    pub(crate) fn lag(&self, frequency: f64) -> f64 {
         if frequency <= 0.0 {
             return 0.0;
         }
@@ -68,7 +68,7 @@ impl PowerLaw {
     }
 
     /// H at the frequency f (Hz) over the path d (m).
-    pub fn transfer(&self, frequency: f64, path: f64) -> c64 {
+    pub(crate) fn transfer(&self, frequency: f64, path: f64) -> c64 {
         let size = (-self.attenuation(frequency) * path).exp();
         let (sine, cosine) = (self.lag(frequency) * path).sin_cos();
         c64::new(size * cosine, -size * sine)
@@ -77,7 +77,7 @@ impl PowerLaw {
     /// A pressure record (any unit) on a clock of that step (s) after the path d (m), at the same instants.
     ///
     /// The record counts as zero outside itself; the tail that the filter leaves behind its end is dropped.
-    pub fn filter(&self, record: &[f64], step: f64, path: f64) -> Vec<f64> {
+    pub(crate) fn filter(&self, record: &[f64], step: f64, path: f64) -> Vec<f64> {
         if record.is_empty() {
             return Vec::new();
         }

@@ -6,11 +6,9 @@
 //! ```
 //!
 //! - λ_r: forces of the points at rest, N; the disc's motion is counted from there
-//! - D: force of the dashpot, N. It pushes the few lowest modes alone, by their share at the pole ([`DASHPOT_MODES`]): a linear dashpot
+//! - D: force of the dashpot, N. It pushes the few lowest modes alone, by their share at the pole (`DASHPOT_MODES`): a linear dashpot
 //!   jumps at first touch, and a jump on the disc's finer shapes would ring at 7 to 12 MHz until the contact opens again
 //! - C_m, C_mm: what D moves at the points and in these modes over a step Δ, m/N
-//!
-//! [`DASHPOT_MODES`]: super::contact::DASHPOT_MODES
 
 use std::fmt;
 
@@ -56,7 +54,7 @@ impl DiscBehind {
     /// - `step`: Δ, s
     /// - `is_damped`: whether a dashpot stands at the disc; without one its modes are not followed apart
     /// - `rest`: λ_r, N; empty for none
-    pub fn new(
+    pub(crate) fn new(
         front: &Front,
         water: &WaterSettings,
         step: f64,
@@ -87,12 +85,12 @@ impl DiscBehind {
     }
 
     /// C between the points, row by row, m/N.
-    pub fn compliance(&self) -> &[f64] {
+    pub(crate) fn compliance(&self) -> &[f64] {
         &self.compliance
     }
 
     /// C_m, m/N; empty without a dashpot.
-    pub fn coupling(&self) -> &[f64] {
+    pub(crate) fn coupling(&self) -> &[f64] {
         self.dashpot.as_ref().map_or(&[], |dashpot| &dashpot.coupling)
     }
 
@@ -101,7 +99,7 @@ impl DiscBehind {
         self.dashpot.as_ref().map_or([0.0; 2], |dashpot| [dashpot.own, 2.0 * dashpot.own / self.step])
     }
 
-    pub fn predict(&mut self) {
+    pub(crate) fn predict(&mut self) {
         self.disc.predict(&mut self.predicted);
         if !self.rest[0].is_empty() {
             self.predicted.iter_mut().zip(&self.rest[1]).for_each(|(retreat, yielded)| *retreat -= yielded);
@@ -109,7 +107,7 @@ impl DiscBehind {
     }
 
     /// Displacement of the points into the water at the end of the step that [`DiscBehind::predict`] began, without forces there, m.
-    pub fn predicted(&self) -> &[f64] {
+    pub(crate) fn predicted(&self) -> &[f64] {
         &self.predicted[..self.points]
     }
 
@@ -134,7 +132,7 @@ impl DiscBehind {
     }
 
     /// Finish the step that [`DiscBehind::predict`] began, with the forces λ of the points and D of the dashpot (N) at its end.
-    pub fn push(&mut self, forces: &[f64], damping: f64) {
+    pub(crate) fn push(&mut self, forces: &[f64], damping: f64) {
         self.forces[..self.points].copy_from_slice(forces);
         if !self.rest[0].is_empty() {
             self.forces.iter_mut().zip(&self.rest[0]).for_each(|(force, rest)| *force -= rest);
@@ -153,22 +151,22 @@ impl DiscBehind {
     }
 
     /// How far the modes that the dashpot sees moved in the last step, m.
-    pub fn moved(&self) -> f64 {
+    pub(crate) fn moved(&self) -> f64 {
         self.dashpot.as_ref().map_or(0.0, |dashpot| dashpot.moved)
     }
 
     /// Energy of the disc over that at rest, and work on the water, J.
-    pub fn energies(&mut self) -> [f64; 2] {
+    pub(crate) fn energies(&mut self) -> [f64; 2] {
         let lifted: f64 = self.rest[0].iter().zip(&self.retreat).map(|(force, retreat)| force * retreat).sum();
         [self.disc.energy() + lifted, self.disc.work_on_water()]
     }
 
     /// Add its unknowns, and what it did so far, to the counts of a run.
-    pub fn count(&self, work: &mut SolverWork) {
+    pub(crate) fn count(&self, work: &mut SolverWork) {
         self.disc.count(work);
     }
 
-    pub fn sample(&self, record: &mut WaterRecord) {
+    pub(crate) fn sample(&self, record: &mut WaterRecord) {
         record.sample(self.disc.as_ref());
     }
 }

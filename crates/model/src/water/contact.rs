@@ -20,7 +20,7 @@
 //! F = F_el + (c + γ √δ) (u̇ − ẇ_m),    u − w = δ + c_r F
 //! ```
 //!
-//! ẇ_m is the part of the disc's velocity in its first [`DASHPOT_MODES`] modes ([`Disc::modal_weights`]). The velocity of the patch itself would not
+//! ẇ_m is the part of the disc's velocity in its first `DASHPOT_MODES` modes (`Disc::modal_weights`). The velocity of the patch itself would not
 //! do: it holds the indentation a second time, and follows the jump of the force at first touch within a step, whatever its length. The
 //! force at the end of the step is found together with both velocities there, since each of them depends on it.
 
@@ -41,10 +41,10 @@ pub struct DiscContact {
 }
 
 /// How many of the disc's modes move the disc that a dashpot sees.
-pub const DASHPOT_MODES: usize = 4;
+pub(crate) const DASHPOT_MODES: usize = 4;
 
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Pressing {
+pub(crate) struct Pressing {
     /// F, N.
     pub force: f64,
     /// Hertz' indentation δ, m; 0 while open.
@@ -52,7 +52,7 @@ pub struct Pressing {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Approach {
+pub(crate) struct Approach {
     /// u̇ − ẇ_m at the end of the step without a force on the disc, m/s.
     pub rate: f64,
     /// By how much a unit force lowers it, m/s/N.
@@ -138,7 +138,7 @@ impl DiscContact {
     /// Force with a dashpot beside the indentation: the root of u − w⁰ = δ + (c_r + s) F(δ) on the branch that grows from zero, with
     /// F(δ) = (k_d δ^(3/2) + D r)/(1 + D y), D = c + γ √δ, r and y of the [`Approach`]; cut off at 0 unless it may pull (`tension`). Where a
     /// contact closes and even the smallest δ would carry too much, δ is 0 and the force what the disc's yielding leaves.
-    pub fn damped(
+    pub(crate) fn damped(
         &self,
         overlap: f64,
         compliance: f64,
@@ -198,12 +198,13 @@ impl DiscContact {
     }
 
     /// As [`DiscContact::energy`], of a contact with a dashpot.
-    pub fn stored(&self, pressing: &Pressing) -> f64 {
+    pub(crate) fn stored(&self, pressing: &Pressing) -> f64 {
         0.4 * self.hertz_stiffness * pressing.indentation.powf(2.5) + 0.5 * self.residual * pressing.force.powi(2)
     }
 
     /// Elastic energy (J) at the force F (N): (2/5) k_d δ^(5/2) + c_r F²/2, the second term taking back what the disc holds twice.
-    pub fn energy(&self, force: f64) -> f64 {
+    #[cfg(test)]
+    fn energy(&self, force: f64) -> f64 {
         0.4 * force * (force / self.hertz_stiffness).cbrt().powi(2) + 0.5 * self.residual * force * force
     }
 }

@@ -7,7 +7,8 @@ mod face;
 mod mesh;
 
 pub use crate::scene::{DiscShape, Rim};
-pub use face::{FaceProfile, half_space_flexibility};
+pub(crate) use face::FaceProfile;
+pub use face::half_space_flexibility;
 pub use mesh::{DiscMesh, disc_mesh};
 
 use std::f64::consts::{PI, TAU};
@@ -70,7 +71,7 @@ impl DiscModes {
 
 /// A disc as a contact at several points of its front and the water see it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct DiscInterface {
+pub(crate) struct DiscInterface {
     pub modes: DiscModes,
     /// Their displacement of every point into the water, shape by shape, 1/√kg.
     pub shapes: Vec<f64>,
@@ -79,7 +80,7 @@ pub struct DiscInterface {
 }
 
 impl DiscInterface {
-    pub fn points(&self) -> usize {
+    pub(crate) fn points(&self) -> usize {
         self.residual.len().isqrt()
     }
 
@@ -127,7 +128,7 @@ impl Disc {
     ///
     /// - `density`: n ≥ 1; the element at the pole has a side of h/(10 n), 8n/3 elements lie through the thickness, 6n along r of a disc with
     ///   a = 4h
-    pub fn for_contact(shape: &DiscShape, density: usize) -> Result<Self, DiscError> {
+    pub(crate) fn for_contact(shape: &DiscShape, density: usize) -> Result<Self, DiscError> {
         let n = density.max(1);
         let slenderness = (shape.radius / shape.thickness).max(1.0).log2();
         let mesh = DiscMesh {
@@ -138,7 +139,7 @@ impl Disc {
         Self::assembled(shape, &mesh, &["front"], ContactMass::Massless)
     }
 
-    pub fn shape(&self) -> &DiscShape {
+    pub(crate) fn shape(&self) -> &DiscShape {
         &self.shape
     }
 
@@ -156,12 +157,8 @@ impl Disc {
     }
 
     /// Nodes along the back from the axis to the rim: vertex, middle, vertex, …
-    pub fn back(&self) -> &[u32] {
+    pub(crate) fn back(&self) -> &[u32] {
         &self.back
-    }
-
-    pub fn pole(&self) -> u32 {
-        DofMap::dof(self.front[0], Direction::Axial)
     }
 
     /// The radii of those nodes, m.
@@ -261,7 +258,7 @@ impl Disc {
 
     /// Weights w, by the body's unknowns, with wᵀu̇ = Σ_{k ≤ count} φ_k q̇_k: of a velocity field the part that moves in the lowest modes, as a
     /// patch of that radius (m) at the pole sees it. It has neither the local indentation nor what rings above these modes.
-    pub fn modal_weights(&self, count: usize, patch: f64) -> Result<Vec<f64>, DiscError> {
+    pub(crate) fn modal_weights(&self, count: usize, patch: f64) -> Result<Vec<f64>, DiscError> {
         let found = modes(&self.body, count)?;
         let load = self.patch_load(patch);
         let (mut image, mut weights) = (self.body.columns(1), vec![0.0; load.len()]);

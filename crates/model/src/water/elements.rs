@@ -34,8 +34,7 @@ mod waves;
 pub use crate::scene::{Baffle, WaterMesh};
 pub use coupled::{DiscOnWater, DiscOnWaterSettings};
 pub use driven::DrivenWater;
-pub use factor::QuasiDefinite;
-pub use mesh::Hemisphere;
+pub(crate) use mesh::Hemisphere;
 pub use sparse::Sparse;
 
 use thiserror::Error;

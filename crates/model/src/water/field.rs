@@ -11,12 +11,14 @@
 //! ```
 //!
 //! with h_k the kernels of [`super::rayleigh::field`]: exact for a rigid baffle. The second, independent source of a map, and the only one for
-//! a soft baffle, is the mesh of [`super::elements`] at its nodes; from the pressure it finds on the face, [`FacePressure`], follow a soft
+//! a soft baffle, is the mesh of [`super::elements`] at its nodes; from the pressure it finds on the face, `FacePressure`, follow a soft
 //! baffle's beam patterns.
 
 mod soft;
 
-pub use soft::{FacePressure, soft_far_field, soft_on_axis};
+pub use soft::{soft_far_field, soft_on_axis};
+
+pub(crate) use soft::FacePressure;
 
 use faer::c64;
 use rayon::prelude::*;
@@ -55,7 +57,7 @@ impl FieldGrid {
     }
 
     /// The points, row by row: the point of `radius[i]` and `distance[j]` is number j × (number of radii) + i.
-    pub fn points(&self) -> impl Iterator<Item = FieldPoint> + '_ {
+    pub(crate) fn points(&self) -> impl Iterator<Item = FieldPoint> + '_ {
         self.distance
             .iter()
             .flat_map(|&distance| self.radius.iter().map(move |&radius| FieldPoint { radius, distance }))

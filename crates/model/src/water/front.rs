@@ -9,11 +9,11 @@
 //! - C: compliance of disc and water over a step, m/N
 //!
 //! Disc and water are linear, so C is made once. No law of Hertz and no correction of the disc's flexibility come in: the disc's mesh is as fine
-//! at the pole as the bead's, and holds the indentation itself. Its front carries no mass ([`Disc::for_contact`]), as bodies in contact do not
+//! at the pole as the bead's, and holds the indentation itself. Its front carries no mass (`Disc::for_contact`), as bodies in contact do not
 //! in [`crate::fea`].
 //!
 //! Two ways, as behind a chain: the disc in modes and static shapes with what they leave out of the points' flexibility as a static rest
-//! ([`ModalFront`], water by the Rayleigh integral), or its elements in one factor with those of the water.
+//! (`ModalFront`, water by the Rayleigh integral), or its elements in one factor with those of the water.
 
 use thiserror::Error;
 
@@ -35,7 +35,7 @@ use granchain_signal::Series;
 const MODES: usize = 6;
 
 /// A disc on the water that is touched at several points of its front, on a clock of constant step. Between instants forces are straight lines.
-pub trait TouchedDisc {
+pub(crate) trait TouchedDisc {
     /// C row by row, m/N.
     fn compliance(&self) -> &[f64];
     /// Where the points would be at the end of the next step without forces there: w⁰, m.
@@ -57,7 +57,7 @@ pub trait TouchedDisc {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Handles {
+pub(crate) enum Handles {
     Points,
     /// There, and last in its [`DASHPOT_MODES`] lowest modes together, each by its share at the pole.
     PointsAndModes,
@@ -65,7 +65,7 @@ pub enum Handles {
 
 /// What forces that are held long on the points of a disc's front move, m/N.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Held {
+pub(crate) struct Held {
     pub points: Vec<f64>,
     /// The lowest modes at the pole, by the force on every point.
     pub modes: Vec<f64>,
@@ -73,7 +73,7 @@ pub struct Held {
 
 impl Held {
     /// Displacement of every point and of the lowest modes under forces of the points (N), m.
-    pub fn under(&self, forces: &[f64]) -> (Vec<f64>, f64) {
+    pub(crate) fn under(&self, forces: &[f64]) -> (Vec<f64>, f64) {
         let points = self.points.chunks_exact(forces.len().max(1)).map(|row| dot(row, forces));
         (points.collect(), dot(&self.modes, forces))
     }
@@ -100,7 +100,7 @@ pub struct Front {
 
 impl Front {
     /// Of a disc touched at the points of a face, for water that is computed as said.
-    pub fn new(disc: Disc, face: &Face, water: &WaterSettings) -> Result<Self, DiscError> {
+    pub(crate) fn new(disc: Disc, face: &Face, water: &WaterSettings) -> Result<Self, DiscError> {
         // Outward is out of the water.
         let terms = |i| face.terms(i).map(|(unknown, coefficient)| (unknown as u32, -coefficient)).collect();
         let points: Vec<Vec<(u32, f64)>> = (0..face.len()).map(terms).collect();
@@ -111,12 +111,12 @@ impl Front {
         Ok(Self { disc, points, interface })
     }
 
-    pub fn points(&self) -> usize {
+    pub(crate) fn points(&self) -> usize {
         self.points.len()
     }
 
     /// The disc under forces that are held; none where nothing holds the disc.
-    pub fn held(&self) -> Result<Option<Held>, DiscError> {
+    pub(crate) fn held(&self) -> Result<Option<Held>, DiscError> {
         if self.disc.shape().rim == Rim::Free {
             return Ok(None);
         }
@@ -135,7 +135,7 @@ impl Front {
     }
 
     /// The disc at rest on the water, on a clock of that step (s).
-    pub fn on_water(
+    pub(crate) fn on_water(
         &self,
         water: &WaterSettings,
         step: f64,
@@ -186,18 +186,24 @@ pub(crate) struct WaterRecord {
 
 impl WaterRecord {
     /// Empty, for so many samples at the field points of `water`.
-    pub fn new(water: &WaterSettings, samples: usize) -> Self {
+    pub(crate) fn new(water: &WaterSettings, samples: usize) -> Self {
         let pressure = water.field_points.iter().map(|_| Vec::with_capacity(samples)).collect();
         Self { pressure, back_velocity: Vec::with_capacity(samples) }
     }
 
-    pub fn sample(&mut self, disc: &dyn TouchedDisc) {
+    pub(crate) fn sample(&mut self, disc: &dyn TouchedDisc) {
         self.pressure.iter_mut().enumerate().for_each(|(point, trace)| trace.push(disc.pressure(point)));
         self.back_velocity.push(disc.back_velocity());
     }
 
     /// Enter it into a response whose ledger has the energy of the disc and the work on the water (J) among the stored energies.
-    pub fn enter(&self, front: &Front, water: &WaterSettings, [disc_j, water_j]: [f64; 2], response: &mut Response) {
+    pub(crate) fn enter(
+        &self,
+        front: &Front,
+        water: &WaterSettings,
+        [disc_j, water_j]: [f64; 2],
+        response: &mut Response,
+    ) {
         let step = response.piston_displacement.step;
         let series = |values: Vec<f64>| Series::new(0.0, step, values);
         let work = &mut response.work;
@@ -224,7 +230,7 @@ impl WaterRecord {
 ///
 /// w = Σ φ_k q_k + R λ with the shapes φ_k of [`DiscInterface`] and R what they leave out of the static flexibility.
 #[derive(Debug, Clone)]
-pub struct ModalFront {
+pub(crate) struct ModalFront {
     disc: WetDisc,
     /// φ_k in the middle of the back, 1/√kg.
     back: Vec<f64>,
@@ -238,7 +244,7 @@ pub struct ModalFront {
 }
 
 impl ModalFront {
-    pub fn new(disc: WetDisc, interface: &DiscInterface) -> Self {
+    pub(crate) fn new(disc: WetDisc, interface: &DiscInterface) -> Self {
         let points = interface.points();
         let shapes = interface.shapes.clone();
         let count = shapes.len() / points.max(1);

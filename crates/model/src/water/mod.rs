@@ -31,8 +31,8 @@ mod unit_response;
 
 use crate::response::SolverWork;
 pub use crate::scene::Water;
-pub use support::{DiscSupport, WaterError};
-pub use unit_response::{Played, UnitResponse};
+pub(crate) use support::{DiscSupport, WaterError};
+pub use unit_response::UnitResponse;
 
 /// A disc on the water that is pushed at the pole of its front, on a clock of constant step Δ. Between instants the force is a straight line.
 ///

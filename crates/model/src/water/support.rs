@@ -73,7 +73,7 @@ impl From<WaterError> for ModelError {
 
 /// A disc and what is behind it, ready for any number of runs of a chain in front.
 #[derive(Debug)]
-pub struct DiscSupport {
+pub(crate) struct DiscSupport {
     disc: Disc,
     patch: f64,
     water: Option<WaterSettings>,
@@ -114,7 +114,7 @@ impl DiscSupport {
     ///
     /// # Errors
     /// [`ModelError::Unsupported`] for a scene without a disc or with what a disc does not go with, [`ModelError::Water`].
-    pub fn new(scene: &Scene) -> Result<Self, ModelError> {
+    pub(crate) fn new(scene: &Scene) -> Result<Self, ModelError> {
         let Support::Disc { shape, mesh_density } = &scene.support else {
             let reason = "the scene has no disc; set `support.kind = \"disc\"`".into();
             return Err(ModelError::Unsupported { model: "chain", reason });
@@ -126,11 +126,6 @@ impl DiscSupport {
         let made = Self { disc, patch, water, step, steps, full: OnceLock::new(), modal: OnceLock::new() };
         made.at_rest(scene)?;
         Ok(made)
-    }
-
-    /// What it is made of: the disc's elements.
-    pub fn disc(&self) -> &Disc {
-        &self.disc
     }
 
     /// A disc at rest and its contact, made at the first call for this placement of the dashpots.
@@ -186,7 +181,7 @@ impl DiscSupport {
     }
 
     /// Run a scene with this disc and water.
-    pub fn run(
+    pub(crate) fn run(
         &self,
         scene: &Scene,
         motion: &dyn PistonMotion,
@@ -309,7 +304,7 @@ impl DiscSupport {
         })
     }
 
-    pub fn warnings(&self, scene_frequency: f64, response: &Response) -> Vec<String> {
+    pub(crate) fn warnings(&self, scene_frequency: f64, response: &Response) -> Vec<String> {
         let mut out = Vec::new();
         let time = |value: f64| Quantity::new((value * 1e10).round() / 1e10, Dimension::TIME);
         if let Some(force) = response.contact_force.last()

@@ -68,7 +68,7 @@ fn convolve(response: &[f64], forces: &[f64]) -> Vec<f64> {
 /// It knows what is done on disc and water together, not which of them has it: [`OnWater::energy`] is 0 and
 /// [`OnWater::work_on_water`] the work of the contact force.
 #[derive(Debug, Clone)]
-pub struct Played<'a> {
+pub(crate) struct Played<'a> {
     response: &'a UnitResponse,
     forces: Vec<f64>,
     /// Spans of instants with a force, half open.

@@ -48,11 +48,11 @@ impl Columns {
         self.rows
     }
 
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.count
     }
 
-    /// Numbers a row: at least [`Columns::count`].
+    /// Numbers a row: at least `Columns::count`.
     pub fn width(&self) -> usize {
         self.width
     }
@@ -71,7 +71,7 @@ impl Columns {
         &mut self.data[range]
     }
 
-    pub fn row(&self, row: usize) -> &[f64] {
+    pub(crate) fn row(&self, row: usize) -> &[f64] {
         let start = self.start + row * self.width;
         &self.data[start..start + self.width]
     }
@@ -89,7 +89,7 @@ impl Columns {
         self.row_mut(row)[column] = value;
     }
 
-    pub fn column(&self, column: usize) -> Vec<f64> {
+    pub(crate) fn column(&self, column: usize) -> Vec<f64> {
         self.as_slice().chunks_exact(self.width).map(|row| row[column]).collect()
     }
 
@@ -100,7 +100,7 @@ impl Columns {
         }
     }
 
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.as_mut_slice().fill(0.0);
     }
 

@@ -14,4 +14,4 @@ mod sparse;
 pub use columns::Columns;
 pub use dof::{Direction, DofMap};
 pub(crate) use lanes::{Arithmetic, Kernel, Numbers, Vectors, run};
-pub use sparse::SymmetricSparse;
+pub(crate) use sparse::SymmetricSparse;

@@ -19,12 +19,12 @@ impl SymmetricSparse {
         Self { starts, rows, values }
     }
 
-    pub fn order(&self) -> usize {
+    pub(crate) fn order(&self) -> usize {
         self.starts.len() - 1
     }
 
     /// Entries stored: those of the lower triangle.
-    pub fn stored(&self) -> usize {
+    pub(crate) fn stored(&self) -> usize {
         self.rows.len()
     }
 
@@ -66,7 +66,7 @@ impl SymmetricSparse {
     }
 
     /// y = A x for rows of `width` numbers (1, 2, 4, 6, 8, 12 or a multiple of 8); nothing is allocated.
-    pub fn multiply(&self, x: &[f64], y: &mut [f64], width: usize) {
+    pub(crate) fn multiply(&self, x: &[f64], y: &mut [f64], width: usize) {
         debug_assert_eq!(x.len(), self.order() * width);
         debug_assert_eq!(y.len(), x.len());
         run(width, Product { matrix: self, x, y });

@@ -17,7 +17,7 @@ use super::complementarity::{Compliance, NotSolved, Scratch};
 use crate::contact_law::Dashpot;
 
 #[derive(Debug, Clone)]
-pub struct Link {
+pub(crate) struct Link {
     /// W of this contact, shared by contacts of the same kind through `compliances`.
     pub compliance: usize,
     /// V across the body on the piston's side, to the contact before: index into `couplings`; none where that body is rigid.
@@ -30,7 +30,7 @@ pub struct Link {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Mobility {
+pub(crate) struct Mobility {
     /// Displacement at the end of the step, m/N; 0 for a rigid or clamped body.
     pub displacement: f64,
     /// Velocity at the end of the step, m/(N·s); 0 for a rigid or clamped body.
@@ -38,7 +38,7 @@ pub struct Mobility {
 }
 
 #[derive(Debug, Clone)]
-pub struct Contacts {
+pub(crate) struct Contacts {
     pub links: Vec<Link>,
     pub compliances: Vec<Compliance>,
     /// The different V, row by row: points of the later contact × points of the earlier.
@@ -52,7 +52,7 @@ pub struct Contacts {
 
 /// What the last dashpot stands on, such as a disc on water in its lowest modes; its prediction is that of slot N + 1.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Behind {
+pub(crate) struct Behind {
     /// How a unit force on it moves every point of the last contact away over a step, and a unit force there moves it, m/N; empty for a support
     /// that does not move.
     pub coupling: Vec<f64>,
@@ -77,7 +77,7 @@ impl Behind {
 
 /// Rigid motion of every body predicted without forces at the end of the step; for the piston its prescribed one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct RigidPrediction {
+pub(crate) struct RigidPrediction {
     /// Displacement along z, m.
     pub displacement: f64,
     /// Velocity along z, m/s.
@@ -97,7 +97,7 @@ pub struct ContactState {
 }
 
 impl ContactState {
-    pub fn open(points: usize) -> Self {
+    pub(crate) fn open(points: usize) -> Self {
         Self { forces: vec![0.0; points], gaps: vec![0.0; points], pressing: 0.0, damping: 0.0 }
     }
 
@@ -120,7 +120,7 @@ pub(crate) fn net_force(contacts: &[ContactState], slot: usize, force: impl Fn(&
 }
 
 #[derive(Debug, Clone)]
-pub struct Workspace {
+pub(crate) struct Workspace {
     scratch: Vec<Scratch>,
     gaps: Vec<f64>,
     before: Vec<f64>,
@@ -129,14 +129,14 @@ pub struct Workspace {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Effort {
+pub(crate) struct Effort {
     pub sweeps: u32,
     pub sets: u32,
     pub dashpots: u32,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Failure {
+pub(crate) enum Failure {
     /// No active set of this contact (0 = piston) satisfies all conditions.
     NoActiveSet {
         contact: usize,
@@ -156,7 +156,7 @@ const FREEZING_SWEEPS: u32 = 40;
 const SETTLED: f64 = 1e-13;
 
 impl Workspace {
-    pub fn new(contacts: &Contacts) -> Self {
+    pub(crate) fn new(contacts: &Contacts) -> Self {
         let points = contacts.compliances.iter().map(Compliance::size).max().unwrap_or(0);
         Self {
             scratch: contacts.links.iter().map(|_| Scratch::new(points)).collect(),
@@ -173,7 +173,7 @@ impl Contacts {
     ///
     /// # Errors
     /// [`Failure`]; `states` is then not to be used.
-    pub fn solve(
+    pub(crate) fn solve(
         &self,
         predicted: &[Vec<f64>],
         rigid: &[RigidPrediction],

@@ -25,19 +25,19 @@ pub enum Ordering {
 pub(crate) const MOST_SETS: u32 = 40;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Solved {
+pub(crate) struct Solved {
     pub iterations: u32,
 }
 
 /// The compliance was not positive definite, or the set cycled beyond all bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct NotSolved {
+pub(crate) struct NotSolved {
     pub iterations: u32,
 }
 
 /// W of one contact, with the factor of all its leading blocks.
 #[derive(Debug, Clone)]
-pub struct Compliance {
+pub(crate) struct Compliance {
     size: usize,
     ordering: Ordering,
     matrix: Vec<f64>,
@@ -46,7 +46,7 @@ pub struct Compliance {
 }
 
 #[derive(Debug, Clone)]
-pub struct Scratch {
+pub(crate) struct Scratch {
     /// Whether the factor of the last set is used again for the same set: for one compliance that stays as it is.
     keeps: bool,
     factored: Vec<usize>,
@@ -59,7 +59,7 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    pub fn new(size: usize) -> Self {
+    pub(crate) fn new(size: usize) -> Self {
         Self {
             keeps: false,
             factored: Vec::with_capacity(size),
@@ -73,7 +73,7 @@ impl Scratch {
     }
 
     /// For one contact whose compliance never changes: the factor of a set is kept until the set changes.
-    pub fn keeping(size: usize) -> Self {
+    pub(crate) fn keeping(size: usize) -> Self {
         Self { keeps: true, ..Self::new(size) }
     }
 
@@ -110,7 +110,7 @@ impl Scratch {
 
     /// Uᵀ W⁻¹ U over the set solved last, row by row: how much Uᵀ λ falls per unit of a shift of the gaps by U. `vectors` holds U vector by
     /// vector, `points` numbers each. `out` is left as it is where the factor is kept and the set is that of the last call.
-    pub fn sensitivity(&mut self, vectors: &[f64], points: usize, out: &mut [f64]) {
+    pub(crate) fn sensitivity(&mut self, vectors: &[f64], points: usize, out: &mut [f64]) {
         if self.keeps && self.answered == self.active {
             return;
         }
@@ -134,7 +134,7 @@ impl Compliance {
     ///
     /// # Errors
     /// [`NotSolved`] when W is not positive definite.
-    pub fn new(matrix: Vec<f64>, size: usize, ordering: Ordering) -> Result<Self, NotSolved> {
+    pub(crate) fn new(matrix: Vec<f64>, size: usize, ordering: Ordering) -> Result<Self, NotSolved> {
         debug_assert_eq!(matrix.len(), size * size);
         let factor = match ordering {
             Ordering::Any => Vec::new(),
@@ -149,12 +149,12 @@ impl Compliance {
         Ok(Self { size, ordering, matrix, factor })
     }
 
-    pub fn size(&self) -> usize {
+    pub(crate) fn size(&self) -> usize {
         self.size
     }
 
     /// Row i of W, m/N.
-    pub fn row(&self, i: usize) -> &[f64] {
+    pub(crate) fn row(&self, i: usize) -> &[f64] {
         &self.matrix[i * self.size..(i + 1) * self.size]
     }
 
@@ -173,7 +173,7 @@ impl Compliance {
     ///
     /// # Errors
     /// [`NotSolved`] when no set satisfies all conditions; the forces are then not to be used.
-    pub fn solve(
+    pub(crate) fn solve(
         &self,
         free_gaps: &[f64],
         forces: &mut [f64],

@@ -27,7 +27,7 @@ pub struct Face {
 
 impl Face {
     /// Points given by their terms (unknown, coefficient) and their axial parts.
-    pub fn new<T: IntoIterator<Item = (u32, f64)>>(points: impl IntoIterator<Item = (T, f64)>) -> Self {
+    pub(crate) fn new<T: IntoIterator<Item = (u32, f64)>>(points: impl IntoIterator<Item = (T, f64)>) -> Self {
         let mut face = Self { starts: vec![0], ..Self::default() };
         for (terms, axial) in points {
             for (unknown, coefficient) in terms {
@@ -40,16 +40,16 @@ impl Face {
         face
     }
 
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.axial.len()
     }
 
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.axial.is_empty()
     }
 
     /// Unknowns that occur, ascending, each once.
-    pub fn unknowns(&self) -> Vec<u32> {
+    pub(crate) fn unknowns(&self) -> Vec<u32> {
         let mut unknowns = self.unknowns.clone();
         unknowns.sort_unstable();
         unknowns.dedup();
@@ -61,7 +61,7 @@ impl Face {
         Self { unknowns: self.unknowns.iter().map(|&unknown| position(unknown)).collect(), ..self.clone() }
     }
 
-    pub fn terms(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+    pub(crate) fn terms(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let range = self.range(i);
         self.unknowns[range.clone()]
             .iter()
@@ -85,12 +85,12 @@ impl Face {
     }
 
     /// Outward normal displacement of point i, m.
-    pub fn displacement(&self, i: usize, unknowns: &[f64]) -> f64 {
+    pub(crate) fn displacement(&self, i: usize, unknowns: &[f64]) -> f64 {
         self.terms(i).map(|(unknown, coefficient)| coefficient * unknowns[unknown]).sum()
     }
 
     /// Add the forces λ (N, pressing inwards) to the forces on the unknowns: f −= B λ.
-    pub fn press(&self, forces: &[f64], on_unknowns: &mut [f64]) {
+    pub(crate) fn press(&self, forces: &[f64], on_unknowns: &mut [f64]) {
         for (i, &force) in forces.iter().enumerate() {
             if force != 0.0 {
                 for (unknown, coefficient) in self.terms(i) {

@@ -12,7 +12,7 @@ use crate::fea::{body::Body, element::edge as edge_functions, mesh::HalfTorus};
 
 /// How far the profile of a body falls back from the plane through its pole at the radius r, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Profile {
+pub(crate) enum Profile {
     /// a − √(a² − r²).
     Sphere {
         /// a, m.
@@ -22,7 +22,7 @@ pub enum Profile {
 }
 
 #[derive(Debug, Clone, Copy)]
-pub struct Pole<'a> {
+pub(crate) struct Pole<'a> {
     /// What it is called in messages, such as `bead 3`.
     pub name: &'a str,
     pub body: &'a Body,
@@ -136,10 +136,6 @@ impl Pair {
 
     pub fn len(&self) -> usize {
         self.gaps.len()
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.gaps.is_empty()
     }
 
     /// A pole against a rigid flat; `flat_before` says that the flat lies towards the piston.

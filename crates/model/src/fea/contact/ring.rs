@@ -19,7 +19,7 @@ use crate::fea::{
 
 /// Largest change of a gap by a turn of the normals that is not worth another, m: a hundred roundings of the distances it comes from. The
 /// turn itself is the square root of it, and the forces belong to the normals before it.
-pub const SETTLED: f64 = 1e-17;
+pub(crate) const SETTLED: f64 = 1e-17;
 
 /// The outward normal of the sphere is n, that of the ring −n.
 const SIGNS: [f64; 2] = [1.0, -1.0];
@@ -48,7 +48,7 @@ pub struct Ring {
 
 /// The gaps about some displacements: g = offset − n · (w − u).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Linearised {
+pub(crate) struct Linearised {
     /// Normals n of the sphere at every point, (r, z).
     pub normals: Vec<[f64; 2]>,
     /// Gaps at zero displacement, m.
@@ -56,18 +56,18 @@ pub struct Linearised {
 }
 
 impl Linearised {
-    pub fn new(points: usize) -> Self {
+    pub(crate) fn new(points: usize) -> Self {
         Self { normals: vec![[0.0; 2]; points], offsets: vec![0.0; points] }
     }
 }
 
 impl Ring {
     /// Points (r, z), the feet of their normals on the sphere, and the support's nodes there.
-    pub fn new(radius: f64, centre: f64, points: Vec<[f64; 2]>, feet: Vec<OnEdge>, nodes: Vec<u32>) -> Self {
+    pub(crate) fn new(radius: f64, centre: f64, points: Vec<[f64; 2]>, feet: Vec<OnEdge>, nodes: Vec<u32>) -> Self {
         Self { radius, centre, points, feet, nodes, parts: [Vec::new(), Vec::new()] }
     }
 
-    pub fn at_rest(&self) -> Linearised {
+    pub(crate) fn at_rest(&self) -> Linearised {
         let mut linearised = Linearised::new(self.points.len());
         self.linearise(|_| [[0.0; 2]; 2], 0.0, &mut linearised);
         linearised
@@ -92,7 +92,7 @@ impl Ring {
     }
 
     /// Faces of the sphere and of the ring for the given normals of the sphere.
-    pub fn faces(&mut self, sphere: &Body, support: &Body, normals: &[[f64; 2]]) -> [Face; 2] {
+    pub(crate) fn faces(&mut self, sphere: &Body, support: &Body, normals: &[[f64; 2]]) -> [Face; 2] {
         let mut parts = [Vec::new(), Vec::new()];
         let mut face = |side: usize, body: &Body, place: &dyn Fn(usize) -> OnEdge, sign: f64| {
             Face::new((0..self.points.len()).map(|point| {
@@ -125,7 +125,7 @@ impl Ring {
     /// `overlap` of the undisplaced bodies, which is a displacement of the sphere too (all m). Turns the faces, sets the gaps at zero
     /// displacement (m), and returns by how much any gap at these displacements differs from what the old normals gave, m; [`SETTLED`] when
     /// there is no more to gain.
-    pub fn follow(
+    pub(crate) fn follow(
         &self,
         faces: &mut [Face; 2],
         value: impl Fn(usize, usize) -> f64,

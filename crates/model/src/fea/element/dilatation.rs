@@ -21,7 +21,7 @@ pub(super) struct Dilatation {
 }
 
 impl Dilatation {
-    pub fn new(shape: Shape) -> Self {
+    pub(crate) fn new(shape: Shape) -> Self {
         let mut gram = Matrix3::zeros();
         if shape == Shape::Triangle6 {
             // No linear part: rows of zero moments.
@@ -38,7 +38,7 @@ impl Dilatation {
     }
 
     /// One integration point: its place, its volume (m³), the strains of all unknowns there.
-    pub fn add(&mut self, xi: f64, eta: f64, volume: f64, strain: &[[f64; 4]; 16]) {
+    pub(crate) fn add(&mut self, xi: f64, eta: f64, volume: f64, strain: &[[f64; 4]; 16]) {
         let basis = self.basis(xi, eta);
         self.gram += volume * basis * basis.transpose();
         let change = SMatrix::<f64, 1, 16>::from_fn(|_, k| strain[k][0] + strain[k][1] + strain[k][2]);
@@ -52,12 +52,12 @@ impl Dilatation {
     }
 
     /// Hᵀ G⁻¹ H, m.
-    pub fn stiffness(&self) -> SMatrix<f64, 16, 16> {
+    pub(crate) fn stiffness(&self) -> SMatrix<f64, 16, 16> {
         self.moments.transpose() * self.coefficients()
     }
 
     /// θ̄ as a function of place, for the displacements u_r, u_z of the nodes (m).
-    pub fn of(&self, displacement: &[[f64; 2]]) -> impl Fn(f64, f64) -> f64 + '_ {
+    pub(crate) fn of(&self, displacement: &[[f64; 2]]) -> impl Fn(f64, f64) -> f64 + '_ {
         let all = SVector::<f64, 16>::from_fn(|k, _| displacement.get(k / 2).map_or(0.0, |u| u[k % 2]));
         let coefficients = self.coefficients() * all;
         move |xi, eta| self.basis(xi, eta).dot(&coefficients)

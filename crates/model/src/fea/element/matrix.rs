@@ -49,7 +49,7 @@ pub(super) struct Local {
 }
 
 impl Local {
-    pub fn new(shape: Shape, places: &[[f64; 2]], xi: f64, eta: f64) -> Self {
+    pub(crate) fn new(shape: Shape, places: &[[f64; 2]], xi: f64, eta: f64) -> Self {
         let at = interpolate(shape, xi, eta);
         let mut place = [0.0; 2];
         let mut map = [[0.0; 2]; 2]; // map[a][b] = ∂x_a/∂ξ_b
@@ -69,7 +69,7 @@ impl Local {
     }
 
     /// Strain (rr, zz, θθ, rz) of a unit displacement of `node` along r and along z; on the axis N/r is its limit ∂N/∂r.
-    pub fn strain(&self, node: usize) -> [[f64; 4]; 2] {
+    pub(crate) fn strain(&self, node: usize) -> [[f64; 4]; 2] {
         let [dr, dz] = self.gradient[node];
         let hoop = if self.place[0] > 0.0 { self.value[node] / self.place[0] } else { dr };
         [[dr, 0.0, hoop, dz], [0.0, dz, 0.0, dr]]
@@ -77,7 +77,7 @@ impl Local {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct ElementMatrices {
+pub(crate) struct ElementMatrices {
     /// K_e, N/m: row and column 2 i + d is direction d (0 r, 1 z) of node i.
     pub stiffness: [[f64; 16]; 16],
     /// M_e, kg, one scalar matrix for both directions: row and column i is node i.
@@ -92,7 +92,7 @@ impl ElementMatrices {
     /// # Errors
     /// [`ElementError::Jacobian`] where the element is turned over or folded at an integration point, [`ElementError::Radius`] where it
     /// reaches across the axis.
-    pub fn new(shape: Shape, places: &[[f64; 2]], material: &Material) -> Result<Self, ElementError> {
+    pub(crate) fn new(shape: Shape, places: &[[f64; 2]], material: &Material) -> Result<Self, ElementError> {
         let nodes = shape.nodes();
         let mut d = elasticity(material);
         let mut dilatation = (material.poissons_ratio > NEARLY_INCOMPRESSIBLE).then(|| Dilatation::new(shape));

@@ -22,7 +22,11 @@ mod quadrature;
 mod shape;
 mod stress;
 
-pub use matrix::{ElementError, ElementMatrices, elasticity};
-pub use quadrature::{GAUSS_LINE, GaussPoint, rule};
+pub use matrix::{ElementError, elasticity};
+
+pub(crate) use matrix::ElementMatrices;
+pub(crate) use quadrature::GAUSS_LINE;
+pub use quadrature::rule;
 pub use shape::{Interpolation, edge, interpolate};
-pub use stress::{node_stress, von_mises};
+pub(crate) use stress::node_stress;
+pub use stress::von_mises;

@@ -17,7 +17,7 @@ pub(super) const MOST_POINTS: usize = 9;
 /// √0.6, abscissa of the three-point Gauss rule.
 const GAUSS_3: f64 = 0.774_596_669_241_483_4;
 /// Abscissa and weight of the three-point Gauss rule on −1…1, of degree 5.
-pub const GAUSS_LINE: [(f64, f64); 3] = [(-GAUSS_3, 5.0 / 9.0), (0.0, 8.0 / 9.0), (GAUSS_3, 5.0 / 9.0)];
+pub(crate) const GAUSS_LINE: [(f64, f64); 3] = [(-GAUSS_3, 5.0 / 9.0), (0.0, 8.0 / 9.0), (GAUSS_3, 5.0 / 9.0)];
 /// √15.
 const ROOT_15: f64 = 3.872_983_346_207_417;
 

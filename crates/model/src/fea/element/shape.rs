@@ -2,7 +2,7 @@
 
 use crate::fea::mesh::Shape;
 
-/// Shape functions and their derivatives at one parametric point; only the first [`Shape::nodes`] entries count.
+/// Shape functions and their derivatives at one parametric point; only the first `Shape::nodes` entries count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interpolation {
     /// N_i, 1.

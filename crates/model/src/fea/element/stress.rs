@@ -19,7 +19,12 @@ use crate::{fea::mesh::Shape, scene::Material};
 /// - `displacement`: (u_r, u_z) of its nodes, m
 ///
 /// Barlow (1976), *Int. J. Numer. Meth. Engng* 10, 243.
-pub fn node_stress(shape: Shape, places: &[[f64; 2]], material: &Material, displacement: &[[f64; 2]]) -> [[f64; 4]; 8] {
+pub(crate) fn node_stress(
+    shape: Shape,
+    places: &[[f64; 2]],
+    material: &Material,
+    displacement: &[[f64; 2]],
+) -> [[f64; 4]; 8] {
     let nodes = shape.nodes();
     let d = elasticity(material);
     let dilatation = (material.poissons_ratio > NEARLY_INCOMPRESSIBLE).then(|| {

@@ -52,7 +52,7 @@ pub(super) fn supernodal(symbolic: &SymbolicCholesky<u32>) -> Option<&SymbolicSu
 }
 
 impl Cholesky {
-    pub fn new(matrix: &Upper) -> Result<Self, Failure> {
+    pub(crate) fn new(matrix: &Upper) -> Result<Self, Failure> {
         let symbolic = analyse(matrix).map_err(Failure::Size)?;
         let mut values = vec![0.0; symbolic.len_val()];
         let needed = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, faer::Spec::default());
@@ -79,7 +79,7 @@ impl Cholesky {
     }
 
     /// The last `size` rows and columns of L, dense, zero above the diagonal.
-    pub fn trailing(&self, size: usize) -> Mat<f64> {
+    pub(crate) fn trailing(&self, size: usize) -> Mat<f64> {
         let first = self.symbolic.nrows() - size;
         let mut out = Mat::zeros(size, size);
         for supernode in self.supernodes() {

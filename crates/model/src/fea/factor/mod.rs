@@ -126,7 +126,7 @@ impl Factor {
         })
     }
 
-    pub fn interface(&self) -> &[u32] {
+    pub(crate) fn interface(&self) -> &[u32] {
         &self.interface
     }
 

@@ -8,7 +8,7 @@ use crate::fea::assembly::Columns;
 /// Several vectors by the nodes of a factor, in blocks of at most six columns one behind the other: a block holds node after node the pairs (r, z)
 /// of its columns.
 #[derive(Debug, Clone)]
-pub struct Nodal {
+pub(crate) struct Nodal {
     data: Vec<f64>,
     nodes: usize,
     count: usize,
@@ -27,17 +27,17 @@ fn widths(count: usize) -> impl Iterator<Item = usize> {
 }
 
 impl Nodal {
-    pub fn new(nodes: usize, count: usize) -> Self {
+    pub(crate) fn new(nodes: usize, count: usize) -> Self {
         let numbers = 2 * nodes * widths(count).sum::<usize>();
         Self { data: vec![0.0; numbers], nodes, count }
     }
 
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.data.fill(0.0);
     }
 
     #[inline(always)]
-    pub fn blocks(&mut self, mut work: impl FnMut(Range<usize>, &mut [f64])) {
+    pub(crate) fn blocks(&mut self, mut work: impl FnMut(Range<usize>, &mut [f64])) {
         let (mut rest, mut first) = (self.data.as_mut_slice(), 0);
         for width in widths(self.count) {
             let (block, behind) = rest.split_at_mut(2 * self.nodes * width);
@@ -46,7 +46,7 @@ impl Nodal {
         }
     }
 
-    pub fn take(&mut self, nodes: &[u32], from: &Columns) {
+    pub(crate) fn take(&mut self, nodes: &[u32], from: &Columns) {
         self.blocks(|columns, block| match columns.len() {
             6 => take::<6>(nodes, block, from, columns.start),
             4 => take::<4>(nodes, block, from, columns.start),
@@ -55,7 +55,7 @@ impl Nodal {
         });
     }
 
-    pub fn give(&mut self, nodes: &[u32], to: &mut Columns) {
+    pub(crate) fn give(&mut self, nodes: &[u32], to: &mut Columns) {
         self.blocks(|columns, block| match columns.len() {
             6 => give::<6>(nodes, block, to, columns.start),
             4 => give::<4>(nodes, block, to, columns.start),
@@ -65,7 +65,7 @@ impl Nodal {
     }
 
     /// Set the unknowns at `places`, 2 × node + direction, to the rows of `from`.
-    pub fn set(&mut self, places: &[u32], from: &Columns) {
+    pub(crate) fn set(&mut self, places: &[u32], from: &Columns) {
         self.blocks(|columns, block| {
             for (row, place) in places.iter().enumerate() {
                 for (number, value) in pair_places(*place, columns.len()).zip(&from.row(row)[columns.clone()]) {
@@ -75,7 +75,7 @@ impl Nodal {
         });
     }
 
-    pub fn get(&mut self, places: &[u32], to: &mut Columns) {
+    pub(crate) fn get(&mut self, places: &[u32], to: &mut Columns) {
         self.blocks(|columns, block| {
             for (row, place) in places.iter().enumerate() {
                 for (number, value) in pair_places(*place, columns.len()).zip(&mut to.row_mut(row)[columns.clone()]) {
@@ -85,7 +85,7 @@ impl Nodal {
         });
     }
 
-    pub fn copy_last(&mut self, other: &mut Self) {
+    pub(crate) fn copy_last(&mut self, other: &mut Self) {
         let Self { data, nodes, .. } = self;
         let (own, mut first) = (*nodes, 0);
         other.blocks(|columns, block| {
@@ -95,7 +95,7 @@ impl Nodal {
         });
     }
 
-    pub fn add_to_last(&self, other: &mut Self) {
+    pub(crate) fn add_to_last(&self, other: &mut Self) {
         let mut first = 0;
         other.blocks(|columns, block| {
             let length = 2 * self.nodes * columns.len();

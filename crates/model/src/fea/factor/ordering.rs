@@ -19,11 +19,11 @@ pub(super) struct Upper {
 }
 
 impl Upper {
-    pub fn order(&self) -> usize {
+    pub(crate) fn order(&self) -> usize {
         self.starts.len() - 1
     }
 
-    pub fn pattern(&self) -> SymbolicSparseColMatRef<'_, u32> {
+    pub(crate) fn pattern(&self) -> SymbolicSparseColMatRef<'_, u32> {
         SymbolicSparseColMatRef::new_checked(self.order(), self.order(), &self.starts, None, &self.rows)
     }
 
@@ -104,21 +104,21 @@ impl Ordering {
     }
 
     /// Place → node.
-    pub fn nodes(&self) -> &[u32] {
+    pub(crate) fn nodes(&self) -> &[u32] {
         &self.nodes
     }
 
     /// Unknowns that do not stay zero.
-    pub fn unknowns(&self) -> usize {
+    pub(crate) fn unknowns(&self) -> usize {
         self.nodes.iter().flat_map(|node| [2 * node, 2 * node + 1]).filter(|&dof| !self.fixed[dof as usize]).count()
     }
 
-    pub fn last(&self) -> usize {
+    pub(crate) fn last(&self) -> usize {
         self.last
     }
 
     /// Where unknowns of the interface stand among its nodes.
-    pub fn places(&self, interface: &[u32]) -> Vec<u32> {
+    pub(crate) fn places(&self, interface: &[u32]) -> Vec<u32> {
         let first = (self.nodes.len() - self.last) as u32;
         interface.iter().map(|dof| 2 * (self.position[*dof as usize / 2] - first) + dof % 2).collect()
     }
@@ -145,7 +145,7 @@ impl Ordering {
 
     /// κ K + σ M in this order; 1 on the diagonal of an unknown that stays zero. Both unknowns of two coupled nodes are entries, zero or not: their
     /// columns stay together in the factor.
-    pub fn matrix(&self, body: &Body, stiffness_scale: f64, mass_scale: f64) -> Upper {
+    pub(crate) fn matrix(&self, body: &Body, stiffness_scale: f64, mass_scale: f64) -> Upper {
         let mut entries = Vec::with_capacity(body.stiffness().stored());
         for (row, column) in self.coupled(body) {
             let mass = body.mass().get(row, column);

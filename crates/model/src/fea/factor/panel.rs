@@ -27,7 +27,7 @@ struct Panel {
 }
 
 #[derive(Debug, Clone, Default)]
-pub struct Panels {
+pub(crate) struct Panels {
     panels: Vec<Panel>,
     rows: Vec<u32>,
     values: Vec<[f64; 2]>,
@@ -35,7 +35,7 @@ pub struct Panels {
 
 impl Panels {
     /// From faer's supernodes, whose columns and rows come in pairs.
-    pub fn new<'a>(supernodes: impl Iterator<Item = SupernodeRef<'a, u32, f64>>) -> Self {
+    pub(crate) fn new<'a>(supernodes: impl Iterator<Item = SupernodeRef<'a, u32, f64>>) -> Self {
         let mut out = Self::default();
         for supernode in supernodes {
             let block = supernode.val();
@@ -45,7 +45,7 @@ impl Panels {
         out
     }
 
-    pub fn dense(triangle: &Mat<f64>) -> Self {
+    pub(crate) fn dense(triangle: &Mat<f64>) -> Self {
         let mut out = Self::default();
         out.push(0, triangle.ncols(), &[], |row, column| triangle[(row, column)]);
         out
@@ -83,17 +83,17 @@ impl Panels {
         }
     }
 
-    pub fn stored(&self) -> usize {
+    pub(crate) fn stored(&self) -> usize {
         2 * self.values.len()
     }
 
     /// x ← L⁻¹ x.
-    pub fn forward(&self, x: &mut Nodal) {
+    pub(crate) fn forward(&self, x: &mut Nodal) {
         x.blocks(|columns, x| run(columns.len(), Solve::<true> { panels: self, x }));
     }
 
     /// x ← L⁻ᵀ x.
-    pub fn backward(&self, x: &mut Nodal) {
+    pub(crate) fn backward(&self, x: &mut Nodal) {
         x.blocks(|columns, x| run(columns.len(), Solve::<false> { panels: self, x }));
     }
 

@@ -27,7 +27,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    pub const fn nodes(self) -> usize {
+    pub(crate) const fn nodes(self) -> usize {
         match self {
             Self::Quadrilateral8 => 8,
             Self::Triangle6 => 6,
@@ -42,7 +42,7 @@ impl Shape {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Element {
     pub shape: Shape,
-    /// Its nodes in the order of [`Shape`]; only the first [`Shape::nodes`] count.
+    /// Its nodes in the order of [`Shape`]; only the first `Shape::nodes` count.
     pub nodes: [u32; 8],
     /// Index of its material in the body's list of materials.
     pub material: u16,

@@ -125,7 +125,7 @@ fn determinants(element: &Element, places: &[[f64; 2]]) -> Range {
 
 impl Mesh {
     /// Positions (r, z) of an element's nodes, m, and how many there are.
-    pub fn places(&self, element: &Element) -> ([[f64; 2]; 8], usize) {
+    pub(crate) fn places(&self, element: &Element) -> ([[f64; 2]; 8], usize) {
         let mut places = [[0.0; 2]; 8];
         for (place, node) in places.iter_mut().zip(element.nodes()) {
             *place = self.nodes[*node as usize];

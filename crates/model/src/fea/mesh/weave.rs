@@ -13,16 +13,16 @@ pub(super) struct Weave {
 }
 
 impl Weave {
-    pub fn vertex(&mut self, place: [f64; 2]) -> u32 {
+    pub(crate) fn vertex(&mut self, place: [f64; 2]) -> u32 {
         self.nodes.push(place);
         (self.nodes.len() - 1) as u32
     }
 
-    pub fn place(&self, node: u32) -> [f64; 2] {
+    pub(crate) fn place(&self, node: u32) -> [f64; 2] {
         self.nodes[node as usize]
     }
 
-    pub fn curve(&mut self, a: u32, b: u32, place: [f64; 2]) {
+    pub(crate) fn curve(&mut self, a: u32, b: u32, place: [f64; 2]) {
         let node = self.vertex(place);
         let before = self.middles.insert((a.min(b), a.max(b)), node);
         debug_assert!(before.is_none(), "the side {a}–{b} has a middle already");
@@ -56,11 +56,11 @@ impl Weave {
         self.elements.push(Element { shape, nodes, material: 0 });
     }
 
-    pub fn quadrilateral(&mut self, corners: [u32; 4]) {
+    pub(crate) fn quadrilateral(&mut self, corners: [u32; 4]) {
         self.element(Shape::Quadrilateral8, corners);
     }
 
-    pub fn triangles(&mut self, [a, b, c, d]: [u32; 4]) {
+    pub(crate) fn triangles(&mut self, [a, b, c, d]: [u32; 4]) {
         let square = |weave: &Self, a: u32, b: u32| {
             let ([r0, z0], [r1, z1]) = (weave.place(a), weave.place(b));
             (r1 - r0).powi(2) + (z1 - z0).powi(2)
@@ -72,7 +72,7 @@ impl Weave {
         }
     }
 
-    pub fn boundary(&mut self, name: &str, vertices: &[u32]) {
+    pub(crate) fn boundary(&mut self, name: &str, vertices: &[u32]) {
         let mut nodes = vertices[..1].to_vec();
         for side in vertices.windows(2) {
             nodes.extend([self.middle(side[0], side[1]), side[1]]);
@@ -83,7 +83,7 @@ impl Weave {
     /// Add the mirror image at the plane z = 0, sharing the nodes on it; `rename` names the image of a boundary.
     ///
     /// The image differs from the original in the sign of z and in nothing else.
-    pub fn mirrored(mut self, rename: impl Fn(&str) -> String) -> Self {
+    pub(crate) fn mirrored(mut self, rename: impl Fn(&str) -> String) -> Self {
         let original = self.nodes.len();
         let image: Vec<u32> = (0..original)
             .map(|node| {
@@ -110,7 +110,7 @@ impl Weave {
         self
     }
 
-    pub fn finish(self) -> Mesh {
+    pub(crate) fn finish(self) -> Mesh {
         Mesh { nodes: self.nodes, elements: self.elements, boundaries: self.boundaries }
     }
 }

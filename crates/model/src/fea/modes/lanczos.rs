@@ -43,7 +43,7 @@ pub(super) struct Lanczos<'a> {
 }
 
 impl<'a> Lanczos<'a> {
-    pub fn new(body: &'a Body, factor: &'a Factor) -> Self {
+    pub(crate) fn new(body: &'a Body, factor: &'a Factor) -> Self {
         let known = usize::from(body.is_free());
         let mut out = Self {
             body,
@@ -76,7 +76,7 @@ impl<'a> Lanczos<'a> {
         out
     }
 
-    pub fn steps(&self) -> usize {
+    pub(crate) fn steps(&self) -> usize {
         self.diagonal.len()
     }
 
@@ -108,7 +108,7 @@ impl<'a> Lanczos<'a> {
     }
 
     /// Extend the basis to `steps` vectors; `true` when the space is spent before.
-    pub fn extend(&mut self, steps: usize) -> bool {
+    pub(crate) fn extend(&mut self, steps: usize) -> bool {
         while self.steps() < steps {
             let length = self.admit();
             if !(length > 1e-14 * self.diagonal.first().copied().unwrap_or(0.0)) {
@@ -128,7 +128,7 @@ impl<'a> Lanczos<'a> {
     }
 
     /// The `count` largest pairs of T (fewer if it is smaller), largest θ first.
-    pub fn pairs(&self, count: usize) -> Vec<Pair> {
+    pub(crate) fn pairs(&self, count: usize) -> Vec<Pair> {
         let size = self.steps();
         let scale = self.diagonal.iter().copied().fold(0.0, f64::max);
         if size == 0 || scale == 0.0 {
@@ -155,7 +155,7 @@ impl<'a> Lanczos<'a> {
             .collect()
     }
 
-    pub fn vector(&self, pair: &Pair) -> Vec<f64> {
+    pub(crate) fn vector(&self, pair: &Pair) -> Vec<f64> {
         let mut out = vec![0.0; self.body.dofs().len()];
         for (vector, weight) in self.basis[self.known..].iter().zip(&pair.weights) {
             out.iter_mut().zip(vector).for_each(|(out, value)| *out += weight * value);

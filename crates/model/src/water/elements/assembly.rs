@@ -34,7 +34,7 @@ pub(super) struct Acoustics {
 }
 
 impl Acoustics {
-    pub fn new(mesh: Hemisphere, water: Water, baffle: Baffle) -> Self {
+    pub(crate) fn new(mesh: Hemisphere, water: Water, baffle: Baffle) -> Self {
         let mut is_free = vec![true; mesh.nodes.len()];
         if baffle == Baffle::Soft {
             // The disc's edge belongs to the free surface.
@@ -141,7 +141,7 @@ impl Acoustics {
 
     /// ∫ N_s N_f dS: rows the nodes of a face with quadratic sides (radii of vertex, middle, vertex, …, m), columns ψ. Exact for meshes that
     /// do not match.
-    pub fn coupling(&self, radii: &[f64]) -> Sparse {
+    pub(crate) fn coupling(&self, radii: &[f64]) -> Sparse {
         let plane: Vec<f64> =
             self.mesh.plane[..self.mesh.on_disc].iter().map(|&n| self.mesh.nodes[n as usize][0]).collect();
         let mut cuts: Vec<f64> = plane.iter().copied().chain(radii.iter().copied().step_by(2)).collect();

@@ -81,8 +81,4 @@ impl DrivenWater {
             .and_then(|&place| Some((*self.waves.potential.get(place as usize)?, self.waves.pressure[place as usize])))
             .unwrap_or((0.0, 0.0))
     }
-
-    pub fn size(&self) -> (usize, usize) {
-        (self.waves.unknowns(), self.factor.nonzeros())
-    }
 }

@@ -28,7 +28,7 @@ use crate::{fea::factor::MERGE, tally};
 ///
 /// Vanderbei (1995), *SIAM J. Optim.* 5, 100; ordering by approximate minimum degree.
 #[derive(Debug, Clone)]
-pub struct QuasiDefinite {
+pub(crate) struct QuasiDefinite {
     order: Vec<u32>,
     panels: Panels,
     signs: Vec<f64>,
@@ -93,12 +93,12 @@ impl QuasiDefinite {
     }
 
     /// Entries of L, pivots included: what a solve reads twice.
-    pub fn nonzeros(&self) -> usize {
+    pub(crate) fn nonzeros(&self) -> usize {
         self.panels.stored()
     }
 
     /// x = A⁻¹ x; nothing is allocated.
-    pub fn solve(&mut self, x: &mut [f64]) {
+    pub(crate) fn solve(&mut self, x: &mut [f64]) {
         let Self { order, panels, signs, work } = self;
         for (work, &place) in work.iter_mut().zip(&*order) {
             *work = x[place as usize];

@@ -27,7 +27,7 @@ impl Hemisphere {
     ///
     /// # Errors
     /// [`ElementsError::Mesh`] for R ≤ a or sides that are not positive, not below a, or above a million elements.
-    pub fn new(disc: f64, mesh: &WaterMesh) -> Result<Self, ElementsError> {
+    pub(crate) fn new(disc: f64, mesh: &WaterMesh) -> Result<Self, ElementsError> {
         let WaterMesh { radius, side } = *mesh;
         let refuse = |name, expected, found| Err(ElementsError::Mesh { name, expected, found });
         if !(disc > 0.0 && disc.is_finite()) {
@@ -124,7 +124,7 @@ pub(super) struct Bilinear {
 }
 
 impl Bilinear {
-    pub fn new(corners: &[[f64; 2]; 4], [xi, eta]: [f64; 2]) -> Self {
+    pub(crate) fn new(corners: &[[f64; 2]; 4], [xi, eta]: [f64; 2]) -> Self {
         let signs = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
         let value = signs.map(|[x, y]| 0.25 * (1.0 + x * xi) * (1.0 + y * eta));
         let slope = signs.map(|[x, y]| [0.25 * x * (1.0 + y * eta), 0.25 * y * (1.0 + x * xi)]);

@@ -22,7 +22,7 @@ struct Panel {
 }
 
 #[derive(Debug, Clone, Default)]
-pub struct Panels {
+pub(crate) struct Panels {
     panels: Vec<Panel>,
     rows: Vec<u32>,
     values: Vec<f64>,
@@ -31,7 +31,7 @@ pub struct Panels {
 
 impl Panels {
     /// Add the supernode of the columns `start`…, with the rows `below` it; its entries by place in the supernode, row ≥ column.
-    pub fn push(&mut self, start: usize, columns: usize, below: &[u32], entry: impl Fn(usize, usize) -> f64) {
+    pub(crate) fn push(&mut self, start: usize, columns: usize, below: &[u32], entry: impl Fn(usize, usize) -> f64) {
         let pattern = self.rows.len() as u32;
         self.rows.extend(below);
         let mut first = 0;
@@ -62,17 +62,17 @@ impl Panels {
         }
     }
 
-    pub fn stored(&self) -> usize {
+    pub(crate) fn stored(&self) -> usize {
         self.stored
     }
 
     /// x ← L⁻¹ x.
-    pub fn forward(&self, x: &mut [f64]) {
+    pub(crate) fn forward(&self, x: &mut [f64]) {
         run(1, Solve::<true> { panels: self, x });
     }
 
     /// x ← L⁻ᵀ x.
-    pub fn backward(&self, x: &mut [f64]) {
+    pub(crate) fn backward(&self, x: &mut [f64]) {
         run(1, Solve::<false> { panels: self, x });
     }
 

@@ -45,16 +45,16 @@ impl Sparse {
         (&self.starts, &self.columns, &self.values)
     }
 
-    pub fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.starts.len() - 1
     }
 
     /// From the first row with an entry to behind the last.
-    pub fn filled(&self) -> Range<usize> {
+    pub(crate) fn filled(&self) -> Range<usize> {
         self.filled.clone()
     }
 
-    pub fn row(&self, row: usize) -> (&[u32], &[f64]) {
+    pub(crate) fn row(&self, row: usize) -> (&[u32], &[f64]) {
         let range = self.starts[row] as usize..self.starts[row + 1] as usize;
         (&self.columns[range.clone()], &self.values[range])
     }
@@ -79,7 +79,7 @@ impl Sparse {
     }
 
     /// xᵀ A y.
-    pub fn form(&self, x: &[f64], y: &[f64]) -> f64 {
+    pub(crate) fn form(&self, x: &[f64], y: &[f64]) -> f64 {
         let mut sum = 0.0;
         for row in self.filled() {
             let (columns, values) = self.row(row);

@@ -26,7 +26,7 @@ pub(super) struct Waves {
 }
 
 impl Waves {
-    pub fn new(
+    pub(crate) fn new(
         disc: f64,
         mesh: &WaterMesh,
         water: Water,
@@ -72,12 +72,12 @@ impl Waves {
     }
 
     /// Unknowns of a step, X and E.
-    pub fn unknowns(&self) -> usize {
+    pub(crate) fn unknowns(&self) -> usize {
         self.acoustics.unknowns + self.acoustics.auxiliary
     }
 
     /// The water's block of the step matrix from place `first` on, X before E, upper triangle.
-    pub fn matrix(&self, first: usize) -> Entries {
+    pub(crate) fn matrix(&self, first: usize) -> Entries {
         let Acoustics { water, unknowns, compliance, arc, tangential, tangential_own, mesh, .. } = &self.acoustics;
         let half = 0.5 * self.step;
         let second = first + unknowns;
@@ -91,7 +91,7 @@ impl Waves {
     }
 
     /// What is known of the water's rows before a step, X then E: −2Q p/Δ + (H + M_Γ/(ρR)) ψ + Tᵀη, then T (ψ − η/R).
-    pub fn known(&self) -> &[f64] {
+    pub(crate) fn known(&self) -> &[f64] {
         &self.known
     }
 
@@ -100,7 +100,7 @@ impl Waves {
     /// The equations just solved say what stiffness did in this step, so the next known side follows from the last one, b, without it:
     ///
     /// b ← −b − 4Q p/Δ + 2 (AᵀV − M_Γ X/(ρc))  with the new p,   b ← −b + 2 T E/c  on the arc.
-    pub fn advance(&mut self, solution: &[f64], coupling: impl FnOnce(&mut [f64])) {
+    pub(crate) fn advance(&mut self, solution: &[f64], coupling: impl FnOnce(&mut [f64])) {
         let Self { acoustics, potential, pressure, auxiliary, known, scratch, .. } = self;
         let Acoustics { water, unknowns, compliance, arc, tangential, tangential_own, mesh, .. } = acoustics;
         let (mean, rate) = solution.split_at(*unknowns);
@@ -139,17 +139,17 @@ impl Waves {
         tangential_own.add_product(2.0 / water.sound_speed, rate, bent);
     }
 
-    pub fn pressure_at(&self, point: usize) -> f64 {
+    pub(crate) fn pressure_at(&self, point: usize) -> f64 {
         self.listeners[point].iter().map(|&(place, weight)| weight * self.pressure[place as usize]).sum()
     }
 
     /// p at every node of the mesh, Pa.
-    pub fn nodal_pressure(&self) -> Vec<f64> {
+    pub(crate) fn nodal_pressure(&self) -> Vec<f64> {
         self.acoustics.unknown.iter().map(|&place| self.pressure.get(place as usize).copied().unwrap_or(0.0)).collect()
     }
 
     /// ½ p Q p + ½ ψ H ψ: compression and motion, J.
-    pub fn energy(&self) -> f64 {
+    pub(crate) fn energy(&self) -> f64 {
         let Acoustics { compliance, inertance, .. } = &self.acoustics;
         0.5 * (compliance.form(&self.pressure, &self.pressure) + inertance.form(&self.potential, &self.potential))
     }

@@ -29,7 +29,7 @@ pub struct FacePressure {
 
 impl FacePressure {
     /// Of the pressures (Pa) at ascending radii (m), the first on the axis and the last at the rim.
-    pub fn new(radii: Vec<f64>, pressure: Vec<Series>) -> Self {
+    pub(crate) fn new(radii: Vec<f64>, pressure: Vec<Series>) -> Self {
         Self { radii, pressure }
     }
 

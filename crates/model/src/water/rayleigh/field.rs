@@ -36,7 +36,7 @@ pub struct FieldPointError {
 
 impl FieldPoint {
     /// The point, if it lies in the half-space.
-    pub fn checked(self) -> Result<Self, FieldPointError> {
+    pub(crate) fn checked(self) -> Result<Self, FieldPointError> {
         let Self { radius, distance } = self;
         let is_sound = radius >= 0.0 && distance >= 0.0 && radius.is_finite() && distance.is_finite();
         if is_sound { Ok(self) } else { Err(FieldPointError { radius, distance }) }

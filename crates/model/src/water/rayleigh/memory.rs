@@ -35,7 +35,7 @@ impl<F: Fn(f64, &mut [f64])> Memory<F> {
     }
 
     /// Averages over the cells (m Δ, (m + 1) Δ): number m × width + i is (1/Δ) ∫ h_i dτ.
-    pub fn averages(&self, step: f64) -> Vec<f64> {
+    pub(crate) fn averages(&self, step: f64) -> Vec<f64> {
         tally::add(|made| made.kernels += 1);
         let rule = gauss_legendre(POINTS);
         let end = self.breaks.last().copied().unwrap_or(0.0);
@@ -56,7 +56,7 @@ impl<F: Fn(f64, &mut [f64])> Memory<F> {
     }
 
     /// ∫ h_i(τ) e^{−iωτ} dτ.
-    pub fn spectrum(&self, angular_frequency: f64) -> Vec<c64> {
+    pub(crate) fn spectrum(&self, angular_frequency: f64) -> Vec<c64> {
         let mut out = vec![c64::new(0.0, 0.0); self.width];
         for piece in self.breaks.windows(2) {
             let phase = angular_frequency.abs() * (piece[1] - piece[0]);

@@ -142,7 +142,7 @@ pub struct RadiationKernel {
 }
 
 impl RadiationKernel {
-    pub fn none(count: usize, step: f64) -> Self {
+    pub(crate) fn none(count: usize, step: f64) -> Self {
         Self { count, step, weights: Vec::new() }
     }
 
@@ -151,7 +151,7 @@ impl RadiationKernel {
         self.weights.get(j * self.count + k).copied().unwrap_or(0.0)
     }
 
-    pub fn cells(&self) -> usize {
+    pub(crate) fn cells(&self) -> usize {
         self.weights.len() / (self.count * self.count)
     }
 

@@ -13,7 +13,7 @@ pub(super) struct Line {
 pub(super) struct Sides(HashMap<(u32, u32), (u32, usize)>);
 
 impl Sides {
-    pub fn of(mesh: &Mesh) -> Self {
+    pub(crate) fn of(mesh: &Mesh) -> Self {
         let mut sides = HashMap::new();
         for element in &mesh.elements {
             let (nodes, corners) = (element.nodes(), element.shape.corners());

@@ -17,7 +17,7 @@ pub(super) struct File {
 }
 
 impl File {
-    pub fn parse(bytes: &[u8]) -> Result<Self, GmshError> {
+    pub(crate) fn parse(bytes: &[u8]) -> Result<Self, GmshError> {
         let encoding = encoding(bytes)?;
         let names = physical_names(bytes)?;
         let (_, [_, elements, ..]) = header(bytes, "Elements", encoding)?;
