@@ -14,7 +14,7 @@ use super::{
 use crate::{
     ModelError, Progress,
     contact_law::{Dashpot, ElasticLaw, Terms},
-    response::{EnergyLedger, SolverWork},
+    response::{EnergyBalance, EnergyLedger, SolverWork},
     scene::{DampingTerm, PistonMotion},
 };
 
@@ -65,8 +65,7 @@ struct Run<'a, const DAMPED: Terms, L> {
     smooth: SmoothInterval,
     /// Energy of contacts lost when they were clipped (their dashpots take up what they still store), J.
     clipped: f64,
-    initial_energy: f64,
-    largest_energy: f64,
+    balance: EnergyBalance,
     work: SolverWork,
     forecast: Forecast,
     /// Length of steps away from events, s.
@@ -129,7 +128,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             velocity: 1e-12 * velocity_scale,
             force: 1e-12 * force_scale,
         };
-        let initial_energy = equation.stored_energy(&displacement) + system.kinetic_energy(&velocity);
+        let energy = (system.kinetic_energy(&velocity), equation.stored_energy(&displacement));
         Ok(Self {
             system,
             equation,
@@ -140,8 +139,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             time: 0.0,
             smooth: SmoothInterval { from: 0.0, to: control.end },
             clipped: 0.0,
-            initial_energy,
-            largest_energy: initial_energy,
+            balance: EnergyBalance::starting(energy, None),
             work: SolverWork { unknowns: 2 * beads as u64, ..SolverWork::default() },
             forecast: Forecast::new(control.end, control.most_steps),
             cruise: 0.02 * system.natural_time,
@@ -496,19 +494,14 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         }
     }
 
-    fn piston_work(&self) -> f64 {
-        self.stepper.state.as_flattened()[2 * self.system.padded]
-    }
-
-    fn dissipated(&self) -> f64 {
-        self.stepper.state.as_flattened()[2 * self.system.padded + 1] + self.clipped
-    }
-
+    /// Enter the works done so far, which are entries of the state.
     fn note_energy(&mut self) {
-        let channels = self.equation.channels(self.stepper.state.as_flattened());
-        let further = channels.map_or(0.0, |channels| channels.lost());
-        let energy = self.initial_energy + self.piston_work() - self.dissipated() - further;
-        self.largest_energy = self.largest_energy.max(energy);
+        let state = self.stepper.state.as_flattened();
+        let [piston_work, dissipated] = [0, 1].map(|entry| state[2 * self.system.padded + entry]);
+        self.balance.piston_work = piston_work;
+        self.balance.dissipated = dissipated + self.clipped;
+        self.balance.channels = self.equation.channels(state);
+        self.balance.note();
     }
 
     fn settle(mut self) -> (EnergyLedger, SolverWork) {
@@ -520,34 +513,19 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             .filter(|contact| !L::IS_COUPLED && self.equation.modes[*contact] == Mode::Clipped)
             .map(|contact| self.equation.laws[contact].energy(self.overlap_and_rate(contact).0))
             .sum();
-        let piston_work_j = self.piston_work();
-        let dissipated_j = self.dissipated() - still_stored;
+        self.balance.dissipated -= still_stored;
         let piston = self.motion.at(self.smooth.to);
         let state = self.stepper.state.as_flattened_mut();
         (state[0], state[padded]) = piston;
         self.equation.give_way(state);
         let state = self.stepper.state.as_flattened();
-        let channels = self.equation.channels(state);
-        let kinetic_j = self.system.kinetic_energy(&state[padded..2 * padded]);
-        let stored_j = self.equation.stored_energy(&state[..padded]);
-        let lost = channels.map_or(0.0, |channels| channels.lost());
-        let residual_j = self.initial_energy + piston_work_j - kinetic_j - stored_j - dissipated_j - lost;
-        let ledger = EnergyLedger {
-            initial_j: self.initial_energy,
-            piston_work_j,
-            kinetic_j,
-            stored_j,
-            dissipated_j,
-            disc_j: None,
-            channels,
-            water_j: None,
-            residual_j,
-            largest_j: self.largest_energy,
-        };
+        self.balance.channels = self.equation.channels(state);
+        let kinetic = self.system.kinetic_energy(&state[padded..2 * padded]);
+        self.balance.hold((kinetic, self.equation.stored_energy(&state[..padded])));
         let SolverWork { unknowns, steps, rejected_steps, evaluations, events, dashpot_evaluations, .. } = self.work;
         let further = self.equation.counts();
         let work = SolverWork { unknowns, steps, rejected_steps, evaluations, events, dashpot_evaluations, ..further };
-        (ledger, work)
+        (self.balance.ledger(), work)
     }
 
     fn failure(&self, step: f64) -> ModelError {

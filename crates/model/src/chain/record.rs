@@ -8,10 +8,9 @@ use super::{
 };
 use crate::{
     contact_law::{ElasticLaw, Terms},
-    response::{EnergyLedger, ObservedPoint, Response, SolverWork},
+    response::{EnergyLedger, ObservedPoint, Recorder, Response, SolverWork},
     scene::{PistonMotion, Scene},
 };
-use granchain_signal::Series;
 
 /// Samples that are gathered before they go into their series: a cache line of each.
 const BLOCK: usize = 8;
@@ -24,11 +23,8 @@ const BLOCK: usize = 8;
 pub(super) struct Grid {
     step: f64,
     padded: usize,
-    piston_displacement: Vec<f64>,
+    columns: Recorder,
     piston_velocity: Vec<f64>,
-    displacement: Vec<Vec<f64>>,
-    velocity: Vec<Vec<f64>>,
-    force: Vec<Vec<f64>>,
     taken: usize,
     /// The last samples, one behind the other: displacements and velocities, then forces.
     block: Vec<[f64; 4]>,
@@ -42,18 +38,14 @@ impl Grid {
     pub(crate) fn new(scene: &Scene, system: &System, motion: &dyn PistonMotion) -> Self {
         let samples = scene.samples();
         let times: Vec<f64> = (0..samples).map(|i| i as f64 * scene.output_step).collect();
-        let mut piston_displacement = vec![0.0; samples];
+        let mut columns = Recorder { piston: vec![0.0; samples], ..Recorder::new(samples, system.beads, false) };
         let mut piston_velocity = vec![0.0; samples];
-        motion.sample(&times, &mut piston_displacement, &mut piston_velocity);
-        let columns = |count: usize| (0..count).map(|_| Vec::with_capacity(samples)).collect::<Vec<Vec<f64>>>();
+        motion.sample(&times, &mut columns.piston, &mut piston_velocity);
         Self {
             step: scene.output_step,
             padded: system.padded,
-            piston_displacement,
+            columns,
             piston_velocity,
-            displacement: columns(system.beads),
-            velocity: columns(system.beads),
-            force: columns(system.beads + 1),
             taken: 0,
             block: system.moment().repeat(2 * BLOCK),
             moment: system.moment().len(),
@@ -63,7 +55,7 @@ impl Grid {
 
     /// Instant of the last sample, s.
     pub(crate) fn end(&self) -> f64 {
-        (self.piston_displacement.len() - 1) as f64 * self.step
+        (self.columns.piston.len() - 1) as f64 * self.step
     }
 
     /// Largest speed of the piston at the samples, m/s.
@@ -79,7 +71,7 @@ impl Grid {
     #[inline(always)]
     pub(crate) fn store<const DAMPED: Terms, L: ElasticLaw>(&mut self, equation: &mut Equation<'_, DAMPED, L>) {
         let (sample, padded) = (self.taken, self.padded);
-        let piston = (self.piston_displacement[sample], self.piston_velocity[sample]);
+        let piston = (self.columns.piston[sample], self.piston_velocity[sample]);
         let (state, forces) = self.sample();
         let state = state.as_flattened_mut();
         (state[0], state[padded]) = piston;
@@ -93,7 +85,7 @@ impl Grid {
             *out = *force;
         }
         if L::IS_BEYOND {
-            self.piston_displacement[sample] = u[0];
+            self.columns.piston[sample] = u[0];
         }
         self.held += 1;
         self.taken += 1;
@@ -105,8 +97,8 @@ impl Grid {
     #[inline(never)]
     fn sort_in(&mut self) {
         let (width, held, block) = (8 * self.moment, self.held, self.block.as_flattened());
-        let blocks =
-            [(1, &mut self.displacement), (1 + self.padded, &mut self.velocity), (4 * self.moment, &mut self.force)];
+        let Recorder { displacement, velocity, force, .. } = &mut self.columns;
+        let blocks = [(1, displacement), (1 + self.padded, velocity), (4 * self.moment, force)];
         for (first, series) in blocks {
             for (place, series) in (first..).zip(series) {
                 series.extend((0..held).map(|sample| block[sample * width + place]));
@@ -116,7 +108,7 @@ impl Grid {
     }
 
     pub(crate) fn is_full(&self) -> bool {
-        self.taken == self.piston_displacement.len()
+        self.taken == self.columns.piston.len()
     }
 
     /// Instant of the next sample, s.
@@ -131,24 +123,11 @@ impl Grid {
 
     pub(crate) fn response(mut self, energy: EnergyLedger, work: SolverWork) -> Response {
         self.sort_in();
-        let samples = self.piston_displacement.len();
-        let series = |mut values: Vec<f64>| {
-            values.resize(samples, 0.0);
-            Series::new(0.0, self.step, values)
-        };
-        let bead_velocity: Vec<Series> = self.velocity.into_iter().map(series).collect();
-        Response {
-            piston_displacement: series(self.piston_displacement),
-            bead_displacement: self.displacement.into_iter().map(series).collect(),
-            pole_velocity: bead_velocity[bead_velocity.len() - 1].clone(),
-            bead_velocity,
-            observed: ObservedPoint::Pole,
-            contact_force: self.force.into_iter().map(series).collect(),
-            contact_radius: None,
-            disc: None,
-            energy,
-            work,
+        let Recorder { piston, displacement, velocity, force, .. } = &mut self.columns;
+        for column in [displacement, velocity, force].into_iter().flatten() {
+            column.resize(piston.len(), 0.0);
         }
+        self.columns.response(self.step, None, ObservedPoint::Pole, energy, work)
     }
 }
 

@@ -30,7 +30,7 @@ use super::{
 use crate::{
     ModelError, Progress,
     contact_law::{ElasticLaw, Terms},
-    response::{EnergyLedger, SolverWork},
+    response::{EnergyBalance, EnergyLedger, SolverWork},
     scene::PistonMotion,
 };
 
@@ -61,9 +61,7 @@ pub(super) fn integrate<const DAMPED: Terms, L: ElasticLaw>(
     let mut predicted = vec![0.0; padded];
     let mut acceleration = vec![0.0; padded];
     let mut force = vec![0.0; padded];
-    let initial_energy = system.stored_energy(&u) + system.kinetic_energy(&v);
-    let mut largest = initial_energy;
-    let (mut piston_work, mut dissipated) = (0.0, 0.0);
+    let mut balance = EnergyBalance::starting((system.kinetic_energy(&v), system.stored_energy(&u)), None);
     let steps = (grid.end() / step).ceil() as usize;
     (u[0], v[0]) = motion.at(0.0);
     let mut power = forces(&mut equation, &u, &v, &mut force);
@@ -93,9 +91,8 @@ pub(super) fn integrate<const DAMPED: Terms, L: ElasticLaw>(
             v[i] += 0.5 * step * acceleration[i];
         }
         v[0] = piston.1;
-        piston_work += 0.5 * step * (previous.0 + power.0);
-        dissipated += 0.5 * step * (previous.1 + power.1);
-        largest = f64::max(largest, initial_energy + piston_work - dissipated);
+        balance.step(0.5 * step * (previous.0 + power.0), 0.5 * step * (previous.1 + power.1));
+        balance.note();
         while !grid.is_full() && grid.next_time() <= time * (1.0 + 1e-14) {
             let sigma = 1.0 - (time - grid.next_time()) / step;
             interpolate(
@@ -116,21 +113,9 @@ pub(super) fn integrate<const DAMPED: Terms, L: ElasticLaw>(
             }
         }
     }
-    let kinetic_j = system.kinetic_energy(&v);
-    let stored_j = system.stored_energy(&u);
-    let ledger = EnergyLedger {
-        initial_j: initial_energy,
-        piston_work_j: piston_work,
-        kinetic_j,
-        stored_j,
-        dissipated_j: dissipated,
-        disc_j: None,
-        channels: None,
-        water_j: None,
-        residual_j: initial_energy + piston_work - kinetic_j - stored_j - dissipated,
-        largest_j: largest,
-    };
-    let largest_j = ledger.largest_j.max(kinetic_j + stored_j);
+    balance.hold((system.kinetic_energy(&v), system.stored_energy(&u)));
+    let ledger = balance.ledger();
+    let largest_j = ledger.largest_j.max(ledger.kinetic_j + ledger.stored_j);
     if ledger.residual_j.abs() > LARGEST_RESIDUAL * largest_j {
         return Err(ModelError::EnergyNotConserved { step, residual_j: ledger.residual_j, largest_j });
     }

@@ -24,8 +24,7 @@ pub use finite_hertz::FiniteHertz;
 pub(crate) use hertz::touching;
 pub use hertz::{Hertz, bead_flat_stiffness, bead_pair_stiffness, hertz_force, hertz_stiffness};
 pub(crate) use hertz::{effective_modulus, hertz_energy};
-pub use yielding::Yielding;
-pub(crate) use yielding::yield_force;
+pub use yielding::{Yielding, yield_force};
 
 pub trait ElasticLaw: Copy {
     /// Whether the law is F = k δ₊^(3/2), so that a chain may treat it like every other contact.

@@ -16,7 +16,7 @@ pub(crate) const YIELD_PRESSURE: f64 = 1.6;
 /// // Two steel beads of 1 mm, Y = 2 GPa: E* = 110.4 GPa, R* = 0.25 mm.
 /// assert!((yield_force(110.4e9, 0.25e-3, 2e9) - 0.868).abs() < 0.001);
 /// ```
-pub(crate) fn yield_force(effective_modulus: f64, effective_radius: f64, yield_strength: f64) -> f64 {
+pub fn yield_force(effective_modulus: f64, effective_radius: f64, yield_strength: f64) -> f64 {
     let pressure = std::f64::consts::PI * YIELD_PRESSURE * yield_strength;
     pressure.powi(3) * effective_radius.powi(2) / (6.0 * effective_modulus.powi(2))
 }

@@ -173,13 +173,13 @@ impl<'a> Simulation<'a> {
         let (mut positions, mut speeds) = (vec![0.0; samples], vec![0.0; samples]);
         drive.sample(&times, &mut positions, &mut speeds);
         let speed = speeds.iter().fold(0.0, |most: f64, speed| most.max(speed.abs()));
-        let mut ledger = Ledger::new(0.5 * arrangement.kinds[arrangement.beads[0]].total_mass() * speed * speed);
         work.unknowns = arrangement.unknowns() as u64;
         work.factorisations += arrangement.kinds.len() as u64;
-        ledger.work = work;
+        let least_scale = 0.5 * arrangement.kinds[arrangement.beads[0]].total_mass() * speed * speed;
+        let mut ledger = Ledger::new(least_scale, work);
         let has_channels =
             scene.horn.is_some() || beside[0].hold.is_some() || arrangement.losses.iter().any(Option::is_some);
-        ledger.channels = has_channels.then(Channels::default);
+        ledger.balance.channels = has_channels.then(Channels::default);
         let piston = drive.at(0.0).0;
         let turning = Turning::new(scene, &arrangement, &interfaces)?;
         let mut simulation = Self {
@@ -461,7 +461,7 @@ impl<'a> Simulation<'a> {
         ledger.step(work, dissipated, contact_energy);
         ledger.work.steps += 1;
         self.piston = piston;
-        if let Some(channels) = &mut ledger.channels {
+        if let Some(channels) = &mut ledger.balance.channels {
             let [drag, material] = motion.lose(arrangement, operator);
             (channels.drag_j, channels.material_j) = (channels.drag_j + drag, channels.material_j + material);
             for slot in 1..contacts.len() + 1 {

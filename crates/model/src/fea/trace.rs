@@ -8,7 +8,7 @@ use super::{
     motion::Motion,
 };
 use crate::{
-    response::{ObservedPoint, Response},
+    response::{ObservedPoint, Recorder, Response, push},
     scene::Scene,
 };
 use granchain_signal::Series;
@@ -17,11 +17,8 @@ use granchain_signal::Series;
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Trace {
     sampling: Sampling,
-    piston: Vec<f64>,
-    displacement: Vec<Vec<f64>>,
-    velocity: Vec<Vec<f64>>,
-    force: Vec<Vec<f64>>,
-    radius: Vec<Vec<f64>>,
+    #[serde(flatten)]
+    columns: Recorder,
     pole: Vec<f64>,
 }
 
@@ -115,28 +112,21 @@ pub(crate) fn edge_radius(positions: &[f64], is_ring: bool, [first, end]: [usize
 
 impl Trace {
     pub(crate) fn new(arrangement: &Arrangement, sampling: Sampling) -> Self {
-        let (beads, contacts) = (arrangement.beads.len(), arrangement.contacts.len());
-        let column = || Vec::with_capacity(sampling.samples);
-        let columns = |count: usize| (0..count).map(|_| column()).collect::<Vec<_>>();
-        Self {
-            sampling,
-            piston: column(),
-            displacement: columns(beads),
-            velocity: columns(beads),
-            force: columns(contacts),
-            radius: columns(contacts),
-            pole: Vec::with_capacity(sampling.steps() + 1),
-        }
+        let columns = Recorder::new(sampling.samples, arrangement.beads.len(), true);
+        Self { sampling, columns, pole: Vec::with_capacity(sampling.steps() + 1) }
     }
 
     /// Whether this is the trace of the same run as `other`, after so many steps.
     pub(super) fn is_of(&self, other: &Self, steps: usize) -> bool {
         let samples = steps / self.sampling.steps_per_sample.max(1) + 1;
-        let columns = |trace: &Self| [&trace.displacement, &trace.velocity, &trace.force, &trace.radius].map(Vec::len);
-        let all = [&self.displacement, &self.velocity, &self.force, &self.radius].into_iter().flatten();
+        let groups = |Recorder { displacement, velocity, force, radius, .. }: &Recorder| {
+            [displacement, velocity, force, radius].map(Vec::len)
+        };
+        let Recorder { piston, displacement, velocity, force, radius } = &self.columns;
+        let all = [displacement, velocity, force, radius].into_iter().flatten();
         self.sampling == other.sampling
-            && columns(self) == columns(other)
-            && all.chain([&self.piston]).all(|column| column.len() == samples)
+            && groups(&self.columns) == groups(&other.columns)
+            && all.chain([piston]).all(|column| column.len() == samples)
             && self.pole.len() == steps + 1
     }
 
@@ -154,45 +144,30 @@ impl Trace {
         piston: f64,
         contacts: &[ContactState],
     ) {
-        self.piston.push(piston);
-        for (bead, &unknown) in watched.centres.iter().enumerate() {
-            self.displacement[bead].push(motion.displacement(bead + 1, unknown));
-            self.velocity[bead].push(motion.velocity(bead + 1, unknown));
-        }
-        for (contact, state) in contacts.iter().enumerate() {
-            let total = state.total();
-            self.force[contact].push(total);
-            self.radius[contact].push(contact_radius(&arrangement.pairs[arrangement.contacts[contact]], state));
-        }
+        let Recorder { piston: face, displacement, velocity, force, radius } = &mut self.columns;
+        face.push(piston);
+        let centres = || (1..).zip(&watched.centres);
+        push(displacement, centres().map(|(slot, &unknown)| motion.displacement(slot, unknown)));
+        push(velocity, centres().map(|(slot, &unknown)| motion.velocity(slot, unknown)));
+        push(force, contacts.iter().map(ContactState::total));
+        let pairs = arrangement.contacts.iter().map(|&pair| &arrangement.pairs[pair]);
+        push(radius, pairs.zip(contacts).map(|(pair, state)| contact_radius(pair, state)));
     }
 
     pub(crate) fn forces(&self) -> Vec<Series> {
         let series = |values: &Vec<f64>| Series::new(0.0, self.sampling.output_step, values.clone());
-        self.force.iter().map(series).collect()
+        self.columns.force.iter().map(series).collect()
     }
 
     pub(crate) fn samples(&self) -> usize {
-        self.piston.len()
+        self.columns.piston.len()
     }
 
     /// The response. The far pole may carry no mass, so its velocity is the central difference of its displacement over two steps.
     pub(crate) fn response(&self, watched: &Watched, ledger: &Ledger) -> Response {
-        let output_step = self.sampling.output_step;
-        let series = |values: &Vec<f64>| Series::new(0.0, output_step, values.clone());
-        let all = |columns: &Vec<Vec<f64>>| columns.iter().map(series).collect::<Vec<_>>();
-        let pole_velocity = central_velocity(&self.pole, &self.sampling, self.samples());
-        Response {
-            piston_displacement: series(&self.piston),
-            bead_displacement: all(&self.displacement),
-            bead_velocity: all(&self.velocity),
-            pole_velocity: Series::new(0.0, output_step, pole_velocity),
-            observed: watched.observed,
-            contact_force: all(&self.force),
-            contact_radius: Some(all(&self.radius)),
-            disc: None,
-            energy: ledger.books(),
-            work: ledger.work,
-        }
+        let pole = central_velocity(&self.pole, &self.sampling, self.samples());
+        let Sampling { output_step, .. } = self.sampling;
+        self.columns.clone().response(output_step, Some(pole), watched.observed, ledger.books(), ledger.work)
     }
 }
 

@@ -1,15 +1,11 @@
 //! What is recorded of a run.
 
-use super::stepping::Motion;
+use super::{contact::State, stepping::Motion};
 use crate::{
-    fea::{
-        energy::Ledger,
-        trace::{Sampling, edge_radius},
-    },
+    fea::trace::{Sampling, edge_radius},
     number::Number,
-    response::{ObservedPoint, Response},
+    response::{EnergyBalance, ObservedPoint, Recorder, Response, SolverWork, empty_columns, push},
 };
-use granchain_signal::Series;
 
 /// Velocities of watched places at the samples: of every bead's centre, and last of the far pole. They carry none of their own (their
 /// flexibility is static): it is the central difference of their displacements over the two steps around the sample.
@@ -29,7 +25,7 @@ impl<N: Number> Follower<N> {
         Self {
             sampling,
             first,
-            velocity: (0..places).map(|_| Vec::with_capacity(sampling.samples)).collect(),
+            velocity: empty_columns(places, sampling.samples),
             steps: std::array::from_fn(|_| vec![N::ZERO; places]),
         }
     }
@@ -86,58 +82,31 @@ impl<N: Number> Follower<N> {
 #[derive(Debug)]
 pub(super) struct Record {
     pub(super) follower: Follower<f64>,
-    piston: Vec<f64>,
-    displacement: Vec<Vec<f64>>,
-    force: Vec<Vec<f64>>,
-    radius: Vec<Vec<f64>>,
+    columns: Recorder,
 }
 
 impl Record {
     pub(super) fn new(sampling: Sampling, beads: usize) -> Self {
-        let columns = |count: usize| (0..count).map(|_| Vec::with_capacity(sampling.samples)).collect();
-        Self {
-            follower: Follower::new(sampling, 0, beads),
-            piston: Vec::with_capacity(sampling.samples),
-            displacement: columns(beads),
-            force: columns(beads + 1),
-            radius: columns(beads + 1),
-        }
+        Self { follower: Follower::new(sampling, 0, beads), columns: Recorder::new(sampling.samples, beads, true) }
     }
 
     pub(super) fn sample<B>(&mut self, motion: &Motion<'_, f64, B>) {
-        self.piston.push(motion.piston);
-        for (column, value) in self.displacement.iter_mut().zip(&self.follower.steps[0]) {
-            column.push(*value);
-        }
-        for (contact, state) in motion.states.iter().enumerate() {
-            self.force[contact].push(state.total());
-            let geometry = &motion.reduction.geometries[motion.reduction.contacts[contact]];
-            let radius = if state.is_pressed() {
-                edge_radius(&geometry.positions, geometry.is_ring, state.pressed)
-            } else {
-                0.0
-            };
-            self.radius[contact].push(radius);
-        }
+        let Recorder { piston, displacement, force, radius, .. } = &mut self.columns;
+        piston.push(motion.piston);
+        push(displacement, self.follower.steps[0].iter().copied());
+        push(force, motion.states.iter().map(State::total));
+        let geometries = motion.reduction.contacts.iter().map(|&pair| &motion.reduction.geometries[pair]);
+        let pressed = geometries.zip(&motion.states).map(|(geometry, state)| match state.is_pressed() {
+            true => edge_radius(&geometry.positions, geometry.is_ring, state.pressed),
+            false => 0.0,
+        });
+        push(radius, pressed);
     }
 
-    pub(super) fn response(self, observed: ObservedPoint, ledger: &Ledger) -> Response {
+    pub(super) fn response(self, observed: ObservedPoint, balance: &EnergyBalance, work: SolverWork) -> Response {
         let output_step = self.follower.sampling.output_step;
-        let series = |values: Vec<f64>| Series::new(0.0, output_step, values);
-        let all = |columns: Vec<Vec<f64>>| columns.into_iter().map(series).collect::<Vec<_>>();
-        let mut velocity = all(self.follower.velocity);
-        let pole_velocity = velocity.pop().unwrap_or_else(|| series(Vec::new()));
-        Response {
-            piston_displacement: series(self.piston),
-            bead_displacement: all(self.displacement),
-            bead_velocity: velocity,
-            pole_velocity,
-            observed,
-            contact_force: all(self.force),
-            contact_radius: Some(all(self.radius)),
-            disc: None,
-            energy: ledger.books(),
-            work: ledger.work,
-        }
+        let mut velocity = self.follower.velocity;
+        let pole = velocity.pop();
+        Recorder { velocity, ..self.columns }.response(output_step, pole, observed, balance.ledger(), work)
     }
 }

@@ -13,12 +13,12 @@ use super::{
 use crate::{
     ModelError, Progress,
     contact_law::dashpots,
-    fea::{energy::Ledger, resolution, trace::Sampling},
+    fea::{resolution, trace::Sampling},
     holder::Hold,
     horn::HornStep,
     need_drive,
     number::{Lane, Mask, Number},
-    response::{Channels, ObservedPoint, Response, SolverWork},
+    response::{Channels, EnergyBalance, ObservedPoint, Response, SolverWork},
     scene::{PistonMotion, Scene, Support},
     tally,
     water::{behind::DiscBehind, front::WaterRecord},
@@ -63,8 +63,7 @@ impl Reduction {
                 wet.disc.sample(heard);
             }
         };
-        let energy = run.energy();
-        run.ledger.begin(energy);
+        run.balance = EnergyBalance::starting(run.energy(), run.balance.channels);
         record.follower.follow(0, &run.motion);
         record.sample(&run.motion);
         listen(&run, &mut heard);
@@ -79,23 +78,24 @@ impl Reduction {
                 record.sample(&run.motion);
                 listen(&run, &mut heard);
                 let energy = run.energy();
-                run.ledger.sample(energy);
+                run.balance.hold(energy);
+                run.balance.largest = run.balance.largest.max(energy.0 + energy.1);
                 if !progress(time) {
                     return Err(ModelError::Stopped { time });
                 }
             }
         }
-        let Single { motion, mut ledger, .. } = run;
-        let (done, work) = (motion.work, &mut ledger.work);
+        let Single { motion, balance, mut work, .. } = run;
+        let done = motion.work;
         (work.horn_evaluations, work.holder_evaluations) = (done.horn_evaluations, done.holder_evaluations);
         (work.relaxation_evaluations, work.loss_evaluations) = (done.relaxation_evaluations, done.loss_evaluations);
         (work.contact_sweeps, work.active_sets) = (done.contact_sweeps, done.active_sets);
         work.dashpot_evaluations = done.dashpot_evaluations;
         work.unknowns = motion.bodies.iter().flatten().map(|body| 1 + body.modal.len() as u64).sum();
         if let Some(wet) = &motion.backing {
-            wet.disc.count(work);
+            wet.disc.count(&mut work);
         }
-        let mut response = record.response(self.observed(scene), &ledger);
+        let mut response = record.response(self.observed(scene), &balance, work);
         if let (Some(heard), Some(front), Some(water), Some(mut wet)) =
             (heard, &self.front, &scene.water, motion.backing)
         {
@@ -226,7 +226,8 @@ fn advance<N: Number, B: Backing<N>>(motion: &mut Motion<'_, N, B>, position: N,
 #[derive(Debug)]
 struct Single<'a> {
     motion: Motion<'a, f64, Option<Wet>>,
-    ledger: Ledger,
+    balance: EnergyBalance,
+    work: SolverWork,
     /// Whole and dashpot forces of the last step, N.
     before: Vec<[f64; 2]>,
     /// Where the drive alone puts the piston, m.
@@ -259,8 +260,8 @@ impl<'a> Single<'a> {
         let others = Others { horn: HornStep::of(scene, step), hold: Hold::of(scene, &reduction.bead_masses(), step) };
         let has_channels = others.horn.is_some() || others.hold.is_some() || mechanics.laws.iter().any(Option::is_some);
         let motion = Motion::new(reduction, mechanics, &[beginning], scene.damping.tension, true, step, wet, others);
-        let (ledger, driven) = (Ledger::of(work), piston);
-        Ok(Self { motion, ledger, before, driven, crept: 0.0, source_work: 0.0, has_channels })
+        let balance = EnergyBalance::default();
+        Ok(Self { motion, balance, work, before, driven: piston, crept: 0.0, source_work: 0.0, has_channels })
     }
 
     /// One step: the displacement (m) and velocity (m/s) that drive the piston at its end.
@@ -297,8 +298,8 @@ impl<'a> Single<'a> {
             }
         }
         let work = 0.5 * (states[0].total() + self.before[0][0]) * pushed;
-        self.ledger.step(work, dissipated, 0.0);
-        self.ledger.work.steps += 1;
+        self.balance.step(work, dissipated);
+        self.work.steps += 1;
     }
 
     /// Kinetic and stored energy, J; a spring behind the support is part of its contact's flexibility.
@@ -328,6 +329,6 @@ impl<'a> Single<'a> {
         if let Some((horn, motion)) = &self.motion.horn {
             (channels.horn_j, channels.horn_lost_j) = (horn.energy(motion), motion.lost);
         }
-        self.ledger.channels = Some(channels);
+        self.balance.channels = Some(channels);
     }
 }

@@ -1,13 +1,17 @@
 //! What a run produced: traces tagged by place, the energy ledger, the solver's work.
 
+mod balance;
 mod field;
 mod npy;
+mod recorder;
 mod table;
 mod vtu;
 mod work;
 
+pub(crate) use balance::EnergyBalance;
 pub use field::{CellKind, Field, FieldBody, FieldError, FieldMesh};
 pub use npy::write_npy;
+pub(crate) use recorder::{Recorder, empty_columns, push};
 pub use table::{columns, write_csv};
 pub use vtu::{VtuError, write_pvd, write_vtu};
 pub use work::{Preparation, SolverWork};

@@ -28,7 +28,7 @@ use crate::scene::{Absorption, FieldPoint};
 const REFERENCE: f64 = 1e6;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct PowerLaw {
+pub struct PowerLaw {
     /// α₁ and y.
     law: Absorption,
 }
@@ -42,12 +42,12 @@ impl PowerLaw {
     /// let tissue = PowerLaw::new(Absorption { at_1_mhz: 50.0 / 8.685_889_638, exponent: 1.1 });
     /// assert!((tissue.attenuation(2e6) / tissue.attenuation(1e6) - 2f64.powf(1.1)).abs() < 1e-12);
     /// ```
-    pub(crate) fn new(law: Absorption) -> Self {
+    pub fn new(law: Absorption) -> Self {
         Self { law }
     }
 
     /// α at the frequency f (Hz), Np/m.
-    pub(crate) fn attenuation(&self, frequency: f64) -> f64 {
+    pub fn attenuation(&self, frequency: f64) -> f64 {
         self.law.at_1_mhz * (frequency / REFERENCE).powf(self.law.exponent)
     }
 

@@ -19,7 +19,7 @@ use crate::{
     contact_law::{Dashpot, bead_flat_stiffness, bead_pair_stiffness, dashpots, hertz_energy, hertz_force},
     holder::{Hold, HoldLoss},
     horn::{HornMotion, HornStep},
-    response::Channels,
+    response::EnergyBalance,
     scene::{Bead, Damping, FlatContact, PistonMotion},
 };
 
@@ -95,22 +95,10 @@ pub(super) struct Moment<'a> {
 
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Books {
-    /// Elastic energy of the contacts at the start, J.
-    pub initial: f64,
-    /// Work of the piston, J.
-    pub piston_work: f64,
-    /// Kinetic energy of the beads at the end, J.
-    pub kinetic: f64,
-    /// Elastic energy of the contacts at the end, J.
-    pub stored: f64,
-    /// Energy lost in the dashpots, J.
-    pub dissipated: f64,
-    /// Largest energy in beads, contacts, disc and water together, J.
-    pub largest: f64,
+    /// Of beads and contacts; what is no longer there went into disc and water.
+    pub balance: EnergyBalance,
     pub events: u64,
     pub dashpots: u64,
-    /// What went into horn and holder; none where neither is.
-    pub channels: Option<Channels>,
     /// Evaluations of the horn, and of the holder of a bead.
     pub horn: u64,
     pub holder: u64,
@@ -172,8 +160,8 @@ pub(super) fn march(
         let pairs = (0..count).map(|i| hertz_energy(stiffness[i], u[i] - u[i + 1] + rest[i]));
         pairs.sum::<f64>() + contact.stored(pressing)
     };
-    let mut books = Books { initial: pressed(&vec![0.0; count + 1], &pressing), ..Books::default() };
-    books.largest = books.initial;
+    let balance = EnergyBalance::starting((0.0, pressed(&vec![0.0; count + 1], &pressing)), None);
+    let mut books = Books { balance, ..Books::default() };
     let stopped = |time| Err(ChainOnWaterError::Stopped { time });
     if !observe(&Moment { instant: 0, time: 0.0, displacement: &u, velocity: &v, force: &force, disc }) {
         return stopped(0.0);
@@ -237,7 +225,7 @@ pub(super) fn march(
                     Ok(Some(pressing.force))
                 })?;
                 let now = pressing.force - hertz_force(contact.hertz_stiffness, pressing.indentation);
-                books.dissipated += 0.5 * (damper_force + now) * (pressing.indentation - indentation);
+                books.balance.step(0.0, 0.5 * (damper_force + now) * (pressing.indentation - indentation));
                 damper_force = now;
             }
         }
@@ -248,9 +236,8 @@ pub(super) fn march(
             a[i] = (force[i - 1] - force[i]) / masses[i - 1];
             v[i] += 0.5 * step * a[i];
         }
-        books.piston_work += 0.5 * (before[0] + force[0]) * moved[0];
         if horn.is_some() || hold.is_some() {
-            let channels = books.channels.get_or_insert_default();
+            let channels = books.balance.channels.get_or_insert_default();
             (channels.drag_j, channels.friction_j) = (held.drag, held.friction);
             if let (Some(horn), Some(own)) = (horn, &mut own) {
                 v[0] -= of_piston * force[0];
@@ -261,11 +248,13 @@ pub(super) fn march(
         }
         if damped > 0 {
             for (i, pair) in pairs.iter().enumerate() {
-                books.dissipated += 0.5 * (pair.lost + force[i] - pair.elastic) * (moved[i] - moved[i + 1]);
+                books.balance.step(0.0, 0.5 * (pair.lost + force[i] - pair.elastic) * (moved[i] - moved[i + 1]));
             }
         }
-        let lost = books.dissipated + books.channels.map_or(0.0, |channels| channels.lost());
-        books.largest = books.largest.max(books.initial + books.piston_work - lost);
+        let balance = &mut books.balance;
+        balance.step(0.5 * (before[0] + force[0]) * moved[0], 0.0);
+        let lost = balance.dissipated + balance.lost();
+        balance.largest = balance.largest.max(balance.initial + balance.piston_work - lost);
         if !(v[count].is_finite() && force[count].is_finite()) {
             return Err(ChainOnWaterError::NonFinite { time, step });
         }
@@ -273,8 +262,8 @@ pub(super) fn march(
             return stopped(time);
         }
     }
-    books.kinetic = (1..=count).map(|i| 0.5 * masses[i - 1] * v[i] * v[i]).sum();
-    books.stored = pressed(&u, &pressing);
+    let kinetic = (1..=count).map(|i| 0.5 * masses[i - 1] * v[i] * v[i]).sum();
+    books.balance.hold((kinetic, pressed(&u, &pressing)));
     Ok(books)
 }
 
@@ -353,9 +342,9 @@ pub fn run(
         out.last_bead_velocity.push(moment.velocity[last]);
         true
     })?;
-    out.piston_work = books.piston_work;
-    out.dissipated = books.dissipated;
-    out.chain_energy = books.kinetic + books.stored;
+    out.piston_work = books.balance.piston_work;
+    out.dissipated = books.balance.dissipated;
+    out.chain_energy = books.balance.kinetic + books.balance.stored;
     out.disc_energy = disc.energy();
     out.work_on_water = disc.work_on_water();
     Ok(out)

@@ -28,7 +28,7 @@ use crate::{
     contact_law::dashpots,
     holder::Hold,
     horn::HornStep,
-    response::{DiscResponse, EnergyLedger, ObservedPoint, Response, SolverWork},
+    response::{DiscResponse, EnergyLedger, ObservedPoint, Recorder, Response, SolverWork, empty_columns, push},
     scene::{
         Baffle, Bead, ContactLaw, DiscShape, Integrator, MaterialLoss, PistonMotion, Rim, Scene, Support, WaterMethod,
         WaterSettings,
@@ -223,10 +223,9 @@ impl DiscSupport {
         let count = scene.chain.beads.len();
         let steps = instants(scene, self.step);
         let every = ((scene.output_step / self.step).round() as usize).max(1);
-        // Each reserved by itself: a copy of an empty vector has no room.
-        let columns = |count: usize| (0..count).map(|_| Vec::with_capacity(steps / every + 1)).collect::<Vec<_>>();
-        let (mut displacement, mut velocity, mut force) = (columns(count + 1), columns(count + 1), columns(count + 1));
-        let (mut back, mut pressure) = (Vec::with_capacity(steps / every + 1), columns(self.points().len()));
+        let samples = steps / every + 1;
+        let mut columns = Recorder::new(samples, count, false);
+        let (mut back, mut pressure) = (Vec::with_capacity(samples), empty_columns(self.points().len(), samples));
         let chain = ChainInFront {
             beads: scene.chain.beads.clone(),
             gaps: scene.chain.gaps.clone(),
@@ -238,12 +237,12 @@ impl DiscSupport {
         let others = Others { horn: HornStep::of(scene, self.step), hold: Hold::of(scene, &masses, self.step) };
         let books = march(&chain, &others, motion, contact, preload, disc, steps, &mut |moment: &Moment<'_>| {
             if moment.instant.is_multiple_of(every) {
-                let own = [(&mut displacement, moment.displacement), (&mut velocity, moment.velocity)];
-                for (columns, values) in own.into_iter().chain([(&mut force, moment.force)]) {
-                    columns.iter_mut().zip(values).for_each(|(column, value)| column.push(*value));
-                }
+                columns.piston.push(moment.displacement[0]);
+                push(&mut columns.displacement, moment.displacement[1..].iter().copied());
+                push(&mut columns.velocity, moment.velocity[1..].iter().copied());
+                push(&mut columns.force, moment.force.iter().copied());
                 back.push(moment.disc.back_velocity());
-                pressure.iter_mut().enumerate().for_each(|(point, trace)| trace.push(moment.disc.pressure(point)));
+                push(&mut pressure, (0..self.points().len()).map(|point| moment.disc.pressure(point)));
             }
             !moment.instant.is_multiple_of(REPORT) || progress(moment.time)
         })
@@ -268,40 +267,21 @@ impl DiscSupport {
             }
         }
         let series = |values: Vec<f64>| Series::new(0.0, scene.output_step, values);
-        let mut displacement = displacement.into_iter().map(series);
-        let piston_displacement = displacement.next().unwrap_or_else(|| series(Vec::new()));
-        let bead_velocity: Vec<Series> = velocity.into_iter().skip(1).map(series).collect();
         // What a static force and the motion since do together.
         let disc_j = disc.energy() + preload * disc.pole_displacement();
         let (disc_j, water_j) = match knows_disc {
             true => (Some(disc_j), disc.work_on_water()),
             false => (None, disc.work_on_water() + preload * disc.pole_displacement()),
         };
-        let lost = books.channels.map_or(0.0, |channels| channels.lost());
-        let held = books.kinetic + books.stored + books.dissipated + disc_j.unwrap_or(0.0) + water_j + lost;
-        Ok(Response {
-            piston_displacement,
-            bead_displacement: displacement.collect(),
-            pole_velocity: bead_velocity.last().cloned().unwrap_or_else(|| series(Vec::new())),
-            bead_velocity,
-            observed: ObservedPoint::Pole,
-            contact_force: force.into_iter().map(series).collect(),
-            contact_radius: None,
-            disc: Some(DiscResponse { velocity: series(back), pressure: pressure.into_iter().map(series).collect() }),
-            energy: EnergyLedger {
-                initial_j: books.initial,
-                piston_work_j: books.piston_work,
-                kinetic_j: books.kinetic,
-                stored_j: books.stored,
-                dissipated_j: books.dissipated,
-                disc_j,
-                channels: books.channels,
-                water_j: Some(water_j),
-                residual_j: books.initial + books.piston_work - held,
-                largest_j: books.largest,
-            },
-            work,
-        })
+        let balance = books.balance;
+        let chain_j = balance.kinetic + balance.stored + balance.dissipated;
+        let held = chain_j + disc_j.unwrap_or(0.0) + water_j + balance.lost();
+        let residual_j = balance.initial + balance.piston_work - held;
+        let energy = EnergyLedger { disc_j, water_j: Some(water_j), residual_j, ..balance.ledger() };
+        let mut response = columns.response(scene.output_step, None, ObservedPoint::Pole, energy, work);
+        let pressure = pressure.into_iter().map(series).collect();
+        response.disc = Some(DiscResponse { velocity: series(back), pressure });
+        Ok(response)
     }
 
     pub(crate) fn warnings(&self, scene_frequency: f64, response: &Response) -> Vec<String> {

@@ -2,8 +2,11 @@
 
 use faer::{
     Mat, Par, Side,
-    dyn_stack::{MemBuffer, MemStack},
-    linalg::cholesky::llt::factor::{LltError as PivotError, LltRegularization},
+    dyn_stack::{MemBuffer, MemStack, StackReq},
+    linalg::cholesky::{
+        ldlt::factor::{LdltError, LdltRegularization},
+        llt::factor::{LltError as PivotError, LltRegularization},
+    },
     sparse::{
         FaerError, SparseColMatRef,
         linalg::{
@@ -17,14 +20,14 @@ use faer::{
     },
 };
 
-use super::ordering::Upper;
+use crate::tally;
 
 /// Columns merged into one supernode: (columns at most, share of explicit zeros at most). Sparing: panels are fast enough narrow, and every
 /// zero stored is read twice a step; faer's own choice stores 5 % more for no gain.
-pub(crate) const MERGE: &[(usize, f64)] = &[(2, 0.3), (8, 0.1)];
+const MERGE: &[(usize, f64)] = &[(2, 0.3), (8, 0.1)];
 
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Failure {
+pub(crate) enum Failure {
     Pivot(usize),
     Size(FaerError),
 }
@@ -34,17 +37,46 @@ pub(super) struct Cholesky {
     values: Vec<f64>,
 }
 
-pub(super) fn analyse(matrix: &Upper) -> Result<SymbolicCholesky<u32>, FaerError> {
+type Upper<'a> = SparseColMatRef<'a, u32, f64>;
+
+fn analyse(matrix: Upper<'_>, ordering: SymmetricOrdering<'_, u32>) -> Result<SymbolicCholesky<u32>, Failure> {
     let parameters = CholeskySymbolicParams {
         supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
         supernodal_params: SymbolicSupernodalParams { relax: Some(MERGE) },
         ..CholeskySymbolicParams::default()
     };
-    factorize_symbolic_cholesky(matrix.pattern(), Side::Upper, SymmetricOrdering::Identity, parameters)
+    factorize_symbolic_cholesky(matrix.symbolic(), Side::Upper, ordering, parameters).map_err(Failure::Size)
+}
+
+fn memory(needed: StackReq) -> Result<MemBuffer, Failure> {
+    MemBuffer::try_new(needed).map_err(|_| Failure::Size(FaerError::OutOfMemory))
+}
+
+/// L D Lᵀ of a symmetric matrix by its upper triangle, without pivoting.
+pub(crate) fn ldlt(
+    matrix: Upper<'_>,
+    ordering: SymmetricOrdering<'_, u32>,
+) -> Result<(SymbolicCholesky<u32>, Vec<f64>), Failure> {
+    tally::add(|made| made.factorisations += 1);
+    let symbolic = analyse(matrix, ordering)?;
+    let mut values = vec![0.0; symbolic.len_val()];
+    let mut memory = memory(symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, faer::Spec::default()))?;
+    symbolic
+        .factorize_numeric_ldlt(
+            &mut values,
+            matrix,
+            Side::Upper,
+            LdltRegularization::default(),
+            Par::Seq,
+            MemStack::new(&mut memory),
+            faer::Spec::default(),
+        )
+        .map_err(|LdltError::ZeroPivot { index }| Failure::Pivot(index))?;
+    Ok((symbolic, values))
 }
 
 /// The supernodes of a pattern; none of an empty matrix, whose factor faer keeps otherwise.
-pub(super) fn supernodal(symbolic: &SymbolicCholesky<u32>) -> Option<&SymbolicSupernodalCholesky<u32>> {
+pub(crate) fn supernodal(symbolic: &SymbolicCholesky<u32>) -> Option<&SymbolicSupernodalCholesky<u32>> {
     match symbolic.raw() {
         SymbolicCholeskyRaw::Supernodal(pattern) => Some(pattern),
         SymbolicCholeskyRaw::Simplicial(_) => None,
@@ -52,15 +84,14 @@ pub(super) fn supernodal(symbolic: &SymbolicCholesky<u32>) -> Option<&SymbolicSu
 }
 
 impl Cholesky {
-    pub(crate) fn new(matrix: &Upper) -> Result<Self, Failure> {
-        let symbolic = analyse(matrix).map_err(Failure::Size)?;
+    pub(crate) fn new(matrix: Upper<'_>) -> Result<Self, Failure> {
+        let symbolic = analyse(matrix, SymmetricOrdering::Identity)?;
         let mut values = vec![0.0; symbolic.len_val()];
-        let needed = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, faer::Spec::default());
-        let mut memory = MemBuffer::try_new(needed).map_err(|_| Failure::Size(FaerError::OutOfMemory))?;
+        let mut memory = memory(symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, faer::Spec::default()))?;
         symbolic
             .factorize_numeric_llt(
                 &mut values,
-                SparseColMatRef::new(matrix.pattern(), &matrix.values),
+                matrix,
                 Side::Upper,
                 LltRegularization::default(),
                 Par::Seq,

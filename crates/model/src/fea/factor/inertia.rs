@@ -1,18 +1,13 @@
 //! How many eigenvalues lie below a number: Sylvester's law of inertia.
 
-use faer::{
-    Par, Side,
-    dyn_stack::{MemBuffer, MemStack},
-    linalg::cholesky::ldlt::factor::{LdltError, LdltRegularization},
-    sparse::{FaerError, SparseColMatRef, linalg::cholesky::supernodal::SupernodalLdltRef},
-};
+use faer::sparse::linalg::cholesky::{SymmetricOrdering, supernodal::SupernodalLdltRef};
 
 use super::{
     FactorError,
-    cholesky::{analyse, supernodal},
+    cholesky::{Failure, ldlt, supernodal},
     ordering::Ordering,
 };
-use crate::{fea::body::Body, tally};
+use crate::fea::body::Body;
 
 /// Number of eigenvalues λ = ω² of K x = λ M x below `shift` (1/s²): the negative pivots of K − shift M = L D Lᵀ.
 ///
@@ -26,23 +21,10 @@ use crate::{fea::body::Body, tally};
 pub fn eigenvalues_below(body: &Body, shift: f64) -> Result<usize, FactorError> {
     let ordering = Ordering::interface_last(body, &[], None)?;
     let matrix = ordering.matrix(body, 1.0, -shift);
-    let size = |source| FactorError::Size { unknowns: matrix.order(), source };
-    tally::add(|made| made.factorisations += 1);
-    let symbolic = analyse(&matrix).map_err(size)?;
-    let mut values = vec![0.0; symbolic.len_val()];
-    let needed = symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, faer::Spec::default());
-    let mut memory = MemBuffer::try_new(needed).map_err(|_| size(FaerError::OutOfMemory))?;
-    symbolic
-        .factorize_numeric_ldlt(
-            &mut values,
-            SparseColMatRef::new(matrix.pattern(), &matrix.values),
-            Side::Upper,
-            LdltRegularization::default(),
-            Par::Seq,
-            MemStack::new(&mut memory),
-            faer::Spec::default(),
-        )
-        .map_err(|LdltError::ZeroPivot { .. }| FactorError::Singular { mass_scale: shift })?;
+    let (symbolic, values) = ldlt(matrix.view(), SymmetricOrdering::Identity).map_err(|failure| match failure {
+        Failure::Size(source) => FactorError::Size { unknowns: matrix.order(), source },
+        Failure::Pivot(_) => FactorError::Singular { mass_scale: shift },
+    })?;
     let Some(pattern) = supernodal(&symbolic) else { return Ok(0) };
     let factor = SupernodalLdltRef::new(pattern, &values);
     let mut below = 0;

@@ -15,7 +15,7 @@
 //!
 //! Davis (2006), *Direct Methods for Sparse Linear Systems*, ch. 4 and 7; Amestoy, Davis & Duff (1996), *SIAM J. Matrix Anal. Appl.* 17, 886.
 
-mod cholesky;
+pub(crate) mod cholesky;
 mod inertia;
 mod nodal;
 mod ordering;
@@ -25,8 +25,6 @@ mod rest;
 
 pub use inertia::eigenvalues_below;
 pub use rest::StaticFactor;
-
-pub(crate) use self::cholesky::MERGE;
 
 use thiserror::Error;
 
@@ -109,7 +107,8 @@ impl Factor {
         let ordering = Ordering::interface_last(body, interface, pinned)?;
         let matrix = ordering.matrix(body, stiffness_scale, mass_scale);
         tally::add(|made| made.factorisations += 1);
-        let cholesky = Cholesky::new(&matrix).map_err(|failure| failure.at(&ordering, stiffness_scale, mass_scale))?;
+        let cholesky =
+            Cholesky::new(matrix.view()).map_err(|failure| failure.at(&ordering, stiffness_scale, mass_scale))?;
         let panels = Panels::new(cholesky.supernodes());
         let tail = Panels::dense(&cholesky.trailing(2 * ordering.last()));
         let mut fixed = body.dofs().fixed().to_vec();

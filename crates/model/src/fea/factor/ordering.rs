@@ -2,7 +2,7 @@
 
 use faer::{
     dyn_stack::{MemBuffer, MemStack},
-    sparse::{FaerError, SymbolicSparseColMatRef, linalg::amd},
+    sparse::{FaerError, SparseColMatRef, SymbolicSparseColMatRef, linalg::amd},
 };
 
 use super::FactorError;
@@ -21,6 +21,10 @@ pub(super) struct Upper {
 impl Upper {
     pub(crate) fn order(&self) -> usize {
         self.starts.len() - 1
+    }
+
+    pub(super) fn view(&self) -> SparseColMatRef<'_, u32, f64> {
+        SparseColMatRef::new(self.pattern(), &self.values)
     }
 
     pub(crate) fn pattern(&self) -> SymbolicSparseColMatRef<'_, u32> {

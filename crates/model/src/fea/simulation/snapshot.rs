@@ -65,7 +65,7 @@ impl Simulation<'_> {
             && (snapshot.taken > self.sampling.steps()
                 || !snapshot.trace.is_of(&self.trace, snapshot.taken)
                 || !snapshot.contacts.iter().all(whole)
-                || snapshot.ledger.channels.is_some() != self.ledger.channels.is_some())
+                || snapshot.ledger.balance.channels.is_some() != self.ledger.balance.channels.is_some())
         {
             return Err(FeaError::ImpossibleState);
         }

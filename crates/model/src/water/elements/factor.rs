@@ -1,19 +1,8 @@
 //! The factor of the coupled step.
 
-use faer::{
-    Par, Side,
-    dyn_stack::{MemBuffer, MemStack},
-    linalg::cholesky::ldlt::factor::LdltRegularization,
-    sparse::{
-        FaerError, SparseColMatRef, SymbolicSparseColMatRef,
-        linalg::{
-            SupernodalThreshold, SymbolicSupernodalParams,
-            cholesky::{
-                CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
-                supernodal::SupernodalLdltRef,
-            },
-        },
-    },
+use faer::sparse::{
+    SparseColMatRef, SymbolicSparseColMatRef,
+    linalg::cholesky::{SymmetricOrdering, supernodal::SupernodalLdltRef},
 };
 
 use super::{
@@ -21,7 +10,7 @@ use super::{
     panel::Panels,
     sparse::{Entries, Sparse},
 };
-use crate::{fea::factor::MERGE, tally};
+use crate::fea::factor::cholesky::{Failure, ldlt, supernodal};
 
 /// L D Lᵀ of a symmetric quasi-definite matrix [A, Bᵀ; B, −C], A and C positive definite, rows in any order: it exists without pivoting. Held
 /// as (L |D|^½) sign D (L |D|^½)ᵀ, so that both halves of a solve are those of the finite elements' Cholesky factors.
@@ -38,9 +27,7 @@ pub(crate) struct QuasiDefinite {
 impl QuasiDefinite {
     /// Factor the matrix whose upper triangle (row ≤ column) is `matrix`.
     pub(super) fn new(matrix: &Sparse) -> Result<Self, ElementsError> {
-        tally::add(|made| made.factorisations += 1);
         let unknowns = matrix.rows();
-        let size = |source: FaerError| ElementsError::Size { unknowns, source };
         // The rows of the lower triangle are the columns of the upper one.
         let mut entries = Entries::new();
         for row in 0..unknowns {
@@ -50,31 +37,13 @@ impl QuasiDefinite {
         let lower = Sparse::new(unknowns, entries);
         let (starts, columns, values) = lower.parts();
         let pattern = SymbolicSparseColMatRef::new_checked(unknowns, unknowns, starts, None, columns);
-        let parameters = CholeskySymbolicParams {
-            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
-            supernodal_params: SymbolicSupernodalParams { relax: Some(MERGE) },
-            ..CholeskySymbolicParams::default()
-        };
-        let symbolic =
-            factorize_symbolic_cholesky(pattern, Side::Upper, SymmetricOrdering::Amd, parameters).map_err(size)?;
-        let mut factor = vec![0.0; symbolic.len_val()];
-        let needed = symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, faer::Spec::default());
-        let mut memory = MemBuffer::try_new(needed).map_err(|_| size(FaerError::OutOfMemory))?;
-        symbolic
-            .factorize_numeric_ldlt(
-                &mut factor,
-                SparseColMatRef::new(pattern, values),
-                Side::Upper,
-                LdltRegularization::default(),
-                Par::Seq,
-                MemStack::new(&mut memory),
-                faer::Spec::default(),
-            )
-            .map_err(|_| ElementsError::Singular { unknowns })?;
+        let (symbolic, factor) =
+            ldlt(SparseColMatRef::new(pattern, values), SymmetricOrdering::Amd).map_err(|failure| match failure {
+                Failure::Size(source) => ElementsError::Size { unknowns, source },
+                Failure::Pivot(_) => ElementsError::Singular { unknowns },
+            })?;
         let order = symbolic.perm().map_or_else(|| (0..unknowns as u32).collect(), |perm| perm.arrays().0.to_vec());
-        let SymbolicCholeskyRaw::Supernodal(pattern) = symbolic.raw() else {
-            return Err(ElementsError::Singular { unknowns });
-        };
+        let pattern = supernodal(&symbolic).ok_or(ElementsError::Singular { unknowns })?;
         let factor = SupernodalLdltRef::new(pattern, &factor);
         let (mut panels, mut signs) = (Panels::default(), Vec::with_capacity(unknowns));
         for supernode in (0..pattern.n_supernodes()).map(|index| factor.supernode(index)) {
