@@ -1,7 +1,7 @@
 //! What a run will take, from its scene alone, and whether that is too much.
 
 use super::ModelError;
-use crate::scene::{Integrator, Limits, ModelKind, Scene, Support};
+use crate::scene::{Integrator, Limits, ModelKind, Scene};
 
 /// Unknowns of a meshed body over the square of the mesh density: 10,700 at 12, 168,000 at 48.
 const UNKNOWNS_A_SQUARE: f64 = 73.0;
@@ -50,7 +50,7 @@ impl Estimate {
             ModelKind::Reduced => (beads * f64::from(2 + model.reduced.modes), model.reduced.step),
             ModelKind::Fea => (beads * meshed, model.fea.step),
         };
-        let disc = if matches!(scene.support, Support::Disc { .. }) { UNKNOWNS_OF_DISC } else { 0.0 };
+        let disc = if scene.support.disc().is_some() { UNKNOWNS_OF_DISC } else { 0.0 };
         let bodies = if model.kind.is_meshed() { kinds(scene) * meshed * BYTES_AN_UNKNOWN } else { 0.0 };
         Self {
             work: (unknowns + disc) * scene.duration / step,
@@ -87,8 +87,7 @@ pub(super) fn refuse_excess(scene: &Scene) -> Result<(), ModelError> {
 fn kinds(scene: &Scene) -> f64 {
     let beads = &scene.chain.beads;
     let different = beads.iter().enumerate().filter(|(i, bead)| !beads[..*i].contains(bead)).count();
-    let support = matches!(scene.support, Support::Annulus { .. } | Support::Body { .. } | Support::Disc { .. });
-    (different + usize::from(support)) as f64
+    (different + usize::from(scene.support.is_meshed())) as f64
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ pub mod reduced;
 pub mod response;
 pub mod scene;
 mod tally;
+mod valid;
 mod vector_unit;
 pub mod water;
 

@@ -62,20 +62,11 @@ pub fn prepare_with(scene: &Scene, cache: Option<&Cache>) -> Result<Prepared, Mo
     Ok(Prepared { bodies: Bodies::of(scene), rung: rung?, made })
 }
 
-fn refuse_free_end(scene: &Scene) -> Result<(), ModelError> {
-    let found = scene.chain.precompression;
-    if scene.support == Support::Free && found != 0.0 {
-        let (quantity, expected) = ("chain.precompression".into(), "0 N before a free end");
-        return Err(ModelError::Unphysical { quantity, expected, found });
-    }
-    Ok(())
-}
-
 fn rung(scene: &Scene, cache: Option<&Cache>) -> Result<Rung, ModelError> {
     refuse_excess(scene)?;
-    refuse_free_end(scene)?;
+    scene.refuse_free_end()?;
     Ok(match scene.model.kind {
-        ModelKind::Chain if matches!(scene.support, Support::Disc { .. }) => {
+        ModelKind::Chain if scene.support.disc().is_some() => {
             super::need_drive(scene, "chain")?;
             Rung::OnDisc(Box::new(DiscSupport::new(scene)?))
         }
@@ -135,7 +126,7 @@ impl Prepared {
         if let Some(part) = self.bodies.difference(scene) {
             return Err(ModelError::OtherBodies { part });
         }
-        refuse_free_end(scene)?;
+        scene.refuse_free_end()?;
         if scene.model.kind.is_meshed() {
             refuse_losses(scene)?;
         }
@@ -242,8 +233,8 @@ impl Bodies {
             beads: scene.chain.beads.clone(),
             piston: scene.piston,
             water: scene.water.clone(),
-            clock: match (&support, scene.model.integrator) {
-                (Support::Disc { .. }, Integrator::Symplectic { step }) => Some(step),
+            clock: match scene.model.integrator {
+                Integrator::Symplectic { step } if support.disc().is_some() => Some(step),
                 _ => None,
             },
             support,

@@ -35,15 +35,11 @@ pub(super) struct Effects {
 
 impl Effects {
     /// Those of a scene; none where it has none.
-    ///
-    /// # Errors
-    /// For numbers that are none, and for contacts that can neither yield nor relax with the laws of finite bodies.
     pub(crate) fn of(scene: &Scene, laws: &[Law], is_coupled: bool) -> Result<Option<Self>, ModelError> {
-        let relaxation = scene.loss.relaxation.filter(|_| matches!(scene.support, Support::Annulus { .. }));
+        let relaxation = scene.loss.relaxation.filter(|_| scene.support.ring().is_some());
         if scene.horn.is_none() && scene.holder.is_none() && scene.yield_strength.is_none() && relaxation.is_none() {
             return Ok(None);
         }
-        check(scene)?;
         let unsupported = |key: &str| {
             let reason = format!("`{key}` needs contacts that do not feel one another; set `contact.law` = \"hertz\"");
             ModelError::Unsupported { model: "chain", reason }
@@ -116,35 +112,4 @@ pub(super) fn tilt(scene: &Scene, laws: &mut [Law]) {
             Law::Annulus(_) | Law::Spring(_) => {}
         }
     }
-}
-
-fn check(scene: &Scene) -> Result<(), ModelError> {
-    let need = |holds: bool, quantity: &str, expected: &'static str, found: f64| {
-        if holds { Ok(()) } else { Err(ModelError::Unphysical { quantity: quantity.into(), expected, found }) }
-    };
-    let positive = |value: f64| value > 0.0 && value.is_finite();
-    let not_negative = |value: f64| value >= 0.0 && value.is_finite();
-    if let Some(Horn { mass, frequency, quality }) = scene.horn {
-        need(positive(mass), "horn.mass", "a positive mass, kg", mass)?;
-        need(positive(frequency), "horn.frequency", "a positive frequency, Hz", frequency)?;
-        need(quality > 0.0, "horn.quality", "a positive number", quality)?;
-    }
-    if let Some(holder) = scene.holder {
-        need(not_negative(holder.drag), "holder.drag", "a coefficient ≥ 0, N·s/m", holder.drag)?;
-        need(not_negative(holder.friction_force), "holder.friction_force", "a force ≥ 0, N", holder.friction_force)?;
-        let coefficient = holder.friction_coefficient;
-        need(not_negative(coefficient), "holder.friction_coefficient", "a number ≥ 0", coefficient)?;
-        need(not_negative(holder.slip_velocity), "holder.slip_velocity", "a velocity ≥ 0, m/s", holder.slip_velocity)?;
-        let least = scene.chain.beads.iter().map(|bead| bead.radius).fold(f64::INFINITY, f64::min);
-        let fits = not_negative(holder.clearance) && holder.clearance <= 0.5 * least;
-        need(fits, "holder.clearance", "a length ≥ 0, at most half a bead's radius, m", holder.clearance)?;
-    }
-    if let Some(strength) = scene.yield_strength {
-        need(positive(strength), "contact.yield_strength", "a positive pressure, Pa", strength)?;
-    }
-    if let Some(Relaxation { strength, time }) = scene.loss.relaxation {
-        need(not_negative(strength), "loss.relaxation", "a number ≥ 0", strength)?;
-        need(positive(time), "loss.relaxation_time", "a positive time, s", time)?;
-    }
-    Ok(())
 }

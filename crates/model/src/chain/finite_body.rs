@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::laws::{ContactLaws, meshed, moving_disc};
+use super::laws::{ContactLaws, need_law};
 use crate::{
     ModelError,
     contact_law::{Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, bead_flat_stiffness, bead_pair_stiffness},
@@ -89,9 +89,6 @@ impl FiniteBodyLaws {
     /// Mesh the bodies of a scene, press them, and fit. Takes about a fifth of a second at the default density of 12.
     ///
     /// Where the scene asks for the law of Hertz, that of a ring which is not the paper's is fitted alone, and no contact feels another.
-    ///
-    /// # Errors
-    /// [`ModelError::Fea`] where a body cannot be meshed or pressed, [`ModelError::Unsupported`] where no law follows.
     pub fn fit(scene: &Scene) -> Result<Self, ModelError> {
         if scene.contact_law == ContactLaw::Hertz && scene.has_own_ring() {
             return Self::of_ring(scene);
@@ -99,12 +96,9 @@ impl FiniteBodyLaws {
         let beads = &scene.chain.beads;
         let last = beads.len();
         // A half-space cannot be meshed and a spring has no mesh: the bead's own statics are those on a rigid flat.
-        let support = match &scene.support {
-            Support::Annulus { .. } => scene.support.clone(),
-            Support::Body { mesh, .. } => return Err(meshed(mesh)),
-            Support::Disc { .. } => return Err(moving_disc()),
-            Support::Flat(_) | Support::Free | Support::Spring { .. } => Support::Flat(FlatContact::Rigid),
-        };
+        need_law(&scene.support)?;
+        let support =
+            if scene.support.ring().is_some() { scene.support.clone() } else { Support::Flat(FlatContact::Rigid) };
         let meshed = Scene { support, piston: FlatContact::Rigid, ..scene.clone() };
         let arrangement = Arrangement::new(&meshed)?;
         let interfaces = Interfaces::new(&arrangement);

@@ -4,7 +4,7 @@ use super::finite_body::FiniteBodyLaws;
 use crate::{
     ModelError,
     contact_law::{Annulus, Hertz, Law, Spring, bead_flat_stiffness, bead_pair_stiffness},
-    scene::{FlatContact, MeshFile, Scene, Support},
+    scene::{FlatContact, Scene, Support},
 };
 
 /// Elastic laws of the N + 1 contacts, and how they feel one another.
@@ -17,9 +17,6 @@ pub(super) struct ContactLaws {
 
 impl ContactLaws {
     /// Those the scene asks for; `fitted` are the laws of its bodies where they are known already.
-    ///
-    /// # Errors
-    /// For a support that has no force law, bodies that cannot be meshed, and fitted laws of other bodies.
     pub(crate) fn of(scene: &Scene, fitted: Option<&FiniteBodyLaws>) -> Result<Self, ModelError> {
         match fitted {
             _ if !scene.has_fitted_laws() => Self::hertz(scene),
@@ -34,28 +31,28 @@ impl ContactLaws {
         let hertz = |stiffness| Law::Hertz(Hertz { stiffness });
         let mut laws = vec![hertz(bead_flat_stiffness(&beads[0], scene.piston))];
         laws.extend(beads.windows(2).map(|pair| hertz(bead_pair_stiffness(&pair[0], &pair[1]))));
-        laws.push(match &scene.support {
-            Support::Flat(flat) => hertz(bead_flat_stiffness(&beads[beads.len() - 1], *flat)),
-            // Nothing is within reach of it.
-            Support::Free => hertz(bead_flat_stiffness(&beads[beads.len() - 1], FlatContact::Rigid)),
-            Support::Annulus { stiffness_factor, .. } => Law::Annulus(Annulus::new(*stiffness_factor)),
-            Support::Spring { .. } => Law::Spring(Spring { stiffness: scene.support.spring().unwrap_or_default() }),
-            Support::Body { mesh, .. } => return Err(meshed(mesh)),
-            Support::Disc { .. } => return Err(moving_disc()),
+        need_law(&scene.support)?;
+        let last = &beads[beads.len() - 1];
+        laws.push(match scene.support {
+            Support::Annulus { stiffness_factor, .. } => Law::Annulus(Annulus::new(stiffness_factor)),
+            Support::Spring { stiffness } => Law::Spring(Spring { stiffness }),
+            ref other => hertz(bead_flat_stiffness(last, other.flat().unwrap_or(FlatContact::Rigid))),
         });
         Ok(Self { laws, couplings: None })
     }
 }
 
-pub(super) fn meshed(mesh: &MeshFile) -> ModelError {
-    let reason = format!(
-        "a support from the mesh {} has no force law; use `model.kind = \"fea\"`, or another `support.kind`",
-        mesh.path.display()
-    );
-    ModelError::Unsupported { model: "chain", reason }
-}
-
-pub(super) fn moving_disc() -> ModelError {
-    let reason = "a disc moves and has no force law: its scene is run by `model::prepare`, one run at a time";
-    ModelError::Unsupported { model: "chain", reason: reason.into() }
+/// Refuse a support without a force law.
+pub(super) fn need_law(support: &Support) -> Result<(), ModelError> {
+    let reason = match support {
+        Support::Body { mesh, .. } => format!(
+            "a support from the mesh {} has no force law; use `model.kind = \"fea\"`, or another `support.kind`",
+            mesh.path.display()
+        ),
+        Support::Disc { .. } => {
+            "a disc moves and has no force law: its scene is run by `model::prepare`, one run at a time".into()
+        }
+        _ => return Ok(()),
+    };
+    Err(ModelError::Unsupported { model: "chain", reason })
 }

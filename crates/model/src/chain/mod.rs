@@ -49,6 +49,7 @@ use super::{
 use crate::{
     response::{EnergyLedger, Response, SolverWork},
     scene::{Integrator, PistonMotion, Scene},
+    valid::need,
 };
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -187,10 +188,8 @@ fn control(
     velocity_scale: f64,
     last_sample: f64,
 ) -> Result<Control, ModelError> {
-    if !(1e-14..=0.1).contains(&tolerance) {
-        let (quantity, expected) = ("model.tolerance".into(), "a relative tolerance between 1e-14 and 0.1");
-        return Err(ModelError::Unphysical { quantity, expected, found: tolerance });
-    }
+    let expected = "a relative tolerance between 1e-14 and 0.1";
+    need((1e-14..=0.1).contains(&tolerance), "model.tolerance", expected, tolerance)?;
     let (end, limits) = (scene.duration.max(last_sample), &scene.model.limits);
     system.refuse_stiffness(velocity_scale, limits)?;
     let beads = system.beads as f64;

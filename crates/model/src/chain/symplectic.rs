@@ -32,6 +32,7 @@ use crate::{
     contact_law::{ElasticLaw, Terms},
     response::{EnergyBalance, EnergyLedger, SolverWork},
     scene::PistonMotion,
+    valid::positive,
 };
 
 const STEPS_A_REPORT: usize = 4096;
@@ -47,10 +48,7 @@ pub(super) fn integrate<const DAMPED: Terms, L: ElasticLaw>(
     grid: &mut Grid,
     progress: Progress<'_>,
 ) -> Result<(EnergyLedger, SolverWork), ModelError> {
-    if !(step > 0.0 && step.is_finite()) {
-        let quantity = "model.step".into();
-        return Err(ModelError::Unphysical { quantity, expected: "a positive time, s", found: step });
-    }
+    positive("model.step", "a positive time, s", step)?;
     let (padded, beads) = (system.padded, system.beads);
     let mut equation = Equation::<DAMPED, L>::new(system, support);
     for switch in 0..equation.modes.len() {

@@ -5,13 +5,12 @@ use super::{
     coupling::{Coupling, Survey},
     effects::{self, Effects},
     finite_body::FiniteBodyLaws,
-    laws::{ContactLaws, meshed, moving_disc},
+    laws::ContactLaws,
 };
 use crate::{
     ModelError,
-    contact_law::{self, Dashpot, ElasticLaw, Law, dashpots},
-    need_drive,
-    scene::{Limits, Scene, Support},
+    contact_law::{Dashpot, ElasticLaw, Law, dashpots},
+    scene::{Limits, Scene},
 };
 
 /// The assembled chain.
@@ -45,7 +44,7 @@ pub(super) struct System {
 impl System {
     /// Assemble the scene's chain; `fitted` are the laws of its bodies where it asks for such and they are known already.
     pub(crate) fn new(scene: &Scene, fitted: Option<&FiniteBodyLaws>) -> Result<Self, ModelError> {
-        check(scene)?;
+        scene.validate()?;
         let chain = &scene.chain;
         let beads = chain.beads.len();
         let padded = (beads + 2).next_multiple_of(4);
@@ -166,64 +165,4 @@ impl System {
         };
         Ok((block(&initial.displacements, "displacements")?, block(&initial.velocities, "velocities")?))
     }
-}
-
-fn check(scene: &Scene) -> Result<(), ModelError> {
-    need_drive(scene, "chain")?;
-    let chain = &scene.chain;
-    let need = |holds: bool, quantity: &str, expected: &'static str, found: f64| {
-        if holds { Ok(()) } else { Err(ModelError::Unphysical { quantity: quantity.into(), expected, found }) }
-    };
-    let positive = |value: f64| value > 0.0 && value.is_finite();
-    let not_negative = |value: f64| value >= 0.0 && value.is_finite();
-    if !(1..=1000).contains(&chain.beads.len()) {
-        return Err(ModelError::Unsupported {
-            model: "chain",
-            reason: format!("it runs 1 to 1000 beads, found {}; change `chain.beads`", chain.beads.len()),
-        });
-    }
-    if chain.gaps.len() != chain.beads.len() + 1 {
-        let expected = chain.beads.len() + 1;
-        return Err(ModelError::Count { quantity: "chain.gaps", expected, found: chain.gaps.len() });
-    }
-    for bead in &chain.beads {
-        need(positive(bead.radius), "radius", "a positive length, m", bead.radius)?;
-        let material = &bead.material;
-        need(positive(material.youngs_modulus), "youngs_modulus", "a positive modulus, Pa", material.youngs_modulus)?;
-        need(positive(material.density), "density", "a positive density, kg/m³", material.density)?;
-        let ratio = material.poissons_ratio;
-        need(ratio > -1.0 && ratio <= 0.5, "poissons_ratio", "a number between −1 and 0.5", ratio)?;
-    }
-    for (contact, &gap) in chain.gaps.iter().enumerate() {
-        need(gap >= 0.0, &format!("chain.gaps[{contact}]"), "a gap ≥ 0, m: bodies may not overlap at the start", gap)?;
-        if chain.precompression > 0.0 && gap > 0.0 {
-            return Err(ModelError::OpenGapUnderPrecompression {
-                force: chain.precompression,
-                contact: contact + 1,
-                gap,
-            });
-        }
-    }
-    need(not_negative(chain.precompression), "chain.precompression", "a force ≥ 0, N", chain.precompression)?;
-    match &scene.support {
-        Support::Flat(_) => {}
-        Support::Free => {
-            let force = chain.precompression;
-            need(force == 0.0, "chain.precompression", "0 N before a free end", force)?;
-        }
-        Support::Body { mesh, .. } => return Err(meshed(mesh)),
-        Support::Disc { .. } => return Err(moving_disc()),
-        Support::Annulus { stiffness_factor, .. } => {
-            let stiffness_factor = *stiffness_factor;
-            need(positive(stiffness_factor), "support.stiffness_factor", "a positive factor", stiffness_factor)?;
-        }
-        Support::Spring { .. } => {
-            let stiffness = scene.support.spring().unwrap_or_default();
-            need(positive(stiffness), "support.stiffness", "a positive stiffness, N/m", stiffness)?;
-        }
-    }
-    contact_law::check(&scene.damping.coefficients)?;
-    need(scene.amplitude_scale.is_finite(), "alpha", "a finite factor", scene.amplitude_scale)?;
-    need(not_negative(scene.duration), "duration", "a time ≥ 0, s", scene.duration)?;
-    need(positive(scene.output_step), "output_step", "a positive time, s", scene.output_step)
 }

@@ -2,8 +2,9 @@
 
 use crate::{
     ModelError,
-    contact_law::{self, dashpots},
+    contact_law::dashpots,
     scene::{DampingCoefficients, DampingTerm, DriveKind, Scene},
+    valid::{damping, finite, not_negative, positive},
 };
 use granchain_signal::{Series, spline::cubic};
 
@@ -153,27 +154,17 @@ impl Variation {
             let found = self.gap_offsets.len();
             return Err(ModelError::Count { quantity: "gap_offsets", expected: contacts, found });
         }
-        let need = |holds: bool, quantity: &str, expected: &'static str, found: f64| {
-            if holds { Ok(()) } else { Err(ModelError::Unphysical { quantity: quantity.into(), expected, found }) }
-        };
-        let not_negative = |value: f64| value >= 0.0 && value.is_finite();
-        need(self.amplitude_scale.is_finite(), "alpha", "a finite factor", self.amplitude_scale)?;
-        contact_law::check(&self.damping)?;
-        let force = self.precompression;
-        need(not_negative(force), "chain.precompression", "a force ≥ 0, N", force)?;
-        let factor = self.support_stiffness_factor;
-        need(factor > 0.0 && factor.is_finite(), "support.stiffness_factor", "a positive factor", factor)?;
-        let factor = self.modulus_factor;
-        need(factor > 0.0 && factor.is_finite(), "materials.*.youngs_modulus", "a positive factor", factor)?;
+        finite("alpha", "a finite factor", self.amplitude_scale)?;
+        damping(&self.damping)?;
+        not_negative("chain.precompression", "a force ≥ 0, N", self.precompression)?;
+        positive("support.stiffness_factor", "a positive factor", self.support_stiffness_factor)?;
+        positive("materials.*.youngs_modulus", "a positive factor", self.modulus_factor)?;
         for (contact, offset) in self.gap_offsets.iter().enumerate() {
-            need(offset.is_finite(), &format!("gap_offsets[{contact}]"), "a finite length, m", *offset)?;
+            finite(&format!("gap_offsets[{contact}]"), "a finite length, m", *offset)?;
         }
         for (number, part) in self.shaken.iter().enumerate() {
-            need(part.is_finite(), &format!("shaken[{number}]"), "a finite factor", *part)?;
+            finite(&format!("shaken[{number}]"), "a finite factor", *part)?;
         }
-        if let Some((contact, gap)) = scene.chain.first_open_gap().filter(|_| force > 0.0) {
-            return Err(ModelError::OpenGapUnderPrecompression { force, contact, gap });
-        }
-        Ok(())
+        scene.chain.refuse_open_gap(self.precompression)
     }
 }

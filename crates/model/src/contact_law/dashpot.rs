@@ -1,9 +1,8 @@
 //! Viscous dampers of a contact: the only place with their formulas.
 
 use crate::{
-    ModelError,
     number::Number,
-    scene::{Damping, DampingCoefficients, DampingPlacement, DampingTerm, TermDescription},
+    scene::{Damping, DampingCoefficients, DampingPlacement, DampingTerm},
 };
 
 /// Terms of a law as a set, bit by bit: a parameter of the loops that are made for it.
@@ -129,18 +128,6 @@ impl Dashpot {
 pub(crate) fn terms_of(coefficients: &DampingCoefficients) -> Terms {
     let present = |term: &DampingTerm| coefficients[*term] > 0.0;
     DampingTerm::ALL.into_iter().filter(present).fold(0, |terms, term| terms | term.alone())
-}
-
-pub(crate) fn check(coefficients: &DampingCoefficients) -> Result<(), ModelError> {
-    for term in DampingTerm::ALL {
-        let found = coefficients[term];
-        if !(found >= 0.0 && found.is_finite()) {
-            let TermDescription { key, expected, .. } = *term.description();
-            let quantity = key.trim_end_matches("_coefficient").into();
-            return Err(ModelError::Unphysical { quantity, expected, found });
-        }
-    }
-    Ok(())
 }
 
 /// Dashpot of each contact: the terms of the kind, at the contacts of the placement.

@@ -17,7 +17,7 @@ mod yielding;
 use serde::{Deserialize, Serialize};
 
 pub use annulus::Annulus;
-pub(crate) use dashpot::{ALL_TERMS, Terms, check, for_terms, terms_of};
+pub(crate) use dashpot::{ALL_TERMS, Terms, for_terms, terms_of};
 pub use dashpot::{Dashpot, dashpots};
 pub use finite_body::FiniteBody;
 pub use finite_hertz::FiniteHertz;

@@ -45,9 +45,6 @@ pub struct Arrangement {
 
 impl Arrangement {
     /// Mesh the bodies of a scene and lay them side by side.
-    ///
-    /// # Errors
-    /// [`FeaError`]: a mesh that cannot be made or read, a support the analysis does not have, surfaces that do not face each other.
     pub fn new(scene: &Scene) -> Result<Self, FeaError> {
         let beads = &scene.chain.beads;
         if scene.piston == FlatContact::HalfSpace {
@@ -259,9 +256,6 @@ fn is_sphere(mesh: &Mesh, boundary: &str, radius: f64) -> bool {
 }
 
 /// Mesh of a bead of a scene, and the materials its elements name.
-///
-/// # Errors
-/// [`FeaError`]: a mesh that cannot be made or read.
 pub fn bead_mesh(bead: &Bead, scene: &Scene) -> Result<(Mesh, Vec<Material>), FeaError> {
     let settings = scene.model.meshing();
     match &bead.mesh {
@@ -300,7 +294,7 @@ pub(crate) fn support_mesh(scene: &Scene) -> Result<Option<(Mesh, Vec<Material>)
 
 /// The ring of a scene with the bead that lies on it, where there is one.
 pub fn torus(scene: &Scene) -> Option<HalfTorus> {
-    if let Support::Annulus { shape, .. } = &scene.support { Some(under_last(shape, scene)) } else { None }
+    scene.support.ring().map(|(shape, ..)| under_last(shape, scene))
 }
 
 fn under_last(shape: &AnnulusShape, scene: &Scene) -> HalfTorus {

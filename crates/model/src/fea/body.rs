@@ -54,9 +54,6 @@ impl Body {
     /// - `materials`: indexed by [`super::mesh::Element::material`]
     /// - `clamped`: names of boundaries whose nodes do not move
     /// - `contact`: names of boundaries that may touch something; only `contact_mass` looks at them
-    ///
-    /// # Errors
-    /// [`BodyError`]: a void material, a boundary or material that does not exist, a node outside every element, an element turned over.
     pub fn new(
         mesh: Mesh,
         materials: &[Material],

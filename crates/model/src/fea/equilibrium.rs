@@ -56,9 +56,6 @@ const MOST_ITERATIONS: u32 = 200;
 
 impl Statics {
     /// Factor the stiffness of every kind of body.
-    ///
-    /// # Errors
-    /// [`FeaError`] when a factor or a compliance is not positive definite.
     pub(crate) fn new(arrangement: &Arrangement, interfaces: &Interfaces) -> Result<Self, FeaError> {
         let factors = arrangement
             .kinds
@@ -268,9 +265,6 @@ pub(crate) struct Rest {
 
 impl Rest {
     /// Of a scene; nothing is factored without a precompression.
-    ///
-    /// # Errors
-    /// [`FeaError`]: an open gap under a precompression, no factor, or no equilibrium.
     pub(crate) fn new(arrangement: &Arrangement, interfaces: &Interfaces, scene: &Scene) -> Result<Self, FeaError> {
         let (chain, force) = (&scene.chain, scene.chain.precompression);
         let mut disc = None;

@@ -69,9 +69,6 @@ const TOLERANCE: f64 = 1e-9;
 const BEYOND: usize = 3;
 
 /// The `count` lowest free modes of a body, the rigid one included.
-///
-/// # Errors
-/// [`ModesError`]: more modes than the mesh can carry, Lanczos not converged, or a count by inertia that differs.
 pub fn modes(body: &Body, count: usize) -> Result<Modes, ModesError> {
     let moving = body.dofs().free().iter().filter(|&&dof| body.node_mass()[(dof / 2) as usize] != 0.0).count();
     let available = (moving / 2).saturating_sub(BEYOND);
@@ -128,9 +125,6 @@ pub fn modes(body: &Body, count: usize) -> Result<Modes, ModesError> {
 }
 
 /// Check that `found` (Hz) holds every mode below `frequency` (Hz), by the inertia of K − ω² M.
-///
-/// # Errors
-/// [`ModesError::Missed`] when the numbers differ, [`ModesError::Factor`] when a mode lies at `frequency`.
 pub fn confirm(body: &Body, found: &[f64], frequency: f64) -> Result<SturmCount, ModesError> {
     let counted = eigenvalues_below(body, (TAU * frequency).powi(2))?;
     let found = found.iter().filter(|&&mode| mode < frequency).count();

@@ -216,9 +216,6 @@ pub(super) fn soften(own: &mut Compliance, arrangement: &Arrangement, further: &
 
 impl Operator {
     /// Factor all kinds of bodies for steps of these coefficients and condense them on the contacts.
-    ///
-    /// # Errors
-    /// [`FeaError`] when a factor or a condensed compliance is not positive definite.
     pub(crate) fn new(
         arrangement: &Arrangement,
         interfaces: &Interfaces,

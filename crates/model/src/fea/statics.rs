@@ -123,9 +123,6 @@ impl Curve {
     }
 
     /// Press the contact to the approach δ (m).
-    ///
-    /// # Errors
-    /// [`FeaError::NoEquilibrium`] where δ needs more than the finely meshed patch.
     pub fn at(&self, approach: f64) -> Result<StaticState, FeaError> {
         let pair = &self.arrangement.pairs[self.arrangement.contacts[self.contact]];
         let mut state = ContactState::open(pair.len());

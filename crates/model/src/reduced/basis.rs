@@ -36,9 +36,6 @@ pub(crate) struct Basis {
 
 impl Basis {
     /// Reduce a kind of body to its interface and `most` elastic modes.
-    ///
-    /// # Errors
-    /// [`FeaError`]: no factor, or modes that could not be confirmed.
     pub(crate) fn new(
         arrangement: &Arrangement,
         kind: usize,

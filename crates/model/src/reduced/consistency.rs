@@ -1,16 +1,14 @@
 //! Whether a reduction read from a file is one of a scene's bodies: every index leads somewhere, every list has its length, every number is finite.
 
 use super::reduction::{Face, Geometry, Kind, Member, Reduction, Watch};
-use crate::scene::{Scene, Support};
+use crate::scene::Scene;
 
 impl Reduction {
     pub(super) fn is_consistent(&self, scene: &Scene) -> bool {
-        let has_support =
-            matches!(scene.support, Support::Annulus { .. } | Support::Body { .. } | Support::Disc { .. });
         let members = self.beads.iter().chain(&self.support);
         self.beads.len() == scene.chain.beads.len()
             && self.contacts.len() == self.beads.len() + 1
-            && self.support.is_some() == has_support
+            && self.support.is_some() == scene.support.is_meshed()
             && self.kinds.iter().all(Kind::is_consistent)
             && self.geometries.iter().all(Geometry::is_consistent)
             && self.faces.iter().all(|face| self.holds_face(face))

@@ -8,11 +8,7 @@ use super::{
     rank::Crossing,
     reduction::{Face, Member, Reduction, Watch},
 };
-use crate::{
-    fea::FeaError,
-    number::Number,
-    scene::{Scene, Support},
-};
+use crate::{fea::FeaError, number::Number, scene::Scene};
 
 /// Largest ω h of a mode that is kept, rad.
 pub(crate) const LARGEST_PHASE: f64 = 2.0;
@@ -107,10 +103,7 @@ impl Mechanics {
         further: &[f64],
     ) -> Result<Self, FeaError> {
         let support = reduction.support.map(|member| reduction.members[member].kind);
-        let factor = match &scene.support {
-            Support::Annulus { stiffness_factor, .. } => *stiffness_factor,
-            _ => 1.0,
-        };
+        let factor = scene.support.ring().map_or(1.0, |(_, factor, _)| factor);
         // A stiffer support: the same shapes, all ω² and 1/S in proportion.
         let factor = |kind: usize| if support == Some(kind) { factor } else { 1.0 };
         let laws: Vec<Option<StepLaw>> = match flexibility {

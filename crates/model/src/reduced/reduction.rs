@@ -10,7 +10,7 @@ use crate::{
         simulation::FIXED_NORMAL_TRAVEL, trace::Watched,
     },
     response::Response,
-    scene::{ContactNormal, Scene, Support},
+    scene::{ContactNormal, Scene},
     water::front::Front,
 };
 
@@ -104,9 +104,6 @@ impl Geometry {
 
 impl Reduction {
     /// Mesh and reduce the bodies of a scene to at most `model.modes` elastic modes each.
-    ///
-    /// # Errors
-    /// [`ModelError`]: no mesh, no factor, modes that could not be confirmed, or a support the model does not have.
     pub(crate) fn new(scene: &Scene) -> Result<Self, ModelError> {
         refuse_turning(scene)?;
         let arrangement = Arrangement::new(&plain(scene))?;
@@ -153,8 +150,8 @@ impl Reduction {
 /// The scene with its support as stiff as its material: a run applies the factor itself.
 pub(super) fn plain(scene: &Scene) -> Scene {
     let mut plain = scene.clone();
-    if let Support::Annulus { stiffness_factor, .. } = &mut plain.support {
-        *stiffness_factor = 1.0;
+    if let (Some(_), Some(factor)) = (scene.support.ring(), plain.support.stiffness_mut()) {
+        *factor = 1.0;
     }
     plain
 }

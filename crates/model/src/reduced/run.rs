@@ -44,9 +44,6 @@ pub(crate) fn go_together(one: &Scene, other: &Scene) -> bool {
 
 impl Reduction {
     /// Run a scene with these bodies, the piston moving as `motion`.
-    ///
-    /// # Errors
-    /// [`ModelError`] when a step had no solution, or the caller stopped the run.
     pub(crate) fn run_with(
         &self,
         scene: &Scene,

@@ -100,9 +100,6 @@ impl Field {
     }
 
     /// Refuse lists whose lengths do not fit together.
-    ///
-    /// # Errors
-    /// [`FieldError`] with body and quantity.
     pub fn check(&self) -> Result<(), FieldError> {
         let carried = self.carries();
         for body in &self.bodies {

@@ -5,9 +5,6 @@ use std::io::{self, Write};
 /// Write a matrix of `f64` as NPY 1.0, little endian, C order: what `numpy.load` gives as an array of shape (rows, columns).
 ///
 /// NumPy Enhancement Proposal 1, *A Simple File Format for NumPy Arrays*.
-///
-/// # Errors
-/// [`io::ErrorKind::InvalidInput`] where rows differ in length; whatever the writer says.
 pub fn write_npy(rows: &[Vec<f64>], mut writer: impl Write) -> io::Result<()> {
     let columns = rows.first().map_or(0, Vec::len);
     if let Some(row) = rows.iter().position(|row| row.len() != columns) {

@@ -28,9 +28,6 @@ pub enum VtuError {
 
 /// Write a field as one `.vtu`: point data `displacement` (m), `velocity` (m/s), `stress` (Pa; rr, zz, θθ, rz) and `von_mises` (Pa) as far
 /// as it carries them, cell data `body` (from 1, in the order of the field) and `material`, field data `TimeValue` (s).
-///
-/// # Errors
-/// [`VtuError`] when lists do not fit together or the writer refuses.
 pub fn write_vtu(field: &Field, writer: impl Write) -> Result<(), VtuError> {
     field.check()?;
     write(field, writer).map_err(|source| VtuError::Io { time: field.time, source })

@@ -1,6 +1,6 @@
 //! The ring that holds the last bead, and of which rings the chain has a law without pressing them.
 
-use super::{Bead, ContactLaw, Material, Scene, Support};
+use super::{Bead, ContactLaw, Material, Scene};
 
 /// A ring: a half disc revolved about the axis, its flat side outwards and clamped.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,9 +52,7 @@ fn compliance(material: &Material) -> f64 {
 impl Scene {
     /// What a reader of the results must know where the last bead is not much harder than its ring: that its mesh is too coarse there.
     pub fn coarse_ring(&self) -> Option<String> {
-        let (Support::Annulus { material, .. }, Some(bead)) = (&self.support, self.chain.beads.last()) else {
-            return None;
-        };
+        let ((_, _, material), bead) = (self.support.ring()?, self.chain.beads.last()?);
         let share = compliance(&bead.material) / (compliance(&bead.material) + compliance(material));
         (COARSE_BEAD * share > WORTH_A_WORD).then(|| {
             format!(
@@ -75,7 +73,7 @@ impl Scene {
     /// Whether the last bead lies on a ring other than the paper's under a 1 mm steel bead: of another shape, Young's modulus or Poisson's
     /// ratio, under a bead of a radius more than 2 % from 0.5 mm, or of one so soft that both together give way by 2 % more.
     pub fn has_own_ring(&self) -> bool {
-        let Support::Annulus { shape, material, .. } = &self.support else { return false };
+        let Some((shape, _, material)) = self.support.ring() else { return false };
         let Some(Bead { radius, material: of_bead, .. }) = self.chain.beads.last() else { return false };
         let resin = Material::resin();
         let elastic = |material: &Material| (material.youngs_modulus, material.poissons_ratio);

@@ -34,9 +34,6 @@ pub struct Loaded {
 /// assert_eq!((scene.damping.coefficients[DampingTerm::Linear], scene.chain.beads.len()), (0.4, 8));
 /// # Ok::<(), granchain_model::scene::SceneError>(())
 /// ```
-///
-/// # Errors
-/// A [`SceneError`] naming place, key, what was expected and what was found.
 pub fn load(name_or_path: &str, overrides: &[String]) -> Result<Scene, SceneError> {
     load_with_notes(name_or_path, overrides).map(|loaded| loaded.scene)
 }
@@ -166,9 +163,6 @@ enum Origin {
 
 impl SceneText {
     /// Of a built-in scene by name or a file by path; a name that is both is the built-in scene.
-    ///
-    /// # Errors
-    /// [`SceneError`] where there is neither, or the file cannot be read.
     pub fn read(name_or_path: &str) -> Result<Self, SceneError> {
         let path = Path::new(name_or_path);
         let looks_like_path = name_or_path.contains(['/', '\\', '.']) || path.exists();

@@ -58,7 +58,7 @@ impl Scene {
 }
 
 pub(super) fn is_exact(kind: ModelKind, support: &Support) -> bool {
-    kind == ModelKind::Chain && !matches!(support, Support::Disc { .. })
+    kind == ModelKind::Chain && support.disc().is_none()
 }
 
 #[cfg(test)]

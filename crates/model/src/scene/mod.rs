@@ -149,9 +149,7 @@ impl Scene {
     pub fn mesh_files(&self) -> Vec<std::path::PathBuf> {
         let beads = self.chain.beads.iter().filter_map(|bead| bead.mesh.as_ref());
         let mut paths: Vec<std::path::PathBuf> = beads.map(|mesh| mesh.path.clone()).collect();
-        if let Support::Body { mesh, .. } = &self.support {
-            paths.push(mesh.path.clone());
-        }
+        paths.extend(setting::support_mesh(self).map(|mesh| mesh.path.clone()));
         paths.sort();
         paths.dedup();
         paths

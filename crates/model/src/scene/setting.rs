@@ -152,11 +152,11 @@ pub(super) fn support_mesh(scene: &Scene) -> Option<&MeshFile> {
 }
 
 pub(super) fn ring(scene: &Scene) -> Option<&AnnulusShape> {
-    if let Support::Annulus { shape, .. } = &scene.support { Some(shape) } else { None }
+    Some(scene.support.ring()?.0)
 }
 
 pub(super) fn disc(scene: &Scene) -> Option<&DiscShape> {
-    if let Support::Disc { shape, .. } = &scene.support { Some(shape) } else { None }
+    Some(scene.support.disc()?.0)
 }
 
 pub(super) fn water(scene: &Scene) -> Option<&WaterSettings> {

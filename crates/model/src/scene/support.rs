@@ -73,6 +73,31 @@ impl Support {
         }
     }
 
+    /// The flat that the last bead meets by the law of Hertz: before a free end a rigid one that is out of reach.
+    pub(crate) const fn flat(&self) -> Option<FlatContact> {
+        match self {
+            Self::Flat(flat) => Some(*flat),
+            Self::Free => Some(FlatContact::Rigid),
+            _ => None,
+        }
+    }
+
+    /// Its ring, the factor on its stiffness (1) and its material.
+    pub(crate) const fn ring(&self) -> Option<(&AnnulusShape, f64, &Material)> {
+        let Self::Annulus { shape, stiffness_factor, material, .. } = self else { return None };
+        Some((shape, *stiffness_factor, material))
+    }
+
+    /// Its disc, and how finely it is meshed (1).
+    pub(crate) const fn disc(&self) -> Option<(&DiscShape, u32)> {
+        if let Self::Disc { shape, mesh_density } = self { Some((shape, *mesh_density)) } else { None }
+    }
+
+    /// Whether it is a body with a mesh, in the models that mesh their bodies.
+    pub(crate) const fn is_meshed(&self) -> bool {
+        matches!(self, Self::Annulus { .. } | Self::Disc { .. } | Self::Body { .. })
+    }
+
     /// Stiffness of the one-sided linear spring that it is, N/m.
     pub const fn spring(&self) -> Option<f64> {
         if let Self::Spring { stiffness } = self { Some(*stiffness) } else { None }

@@ -102,9 +102,6 @@ impl DiscInterface {
 
 impl Disc {
     /// Mesh and assemble a disc, with its consistent mass.
-    ///
-    /// # Errors
-    /// [`DiscError`]: a thickness not below the radius, numbers of the mesh out of range, an unphysical material.
     pub fn new(shape: &DiscShape, mesh: &DiscMesh) -> Result<Self, DiscError> {
         Self::assembled(shape, mesh, &[], ContactMass::Consistent)
     }

@@ -173,9 +173,6 @@ pub fn amplitude_map(
 }
 
 /// The same at the angles θ (rad) from the axis at the distance d (m) from the middle of the disc's back.
-///
-/// # Errors
-/// [`FieldPointError`]: angles beyond ±90°.
 pub fn beam_pattern(
     radiator: &Radiator<'_>,
     water: &Water,

@@ -23,7 +23,7 @@ use super::{
 };
 use crate::{
     ModelError,
-    scene::{Baffle, DEFAULT_WATER_STEP, Integrator, ModelKind, Scene, Support, WaterMesh, WaterMethod, WaterSettings},
+    scene::{Baffle, DEFAULT_WATER_STEP, Integrator, ModelKind, Scene, WaterMesh, WaterMethod, WaterSettings},
 };
 use granchain_signal::Series;
 
@@ -95,10 +95,10 @@ pub struct FieldSource {
 
 impl FieldSource {
     pub fn new(scene: &Scene) -> Result<Self, FieldSourceError> {
-        let (Support::Disc { shape, mesh_density }, Some(water)) = (&scene.support, &scene.water) else {
+        let (Some((shape, mesh_density)), Some(water)) = (scene.support.disc(), &scene.water) else {
             return Err(FieldSourceError::NoWater);
         };
-        let disc = Disc::new(shape, &disc_mesh(shape, *mesh_density))?;
+        let disc = Disc::new(shape, &disc_mesh(shape, mesh_density))?;
         let (count, patch) = (modes_of(&disc)?, PATCH * shape.thickness);
         // The shapes in which the run itself has it.
         let modes =

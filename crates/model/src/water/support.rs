@@ -30,7 +30,7 @@ use crate::{
     horn::HornStep,
     response::{DiscResponse, EnergyLedger, ObservedPoint, Recorder, Response, SolverWork, empty_columns, push},
     scene::{
-        Baffle, Bead, ContactLaw, DiscShape, Integrator, MaterialLoss, PistonMotion, Rim, Scene, Support, WaterMethod,
+        Baffle, Bead, ContactLaw, DiscShape, Integrator, MaterialLoss, PistonMotion, Rim, Scene, WaterMethod,
         WaterSettings,
     },
 };
@@ -111,16 +111,13 @@ fn clock(scene: &Scene) -> Result<f64, ModelError> {
 
 impl DiscSupport {
     /// Mesh the disc of a scene and make it ready for runs as long as the scene's.
-    ///
-    /// # Errors
-    /// [`ModelError::Unsupported`] for a scene without a disc or with what a disc does not go with, [`ModelError::Water`].
     pub(crate) fn new(scene: &Scene) -> Result<Self, ModelError> {
-        let Support::Disc { shape, mesh_density } = &scene.support else {
+        let Some((shape, mesh_density)) = scene.support.disc() else {
             let reason = "the scene has no disc; set `support.kind = \"disc\"`".into();
             return Err(ModelError::Unsupported { model: "chain", reason });
         };
         let step = clock(scene)?;
-        let disc = Disc::new(shape, &disc_mesh(shape, *mesh_density)).map_err(WaterError::from)?;
+        let disc = Disc::new(shape, &disc_mesh(shape, mesh_density)).map_err(WaterError::from)?;
         let patch = PATCH * shape.thickness;
         let (water, steps) = (scene.water.clone(), instants(scene, step));
         let made = Self { disc, patch, water, step, steps, full: OnceLock::new(), modal: OnceLock::new() };

@@ -170,9 +170,6 @@ impl Workspace {
 impl Contacts {
     /// Solve one step. `predicted` holds q of every contact, `rigid` the prediction of the N + 2 rigid motions, `overlap` the rigid
     /// overlap of every contact with all displacements zero (m). `states` holds the last step's forces on entry and this step's on return.
-    ///
-    /// # Errors
-    /// [`Failure`]; `states` is then not to be used.
     pub(crate) fn solve(
         &self,
         predicted: &[Vec<f64>],

@@ -131,9 +131,6 @@ impl Scratch {
 
 impl Compliance {
     /// Take W (row by row, m/N) and factor it where the ordering allows.
-    ///
-    /// # Errors
-    /// [`NotSolved`] when W is not positive definite.
     pub(crate) fn new(matrix: Vec<f64>, size: usize, ordering: Ordering) -> Result<Self, NotSolved> {
         debug_assert_eq!(matrix.len(), size * size);
         let factor = match ordering {
@@ -170,9 +167,6 @@ impl Compliance {
     }
 
     /// Solve for the forces (N); `forces` holds the last known ones on entry, `gaps` (m) the final gaps on return.
-    ///
-    /// # Errors
-    /// [`NotSolved`] when no set satisfies all conditions; the forces are then not to be used.
     pub(crate) fn solve(
         &self,
         free_gaps: &[f64],

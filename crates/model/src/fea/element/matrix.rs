@@ -88,10 +88,6 @@ pub(crate) struct ElementMatrices {
 
 impl ElementMatrices {
     /// Matrices of the element with its nodes at `places` (r, z), m.
-    ///
-    /// # Errors
-    /// [`ElementError::Jacobian`] where the element is turned over or folded at an integration point, [`ElementError::Radius`] where it
-    /// reaches across the axis.
     pub(crate) fn new(shape: Shape, places: &[[f64; 2]], material: &Material) -> Result<Self, ElementError> {
         let nodes = shape.nodes();
         let mut d = elasticity(material);

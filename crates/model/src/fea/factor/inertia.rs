@@ -14,9 +14,6 @@ use crate::fea::body::Body;
 /// Massless nodes add only positive pivots, so the count is of the finite eigenvalues. No pivoting: the count is right as long as the
 /// shift is not within rounding of an eigenvalue of a leading block, which moving it by a percent mends.
 ///
-/// # Errors
-/// [`FactorError::Singular`] when the shift is an eigenvalue to rounding.
-///
 /// Parlett (1998), *The Symmetric Eigenvalue Problem*, §3.3.
 pub fn eigenvalues_below(body: &Body, shift: f64) -> Result<usize, FactorError> {
     let ordering = Ordering::interface_last(body, &[], None)?;

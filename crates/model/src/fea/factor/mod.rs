@@ -90,9 +90,6 @@ impl Factor {
     /// - `stiffness_scale`: κ, 1
     /// - `mass_scale`: σ, 1/s² (4/Δt² for the trapezoid)
     /// - `interface`: unknowns 2 n + d of the interface; the order given is the order of every interface vector
-    ///
-    /// # Errors
-    /// [`FactorError`]: an interface unknown that is fixed or named twice, a matrix that is not positive definite.
     pub fn new(body: &Body, stiffness_scale: f64, mass_scale: f64, interface: &[u32]) -> Result<Self, FactorError> {
         Self::without(body, stiffness_scale, mass_scale, interface, None)
     }

@@ -216,9 +216,6 @@ fn progression(first: f64, count: usize) -> Vec<f64> {
 ///
 /// Boundaries: `contact`, the patch about the contact point along the surface from the inner side (small r) to the outer; `clamped`, the
 /// flat side, towards positive z. The corners belong to `clamped`.
-///
-/// # Errors
-/// [`MeshError`] when a parameter is out of its range.
 pub fn annulus(shape: &HalfTorus, settings: &AnnulusMesh) -> Result<Mesh, MeshError> {
     settings.check(shape)?;
     let b = shape.section_radius;

@@ -83,9 +83,6 @@ const LARGEST_ASPECT: f64 = 4.0;
 /// Boundaries: `front`, the patch of the pole at z < 0 that faces the piston, and `back`, the patch of the other pole, both from the pole
 /// outwards; `side`, the rest of the surface, from `front` to `back`. On a patch every middle node has the mean r of its neighbours, so
 /// nodal forces of a uniform pressure are as 1 : 4 and 0 at the pole.
-///
-/// # Errors
-/// [`MeshError`] when a parameter is out of its range.
 pub fn bead(radius: f64, settings: &BeadMesh) -> Result<Mesh, MeshError> {
     settings.check(radius)?;
     let n = settings.density;

@@ -134,9 +134,6 @@ impl Mesh {
     }
 
     /// Refuse an element that is turned inside out anywhere; elements are counted from 1.
-    ///
-    /// # Errors
-    /// [`MeshError::NegativeJacobian`] of the first such element.
     pub fn check(&self) -> Result<(), MeshError> {
         for (index, element) in self.elements.iter().enumerate() {
             let (places, count) = self.places(element);

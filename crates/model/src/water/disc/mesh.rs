@@ -20,9 +20,6 @@ impl Default for DiscMesh {
 
 /// Mesh of a disc of radius a and thickness h (m), 0 ≤ z ≤ h, with the boundaries `front` (z = 0), `back` (z = h), both from the axis to
 /// the rim, and `rim` (r = a).
-///
-/// # Errors
-/// [`MeshError::Parameter`]: numbers that are not finite and positive, h ≥ a, no elements, or a pole side beyond that of a uniform mesh.
 pub fn disc_mesh(radius: f64, thickness: f64, mesh: &DiscMesh) -> Result<Mesh, MeshError> {
     let body = "disc";
     let refuse = |name, expected, found| Err(MeshError::Parameter { body, name, expected, found });

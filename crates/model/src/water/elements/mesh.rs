@@ -24,9 +24,6 @@ pub struct Hemisphere {
 
 impl Hemisphere {
     /// Mesh the water around a disc of that radius a (m).
-    ///
-    /// # Errors
-    /// [`ElementsError::Mesh`] for R ≤ a or sides that are not positive, not below a, or above a million elements.
     pub(crate) fn new(disc: f64, mesh: &WaterMesh) -> Result<Self, ElementsError> {
         let WaterMesh { radius, side } = *mesh;
         let refuse = |name, expected, found| Err(ElementsError::Mesh { name, expected, found });

@@ -38,9 +38,6 @@ const ON_AXIS: f64 = 1e-9;
 /// A boundary runs from its end at smaller r (at smaller z, where both have the same) to the other. A surface in no physical group, or in
 /// one without name, has the empty name: it is made of the body's own material. Nodes within 1e-9 of the body's size of the axis are put
 /// on it; nodes of no element are dropped. Nodes need not lie on a sphere.
-///
-/// # Errors
-/// [`MeshError::Gmsh`] with the file, element or node and what to do.
 pub fn import(path: impl AsRef<Path>, unit: f64) -> Result<(Mesh, Vec<String>), MeshError> {
     let path = path.as_ref();
     let read = || {
@@ -51,9 +48,6 @@ pub fn import(path: impl AsRef<Path>, unit: f64) -> Result<(Mesh, Vec<String>), 
 }
 
 /// As [`import`], from the bytes of a file.
-///
-/// # Errors
-/// [`GmshError`] with element or node and what to do.
 pub fn parse(bytes: &[u8], unit: f64) -> Result<(Mesh, Vec<String>), GmshError> {
     if !(unit > 0.0 && unit.is_finite()) {
         return Err(GmshError::Unit { found: unit });

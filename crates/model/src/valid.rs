@@ -1,0 +1,118 @@
+//! Whether the numbers of a scene can be run. A scene that was read has them within the bounds of its keys; one that a program made may have any.
+
+use crate::{
+    ModelError, need_drive,
+    scene::{Chain, DampingCoefficients, DampingTerm, Holder, Horn, Relaxation, Scene, Support, TermDescription},
+};
+
+/// `Ok` where a number is as expected.
+pub(crate) fn need(holds: bool, quantity: &str, expected: &'static str, found: f64) -> Result<(), ModelError> {
+    if holds { Ok(()) } else { Err(ModelError::Unphysical { quantity: quantity.into(), expected, found }) }
+}
+
+pub(crate) fn positive(quantity: &str, expected: &'static str, found: f64) -> Result<(), ModelError> {
+    need(found > 0.0 && found.is_finite(), quantity, expected, found)
+}
+
+pub(crate) fn not_negative(quantity: &str, expected: &'static str, found: f64) -> Result<(), ModelError> {
+    need(found >= 0.0 && found.is_finite(), quantity, expected, found)
+}
+
+pub(crate) fn finite(quantity: &str, expected: &'static str, found: f64) -> Result<(), ModelError> {
+    need(found.is_finite(), quantity, expected, found)
+}
+
+pub(crate) fn damping(coefficients: &DampingCoefficients) -> Result<(), ModelError> {
+    for term in DampingTerm::ALL {
+        let TermDescription { key, expected, .. } = *term.description();
+        not_negative(key.trim_end_matches("_coefficient"), expected, coefficients[term])?;
+    }
+    Ok(())
+}
+
+impl Chain {
+    /// Refuse a gap that a static force (N) leaves open.
+    pub(crate) fn refuse_open_gap(&self, force: f64) -> Result<(), ModelError> {
+        match self.first_open_gap() {
+            Some((contact, gap)) if force > 0.0 => Err(ModelError::OpenGapUnderPrecompression { force, contact, gap }),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Scene {
+    pub(crate) fn refuse_free_end(&self) -> Result<(), ModelError> {
+        let force = self.chain.precompression;
+        let holds = self.support != Support::Free || force == 0.0;
+        need(holds, "chain.precompression", "0 N before a free end", force)
+    }
+
+    /// Refuse what no chain can be run with.
+    pub(crate) fn validate(&self) -> Result<(), ModelError> {
+        need_drive(self, "chain")?;
+        let chain = &self.chain;
+        let beads = chain.beads.len();
+        if !(1..=1000).contains(&beads) {
+            let reason = format!("it runs 1 to 1000 beads, found {beads}; change `chain.beads`");
+            return Err(ModelError::Unsupported { model: "chain", reason });
+        }
+        if chain.gaps.len() != beads + 1 {
+            let found = chain.gaps.len();
+            return Err(ModelError::Count { quantity: "chain.gaps", expected: beads + 1, found });
+        }
+        for bead in &chain.beads {
+            positive("radius", "a positive length, m", bead.radius)?;
+            let material = &bead.material;
+            positive("youngs_modulus", "a positive modulus, Pa", material.youngs_modulus)?;
+            positive("density", "a positive density, kg/m³", material.density)?;
+            let ratio = material.poissons_ratio;
+            need(ratio > -1.0 && ratio <= 0.5, "poissons_ratio", "a number between −1 and 0.5", ratio)?;
+        }
+        for (contact, &gap) in chain.gaps.iter().enumerate() {
+            let expected = "a gap ≥ 0, m: bodies may not overlap at the start";
+            need(gap >= 0.0, &format!("chain.gaps[{contact}]"), expected, gap)?;
+        }
+        chain.refuse_open_gap(chain.precompression)?;
+        not_negative("chain.precompression", "a force ≥ 0, N", chain.precompression)?;
+        self.refuse_free_end()?;
+        match self.support {
+            Support::Annulus { stiffness_factor, .. } => {
+                positive("support.stiffness_factor", "a positive factor", stiffness_factor)?;
+            }
+            Support::Spring { stiffness } => {
+                positive("support.stiffness", "a positive stiffness, N/m", stiffness)?;
+            }
+            Support::Flat(_) | Support::Free | Support::Disc { .. } | Support::Body { .. } => {}
+        }
+        damping(&self.damping.coefficients)?;
+        finite("alpha", "a finite factor", self.amplitude_scale)?;
+        not_negative("duration", "a time ≥ 0, s", self.duration)?;
+        positive("output_step", "a positive time, s", self.output_step)?;
+        self.validate_effects()
+    }
+
+    fn validate_effects(&self) -> Result<(), ModelError> {
+        if let Some(Horn { mass, frequency, quality }) = self.horn {
+            positive("horn.mass", "a positive mass, kg", mass)?;
+            positive("horn.frequency", "a positive frequency, Hz", frequency)?;
+            need(quality > 0.0, "horn.quality", "a positive number", quality)?;
+        }
+        if let Some(Holder { drag, friction_force, friction_coefficient, slip_velocity, clearance, .. }) = self.holder {
+            not_negative("holder.drag", "a coefficient ≥ 0, N·s/m", drag)?;
+            not_negative("holder.friction_force", "a force ≥ 0, N", friction_force)?;
+            not_negative("holder.friction_coefficient", "a number ≥ 0", friction_coefficient)?;
+            not_negative("holder.slip_velocity", "a velocity ≥ 0, m/s", slip_velocity)?;
+            let least = self.chain.beads.iter().map(|bead| bead.radius).fold(f64::INFINITY, f64::min);
+            let expected = "a length ≥ 0, at most half a bead's radius, m";
+            need((0.0..=0.5 * least).contains(&clearance), "holder.clearance", expected, clearance)?;
+        }
+        if let Some(strength) = self.yield_strength {
+            positive("contact.yield_strength", "a positive pressure, Pa", strength)?;
+        }
+        if let Some(Relaxation { strength, time }) = self.loss.relaxation {
+            not_negative("loss.relaxation", "a number ≥ 0", strength)?;
+            positive("loss.relaxation_time", "a positive time, s", time)?;
+        }
+        Ok(())
+    }
+}
