@@ -13,6 +13,12 @@ use std::{
 
 pub(crate) const WIDTH: usize = 8;
 
+/// aᵀ b, in the order of the numbers.
+#[inline(always)]
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
 pub(crate) trait Number:
     Copy
     + Debug

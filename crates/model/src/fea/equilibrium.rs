@@ -19,7 +19,10 @@ use super::{
 };
 use crate::{
     scene::Scene,
-    water::front::{Front, FrontError, Held},
+    water::{
+        WaterError,
+        front::{Front, Held},
+    },
 };
 
 #[derive(Debug, Clone, PartialEq)]
@@ -160,7 +163,7 @@ impl Statics {
 /// A disc on water under the static force (N), whose motion is then counted from there; none without one.
 pub(crate) fn held(front: Option<&Front>, force: f64) -> Result<Option<Held>, FeaError> {
     let Some(front) = front else { return Ok(None) };
-    let held = front.held().map_err(|source| Box::new(FrontError::from(source)))?;
+    let held = front.held().map_err(|source| Box::new(WaterError::from(source)))?;
     held.ok_or(FeaError::FreeDiscUnderForce { force }).map(Some)
 }
 

@@ -27,7 +27,7 @@ pub enum FeaError {
     )]
     HalfSpace { key: &'static str },
     #[error(transparent)]
-    Front(#[from] Box<crate::water::front::FrontError>),
+    Front(#[from] Box<crate::water::WaterError>),
     #[error("`chain.precompression` {force:e} N on a free disc: nothing holds it; set `disc.rim` or no precompression")]
     FreeDiscUnderForce { force: f64 },
     #[error("an analysis with water behind the disc cannot be taken up again; run it from the start")]

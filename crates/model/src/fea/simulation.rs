@@ -149,7 +149,7 @@ impl<'a> Simulation<'a> {
                 let disc = disc.map_err(Box::new)?;
                 operator.soften_last(&arrangement, disc.compliance())?;
                 operator.contacts.behind = Behind { coupling: disc.coupling().to_vec(), mobility: disc.mobility() };
-                Some(Wet { disc, record: WaterRecord::new(water, samples), energies: [0.0; 2] })
+                Some(Wet { disc, record: WaterRecord::new(Some(water), samples), energies: [0.0; 2] })
             }
             _ => None,
         };
@@ -277,7 +277,7 @@ impl<'a> Simulation<'a> {
         let mut response = self.trace.response(&self.watched, &self.ledger);
         if let (Some(wet), Some(front), Some(water)) = (&self.wet, &self.arrangement.front, &self.water) {
             wet.disc.count(&mut response.work);
-            wet.record.enter(front, water, wet.energies, &mut response);
+            wet.record.clone().enter_behind(front, water, wet.energies, &mut response);
         }
         response
     }

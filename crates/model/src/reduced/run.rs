@@ -54,7 +54,7 @@ impl Reduction {
         let step = sampling.step();
         let mut run = Single::new(self, scene, step, motion.at(0.0).0)?;
         let mut record = Record::new(sampling, self.beads.len());
-        let mut heard = scene.water.as_ref().map(|water| WaterRecord::new(water, sampling.samples));
+        let mut heard = scene.water.as_ref().map(|water| WaterRecord::new(Some(water), sampling.samples));
         let listen = |run: &Single<'_>, heard: &mut Option<WaterRecord>| {
             if let (Some(wet), Some(heard)) = (&run.motion.backing, heard) {
                 wet.disc.sample(heard);
@@ -96,7 +96,7 @@ impl Reduction {
         if let (Some(heard), Some(front), Some(water), Some(mut wet)) =
             (heard, &self.front, &scene.water, motion.backing)
         {
-            heard.enter(front, water, wet.disc.energies(), &mut response);
+            heard.enter_behind(front, water, wet.disc.energies(), &mut response);
         }
         Ok(response)
     }

@@ -15,251 +15,224 @@ pub struct Effect {
     pub why: String,
 }
 
+/// An effect that is on or off, and why.
+fn effect(name: &'static str, (on, why): (bool, impl Into<String>)) -> Effect {
+    Effect { name, on, why: why.into() }
+}
+
+/// A key and its value, as a scene has them.
+fn said(key: &str, value: f64, dimension: Dimension) -> String {
+    format!("{key} = {}", Quantity::new(value, dimension))
+}
+
+fn on(why: impl Into<String>) -> (bool, String) {
+    (true, why.into())
+}
+
+fn off(why: impl Into<String>) -> (bool, String) {
+    (false, why.into())
+}
+
+fn model(scene: &Scene) -> String {
+    format!("model.kind = {}", scene.model.kind.name())
+}
+
 pub fn effects(scene: &Scene) -> Vec<Effect> {
-    let show = |value, dimension| Quantity::new(value, dimension).to_string();
-    let chain = &scene.chain;
-    let damping = &scene.damping;
+    let dampers = DampingTerm::ALL.map(|term| {
+        let (TermDescription { effect: name, symbol, dimension, .. }, value) =
+            (term.description(), scene.damping.coefficients[term]);
+        effect(name, (value > 0.0, said(symbol, value, *dimension)))
+    });
+    let parts = [contact_effects(scene), further_effects(scene), water_effects(scene), mesh_effects(scene)];
+    dampers.into_iter().chain(parts.into_iter().flatten()).collect()
+}
+
+fn contact_effects(scene: &Scene) -> Vec<Effect> {
+    let (chain, damping) = (&scene.chain, &scene.damping);
     let damped = !damping.coefficients.are_absent();
-    let unequal = chain.beads.iter().filter(|bead| Some(*bead) != chain.beads.first()).count();
-    let largest_gap = chain.gaps.iter().copied().fold(0.0, f64::max);
-    let open = chain.gaps.iter().filter(|gap| **gap > 0.0).count();
-    let effect = |name, on, why| Effect { name, on, why };
-    let annulus = match &scene.support {
-        Support::Annulus { shape, stiffness_factor, .. } => {
-            let of = |radius| show(radius, Dimension::LENGTH);
-            let own = format!(
-                ", support.ring_radius = {}, support.section_radius = {}",
-                of(shape.ring_radius),
-                of(shape.section_radius)
-            );
-            let own = if *shape == AnnulusShape::published() { "" } else { &own };
-            (true, format!("support.stiffness_factor = {stiffness_factor}{own}"))
-        }
-        _ => (false, "support.kind is not annulus".to_owned()),
-    };
-    let spring = match scene.support.spring() {
-        Some(stiffness) => (true, format!("support.stiffness = {}", show(stiffness, Dimension::STIFFNESS))),
-        None => (false, "support.kind is not spring".to_owned()),
-    };
-    let half_space = match (scene.piston, &scene.support) {
-        (FlatContact::HalfSpace, Support::Flat(FlatContact::HalfSpace)) => {
-            (true, "piston and support are half-spaces".to_owned())
-        }
-        (FlatContact::HalfSpace, _) => (true, "piston.contact = half-space".to_owned()),
-        (_, Support::Flat(FlatContact::HalfSpace)) => (true, "support.kind = half-space".to_owned()),
-        _ => (false, "no flat is a half-space".to_owned()),
-    };
-    let finite_body = match (scene.model.kind, scene.contact_law) {
-        (ModelKind::Chain, ContactLaw::FiniteBody) => {
-            (true, format!("contact.law = finite-body, model.mesh_density = {}", scene.model.meshing().density))
-        }
-        (ModelKind::Chain, ContactLaw::Hertz) => (false, "contact.law = hertz".to_owned()),
-        (kind, _) => (false, format!("model.kind = {}: the contacts are computed", kind.name())),
-    };
-    let ring_up = match scene.drive.kind {
-        DriveKind::ToneBurst { ring_up, .. } => {
-            (ring_up > 0.0, format!("drive.ring_up = {}", show(ring_up, Dimension::TIME)))
-        }
-        _ => (false, "drive.kind is not tone-burst".to_owned()),
-    };
-    let record = match &scene.drive.kind {
-        DriveKind::Record { displacement, .. } => (true, format!("a record of {} samples", displacement.len())),
-        DriveKind::UnreadRecord { file } => (true, format!("drive.file = {}", file.display())),
-        _ => (false, "the drive is a formula".to_owned()),
-    };
-    let ends = damped && damping.placement == DampingPlacement::All;
-    let tension = damped && damping.tension;
+    let of_dampers = |is_on: bool, why: String| if damped { (is_on, why) } else { off("there are no dampers") };
     let placement = match damping.placement {
         DampingPlacement::All => "damping.at = all",
         DampingPlacement::Beads => "damping.at = beads",
     };
-    let undamped = || "there are no dampers".to_owned();
-    let dampers = DampingTerm::ALL.map(|term| {
-        let (TermDescription { effect: name, symbol, dimension, .. }, value) =
-            (term.description(), damping.coefficients[term]);
-        effect(name, value > 0.0, format!("{symbol} = {}", show(value, *dimension)))
-    });
-    let others = vec![
-        effect("dampers at piston and support", ends, if damped { placement.to_owned() } else { undamped() }),
+    let unequal = chain.beads.iter().filter(|bead| Some(*bead) != chain.beads.first()).count();
+    let largest_gap = Quantity::new(chain.gaps.iter().copied().fold(0.0, f64::max), Dimension::LENGTH);
+    let gaps = match chain.gaps.iter().filter(|gap| **gap > 0.0).count() {
+        0 => off("all contacts are closed"),
+        open => on(format!("{open} of {} contacts open, at most {largest_gap}", chain.gaps.len())),
+    };
+    let annulus = match scene.support.ring() {
+        Some((shape, factor, _)) if *shape == AnnulusShape::published() => {
+            on(format!("support.stiffness_factor = {factor}"))
+        }
+        Some((shape, factor, _)) => on(format!(
+            "support.stiffness_factor = {factor}, {}, {}",
+            said("support.ring_radius", shape.ring_radius, Dimension::LENGTH),
+            said("support.section_radius", shape.section_radius, Dimension::LENGTH)
+        )),
+        None => off("support.kind is not annulus"),
+    };
+    let spring = match scene.support.spring() {
+        Some(stiffness) => on(said("support.stiffness", stiffness, Dimension::STIFFNESS)),
+        None => off("support.kind is not spring"),
+    };
+    let half_space = match (scene.piston, scene.support.flat()) {
+        (FlatContact::HalfSpace, Some(FlatContact::HalfSpace)) => on("piston and support are half-spaces"),
+        (FlatContact::HalfSpace, _) => on("piston.contact = half-space"),
+        (_, Some(FlatContact::HalfSpace)) => on("support.kind = half-space"),
+        _ => off("no flat is a half-space"),
+    };
+    let finite_body = match (scene.model.kind, scene.contact_law) {
+        (ModelKind::Chain, ContactLaw::FiniteBody) => {
+            on(format!("contact.law = finite-body, model.mesh_density = {}", scene.model.meshing().density))
+        }
+        (ModelKind::Chain, ContactLaw::Hertz) => off("contact.law = hertz"),
+        _ => off(format!("{}: the contacts are computed", model(scene))),
+    };
+    let ring_up = match scene.drive.kind {
+        DriveKind::ToneBurst { ring_up, .. } => (ring_up > 0.0, said("drive.ring_up", ring_up, Dimension::TIME)),
+        _ => off("drive.kind is not tone-burst"),
+    };
+    let record = match &scene.drive.kind {
+        DriveKind::Record { displacement, .. } => on(format!("a record of {} samples", displacement.len())),
+        DriveKind::UnreadRecord { file } => on(format!("drive.file = {}", file.display())),
+        _ => off("the drive is a formula"),
+    };
+    let force = chain.precompression;
+    vec![
         effect(
-            "pulling dampers",
-            tension,
-            if damped { format!("damping.tension = {}", damping.tension) } else { undamped() },
+            "dampers at piston and support",
+            of_dampers(damping.placement == DampingPlacement::All, placement.to_owned()),
         ),
+        effect("pulling dampers", of_dampers(damping.tension, format!("damping.tension = {}", damping.tension))),
+        effect("precompression", (force > 0.0, said("chain.precompression", force, Dimension::FORCE))),
+        effect("initial gaps", gaps),
         effect(
-            "precompression",
-            chain.precompression > 0.0,
-            format!("chain.precompression = {}", show(chain.precompression, Dimension::FORCE)),
+            "unequal beads",
+            (unequal > 0, format!("{unequal} of {} beads differ from the first", chain.beads.len())),
         ),
-        effect(
-            "initial gaps",
-            open > 0,
-            if open > 0 {
-                format!(
-                    "{open} of {} contacts open, at most {}",
-                    chain.gaps.len(),
-                    show(largest_gap, Dimension::LENGTH)
-                )
-            } else {
-                "all contacts are closed".to_owned()
-            },
-        ),
-        effect("unequal beads", unequal > 0, format!("{unequal} of {} beads differ from the first", chain.beads.len())),
-        effect("resin annulus", annulus.0, annulus.1),
-        effect("spring support", spring.0, spring.1),
-        effect("elastic flats", half_space.0, half_space.1),
-        effect("finite-body contacts", finite_body.0, finite_body.1),
-        effect("ring-up of the drive", ring_up.0, ring_up.1),
-        effect("recorded drive", record.0, record.1),
-    ];
-    let parts = [others, further_effects(scene), water_effects(scene), fea_effects(scene)];
-    dampers.into_iter().chain(parts.into_iter().flatten()).collect()
+        effect("resin annulus", annulus),
+        effect("spring support", spring),
+        effect("elastic flats", half_space),
+        effect("finite-body contacts", finite_body),
+        effect("ring-up of the drive", ring_up),
+        effect("recorded drive", record),
+    ]
 }
 
 fn further_effects(scene: &Scene) -> Vec<Effect> {
-    let show = |value, dimension| Quantity::new(value, dimension).to_string();
-    let effect = |name, on, why: String| Effect { name, on, why };
     let horn = match scene.horn {
-        Some(Horn { mass, frequency, quality }) => (
-            true,
-            format!(
-                "horn.mass = {}, horn.frequency = {}, horn.quality = {quality}",
-                show(mass, Dimension::MASS),
-                show(frequency, Dimension::FREQUENCY)
-            ),
-        ),
-        None => (false, "horn.mass is not given: the tip moves as prescribed".to_owned()),
+        Some(Horn { mass, frequency, quality }) => on(format!(
+            "{}, {}, horn.quality = {quality}",
+            said("horn.mass", mass, Dimension::MASS),
+            said("horn.frequency", frequency, Dimension::FREQUENCY)
+        )),
+        None => off("horn.mass is not given: the tip moves as prescribed"),
     };
-    let holder = scene.holder.unwrap_or_default();
-    let slip = format!("holder.slip_velocity = {}", show(holder.slip_velocity, Dimension::VELOCITY));
-    let loss = scene.loss;
-    let (relaxes, relaxation) = match (loss.relaxation, &scene.support) {
-        (Some(Relaxation { strength, time }), Support::Annulus { .. }) => {
-            (true, format!("loss.relaxation = {strength}, loss.relaxation_time = {}", show(time, Dimension::TIME)))
+    let (holder, loss) = (scene.holder.unwrap_or_default(), scene.loss);
+    let friction = format!(
+        "{}, {}",
+        said("holder.friction_force", holder.friction_force, Dimension::FORCE),
+        said("holder.slip_velocity", holder.slip_velocity, Dimension::VELOCITY)
+    );
+    let oblique = format!(
+        "{}, holder.friction_coefficient = {}",
+        said("holder.clearance", holder.clearance, Dimension::LENGTH),
+        holder.friction_coefficient
+    );
+    let relaxation = match (loss.relaxation, scene.support.ring()) {
+        (Some(Relaxation { strength, time }), Some(_)) => {
+            on(format!("loss.relaxation = {strength}, {}", said("loss.relaxation_time", time, Dimension::TIME)))
         }
-        (_, Support::Annulus { .. }) => (false, "loss.relaxation = 0".to_owned()),
-        _ => (false, "support.kind is not annulus".to_owned()),
+        (None, Some(_)) => off("loss.relaxation = 0"),
+        (_, None) => off("support.kind is not annulus"),
     };
     let is_chain = scene.model.kind == ModelKind::Chain;
     let yields = match scene.yield_strength {
-        Some(strength) if is_chain => {
-            (true, format!("contact.yield_strength = {}", show(strength, Dimension::PRESSURE)))
-        }
-        None if is_chain => (false, "contact.yield_strength is not given: elastic".to_owned()),
-        _ => (false, format!("model.kind = {}", scene.model.kind.name())),
+        _ if !is_chain => off(model(scene)),
+        Some(strength) => on(said("contact.yield_strength", strength, Dimension::PRESSURE)),
+        None => off("contact.yield_strength is not given: elastic"),
     };
-    let lossy = scene.model.kind.is_meshed() && (loss.beads > 0.0 || loss.support > 0.0);
+    let lossy = match scene.model.kind.is_meshed() {
+        true => (
+            loss.beads > 0.0 || loss.support > 0.0,
+            format!("loss.beads = {}, loss.support = {}", loss.beads, loss.support),
+        ),
+        false => off(model(scene)),
+    };
     vec![
-        effect("loaded horn", horn.0, horn.1),
-        effect(
-            "drag in the holder",
-            holder.drag > 0.0,
-            format!("holder.drag = {}", show(holder.drag, Dimension::LINEAR_DAMPING)),
-        ),
-        effect(
-            "friction in the holder",
-            holder.friction_force > 0.0,
-            format!("holder.friction_force = {}, {slip}", show(holder.friction_force, Dimension::FORCE)),
-        ),
+        effect("loaded horn", horn),
+        effect("drag in the holder", (holder.drag > 0.0, said("holder.drag", holder.drag, Dimension::LINEAR_DAMPING))),
+        effect("friction in the holder", (holder.friction_force > 0.0, friction)),
         effect(
             "oblique contacts",
-            holder.clearance > 0.0 && (scene.model.kind == ModelKind::Chain || holder.friction_coefficient > 0.0),
-            format!(
-                "holder.clearance = {}, holder.friction_coefficient = {}",
-                show(holder.clearance, Dimension::LENGTH),
-                holder.friction_coefficient
-            ),
+            (holder.clearance > 0.0 && (is_chain || holder.friction_coefficient > 0.0), oblique),
         ),
-        effect("yielding contacts", yields.0, yields.1),
-        effect("relaxing annulus", relaxes, relaxation),
-        effect(
-            "loss in the bodies",
-            lossy,
-            if scene.model.kind.is_meshed() {
-                format!("loss.beads = {}, loss.support = {}", loss.beads, loss.support)
-            } else {
-                format!("model.kind = {}", scene.model.kind.name())
-            },
-        ),
+        effect("yielding contacts", yields),
+        effect("relaxing annulus", relaxation),
+        effect("loss in the bodies", lossy),
     ]
 }
 
 fn water_effects(scene: &Scene) -> Vec<Effect> {
-    let effect = |name, on, why: String| Effect { name, on, why };
-    let Support::Disc { shape, .. } = &scene.support else {
-        let off = |name| effect(name, false, "support.kind is not disc".to_owned());
-        return ["elastic disc", "water behind the disc", "absorption in the water"].map(off).to_vec();
-    };
-    let disc = format!("disc.material = {}, disc.rim = {}", shape.material.name, shape.rim.name());
-    let none = || (false, "water.medium = none".to_owned());
-    let (water, absorption) = match &scene.water {
-        None => (none(), none()),
-        Some(water) => {
-            let (medium, baffle) = (water.medium.name(), water.baffle.name());
-            let why =
-                format!("water.medium = {medium}, water.method = {}, water.baffle = {baffle}", water.method.name());
-            let absorption = match water.absorption {
-                None => (false, "water.absorption = 0 Np/m".to_owned()),
-                Some(law) => {
-                    let at_1_mhz = Quantity::new(law.at_1_mhz, Dimension::ATTENUATION);
-                    (true, format!("water.absorption = {at_1_mhz} at 1 MHz, exponent {}", law.exponent))
-                }
-            };
-            ((true, why), absorption)
+    let disc = scene.support.disc().map(|(shape, _)| shape);
+    let not_given = || off(if disc.is_some() { "water.medium = none" } else { "support.kind is not disc" });
+    let elastic = disc.map_or_else(not_given, |shape| {
+        on(format!("disc.material = {}, disc.rim = {}", shape.material.name, shape.rim.name()))
+    });
+    let water = scene.water.as_ref().filter(|_| disc.is_some());
+    let behind = water.map_or_else(not_given, |water| {
+        let (medium, method, baffle) = (water.medium.name(), water.method.name(), water.baffle.name());
+        on(format!("water.medium = {medium}, water.method = {method}, water.baffle = {baffle}"))
+    });
+    let absorption = water.map_or_else(not_given, |water| match water.absorption {
+        None => off("water.absorption = 0 Np/m"),
+        Some(law) => {
+            let at_1_mhz = said("water.absorption", law.at_1_mhz, Dimension::ATTENUATION);
+            on(format!("{at_1_mhz} at 1 MHz, exponent {}", law.exponent))
         }
-    };
+    });
     vec![
-        effect("elastic disc", true, disc),
-        effect("water behind the disc", water.0, water.1),
-        effect("absorption in the water", absorption.0, absorption.1),
+        effect("elastic disc", elastic),
+        effect("water behind the disc", behind),
+        effect("absorption in the water", absorption),
     ]
 }
 
-fn fea_effects(scene: &Scene) -> Vec<Effect> {
-    let kind = scene.model.kind;
-    let fea = &scene.model.fea;
-    let of = |has: bool| {
-        move |name, on, why: String| {
-            let why = if has { why } else { format!("model.kind = {}", kind.name()) };
-            Effect { name, on: on && has, why }
-        }
-    };
-    let (effect, meshed_effect) = (of(kind == ModelKind::Fea), of(kind.is_meshed()));
+fn mesh_effects(scene: &Scene) -> Vec<Effect> {
+    let (kind, fea) = (scene.model.kind, &scene.model.fea);
+    let under = |has: bool, said: (bool, String)| if has { said } else { off(model(scene)) };
+    let in_fea = |said| under(kind == ModelKind::Fea, said);
+    let in_meshed = |said| under(kind.is_meshed(), said);
     let off_axis = match scene.support.normal() {
         Some(normal) => (normal == ContactNormal::Moving, format!("support.normal = {}", normal.name())),
-        None => (false, "no contact lies off the axis".to_owned()),
+        None => off("no contact lies off the axis"),
     };
     let meshed = scene.chain.beads.iter().filter(|bead| bead.mesh.is_some()).count();
-    let own_support = matches!(scene.support, Support::Body { .. });
-    let dissipation = match fea.scheme {
-        Scheme::Trapezoid => (false, "model.integrator = trapezoid".to_owned()),
-        scheme => {
-            let value = scheme.dissipation();
+    let (own, support) = match scene.support {
+        Support::Body { .. } => (true, "the support"),
+        _ => (false, "no support"),
+    };
+    let dissipation = match (fea.scheme, fea.scheme.dissipation()) {
+        (Scheme::Trapezoid, _) => off("model.integrator = trapezoid"),
+        (scheme, value) => {
             (value > 0.0, format!("model.integrator = {}, model.numerical_dissipation = {value}", scheme.name()))
         }
     };
+    let density = format!("{}, model.mesh_density = {}", model(scene), scene.model.meshing().density);
+    let modes = scene.model.reduced.modes;
+    let kept = (modes > 0, format!("model.modes = {modes}, the rest as static flexibility"));
+    let contact_mass = fea.contact_mass;
+    let mass = (contact_mass == ContactMass::Consistent, format!("model.contact_mass = {}", contact_mass.name()));
     vec![
-        meshed_effect(
-            "elastic bodies",
-            true,
-            format!("model.kind = {}, model.mesh_density = {}", kind.name(), scene.model.meshing().density),
-        ),
-        of(kind == ModelKind::Reduced)(
-            "modes of the bodies",
-            scene.model.reduced.modes > 0,
-            format!("model.modes = {}, the rest as static flexibility", scene.model.reduced.modes),
-        ),
+        effect("elastic bodies", in_meshed(on(density))),
+        effect("modes of the bodies", under(kind == ModelKind::Reduced, kept)),
+        effect("mass at the contact nodes", in_fea(mass)),
+        effect("numerical dissipation", in_fea(dissipation)),
+        effect("moving contact normal", in_meshed(off_axis)),
         effect(
-            "mass at the contact nodes",
-            fea.contact_mass == ContactMass::Consistent,
-            format!("model.contact_mass = {}", fea.contact_mass.name()),
-        ),
-        effect("numerical dissipation", dissipation.0, dissipation.1),
-        meshed_effect("moving contact normal", off_axis.0, off_axis.1),
-        meshed_effect(
             "bodies from mesh files",
-            meshed > 0 || own_support,
-            format!("{meshed} beads and {} from mesh files", if own_support { "the support" } else { "no support" }),
+            in_meshed((meshed > 0 || own, format!("{meshed} beads and {support} from mesh files"))),
         ),
     ]
 }

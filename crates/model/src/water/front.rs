@@ -15,20 +15,18 @@
 //! Two ways, as behind a chain: the disc in modes and static shapes with what they leave out of the points' flexibility as a static rest
 //! (`ModalFront`, water by the Rayleigh integral), or its elements in one factor with those of the water.
 
-use thiserror::Error;
-
 use super::{
-    OnWater, absorption,
+    OnWater, WaterError, absorption,
     contact::DASHPOT_MODES,
-    disc::{Disc, DiscError, DiscInterface},
-    elements::{DiscOnWater, DiscOnWaterSettings, ElementsError},
-    rayleigh::{field::FieldPointError, motion::WetDisc},
-    support::PATCH,
+    disc::{Disc, DiscError, DiscInterface, PATCH},
+    elements::{DiscOnWater, DiscOnWaterSettings},
+    rayleigh::motion::WetDisc,
 };
 use crate::{
     fea::contact::face::Face,
-    response::{DiscResponse, Response, SolverWork},
-    scene::{Rim, WaterMethod, WaterSettings},
+    number::dot,
+    response::{DiscResponse, Response, empty_columns, push},
+    scene::{DiscShape, Rim, WaterMethod, WaterSettings},
 };
 use granchain_signal::Series;
 
@@ -44,16 +42,14 @@ pub(crate) trait TouchedDisc {
     fn push(&mut self, forces: &[f64]);
     /// w, m.
     fn retreat(&self, out: &mut [f64]);
-    /// Velocity of the middle of the disc's back, m/s, positive into the water.
-    fn back_velocity(&self) -> f64;
-    /// Pressure at field point `point` of those it was made with, Pa.
-    fn pressure(&self, point: usize) -> f64;
     /// Energy of the disc, kinetic and elastic, J.
-    fn energy(&mut self) -> f64;
+    fn stored(&mut self) -> f64;
+    /// The disc, as behind one force.
+    fn on_water(&self) -> &dyn OnWater;
     /// Work the disc has done on the water so far, J.
-    fn work_on_water(&self) -> f64;
-    /// Add its unknowns, and what it did so far, to the counts of a run.
-    fn count(&self, work: &mut SolverWork);
+    fn work_on_water(&self) -> f64 {
+        self.on_water().work_on_water()
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,17 +73,6 @@ impl Held {
         let points = self.points.chunks_exact(forces.len().max(1)).map(|row| dot(row, forces));
         (points.collect(), dot(&self.modes, forces))
     }
-}
-
-#[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-pub enum FrontError {
-    #[error(transparent)]
-    Disc(#[from] DiscError),
-    #[error(transparent)]
-    Elements(#[from] ElementsError),
-    #[error(transparent)]
-    FieldPoint(#[from] FieldPointError),
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -140,17 +125,10 @@ impl Front {
         water: &WaterSettings,
         step: f64,
         handles: Handles,
-    ) -> Result<Box<dyn TouchedDisc>, FrontError> {
+    ) -> Result<Box<dyn TouchedDisc>, WaterError> {
         let patch = PATCH * self.disc.shape().thickness;
         if let WaterMethod::Elements(mesh) = water.method {
-            let settings = DiscOnWaterSettings {
-                water: water.liquid,
-                baffle: water.baffle,
-                mesh,
-                points: water.field_points.clone(),
-                patch,
-                step,
-            };
+            let settings = DiscOnWaterSettings::of(water, mesh, patch, step);
             let mut touched = self.points.clone();
             if handles == Handles::PointsAndModes {
                 touched.push(self.modes_handle()?);
@@ -186,40 +164,42 @@ pub(crate) struct WaterRecord {
 
 impl WaterRecord {
     /// Empty, for so many samples at the field points of `water`.
-    pub(crate) fn new(water: &WaterSettings, samples: usize) -> Self {
-        let pressure = water.field_points.iter().map(|_| Vec::with_capacity(samples)).collect();
+    pub(crate) fn new(water: Option<&WaterSettings>, samples: usize) -> Self {
+        let pressure = empty_columns(water.map_or(0, |water| water.field_points.len()), samples);
         Self { pressure, back_velocity: Vec::with_capacity(samples) }
     }
 
-    pub(crate) fn sample(&mut self, disc: &dyn TouchedDisc) {
-        self.pressure.iter_mut().enumerate().for_each(|(point, trace)| trace.push(disc.pressure(point)));
+    pub(crate) fn sample(&mut self, disc: &dyn OnWater) {
+        push(&mut self.pressure, (0..).map(|point| disc.pressure(point)));
         self.back_velocity.push(disc.back_velocity());
     }
 
-    /// Enter it into a response whose ledger has the energy of the disc and the work on the water (J) among the stored energies.
-    pub(crate) fn enter(
-        &self,
+    /// Enter what was heard behind a disc of that shape, as it arrives there.
+    pub(crate) fn enter(self, shape: &DiscShape, water: Option<&WaterSettings>, response: &mut Response) {
+        let step = response.piston_displacement.step;
+        let series = |values: Vec<f64>| Series::new(0.0, step, values);
+        let work = &mut response.work;
+        work.pressure_samples = self.pressure.iter().map(|trace| trace.len() as u64).sum();
+        let law = water.and_then(|water| water.absorption);
+        let points = water.map_or(&[][..], |water| &water.field_points);
+        let heard = self.pressure.into_iter().zip(points).map(|(trace, &point)| {
+            let Some(law) = law else { return series(trace) };
+            work.absorbed_records += 1;
+            series(absorption::attenuated(law, shape.radius, point, &trace, step))
+        });
+        let pressure = heard.collect();
+        response.disc = Some(DiscResponse { velocity: series(self.back_velocity), pressure });
+    }
+
+    /// The same where the ledger has the energy of the disc and the work on the water (J) among the stored energies.
+    pub(crate) fn enter_behind(
+        self,
         front: &Front,
         water: &WaterSettings,
         [disc_j, water_j]: [f64; 2],
         response: &mut Response,
     ) {
-        let step = response.piston_displacement.step;
-        let series = |values: Vec<f64>| Series::new(0.0, step, values);
-        let work = &mut response.work;
-        work.pressure_samples = self.pressure.iter().map(|trace| trace.len() as u64).sum();
-        let heard = self.pressure.iter().zip(&water.field_points).map(|(trace, &point)| {
-            let radius = front.disc.shape().radius;
-            series(match water.absorption {
-                None => trace.clone(),
-                Some(law) => {
-                    work.absorbed_records += 1;
-                    absorption::attenuated(law, radius, point, trace, step)
-                }
-            })
-        });
-        let pressure = heard.collect();
-        response.disc = Some(DiscResponse { velocity: series(self.back_velocity.clone()), pressure });
+        self.enter(front.disc.shape(), Some(water), response);
         let energy = &mut response.energy;
         energy.stored_j -= disc_j + water_j;
         (energy.disc_j, energy.water_j) = (Some(disc_j), Some(water_j));
@@ -232,8 +212,6 @@ impl WaterRecord {
 #[derive(Debug, Clone)]
 pub(crate) struct ModalFront {
     disc: WetDisc,
-    /// φ_k in the middle of the back, 1/√kg.
-    back: Vec<f64>,
     /// φ_k of the points, shape by shape, 1/√kg.
     shapes: Vec<f64>,
     /// R row by row, m/N.
@@ -259,8 +237,7 @@ impl ModalFront {
             }
         }
         let (residual, forces) = (interface.residual.clone(), vec![0.0; points]);
-        let back = interface.modes.back.iter().map(|shape| shape.at(0.0)).collect();
-        Self { disc, back, shapes, residual, compliance, forces, modal: vec![0.0; count] }
+        Self { disc, shapes, residual, compliance, forces, modal: vec![0.0; count] }
     }
 
     fn add_shapes(&self, amounts: impl Iterator<Item = f64>, out: &mut [f64]) {
@@ -296,28 +273,12 @@ impl TouchedDisc for ModalFront {
         }
     }
 
-    fn back_velocity(&self) -> f64 {
-        self.back.iter().zip(self.disc.modal_velocity()).map(|(shape, velocity)| shape * velocity).sum()
-    }
-
-    fn pressure(&self, point: usize) -> f64 {
-        self.disc.pressure(point)
-    }
-
-    fn energy(&mut self) -> f64 {
+    fn stored(&mut self) -> f64 {
         let rows = self.residual.chunks_exact(self.forces.len()).zip(&self.forces);
         self.disc.energy() + 0.5 * rows.map(|(row, force)| force * dot(row, &self.forces)).sum::<f64>()
     }
 
-    fn work_on_water(&self) -> f64 {
-        self.disc.work_on_water()
+    fn on_water(&self) -> &dyn OnWater {
+        &self.disc
     }
-
-    fn count(&self, work: &mut SolverWork) {
-        self.disc.count(work);
-    }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

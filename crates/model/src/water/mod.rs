@@ -21,6 +21,7 @@ pub mod chain;
 pub mod contact;
 pub mod disc;
 pub mod elements;
+mod error;
 pub mod field;
 pub mod front;
 mod quadrature;
@@ -31,7 +32,8 @@ mod unit_response;
 
 use crate::response::SolverWork;
 pub use crate::scene::Water;
-pub(crate) use support::{DiscSupport, WaterError};
+pub(crate) use error::WaterError;
+pub(crate) use support::DiscSupport;
 pub use unit_response::UnitResponse;
 
 /// A disc on the water that is pushed at the pole of its front, on a clock of constant step Δ. Between instants the force is a straight line.

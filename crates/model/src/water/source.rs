@@ -11,7 +11,7 @@ use thiserror::Error;
 
 use super::{
     OnWater,
-    disc::{Disc, DiscError, DiscModes},
+    disc::{Disc, DiscError, DiscModes, PATCH},
     elements::{DiscOnWater, DiscOnWaterSettings, ElementsError},
     field::{FaceMotion, FacePressure, FieldGrid},
     rayleigh::{
@@ -19,7 +19,7 @@ use super::{
         motion::WetDisc,
         radiation::Radiator,
     },
-    support::{PATCH, disc_mesh, is_damped_at_disc, modes_of},
+    support::{disc_mesh, is_damped_at_disc, modes_of},
 };
 use crate::{
     ModelError,
@@ -210,20 +210,10 @@ impl FieldSource {
 
     /// The disc on its meshed water, at rest.
     fn meshed(&self, mesh: WaterMesh) -> Result<DiscOnWater, FieldSourceError> {
-        let settings = DiscOnWaterSettings {
-            water: self.water.liquid,
-            baffle: self.water.baffle,
-            mesh,
-            points: Vec::new(),
-            patch: PATCH * self.disc.shape().thickness,
-            step: self.step,
-        };
-        let made = if self.modes.modes == self.modes.frequencies.len() {
-            DiscOnWater::in_modes(self.disc.clone(), &settings, self.modes.modes)
-        } else {
-            DiscOnWater::new(self.disc.clone(), &settings)
-        };
-        Ok(made?)
+        let settings = DiscOnWaterSettings::of(&self.water, mesh, PATCH * self.disc.shape().thickness, self.step);
+        let settings = DiscOnWaterSettings { points: Vec::new(), ..settings };
+        let in_modes = self.modes.modes == self.modes.frequencies.len();
+        Ok(DiscOnWater::made(&self.disc, &settings, in_modes.then_some(self.modes.modes))?)
     }
 
     /// Drive it by the force through instant `last`; `observe` sees the pressure (Pa) at the nodes at every instant, the first included.

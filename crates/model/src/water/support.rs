@@ -10,34 +10,29 @@
 
 use std::sync::OnceLock;
 
-use thiserror::Error;
-
 use super::{
-    OnWater, UnitResponse, Water, absorption,
+    OnWater, UnitResponse, Water,
     chain::{ChainInFront, ChainOnWaterError, Moment, Others, march},
-    contact::{DiscContact, PatchError},
-    disc::{Disc, DiscError, DiscMesh, DiscModes},
-    elements::{DiscOnWater, DiscOnWaterSettings, ElementsError},
-    rayleigh::{
-        field::{FieldPoint, FieldPointError},
-        motion::WetDisc,
-    },
+    contact::DiscContact,
+    disc::{Disc, DiscMesh, DiscModes, PATCH},
+    elements::{DiscOnWater, DiscOnWaterSettings},
+    error::WaterError,
+    front::WaterRecord,
+    rayleigh::{field::FieldPoint, motion::WetDisc},
 };
 use crate::{
     ModelError, Progress,
     contact_law::dashpots,
     holder::Hold,
     horn::HornStep,
-    response::{DiscResponse, EnergyLedger, ObservedPoint, Recorder, Response, SolverWork, empty_columns, push},
+    response::{EnergyLedger, ObservedPoint, Recorder, Response, SolverWork, push},
     scene::{
         Baffle, Bead, ContactLaw, DiscShape, Integrator, MaterialLoss, PistonMotion, Rim, Scene, WaterMethod,
         WaterSettings,
     },
 };
-use granchain_signal::{Dimension, Quantity, Series};
+use granchain_signal::{Dimension, Quantity};
 
-/// Radius of the patch of the contact force in thicknesses: 60 µm of the paper's disc.
-pub(super) const PATCH: f64 = 0.24;
 /// Fewest and most modes of a disc on the water, and the frequency (Hz) up to which it has all.
 const MODES: (usize, usize, f64) = (4, 64, 2.5e6);
 /// Steps between reports to the caller.
@@ -46,30 +41,6 @@ const REPORT: usize = 4096;
 const BAND: f64 = 13.0;
 /// Acoustic elements a wavelength and steps a period where pressure is off by about 0.6 %.
 const RESOLVED: (f64, f64) = (15.0, 20.0);
-
-#[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-pub enum WaterError {
-    #[error(transparent)]
-    Disc(#[from] DiscError),
-    #[error(transparent)]
-    Elements(#[from] ElementsError),
-    #[error(transparent)]
-    FieldPoint(#[from] FieldPointError),
-    #[error(transparent)]
-    Chain(#[from] ChainOnWaterError),
-    #[error(transparent)]
-    Patch(#[from] PatchError),
-}
-
-impl From<WaterError> for ModelError {
-    fn from(error: WaterError) -> Self {
-        match error {
-            WaterError::Chain(ChainOnWaterError::Stopped { time }) => Self::Stopped { time },
-            error => Self::Water(Box::new(error)),
-        }
-    }
-}
 
 /// A disc and what is behind it, ready for any number of runs of a chain in front.
 #[derive(Debug)]
@@ -145,19 +116,8 @@ impl DiscSupport {
         let contact = contact.map_err(WaterError::from)?;
         let ready = match self.water.as_ref().map(|water| (water, water.method)) {
             Some((water, WaterMethod::Elements(mesh))) => {
-                let settings = DiscOnWaterSettings {
-                    water: water.liquid,
-                    baffle: water.baffle,
-                    mesh,
-                    points: water.field_points.clone(),
-                    patch: self.patch,
-                    step: self.step,
-                };
-                let disc = if is_damped {
-                    DiscOnWater::in_modes(self.disc.clone(), &settings, count)
-                } else {
-                    DiscOnWater::new(self.disc.clone(), &settings)
-                };
+                let settings = DiscOnWaterSettings::of(water, mesh, self.patch, self.step);
+                let disc = DiscOnWater::made(&self.disc, &settings, is_damped.then_some(count));
                 let disc = disc.map_err(WaterError::from)?;
                 let recorded = UnitResponse::record(disc.clone(), settings.points.len(), self.steps + 1);
                 Ready::Elements { disc: Box::new(disc), recorded }
@@ -222,7 +182,7 @@ impl DiscSupport {
         let every = ((scene.output_step / self.step).round() as usize).max(1);
         let samples = steps / every + 1;
         let mut columns = Recorder::new(samples, count, false);
-        let (mut back, mut pressure) = (Vec::with_capacity(samples), empty_columns(self.points().len(), samples));
+        let mut heard = WaterRecord::new(self.water.as_ref(), samples);
         let chain = ChainInFront {
             beads: scene.chain.beads.clone(),
             gaps: scene.chain.gaps.clone(),
@@ -238,8 +198,7 @@ impl DiscSupport {
                 push(&mut columns.displacement, moment.displacement[1..].iter().copied());
                 push(&mut columns.velocity, moment.velocity[1..].iter().copied());
                 push(&mut columns.force, moment.force.iter().copied());
-                back.push(moment.disc.back_velocity());
-                push(&mut pressure, (0..self.points().len()).map(|point| moment.disc.pressure(point)));
+                heard.sample(moment.disc);
             }
             !moment.instant.is_multiple_of(REPORT) || progress(moment.time)
         })
@@ -252,18 +211,9 @@ impl DiscSupport {
             dashpot_evaluations: books.dashpots,
             horn_evaluations: books.horn,
             holder_evaluations: books.holder,
-            pressure_samples: pressure.iter().map(|trace| trace.len() as u64).sum(),
             ..SolverWork::default()
         };
         disc.count(&mut work);
-        if let Some(law) = self.water.as_ref().and_then(|water| water.absorption) {
-            let radius = self.disc.shape().radius;
-            for (trace, &point) in pressure.iter_mut().zip(self.points()) {
-                work.absorbed_records += 1;
-                *trace = absorption::attenuated(law, radius, point, trace, scene.output_step);
-            }
-        }
-        let series = |values: Vec<f64>| Series::new(0.0, scene.output_step, values);
         // What a static force and the motion since do together.
         let disc_j = disc.energy() + preload * disc.pole_displacement();
         let (disc_j, water_j) = match knows_disc {
@@ -276,8 +226,7 @@ impl DiscSupport {
         let residual_j = balance.initial + balance.piston_work - held;
         let energy = EnergyLedger { disc_j, water_j: Some(water_j), residual_j, ..balance.ledger() };
         let mut response = columns.response(scene.output_step, None, ObservedPoint::Pole, energy, work);
-        let pressure = pressure.into_iter().map(series).collect();
-        response.disc = Some(DiscResponse { velocity: series(back), pressure });
+        heard.enter(self.disc.shape(), self.water.as_ref(), &mut response);
         Ok(response)
     }
 

@@ -13,6 +13,8 @@
 
 use std::ops::Range;
 
+use crate::number::dot;
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ordering {
     /// The active set is a prefix in nearly all states: a contact at a pole.
@@ -331,11 +333,6 @@ impl Compliance {
         }
         Ok(())
     }
-}
-
-#[inline(always)]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Solve L y = b in place, with `stride` numbers a row of what [`factorise`] left.

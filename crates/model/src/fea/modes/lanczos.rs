@@ -2,10 +2,13 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use crate::fea::{
-    assembly::Columns,
-    body::Body,
-    factor::{Factor, Half},
+use crate::{
+    fea::{
+        assembly::Columns,
+        body::Body,
+        factor::{Factor, Half},
+    },
+    number::dot,
 };
 
 /// xᵀ M y.
@@ -13,10 +16,6 @@ pub(super) fn mass_product(body: &Body, x: &[f64], y: &[f64]) -> f64 {
     let mut out = body.columns(1);
     body.multiply_mass(&Columns::from_vector(y), &mut out);
     dot(x, out.as_slice())
-}
-
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
 #[derive(Debug, Clone)]

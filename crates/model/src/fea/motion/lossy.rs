@@ -1,8 +1,12 @@
 //! What a step of bodies with drag and with losses in their material needs besides.
 
 use super::{Group, Motion};
-use crate::fea::{
-    arrangement::Arrangement, assembly::Columns, body::Body, loss::StepLoss, operator::Operator, scheme::Coefficients,
+use crate::{
+    fea::{
+        arrangement::Arrangement, assembly::Columns, body::Body, loss::StepLoss, operator::Operator,
+        scheme::Coefficients,
+    },
+    number,
 };
 
 #[derive(Debug, Clone)]
@@ -25,7 +29,7 @@ impl Lossy {
 }
 
 pub(super) fn dot(a: &Columns, b: &Columns) -> f64 {
-    a.as_slice().iter().zip(b.as_slice()).map(|(a, b)| a * b).sum()
+    number::dot(a.as_slice(), b.as_slice())
 }
 
 impl Motion {

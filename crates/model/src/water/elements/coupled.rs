@@ -8,7 +8,9 @@ use super::{
 };
 use crate::{
     fea::assembly::{Columns, Direction, DofMap},
+    number::dot,
     response::SolverWork,
+    scene::WaterSettings,
     water::{OnWater, contact::DASHPOT_MODES, disc::Disc, front::TouchedDisc, rayleigh::field::FieldPoint},
 };
 
@@ -23,6 +25,14 @@ pub struct DiscOnWaterSettings {
     pub patch: f64,
     /// Step Δ, s.
     pub step: f64,
+}
+
+impl DiscOnWaterSettings {
+    /// Of the water of a scene on that mesh, heard at its field points.
+    pub(in crate::water) fn of(water: &WaterSettings, mesh: WaterMesh, patch: f64, step: f64) -> Self {
+        let points = water.field_points.clone();
+        Self { water: water.liquid, baffle: water.baffle, mesh, points, patch, step }
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -70,6 +80,18 @@ impl Point {
 }
 
 impl DiscOnWater {
+    /// Pushed in its `modes` lowest modes only, or in all its shapes.
+    pub(in crate::water) fn made(
+        disc: &Disc,
+        settings: &DiscOnWaterSettings,
+        modes: Option<usize>,
+    ) -> Result<Self, ElementsError> {
+        match modes {
+            Some(count) => Self::in_modes(disc.clone(), settings, count),
+            None => Self::new(disc.clone(), settings),
+        }
+    }
+
     pub fn new(disc: Disc, settings: &DiscOnWaterSettings) -> Result<Self, ElementsError> {
         let load = disc.patch_load(settings.patch);
         let terms = (0_u32..).zip(load).filter(|&(_, share)| share != 0.0).collect();
@@ -79,7 +101,7 @@ impl DiscOnWater {
 
     /// As [`DiscOnWater::new`], pushed in its `count` lowest modes only: the force is spread as M Σ φ_k φ_k(0), and the displacement of the pole is
     /// that in these modes. Whatever the force does within a step, the disc's fine shapes do not answer; the water may still move them.
-    pub(crate) fn in_modes(disc: Disc, settings: &DiscOnWaterSettings, count: usize) -> Result<Self, ElementsError> {
+    fn in_modes(disc: Disc, settings: &DiscOnWaterSettings, count: usize) -> Result<Self, ElementsError> {
         let modal = disc.modal_weights(count, settings.patch).map_err(Box::new)?;
         let terms = (0_u32..).zip(modal.iter().copied()).filter(|&(_, share)| share != 0.0).collect();
         Ok(Self { modal, ..Self::touched(disc, settings, &[terms])? })
@@ -273,24 +295,12 @@ impl TouchedDisc for DiscOnWater {
         out.iter_mut().zip(&self.points).for_each(|(out, point)| *out = point.along(&self.displacement));
     }
 
-    fn back_velocity(&self) -> f64 {
-        self.velocity.as_slice()[DofMap::dof(self.disc.back()[0], Direction::Axial) as usize]
-    }
-
-    fn pressure(&self, point: usize) -> f64 {
-        self.waves.pressure_at(point)
-    }
-
-    fn energy(&mut self) -> f64 {
+    fn stored(&mut self) -> f64 {
         self.energies()[0]
     }
 
-    fn work_on_water(&self) -> f64 {
-        self.work
-    }
-
-    fn count(&self, work: &mut SolverWork) {
-        OnWater::count(self, work);
+    fn on_water(&self) -> &dyn OnWater {
+        self
     }
 }
 
@@ -353,8 +363,4 @@ impl OnWater for DiscOnWater {
         work.acoustic_unknowns += self.waves.unknowns() as u64;
         work.solves += self.solves;
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -18,6 +18,7 @@ use super::{
     radiation::{RadiationKernel, Radiator},
 };
 use crate::{
+    number::dot,
     response::SolverWork,
     water::{OnWater, Water, disc::DiscModes},
 };
@@ -273,8 +274,4 @@ impl OnWater for WetDisc {
             })
             .sum()
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
