@@ -4,7 +4,7 @@ use super::{
     ModelError, Progress,
     chain::{ChainModel, FiniteBodyLaws, InitialState},
     estimate::refuse_excess,
-    fea::{FeaModel, loss::refuse_losses, yielding},
+    fea::{self, loss::refuse_losses, yielding},
     reduced::{self, Cache, Origin, Reduction},
     tally,
     water::DiscSupport,
@@ -106,17 +106,14 @@ impl Prepared {
         let response = match &self.rung {
             Rung::Chain(fitted) => {
                 let still = InitialState::at_rest(scene.chain.beads.len());
-                match fitted {
-                    Some(fitted) => ChainModel.run_with_laws(scene, fitted, motion, &still, progress),
-                    None => ChainModel.run_with(scene, motion, &still, progress),
-                }
+                ChainModel.run_on(scene, fitted.as_ref(), motion, &still, progress)
             }
             Rung::OnDisc(disc) => {
                 super::need_drive(scene, "chain")?;
                 disc.run(scene, motion, progress)
             }
             Rung::Reduced { reduction, .. } => reduction.run_with(scene, motion, progress),
-            Rung::Fea => FeaModel.run_with(scene, motion, progress),
+            Rung::Fea => fea::run(scene, motion, progress),
         }?;
         super::check_energy(&response.energy)?;
         Ok(response)

@@ -22,7 +22,6 @@ const INTEGRAL: [[f64; 6]; 3] = [
 /// Central differences of sixth order, error step⁶ x⁽⁷⁾/140; the three samples at either end use the one-sided formulas of
 /// the same order. Fewer than seven samples: differences of neighbours. One sample or none: zero.
 /// Noise of rms σ comes out with rms 1.2 σ/step: low-pass first.
-#[must_use]
 pub fn derivative(series: &Series) -> Series {
     let (x, n) = (&series.values, series.len());
     let sum = |from: usize, weights: &[f64; 7]| -> f64 {
@@ -52,7 +51,6 @@ pub fn derivative(series: &Series) -> Series {
 ///
 /// Each step adds the integral of the quintic through the six samples around it (error of the sum of order step⁶); fewer
 /// than six samples: trapezia. An offset of x becomes a drift: remove the baseline first and what drift is left after.
-#[must_use]
 pub fn integral(series: &Series) -> Series {
     let (x, n) = (&series.values, series.len());
     let sum = |from: usize, weights: &[f64; 6]| -> f64 {

@@ -36,7 +36,6 @@ impl CausalShape {
     /// What it passes of a series; its delay at zero frequency is taken off the clock, as instruments do that state their delay.
     ///
     /// - `frequency`: where its gain is `gain`, Hz
-    #[must_use]
     pub fn apply(self, series: &Series, frequency: f64, gain: f64) -> Series {
         let mut values = series.values.clone();
         let mut delay = 0.0;

@@ -21,14 +21,12 @@ pub struct Conditioning {
 
 impl Conditioning {
     /// What is needed to bring a trace onto the instants of `record`: nothing but resampling.
-    #[must_use]
     pub fn onto(record: &Series) -> Self {
         Self { bandwidth: None, delay: 0.0, invert: false, start: record.start, step: record.step, count: record.len() }
     }
 
     /// Plan for traces of `len` samples at `start` + i `step` (s).
-    #[must_use]
-    pub fn plan(&self, start: f64, step: f64, len: usize) -> Conditioner {
+    pub(crate) fn plan(&self, start: f64, step: f64, len: usize) -> Conditioner {
         // A low-pass whose stop band begins below half the output rate has left nothing to alias.
         let clean = self.bandwidth.is_some_and(|bandwidth| 1.15 * bandwidth * self.step.max(step) <= 0.5);
         let resampler = if clean { Resampler::interpolating } else { Resampler::new };
@@ -41,7 +39,6 @@ impl Conditioning {
 
     /// `trace` as the lab would have recorded it. Where the record begins before or ends after the trace, the trace's end
     /// values are held.
-    #[must_use]
     pub fn apply(&self, trace: &Series) -> Series {
         self.plan(trace.start, trace.step, trace.len()).apply(&trace.values)
     }
@@ -49,7 +46,7 @@ impl Conditioning {
 
 /// A planned [`Conditioning`] for many traces on one grid; shared between threads.
 #[derive(Debug, Clone)]
-pub struct Conditioner {
+pub(crate) struct Conditioner {
     low_pass: Option<LowPass>,
     resampler: Resampler,
     conditioning: Conditioning,
@@ -60,8 +57,7 @@ impl Conditioner {
     ///
     /// # Panics
     /// If `values` has another length than planned.
-    #[must_use]
-    pub fn apply(&self, values: &[f64]) -> Series {
+    pub(crate) fn apply(&self, values: &[f64]) -> Series {
         let mut values = match &self.low_pass {
             Some(low_pass) => self.resampler.apply(&low_pass.apply(values)),
             None => self.resampler.apply(values),
@@ -87,7 +83,6 @@ impl Conditioner {
 /// let left = about_running_mean(&raised, 8);
 /// assert!(left.iter().zip(&wave).all(|(left, wave)| (left - wave).abs() < 1e-12));
 /// ```
-#[must_use]
 pub fn about_running_mean(values: &[f64], width: usize) -> Vec<f64> {
     let width = width.min(values.len());
     let mut sum: f64 = values[..width].iter().sum();
@@ -111,7 +106,6 @@ pub fn about_running_mean(values: &[f64], width: usize) -> Vec<f64> {
 /// let ramp: Vec<f64> = (0..10).map(f64::from).collect();
 /// assert_eq!(wander(&ramp, 4), 6.0);
 /// ```
-#[must_use]
 pub fn wander(values: &[f64], width: usize) -> f64 {
     if width == 0 || values.len() < width {
         return 0.0;

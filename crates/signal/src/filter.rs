@@ -42,7 +42,6 @@ struct Plan {
     transforms: Transforms,
 }
 
-/// There and back.
 type Transforms = (Arc<dyn RealToComplex<f64>>, Arc<dyn ComplexToReal<f64>>);
 
 /// Largest size of which transforms are kept, and of how many sizes: at most some 60 MB.
@@ -75,19 +74,16 @@ impl fmt::Debug for LowPass {
 
 impl LowPass {
     /// Plan for series of `len` samples every `step` seconds and a −6 dB point at `cutoff` (Hz, positive).
-    #[must_use]
     pub fn new(step: f64, len: usize, cutoff: f64) -> Self {
         Self::falling(step, len, cutoff, 1.0)
     }
 
     /// The same with the slow fall of a Bessel filter or an analogue decoder: gain exp(−ln 2 (f/cutoff)²), 0.84 at half the cutoff, ½ at it.
-    #[must_use]
     pub fn gaussian(step: f64, len: usize, cutoff: f64) -> Self {
         Self::falling(step, len, cutoff, 0.0)
     }
 
     /// Between the two: `steepness` of [`LowPass::new`], the rest of [`LowPass::gaussian`].
-    #[must_use]
     pub fn falling(step: f64, len: usize, cutoff: f64, steepness: f64) -> Self {
         let longest = len.saturating_sub(1);
         let cycles = cutoff * step;
@@ -120,7 +116,6 @@ impl LowPass {
     }
 
     /// Gain of [`LowPass::gaussian`] at a frequency, Hz.
-    #[must_use]
     pub fn gaussian_gain(frequency: f64, cutoff: f64) -> f64 {
         (-std::f64::consts::LN_2 * (frequency / cutoff).powi(2)).exp()
     }
@@ -147,7 +142,6 @@ impl LowPass {
     ///
     /// # Panics
     /// If `values` has another length than planned.
-    #[must_use]
     pub fn apply(&self, values: &[f64]) -> Vec<f64> {
         assert_eq!(values.len(), self.len, "LowPass planned for another length");
         let Some(plan) = &self.plan else { return values.to_vec() };
@@ -179,7 +173,6 @@ impl LowPass {
     }
 }
 
-/// A symmetric kernel.
 struct Kernel {
     /// Its middle and what follows.
     right: Vec<f64>,
@@ -216,7 +209,6 @@ fn fast_size(least: usize) -> usize {
 }
 
 /// `series` without what lies above `cutoff` (Hz), zero phase; [`LowPass`] states gain, transition and edge handling.
-#[must_use]
 pub fn low_pass(series: &Series, cutoff: f64) -> Series {
     let filter = LowPass::new(series.step, series.len(), cutoff);
     Series::new(series.start, series.step, filter.apply(&series.values))

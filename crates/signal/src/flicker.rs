@@ -22,7 +22,6 @@ const RATIO: f64 = 4.0;
 
 impl NoiseSpectrum {
     /// Of samples at rest, by Whittle's likelihood of their periodogram (Hann window); white where a 1/f part is not significant. `None` of too few.
-    #[must_use]
     pub fn of(quiet: &[f64], step: f64) -> Option<Self> {
         let n = quiet.len();
         if n < FEWEST {
@@ -63,7 +62,6 @@ impl NoiseSpectrum {
     }
 
     /// Variance between two frequencies, Hz.
-    #[must_use]
     pub fn variance(&self, low: f64, high: f64) -> f64 {
         self.white * (high - low) + self.flicker * (high / low).ln()
     }
@@ -78,7 +76,6 @@ pub struct FlickerSource {
 
 impl FlickerSource {
     /// Of density `flicker`/f down to `lowest` (Hz) for samples every `step` seconds; `draw` gives standard normal numbers.
-    #[must_use]
     pub fn new(flicker: f64, step: f64, lowest: f64, mut draw: impl FnMut() -> f64) -> Self {
         let highest = 0.5 / step;
         let count = ((highest / lowest).ln() / (2.0 * LN_2)).ceil().max(1.0) as usize + 1;
@@ -92,7 +89,6 @@ impl FlickerSource {
         Self { sections }
     }
 
-    /// The next sample.
     pub fn next(&mut self, mut draw: impl FnMut() -> f64) -> f64 {
         self.sections
             .iter_mut()
@@ -108,7 +104,6 @@ impl FlickerSource {
 mod tests {
     use super::*;
 
-    /// Standard normal numbers, the same every time.
     fn normal(seed: &mut u64) -> f64 {
         let mut even = || {
             *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

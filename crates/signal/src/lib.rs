@@ -22,7 +22,7 @@ mod unit;
 
 pub use calculus::{derivative, integral};
 pub use causal::CausalShape;
-pub use conditioning::{Conditioner, Conditioning, about_running_mean, wander};
+pub use conditioning::{Conditioning, about_running_mean, wander};
 pub use digest::{hexadecimal, sha256};
 pub use filter::{LowPass, low_pass};
 pub use flicker::{FlickerSource, NoiseSpectrum};

@@ -1,7 +1,6 @@
 //! Numbers as a reader wants them: consistent significant digits, a true minus sign, engineering prefixes.
 
 /// `value` with `digits` decimals and a true minus sign; −0 is 0.
-#[must_use]
 pub fn fixed(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     match text.strip_prefix('-') {
@@ -20,7 +19,6 @@ pub fn fixed(value: f64, digits: usize) -> String {
 /// assert_eq!(significant(3.2e9, 2), "3.2×10⁹");
 /// assert_eq!(significant(f64::NAN, 3), "–");
 /// ```
-#[must_use]
 pub fn significant(value: f64, figures: usize) -> String {
     if !value.is_finite() {
         return "–".to_owned();
@@ -46,7 +44,6 @@ pub fn significant(value: f64, figures: usize) -> String {
 /// assert_eq!(short(0.02), "0.02");
 /// assert_eq!(short(3660.0), "3660");
 /// ```
-#[must_use]
 pub fn short(value: f64) -> String {
     let text = significant(value, 3);
     let (number, power) = text.split_once('×').map_or((text.as_str(), None), |(number, power)| (number, Some(power)));
@@ -61,7 +58,6 @@ pub fn short(value: f64) -> String {
 /// assert_eq!(to_uncertainty(0.503_21, 0.012_34), "0.503");
 /// assert_eq!(to_uncertainty(3659.7, 412.0), "3660");
 /// ```
-#[must_use]
 pub fn to_uncertainty(value: f64, uncertainty: f64) -> String {
     if !value.is_finite() || !uncertainty.is_finite() || uncertainty <= 0.0 || value == 0.0 {
         return significant(value, 3);
@@ -78,7 +74,6 @@ pub fn to_uncertainty(value: f64, uncertainty: f64) -> String {
 /// assert_eq!(engineering(0.2891, "m/s", 3), "289 mm/s");
 /// assert_eq!(engineering(73e3, "Hz", 3), "73.0 kHz");
 /// ```
-#[must_use]
 pub fn engineering(value: f64, unit: &str, figures: usize) -> String {
     if !value.is_finite() || value == 0.0 {
         return format!("{} {unit}", significant(value, figures));
@@ -89,7 +84,6 @@ pub fn engineering(value: f64, unit: &str, figures: usize) -> String {
 }
 
 /// 10ⁿ in superscript digits.
-#[must_use]
 pub fn power_of_ten(exponent: i32) -> String {
     let mut text = "10".to_owned();
     text.extend(exponent.to_string().chars().map(|letter| match letter {
@@ -109,7 +103,6 @@ pub fn power_of_ten(exponent: i32) -> String {
 /// assert_eq!(unit("N s/m"), "N·s/m");
 /// assert_eq!(unit("N*s*m^(-3/2)"), "N·s·m⁻³ᐟ²");
 /// ```
-#[must_use]
 pub fn unit(plain: &str) -> String {
     let mut pretty = plain.trim().replace([' ', '*'], "·");
     for (written, meant) in [
@@ -127,7 +120,6 @@ pub fn unit(plain: &str) -> String {
 }
 
 /// Value and interval with the interval deciding the digits, `0.503 (0.488 to 0.519)`, or the value alone.
-#[must_use]
 pub fn with_interval(value: f64, interval: Option<(f64, f64)>) -> String {
     match interval {
         Some((low, high)) => {

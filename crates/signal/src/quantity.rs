@@ -29,7 +29,6 @@ impl Dimension {
     pub(super) const fn of(metre: i8, kilogram: i8, second: i8) -> Self {
         Self { metre, kilogram, second, volt: 0 }
     }
-    /// A pure number.
     pub const NONE: Self = Self::of(0, 0, 0);
     /// Length, m.
     pub const LENGTH: Self = Self::of(4, 0, 0);
@@ -65,25 +64,16 @@ impl Dimension {
     pub const VOLTAGE: Self = Self { metre: 0, kilogram: 0, second: 0, volt: 4 };
 
     /// What a person calls it, with its article: "a length"; `None` for a dimension without a common name.
-    #[must_use]
     pub fn name(self) -> Option<&'static str> {
         self.known().map(|known| known.name)
     }
 
-    /// A quantity of this dimension as one would write it: `0.5 mm`.
-    #[must_use]
-    pub fn example(self) -> Option<&'static str> {
-        self.known().map(|known| known.example)
-    }
-
     /// Its unit in SI as written for people: `m/s`, `N·s·m^(-3/2)`; empty for a pure number.
-    #[must_use]
     pub fn si_unit(self) -> String {
         self.known().map_or_else(|| self.base_units("·"), |known| known.people.to_owned())
     }
 
     /// "a length such as `0.5 mm`", for a message.
-    #[must_use]
     pub fn describe(self) -> String {
         self.known().map_or_else(
             || format!("a quantity in {}", self.base_units("·")),
@@ -114,7 +104,6 @@ impl Dimension {
     }
 }
 
-/// How quantities of one dimension are named and written.
 struct Known {
     dimension: Dimension,
     name: &'static str,
@@ -179,7 +168,6 @@ pub struct Quantity {
     pub dimension: Dimension,
 }
 
-/// Why a text is no quantity, or not the one wanted.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum QuantityError {
@@ -190,12 +178,7 @@ pub enum QuantityError {
     #[error("`{found}` is too large to be represented")]
     TooLarge { found: String },
     #[error("unknown unit `{unit}` in `{found}`{}", nearest.as_ref().map(|nearest| format!("; did you mean `{nearest}`?")).unwrap_or_default())]
-    UnknownUnit {
-        unit: String,
-        found: String,
-        /// The known unit that looks most like it, if any does.
-        nearest: Option<String>,
-    },
+    UnknownUnit { unit: String, found: String, nearest: Option<String> },
     #[error("`{exponent}` in `{found}` is no exponent; expected a multiple of 1/4 such as `^2`, `^-3/2` or `^1.25`")]
     Exponent { exponent: String, found: String },
     #[error("cannot read the unit in `{found}` at `{rest}`; expected a unit such as `mm/s` or `N s/m^1.5`")]
@@ -213,8 +196,6 @@ pub enum QuantityError {
 }
 
 impl Quantity {
-    /// A quantity from its value in SI and its dimension.
-    #[must_use]
     pub const fn new(value: f64, dimension: Dimension) -> Self {
         Self { value, dimension }
     }
@@ -235,10 +216,6 @@ impl Quantity {
         Ok(Self { value, dimension: scale.dimension })
     }
 
-    /// Read a quantity of a known dimension; its value in SI.
-    ///
-    /// # Errors
-    /// As [`Quantity::parse`], and [`QuantityError::MissingUnit`] or [`QuantityError::WrongDimension`].
     pub fn parse_as(text: &str, expected: Dimension) -> Result<f64, QuantityError> {
         let quantity = Self::parse(text)?;
         if quantity.dimension == expected {
@@ -254,7 +231,6 @@ impl Quantity {
     /// The quantity in ASCII with a prefix that reads well, such as `0.5 mm` or `3660 N s/m^1.5`.
     ///
     /// Reading it back gives the same `f64`; with a unit that has a half exponent no prefix is used.
-    #[must_use]
     pub fn format_si(&self) -> String {
         self.written(false)
     }

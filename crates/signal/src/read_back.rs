@@ -13,9 +13,6 @@ pub const SMALL: u64 = 64 << 20;
 pub const LARGE: u64 = 4 << 30;
 
 /// All bytes of a plain file that has at most `most` of them.
-///
-/// # Errors
-/// What the system says; [`io::ErrorKind::InvalidData`] for anything else than a plain file, and for a larger one, before it is read.
 pub fn read_back(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let refused = |found: String| {
         let text = format!("expected a plain file of at most {most} bytes, found {found}");
@@ -36,17 +33,11 @@ pub fn read_back(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 }
 
 /// The same as text.
-///
-/// # Errors
-/// As [`read_back`]; bytes that are no UTF-8.
 pub fn read_back_text(path: &Path, most: u64) -> io::Result<String> {
     String::from_utf8(read_back(path, most)?).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
 }
 
 /// A text that a user wrote, from a file or a pipe, of at most [`SMALL`] bytes.
-///
-/// # Errors
-/// What the system says; a longer text; bytes that are no UTF-8.
 pub fn read_text(path: &Path) -> io::Result<String> {
     let mut bytes = Vec::new();
     File::open(path)?.take(SMALL + 1).read_to_end(&mut bytes)?;

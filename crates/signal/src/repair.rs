@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use super::Series;
 
-/// A stretch without valid samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Gap {
     /// Last valid instant before it, s; −∞ where a series begins inside.

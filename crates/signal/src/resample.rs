@@ -64,14 +64,19 @@ impl Kernel {
 
 impl Resampler {
     /// Plan from `input_len` samples at `input_start` + i `input_step` to `count` instants `start` + k `step` (all s).
-    #[must_use]
-    pub fn new(input_start: f64, input_step: f64, input_len: usize, start: f64, step: f64, count: usize) -> Self {
+    pub(crate) fn new(
+        input_start: f64,
+        input_step: f64,
+        input_len: usize,
+        start: f64,
+        step: f64,
+        count: usize,
+    ) -> Self {
         Self::with_ratio(input_start, input_step, input_len, start, step, count, input_step / step)
     }
 
     /// As [`Resampler::new`], for an input that holds nothing above half the output rate (low-passed to 0.43 of it): pure
     /// interpolation, which neither filters again nor pays for it when the rate is lowered.
-    #[must_use]
     pub fn interpolating(
         input_start: f64,
         input_step: f64,
@@ -131,7 +136,6 @@ impl Resampler {
     ///
     /// # Panics
     /// If `values` has another length than planned.
-    #[must_use]
     pub fn apply(&self, values: &[f64]) -> Vec<f64> {
         assert_eq!(values.len(), self.input_len, "Resampler planned for another length");
         if values.is_empty() {
@@ -163,7 +167,6 @@ impl Resampler {
     }
 
     /// The planned instants with `values` resampled onto them.
-    #[must_use]
     pub fn series(&self, values: &[f64]) -> Series {
         Series::new(self.start, self.step, self.apply(values))
     }
@@ -183,7 +186,6 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// `series` at the `count` instants `start` + k `step` (s), band-limited; [`Resampler`] states accuracy and edge handling.
-#[must_use]
 pub fn resample(series: &Series, start: f64, step: f64, count: usize) -> Series {
     Resampler::new(series.start, series.step, series.len(), start, step, count).series(&series.values)
 }

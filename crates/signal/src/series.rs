@@ -14,7 +14,6 @@ pub struct Series {
 }
 
 /// Mean, and rms about it; 0 of none.
-#[must_use]
 pub fn mean_and_rms(values: &[f64]) -> (f64, f64) {
     if values.is_empty() {
         return (0.0, 0.0);
@@ -25,44 +24,36 @@ pub fn mean_and_rms(values: &[f64]) -> (f64, f64) {
 }
 
 impl Series {
-    /// A series from its first instant, its interval and its samples.
-    #[must_use]
     pub fn new(start: f64, step: f64, values: Vec<f64>) -> Self {
         Self { start, step, values }
     }
 
     /// Instant of sample `index`, s.
-    #[must_use]
     pub fn time(&self, index: usize) -> f64 {
         self.start + index as f64 * self.step
     }
 
     /// Number of samples.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.values.len()
     }
 
     /// Whether there are no samples.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
 
     /// Samples a second, Hz.
-    #[must_use]
     pub fn sample_rate(&self) -> f64 {
         1.0 / self.step
     }
 
     /// Instant of the last sample, s; `start` when empty.
-    #[must_use]
     pub fn end(&self) -> f64 {
         self.time(self.len().saturating_sub(1))
     }
 
     /// The samples whose instants lie in [`from`, `to`] (half a step of slack at both ends).
-    #[must_use]
     pub fn window(&self, from: f64, to: f64) -> Self {
         let first = ((from - self.start) / self.step - 0.5).ceil().max(0.0) as usize;
         let past = (((to - self.start) / self.step + 0.5).floor().max(-1.0) as isize).saturating_add(1);
@@ -72,13 +63,11 @@ impl Series {
     }
 
     /// The same instants with every value passed through `f`.
-    #[must_use]
     pub fn map(&self, f: impl FnMut(f64) -> f64) -> Self {
         Self { start: self.start, step: self.step, values: self.values.iter().copied().map(f).collect() }
     }
 
     /// Largest magnitude of any sample; 0 when empty.
-    #[must_use]
     pub fn peak(&self) -> f64 {
         self.values.iter().fold(0.0, |peak, value| f64::max(peak, value.abs()))
     }

@@ -17,7 +17,6 @@
 use super::Series;
 
 /// The cubic of Catmull and Rom through four samples, at the part `t` from the second to the third.
-#[must_use]
 pub fn cubic([a, b, c, d]: [f64; 4], t: f64) -> f64 {
     b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)))
 }
@@ -57,13 +56,11 @@ const PADDING: usize = 48;
 
 impl Spline {
     /// The spline through all samples of `series`.
-    #[must_use]
     pub fn new(series: &Series, ends: Ends) -> Self {
         Self::between(series, [ends; 2])
     }
 
     /// The spline through all samples of `series` with its own kind of end at either side.
-    #[must_use]
     pub fn between(series: &Series, ends: [Ends; 2]) -> Self {
         let count = series.len();
         if count == 0 {
@@ -90,7 +87,6 @@ impl Spline {
     }
 
     /// Value and derivative (per second) at instant `t` (s).
-    #[must_use]
     #[inline]
     pub fn at(&self, t: f64) -> (f64, f64) {
         let position = (t - self.start) * self.rate;
@@ -109,7 +105,6 @@ impl Spline {
     }
 
     /// First and last instant (s) between which the spline differs from its outside values.
-    #[must_use]
     pub fn support(&self) -> (f64, f64) {
         (self.start, self.start + self.pieces.len() as f64 / self.rate)
     }

@@ -113,7 +113,7 @@ impl ChainModel {
         self.run_on(scene, Some(fitted), motion, initial, progress)
     }
 
-    fn run_on(
+    pub(crate) fn run_on(
         &self,
         scene: &Scene,
         fitted: Option<&FiniteBodyLaws>,

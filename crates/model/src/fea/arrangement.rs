@@ -204,14 +204,30 @@ impl Arrangement {
         }
     }
 
-    pub(crate) fn modes_error(&self, kind: usize, source: ModesError) -> FeaError {
+    /// What reports call the first body of a kind.
+    fn name_of_kind(&self, kind: usize) -> String {
         let slot = (0..self.beads.len() + 2).find(|&slot| self.kind(slot) == Some(kind)).unwrap_or(0);
-        FeaError::Modes { body: self.name(slot), source }
+        self.name(slot)
+    }
+
+    pub(crate) fn modes_error(&self, kind: usize, source: ModesError) -> FeaError {
+        FeaError::Modes { body: self.name_of_kind(kind), source }
     }
 
     pub(crate) fn factor_error(&self, kind: usize, source: FactorError) -> FeaError {
-        let slot = (0..self.beads.len() + 2).find(|&slot| self.kind(slot) == Some(kind)).unwrap_or(0);
-        FeaError::Factor { body: self.name(slot), source }
+        FeaError::Factor { body: self.name_of_kind(kind), source }
+    }
+
+    /// Something made of every kind of body and its interface, which may have no factor.
+    pub(crate) fn of_kinds<T>(
+        &self,
+        interfaces: &[Vec<u32>],
+        make: impl Fn(usize, &Body, &[u32]) -> Result<T, FactorError>,
+    ) -> Result<Vec<T>, FeaError> {
+        let made = self.kinds.iter().zip(interfaces).enumerate().map(|(kind, (body, interface))| {
+            make(kind, body, interface).map_err(|source| self.factor_error(kind, source))
+        });
+        made.collect()
     }
 
     /// Unknowns of all bodies, without those of a disc on water.

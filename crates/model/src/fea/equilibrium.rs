@@ -60,15 +60,8 @@ const MOST_ITERATIONS: u32 = 200;
 impl Statics {
     /// Factor the stiffness of every kind of body.
     pub(crate) fn new(arrangement: &Arrangement, interfaces: &Interfaces) -> Result<Self, FeaError> {
-        let factors = arrangement
-            .kinds
-            .iter()
-            .zip(&interfaces.unknowns)
-            .enumerate()
-            .map(|(kind, (body, interface))| {
-                StaticFactor::new(body, interface).map_err(|source| arrangement.factor_error(kind, source))
-            })
-            .collect::<Result<Vec<_>, _>>()?;
+        let factors =
+            arrangement.of_kinds(&interfaces.unknowns, |_, body, interface| StaticFactor::new(body, interface))?;
         let inverse: Vec<Vec<f64>> =
             factors.iter().zip(&arrangement.kinds).map(|(factor, body)| factor.interface_compliance(body)).collect();
         let (links, compliances, couplings) = condensed(arrangement, interfaces, &inverse, 1.0)?;

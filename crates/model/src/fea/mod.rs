@@ -42,42 +42,26 @@ pub use error::FeaError;
 pub use frame::Frames;
 pub use simulation::{Simulation, Snapshot};
 
-use super::{Model, ModelError, Progress, estimate::refuse_excess, need_drive};
+use super::{ModelError, Progress, estimate::refuse_excess, need_drive};
 use crate::{
     response::Response,
     scene::{PistonMotion, Scene},
 };
 
-/// The contact finite element analysis as a model; mesh, scheme and step come from the scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) struct FeaModel;
-
 const STEPS_PER_REPORT: usize = 8;
 
-impl Model for FeaModel {
-    fn run(&self, scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError> {
-        self.run_with(scene, scene.drive.motion(scene.amplitude_scale).as_ref(), progress)
-    }
-}
-
-impl FeaModel {
-    pub(crate) fn run_with(
-        &self,
-        scene: &Scene,
-        motion: &dyn PistonMotion,
-        progress: Progress<'_>,
-    ) -> Result<Response, ModelError> {
-        need_drive(scene, "fea")?;
-        refuse_excess(scene)?;
-        let mut simulation = Simulation::with_motion(scene, Box::new(motion), Control::default())?;
-        let mut steps = 0_usize;
-        while !simulation.is_done() {
-            simulation.advance()?;
-            steps += 1;
-            if steps.is_multiple_of(STEPS_PER_REPORT) && !progress(simulation.time()) {
-                return Err(ModelError::Stopped { time: simulation.time() });
-            }
+/// Run a scene, the piston moving as `motion`; mesh, scheme and step come from the scene.
+pub(crate) fn run(scene: &Scene, motion: &dyn PistonMotion, progress: Progress<'_>) -> Result<Response, ModelError> {
+    need_drive(scene, "fea")?;
+    refuse_excess(scene)?;
+    let mut simulation = Simulation::with_motion(scene, Box::new(motion), Control::default())?;
+    let mut steps = 0_usize;
+    while !simulation.is_done() {
+        simulation.advance()?;
+        steps += 1;
+        if steps.is_multiple_of(STEPS_PER_REPORT) && !progress(simulation.time()) {
+            return Err(ModelError::Stopped { time: simulation.time() });
         }
-        Ok(simulation.response())
     }
+    Ok(simulation.response())
 }

@@ -225,18 +225,10 @@ impl Operator {
         let gain = coefficients.new_force_gain();
         let losses: Vec<Option<StepLoss>> =
             arrangement.losses.iter().map(|loss| loss.map(|loss| StepLoss::new(loss, &coefficients))).collect();
-        let factors = arrangement
-            .kinds
-            .iter()
-            .zip(&interfaces.unknowns)
-            .enumerate()
-            .map(|(kind, (body, interface))| {
-                let (stiffness, mass) =
-                    losses[kind].map_or((1.0, 1.0), |loss| (loss.stiffness_scale(), loss.mass_scale()));
-                Factor::new(body, gain * stiffness, mass, interface)
-                    .map_err(|source| arrangement.factor_error(kind, source))
-            })
-            .collect::<Result<Vec<_>, _>>()?;
+        let factors = arrangement.of_kinds(&interfaces.unknowns, |kind, body, interface| {
+            let scales = losses[kind].map_or((1.0, 1.0), |loss| (loss.stiffness_scale(), loss.mass_scale()));
+            Factor::new(body, gain * scales.0, scales.1, interface)
+        })?;
         let inverse: Vec<Vec<f64>> = factors.iter().map(Factor::interface_compliance).collect();
         let (links, compliances, couplings) = condensed(arrangement, interfaces, &inverse, gain)?;
         let slots = arrangement.beads.len() + 2;

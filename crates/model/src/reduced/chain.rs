@@ -22,28 +22,16 @@ pub(super) enum Unsolved {
 }
 
 /// Passes with the linear system, and all passes.
-const LINEAR_PASSES: u32 = 30;
+pub(super) const LINEAR_PASSES: u32 = 30;
 const MOST_PASSES: u32 = 400;
 /// Largest mismatch of s over the largest s: a few roundings of its sums.
 const SETTLED: f64 = 1e-13;
 
 /// Solve all contacts in the runs `live`; `measure` writes q of a contact when it is needed first. Runs without a solution are entered in
 /// `unsolved` with their place.
+/// `linear_passes`: how many passes use the linear system, [`LINEAR_PASSES`].
 #[inline(always)]
 pub(super) fn solve<N: Number>(
-    condensed: &[Condensed],
-    of_contact: &[usize],
-    states: &mut [State<N>],
-    live: N::Mask,
-    unsolved: &mut Vec<(usize, Unsolved)>,
-    measure: &impl Measure<N>,
-) -> Effort {
-    solve_within(LINEAR_PASSES, condensed, of_contact, states, live, unsolved, measure)
-}
-
-/// The same with so many passes that use the linear system.
-#[inline(always)]
-fn solve_within<N: Number>(
     linear_passes: u32,
     condensed: &[Condensed],
     of_contact: &[usize],
@@ -256,7 +244,7 @@ mod tests {
         }
         let measure = Given(free);
         let mut unsolved = Vec::new();
-        let effort = solve_within(linear_passes, &condensed, &[0, 1, 2], &mut states, true, &mut unsolved, &measure);
+        let effort = solve(linear_passes, &condensed, &[0, 1, 2], &mut states, true, &mut unsolved, &measure);
         assert!(unsolved.is_empty());
         (states, effort)
     }
@@ -305,7 +293,7 @@ mod tests {
         states.iter_mut().for_each(|state| state.least.fill(-1.0));
         let measure = Given(&free);
         let mut unsolved = Vec::new();
-        solve(&condensed, &[0, 0, 0], &mut states, true, &mut unsolved, &measure);
+        solve(LINEAR_PASSES, &condensed, &[0, 0, 0], &mut states, true, &mut unsolved, &measure);
         assert_eq!(unsolved, [(0, Unsolved::NoActiveSet(2))]);
     }
 }

@@ -337,7 +337,8 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
         let (mut states, mut unsolved) = (std::mem::take(&mut self.states), std::mem::take(&mut self.unsolved));
         let Mechanics { condensed, of_contact, .. } = &self.mechanics;
         let measure = Measured { motion: self, damping };
-        let effort = chain::solve(condensed, of_contact, &mut states, self.live, &mut unsolved, &measure);
+        let effort =
+            chain::solve(chain::LINEAR_PASSES, condensed, of_contact, &mut states, self.live, &mut unsolved, &measure);
         (self.states, self.unsolved) = (states, unsolved);
         self.work.contact_sweeps += u64::from(effort.passes);
         self.work.active_sets += u64::from(effort.sets);

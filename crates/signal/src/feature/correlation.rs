@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use super::{FeatureError, line::check_finite};
 use crate::Series;
 
-/// Where two records agree best.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CorrelationPeak {
     /// Largest normalised cross-correlation, −1…1.

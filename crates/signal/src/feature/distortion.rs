@@ -72,7 +72,6 @@ fn weighted_rms(series: &Series, window: Window) -> f64 {
 ///
 /// The crossing is interpolated between the spectrum's points (four a bin). `None` when nothing reaches the level, or
 /// the record has no drive line. The line's own Hann skirt counts: a pure tone of frequency f has about f + 1/T at −6 dB.
-#[must_use]
 pub fn bandwidth(spectrum: &AmplitudeSpectrum, drive_amplitude: f64, level_db: f64) -> Option<f64> {
     let level = drive_amplitude * 10.0_f64.powf(0.05 * level_db);
     if level <= 0.0 {

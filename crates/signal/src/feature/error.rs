@@ -2,7 +2,6 @@
 
 use thiserror::Error;
 
-/// Why a feature cannot be measured.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FeatureError {

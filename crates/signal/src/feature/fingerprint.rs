@@ -69,7 +69,6 @@ const EARLY_WINDOWS: [(f64, f64, &str, &str); 4] = [
     (9.0, 12.0, "early_positive_9-12", "early_negative_9-12"),
 ];
 
-/// Which amplitudes are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FeatureSet {
@@ -78,7 +77,6 @@ pub enum FeatureSet {
     Paper,
 }
 
-/// Why a trace has no fingerprint.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FingerprintError {
@@ -124,7 +122,6 @@ pub struct Fingerprint {
     transform: Arc<dyn RealToComplex<f64>>,
 }
 
-/// By what the windows of a trace are placed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Placed {
     Onset,
@@ -182,7 +179,6 @@ impl Fingerprint {
     /// The late window begins 10 periods after the onset and lasts up to 30; a shorter record shortens both, the late
     /// window to a multiple of 6 periods where that leaves one (whole periods of f0/3 and of f0/2). Early windows that
     /// do not fit are left out. `None` below [`Fingerprint::FEWEST_CYCLES`].
-    #[must_use]
     pub fn new(set: FeatureSet, threshold: f64, scale: f64, cycles: usize) -> Option<Self> {
         // No band of a velocity depends on the drive's frequency.
         Self::of(Measurand::Velocity, set, (threshold, scale), cycles, 1.0)
@@ -190,7 +186,6 @@ impl Fingerprint {
 
     /// As [`Fingerprint::new`] for any measurand, threshold and peak of the record in its unit, under a drive of that frequency (Hz). Of a
     /// pressure there is the whole set only.
-    #[must_use]
     pub fn of(
         measurand: Measurand,
         set: FeatureSet,
@@ -215,7 +210,6 @@ impl Fingerprint {
     /// - `placed`: by the fall where that was recorded, else somewhere
     /// - `level`: rms of the fall, see [`Strength`](super::landmark::Strength), or onset threshold
     /// - `cycles`: periods that may be used before the fall, or from the beginning on; `None` below 6
-    #[must_use]
     pub fn inside(
         placed: Placed,
         measurand: Measurand,
@@ -273,7 +267,6 @@ impl Fingerprint {
     pub const FEWEST_CYCLES: usize = 5;
 
     /// Names of the features, in the order of [`Fingerprint::measure`].
-    #[must_use]
     pub fn names(&self) -> Vec<Cow<'static, str>> {
         match self.set {
             FeatureSet::Paper => ["positive_peak", "negative_peak", "ratio_1/3", "ratio_2/3"].map(Cow::Borrowed).into(),
@@ -289,44 +282,36 @@ impl Fingerprint {
         }
     }
 
-    /// What it is of.
-    #[must_use]
     pub fn measurand(&self) -> Measurand {
         self.measurand
     }
 
     /// Whether each feature is an early one (measured in the ring-up).
-    #[must_use]
     pub fn early(&self) -> Vec<bool> {
         self.names().iter().map(|name| name.starts_with("early_")).collect()
     }
 
     /// The amplitude behind a value z: the inverse of ½ ln(f² + floor²), clipped at 0.
-    #[must_use]
     pub fn amplitude(&self, index: usize, z: f64) -> f64 {
         ((2.0 * z).exp() - self.floor(index).powi(2)).max(0.0).sqrt()
     }
 
     /// The onset threshold, or the rms of the [fall](Fingerprint::falls), m/s or Pa.
-    #[must_use]
     pub fn threshold(&self) -> f64 {
         self.threshold
     }
 
     /// Whether windows are placed by the fall of a trace, not by its onset.
-    #[must_use]
     pub fn falls(&self) -> bool {
         self.placed == Placed::Fall
     }
 
     /// Whether windows are placed by the onset of a trace.
-    #[must_use]
     pub fn by_onset(&self) -> bool {
         matches!(self.placed, Placed::Onset | Placed::Late)
     }
 
     /// Whether nobody knows where in the answer the record begins.
-    #[must_use]
     pub fn lies_somewhere(&self) -> bool {
         self.placed == Placed::Somewhere
     }
@@ -345,13 +330,11 @@ impl Fingerprint {
     }
 
     /// Drive periods after the onset at which the late window begins.
-    #[must_use]
     pub fn late_start(&self) -> usize {
         self.late_start
     }
 
     /// Drive periods a trace must have after its onset.
-    #[must_use]
     pub fn cycles_needed(&self) -> usize {
         self.late_start + self.late_cycles
     }

@@ -26,16 +26,12 @@ fn fall_of(values: &[f64], strength: &[f64], level: f64) -> Option<usize> {
     Some(first + highest + SAMPLES_PER_CYCLE / 2)
 }
 
-/// Where a trace falls below `level`, see [`Strength::falls`].
 pub(super) fn fall(values: &[f64], level: f64) -> Option<usize> {
     fall_of(values, &strength(values), level)
 }
 
 impl Fingerprint {
     /// Instant of the sample of [`Fingerprint::landmark`], s; of an onset that of the crossing itself, between two samples.
-    ///
-    /// # Errors
-    /// As of [`Fingerprint::landmark`].
     pub fn landmark_time(&self, trace: &Series) -> Result<f64, FingerprintError> {
         let index = self.landmark(trace)?;
         let Some(before) = index.checked_sub(1).filter(|_| !self.falls()) else { return Ok(trace.time(index)) };
@@ -57,7 +53,6 @@ pub struct Strength {
 
 impl Strength {
     /// Of a record of [`SAMPLES_PER_CYCLE`] samples a period.
-    #[must_use]
     pub fn of(record: &Series) -> Self {
         let strength = strength(&record.values);
         let level = 0.5 * strength.iter().copied().fold(0.0, f64::max).sqrt();
@@ -77,7 +72,6 @@ impl Strength {
 /// - `noise_rms`: σ of the conditioned record, unit of the record
 ///
 /// `None` when 6 σ exceeds 25 % of the peak: the onset cannot be told from noise.
-#[must_use]
 pub fn onset_threshold(record: &Series, noise_rms: f64) -> Option<f64> {
     const CANDIDATES: usize = 64;
     let peak = record.peak();

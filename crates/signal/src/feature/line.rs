@@ -23,7 +23,6 @@ pub const MINIMUM_LINE_PERIODS: f64 = 4.0;
 /// noise alone is Rayleigh-distributed and exceeds three medians with probability 2⁻⁹ = 0.2 %.
 pub(super) const FLOOR_FACTOR: f64 = 3.0;
 
-/// Amplitude and phase of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Phasor {
     /// A, unit of the series, ≥ 0.
@@ -47,13 +46,11 @@ pub struct Phasor {
 /// let amplitude = line_amplitude(&tone, Window::whole(&tone), 0.045_867e7 / std::f64::consts::TAU);
 /// assert!((amplitude - 0.25).abs() < 1e-6);
 /// ```
-#[must_use]
 pub fn line_amplitude(series: &Series, window: Window, frequency: f64) -> f64 {
     moments::<1>(series, window, frequency).map_or(0.0, |sums| 2.0 * sums.line[0].0.hypot(sums.line[0].1) / sums.weight)
 }
 
 /// Amplitude and phase of the line at `frequency`; as [`line_amplitude`].
-#[must_use]
 pub fn line_phasor(series: &Series, window: Window, frequency: f64) -> Phasor {
     let Some(sums) = moments::<1>(series, window, frequency) else { return Phasor { amplitude: 0.0, phase: 0.0 } };
     let (re, im) = sums.line[0];
@@ -65,7 +62,6 @@ pub fn line_phasor(series: &Series, window: Window, frequency: f64) -> Phasor {
 
 /// Complex weights, one a sample, with which Σ weight · x is amplitude · e^(i phase) of [`line_phasor`], for every series on this clock: where many
 /// series are too many to keep. `clock` gives start, step and number of samples; its values do not matter. Real and imaginary parts.
-#[must_use]
 pub fn line_weights(clock: &Series, window: Window, frequency: f64) -> Vec<(f64, f64)> {
     let mut weights = vec![(0.0, 0.0); clock.len()];
     let Ok(window) = window.on(clock) else { return weights };
@@ -175,7 +171,6 @@ fn sums<const K: usize>(series: &Series, window: Window, frequency: f64) -> Opti
     Some(Moments { origin: series.time(range.start + middle), weight, line })
 }
 
-/// A line that could be measured.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Line {
     /// Frequency over f0, exact.
@@ -193,7 +188,6 @@ pub struct Line {
     pub below_noise_floor: bool,
 }
 
-/// A line that could not be measured, and why.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AbsentLine {
     /// Frequency over f0, exact.
@@ -204,7 +198,6 @@ pub struct AbsentLine {
     pub reason: String,
 }
 
-/// Every line of [`FRACTIONAL_LINES`], measured or absent.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LineTable {
     /// Measured, by ascending ratio.
@@ -215,7 +208,6 @@ pub struct LineTable {
 
 impl LineTable {
     /// The line of a ratio, if it could be measured.
-    #[must_use]
     pub fn line(&self, ratio: Ratio) -> Option<&Line> {
         self.lines.iter().find(|line| line.ratio == ratio)
     }
@@ -278,7 +270,6 @@ pub(super) fn usable_limit(series: &Series) -> f64 {
     0.5 * USABLE_NYQUIST_FRACTION * series.sample_rate()
 }
 
-/// Refuse what no feature can be measured on.
 pub(super) fn check(series: &Series, drive_frequency: f64) -> Result<(), FeatureError> {
     check_finite(series)?;
     let limit_hz = usable_limit(series);

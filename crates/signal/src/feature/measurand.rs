@@ -14,8 +14,6 @@ pub enum Measurand {
 }
 
 impl Measurand {
-    /// Its name.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Velocity => "velocity",
@@ -24,7 +22,6 @@ impl Measurand {
     }
 
     /// Its SI unit.
-    #[must_use]
     pub const fn unit(self) -> &'static str {
         match self {
             Self::Velocity => "m/s",

@@ -27,7 +27,6 @@ pub struct FeatureSettings {
 
 impl FeatureSettings {
     /// A noise-free velocity trace in the window.
-    #[must_use]
     pub fn velocity(drive_frequency: f64, window: Window) -> Self {
         Self {
             drive_frequency,
@@ -57,7 +56,6 @@ pub struct Features {
     /// Rms about the mean, in `unit`.
     pub rms: f64,
     pub lines: Vec<Line>,
-    /// Lines that could not be measured.
     pub absent: Vec<AbsentLine>,
     /// Amplitude of what is no line, in `unit`; `None` in a window too short to tell.
     pub noise_floor: Option<f64>,
@@ -73,7 +71,6 @@ pub struct Features {
 
 impl Features {
     /// The line of a ratio, if it could be measured.
-    #[must_use]
     pub fn line(&self, ratio: Ratio) -> Option<&Line> {
         self.lines.iter().find(|line| line.ratio == ratio)
     }

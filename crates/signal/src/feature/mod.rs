@@ -39,18 +39,17 @@ mod similarity;
 mod spectrum;
 mod window;
 
-pub use correlation::{CorrelationPeak, correlation_peak};
+pub use correlation::correlation_peak;
+
 pub use distortion::{bandwidth, total_harmonic_distortion};
 pub use error::FeatureError;
 pub use frequency::{refine_frequency, strongest_frequency};
-pub use line::{
-    AbsentLine, Line, LineTable, MINIMUM_LINE_PERIODS, Phasor, USABLE_NYQUIST_FRACTION, line_amplitude, line_phasor,
-    line_weights, lines,
-};
+pub(crate) use line::{AbsentLine, LineTable};
+pub use line::{Line, MINIMUM_LINE_PERIODS, USABLE_NYQUIST_FRACTION, line_amplitude, line_phasor, line_weights, lines};
 pub use measurand::Measurand;
 pub use measure::{FeatureSettings, Features, measure};
 pub use peak::{PeakSettings, Peaks, peaks};
-pub use pressure::{Harmonic, PressureFeatures, PressureSettings, band_width, measure_pressure};
+pub use pressure::{Harmonic, PressureFeatures, PressureSettings, measure_pressure};
 pub use ratio::{FRACTIONAL_LINES, Ratio};
 pub use repetition::{Repetition, repetition};
 pub use similarity::{Similarity, similarity};

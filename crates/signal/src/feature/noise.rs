@@ -4,7 +4,6 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Standard normal draws from a seed.
 pub(super) struct Normal(ChaCha8Rng);
 
 impl Normal {

@@ -44,7 +44,6 @@ const LONGEST_REACH: f64 = 200.0;
 /// Most impulses compared for step 3.
 const MOST_IMPULSES: usize = 48;
 
-/// What is known of the noise in a record.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PeakSettings {
     /// σ, unit of the series; 0 for none.
@@ -213,7 +212,6 @@ fn width_at_half_height(values: &[f64], range: &Range<usize>, noise_rms: f64) ->
     side(Box::new((0..top).rev())) + side(Box::new(top + 1..values.len()))
 }
 
-/// A symmetric smoothing kernel.
 struct Kernel {
     /// k_0, k_1 … k_r; k_−j = k_j.
     weights: Vec<f64>,

@@ -25,13 +25,11 @@ pub struct PressureSettings {
 
 impl PressureSettings {
     /// Harmonics up to 1 MHz, content down to −21 dB, the level around 0.95 MHz: what the source paper states of its pressure.
-    #[must_use]
     pub fn new(drive_frequency: f64, window: Window) -> Self {
         Self { drive_frequency, window, highest: 1e6, content_level_db: -21.0, probe: 0.95e6 }
     }
 }
 
-/// A harmonic of the drive.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Harmonic {
     /// n of n f0, from 1.
@@ -44,7 +42,6 @@ pub struct Harmonic {
     pub level_db: f64,
 }
 
-/// What is measured on a pressure record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PressureFeatures {
     /// f0, Hz.
@@ -74,7 +71,6 @@ pub struct PressureFeatures {
 
 impl PressureFeatures {
     /// The larger of the two peaks in size, Pa.
-    #[must_use]
     pub fn largest(&self) -> f64 {
         self.peaks.positive.max(-self.peaks.negative)
     }
@@ -133,8 +129,7 @@ fn level(amplitude: f64, reference: f64) -> f64 {
 ///
 /// Both crossings are interpolated between the spectrum's points; a band that reaches 0 Hz or the end of the spectrum ends there. `None` for a
 /// spectrum without a positive value.
-#[must_use]
-pub fn band_width(spectrum: &AmplitudeSpectrum, level_db: f64) -> Option<f64> {
+pub(crate) fn band_width(spectrum: &AmplitudeSpectrum, level_db: f64) -> Option<f64> {
     let amplitudes = &spectrum.amplitudes;
     let largest = amplitudes.iter().copied().fold(0.0, f64::max);
     let level = largest * 10.0_f64.powf(0.05 * level_db);

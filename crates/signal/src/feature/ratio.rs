@@ -19,7 +19,6 @@ pub struct Ratio {
 
 impl Ratio {
     /// num/den in lowest terms; a denominator of 0 counts as 1.
-    #[must_use]
     pub const fn new(num: u32, den: u32) -> Self {
         let den = if den == 0 { 1 } else { den };
         let (mut a, mut b) = (num, den);
@@ -29,23 +28,14 @@ impl Ratio {
         Self { num: num / a, den: den / a }
     }
 
-    /// The drive line itself.
     pub const ONE: Self = Self::new(1, 1);
 
-    /// Numerator in lowest terms.
-    #[must_use]
-    pub const fn num(self) -> u32 {
-        self.num
-    }
-
     /// Denominator in lowest terms, at least 1.
-    #[must_use]
     pub const fn den(self) -> u32 {
         self.den
     }
 
     /// num/den, 1.
-    #[must_use]
     pub fn value(self) -> f64 {
         f64::from(self.num) / f64::from(self.den)
     }
@@ -94,7 +84,6 @@ impl fmt::Display for Ratio {
     }
 }
 
-/// A text that is no fraction.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("expected a fraction such as `1/3` or `2`, found `{found}`")]
 pub struct RatioError {

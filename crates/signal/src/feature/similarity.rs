@@ -148,7 +148,6 @@ pub fn similarity(
     })
 }
 
-/// Sums of the first samples, and of their squares.
 struct Sums(Vec<(f64, f64)>);
 
 impl Sums {

@@ -89,7 +89,6 @@ pub(super) fn largest(points: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
 
 impl AmplitudeSpectrum {
     /// Frequency of point `index`, Hz.
-    #[must_use]
     pub fn frequency(&self, index: usize) -> f64 {
         index as f64 * self.step_hz
     }
@@ -106,7 +105,6 @@ impl AmplitudeSpectrum {
     /// Lines fill the lesser part of the spectrum when the window holds 16 drive periods or more; with fewer the
     /// floor cannot be told from the lines and `None` is returned. White noise of rms σ over n samples has the floor
     /// 2σ √(3/(2n)) √(ln 2). In a chaotic response the floor is its broadband part.
-    #[must_use]
     pub fn noise_floor(&self, drive_frequency: f64) -> Option<f64> {
         if drive_frequency < 16.0 * self.resolution_hz {
             return None;
@@ -128,7 +126,6 @@ impl AmplitudeSpectrum {
     ///
     /// The quartile leaves room for lines in three quarters of the band; a steeply falling broadband part is followed.
     /// `None` as for [`noise_floor`](Self::noise_floor).
-    #[must_use]
     pub fn local_floor(&self, frequency: f64, drive_frequency: f64) -> Option<f64> {
         if drive_frequency < 16.0 * self.resolution_hz {
             return None;

@@ -20,13 +20,11 @@ pub struct Window {
 
 impl Window {
     /// A window from its ends, s.
-    #[must_use]
     pub const fn new(from: f64, to: f64) -> Self {
         Self { from, to }
     }
 
     /// The whole series.
-    #[must_use]
     pub fn whole(series: &Series) -> Self {
         Self { from: series.start, to: series.end() }
     }
@@ -105,7 +103,6 @@ impl Window {
     }
 
     /// Length, s.
-    #[must_use]
     pub fn duration(self) -> f64 {
         self.to - self.from
     }
@@ -132,7 +129,6 @@ impl Window {
     }
 
     /// Indices of the series' samples inside the window (ends included, with 1e-9 of a step of slack).
-    #[must_use]
     pub fn indices(self, series: &Series) -> Range<usize> {
         let first = ((self.from - series.start) / series.step - 1e-9).ceil().max(0.0);
         let past = ((self.to - series.start) / series.step + 1e-9).floor() + 1.0;
