@@ -75,7 +75,7 @@ impl Resampler {
         Self::with_ratio(input_start, input_step, input_len, start, step, count, input_step / step)
     }
 
-    /// As [`Resampler::new`], for an input that holds nothing above half the output rate (low-passed to 0.43 of it): pure
+    /// As `new`, for an input that holds nothing above half the output rate (low-passed to 0.43 of it): pure
     /// interpolation, which neither filters again nor pays for it when the rate is lowered.
     pub fn interpolating(
         input_start: f64,

@@ -56,7 +56,7 @@ pub struct PressureFeatures {
     pub thd: f64,
     /// Highest frequency at −6 dB re the fundamental, Hz ([`bandwidth`]).
     pub bandwidth_hz: Option<f64>,
-    /// −6 dB width of the strongest band, Hz ([`band_width`]).
+    /// −6 dB width of the strongest band, Hz (`band_width`).
     pub band_width_hz: Option<f64>,
     /// Level of the next number, dB re the fundamental.
     pub content_level_db: f64,

@@ -36,6 +36,10 @@ impl DofMap {
         self.is_free.len()
     }
 
+    pub fn is_empty(&self) -> bool {
+        self.is_free.is_empty()
+    }
+
     pub fn is_free(&self, dof: u32) -> bool {
         self.is_free.get(dof as usize).copied().unwrap_or(false)
     }

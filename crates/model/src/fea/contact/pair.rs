@@ -138,6 +138,10 @@ impl Pair {
         self.gaps.len()
     }
 
+    pub fn is_empty(&self) -> bool {
+        self.gaps.is_empty()
+    }
+
     /// A pole against a rigid flat; `flat_before` says that the flat lies towards the piston.
     pub(crate) fn on_flat(pole: Pole<'_>, flat_before: bool) -> Result<Self, PairError> {
         let points = pole_points(pole)?;
