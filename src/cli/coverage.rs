@@ -25,7 +25,7 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
-    calibration::search::Search,
+    calibration::{plan::Likelihood, search::Search},
     report::page::Table,
     validate::{
         laboratory::{Condition, Files, LaboratoryCount, LaboratoryPlan, LaboratoryTwin, NAMES, Setting, laboratory},
@@ -64,6 +64,9 @@ pub struct Arguments {
     /// Model that makes the records, finer than the fit does, and fits them
     #[arg(long, value_enum, default_value = "chain")]
     pub model: RecordModel,
+    /// Compare every sample with runs of the chain, not only peaks and bands (`likelihood = "waveform"` in a plan)
+    #[arg(long)]
+    pub waveform: bool,
     /// Mesh density of the reduced bodies [default: the model's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=128))]
     pub mesh_density: Option<u32>,
@@ -160,9 +163,12 @@ impl Study {
     /// # Errors
     /// A usage error for flags that contradict each other.
     pub(super) fn new(arguments: Arguments) -> anyhow::Result<Self> {
-        let Arguments { scenario, count, evaluations, model, mesh_density, output, session, .. } = arguments;
+        let Arguments { scenario, count, evaluations, model, mesh_density, waveform, output, session, .. } = arguments;
         if mesh_density.is_some() && model == RecordModel::Chain {
             return Err(usage("--mesh-density would do nothing: the chain has no bodies; add --model reduced"));
+        }
+        if waveform && model != RecordModel::Chain {
+            return Err(usage("--waveform compares runs of the chain: leave out --model reduced"));
         }
         let plan = LaboratoryPlan {
             conditions: scenarios(&scenario)?,
@@ -170,6 +176,7 @@ impl Study {
             seed: session.seed(),
             evaluations: evaluations.map_or(Search::tested(2), |runs| runs as usize),
             model: model.kind().into(),
+            likelihood: if waveform { Likelihood::Waveform } else { Likelihood::Amplitudes },
             mesh_density,
         };
         Ok(Self { plan, output, session, timing: Timing::start() })

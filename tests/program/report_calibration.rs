@@ -129,6 +129,7 @@ fn law(kind: &str, verdict: Verdict) -> FitOutcome {
             ("positive_peak".to_owned(), compared(0.4, None)),
             ("band_1/3".to_owned(), compared(if quoted { -1.2 } else { 5.3 }, (!quoted).then_some(2.4))),
         ]),
+        waveform: None,
         misfit: 0.83,
         rungs: vec![RungOutcome {
             model: "chain".into(),

@@ -64,6 +64,10 @@ pub struct Comparison {
     pub noise_density: f64,
     /// Density of the 1/f part of that noise times the frequency, (m/s)² or Pa².
     pub flicker: f64,
+    /// Density of what rounding adds to the noise of a moving signal, (m/s)²/Hz or Pa²/Hz.
+    pub rounding: f64,
+    /// Number of independent quiet samples of the record that tell its noise.
+    pub noise_freedom: f64,
     /// Number of shots that the record is the mean of.
     pub averages: usize,
     pub reduction: Reduction,
@@ -100,6 +104,8 @@ impl From<Observation> for Comparison {
             sampling: observation.sampling,
             noise_density: observation.noise_density,
             flicker: observation.flicker,
+            rounding: observation.rounding,
+            noise_freedom: observation.noise_freedom,
             averages: observation.averages,
             weights: vec![1.0; observation.features.len()],
             reduction: Reduction::Fingerprint(observation.fingerprint),
@@ -124,6 +130,8 @@ impl From<Printed> for Comparison {
             sampling: 0.0,
             noise_density: 0.0,
             flicker: 0.0,
+            rounding: 0.0,
+            noise_freedom: 0.0,
             averages: 1,
             features: printed.targets(),
             nuggets: printed.nuggets(),
@@ -168,6 +176,7 @@ impl Comparison {
             features: self.features.iter().enumerate().map(scaled).collect(),
             noise_density: factor * factor * self.noise_density,
             flicker: factor * factor * self.flicker,
+            rounding: factor * factor * self.rounding,
             clipped: self.clipped.map(|limit| limit.map(|limit| factor * limit)),
             reduction: Reduction::Fingerprint(fingerprint.clone().scaled(factor)),
             ..self.clone()

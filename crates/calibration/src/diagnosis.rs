@@ -13,13 +13,15 @@ use serde::{Deserialize, Serialize};
 use super::{
     agreement::{Agreement, DOUBTFUL},
     comparison::{Comparison, Reduction},
-    fit::{Fit, standing},
+    drive::HornNoise,
+    fit::{Fit, Standing, standing},
     forward::{Forward, Run, Uncertainty, Watch},
     likelihood::{Cloud, neighbours},
     parameter::Parameter,
     posterior::Posterior,
     search::Search,
     twin::with_law,
+    waveform::{self, Compared, WaveformFit},
 };
 use granchain_model::{
     self as model,
@@ -140,6 +142,8 @@ pub struct Case<'a> {
     pub comparison: &'a Comparison,
     /// The record at the comparison's samples; absent of published features.
     pub trace: Option<&'a Series>,
+    /// What noise is left in the horn's motion.
+    pub(crate) noise: Option<HornNoise>,
     pub parameters: &'a [Parameter],
     pub uncertainty: Uncertainty,
     pub seed: u64,
@@ -177,6 +181,10 @@ impl Case<'_> {
         let Reduction::Fingerprint(fingerprint) = &self.comparison.reduction else { return None };
         let turned = fingerprint.measure(&self.trace?.map(|value| -value)).ok()?;
         let p = self.judged(&self.fit.runs, &turned, 0.0)?.p;
+        let [low, high] = self.comparison.clipped;
+        let clipped = [high.map(|limit| -limit), low.map(|limit| -limit)];
+        let comparison = Comparison { features: turned, clipped, ..self.comparison.clone() };
+        let p = if self.worth(p) { self.confirmed(p, &comparison, -1.0)? } else { p };
         let text = format!(
             "the record's sign: with invert=true p is {}, as read {}; velocities are positive from piston to support",
             shown(p),
@@ -189,14 +197,18 @@ impl Case<'_> {
         let features = &self.comparison.features;
         let judged = self.judged(&self.fit.runs, features, ANY_FACTOR)?;
         let factor = judged.factor.filter(|factor| factor.ln().abs() > FACTOR)?;
+        let p = match self.comparison.scaled(1.0 / factor).filter(|_| self.worth(judged.p)) {
+            Some(comparison) => self.confirmed(judged.p, &comparison, 1.0 / factor)?,
+            None => judged.p,
+        };
         let text = format!(
             "a factor of {factor:.3} on all amplitudes (its peak is {}): with it p is {}, without {}; check the unit of the \
              column and the sensitivity (--unit, --scale)",
             self.peak(),
-            shown(judged.p),
+            shown(p),
             shown(self.fit.agreement.p)
         );
-        self.worth(judged.p).then(|| Finding::new(Cause::Scale, Some(judged.p), text))
+        self.worth(p).then(|| Finding::new(Cause::Scale, Some(p), text))
     }
 
     /// The record's peak with its unit.
@@ -211,7 +223,7 @@ impl Case<'_> {
         let tried = DECADES.iter().filter_map(|factor| {
             // A record ten times too large is compared as a tenth of it.
             let comparison = self.comparison.scaled(1.0 / factor)?;
-            let (p, _) = self.search(self.scene, None, &comparison)?;
+            let (p, _) = self.search(self.scene, None, &comparison, 1.0 / factor)?;
             self.worth(p).then_some((p, *factor))
         });
         let (p, factor) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -231,7 +243,7 @@ impl Case<'_> {
             return None;
         }
         let comparison = Comparison { averages: SHOTS, ..self.comparison.clone() };
-        let (p, _) = self.search(self.scene, None, &comparison)?;
+        let (p, _) = self.search(self.scene, None, &comparison, 1.0)?;
         let text = format!(
             "a mean of several shots (averages=N): with means of {SHOTS} p is {}, without {}",
             shown(p),
@@ -244,7 +256,7 @@ impl Case<'_> {
     fn searched(&self) -> Vec<Finding> {
         let mut found: Vec<Finding> = Vec::new();
         for (cause, scene, parameter, said) in self.suspects() {
-            let Some((p, values)) = self.search(&scene, parameter, self.comparison) else { continue };
+            let Some((p, values)) = self.search(&scene, parameter, self.comparison, 1.0) else { continue };
             if !self.worth(p) {
                 continue;
             }
@@ -419,8 +431,25 @@ impl Case<'_> {
         suspects
     }
 
-    /// The fit of another scene on the chain, with a further parameter where there is one; none once it is stopped.
-    fn search(&self, scene: &Scene, further: Option<Parameter>, comparison: &Comparison) -> Option<(f64, Vec<f64>)> {
+    /// The p of amplitudes with what the waveform says, where it decided the fit on the chain: twice the smaller of both. The record is `factor` times
+    /// what was read.
+    fn confirmed(&self, p: f64, comparison: &Comparison, factor: f64) -> Option<f64> {
+        if self.sees_waveform() { Some(self.search(self.scene, None, comparison, factor)?.0) } else { Some(p) }
+    }
+
+    /// Whether the waveform decided, on the chain.
+    fn sees_waveform(&self) -> bool {
+        self.fit.below.is_none() && self.fit.waveform.as_ref().is_some_and(WaveformFit::decides)
+    }
+
+    /// The fit of another scene on the chain, with a further parameter where there is one, of `factor` times the record; none once it is stopped.
+    fn search(
+        &self,
+        scene: &Scene,
+        further: Option<Parameter>,
+        comparison: &Comparison,
+        factor: f64,
+    ) -> Option<(f64, Vec<f64>)> {
         if !(self.watch)(0) {
             return None;
         }
@@ -444,7 +473,22 @@ impl Case<'_> {
         let forward =
             Forward::with_laws(scene, laws.as_ref(), parameters, comparison, self.uncertainty, self.seed, watch)
                 .ok()?;
-        standing(&forward, Search::new(&forward, runs, self.seed)).ok()
+        let Standing { p, values, elite } = standing(&forward, Search::new(&forward, runs, self.seed)).ok()?;
+        if !self.sees_waveform() || !self.worth(p) {
+            return Some((p, values));
+        }
+        let trace = self.trace?.map(|value| factor * value);
+        let compared = Compared { forward: &forward, noise: self.noise.clone(), trace: &trace };
+        match waveform::fit(vec![compared], &elite, self.seed) {
+            // What the waveform cannot be fitted with is no cause.
+            None => None,
+            Some(found) if !found.decides() => Some((p, values)),
+            Some(found) => {
+                let parameters = forward.parameters.iter().zip(&found.at);
+                let values = parameters.map(|(parameter, u)| parameter.value(*u)).collect();
+                Some(((2.0 * p.min(found.p)).min(1.0), values))
+            }
+        }
     }
 
     /// Whether a p is enough better to be named.

@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use granchain_model::scene::Scene;
 use granchain_record::{
-    Baseline, HornDrive, Masked, MeasurementError, ReadOptions, Record, RecordKind,
+    Baseline, HornDrive, Masked, MeasurementError, ReadOptions, Record, RecordKind, Remainder,
     read_back::{LARGE, read_back},
     read_record, read_record_bytes, sha256,
 };
@@ -144,16 +144,39 @@ impl RecordedDrive {
         scene.with_continued_record(displacement.clone(), *recorded_until, self.shakes.clone(), *drive_frequency, file)
     }
 
+    /// The noise that is left in its motion; `None` where it is not known, or too weak to be felt.
+    #[must_use]
+    pub(crate) fn noise(&self) -> Option<HornNoise> {
+        HornNoise::of(&self.motion)
+    }
+
     /// Realisations of the noise that is left in a motion, the same every time; none where it is not known, or too weak to be felt.
     fn shakes_of(motion: &HornDrive) -> Vec<Series> {
-        let HornDrive { displacement, remainder, drive_frequency, .. } = motion;
-        let Some(remainder) = remainder.as_ref().filter(|remainder| remainder.rms() > FELT * displacement.peak())
-        else {
-            return vec![];
-        };
+        let Some(noise) = HornNoise::of(motion) else { return vec![] };
         let mut random = ChaCha8Rng::seed_from_u64(SHAKEN);
-        let settle = 0.25 / drive_frequency;
-        (0..SHAKES).map(|_| remainder.realisation(displacement, settle, &mut random)).collect()
+        (0..SHAKES).map(|_| noise.realisation(&mut random)).collect()
+    }
+}
+
+/// Noise that is left in a horn's motion.
+#[derive(Debug, Clone)]
+pub(crate) struct HornNoise {
+    remainder: Remainder,
+    displacement: Series,
+    /// Time over which it dies out at both ends, s.
+    settle: f64,
+}
+
+impl HornNoise {
+    fn of(motion: &HornDrive) -> Option<Self> {
+        let HornDrive { displacement, remainder, drive_frequency, .. } = motion;
+        let remainder = remainder.as_ref().filter(|remainder| remainder.rms() > FELT * displacement.peak())?.clone();
+        Some(Self { remainder, displacement: displacement.clone(), settle: 0.25 / drive_frequency })
+    }
+
+    /// One realisation, m.
+    pub(crate) fn realisation(&self, random: &mut ChaCha8Rng) -> Series {
+        self.remainder.realisation(&self.displacement, self.settle, random)
     }
 }
 

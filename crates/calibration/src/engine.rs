@@ -10,7 +10,7 @@ use granchain_model::{
         ensemble::{Ensemble, Variation},
     },
     response::Response,
-    scene::{Integrator, Scene, Support},
+    scene::{DriveKind, Integrator, Scene, Support},
 };
 use granchain_signal::{Series, feature::Measurand};
 
@@ -119,6 +119,20 @@ impl Engine {
                 }
                 let prepared = Arc::new(model::prepare(&scene)?);
                 Ok(Self::OnDisc { prepared, scene: Arc::new(scene), measurand: *measurand })
+            }
+        }
+    }
+
+    /// The same with other realisations of what is not known of the drive.
+    pub(super) fn with_shakes(&self, shakes: &[Series]) -> Self {
+        match self {
+            Self::Chain(ensemble, stride) => Self::Chain(Box::new(ensemble.with_shakes(shakes)), *stride),
+            Self::OnDisc { prepared, scene, measurand } => {
+                let mut scene = Scene::clone(scene);
+                if let DriveKind::Record { shakes: own, .. } = &mut scene.drive.kind {
+                    *own = shakes.to_vec();
+                }
+                Self::OnDisc { prepared: Arc::clone(prepared), scene: Arc::new(scene), measurand: *measurand }
             }
         }
     }

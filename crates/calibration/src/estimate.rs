@@ -28,7 +28,7 @@ pub struct Estimate {
 }
 
 /// Width of a 90 % interval over the box's from which a parameter is unidentified; a record that says nothing leaves 0.9.
-const UNIDENTIFIED: f64 = 0.6;
+pub(super) const UNIDENTIFIED: f64 = 0.6;
 
 /// The estimates of all parameters, and the most likely point in unit coordinates.
 pub(super) fn estimates_of(

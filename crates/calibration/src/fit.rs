@@ -18,6 +18,7 @@ use super::{
     posterior::{Lobe, Posterior},
     rung::{Rung, Unmade},
     search::{Search, ranking},
+    waveform::WaveformFit,
 };
 use granchain_record::run_log::RunLogError;
 
@@ -105,6 +106,9 @@ pub struct Fit {
     pub history: Vec<(u64, f64)>,
     /// What the rung below said, where the answer is that of a rung above the chain.
     pub below: Option<Box<Below>>,
+    /// What the waveform says, where it was compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub waveform: Option<WaveformFit>,
     /// What each record says by itself, where several are fitted together.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shares: Vec<Share>,
@@ -169,6 +173,36 @@ impl Fit {
         moved.then(|| own.map(|(widened, own)| widened.unwrap_or_else(|| own.clone())).collect())
     }
 
+    /// The points (unit coordinates) with which the waveform's search begins.
+    pub(crate) fn elite(&self, cloud: &Cloud) -> Vec<Vec<f64>> {
+        elite(self.most_likely.clone(), cloud)
+    }
+
+    /// The same with what the waveform says. Where it decides, the answer is its own, and amplitudes keep their say in p: twice the smaller of both.
+    #[must_use]
+    pub(crate) fn with_waveform(mut self, waveform: WaveformFit, cloud: &Cloud, seed: u64) -> Self {
+        if waveform.decides() {
+            let cloud = cloud.clone().corrected(&self.discrepancy.shift, &self.discrepancy.nuggets);
+            self.posterior = waveform.posterior(&self.parameters);
+            self.most_likely.clone_from(&waveform.at);
+            self.estimates = waveform.estimates(&self.parameters);
+            self.lobes = self.posterior.lobes();
+            self.correlation = self.posterior.first_correlation();
+            self.inflation.iter_mut().for_each(|more| *more = 0.0);
+            if let Some(agreement) = Agreement::of(&cloud, &self.most_likely, seed) {
+                self.agreement = agreement;
+            }
+            if let Some(local) = cloud.regress(&self.most_likely) {
+                let each = local.deviation.iter().zip(&local.scatter);
+                self.deviations = each.map(|(deviation, scatter)| deviation / scatter).collect();
+            }
+            self.agreement.p = (2.0 * self.agreement.p.min(waveform.p)).min(1.0);
+            self.verdict = verdict(self.agreement.p, !waveform.settled, &self.estimates, &self.parameters);
+        }
+        self.waveform = Some(waveform);
+        self
+    }
+
     /// Whether this fit, of a wider box, explains the record where `narrow` does not, or much better.
     #[must_use]
     pub(crate) fn improves_on(&self, narrow: &Self) -> bool {
@@ -212,7 +246,7 @@ pub enum FitError {
 pub fn fit(problem: impl Into<Joint>, search: Search, checkpoint: Option<SearchCheckpoint>) -> Result<Fit, FitError> {
     let joint = problem.into();
     let search = searched(joint.clone(), search, checkpoint)?;
-    answer(&joint, search)
+    answer(&joint, &search)
 }
 
 /// Run a search to its end, from where it stands.
@@ -238,27 +272,44 @@ pub fn searched(
     Ok(search)
 }
 
-/// Where the record stands at the answer of a search that has ended, as it is, and that answer in the parameters' own units.
+/// The answer of amplitudes as they are.
+pub(crate) struct Standing {
+    /// Where the record stands among runs.
+    pub p: f64,
+    /// The parameters in their own units.
+    pub values: Vec<f64>,
+    /// The points (unit coordinates) with which the waveform's search begins.
+    pub elite: Vec<Vec<f64>>,
+}
+
+/// Where the record stands at the answer of a search that has ended.
 ///
 /// # Errors
 /// When it is stopped, or when too few runs finished.
-pub fn standing(problem: impl Into<Joint>, search: Search) -> Result<(f64, Vec<f64>), FitError> {
+pub(crate) fn standing(problem: impl Into<Joint>, search: Search) -> Result<Standing, FitError> {
     let joint = problem.into();
     let search = searched(joint.clone(), search, None)?;
     let cloud = search.cloud(search.runs.len());
     let judged = Posterior::of(&cloud, joint.parameters().len()).and_then(|posterior| {
         let at = posterior.centre(posterior.densest());
         let values = joint.parameters().iter().zip(&at).map(|(parameter, u)| parameter.value(*u)).collect();
-        Some((Agreement::of(&cloud, &at, search.seed())?.p, values))
+        let p = Agreement::of(&cloud, &at, search.seed())?.p;
+        Some(Standing { p, values, elite: elite(at, &cloud) })
     });
     judged.ok_or_else(|| too_few(&search.runs))
+}
+
+/// A point, then the runs of a cloud from the best one on, unit coordinates.
+fn elite(at: Vec<f64>, cloud: &Cloud) -> Vec<Vec<f64>> {
+    let best = ranking(cloud).into_iter().map(|(_, run)| cloud.position(run).to_vec());
+    std::iter::once(at).chain(best).collect()
 }
 
 /// Read the answer from all runs of a search that has ended, and again with what the runs' own step is found to be off by there.
 ///
 /// # Errors
 /// When too few runs finished.
-pub fn answer(joint: &Joint, search: Search) -> Result<Fit, FitError> {
+pub fn answer(joint: &Joint, search: &Search) -> Result<Fit, FitError> {
     let made = search.runs.len();
     let last_batch = search.batches.last().copied().unwrap_or(0);
     let history = history(search.batches.iter().take(search.batches_made()), |count| search.cloud(count));
@@ -269,7 +320,7 @@ pub fn answer(joint: &Joint, search: Search) -> Result<Fit, FitError> {
     let first = reading.place(Discrepancy::none(&all), None).ok_or_else(|| too_few(&search.runs))?;
     let found = Discrepancy::of_search(joint, &first.most_likely, made as u64).filter(Discrepancy::is_felt);
     let answer = reading.judge(found.and_then(|found| reading.place(found, None)).unwrap_or(first));
-    Ok(Fit { history, runs: search.runs, ..answer })
+    Ok(Fit { history, runs: search.runs.clone(), ..answer })
 }
 
 /// Run a correction of the chain's fit to its end (from where it stands) and read the answer from the upper rung's runs.
@@ -422,17 +473,7 @@ impl Reading<'_> {
         let best: Vec<usize> = best.into_iter().map(|entry| entry.1).collect();
         let shares = shares(parameters, &cloud, &best, &agreement.records, &scatter);
         let misfit = shares.iter().map(|share| share.misfit).fold(misfit, f64::max);
-        let verdict = if agreement.p < agreement::OUTSIDE {
-            Verdict::OutsideScatter
-        } else if drift > 1.0 {
-            Verdict::NotConverged
-        } else if agreement.p < agreement::DOUBTFUL
-            || estimates.iter().zip(parameters).any(|(estimate, parameter)| parameter.is_unusual(estimate.value))
-        {
-            Verdict::Doubtful
-        } else {
-            Verdict::WithinScatter
-        };
+        let verdict = verdict(agreement.p, drift > 1.0, &estimates, parameters);
         Fit {
             parameters: parameters.to_vec(),
             estimates,
@@ -452,8 +493,23 @@ impl Reading<'_> {
             posterior,
             runs: Vec::new(),
             below: None,
+            waveform: None,
             shares,
         }
+    }
+}
+
+/// What a fit amounts to whose record stands at p, and that still `moves` or not.
+fn verdict(p: f64, moves: bool, estimates: &[Estimate], parameters: &[Parameter]) -> Verdict {
+    let unusual = || estimates.iter().zip(parameters).any(|(estimate, parameter)| parameter.is_unusual(estimate.value));
+    if p < agreement::OUTSIDE {
+        Verdict::OutsideScatter
+    } else if moves {
+        Verdict::NotConverged
+    } else if p < agreement::DOUBTFUL || unusual() {
+        Verdict::Doubtful
+    } else {
+        Verdict::WithinScatter
     }
 }
 

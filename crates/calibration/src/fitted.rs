@@ -21,7 +21,9 @@ use super::{
     ladder::{Climbed, Made, SavedFit, climb},
     outcome::{
         self, CalibrationOutcome, FitOutcome, FittedFeature, InputDigest, RecordOutcome, RungFeature, RungOutcome,
+        WaveformOutcome,
     },
+    plan::Likelihood,
     problem::{Problem, program},
     refusal::Refusal,
     rung::{Bodies, Rung, chain_below},
@@ -186,6 +188,7 @@ impl FittedCandidate {
             correlation: fit.correlation,
             correlations: outcome::correlations(fit),
             p_value: fit.agreement.p,
+            waveform: WaveformOutcome::of(fit),
             misfit: fit.misfit,
             log_evidence: fit.log_evidence,
             features: BTreeMap::new(),
@@ -289,6 +292,7 @@ impl Fitted {
             laws: best.forward.laws(),
             comparison: &shot.comparison,
             trace: shot.measured.trace(),
+            noise: shot.bench.drive.as_ref().and_then(RecordedDrive::noise),
             parameters: &best.fit.parameters,
             uncertainty: shot.uncertainty,
             seed: problem.seed,
@@ -338,6 +342,9 @@ impl Fitted {
         let best = self.best();
         let (fit, lead) = (&best.fit, problem.lead());
         let mut statements = statement::statements(fit);
+        if problem.likelihood == Likelihood::Waveform && fit.waveform.is_none() {
+            statements.push("No waveform of these records could be compared: amplitudes decide.".into());
+        }
         statements.extend(statement::together(fit, &problem.labels()));
         statements.extend(match (&lead.bench.drive, lead.measured.features()) {
             (Some(_), _) => statement::recorded_drive(fit),

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     comparison::Comparison,
+    drive::HornNoise,
     engine::{Engine, STEPS_PER_CYCLE},
     observation::{Fall, Passband, clip},
     parameter::{Parameter, Target},
@@ -20,7 +21,7 @@ use granchain_model::{
     chain::{FiniteBodyLaws, ensemble::Variation},
     scene::{Scene, Support},
 };
-use granchain_signal::{FlickerSource, LowPass, Series, feature::fingerprint::SAMPLES_PER_CYCLE};
+use granchain_signal::{FlickerSource, LowPass, Series, feature::fingerprint::SAMPLES_PER_CYCLE, spline::cubic};
 
 /// Runs integrated side by side.
 const LANES: usize = 8;
@@ -148,6 +149,22 @@ fn shifted(trace: &Series, index: usize, late: f64) -> f64 {
     (1.0 - part) * trace.values[whole] + part * next
 }
 
+/// A series at `count` samples from `start` on, between its own by the cubic through four.
+fn on_grid(series: &Series, start: f64, count: usize) -> Series {
+    let offset = (start - series.start) / series.step;
+    if offset.abs() < 1e-9 {
+        return series.clone();
+    }
+    let last = series.len() as isize - 1;
+    let value = |i: usize| {
+        let place = i as f64 + offset;
+        let whole = place.floor();
+        let at = |k: isize| series.values[(whole as isize + k).clamp(0, last) as usize];
+        cubic([at(-1), at(0), at(1), at(2)], place - whole)
+    };
+    Series::new(start, series.step, (0..count).map(value).collect())
+}
+
 /// Bandwidth over the highest frequency that is compared, from which even a slow decoder takes less than 5 % of it.
 const UNFELT: f64 = 4.0;
 
@@ -236,6 +253,89 @@ impl Forward {
     pub fn refined(&self) -> Option<Self> {
         let engine = self.engine.refined(&self.scene, self.laws.as_ref()).ok()?;
         Some(Self { engine, ..self.clone() })
+    }
+
+    /// The same runs, of another duration (s).
+    ///
+    /// # Errors
+    /// As [`Forward::new`].
+    pub(super) fn lasting(&self, duration: f64) -> Result<Self, ModelError> {
+        let mut scene = self.scene.clone();
+        scene.duration = duration;
+        let engine = Engine::new(&scene, self.laws.as_ref(), self.comparison.measurand())?;
+        let step = 1.0 / (scene.drive.frequency * STEPS_PER_CYCLE as f64);
+        let low_pass = LowPass::new(step, engine.samples(), self.comparison.cutoff);
+        Ok(Self { scene, engine, low_pass, ..self.clone() })
+    }
+
+    /// How imperfectly known the bench is.
+    pub(super) fn uncertainty(&self) -> Uncertainty {
+        self.uncertainty
+    }
+
+    /// The scene, as long as its runs.
+    pub(super) fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Whether the beads' stiffness over their mass is drawn into runs, or may be fitted instead.
+    pub(super) fn draws_modulus(&self) -> bool {
+        let fitted = self.parameters.iter().any(|parameter| parameter.target == Target::Modulus);
+        self.uncertainty.modulus > 0.0 && !matches!(self.scene.support, Support::Disc { .. }) && !fitted
+    }
+
+    /// What run `random` draws at a point, but for the level of the drive, which is held where α is fitted, and the stiffness over mass, which is
+    /// `stiffness` times the scene's; the noise of the horn is that of place `lane`.
+    pub(super) fn held(&self, at: &[f64], stiffness: f64, lane: usize, random: &mut ChaCha8Rng) -> Variation {
+        let mut variation = self.variation(at, random);
+        let mut parameters = self.parameters.iter().zip(at);
+        if let Some((alpha, u)) = parameters.find(|(parameter, _)| parameter.target == Target::Alpha) {
+            variation.amplitude_scale = alpha.value(*u);
+        }
+        if self.draws_modulus() {
+            variation.modulus_factor = stiffness;
+        }
+        variation.shaken = vec![0.0; LANES];
+        variation.shaken[lane % LANES] = 1.0;
+        variation
+    }
+
+    /// Traces without the record's noise, as features see them, of runs at the points and a factor on the stiffness over mass, each under nuisances
+    /// of its own; `None` of a run that failed. The first of them is run number `first`.
+    pub(super) fn waveforms(
+        &self,
+        first: u64,
+        points: &[(Vec<f64>, f64)],
+        noise: Option<&HornNoise>,
+    ) -> Vec<Option<Vec<f64>>> {
+        let chunk = |(chunk, points): (usize, &[(Vec<f64>, f64)])| {
+            let number = first + (chunk * LANES) as u64;
+            let mut generators: Vec<ChaCha8Rng> =
+                (0..points.len()).map(|lane| self.generator(number + lane as u64)).collect();
+            let shakes: Vec<Series> = noise
+                .map_or_else(Vec::new, |noise| generators.iter_mut().map(|random| noise.realisation(random)).collect());
+            let engine = if shakes.is_empty() { self.engine.clone() } else { self.engine.with_shakes(&shakes) };
+            let variations: Vec<Variation> = points
+                .iter()
+                .zip(&mut generators)
+                .enumerate()
+                .map(|(lane, ((at, stiffness), random))| self.held(at, *stiffness, lane, random))
+                .collect();
+            let traces = engine.run(&variations).into_iter().zip(points).zip(&mut generators);
+            traces.map(|((trace, (at, _)), random)| Some(self.shown(at, trace.ok()?, random))).collect::<Vec<_>>()
+        };
+        points.par_chunks(LANES).enumerate().flat_map_iter(chunk).collect()
+    }
+
+    /// A trace as an instrument without noise shows it, as features see it.
+    pub(super) fn shown(&self, position: &[f64], mut trace: Series, random: &mut ChaCha8Rng) -> Vec<f64> {
+        if let Some(passband) = self.passband(position, || random.random()) {
+            // What is causal sets the clock back by its delay.
+            let (start, passed) = (trace.start, passband.pass(&trace));
+            trace = on_grid(&passed, start, trace.len());
+        }
+        clip(&mut trace.values, self.comparison.clipped);
+        self.filtered(&trace).values
     }
 
     /// The same, telling another.

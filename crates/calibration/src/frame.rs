@@ -35,6 +35,15 @@ impl Frame {
         Some(Self { centre, rows })
     }
 
+    /// Of a mean and a covariance in unit coordinates; `None` where that is none.
+    #[must_use]
+    pub(crate) fn with(centre: &[f64], covariance: &[Vec<f64>]) -> Option<Self> {
+        let dimension = centre.len();
+        let lower = Cholesky::new(DMatrix::from_fn(dimension, dimension, |a, b| covariance[a][b]))?.unpack();
+        let rows = (0..dimension).map(|a| (0..=a).map(|b| lower[(a, b)]).collect()).collect();
+        Some(Self { centre: centre.to_vec(), rows })
+    }
+
     /// y of a point u.
     #[must_use]
     pub fn inside(&self, u: &[f64]) -> Vec<f64> {

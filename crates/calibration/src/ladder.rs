@@ -9,16 +9,19 @@ use super::{
     candidate::Candidate,
     checkpoint::{CheckpointError, SearchCheckpoint},
     correction::Correction,
+    drive::RecordedDrive,
     fingerprints::CandidateRuns,
     fit::{Fit, FitError, answer, corrected, paired, searched},
     forward::{Forward, Run, Watch},
     joint::Joint,
     kept::KeptPlace,
     parameter::Parameter,
+    plan::Likelihood,
     problem::Problem,
     refusal::Refusal,
     rung::{Bodies, Rung, chain_below},
     search::Search,
+    waveform::{self, Compared},
 };
 
 /// What an earlier run left of one candidate.
@@ -64,6 +67,7 @@ const WIDEST: usize = 3;
 struct Narrow {
     joint: Joint,
     fit: Fit,
+    search: Search,
     batches: Vec<Vec<Run>>,
     parameters: Vec<Parameter>,
 }
@@ -100,19 +104,19 @@ pub(super) fn climb(
     };
     let (seed, budget) = (problem.seed, problem.evaluations);
     let started = Instant::now();
-    let (checkpoint, mut search) = saved.search;
+    let (checkpoint, mut found_before) = saved.search;
     let mut candidate = candidate.clone();
     let mut runs = CandidateRuns { candidate: candidate.key(), ..CandidateRuns::default() };
     // The box is widened while the best runs press on a bound that nobody chose, each time with a search of its own. What explains nothing is
     // looked for in a box that is wider on every side before the record is called inconsistent.
     let (mut beyond, mut kept) = (false, None);
-    let (joint, fit) = loop {
+    let (joint, fit, search) = loop {
         let joint = joint(problem, &candidate, bodies, watch)?;
         let fresh = || Search::new(&joint, budget, seed);
         let wider = runs.narrow.len() + usize::from(kept.is_some());
         let checkpoint = checkpoint.as_ref().map(|checkpoint| checkpoint.numbered(wider));
         let found = match (&checkpoint, wider) {
-            (_, 0) => search.take(),
+            (_, 0) => found_before.take(),
             (Some(checkpoint), _) => checkpoint.restore().map_err(Refusal::Checkpoint)?,
             (None, _) => None,
         };
@@ -123,14 +127,14 @@ pub(super) fn climb(
         }
         let made = searched(joint.clone(), found.unwrap_or_else(fresh), checkpoint).map_err(failed)?;
         let batches = parted(&made.runs, &made.batches);
-        let fit = answer(&joint, made);
+        let fit = answer(&joint, &made);
         if let Some(narrow) = kept.take() {
-            let Narrow { joint: of_narrow, fit: narrow, batches: narrower, parameters } = narrow;
+            let Narrow { joint: of_narrow, fit: narrow, search, batches: narrower, parameters } = narrow;
             if fit.as_ref().is_ok_and(|fit| fit.improves_on(&narrow)) {
                 runs.narrow.push(narrower);
             } else {
                 (runs.search, runs.wide, candidate.parameters) = (narrower, batches, parameters);
-                break (of_narrow, Ok(narrow));
+                break (of_narrow, Ok(narrow), search);
             }
         }
         let pressed = fit.as_ref().ok().and_then(Fit::widened).filter(|_| runs.narrow.len() < WIDEST);
@@ -144,11 +148,11 @@ pub(super) fn climb(
                 Some(widened) => {
                     let parameters = std::mem::replace(&mut candidate.parameters, widened);
                     let Ok(fit) = fit else { continue };
-                    (beyond, kept) = (true, Some(Narrow { joint, fit, batches, parameters }));
+                    (beyond, kept) = (true, Some(Narrow { joint, fit, search: made, batches, parameters }));
                 }
                 None => {
                     runs.search = batches;
-                    break (joint, fit);
+                    break (joint, fit, made);
                 }
             },
         }
@@ -162,7 +166,16 @@ pub(super) fn climb(
     let (mut correcting, mut warnings) = (Vec::new(), Vec::new());
     let mut fit = match fit {
         Ok(fit) if !made.rungs.is_empty() => fit,
-        fit => return Ok(Climbed { made, fit, searching, correcting, warnings }),
+        fit => {
+            let fit = match problem.likelihood {
+                Likelihood::Waveform => fit.map(|fit| with_waveform(problem, &made.joint, &search, fit)),
+                Likelihood::Amplitudes => fit,
+            };
+            if !watch(0) {
+                return Err(Refusal::Stopped);
+            }
+            return Ok(Climbed { made, fit, searching: started.elapsed(), correcting, warnings });
+        }
     };
     if let Some((kept, top)) = saved.kept.and_then(|kept| Some((kept, made.rungs.pop()?))) {
         let [own, finer] = [kept.open(), kept.finer().open()].map(|kept| kept.map(Arc::new));
@@ -206,6 +219,20 @@ pub(super) fn climb(
         }
     }
     Ok(Climbed { made, fit: Ok(fit), searching, correcting, warnings })
+}
+
+/// A fit on the chain with what the waveforms of its records say, where each has one.
+fn with_waveform(problem: &Problem, joint: &Joint, search: &Search, fit: Fit) -> Fit {
+    let compared = problem.shots.iter().zip(joint.records()).map(|(shot, forward)| {
+        let noise = shot.bench.drive.as_ref().and_then(RecordedDrive::noise);
+        Some(Compared { forward, noise, trace: shot.measured.trace()? })
+    });
+    let cloud = search.cloud(search.runs.len());
+    let known = fit.elite(&cloud);
+    match compared.collect::<Option<Vec<_>>>().and_then(|records| waveform::fit(records, &known, problem.seed)) {
+        Some(waveform) => fit.with_waveform(waveform, &cloud, problem.seed),
+        None => fit,
+    }
 }
 
 /// The runs of a candidate on the chain, every record under its own drive.

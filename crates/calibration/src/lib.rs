@@ -41,6 +41,7 @@ pub mod shot;
 pub mod statement;
 pub mod twin;
 pub mod uncertainty;
+pub mod waveform;
 
 pub use fitted::{Course, Fitted, FittedCandidate};
 pub use plan::Plan;

@@ -53,6 +53,9 @@ pub(crate) fn highest_cutoff(drive_frequency: f64) -> f64 {
 /// Highest sample rate that is kept, Hz: sixteen times the highest cutoff of any comparison. A faster record is averaged down to it.
 const DENSEST: f64 = 16.0 * HIGHEST_CUTOFF;
 
+/// Independent samples that the noise of a record without quiet ones is taken to be known by.
+const UNTOLD_FREEDOM: f64 = 20.0;
+
 /// Fewest averaged samples at rest that tell their noise.
 const FEWEST_QUIET: usize = 25;
 
@@ -76,6 +79,8 @@ pub struct Recording {
     pub noise_rms: f64,
     /// Bandwidth of the instrument, Hz, if stated.
     pub bandwidth: Option<f64>,
+    /// Density of the noise that a converter of few bits adds where the signal moves and not where it rests, one-sided, unit²/Hz of the signal.
+    pub rounding: f64,
     /// Number of quiet samples at the start.
     pub quiet: usize,
     /// Where its input was clipped, below and above, unit of the signal.
@@ -153,6 +158,16 @@ pub fn clip(values: &mut [f64], [low, high]: [Option<f64>; 2]) {
     }
 }
 
+/// Noise over the converter's step below which the quiet samples do not show its rounding, and above which they show all of it.
+const ROUNDED: (f64, f64) = (0.3, 0.7);
+
+/// See [`Recording::rounding`]: q²/12 over half the sample rate.
+fn rounding(record: &Record) -> f64 {
+    let Some(step) = record.quantisation_step.filter(|step| *step > 0.0) else { return 0.0 };
+    let unseen = (ROUNDED.1 - record.noise_rms / step) / (ROUNDED.1 - ROUNDED.0);
+    unseen.clamp(0.0, 1.0) * step * step / 12.0 * 2.0 * record.series.step
+}
+
 impl Recording {
     /// Of a bead's or a hydrophone's record; `begins_late` as of the field.
     #[must_use]
@@ -175,6 +190,7 @@ impl Recording {
             signal,
             noise_rms,
             bandwidth: record.bandwidth,
+            rounding: rounding(record),
             quiet,
             clipped: record.clipped,
             begins_late,
@@ -262,6 +278,10 @@ pub struct Observation {
     pub noise_density: f64,
     /// Density of the 1/f part of its noise times the frequency, (m/s)² or Pa²; 0 where there is none.
     pub flicker: f64,
+    /// See [`Recording::rounding`].
+    pub rounding: f64,
+    /// Number of independent quiet samples that tell its noise.
+    pub noise_freedom: f64,
     /// Number of shots that the record is the mean of.
     pub averages: usize,
     pub fingerprint: Fingerprint,
@@ -393,6 +413,8 @@ impl Observation {
             clipped,
             noise_density,
             flicker,
+            rounding: recording.rounding,
+            noise_freedom: (2.0 * cutoff * recording.quiet as f64 * signal.step).max(UNTOLD_FREEDOM),
             averages: recording.averages,
             fingerprint,
             features,
@@ -428,6 +450,7 @@ mod tests {
             signal,
             noise_rms: 1.0,
             bandwidth,
+            rounding: 0.0,
             quiet: 4000,
             clipped: [None; 2],
             begins_late: false,

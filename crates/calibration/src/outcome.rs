@@ -10,7 +10,8 @@ use super::{
     comparison::Comparison,
     diagnosis::Finding,
     fit::{Estimate, Fit, Verdict},
-    parameter::Parameter,
+    parameter::{Parameter, Target},
+    waveform::QUANTILE,
 };
 use granchain_record::{Masked, ReadOptions, Reading, ReadingError, RecordKind};
 use granchain_signal::feature::Measurand;
@@ -105,6 +106,9 @@ pub struct FitOutcome {
     pub correlations: BTreeMap<String, f64>,
     /// Share of right records that are as far from the model as this one: below 0.05 `doubtful`, below 0.01 `outside scatter`.
     pub p_value: f64,
+    /// What was compared of the waveform; absent where a record has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub waveform: Option<WaveformOutcome>,
     /// Median misfit per feature of the ten best runs, in units of the local scatter.
     pub misfit: f64,
     /// ln of the evidence, up to a constant of the record.
@@ -130,6 +134,51 @@ pub struct FitOutcome {
     pub failed_runs: u64,
     /// Why runs failed, with how many did so.
     pub failures: BTreeMap<String, u64>,
+}
+
+/// What the waveform says.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WaveformOutcome {
+    /// Whether it decided; else amplitudes did.
+    pub decided: bool,
+    /// Share of right records whose waveforms are as far from the model as this one.
+    pub p_value: f64,
+    /// Mean square of the whitened residual per sample: near 1 where the model is right.
+    pub residual: f64,
+    /// Cycles after the onset that runs predict.
+    pub predictable_cycles: f64,
+    /// Whether these are all that were recorded.
+    pub whole_record: bool,
+    /// Interval of α times the level of the drive over the recorded one, which is all that a record tells; absent where α is not fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub alpha_times_level: Option<[f64; 2]>,
+    /// Interval of the beads' stiffness over their mass, relative to the scene's; absent where it is no nuisance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness_over_mass: Option<[f64; 2]>,
+    pub rounds: u64,
+    pub runs: u64,
+}
+
+impl WaveformOutcome {
+    /// Of a fit that has one.
+    #[must_use]
+    pub fn of(fit: &Fit) -> Option<Self> {
+        let waveform = fit.waveform.as_ref()?;
+        let around = |middle: f64, deviation: f64| [-1.0, 1.0].map(|side| middle * (side * QUANTILE * deviation).exp());
+        let alpha = fit.parameters.iter().zip(&waveform.at).find(|(parameter, _)| parameter.target == Target::Alpha);
+        let product = alpha.zip(waveform.product);
+        Some(Self {
+            decided: waveform.decides(),
+            p_value: waveform.p,
+            residual: waveform.reduced,
+            predictable_cycles: waveform.cycles,
+            whole_record: waveform.whole,
+            alpha_times_level: product.map(|((parameter, u), [mean, sd])| around(parameter.value(*u) * mean.exp(), sd)),
+            stiffness_over_mass: waveform.modulus.map(|[middle, deviation]| around(middle.exp(), deviation)),
+            rounds: waveform.rounds as u64,
+            runs: waveform.runs,
+        })
+    }
 }
 
 fn is_velocity(quantity: &Measurand) -> bool {

@@ -59,6 +59,17 @@ use granchain_record::{
 use granchain_signal::feature::{Measurand, fingerprint::FeatureSet};
 use granchain_signal::read_back::read_text;
 
+/// What of a record is compared with runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Likelihood {
+    /// Peaks and bands.
+    #[default]
+    Amplitudes,
+    /// Every sample for as long as runs predict it, and amplitudes as a second verdict; on the chain.
+    Waveform,
+}
+
 /// A fit definition. Every key may be left out and given on the command line instead, which wins.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -82,6 +93,9 @@ pub struct Plan {
     /// Names of the parameters to fit.
     pub fit: Option<Vec<String>>,
     pub features: Option<FeatureSet>,
+    /// What of the record is compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub likelihood: Option<Likelihood>,
     /// Number of runs a law.
     pub evaluations: Option<usize>,
     pub seed: Option<u64>,

@@ -106,6 +106,26 @@ impl Posterior {
         Some(grid)
     }
 
+    /// A normal distribution of unit coordinates, on the grid of its own frame.
+    #[must_use]
+    pub(crate) fn normal(centre: &[f64], covariance: &[Vec<f64>]) -> Self {
+        const REACHED: f64 = 4.0;
+        let dimension = centre.len();
+        let cells = CELLS[dimension.clamp(1, CELLS.len()) - 1];
+        let (low, high) = (vec![-REACHED; dimension], vec![REACHED; dimension]);
+        let frame = Frame::with(centre, covariance);
+        let count = cells.pow(dimension as u32);
+        let mut grid = Self { low, high, frame, cells, mass: vec![], log_evidence: 0.0, best: 0.0 };
+        let mass = (0..count).map(|index| {
+            let square: f64 = grid.grid_centre(index).iter().map(|y| y * y).sum();
+            (-0.5 * square).exp()
+        });
+        grid.mass = mass.collect();
+        let total: f64 = grid.mass.iter().sum();
+        grid.mass.iter_mut().for_each(|mass| *mass /= total);
+        grid
+    }
+
     /// Number of the densest cell.
     #[must_use]
     pub(crate) fn densest(&self) -> usize {

@@ -23,7 +23,7 @@ use super::{
     likelihood::misfit,
     measured::{Measured, is_published},
     parameter::{Parameter, ParameterError},
-    plan::{Asked, Plan, ReadAs, RecordPlan},
+    plan::{Asked, Likelihood, Plan, ReadAs, RecordPlan},
     refusal::{Contradiction, Refusal},
     rung::Bodies,
     search::EVALUATION_RANGE,
@@ -65,6 +65,8 @@ pub struct Problem {
     pub candidates: Vec<Candidate>,
     /// The models above the chain that correct, one after another; the last one answers.
     pub above: Vec<ModelKind>,
+    /// What of the records is compared.
+    pub likelihood: Likelihood,
     /// Runs of the chain a candidate.
     pub evaluations: usize,
     pub seed: u64,
@@ -181,6 +183,10 @@ impl Problem {
             return Err(Contradiction::Together { model: above.model.kind.name() }.into());
         }
         let above = above(scene)?;
+        let likelihood = plan.likelihood.unwrap_or_default();
+        if let (Likelihood::Waveform, Some(model)) = (likelihood, above.last()) {
+            return Err(Contradiction::WaveformAbove { model: model.name() }.into());
+        }
         let stated = StatedUncertainty::new(&plan.uncertainty)?;
         let drawn = |(bench, scene): (&&Bench, &Scene)| stated.of(scene, bench.drive.as_ref());
         let uncertainties = benches.iter().zip(&scenes).map(drawn).collect::<Result<Vec<_>, _>>()?;
@@ -223,6 +229,7 @@ impl Problem {
             shots,
             candidates,
             above,
+            likelihood,
             evaluations: plan.evaluations.unwrap_or(tested),
             seed: plan.seed.unwrap_or(DEFAULT_SEED),
             weights: plan.weights.clone(),

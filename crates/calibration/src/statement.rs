@@ -7,6 +7,7 @@ use super::{
     joint::Share,
     parameter::Parameter,
     printed::Printed,
+    waveform::WaveformFit,
 };
 use granchain_model::scene::Scene;
 use granchain_signal::number::engineering;
@@ -23,12 +24,15 @@ pub(crate) const DECISIVE: f64 = 3.0;
 /// What a reader must know before using the values.
 #[must_use]
 pub fn statements(fit: &Fit) -> Vec<String> {
-    let mut said = Vec::new();
+    let mut said: Vec<String> = fit.waveform.iter().map(waveform).collect();
     match fit.verdict {
         Verdict::OutsideScatter => said.push(format!(
             "The model does not explain the data: {} The values are those of the nearest response, no interval is quoted.",
             standing(fit)
         )),
+        Verdict::NotConverged if fit.waveform.as_ref().is_some_and(WaveformFit::decides) => {
+            said.push("The answer of the waveform was still moving after its last round of runs: another --seed may settle it.".into());
+        }
         Verdict::NotConverged => said.push(format!(
             "The answer was still moving: the last batch of runs shifted a median by {:.1} half-widths of its interval. Raise \
              --evaluations.",
@@ -111,13 +115,34 @@ pub fn statements(fit: &Fit) -> Vec<String> {
             ));
         }
     }
-    if said.is_empty() && names.len() > 1 {
+    if said.len() == usize::from(fit.waveform.is_some()) && names.len() > 1 {
         said.push(format!(
             "{} and {} are separated by these data (correlation {:+.2}).",
             names[0], names[1], fit.correlation
         ));
     }
     said
+}
+
+/// What was compared of the waveform, and whether that decided.
+fn waveform(waveform: &WaveformFit) -> String {
+    let WaveformFit { cycles, reduced, p, .. } = waveform;
+    let p = if *p < 1e-3 { "below 0.001".into() } else { format!("{p:.2}") };
+    if !waveform.decides() {
+        return format!(
+            "The waveform is predictable for {cycles:.0} cycles after its onset only, then runs that differ in gaps and noise part: amplitudes decide \
+             (waveform: p {p})."
+        );
+    }
+    let how_far = if waveform.whole {
+        "to its end".into()
+    } else {
+        format!("over {cycles:.0} cycles after its onset, until runs part")
+    };
+    format!(
+        "The waveform decides, sample by sample {how_far}: mean square residual {reduced:.2} of what noise and unknown gaps leave, p {p}. The verdict's p is \
+         twice the smaller of this and that of the amplitudes."
+    )
 }
 
 /// How many right records are as far from the model.

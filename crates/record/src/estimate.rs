@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use rand::Rng;
 use realfft::{RealFftPlanner, num_complex::Complex};
 
-use granchain_signal::Series;
+use granchain_signal::{NoiseSpectrum, Series};
 
 /// Frequencies over which a spectrum is smoothed before it is compared with the noise, in drive frequencies, to either side.
 const SMOOTHED: f64 = 1.0 / 24.0;
@@ -86,6 +86,8 @@ pub(super) struct Noisy<'a> {
     pub sigma: f64,
     /// Band of the noise, Hz: white below, nothing above.
     pub band: f64,
+    /// Its spectrum, where quiet samples of a displacement show a 1/f part.
+    pub spectrum: Option<NoiseSpectrum>,
     pub drive_frequency: f64,
     /// Whether they are a velocity, of which the displacement is wanted.
     pub integrated: bool,
@@ -110,15 +112,20 @@ impl Noisy<'_> {
         let outcome = forward.process(&mut work, &mut spectrum);
         debug_assert!(outcome.is_ok(), "sizes come from the plan");
         let bin = 1.0 / (n as f64 * self.step);
-        let noise = self.sigma.powi(2) * self.recorded as f64 * (0.5 / self.step) / self.band;
-        let gains = self.gains(&spectrum, noise, bin);
+        // What the periodogram of noise is at every bin.
+        let white = self.sigma.powi(2) * self.recorded as f64 * (0.5 / self.step) / self.band;
+        let expected = |k: usize| self.recorded as f64 * (0.5 / self.step) * self.noise(k as f64 * bin, bin);
+        let noise: Vec<f64> = match self.spectrum {
+            None => vec![white; spectrum.len()],
+            Some(_) => (0..spectrum.len()).map(expected).collect(),
+        };
+        let gains = self.gains(&spectrum, &noise, bin);
         let mut density = Vec::with_capacity(spectrum.len());
         let last = spectrum.len() - 1;
         for (k, (value, gain)) in spectrum.iter_mut().zip(&gains).enumerate() {
             let frequency = k as f64 * bin;
             let to_displacement = if self.integrated { self.integration(frequency) } else { Complex::new(1.0, 0.0) };
-            let inside = if frequency <= self.band { self.sigma.powi(2) / self.band } else { 0.0 };
-            density.push(inside * gain * to_displacement.norm_sqr());
+            density.push(self.noise(frequency, bin) * gain * to_displacement.norm_sqr());
             *value *= to_displacement * *gain;
             if k == 0 || k == last {
                 value.im = 0.0;
@@ -132,22 +139,30 @@ impl Noisy<'_> {
         let density: Vec<f64> =
             density.chunks(together).map(|part| part.iter().sum::<f64>() / part.len() as f64).collect();
         let remainder = Remainder { frequency_step: bin * together as f64, density };
-        (work, (self.sigma > 0.0).then_some(remainder))
+        (work, (self.sigma > 0.0 || self.spectrum.is_some()).then_some(remainder))
     }
 
-    fn gains(&self, spectrum: &[Complex<f64>], noise: f64, bin: f64) -> Vec<f64> {
+    /// One-sided density of the noise at a frequency (Hz) of bins that far apart, unit²/Hz.
+    fn noise(&self, frequency: f64, bin: f64) -> f64 {
+        // σ holds what of the 1/f part lies in its band too: rather too much than too little.
+        let white = self.sigma.powi(2) / self.band;
+        let flicker = self.spectrum.map_or(0.0, |spectrum| spectrum.flicker / frequency.max(bin));
+        if frequency <= self.band { white + flicker } else { flicker }
+    }
+
+    fn gains(&self, spectrum: &[Complex<f64>], noise: &[f64], bin: f64) -> Vec<f64> {
         let beside = ((SMOOTHED * self.drive_frequency / bin).round() as usize).max(FEWEST_BINS);
         let strict = 1.0 + STRICT / ((2 * beside + 1) as f64 * self.independent()).sqrt();
         let powers: Vec<f64> = spectrum.iter().map(Complex::norm_sqr).collect();
         let band = ((self.band / bin).ceil() as usize).min(powers.len());
         (0..powers.len())
             .map(|k| {
-                if noise == 0.0 || k >= band {
+                if noise[k] == 0.0 || k >= band {
                     return 1.0;
                 }
                 let around = &powers[k.saturating_sub(beside)..powers.len().min(k + beside + 1)];
                 let mean = around.iter().sum::<f64>() / around.len() as f64;
-                if mean > 0.0 { (1.0 - strict * noise / mean).max(0.0) } else { 0.0 }
+                if mean > 0.0 { (1.0 - strict * noise[k] / mean).max(0.0) } else { 0.0 }
             })
             .collect()
     }

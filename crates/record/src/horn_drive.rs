@@ -21,7 +21,7 @@ use super::{
     onset::{FITTED_PERIODS, Onset, Search},
 };
 use granchain_signal::{
-    LowPass, Resampler, Series,
+    LowPass, NoiseSpectrum, Resampler, Series,
     spline::{Ends, Spline},
 };
 
@@ -204,6 +204,7 @@ impl Recorded {
             recorded: burst.len(),
             sigma,
             band: self.noise_band,
+            spectrum: self.spectrum(),
             drive_frequency,
             integrated,
         };
@@ -321,6 +322,12 @@ impl Recorded {
         }
         self.sigma = sigma;
         Some((mean - slope * middle, slope))
+    }
+
+    /// The noise of a displacement, where its quiet samples show a 1/f part.
+    fn spectrum(&self) -> Option<NoiseSpectrum> {
+        let quiet = self.series.values.get(..self.quiet).filter(|_| !self.integrated)?;
+        NoiseSpectrum::of(quiet, self.series.step).filter(|spectrum| spectrum.flicker > 0.0)
     }
 
     /// σ as it shows in a displacement, m.

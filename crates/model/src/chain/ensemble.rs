@@ -9,6 +9,8 @@
 //! a rigid wall with linear dashpots, whose force jumps at touch, it is 3e-4 in the first 30 µs and 1e-3 to 4e-2 by 70 µs, depending on where
 //! in a step each touch falls (`docs/contact-laws.md`). Where the motion is chaotic, two runs of any two integrators part anyway.
 
+use std::sync::Arc;
+
 pub use super::variation::{EffectVariation, Variation};
 use super::{
     ChainModel, InitialState, coupling::Coupling, finite_body::FiniteBodyLaws, lane::AnnulusLane, system::System,
@@ -17,7 +19,7 @@ use crate::{
     Estimate, ModelError,
     contact_law::{ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, Terms, for_terms, terms_of},
     number::{Lane, Mask, Number, WIDTH},
-    scene::{DampingPlacement, DampingTerm, Drive, Integrator, PistonMotion, Scene},
+    scene::{DampingPlacement, DampingTerm, Drive, DriveKind, Integrator, PistonMotion, Scene},
 };
 use granchain_signal::Series;
 
@@ -29,7 +31,7 @@ pub struct Ensemble {
     coupling: Option<Coupling>,
     inverse_mass: Vec<f64>,
     /// Displacement (m) and velocity (m/s) of the piston at α = 1, every half step.
-    drive: Vec<(f64, f64)>,
+    drive: Arc<Vec<(f64, f64)>>,
     /// The same of each realisation of what is not known of it.
     shakes: Vec<Vec<(f64, f64)>>,
     steps: usize,
@@ -75,16 +77,23 @@ impl Ensemble {
         Estimate { work, memory }.check(&scene.model.limits)?;
         let system = System::new(scene, fitted)?;
         let steps = (scene.duration / step * (1.0 + 1e-12)).floor() as usize;
-        let sampled = |drive: &Drive| -> Vec<(f64, f64)> {
-            let motion = drive.concrete_motion(1.0);
-            (0..=2 * steps).map(|half| motion.at(0.5 * half as f64 * step)).collect()
-        };
-        let drive = sampled(&scene.drive);
-        let shakes = scene.drive.shakes().iter().map(sampled).collect();
+        let drive = Arc::new(sampled(&scene.drive, steps, step));
+        let shakes = scene.drive.shakes().iter().map(|drive| sampled(drive, steps, step)).collect();
         let inverse_mass = system.inverse_mass[1..=system.beads].to_vec();
         let System { laws, coupling, effects, .. } = system;
         let (scene, fitted, is_single) = (scene.clone(), fitted.cloned(), effects.is_some());
         Ok(Self { scene, laws, coupling, inverse_mass, drive, shakes, steps, step, is_single, fitted })
+    }
+
+    /// The same with other realisations (m) of what is not known of its drive: [`Variation::shaken`] says how much of each.
+    #[must_use]
+    pub fn with_shakes(&self, shakes: &[Series]) -> Self {
+        let mut scene = self.scene.clone();
+        if let DriveKind::Record { shakes: own, .. } = &mut scene.drive.kind {
+            *own = shakes.to_vec();
+        }
+        let shakes = scene.drive.shakes().iter().map(|drive| sampled(drive, self.steps, self.step)).collect();
+        Self { scene, shakes, ..self.clone() }
     }
 
     /// Interval between two samples of the result, s.
@@ -136,6 +145,12 @@ impl Ensemble {
         trace.values.resize(self.samples(), trace.values.last().copied().unwrap_or(0.0));
         Ok(trace)
     }
+}
+
+/// Displacement (m) and velocity (m/s) of a piston at α = 1, every half step.
+fn sampled(drive: &Drive, steps: usize, step: f64) -> Vec<(f64, f64)> {
+    let motion = drive.concrete_motion(1.0);
+    (0..=2 * steps).map(|half| motion.at(0.5 * half as f64 * step)).collect()
 }
 
 /// Relative tolerance of runs that go alone: below the error of a lane's fixed step.

@@ -35,7 +35,7 @@ use granchain_calibration::{
     diagnosis::Finding,
     drive::RecordedDrive,
     fit::{Estimate, Verdict},
-    plan::Number,
+    plan::{Likelihood, Number},
     refusal::Refusal,
     rung::Bodies,
     shot::{ShotPlan, Source},
@@ -65,6 +65,9 @@ pub struct LaboratoryPlan {
     pub evaluations: usize,
     /// Model that answers, and makes the twins: `chain` or `reduced`.
     pub model: String,
+    /// What of a record is compared.
+    #[serde(default)]
+    pub likelihood: Likelihood,
     /// Mesh density of the fit's bodies, where it is not the model's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh_density: Option<u32>,
@@ -192,6 +195,7 @@ impl LaboratoryPlan {
             drive: Some(horn.into()),
             scene: Some(SCENE.into()),
             set: self.overrides(setting),
+            likelihood: Some(self.likelihood).filter(|it| *it != Likelihood::default()),
             evaluations: Some(self.evaluations),
             seed: Some(self.seed.wrapping_add(1000 * (setting.number + 1))),
             uncertainty: setting

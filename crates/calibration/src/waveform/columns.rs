@@ -1,0 +1,90 @@
+//! What an instrument may do to a record and no run shows, as columns of the covariance.
+
+use std::f64::consts::{PI, TAU};
+
+use faer::Mat;
+
+use super::record::RecordTrace;
+
+/// Standard deviation of the shift that is left, s.
+const SHIFT: f64 = 4e-6;
+
+/// Of the ratio of two clocks.
+const CLOCK: f64 = 1e-4;
+
+/// Of the corner of an instrument's AC coupling, Hz.
+const COUPLING: f64 = 300.0;
+
+/// Of a slow drift over the record's peak, and twice the frequency up to which a drift is slow, over the drive's.
+const DRIFT: f64 = 0.03;
+const SLOW: f64 = 0.1;
+
+/// Of what leaks of the drive into the record, over the record's peak, in phase and in quadrature.
+const CROSSTALK: f64 = 0.01;
+
+/// Standard deviations of all of them.
+#[derive(Debug, Clone)]
+pub(super) struct Nuisances {
+    /// Of the shift, s.
+    pub shift: f64,
+    /// Of ln of the sensitivity.
+    pub sensitivity: f64,
+    /// Motion of the horn over its peak, in phase and in quadrature, at the samples of a run.
+    pub horn: [Vec<f64>; 2],
+    /// Drive frequency, Hz.
+    pub frequency: f64,
+}
+
+impl Nuisances {
+    /// For a record of that sensitivity under that motion of the horn, at the samples of a run.
+    pub fn new(sensitivity: f64, horn: [Vec<f64>; 2], frequency: f64) -> Self {
+        Self { shift: SHIFT, sensitivity, horn, frequency }
+    }
+
+    /// The column of the shift.
+    pub fn shift_column(&self, record: &RecordTrace, mean: &[f64], rows: &[usize]) -> Mat<f64> {
+        let slope = slope(mean, record.step);
+        Mat::from_fn(rows.len(), 1, |i, _| self.shift * slope[rows[i]])
+    }
+
+    /// All others.
+    pub fn columns(&self, record: &RecordTrace, mean: &[f64], rows: &[usize]) -> Mat<f64> {
+        let (step, peak) = (record.step, record.peak);
+        let slope = slope(mean, step);
+        let mut integral = vec![0.0; mean.len()];
+        for t in 1..mean.len() {
+            integral[t] = integral[t - 1] + 0.5 * step * (mean[t] + mean[t - 1]);
+        }
+        let [first, last] = [rows.first(), rows.last()].map(|row| row.copied().unwrap_or(0));
+        let length = (last + 1 - first) as f64;
+        let middle = 0.5 * (first + last) as f64;
+        let mut columns: Vec<Vec<f64>> = vec![
+            rows.iter().map(|t| CLOCK * (*t as f64 - middle) * step * slope[*t]).collect(),
+            rows.iter().map(|t| TAU * COUPLING * integral[*t]).collect(),
+        ];
+        if self.sensitivity > 0.0 {
+            columns.push(rows.iter().map(|t| self.sensitivity * mean[*t]).collect());
+        }
+        for horn in &self.horn {
+            columns.push(rows.iter().map(|t| CROSSTALK * peak * horn.get(*t).copied().unwrap_or(0.0)).collect());
+        }
+        // Cosines over the window and half of it before and behind, so that neither end is special.
+        let slow = (2.0 * length * step * SLOW * self.frequency) as usize;
+        for number in 0..=slow {
+            let angle = PI * number as f64 / (2.0 * length);
+            columns.push(
+                rows.iter().map(|t| DRIFT * peak * libm::cos(angle * ((t - first) as f64 + 0.5 * length))).collect(),
+            );
+        }
+        Mat::from_fn(rows.len(), columns.len(), |i, j| columns[j][i])
+    }
+}
+
+/// Derivative of a trace by central differences of fourth order, unit of the trace over s.
+fn slope(trace: &[f64], step: f64) -> Vec<f64> {
+    let last = trace.len() as isize - 1;
+    let at = |i: isize| trace[i.clamp(0, last) as usize];
+    (0..trace.len() as isize)
+        .map(|i| (8.0 * (at(i + 1) - at(i - 1)) - (at(i + 2) - at(i - 2))) / (12.0 * step))
+        .collect()
+}

@@ -1,0 +1,595 @@
+//! Runs near an answer, of all records, and what the records say of the parameters by them.
+
+use argmin::{
+    core::{CostFunction, Error, Executor, Gradient, Hessian, State},
+    solver::trustregion::{Steihaug, TrustRegion},
+};
+use faer::{Mat, MatRef};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::{
+    columns::Nuisances,
+    record::RecordTrace,
+    regression::{Covariance, Misfit, Regression, terms},
+};
+use granchain_signal::{LowPass, feature::fingerprint::SAMPLES_PER_CYCLE};
+
+/// Share of the signal's mean square over a cycle that runs may differ by and still predict it.
+const PREDICTABLE: f64 = 0.1;
+
+/// Least window behind the record's onset, cycles.
+const LEAST_CYCLES: usize = 4;
+
+/// Cycles before its onset that are compared too.
+const BEFORE: usize = 4;
+
+/// Cycles at either end of record and run that the filters reach into.
+const EDGE: usize = 1;
+
+/// T/N from which the window is shortened, and by how much.
+const MISFIT: f64 = 1.5;
+const SHORTER: f64 = 0.6;
+
+/// Standard deviations of noise from which a sample is none.
+const OUTLIER: f64 = 6.0;
+
+/// Share of the worst one that others have which are left out with it.
+const WORST: f64 = 0.3;
+
+/// Farthest that an answer may lie from the middle of the runs, in their standard deviations.
+const REACH: f64 = 4.0;
+
+/// Change of the shift that is none, s.
+const STILL: f64 = 20e-9;
+
+/// Times a record is shifted anew.
+const SHIFTS: usize = 8;
+
+/// Factor on the standard deviations, tuned on synthetic records: what Gaussian statistics of a non-linear chain leave out.
+const MARGIN: f64 = 1.05;
+
+/// Most directions that the runs' own differences may cover, over their degrees of freedom.
+const MOST_COVERED: f64 = 0.9;
+
+/// Folds of the cross-validation by which p is counted.
+const FOLDS: usize = 5;
+
+/// Runs beyond the record from which their share is p.
+const COUNTED: usize = 5;
+
+/// Degrees of freedom of the tail of ln T.
+const TAIL: f64 = 10.0;
+
+/// Runs under a spread about a centre, and the traces of every record.
+pub(super) struct Ensemble {
+    /// Centre of the parameters, ln.
+    pub centre: Vec<f64>,
+    /// Rows of the lower triangular matrix that turns z into ln.
+    pub lower: Vec<Vec<f64>>,
+    /// z of every run.
+    pub points: Vec<Vec<f64>>,
+    /// A column a run, of every record.
+    pub traces: Vec<Mat<f64>>,
+}
+
+/// What is compared of one record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Placed {
+    /// Sample of the record at the run's first.
+    pub shift: f64,
+    /// Samples of the run that are compared.
+    pub from: usize,
+    pub to: usize,
+    /// Last sample that runs predict, and the last that could be compared.
+    pub predictable: usize,
+    pub last: usize,
+}
+
+/// What is known besides the runs.
+pub(super) struct Known<'a> {
+    pub records: Vec<&'a RecordTrace>,
+    pub nuisances: Vec<Nuisances>,
+    /// Standard deviation of ln of the last parameter about 0, where it is a nuisance.
+    pub prior: Option<f64>,
+    /// Number of the parameter that the drive's level multiplies, and what is not known of ln of that level, of every record of several: each has its
+    /// own. Of a single record it is added to the answer instead.
+    pub level: Option<(usize, Vec<f64>)>,
+    /// Mean of what a finer step adds to a trace, and columns of what is not known of that, of every record.
+    pub correction: Vec<(Vec<f64>, Mat<f64>)>,
+}
+
+/// Where the records put the parameters.
+#[derive(Debug, Clone)]
+pub(super) struct Solution {
+    pub z: Vec<f64>,
+    /// ln.
+    pub at: Vec<f64>,
+    /// Covariance of ln.
+    pub covariance: Vec<Vec<f64>>,
+    /// T, and the number of samples it is made of.
+    pub squares: f64,
+    pub samples: f64,
+    pub placed: Vec<Placed>,
+}
+
+impl Solution {
+    /// T/N.
+    pub fn reduced(&self) -> f64 {
+        self.squares / self.samples.max(1.0)
+    }
+
+    /// Distance of a point (ln) in standard deviations, per parameter.
+    pub fn distance(&self, from: &[f64]) -> f64 {
+        let unit = inverse(&self.covariance);
+        let apart: Vec<f64> = self.at.iter().zip(from).map(|(a, b)| a - b).collect();
+        let image = unit.iter().map(|row| row.iter().zip(&apart).map(|(a, b)| a * b).sum::<f64>());
+        (image.zip(&apart).map(|(a, b)| a * b).sum::<f64>() / apart.len() as f64).sqrt()
+    }
+}
+
+/// ½ φ' M φ as a problem of argmin.
+struct Cost<'a>(&'a Misfit);
+
+impl CostFunction for Cost<'_> {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, z: &Vec<f64>) -> Result<f64, Error> {
+        Ok(0.5 * self.0.squares(z))
+    }
+}
+
+impl Gradient for Cost<'_> {
+    type Param = Vec<f64>;
+    type Gradient = Vec<f64>;
+
+    fn gradient(&self, z: &Vec<f64>) -> Result<Vec<f64>, Error> {
+        Ok(self.0.gradient(z))
+    }
+}
+
+impl Hessian for Cost<'_> {
+    type Param = Vec<f64>;
+    type Hessian = Vec<Vec<f64>>;
+
+    fn hessian(&self, z: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
+        Ok(self.0.information(z))
+    }
+}
+
+/// The most likely z: Gauss–Newton steps in a trust region.
+fn minimum(misfit: &Misfit) -> Vec<f64> {
+    let start = vec![0.0; misfit.dimension];
+    let solver = TrustRegion::new(Steihaug::new()).with_max_radius(REACH);
+    let Ok(solver) = solver.and_then(|solver| solver.with_radius(1.0)) else { return start };
+    let run = Executor::new(Cost(misfit), solver)
+        .configure(|state| state.param(start.clone()).max_iters(30))
+        .ctrlc(false)
+        .timer(false)
+        .run();
+    let found = run.ok().and_then(|run| run.state.get_best_param().cloned()).unwrap_or(start);
+    found.into_iter().map(|z| z.clamp(-REACH, REACH)).collect()
+}
+
+/// Inverse of a small symmetric matrix; zeros where there is none.
+fn inverse(matrix: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let size = matrix.len();
+    let full = nalgebra::DMatrix::from_fn(size, size, |i, j| matrix[i][j]);
+    let inverse = full.cholesky().map(|factor| factor.inverse());
+    (0..size).map(|i| (0..size).map(|j| inverse.as_ref().map_or(0.0, |m| m[(i, j)])).collect()).collect()
+}
+
+/// The samples of one record that are compared, whitened by one covariance.
+struct Compared {
+    rows: Vec<usize>,
+    covariance: Covariance,
+    /// J, Q and the shift's column.
+    others: Mat<f64>,
+}
+
+impl Ensemble {
+    fn dimension(&self) -> usize {
+        self.centre.len()
+    }
+
+    /// ln of the parameters at z.
+    pub fn at(&self, z: &[f64]) -> Vec<f64> {
+        let moved = |row: &Vec<f64>| row.iter().zip(z).map(|(l, z)| l * z).sum::<f64>();
+        self.lower.iter().zip(&self.centre).map(|(row, centre)| centre + moved(row)).collect()
+    }
+
+    /// Whether there are runs enough for squares and products.
+    fn is_quadratic(&self) -> bool {
+        self.points.len() > 3 * terms(self.dimension(), true)
+    }
+
+    /// Regression of every record's traces, finer by what is known of the step.
+    fn regressions(&self, known: &Known) -> Option<Vec<Regression>> {
+        let of = |(record, traces): (usize, &Mat<f64>)| {
+            let mut regression = Regression::of(&self.points, traces.as_ref(), self.is_quadratic())?;
+            if let Some((mean, _)) = known.correction.get(record) {
+                for (t, more) in mean.iter().enumerate().take(regression.coefficients.nrows()) {
+                    regression.coefficients[(t, 0)] += more;
+                }
+            }
+            Some(regression)
+        };
+        self.traces.iter().enumerate().map(of).collect()
+    }
+
+    /// Where one record lies on the mean trace, and what of it may be compared.
+    fn place(record: &RecordTrace, regression: &Regression, shift: f64) -> Placed {
+        let cycle = SAMPLES_PER_CYCLE;
+        let len = regression.coefficients.nrows();
+        let onset = (record.onset as f64 - shift).max(0.0) as usize;
+        let end = (record.len() as f64 - shift).max(0.0) as usize;
+        let last = len.min(end).saturating_sub(EDGE * cycle);
+        let square = |t: usize| {
+            let mean = regression.coefficients[(t, 0)].powi(2);
+            let rest: f64 = (0..regression.residuals.ncols()).map(|run| regression.residuals[(t, run)].powi(2)).sum();
+            (mean, rest / regression.freedom)
+        };
+        let first = onset / cycle + 1;
+        let parts = (first..last / cycle).find(|number| {
+            let (mean, rest) = (number * cycle..(number + 1) * cycle)
+                .map(square)
+                .fold((0.0, 0.0), |sum, (mean, rest)| (sum.0 + mean, sum.1 + rest));
+            rest > PREDICTABLE * (mean + rest)
+        });
+        let predictable = parts.map_or(last, |number| number * cycle).clamp(0, last);
+        let to = predictable.max(onset + LEAST_CYCLES * cycle).min(last);
+        let start = (-shift).max(0.0).ceil() as usize;
+        Placed { shift, from: onset.saturating_sub(BEFORE * cycle).max(start).min(to), to, predictable, last }
+    }
+
+    /// What the records say; the shifts of the records on the runs are known roughly.
+    pub fn solve(&self, known: &Known, shifts: &[f64], shorten: bool) -> Option<Solution> {
+        let regressions = self.regressions(known)?;
+        let records = || known.records.iter().zip(&regressions);
+        let mut placed: Vec<Placed> = records()
+            .zip(shifts)
+            .map(|((record, regression), shift)| Self::place(record, regression, *shift))
+            .collect();
+        let mut shorter = 1.0;
+        loop {
+            let solution = self.solve_within(known, &regressions, &mut placed, shorter)?;
+            let least = |(placed, record): (&Placed, &&RecordTrace)| {
+                let onset = (record.onset as f64 - placed.shift).max(0.0) as usize;
+                placed.to <= onset + LEAST_CYCLES * SAMPLES_PER_CYCLE + 1
+            };
+            let shortest = solution.placed.iter().zip(&known.records).all(least);
+            if !shorten || solution.reduced() < MISFIT || shortest {
+                return Some(solution);
+            }
+            shorter *= SHORTER;
+        }
+    }
+
+    fn solve_within(
+        &self,
+        known: &Known,
+        regressions: &[Regression],
+        placed: &mut [Placed],
+        shorter: f64,
+    ) -> Option<Solution> {
+        let mut moved = f64::INFINITY;
+        let mut compared: Vec<Option<Compared>> = known.records.iter().map(|_| None).collect();
+        let mut result = None;
+        for _ in 0..SHIFTS {
+            if moved < STILL {
+                break;
+            }
+            let mut total: Option<Misfit> = None;
+            let mut of_shifts = Vec::new();
+            let mut samples = 0.0;
+            for (number, (record, regression)) in known.records.iter().zip(regressions).enumerate() {
+                let mut window = Self::place(record, regression, placed[number].shift);
+                let onset = (record.onset as f64 - window.shift).max(0.0);
+                let length = (shorter * (window.to as f64 - onset)).max((LEAST_CYCLES * SAMPLES_PER_CYCLE) as f64);
+                window.to = ((onset + length) as usize).min(window.to);
+                placed[number] = window;
+                let (values, valid) = record.shifted(window.shift, window.to);
+                let rows: Vec<usize> = (window.from..window.to).filter(|t| valid[*t]).collect();
+                if rows.len() < 2 * SAMPLES_PER_CYCLE {
+                    return None;
+                }
+                let within = match &mut compared[number] {
+                    Some(within) if within.rows == rows => within,
+                    place => place.insert(self.compared(known, number, regression, rows)?),
+                };
+                let rest = Mat::from_fn(within.rows.len(), 1, |i, _| {
+                    let t = within.rows[i];
+                    values[t] - regression.coefficients[(t, 0)]
+                });
+                let all = beside(&[rest.as_ref(), within.others.as_ref()]);
+                let inner = within.covariance.inner(all.as_ref(), all.as_ref());
+                let count = inner.nrows() - 1;
+                samples += within.rows.len() as f64 * record.band;
+                of_shifts.push((0..count).map(|j| inner[(count, j)]).collect::<Vec<f64>>());
+                let gram = Mat::from_fn(count, count, |i, j| inner[(i, j)]);
+                total = Some(match total {
+                    None => Misfit { gram, dimension: self.dimension(), quadratic: self.is_quadratic() },
+                    Some(sum) => Misfit { gram: sum.gram + gram, ..sum },
+                });
+            }
+            let data = total?;
+            let mut misfit = data.clone();
+            if let Some(prior) = known.prior {
+                let last = self.dimension() - 1;
+                let slope: Vec<f64> = self.lower[last].iter().map(|l| l / prior).collect();
+                misfit.add_prior(&slope, -self.centre[last] / prior);
+            }
+            let z = minimum(&misfit);
+            moved = 0.0;
+            for ((placed, of_shift), (record, nuisances)) in
+                placed.iter_mut().zip(&of_shifts).zip(known.records.iter().zip(&known.nuisances))
+            {
+                let phi = misfit.phi(&z);
+                let found: f64 = of_shift.iter().zip(&phi).map(|(a, b)| a * b).sum();
+                let by = found * nuisances.shift;
+                placed.shift -= by / record.step;
+                moved = f64::max(moved, by.abs());
+            }
+            let unit = inverse(&misfit.information(&z));
+            // The parameters' share of what the runs' own differences could as well explain.
+            let directions = compared
+                .iter()
+                .flatten()
+                .zip(regressions)
+                .map(|(within, regression)| within.covariance.directions(self.points.len()) / regression.freedom);
+            let covered = directions.fold(0.0, f64::max).min(MOST_COVERED);
+            let factor = (MARGIN / (1.0 - covered)).powi(2);
+            let mut covariance = self.outside(&unit);
+            covariance.iter_mut().flatten().for_each(|entry| *entry *= factor);
+            let squares = misfit.squares(&z);
+            result = Some(Solution { at: self.at(&z), z, covariance, squares, samples, placed: placed.to_vec() });
+        }
+        result
+    }
+
+    /// Runs by what is left of the records over the windows, the best first: z of each.
+    pub fn ranked(&self, known: &Known, placed: &[Placed]) -> Vec<&Vec<f64>> {
+        let mut sums = vec![0.0; self.points.len()];
+        for ((record, placed), traces) in known.records.iter().zip(placed).zip(&self.traces) {
+            let (values, valid) = record.shifted(placed.shift, placed.to);
+            for (run, sum) in sums.iter_mut().enumerate() {
+                let each = (placed.from..placed.to).filter(|t| valid[*t]);
+                *sum += each.map(|t| (values[t] - traces[(t, run)]).powi(2)).sum::<f64>();
+            }
+        }
+        let mut order: Vec<usize> = (0..sums.len()).collect();
+        order.sort_by(|a, b| sums[*a].total_cmp(&sums[*b]));
+        order.into_iter().map(|run| &self.points[run]).collect()
+    }
+
+    /// Samples of every record that noise and runs leave more than so many standard deviations away.
+    pub fn outliers(&self, known: &Known, solution: &Solution) -> Option<Vec<Vec<usize>>> {
+        let of = |(number, regression): (usize, &Regression)| {
+            let (record, placed) = (known.records[number], solution.placed[number]);
+            let (values, valid) = record.shifted(placed.shift, placed.to);
+            let rows: Vec<usize> = (placed.from..placed.to).filter(|t| valid[*t]).collect();
+            let within = self.compared(known, number, regression, rows.clone())?;
+            let mean = regression.mean(&solution.z);
+            let rest = Mat::from_fn(rows.len(), 1, |i, _| values[rows[i]] - mean[rows[i]]);
+            let left = within.covariance.left(rest.as_ref());
+            // The worst hides others behind it.
+            let worst = (0..rows.len()).map(|i| left[(i, 0)].abs()).fold(0.0, f64::max);
+            let far = |i: &usize| left[(*i, 0)].abs() > f64::max(OUTLIER * record.sigma, WORST * worst);
+            let place = |i: usize| (rows[i] as f64 + placed.shift).round().max(0.0) as usize;
+            Some((0..rows.len()).filter(far).map(place).collect())
+        };
+        self.regressions(known)?.iter().enumerate().map(of).collect()
+    }
+
+    /// Covariance of ln of that of z.
+    fn outside(&self, unit: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let size = self.dimension();
+        let entry = |a: usize, b: usize| -> f64 {
+            (0..size)
+                .flat_map(|i| (0..size).map(move |j| (i, j)))
+                .map(|(i, j)| self.lower[a][i] * unit[i][j] * self.lower[b][j])
+                .sum()
+        };
+        (0..size).map(|a| (0..size).map(|b| entry(a, b)).collect()).collect()
+    }
+
+    /// The samples `rows` of one record with the covariance of what is not known of them.
+    fn compared(&self, known: &Known, number: usize, regression: &Regression, rows: Vec<usize>) -> Option<Compared> {
+        let (record, nuisances) = (known.records[number], &known.nuisances[number]);
+        let scale = regression.freedom.sqrt().recip();
+        let runs = regression.residuals.ncols();
+        let spread = Mat::from_fn(rows.len(), runs, |i, run| scale * regression.residuals[(rows[i], run)]);
+        let mean: Vec<f64> = (0..regression.coefficients.nrows()).map(|t| regression.coefficients[(t, 0)]).collect();
+        let further = nuisances.columns(record, &mean, &rows);
+        let shift = nuisances.shift_column(record, &mean, &rows);
+        let finer = known.correction.get(number).map_or_else(
+            || Mat::zeros(rows.len(), 0),
+            |(_, columns)| Mat::from_fn(rows.len(), columns.ncols(), |i, j| columns[(rows[i], j)]),
+        );
+        let level = match &known.level {
+            Some((parameter, deviations)) => self.level_column(regression, *parameter, deviations[number], &rows)?,
+            None => Mat::zeros(rows.len(), 0),
+        };
+        let columns = beside(&[spread.as_ref(), shift.as_ref(), further.as_ref(), finer.as_ref(), level.as_ref()]);
+        let covariance = Covariance::of(record.sigma, columns)?;
+        let count = regression.coefficients.ncols();
+        let slopes = Mat::from_fn(rows.len(), count - 1, |i, j| regression.coefficients[(rows[i], j + 1)]);
+        let others = beside(&[slopes.as_ref(), shift.as_ref()]);
+        Some(Compared { rows, covariance, others })
+    }
+
+    /// What one record does whose drive is a standard deviation of its level stronger.
+    fn level_column(
+        &self,
+        regression: &Regression,
+        parameter: usize,
+        deviation: f64,
+        rows: &[usize],
+    ) -> Option<Mat<f64>> {
+        let size = self.dimension();
+        let lower = nalgebra::DMatrix::from_fn(size, size, |a, b| self.lower[a][b]);
+        let unit = nalgebra::DVector::from_fn(size, |d, _| f64::from(u8::from(d == parameter)));
+        let z = lower.solve_lower_triangular(&unit)?;
+        let value = |t: usize| (0..size).map(|d| regression.coefficients[(t, 1 + d)] * z[d]).sum::<f64>();
+        Some(Mat::from_fn(rows.len(), 1, |i, _| deviation * value(rows[i])))
+    }
+
+    /// p: the share of runs that, taken for records, are as far from what the others expect as the records are.
+    pub fn share_beyond(&self, known: &Known, solution: &Solution, random: &mut ChaCha8Rng) -> Option<f64> {
+        let own = solution.squares;
+        let mut others: Vec<f64> = Vec::new();
+        let count = self.points.len();
+        for fold in 0..FOLDS {
+            let (out, kept): (Vec<usize>, Vec<usize>) = (0..count).partition(|run| run % FOLDS == fold);
+            let part = self.only(&kept);
+            let regressions = part.regressions(known)?;
+            let mut sums: Vec<(f64, Vec<f64>)> = vec![(0.0, vec![0.0; self.dimension()]); out.len()];
+            let mut information = vec![vec![0.0; self.dimension()]; self.dimension()];
+            if let Some(prior) = known.prior {
+                let last = &self.lower[self.dimension() - 1];
+                for i in 0..last.len() {
+                    for j in 0..last.len() {
+                        information[i][j] += last[i] * last[j] / (prior * prior);
+                    }
+                }
+            }
+            for (number, regression) in regressions.iter().enumerate() {
+                let (record, placed) = (known.records[number], solution.placed[number]);
+                let (_, valid) = record.shifted(placed.shift, placed.to);
+                let rows: Vec<usize> = (placed.from..placed.to).filter(|t| valid[*t]).collect();
+                let within = part.compared(known, number, regression, rows.clone())?;
+                let quadratic = part.is_quadratic();
+                let slopes = slopes_at(regression, &solution.z, quadratic, &rows);
+                let rest = part.left_out(self, known, (number, &out), (regression, &rows), random);
+                let all = beside(&[rest.as_ref(), slopes.as_ref()]);
+                let inner = within.covariance.inner(all.as_ref(), all.as_ref());
+                let runs = out.len();
+                for (run, (square, gradient)) in sums.iter_mut().enumerate() {
+                    *square += inner[(run, run)];
+                    for (d, sum) in gradient.iter_mut().enumerate() {
+                        *sum += inner[(run, runs + d)];
+                    }
+                }
+                for i in 0..self.dimension() {
+                    for j in 0..self.dimension() {
+                        information[i][j] += inner[(runs + i, runs + j)];
+                    }
+                }
+            }
+            let unit = inverse(&information);
+            for (square, gradient) in sums {
+                let image: Vec<f64> =
+                    unit.iter().map(|row| row.iter().zip(&gradient).map(|(a, b)| a * b).sum()).collect();
+                others.push(square - gradient.iter().zip(&image).map(|(a, b)| a * b).sum::<f64>());
+            }
+        }
+        Some(share(own, &others))
+    }
+
+    /// Only some of the runs.
+    fn only(&self, kept: &[usize]) -> Self {
+        Self {
+            centre: self.centre.clone(),
+            lower: self.lower.clone(),
+            points: kept.iter().map(|run| self.points[*run].clone()).collect(),
+            traces: self
+                .traces
+                .iter()
+                .map(|traces| Mat::from_fn(traces.nrows(), kept.len(), |t, run| traces[(t, kept[run])]))
+                .collect(),
+        }
+    }
+
+    /// Runs that were left out, as records: about what the others expect at their place, with noise and what an instrument does.
+    fn left_out(
+        &self,
+        all: &Self,
+        known: &Known,
+        (number, out): (usize, &[usize]),
+        (regression, rows): (&Regression, &[usize]),
+        random: &mut ChaCha8Rng,
+    ) -> Mat<f64> {
+        let (record, nuisances) = (known.records[number], &known.nuisances[number]);
+        let mut normal = || -> f64 { StandardNormal.sample(random) };
+        let (first, len) = (rows[0], rows[rows.len() - 1] + 1 - rows[0]);
+        let low_pass = LowPass::new(1.0, len, 0.5 * record.band);
+        let mean: Vec<f64> = (0..regression.coefficients.nrows()).map(|t| regression.coefficients[(t, 0)]).collect();
+        let further = nuisances.columns(record, &mean, rows);
+        let finer = known.correction.get(number).map(|(mean, _)| mean.as_slice());
+        let traces: Vec<Vec<f64>> = out
+            .iter()
+            .map(|run| {
+                let expected = regression.mean(&all.points[*run]);
+                // What the record's own noise is known to.
+                let sigma = record.sigma * (1.0 + normal() / (2.0 * record.freedom).sqrt()).max(0.3);
+                let noise: Vec<f64> = (0..len).map(|_| sigma * normal()).collect();
+                let noise = if record.band < 1.0 { low_pass.apply(&noise) } else { noise };
+                let amounts: Vec<f64> = (0..further.ncols()).map(|_| normal()).collect();
+                rows.iter()
+                    .enumerate()
+                    .map(|(i, t)| {
+                        let known: f64 = amounts.iter().enumerate().map(|(j, amount)| amount * further[(i, j)]).sum();
+                        let more = finer.map_or(0.0, |mean| mean[*t]);
+                        all.traces[number][(*t, *run)] + more - expected[*t] + noise[t - first] + known
+                    })
+                    .collect()
+            })
+            .collect();
+        Mat::from_fn(rows.len(), out.len(), |i, run| traces[run][i])
+    }
+}
+
+/// Derivative of the mean trace at z, a column a parameter.
+fn slopes_at(regression: &Regression, z: &[f64], quadratic: bool, rows: &[usize]) -> Mat<f64> {
+    let step = 1e-4;
+    let ends: Vec<[Vec<f64>; 2]> = (0..z.len())
+        .map(|d| {
+            [step, -step].map(|by| {
+                let mut moved = z.to_vec();
+                moved[d] += by;
+                super::regression::row(&moved, quadratic)
+            })
+        })
+        .collect();
+    Mat::from_fn(rows.len(), z.len(), |i, d| {
+        let [up, down] = &ends[d];
+        let change = up.iter().zip(down).enumerate();
+        change.map(|(j, (up, down))| (up - down) / (2.0 * step) * regression.coefficients[(rows[i], j)]).sum()
+    })
+}
+
+/// Share of `others` as large as `own`; beyond all of them by the tail of their logarithms.
+fn share(own: f64, others: &[f64]) -> f64 {
+    let count = others.len() as f64;
+    let beyond = others.iter().filter(|other| **other >= own).count();
+    let counted = (beyond as f64 + 1.0) / (count + 1.0);
+    if beyond >= COUNTED || own <= 0.0 {
+        return counted;
+    }
+    let logarithms: Vec<f64> = others.iter().filter(|other| **other > 0.0).map(|other| other.ln()).collect();
+    let n = logarithms.len() as f64;
+    let mean = logarithms.iter().sum::<f64>() / n;
+    let scale = |values: &mut dyn Iterator<Item = &f64>| {
+        let (sum, number) = values.fold((0.0, 0.0), |(sum, n), value| (sum + (value - mean).powi(2), n + 1.0));
+        (sum / f64::max(1.0, number)).sqrt()
+    };
+    let all = scale(&mut logarithms.iter());
+    let upper = scale(&mut logarithms.iter().filter(|value| **value > mean));
+    let Ok(student) = statrs::distribution::StudentsT::new(0.0, 1.0, TAIL) else { return counted };
+    let tail = statrs::distribution::ContinuousCDF::sf(&student, (own.ln() - mean) / all.max(upper).max(1e-12));
+    tail.min(counted)
+}
+
+/// Matrices side by side.
+pub(super) fn beside(parts: &[MatRef<'_, f64>]) -> Mat<f64> {
+    let rows = parts.first().map_or(0, |part| part.nrows());
+    let columns = parts.iter().map(|part| part.ncols()).sum();
+    let mut all = Mat::zeros(rows, columns);
+    let mut at = 0;
+    for part in parts {
+        all.as_mut().subcols_mut(at, part.ncols()).copy_from(part);
+        at += part.ncols();
+    }
+    all
+}

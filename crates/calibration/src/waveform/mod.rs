@@ -1,0 +1,201 @@
+//! The waveform's likelihood: from the onset until runs that differ in what a laboratory cannot control part, every sample is compared.
+//!
+//! ```text
+//! search ─ rounds of runs near the answer ─ regression of every sample on the parameters ─ covariance ─ answer, p
+//! ```
+//!
+//! Method, formulas and counts: `docs/method.md`.
+
+mod columns;
+mod ensemble;
+mod record;
+mod regression;
+mod rounds;
+mod source;
+mod start;
+
+use argmin::core::Executor;
+use serde::{Deserialize, Serialize};
+
+use self::{
+    record::RecordTrace,
+    rounds::Rounds,
+    source::{Source, Sources},
+};
+use crate::{
+    drive::HornNoise,
+    estimate::{Estimate, UNIDENTIFIED},
+    forward::{Forward, Uncertainty},
+    parameter::{Parameter, Target},
+    posterior::Posterior,
+};
+use granchain_model::scene::Support;
+use granchain_signal::{
+    Series,
+    feature::{Measurand, fingerprint::SAMPLES_PER_CYCLE},
+};
+
+/// What the waveform says of the parameters.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WaveformFit {
+    /// The answer, unit coordinates; α is that of the drive's own level.
+    pub at: Vec<f64>,
+    /// Covariance of the logarithms of the fitted parameters, what is not known of the drive's level included.
+    pub covariance: Vec<Vec<f64>>,
+    /// ln of α times the level of the drive, over α, and its standard deviation: that product is all that a record tells. Absent of several records, and
+    /// where α is not fitted.
+    pub product: Option<[f64; 2]>,
+    /// ln of the stiffness over mass, relative to the scene's, and its standard deviation; absent where that is not a nuisance.
+    pub modulus: Option<[f64; 2]>,
+    /// Share of right records that are as far from the model.
+    pub p: f64,
+    /// T over the number of samples.
+    pub reduced: f64,
+    /// Cycles behind the onset that runs predict; the most of all records.
+    pub cycles: f64,
+    /// Whether these are all that were recorded, of every record.
+    pub whole: bool,
+    pub rounds: usize,
+    pub runs: u64,
+    /// Whether the answer had come to rest.
+    pub settled: bool,
+    /// Time of the record at the run's time zero, s, of every record.
+    pub shifts: Vec<f64>,
+}
+
+/// A record with what makes its runs.
+pub(crate) struct Compared<'a> {
+    pub forward: &'a Forward,
+    pub noise: Option<HornNoise>,
+    pub trace: &'a Series,
+}
+
+/// Fewest cycles behind the onset by which a waveform decides.
+pub const FEWEST_CYCLES: f64 = 6.0;
+
+/// Standard deviation in ln from which an answer is too wide for a normal distribution.
+const WIDEST: f64 = 0.15;
+
+/// p below which the rounds begin once more, where the amplitudes lead.
+const AGAIN: f64 = 0.01;
+
+/// 95 % quantile of the standard normal distribution.
+pub(crate) const QUANTILE: f64 = 1.644_853_627;
+
+impl WaveformFit {
+    /// Whether enough of the record is predictable for the waveform to decide, and its answer so narrow that a normal distribution describes it.
+    #[must_use]
+    pub fn decides(&self) -> bool {
+        let narrow = (0..self.at.len()).all(|d| self.covariance[d][d].sqrt() < WIDEST);
+        narrow && (self.whole || self.cycles >= FEWEST_CYCLES)
+    }
+
+    /// The posterior of the parameters: a normal distribution of their logarithms.
+    pub(crate) fn posterior(&self, parameters: &[Parameter]) -> Posterior {
+        let spans: Vec<f64> = parameters.iter().map(Parameter::span).collect();
+        let unit = |a: usize, b: usize| self.covariance[a][b] / (spans[a] * spans[b]);
+        let covariance: Vec<Vec<f64>> =
+            (0..spans.len()).map(|a| (0..spans.len()).map(|b| unit(a, b)).collect()).collect();
+        Posterior::normal(&self.at, &covariance)
+    }
+
+    /// What is quoted of the parameters.
+    pub(crate) fn estimates(&self, parameters: &[Parameter]) -> Vec<Estimate> {
+        let estimate = |(d, parameter): (usize, &Parameter)| {
+            let half = QUANTILE * self.covariance[d][d].sqrt() / parameter.span();
+            let [low, middle, high] = [-half, 0.0, half].map(|by| (self.at[d] + by).clamp(0.0, 1.0));
+            let pressed = Parameter::pressed(low, middle, high);
+            Estimate {
+                name: parameter.name.clone(),
+                unit: parameter.unit.clone(),
+                value: parameter.value(middle),
+                median: parameter.value(middle),
+                low: parameter.value(low),
+                high: parameter.value(high),
+                at_bound: pressed.0 || pressed.1,
+                unidentified: high - low > UNIDENTIFIED,
+            }
+        };
+        parameters.iter().enumerate().map(estimate).collect()
+    }
+}
+
+/// Mean and standard deviation of ln of the drive's level: uniform within ± `drive`, less what its decoder may have taken, up to `droop`.
+fn level(Uncertainty { drive, droop, .. }: Uncertainty) -> (f64, f64) {
+    const POINTS: usize = 400;
+    let taken = (0..POINTS).map(|i| -(1.0 - droop * (i as f64 + 0.5) / POINTS as f64).ln());
+    let (sum, square) = taken.fold((0.0, 0.0), |(sum, square), x| (sum + x, square + x * x));
+    let mean = sum / POINTS as f64;
+    let variance = square / POINTS as f64 - mean * mean;
+    (mean, (drive * drive / 3.0 + variance.max(0.0)).sqrt())
+}
+
+/// The fit of the waveforms of all records, whose search on amplitudes knows `known` (unit coordinates, the best first). `None` where a record has no
+/// waveform that can be compared, or nothing comes of it.
+pub(crate) fn fit(records: Vec<Compared>, known: &[Vec<f64>], seed: u64) -> Option<WaveformFit> {
+    let source = |compared: Compared| {
+        let comparison = &compared.forward.comparison;
+        let on_disc = matches!(compared.forward.scene().support, Support::Disc { .. });
+        if comparison.averages > 1 || on_disc || comparison.measurand() == Measurand::Pressure {
+            return None;
+        }
+        let trace = RecordTrace::of(compared.trace, comparison)?;
+        Some(Source::new(compared.forward.clone(), compared.noise, trace))
+    };
+    let sources = Sources::new(records.into_iter().map(source).collect::<Option<Vec<_>>>()?);
+    let found = start::search(&sources, known, seed)?;
+    let own = start::at_amplitudes(&sources, known, &found)?;
+    let first = run(Rounds::about(sources.clone(), found, seed));
+    if first.as_ref().is_some_and(|fit| fit.p >= AGAIN) {
+        return first;
+    }
+    let again = run(Rounds::about(sources, own, seed));
+    let worse = |one: &WaveformFit, other: &WaveformFit| one.p < other.p;
+    match (first, again) {
+        (Some(first), Some(again)) => Some(if worse(&first, &again) { again } else { first }),
+        (first, again) => first.or(again),
+    }
+}
+
+fn run(rounds: Rounds) -> Option<WaveformFit> {
+    let rounds = Executor::new((), rounds).ctrlc(false).timer(false).run().ok()?.solver;
+    let answer = rounds.answer()?;
+    let sources = &rounds.sources;
+    let solution = answer.solution;
+    let forward = &sources.records[0].forward;
+    let dimension = sources.spans().len();
+    let mut covariance: Vec<Vec<f64>> =
+        solution.covariance[..dimension].iter().map(|row| row[..dimension].to_vec()).collect();
+    let mut at = solution.at.clone();
+    let alpha = forward.parameters.iter().position(|parameter| parameter.target == Target::Alpha);
+    let product = alpha.filter(|_| sources.records() == 1).map(|alpha| {
+        let (mean, deviation) = level(forward.uncertainty());
+        let product = covariance[alpha][alpha].sqrt();
+        covariance[alpha][alpha] += deviation * deviation;
+        at[alpha] -= mean;
+        [mean, product]
+    });
+    let modulus = sources.modulus.map(|_| {
+        let last = solution.at.len() - 1;
+        [solution.at[last], solution.covariance[last][last].sqrt()]
+    });
+    let cycles = |(placed, source): (&ensemble::Placed, &Source)| {
+        let onset = source.trace.onset as f64 - placed.shift;
+        (placed.predictable as f64 - onset) / SAMPLES_PER_CYCLE as f64
+    };
+    let cycles = solution.placed.iter().zip(&sources.records).map(cycles).fold(0.0, f64::max);
+    Some(WaveformFit {
+        at: sources.unit(&at),
+        covariance,
+        product,
+        modulus,
+        p: answer.p,
+        reduced: solution.reduced(),
+        cycles,
+        whole: solution.placed.iter().all(|placed| placed.predictable >= placed.last),
+        rounds: rounds.rounds,
+        runs: rounds.runs,
+        settled: rounds.settled,
+        shifts: solution.placed.iter().zip(&sources.records).map(|(placed, of)| placed.shift * of.trace.step).collect(),
+    })
+}

@@ -1,0 +1,244 @@
+//! The record as the waveform's likelihood sees it.
+
+use realfft::{RealFftPlanner, num_complex::Complex};
+
+use crate::comparison::{Comparison, Reduction};
+use granchain_signal::{Gap, Series, feature::fingerprint::SAMPLES_PER_CYCLE};
+
+/// Least noise over the peak: what the interpolation between two samples leaves.
+const LEAST_NOISE: f64 = 1e-3;
+
+/// Share of a clipped level from which a sample counts as clipped.
+const CLIPPED: f64 = 0.98;
+
+/// Samples by which a stretch without valid samples is widened: what the low-pass spreads of it.
+const SPREAD: usize = 16;
+
+/// Samples of a record with drop-outs of which one may be left out because it lies far from all runs.
+const SPARE: usize = 10;
+
+/// Periods by which a record is continued at either end before it is shifted.
+const CONTINUED: usize = 3;
+
+/// A record of [`SAMPLES_PER_CYCLE`] samples a drive period, low-passed.
+#[derive(Debug, Clone)]
+pub(super) struct RecordTrace {
+    /// Sampling interval, s.
+    pub step: f64,
+    /// Sample of its onset.
+    pub onset: usize,
+    /// Its largest value in size, m/s.
+    pub peak: f64,
+    /// Standard deviation of a sample of white noise that has the density of the record's up to half the sample rate, m/s.
+    pub sigma: f64,
+    /// Share of that band in which the record has noise at all: the low-pass took the rest.
+    pub band: f64,
+    /// Number of independent samples that σ is known by.
+    pub freedom: f64,
+    /// Frequency at which the 1/f part of the noise is as strong as the white one, Hz; 0 where there is none. Below it the record and its runs are
+    /// attenuated until the noise is white.
+    pub corner: f64,
+    values: Vec<f64>,
+    valid: Vec<bool>,
+    /// Samples that may still be left out: none where nothing was lost.
+    spare: usize,
+    /// Transform of the record, continued at both ends.
+    spectrum: Vec<Complex<f64>>,
+    padded: usize,
+}
+
+impl RecordTrace {
+    /// Of a record that has an onset; `None` of any other.
+    pub fn of(trace: &Series, comparison: &Comparison) -> Option<Self> {
+        let Reduction::Fingerprint(fingerprint) = &comparison.reduction else { return None };
+        if !fingerprint.by_onset() {
+            return None;
+        }
+        let onset = fingerprint.landmark(trace).ok()?;
+        let landmark = fingerprint.landmark_time(trace).ok()?;
+        let mut valid = vec![true; trace.len()];
+        for gap in comparison.masked.iter().map(|gap: &Gap| gap.later(landmark)) {
+            let from = ((gap.from - trace.start) / trace.step).floor() as isize;
+            let to = ((gap.to - trace.start) / trace.step).ceil() as isize;
+            let spread = SPREAD as isize;
+            let (from, to) =
+                (from.saturating_sub(spread).max(0), to.saturating_add(spread).min(trace.len() as isize - 1));
+            (from..=to).for_each(|i| valid[i as usize] = false);
+        }
+        let [low, high] = comparison.clipped;
+        let is_clipped = |value: f64| {
+            low.is_some_and(|low| value <= CLIPPED * low) || high.is_some_and(|high| value >= CLIPPED * high)
+        };
+        for index in (0..trace.len()).filter(|index| is_clipped(trace.values[*index])) {
+            let near = index.saturating_sub(SPREAD)..(index + SPREAD + 1).min(trace.len());
+            near.for_each(|i| valid[i] = false);
+        }
+        let half = 0.5 / trace.step;
+        let peak = trace.peak();
+        let sigma = ((comparison.noise_density + comparison.rounding) * half).sqrt().max(LEAST_NOISE * peak);
+        let corner = comparison.flicker * half / (sigma * sigma);
+        let values = whitened(&trace.values, trace.step, corner);
+        let padding = CONTINUED * SAMPLES_PER_CYCLE;
+        let padded = (trace.len() + 2 * padding).next_multiple_of(2);
+        let mut input: Vec<f64> =
+            (0..padded).map(|i| continued(&values, i as isize - padding as isize, padding)).collect();
+        let plan = RealFftPlanner::<f64>::new().plan_fft_forward(padded);
+        let mut spectrum = plan.make_output_vec();
+        plan.process(&mut input, &mut spectrum).ok()?;
+        Some(Self {
+            step: trace.step,
+            onset,
+            peak,
+            sigma,
+            band: (comparison.cutoff / half).min(1.0),
+            freedom: comparison.noise_freedom.max(2.0),
+            corner,
+            values,
+            valid,
+            spare: if comparison.masked.is_empty() { 0 } else { trace.len() / SPARE },
+            spectrum,
+            padded,
+        })
+    }
+
+    /// Leave out samples and their neighbours, where the record has lost samples anyway and few are left out in all; whether any was.
+    pub fn leave_out(&mut self, outliers: &[usize]) -> bool {
+        let mut valid = self.valid.clone();
+        for at in outliers {
+            let near = at.saturating_sub(SPREAD)..(at + SPREAD + 1).min(valid.len());
+            valid[near].fill(false);
+        }
+        let count = |valid: &[bool]| valid.iter().filter(|valid| **valid).count();
+        let more = count(&self.valid) - count(&valid);
+        if more == 0 || more > self.spare {
+            return false;
+        }
+        (self.valid, self.spare) = (valid, self.spare - more);
+        true
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.values.len()
+    }
+
+    /// The samples around its onset, and whether each is valid.
+    pub fn around_onset(&self, before: usize, after: usize) -> (&[f64], &[bool]) {
+        let around = self.onset.saturating_sub(before)..(self.onset + after).min(self.len());
+        (&self.values[around.clone()], &self.valid[around])
+    }
+
+    /// Value of the record at `shift + i` samples, i from 0 to `count`, and whether it was recorded there and is valid.
+    pub fn shifted(&self, shift: f64, count: usize) -> (Vec<f64>, Vec<bool>) {
+        let whole = shift.floor();
+        let part = shift - whole;
+        let mut spectrum: Vec<Complex<f64>> = self
+            .spectrum
+            .iter()
+            .enumerate()
+            .map(|(k, bin)| {
+                let angle = std::f64::consts::TAU * k as f64 * part / self.padded as f64;
+                bin * Complex::new(libm::cos(angle), libm::sin(angle))
+            })
+            .collect();
+        if let Some(last) = spectrum.last_mut() {
+            last.im = 0.0;
+        }
+        spectrum[0].im = 0.0;
+        let plan = RealFftPlanner::<f64>::new().plan_fft_inverse(self.padded);
+        let mut output = plan.make_output_vec();
+        if plan.process(&mut spectrum, &mut output).is_err() {
+            output.fill(0.0);
+        }
+        let scale = 1.0 / self.padded as f64;
+        let padding = (CONTINUED * SAMPLES_PER_CYCLE) as isize;
+        let place = |i: usize| i as isize + whole as isize;
+        let inside = |at: isize| at >= 0 && at + 1 < self.len() as isize;
+        let value = |i: usize| {
+            let at = place(i) + padding;
+            if at >= 0 && (at as usize) < self.padded { scale * output[at as usize] } else { 0.0 }
+        };
+        let valid = |i: usize| {
+            let at = place(i);
+            inside(at) && self.valid[at as usize] && self.valid[at as usize + 1]
+        };
+        ((0..count).map(value).collect(), (0..count).map(valid).collect())
+    }
+}
+
+/// A trace that noise of density w (1 + corner/f) leaves white: gain 1/√(1 + corner/f), without phase.
+pub(super) fn whitened(values: &[f64], step: f64, corner: f64) -> Vec<f64> {
+    if corner <= 0.0 || values.is_empty() {
+        return values.to_vec();
+    }
+    let padding = CONTINUED * SAMPLES_PER_CYCLE;
+    let padded = (values.len() + 2 * padding).next_multiple_of(2);
+    let mut planner = RealFftPlanner::<f64>::new();
+    let (forward, backward) = (planner.plan_fft_forward(padded), planner.plan_fft_inverse(padded));
+    let mut work: Vec<f64> = (0..padded).map(|i| continued(values, i as isize - padding as isize, padding)).collect();
+    let mut spectrum = forward.make_output_vec();
+    if forward.process(&mut work, &mut spectrum).is_err() {
+        return values.to_vec();
+    }
+    let apart = 1.0 / (padded as f64 * step);
+    for (k, bin) in spectrum.iter_mut().enumerate() {
+        *bin *= (1.0 + corner / (apart * k.max(1) as f64)).sqrt().recip() / padded as f64;
+    }
+    if backward.process(&mut spectrum, &mut work).is_err() {
+        return values.to_vec();
+    }
+    work[padding..padding + values.len()].to_vec()
+}
+
+/// Sample `index` of a series that goes on at both ends as it would if it were turned about them, and fades within `padding`.
+fn continued(values: &[f64], index: isize, padding: usize) -> f64 {
+    let last = values.len() as isize - 1;
+    let (end, beyond) = match index {
+        i if i < 0 => (0, -i),
+        i if i > last => (last, i - last),
+        i => return values[i as usize],
+    };
+    let mirrored = (if end == 0 { beyond } else { last - beyond }).clamp(0, last);
+    let turned = 2.0 * values[end as usize] - values[mirrored as usize];
+    let part = (beyond as f64 / padding as f64).min(1.0);
+    turned * 0.5 * (1.0 + libm::cos(std::f64::consts::PI * part))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use granchain_signal::feature::fingerprint::{FeatureSet, Fingerprint};
+
+    #[test]
+    fn a_record_is_shifted_by_parts_of_a_sample() {
+        let tone = |t: f64| libm::sin(0.9 * t) * libm::exp(-((t - 300.0) / 90.0).powi(2));
+        let trace = Series::new(0.0, 1.0, (0..900).map(|i| tone(i as f64)).collect());
+        let reduction = Reduction::Fingerprint(Fingerprint::new(FeatureSet::Full, 0.1, 1.0, 14).unwrap());
+        let comparison = Comparison {
+            cutoff: 0.42,
+            bandwidth: None,
+            clipped: [None; 2],
+            masked: vec![Gap { from: 50.0, to: 52.0, support: 1.0 }],
+            sampling: 1.0,
+            noise_density: 0.0,
+            flicker: 0.0,
+            rounding: 0.0,
+            noise_freedom: 100.0,
+            averages: 1,
+            reduction,
+            features: vec![],
+            nuggets: vec![],
+            weights: vec![],
+            power: 1.0,
+            sensitivity: 0.0,
+        };
+        let record = RecordTrace::of(&trace, &comparison).unwrap();
+        let (values, valid) = record.shifted(-7.3, 500);
+        for (i, value) in values.iter().enumerate().skip(20) {
+            assert!((value - tone(i as f64 - 7.3)).abs() < 1e-6, "{i}");
+        }
+        assert!(!valid[0] && valid[20]);
+        let masked = record.onset + 51 + 8;
+        assert!(!valid[masked] && valid[masked + 25]);
+    }
+}

@@ -1,0 +1,342 @@
+//! Rounds of runs that narrow on the answer, as an argmin solver.
+
+use argmin::core::{Error, KV, Problem, Solver, TerminationReason, TerminationStatus};
+use faer::Mat;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use super::{
+    ensemble::{Ensemble, Known, Placed, Solution},
+    source::Sources,
+    start::Start,
+};
+use crate::search::SearchState;
+use granchain_signal::feature::fingerprint::SAMPLES_PER_CYCLE;
+
+/// Runs of the first round, and of every further one.
+const FIRST: usize = 256;
+const FURTHER: usize = 200;
+
+/// Spread of a round's runs in posterior standard deviations: of the first two, and of all others.
+const EARLY_SPREAD: f64 = 4.0;
+const SPREAD: f64 = 2.0;
+
+/// Least spread of a parameter, ln.
+const NARROWEST: f64 = 2e-4;
+
+/// Fewest rounds, and most; two further ones, the window whole and nothing widened, carry the answer.
+const FEWEST: usize = 3;
+const MOST: usize = 8;
+const CLOSING: usize = 2;
+
+/// T/N above which a round is widened, and the most by which.
+const MISFIT: f64 = 1.0;
+const WIDEST: f64 = 30.0;
+
+/// T/N above which a record with drop-outs is searched for what of them was not seen.
+const CLEAN: f64 = 1.2;
+
+/// T/N above which a round has no mean, and the runs by whose spread the search goes on.
+const LOST: f64 = 4.0;
+const BEST: usize = 12;
+
+/// T/N that ends the rounds, the move of the answer in standard deviations, and the spread over what the rule asks.
+const FITTING: f64 = 2.0;
+const STILL: f64 = 0.7;
+const WIDE: f64 = 1.3;
+
+/// Length of a round's runs: so many times what is predictable, and so many cycles.
+const LENGTH: (f64, f64) = (1.4, 3.0);
+
+/// Standard deviations within which the runs of several rounds go together.
+const TOGETHER: f64 = 6.0;
+
+/// Most runs that do.
+const MOST_TOGETHER: usize = 500;
+
+/// Most that a round is solved with.
+const MOST_POOLED: usize = 320;
+
+/// Seeds of the draws.
+const SEED: u64 = 0x0AEF_0123;
+
+/// One round as it was made.
+pub(super) struct Round {
+    points: Vec<Vec<f64>>,
+    traces: Vec<Mat<f64>>,
+}
+
+/// The rounds, with all they have found.
+pub(super) struct Rounds {
+    pub sources: Sources,
+    seed: u64,
+    /// Centre and spread of the next round, ln, and the spread that it is never wider than.
+    centre: Vec<f64>,
+    lower: Vec<Vec<f64>>,
+    widest: Vec<f64>,
+    /// Length of the next round's runs, cycles; none for all of them.
+    cycles: Option<f64>,
+    shifts: Vec<f64>,
+    made: Vec<Round>,
+    pub runs: u64,
+    pub rounds: usize,
+    closing: usize,
+    pub settled: bool,
+    latest: Option<Solution>,
+    failed: bool,
+}
+
+/// What the last rounds say together.
+pub(super) struct Answer {
+    pub solution: Solution,
+    pub p: f64,
+}
+
+impl Rounds {
+    /// About a point with a box around it.
+    pub fn about(sources: Sources, Start { centre, half, shifts }: Start, seed: u64) -> Self {
+        let dimension = centre.len();
+        let widest: Vec<f64> = half.iter().map(|half| 0.5 * half).collect();
+        let lower =
+            (0..dimension).map(|a| (0..dimension).map(|b| if a == b { widest[a] } else { 0.0 }).collect()).collect();
+        Self {
+            sources,
+            seed: seed ^ SEED,
+            centre,
+            lower,
+            widest,
+            cycles: None,
+            shifts,
+            made: Vec::new(),
+            runs: 0,
+            rounds: 0,
+            closing: 0,
+            settled: false,
+            latest: None,
+            failed: false,
+        }
+    }
+
+    /// z of the runs of a round: a normal distribution by a low-discrepancy sequence.
+    fn drawn(&self, count: usize) -> Vec<Vec<f64>> {
+        let normal = Normal::standard();
+        let coordinate = |run: usize, d: usize| {
+            let seed = (self.seed as u32).wrapping_add(self.rounds as u32 * 7919);
+            let uniform = f64::from(sobol_burley::sample(run as u32, d as u32, seed));
+            normal.inverse_cdf(uniform.clamp(1e-4, 1.0 - 1e-4))
+        };
+        (0..count).map(|run| (0..self.centre.len()).map(|d| coordinate(run, d)).collect()).collect()
+    }
+
+    /// Make a round; the runs that finished.
+    fn make(&mut self) -> Option<Ensemble> {
+        let count = if self.rounds == 0 { FIRST } else { FURTHER };
+        let mut ensemble = Ensemble {
+            centre: self.centre.clone(),
+            lower: self.lower.clone(),
+            points: self.drawn(count),
+            traces: Vec::new(),
+        };
+        let at: Vec<Vec<f64>> = ensemble.points.iter().map(|z| self.sources.inside(ensemble.at(z))).collect();
+        // What lay outside the box has been turned about its bounds.
+        let lower = nalgebra::DMatrix::from_fn(at[0].len(), at[0].len(), |a, b| self.lower[a][b]);
+        for (z, at) in ensemble.points.iter_mut().zip(&at) {
+            let apart = nalgebra::DVector::from_fn(at.len(), |d, _| at[d] - self.centre[d]);
+            *z = lower.solve_lower_triangular(&apart)?.as_slice().to_vec();
+        }
+        let made = self.sources.traces(self.runs, &at, self.cycles)?;
+        self.runs += count as u64;
+        let finished: Vec<usize> = (0..count).filter(|run| made.iter().all(|of| of[*run].is_some())).collect();
+        ensemble.points = finished.iter().map(|run| ensemble.points[*run].clone()).collect();
+        let matrix = |of: &Vec<Option<Vec<f64>>>| {
+            let traces: Vec<&Vec<f64>> = finished.iter().filter_map(|run| of[*run].as_ref()).collect();
+            let len = traces.iter().map(|trace| trace.len()).min().unwrap_or(0);
+            Mat::from_fn(len, traces.len(), |t, run| traces[run][t])
+        };
+        ensemble.traces = made.iter().map(matrix).collect();
+        let absolute = finished.iter().map(|run| at[*run].clone()).collect();
+        self.made.push(Round { points: absolute, traces: ensemble.traces.clone() });
+        Some(ensemble)
+    }
+
+    /// Aim the next round by what this one found.
+    fn aim(&mut self, solution: &Solution, closing: bool) {
+        let spread = if self.rounds < 2 { EARLY_SPREAD } else { SPREAD };
+        let widened = if closing { 1.0 } else { (solution.reduced() / MISFIT).clamp(1.0, WIDEST) };
+        let dimension = self.centre.len();
+        let factor = spread * widened.sqrt();
+        let mut wanted =
+            nalgebra::DMatrix::from_fn(dimension, dimension, |a, b| factor * factor * solution.covariance[a][b]);
+        let scale: Vec<f64> =
+            (0..dimension).map(|d| (self.widest[d] / wanted[(d, d)].sqrt().max(1e-12)).min(1.0)).collect();
+        for a in 0..dimension {
+            for b in 0..dimension {
+                wanted[(a, b)] *= scale[a] * scale[b];
+            }
+            wanted[(a, a)] += NARROWEST * NARROWEST;
+        }
+        if let Some(factor) = wanted.cholesky() {
+            let lower = factor.l();
+            self.lower = (0..dimension).map(|a| (0..dimension).map(|b| lower[(a, b)]).collect()).collect();
+        }
+        self.centre = self.sources.inside(solution.at.clone());
+        self.shifts = solution.placed.iter().map(|placed| placed.shift).collect();
+        let predictable = solution
+            .placed
+            .iter()
+            .map(|placed| placed.predictable as f64 / SAMPLES_PER_CYCLE as f64)
+            .fold(0.0, f64::max);
+        // The answer sees all that is compared.
+        self.cycles = (!closing).then_some(LENGTH.0 * predictable + LENGTH.1);
+    }
+
+    /// Aim the next round where runs resemble the records most: no mean describes these.
+    fn search_on(&mut self, ensemble: &Ensemble, solution: &Solution) {
+        let best: Vec<Vec<f64>> =
+            ensemble.ranked(&self.known(), &solution.placed).into_iter().take(BEST).map(|z| ensemble.at(z)).collect();
+        let Some(first) = best.first() else { return };
+        let count = best.len() as f64;
+        let deviation = |d: usize| {
+            let mean = best.iter().map(|at| at[d]).sum::<f64>() / count;
+            (best.iter().map(|at| (at[d] - mean).powi(2)).sum::<f64>() / count).sqrt()
+        };
+        self.centre.clone_from(first);
+        self.lower = (0..first.len())
+            .map(|a| {
+                (0..first.len())
+                    .map(|b| if a == b { deviation(a).max(1e-3).min(self.widest[a]) } else { 0.0 })
+                    .collect()
+            })
+            .collect();
+        self.shifts = solution.placed.iter().map(|placed| placed.shift).collect();
+        self.cycles = None;
+    }
+
+    fn known(&self) -> Known<'_> {
+        self.sources.known()
+    }
+
+    /// One round: made, solved, and the next one aimed. `None` where it has no answer.
+    fn advance(&mut self) -> Option<()> {
+        let ensemble = self.make()?;
+        let closing = self.settled || self.rounds >= MOST;
+        let mut solution = ensemble.solve(&self.known(), &self.shifts, !closing)?;
+        if self.rounds >= 1 && solution.reduced() < FITTING {
+            // With the runs of the rounds before that lie near.
+            let pooled = self.near(&solution, MOST_POOLED, &|_| usize::MAX)?;
+            let shifts: Vec<f64> = solution.placed.iter().map(|placed| placed.shift).collect();
+            if pooled.points.len() > ensemble.points.len() {
+                solution = pooled.solve(&self.known(), &shifts, !closing)?;
+            }
+        }
+        while !closing && solution.reduced() > CLEAN {
+            let outliers = ensemble.outliers(&self.known(), &solution)?;
+            if !self.sources.leave_out(&outliers) {
+                break;
+            }
+            let shifts: Vec<f64> = solution.placed.iter().map(|placed| placed.shift).collect();
+            solution = ensemble.solve(&self.known(), &shifts, !closing)?;
+        }
+        let moved = self.latest.as_ref().map_or(f64::INFINITY, |before| solution.distance(&before.at));
+        let steady = self.latest.as_ref().is_some_and(|before| {
+            let apart = |(a, b): (&Placed, &Placed)| a.predictable.abs_diff(b.predictable) <= SAMPLES_PER_CYCLE;
+            solution.placed.iter().zip(&before.placed).all(apart)
+        });
+        let narrow = (0..solution.at.len()).all(|d| {
+            let own: f64 = self.lower[d].iter().map(|l| l * l).sum::<f64>().sqrt();
+            own <= WIDE * f64::max(SPREAD * solution.covariance[d][d].sqrt(), NARROWEST)
+        });
+        self.rounds += 1;
+        if closing {
+            self.closing += 1;
+        } else if self.rounds >= FEWEST && solution.reduced() < FITTING && moved < STILL && narrow && steady {
+            self.settled = true;
+        }
+        let closing = self.settled || self.rounds >= MOST;
+        if solution.reduced() > LOST && !closing {
+            self.search_on(&ensemble, &solution);
+        } else {
+            self.aim(&solution, closing);
+        }
+        self.latest = Some(solution);
+        Some(())
+    }
+
+    /// The runs of all rounds near a point, the last ones first, about that point; traces no longer than `longest` allows.
+    fn near(&self, about: &Solution, most: usize, longest: &dyn Fn(usize) -> usize) -> Option<Ensemble> {
+        let dimension = self.centre.len();
+        let deviation: Vec<f64> = (0..dimension).map(|d| about.covariance[d][d].sqrt().max(0.5 * NARROWEST)).collect();
+        let lower = nalgebra::DMatrix::from_fn(dimension, dimension, |a, b| self.lower[a][b]);
+        let (mut points, mut used) = (Vec::new(), Vec::new());
+        // Shorter ones would shorten what is compared.
+        let long = |round: &Round| {
+            let last = self.made.last().map_or(&[][..], |last| &last.traces[..]);
+            round.traces.iter().zip(last).all(|(own, last)| own.nrows() >= last.nrows())
+        };
+        for (number, round) in self.made.iter().enumerate().rev().filter(|(_, round)| long(round)) {
+            for (run, at) in round.points.iter().enumerate() {
+                let near = (0..dimension).all(|d| (at[d] - about.at[d]).abs() < TOGETHER * deviation[d]);
+                if points.len() < most && near {
+                    let apart = nalgebra::DVector::from_fn(dimension, |d, _| at[d] - about.at[d]);
+                    points.push(lower.solve_lower_triangular(&apart)?.as_slice().to_vec());
+                    used.push((number, run));
+                }
+            }
+        }
+        let of_record = |record: usize| {
+            let made = used.iter().map(|(round, _)| self.made[*round].traces[record].nrows());
+            let len = made.min().unwrap_or(0).min(longest(record));
+            Mat::from_fn(len, used.len(), |t, i| {
+                let (round, run) = used[i];
+                self.made[round].traces[record][(t, run)]
+            })
+        };
+        let traces = (0..self.sources.records()).map(of_record).collect();
+        Some(Ensemble { centre: about.at.clone(), lower: self.lower.clone(), points, traces })
+    }
+
+    /// What the last rounds say together, by runs corrected for their step.
+    pub fn answer(&self) -> Option<Answer> {
+        let latest = self.latest.as_ref().filter(|_| !self.failed)?;
+        let finer = self.sources.finer(self.runs, &latest.at);
+        let longest = |record: usize| finer.corrections.get(record).map_or(usize::MAX, |(mean, _)| mean.len());
+        let ensemble = self.near(latest, MOST_TOGETHER, &longest)?;
+        let mut known = self.known();
+        known.correction.clone_from(&finer.corrections);
+        let solution = ensemble.solve(&known, &self.shifts, false)?;
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        random.set_stream(1);
+        let p = ensemble.share_beyond(&known, &solution, &mut random)?;
+        Some(Answer { solution, p })
+    }
+}
+
+impl Solver<(), SearchState> for Rounds {
+    fn name(&self) -> &'static str {
+        "waveform likelihood"
+    }
+
+    fn next_iter(
+        &mut self,
+        _problem: &mut Problem<()>,
+        state: SearchState,
+    ) -> Result<(SearchState, Option<KV>), Error> {
+        if !self.sources.goes_on() || self.advance().is_none() {
+            self.failed = true;
+        }
+        let state = match &self.latest {
+            Some(latest) => state.param(latest.at.clone()).cost(latest.reduced()),
+            None => state,
+        };
+        Ok((state, None))
+    }
+
+    fn terminate(&mut self, _state: &SearchState) -> TerminationStatus {
+        if self.failed || self.closing >= CLOSING {
+            TerminationStatus::Terminated(TerminationReason::SolverConverged)
+        } else {
+            TerminationStatus::NotTerminated
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Where the rounds begin: a search of short runs by what is left of the record's first cycles.
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::source::{Source, Sources, misfit};
+use crate::{parameter::reflect, search::scattered};
+
+/// Points over the whole box, then around the best so many, so many times.
+const SCATTERED: usize = 256;
+const AROUND: [(usize, usize); 4] = [(40, 96), (24, 96), (16, 96), (12, 56)];
+
+/// Further ones, and how many times at most.
+const FURTHER: (usize, usize, usize) = (12, 64, 6);
+
+/// Misfit of a record that needs no further search, and the share of a misfit that is no progress.
+const REACHED: f64 = 5e-4;
+const STALLED: f64 = 0.97;
+
+/// Points that the amplitudes' search gives.
+const GIVEN: usize = 40;
+
+/// Runs by whose spread the first round is as wide as it is.
+const BEST: usize = 12;
+
+/// Least and most half-width of the first round, ln.
+const HALF: (f64, f64) = (0.02, 0.3);
+
+/// The same where amplitudes lead.
+const AMPLITUDES: f64 = 0.1;
+
+/// Step around the elite, over the distance to its fifth neighbour.
+const STEP: f64 = 0.7;
+const NEIGHBOUR: usize = 5;
+
+/// Cycles of a run behind its onset that the search needs.
+const CYCLES: f64 = 10.0;
+
+const SEED: u64 = 0x57A2_7000;
+
+/// Where the rounds begin, ln.
+pub(super) struct Start {
+    pub centre: Vec<f64>,
+    pub half: Vec<f64>,
+    pub shifts: Vec<f64>,
+}
+
+/// A run of the search: unit coordinates, misfit, shifts.
+type Tried = (Vec<f64>, f64, Vec<f64>);
+
+pub(super) fn search(sources: &Sources, known: &[Vec<f64>], seed: u64) -> Option<Start> {
+    let dimension = sources.spans().len();
+    let best = known.first()?;
+    // How late the answer comes on a run near the answer of the amplitudes.
+    let whole = sources.traces(0, &[sources.of_unit(best)], None)?;
+    let mut cycles = 0.0f64;
+    for (source, of) in sources.records.iter().zip(&whole) {
+        let run = of[0].as_ref()?;
+        let (_, shift) = misfit(&source.trace, run);
+        let onset = (source.trace.onset as f64 - shift) * source.trace.step * source.forward.scene().drive.frequency;
+        cycles = cycles.max(onset + CYCLES);
+    }
+    let records = sources.records() as f64;
+    let mut random = ChaCha8Rng::seed_from_u64(seed ^ SEED);
+    let mut made: Vec<Tried> = Vec::new();
+    let mut first = 1;
+    let mut batch: Vec<Vec<f64>> = scattered(0, SCATTERED, dimension, seed ^ SEED);
+    batch.extend(known.iter().take(GIVEN).cloned());
+    let mut before = f64::INFINITY;
+    for round in 0..=AROUND.len() + FURTHER.2 {
+        let at: Vec<Vec<f64>> = batch.iter().map(|u| sources.of_unit(u)).collect();
+        let traces = sources.traces(first, &at, Some(cycles))?;
+        first += batch.len() as u64;
+        for (number, u) in batch.iter().enumerate() {
+            let of = sources
+                .records
+                .iter()
+                .zip(&traces)
+                .map(|(source, of)| of[number].as_ref().map(|run| misfit(&source.trace, run)));
+            let Some(found) = of.collect::<Option<Vec<(f64, f64)>>>() else { continue };
+            let sum = found.iter().map(|(misfit, _)| misfit).sum();
+            made.push((u.clone(), sum, found.into_iter().map(|(_, shift)| shift).collect()));
+        }
+        made.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let least = made.first()?.1;
+        let (elite, count) = match AROUND.get(round) {
+            Some(next) => *next,
+            // Further ones while they help and the record is not reached.
+            None if least < REACHED * records || least > STALLED * before => break,
+            None => (FURTHER.0, FURTHER.1),
+        };
+        if round + 1 >= AROUND.len() {
+            before = least;
+        }
+        batch = around(&made[..elite.min(made.len())], count, &mut random);
+    }
+    let (at, _, shifts) = made.first()?;
+    let spans = sources.spans();
+    let elite = &made[..BEST.min(made.len())];
+    let half = (0..dimension).map(|d| {
+        let mean = elite.iter().map(|run| run.0[d]).sum::<f64>() / elite.len() as f64;
+        let square = elite.iter().map(|run| (run.0[d] - mean).powi(2)).sum::<f64>() / elite.len() as f64;
+        (2.0 * square.sqrt() * spans[d]).clamp(HALF.0, HALF.1)
+    });
+    // The stiffness begins at its prior.
+    let half = half.chain(sources.modulus.map(|modulus| 2.0 * modulus)).collect();
+    Some(Start { centre: sources.of_unit(at), half, shifts: shifts.clone() })
+}
+
+/// Where the amplitudes lead, as wide as its best runs.
+pub(super) fn at_amplitudes(sources: &Sources, known: &[Vec<f64>], found: &Start) -> Option<Start> {
+    let centre = sources.of_unit(known.first()?);
+    let whole = sources.traces(0, std::slice::from_ref(&centre), None)?;
+    let shift = |(source, of): (&Source, &Vec<Option<Vec<f64>>>)| Some(misfit(&source.trace, of[0].as_ref()?).1);
+    let shifts = sources.records.iter().zip(&whole).map(shift).collect::<Option<_>>()?;
+    let fitted = sources.spans().iter().map(|_| AMPLITUDES);
+    let half = fitted.chain(found.half.get(sources.spans().len()).copied()).collect();
+    Some(Start { centre, half, shifts })
+}
+
+fn around(elite: &[Tried], count: usize, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
+    let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+    let spacing = |of: &Tried| {
+        let mut all: Vec<f64> = elite.iter().map(|other| apart(&of.0, &other.0)).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(NEIGHBOUR).or(all.last()).copied().unwrap_or(0.1)
+    };
+    let spacings: Vec<f64> = elite.iter().map(spacing).collect();
+    (0..count)
+        .map(|_| {
+            let chosen = random.random_range(0..elite.len());
+            let step = |u: &f64| {
+                let draw: f64 = StandardNormal.sample(&mut *random);
+                reflect(u + STEP * spacings[chosen] * draw)
+            };
+            elite[chosen].0.iter().map(step).collect()
+        })
+        .collect()
+}
