@@ -108,6 +108,16 @@ fn most_likely_inflation(pull: f64) -> f64 {
 
 /// Probability of a statistic as large as `own`, told by those of `others`.
 fn share_beyond(own: f64, others: Vec<f64>) -> f64 {
+    tail_share(own, &others, |logarithms, mean| {
+        let n = logarithms.len() as f64;
+        let deviation = (logarithms.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+        (n - 1.0, deviation * (1.0 + 1.0 / n).sqrt())
+    })
+}
+
+/// Share of `others` as large as `own`; where hardly any is, by the tail of their logarithms as a Student t, of which `tail` says degrees of freedom and
+/// scale from the logarithms and their mean.
+pub(crate) fn tail_share(own: f64, others: &[f64], tail: impl Fn(&[f64], f64) -> (f64, f64)) -> f64 {
     let count = others.len() as f64;
     let beyond = others.iter().filter(|other| **other >= own).count();
     let counted = (beyond as f64 + 1.0) / (count + 1.0);
@@ -115,11 +125,10 @@ fn share_beyond(own: f64, others: Vec<f64>) -> f64 {
         return counted;
     }
     let logarithms: Vec<f64> = others.iter().filter(|other| **other > 0.0).map(|other| other.ln()).collect();
-    let n = logarithms.len() as f64;
-    let mean = logarithms.iter().sum::<f64>() / n;
-    let deviation = (logarithms.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-    let Ok(student) = StudentsT::new(0.0, 1.0, n - 1.0) else { return counted };
-    let tail = student.sf((own.ln() - mean) / (deviation * (1.0 + 1.0 / n).sqrt()));
+    let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;
+    let (freedom, scale) = tail(&logarithms, mean);
+    let Ok(student) = StudentsT::new(0.0, 1.0, freedom) else { return counted };
+    let tail = student.sf((own.ln() - mean) / scale);
     // Where none of so many lies beyond, p is no larger than the first of them would make it.
     tail.min(counted)
 }

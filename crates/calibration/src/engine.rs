@@ -10,7 +10,7 @@ use granchain_model::{
         ensemble::{Ensemble, Variation},
     },
     response::Response,
-    scene::{DriveKind, Integrator, Scene, Support},
+    scene::{Integrator, Scene, Support},
 };
 use granchain_signal::{Series, feature::Measurand};
 
@@ -123,17 +123,11 @@ impl Engine {
         }
     }
 
-    /// The same with other realisations of what is not known of the drive.
+    /// The same with other realisations of what is not known of the drive; before a disc, where no waveform is compared, as it is.
     pub(super) fn with_shakes(&self, shakes: &[Series]) -> Self {
         match self {
             Self::Chain(ensemble, stride) => Self::Chain(Box::new(ensemble.with_shakes(shakes)), *stride),
-            Self::OnDisc { prepared, scene, measurand } => {
-                let mut scene = Scene::clone(scene);
-                if let DriveKind::Record { shakes: own, .. } = &mut scene.drive.kind {
-                    *own = shakes.to_vec();
-                }
-                Self::OnDisc { prepared: Arc::clone(prepared), scene: Arc::new(scene), measurand: *measurand }
-            }
+            Self::OnDisc { .. } => self.clone(),
         }
     }
 

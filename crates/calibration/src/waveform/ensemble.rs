@@ -11,8 +11,9 @@ use rand_distr::{Distribution, StandardNormal};
 use super::{
     columns::Nuisances,
     record::RecordTrace,
-    regression::{Covariance, Misfit, Regression, terms},
+    regression::{Covariance, Misfit, Regression, slopes, terms},
 };
+use crate::agreement::tail_share;
 use granchain_signal::{LowPass, feature::fingerprint::SAMPLES_PER_CYCLE};
 
 /// Share of the signal's mean square over a cycle that runs may differ by and still predict it.
@@ -24,7 +25,7 @@ const LEAST_CYCLES: usize = 4;
 /// Cycles before its onset that are compared too.
 const BEFORE: usize = 4;
 
-/// Cycles at either end of record and run that the filters reach into.
+/// Cycles at the end of record and run that the filters reach into.
 const EDGE: usize = 1;
 
 /// T/N from which the window is shortened, and by how much.
@@ -43,7 +44,7 @@ const REACH: f64 = 4.0;
 /// Change of the shift that is none, s.
 const STILL: f64 = 20e-9;
 
-/// Times a record is shifted anew.
+/// Most times that a record is shifted again.
 const SHIFTS: usize = 8;
 
 /// Factor on the standard deviations, tuned on synthetic records: what Gaussian statistics of a non-linear chain leave out.
@@ -54,9 +55,6 @@ const MOST_COVERED: f64 = 0.9;
 
 /// Folds of the cross-validation by which p is counted.
 const FOLDS: usize = 5;
-
-/// Runs beyond the record from which their share is p.
-const COUNTED: usize = 5;
 
 /// Degrees of freedom of the tail of ln T.
 const TAIL: f64 = 10.0;
@@ -119,6 +117,11 @@ impl Solution {
         self.squares / self.samples.max(1.0)
     }
 
+    /// Sample of every record at the runs' first.
+    pub fn shifts(&self) -> Vec<f64> {
+        self.placed.iter().map(|placed| placed.shift).collect()
+    }
+
     /// Distance of a point (ln) in standard deviations, per parameter.
     pub fn distance(&self, from: &[f64]) -> f64 {
         let unit = inverse(&self.covariance);
@@ -178,6 +181,12 @@ fn inverse(matrix: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let full = nalgebra::DMatrix::from_fn(size, size, |i, j| matrix[i][j]);
     let inverse = full.cholesky().map(|factor| factor.inverse());
     (0..size).map(|i| (0..size).map(|j| inverse.as_ref().map_or(0.0, |m| m[(i, j)])).collect()).collect()
+}
+
+/// z of L z = x, L lower triangular by its rows; `None` where it is singular.
+pub(super) fn solved(lower: &[Vec<f64>], x: &[f64]) -> Option<Vec<f64>> {
+    let full = nalgebra::DMatrix::from_fn(x.len(), x.len(), |a, b| lower[a][b]);
+    Some(full.solve_lower_triangular(&nalgebra::DVector::from_column_slice(x))?.as_slice().to_vec())
 }
 
 /// The samples of one record that are compared, whitened by one covariance.
@@ -289,8 +298,7 @@ impl Ensemble {
                 let length = (shorter * (window.to as f64 - onset)).max((LEAST_CYCLES * SAMPLES_PER_CYCLE) as f64);
                 window.to = ((onset + length) as usize).min(window.to);
                 placed[number] = window;
-                let (values, valid) = record.shifted(window.shift, window.to);
-                let rows: Vec<usize> = (window.from..window.to).filter(|t| valid[*t]).collect();
+                let (values, rows) = record.compared(&window);
                 if rows.len() < 2 * SAMPLES_PER_CYCLE {
                     return None;
                 }
@@ -313,8 +321,7 @@ impl Ensemble {
                     Some(sum) => Misfit { gram: sum.gram + gram, ..sum },
                 });
             }
-            let data = total?;
-            let mut misfit = data.clone();
+            let mut misfit = total?;
             if let Some(prior) = known.prior {
                 let last = self.dimension() - 1;
                 let slope: Vec<f64> = self.lower[last].iter().map(|l| l / prior).collect();
@@ -331,31 +338,30 @@ impl Ensemble {
                 placed.shift -= by / record.step;
                 moved = f64::max(moved, by.abs());
             }
-            let unit = inverse(&misfit.information(&z));
-            // The parameters' share of what the runs' own differences could as well explain.
-            let directions = compared
-                .iter()
-                .flatten()
-                .zip(regressions)
-                .map(|(within, regression)| within.covariance.directions(self.points.len()) / regression.freedom);
-            let covered = directions.fold(0.0, f64::max).min(MOST_COVERED);
-            let factor = (MARGIN / (1.0 - covered)).powi(2);
-            let mut covariance = self.outside(&unit);
-            covariance.iter_mut().flatten().for_each(|entry| *entry *= factor);
-            let squares = misfit.squares(&z);
-            result = Some(Solution { at: self.at(&z), z, covariance, squares, samples, placed: placed.to_vec() });
+            result = Some((z, misfit, samples));
         }
-        result
+        let (z, misfit, samples) = result?;
+        // The parameters' share of what the runs' own differences could as well explain.
+        let directions = compared
+            .iter()
+            .flatten()
+            .zip(regressions)
+            .map(|(within, regression)| within.covariance.directions(self.points.len()) / regression.freedom);
+        let covered = directions.fold(0.0, f64::max).min(MOST_COVERED);
+        let factor = (MARGIN / (1.0 - covered)).powi(2);
+        let mut covariance = self.outside(&inverse(&misfit.information(&z)));
+        covariance.iter_mut().flatten().for_each(|entry| *entry *= factor);
+        let squares = misfit.squares(&z);
+        Some(Solution { at: self.at(&z), z, covariance, squares, samples, placed: placed.to_vec() })
     }
 
     /// Runs by what is left of the records over the windows, the best first: z of each.
     pub fn ranked(&self, known: &Known, placed: &[Placed]) -> Vec<&Vec<f64>> {
         let mut sums = vec![0.0; self.points.len()];
         for ((record, placed), traces) in known.records.iter().zip(placed).zip(&self.traces) {
-            let (values, valid) = record.shifted(placed.shift, placed.to);
+            let (values, rows) = record.compared(placed);
             for (run, sum) in sums.iter_mut().enumerate() {
-                let each = (placed.from..placed.to).filter(|t| valid[*t]);
-                *sum += each.map(|t| (values[t] - traces[(t, run)]).powi(2)).sum::<f64>();
+                *sum += rows.iter().map(|t| (values[*t] - traces[(*t, run)]).powi(2)).sum::<f64>();
             }
         }
         let mut order: Vec<usize> = (0..sums.len()).collect();
@@ -367,8 +373,7 @@ impl Ensemble {
     pub fn outliers(&self, known: &Known, solution: &Solution) -> Option<Vec<Vec<usize>>> {
         let of = |(number, regression): (usize, &Regression)| {
             let (record, placed) = (known.records[number], solution.placed[number]);
-            let (values, valid) = record.shifted(placed.shift, placed.to);
-            let rows: Vec<usize> = (placed.from..placed.to).filter(|t| valid[*t]).collect();
+            let (values, rows) = record.compared(&placed);
             let within = self.compared(known, number, regression, rows.clone())?;
             let mean = regression.mean(&solution.z);
             let rest = Mat::from_fn(rows.len(), 1, |i, _| values[rows[i]] - mean[rows[i]]);
@@ -428,9 +433,8 @@ impl Ensemble {
         rows: &[usize],
     ) -> Option<Mat<f64>> {
         let size = self.dimension();
-        let lower = nalgebra::DMatrix::from_fn(size, size, |a, b| self.lower[a][b]);
-        let unit = nalgebra::DVector::from_fn(size, |d, _| f64::from(u8::from(d == parameter)));
-        let z = lower.solve_lower_triangular(&unit)?;
+        let unit: Vec<f64> = (0..size).map(|d| f64::from(u8::from(d == parameter))).collect();
+        let z = solved(&self.lower, &unit)?;
         let value = |t: usize| (0..size).map(|d| regression.coefficients[(t, 1 + d)] * z[d]).sum::<f64>();
         Some(Mat::from_fn(rows.len(), 1, |i, _| deviation * value(rows[i])))
     }
@@ -456,8 +460,7 @@ impl Ensemble {
             }
             for (number, regression) in regressions.iter().enumerate() {
                 let (record, placed) = (known.records[number], solution.placed[number]);
-                let (_, valid) = record.shifted(placed.shift, placed.to);
-                let rows: Vec<usize> = (placed.from..placed.to).filter(|t| valid[*t]).collect();
+                let (_, rows) = record.compared(&placed);
                 let within = part.compared(known, number, regression, rows.clone())?;
                 let quadratic = part.is_quadratic();
                 let slopes = slopes_at(regression, &solution.z, quadratic, &rows);
@@ -542,43 +545,23 @@ impl Ensemble {
 
 /// Derivative of the mean trace at z, a column a parameter.
 fn slopes_at(regression: &Regression, z: &[f64], quadratic: bool, rows: &[usize]) -> Mat<f64> {
-    let step = 1e-4;
-    let ends: Vec<[Vec<f64>; 2]> = (0..z.len())
-        .map(|d| {
-            [step, -step].map(|by| {
-                let mut moved = z.to_vec();
-                moved[d] += by;
-                super::regression::row(&moved, quadratic)
-            })
-        })
-        .collect();
+    let slopes = slopes(z, quadratic);
     Mat::from_fn(rows.len(), z.len(), |i, d| {
-        let [up, down] = &ends[d];
-        let change = up.iter().zip(down).enumerate();
-        change.map(|(j, (up, down))| (up - down) / (2.0 * step) * regression.coefficients[(rows[i], j)]).sum()
+        slopes[d].iter().enumerate().map(|(j, slope)| slope * regression.coefficients[(rows[i], j)]).sum()
     })
 }
 
-/// Share of `others` as large as `own`; beyond all of them by the tail of their logarithms.
+/// Share of `others` as large as `own`; the tail is as wide as all of their logarithms, or as the upper half where that is wider.
 fn share(own: f64, others: &[f64]) -> f64 {
-    let count = others.len() as f64;
-    let beyond = others.iter().filter(|other| **other >= own).count();
-    let counted = (beyond as f64 + 1.0) / (count + 1.0);
-    if beyond >= COUNTED || own <= 0.0 {
-        return counted;
-    }
-    let logarithms: Vec<f64> = others.iter().filter(|other| **other > 0.0).map(|other| other.ln()).collect();
-    let n = logarithms.len() as f64;
-    let mean = logarithms.iter().sum::<f64>() / n;
-    let scale = |values: &mut dyn Iterator<Item = &f64>| {
-        let (sum, number) = values.fold((0.0, 0.0), |(sum, n), value| (sum + (value - mean).powi(2), n + 1.0));
-        (sum / f64::max(1.0, number)).sqrt()
-    };
-    let all = scale(&mut logarithms.iter());
-    let upper = scale(&mut logarithms.iter().filter(|value| **value > mean));
-    let Ok(student) = statrs::distribution::StudentsT::new(0.0, 1.0, TAIL) else { return counted };
-    let tail = statrs::distribution::ContinuousCDF::sf(&student, (own.ln() - mean) / all.max(upper).max(1e-12));
-    tail.min(counted)
+    tail_share(own, others, |logarithms, mean| {
+        let scale = |values: &mut dyn Iterator<Item = &f64>| {
+            let (sum, number) = values.fold((0.0, 0.0), |(sum, n), value| (sum + (value - mean).powi(2), n + 1.0));
+            (sum / f64::max(1.0, number)).sqrt()
+        };
+        let all = scale(&mut logarithms.iter());
+        let upper = scale(&mut logarithms.iter().filter(|value| **value > mean));
+        (TAIL, all.max(upper).max(1e-12))
+    })
 }
 
 /// Matrices side by side.

@@ -26,7 +26,7 @@ use crate::{
     drive::HornNoise,
     estimate::{Estimate, UNIDENTIFIED},
     forward::{Forward, Uncertainty},
-    parameter::{Parameter, Target},
+    parameter::Parameter,
     posterior::Posterior,
 };
 use granchain_model::scene::Support;
@@ -59,8 +59,6 @@ pub struct WaveformFit {
     pub runs: u64,
     /// Whether the answer had come to rest.
     pub settled: bool,
-    /// Time of the record at the run's time zero, s, of every record.
-    pub shifts: Vec<f64>,
 }
 
 /// A record with what makes its runs.
@@ -76,7 +74,7 @@ pub const FEWEST_CYCLES: f64 = 6.0;
 /// Standard deviation in ln from which an answer is too wide for a normal distribution.
 const WIDEST: f64 = 0.15;
 
-/// p below which the rounds begin once more, where the amplitudes lead.
+/// p below which the rounds are repeated from the answer of the amplitudes.
 const AGAIN: f64 = 0.01;
 
 /// 95 % quantile of the standard normal distribution.
@@ -143,16 +141,14 @@ pub(crate) fn fit(records: Vec<Compared>, known: &[Vec<f64>], seed: u64) -> Opti
         Some(Source::new(compared.forward.clone(), compared.noise, trace))
     };
     let sources = Sources::new(records.into_iter().map(source).collect::<Option<Vec<_>>>()?);
-    let found = start::search(&sources, known, seed)?;
-    let own = start::at_amplitudes(&sources, known, &found)?;
+    let [found, own] = start::search(&sources, known, seed)?;
     let first = run(Rounds::about(sources.clone(), found, seed));
     if first.as_ref().is_some_and(|fit| fit.p >= AGAIN) {
         return first;
     }
     let again = run(Rounds::about(sources, own, seed));
-    let worse = |one: &WaveformFit, other: &WaveformFit| one.p < other.p;
     match (first, again) {
-        (Some(first), Some(again)) => Some(if worse(&first, &again) { again } else { first }),
+        (Some(first), Some(again)) => Some(if first.p < again.p { again } else { first }),
         (first, again) => first.or(again),
     }
 }
@@ -167,8 +163,7 @@ fn run(rounds: Rounds) -> Option<WaveformFit> {
     let mut covariance: Vec<Vec<f64>> =
         solution.covariance[..dimension].iter().map(|row| row[..dimension].to_vec()).collect();
     let mut at = solution.at.clone();
-    let alpha = forward.parameters.iter().position(|parameter| parameter.target == Target::Alpha);
-    let product = alpha.filter(|_| sources.records() == 1).map(|alpha| {
+    let product = sources.alpha().filter(|_| sources.records() == 1).map(|alpha| {
         let (mean, deviation) = level(forward.uncertainty());
         let product = covariance[alpha][alpha].sqrt();
         covariance[alpha][alpha] += deviation * deviation;
@@ -196,6 +191,5 @@ fn run(rounds: Rounds) -> Option<WaveformFit> {
         rounds: rounds.rounds,
         runs: rounds.runs,
         settled: rounds.settled,
-        shifts: solution.placed.iter().zip(&sources.records).map(|(placed, of)| placed.shift * of.trace.step).collect(),
     })
 }

@@ -2,6 +2,7 @@
 
 use realfft::{RealFftPlanner, num_complex::Complex};
 
+use super::ensemble::Placed;
 use crate::comparison::{Comparison, Reduction};
 use granchain_signal::{Gap, Series, feature::fingerprint::SAMPLES_PER_CYCLE};
 
@@ -128,8 +129,19 @@ impl RecordTrace {
         (&self.values[around.clone()], &self.valid[around])
     }
 
+    /// The record on the samples of a run as it is placed there, and which of them are compared.
+    pub fn compared(&self, placed: &Placed) -> (Vec<f64>, Vec<usize>) {
+        let (values, valid) = self.shifted(placed.shift, placed.to);
+        (values, (placed.from..placed.to).filter(|t| valid[*t]).collect())
+    }
+
+    /// Whether samples may still be left out.
+    pub fn may_leave_out(&self) -> bool {
+        self.spare > 0
+    }
+
     /// Value of the record at `shift + i` samples, i from 0 to `count`, and whether it was recorded there and is valid.
-    pub fn shifted(&self, shift: f64, count: usize) -> (Vec<f64>, Vec<bool>) {
+    fn shifted(&self, shift: f64, count: usize) -> (Vec<f64>, Vec<bool>) {
         let whole = shift.floor();
         let part = shift - whole;
         let mut spectrum: Vec<Complex<f64>> = self

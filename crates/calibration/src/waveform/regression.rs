@@ -1,6 +1,6 @@
 //! Mean and covariance of a trace near the answer, and what a record says of the parameters by them.
 //!
-//! Of n runs under nuisances drawn anew, V the traces and z the parameters about the answer, in units of the spread of the runs:
+//! Of n runs with independent draws of gaps and noise, V the traces and z the parameters about the answer, in units of the spread of the runs:
 //!
 //! V(t) = B₀(t) + J(t) z + z' Q(t) z + R(t),    Σ = σ² I + U U',    U = [R/√(n − k), further columns],
 //!
@@ -40,7 +40,7 @@ pub(super) fn row(z: &[f64], quadratic: bool) -> Vec<f64> {
 }
 
 /// Derivatives of [`row`] with respect to every z.
-fn slopes(z: &[f64], quadratic: bool) -> Vec<Vec<f64>> {
+pub(super) fn slopes(z: &[f64], quadratic: bool) -> Vec<Vec<f64>> {
     let dimension = z.len();
     let slope = |d: usize| {
         let mut slope = vec![0.0; terms(dimension, quadratic)];
@@ -128,7 +128,6 @@ impl Covariance {
 }
 
 /// What a record's samples say of z: ½ φ' M φ with φ = (1, −z, −z z), of all records added up, and a prior of z.
-#[derive(Clone)]
 pub(super) struct Misfit {
     /// M.
     pub gram: Mat<f64>,

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::{
-    ensemble::{Ensemble, Known, Placed, Solution},
+    ensemble::{Ensemble, Known, Placed, Solution, solved},
     source::Sources,
     start::Start,
 };
@@ -18,7 +18,7 @@ use granchain_signal::feature::fingerprint::SAMPLES_PER_CYCLE;
 const FIRST: usize = 256;
 const FURTHER: usize = 200;
 
-/// Spread of a round's runs in posterior standard deviations: of the first two, and of all others.
+/// Spread of a round's runs in posterior standard deviations: of the second, and of all others.
 const EARLY_SPREAD: f64 = 4.0;
 const SPREAD: f64 = 2.0;
 
@@ -140,10 +140,8 @@ impl Rounds {
         };
         let at: Vec<Vec<f64>> = ensemble.points.iter().map(|z| self.sources.inside(ensemble.at(z))).collect();
         // What lay outside the box has been turned about its bounds.
-        let lower = nalgebra::DMatrix::from_fn(at[0].len(), at[0].len(), |a, b| self.lower[a][b]);
         for (z, at) in ensemble.points.iter_mut().zip(&at) {
-            let apart = nalgebra::DVector::from_fn(at.len(), |d, _| at[d] - self.centre[d]);
-            *z = lower.solve_lower_triangular(&apart)?.as_slice().to_vec();
+            *z = solved(&self.lower, &apart(at, &self.centre))?;
         }
         let made = self.sources.traces(self.runs, &at, self.cycles)?;
         self.runs += count as u64;
@@ -181,7 +179,7 @@ impl Rounds {
             self.lower = (0..dimension).map(|a| (0..dimension).map(|b| lower[(a, b)]).collect()).collect();
         }
         self.centre = self.sources.inside(solution.at.clone());
-        self.shifts = solution.placed.iter().map(|placed| placed.shift).collect();
+        self.shifts = solution.shifts();
         let predictable = solution
             .placed
             .iter()
@@ -209,7 +207,7 @@ impl Rounds {
                     .collect()
             })
             .collect();
-        self.shifts = solution.placed.iter().map(|placed| placed.shift).collect();
+        self.shifts = solution.shifts();
         self.cycles = None;
     }
 
@@ -225,18 +223,16 @@ impl Rounds {
         if self.rounds >= 1 && solution.reduced() < FITTING {
             // With the runs of the rounds before that lie near.
             let pooled = self.near(&solution, MOST_POOLED, &|_| usize::MAX)?;
-            let shifts: Vec<f64> = solution.placed.iter().map(|placed| placed.shift).collect();
             if pooled.points.len() > ensemble.points.len() {
-                solution = pooled.solve(&self.known(), &shifts, !closing)?;
+                solution = pooled.solve(&self.known(), &solution.shifts(), !closing)?;
             }
         }
-        while !closing && solution.reduced() > CLEAN {
+        while !closing && self.sources.may_leave_out() && solution.reduced() > CLEAN {
             let outliers = ensemble.outliers(&self.known(), &solution)?;
             if !self.sources.leave_out(&outliers) {
                 break;
             }
-            let shifts: Vec<f64> = solution.placed.iter().map(|placed| placed.shift).collect();
-            solution = ensemble.solve(&self.known(), &shifts, !closing)?;
+            solution = ensemble.solve(&self.known(), &solution.shifts(), !closing)?;
         }
         let moved = self.latest.as_ref().map_or(f64::INFINITY, |before| solution.distance(&before.at));
         let steady = self.latest.as_ref().is_some_and(|before| {
@@ -267,7 +263,6 @@ impl Rounds {
     fn near(&self, about: &Solution, most: usize, longest: &dyn Fn(usize) -> usize) -> Option<Ensemble> {
         let dimension = self.centre.len();
         let deviation: Vec<f64> = (0..dimension).map(|d| about.covariance[d][d].sqrt().max(0.5 * NARROWEST)).collect();
-        let lower = nalgebra::DMatrix::from_fn(dimension, dimension, |a, b| self.lower[a][b]);
         let (mut points, mut used) = (Vec::new(), Vec::new());
         // Shorter ones would shorten what is compared.
         let long = |round: &Round| {
@@ -278,8 +273,7 @@ impl Rounds {
             for (run, at) in round.points.iter().enumerate() {
                 let near = (0..dimension).all(|d| (at[d] - about.at[d]).abs() < TOGETHER * deviation[d]);
                 if points.len() < most && near {
-                    let apart = nalgebra::DVector::from_fn(dimension, |d, _| at[d] - about.at[d]);
-                    points.push(lower.solve_lower_triangular(&apart)?.as_slice().to_vec());
+                    points.push(solved(&self.lower, &apart(at, &about.at))?);
                     used.push((number, run));
                 }
             }
@@ -300,16 +294,21 @@ impl Rounds {
     pub fn answer(&self) -> Option<Answer> {
         let latest = self.latest.as_ref().filter(|_| !self.failed)?;
         let finer = self.sources.finer(self.runs, &latest.at);
-        let longest = |record: usize| finer.corrections.get(record).map_or(usize::MAX, |(mean, _)| mean.len());
+        let longest = |record: usize| finer.get(record).map_or(usize::MAX, |(mean, _)| mean.len());
         let ensemble = self.near(latest, MOST_TOGETHER, &longest)?;
         let mut known = self.known();
-        known.correction.clone_from(&finer.corrections);
+        known.correction.clone_from(&finer);
         let solution = ensemble.solve(&known, &self.shifts, false)?;
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(1);
         let p = ensemble.share_beyond(&known, &solution, &mut random)?;
         Some(Answer { solution, p })
     }
+}
+
+/// a − b.
+fn apart(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
 impl Solver<(), SearchState> for Rounds {

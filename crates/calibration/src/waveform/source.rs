@@ -43,11 +43,8 @@ pub(super) struct Sources {
     pub modulus: Option<f64>,
 }
 
-/// What a finer step changes, of every record: the mean, and columns of what is not known of it.
-#[derive(Default)]
-pub(super) struct Finer {
-    pub corrections: Vec<(Vec<f64>, Mat<f64>)>,
-}
+/// What a finer step changes of one record: the mean, and columns of what is not known of it.
+pub(super) type Correction = (Vec<f64>, Mat<f64>);
 
 impl Source {
     pub fn new(forward: Forward, noise: Option<HornNoise>, trace: RecordTrace) -> Self {
@@ -91,10 +88,14 @@ impl Sources {
         }
     }
 
+    /// Number of the parameter that the drive's level multiplies, where that is fitted.
+    pub fn alpha(&self) -> Option<usize> {
+        self.records[0].forward.parameters.iter().position(|parameter| parameter.target == Target::Alpha)
+    }
+
     /// See [`Known::level`].
     fn level(&self) -> Option<(usize, Vec<f64>)> {
-        let forward = &self.records.first().filter(|_| self.records.len() > 1)?.forward;
-        let alpha = forward.parameters.iter().position(|parameter| parameter.target == Target::Alpha)?;
+        let alpha = self.alpha().filter(|_| self.records.len() > 1)?;
         let deviation = |source: &Source| super::level(source.forward.uncertainty()).1;
         Some((alpha, self.records.iter().map(deviation).collect()))
     }
@@ -136,7 +137,12 @@ impl Sources {
         self.records.iter().map(|source| source.runs(NUMBERED + first, &points, cycles)).collect()
     }
 
-    /// Whether whoever watches wants more.
+    /// Whether any record may still leave samples out.
+    pub fn may_leave_out(&self) -> bool {
+        self.records.iter().any(|source| source.trace.may_leave_out())
+    }
+
+    /// Whether nothing asks the fit to stop.
     pub fn goes_on(&self) -> bool {
         self.records[0].forward.report(0)
     }
@@ -151,15 +157,15 @@ impl Sources {
     }
 
     /// What a finer step changes at a point, by runs numbered from `first`.
-    pub fn finer(&self, first: u64, at: &[f64]) -> Finer {
+    /// Nothing where that cannot be told.
+    pub fn finer(&self, first: u64, at: &[f64]) -> Vec<Correction> {
         let of = |source: &Source| source.finer(NUMBERED + first, self.point(at));
-        let corrections = self.records.par_iter().map(of).collect::<Option<Vec<_>>>();
-        Finer { corrections: corrections.unwrap_or_default() }
+        self.records.par_iter().map(of).collect::<Option<Vec<_>>>().unwrap_or_default()
     }
 }
 
 /// Mean of differences, and what is not known of it: a column a difference.
-fn correction(own: Vec<Option<Vec<f64>>>, finer: Vec<Option<Vec<f64>>>) -> Option<(Vec<f64>, Mat<f64>)> {
+fn correction(own: Vec<Option<Vec<f64>>>, finer: Vec<Option<Vec<f64>>>) -> Option<Correction> {
     let both = own.into_iter().zip(finer).filter_map(|(own, finer)| own.zip(finer));
     let apart: Vec<Vec<f64>> = both
         .map(|(own, finer)| finer.iter().zip(&own).map(|(finer, own)| CHAIN_ERROR * (finer - own)).collect())
@@ -184,7 +190,7 @@ impl Source {
     }
 
     /// What a finer step changes at a point.
-    fn finer(&self, first: u64, point: (Vec<f64>, f64)) -> Option<(Vec<f64>, Mat<f64>)> {
+    fn finer(&self, first: u64, point: (Vec<f64>, f64)) -> Option<Correction> {
         let finer = Self { forward: self.forward.refined()?, ..self.clone() };
         let points = vec![point; PAIRS];
         let (own, finer) = rayon::join(|| self.runs(first, &points, None), || finer.runs(first, &points, None));

@@ -4,7 +4,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::source::{Source, Sources, misfit};
+use super::source::{Sources, misfit};
 use crate::{parameter::reflect, search::scattered};
 
 /// Points over the whole box, then around the best so many, so many times.
@@ -49,17 +49,19 @@ pub(super) struct Start {
 /// A run of the search: unit coordinates, misfit, shifts.
 type Tried = (Vec<f64>, f64, Vec<f64>);
 
-pub(super) fn search(sources: &Sources, known: &[Vec<f64>], seed: u64) -> Option<Start> {
+/// Where the search leads, and where the amplitudes do.
+pub(super) fn search(sources: &Sources, known: &[Vec<f64>], seed: u64) -> Option<[Start; 2]> {
     let dimension = sources.spans().len();
     let best = known.first()?;
     // How late the answer comes on a run near the answer of the amplitudes.
     let whole = sources.traces(0, &[sources.of_unit(best)], None)?;
-    let mut cycles = 0.0f64;
+    let (mut cycles, mut given) = (0.0f64, Vec::new());
     for (source, of) in sources.records.iter().zip(&whole) {
         let run = of[0].as_ref()?;
         let (_, shift) = misfit(&source.trace, run);
         let onset = (source.trace.onset as f64 - shift) * source.trace.step * source.forward.scene().drive.frequency;
         cycles = cycles.max(onset + CYCLES);
+        given.push(shift);
     }
     let records = sources.records() as f64;
     let mut random = ChaCha8Rng::seed_from_u64(seed ^ SEED);
@@ -104,19 +106,10 @@ pub(super) fn search(sources: &Sources, known: &[Vec<f64>], seed: u64) -> Option
         (2.0 * square.sqrt() * spans[d]).clamp(HALF.0, HALF.1)
     });
     // The stiffness begins at its prior.
-    let half = half.chain(sources.modulus.map(|modulus| 2.0 * modulus)).collect();
-    Some(Start { centre: sources.of_unit(at), half, shifts: shifts.clone() })
-}
-
-/// Where the amplitudes lead, as wide as its best runs.
-pub(super) fn at_amplitudes(sources: &Sources, known: &[Vec<f64>], found: &Start) -> Option<Start> {
-    let centre = sources.of_unit(known.first()?);
-    let whole = sources.traces(0, std::slice::from_ref(&centre), None)?;
-    let shift = |(source, of): (&Source, &Vec<Option<Vec<f64>>>)| Some(misfit(&source.trace, of[0].as_ref()?).1);
-    let shifts = sources.records.iter().zip(&whole).map(shift).collect::<Option<_>>()?;
-    let fitted = sources.spans().iter().map(|_| AMPLITUDES);
-    let half = fitted.chain(found.half.get(sources.spans().len()).copied()).collect();
-    Some(Start { centre, half, shifts })
+    let of_modulus = sources.modulus.map(|modulus| 2.0 * modulus);
+    let found = Start { centre: sources.of_unit(at), half: half.chain(of_modulus).collect(), shifts: shifts.clone() };
+    let half = spans.iter().map(|_| AMPLITUDES).chain(of_modulus).collect();
+    Some([found, Start { centre: sources.of_unit(best), half, shifts: given }])
 }
 
 fn around(elite: &[Tried], count: usize, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
