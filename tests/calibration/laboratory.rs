@@ -80,6 +80,17 @@ fn the_waveform_tells_the_parameters_to_a_per_cent() {
     assert!(all.parameters.iter().all(|parameter| parameter.median_width < 0.03), "{all:?}");
 }
 
+/// Amplitudes that are misled by few runs, drop-outs that the mask does not see, a window that no shortening ends: each ended in a rejection or never.
+#[test]
+fn the_waveform_is_not_misled_by_what_leads_to_it() {
+    for (condition, evaluations) in [("pretrigger", 300), ("drop-outs", 600), ("envelopes", 600)] {
+        let plan = LaboratoryPlan { likelihood: Likelihood::Waveform, ..plan(&[condition], 2, evaluations) };
+        let all = LaboratoryCount::of(&made(&plan)).all.unwrap();
+        assert_eq!(all.outside, 0, "{condition}: {all:?}");
+        assert!(all.parameters.iter().all(|parameter| parameter.held >= 1), "{condition}: {all:?}");
+    }
+}
+
 /// The mean of 16 shots is compared with means of 16 runs: a single run is as far from it as from no record.
 #[test]
 fn a_mean_of_shots_is_compared_with_means() {

@@ -486,7 +486,7 @@ impl Case<'_> {
             Some(found) => {
                 let parameters = forward.parameters.iter().zip(&found.at);
                 let values = parameters.map(|(parameter, u)| parameter.value(*u)).collect();
-                Some(((2.0 * p.min(found.p)).min(1.0), values))
+                Some((found.with_amplitudes(p), values))
             }
         }
     }

@@ -178,7 +178,7 @@ impl Fit {
         elite(self.most_likely.clone(), cloud)
     }
 
-    /// The same with what the waveform says. Where it decides, the answer is its own, and amplitudes keep their say in p: twice the smaller of both.
+    /// The same with what the waveform says. Where it decides, the answer is its own, and amplitudes keep their say in p.
     #[must_use]
     pub(crate) fn with_waveform(mut self, waveform: WaveformFit, cloud: &Cloud, seed: u64) -> Self {
         if waveform.decides() {
@@ -196,7 +196,7 @@ impl Fit {
                 let each = local.deviation.iter().zip(&local.scatter);
                 self.deviations = each.map(|(deviation, scatter)| deviation / scatter).collect();
             }
-            self.agreement.p = (2.0 * self.agreement.p.min(waveform.p)).min(1.0);
+            self.agreement.p = waveform.with_amplitudes(self.agreement.p);
             self.verdict = verdict(self.agreement.p, !waveform.settled, &self.estimates, &self.parameters);
         }
         self.waveform = Some(waveform);

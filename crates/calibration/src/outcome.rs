@@ -149,6 +149,9 @@ pub struct WaveformOutcome {
     pub predictable_cycles: f64,
     /// Whether these are all that were recorded.
     pub whole_record: bool,
+    /// Samples left out because no run comes near them: parts of drop-outs that the record's mask does not cover.
+    #[serde(default)]
+    pub left_out: u64,
     /// Interval of α times the level of the drive over the recorded one, which is all that a record tells; absent where α is not fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub alpha_times_level: Option<[f64; 2]>,
@@ -173,6 +176,7 @@ impl WaveformOutcome {
             residual: waveform.reduced,
             predictable_cycles: waveform.cycles,
             whole_record: waveform.whole,
+            left_out: waveform.left_out as u64,
             alpha_times_level: product.map(|((parameter, u), [mean, sd])| around(parameter.value(*u) * mean.exp(), sd)),
             stiffness_over_mass: waveform.modulus.map(|[middle, deviation]| around(middle.exp(), deviation)),
             rounds: waveform.rounds as u64,

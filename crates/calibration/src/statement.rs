@@ -139,9 +139,15 @@ fn waveform(waveform: &WaveformFit) -> String {
     } else {
         format!("over {cycles:.0} cycles after its onset, until runs part")
     };
+    let verdict = match waveform.left_out {
+        0 => "The verdict's p is twice the smaller of this and that of the amplitudes.".into(),
+        samples => format!(
+            "Beside the drop-outs that were masked, {samples} samples lie far from every run. They were left out. Amplitudes contain them, so they have no \
+             part in the verdict."
+        ),
+    };
     format!(
-        "The waveform decides, sample by sample {how_far}: mean square residual {reduced:.2} of what noise and unknown gaps leave, p {p}. The verdict's p is \
-         twice the smaller of this and that of the amplitudes."
+        "The waveform decides, sample by sample {how_far}: mean square residual {reduced:.2} of what noise and unknown gaps leave, p {p}. {verdict}"
     )
 }
 

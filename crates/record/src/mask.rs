@@ -60,6 +60,12 @@ pub enum Masking {
     Stretches(Vec<[f64; 2]>),
 }
 
+/// Least width of the edges that are masked with a stretch, samples and periods of the drive.
+const EDGE: (usize, f64) = (2, 0.03);
+
+/// Shortest stretch between two masked ones that is not masked with them, periods of the drive.
+const ISLAND: f64 = 0.15;
+
 /// Why a mask cannot be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -250,7 +256,21 @@ pub(super) fn find(series: &Series, frequency: f64, of_horn: bool) -> Vec<(Range
         }
     }
     found.extend(search(highest).unlike_neighbours(&repaired));
-    merged(found)
+    // A decoder takes some samples to lose its signal and to find it again.
+    let edge = usize::max(EDGE.0, (EDGE.1 * period).round() as usize);
+    for (samples, _) in found.iter_mut().filter(|(_, reason)| *reason != MaskReason::TriggerSpike) {
+        *samples = samples.start.saturating_sub(edge)..(samples.end + edge).min(count);
+    }
+    // The few samples between two stretches carry no bridge.
+    let mut found = merged(found);
+    found.dedup_by(|(next, reason), (last, first)| {
+        let near = ((next.start - last.end) as f64) < ISLAND * period;
+        if near {
+            (last.end, *first) = (next.end, (*first).min(*reason));
+        }
+        near
+    });
+    found
 }
 
 /// The samples about the motion of a long record: all half periods with a tenth of the largest extreme but for a few spikes, and twenty periods before

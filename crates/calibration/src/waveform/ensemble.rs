@@ -28,9 +28,10 @@ const BEFORE: usize = 4;
 /// Cycles at the end of record and run that the filters reach into.
 const EDGE: usize = 1;
 
-/// T/N from which the window is shortened, and by how much.
+/// T/N from which the window is shortened, by how much, and how many times at most.
 const MISFIT: f64 = 1.5;
 const SHORTER: f64 = 0.6;
+const SHORTENED: i32 = 6;
 
 /// Standard deviations of noise from which a sample is none.
 const OUTLIER: f64 = 6.0;
@@ -260,18 +261,18 @@ impl Ensemble {
             .zip(shifts)
             .map(|((record, regression), shift)| Self::place(record, regression, *shift))
             .collect();
-        let mut shorter = 1.0;
+        let mut times = 0;
         loop {
-            let solution = self.solve_within(known, &regressions, &mut placed, shorter)?;
+            let solution = self.solve_within(known, &regressions, &mut placed, SHORTER.powi(times))?;
             let least = |(placed, record): (&Placed, &&RecordTrace)| {
                 let onset = (record.onset as f64 - placed.shift).max(0.0) as usize;
                 placed.to <= onset + LEAST_CYCLES * SAMPLES_PER_CYCLE + 1
             };
             let shortest = solution.placed.iter().zip(&known.records).all(least);
-            if !shorten || solution.reduced() < MISFIT || shortest {
+            if !shorten || solution.reduced() < MISFIT || shortest || times == SHORTENED {
                 return Some(solution);
             }
-            shorter *= SHORTER;
+            times += 1;
         }
     }
 

@@ -57,6 +57,9 @@ pub struct WaveformFit {
     pub whole: bool,
     pub rounds: usize,
     pub runs: u64,
+    /// Samples left out because no run comes near them: parts of drop-outs that the record's mask does not cover. Amplitudes contain them.
+    #[serde(default)]
+    pub left_out: usize,
     /// Whether the answer had come to rest.
     pub settled: bool,
 }
@@ -86,6 +89,11 @@ impl WaveformFit {
     pub fn decides(&self) -> bool {
         let narrow = (0..self.at.len()).all(|d| self.covariance[d][d].sqrt() < WIDEST);
         narrow && (self.whole || self.cycles >= FEWEST_CYCLES)
+    }
+
+    /// p of the verdict, by that of the amplitudes: twice the smaller of both, or its own where samples were left out that amplitudes contain.
+    pub(crate) fn with_amplitudes(&self, p: f64) -> f64 {
+        if self.left_out > 0 { self.p } else { (2.0 * p.min(self.p)).min(1.0) }
     }
 
     /// The posterior of the parameters: a normal distribution of their logarithms.
@@ -190,6 +198,7 @@ fn run(rounds: Rounds) -> Option<WaveformFit> {
         whole: solution.placed.iter().all(|placed| placed.predictable >= placed.last),
         rounds: rounds.rounds,
         runs: rounds.runs,
+        left_out: sources.records.iter().map(|source| source.trace.left_out).sum(),
         settled: rounds.settled,
     })
 }

@@ -43,6 +43,8 @@ pub(super) struct RecordTrace {
     valid: Vec<bool>,
     /// Samples that may still be left out: none where nothing was lost.
     spare: usize,
+    /// Samples that were left out because no run comes near them.
+    pub left_out: usize,
     /// Transform of the record, continued at both ends.
     spectrum: Vec<Complex<f64>>,
     padded: usize,
@@ -97,6 +99,7 @@ impl RecordTrace {
             values,
             valid,
             spare: if comparison.masked.is_empty() { 0 } else { trace.len() / SPARE },
+            left_out: 0,
             spectrum,
             padded,
         })
@@ -115,6 +118,7 @@ impl RecordTrace {
             return false;
         }
         (self.valid, self.spare) = (valid, self.spare - more);
+        self.left_out += more;
         true
     }
 

@@ -34,8 +34,9 @@ const CLOSING: usize = 2;
 const MISFIT: f64 = 1.0;
 const WIDEST: f64 = 30.0;
 
-/// T/N above which a record with drop-outs is searched for what of them was not seen.
+/// T/N above which a record with drop-outs is searched for what of them was not seen, and how many times a round at most.
 const CLEAN: f64 = 1.2;
+const SEARCHED: usize = 4;
 
 /// T/N above which a round has no mean, and the runs by whose spread the search goes on.
 const LOST: f64 = 4.0;
@@ -227,12 +228,8 @@ impl Rounds {
                 solution = pooled.solve(&self.known(), &solution.shifts(), !closing)?;
             }
         }
-        while !closing && self.sources.may_leave_out() && solution.reduced() > CLEAN {
-            let outliers = ensemble.outliers(&self.known(), &solution)?;
-            if !self.sources.leave_out(&outliers) {
-                break;
-            }
-            solution = ensemble.solve(&self.known(), &solution.shifts(), !closing)?;
+        if !closing {
+            solution = self.clean(&ensemble, solution, true)?;
         }
         let moved = self.latest.as_ref().map_or(f64::INFINITY, |before| solution.distance(&before.at));
         let steady = self.latest.as_ref().is_some_and(|before| {
@@ -248,6 +245,9 @@ impl Rounds {
             self.closing += 1;
         } else if self.rounds >= FEWEST && solution.reduced() < FITTING && moved < STILL && narrow && steady {
             self.settled = true;
+            // Drop-outs in a part that was not compared yet.
+            let whole = ensemble.solve(&self.known(), &solution.shifts(), false)?;
+            self.clean(&ensemble, whole, false)?;
         }
         let closing = self.settled || self.rounds >= MOST;
         if solution.reduced() > LOST && !closing {
@@ -257,6 +257,21 @@ impl Rounds {
         }
         self.latest = Some(solution);
         Some(())
+    }
+
+    /// Leave out what of drop-outs was not seen where a record has any, as long as that helps; the solution without.
+    fn clean(&mut self, ensemble: &Ensemble, mut solution: Solution, shorten: bool) -> Option<Solution> {
+        for _ in 0..SEARCHED {
+            if !self.sources.may_leave_out() || solution.reduced() <= CLEAN {
+                break;
+            }
+            let outliers = ensemble.outliers(&self.known(), &solution)?;
+            if !self.sources.leave_out(&outliers) {
+                break;
+            }
+            solution = ensemble.solve(&self.known(), &solution.shifts(), shorten)?;
+        }
+        Some(solution)
     }
 
     /// The runs of all rounds near a point, the last ones first, about that point; traces no longer than `longest` allows.

@@ -53,20 +53,22 @@ type Tried = (Vec<f64>, f64, Vec<f64>);
 pub(super) fn search(sources: &Sources, known: &[Vec<f64>], seed: u64) -> Option<[Start; 2]> {
     let dimension = sources.spans().len();
     let best = known.first()?;
-    // How late the answer comes on a run near the answer of the amplitudes.
-    let whole = sources.traces(0, &[sources.of_unit(best)], None)?;
-    let (mut cycles, mut given) = (0.0f64, Vec::new());
+    // How late the answer comes: no run that the amplitudes lead to may end before it, be they misled or not.
+    let given: Vec<Vec<f64>> = known.iter().take(GIVEN).map(|u| sources.of_unit(u)).collect();
+    let whole = sources.traces(0, &given, None)?;
+    let (mut cycles, mut shifts_given) = (0.0f64, Vec::new());
     for (source, of) in sources.records.iter().zip(&whole) {
-        let run = of[0].as_ref()?;
-        let (_, shift) = misfit(&source.trace, run);
-        let onset = (source.trace.onset as f64 - shift) * source.trace.step * source.forward.scene().drive.frequency;
+        let trace = &source.trace;
+        let shifts: Vec<f64> = of.iter().flatten().map(|run| misfit(trace, run).1).collect();
+        let earliest = shifts.iter().copied().fold(f64::INFINITY, f64::min);
+        let onset = (trace.onset as f64 - earliest) * trace.step * source.forward.scene().drive.frequency;
         cycles = cycles.max(onset + CYCLES);
-        given.push(shift);
+        shifts_given.push(misfit(trace, of[0].as_ref()?).1);
     }
     let records = sources.records() as f64;
     let mut random = ChaCha8Rng::seed_from_u64(seed ^ SEED);
     let mut made: Vec<Tried> = Vec::new();
-    let mut first = 1;
+    let mut first = given.len() as u64;
     let mut batch: Vec<Vec<f64>> = scattered(0, SCATTERED, dimension, seed ^ SEED);
     batch.extend(known.iter().take(GIVEN).cloned());
     let mut before = f64::INFINITY;
@@ -109,7 +111,7 @@ pub(super) fn search(sources: &Sources, known: &[Vec<f64>], seed: u64) -> Option
     let of_modulus = sources.modulus.map(|modulus| 2.0 * modulus);
     let found = Start { centre: sources.of_unit(at), half: half.chain(of_modulus).collect(), shifts: shifts.clone() };
     let half = spans.iter().map(|_| AMPLITUDES).chain(of_modulus).collect();
-    Some([found, Start { centre: sources.of_unit(best), half, shifts: given }])
+    Some([found, Start { centre: sources.of_unit(best), half, shifts: shifts_given }])
 }
 
 fn around(elite: &[Tried], count: usize, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
