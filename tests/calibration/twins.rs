@@ -4,7 +4,7 @@
 
 use assert_cmd::Command;
 use granchain::{
-    calibration::{fit::Verdict, joint::TESTED_TOGETHER},
+    calibration::{fit::Verdict, multi_record::TESTED_TOGETHER},
     scene,
     validate::twins::{TwinPlan, level_proof, level_twins, proof, twins},
 };

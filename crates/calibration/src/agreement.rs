@@ -17,7 +17,7 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::{likelihood::Cloud, residue::Residue};
+use super::{likelihood::TrainingRuns, residue::Residue};
 
 /// p below which the model does not explain the record.
 pub const OUTSIDE: f64 = 0.01;
@@ -54,19 +54,19 @@ pub struct Agreement {
 impl Agreement {
     /// Of the record at the point `at` of the box; `None` where too few runs lie around it.
     #[must_use]
-    pub fn of(cloud: &Cloud, at: &[f64], seed: u64) -> Option<Self> {
-        let local = cloud.regress(at)?;
+    pub fn of(training: &TrainingRuns, at: &[f64], seed: u64) -> Option<Self> {
+        let local = training.regress(at)?;
         let own = local.residue(&local.deviation)?;
         let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x00A6_4EE5);
         let mut drawn = || -> f64 { StandardNormal.sample(&mut random) };
         let reference = |run| {
-            let (of_run, local) = cloud.regress_leaving(run)?;
-            let known = cloud.nuggets().iter().map(|nugget| nugget * drawn());
+            let (of_run, local) = training.regress_leaving(run)?;
+            let known = training.nuggets().iter().map(|nugget| nugget * drawn());
             let apart: Vec<f64> =
                 local.deviation.iter().zip(of_run).zip(known).map(|((all, own), known)| all - own + known).collect();
             local.residue(&apart)
         };
-        let references: Vec<Residue> = cloud.nearest(at, REFERENCES).into_iter().filter_map(reference).collect();
+        let references: Vec<Residue> = training.nearest(at, REFERENCES).into_iter().filter_map(reference).collect();
         if references.len() < FEWEST {
             return None;
         }
@@ -163,8 +163,8 @@ mod tests {
         let mut observed = run(&truth, &mut random);
         observed[4] += off;
         let pairs = runs.iter().map(|(at, z)| (at.as_slice(), z.as_slice()));
-        let cloud = Cloud::new(pairs, &observed, &[1e-3; 5], &[1.0; 5], NEIGHBOURS);
-        Agreement::of(&cloud, &truth, seed).unwrap().p
+        let training = TrainingRuns::new(pairs, &observed, &[1e-3; 5], &[1.0; 5], NEIGHBOURS);
+        Agreement::of(&training, &truth, seed).unwrap().p
     }
 
     #[test]

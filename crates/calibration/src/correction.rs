@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     estimate::drift,
     forward::Run,
-    likelihood::{Cloud, neighbours},
+    likelihood::{TrainingRuns, neighbours},
     parameter::{Parameter, reflect},
     posterior::Posterior,
     rung::{Pair, Rung, Unmade},
@@ -193,12 +193,12 @@ impl Correction {
         self.rounds.push(pairs.len());
         self.pairs.extend(pairs);
         self.motion = self.motion();
-        let cloud = self.cloud(self.pairs.len());
-        let best = ranking(&cloud).first().copied();
+        let training = self.training(self.pairs.len());
+        let best = ranking(&training).first().copied();
         if self.restarted.is_none() && self.is_empty_place(best.map(|(misfit, _)| misfit)) {
             self.restarted = Some(self.rounds.len());
         }
-        best.map(|(misfit, run)| (misfit, cloud.position(run).to_vec()))
+        best.map(|(misfit, run)| (misfit, training.position(run).to_vec()))
     }
 
     /// Seed of its draws.
@@ -238,16 +238,16 @@ impl Correction {
 
     /// The upper rung's runs of the first `count` pairs as the regression sees them.
     #[must_use]
-    pub(crate) fn cloud(&self, count: usize) -> Cloud {
+    pub(crate) fn training(&self, count: usize) -> TrainingRuns {
         self.cloud_within(self.pairs.iter().take(count).map(|pair| &pair.upper))
     }
 
     /// Runs of a correction, which cover a part of the box, as the regression sees them.
-    fn cloud_within<'a>(&self, runs: impl Iterator<Item = &'a Run> + Clone) -> Cloud {
+    fn cloud_within<'a>(&self, runs: impl Iterator<Item = &'a Run> + Clone) -> TrainingRuns {
         let finished = runs.clone().filter(|run| run.outcome.is_ok()).count();
         let (low, high) = reach(runs.clone().map(|run| run.position.as_slice()), self.spans.len());
-        let cloud = self.cloud_of(runs, neighbours(self.spans.len()).min(finished.saturating_sub(1)));
-        framed(cloud, self.spans.len()).within(low, high)
+        let training = self.cloud_of(runs, neighbours(self.spans.len()).min(finished.saturating_sub(1)));
+        framed(training, self.spans.len()).within(low, high)
     }
 
     /// How far the rungs differ at a point: both rungs' expected features, and the mean and scatter of the differences of pairs, all by
@@ -261,7 +261,7 @@ impl Correction {
                 both().map(|(pair, lower, upper)| (pair.upper.position.as_slice(), features(lower, upper))).collect();
             let runs = all.iter().map(|(position, z)| (*position, z.as_slice()));
             let zero = vec![0.0; self.observed.len()];
-            Cloud::new(runs, &zero, &zero, &self.weights, neighbours).regress(at)
+            TrainingRuns::new(runs, &zero, &zero, &self.weights, neighbours).regress(at)
         };
         let lower = regress(&|lower, _| lower.to_vec());
         let upper = regress(&|_, upper| upper.to_vec());
@@ -280,16 +280,16 @@ impl Correction {
             .collect()
     }
 
-    fn cloud_of<'a>(&self, runs: impl Iterator<Item = &'a Run>, neighbours: usize) -> Cloud {
+    fn cloud_of<'a>(&self, runs: impl Iterator<Item = &'a Run>, neighbours: usize) -> TrainingRuns {
         let finished = runs.filter_map(|run| Some((run.position.as_slice(), run.features()?)));
         let (sensitivity, answers) = self.sensitivity.clone();
-        let cloud = Cloud::new(finished, &self.observed, &self.nuggets, &self.weights, neighbours);
-        cloud.tempered(self.power).scaled(sensitivity, answers)
+        let training = TrainingRuns::new(finished, &self.observed, &self.nuggets, &self.weights, neighbours);
+        training.tempered(self.power).scaled(sensitivity, answers)
     }
 
     /// Posterior of the first `count` pairs.
     fn posterior(&self, count: usize) -> Option<Posterior> {
-        Posterior::of(&self.cloud(count), self.spans.len())
+        Posterior::of(&self.training(count), self.spans.len())
     }
 
     fn propose(&self) -> Vec<Vec<f64>> {
@@ -300,12 +300,12 @@ impl Correction {
         match self.restarted.map(|before| self.rounds.len() - before) {
             Some(0) => scattered(0, scattered_round, dimension, self.seed),
             Some(round) if round <= ELITES.len() => {
-                let cloud = self.cloud(self.pairs.len());
-                if cloud.is_empty() {
+                let training = self.training(self.pairs.len());
+                if training.is_empty() {
                     let made = scattered_round + (round - 1) * leaning_round;
                     return scattered(made, leaning_round, dimension, self.seed);
                 }
-                around_elite(&cloud, ELITES[round - 1], leaning_round, &mut random)
+                around_elite(&training, ELITES[round - 1], leaning_round, &mut random)
             }
             _ => self.drawn(&mut random),
         }
@@ -319,8 +319,9 @@ impl Correction {
         let posterior = corrected.or_else(|| {
             let below = self.searched.iter();
             let is_search = self.before == self.searched.len();
-            let cloud = if is_search { self.cloud_of(below, neighbours(dimension)) } else { self.cloud_within(below) };
-            Posterior::of(&cloud, dimension)
+            let training =
+                if is_search { self.cloud_of(below, neighbours(dimension)) } else { self.cloud_within(below) };
+            Posterior::of(&training, dimension)
         });
         let moving = self.motion.leans || self.motion.drift.is_none_or(|drift| drift > MOVING);
         let widening = if moving { WIDENING } else { FINER_WIDENING };
@@ -354,7 +355,7 @@ impl Correction {
         let before = made - self.rounds.last().copied().unwrap_or(made);
         let before = if before == 0 { None } else { self.latest.take().or_else(|| self.posterior(before)) };
         let Some(after) = self.posterior(made) else { return Motion { drift: None, leans: true } };
-        let (low, high) = self.cloud(made).domain(self.spans.len());
+        let (low, high) = self.training(made).domain(self.spans.len());
         let leans = (0..self.spans.len()).any(|d| {
             let edge = EDGE * (high[d] - low[d]);
             (low[d] > 0.0 && after.quantile(d, 0.05) < low[d] + edge)

@@ -16,7 +16,7 @@ use super::{
     drive::HornNoise,
     fit::{Fit, Standing, standing},
     forward::{Forward, Run, Uncertainty, Watch},
-    likelihood::{Cloud, neighbours},
+    likelihood::{TrainingRuns, neighbours},
     parameter::Parameter,
     posterior::Posterior,
     search::Search,
@@ -501,15 +501,21 @@ impl Case<'_> {
         let dimension = self.parameters.len();
         let comparison = self.comparison;
         let finished = runs.iter().filter_map(|run| Some((run.position.as_slice(), run.features()?)));
-        let cloud = || {
-            Cloud::new(finished.clone(), features, &comparison.nuggets, &comparison.weights, neighbours(dimension))
-                .tempered(comparison.power)
+        let training = || {
+            TrainingRuns::new(
+                finished.clone(),
+                features,
+                &comparison.nuggets,
+                &comparison.weights,
+                neighbours(dimension),
+            )
+            .tempered(comparison.power)
         };
-        let scaled = cloud().scaled(factor.max(comparison.sensitivity), comparison.answers());
+        let scaled = training().scaled(factor.max(comparison.sensitivity), comparison.answers());
         let posterior = Posterior::of(&scaled, dimension)?;
         let at = posterior.centre(posterior.densest());
         let p = Agreement::of(&scaled, &at, self.seed)?.p;
-        let factor = cloud().regress(&at).and_then(|local| local.factor(&comparison.answers()));
+        let factor = training().regress(&at).and_then(|local| local.factor(&comparison.answers()));
         Some(Judgement { p, factor })
     }
 }

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     forward::Run,
-    joint::Joint,
-    likelihood::Cloud,
+    likelihood::TrainingRuns,
+    multi_record::MultiRecord,
     rung::{Rung, Unmade},
 };
 
@@ -52,8 +52,8 @@ pub struct Discrepancy {
 impl Discrepancy {
     /// Nothing known.
     #[must_use]
-    pub fn none(cloud: &Cloud) -> Self {
-        let zero = vec![0.0; cloud.nuggets().len()];
+    pub fn none(training: &TrainingRuns) -> Self {
+        let zero = vec![0.0; training.nuggets().len()];
         Self { shift: zero.clone(), nuggets: zero, pairs: 0 }
     }
 
@@ -65,7 +65,7 @@ impl Discrepancy {
 
     /// Of the step of a search's runs, at a point of the box, by runs numbered from `first`; `None` where there is no finer one, or too few finish.
     #[must_use]
-    pub(crate) fn of_search(joint: &Joint, at: &[f64], first: u64) -> Option<Self> {
+    pub(crate) fn of_search(joint: &MultiRecord, at: &[f64], first: u64) -> Option<Self> {
         let points = vec![at.to_vec(); CHAIN_PAIRS];
         let finer = joint.refined()?;
         let (runs, finer) = rayon::join(|| joint.run(first, &points), || finer.run(first, &points));

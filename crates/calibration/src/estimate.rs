@@ -6,7 +6,7 @@ use argmin::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::{likelihood::Cloud, parameter::Parameter, posterior::Posterior};
+use super::{likelihood::TrainingRuns, parameter::Parameter, posterior::Posterior};
 
 /// One parameter as fitted, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,10 +33,10 @@ pub(super) const UNIDENTIFIED: f64 = 0.6;
 /// The estimates of all parameters, and the most likely point in unit coordinates.
 pub(super) fn estimates_of(
     parameters: &[Parameter],
-    cloud: &Cloud,
+    training: &TrainingRuns,
     posterior: &Posterior,
 ) -> (Vec<Estimate>, Vec<f64>) {
-    let most_likely = polish(cloud, posterior);
+    let most_likely = polish(training, posterior);
     let each = parameters.iter().enumerate().map(|(d, parameter)| estimate(parameter, posterior, most_likely[d], d));
     (each.collect(), most_likely)
 }
@@ -71,7 +71,7 @@ pub(super) fn drift(before: &Posterior, after: &Posterior, spans: &[f64]) -> f64
 }
 
 /// −SL with a wall around the unit box, smooth inside: what Nelder–Mead polishes.
-struct Surface<'a>(&'a Cloud);
+struct Surface<'a>(&'a TrainingRuns);
 
 impl CostFunction for Surface<'_> {
     type Param = Vec<f64>;
@@ -85,7 +85,7 @@ impl CostFunction for Surface<'_> {
 }
 
 /// The most likely point: argmin's Nelder–Mead on the likelihood surface, from the densest cell.
-fn polish(cloud: &Cloud, posterior: &Posterior) -> Vec<f64> {
+fn polish(training: &TrainingRuns, posterior: &Posterior) -> Vec<f64> {
     let start = posterior.centre(posterior.densest());
     let mut simplex = vec![start.clone()];
     for d in 0..start.len() {
@@ -99,14 +99,14 @@ fn polish(cloud: &Cloud, posterior: &Posterior) -> Vec<f64> {
         simplex.push(corner);
     }
     let Ok(solver) = NelderMead::new(simplex).with_sd_tolerance(1e-6) else { return start };
-    let polished = Executor::new(Surface(cloud), solver)
+    let polished = Executor::new(Surface(training), solver)
         .configure(|state| state.max_iters(200))
         .ctrlc(false)
         .run()
         .ok()
         .and_then(|result| result.state.get_best_param().cloned());
     match polished {
-        Some(point) if cloud.log_likelihood(&point) >= cloud.log_likelihood(&start) => point,
+        Some(point) if training.log_likelihood(&point) >= training.log_likelihood(&start) => point,
         _ => start,
     }
 }

@@ -12,8 +12,8 @@ use super::{
     discrepancy::Discrepancy,
     estimate::{drift, estimates_of},
     forward::Run,
-    joint::{Joint, Share, shares},
-    likelihood::Cloud,
+    likelihood::TrainingRuns,
+    multi_record::{MultiRecord, Share, shares},
     parameter::Parameter,
     posterior::{Lobe, Posterior},
     rung::{Rung, Unmade},
@@ -174,25 +174,25 @@ impl Fit {
     }
 
     /// The points (unit coordinates) with which the waveform's search begins.
-    pub(crate) fn elite(&self, cloud: &Cloud) -> Vec<Vec<f64>> {
-        elite(self.most_likely.clone(), cloud)
+    pub(crate) fn elite(&self, training: &TrainingRuns) -> Vec<Vec<f64>> {
+        elite(self.most_likely.clone(), training)
     }
 
     /// The same with what the waveform says. Where it decides, the answer is its own, and amplitudes keep their say in p.
     #[must_use]
-    pub(crate) fn with_waveform(mut self, waveform: WaveformFit, cloud: &Cloud, seed: u64) -> Self {
+    pub(crate) fn with_waveform(mut self, waveform: WaveformFit, training: &TrainingRuns, seed: u64) -> Self {
         if waveform.decides() {
-            let cloud = cloud.clone().corrected(&self.discrepancy.shift, &self.discrepancy.nuggets);
+            let training = training.clone().corrected(&self.discrepancy.shift, &self.discrepancy.nuggets);
             self.posterior = waveform.posterior(&self.parameters);
             self.most_likely.clone_from(&waveform.at);
             self.estimates = waveform.estimates(&self.parameters);
             self.lobes = self.posterior.lobes();
             self.correlation = self.posterior.first_correlation();
             self.inflation.iter_mut().for_each(|more| *more = 0.0);
-            if let Some(agreement) = Agreement::of(&cloud, &self.most_likely, seed) {
+            if let Some(agreement) = Agreement::of(&training, &self.most_likely, seed) {
                 self.agreement = agreement;
             }
-            if let Some(local) = cloud.regress(&self.most_likely) {
+            if let Some(local) = training.regress(&self.most_likely) {
                 let each = local.deviation.iter().zip(&local.scatter);
                 self.deviations = each.map(|(deviation, scatter)| deviation / scatter).collect();
             }
@@ -243,7 +243,11 @@ pub enum FitError {
 ///
 /// # Errors
 /// When it is stopped, or when too few runs finished.
-pub fn fit(problem: impl Into<Joint>, search: Search, checkpoint: Option<SearchCheckpoint>) -> Result<Fit, FitError> {
+pub fn fit(
+    problem: impl Into<MultiRecord>,
+    search: Search,
+    checkpoint: Option<SearchCheckpoint>,
+) -> Result<Fit, FitError> {
     let joint = problem.into();
     let search = searched(joint.clone(), search, checkpoint)?;
     answer(&joint, &search)
@@ -254,7 +258,7 @@ pub fn fit(problem: impl Into<Joint>, search: Search, checkpoint: Option<SearchC
 /// # Errors
 /// When it is stopped.
 pub fn searched(
-    problem: impl Into<Joint>,
+    problem: impl Into<MultiRecord>,
     search: Search,
     checkpoint: Option<SearchCheckpoint>,
 ) -> Result<Search, FitError> {
@@ -286,22 +290,22 @@ pub(crate) struct Standing {
 ///
 /// # Errors
 /// When it is stopped, or when too few runs finished.
-pub(crate) fn standing(problem: impl Into<Joint>, search: Search) -> Result<Standing, FitError> {
+pub(crate) fn standing(problem: impl Into<MultiRecord>, search: Search) -> Result<Standing, FitError> {
     let joint = problem.into();
     let search = searched(joint.clone(), search, None)?;
-    let cloud = search.cloud(search.runs.len());
-    let judged = Posterior::of(&cloud, joint.parameters().len()).and_then(|posterior| {
+    let training = search.training(search.runs.len());
+    let judged = Posterior::of(&training, joint.parameters().len()).and_then(|posterior| {
         let at = posterior.centre(posterior.densest());
         let values = joint.parameters().iter().zip(&at).map(|(parameter, u)| parameter.value(*u)).collect();
-        let p = Agreement::of(&cloud, &at, search.seed())?.p;
-        Some(Standing { p, values, elite: elite(at, &cloud) })
+        let p = Agreement::of(&training, &at, search.seed())?.p;
+        Some(Standing { p, values, elite: elite(at, &training) })
     });
     judged.ok_or_else(|| too_few(&search.runs))
 }
 
-/// A point, then the runs of a cloud from the best one on, unit coordinates.
-fn elite(at: Vec<f64>, cloud: &Cloud) -> Vec<Vec<f64>> {
-    let best = ranking(cloud).into_iter().map(|(_, run)| cloud.position(run).to_vec());
+/// A point, then the training runs from the best one on, unit coordinates.
+fn elite(at: Vec<f64>, training: &TrainingRuns) -> Vec<Vec<f64>> {
+    let best = ranking(training).into_iter().map(|(_, run)| training.position(run).to_vec());
     std::iter::once(at).chain(best).collect()
 }
 
@@ -309,14 +313,14 @@ fn elite(at: Vec<f64>, cloud: &Cloud) -> Vec<Vec<f64>> {
 ///
 /// # Errors
 /// When too few runs finished.
-pub fn answer(joint: &Joint, search: &Search) -> Result<Fit, FitError> {
+pub fn answer(joint: &MultiRecord, search: &Search) -> Result<Fit, FitError> {
     let made = search.runs.len();
     let last_batch = search.batches.last().copied().unwrap_or(0);
-    let history = history(search.batches.iter().take(search.batches_made()), |count| search.cloud(count));
-    let before = search.cloud(made - last_batch.min(made));
-    let all = search.cloud(made);
+    let history = history(search.batches.iter().take(search.batches_made()), |count| search.training(count));
+    let before = search.training(made - last_batch.min(made));
+    let all = search.training(made);
     let reading =
-        Reading { parameters: joint.parameters(), cloud: &all, before: &before, best: BEST, seed: search.seed() };
+        Reading { parameters: joint.parameters(), training: &all, before: &before, best: BEST, seed: search.seed() };
     let first = reading.place(Discrepancy::none(&all), None).ok_or_else(|| too_few(&search.runs))?;
     let found = Discrepancy::of_search(joint, &first.most_likely, made as u64).filter(Discrepancy::is_felt);
     let answer = reading.judge(found.and_then(|found| reading.place(found, None)).unwrap_or(first));
@@ -362,11 +366,12 @@ pub fn corrected(rung: &Rung, chain: Fit, correction: &Correction) -> Result<Fit
     let made = correction.pairs.len();
     let last_round = correction.rounds.last().copied().unwrap_or(0);
     let runs: Vec<Run> = correction.pairs.iter().map(|pair| pair.upper.clone()).collect();
-    let history = history(correction.rounds.iter(), |count| correction.cloud(count));
-    let before = correction.cloud(made - last_round.min(made));
+    let history = history(correction.rounds.iter(), |count| correction.training(count));
+    let before = correction.training(made - last_round.min(made));
     let parameters = &rung.chain().parameters;
-    let all = correction.cloud(made);
-    let reading = Reading { parameters, cloud: &all, before: &before, best: correction::BEST, seed: correction.seed() };
+    let all = correction.training(made);
+    let reading =
+        Reading { parameters, training: &all, before: &before, best: correction::BEST, seed: correction.seed() };
     let first = reading.place(Discrepancy::none(&all), correction.answer()).ok_or_else(|| too_few(&runs))?;
     let found = match rung.finer() {
         Some(finer) => {
@@ -399,9 +404,9 @@ fn too_few(runs: &[Run]) -> FitError {
 /// What an answer is read from.
 struct Reading<'a> {
     parameters: &'a [Parameter],
-    cloud: &'a Cloud,
+    training: &'a TrainingRuns,
     /// All but the last batch.
-    before: &'a Cloud,
+    before: &'a TrainingRuns,
     /// Runs that FIT is the median misfit of.
     best: usize,
     seed: u64,
@@ -411,8 +416,8 @@ struct Reading<'a> {
 struct Place {
     discrepancy: Discrepancy,
     /// All runs, corrected for it, every feature weighed alike; and as they are weighed in the end.
-    plain: Cloud,
-    cloud: Cloud,
+    plain: TrainingRuns,
+    training: TrainingRuns,
     posterior: Posterior,
     log_evidence: f64,
     estimates: Vec<Estimate>,
@@ -422,25 +427,25 @@ struct Place {
 }
 
 impl Reading<'_> {
-    /// Where the answer lies; `known` is the posterior of the cloud as it is, where that is at hand. `None` where too few runs finished.
+    /// Where the answer lies; `known` is the posterior of the training runs as it is, where that is at hand. `None` where too few runs finished.
     fn place(&self, discrepancy: Discrepancy, known: Option<Posterior>) -> Option<Place> {
         let Self { parameters, .. } = *self;
         let dimension = parameters.len();
-        let plain = self.cloud.clone().corrected(&discrepancy.shift, &discrepancy.nuggets);
+        let plain = self.training.clone().corrected(&discrepancy.shift, &discrepancy.nuggets);
         let mut posterior = known.or_else(|| Posterior::of(&plain, dimension))?;
         // Candidates are compared with every feature weighed alike.
         let log_evidence = posterior.log_evidence;
         let (mut estimates, mut most_likely) = estimates_of(parameters, &plain, &posterior);
         let agreement = Agreement::of(&plain, &most_likely, self.seed)?;
         // Features that no run has are weighed by how far they are off, at the answer that this moves.
-        let (mut cloud, mut inflation) = (plain.clone(), agreement::inflation(&agreement.pulls));
+        let (mut training, mut inflation) = (plain.clone(), agreement::inflation(&agreement.pulls));
         for _ in 0..REWEIGHINGS {
             if inflation.iter().all(|more| *more == 0.0) {
                 break;
             }
-            cloud = plain.clone().inflated(inflation.clone());
-            posterior = Posterior::of(&cloud, dimension)?;
-            (estimates, most_likely) = estimates_of(parameters, &cloud, &posterior);
+            training = plain.clone().inflated(inflation.clone());
+            posterior = Posterior::of(&training, dimension)?;
+            (estimates, most_likely) = estimates_of(parameters, &training, &posterior);
             let Some(pulls) =
                 plain.regress(&most_likely).and_then(|local| Some(local.residue(&local.deviation)?.pulls))
             else {
@@ -448,14 +453,33 @@ impl Reading<'_> {
             };
             inflation = agreement::inflation(&pulls);
         }
-        Some(Place { discrepancy, plain, cloud, posterior, log_evidence, estimates, most_likely, agreement, inflation })
+        Some(Place {
+            discrepancy,
+            plain,
+            training,
+            posterior,
+            log_evidence,
+            estimates,
+            most_likely,
+            agreement,
+            inflation,
+        })
     }
 
     /// The answer there, without the runs and their history.
     fn judge(&self, place: Place) -> Fit {
         let Self { parameters, before, .. } = *self;
-        let Place { discrepancy, plain, cloud, posterior, log_evidence, estimates, most_likely, agreement, inflation } =
-            place;
+        let Place {
+            discrepancy,
+            plain,
+            training,
+            posterior,
+            log_evidence,
+            estimates,
+            most_likely,
+            agreement,
+            inflation,
+        } = place;
         let spans: Vec<f64> = parameters.iter().map(Parameter::span).collect();
         let before = before.clone().corrected(&discrepancy.shift, &discrepancy.nuggets).inflated(inflation.clone());
         let drift =
@@ -471,7 +495,7 @@ impl Reading<'_> {
             .and_then(|best| plain.regress(plain.position(best.1)))
             .map_or_else(Vec::new, |local| local.scatter);
         let best: Vec<usize> = best.into_iter().map(|entry| entry.1).collect();
-        let shares = shares(parameters, &cloud, &best, &agreement.records, &scatter);
+        let shares = shares(parameters, &training, &best, &agreement.records, &scatter);
         let misfit = shares.iter().map(|share| share.misfit).fold(misfit, f64::max);
         let verdict = verdict(agreement.p, drift > 1.0, &estimates, parameters);
         Fit {
@@ -514,12 +538,12 @@ fn verdict(p: f64, moves: bool, estimates: &[Estimate], parameters: &[Parameter]
 }
 
 /// Number of runs and smallest misfit after each batch.
-fn history<'a>(batches: impl Iterator<Item = &'a usize>, cloud: impl Fn(usize) -> Cloud) -> Vec<(u64, f64)> {
+fn history<'a>(batches: impl Iterator<Item = &'a usize>, training: impl Fn(usize) -> TrainingRuns) -> Vec<(u64, f64)> {
     let mut made = 0;
     batches
         .filter_map(|size| {
             made += size;
-            Some((made as u64, ranking(&cloud(made)).first()?.0))
+            Some((made as u64, ranking(&training(made)).first()?.0))
         })
         .collect()
 }

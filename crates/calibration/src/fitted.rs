@@ -18,7 +18,7 @@ use super::{
     fingerprints,
     fit::{Fit, FitError, Verdict},
     forward::{Forward, Watch},
-    ladder::{Climbed, Made, SavedFit, climb},
+    ladder::{FittedLevels, Made, SavedFit, fit_levels},
     outcome::{
         self, CalibrationOutcome, FitOutcome, FittedFeature, InputDigest, RecordOutcome, RungFeature, RungOutcome,
         WaveformOutcome,
@@ -129,8 +129,8 @@ impl Problem {
                 let before = furthest.fetch_max(done + work, Ordering::Relaxed);
                 watched(before.max(done + work))
             });
-            let climbed = climb(self, candidate, bodies, saved.next().unwrap_or_default(), &watch)?;
-            let Climbed { made: runs, fit, searching: took, correcting: rungs, warnings: said } = climbed;
+            let levels = fit_levels(self, candidate, bodies, saved.next().unwrap_or_default(), &watch)?;
+            let FittedLevels { made: runs, fit, searching: took, correcting: rungs, warnings: said } = levels;
             searching += took;
             correcting.iter_mut().zip(rungs).for_each(|(all, took)| *all += took);
             warnings.extend(said);
@@ -422,7 +422,7 @@ fn records(problem: &Problem, fit: &Fit) -> Vec<RecordOutcome> {
     let quoted = fit.verdict.explains();
     let mut first = 0;
     let shares = problem.labels().into_iter().zip(&fit.shares).zip(&problem.shots);
-    let record = |((label, share), shot): ((String, &super::joint::Share), &Shot)| {
+    let record = |((label, share), shot): ((String, &super::multi_record::Share), &Shot)| {
         let fitted_features = fitted_features(shot, fit, first);
         first += shot.comparison.features.len();
         RecordOutcome {

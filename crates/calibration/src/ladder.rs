@@ -13,8 +13,8 @@ use super::{
     fingerprints::CandidateRuns,
     fit::{Fit, FitError, answer, corrected, paired, searched},
     forward::{Forward, Run, Watch},
-    joint::Joint,
     kept::KeptPlace,
+    multi_record::MultiRecord,
     parameter::Parameter,
     plan::Likelihood,
     problem::Problem,
@@ -55,7 +55,7 @@ impl SavedFit {
 pub struct Made {
     pub runs: CandidateRuns,
     /// What makes those of the search.
-    pub joint: Joint,
+    pub joint: MultiRecord,
     /// What makes the pairs of the corrections, the lowest first.
     pub rungs: Vec<Rung>,
 }
@@ -65,7 +65,7 @@ const WIDEST: usize = 3;
 
 /// The search of a box that explains nothing, while a wider one is searched.
 struct Narrow {
-    joint: Joint,
+    joint: MultiRecord,
     fit: Fit,
     search: Search,
     batches: Vec<Vec<Run>>,
@@ -73,12 +73,12 @@ struct Narrow {
 }
 
 /// What came of one candidate.
-pub(super) struct Climbed {
+pub(super) struct FittedLevels {
     pub(super) made: Made,
     /// The answer of its top rung, or why the search has none.
     pub(super) fit: Result<Fit, FitError>,
     pub(super) searching: Duration,
-    /// Of each rung above the chain that was climbed.
+    /// Of each rung above the chain that was fitted.
     pub(super) correcting: Vec<Duration>,
     /// What is to be said of kept runs.
     pub(super) warnings: Vec<String>,
@@ -88,13 +88,13 @@ pub(super) struct Climbed {
 ///
 /// # Errors
 /// When it is stopped, cannot be run, or its correction has no answer.
-pub(super) fn climb(
+pub(super) fn fit_levels(
     problem: &Problem,
     candidate: &Candidate,
     bodies: Option<&Bodies>,
     saved: SavedFit,
     watch: &Arc<Watch>,
-) -> Result<Climbed, Refusal> {
+) -> Result<FittedLevels, Refusal> {
     let failed = |source| match source {
         FitError::Stopped { .. } => Refusal::Stopped,
         source => {
@@ -174,7 +174,7 @@ pub(super) fn climb(
             if !watch(0) {
                 return Err(Refusal::Stopped);
             }
-            return Ok(Climbed { made, fit, searching: started.elapsed(), correcting, warnings });
+            return Ok(FittedLevels { made, fit, searching: started.elapsed(), correcting, warnings });
         }
     };
     if let Some((kept, top)) = saved.kept.and_then(|kept| Some((kept, made.rungs.pop()?))) {
@@ -218,19 +218,19 @@ pub(super) fn climb(
             below.differences = correction.differences(&at);
         }
     }
-    Ok(Climbed { made, fit: Ok(fit), searching, correcting, warnings })
+    Ok(FittedLevels { made, fit: Ok(fit), searching, correcting, warnings })
 }
 
 /// A fit on the chain with what the waveforms of its records say, where each has one.
-fn with_waveform(problem: &Problem, joint: &Joint, search: &Search, fit: Fit) -> Fit {
+fn with_waveform(problem: &Problem, joint: &MultiRecord, search: &Search, fit: Fit) -> Fit {
     let compared = problem.shots.iter().zip(joint.records()).map(|(shot, forward)| {
         let noise = shot.bench.drive.as_ref().and_then(RecordedDrive::noise);
         Some(Compared { forward, noise, trace: shot.measured.trace()? })
     });
-    let cloud = search.cloud(search.runs.len());
-    let known = fit.elite(&cloud);
+    let training = search.training(search.runs.len());
+    let known = fit.elite(&training);
     match compared.collect::<Option<Vec<_>>>().and_then(|records| waveform::fit(records, &known, problem.seed)) {
-        Some(waveform) => fit.with_waveform(waveform, &cloud, problem.seed),
+        Some(waveform) => fit.with_waveform(waveform, &training, problem.seed),
         None => fit,
     }
 }
@@ -241,9 +241,9 @@ pub(super) fn joint(
     candidate: &Candidate,
     bodies: Option<&Bodies>,
     watch: &Arc<Watch>,
-) -> Result<Joint, Refusal> {
+) -> Result<MultiRecord, Refusal> {
     let laws = bodies.and_then(|bodies| bodies.laws.as_ref());
-    let mut joint: Option<Joint> = None;
+    let mut joint: Option<MultiRecord> = None;
     for (shot, scene) in problem.shots.iter().zip(&candidate.scenes) {
         let (parameters, comparison) = (candidate.parameters.clone(), shot.comparison.clone());
         let watch = Arc::clone(watch);

@@ -10,7 +10,7 @@
 //! off-diagonals shrunk by 0.4 and a nugget² on its diagonal, G the weighted Gram matrix of the regressors (1, x − x₀).
 //!
 //! Where several records are fitted together their runs differ in all that is drawn, so given x they are independent: SL is the sum of
-//! what each record's features contribute ([`Cloud::parted`]).
+//! what each record's features contribute ([`TrainingRuns::parted`]).
 //!
 //! After S. N. Wood, *Nature* 466 (2010) 1102; the regression in place of replicates, k, the shrinkage and the power β
 //! of [`super::posterior`] were tuned on twins, see `docs/method.md`.
@@ -41,7 +41,7 @@ const SMALLEST_WEIGHT: f64 = 1e-12;
 
 /// Finished runs, as the regression sees them.
 #[derive(Debug, Clone)]
-pub struct Cloud {
+pub struct TrainingRuns {
     positions: Vec<Vec<f64>>,
     deviations: Vec<Vec<f64>>,
     nuggets: Vec<f64>,
@@ -59,7 +59,7 @@ pub struct Cloud {
     sensitivity: (f64, Vec<f64>),
 }
 
-impl Cloud {
+impl TrainingRuns {
     /// Runs (unit coordinates, fingerprint) to be judged against `observed`; `weights` w divide the covariance of features
     /// f and g by √(w_f w_g).
     #[must_use]
@@ -70,7 +70,7 @@ impl Cloud {
         weights: &[f64],
         neighbours: usize,
     ) -> Self {
-        let mut cloud = Self {
+        let mut training = Self {
             positions: vec![],
             deviations: vec![],
             nuggets: nuggets.to_vec(),
@@ -84,10 +84,10 @@ impl Cloud {
             sensitivity: (0.0, vec![0.0; nuggets.len()]),
         };
         for (position, features) in runs {
-            cloud.positions.push(position.to_vec());
-            cloud.deviations.push(features.iter().zip(observed).map(|(z, z0)| z - z0).collect());
+            training.positions.push(position.to_vec());
+            training.deviations.push(features.iter().zip(observed).map(|(z, z0)| z - z0).collect());
         }
-        cloud
+        training
     }
 
     /// The same with another power β on the likelihood.
@@ -326,7 +326,7 @@ pub(super) mod tests {
     use super::*;
 
     /// Runs whose features are linear in the position with normal scatter: the regression must find both.
-    pub(in super::super) fn linear_cloud(scatter: f64) -> (Cloud, [f64; 2]) {
+    pub(in super::super) fn linear_cloud(scatter: f64) -> (TrainingRuns, [f64; 2]) {
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let truth = [0.4, 0.6];
         let features = |at: &[f64]| [2.0 * at[0] - at[1], at[0] + 3.0 * at[1]];
@@ -343,13 +343,13 @@ pub(super) mod tests {
             })
             .collect();
         let pairs = runs.iter().map(|(at, z)| (at.as_slice(), z.as_slice()));
-        (Cloud::new(pairs, &features(&truth), &[1e-3; 2], &[1.0; 2], NEIGHBOURS), truth)
+        (TrainingRuns::new(pairs, &features(&truth), &[1e-3; 2], &[1.0; 2], NEIGHBOURS), truth)
     }
 
     #[test]
     fn the_regression_is_exact_for_features_linear_in_the_parameters() {
-        let (cloud, truth) = linear_cloud(0.0);
-        let local = cloud.regress(&truth).unwrap();
+        let (training, truth) = linear_cloud(0.0);
+        let local = training.regress(&truth).unwrap();
         // The ridge of 1e-4 is all that is between the fit and the truth.
         assert!(local.deviation.iter().all(|deviation| deviation.abs() < 1e-4), "{:?}", local.deviation);
         assert!(local.scatter.iter().all(|scatter| (scatter - 1e-3).abs() < 1e-4), "{:?}", local.scatter);
@@ -357,16 +357,16 @@ pub(super) mod tests {
 
     #[test]
     fn the_scatter_of_a_single_run_is_recovered() {
-        let (cloud, truth) = linear_cloud(0.05);
-        let local = cloud.regress(&truth).unwrap();
+        let (training, truth) = linear_cloud(0.05);
+        let local = training.regress(&truth).unwrap();
         // A standard deviation from about 26 effective runs is good to 1/√52 = 14 %; three of that.
         assert!(local.scatter.iter().all(|scatter| (scatter / 0.05 - 1.0).abs() < 0.42), "{:?}", local.scatter);
     }
 
     #[test]
     fn the_likelihood_is_largest_near_the_truth_and_falls_away_from_it() {
-        let (cloud, truth) = linear_cloud(0.05);
-        let at = |x: f64, y: f64| cloud.log_likelihood(&[x, y]);
+        let (training, truth) = linear_cloud(0.05);
+        let at = |x: f64, y: f64| training.log_likelihood(&[x, y]);
         let best = at(truth[0], truth[1]);
         for (x, y) in [(0.6, 0.6), (0.2, 0.6), (0.4, 0.8), (0.4, 0.4)] {
             assert!(best > at(x, y) + 3.0, "({x}, {y})");
@@ -375,28 +375,29 @@ pub(super) mod tests {
 
     #[test]
     fn a_feature_of_weight_zero_says_nothing() {
-        let (cloud, truth) = linear_cloud(0.05);
-        let mut blind = cloud.clone();
+        let (training, truth) = linear_cloud(0.05);
+        let mut blind = training.clone();
         blind.weights = vec![1.0, SMALLEST_WEIGHT];
         // Along 2x − y = const the first feature does not change.
         let along = [truth[0] + 0.1, truth[1] + 0.2];
-        let change = |cloud: &Cloud| (cloud.log_likelihood(&along) - cloud.log_likelihood(&truth)).abs();
-        assert!(change(&cloud) > 5.0 && change(&blind) < 1.5, "{} {}", change(&cloud), change(&blind));
+        let change =
+            |training: &TrainingRuns| (training.log_likelihood(&along) - training.log_likelihood(&truth)).abs();
+        assert!(change(&training) > 5.0 && change(&blind) < 1.5, "{} {}", change(&training), change(&blind));
     }
 
     #[test]
     fn records_that_share_the_parameters_add_their_likelihoods() {
-        let (cloud, truth) = linear_cloud(0.05);
-        let joint = cloud.clone().parted(&[1, 1]);
+        let (training, truth) = linear_cloud(0.05);
+        let joint = training.clone().parted(&[1, 1]);
         for at in [truth, [0.45, 0.55], [0.3, 0.7]] {
             let alone: f64 = (0..2).map(|record| joint.of_record(record).log_likelihood(&at)).sum();
             assert!((joint.log_likelihood(&at) - alone).abs() < 1e-9 * alone.abs(), "{at:?}");
         }
         // One part is the whole: not a bit differs.
-        assert_eq!(cloud.clone().parted(&[2]).log_likelihood(&truth), cloud.log_likelihood(&truth));
+        assert_eq!(training.clone().parted(&[2]).log_likelihood(&truth), training.log_likelihood(&truth));
         // 2x − y alone says nothing along its own ridge, x + 3y crosses it.
         let along = [truth[0] + 0.1, truth[1] + 0.2];
-        let fall = |cloud: &Cloud| cloud.log_likelihood(&truth) - cloud.log_likelihood(&along);
+        let fall = |training: &TrainingRuns| training.log_likelihood(&truth) - training.log_likelihood(&along);
         assert!(
             fall(&joint.of_record(0)).abs() < 1.5 && fall(&joint) > 5.0,
             "{} {}",

@@ -4,7 +4,7 @@ use rand::Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{frame::Frame, likelihood::Cloud, parameter::reflect};
+use super::{frame::Frame, likelihood::TrainingRuns, parameter::reflect};
 
 /// β, the power on the synthetic likelihood: a single run's scatter understates how wrong a regression over 40
 /// neighbours can be. Tuned so that 90 % intervals hold the truth of 90 % of twins: on 80 twins of the program's own (seed 11) powers of
@@ -58,21 +58,21 @@ pub struct Lobe {
 }
 
 impl Posterior {
-    /// Evaluate on a grid that first covers the box (or as much of it as the cloud is trusted in), then up to three times the part
+    /// Evaluate on a grid that first covers the box (or as much of it as the training runs are trusted in), then up to three times the part
     /// that carries weight.
     /// `None` when no point of the box allows a regression.
     #[must_use]
-    pub fn of(cloud: &Cloud, dimension: usize) -> Option<Self> {
+    pub fn of(training: &TrainingRuns, dimension: usize) -> Option<Self> {
         let cells = CELLS[dimension.clamp(1, CELLS.len()) - 1];
-        let (lowest, highest) = match cloud.frame() {
-            None => cloud.domain(dimension),
+        let (lowest, highest) = match training.frame() {
+            None => training.domain(dimension),
             Some((_, inside)) => {
                 let ends = |d: usize| inside.iter().map(move |y| y[d].clamp(-REACH, REACH));
                 let low = (0..dimension).map(|d| ends(d).fold(REACH, f64::min)).collect();
                 (low, (0..dimension).map(|d| ends(d).fold(-REACH, f64::max)).collect())
             }
         };
-        let mut posterior = Self::evaluate(cloud, lowest.clone(), highest.clone(), cells)?;
+        let mut posterior = Self::evaluate(training, lowest.clone(), highest.clone(), cells)?;
         for _ in 0..3 {
             let (mut low, mut high) = posterior.support();
             low.iter_mut().zip(&lowest).for_each(|(low, least)| *low = low.max(*least));
@@ -81,26 +81,27 @@ impl Posterior {
             if !shrinks {
                 break;
             }
-            posterior = Self::evaluate(cloud, low, high, cells)?;
+            posterior = Self::evaluate(training, low, high, cells)?;
         }
         Some(posterior)
     }
 
-    fn evaluate(cloud: &Cloud, low: Vec<f64>, high: Vec<f64>, cells: usize) -> Option<Self> {
+    fn evaluate(training: &TrainingRuns, low: Vec<f64>, high: Vec<f64>, cells: usize) -> Option<Self> {
         let dimension = low.len();
-        let frame = cloud.frame().map(|(frame, _)| frame.clone());
+        let frame = training.frame().map(|(frame, _)| frame.clone());
         let unit = frame.as_ref().map_or(1.0, Frame::volume);
         let mut grid = Self { low, high, frame, cells, mass: vec![], log_evidence: 0.0, best: 0.0 };
         let count = cells.pow(dimension as u32);
-        let values: Vec<f64> = (0..count).into_par_iter().map(|index| likelihood(cloud, &grid.centre(index))).collect();
+        let values: Vec<f64> =
+            (0..count).into_par_iter().map(|index| likelihood(training, &grid.centre(index))).collect();
         let best = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         if !best.is_finite() {
             return None;
         }
-        let weights: Vec<f64> = values.iter().map(|value| (cloud.power() * (value - best)).exp()).collect();
+        let weights: Vec<f64> = values.iter().map(|value| (training.power() * (value - best)).exp()).collect();
         let total: f64 = weights.iter().sum();
         let volume: f64 = grid.low.iter().zip(&grid.high).map(|(a, b)| b - a).product::<f64>() * unit;
-        grid.log_evidence = cloud.power() * best + (total / count as f64 * volume).ln();
+        grid.log_evidence = training.power() * best + (total / count as f64 * volume).ln();
         grid.best = best;
         grid.mass = weights.into_iter().map(|weight| weight / total).collect();
         Some(grid)
@@ -361,8 +362,8 @@ impl Posterior {
 }
 
 /// SL at a point of the unit box, −∞ outside.
-fn likelihood(cloud: &Cloud, at: &[f64]) -> f64 {
-    if at.iter().all(|u| (0.0..=1.0).contains(u)) { cloud.log_likelihood(at) } else { f64::NEG_INFINITY }
+fn likelihood(training: &TrainingRuns, at: &[f64]) -> f64 {
+    if at.iter().all(|u| (0.0..=1.0).contains(u)) { training.log_likelihood(at) } else { f64::NEG_INFINITY }
 }
 
 #[cfg(test)]
@@ -403,9 +404,9 @@ mod tests {
     fn where_it_carries_weight_a_posterior_is_that_of_the_whole_box() {
         // The second hill is narrower than a cell of the grid over the box.
         for (scatter, low, side, widest) in [(0.05, [0.0; 2], 1.0, 0.5), (0.0, [0.39, 0.59], 0.02, 0.01)] {
-            let (cloud, _) = linear_cloud(scatter);
-            let found = Posterior::of(&cloud, 2).unwrap();
-            let whole = Posterior::evaluate(&cloud, low.to_vec(), low.map(|low| low + side).to_vec(), 250).unwrap();
+            let (training, _) = linear_cloud(scatter);
+            let found = Posterior::of(&training, 2).unwrap();
+            let whole = Posterior::evaluate(&training, low.to_vec(), low.map(|low| low + side).to_vec(), 250).unwrap();
             assert!((found.log_evidence - whole.log_evidence).abs() < 5e-3, "{scatter}");
             for d in 0..2 {
                 let width = whole.quantile(d, 0.95) - whole.quantile(d, 0.05);

@@ -9,7 +9,7 @@ use super::{
     comparison::WeightError,
     fit::FitError,
     forward::Uncertainty,
-    joint::JointError,
+    multi_record::JointError,
     observation::ObservationError,
     parameter::{Parameter, ParameterError},
     printed::PrintedError,
@@ -155,7 +155,7 @@ pub enum Refusal {
         share: f64,
     },
     #[error(transparent)]
-    Joint(#[from] JointError),
+    MultiRecord(#[from] JointError),
     #[error(transparent)]
     Weight(#[from] WeightError),
     #[error(transparent)]

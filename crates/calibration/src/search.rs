@@ -18,8 +18,8 @@ use super::{
     comparison::Comparison,
     forward::Run,
     frame::Frame,
-    joint::Joint,
-    likelihood::{Cloud, neighbours},
+    likelihood::{TrainingRuns, neighbours},
+    multi_record::MultiRecord,
     parameter::reflect,
     posterior::Posterior,
 };
@@ -70,7 +70,7 @@ pub struct Search {
 impl Search {
     /// A search of `budget` runs ([`Search::tested`]) for the record, or the records together, behind `problem`.
     #[must_use]
-    pub fn new(problem: impl Into<Joint>, budget: usize, seed: u64) -> Self {
+    pub fn new(problem: impl Into<MultiRecord>, budget: usize, seed: u64) -> Self {
         let joint = problem.into();
         let of_all = |values: fn(&Comparison) -> &Vec<f64>| {
             joint.records().iter().flat_map(|record| values(&record.comparison)).copied().collect()
@@ -121,11 +121,12 @@ impl Search {
 
     /// The finished runs as the regression sees them; of the first `count` runs only.
     #[must_use]
-    pub(crate) fn cloud(&self, count: usize) -> Cloud {
+    pub(crate) fn training(&self, count: usize) -> TrainingRuns {
         let finished = self.runs.iter().take(count).filter_map(|run| Some((run.position.as_slice(), run.features()?)));
-        let cloud = Cloud::new(finished, &self.observed, &self.nuggets, &self.weights, neighbours(self.dimension));
+        let training =
+            TrainingRuns::new(finished, &self.observed, &self.nuggets, &self.weights, neighbours(self.dimension));
         let (sensitivity, answers) = self.sensitivity.clone();
-        framed(cloud.parted(&self.parts).tempered(self.power).scaled(sensitivity, answers), self.dimension)
+        framed(training.parted(&self.parts).tempered(self.power).scaled(sensitivity, answers), self.dimension)
     }
 
     /// Whether this, read back, may be what the search `fresh` became.
@@ -141,15 +142,17 @@ impl Search {
 
     fn propose(&self) -> Vec<Vec<f64>> {
         let count = self.batches[self.batch];
-        let cloud = self.cloud(self.runs.len());
-        if self.batch == 0 || cloud.len() <= neighbours(self.dimension) {
+        let training = self.training(self.runs.len());
+        if self.batch == 0 || training.len() <= neighbours(self.dimension) {
             return self.scattered(count);
         }
         let mut random = ChaCha8Rng::seed_from_u64(self.seed ^ 0x005E_A2C4);
         random.set_stream(self.batch as u64);
         match ELITES.get((self.batch - 1) / rounds(self.dimension, self.parts.len())) {
-            Some(&size) => around_elite(&cloud, size * neighbours(self.dimension) / neighbours(2), count, &mut random),
-            None => self.drawn(&cloud, count, &mut random).unwrap_or_else(|| self.scattered(count)),
+            Some(&size) => {
+                around_elite(&training, size * neighbours(self.dimension) / neighbours(2), count, &mut random)
+            }
+            None => self.drawn(&training, count, &mut random).unwrap_or_else(|| self.scattered(count)),
         }
     }
 
@@ -157,9 +160,9 @@ impl Search {
         scattered(self.runs.len(), count, self.dimension, self.seed)
     }
 
-    fn drawn(&self, cloud: &Cloud, count: usize, random: &mut ChaCha8Rng) -> Option<Vec<Vec<f64>>> {
-        let posterior = Posterior::of(cloud, self.dimension)?;
-        let points = (0..count).map(|_| posterior.draw(DRAW_POWER / cloud.power(), random));
+    fn drawn(&self, training: &TrainingRuns, count: usize, random: &mut ChaCha8Rng) -> Option<Vec<Vec<f64>>> {
+        let posterior = Posterior::of(training, self.dimension)?;
+        let points = (0..count).map(|_| posterior.draw(DRAW_POWER / training.power(), random));
         Some(points.collect())
     }
 }
@@ -172,30 +175,35 @@ pub(super) fn scattered(first: usize, count: usize, dimension: usize, seed: u64)
     (first..first + count).map(point).collect()
 }
 
-/// The cloud with distances measured in the frame of its best runs, where there are more than two parameters or several records.
-pub(super) fn framed(cloud: Cloud, dimension: usize) -> Cloud {
-    if (dimension <= 2 && cloud.records() == 1) || cloud.len() <= neighbours(dimension) {
-        return cloud;
+/// The training runs with distances measured in the frame of the best of them, where there are more than two parameters or several records.
+pub(super) fn framed(training: TrainingRuns, dimension: usize) -> TrainingRuns {
+    if (dimension <= 2 && training.records() == 1) || training.len() <= neighbours(dimension) {
+        return training;
     }
-    let ranked = ranking(&cloud);
-    let best: Vec<&[f64]> = ranked.iter().take(neighbours(dimension)).map(|(_, run)| cloud.position(*run)).collect();
+    let ranked = ranking(&training);
+    let best: Vec<&[f64]> = ranked.iter().take(neighbours(dimension)).map(|(_, run)| training.position(*run)).collect();
     match Frame::of(&best) {
-        Some(frame) => cloud.framed(frame),
-        None => cloud,
+        Some(frame) => training.framed(frame),
+        None => training,
     }
 }
 
-/// `count` points around the `size` best runs of a cloud that has any.
-pub(super) fn around_elite(cloud: &Cloud, size: usize, count: usize, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
-    let elite: Vec<usize> = ranking(cloud).into_iter().take(size).map(|(_, run)| run).collect();
-    if cloud.frame().is_some() {
-        return along_elite(cloud, &elite, count, random);
+/// `count` points around the `size` best training runs, where there are any.
+pub(super) fn around_elite(
+    training: &TrainingRuns,
+    size: usize,
+    count: usize,
+    random: &mut ChaCha8Rng,
+) -> Vec<Vec<f64>> {
+    let elite: Vec<usize> = ranking(training).into_iter().take(size).map(|(_, run)| run).collect();
+    if training.frame().is_some() {
+        return along_elite(training, &elite, count, random);
     }
-    let spacings: Vec<f64> = elite.iter().map(|&run| cloud.spacing(run, 5)).collect();
+    let spacings: Vec<f64> = elite.iter().map(|&run| training.spacing(run, 5)).collect();
     (0..count)
         .map(|_| {
             let chosen = random.random_range(0..elite.len());
-            cloud
+            training
                 .position(elite[chosen])
                 .iter()
                 .map(|u| {
@@ -209,10 +217,10 @@ pub(super) fn around_elite(cloud: &Cloud, size: usize, count: usize, random: &mu
 
 /// `count` points that step from one of the elite as two others differ (Storn & Price, J. Global Optim. 11 (1997) 341): with many parameters steps
 /// then follow the shape of what is good.
-fn along_elite(cloud: &Cloud, elite: &[usize], count: usize, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
+fn along_elite(training: &TrainingRuns, elite: &[usize], count: usize, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
     (0..count)
         .map(|_| {
-            let [at, from, to] = [0; 3].map(|_| cloud.position(elite[random.random_range(0..elite.len())]));
+            let [at, from, to] = [0; 3].map(|_| training.position(elite[random.random_range(0..elite.len())]));
             let differences = from.iter().zip(to).map(|(from, to)| to - from);
             let blur = |random: &mut ChaCha8Rng| -> f64 { StandardNormal.sample(random) };
             at.iter().zip(differences).map(|(u, step)| reflect(u + ELITE_STEP * step + BLUR * blur(random))).collect()
@@ -220,31 +228,31 @@ fn along_elite(cloud: &Cloud, elite: &[usize], count: usize, random: &mut ChaCha
         .collect()
 }
 
-/// Runs of a cloud by misfit, best first, with the local scatter around the best as the yardstick.
+/// Training runs by misfit, best first, with the local scatter around the best as the yardstick.
 #[must_use]
-pub fn ranking(cloud: &Cloud) -> Vec<(f64, usize)> {
+pub fn ranking(training: &TrainingRuns) -> Vec<(f64, usize)> {
     let sorted = |scatter: &[f64]| {
         let mut misfits: Vec<(f64, usize)> =
-            cloud.misfits(scatter).into_iter().enumerate().map(|(run, misfit)| (misfit, run)).collect();
+            training.misfits(scatter).into_iter().enumerate().map(|(run, misfit)| (misfit, run)).collect();
         misfits.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         misfits
     };
-    let rough = sorted(&cloud.spread());
+    let rough = sorted(&training.spread());
     let Some(&(_, best)) = rough.first() else { return rough };
-    match cloud.regress(cloud.position(best)) {
+    match training.regress(training.position(best)) {
         Some(local) => sorted(&local.scatter),
         None => rough,
     }
 }
 
-impl Solver<Joint, SearchState> for Search {
+impl Solver<MultiRecord, SearchState> for Search {
     fn name(&self) -> &'static str {
         "regression synthetic likelihood"
     }
 
     fn next_iter(
         &mut self,
-        problem: &mut Problem<Joint>,
+        problem: &mut Problem<MultiRecord>,
         state: SearchState,
     ) -> Result<(SearchState, Option<KV>), Error> {
         let first = self.runs.len() as u64;
@@ -257,9 +265,9 @@ impl Solver<Joint, SearchState> for Search {
         }
         self.runs.extend(runs);
         self.batch += 1;
-        let cloud = self.cloud(self.runs.len());
-        let state = match ranking(&cloud).first() {
-            Some(&(misfit, run)) => state.param(cloud.position(run).to_vec()).cost(misfit),
+        let training = self.training(self.runs.len());
+        let state = match ranking(&training).first() {
+            Some(&(misfit, run)) => state.param(training.position(run).to_vec()).cost(misfit),
             None => state,
         };
         Ok((state, None))

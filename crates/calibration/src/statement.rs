@@ -4,7 +4,7 @@ use super::{
     agreement,
     fingerprints::CandidateRuns,
     fit::{Estimate, Fit, Verdict},
-    joint::Share,
+    multi_record::Share,
     parameter::Parameter,
     printed::Printed,
     waveform::WaveformFit,

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::{Arguments, RecordModel, SUMMARY};
 use crate::{
-    calibration::{joint::TESTED_TOGETHER, parameter::Parameter, search::Search},
+    calibration::{multi_record::TESTED_TOGETHER, parameter::Parameter, search::Search},
     cli::{
         Outcome,
         arguments::usage,

@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use pulp::Simd;
 
-use super::{Cloud, SMALLEST_WEIGHT};
+use super::{SMALLEST_WEIGHT, TrainingRuns};
 
 /// Factor on the off-diagonals of the residual covariance.
 const SHRINKAGE: f64 = 0.4;
@@ -47,11 +47,11 @@ pub(crate) struct Judged {
     pub(crate) covariance: DMatrix<f64>,
 }
 
-impl Cloud {
+impl TrainingRuns {
     /// Regress at `at` over runs at such squared distances, compiled for the widest vectors this machine has: nothing is fused, so every machine finds
     /// the same.
     pub(super) fn regress_over(&self, at: &[f64], squared: &[f64]) -> Option<Local> {
-        struct Regression<'a>(&'a Cloud, &'a [f64], &'a [f64]);
+        struct Regression<'a>(&'a TrainingRuns, &'a [f64], &'a [f64]);
         impl pulp::WithSimd for Regression<'_> {
             type Output = Option<Local>;
 
@@ -296,8 +296,8 @@ mod tests {
         let counts = [3, 11];
         let runs: Vec<(Vec<f64>, Vec<f64>)> = (0..60).map(|_| (draw(2), draw(14))).collect();
         let pairs = runs.iter().map(|(at, z)| (at.as_slice(), z.as_slice()));
-        let cloud = Cloud::new(pairs, &[0.1; 14], &[0.0; 14], &[1.0; 14], 40).parted(&counts);
-        let local = cloud.regress(&[0.0; 2]).unwrap();
+        let training = TrainingRuns::new(pairs, &[0.1; 14], &[0.0; 14], &[1.0; 14], 40).parted(&counts);
+        let local = training.regress(&[0.0; 2]).unwrap();
 
         let distance = |run: usize| runs[run].0[0].hypot(runs[run].0[1]);
         let mut order: Vec<usize> = (0..60).collect();

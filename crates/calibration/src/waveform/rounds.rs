@@ -38,8 +38,9 @@ const WIDEST: f64 = 30.0;
 const CLEAN: f64 = 1.2;
 const SEARCHED: usize = 4;
 
-/// T/N above which a round has no mean, and the runs by whose spread the search goes on.
+/// T/N above which a round has no mean, the rounds after which that is the answer, and the runs by whose spread the search goes on.
 const LOST: f64 = 4.0;
+const HOPELESS: usize = 4;
 const BEST: usize = 12;
 
 /// T/N that ends the rounds, the move of the answer in standard deviations, and the spread over what the rule asks.
@@ -83,6 +84,7 @@ pub(super) struct Rounds {
     pub runs: u64,
     pub rounds: usize,
     closing: usize,
+    lost: usize,
     pub settled: bool,
     latest: Option<Solution>,
     failed: bool,
@@ -113,6 +115,7 @@ impl Rounds {
             runs: 0,
             rounds: 0,
             closing: 0,
+            lost: 0,
             settled: false,
             latest: None,
             failed: false,
@@ -250,6 +253,7 @@ impl Rounds {
             self.clean(&ensemble, whole, false)?;
         }
         let closing = self.settled || self.rounds >= MOST;
+        self.lost = if solution.reduced() > LOST { self.lost + 1 } else { 0 };
         if solution.reduced() > LOST && !closing {
             self.search_on(&ensemble, &solution);
         } else {
@@ -347,7 +351,7 @@ impl Solver<(), SearchState> for Rounds {
     }
 
     fn terminate(&mut self, _state: &SearchState) -> TerminationStatus {
-        if self.failed || self.closing >= CLOSING {
+        if self.failed || self.closing >= CLOSING || self.lost >= HOPELESS {
             TerminationStatus::Terminated(TerminationReason::SolverConverged)
         } else {
             TerminationStatus::NotTerminated

@@ -16,7 +16,7 @@ use thiserror::Error;
 use super::{
     estimate::{Estimate, estimates_of},
     forward::{Forward, Run},
-    likelihood::Cloud,
+    likelihood::TrainingRuns,
     parameter::Parameter,
     posterior::Posterior,
 };
@@ -76,30 +76,30 @@ pub(crate) fn at_one_frequency(stated: &[StatedFrequency]) -> Result<(), JointEr
 
 /// The records that are fitted together, at least one; the same parameters in each.
 #[derive(Clone)]
-pub struct Joint {
+pub struct MultiRecord {
     first: Forward,
     others: Vec<Forward>,
 }
 
-impl From<Forward> for Joint {
+impl From<Forward> for MultiRecord {
     fn from(first: Forward) -> Self {
         Self { first, others: vec![] }
     }
 }
 
-impl From<&Forward> for Joint {
+impl From<&Forward> for MultiRecord {
     fn from(first: &Forward) -> Self {
         first.clone().into()
     }
 }
 
-impl From<&Joint> for Joint {
-    fn from(joint: &Joint) -> Self {
+impl From<&MultiRecord> for MultiRecord {
+    fn from(joint: &MultiRecord) -> Self {
         joint.clone()
     }
 }
 
-impl Joint {
+impl MultiRecord {
     /// The same with a further record, whose runs draw from a seed of their own. What is fitted is what the first record says.
     #[must_use]
     pub fn and(mut self, record: Forward) -> Self {
@@ -168,22 +168,22 @@ pub struct Share {
     pub p: f64,
 }
 
-/// What each record of a cloud of several says by itself, `p` being that of each at the joint answer; empty for one record.
+/// What each of several records says by itself, `p` being that of each at the joint answer; empty for one record.
 pub(super) fn shares(
     parameters: &[Parameter],
-    cloud: &Cloud,
+    training: &TrainingRuns,
     best: &[usize],
     p: &[f64],
     scatter: &[f64],
 ) -> Vec<Share> {
-    if cloud.records() < 2 {
+    if training.records() < 2 {
         return vec![];
     }
     let share = |record: usize| {
-        let alone = cloud.of_record(record);
+        let alone = training.of_record(record);
         let posterior = Posterior::of(&alone, parameters.len())?;
         let (estimates, _) = estimates_of(parameters, &alone, &posterior);
-        let misfits = alone.misfits(scatter.get(cloud.part(record))?);
+        let misfits = alone.misfits(scatter.get(training.part(record))?);
         let mut misfits: Vec<f64> = best.iter().filter_map(|run| misfits.get(*run).copied()).collect();
         misfits.sort_by(f64::total_cmp);
         Some(Share {
@@ -195,7 +195,7 @@ pub(super) fn shares(
         })
     };
     // A point at which all records can be judged is one at which each can.
-    (0..cloud.records()).map(share).collect::<Option<_>>().unwrap_or_default()
+    (0..training.records()).map(share).collect::<Option<_>>().unwrap_or_default()
 }
 
 #[cfg(test)]
