@@ -149,7 +149,7 @@ pub struct WaveformOutcome {
     pub predictable_cycles: f64,
     /// Whether these are all that were recorded.
     pub whole_record: bool,
-    /// Samples left out because no run comes near them: parts of drop-outs that the record's mask does not cover.
+    /// Samples left out: drop-outs, masked or found by the runs.
     #[serde(default)]
     pub left_out: u64,
     /// Interval of α times the level of the drive over the recorded one, which is all that a record tells; absent where α is not fitted.

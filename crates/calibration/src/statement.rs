@@ -142,8 +142,7 @@ fn waveform(waveform: &WaveformFit) -> String {
     let verdict = match waveform.left_out {
         0 => "The verdict's p is twice the smaller of this and that of the amplitudes.".into(),
         samples => format!(
-            "Beside the drop-outs that were masked, {samples} samples lie far from every run. They were left out. Amplitudes contain them, so they have no \
-             part in the verdict."
+            "{samples} samples in and around drop-outs are left out. Amplitudes contain a bridge there, so they have no part in the verdict."
         ),
     };
     format!(

@@ -57,7 +57,7 @@ pub struct WaveformFit {
     pub whole: bool,
     pub rounds: usize,
     pub runs: u64,
-    /// Samples left out because no run comes near them: parts of drop-outs that the record's mask does not cover. Amplitudes contain them.
+    /// Samples left out: drop-outs, masked or found by the runs. Amplitudes contain a bridge there.
     #[serde(default)]
     pub left_out: usize,
     /// Whether the answer had come to rest.
@@ -91,7 +91,7 @@ impl WaveformFit {
         narrow && (self.whole || self.cycles >= FEWEST_CYCLES)
     }
 
-    /// p of the verdict, by that of the amplitudes: twice the smaller of both, or its own where samples were left out that amplitudes contain.
+    /// p of the verdict, by that of the amplitudes: twice the smaller of both, or its own where the record has drop-outs.
     pub(crate) fn with_amplitudes(&self, p: f64) -> f64 {
         if self.left_out > 0 { self.p } else { (2.0 * p.min(self.p)).min(1.0) }
     }

@@ -43,7 +43,7 @@ pub(super) struct RecordTrace {
     valid: Vec<bool>,
     /// Samples that may still be left out: none where nothing was lost.
     spare: usize,
-    /// Samples that were left out because no run comes near them.
+    /// Samples left out: masked ones and their neighbours, and those that no run comes near.
     pub left_out: usize,
     /// Transform of the record, continued at both ends.
     spectrum: Vec<Complex<f64>>,
@@ -68,6 +68,7 @@ impl RecordTrace {
                 (from.saturating_sub(spread).max(0), to.saturating_add(spread).min(trace.len() as isize - 1));
             (from..=to).for_each(|i| valid[i as usize] = false);
         }
+        let left_out = valid.iter().filter(|valid| !**valid).count();
         let [low, high] = comparison.clipped;
         let is_clipped = |value: f64| {
             low.is_some_and(|low| value <= CLIPPED * low) || high.is_some_and(|high| value >= CLIPPED * high)
@@ -99,7 +100,7 @@ impl RecordTrace {
             values,
             valid,
             spare: if comparison.masked.is_empty() { 0 } else { trace.len() / SPARE },
-            left_out: 0,
+            left_out,
             spectrum,
             padded,
         })
