@@ -9,7 +9,6 @@ use super::{
 use granchain_model::scene::{Rim, Scene, Support};
 use granchain_signal::feature::Measurand;
 
-/// All mounts.
 const MOUNTS: [Rim; 3] = [Rim::Clamped, Rim::Supported, Rim::Free];
 
 /// One damping law on one mount.
@@ -33,7 +32,6 @@ impl Candidate {
         }
     }
 
-    /// Its name in messages.
     #[must_use]
     pub fn name(&self) -> String {
         match self.mount {

@@ -217,7 +217,6 @@ impl Comparison {
         if pure { "1" } else { self.measurand().unit() }
     }
 
-    /// What is compared.
     #[must_use]
     pub fn measurand(&self) -> Measurand {
         match &self.reduction {

@@ -201,7 +201,6 @@ impl Correction {
         best.map(|(misfit, run)| (misfit, training.position(run).to_vec()))
     }
 
-    /// Seed of its draws.
     #[must_use]
     pub fn seed(&self) -> u64 {
         self.seed

@@ -84,7 +84,6 @@ fn materials() -> [(&'static str, Material); 6] {
 /// Relative difference of constants below which they are those of one material.
 const ALIKE: f64 = 0.08;
 
-/// A cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Cause {

@@ -50,7 +50,6 @@ pub struct Discrepancy {
 }
 
 impl Discrepancy {
-    /// Nothing known.
     #[must_use]
     pub fn none(training: &TrainingRuns) -> Self {
         let zero = vec![0.0; training.nuggets().len()];

@@ -21,7 +21,6 @@ pub const BESIDE: &str = "horn_tip.csv";
 /// Realisations of a horn's noise that runs mix.
 const SHAKES: usize = 4;
 
-/// Seed of them.
 const SHAKEN: u64 = 0x5AC3;
 
 /// Noise left in a drive below which no run draws it, over its peak: a tenth of the gaps' scale beside a drive of 1 µm.

@@ -131,7 +131,6 @@ impl Engine {
         }
     }
 
-    /// Samples of a run.
     pub(super) fn samples(&self) -> usize {
         match self {
             Self::Chain(ensemble, stride) => (ensemble.samples() - 1) / stride + 1,

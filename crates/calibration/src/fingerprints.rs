@@ -20,13 +20,11 @@ use thiserror::Error;
 
 use super::{forward::Run, rung::Pair};
 
-/// Name of the file.
 pub const FILE: &str = "fingerprints.csv";
 
 /// Stage of a wider box that explains no more.
 const WIDE: &str = "wide";
 
-/// Columns before the positions.
 const LEADING: [&str; 5] = ["candidate", "stage", "batch", "run", "model"];
 
 /// Why runs cannot be written.
@@ -71,7 +69,6 @@ impl CandidateRuns {
         self.corrections.iter().take(rungs).flatten().map(Vec::len).sum()
     }
 
-    /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0

@@ -61,14 +61,12 @@ impl std::fmt::Display for Verdict {
 }
 
 impl Verdict {
-    /// Whether intervals mean anything.
     #[must_use]
     pub fn explains(self) -> bool {
         self != Self::OutsideScatter
     }
 }
 
-/// Everything a fit found.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Fit {
     /// What was fitted, with its bounds.
@@ -124,7 +122,6 @@ pub struct Below {
 }
 
 impl Fit {
-    /// Runs that failed.
     #[must_use]
     pub fn failed(&self) -> usize {
         self.runs.iter().filter(|run| run.outcome.is_err()).count()

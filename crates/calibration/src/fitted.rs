@@ -263,7 +263,6 @@ impl Fitted {
             .unwrap_or(0)
     }
 
-    /// That candidate.
     #[must_use]
     pub fn best(&self) -> &FittedCandidate {
         &self.candidates[self.best_index()]

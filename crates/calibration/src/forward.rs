@@ -338,7 +338,6 @@ impl Forward {
         self.filtered(&trace).values
     }
 
-    /// The same, telling another.
     pub(super) fn watched(self, watch: Arc<Watch>) -> Self {
         Self { watch, ..self }
     }

@@ -10,7 +10,6 @@ const FINEST: f64 = 1e-4;
 /// u = u₀ + L y: y of mean 0 and unit covariance over the points it was made of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
-    /// u₀, their mean.
     centre: Vec<f64>,
     /// Rows of L, lower triangular.
     rows: Vec<Vec<f64>>,

@@ -257,7 +257,6 @@ pub(super) fn joint(
     joint.ok_or_else(|| super::refusal::Contradiction::NoRecord.into())
 }
 
-/// Runs batch by batch.
 fn parted<T: Clone>(runs: &[T], sizes: &[usize]) -> Vec<Vec<T>> {
     let mut rest = runs.iter().cloned();
     sizes.iter().map(|size| rest.by_ref().take(*size).collect()).collect()

@@ -134,7 +134,6 @@ impl TrainingRuns {
         self
     }
 
-    /// Number of records.
     #[must_use]
     pub fn records(&self) -> usize {
         self.parts.len()
@@ -199,7 +198,6 @@ impl TrainingRuns {
         self.power
     }
 
-    /// Number of runs.
     #[must_use]
     pub fn len(&self) -> usize {
         self.positions.len()
@@ -304,7 +302,6 @@ impl TrainingRuns {
         distances.get(rank.saturating_sub(1)).copied().unwrap_or(0.5)
     }
 
-    /// Position of a run.
     #[must_use]
     pub fn position(&self, run: usize) -> &[f64] {
         &self.positions[run]

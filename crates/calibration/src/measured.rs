@@ -17,7 +17,6 @@ use granchain_signal::{
     wander,
 };
 
-/// The measurement.
 #[derive(Debug, Clone)]
 pub enum Measured {
     Record(Box<MeasuredRecord>),
@@ -115,7 +114,6 @@ impl Measured {
         }
     }
 
-    /// The file.
     #[must_use]
     pub fn path(&self) -> &Path {
         match self {
@@ -171,7 +169,6 @@ impl Measured {
         }
     }
 
-    /// One word for it.
     #[must_use]
     pub fn noun(&self) -> &'static str {
         match self {

@@ -110,19 +110,16 @@ impl MultiRecord {
         self
     }
 
-    /// What is fitted.
     #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
         &self.first.parameters
     }
 
-    /// The first record.
     #[must_use]
     pub fn first(&self) -> &Forward {
         &self.first
     }
 
-    /// All records.
     #[must_use]
     pub fn records(&self) -> Vec<&Forward> {
         std::iter::once(&self.first).chain(&self.others).collect()

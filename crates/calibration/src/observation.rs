@@ -93,7 +93,6 @@ pub struct Recording {
     pub averages: usize,
 }
 
-/// What an instrument passes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passband {
     /// Where its gain is what `fall` says, Hz.
@@ -247,7 +246,6 @@ pub enum ObservationError {
         measurand: Measurand,
         /// σ, unit of the measurand.
         noise: f64,
-        /// Peak, likewise.
         peak: f64,
     },
     #[error(

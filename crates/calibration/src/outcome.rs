@@ -68,12 +68,10 @@ pub struct MaskedStretch {
     /// See `from_s`.
     pub to_s: Option<f64>,
     pub samples: usize,
-    /// Why, in words.
     pub reason: String,
 }
 
 impl MaskedStretch {
-    /// Those of a file.
     #[must_use]
     pub fn of(file: &Path, masked: &[Masked]) -> Vec<Self> {
         let stretch = |masked: &Masked| Self {
@@ -136,7 +134,6 @@ pub struct FitOutcome {
     pub failures: BTreeMap<String, u64>,
 }
 
-/// What the waveform says.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WaveformOutcome {
     /// Whether it decided; else amplitudes did.
@@ -444,7 +441,6 @@ fn without_numbers(reason: &str) -> String {
         .join(" ")
 }
 
-/// The lobes in SI.
 #[must_use]
 pub fn lobes(fit: &Fit) -> Vec<OutcomeLobe> {
     let extent = |lobe: &super::posterior::Lobe| {

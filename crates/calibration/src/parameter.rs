@@ -46,7 +46,6 @@ pub struct Parameter {
     pub target: Target,
     /// Name in plans and outcomes.
     pub name: String,
-    /// SI unit.
     pub unit: String,
     /// Lower bound, SI, positive.
     pub low: f64,
@@ -116,7 +115,6 @@ impl Parameter {
         DampingTerm::ALL.into_iter().find(|term| fitted(*term).0 == name)
     }
 
-    /// The amplitude scale.
     #[must_use]
     pub fn alpha() -> Self {
         Self::of(Target::Alpha, "alpha", "1", ALPHA, Widening::Far)

@@ -63,7 +63,6 @@ use granchain_signal::read_back::read_text;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Likelihood {
-    /// Peaks and bands.
     #[default]
     Amplitudes,
     /// Every sample for as long as runs predict it, and amplitudes as a second verdict; on the chain.
@@ -199,7 +198,6 @@ pub struct Bounds {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Number {
-    /// SI.
     Plain(f64),
     Text(String),
 }

@@ -133,7 +133,6 @@ impl Posterior {
         (0..self.mass.len()).max_by(|&a, &b| self.mass[a].total_cmp(&self.mass[b])).unwrap_or(0)
     }
 
-    /// Number of coordinates.
     #[must_use]
     pub fn dimension(&self) -> usize {
         self.low.len()

@@ -250,7 +250,6 @@ impl Printed {
         })
     }
 
-    /// z₀ of each statement.
     #[must_use]
     pub(crate) fn targets(&self) -> Vec<f64> {
         let target = |meaning: &Meaning| match meaning {

@@ -55,7 +55,6 @@ pub fn program() -> String {
     format!("granchain {}", env!("CARGO_PKG_VERSION"))
 }
 
-/// Everything read and checked.
 #[derive(Debug, Clone)]
 pub struct Problem {
     pub quantity: Measurand,
@@ -237,7 +236,6 @@ impl Problem {
         })
     }
 
-    /// The record that leads.
     #[must_use]
     pub fn lead(&self) -> &Shot {
         &self.shots[0]
@@ -281,7 +279,6 @@ impl Problem {
         labels(&self.shots.iter().map(|shot| shot.measured.path()).collect::<Vec<_>>())
     }
 
-    /// The model that answers.
     #[must_use]
     pub fn model(&self) -> &'static str {
         self.above.last().unwrap_or(&ModelKind::Chain).name()

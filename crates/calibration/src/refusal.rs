@@ -172,7 +172,6 @@ pub enum Refusal {
     #[error("{}: no candidate can be fitted: {reasons}", path.display())]
     NoFit {
         path: PathBuf,
-        /// Why, candidate by candidate.
         reasons: String,
     },
     #[error(transparent)]

@@ -188,13 +188,11 @@ impl Rung {
         self.finer.as_deref()
     }
 
-    /// The chain below.
     #[must_use]
     pub fn chain(&self) -> &Forward {
         &self.chain
     }
 
-    /// The bodies.
     #[must_use]
     pub fn prepared(&self) -> &Arc<Prepared> {
         &self.prepared

@@ -107,13 +107,11 @@ impl Search {
         if parameters > 2 { 1800 } else { 600 }
     }
 
-    /// Number of batches made.
     #[must_use]
     pub(crate) fn batches_made(&self) -> usize {
         self.batch
     }
 
-    /// Seed of its draws.
     #[must_use]
     pub fn seed(&self) -> u64 {
         self.seed

@@ -32,7 +32,6 @@ pub enum Source {
 }
 
 impl Source {
-    /// The file.
     #[must_use]
     pub fn path(&self) -> &Path {
         match self {
@@ -41,7 +40,6 @@ impl Source {
         }
     }
 
-    /// How it is read.
     #[must_use]
     pub fn options(&self) -> &ReadOptions {
         match self {

@@ -34,7 +34,6 @@ impl Attendance {
         !self.stops()
     }
 
-    /// Whether to stop.
     pub fn stops(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }

@@ -27,7 +27,6 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(calibrate, module)?)
 }
 
-/// A finished calibration.
 #[pyclass(frozen, module = "granchain._granchain")]
 struct Calibration {
     job: Job,

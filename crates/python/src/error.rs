@@ -32,7 +32,6 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("CalibrationError", py.get_type::<CalibrationError>())
 }
 
-/// A class of exceptions.
 type Class = fn(String) -> PyErr;
 
 /// The stage at which something went wrong.

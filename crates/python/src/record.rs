@@ -38,7 +38,6 @@ pub fn arrays<'py>(py: Python<'py>, series: &Series) -> Arrays<'py> {
     (instants.into_pyarray(py), series.values.clone().into_pyarray(py))
 }
 
-/// A record as read.
 #[pyclass(frozen, module = "granchain._granchain")]
 pub struct Record(pub Read);
 

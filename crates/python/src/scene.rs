@@ -129,7 +129,6 @@ impl Scene {
         .to_string())
     }
 
-    /// As a scene file.
     fn to_toml(&self) -> PyResult<String> {
         Ok(self.built()?.to_toml())
     }

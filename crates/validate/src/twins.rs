@@ -100,7 +100,6 @@ pub struct TwinOutcome {
 }
 
 impl TwinOutcome {
-    /// One without mounts.
     fn of(flaw: Flaw, truth: Option<Truth>, fit: Result<TwinFit, String>, named_law: Option<Option<String>>) -> Self {
         Self { flaw, truth, fit, named_law, named_mount: None, mounts: vec![] }
     }
@@ -310,7 +309,6 @@ pub struct TwinProof {
     pub unmasked: Vec<(Flaw, usize, usize)>,
 }
 
-/// Summarise.
 #[must_use]
 pub fn proof(outcomes: &[TwinOutcome]) -> TwinProof {
     let right: Vec<&TwinOutcome> = outcomes.iter().filter(|outcome| outcome.flaw == Flaw::None).collect();
@@ -366,7 +364,6 @@ pub fn proof(outcomes: &[TwinOutcome]) -> TwinProof {
     }
 }
 
-/// NaN of nothing.
 pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_by(f64::total_cmp);

@@ -26,11 +26,9 @@ pub struct Shown {
     pub factor: f64,
 }
 
-/// A parameter.
 #[derive(Debug, Clone, Copy)]
 pub struct Row {
     pub(super) target: Target,
-    /// In plans and outcomes.
     pub key: &'static str,
     /// By its SI unit, where that depends on the scene.
     pub shown: fn(&str) -> Shown,

@@ -66,7 +66,6 @@ impl members::Watch for Asked<'_> {
 pub struct Confirmed {
     /// Record by record, the first one first; `None` where the run failed or cannot be compared.
     pub confirmations: Vec<Option<Confirmation>>,
-    /// Why not, in words.
     pub failures: Vec<String>,
     /// What would explain the first record where the fit does not, likeliest first.
     pub diagnosis: Vec<Finding>,

@@ -14,7 +14,6 @@ pub const MOST_POINTS: usize = 1_000_000;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Value {
-    /// A number in SI.
     Number(f64),
     /// A word, such as a damping law.
     Word(String),
@@ -134,7 +133,6 @@ fn to_12_digits(value: f64) -> f64 {
 /// Every combination of the axes' values, the last axis fastest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Grid {
-    /// The axes, as given.
     pub axes: Vec<Axis>,
 }
 
@@ -156,7 +154,6 @@ impl Grid {
         Ok(Self { axes })
     }
 
-    /// Number of points.
     #[must_use]
     pub fn len(&self) -> usize {
         self.axes.iter().map(|axis| axis.values.len()).product()

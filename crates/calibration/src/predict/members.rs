@@ -27,11 +27,9 @@ const LANES: usize = 8;
 pub trait Watch: Sync {
     /// So many more of what it counts are done: runs, cases, units of cost.
     fn advance(&self, done: u64);
-    /// Whether to stop now.
     fn stop(&self) -> bool;
 }
 
-/// Nobody watches, nobody stops.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Unwatched;
 

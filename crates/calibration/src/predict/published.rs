@@ -76,7 +76,6 @@ pub enum Claim {
     NotTested(&'static str),
 }
 
-/// One printed statement.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Statement {
     pub key: &'static str,

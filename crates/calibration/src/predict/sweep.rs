@@ -87,7 +87,6 @@ pub enum SweepError {
 pub trait Watch: Sync {
     /// So many points are finished, kept ones included.
     fn finished(&self, points: usize);
-    /// Whether to stop now.
     fn stop(&self) -> bool;
     /// Something that a person should read.
     fn warn(&self, _text: &str) {}

@@ -47,7 +47,6 @@ impl Nuisances {
         Mat::from_fn(rows.len(), 1, |i, _| self.shift * slope[rows[i]])
     }
 
-    /// All others.
     pub fn columns(&self, record: &RecordTrace, mean: &[f64], rows: &[usize]) -> Mat<f64> {
         let (step, peak) = (record.step, record.peak);
         let slope = slope(mean, step);

@@ -102,7 +102,6 @@ pub(super) struct Known<'a> {
 #[derive(Debug, Clone)]
 pub(super) struct Solution {
     pub z: Vec<f64>,
-    /// ln.
     pub at: Vec<f64>,
     /// Covariance of ln.
     pub covariance: Vec<Vec<f64>>,
@@ -565,7 +564,6 @@ fn share(own: f64, others: &[f64]) -> f64 {
     })
 }
 
-/// Matrices side by side.
 pub(super) fn beside(parts: &[MatRef<'_, f64>]) -> Mat<f64> {
     let rows = parts.first().map_or(0, |part| part.nrows());
     let columns = parts.iter().map(|part| part.ncols()).sum();

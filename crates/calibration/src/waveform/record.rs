@@ -26,7 +26,6 @@ const CONTINUED: usize = 3;
 pub(super) struct RecordTrace {
     /// Sampling interval, s.
     pub step: f64,
-    /// Sample of its onset.
     pub onset: usize,
     /// Its largest value in size, m/s.
     pub peak: f64,
@@ -123,7 +122,6 @@ impl RecordTrace {
         true
     }
 
-    /// Number of samples.
     pub fn len(&self) -> usize {
         self.values.len()
     }

@@ -129,7 +129,6 @@ impl Covariance {
 
 /// What a record's samples say of z: ½ φ' M φ with φ = (1, −z, −z z), of all records added up, and a prior of z.
 pub(super) struct Misfit {
-    /// M.
     pub gram: Mat<f64>,
     pub dimension: usize,
     pub quadratic: bool,
@@ -159,7 +158,6 @@ impl Misfit {
         slopes
     }
 
-    /// Derivative of the cost.
     pub fn gradient(&self, z: &[f64]) -> Vec<f64> {
         let image = self.times(&self.phi(z));
         self.slopes(z).iter().map(|slope| dot(slope, &image)).collect()

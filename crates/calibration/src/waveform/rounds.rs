@@ -54,13 +54,11 @@ const LENGTH: (f64, f64) = (1.4, 3.0);
 /// Standard deviations within which the runs of several rounds go together.
 const TOGETHER: f64 = 6.0;
 
-/// Most runs that do.
 const MOST_TOGETHER: usize = 500;
 
 /// Most that a round is solved with.
 const MOST_POOLED: usize = 320;
 
-/// Seeds of the draws.
 const SEED: u64 = 0x0AEF_0123;
 
 /// One round as it was made.

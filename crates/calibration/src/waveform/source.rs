@@ -33,7 +33,6 @@ pub(super) struct Source {
     nuisances: Nuisances,
 }
 
-/// All records.
 #[derive(Clone)]
 pub(super) struct Sources {
     pub records: Vec<Source>,
@@ -72,7 +71,6 @@ impl Sources {
         Self { records, spans, modulus }
     }
 
-    /// Number of records.
     pub fn records(&self) -> usize {
         self.records.len()
     }

@@ -10,9 +10,7 @@ use super::{
 };
 use granchain_model::fea::statics::{Curve, Loading, Touching};
 
-/// Key of the line.
 pub(super) const KEY: &str = "contact-force";
-/// Densities of the line.
 pub(super) const DENSITIES: [f64; 6] = [4.0, 6.0, 8.0, 12.0, 16.0, 24.0];
 /// Densities of its limit and of the next level.
 const LIMIT: [f64; 2] = [48.0, 64.0];

@@ -16,7 +16,6 @@ pub enum Rung {
     ChainFixed,
     FiniteBody,
     Reduced,
-    /// All nodes, trapezoid.
     Fea,
     /// All nodes, Hilber–Hughes–Taylor with α 0.1.
     FeaDamped,
@@ -50,7 +49,6 @@ impl Rung {
         }
     }
 
-    /// The scene's model.
     #[must_use]
     pub const fn model(self) -> ModelKind {
         match self {
@@ -90,7 +88,6 @@ pub enum Varied {
 }
 
 impl Varied {
-    /// The scene key.
     #[must_use]
     pub const fn key(self) -> &'static str {
         match self {
@@ -310,7 +307,6 @@ impl Ladder {
         Self { window, best, lines, beside, chaos: reduced(12.0, 5e-8, 8.0) }
     }
 
-    /// Finite elements, both integrators.
     fn fea() -> Vec<Line> {
         let (step, density) = (Varied::Step, Varied::Density);
         let (steps, limit) = ([1e-7, 5e-8, 2.5e-8], || Limit::At(3.125e-9, 1.5625e-9));
@@ -423,7 +419,6 @@ impl Setting {
     }
 }
 
-/// Where a line ends.
 enum Limit {
     /// At these two values of what it varies.
     At(f64, f64),

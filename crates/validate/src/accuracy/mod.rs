@@ -55,7 +55,6 @@ pub struct AccuracyPlan {
     pub program: String,
 }
 
-/// The outcome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Accuracy {
     /// References and every setting measured, its seconds those of this machine; in the quick form the dearest settings keep what is stored.
@@ -64,7 +63,6 @@ pub struct Accuracy {
     pub fresh: Vec<bool>,
 }
 
-/// Why there is none.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum AccuracyError {
@@ -130,7 +128,6 @@ impl Study {
         settings + members + references
     }
 
-    /// Length of the bar.
     #[must_use]
     pub fn cost(&self) -> u64 {
         (UNITS_PER_SECOND * self.expected_seconds()) as u64
@@ -140,7 +137,6 @@ impl Study {
         self.plan.full || setting.is_quick(self.scene.duration)
     }
 
-    /// Repetitions included.
     fn expected(&self, setting: &Setting) -> f64 {
         2.5 * setting.expected_seconds(self.scene.duration)
     }

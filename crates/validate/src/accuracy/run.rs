@@ -39,7 +39,6 @@ impl Seconds {
     }
 }
 
-/// What a setting takes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// Meshing, factoring, modes, fits: once for any number of runs.

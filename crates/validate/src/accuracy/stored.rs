@@ -100,7 +100,6 @@ pub struct Measured {
     pub cost: Cost,
 }
 
-/// All of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Stored {
     /// Program and version that made it.
@@ -152,7 +151,6 @@ impl Stored {
         Ok(stored)
     }
 
-    /// A reference.
     #[must_use]
     pub fn reference(&self, key: &str) -> Option<&Reference> {
         self.references.iter().find(|reference| reference.key == key)

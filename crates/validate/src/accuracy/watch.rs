@@ -41,7 +41,6 @@ impl Watched {
         }
     }
 
-    /// Unit of the values.
     #[must_use]
     pub const fn unit(self) -> &'static str {
         match self {

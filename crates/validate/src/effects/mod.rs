@@ -62,7 +62,6 @@ pub struct Measured {
     pub change: Change,
 }
 
-/// What one run cost.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Cost {
     pub work: SolverWork,
@@ -88,7 +87,6 @@ impl Measured {
         self.with.run_s / self.without.run_s
     }
 
-    /// Unknowns it adds.
     #[must_use]
     pub fn unknowns(&self) -> i64 {
         self.with.work.unknowns as i64 - self.without.work.unknowns as i64

@@ -192,7 +192,6 @@ fn emptied(scene: &mut Scene) {
     scene.holder = scene.holder.filter(|holder| holder.acts() || holder.clearance > 0.0);
 }
 
-/// All but the dampers.
 const CHANGES: &[Change] = &[
     Change {
         name: "dampers at piston and support",

@@ -14,7 +14,6 @@ use granchain_calibration::diagnosis::Cause;
 /// Scale of the half-normal gaps in every contact, m: 0.3 nm, what a fit takes for granted.
 pub(super) const GAP: f64 = 3e-10;
 
-/// A condition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Condition {
@@ -213,7 +212,6 @@ impl Condition {
         TABLE.iter().map(|(condition, ..)| *condition).collect()
     }
 
-    /// By its name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         TABLE.iter().find(|(_, known, _)| *known == name).map(|(condition, ..)| *condition)
@@ -223,7 +221,6 @@ impl Condition {
         TABLE.iter().find(|(condition, ..)| *condition == self).unwrap_or(&TABLE[0])
     }
 
-    /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
         self.row().1

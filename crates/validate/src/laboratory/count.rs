@@ -11,7 +11,6 @@ use granchain_calibration::{
     fit::{Estimate, Verdict},
 };
 
-/// Probability that intervals claim.
 const LEVEL: f64 = 0.9;
 
 /// One parameter of a group of twins.
@@ -63,7 +62,6 @@ pub struct Tally {
 /// The twins of a wrong condition.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WrongTally {
-    /// The condition, or all.
     pub group: String,
     pub twins: usize,
     /// Those that did not end `within scatter`, refusals among them.
@@ -90,7 +88,6 @@ pub struct LaboratoryCount {
 }
 
 impl LaboratoryCount {
-    /// Count.
     #[must_use]
     pub fn of(twins: &[LaboratoryTwin]) -> Self {
         let (wrong, right): (Vec<_>, Vec<_>) =

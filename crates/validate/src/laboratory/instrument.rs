@@ -83,7 +83,6 @@ pub struct Laboratory {
     pub modulation: [f64; 2],
 }
 
-/// Shapes of causal filters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CausalFilter {

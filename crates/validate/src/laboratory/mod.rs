@@ -92,7 +92,6 @@ pub struct LaboratoryFit {
     /// Share of right records that are as far from the model.
     pub p_value: f64,
     pub misfit: f64,
-    /// Estimates, whatever the verdict.
     pub estimates: Vec<Estimate>,
     /// Whether their intervals are given out.
     pub quoted: bool,
@@ -103,7 +102,6 @@ pub struct LaboratoryFit {
 }
 
 impl LaboratoryPlan {
-    /// Number of twins.
     #[must_use]
     pub fn total(&self) -> usize {
         self.conditions.len() * self.count as usize

@@ -53,7 +53,6 @@ pub enum Regime {
 }
 
 impl Regime {
-    /// In words.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -11,7 +11,6 @@ use granchain_report::{
 /// A count is called compatible with the claim within 99 %.
 const CLAIM_Z: f64 = 2.576;
 
-/// Probability that intervals claim.
 const LEVEL: f64 = 0.9;
 
 /// What was made, and what came of it.
@@ -170,7 +169,6 @@ fn wrong(tallies: &[WrongTally]) -> Table {
     }
 }
 
-/// One line a twin.
 fn csv(twins: &[LaboratoryTwin]) -> String {
     let mut text = String::from(
         "condition,number,support,damping_kind,regime,beads,sample_rate_hz,verdict,p_value,alpha,alpha_low,alpha_median,alpha_high,\

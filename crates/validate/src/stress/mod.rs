@@ -43,7 +43,6 @@ impl Rung {
     /// All of them, the cheapest first.
     pub const ALL: [Self; 4] = [Self::Hertz, Self::FiniteBody, Self::Reduced, Self::Fea];
 
-    /// What it is called.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -105,7 +104,6 @@ pub struct Curve {
     pub points: Vec<(f64, f64)>,
 }
 
-/// A hard case.
 pub struct Case {
     pub number: u32,
     pub name: &'static str,
@@ -116,7 +114,6 @@ pub struct Case {
     examine: fn(&mut Room<'_>),
 }
 
-/// All cases.
 pub const CASES: &[Case] = &[
     Case {
         number: 1,
@@ -255,7 +252,6 @@ pub const CASES: &[Case] = &[
     },
 ];
 
-/// What to run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StressPlan {
     /// Shorter runs and coarser meshes, for a first look and for continuous integration.
@@ -267,7 +263,6 @@ pub struct StressPlan {
     pub seed: u64,
 }
 
-/// Everything that was found.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct StressOutcome {
     /// In the order of [`CASES`], the cheapest rung first.

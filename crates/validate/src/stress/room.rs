@@ -122,7 +122,6 @@ impl<'a> Room<'a> {
         Ok(Ran { response: simulation.response(), contacts: Some(simulation.complementarity()) })
     }
 
-    /// Note what was measured.
     pub fn check(&mut self, criterion: impl Into<String>, measured: f64, limit: Limit, unit: &'static str) {
         self.keep(criterion.into(), Some(measured), limit, unit, None);
     }
@@ -204,7 +203,6 @@ impl Watch for Stopper<'_> {
     }
 }
 
-/// A run that ended.
 pub(super) struct Ran {
     pub response: Response,
     /// Of the finite element analysis.

@@ -131,7 +131,6 @@ pub struct LevelProof {
     pub without_fit: usize,
 }
 
-/// Summarise.
 #[must_use]
 pub fn level_proof(outcomes: &[LevelOutcome], levels: &[f64]) -> LevelProof {
     let truth = |outcome: &LevelOutcome, d: usize| outcome.shots.first().map(|shot| shot.values[d]);
