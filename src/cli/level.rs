@@ -5,7 +5,7 @@ use anyhow::bail;
 use super::arguments::{ValueError, usage};
 use crate::{
     scene::ModelKind,
-    validate::accuracy::{ladder::Rung, stored::Stored},
+    validate::accuracy::{ladder::FidelityLevel, stored::Stored},
     validate::page::accuracy::{percent, seconds, setting_of},
 };
 
@@ -42,7 +42,7 @@ pub fn choose(scene: &str, level: f64, models: &[ModelKind], changed: bool) -> a
         Ok(stored) => stored,
         Err(reason) => return Err(usage(format!("--accuracy: {reason}; name the model with --model and --set"))),
     };
-    let takes = |rung: Rung| models.contains(&rung.model());
+    let takes = |fidelity: FidelityLevel| models.contains(&fidelity.model());
     let Some(chosen) = stored.cheapest_within(level, takes) else {
         let best = stored.most_accurate(takes).map_or(String::new(), |best| {
             format!("; the most accurate, {}, is within {}", setting_of(best), percent(stored.known_error(best)))

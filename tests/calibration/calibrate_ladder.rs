@@ -1,4 +1,4 @@
-//! `calibrate` with a rung above the chain: what is written, and that a fit broken off on the upper rung ends in the same bytes.
+//! `calibrate` with a fidelity level above the chain: what is written, and that a fit broken off on the upper fidelity level ends in the same bytes.
 #![cfg(unix)]
 
 use std::{
@@ -24,7 +24,7 @@ fn the_answer_of_the_upper_rung_stands_beside_the_chains_and_survives_ctrl_c() {
     let outcome = bench.outcome("whole");
     assert_eq!(outcome["model"], "reduced");
     let rungs = outcome["rungs"].as_array().unwrap();
-    let models: Vec<&Value> = rungs.iter().map(|rung| &rung["model"]).collect();
+    let models: Vec<&Value> = rungs.iter().map(|fidelity| &fidelity["model"]).collect();
     assert_eq!(models, ["chain", "reduced"]);
     assert_eq!(rungs[0]["runs"], 200);
     let corrected = rungs[1]["runs"].as_u64().unwrap();
@@ -32,8 +32,8 @@ fn the_answer_of_the_upper_rung_stands_beside_the_chains_and_survives_ctrl_c() {
     assert_eq!(outcome["evaluations"], 200 + corrected);
     assert_eq!(rungs[1]["parameters"], outcome["parameters"]);
     assert_ne!(rungs[0]["parameters"]["alpha"]["value"], outcome["parameters"]["alpha"]["value"]);
-    // Two beads at the chain's α: both rungs expect a peak of about 0.6 m/s, and not the same.
-    let peak = |rung: &Value| rung["features"]["positive_peak"]["value"].as_f64().unwrap();
+    // Two beads at the chain's α: both fidelity levels expect a peak of about 0.6 m/s, and not the same.
+    let peak = |fidelity: &Value| fidelity["features"]["positive_peak"]["value"].as_f64().unwrap();
     assert!((peak(&rungs[0]) - 0.61).abs() < 0.06 && peak(&rungs[0]) != peak(&rungs[1]), "{rungs:?}");
 
     let page = fs::read_to_string(bench.path("whole/report.html")).unwrap();
@@ -41,8 +41,8 @@ fn the_answer_of_the_upper_rung_stands_beside_the_chains_and_survives_ctrl_c() {
     assert!(bench.path("whole/figures/rungs-linear.svg").is_file(), "{:?}", bench.tree());
     assert_eq!(fs::read_to_string(bench.path("whole/runs-linear-chain.csv")).unwrap().lines().count(), 201);
     let timing: Value = serde_json::from_slice(&fs::read(bench.path("whole/timing.json")).unwrap()).unwrap();
-    for rung in ["chain_s", "reduced_s"] {
-        assert!(timing["breakdown"]["fit"][rung].as_f64().unwrap() > 0.0, "{timing}");
+    for fidelity in ["chain_s", "reduced_s"] {
+        assert!(timing["breakdown"]["fit"][fidelity].as_f64().unwrap() > 0.0, "{timing}");
     }
 
     let state = bench.path(".broken.unfinished/state/linear-reduced.json");
@@ -82,13 +82,16 @@ fn finite_elements_answer_above_the_reduced_model_and_lose_no_finished_run_to_ki
     let outcome = bench.outcome("whole");
     assert_eq!(outcome["model"], "fea");
     let rungs = outcome["rungs"].as_array().unwrap();
-    let models: Vec<&Value> = rungs.iter().map(|rung| &rung["model"]).collect();
+    let models: Vec<&Value> = rungs.iter().map(|fidelity| &fidelity["model"]).collect();
     assert_eq!(models, ["chain", "reduced", "fea"]);
-    let runs: Vec<u64> = rungs.iter().map(|rung| rung["runs"].as_u64().unwrap()).collect();
+    let runs: Vec<u64> = rungs.iter().map(|fidelity| fidelity["runs"].as_u64().unwrap()).collect();
     assert_eq!(runs.iter().sum::<u64>(), outcome["evaluations"].as_u64().unwrap());
     assert!((80..=176).contains(&runs[2]), "{runs:?}");
     assert_eq!(rungs[2]["parameters"], outcome["parameters"]);
-    assert!(rungs.iter().all(|rung| rung["features"]["positive_peak"]["value"].as_f64().is_some()), "{rungs:?}");
+    assert!(
+        rungs.iter().all(|fidelity| fidelity["features"]["positive_peak"]["value"].as_f64().is_some()),
+        "{rungs:?}"
+    );
     for file in ["runs-linear-chain.csv", "runs-linear-reduced.csv", "figures/rungs-linear.svg"] {
         assert!(bench.path("whole").join(file).is_file(), "{:?}", bench.tree());
     }

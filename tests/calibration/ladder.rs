@@ -1,4 +1,4 @@
-//! The ladder: a search on the chain, corrected on a rung above.
+//! The ladder: a search on the chain, corrected on a fidelity level above.
 
 use std::sync::{
     Arc,
@@ -9,11 +9,11 @@ use granchain::{
     calibration::{
         checkpoint::SearchCheckpoint,
         correction::Correction,
+        fidelity::{Bodies, FidelityLevel},
         fit::{Estimate, Fit, FitError, correct, fit},
         forward::{Forward, Uncertainty, Watch},
         observation::{Observation, Recording},
         parameter::Parameter,
-        rung::{Bodies, Rung},
         search::Search,
         twin::{Flaw, twin},
     },
@@ -66,13 +66,13 @@ fn holds(estimate: &Estimate, truth: f64) -> bool {
 
 #[test]
 fn both_runs_of_a_pair_are_made_under_the_same_nuisances() {
-    // The rung above is here the chain's own accurate integrator: all that may differ is the fixed step.
+    // The fidelity level above is here the chain's own accurate integrator: all that may differ is the fixed step.
     let scene = bench(&[]);
     let (recording, truth) = record(&scene);
     let forward = forward(&scene, &recording, Arc::new(|_| true));
-    let rung = Rung::new(&forward, bodies(&scene), &scene);
+    let fidelity = FidelityLevel::new(&forward, bodies(&scene), &scene);
     let at: Vec<f64> = parameters().iter().zip(&truth).map(|(parameter, value)| parameter.coordinate(*value)).collect();
-    let pairs = rung.pairs(7, &vec![at; 6]).unwrap();
+    let pairs = fidelity.pairs(7, &vec![at; 6]).unwrap();
     let largest = |apart: &dyn Fn(usize) -> Vec<f64>| {
         (0..pairs.len()).flat_map(apart).fold(0.0, |most: f64, d| most.max(d.abs()))
     };
@@ -125,10 +125,10 @@ fn a_correction_broken_off_and_taken_up_again_ends_in_the_same_bytes() {
     let prepared = bodies(&scene);
     let whole = {
         let forward = forward(&scene, &recording, Arc::new(|_| true));
-        let rung = Rung::new(&forward, prepared.clone(), &scene);
+        let fidelity = FidelityLevel::new(&forward, prepared.clone(), &scene);
         let chain = searched(&forward);
-        let correction = Correction::new(&rung, &chain.runs, SEED);
-        serde_json::to_vec(&correct(&rung, chain, correction, None).unwrap()).unwrap()
+        let correction = Correction::new(&fidelity, &chain.runs, SEED);
+        serde_json::to_vec(&correct(&fidelity, chain, correction, None).unwrap()).unwrap()
     };
 
     // Stopped once the first round is made, within the second: the first is kept, the rest made again.
@@ -136,17 +136,18 @@ fn a_correction_broken_off_and_taken_up_again_ends_in_the_same_bytes() {
     let limit = most.clone();
     let watch = move |runs| runs < limit.load(Ordering::Relaxed);
     let forward = forward(&scene, &recording, Arc::new(watch));
-    let rung = Rung::new(&forward, prepared, &scene);
+    let fidelity = FidelityLevel::new(&forward, prepared, &scene);
     let chain = searched(&forward);
     let place = tempfile::tempdir().unwrap();
     let checkpoint = SearchCheckpoint::new(&place.path().join("state.json"), "key");
     most.store(chain.runs.len() as u64 + 48, Ordering::Relaxed);
-    let stopped = correct(&rung, chain.clone(), Correction::new(&rung, &chain.runs, SEED), Some(checkpoint.clone()));
+    let stopped =
+        correct(&fidelity, chain.clone(), Correction::new(&fidelity, &chain.runs, SEED), Some(checkpoint.clone()));
     assert!(matches!(stopped, Err(FitError::Stopped { runs: 48 })), "{stopped:?}");
     most.store(u64::MAX, Ordering::Relaxed);
     let saved: Correction = checkpoint.restore().unwrap().unwrap();
     assert_eq!(saved.pairs.len(), 48);
-    let resumed = correct(&rung, chain, saved, Some(checkpoint)).unwrap();
+    let resumed = correct(&fidelity, chain, saved, Some(checkpoint)).unwrap();
     assert!(serde_json::to_vec(&resumed).unwrap() == whole);
 }
 
@@ -158,16 +159,16 @@ fn the_ladder_holds_the_truth_of_a_reduced_record_that_the_chain_alone_misses() 
     let chain = searched(&forward);
     let [alpha, _] = chain.estimates.as_slice() else { panic!("{:?}", chain.estimates) };
     assert!(!holds(alpha, truth[0]), "{alpha:?} {truth:?}");
-    let rung = Rung::new(&forward, bodies(&scene), &scene);
-    let correction = Correction::new(&rung, &chain.runs, SEED);
-    let corrected = correct(&rung, chain, correction, None).unwrap();
+    let fidelity = FidelityLevel::new(&forward, bodies(&scene), &scene);
+    let correction = Correction::new(&fidelity, &chain.runs, SEED);
+    let corrected = correct(&fidelity, chain, correction, None).unwrap();
     for (estimate, truth) in corrected.estimates.iter().zip(&truth) {
         assert!(holds(estimate, *truth), "{estimate:?} {truth}");
         assert!((estimate.high / estimate.low).ln() < 0.2, "{estimate:?}");
     }
     let below = corrected.below.unwrap();
     assert_eq!(below.differences.len(), forward.comparison.features.len());
-    // The rungs differ, by more than the pairs scatter about it.
+    // The fidelity levels differ, by more than the pairs scatter about it.
     assert!(below.differences.iter().any(|feature| feature.difference.abs() > 5.0 * feature.standard_error));
 }
 
@@ -177,20 +178,20 @@ fn a_correction_led_to_an_empty_place_looks_for_itself_and_finds_the_truths_plac
     let scene = bench(&[]);
     let (recording, truth) = record(&scene);
     let forward = forward(&scene, &recording, Arc::new(|_| true));
-    let rung = Rung::new(&forward, bodies(&scene), &scene);
+    let fidelity = FidelityLevel::new(&forward, bodies(&scene), &scene);
     let chain = searched(&forward);
-    let right = Correction::new(&rung, &chain.runs, SEED);
+    let right = Correction::new(&fidelity, &chain.runs, SEED);
     // What the chain found, moved into the corner of weakest drive and strongest damping, where no run resembles the record.
     let mut misled = chain.runs.clone();
     for run in &mut misled {
         run.position = vec![0.05 * run.position[0], 0.95 + 0.05 * run.position[1]];
     }
-    let misled = Correction::new(&rung, &misled, SEED);
+    let misled = Correction::new(&fidelity, &misled, SEED);
     let place = tempfile::tempdir().unwrap();
     let mut ended = Vec::new();
     for (name, correction) in [("right", right), ("misled", misled)] {
         let checkpoint = SearchCheckpoint::new(&place.path().join(name), "key");
-        let fit = correct(&rung, chain.clone(), correction, Some(checkpoint.clone())).unwrap();
+        let fit = correct(&fidelity, chain.clone(), correction, Some(checkpoint.clone())).unwrap();
         for (estimate, truth) in fit.estimates.iter().zip(&truth) {
             // Without a restart α ends 0.33 off in ln. The place is what is asked for here, not the interval of one draw: the misled
             // damping's, [0.1569, 0.1609], begins 0.9 % above its truth, 0.1556.

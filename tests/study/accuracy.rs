@@ -9,7 +9,7 @@ use granchain::{
     study::members::{Unwatched, Watch},
     validate::accuracy::{
         AccuracyError, AccuracyPlan, Study, Watched,
-        ladder::{Ladder, Rung},
+        ladder::{FidelityLevel, Ladder},
         relative_error,
         stored::{BEST, OwnErrors, Stored},
     },
@@ -82,18 +82,22 @@ fn every_reference_has_converged_to_a_tenth_of_what_is_quoted() {
 #[test]
 fn a_model_that_leaves_physics_out_ends_at_a_floor() {
     let stored = Stored::of("rigid").unwrap();
-    let least = |rung: Rung| {
-        let of = stored.measured.iter().filter(|measured| measured.setting.rung == rung);
+    let least = |fidelity: FidelityLevel| {
+        let of = stored.measured.iter().filter(|measured| measured.setting.fidelity == fidelity);
         of.map(|measured| measured.error).fold(f64::INFINITY, f64::min)
     };
     // Hertz' half-spaces are a quarter off however small the step; finite bodies are not.
-    assert!(least(Rung::Chain) > 0.2 && least(Rung::FiniteBody) < 0.02 && least(Rung::Reduced) < 0.005);
+    assert!(
+        least(FidelityLevel::Chain) > 0.2
+            && least(FidelityLevel::FiniteBody) < 0.02
+            && least(FidelityLevel::Reduced) < 0.005
+    );
 }
 
 #[test]
 fn a_level_keeps_what_it_promises() {
     let stored = Stored::of("rigid").unwrap();
-    let chosen = stored.cheapest_within(0.01, |rung| rung.model() != ModelKind::Fea).unwrap();
+    let chosen = stored.cheapest_within(0.01, |fidelity| fidelity.model() != ModelKind::Fea).unwrap();
     let sets: Vec<String> = chosen.setting.sets.iter().cloned().chain(["output_step=100 ns".to_owned()]).collect();
     let response = model::run(&scene::load("rigid", &sets).unwrap(), &mut |_| true).unwrap();
     let values = Watched::Velocity.values(&response, stored.window_s);
@@ -111,15 +115,15 @@ fn replay_takes_a_level_and_says_what_to_expect() {
     }
     let summary: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
     let chosen = Stored::of("rigid").unwrap();
-    let chosen = chosen.cheapest_within(0.01, |_| true).unwrap().setting.rung.model().name();
+    let chosen = chosen.cheapest_within(0.01, |_| true).unwrap().setting.fidelity.model().name();
     assert_eq!(summary["settings"]["model"], chosen, "{}", summary["settings"]);
 }
 
 /// The setting that a command without finite elements takes of `rigid` within 5 %: its scene keys, and what is to be said of it.
 fn within_five_percent() -> (Vec<String>, Vec<String>) {
     let stored = Stored::of("rigid").unwrap();
-    let chosen = stored.cheapest_within(0.05, |rung| rung.model() != ModelKind::Fea).unwrap();
-    let said = [chosen.setting.rung.name(), &chosen.setting.to_string(), "by --accuracy 5.0 %", "expected error"];
+    let chosen = stored.cheapest_within(0.05, |fidelity| fidelity.model() != ModelKind::Fea).unwrap();
+    let said = [chosen.setting.fidelity.name(), &chosen.setting.to_string(), "by --accuracy 5.0 %", "expected error"];
     (chosen.setting.sets.clone(), said.map(str::to_owned).to_vec())
 }
 

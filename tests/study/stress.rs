@@ -4,7 +4,7 @@ use granchain::study::{
     Bodies,
     members::{Unwatched, Watch},
 };
-use granchain::validate::stress::{CASES, Limit, Rung, StressOutcome, StressPlan, run};
+use granchain::validate::stress::{CASES, FidelityLevel, Limit, StressOutcome, StressPlan, run};
 
 fn plan(cases: &[u32], overrides: &[&str]) -> StressPlan {
     let overrides = overrides.iter().map(|text| (*text).to_owned()).collect();
@@ -27,8 +27,11 @@ fn checks_come_in_order_and_are_the_same_every_time() {
     let (once, again) = (examined(&[11], &[]), examined(&[11], &[]));
     assert_eq!(once, again);
     assert_eq!(once.broken().collect::<Vec<_>>(), Vec::<&granchain::validate::stress::Check>::new());
-    let places: Vec<usize> =
-        once.checks.iter().map(|check| Rung::ALL.iter().position(|rung| *rung == check.rung).unwrap()).collect();
+    let places: Vec<usize> = once
+        .checks
+        .iter()
+        .map(|check| FidelityLevel::ALL.iter().position(|fidelity| *fidelity == check.fidelity).unwrap())
+        .collect();
     assert!(places.is_sorted() && places[0] == 0 && *places.last().unwrap() == 3);
 }
 
@@ -38,7 +41,7 @@ fn mass_at_the_contact_nodes_turns_the_step_case_red() {
     let growth = outcome
         .checks
         .iter()
-        .find(|check| check.rung == Rung::Fea && check.criterion.starts_with("largest growth"))
+        .find(|check| check.fidelity == FidelityLevel::Fea && check.criterion.starts_with("largest growth"))
         .unwrap();
     assert!(!growth.holds && growth.measured.unwrap() > 1.1, "{growth:?}");
 }
@@ -46,12 +49,18 @@ fn mass_at_the_contact_nodes_turns_the_step_case_red() {
 #[test]
 fn a_force_that_is_averaged_says_so_and_is_judged_sample_by_sample_too() {
     let outcome = examined(&[15], &[]);
-    let of = |rung: Rung, words: &str| {
-        outcome.checks.iter().filter(|check| check.rung == rung && check.criterion.contains(words)).collect::<Vec<_>>()
+    let of = |fidelity: FidelityLevel, words: &str| {
+        outcome
+            .checks
+            .iter()
+            .filter(|check| check.fidelity == fidelity && check.criterion.contains(words))
+            .collect::<Vec<_>>()
     };
-    let (averaged, raw) =
-        (of(Rung::Reduced, "mean over 0.4 µs"), of(Rung::Reduced, "sample by sample: largest oscillation"));
-    assert!(averaged.len() == 1 && raw.len() == 1 && of(Rung::Fea, "mean over 0.4 µs").is_empty());
+    let (averaged, raw) = (
+        of(FidelityLevel::Reduced, "mean over 0.4 µs"),
+        of(FidelityLevel::Reduced, "sample by sample: largest oscillation"),
+    );
+    assert!(averaged.len() == 1 && raw.len() == 1 && of(FidelityLevel::Fea, "mean over 0.4 µs").is_empty());
     assert!(raw[0].holds && raw[0].measured > averaged[0].measured, "{raw:?}");
     // The figure's curve is the raw one.
     let curve = outcome.curves.iter().find(|curve| curve.case == 15 && curve.label == "reduced").unwrap();

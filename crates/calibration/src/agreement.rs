@@ -106,7 +106,7 @@ fn most_likely_inflation(pull: f64) -> f64 {
     gamma.unwrap_or(0.0).powi(2)
 }
 
-/// Probability of a statistic as large as `own`, told by those of `others`.
+/// Probability of a statistic as large as `own`, by those of `others`.
 fn share_beyond(own: f64, others: Vec<f64>) -> f64 {
     tail_share(own, &others, |logarithms, mean| {
         let n = logarithms.len() as f64;
@@ -140,7 +140,7 @@ mod tests {
     use super::*;
     use crate::likelihood::NEIGHBOURS;
 
-    /// Runs whose five features answer to two parameters and scatter, as heavy-tailed as told; a record of the same, off by `off` in its last.
+    /// Runs whose five features answer to two parameters and scatter, as heavy-tailed as stated; a record of the same, off by `off` in its last.
     fn p_of(seed: u64, heavy: bool, off: f64) -> f64 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let slopes: [[f64; 2]; 5] = [[1.0, 0.2], [0.3, -1.0], [0.5, 0.5], [-0.2, 0.8], [0.0, 0.1]];

@@ -27,7 +27,7 @@ const FALL_ALLOWANCE: f64 = 15.0;
 /// Drive periods behind the end of the burst in which a record may end without showing that it falls.
 const UNSEEN_FALL: f64 = 3.0;
 
-/// Drive periods run beyond what a fingerprint needs, where the onset is known from another rung: it may come that much later, and
+/// Drive periods run beyond what a fingerprint needs, where the onset is known from another fidelity level: it may come that much later, and
 /// the filter's edge lies outside.
 const AFTER_ONSET: f64 = 3.0;
 

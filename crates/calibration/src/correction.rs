@@ -1,7 +1,7 @@
-//! The correction: where to run the rung above the chain, as an argmin solver.
+//! The correction: where to run the fidelity level above the chain, as an argmin solver.
 //!
-//! Rounds of pairs ([`Pair`]), each a run of the chain and one of the rung above under the same nuisances. The first round is drawn from
-//! what the chain's search left, widened by what the rungs may differ; every further one from the answer of the rounds before, widened
+//! Rounds of pairs ([`Pair`]), each a run of the chain and one of the fidelity level above under the same nuisances. The first round is drawn from
+//! what the chain's search left, widened by what the fidelity levels may differ; every further one from the answer of the rounds before, widened
 //! anew while that answer moves or leans on the edge of what the runs cover. It ends when the answer stands still, or after
 //! [`MOST_ROUNDS`].
 //!
@@ -9,7 +9,7 @@
 //! finish and resemble it. The correction then looks for itself, once, as the search does on the chain: a round scattered over the whole
 //! box, three around the best runs found, and from there on as above.
 //!
-//! The answer is read from the runs of the upper rung alone, by the regression of [`super::likelihood`]: the chain decides where they
+//! The answer is read from the runs of the upper fidelity level alone, by the regression of [`super::likelihood`]: the chain decides where they
 //! are made, never what comes out.
 
 use argmin::core::{Error, KV, Problem, Solver, State, TerminationReason, TerminationStatus};
@@ -20,11 +20,11 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     estimate::drift,
+    fidelity::{FidelityLevel, Pair, Unmade},
     forward::Run,
     likelihood::{TrainingRuns, neighbours},
     parameter::{Parameter, reflect},
     posterior::Posterior,
-    rung::{Pair, Rung, Unmade},
     search::{SearchState, around_elite, framed, ranking, scattered},
 };
 
@@ -37,7 +37,7 @@ const FURTHER_ROUND: usize = 16;
 /// The same where the answer leans on the edge of what the runs cover, or the box is looked through anew: there it is not known where it lies.
 const LEANING_ROUND: usize = 32;
 
-/// Fewest rounds: two would leave the answer to runs that were drawn before anything of the upper rung was known.
+/// Fewest rounds: two would leave the answer to runs that were drawn before anything of the upper fidelity level was known.
 const FEWEST_ROUNDS: usize = 3;
 
 /// Most rounds, not counting those of a restart.
@@ -69,10 +69,10 @@ fn sized(round: usize, dimension: usize) -> usize {
     round * neighbours(dimension) / neighbours(2)
 }
 
-/// By how much the rungs may differ in the logarithm of a parameter: the standard deviation that widens a round.
+/// By how much the fidelity levels may differ in the logarithm of a parameter: the standard deviation that widens a round.
 const WIDENING: f64 = 0.06;
 
-/// The same once the answer of the upper rung is roughly known.
+/// The same once the answer of the upper fidelity level is roughly known.
 const FINER_WIDENING: f64 = 0.01;
 
 /// Move of a median over a round, in half-widths of its interval, below which the answer stands still.
@@ -102,7 +102,7 @@ pub struct Correction {
     /// Rounds made when the box was to be looked through anew.
     restarted: Option<usize>,
     seed: u64,
-    /// Runs made on the rungs below, behind which its own are numbered.
+    /// Runs made on the fidelity levels below, behind which its own are numbered.
     before: usize,
     searched: Vec<Run>,
     spans: Vec<f64>,
@@ -114,14 +114,14 @@ pub struct Correction {
     sensitivity: (f64, Vec<f64>),
 }
 
-/// One feature of both rungs at one point of the box, z = ½ ln(f² + floor²).
+/// One feature of both fidelity levels at one point of the box, z = ½ ln(f² + floor²).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct RungDifference {
-    /// Expected on the rung below.
+pub struct LevelDifference {
+    /// Expected on the fidelity level below.
     pub lower: f64,
     /// Scatter of a single run there.
     pub lower_scatter: f64,
-    /// Expected on the rung above.
+    /// Expected on the fidelity level above.
     pub upper: f64,
     /// Scatter of a single run there.
     pub upper_scatter: f64,
@@ -133,7 +133,7 @@ pub struct RungDifference {
     pub standard_error: f64,
 }
 
-/// What is taken from the features of both rungs of a pair, lower first.
+/// What is taken from the features of both fidelity levels of a pair, lower first.
 type Features<'a> = &'a dyn Fn(&[f64], &[f64]) -> Vec<f64>;
 
 /// What the last round did to the answer.
@@ -148,14 +148,14 @@ struct Motion {
 impl Correction {
     /// A correction of what `searched` found on the chain.
     #[must_use]
-    pub fn new(rung: &Rung, searched: &[Run], seed: u64) -> Self {
-        Self::above(rung, searched, searched.len(), seed)
+    pub fn new(fidelity: &FidelityLevel, searched: &[Run], seed: u64) -> Self {
+        Self::above(fidelity, searched, searched.len(), seed)
     }
 
-    /// A correction of what the runs of the rung below found, the last of the `before` runs of all rungs below.
+    /// A correction of what the runs of the fidelity level below found, the last of the `before` runs of all fidelity levels below.
     #[must_use]
-    pub(crate) fn above(rung: &Rung, searched: &[Run], before: usize, seed: u64) -> Self {
-        let chain = rung.chain();
+    pub(crate) fn above(fidelity: &FidelityLevel, searched: &[Run], before: usize, seed: u64) -> Self {
+        let chain = fidelity.chain();
         Self {
             pairs: vec![],
             rounds: vec![],
@@ -235,7 +235,7 @@ impl Correction {
         self.latest.clone().or_else(|| self.posterior(self.pairs.len()))
     }
 
-    /// The upper rung's runs of the first `count` pairs as the regression sees them.
+    /// The upper fidelity level's runs of the first `count` pairs as the regression sees them.
     #[must_use]
     pub(crate) fn training(&self, count: usize) -> TrainingRuns {
         self.cloud_within(self.pairs.iter().take(count).map(|pair| &pair.upper))
@@ -249,10 +249,10 @@ impl Correction {
         framed(training, self.spans.len()).within(low, high)
     }
 
-    /// How far the rungs differ at a point: both rungs' expected features, and the mean and scatter of the differences of pairs, all by
+    /// How far the fidelity levels differ at a point: both fidelity levels' expected features, and the mean and scatter of the differences of pairs, all by
     /// local regression. Empty where that is impossible.
     #[must_use]
-    pub fn differences(&self, at: &[f64]) -> Vec<RungDifference> {
+    pub fn differences(&self, at: &[f64]) -> Vec<LevelDifference> {
         let both = || self.pairs.iter().filter_map(|pair| Some((pair, pair.lower.features()?, pair.upper.features()?)));
         let neighbours = neighbours(self.spans.len()).min(both().count().saturating_sub(1));
         let regress = |features: Features<'_>| {
@@ -267,7 +267,7 @@ impl Correction {
         let apart = regress(&|lower, upper| upper.iter().zip(lower).map(|(upper, lower)| upper - lower).collect());
         let (Some(lower), Some(upper), Some(apart)) = (lower, upper, apart) else { return vec![] };
         (0..self.observed.len())
-            .map(|f| RungDifference {
+            .map(|f| LevelDifference {
                 lower: lower.deviation[f],
                 lower_scatter: lower.scatter[f],
                 upper: upper.deviation[f],
@@ -381,19 +381,20 @@ fn reach<'a>(positions: impl Iterator<Item = &'a [f64]>, dimension: usize) -> (V
     (low, high)
 }
 
-impl Solver<Rung, SearchState> for Correction {
+impl Solver<FidelityLevel, SearchState> for Correction {
     fn name(&self) -> &'static str {
         "correction on the rung above"
     }
 
     fn next_iter(
         &mut self,
-        problem: &mut Problem<Rung>,
+        problem: &mut Problem<FidelityLevel>,
         state: SearchState,
     ) -> Result<(SearchState, Option<KV>), Error> {
         let first = (self.before + self.pairs.len()) as u64;
         let positions = self.propose();
-        let made = problem.bulk_problem("cost_count", positions.len(), |rung| Ok(rung.pairs(first, &positions)))?;
+        let made =
+            problem.bulk_problem("cost_count", positions.len(), |fidelity| Ok(fidelity.pairs(first, &positions)))?;
         let pairs = match made {
             Ok(pairs) => pairs,
             Err(Unmade::Stopped) => return Ok((state.terminate_with(TerminationReason::Interrupt), None)),

@@ -4,7 +4,7 @@
 //! Two need no further run, for the runs of the fit are judged anew: the other sign, and a factor on all amplitudes (a sensitivity).
 //! The others are searched on the chain with a few hundred runs each: powers of ten (a unit), the horn's sign, one bead more or fewer, beads of
 //! another radius, modulus or material, other end faces, another support, an open first gap, the other damping law. What explains the record is named,
-//! most likely first; nothing is named that does not. Causes that explain it about as well cannot be told apart by it, and are marked so.
+//! most likely first; nothing is named that does not. Causes that explain it about as well are marked as equivalent.
 
 use std::sync::Arc;
 
@@ -146,7 +146,7 @@ pub struct Case<'a> {
     pub parameters: &'a [Parameter],
     pub uncertainty: Uncertainty,
     pub seed: u64,
-    /// What the fit found on whatever rung answered.
+    /// What the fit found on whatever fidelity level answered.
     pub fit: &'a Fit,
     /// Told of every search; stops them.
     pub watch: Arc<Watch>,

@@ -11,16 +11,16 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
+    fidelity::{FidelityLevel, Unmade},
     forward::Run,
     likelihood::TrainingRuns,
     multi_record::MultiRecord,
-    rung::{Rung, Unmade},
 };
 
 /// Pairs on the chain, whose runs cost next to nothing.
 const CHAIN_PAIRS: usize = 24;
 
-/// Pairs on a rung above.
+/// Pairs on a fidelity level above.
 const RUNG_PAIRS: usize = 8;
 
 /// Fewest finished pairs that say anything.
@@ -71,16 +71,21 @@ impl Discrepancy {
         Self::of(&runs, &finer, CHAIN_ERROR)
     }
 
-    /// Of the bodies of a rung, by the same with finer bodies; `None` where too few finish.
+    /// Of the bodies of a fidelity level, by the same with finer bodies; `None` where too few finish.
     ///
     /// # Errors
     /// [`Unmade`].
-    pub(crate) fn of_rung(rung: &Rung, finer: &Rung, at: &[f64], first: u64) -> Result<Option<Self>, Unmade> {
+    pub(crate) fn of_level(
+        fidelity: &FidelityLevel,
+        finer: &FidelityLevel,
+        at: &[f64],
+        first: u64,
+    ) -> Result<Option<Self>, Unmade> {
         let points = vec![at.to_vec(); RUNG_PAIRS];
-        let upper = |rung: &Rung| -> Result<Vec<Run>, Unmade> {
-            Ok(rung.pairs(first, &points)?.into_iter().map(|pair| pair.upper).collect())
+        let upper = |fidelity: &FidelityLevel| -> Result<Vec<Run>, Unmade> {
+            Ok(fidelity.pairs(first, &points)?.into_iter().map(|pair| pair.upper).collect())
         };
-        let (runs, finer) = rayon::join(|| upper(rung), || upper(finer));
+        let (runs, finer) = rayon::join(|| upper(fidelity), || upper(finer));
         Ok(Self::of(&runs?, &finer?, MESH_ERROR))
     }
 

@@ -46,12 +46,10 @@ pub fn trace(response: Response, measurand: Measurand) -> Result<Series, ModelEr
     match measurand {
         Measurand::Velocity => Ok(response.observed_velocity().clone()),
         Measurand::Pressure => {
-            let heard = response.disc.and_then(|disc| disc.pressure.into_iter().next());
-            heard.ok_or_else(|| ModelError::Unsupported {
+            let pressure = response.disc.and_then(|disc| disc.pressure.into_iter().next());
+            pressure.ok_or_else(|| ModelError::Unsupported {
                 model: "chain",
-                reason:
-                    "the scene has no water to be heard in; take `scene = \"water\"` or set `support.kind = \"disc\"`"
-                        .into(),
+                reason: "the scene has no water; take `scene = \"water\"` or set `support.kind = \"disc\"`".into(),
             })
         }
     }

@@ -5,7 +5,7 @@
 //! | column | content |
 //! |---|---|
 //! | `candidate` | damping law, behind it the mount where mounts compete |
-//! | `stage` | `search` on the chain, or `correction`: a line for each rung of a pair; `correction-2` on the rung above that; `narrow-1` and so on: searches of boxes on whose bounds the best runs pressed, or that explained nothing; `wide`: a search of a wider box that explained no more |
+//! | `stage` | `search` on the chain, or `correction`: a line for each fidelity level of a pair; `correction-2` on the fidelity level above that; `narrow-1` and so on: searches of boxes on whose bounds the best runs pressed, or that explained nothing; `wide`: a search of a wider box that explained no more |
 //! | `batch`, `run` | number of the batch or round within the stage, number of the run within the candidate, from 1 |
 //! | `model` | what made the run |
 //! | `u_NAME` | position in the unit box |
@@ -18,7 +18,7 @@ use std::io;
 
 use thiserror::Error;
 
-use super::{forward::Run, rung::Pair};
+use super::{fidelity::Pair, forward::Run};
 
 pub const FILE: &str = "fingerprints.csv";
 
@@ -46,7 +46,7 @@ pub struct CandidateRuns {
     pub search: Vec<Vec<Run>>,
     /// A search of a wider box that explains the record no better; empty where there was none.
     pub wide: Vec<Vec<Run>>,
-    /// The rounds of the correction on each rung above the chain, the lowest first; none where the chain answers.
+    /// The rounds of the correction on each fidelity level above the chain, the lowest first; none where the chain answers.
     pub corrections: Vec<Vec<Vec<Pair>>>,
 }
 
@@ -58,13 +58,13 @@ impl CandidateRuns {
         beside + self.before(0) + 2 * self.pairs(self.corrections.len())
     }
 
-    /// Number of runs made before rung `rung` above the chain, from 0, those of the rungs below it but for repetitions in pairs.
+    /// Number of runs made before fidelity level `fidelity level` above the chain, from 0, those of the fidelity levels below it but for repetitions in pairs.
     #[must_use]
-    pub fn before(&self, rung: usize) -> usize {
-        self.search.iter().map(Vec::len).sum::<usize>() + self.pairs(rung)
+    pub fn before(&self, fidelity: usize) -> usize {
+        self.search.iter().map(Vec::len).sum::<usize>() + self.pairs(fidelity)
     }
 
-    /// Pairs of the lowest so many rungs.
+    /// Pairs of the lowest so many fidelity levels.
     fn pairs(&self, rungs: usize) -> usize {
         self.corrections.iter().take(rungs).flatten().map(Vec::len).sum()
     }
@@ -86,10 +86,10 @@ pub struct Names {
 }
 
 impl Names {
-    /// The model of a rung, the one that searches number 0.
+    /// The model of a fidelity level, the one that searches number 0.
     #[must_use]
-    pub fn model(&self, rung: usize) -> &str {
-        self.models.get(rung).map_or("?", String::as_str)
+    pub fn model(&self, fidelity: usize) -> &str {
+        self.models.get(fidelity).map_or("?", String::as_str)
     }
 
     /// The header, cell by cell.
@@ -149,23 +149,23 @@ pub fn to_csv(names: &Names, candidates: &[CandidateRuns]) -> Result<Vec<u8>, Fi
         for (number, (batch, run)) in wide.enumerate() {
             line(WIDE, batch, number + 1, names.model(0), run)?;
         }
-        for (rung, rounds) in candidate.corrections.iter().enumerate() {
-            let stage = correction(rung);
+        for (fidelity, rounds) in candidate.corrections.iter().enumerate() {
+            let stage = correction(fidelity);
             for (round, pair) in
                 rounds.iter().enumerate().flat_map(|(round, pairs)| pairs.iter().map(move |it| (round, it)))
             {
                 number += 1;
-                line(&stage, round, number, names.model(rung), &pair.lower)?;
-                line(&stage, round, number, names.model(rung + 1), &pair.upper)?;
+                line(&stage, round, number, names.model(fidelity), &pair.lower)?;
+                line(&stage, round, number, names.model(fidelity + 1), &pair.upper)?;
             }
         }
     }
     writer.into_inner().map_err(|error| csv::Error::from(io::Error::from(error.into_error().kind())).into())
 }
 
-/// The stage of a rung above the chain, from 0.
-fn correction(rung: usize) -> String {
-    if rung == 0 { "correction".into() } else { format!("correction-{}", rung + 1) }
+/// The stage of a fidelity level above the chain, from 0.
+fn correction(fidelity: usize) -> String {
+    if fidelity == 0 { "correction".into() } else { format!("correction-{}", fidelity + 1) }
 }
 
 #[cfg(test)]

@@ -8,15 +8,15 @@ pub use super::estimate::Estimate;
 use super::{
     agreement::{self, Agreement},
     checkpoint::SearchCheckpoint,
-    correction::{self, Correction, RungDifference},
+    correction::{self, Correction, LevelDifference},
     discrepancy::Discrepancy,
     estimate::{drift, estimates_of},
+    fidelity::{FidelityLevel, Unmade},
     forward::Run,
     likelihood::TrainingRuns,
     multi_record::{MultiRecord, Share, shares},
     parameter::Parameter,
     posterior::{Lobe, Posterior},
-    rung::{Rung, Unmade},
     search::{Search, ranking},
     waveform::WaveformFit,
 };
@@ -102,7 +102,7 @@ pub struct Fit {
     pub runs: Vec<Run>,
     /// Number of runs and smallest misfit after each batch.
     pub history: Vec<(u64, f64)>,
-    /// What the rung below said, where the answer is that of a rung above the chain.
+    /// What the fidelity level below said, where the answer is that of a fidelity level above the chain.
     pub below: Option<Box<Below>>,
     /// What the waveform says, where it was compared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -112,13 +112,13 @@ pub struct Fit {
     pub shares: Vec<Share>,
 }
 
-/// The rung below an answer.
+/// The fidelity level below an answer.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Below {
     /// Its own fit: the estimates before the correction.
     pub fit: Fit,
-    /// How far the rungs differ at the answer, feature by feature.
-    pub differences: Vec<RungDifference>,
+    /// How far the fidelity levels differ at the answer, feature by feature.
+    pub differences: Vec<LevelDifference>,
 }
 
 impl Fit {
@@ -127,20 +127,20 @@ impl Fit {
         self.runs.iter().filter(|run| run.outcome.is_err()).count()
     }
 
-    /// Runs made on this rung and those below.
+    /// Runs made on this fidelity level and those below.
     #[must_use]
     pub fn total_runs(&self) -> usize {
         self.runs.len() + self.below.as_ref().map_or(0, |below| below.fit.total_runs())
     }
 
-    /// Runs that failed on this rung and those below.
+    /// Runs that failed on this fidelity level and those below.
     #[must_use]
     pub fn total_failed(&self) -> usize {
         self.failed() + self.below.as_ref().map_or(0, |below| below.fit.total_failed())
     }
 
     /// The parameters in a box that reaches beyond the bounds that the answer presses on; `None` where it presses on none that may be moved. One
-    /// that presses on both ends of its box is not told by the record, and no wider box tells it.
+    /// that presses on both ends of its box is not identified by the record, in no wider box either.
     #[must_use]
     pub fn widened(&self) -> Option<Vec<Parameter>> {
         self.widened_where(|d| {
@@ -324,17 +324,17 @@ pub fn answer(joint: &MultiRecord, search: &Search) -> Result<Fit, FitError> {
     Ok(Fit { history, runs: search.runs.clone(), ..answer })
 }
 
-/// Run a correction of the chain's fit to its end (from where it stands) and read the answer from the upper rung's runs.
+/// Run a correction of the chain's fit to its end (from where it stands) and read the answer from the upper fidelity level's runs.
 ///
 /// # Errors
 /// When it is stopped, or when too few runs finished.
 pub fn correct(
-    rung: &Rung,
+    fidelity: &FidelityLevel,
     chain: Fit,
     correction: Correction,
     checkpoint: Option<SearchCheckpoint>,
 ) -> Result<Fit, FitError> {
-    corrected(rung, chain, &paired(rung, correction, checkpoint)?)
+    corrected(fidelity, chain, &paired(fidelity, correction, checkpoint)?)
 }
 
 /// Run a correction to its end, from where it stands.
@@ -342,11 +342,11 @@ pub fn correct(
 /// # Errors
 /// When it is stopped.
 pub(crate) fn paired(
-    rung: &Rung,
+    fidelity: &FidelityLevel,
     correction: Correction,
     checkpoint: Option<SearchCheckpoint>,
 ) -> Result<Correction, FitError> {
-    let mut executor = Executor::new(rung.clone(), correction).ctrlc(false).timer(false);
+    let mut executor = Executor::new(fidelity.clone(), correction).ctrlc(false).timer(false);
     if let Some(checkpoint) = checkpoint {
         executor = executor.checkpointing(checkpoint);
     }
@@ -354,25 +354,25 @@ pub(crate) fn paired(
     if correction.is_finished() { Ok(correction) } else { Err(FitError::Stopped { runs: correction.pairs.len() }) }
 }
 
-/// Read the answer from the upper rung's runs of a correction that has ended, and again with what its bodies are found to be off by there;
+/// Read the answer from the upper fidelity level's runs of a correction that has ended, and again with what its bodies are found to be off by there;
 /// `chain` is the fit that it began from.
 ///
 /// # Errors
 /// When too few runs finished, or when it is stopped.
-pub fn corrected(rung: &Rung, chain: Fit, correction: &Correction) -> Result<Fit, FitError> {
+pub fn corrected(fidelity: &FidelityLevel, chain: Fit, correction: &Correction) -> Result<Fit, FitError> {
     let made = correction.pairs.len();
     let last_round = correction.rounds.last().copied().unwrap_or(0);
     let runs: Vec<Run> = correction.pairs.iter().map(|pair| pair.upper.clone()).collect();
     let history = history(correction.rounds.iter(), |count| correction.training(count));
     let before = correction.training(made - last_round.min(made));
-    let parameters = &rung.chain().parameters;
+    let parameters = &fidelity.chain().parameters;
     let all = correction.training(made);
     let reading =
         Reading { parameters, training: &all, before: &before, best: correction::BEST, seed: correction.seed() };
     let first = reading.place(Discrepancy::none(&all), correction.answer()).ok_or_else(|| too_few(&runs))?;
-    let found = match rung.finer() {
+    let found = match fidelity.finer() {
         Some(finer) => {
-            Discrepancy::of_rung(rung, finer, &first.most_likely, made as u64).map_err(|unmade| match unmade {
+            Discrepancy::of_level(fidelity, finer, &first.most_likely, made as u64).map_err(|unmade| match unmade {
                 Unmade::Stopped => FitError::Stopped { runs: made },
                 Unmade::NotKept(source) => FitError::NotKept(source),
             })?

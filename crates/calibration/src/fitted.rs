@@ -1,4 +1,4 @@
-//! What came of a problem: every candidate fitted on all its rungs, and what that amounts to.
+//! What came of a problem: every candidate fitted on all its fidelity levels, and what that amounts to.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -12,9 +12,10 @@ use std::{
 use super::{
     agreement::DOUBTFUL,
     candidate::Candidate,
-    correction::{RungDifference, most_pairs},
+    correction::{LevelDifference, most_pairs},
     diagnosis::{Case, Finding},
     drive::{Input, RecordedDrive},
+    fidelity::{Bodies, FidelityLevel, chain_below},
     fingerprints,
     fit::{Fit, FitError, Verdict},
     forward::{Forward, Watch},
@@ -26,7 +27,6 @@ use super::{
     plan::Likelihood,
     problem::{Problem, program},
     refusal::Refusal,
-    rung::{Bodies, Rung, chain_below},
     shot::Shot,
     statement,
 };
@@ -46,12 +46,12 @@ const FEA_WORK: f64 = 1e5;
 pub struct FittedCandidate {
     /// Law and mount, with their scenes.
     pub candidate: Candidate,
-    /// The answer of the top rung.
+    /// The answer of the top fidelity level.
     pub fit: Fit,
     /// The runs of the chain for the first record.
     pub forward: Forward,
-    /// The rung that answers, where it stands above the chain.
-    pub upper: Option<Rung>,
+    /// The fidelity level that answers, where it stands above the chain.
+    pub upper: Option<FidelityLevel>,
 }
 
 /// What came of all candidates.
@@ -64,7 +64,7 @@ pub struct Fitted {
     pub made: Vec<Made>,
     /// What the searches on the chain took.
     pub searching: Duration,
-    /// What the corrections on each rung above the chain took, the lowest first.
+    /// What the corrections on each fidelity level above the chain took, the lowest first.
     pub correcting: Vec<Duration>,
     /// What is to be said of runs that were kept.
     pub warnings: Vec<String>,
@@ -93,7 +93,7 @@ impl Problem {
         self.candidates.len() as u64 * (self.evaluations as u64 + self.work_above().iter().sum::<u64>())
     }
 
-    /// Of one candidate, on each rung above the chain.
+    /// Of one candidate, on each fidelity level above the chain.
     pub(super) fn work_above(&self) -> Vec<u64> {
         let most = self.candidates.iter().map(|candidate| candidate.parameters.len()).max().unwrap_or(0);
         self.above.iter().map(|kind| most_pairs(most) as u64 * self.cost(*kind)).collect()
@@ -107,7 +107,7 @@ impl Problem {
         }
     }
 
-    /// Search every candidate on the chain and correct it on the rung above. A mount of which no run can be compared with the record, while
+    /// Search every candidate on the chain and correct it on the fidelity level above. A mount of which no run can be compared with the record, while
     /// others can, is left out with its reason.
     ///
     /// # Errors
@@ -119,7 +119,7 @@ impl Problem {
         let (mut candidates, mut excluded, mut made) = (Vec::new(), Vec::new(), Vec::new());
         let (mut searching, mut correcting) = (Duration::ZERO, vec![Duration::ZERO; self.above.len()]);
         let mut warnings = Vec::new();
-        // What a rung takes for its own errors is not reckoned with, and goes no step back.
+        // What a fidelity level takes for its own errors is not reckoned with, and goes no step back.
         let furthest = Arc::new(AtomicU64::new(0));
         let mut saved = course.saved.into_iter();
         for (number, candidate) in self.candidates.iter().enumerate() {
@@ -177,8 +177,8 @@ impl FittedCandidate {
         let fit = &self.fit;
         let names = problem.lead().comparison.names();
         let differences = fit.below.iter().flat_map(|below| names.iter().zip(&below.differences));
-        let difference = |(name, rung): (&std::borrow::Cow<'static, str>, &RungDifference)| {
-            (name.to_string(), [rung.difference, rung.standard_error])
+        let difference = |(name, fidelity): (&std::borrow::Cow<'static, str>, &LevelDifference)| {
+            (name.to_string(), [fidelity.difference, fidelity.standard_error])
         };
         FitOutcome {
             damping_kind: self.candidate.law.clone(),
@@ -209,7 +209,7 @@ impl FittedCandidate {
         self.candidate.mount.map(|mount| mount.name().to_owned())
     }
 
-    /// What each rung says, the lowest first, with the features each expects at the answer.
+    /// What each fidelity level says, the lowest first, with the features each expects at the answer.
     #[must_use]
     pub fn rungs(&self, problem: &Problem) -> Vec<RungOutcome> {
         let comparison = &problem.lead().comparison;
@@ -225,16 +225,16 @@ impl FittedCandidate {
         let mut rungs = Vec::new();
         if let Some(below) = &self.fit.below {
             let of_upper = |index: usize| {
-                let rung = below.differences.get(index)?;
-                Some((rung.upper, Some(rung.upper_scatter)))
+                let fidelity = below.differences.get(index)?;
+                Some((fidelity.upper, Some(fidelity.upper_scatter)))
             };
             rungs.push(RungOutcome::of(problem.model(), &self.fit, features(&of_upper)));
             let models = problem.above.iter().rev().skip(1).chain([&ModelKind::Chain]);
             let fits = std::iter::successors(self.fit.below.as_ref(), |below| below.fit.below.as_ref());
             for (kind, below) in models.zip(fits) {
                 let of_lower = |index: usize| {
-                    let rung = below.differences.get(index)?;
-                    Some((rung.lower, Some(rung.lower_scatter)))
+                    let fidelity = below.differences.get(index)?;
+                    Some((fidelity.lower, Some(fidelity.lower_scatter)))
                 };
                 rungs.push(RungOutcome::of(kind.name(), &below.fit, features(&of_lower)));
             }
@@ -277,7 +277,7 @@ impl Fitted {
     }
 
     /// What would explain the first record, where the best candidate does not: likeliest first, up to three. Searches of its own are made on the
-    /// chain, of which `watch` is told.
+    /// chain, reported to `watch`.
     #[must_use]
     pub fn diagnose(&self, problem: &Problem, watch: Arc<Watch>) -> Vec<Finding> {
         let (best, shot) = (self.best(), problem.lead());

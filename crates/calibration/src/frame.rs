@@ -4,7 +4,7 @@
 use nalgebra::{Cholesky, DMatrix};
 use serde::{Deserialize, Serialize};
 
-/// Standard deviation below which points are not told apart, unit coordinates.
+/// Standard deviation below which points count as equal, unit coordinates.
 const FINEST: f64 = 1e-4;
 
 /// u = u₀ + L y: y of mean 0 and unit covariance over the points it was made of.
@@ -86,7 +86,7 @@ mod tests {
         for a in 0..3 {
             for b in 0..3 {
                 let moment = inside.iter().map(|y| y[a] * y[b]).sum::<f64>() / 199.0;
-                // What is not told apart below FINEST counts for a quarter of a per cent along the thinnest direction.
+                // Points closer than FINEST count for a quarter of a per cent along the thinnest direction.
                 assert!((moment - f64::from(u8::from(a == b))).abs() < 5e-3, "{a} {b} {moment}");
             }
         }

@@ -1,11 +1,11 @@
-//! Runs of a rung that take seconds each, kept on disk as they finish: what is killed makes none of them again.
+//! Runs of a fidelity level that take seconds each, kept on disk as they finish: what is killed makes none of them again.
 
 use std::{collections::BTreeMap, path::PathBuf};
 
 use super::forward::Run;
 use granchain_record::run_log::{RunLog, RunLogError};
 
-/// Where the runs of one rung of one fit are kept.
+/// Where the runs of one fidelity level of one fit are kept.
 #[derive(Debug, Clone)]
 pub struct KeptPlace {
     pub path: PathBuf,
@@ -13,7 +13,7 @@ pub struct KeptPlace {
     pub key: String,
 }
 
-/// The runs of a rung that are finished.
+/// The runs of a fidelity level that are finished.
 #[derive(Debug)]
 pub struct KeptRuns {
     log: RunLog,
@@ -22,7 +22,7 @@ pub struct KeptRuns {
 }
 
 impl KeptPlace {
-    /// The file beside it for the finer bodies of the same rung.
+    /// The file beside it for the finer bodies of the same fidelity level.
     #[must_use]
     pub fn finer(&self) -> Self {
         Self { path: self.path.with_extension("finer.jsonl"), key: self.key.clone() }

@@ -1,4 +1,4 @@
-//! One candidate on all its rungs: searched on the chain, answered there or, after a correction, on the rung above.
+//! One candidate on all its fidelity levels: searched on the chain, answered there or, after a correction, on the fidelity level above.
 
 use std::{
     sync::Arc,
@@ -10,6 +10,7 @@ use super::{
     checkpoint::{CheckpointError, SearchCheckpoint},
     correction::Correction,
     drive::RecordedDrive,
+    fidelity::{Bodies, FidelityLevel, chain_below},
     fingerprints::CandidateRuns,
     fit::{Fit, FitError, answer, corrected, paired, searched},
     forward::{Forward, Run, Watch},
@@ -19,7 +20,6 @@ use super::{
     plan::Likelihood,
     problem::Problem,
     refusal::Refusal,
-    rung::{Bodies, Rung, chain_below},
     search::Search,
     waveform::{self, Compared},
 };
@@ -28,9 +28,9 @@ use super::{
 #[derive(Default)]
 pub struct SavedFit {
     search: (Option<SearchCheckpoint>, Option<Search>),
-    /// Of each rung above the chain, the lowest first.
+    /// Of each fidelity level above the chain, the lowest first.
     corrections: Vec<(SearchCheckpoint, Option<Correction>)>,
-    /// Where the runs of the highest rung are kept one by one.
+    /// Where the runs of the highest fidelity level are kept one by one.
     kept: Option<KeptPlace>,
 }
 
@@ -57,7 +57,7 @@ pub struct Made {
     /// What makes those of the search.
     pub joint: MultiRecord,
     /// What makes the pairs of the corrections, the lowest first.
-    pub rungs: Vec<Rung>,
+    pub rungs: Vec<FidelityLevel>,
 }
 
 /// Times that a box is widened at most.
@@ -75,16 +75,16 @@ struct Narrow {
 /// What came of one candidate.
 pub(super) struct FittedLevels {
     pub(super) made: Made,
-    /// The answer of its top rung, or why the search has none.
+    /// The answer of its top fidelity level, or why the search has none.
     pub(super) fit: Result<Fit, FitError>,
     pub(super) searching: Duration,
-    /// Of each rung above the chain that was fitted.
+    /// Of each fidelity level above the chain that was fitted.
     pub(super) correcting: Vec<Duration>,
     /// What is to be said of kept runs.
     pub(super) warnings: Vec<String>,
 }
 
-/// Search a candidate on the chain and correct it on the rungs above, one after another, with its `bodies`; `watch` is told the number of its runs.
+/// Search a candidate on the chain and correct it on the fidelity levels above, one after another, with its `bodies`; `watch` receives the number of its runs.
 ///
 /// # Errors
 /// When it is stopped, cannot be run, or its correction has no answer.
@@ -185,35 +185,35 @@ pub(super) fn fit_levels(
     }
     let (mut corrections, reckoned) = (Vec::<Correction>::new(), problem.work_above());
     let mut states = saved.corrections.into_iter();
-    for (number, rung) in made.rungs.iter().enumerate() {
+    for (number, fidelity) in made.rungs.iter().enumerate() {
         let before = made.runs.before(number);
         let done = budget as u64 + reckoned[..number].iter().sum::<u64>();
         if !watch(done) {
             return Err(Refusal::Stopped);
         }
-        let (told, cost, most) = (Arc::clone(watch), problem.cost(problem.above[number]), reckoned[number]);
+        let (report, cost, most) = (Arc::clone(watch), problem.cost(problem.above[number]), reckoned[number]);
         // A correction that had to look for itself makes more pairs than were reckoned with.
-        let rung =
-            &rung.watched(Arc::new(move |runs| told(done + (runs.saturating_sub(before as u64) * cost).min(most))));
+        let fidelity = &fidelity
+            .watched(Arc::new(move |runs| report(done + (runs.saturating_sub(before as u64) * cost).min(most))));
         let started = Instant::now();
         let (checkpoint, correction) = states.next().map_or((None, None), |(place, found)| (Some(place), found));
-        let fresh = || Correction::above(rung, &fit.runs, before, seed);
+        let fresh = || Correction::above(fidelity, &fit.runs, before, seed);
         if let (Some(found), Some(checkpoint)) = (&correction, &checkpoint)
             && !found.may_follow(&fresh())
         {
             return Err(Refusal::Checkpoint(checkpoint.impossible()));
         }
-        let correction = paired(rung, correction.unwrap_or_else(fresh), checkpoint).map_err(failed)?;
-        fit = corrected(rung, fit, &correction).map_err(failed)?;
+        let correction = paired(fidelity, correction.unwrap_or_else(fresh), checkpoint).map_err(failed)?;
+        fit = corrected(fidelity, fit, &correction).map_err(failed)?;
         made.runs.corrections.push(parted(&correction.pairs, &correction.rounds));
         corrections.push(correction);
         correcting.push(started.elapsed());
     }
-    // What each rung expects is told at the answer of the highest.
+    // What each level expects is stated at the answer of the highest.
     let (at, mut upper) = (fit.most_likely.clone(), fit.below.as_deref_mut());
     corrections.pop();
-    while let (Some(rung), Some(correction)) = (upper, corrections.pop()) {
-        upper = rung.fit.below.as_deref_mut();
+    while let (Some(fidelity), Some(correction)) = (upper, corrections.pop()) {
+        upper = fidelity.fit.below.as_deref_mut();
         if let Some(below) = &mut upper {
             below.differences = correction.differences(&at);
         }

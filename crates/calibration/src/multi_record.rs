@@ -206,8 +206,8 @@ mod tests {
         // Two spectra of forty periods differ by less than a thousandth.
         assert!(at_one_frequency(&[first.clone(), stated("high/vib.csv", None, 73.05e3)]).is_ok());
         let error = at_one_frequency(&[first, stated("high/vib.csv", Some(3), 80e3)]).unwrap_err().to_string();
-        for told in ["high/vib.csv:3", "80.0000 kHz", "73.0000 kHz", "low/vib.csv:2", "by itself"] {
-            assert!(error.contains(told), "{told}: {error}");
+        for part in ["high/vib.csv:3", "80.0000 kHz", "73.0000 kHz", "low/vib.csv:2", "by itself"] {
+            assert!(error.contains(part), "{part}: {error}");
         }
     }
 }

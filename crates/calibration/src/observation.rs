@@ -297,7 +297,7 @@ impl Observation {
     /// - `drive`: what was driven with; the record is used no longer after its onset than the burst lasts
     ///
     /// # Errors
-    /// When the onset cannot be told from noise or too little follows it.
+    /// When the onset does not rise above the noise, or too little follows it.
     pub fn new(recording: &Recording, drive: &Drive, set: FeatureSet) -> Result<Self, ObservationError> {
         let drive_frequency = drive.frequency;
         let (begins, ends) = drive.burst();

@@ -121,14 +121,14 @@ pub struct FitOutcome {
     pub records: Vec<RecordOutcome>,
     /// Connected parts of the 90 % region, heaviest first.
     pub lobes: Vec<OutcomeLobe>,
-    /// What each rung of the ladder says, the lowest first; the one that answers is that of `model`.
+    /// What each fidelity level of the ladder says, the lowest first; the one that answers is that of `model`.
     pub rungs: Vec<RungOutcome>,
-    /// Rung above the chain less the chain in ln of each fitted feature, over pairs of runs under the same nuisances, and its standard error.
+    /// FidelityLevel above the chain less the chain in ln of each fitted feature, over pairs of runs under the same nuisances, and its standard error.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub rung_differences: BTreeMap<String, [f64; 2]>,
-    /// Runs made, on all rungs.
+    /// Runs made, on all fidelity levels.
     pub evaluations: u64,
-    /// Runs that failed, on all rungs.
+    /// Runs that failed, on all fidelity levels.
     pub failed_runs: u64,
     /// Why runs failed, with how many did so.
     pub failures: BTreeMap<String, u64>,
@@ -273,7 +273,7 @@ pub struct OutcomeLobe {
     pub extent: BTreeMap<String, [f64; 2]>,
 }
 
-/// One rung of the ladder.
+/// One fidelity level of the ladder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RungOutcome {
     pub model: String,
@@ -287,7 +287,7 @@ pub struct RungOutcome {
     pub features: BTreeMap<String, RungFeature>,
 }
 
-/// One fitted feature as a rung expects it at the answer, SI.
+/// One fitted feature as a fidelity level expects it at the answer, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RungFeature {
     pub value: f64,
@@ -298,7 +298,7 @@ pub struct RungFeature {
 }
 
 impl RungOutcome {
-    /// A rung with a fit of its own.
+    /// A fidelity level with a fit of its own.
     #[must_use]
     pub fn of(model: &str, fit: &Fit, features: BTreeMap<String, RungFeature>) -> Self {
         Self {
@@ -311,7 +311,7 @@ impl RungOutcome {
         }
     }
 
-    /// A rung that was run once, at the answer.
+    /// A fidelity level that was run once, at the answer.
     #[must_use]
     pub fn single(
         model: &str,

@@ -400,8 +400,8 @@ mod tests {
                     drive = \"horn.csv\"\nset = [\"chain.beads=7\"]\n";
         fs::write(&file, text).unwrap();
         let plan = Plan::read(&file).unwrap();
-        let told: Vec<_> = plan.record.iter().map(|record| (record.line, record.measured.clone())).collect();
-        assert_eq!(told, [(3, place.path().join("low.csv")), (6, place.path().join("high.csv"))]);
+        let records: Vec<_> = plan.record.iter().map(|record| (record.line, record.measured.clone())).collect();
+        assert_eq!(records, [(3, place.path().join("low.csv")), (6, place.path().join("high.csv"))]);
         assert_eq!(plan.record[1].drive, Some(place.path().join("horn.csv").into()));
         assert_eq!(plan.record[1].set, ["chain.beads=7"]);
         fs::write(&file, text.replace("drive =", "horn =")).unwrap();

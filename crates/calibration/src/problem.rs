@@ -15,6 +15,7 @@ use super::{
     checkpoint::{CheckpointError, SearchCheckpoint},
     comparison::Comparison,
     drive::RecordedDrive,
+    fidelity::Bodies,
     fingerprints::Names,
     fit::Fit,
     kept::KeptPlace,
@@ -25,7 +26,6 @@ use super::{
     parameter::{Parameter, ParameterError},
     plan::{Asked, Likelihood, Plan, ReadAs, RecordPlan},
     refusal::{Contradiction, Refusal},
-    rung::Bodies,
     search::EVALUATION_RANGE,
     search::Search,
     shot::{Shot, ShotPlan, Source, labels, refuse_twice},
@@ -347,7 +347,7 @@ impl Problem {
     }
 }
 
-/// A pressure needs water to be heard in.
+/// A pressure needs water.
 fn refuse_silence(quantity: Measurand, scene: &Scene) -> Result<(), Contradiction> {
     if quantity == Measurand::Velocity || scene.water.is_some() {
         return Ok(());
@@ -382,7 +382,7 @@ fn above(scene: &Scene) -> Result<Vec<ModelKind>, Contradiction> {
     })
 }
 
-/// Where a pressure is heard, in words.
+/// Where a pressure is recorded, in words.
 fn hydrophone(quantity: Measurand, scene: &Scene) -> Option<String> {
     let points = scene.water.as_ref().filter(|_| quantity == Measurand::Pressure).map(|water| &water.field_points)?;
     let others =

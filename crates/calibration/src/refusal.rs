@@ -170,10 +170,7 @@ pub enum Refusal {
         source: FitError,
     },
     #[error("{}: no candidate can be fitted: {reasons}", path.display())]
-    NoFit {
-        path: PathBuf,
-        reasons: String,
-    },
+    NoFit { path: PathBuf, reasons: String },
     #[error(transparent)]
     Checkpoint(#[from] super::checkpoint::CheckpointError),
     #[error("the finished runs of the fit")]

@@ -19,7 +19,7 @@ use granchain_model::scene::Scene;
 use granchain_record::{ReadOptions, Record, drive_frequency_line, read_head};
 use granchain_signal::feature::fingerprint::FeatureSet;
 
-/// Stems of records that are told apart by their folder.
+/// Stems of records that need their folder to be distinguished.
 const STEMS: [&str; 2] = ["vib", "hydrophone"];
 
 /// What was recorded, to be read or as read.

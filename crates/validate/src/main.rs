@@ -47,7 +47,7 @@ fn main() -> ExitCode {
         println!("| case | model | check | measured | limit |\n|---|---|---|---:|---:|");
     }
     for check in &outcome.checks {
-        let (found, asked, model) = (measured(check), limit(check), check.rung.name());
+        let (found, asked, model) = (measured(check), limit(check), check.fidelity.name());
         let verdict = if check.holds { "pass" } else { "FAIL" };
         if markdown {
             println!("| {} {} | {model} | {} | {found} | {asked} |", check.case, check.name, check.criterion);

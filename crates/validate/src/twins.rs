@@ -15,10 +15,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use granchain_calibration::{
+    fidelity::{Bodies, chain_below},
     fit::{Estimate, Fit, Verdict},
     forward::Uncertainty,
     parameter::{Parameter, ParameterError},
-    rung::{Bodies, chain_below},
     statement::preferred,
     twin::{Flaw, Truth, scene_of, twin, with_law, with_other_law},
 };

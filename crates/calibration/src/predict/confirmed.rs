@@ -13,11 +13,11 @@ use super::{
 use crate::{
     Fitted, FittedCandidate, Problem,
     diagnosis::Finding,
+    fidelity::reduced_below,
     forward::Watch,
     measured::Measured,
     observation::{MIDDLE, Passband},
     outcome::{CalibrationOutcome, OutcomeFeature},
-    rung::reduced_below,
     shot::Shot,
 };
 use granchain_model::{reduced::Cache, scene::Scene};
@@ -25,7 +25,7 @@ use granchain_model::{reduced::Cache, scene::Scene};
 /// Perturbed runs of the chain at each of three drive levels behind the feature table.
 const MEMBERS: usize = 24;
 
-/// The same of a rung above.
+/// The same of a fidelity level above.
 const UPPER_MEMBERS: usize = 8;
 
 /// Hold `scene` against what was measured, on the model it asks for; of runs that nothing else is said of the
@@ -72,7 +72,7 @@ pub struct Confirmed {
 }
 
 impl Confirmed {
-    /// Run the best candidate's answer, on bodies from `cache` where they lie there; `watch` is told of the searches of a diagnosis and stops them, and all else.
+    /// Run the best candidate's answer, on bodies from `cache` where they lie there; `watch` receives the progress of a diagnosis and stops it, and all else.
     #[must_use]
     pub fn of(problem: &Problem, fitted: &Fitted, cache: Option<Cache>, watch: Arc<Watch>) -> Self {
         let best: &FittedCandidate = fitted.best();
@@ -80,7 +80,7 @@ impl Confirmed {
         let members = if rungs.is_empty() { MEMBERS } else { UPPER_MEMBERS };
         let plan = EnsemblePlan::new(members, problem.seed);
         let forwards = fitted.best_made().joint.records();
-        let ready = rungs.iter().map(|rung| Arc::clone(rung.prepared()));
+        let ready = rungs.iter().map(|fidelity| Arc::clone(fidelity.prepared()));
         let bodies = ready.fold(Bodies::new(cache), Bodies::holding);
         let shots = problem.shots.par_iter().enumerate();
         let confirm = |(number, shot): (usize, &Shot)| {

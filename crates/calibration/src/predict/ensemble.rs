@@ -148,7 +148,7 @@ pub(crate) fn run_traces(
     run_perturbed(bodies, scene, (measurand, steps_per_period), plan, &perturbed, &Unwatched, |_, trace| watch(trace))
 }
 
-/// As [`run_traces`] with the scene varied as `perturbed` has it, in place of the plan's own jitter, until `watch` says stop; `see` is told which of them a trace is of.
+/// As [`run_traces`] with the scene varied as `perturbed` has it, in place of the plan's own jitter, until `watch` says stop; `see` receives the number of the member.
 ///
 /// # Errors
 /// As [`run_traces`]; [`EnsembleError::Failed`] where it was stopped.

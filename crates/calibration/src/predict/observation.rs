@@ -132,7 +132,7 @@ impl Observation {
     }
 }
 
-/// What was heard of a run at the scene's first field point.
+/// Pressure metrics of a run at the scene's first field point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Heard {
     /// Largest pressure, Pa.

@@ -32,7 +32,7 @@ pub enum Run {
         /// The watched numbers of the accurate run.
         #[serde(deserialize_with = "whole_observation")]
         observation: Observation,
-        /// What was heard in the water, where there is any.
+        /// Pressure metrics, where there is water.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         heard: Option<Heard>,
         /// The energy ledger's residual over the largest energy seen, 1.

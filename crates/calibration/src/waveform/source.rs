@@ -155,7 +155,7 @@ impl Sources {
     }
 
     /// What a finer step changes at a point, by runs numbered from `first`.
-    /// Nothing where that cannot be told.
+    /// Empty where too few pairs finished.
     pub fn finer(&self, first: u64, at: &[f64]) -> Vec<Correction> {
         let of = |source: &Source| source.finer(NUMBERED + first, self.point(at));
         self.records.par_iter().map(of).collect::<Option<Vec<_>>>().unwrap_or_default()

@@ -5,7 +5,7 @@
 
 use super::{
     AccuracyError,
-    ladder::{Rung, Setting, Varied},
+    ladder::{FidelityLevel, Setting, Varied},
     run::Source,
 };
 use granchain_model::fea::statics::{Curve, Loading, Touching};
@@ -20,7 +20,7 @@ const RANGE: (f64, f64) = (0.3e-6, 1.2e-6);
 
 /// A mesh of that density.
 pub(super) fn setting(density: f64) -> Setting {
-    Setting::of(Rung::Fea, &[(Varied::Density, density)])
+    Setting::of(FidelityLevel::Fea, &[(Varied::Density, density)])
 }
 
 /// The limit, and the next level.

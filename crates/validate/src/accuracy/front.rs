@@ -1,7 +1,7 @@
 //! The settings of which none is both faster and more accurate, and the cheapest within a level.
 
 use super::{
-    ladder::Rung,
+    ladder::FidelityLevel,
     stored::{Measured, Stored},
 };
 
@@ -51,17 +51,17 @@ impl Stored {
     /// The setting that takes least (bodies made and one run) among those of models that the caller takes with a known error of at most
     /// `level`.
     #[must_use]
-    pub fn cheapest_within(&self, level: f64, takes: impl Fn(Rung) -> bool) -> Option<&Measured> {
-        let taken = self.measured.iter().filter(|measured| takes(measured.setting.rung));
+    pub fn cheapest_within(&self, level: f64, takes: impl Fn(FidelityLevel) -> bool) -> Option<&Measured> {
+        let taken = self.measured.iter().filter(|measured| takes(measured.setting.fidelity));
         let within = taken.filter(|measured| self.known_error(measured) <= level);
         within.min_by(|a, b| a.cost.total().total_cmp(&b.cost.total()))
     }
 
     /// The setting with the smallest error of models that the caller takes, and of those the cheapest.
     #[must_use]
-    pub fn most_accurate(&self, takes: impl Fn(Rung) -> bool) -> Option<&Measured> {
+    pub fn most_accurate(&self, takes: impl Fn(FidelityLevel) -> bool) -> Option<&Measured> {
         let known = |measured: &Measured| (self.known_error(measured), measured.cost.total());
-        self.measured.iter().filter(|measured| takes(measured.setting.rung)).min_by(|a, b| {
+        self.measured.iter().filter(|measured| takes(measured.setting.fidelity)).min_by(|a, b| {
             let ((x, s), (y, t)) = (known(a), known(b));
             x.total_cmp(&y).then(s.total_cmp(&t))
         })
@@ -81,7 +81,7 @@ pub(super) mod tests {
     fn measured(error: f64, seconds: f64) -> Measured {
         let time = |least| Seconds { least, median: least, repetitions: 3 };
         Measured {
-            setting: Setting { rung: Rung::Reduced, sets: vec![format!("model.mesh_density={seconds}")] },
+            setting: Setting { fidelity: FidelityLevel::Reduced, sets: vec![format!("model.mesh_density={seconds}")] },
             error,
             energy: 0.0,
             work: SolverWork::default(),
@@ -91,7 +91,7 @@ pub(super) mod tests {
     }
 
     pub fn stored(change: f64, points: &[(f64, f64)]) -> Stored {
-        let setting = Setting { rung: Rung::Reduced, sets: Vec::new() };
+        let setting = Setting { fidelity: FidelityLevel::Reduced, sets: Vec::new() };
         let reference = Reference {
             key: "best".into(),
             setting: setting.clone(),
@@ -135,7 +135,7 @@ pub(super) mod tests {
         assert_eq!(seconds(0.05), Some(3.0));
         assert_eq!(seconds(0.01), Some(5.0));
         assert_eq!(seconds(0.001), None);
-        assert!(stored.cheapest_within(0.05, |rung| rung == Rung::Fea).is_none());
+        assert!(stored.cheapest_within(0.05, |fidelity| fidelity == FidelityLevel::Fea).is_none());
         assert_eq!(stored.most_accurate(|_| true).unwrap().cost.total(), 5.0);
     }
 }

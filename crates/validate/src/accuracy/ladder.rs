@@ -9,7 +9,7 @@ use granchain_model::scene::{DampingKind, ModelKind, Scene, Support};
 /// A model with its way of stepping: one colour of the figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Rung {
+pub enum FidelityLevel {
     /// Chain of Hertz contacts, adaptive Dormand–Prince.
     Chain,
     /// The same at a fixed step, velocity Verlet.
@@ -23,7 +23,7 @@ pub enum Rung {
     ChainElements,
 }
 
-impl Rung {
+impl FidelityLevel {
     /// All of them, in the order of what they leave out.
     pub const ALL: [Self; 7] = [
         Self::Chain,
@@ -58,7 +58,7 @@ impl Rung {
         }
     }
 
-    /// The overrides that every setting of the rung has.
+    /// The overrides that every setting of the fidelity level has.
     const fn sets(self) -> &'static [&'static str] {
         match self {
             Self::Chain => &["model.kind=chain"],
@@ -151,15 +151,16 @@ pub(super) fn short(value: f64) -> f64 {
 /// How a scene is run: overrides of the scene, in order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Setting {
-    pub rung: Rung,
+    #[serde(rename = "rung")]
+    pub fidelity: FidelityLevel,
     /// `KEY=VALUE`, as behind `--set`.
     pub sets: Vec<String>,
 }
 
 impl fmt::Display for Setting {
-    /// What tells it from others of its rung: `mesh_density=12, step=50 ns, modes=8`.
+    /// What tells it from others of its fidelity level: `mesh_density=12, step=50 ns, modes=8`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let own = self.rung.sets();
+        let own = self.fidelity.sets();
         let mut told = self.sets.iter().filter(|set| !own.contains(&set.as_str())).map(|set| {
             let (key, value) = set.split_once('=').unwrap_or((set, ""));
             (key.rsplit('.').next().unwrap_or(key).replace('_', " "), value)
@@ -174,9 +175,9 @@ impl fmt::Display for Setting {
 impl Setting {
     /// A model with values of what can be varied of it.
     #[must_use]
-    pub fn of(rung: Rung, values: &[(Varied, f64)]) -> Self {
+    pub fn of(fidelity: FidelityLevel, values: &[(Varied, f64)]) -> Self {
         let values = values.iter().map(|(varied, value)| varied.set(*value));
-        Self { rung, sets: rung.sets().iter().map(|set| (*set).to_owned()).chain(values).collect() }
+        Self { fidelity, sets: fidelity.sets().iter().map(|set| (*set).to_owned()).chain(values).collect() }
     }
 }
 
@@ -184,7 +185,7 @@ impl Setting {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     pub key: &'static str,
-    pub rung: Rung,
+    pub fidelity: FidelityLevel,
     pub varied: Varied,
     /// The values, coarsest first, each with its setting.
     pub settings: Vec<(f64, Setting)>,
@@ -235,21 +236,32 @@ impl Ladder {
         let (step, density, modes, tolerance) = (Varied::Step, Varied::Density, Varied::Modes, Varied::Tolerance);
         let is_damped = scene.damping.kind != DampingKind::None;
         let window = if is_damped { DAMPED_WINDOW } else { UNDAMPED_WINDOW };
-        let exact = [Setting::of(Rung::Chain, &[(tolerance, 1e-13)]), Setting::of(Rung::Chain, &[(tolerance, 1e-14)])];
-        let reduced = |n: f64, h: f64, m: f64| Setting::of(Rung::Reduced, &[(density, n), (step, h), (modes, m)]);
+        let exact = [
+            Setting::of(FidelityLevel::Chain, &[(tolerance, 1e-13)]),
+            Setting::of(FidelityLevel::Chain, &[(tolerance, 1e-14)]),
+        ];
+        let reduced =
+            |n: f64, h: f64, m: f64| Setting::of(FidelityLevel::Reduced, &[(density, n), (step, h), (modes, m)]);
         let mut lines = vec![
             line(
                 "chain-tolerance",
-                Rung::Chain,
+                FidelityLevel::Chain,
                 tolerance,
                 &[],
                 &[1e-2, 1e-3, 1e-4, 1e-6, 1e-8],
                 Limit::Is(exact.clone()),
             ),
-            line("chain-step", Rung::ChainFixed, step, &[], &[1e-7, 5e-8, 2.5e-8, 1.25e-8, 6.25e-9], Limit::Is(exact)),
+            line(
+                "chain-step",
+                FidelityLevel::ChainFixed,
+                step,
+                &[],
+                &[1e-7, 5e-8, 2.5e-8, 1.25e-8, 6.25e-9],
+                Limit::Is(exact),
+            ),
             line(
                 "finite-body-tolerance",
-                Rung::FiniteBody,
+                FidelityLevel::FiniteBody,
                 tolerance,
                 &[(density, 12.0)],
                 &[1e-2, 1e-3, 1e-4, 1e-6],
@@ -257,7 +269,7 @@ impl Ladder {
             ),
             line(
                 "finite-body-mesh",
-                Rung::FiniteBody,
+                FidelityLevel::FiniteBody,
                 density,
                 &[(tolerance, 1e-6)],
                 &[6.0, 8.0, 12.0, 16.0],
@@ -265,7 +277,7 @@ impl Ladder {
             ),
             line(
                 "reduced-step",
-                Rung::Reduced,
+                FidelityLevel::Reduced,
                 step,
                 &[(density, 12.0), (modes, 8.0)],
                 &[1e-7, 5e-8, 2.5e-8, 1.25e-8, 6.25e-9],
@@ -273,7 +285,7 @@ impl Ladder {
             ),
             line(
                 "reduced-mesh",
-                Rung::Reduced,
+                FidelityLevel::Reduced,
                 density,
                 &[(step, 1.25e-8), (modes, 8.0)],
                 &[6.0, 8.0, 12.0, 16.0, 24.0],
@@ -281,7 +293,7 @@ impl Ladder {
             ),
             line(
                 "reduced-modes",
-                Rung::Reduced,
+                FidelityLevel::Reduced,
                 modes,
                 &[(density, 12.0), (step, 1.25e-8)],
                 &[0.0, 1.0, 2.0, 4.0, 8.0, 16.0],
@@ -296,7 +308,7 @@ impl Ladder {
             reduced(16.0, 5e-8, 4.0),
             reduced(24.0, 2.5e-8, 8.0),
             reduced(32.0, 2.5e-8, 8.0),
-            Setting::of(Rung::Fea, &[(density, 12.0), (step, 1e-7)]),
+            Setting::of(FidelityLevel::Fea, &[(density, 12.0), (step, 1e-7)]),
         ];
         // The annulus converges more slowly in the element size than a bead; step and modes are a twentieth of what the mesh leaves.
         let best = if is_damped {
@@ -311,20 +323,21 @@ impl Ladder {
         let (step, density) = (Varied::Step, Varied::Density);
         let (steps, limit) = ([1e-7, 5e-8, 2.5e-8], || Limit::At(3.125e-9, 1.5625e-9));
         vec![
-            line("fea-step", Rung::Fea, step, &[(density, 8.0)], &steps, limit()),
-            line("fea-mesh", Rung::Fea, density, &[(step, 5e-8)], &[6.0, 8.0, 12.0], Limit::At(24.0, 32.0)),
-            line("fea-hht-step", Rung::FeaDamped, step, &[(density, 8.0)], &steps, limit()),
+            line("fea-step", FidelityLevel::Fea, step, &[(density, 8.0)], &steps, limit()),
+            line("fea-mesh", FidelityLevel::Fea, density, &[(step, 5e-8)], &[6.0, 8.0, 12.0], Limit::At(24.0, 32.0)),
+            line("fea-hht-step", FidelityLevel::FeaDamped, step, &[(density, 8.0)], &steps, limit()),
         ]
     }
 
     fn before_water() -> Self {
         let (step, density, modes) = (Varied::Step, Varied::Density, Varied::Modes);
-        let reduced = |n: f64, h: f64, m: f64| Setting::of(Rung::Reduced, &[(density, n), (step, h), (modes, m)]);
-        let fixed = |h: f64| Setting::of(Rung::ChainFixed, &[(step, h)]);
+        let reduced =
+            |n: f64, h: f64, m: f64| Setting::of(FidelityLevel::Reduced, &[(density, n), (step, h), (modes, m)]);
+        let fixed = |h: f64| Setting::of(FidelityLevel::ChainFixed, &[(step, h)]);
         let lines = vec![
             line(
                 "chain-step",
-                Rung::ChainFixed,
+                FidelityLevel::ChainFixed,
                 step,
                 &[],
                 &[5e-8, 2.5e-8, 1.25e-8, 6.25e-9],
@@ -332,7 +345,7 @@ impl Ladder {
             ),
             line(
                 "chain-elements-mesh",
-                Rung::ChainElements,
+                FidelityLevel::ChainElements,
                 Varied::WaterMesh,
                 &[(step, 2.5e-8)],
                 &[1e-4, 7e-5, 5e-5],
@@ -340,7 +353,7 @@ impl Ladder {
             ),
             line(
                 "reduced-step",
-                Rung::Reduced,
+                FidelityLevel::Reduced,
                 step,
                 &[(density, 12.0), (modes, 8.0)],
                 &[5e-8, 2.5e-8, 1.25e-8],
@@ -348,7 +361,7 @@ impl Ladder {
             ),
             line(
                 "reduced-mesh",
-                Rung::Reduced,
+                FidelityLevel::Reduced,
                 density,
                 &[(step, 1.25e-8), (modes, 8.0)],
                 &[8.0, 12.0, 16.0, 24.0],
@@ -356,14 +369,15 @@ impl Ladder {
             ),
             line(
                 "fea-step",
-                Rung::Fea,
+                FidelityLevel::Fea,
                 step,
                 &[(density, 8.0)],
                 &[5e-8, 2.5e-8, 1.25e-8],
                 Limit::At(3.125e-9, 1.5625e-9),
             ),
         ];
-        let beside = vec![reduced(16.0, 6.25e-9, 8.0), Setting::of(Rung::Fea, &[(density, 12.0), (step, 5e-8)])];
+        let beside =
+            vec![reduced(16.0, 6.25e-9, 8.0), Setting::of(FidelityLevel::Fea, &[(density, 12.0), (step, 5e-8)])];
         let best = [reduced(64.0, 6.25e-9, 12.0), reduced(88.0, 3.125e-9, 12.0)];
         Self { window: WATER_WINDOW, best, lines, beside, chaos: fixed(2.5e-8) }
     }
@@ -399,13 +413,17 @@ impl Setting {
         let density = self.value(Varied::Density).unwrap_or(12.0) / 12.0;
         let steps = |step: f64| duration / self.value(Varied::Step).unwrap_or(step);
         let modes = self.value(Varied::Modes).unwrap_or(8.0);
-        match self.rung {
-            Rung::Chain => 0.03 * duration / 1e-4,
-            Rung::ChainFixed => 1.5e-6 * steps(25e-9),
-            Rung::FiniteBody => 0.3 * density * density + 0.1 * duration / 1e-4,
-            Rung::Reduced => 0.2 * density.powf(2.2) * (1.0 + modes / 16.0) + 7e-6 * density.max(1.0) * steps(5e-8),
-            Rung::Fea | Rung::FeaDamped => 0.1 * density * density + 1.3e-3 * density * density * steps(1e-7),
-            Rung::ChainElements => {
+        match self.fidelity {
+            FidelityLevel::Chain => 0.03 * duration / 1e-4,
+            FidelityLevel::ChainFixed => 1.5e-6 * steps(25e-9),
+            FidelityLevel::FiniteBody => 0.3 * density * density + 0.1 * duration / 1e-4,
+            FidelityLevel::Reduced => {
+                0.2 * density.powf(2.2) * (1.0 + modes / 16.0) + 7e-6 * density.max(1.0) * steps(5e-8)
+            }
+            FidelityLevel::Fea | FidelityLevel::FeaDamped => {
+                0.1 * density * density + 1.3e-3 * density * density * steps(1e-7)
+            }
+            FidelityLevel::ChainElements => {
                 let side = 5e-5 / self.value(Varied::WaterMesh).unwrap_or(5e-5);
                 1.5e-4 * side * side * steps(25e-9)
             }
@@ -425,7 +443,14 @@ enum Limit {
     Is([Setting; 2]),
 }
 
-fn line(key: &'static str, rung: Rung, varied: Varied, fixed: &[(Varied, f64)], values: &[f64], limit: Limit) -> Line {
+fn line(
+    key: &'static str,
+    fidelity: FidelityLevel,
+    varied: Varied,
+    fixed: &[(Varied, f64)],
+    values: &[f64],
+    limit: Limit,
+) -> Line {
     // The same order in every line, so that settings of two lines are seen to be the same.
     let at = |value: f64| {
         let mut all: Vec<(Varied, f64)> = fixed.iter().copied().chain([(varied, value)]).collect();
@@ -436,14 +461,14 @@ fn line(key: &'static str, rung: Rung, varied: Varied, fixed: &[(Varied, f64)], 
             Varied::Tolerance => 3,
             Varied::WaterMesh => 4,
         });
-        Setting::of(rung, &all)
+        Setting::of(fidelity, &all)
     };
     let limit = match limit {
         Limit::At(reference, next) => [at(reference), at(next)],
         Limit::Is(settings) => settings,
     };
     let settings = values.iter().map(|value| (*value, at(*value))).collect();
-    Line { key, rung, varied, settings, limit }
+    Line { key, fidelity, varied, settings, limit }
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ pub use run::{Cost, Seconds, is_processor_time, processor};
 pub use watch::{Feature, Watched, observed_slope, relative_error};
 
 use self::{
-    ladder::{Ladder, Line, Rung, Setting, Varied},
+    ladder::{FidelityLevel, Ladder, Line, Setting, Varied},
     run::Source,
     stored::{BEST, Chaos, FeatureSpread, Measured, OwnErrors, OwnPoint, Reference, Stored, kept},
 };
@@ -263,7 +263,7 @@ impl Study {
             })
         };
         let points: Vec<OwnPoint> = line.settings.iter().filter_map(point).collect();
-        Some(with_order(line.key, line.rung, line.varied, points, limit.change))
+        Some(with_order(line.key, line.fidelity, line.varied, points, limit.change))
     }
 
     /// One setting over the whole scene, several times.
@@ -330,7 +330,7 @@ impl Study {
             Ok(OwnPoint { value: *density, error, quoted: error >= limit.least_quotable() })
         };
         let points = force::DENSITIES.iter().map(point).collect::<Result<_, _>>()?;
-        Ok(with_order(force::KEY, Rung::Fea, Varied::Density, points, limit.change))
+        Ok(with_order(force::KEY, FidelityLevel::Fea, Varied::Density, points, limit.change))
     }
 
     /// What jitters do to the waveform over the window and to the features of the whole run.
@@ -396,17 +396,19 @@ impl Run {
 }
 
 /// The order that some points show.
-fn with_order(key: &str, rung: Rung, varied: Varied, points: Vec<OwnPoint>, change: f64) -> OwnErrors {
+fn with_order(key: &str, fidelity: FidelityLevel, varied: Varied, points: Vec<OwnPoint>, change: f64) -> OwnErrors {
     let least = LEAST_OF_AN_ORDER * change;
     let falling = points.iter().filter(|point| (least..=LARGEST_OF_AN_ORDER).contains(&point.error));
     let sized: Vec<(f64, f64)> = falling.filter_map(|point| Some((varied.size(point.value)?, point.error))).collect();
-    OwnErrors { key: key.to_owned(), rung, varied, order: observed_slope(&sized).map(kept), points, change }
+    OwnErrors { key: key.to_owned(), fidelity, varied, order: observed_slope(&sized).map(kept), points, change }
 }
 
 fn failed(setting: &Setting, error: ModelError) -> AccuracyError {
     match error {
         ModelError::Stopped { .. } => AccuracyError::Stopped,
-        error => AccuracyError::Run { setting: format!("{}, {setting}", setting.rung.name()), source: Box::new(error) },
+        error => {
+            AccuracyError::Run { setting: format!("{}, {setting}", setting.fidelity.name()), source: Box::new(error) }
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    ladder::{Rung, Setting, Varied},
+    ladder::{FidelityLevel, Setting, Varied},
     run::Cost,
 };
 use granchain_model::{response::SolverWork, scene::BUILT_IN};
@@ -64,7 +64,8 @@ pub struct FeatureSpread {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OwnErrors {
     pub key: String,
-    pub rung: Rung,
+    #[serde(rename = "rung")]
+    pub fidelity: FidelityLevel,
     pub varied: Varied,
     pub points: Vec<OwnPoint>,
     /// Observed order: slope over the points below 30 % that are at least four times what the limit may be off; none with fewer than three.

@@ -34,10 +34,10 @@ use granchain_calibration::{
     bench::Bench,
     diagnosis::Finding,
     drive::RecordedDrive,
+    fidelity::Bodies,
     fit::{Estimate, Verdict},
     plan::{Likelihood, Number},
     refusal::Refusal,
-    rung::Bodies,
     shot::{ShotPlan, Source},
 };
 use granchain_model::{

@@ -1,7 +1,7 @@
 //! An elastic bar and a rigid wall: the textbook case of contact dynamics, seen from the bar.
 
 use super::{
-    Limit, Rung,
+    FidelityLevel, Limit,
     grid_mesh::{Rectangle, Side},
     room::{Balance, Room},
     steps::Push,
@@ -43,7 +43,7 @@ fn measure(room: &mut Room<'_>) -> Result<(), String> {
         "model.step=0.01 us".to_owned(),
     ];
     let mut sets: Vec<&str> = sets.iter().map(String::as_str).collect();
-    if room.rung == Rung::Reduced {
+    if room.fidelity == FidelityLevel::Reduced {
         // As many as the mesh can tell apart: the finer one with twice the modes, else the front stays as blunt as before.
         sets.push(if room.plan.quick { "model.modes=60" } else { "model.modes=120" });
     }
@@ -66,7 +66,7 @@ fn measure(room: &mut Room<'_>) -> Result<(), String> {
         let means = plateau.windows(length).map(|part| part.iter().sum::<f64>() / length as f64);
         means.map(|force| (force - 1.0).abs()).fold(0.0, f64::max)
     };
-    if room.rung == Rung::Reduced {
+    if room.fidelity == FidelityLevel::Reduced {
         // A bar of finitely many modes rings at the last of them, all along the contact: no front is sharper than its half wave.
         let length = (MEAN_OVER / force.step).round() as usize;
         let smoothed =
@@ -92,7 +92,7 @@ fn measure(room: &mut Room<'_>) -> Result<(), String> {
     );
     let late = force.values[(1.1 * lasts / force.step) as usize..].iter().copied().fold(0.0, f64::max) / carries;
     room.check("force after the bar has left", late, Limit::AtMost(0.0), "1");
-    let name = room.rung.name();
+    let name = room.fidelity.name();
     let trace =
         force.values.iter().enumerate().skip(1).map(|(k, f)| (k as f64 * force.step / lasts, (f / carries).max(1e-3)));
     let trace = trace.collect();

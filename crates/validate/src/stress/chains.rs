@@ -1,7 +1,7 @@
 //! Unequal beads, few beads, many beads.
 
 use super::{
-    Rung,
+    FidelityLevel,
     room::{Balance, Room},
 };
 
@@ -20,18 +20,19 @@ pub(super) fn examine(room: &mut Room<'_>) {
     ];
     run(room, "one bead of a thousand times the mass", &heavy);
     // A thirtieth of the time of a hit: a step of 0.05 µs would pass over it, and is refused when it does.
-    let step: &[&str] = if matches!(room.rung, Rung::Reduced | Rung::Fea) { &["model.step=5 ns"] } else { &[] };
+    let step: &[&str] =
+        if matches!(room.fidelity, FidelityLevel::Reduced | FidelityLevel::Fea) { &["model.step=5 ns"] } else { &[] };
     run(room, "one bead of a thousandth of the mass", &[&light[..], step].concat());
     // Pressed by its large neighbours, and as light as the one before.
     let small = ["chain.override=[{bead=3, radius=\"0.05 mm\"}]"];
     let patch: &[&str] = if step.is_empty() { &[] } else { &["model.contact_patch=0.4"] };
     run(room, "one bead of a tenth of the radius", &[&small[..], step, patch].concat());
-    let most = match (room.rung, room.plan.quick) {
-        (Rung::Hertz, _) => 1000,
-        (Rung::FiniteBody, _) => 200,
-        (Rung::Reduced, _) => 40,
-        (Rung::Fea, true) => 10,
-        (Rung::Fea, false) => 40,
+    let most = match (room.fidelity, room.plan.quick) {
+        (FidelityLevel::Hertz, _) => 1000,
+        (FidelityLevel::FiniteBody, _) => 200,
+        (FidelityLevel::Reduced, _) => 40,
+        (FidelityLevel::Fea, true) => 10,
+        (FidelityLevel::Fea, false) => 40,
     };
     for beads in [2, most] {
         run(room, &format!("{beads} beads"), &[&format!("chain.beads={beads}")]);

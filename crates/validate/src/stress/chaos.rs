@@ -1,6 +1,6 @@
 //! Two regimes, told apart by what perturbations do.
 
-use super::{Limit, Rung, room::Room};
+use super::{FidelityLevel, Limit, room::Room};
 use granchain_calibration::predict::{
     ensemble::{EnsemblePlan, Moments, STEPS_PER_PERIOD},
     members::perturbations,
@@ -25,7 +25,7 @@ pub(super) fn examine(room: &mut Room<'_>) {
 /// Scatter of the positive peak over its mean.
 fn scatter(room: &Room<'_>, sets: &[&str]) -> Result<f64, String> {
     let scene = room.scene("annulus", sets)?;
-    let members = if room.rung == Rung::Reduced && room.plan.quick { 8 } else { 16 };
+    let members = if room.fidelity == FidelityLevel::Reduced && room.plan.quick { 8 } else { 16 };
     let variations = perturbations(&scene, &EnsemblePlan::new(members, room.plan.seed));
     let see = |_: usize, velocity: &Series| -> Result<f64, FeatureError> {
         Ok(velocity.values.iter().copied().fold(0.0, f64::max))

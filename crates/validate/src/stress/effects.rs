@@ -1,7 +1,7 @@
 //! A horn, a holder and contacts that yield, where each is hardest.
 
 use super::{
-    Limit, Rung,
+    FidelityLevel, Limit,
     room::{Balance, Ran, Room},
 };
 
@@ -51,7 +51,7 @@ pub(super) fn horn(room: &mut Room<'_>) {
             let energy = ran.response.energy;
             let open = energy.channels.map_or(f64::NAN, |channels| channels.horn_residual(energy.piston_work_j));
             let scale = energy.largest_j.max(energy.piston_work_j.abs());
-            let most = if room.rung == Rung::Hertz { 1e-5 } else { 2e-2 };
+            let most = if room.fidelity == FidelityLevel::Hertz { 1e-5 } else { 2e-2 };
             room.check(
                 format!("{which}: books of the horn over the largest energy"),
                 (open / scale).abs(),

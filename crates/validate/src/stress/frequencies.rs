@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::{
-    Limit, Rung,
+    FidelityLevel, Limit,
     room::{Ran, Room},
 };
 use granchain_model::{
@@ -37,7 +37,7 @@ pub(super) fn examine(room: &mut Room<'_>) {
     let mut curve = Vec::new();
     for force in FORCES {
         // Slow vibrations take many steps.
-        if room.rung == Rung::Fea && room.plan.quick && (1e-3..0.1).contains(&force) {
+        if room.fidelity == FidelityLevel::Fea && room.plan.quick && (1e-3..0.1).contains(&force) {
             continue;
         }
         let which = format!("{force} N");
@@ -45,10 +45,12 @@ pub(super) fn examine(room: &mut Room<'_>) {
             Ok((worst, overlap)) => {
                 // Hertz' chain moves by a thousandth of its overlap. A finite sphere exceeds Hertz' force by 2.5 % of √(δ/µm) and
                 // more (numbers of the finite-body law), half of that in a frequency; elements add a half per cent of their own.
-                let most = match room.rung {
-                    Rung::Hertz => 1e-4,
-                    Rung::FiniteBody => 0.02 * (overlap / 1e-6).sqrt() + 5e-3,
-                    Rung::Reduced | Rung::Fea => 0.02 * (overlap / 1e-6).sqrt() + 5e-3 + frozen(room, overlap),
+                let most = match room.fidelity {
+                    FidelityLevel::Hertz => 1e-4,
+                    FidelityLevel::FiniteBody => 0.02 * (overlap / 1e-6).sqrt() + 5e-3,
+                    FidelityLevel::Reduced | FidelityLevel::Fea => {
+                        0.02 * (overlap / 1e-6).sqrt() + 5e-3 + frozen(room, overlap)
+                    }
                 };
                 let name = format!("{which}: largest deviation of six frequencies from the linear chain’s");
                 room.check(name, worst, Limit::AtMost(most), "1");
@@ -60,7 +62,7 @@ pub(super) fn examine(room: &mut Room<'_>) {
             Err(reason) => room.failed(&which, reason),
         }
     }
-    let name = room.rung.name();
+    let name = room.fidelity.name();
     room.curve(name, curve);
 }
 

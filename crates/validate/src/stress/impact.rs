@@ -1,7 +1,7 @@
 //! Fast hits, large and tiny drives.
 
 use super::{
-    Limit, Rung,
+    FidelityLevel, Limit,
     room::{Balance, Ran, Room, difference},
 };
 use granchain_model::{
@@ -68,12 +68,12 @@ fn hit(room: &mut Room<'_>) {
     room.check(format!("{which}: speed of the hit"), before, Limit::AtLeast(0.95 * SPEED), "m/s");
     let name = format!("{which}: restitution, lost");
     // What stays in the beads as ringing; the chain has none.
-    let most = if matches!(room.rung, Rung::Reduced | Rung::Fea) { 0.05 } else { 1e-6 };
+    let most = if matches!(room.fidelity, FidelityLevel::Reduced | FidelityLevel::Fea) { 0.05 } else { 1e-6 };
     room.check(name, (1.0 - restitution).abs(), Limit::AtMost(most), "1");
     let hertz = largest_force(&scene, before);
     let peak = force.iter().copied().fold(0.0, f64::max);
     // A tenth of a microsecond misses the peak by 0.2 %; a finite sphere at 6.5 µm exceeds Hertz' force at that approach by 8 %.
-    let most = if room.rung == Rung::Hertz { 5e-3 } else { 0.1 };
+    let most = if room.fidelity == FidelityLevel::Hertz { 5e-3 } else { 0.1 };
     room.check(format!("{which}: largest force against Hertz’"), (peak / hertz - 1.0).abs(), Limit::AtMost(most), "1");
 }
 
@@ -88,10 +88,10 @@ fn largest_force(scene: &Scene, speed: f64) -> f64 {
 fn large(room: &mut Room<'_>) {
     let which = "10 µm";
     // The usual patch of 50 µm is for 3 µm of overlap; a hit ten times as fast lasts 0.6 times as long.
-    let patch: &[&str] = match room.rung {
-        Rung::Hertz | Rung::FiniteBody => &[],
-        Rung::Reduced => &["model.contact_patch=0.2"],
-        Rung::Fea => &["model.contact_patch=0.2", "model.step=0.05 us"],
+    let patch: &[&str] = match room.fidelity {
+        FidelityLevel::Hertz | FidelityLevel::FiniteBody => &[],
+        FidelityLevel::Reduced => &["model.contact_patch=0.2"],
+        FidelityLevel::Fea => &["model.contact_patch=0.2", "model.step=0.05 us"],
     };
     match room.scene("rigid", &[&["drive.amplitude=10 um"], patch].concat()).and_then(|scene| room.run(&scene)) {
         Ok(ran) => room.sound(which, &ran, Balance::UNDAMPED),
@@ -115,7 +115,7 @@ fn scaled(room: &Room<'_>, amplitude: f64) -> Result<Ran, String> {
 
 fn tiny(room: &mut Room<'_>) {
     let which = "1e-12 m";
-    if room.rung == Rung::Hertz {
+    if room.fidelity == FidelityLevel::Hertz {
         let pair = scaled(room, 1e-6).and_then(|plain| Ok((plain, scaled(room, 1e-12)?)));
         return match pair {
             Ok((plain, tiny)) => {

@@ -1,6 +1,6 @@
 //! Hard cases: what the models must survive, each with a criterion and a number.
 //!
-//! Every case runs on every rung of the ladder it applies to. A check that does not hold is reported as such; a run that fails, or that is
+//! Every case runs on every fidelity level of the ladder it applies to. A check that does not hold is reported as such; a run that fails, or that is
 //! refused where it should work, is a check that does not hold.
 
 mod bar;
@@ -26,10 +26,10 @@ use serde::Serialize;
 use granchain_calibration::predict::{Bodies, members::Watch};
 use room::Room;
 
-/// A rung of the fidelity ladder, and the law of its contacts.
+/// A fidelity level of the fidelity ladder, and the law of its contacts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Rung {
+pub enum FidelityLevel {
     /// The chain with Hertz contacts.
     Hertz,
     /// The chain with contacts fitted to the finite bodies.
@@ -39,7 +39,7 @@ pub enum Rung {
     Fea,
 }
 
-impl Rung {
+impl FidelityLevel {
     /// All of them, the cheapest first.
     pub const ALL: [Self; 4] = [Self::Hertz, Self::FiniteBody, Self::Reduced, Self::Fea];
 
@@ -81,7 +81,8 @@ impl Limit {
 pub struct Check {
     pub case: u32,
     pub name: &'static str,
-    pub rung: Rung,
+    #[serde(rename = "rung")]
+    pub fidelity: FidelityLevel,
     /// Which of the case's runs, and what was measured.
     pub criterion: String,
     /// What was measured, SI or 1; none where the run did not end.
@@ -109,8 +110,8 @@ pub struct Case {
     pub name: &'static str,
     /// What is hard about it, and what is asked.
     pub what: &'static str,
-    pub rungs: &'static [Rung],
-    /// Runs it on one rung.
+    pub rungs: &'static [FidelityLevel],
+    /// Runs it on one fidelity level.
     examine: fn(&mut Room<'_>),
 }
 
@@ -120,7 +121,7 @@ pub const CASES: &[Case] = &[
         name: "sonic vacuum",
         what: "An undamped chain without precompression rings on after its drive; contacts open and close thousands of times. The energy that \
                is unaccounted for stays bounded and does not grow.",
-        rungs: &Rung::ALL,
+        rungs: &FidelityLevel::ALL,
         examine: vacuum::examine,
     },
     Case {
@@ -128,7 +129,7 @@ pub const CASES: &[Case] = &[
         name: "precompression",
         what: "From 1e-6 N to 10 N small motions have the frequencies of the linear chain; a finite body may differ by what its stiffness \
                exceeds Hertz’.",
-        rungs: &Rung::ALL,
+        rungs: &FidelityLevel::ALL,
         examine: frequencies::examine,
     },
     Case {
@@ -136,7 +137,7 @@ pub const CASES: &[Case] = &[
         name: "fast, large and tiny",
         what: "A bead hits another at 10 m/s; the horn moves by 10 µm; it moves by 1e-12 m. Hertz’ chain is self-similar: the tiny drive at \
                the frequency that belongs to it gives the same waveform.",
-        rungs: &Rung::ALL,
+        rungs: &FidelityLevel::ALL,
         examine: impact::examine,
     },
     Case {
@@ -144,42 +145,42 @@ pub const CASES: &[Case] = &[
         name: "step",
         what: "The force of a hit converges as the step falls from 1 µs to 0.001 µs, or the step is refused; with mass at the contact nodes \
                it does not.",
-        rungs: &[Rung::Reduced, Rung::Fea],
+        rungs: &[FidelityLevel::Reduced, FidelityLevel::Fea],
         examine: steps::examine,
     },
     Case {
         number: 5,
         name: "sharp-edged annulus",
         what: "A bead on a ring’s edge instead of a torus: bounded, and converging in the force with the mesh.",
-        rungs: &[Rung::Reduced, Rung::Fea],
+        rungs: &[FidelityLevel::Reduced, FidelityLevel::Fea],
         examine: ring::sharp,
     },
     Case {
         number: 6,
         name: "support",
         what: "A support a thousand times softer and stiffer than the resin annulus.",
-        rungs: &Rung::ALL,
+        rungs: &FidelityLevel::ALL,
         examine: ring::stiffness,
     },
     Case {
         number: 7,
         name: "nearly incompressible resin",
         what: "ν = 0.4999: the annulus neither locks nor softens; two meshes agree.",
-        rungs: &[Rung::Reduced, Rung::Fea],
+        rungs: &[FidelityLevel::Reduced, FidelityLevel::Fea],
         examine: ring::incompressible,
     },
     Case {
         number: 8,
         name: "unequal and many beads",
         what: "One bead a thousand times as heavy, one of a tenth of the radius; two beads, forty, a thousand.",
-        rungs: &Rung::ALL,
+        rungs: &FidelityLevel::ALL,
         examine: chains::examine,
     },
     Case {
         number: 9,
         name: "overdamped",
         what: "Both dashpots up to a thousand times the paper’s coefficient, √δ at first touch included: no energy is made, no force pulls.",
-        rungs: &Rung::ALL,
+        rungs: &FidelityLevel::ALL,
         examine: dampers::examine,
     },
     Case {
@@ -187,7 +188,7 @@ pub const CASES: &[Case] = &[
         name: "bad drive record",
         what: "A horn-tip record with noise, dropouts, clipping, a step in its baseline, at 1 and 25 MHz: read with its flaw named or \
                refused; what is read drives the chain as the clean record does, within what the flaw explains.",
-        rungs: &[Rung::Hertz, Rung::Reduced],
+        rungs: &[FidelityLevel::Hertz, FidelityLevel::Reduced],
         examine: record::examine,
     },
     Case {
@@ -195,7 +196,7 @@ pub const CASES: &[Case] = &[
         name: "other units, mirrored",
         what: "A bench of twice the size has the same velocities in twice the time; units in the scene do not matter; a mirrored chain \
                mirrors its motion: all to rounding.",
-        rungs: &Rung::ALL,
+        rungs: &FidelityLevel::ALL,
         examine: similarity::examine,
     },
     Case {
@@ -203,7 +204,7 @@ pub const CASES: &[Case] = &[
         name: "water",
         what: "A disc a hundred times softer and stiffer, with and without a dashpot there, an overdamped one, a static force; half the water \
                in front of its absorbing boundary, 10 ms of an undamped chain: no energy beyond the piston’s work, no echo.",
-        rungs: &[Rung::Hertz, Rung::Reduced, Rung::Fea],
+        rungs: &[FidelityLevel::Hertz, FidelityLevel::Reduced, FidelityLevel::Fea],
         examine: water::examine,
     },
     Case {
@@ -211,21 +212,21 @@ pub const CASES: &[Case] = &[
         name: "calibration without an answer",
         what: "Half the parameter box fails; the record is pure noise; a parameter has no effect: the verdict or the width of the interval says \
                so, never a wrong number with confidence.",
-        rungs: &[Rung::Hertz],
+        rungs: &[FidelityLevel::Hertz],
         examine: fits::examine,
     },
     Case {
         number: 14,
         name: "chaotic and regular",
         what: "The scatter under perturbations no laboratory controls tells a chaotic regime from a regular one.",
-        rungs: &[Rung::Hertz, Rung::Reduced],
+        rungs: &[FidelityLevel::Hertz, FidelityLevel::Reduced],
         examine: chaos::examine,
     },
     Case {
         number: 15,
         name: "elastic bar on a rigid wall",
         what: "The contact lasts 2L/c and carries ρ c v A; the bar leaves with its speed; nothing oscillates but the last mode of the reduced model (Doyen, Ern & Piperno 2011).",
-        rungs: &[Rung::Reduced, Rung::Fea],
+        rungs: &[FidelityLevel::Reduced, FidelityLevel::Fea],
         examine: bar::examine,
     },
     Case {
@@ -233,21 +234,21 @@ pub const CASES: &[Case] = &[
         name: "friction with reversal at rest",
         what: "Beads rub on their holder from hardly to more than the contacts push, straight and oblique: they stick, let go and turn, and every \
                joule is found.",
-        rungs: &[Rung::Hertz, Rung::FiniteBody, Rung::Reduced],
+        rungs: &[FidelityLevel::Hertz, FidelityLevel::FiniteBody, FidelityLevel::Reduced],
         examine: effects::friction,
     },
     Case {
         number: 17,
         name: "yielding contacts that chatter",
         what: "Contacts yield, open, close and yield again, hard as bearing steel and soft as wax; loading and unloading meet their curves exactly.",
-        rungs: &[Rung::Hertz],
+        rungs: &[FidelityLevel::Hertz],
         examine: effects::yielding,
     },
     Case {
         number: 18,
         name: "a horn that gives way",
         what: "A resonator of Q 1000 at the drive, a tip lighter than a bead, one with hardly a resonance: its books close with those of the chain.",
-        rungs: &[Rung::Hertz, Rung::Reduced],
+        rungs: &[FidelityLevel::Hertz, FidelityLevel::Reduced],
         examine: effects::horn,
     },
 ];
@@ -265,7 +266,7 @@ pub struct StressPlan {
 
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct StressOutcome {
-    /// In the order of [`CASES`], the cheapest rung first.
+    /// In the order of [`CASES`], the cheapest fidelity level first.
     pub checks: Vec<Check>,
     pub curves: Vec<Curve>,
 }
@@ -277,10 +278,10 @@ impl StressOutcome {
     }
 }
 
-/// Case and rung of every examination of a plan.
-fn examinations(plan: &StressPlan) -> Vec<(&'static Case, Rung)> {
+/// Case and fidelity level of every examination of a plan.
+fn examinations(plan: &StressPlan) -> Vec<(&'static Case, FidelityLevel)> {
     let asked = |case: &&Case| plan.cases.is_empty() || plan.cases.contains(&case.number);
-    CASES.iter().filter(asked).flat_map(|case| case.rungs.iter().map(move |rung| (case, *rung))).collect()
+    CASES.iter().filter(asked).flat_map(|case| case.rungs.iter().map(move |fidelity| (case, *fidelity))).collect()
 }
 
 /// How many examinations a plan has: what [`Watch::advance`] counts.
@@ -295,11 +296,11 @@ pub fn run(plan: &StressPlan, bodies: &Bodies, watch: &dyn Watch) -> StressOutco
     let found: Vec<StressOutcome> = examinations(plan)
         .into_par_iter()
         .with_max_len(1)
-        .map(|(case, rung)| {
+        .map(|(case, fidelity)| {
             if watch.stop() {
                 return StressOutcome::default();
             }
-            let mut room = Room::new(plan, case, rung, bodies, watch);
+            let mut room = Room::new(plan, case, fidelity, bodies, watch);
             (case.examine)(&mut room);
             watch.advance(1);
             room.found

@@ -1,6 +1,6 @@
-//! Where a case runs on one rung: scenes, runs, and what every run is held against.
+//! Where a case runs on one fidelity level: scenes, runs, and what every run is held against.
 
-use super::{Case, Check, Curve, Limit, Rung, StressOutcome, StressPlan};
+use super::{Case, Check, Curve, FidelityLevel, Limit, StressOutcome, StressPlan};
 use granchain_calibration::predict::{
     Bodies,
     members::{self, Watch},
@@ -37,19 +37,19 @@ impl Balance {
     /// In front of a disc, where the chain has a fixed step: contacts switch within it.
     pub(crate) const WATER: Self = Self { chain: 1e-2, reduced: 1e-2, fea: 1e-2 };
 
-    fn of(self, rung: Rung) -> f64 {
-        match rung {
-            Rung::Hertz | Rung::FiniteBody => self.chain,
-            Rung::Reduced => self.reduced,
-            Rung::Fea => self.fea,
+    fn of(self, fidelity: FidelityLevel) -> f64 {
+        match fidelity {
+            FidelityLevel::Hertz | FidelityLevel::FiniteBody => self.chain,
+            FidelityLevel::Reduced => self.reduced,
+            FidelityLevel::Fea => self.fea,
         }
     }
 }
 
-/// A case on one rung.
+/// A case on one fidelity level.
 pub(super) struct Room<'a> {
     pub plan: &'a StressPlan,
-    pub rung: Rung,
+    pub fidelity: FidelityLevel,
     pub found: StressOutcome,
     case: &'static Case,
     bodies: &'a Bodies,
@@ -60,24 +60,24 @@ impl<'a> Room<'a> {
     pub fn new(
         plan: &'a StressPlan,
         case: &'static Case,
-        rung: Rung,
+        fidelity: FidelityLevel,
         bodies: &'a Bodies,
         watch: &'a dyn Watch,
     ) -> Self {
-        Self { plan, rung, found: StressOutcome::default(), case, bodies, watch }
+        Self { plan, fidelity, found: StressOutcome::default(), case, bodies, watch }
     }
 
-    /// A built-in scene on this rung, changed as `sets` says.
+    /// A built-in scene on this fidelity level, changed as `sets` says.
     pub fn scene(&self, name: &str, sets: &[&str]) -> Result<Scene, String> {
-        let rung: &[&str] = match self.rung {
-            Rung::Hertz => &["model.kind=chain", "contact.law=hertz"],
-            Rung::FiniteBody => &["model.kind=chain", "contact.law=finite-body"],
-            Rung::Reduced => &["model.kind=reduced"],
-            Rung::Fea if self.plan.quick => &["model.kind=fea", "model.mesh_density=8"],
-            Rung::Fea => &["model.kind=fea"],
+        let fidelity: &[&str] = match self.fidelity {
+            FidelityLevel::Hertz => &["model.kind=chain", "contact.law=hertz"],
+            FidelityLevel::FiniteBody => &["model.kind=chain", "contact.law=finite-body"],
+            FidelityLevel::Reduced => &["model.kind=reduced"],
+            FidelityLevel::Fea if self.plan.quick => &["model.kind=fea", "model.mesh_density=8"],
+            FidelityLevel::Fea => &["model.kind=fea"],
         };
         let text = |set: &&str| (*set).to_owned();
-        let asked: Vec<String> = rung.iter().chain(sets).map(text).collect();
+        let asked: Vec<String> = fidelity.iter().chain(sets).map(text).collect();
         let all = [&asked[..], &self.plan.overrides[..]].concat();
         scene::load(name, &all).map_err(|error| error.to_string())
     }
@@ -90,7 +90,7 @@ impl<'a> Room<'a> {
     /// Run a scene with the piston moving as `motion`.
     pub fn run_with(&self, scene: &Scene, motion: &dyn PistonMotion) -> Result<Ran, String> {
         let mut go_on = |_| !self.watch.stop();
-        if self.rung == Rung::Fea {
+        if self.fidelity == FidelityLevel::Fea {
             return self.analyse(scene, motion).map_err(|error| error.to_string());
         }
         let prepared = self.bodies.prepared(scene).map_err(|error| error.to_string())?;
@@ -154,8 +154,8 @@ impl<'a> Room<'a> {
         note: Option<String>,
     ) {
         let holds = measured.is_some_and(|measured| limit.holds(measured));
-        let (case, name, rung) = (self.case.number, self.case.name, self.rung);
-        self.found.checks.push(Check { case, name, rung, criterion, measured, limit, unit, holds, note });
+        let (case, name, fidelity) = (self.case.number, self.case.name, self.fidelity);
+        self.found.checks.push(Check { case, name, fidelity, criterion, measured, limit, unit, holds, note });
     }
 
     /// A line of the case's figure.
@@ -178,7 +178,7 @@ impl<'a> Room<'a> {
         self.check(
             format!("{which}: energy unaccounted for over the largest"),
             missing,
-            Limit::AtMost(balance.of(self.rung)),
+            Limit::AtMost(balance.of(self.fidelity)),
             "1",
         );
         let forces = || response.contact_force.iter().flat_map(|force| &force.values);

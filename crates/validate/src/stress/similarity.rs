@@ -1,7 +1,7 @@
 //! Other units, a bench of twice the size, a mirror.
 
 use super::{
-    Limit, Rung,
+    FidelityLevel, Limit,
     room::{Room, difference},
 };
 use granchain_model::chain::{ChainModel, InitialState};
@@ -9,7 +9,7 @@ use granchain_model::chain::{ChainModel, InitialState};
 pub(super) fn examine(room: &mut Room<'_>) {
     units(room);
     twice(room);
-    if room.rung == Rung::Hertz {
+    if room.fidelity == FidelityLevel::Hertz {
         mirrored(room);
     }
 }
@@ -40,10 +40,10 @@ fn twice(room: &mut Room<'_>) {
             format!("duration={}", 6e-5 * factor),
             format!("output_step={}", 1e-7 * factor),
         ];
-        match room.rung {
-            Rung::Reduced => sets.push(format!("model.step={}", 5e-8 * factor)),
-            Rung::Fea => sets.push(format!("model.step={}", 1e-7 * factor)),
-            Rung::Hertz | Rung::FiniteBody => {}
+        match room.fidelity {
+            FidelityLevel::Reduced => sets.push(format!("model.step={}", 5e-8 * factor)),
+            FidelityLevel::Fea => sets.push(format!("model.step={}", 1e-7 * factor)),
+            FidelityLevel::Hertz | FidelityLevel::FiniteBody => {}
         }
         let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
         room.scene("rigid", &sets).and_then(|scene| room.run(&scene))

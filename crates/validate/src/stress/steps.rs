@@ -1,6 +1,6 @@
 //! The step, from useless to far too fine.
 
-use super::{Limit, Rung, room::Room};
+use super::{FidelityLevel, Limit, room::Room};
 use granchain_model::scene::PistonMotion;
 
 /// A piston that moves at constant speed from the start.
@@ -58,9 +58,9 @@ pub(super) fn examine(room: &mut Room<'_>) {
         let name = format!("error at {} µs over that at {} µs", 1e6 * last.0, 1e6 * first.0);
         room.check(name, last.1 / first.1, Limit::AtMost(0.1), "1");
     }
-    let name = room.rung.name();
+    let name = room.fidelity.name();
     room.curve(format!("{name}, massless contact nodes"), errors);
-    if room.rung == Rung::Fea {
+    if room.fidelity == FidelityLevel::Fea {
         consistent(room, &reference);
     }
 }

@@ -1,15 +1,15 @@
 //! An undamped, unpressed chain long after its drive.
 
 use super::{
-    Limit, Rung,
+    FidelityLevel, Limit,
     room::{Balance, Room},
 };
 
 pub(super) fn examine(room: &mut Room<'_>) {
-    let durations: &[f64] = match (room.rung, room.plan.quick) {
-        (Rung::Fea, true) => &[1e-4, 2e-4],
-        (Rung::Fea, false) => &[1e-4, 3e-4, 1e-3],
-        (Rung::Reduced, true) => &[1e-4, 3e-4, 1e-3],
+    let durations: &[f64] = match (room.fidelity, room.plan.quick) {
+        (FidelityLevel::Fea, true) => &[1e-4, 2e-4],
+        (FidelityLevel::Fea, false) => &[1e-4, 3e-4, 1e-3],
+        (FidelityLevel::Reduced, true) => &[1e-4, 3e-4, 1e-3],
         _ => &[1e-4, 3e-4, 1e-3, 3e-3, 1e-2],
     };
     let mut curve = Vec::new();
@@ -32,9 +32,9 @@ pub(super) fn examine(room: &mut Room<'_>) {
             room.check(name, openings as f64, Limit::AtLeast(least), "1");
         }
     }
-    let name = room.rung.name();
+    let name = room.fidelity.name();
     room.curve(name, curve);
-    if room.rung == Rung::Fea && !room.plan.quick {
+    if room.fidelity == FidelityLevel::Fea && !room.plan.quick {
         long(room);
     }
 }

@@ -1,12 +1,12 @@
 //! Soft and stiff discs, a dashpot and a static force at the disc, half the water, a long ringing.
 
 use super::{
-    Limit, Rung,
+    FidelityLevel, Limit,
     room::{Balance, Ran, Room, difference},
 };
 
 pub(super) fn examine(room: &mut Room<'_>) {
-    let duration = if room.rung == Rung::Fea { "duration=50 us" } else { "duration=150 us" };
+    let duration = if room.fidelity == FidelityLevel::Fea { "duration=50 us" } else { "duration=150 us" };
     let of = |modulus: &str| format!("materials.vitreous-carbon.youngs_modulus={modulus}");
     let (soft, stiff) = (of("0.35 GPa"), of("3500 GPa"));
     for (which, sets) in [
@@ -23,7 +23,7 @@ pub(super) fn examine(room: &mut Room<'_>) {
         }
     }
     // A whole drive of elements, and 400,000 steps: the chain's.
-    if room.rung == Rung::Hertz {
+    if room.fidelity == FidelityLevel::Hertz {
         half(room);
         long(room);
     }

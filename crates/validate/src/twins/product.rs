@@ -5,7 +5,8 @@ use std::{collections::BTreeMap, fs, path::Path};
 use super::TwinPlan;
 use granchain_calibration::predict::confirmed::with_causes;
 use granchain_calibration::{
-    Course, Fitted, Plan, Problem, bench::Bench, fit::Fit, plan::Number, refusal::Refusal, rung::Bodies, shot::ShotPlan,
+    Course, Fitted, Plan, Problem, bench::Bench, fidelity::Bodies, fit::Fit, plan::Number, refusal::Refusal,
+    shot::ShotPlan,
 };
 use granchain_model::scene::{ModelKind, Scene};
 use granchain_record::ReadOptions;

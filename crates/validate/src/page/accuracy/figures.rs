@@ -2,7 +2,7 @@
 
 use super::{line_name, percent};
 use crate::accuracy::{
-    ladder::{Rung, Varied},
+    ladder::{FidelityLevel, Varied},
     stored::{Measured, OwnErrors, Stored},
 };
 use granchain_report::{
@@ -11,15 +11,15 @@ use granchain_report::{
 };
 
 /// Colour, marker and dash of a model.
-fn look(rung: Rung) -> (Colour, Marker, Dash) {
-    match rung {
-        Rung::Chain => (Colour::Black, Marker::Disc, Dash::Solid),
-        Rung::ChainFixed => (Colour::Grey, Marker::Ring, Dash::Dashed),
-        Rung::FiniteBody => (Colour::Green, Marker::Diamond, Dash::DashDotted),
-        Rung::Reduced => (Colour::Vermillion, Marker::Square, Dash::Solid),
-        Rung::Fea => (Colour::Blue, Marker::Disc, Dash::Dashed),
-        Rung::FeaDamped => (Colour::SkyBlue, Marker::Ring, Dash::Dotted),
-        Rung::ChainElements => (Colour::Orange, Marker::Diamond, Dash::Dotted),
+fn look(fidelity: FidelityLevel) -> (Colour, Marker, Dash) {
+    match fidelity {
+        FidelityLevel::Chain => (Colour::Black, Marker::Disc, Dash::Solid),
+        FidelityLevel::ChainFixed => (Colour::Grey, Marker::Ring, Dash::Dashed),
+        FidelityLevel::FiniteBody => (Colour::Green, Marker::Diamond, Dash::DashDotted),
+        FidelityLevel::Reduced => (Colour::Vermillion, Marker::Square, Dash::Solid),
+        FidelityLevel::Fea => (Colour::Blue, Marker::Disc, Dash::Dashed),
+        FidelityLevel::FeaDamped => (Colour::SkyBlue, Marker::Ring, Dash::Dotted),
+        FidelityLevel::ChainElements => (Colour::Orange, Marker::Diamond, Dash::Dotted),
     }
 }
 
@@ -28,14 +28,14 @@ fn error_axis() -> Axis {
 }
 
 /// Name of a model and the orders observed of it.
-fn with_orders(found: &Stored, rung: Rung) -> String {
+fn with_orders(found: &Stored, fidelity: FidelityLevel) -> String {
     let orders: Vec<String> = found
         .own
         .iter()
-        .filter(|own| own.rung == rung && own.key != "contact-force")
+        .filter(|own| own.fidelity == fidelity && own.key != "contact-force")
         .filter_map(|own| Some(format!("{} {}", own.varied.symbol(), significant(own.order?, 2))))
         .collect();
-    if orders.is_empty() { rung.name().to_owned() } else { format!("{} ({})", rung.name(), orders.join(", ")) }
+    if orders.is_empty() { fidelity.name().to_owned() } else { format!("{} ({})", fidelity.name(), orders.join(", ")) }
 }
 
 /// All settings in a plane of cost and error: points a model, a line along what is best of each, the chaos floor, the front.
@@ -44,24 +44,24 @@ fn plane(
     axis: Axis,
     cost: &dyn Fn(&Measured) -> f64,
     front: &[usize],
-    name: &dyn Fn(Rung) -> String,
+    name: &dyn Fn(FidelityLevel) -> String,
 ) -> Panel {
     let mut panel = Panel::new(axis, error_axis()).height(80.0);
     let points = |chosen: &dyn Fn(usize, &Measured) -> bool| -> Vec<(f64, f64)> {
         let all = found.measured.iter().enumerate().filter(|(place, measured)| chosen(*place, measured));
         all.map(|(_, measured)| (cost(measured), found.known_error(measured))).collect()
     };
-    for rung in Rung::ALL {
+    for fidelity in FidelityLevel::ALL {
         let own = |below: bool| {
-            points(&|_, measured| measured.setting.rung == rung && found.is_below_limit(measured) == below)
+            points(&|_, measured| measured.setting.fidelity == fidelity && found.is_below_limit(measured) == below)
         };
         let (known, below) = (own(false), own(true));
-        let (colour, marker, dash) = look(rung);
-        let label_below = if known.is_empty() { name(rung) } else { String::new() };
+        let (colour, marker, dash) = look(fidelity);
+        let label_below = if known.is_empty() { name(fidelity) } else { String::new() };
         if !known.is_empty() {
             // A line on to a limit would look like an error that is known.
             panel = panel.line(String::new(), lower_left(known.clone()), Stroke::new(colour).dash(dash));
-            panel = panel.points(name(rung), known, colour, marker);
+            panel = panel.points(name(fidelity), known, colour, marker);
         }
         if !below.is_empty() {
             panel = panel.points(label_below, below, colour, Marker::Below);
@@ -97,13 +97,16 @@ fn lower_left(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
 pub(crate) fn against_time(found: &Stored) -> Figure {
     let seconds = |title: &str| Axis::new(title, "s").logarithmic();
     let front = found.front();
-    let run =
-        plane(found, seconds("Time of one run, bodies kept"), &|measured| measured.cost.run_s.least, &[], &|rung| {
-            rung.name().to_owned()
-        });
+    let run = plane(
+        found,
+        seconds("Time of one run, bodies kept"),
+        &|measured| measured.cost.run_s.least,
+        &[],
+        &|fidelity| fidelity.name().to_owned(),
+    );
     let total =
-        plane(found, seconds("Time with the bodies made"), &|measured| measured.cost.total(), &front, &|rung| {
-            with_orders(found, rung)
+        plane(found, seconds("Time with the bodies made"), &|measured| measured.cost.total(), &front, &|fidelity| {
+            with_orders(found, fidelity)
         });
     Figure::new(
         "Total error against time, one thread. Lines join what is best of each model; numbers behind the models are \
@@ -124,7 +127,7 @@ pub(crate) fn against_work(found: &Stored) -> Figure {
     };
     Figure::new("Total error against work in counts that are the same on every machine. Below the chaos floor accuracy buys nothing.")
         .sized(PAGE_WIDTH_MM, 1)
-        .panel(plane(found, axis, &updates, &[], &|rung| with_orders(found, rung)))
+        .panel(plane(found, axis, &updates, &[], &|fidelity| with_orders(found, fidelity)))
 }
 
 /// Error of every line against its own limit, one panel for each number that is varied.
@@ -154,7 +157,7 @@ pub fn own_errors(found: &Stored) -> Figure {
                 let (colour, marker, dash) = if own.key == "contact-force" {
                     (Colour::Black, Marker::Cross, Dash::Dotted)
                 } else {
-                    look(own.rung)
+                    look(own.fidelity)
                 };
                 let quoted = own.points.iter().filter(|point| point.quoted);
                 let points: Vec<(f64, f64)> = quoted.map(|point| (point.value, point.error)).collect();

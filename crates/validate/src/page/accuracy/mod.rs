@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::accuracy::{
     Accuracy, Cost, is_processor_time,
-    ladder::{Rung, Varied},
+    ladder::{FidelityLevel, Varied},
     stored::{Measured, OwnErrors, Stored},
 };
 use granchain_report::{
@@ -40,8 +40,8 @@ pub fn percent(error: f64) -> String {
 /// Model and what tells the setting from others of it.
 #[must_use]
 pub fn setting_of(measured: &Measured) -> String {
-    let (rung, setting) = (measured.setting.rung.name(), measured.setting.to_string());
-    if setting.is_empty() { rung.to_owned() } else { format!("{rung}, {setting}") }
+    let (fidelity, setting) = (measured.setting.fidelity.name(), measured.setting.to_string());
+    if setting.is_empty() { fidelity.to_owned() } else { format!("{fidelity}, {setting}") }
 }
 
 /// Seconds of bodies made and of one run.
@@ -122,7 +122,7 @@ fn window(found: &Stored) -> String {
 
 /// What a line is of.
 fn line_name(own: &OwnErrors) -> &'static str {
-    if own.key == "contact-force" { "static contact force" } else { own.rung.name() }
+    if own.key == "contact-force" { "static contact force" } else { own.fidelity.name() }
 }
 
 fn order_said(own: &OwnErrors) -> String {
@@ -206,11 +206,11 @@ impl AccuracyReport {
         }
         text.push('\n');
         for measured in &found.measured {
-            let (rung, setting, work) = (measured.setting.rung.name(), &measured.setting, measured.work);
+            let (fidelity, setting, work) = (measured.setting.fidelity.name(), &measured.setting, measured.work);
             // Writing to a string cannot fail.
             let _ = write!(
                 text,
-                "\"{rung}\",\"{setting}\",{:e},{:e},{},{},{},{},{},{},{},{}",
+                "\"{fidelity}\",\"{setting}\",{:e},{:e},{},{},{},{},{},{},{},{}",
                 measured.error,
                 measured.energy,
                 work.unknowns,
@@ -312,23 +312,23 @@ impl AccuracyReport {
 /// Why an order is not what theory says, where it is not.
 fn orders_explained(found: &Stored) -> Vec<String> {
     // Without dashpots the chain's order in the step is two.
-    let chain = found.own.iter().find(|own| own.rung == Rung::ChainFixed && own.varied == Varied::Step);
+    let chain = found.own.iter().find(|own| own.fidelity == FidelityLevel::ChainFixed && own.varied == Varied::Step);
     let is_damped = chain.and_then(|own| own.order).is_some_and(|order| order < 1.85);
     let explained = found.own.iter().filter_map(|own| {
         let order = own.order.map_or("none".to_owned(), |order| significant(order, 2));
         let off = own.order.is_none_or(|order| (order - 2.0).abs() > 0.15);
         let jumps = "a contact opens and closes inside a step, and a dashpot’s force jumps there: the error of that step is of first order, of \
                      either sign.";
-        let reason = match (own.varied, own.rung) {
+        let reason = match (own.varied, own.fidelity) {
             (Varied::Tolerance, _) => {
                 "the error of a step is held below the tolerance, so that the error of a run falls about as the tolerance itself, by stairs where a \
                  tolerance is met with room to spare."
             }
-            (Varied::Step, Rung::Fea | Rung::FeaDamped) if off && !is_damped => {
+            (Varied::Step, FidelityLevel::Fea | FidelityLevel::FeaDamped) if off && !is_damped => {
                 "at 0.1 µs the lowest mode of a bead, 2.65 MHz, turns by 1.7 rad a step, which is not small; with shorter steps the order rises to 2."
             }
             (Varied::Step, _) if off => jumps,
-            (Varied::Density, Rung::FiniteBody) => {
+            (Varied::Density, FidelityLevel::FiniteBody) => {
                 "two constants of a law are fitted over many approaches; what the mesh leaves in them is a tenth of a per cent and of either sign."
             }
             (Varied::Density, _) if off && own.key != "contact-force" => {

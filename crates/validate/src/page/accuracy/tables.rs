@@ -124,7 +124,7 @@ pub fn features(found: &Stored) -> Table {
         |name: String, values: Vec<Option<f64>>| std::iter::once(name).chain(values.into_iter().map(cell)).collect();
     let mut rows: Vec<Vec<String>> = vec![
         row(
-            format!("mean of {} jittered copies ({})", found.chaos.members, found.chaos.setting.rung.name()),
+            format!("mean of {} jittered copies ({})", found.chaos.members, found.chaos.setting.fidelity.name()),
             features.iter().map(|feature| feature.mean).collect(),
         ),
         row("scatter of one copy".into(), features.iter().map(|feature| feature.scatter).collect()),
@@ -143,7 +143,7 @@ pub fn references(found: &Stored) -> Table {
     let rows = found.references.iter().map(|reference| {
         vec![
             reference.key.clone(),
-            format!("{}, {}", reference.setting.rung.name(), reference.setting),
+            format!("{}, {}", reference.setting.fidelity.name(), reference.setting),
             reference.next.to_string(),
             significant(reference.change, 2),
             significant(reference.least_quotable(), 2),

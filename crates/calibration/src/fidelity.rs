@@ -1,7 +1,7 @@
-//! A rung above the chain: the same runs, with the same draws, on bodies made ready once.
+//! A fidelity level above the chain: the same runs, with the same draws, on bodies made ready once.
 //!
 //! A run of the chain costs a millisecond, one on the reduced model a few tenths of a second, one by finite elements ten seconds. So the chain
-//! searches ([`super::search`]), and each rung above is run only where the answer of the rung below it lies ([`super::correction`]).
+//! searches ([`super::search`]), and each fidelity level above is run only where the answer of the fidelity level below it lies ([`super::correction`]).
 
 use std::sync::{
     Arc,
@@ -27,7 +27,7 @@ use granchain_record::run_log::RunLogError;
 /// Factor on the mesh density of the finer bodies.
 pub const FINER: f64 = 1.5;
 
-/// Why runs of a rung are not there.
+/// Why runs of a fidelity level are not there.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Unmade {
@@ -51,11 +51,11 @@ struct PlannedRun {
 
 /// A model above the chain, ready to be run at any point of the box and compared with one record.
 #[derive(Clone)]
-pub struct Rung {
+pub struct FidelityLevel {
     chain: Forward,
     prepared: Arc<Prepared>,
     scene: Scene,
-    /// The rung between it and the chain.
+    /// The fidelity level between it and the chain.
     below: Option<Arc<Self>>,
     /// The same on finer bodies.
     finer: Option<Arc<Self>>,
@@ -114,7 +114,7 @@ pub struct Bodies {
     pub prepared: Arc<Prepared>,
     /// Those of a finer mesh, which tell what the model's own is off by; `None` of the chain.
     pub finer: Option<Arc<Prepared>>,
-    /// Those of the rung between it and the chain, with its scene.
+    /// Those of the fidelity level between it and the chain, with its scene.
     pub below: Option<Box<(Scene, Self)>>,
     /// For the chain below; `None` where that has Hertz contacts.
     pub laws: Option<FiniteBodyLaws>,
@@ -135,22 +135,23 @@ impl Bodies {
         Ok(Self { prepared, finer, below: below.transpose()?, laws })
     }
 
-    /// The rungs of a scene on these bodies, the lowest first, above the runs of `chain`.
+    /// The fidelity levels of a scene on these bodies, the lowest first, above the runs of `chain`.
     #[must_use]
-    pub fn rungs(&self, chain: &Forward, scene: &Scene) -> Vec<Rung> {
-        let own = Rung::new(chain, Arc::clone(&self.prepared), scene).with_finer(self.finer.clone());
+    pub fn rungs(&self, chain: &Forward, scene: &Scene) -> Vec<FidelityLevel> {
+        let own = FidelityLevel::new(chain, Arc::clone(&self.prepared), scene).with_finer(self.finer.clone());
         let Some((below, scene_below)) = self.below.as_deref().map(|(_, bodies)| bodies).zip(reduced_below(scene))
         else {
             return vec![own];
         };
         let mut rungs = below.rungs(chain, &scene_below);
         let lower = rungs.last().cloned();
-        rungs.push(Rung { below: lower.map(|rung| Arc::new(rung.watched(Arc::new(|_| true)))), ..own });
+        rungs
+            .push(FidelityLevel { below: lower.map(|fidelity| Arc::new(fidelity.watched(Arc::new(|_| true)))), ..own });
         rungs
     }
 }
 
-impl Rung {
+impl FidelityLevel {
     /// The runs of `chain`, on the bodies of `scene`.
     #[must_use]
     pub fn new(chain: &Forward, prepared: Arc<Prepared>, scene: &Scene) -> Self {
@@ -172,7 +173,7 @@ impl Rung {
     #[must_use]
     pub fn keeping(mut self, own: Arc<KeptRuns>, finer: Arc<KeptRuns>) -> Self {
         self.kept = Some(own);
-        self.finer = self.finer.map(|rung| Arc::new(Self { kept: Some(finer), ..Self::clone(&rung) }));
+        self.finer = self.finer.map(|fidelity| Arc::new(Self { kept: Some(finer), ..Self::clone(&fidelity) }));
         self
     }
 
@@ -198,10 +199,10 @@ impl Rung {
         &self.prepared
     }
 
-    /// Run number `first` and those that follow it, first on the rung below, then, under the same nuisances, on this rung.
+    /// Run number `first` and those that follow it, first on the fidelity level below, then, under the same nuisances, on this fidelity level.
     ///
     /// The chain's onset says how long a run has to be simulated; one that proves too short is made again at full length. The chain's
-    /// watch is told after every run.
+    /// watch is called after every run.
     ///
     /// # Errors
     /// [`Unmade`] when whoever watches says so, or a finished run cannot be kept.
@@ -215,7 +216,7 @@ impl Rung {
         Ok(lower.into_iter().zip(upper).map(|(lower, upper)| Pair { lower, upper }).collect())
     }
 
-    /// The runs of this rung that go with those of the chain, the first of them number `first`.
+    /// The runs of this fidelity level that go with those of the chain, the first of them number `first`.
     fn own(&self, first: u64, chain: &[TimedRun]) -> Result<Vec<Run>, Unmade> {
         let longest = self.scene.duration;
         let plan = |(number, (run, onset)): (u64, &TimedRun)| {
@@ -292,10 +293,10 @@ impl Rung {
     }
 }
 
-/// One point of the box, run on two rungs under the same nuisances.
+/// One point of the box, run on two fidelity levels under the same nuisances.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Pair {
-    /// On the rung below: the chain, or the reduced model below finite elements.
+    /// On the fidelity level below: the chain, or the reduced model below finite elements.
     pub lower: Run,
     pub upper: Run,
 }
