@@ -208,6 +208,8 @@ pub(super) fn misfit(record: &RecordTrace, run: &[f64]) -> (f64, f64) {
     let weights: Vec<f64> = valid.iter().map(|valid| f64::from(u8::from(*valid))).collect();
     let own: f64 = window.iter().zip(&weights).map(|(y, weight)| weight * y * y).sum();
     let start = record.onset - before;
+    // A run may answer sooner after its beginning than the window begins before the onset: it was at rest.
+    let run: Vec<f64> = std::iter::repeat_n(0.0, before).chain(run.iter().copied()).collect();
     let places = (run.len() + 1).saturating_sub(window.len());
     let squares = |place: usize| {
         let each = window.iter().zip(&run[place..]).zip(&weights);
@@ -227,5 +229,5 @@ pub(super) fn misfit(record: &RecordTrace, run: &[f64]) -> (f64, f64) {
             least = (least - 0.125 * (before - behind).powi(2) / bend).max(0.0);
         }
     }
-    (least / own.max(f64::MIN_POSITIVE), start as f64 - (place as f64 + part))
+    (least / own.max(f64::MIN_POSITIVE), (start + before) as f64 - (place as f64 + part))
 }
