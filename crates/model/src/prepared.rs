@@ -106,7 +106,7 @@ impl Prepared {
         let response = match &self.rung {
             Rung::Chain(fitted) => {
                 let still = InitialState::at_rest(scene.chain.beads.len());
-                ChainModel.run_on(scene, fitted.as_ref(), motion, &still, progress)
+                ChainModel.run_with_laws(scene, fitted.as_ref(), motion, &still, progress)
             }
             Rung::OnDisc(disc) => {
                 super::need_drive(scene, "chain")?;
