@@ -21,7 +21,7 @@
 //! Loss of a step, exact for the trapezoid: h v̄ᵀ C v̄ + ½ g (d₀ + d₁)ᵀ K Δz with v̄ = Δu/h, z = u − d.
 
 use super::{FeaError, body::Body, scheme::Coefficients};
-use crate::scene::{MaterialLoss, Relaxation, Scene, Support};
+use crate::scene::{MaterialLoss, Relaxation, Scene};
 
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct BodyLoss {
@@ -112,9 +112,6 @@ pub(crate) fn refuse_losses(scene: &Scene) -> Result<(), FeaError> {
         MaterialLoss { support, .. } if support > 0.0 => "loss.support",
         _ => return Ok(()),
     };
-    match &scene.support {
-        Support::Annulus { .. } | Support::Body { .. } => Ok(()),
-        Support::Disc { .. } if scene.water.is_none() => Ok(()),
-        _ => Err(FeaError::LossWithoutBody { key }),
-    }
+    let steps_with_water = scene.support.disc().is_some() && scene.water.is_some();
+    if scene.support.is_meshed() && !steps_with_water { Ok(()) } else { Err(FeaError::LossWithoutBody { key }) }
 }

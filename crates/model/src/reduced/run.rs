@@ -19,7 +19,7 @@ use crate::{
     need_drive,
     number::{Lane, Mask, Number},
     response::{Channels, EnergyBalance, ObservedPoint, Response, SolverWork},
-    scene::{PistonMotion, Scene, Support},
+    scene::{PistonMotion, Scene},
     tally,
     water::{behind::DiscBehind, front::WaterRecord},
 };
@@ -202,7 +202,7 @@ impl Reduction {
 
     /// Where a laser sees the last bead.
     fn observed(&self, scene: &Scene) -> ObservedPoint {
-        ObservedPoint::of(self.support.is_none() && self.front.is_none() && scene.support != Support::Free)
+        ObservedPoint::of(self.support.is_none() && self.front.is_none() && !scene.support.is_free())
     }
 }
 

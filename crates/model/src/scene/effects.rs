@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{
     AnnulusShape, ContactLaw, ContactMass, ContactNormal, DampingPlacement, DampingTerm, DriveKind, FlatContact, Horn,
-    ModelKind, Relaxation, Scene, Scheme, Support, TermDescription,
+    ModelKind, Relaxation, Scene, Scheme, TermDescription,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -209,10 +209,8 @@ fn mesh_effects(scene: &Scene) -> Vec<Effect> {
         None => off("no contact lies off the axis"),
     };
     let meshed = scene.chain.beads.iter().filter(|bead| bead.mesh.is_some()).count();
-    let (own, support) = match scene.support {
-        Support::Body { .. } => (true, "the support"),
-        _ => (false, "no support"),
-    };
+    let own = scene.support.mesh_file().is_some();
+    let support = if own { "the support" } else { "no support" };
     let dissipation = match (fea.scheme, fea.scheme.dissipation()) {
         (Scheme::Trapezoid, _) => off("model.integrator = trapezoid"),
         (scheme, value) => {
